@@ -1,0 +1,36 @@
+"""Checked read-only arrays: the one gate through which a caller's numbers enter a record."""
+
+import numpy as np
+
+_UNIT_TOLERANCE = 1e-6
+
+
+def frozen_array(values, shape: tuple[int | None, ...], name: str) -> np.ndarray:
+    """Read-only float copy of ``values``, of the given shape (None: any size), all finite."""
+    array = np.array(values, dtype=float)
+    if array.ndim != len(shape) or any(
+        want is not None and got != want for got, want in zip(array.shape, shape, strict=True)
+    ):
+        wanted = "(" + ", ".join("n" if size is None else str(size) for size in shape) + ")"
+        raise ValueError(f"{name} has shape {array.shape}; it must have shape {wanted}")
+    if not np.isfinite(array).all():
+        raise ValueError(f"{name} holds NaN or infinity; remove those rows first")
+    array.flags.writeable = False
+    return array
+
+
+def check_points(values, name: str) -> np.ndarray:
+    """Read-only (n, 3) copy of points, n >= 1, all finite."""
+    points = frozen_array(values, (None, 3), name)
+    if len(points) == 0:
+        raise ValueError(f"{name} is empty; at least one point is needed")
+    return points
+
+
+def check_unit(values, name: str) -> np.ndarray:
+    """Read-only (3,) copy of a unit vector; anything else is refused, not normalised."""
+    vector = frozen_array(values, (3,), name)
+    length = float(np.sqrt(vector @ vector))
+    if abs(length - 1.0) > _UNIT_TOLERANCE:
+        raise ValueError(f"{name} has length {length:.6g}; it must be a unit vector")
+    return vector

@@ -1,0 +1,1 @@
+"""What to touch next: ask/tell."""

@@ -1,0 +1,1 @@
+"""A world to touch, and the judge."""
