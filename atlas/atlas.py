@@ -1,0 +1,341 @@
+"""Atlas: the one mutable object, a graph of patches that grows touch by touch."""
+
+from dataclasses import dataclass
+
+import networkx as nx
+import numpy as np
+
+from touchatlas.atlas.boundary import (
+    CREASE_ANGLE,
+    Boundary,
+    accepted_corners,
+    boundary_curves,
+    power_at,
+)
+from touchatlas.atlas.frontier import Frontier
+from touchatlas.atlas.kin import kin_of
+from touchatlas.atlas.moments import absorb, solve
+from touchatlas.atlas.table import Table
+from touchatlas.atlas.touch import Touch, TouchStatus
+from touchatlas.patch.fit import FitOptions, PatchFit, curvatures_from_polynomial, fit_patch
+from touchatlas.patch.frame import DarbouxFrame
+from touchatlas.patch.patch import Patch
+from touchatlas.patch.polynomial import LocalPolynomial, monge_basis
+from touchatlas.patch.smoothness import SmoothnessPrior
+
+_LEAST_POINTS = 5
+# Feature lengths within one object differ by no less than this, as a standard deviation of
+# their logarithm, however alike those seen so far were.
+_LEAST_LOG_STD = 0.5
+
+
+@dataclass(frozen=True)
+class AtlasOptions:
+    """How an atlas is kept.
+
+    Parameters
+    ----------
+    fit : FitOptions
+    bias : float
+        Lack of fit that a patch may have before its radius is reduced, in tolerances.
+    """
+
+    fit: FitOptions = FitOptions()
+    bias: float = 0.1
+
+
+@dataclass(frozen=True)
+class AtlasChange:
+    """What one change did to the atlas: patch ids.
+
+    ``refused`` says in words why a touch taught nothing; it is empty otherwise.
+    """
+
+    added: tuple[int, ...] = ()
+    changed: tuple[int, ...] = ()
+    merged: tuple[int, ...] = ()
+    split: tuple[int, ...] = ()
+    removed: tuple[int, ...] = ()
+    refused: str = ""
+
+
+class Atlas:
+    """A graph of Darboux-frame patches that share their samples and meet at boundaries.
+
+    Parameters
+    ----------
+    tolerance : float, length
+        How well the surface is wanted.
+    options : AtlasOptions
+
+    Attributes
+    ----------
+    graph : networkx.Graph
+        Nodes are patch ids (see ``patch``); edges carry a ``boundary`` (Boundary).
+    table : Table
+        The patches' numbers, a row an id.
+    kin : list of set of int
+        For each patch, the patches that continue its sheet within reach.
+    corners : dict
+        Ascending triples of ids to the point (3,) where three boundaries meet.
+    frontier : Frontier
+    touches : int
+    """
+
+    def __init__(self, tolerance: float, options: AtlasOptions = AtlasOptions()) -> None:
+        if not (np.isfinite(tolerance) and tolerance > 0):
+            raise ValueError(f"tolerance is {tolerance}; it must be a length > 0")
+        self.tolerance = float(tolerance)
+        self.options = options
+        self.graph = nx.Graph()
+        self.table = Table(monge_basis(options.fit.degree), options.fit.core)
+        self.kin: list[set[int]] = []
+        self.samples: list[tuple[np.ndarray, np.ndarray]] = []
+        self.corners: dict[tuple[int, int, int], np.ndarray] = {}
+        self.corners_of: list[set[tuple[int, int, int]]] = []
+        self.frontier = Frontier()
+        self.touches = 0
+        self._length_sums = np.zeros(3)
+
+    def __len__(self) -> int:
+        return self.table.size
+
+    @property
+    def parameter_count(self) -> int:
+        """Coefficients over all patches."""
+        return self.table.size * self.table.basis.size
+
+    @property
+    def point_count(self) -> int:
+        """Samples over all touches."""
+        return sum(len(points) for points, _ in self.samples)
+
+    @property
+    def prior(self) -> SmoothnessPrior:
+        """What the patches so far say about the feature length of the next."""
+        count, total, squares = self._length_sums
+        if count < 3:
+            return SmoothnessPrior()
+        mean = total / count
+        spread = np.sqrt(max(squares / count - mean * mean, 0.0))
+        return SmoothnessPrior(mean, max(spread, _LEAST_LOG_STD))
+
+    def patch(self, patch_id: int) -> Patch:
+        """The patch of an id, as it is now."""
+        table, i = self.table, patch_id
+        if not 0 <= i < table.size:
+            raise KeyError(f"no patch {patch_id}; ids run from 0 to {table.size - 1}")
+        mean, covariance = table.mean[i].copy(), table.covariance[i].copy()
+        radius = float(table.radius[i])
+        return Patch(
+            i,
+            DarbouxFrame(table.origin[i], table.axes[i]),
+            curvatures_from_polynomial(
+                table.basis, mean, covariance, radius, table.axes[i], float(table.condition[i])
+            ),
+            LocalPolynomial(table.basis, mean, radius),
+            covariance,
+            radius,
+            table.ring[i].copy(),
+            float(table.noise[i]),
+            float(table.residual[i]),
+            int(table.count[i]),
+        )
+
+    def boundary(self, first: int, second: int) -> Boundary:
+        """The boundary of two patches that meet."""
+        return self.graph.edges[first, second]["boundary"]
+
+    def add(self, touch: Touch) -> AtlasChange:
+        """Learn one touch: a new patch, better neighbours, new boundaries, a new frontier.
+
+        Returns
+        -------
+        AtlasChange
+            With ``refused`` set, and nothing changed, when the contours are too few or too
+            short for a patch.
+        """
+        self.touches += 1
+        if touch.status is not TouchStatus.TOUCHED:
+            return AtlasChange(refused=f"the probe reported: {touch.status.value}")
+        contours = tuple(c for c in touch.contours if len(c.points) >= _LEAST_POINTS)
+        try:
+            fit = fit_patch(
+                touch.contact,
+                contours,
+                touch.approach,
+                bias=self.options.bias * self.tolerance,
+                radius_limit=self._radius_limit(touch),
+                prior=self.prior,
+                options=self.options.fit,
+            )
+        except ValueError as error:
+            return AtlasChange(refused=str(error))
+        return self._insert(fit, np.concatenate([c.points for c in contours]))
+
+    def _radius_limit(self, touch: Touch) -> float:
+        """Largest radius whose core takes no earlier centre out of its own cell."""
+        table = self.table
+        offset = table.origin - touch.contact
+        alike = table.axes[:, 2] @ touch.approach > 0
+        square = (offset * offset).sum(axis=1) + table.power
+        return float(0.99 * np.sqrt(square[alike].min()) / table.core) if alike.any() else np.inf
+
+    def _insert(self, fit: PatchFit, points: np.ndarray) -> AtlasChange:
+        table = self.table
+        row = table.append(fit)
+        kin = kin_of(table, row)
+        scaled = table.scaled_local(np.array([row]), points)
+        normals = table.surface(np.array([row]), scaled)[1][0]
+        normals = normals / np.sqrt((normals**2).sum(axis=1))[:, None] @ table.axes[row]
+        if len(kin):
+            absorb(table, kin, points, normals)
+        owner = self._owner(row, kin)
+        if owner != row:
+            table.size -= 1
+            self._give_samples(owner, points, normals)
+            solve(table, kin)
+            return AtlasChange(changed=tuple(kin.tolist()))
+        self._join(row, kin, points, normals)
+        log_length = np.log(table.radius[row] / fit.turn)
+        self._length_sums += (1.0, log_length, log_length**2)
+        rows = np.append(kin, row)
+        solve(table, rows)
+        self._close_frontier(row, kin, points, normals)
+        self._meet(row, kin)
+        return AtlasChange(added=(row,), changed=tuple(kin.tolist()))
+
+    def _owner(self, row: int, kin: np.ndarray) -> int:
+        """The patch in whose cell the centre of ``row`` lies: itself, unless it is hidden."""
+        if not len(kin):
+            return row
+        power = power_at(self.table, kin, self.table.origin[row])
+        return row if -self.table.power[row] < power.min() else int(kin[power.argmin()])
+
+    def _give_samples(self, owner: int, points, normals) -> None:
+        old_points, old_normals = self.samples[owner]
+        self.samples[owner] = (
+            np.concatenate([old_points, points]),
+            np.concatenate([old_normals, normals]),
+        )
+
+    def _join(self, row: int, kin: np.ndarray, points, normals) -> None:
+        """Enter ``row`` among its kin, and learn from their samples."""
+        members = kin.tolist()
+        if members:
+            earlier = [self.samples[i] for i in members]
+            absorb(
+                self.table,
+                np.array([row]),
+                np.concatenate([p for p, _ in earlier]),
+                np.concatenate([n for _, n in earlier]),
+            )
+        self.samples.append((points, normals))
+        self.kin.append(set(members))
+        self.corners_of.append(set())
+        for i in members:
+            self.kin[i].add(row)
+        self.graph.add_node(row)
+
+    def _close_frontier(self, row: int, kin: np.ndarray, points, normals) -> None:
+        table = self.table
+        mask = np.zeros(table.size, bool)
+        mask[kin] = mask[row] = True
+        self.frontier.cover(table, row, mask)
+        self.frontier.extend(table, row, kin, points, normals)
+        if len(kin):
+            table.ring_open[kin] *= power_at(table, [row], table.ring[kin])[..., 0] > 0
+            table.ring_open[row] *= power_at(table, kin, table.ring[row]).min(axis=1) > 0
+
+    def _meet(self, row: int, kin: np.ndarray) -> None:
+        """Corners and boundaries around a new patch."""
+        self._drop_conquered_corners(row, kin)
+        triples, points = accepted_corners(self.table, row, kin, self.kin)
+        touched = set()
+        for triple, point in zip(map(tuple, triples.tolist()), points, strict=True):
+            self.corners[triple] = point
+            for i in triple:
+                self.corners_of[i].add(triple)
+            touched.add(triple[:2])
+        pairs = {(i, row) for i in kin.tolist()} | touched
+        pairs |= {
+            (i, j) for i in kin.tolist() for j in self.graph.adj[i] if i < j and j in self.kin[row]
+        }
+        self._draw_boundaries(sorted(pairs))
+
+    def _drop_conquered_corners(self, row: int, kin: np.ndarray) -> None:
+        triples = sorted({t for i in kin.tolist() for t in self.corners_of[i]})
+        if not triples:
+            return
+        points = np.array([self.corners[t] for t in triples])
+        table = self.table
+        offset = points - table.origin[[t[0] for t in triples]]
+        own = (offset * offset).sum(axis=1) - table.power[[t[0] for t in triples]]
+        conquered = power_at(table, [row], points)[:, 0] < own
+        for triple, lost in zip(triples, conquered, strict=True):
+            if lost:
+                del self.corners[triple]
+                for i in triple:
+                    self.corners_of[i].discard(triple)
+
+    def _draw_boundaries(self, pairs: list[tuple[int, int]]) -> None:
+        """Make, renew or delete the edges of the given pairs."""
+        if not pairs:
+            return
+        first, second = np.array(pairs).T
+        points, gap, angle, real = boundary_curves(self.table, first, second)
+        live = self._lowest_on(pairs, points) & real[:, None]
+        for e, pair in enumerate(pairs):
+            here = live[e]
+            if here.any():
+                angle_here = float(angle[e][here].max())
+                gap_here = gap[e][here]
+                boundary = Boundary(
+                    pair,
+                    points[e][here],
+                    float(np.sqrt(gap_here @ gap_here / len(gap_here))),
+                    angle_here,
+                    angle_here > CREASE_ANGLE,
+                )
+            elif self.corners_of[pair[0]] & self.corners_of[pair[1]]:
+                boundary = Boundary(pair, points[e][:0], 0.0, 0.0, False)
+            else:
+                if self.graph.has_edge(*pair):
+                    self.graph.remove_edge(*pair)
+                continue
+            self.graph.add_edge(*pair, boundary=boundary)
+
+    def _lowest_on(self, pairs, points) -> np.ndarray:
+        """(e, b) whether no third kin patch has less power than the pair at its points."""
+        table = self.table
+        rivals = [sorted(self.kin[i] - {j}) for i, j in pairs]
+        width = max(1, max(len(r) for r in rivals))
+        rows = np.array([r + [i] * (width - len(r)) for r, (i, _) in zip(rivals, pairs, strict=True)])
+        offset = points[:, :, None] - table.origin[rows][:, None]
+        rival = (offset * offset).sum(axis=-1) - table.power[rows][:, None]
+        first = [i for i, _ in pairs]
+        offset = points - table.origin[first][:, None]
+        own = (offset * offset).sum(axis=-1) - table.power[first][:, None]
+        return (own <= 0.0) & (own <= rival.min(axis=2) + 1e-12 * table.power[first][:, None])
+
+    def euler_characteristic(self) -> int:
+        """V - E + F of the patch graph: patches, boundaries and corners."""
+        return len(self.graph) - self.graph.number_of_edges() + len(self.corners)
+
+    def retile(self) -> None:
+        """Corners and boundaries of all patches anew, from the polynomials as they are now."""
+        self.corners.clear()
+        self.graph.remove_edges_from(list(self.graph.edges))
+        for corners in self.corners_of:
+            corners.clear()
+        pairs = set()
+        for row in range(self.table.size):
+            older = np.array(sorted(self.kin[row]), int)
+            triples, points = accepted_corners(self.table, row, older, self.kin)
+            for triple, point in zip(map(tuple, triples.tolist()), points, strict=True):
+                if triple[2] == row:
+                    self.corners[triple] = point
+                    for i in triple:
+                        self.corners_of[i].add(triple)
+            pairs |= {(i, row) for i in older.tolist() if i < row}
+        self._draw_boundaries(sorted(pairs))

@@ -1,0 +1,174 @@
+"""Where patches meet: boundary curves on radical planes, corners on radical axes.
+
+Give patch i the power |x - p_i|^2 - c_i^2, c_i its core radius. Where two powers are equal is
+a plane; the boundary of two kin patches is the part of that planar section of the surface on
+which no third patch has less power, and a corner is a point of it where a third has as much:
+the power diagram of the patches, restricted to the surface. Its dual is the patch graph.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from touchatlas.atlas.kin import radical_share
+from touchatlas.atlas.table import Table
+
+_ALONG = np.linspace(-1.0, 1.0, 9)
+# Boundary whose normals differ by more than this is a crease.
+CREASE_ANGLE = np.deg2rad(30.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Boundary:
+    """The planar curve where two patches meet.
+
+    Parameters
+    ----------
+    patches : pair of int
+        Patch ids, ascending.
+    points : (b, 3) float, length, world
+        Along the curve, midway between the two patches; may be empty when the curve is
+        shorter than its sampling and only its corners are known.
+    gap_rms : float, length
+        Between the two patches along the curve: the atlas's own measure of its error.
+    normal_gap : float, rad
+        Largest angle between their normals along the curve.
+    crease : bool
+        Whether that angle is too large for one smooth sheet.
+    """
+
+    patches: tuple[int, int]
+    points: np.ndarray
+    gap_rms: float
+    normal_gap: float
+    crease: bool
+
+
+def boundary_curves(table: Table, first: np.ndarray, second: np.ndarray):
+    """Sampled boundary curves of the pairs (first, second), before third patches cut them.
+
+    Returns
+    -------
+    points : (e, 9, 3) float, world
+        Midway between the two patches, on the radical plane, between the ends of the chord in
+        which the two cores meet.
+    gap : (e, 9) float, length
+        Second patch above first along the first's normal.
+    angle : (e, 9) float, rad
+        Between the two normals.
+    real : (e,) bool
+        Whether the two cores meet at all.
+    """
+    offset = table.origin[second] - table.origin[first]
+    square = np.maximum((offset * offset).sum(axis=1), np.finfo(float).tiny)
+    share = 0.5 * (1.0 + (table.power[first] - table.power[second]) / square)
+    half_square = table.power[first] - share * share * square
+    across = table.axes[first, 2] + table.axes[second, 2]
+    across = across - ((across * offset).sum(axis=1) / square)[:, None] * offset
+    across /= np.sqrt((across * across).sum(axis=1))[:, None]
+    along = np.cross(across, offset / np.sqrt(square)[:, None])
+    half = np.sqrt(np.maximum(half_square, 0.0))
+    base = (table.origin[first] + share[:, None] * offset)[:, None] + (
+        half[:, None] * _ALONG
+    )[..., None] * along[:, None]
+    lift_first, normal_first = _lift(table, first, base, across)
+    lift_second, normal_second = _lift(table, second, base, across)
+    cosine = (normal_first * normal_second).sum(axis=-1)
+    gap = (lift_second - lift_first) * (normal_first * across[:, None]).sum(axis=-1)
+    points = base + (0.5 * (lift_first + lift_second))[..., None] * across[:, None]
+    return points, gap, np.arccos(np.clip(cosine, -1.0, 1.0)), half_square > 0
+
+
+def _lift(table: Table, rows, base, across):
+    """Distance (e, b) from base points along ``across`` to each row's patch, and its unit
+    normals (e, b, 3) there, world."""
+    lift = np.zeros(base.shape[:2])
+    for _ in range(2):
+        scaled = table.scaled_local(rows, base + lift[..., None] * across[:, None])
+        height, upward = table.surface(rows, scaled)
+        upward = upward @ table.axes[rows]
+        slope = (upward * across[:, None]).sum(axis=-1)
+        lift = lift - height * table.radius[rows][:, None] / np.maximum(slope, 0.2)
+    return lift, upward / np.sqrt((upward**2).sum(axis=-1))[..., None]
+
+
+def power_at(table: Table, rows, points) -> np.ndarray:
+    """(..., m) power |x - p|^2 - c^2 of the rows (m,) at world points (..., 3)."""
+    offset = points[..., None, :] - table.origin[rows]
+    return (offset * offset).sum(axis=-1) - table.power[rows]
+
+
+def corners_on(table: Table, row: int, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Points (m, 3) of the surface of ``row`` with equal power to row, first and second.
+
+    The radical axis of the three, cut with the polynomial of ``row`` by Newton's method; NaN
+    where they do not meet within the patch radius.
+    """
+    radius = table.radius[row]
+    planes, levels = [], []
+    for others in (first, second):
+        centre = (table.origin[others] - table.origin[row]) @ table.axes[row].T / radius
+        planes.append(centre)
+        excess = (table.power[row] - table.power[others]) / radius**2
+        levels.append(0.5 * ((centre * centre).sum(axis=1) + excess))
+    (a, b), (alpha, beta) = planes, levels
+    axis = np.cross(a, b)
+    point = np.zeros_like(a)
+    for _ in range(4):
+        height, normal = table.surface(np.array([row]), np.clip(point, -1.2, 1.2)[None])
+        normal = normal[0]
+        level = (normal * np.clip(point, -1.2, 1.2)).sum(axis=1) - height[0]
+        determinant = (axis * normal).sum(axis=1)
+        safe = np.where(np.abs(determinant) > 1e-9, determinant, np.nan)
+        point = (
+            alpha[:, None] * np.cross(b, normal)
+            + beta[:, None] * np.cross(normal, a)
+            + level[:, None] * axis
+        ) / safe[:, None]
+        point = np.where(np.isfinite(point), point, 9.0)
+    inside = (point[:, :2] ** 2).sum(axis=1) <= 1.0
+    return np.where(inside[:, None], point * radius @ table.axes[row] + table.origin[row], np.nan)
+
+
+def pairs_of(rows, kin: list[set[int]]) -> tuple[np.ndarray, np.ndarray]:
+    """All pairs (a, b), a < b, of the rows that are kin to each other, as two arrays."""
+    pairs = [(a, b) for a in rows for b in rows if a < b and b in kin[a]]
+    if not pairs:
+        return np.zeros(0, int), np.zeros(0, int)
+    first, second = np.array(pairs).T
+    return first, second
+
+
+def accepted_corners(table: Table, row: int, others: np.ndarray, kin: list[set[int]]):
+    """Corners of ``row`` with two of ``others``: triples (m, 3) of rows and points (m, 3).
+
+    A corner counts where the three cores meet and no fourth kin patch has less power.
+    """
+    first, second = pairs_of(others.tolist(), kin)
+    if not len(first):
+        return np.zeros((0, 3), int), np.zeros((0, 3))
+    points = corners_on(table, row, first, second)
+    return _keep_lowest(table, row, others, first, second, points)
+
+
+def _keep_lowest(table, row, others, first, second, points):
+    near = ~np.isnan(points[:, 0])
+    first, second, points = first[near], second[near], points[near]
+    own = power_at(table, [row], points)[:, 0]
+    rival = power_at(table, others, points)
+    rival[(others == first[:, None]) | (others == second[:, None])] = np.inf
+    lowest = (own <= 0.0) & (own <= rival.min(axis=1))
+    triples = np.stack([first, second, np.full_like(first, row)], axis=1)
+    return np.sort(triples[lowest], axis=1), points[lowest]
+
+
+__all__ = [
+    "CREASE_ANGLE",
+    "Boundary",
+    "accepted_corners",
+    "boundary_curves",
+    "corners_on",
+    "pairs_of",
+    "power_at",
+    "radical_share",
+]

@@ -1,0 +1,55 @@
+"""Accumulated normal equations: a patch learns new samples without forgetting the old."""
+
+import numpy as np
+
+from touchatlas.atlas.table import Table
+from touchatlas.patch.polynomial import monomials
+from touchatlas.patch.smoothness import (
+    coefficient_precision,
+    effective_parameters,
+    posterior,
+    residual_square,
+)
+
+# A sample is of a patch's sheet when it lies this near to it, in patch radii, and its own
+# normal is within 60 degrees of the patch's there.
+SHEET_GAP = 0.25
+SHEET_COSINE = 0.5
+
+
+def absorb(table: Table, rows: np.ndarray, points: np.ndarray, normals: np.ndarray) -> None:
+    """Add samples (n, 3) with unit normals (n, 3) to the equations of every row they fall in."""
+    scaled = table.scaled_local(rows, points)
+    height, upward = table.surface(rows, scaled)
+    normals_local = normals @ table.axes[rows].transpose(0, 2, 1)
+    length = np.sqrt((upward**2).sum(axis=-1))
+    inside = (scaled[..., 0] ** 2 + scaled[..., 1] ** 2 <= 1.0) & (
+        np.abs(height) <= SHEET_GAP * length
+    )
+    inside &= (normals_local * upward).sum(axis=-1) >= SHEET_COSINE * length
+    weight = inside.astype(float)
+    terms = monomials(table.basis, scaled[..., 0], scaled[..., 1]).transpose(1, 0, 2)
+    weighted = terms * weight[:, None, :]
+    z = scaled[..., 2]
+    table.gram[rows] += weighted @ terms.transpose(0, 2, 1)
+    table.right[rows] += (weighted @ z[..., None])[..., 0]
+    table.square[rows] += (weight * z * z).sum(axis=1)
+    table.count[rows] += weight.sum(axis=1)
+
+
+def solve(table: Table, rows: np.ndarray) -> None:
+    """Coefficients, covariance and residual of the rows from their equations.
+
+    Where the residuals exceed the noise the covariance grows with them: lack of fit is
+    uncertainty too.
+    """
+    noise = table.noise_scaled(rows)
+    precision = coefficient_precision(table.basis.orders, table.turn[rows])
+    gram, right = table.gram[rows], table.right[rows]
+    mean, covariance = posterior(gram, right, noise, precision)
+    freedom = table.count[rows] - effective_parameters(covariance, precision)
+    square = residual_square(gram, right, table.square[rows], mean)
+    residual = np.sqrt(square / np.maximum(freedom, 1.0))
+    table.mean[rows] = mean
+    table.covariance[rows] = covariance * np.maximum(1.0, (residual / noise) ** 2)[:, None, None]
+    table.residual[rows] = residual * table.radius[rows]

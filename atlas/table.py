@@ -1,0 +1,109 @@
+"""Table: one growing numpy array for each property of the patches, a row a patch."""
+
+import numpy as np
+
+from touchatlas.patch.fit import OUTLINE_COUNT, PatchFit
+from touchatlas.patch.polynomial import VALUE, Basis, X, Y, evaluate_batch
+from touchatlas.patch.smoothness import scaled_noise
+
+
+class Table:
+    """Columns over all patches of an atlas, so that many are handled in one numpy call.
+
+    Parameters
+    ----------
+    basis : Basis
+        Of every patch's polynomial.
+    core : float
+        Share of a patch's radius that it claims to cover.
+    """
+
+    def __init__(self, basis: Basis, core: float) -> None:
+        self.basis = basis
+        self.core = core
+        self.size = 0
+        t = basis.size
+        shapes = {
+            "origin": (3,),
+            "axes": (3, 3),
+            "radius": (),
+            "power": (),
+            "noise": (),
+            "turn": (),
+            "condition": (),
+            "gram": (t, t),
+            "right": (t,),
+            "square": (),
+            "count": (),
+            "mean": (t,),
+            "covariance": (t, t),
+            "residual": (),
+            "ring": (OUTLINE_COUNT, 3),
+            "ring_open": (OUTLINE_COUNT,),
+        }
+        self._columns = {name: np.zeros((64, *shape)) for name, shape in shapes.items()}
+
+    def __getattr__(self, name: str) -> np.ndarray:
+        columns = self.__dict__.get("_columns", {})
+        if name not in columns:
+            raise AttributeError(name)
+        return columns[name][: self.size]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the columns."""
+        return tuple(self._columns)
+
+    def append(self, fit: PatchFit) -> int:
+        """Add one fitted patch; returns its row."""
+        patch, row = fit.patch, self.size
+        if row == len(self._columns["radius"]):
+            for name, column in self._columns.items():
+                self._columns[name] = np.concatenate([column, np.zeros_like(column)])
+        self.size += 1
+        values = {
+            "origin": patch.frame.origin,
+            "axes": patch.frame.axes,
+            "radius": patch.radius,
+            "power": (self.core * patch.radius) ** 2,
+            "noise": patch.noise_std,
+            "turn": fit.turn,
+            "condition": patch.curvatures.condition,
+            "gram": fit.equations.gram,
+            "right": fit.equations.right,
+            "square": fit.equations.square,
+            "count": fit.equations.count,
+            "mean": patch.polynomial.coefficients,
+            "covariance": patch.covariance,
+            "residual": patch.residual_rms,
+            "ring": patch.outline,
+            "ring_open": 1.0,
+        }
+        for name, value in values.items():
+            self._columns[name][row] = value
+        return row
+
+    def extend(self, columns: dict[str, np.ndarray]) -> None:
+        """Add many rows at once, all columns given."""
+        self.size += len(columns["radius"])
+        for name in self._columns:
+            self._columns[name] = np.concatenate(
+                [self._columns[name][: self.size - len(columns[name])], columns[name]]
+            )
+
+    def scaled_local(self, rows, points) -> np.ndarray:
+        """(m, n, 3) points (m, n, 3) or (n, 3) in each row's frame over its radius."""
+        local = (points - self.origin[rows][:, None]) @ self.axes[rows].transpose(0, 2, 1)
+        return local / self.radius[rows][:, None, None]
+
+    def surface(self, rows, scaled):
+        """Height above each row's polynomial (m, n), scaled, and its upward normal (m, n, 3),
+        local and not of unit length: (-fx, -fy, 1)."""
+        height, fx, fy = evaluate_batch(
+            self.basis, self.mean[rows], scaled[..., 0], scaled[..., 1], (VALUE, X, Y)
+        )
+        return scaled[..., 2] - height, np.stack([-fx, -fy, np.ones_like(fx)], axis=-1)
+
+    def noise_scaled(self, rows) -> np.ndarray:
+        """(m,) noise over patch radius."""
+        return scaled_noise(self.noise[rows], self.radius[rows])

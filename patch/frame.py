@@ -1,0 +1,71 @@
+"""Darboux frame: origin on the surface, principal directions and normal as axes."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from touchatlas.patch.arrays import frozen_array
+
+_ORTHONORMAL_TOLERANCE = 1e-8
+
+
+@dataclass(frozen=True, eq=False)
+class DarbouxFrame:
+    """Local frame of a surface at a point.
+
+    Parameters
+    ----------
+    origin : (3,) float, length, world
+        A point of the surface.
+    axes : (3, 3) float, unit rows e1, e2, n, world
+        Principal directions (e1 belongs to k1 >= k2) and outward normal, right-handed.
+
+    Examples
+    --------
+    >>> frame = DarbouxFrame([0, 0, 1], np.eye(3))
+    >>> frame.to_local([[0.0, 0.0, 3.0]])
+    array([[0., 0., 2.]])
+    """
+
+    origin: np.ndarray
+    axes: np.ndarray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "origin", frozen_array(self.origin, (3,), "frame origin"))
+        axes = frozen_array(self.axes, (3, 3), "frame axes")
+        if (
+            np.abs(axes @ axes.T - np.eye(3)).max() > _ORTHONORMAL_TOLERANCE
+            or np.linalg.det(axes) < 0
+        ):
+            raise ValueError("frame axes are not a right-handed orthonormal triple e1, e2, n")
+        object.__setattr__(self, "axes", axes)
+
+    @property
+    def normal(self) -> np.ndarray:
+        """(3,) outward unit normal, world."""
+        return self.axes[2]
+
+    def to_local(self, points) -> np.ndarray:
+        """(n, 3) world points in this frame."""
+        return (np.asarray(points, dtype=float) - self.origin) @ self.axes.T
+
+    def to_world(self, points_local) -> np.ndarray:
+        """(n, 3) points of this frame in the world."""
+        return np.asarray(points_local, dtype=float) @ self.axes + self.origin
+
+
+def axes_from_normal(normal: np.ndarray, direction: np.ndarray) -> np.ndarray:
+    """(3, 3) right-handed rows e1, e2, n with e1 the part of ``direction`` across ``normal``."""
+    e1 = direction - (direction @ normal) * normal
+    e1 = e1 / np.sqrt(e1 @ e1)
+    n1, n2, n3 = normal
+    x, y, z = e1
+    return np.array([e1, [n2 * z - n3 * y, n3 * x - n1 * z, n1 * y - n2 * x], normal])
+
+
+def any_tangent(normal: np.ndarray) -> np.ndarray:
+    """(3,) unit vector across ``normal``: the world axis that is most nearly so, projected."""
+    axis = np.zeros(3)
+    axis[np.argmin(np.abs(normal))] = 1.0
+    tangent = axis - (axis @ normal) * normal
+    return tangent / np.sqrt(tangent @ tangent)

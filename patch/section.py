@@ -1,0 +1,141 @@
+"""Plane-curve fit near a point: tangent and curvature of each section, with their deviations."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+_WINDOWS = np.array([1.0, 0.7, 0.5, 0.35])
+_LEAST_POINTS = 5
+
+
+@dataclass(frozen=True, eq=False)
+class SectionFit:
+    """What one contour says about the surface at the reference point.
+
+    Parameters
+    ----------
+    tangent : (3,) float, unit, world
+    curvature_vector : (3,) float, 1/length, world
+        Curvature times principal normal: toward the centre of curvature.
+    curvature_std, tangent_std : float, 1/length and rad
+    residual_rms : float, length
+    count : int
+        Points in the window that was used.
+    """
+
+    tangent: np.ndarray
+    curvature_vector: np.ndarray
+    curvature_std: float
+    tangent_std: float
+    residual_rms: float
+    count: int
+
+
+def fit_sections(point, contours, noise_std: float) -> list[SectionFit]:
+    """Local quadratic fit of every contour near ``point``, in its own sampling plane.
+
+    A quadratic because the curve resembles its osculating circle (the paper, section 2.1).
+    The widest of four windows in which the residuals are what noise explains is used: wide
+    windows are biased, narrow ones are noisy.
+
+    Parameters
+    ----------
+    point : (3,) float, length, world
+        Reference point, on or near every contour.
+    contours : sequence of Contour
+        Each with five points or more near the reference point.
+    noise_std : float, length
+        Standard deviation of each coordinate of each point; 0 is allowed.
+
+    Returns
+    -------
+    list of SectionFit
+
+    Raises
+    ------
+    ValueError
+        When a contour has fewer than five points.
+
+    Notes
+    -----
+    With n even samples on +-L the curvature deviates by 6.71 s/(L^2 sqrt n), the slope by
+    1.73 s/(L sqrt n), s the noise: the inverse normal matrix of a quadratic.
+    """
+    for contour in contours:
+        if len(contour.points) < _LEAST_POINTS:
+            raise ValueError(
+                f"a contour has {len(contour.points)} points; a section fit needs "
+                f"{_LEAST_POINTS} or more: sample more finely or track further"
+            )
+    along, across, s, h, inside = _plane_coordinates(point, contours)
+    coefficients, inverse, rms, counts = _windowed_quadratics(s, h, inside)
+    chosen = _widest_consistent_window(rms, counts, noise_std)
+    fits = []
+    for c, w in enumerate(chosen):
+        slope, half_curvature = coefficients[c, w, 1:]
+        stretch = 1.0 + slope * slope
+        spread = max(noise_std, rms[c, w])
+        tangent = (along[c] + slope * across[c]) / np.sqrt(stretch)
+        normal = (across[c] - slope * along[c]) / np.sqrt(stretch)
+        fits.append(
+            SectionFit(
+                tangent,
+                2.0 * half_curvature * stretch**-1.5 * normal,
+                float(2.0 * spread * np.sqrt(inverse[c, w, 2, 2])),
+                float(spread * np.sqrt(inverse[c, w, 1, 1]) / stretch),
+                float(rms[c, w]),
+                int(counts[c, w]),
+            )
+        )
+    return fits
+
+
+def _plane_coordinates(point, contours):
+    """In-plane axes (m, 3) and coordinates (m, n) of padded contours; inside marks real points."""
+    m, n = len(contours), max(len(c.points) for c in contours)
+    offsets, inside = np.zeros((m, n, 3)), np.zeros((m, n))
+    chords, normals = np.empty((m, 3)), np.empty((m, 3))
+    for c, contour in enumerate(contours):
+        count = len(contour.points)
+        difference = contour.points - point
+        offsets[c, :count], inside[c, :count] = difference, 1.0
+        middle = min(max(int((difference**2).sum(axis=1).argmin()), 2), count - 3)
+        chords[c], normals[c] = difference[middle + 2] - difference[middle - 2], contour.plane.normal
+    chords -= (chords * normals).sum(axis=1)[:, None] * normals
+    along = chords / np.sqrt((chords**2).sum(axis=1))[:, None]
+    across = np.cross(normals, along)
+    s = (offsets @ along[:, :, None])[..., 0]
+    h = (offsets @ across[:, :, None])[..., 0]
+    return along, across, s, h, inside
+
+
+def _windowed_quadratics(s, h, inside):
+    """Least squares h = a0 + a1 s + a2 s^2 in every window: coefficients (m, w, 3), inverse
+    normal matrices (m, w, 3, 3), residual rms (m, w), counts (m, w)."""
+    distance = np.where(inside > 0, np.abs(s), np.inf)
+    nearest = np.sort(distance, axis=1)[:, _LEAST_POINTS - 1]
+    reach = np.abs(s).max(axis=1)
+    width = np.maximum(_WINDOWS * reach[:, None], nearest[:, None])
+    mask = (distance[:, None, :] <= width[:, :, None] * (1 + 1e-9)).astype(float)
+    # Scaled by the reach so that the normal matrix is well conditioned in any unit.
+    t = s / reach[:, None]
+    powers = t[:, :, None] ** np.arange(5)
+    moments = mask @ powers
+    right = mask @ (powers[:, :, :3] * h[:, :, None])
+    normal_matrix = moments[:, :, np.add.outer(np.arange(3), np.arange(3))]
+    inverse = np.linalg.inv(normal_matrix)
+    scaled = (inverse @ right[..., None])[..., 0]
+    counts = mask.sum(axis=2)
+    squares = (mask @ (h**2)[:, :, None])[..., 0] - (scaled * right).sum(axis=2)
+    rms = np.sqrt(np.maximum(squares, 0.0) / np.maximum(counts - 3.0, 1.0))
+    unit = reach[:, None, None] ** -np.arange(3.0)
+    return scaled * unit, inverse * (unit[..., None] * unit[..., None, :]), rms, counts
+
+
+def _widest_consistent_window(rms, counts, noise_std):
+    """(m,) index of the widest window whose residuals noise explains, else the narrowest."""
+    freedom = np.maximum(counts - 3.0, 1.0)
+    limit = noise_std * np.sqrt(1.0 + 2.0 * np.sqrt(2.0 / freedom))
+    consistent = rms <= limit
+    consistent[:, -1] = True
+    return consistent.argmax(axis=1)

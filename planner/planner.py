@@ -1,0 +1,151 @@
+"""Planner: ask it where to touch, tell it what came of it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from touchatlas.atlas.atlas import Atlas, AtlasChange
+from touchatlas.atlas.touch import Touch, TouchStatus
+from touchatlas.patch.arrays import check_unit, frozen_array
+from touchatlas.patch.frame import any_tangent
+from touchatlas.planner.candidates import (
+    Candidate,
+    frontier_candidate,
+    gap_candidate,
+    predicted_normal_and_curvature,
+)
+from touchatlas.planner.planes import concurrent_planes
+from touchatlas.planner.probe_plan import ProbePlan, Reason
+
+
+@dataclass(frozen=True)
+class PlannerOptions:
+    """How places and planes are chosen.
+
+    Parameters
+    ----------
+    curves : int
+        Sampling planes a touch.
+    samples : int
+        Samples each way along a curve.
+    max_turn : float, rad
+        How far a patch may turn from its reference point to its rim.
+    reach : float
+        Longest arm of a curve, in tolerances of the atlas.
+    least_reach : float
+        Shortest arm that is planned, in tolerances.
+    """
+
+    curves: int = 3
+    samples: int = 12
+    max_turn: float = np.pi / 4
+    reach: float = 200.0
+    least_reach: float = 5.0
+
+
+class Planner:
+    """Chooses reference points on the frontier and concurrent sampling planes there.
+
+    Parameters
+    ----------
+    start : (3,) float, length, world
+        Where the object may be touched first.
+    outward : (3,) float, unit, world
+        From the object toward the free space from which ``start`` is approached.
+    options : PlannerOptions
+
+    Examples
+    --------
+    The whole loop, with ``robot`` a function from ProbePlan to Touch::
+
+        while (plan := planner.ask(atlas)) is not None:
+            touch = robot(plan)
+            planner.tell(touch, atlas.add(touch))
+    """
+
+    def __init__(self, start, outward, options: PlannerOptions = PlannerOptions()) -> None:
+        self._start = frozen_array(start, (3,), "start point")
+        self._outward = check_unit(outward, "outward direction")
+        self.options = options
+        self._position = self._start
+        self._asked: ProbePlan | None = None
+        self._target: np.ndarray | None = None
+        self._spent: list[np.ndarray] = []
+        self._count = 0
+
+    def ask(self, atlas: Atlas) -> ProbePlan | None:
+        """The next plan; None when nothing is left to explore.
+
+        Asked twice without ``tell`` in between it answers the same plan.
+        """
+        if self._asked is not None:
+            return self._asked
+        if len(atlas) == 0:
+            self._asked = self._start_plan(atlas) if self._count == 0 else None
+        else:
+            candidate = self._candidate(atlas)
+            self._asked = None if candidate is None else self._plan(atlas, candidate)
+        return self._asked
+
+    def tell(self, touch: Touch, change: AtlasChange) -> None:
+        """What became of the plan last asked for.
+
+        Raises
+        ------
+        ValueError
+            When no plan is open, or the touch answers another plan.
+        """
+        if self._asked is None:
+            raise ValueError("no plan is open: call ask before tell")
+        if touch.number != self._asked.number:
+            raise ValueError(
+                f"the touch answers plan {touch.number}, but plan {self._asked.number} is open"
+            )
+        if touch.status is TouchStatus.TOUCHED:
+            self._position = touch.contact
+        if change.refused and self._target is not None:
+            self._spent.append(self._target)
+        self._count += 1
+        self._asked = None
+
+    def _candidate(self, atlas: Atlas) -> Candidate | None:
+        for choose in (frontier_candidate, gap_candidate):
+            candidate = choose(atlas, self._position, self._spent)
+            if (
+                candidate is not None
+                and self._target is not None
+                and (candidate.point == self._target).all()
+            ):
+                # The touch there did not cover it: once is enough.
+                self._spent.append(self._target)
+                candidate = choose(atlas, self._position, self._spent)
+            if candidate is not None:
+                self._target = candidate.point.copy()
+                return candidate
+        return None
+
+    def _start_plan(self, atlas: Atlas) -> ProbePlan:
+        reach = self.options.reach * atlas.tolerance
+        heading = any_tangent(self._outward)
+        return self._finish(self._start, self._outward, heading, reach, Reason.START)
+
+    def _plan(self, atlas: Atlas, candidate: Candidate) -> ProbePlan:
+        normal, curvature = predicted_normal_and_curvature(atlas, candidate)
+        longest = self.options.reach * atlas.tolerance
+        shortest = self.options.least_reach * atlas.tolerance
+        reach = max(shortest, min(longest, self.options.max_turn / max(curvature, 1.0 / longest)))
+        heading = candidate.point - atlas.table.origin[candidate.home]
+        return self._finish(candidate.point, normal, heading, reach, candidate.reason)
+
+    def _finish(self, point, normal, heading, reach, reason) -> ProbePlan:
+        planes = concurrent_planes(point, normal, heading, self.options.curves)
+        return ProbePlan(
+            self._count,
+            point,
+            normal,
+            planes,
+            reach,
+            reach / self.options.samples,
+            self.options.max_turn,
+            reason,
+        )
