@@ -12,6 +12,7 @@ import numpy as np
 
 from touchatlas.atlas.kin import radical_share
 from touchatlas.atlas.table import Table
+from touchatlas.patch.arrays import cross
 
 _ALONG = np.linspace(-1.0, 1.0, 9)
 # Boundary whose normals differ by more than this is a crease.
@@ -66,30 +67,37 @@ def boundary_curves(table: Table, first: np.ndarray, second: np.ndarray):
     across = table.axes[first, 2] + table.axes[second, 2]
     across = across - ((across * offset).sum(axis=1) / square)[:, None] * offset
     across /= np.sqrt((across * across).sum(axis=1))[:, None]
-    along = np.cross(across, offset / np.sqrt(square)[:, None])
+    along = cross(across, offset / np.sqrt(square)[:, None])
     half = np.sqrt(np.maximum(half_square, 0.0))
     base = (table.origin[first] + share[:, None] * offset)[:, None] + (
         half[:, None] * _ALONG
     )[..., None] * along[:, None]
-    lift_first, normal_first = _lift(table, first, base, across)
-    lift_second, normal_second = _lift(table, second, base, across)
+    lift, normals = _lift(table, np.concatenate([first, second]), base, across)
+    (low, high), (normal_first, normal_second) = lift, normals
     cosine = (normal_first * normal_second).sum(axis=-1)
-    gap = (lift_second - lift_first) * (normal_first * across[:, None]).sum(axis=-1)
-    points = base + (0.5 * (lift_first + lift_second))[..., None] * across[:, None]
+    gap = (high - low) * (normal_first * across[:, None]).sum(axis=-1)
+    points = base + (0.5 * (low + high))[..., None] * across[:, None]
     return points, gap, np.arccos(np.clip(cosine, -1.0, 1.0)), half_square > 0
 
 
 def _lift(table: Table, rows, base, across):
-    """Distance (e, b) from base points along ``across`` to each row's patch, and its unit
-    normals (e, b, 3) there, world."""
-    lift = np.zeros(base.shape[:2])
+    """Distances (2, e, b) from base points along ``across`` to the patches of the 2 e rows,
+    and their unit normals (2, e, b, 3) there, world."""
+    base, across = np.concatenate([base, base]), np.concatenate([across, across])[:, None]
+    slope_of = (table.axes[rows] @ across.transpose(0, 2, 1)).transpose(0, 2, 1)
+    lift = 0.0
+    scaled = table.scaled_local(rows, base)
+    rise = slope_of / table.radius[rows][:, None, None]
     for _ in range(2):
-        scaled = table.scaled_local(rows, base + lift[..., None] * across[:, None])
         height, upward = table.surface(rows, scaled)
-        upward = upward @ table.axes[rows]
-        slope = (upward * across[:, None]).sum(axis=-1)
-        lift = lift - height * table.radius[rows][:, None] / np.maximum(slope, 0.2)
-    return lift, upward / np.sqrt((upward**2).sum(axis=-1))[..., None]
+        slope = np.maximum((upward * slope_of).sum(axis=-1), 0.2)
+        step = height * table.radius[rows][:, None] / slope
+        lift = lift - step
+        scaled = scaled - step[..., None] * rise
+    normals = upward / np.sqrt((upward**2).sum(axis=-1))[..., None] @ table.axes[rows]
+    half = len(rows) // 2
+    shape = (2, half, base.shape[1])
+    return lift.reshape(shape), normals.reshape(*shape, 3)
 
 
 def power_at(table: Table, rows, points) -> np.ndarray:
@@ -112,17 +120,18 @@ def corners_on(table: Table, row: int, first: np.ndarray, second: np.ndarray) ->
         excess = (table.power[row] - table.power[others]) / radius**2
         levels.append(0.5 * ((centre * centre).sum(axis=1) + excess))
     (a, b), (alpha, beta) = planes, levels
-    axis = np.cross(a, b)
+    axis = cross(a, b)
     point = np.zeros_like(a)
-    for _ in range(4):
-        height, normal = table.surface(np.array([row]), np.clip(point, -1.2, 1.2)[None])
+    for _ in range(3):
+        start = np.minimum(np.maximum(point, -1.2), 1.2)
+        height, normal = table.surface(np.array([row]), start[None])
         normal = normal[0]
-        level = (normal * np.clip(point, -1.2, 1.2)).sum(axis=1) - height[0]
+        level = (normal * start).sum(axis=1) - height[0]
         determinant = (axis * normal).sum(axis=1)
         safe = np.where(np.abs(determinant) > 1e-9, determinant, np.nan)
         point = (
-            alpha[:, None] * np.cross(b, normal)
-            + beta[:, None] * np.cross(normal, a)
+            alpha[:, None] * cross(b, normal)
+            + beta[:, None] * cross(normal, a)
             + level[:, None] * axis
         ) / safe[:, None]
         point = np.where(np.isfinite(point), point, 9.0)

@@ -102,7 +102,9 @@ class Table:
         height, fx, fy = evaluate_batch(
             self.basis, self.mean[rows], scaled[..., 0], scaled[..., 1], (VALUE, X, Y)
         )
-        return scaled[..., 2] - height, np.stack([-fx, -fy, np.ones_like(fx)], axis=-1)
+        upward = np.empty((*fx.shape, 3))
+        upward[..., 0], upward[..., 1], upward[..., 2] = -fx, -fy, 1.0
+        return scaled[..., 2] - height, upward
 
     def noise_scaled(self, rows) -> np.ndarray:
         """(m,) noise over patch radius."""

@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from touchatlas.patch.arrays import cross
+
 _WINDOWS = np.array([1.0, 0.7, 0.5, 0.35])
 _LEAST_POINTS = 5
 
@@ -103,7 +105,7 @@ def _plane_coordinates(point, contours):
         chords[c], normals[c] = difference[middle + 2] - difference[middle - 2], contour.plane.normal
     chords -= (chords * normals).sum(axis=1)[:, None] * normals
     along = chords / np.sqrt((chords**2).sum(axis=1))[:, None]
-    across = np.cross(normals, along)
+    across = cross(normals, along)
     s = (offsets @ along[:, :, None])[..., 0]
     h = (offsets @ across[:, :, None])[..., 0]
     return along, across, s, h, inside
