@@ -195,6 +195,7 @@ class Atlas:
             table.size -= 1
             self._give_samples(owner, points, normals)
             solve(table, kin)
+            self.frontier.cover(table, owner)
             return AtlasChange(changed=tuple(kin.tolist()))
         self._join(row, kin, points, normals)
         log_length = np.log(table.radius[row] / fit.turn)
@@ -239,9 +240,7 @@ class Atlas:
 
     def _close_frontier(self, row: int, kin: np.ndarray, points, normals) -> None:
         table = self.table
-        mask = np.zeros(table.size, bool)
-        mask[kin] = mask[row] = True
-        self.frontier.cover(table, row, mask)
+        self.frontier.cover(table, row)
         self.frontier.extend(table, row, kin, points, normals)
         if len(kin):
             table.ring_open[kin] *= power_at(table, [row], table.ring[kin])[..., 0] > 0

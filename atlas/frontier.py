@@ -2,7 +2,11 @@
 
 import numpy as np
 
+from touchatlas.atlas.moments import on_sheet
 from touchatlas.atlas.table import Table
+
+# Beyond this, in patch radii, a polynomial says nothing about whose sheet a sample is of.
+_REACH = 1.2
 
 
 class Frontier:
@@ -27,12 +31,14 @@ class Frontier:
     def __len__(self) -> int:
         return len(self.home)
 
-    def cover(self, table: Table, row: int, kin_mask: np.ndarray) -> None:
-        """Drop the samples that the core of ``row`` covers; ``kin_mask`` (n patches,) tells
-        whose samples are of its sheet."""
+    def cover(self, table: Table, row: int) -> None:
+        """Drop the samples of its sheet that the core of ``row`` covers."""
         offset = self.points - table.origin[row]
-        depth = np.sqrt((offset * offset).sum(axis=1) / table.power[row])
-        depth = np.where(kin_mask[self.home], np.minimum(depth, self.depth), self.depth)
+        share = np.sqrt((offset * offset).sum(axis=1) / table.power[row])
+        near = np.flatnonzero(share < _REACH / table.core)
+        near = near[on_sheet(table, np.array([row]), self.points[near], self.normals[near])[0]]
+        depth = self.depth.copy()
+        depth[near] = np.minimum(depth[near], share[near])
         self._keep(depth > 1.0, depth)
 
     def extend(self, table: Table, row: int, kin: np.ndarray, points, normals) -> None:
@@ -45,11 +51,6 @@ class Frontier:
         self.normals = np.concatenate([self.normals, normals[out]])
         self.home = np.concatenate([self.home, np.full(int(out.sum()), row)])
         self.depth = np.concatenate([self.depth, depth[out]])
-
-    def discard(self, point: np.ndarray, distance: float) -> None:
-        """Drop the samples within ``distance`` of a point that was tried in vain."""
-        offset = self.points - point
-        self._keep((offset * offset).sum(axis=1) > distance**2, self.depth)
 
     def _keep(self, keep: np.ndarray, depth: np.ndarray) -> None:
         self.points, self.normals = self.points[keep], self.normals[keep]

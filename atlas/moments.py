@@ -17,16 +17,25 @@ SHEET_GAP = 0.25
 SHEET_COSINE = 0.5
 
 
-def absorb(table: Table, rows: np.ndarray, points: np.ndarray, normals: np.ndarray) -> None:
-    """Add samples (n, 3) with unit normals (n, 3) to the equations of every row they fall in."""
-    scaled = table.scaled_local(rows, points)
+def on_sheet(table: Table, rows: np.ndarray, points, normals) -> np.ndarray:
+    """(m, n) whether samples (n, 3) with unit normals (n, 3) are of each row's sheet."""
+    return _of_sheet(table, rows, table.scaled_local(rows, points), normals)
+
+
+def _of_sheet(table: Table, rows, scaled, normals) -> np.ndarray:
     height, upward = table.surface(rows, scaled)
     normals_local = normals @ table.axes[rows].transpose(0, 2, 1)
     length = np.sqrt((upward**2).sum(axis=-1))
-    inside = (scaled[..., 0] ** 2 + scaled[..., 1] ** 2 <= 1.0) & (
-        np.abs(height) <= SHEET_GAP * length
+    return (np.abs(height) <= SHEET_GAP * length) & (
+        (normals_local * upward).sum(axis=-1) >= SHEET_COSINE * length
     )
-    inside &= (normals_local * upward).sum(axis=-1) >= SHEET_COSINE * length
+
+
+def absorb(table: Table, rows: np.ndarray, points: np.ndarray, normals: np.ndarray) -> None:
+    """Add samples (n, 3) with unit normals (n, 3) to the equations of every row they fall in."""
+    scaled = table.scaled_local(rows, points)
+    inside = _of_sheet(table, rows, scaled, normals)
+    inside &= scaled[..., 0] ** 2 + scaled[..., 1] ** 2 <= 1.0
     weight = inside.astype(float)
     terms = monomials(table.basis, scaled[..., 0], scaled[..., 1]).transpose(1, 0, 2)
     weighted = terms * weight[:, None, :]
