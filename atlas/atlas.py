@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import networkx as nx
 import numpy as np
 
+from touchatlas.atlas.blend import Blend, blend
 from touchatlas.atlas.boundary import (
     CREASE_ANGLE,
     Boundary,
@@ -20,7 +21,8 @@ from touchatlas.atlas.touch import Touch, TouchStatus
 from touchatlas.patch.fit import FitOptions, PatchFit, curvatures_from_polynomial, fit_patch
 from touchatlas.patch.frame import DarbouxFrame
 from touchatlas.patch.patch import Patch
-from touchatlas.patch.polynomial import LocalPolynomial, monge_basis
+from touchatlas.patch.polynomial import LocalPolynomial, monge_basis, monomials
+from touchatlas.patch.section import contour_normals
 from touchatlas.patch.smoothness import SmoothnessPrior
 
 _LEAST_POINTS = 5
@@ -95,7 +97,7 @@ class Atlas:
         self.corners_of: list[set[tuple[int, int, int]]] = []
         self.frontier = Frontier()
         self.touches = 0
-        self._length_sums = np.zeros(3)
+        self.length_sums = np.zeros(3)
 
     def __len__(self) -> int:
         return self.table.size
@@ -113,7 +115,7 @@ class Atlas:
     @property
     def prior(self) -> SmoothnessPrior:
         """What the patches so far say about the feature length of the next."""
-        count, total, squares = self._length_sums
+        count, total, squares = self.length_sums
         if count < 3:
             return SmoothnessPrior()
         mean = total / count
@@ -141,6 +143,24 @@ class Atlas:
             float(table.residual[i]),
             int(table.count[i]),
         )
+
+    def blend(self, points) -> Blend:
+        """Signed distance, normal, deviation and curvature at world points (n, 3)."""
+        return blend(self.table, self.kin, points)
+
+    def predicted_coverage(self) -> float:
+        """Share of the patches' outlines that other patches cover: 1 when nothing is open."""
+        return float(1.0 - self.table.ring_open.mean()) if len(self) else 0.0
+
+    def predicted_deviation(self) -> float:
+        """Root mean square over the patches of their deviation half-way to the rim, length."""
+        if not len(self):
+            return float("inf")
+        table = self.table
+        angles = np.pi / 4.0 * np.arange(8) + 0.2
+        terms = monomials(table.basis, 0.5 * np.cos(angles), 0.5 * np.sin(angles))
+        variance = (terms * (table.covariance @ terms)).sum(axis=1).mean(axis=1)
+        return float(np.sqrt(np.mean(table.radius**2 * variance)))
 
     def boundary(self, first: int, second: int) -> Boundary:
         """The boundary of two patches that meet."""
@@ -171,7 +191,10 @@ class Atlas:
             )
         except ValueError as error:
             return AtlasChange(refused=str(error))
-        return self._insert(fit, np.concatenate([c.points for c in contours]))
+        normals = [contour_normals(c, fit.patch.frame.normal) for c in contours]
+        return self._insert(
+            fit, np.concatenate([c.points for c in contours]), np.concatenate(normals)
+        )
 
     def _radius_limit(self, touch: Touch) -> float:
         """Largest radius whose core takes no earlier centre out of its own cell."""
@@ -181,13 +204,17 @@ class Atlas:
         square = (offset * offset).sum(axis=1) + table.power
         return float(0.99 * np.sqrt(square[alike].min()) / table.core) if alike.any() else np.inf
 
-    def _insert(self, fit: PatchFit, points: np.ndarray) -> AtlasChange:
+    def _insert(self, fit: PatchFit, points, normals) -> AtlasChange:
+        """Enter a fitted patch with its samples and their normals within their contours."""
         table = self.table
         row = table.append(fit)
         kin = kin_of(table, row)
+        # Within the patch its polynomial knows the normals better than single contours do.
         scaled = table.scaled_local(np.array([row]), points)
-        normals = table.surface(np.array([row]), scaled)[1][0]
-        normals = normals / np.sqrt((normals**2).sum(axis=1))[:, None] @ table.axes[row]
+        upward = table.surface(np.array([row]), scaled)[1][0]
+        upward = upward / np.sqrt((upward**2).sum(axis=1))[:, None] @ table.axes[row]
+        inside = (scaled[0, :, :2] ** 2).sum(axis=1) <= 1.0
+        normals = np.where(inside[:, None], upward, normals)
         if len(kin):
             absorb(table, kin, points, normals)
         owner = self._owner(row, kin)
@@ -196,10 +223,12 @@ class Atlas:
             self._give_samples(owner, points, normals)
             solve(table, kin)
             self.frontier.cover(table, owner)
+            frame = fit.patch.frame
+            self.frontier.visit(frame.origin, frame.normal, 0.5 * fit.patch.radius)
             return AtlasChange(changed=tuple(kin.tolist()))
         self._join(row, kin, points, normals)
         log_length = np.log(table.radius[row] / fit.turn)
-        self._length_sums += (1.0, log_length, log_length**2)
+        self.length_sums += (1.0, log_length, log_length**2)
         rows = np.append(kin, row)
         solve(table, rows)
         self._close_frontier(row, kin, points, normals)

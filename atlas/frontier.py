@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from touchatlas.atlas.moments import on_sheet
+from touchatlas.atlas.moments import SHEET_COSINE, on_sheet
 from touchatlas.atlas.table import Table
 
 # Beyond this, in patch radii, a polynomial says nothing about whose sheet a sample is of.
@@ -51,6 +51,12 @@ class Frontier:
         self.normals = np.concatenate([self.normals, normals[out]])
         self.home = np.concatenate([self.home, np.full(int(out.sum()), row)])
         self.depth = np.concatenate([self.depth, depth[out]])
+
+    def visit(self, point, normal, distance: float) -> None:
+        """Drop the samples about a point that was touched: it needs no second visit."""
+        offset = self.points - point
+        there = (offset * offset).sum(axis=1) <= distance**2
+        self._keep(~(there & (self.normals @ normal >= SHEET_COSINE)), self.depth)
 
     def _keep(self, keep: np.ndarray, depth: np.ndarray) -> None:
         self.points, self.normals = self.points[keep], self.normals[keep]

@@ -141,3 +141,22 @@ def _widest_consistent_window(rms, counts, noise_std):
     consistent = rms <= limit
     consistent[:, -1] = True
     return consistent.argmax(axis=1)
+
+
+def contour_normals(contour, outward) -> np.ndarray:
+    """(n, 3) unit normals of a contour within its sampling plane, toward ``outward`` (3,).
+
+    The part of the surface normal that one contour shows: all of it where the plane contains
+    the surface normal. Central differences over four steps, fewer at the ends.
+    """
+    points = contour.points
+    index = np.arange(len(points))
+    last = len(points) - 1
+    chords = points[np.minimum(index + 2, last)] - points[np.maximum(index - 2, 0)]
+    normals = cross(contour.plane.normal, chords)
+    length = np.sqrt((normals * normals).sum(axis=1))
+    normals = normals / np.where(length > 0.0, length, 1.0)[:, None]
+    # One sign for the whole curve: it is tracked on one side of the surface. The sign is read
+    # where the curve runs nearest to the reference direction.
+    along = normals @ outward
+    return normals if along[np.abs(along).argmax()] >= 0.0 else -normals

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from touchatlas.atlas.atlas import Atlas
+from touchatlas.patch.curvature import principal_directions
 from touchatlas.patch.polynomial import XX, XY, YY, X, Y, evaluate, shape_operator
 from touchatlas.planner.probe_plan import Reason
 
@@ -21,11 +22,14 @@ class Candidate:
     point : (3,) float, length, world
     home : int
         The patch that knows it.
+    normal : (3,) float, unit, world
+        Outward, as predicted.
     reason : Reason
     """
 
     point: np.ndarray
     home: int
+    normal: np.ndarray
     reason: Reason
 
 
@@ -47,19 +51,26 @@ def frontier_candidate(atlas: Atlas, position, spent) -> Candidate | None:
     offset = frontier.points - position
     distance = np.where(depth >= min(_FAR_ENOUGH, 0.98 * depth.max()), (offset**2).sum(axis=1), np.inf)
     best = int(distance.argmin())
-    return Candidate(frontier.points[best], int(frontier.home[best]), Reason.EXPAND)
+    return Candidate(
+        frontier.points[best], int(frontier.home[best]), frontier.normals[best], Reason.EXPAND
+    )
 
 
 def gap_candidate(atlas: Atlas, position, spent) -> Candidate | None:
     """The nearest point of a patch's outline that no other patch covers."""
-    rows, places = np.nonzero(atlas.table.ring_open)
-    points = atlas.table.ring[rows, places]
+    table = atlas.table
+    rows, places = np.nonzero(table.ring_open)
+    points = table.ring[rows, places]
     free = ~is_spent(points, spent)
     if not free.any():
         return None
     offset = points - position
     best = int(np.where(free, (offset**2).sum(axis=1), np.inf).argmin())
-    return Candidate(points[best], int(rows[best]), Reason.CLOSE_GAP)
+    row = rows[best]
+    upward = table.surface(rows[[best]], table.scaled_local(rows[[best]], points[[best]]))[1]
+    normal = upward[0, 0] @ table.axes[row]
+    normal /= np.sqrt(normal @ normal)
+    return Candidate(points[best], int(row), normal, Reason.CLOSE_GAP)
 
 
 def is_spent(points, spent) -> np.ndarray:
@@ -69,16 +80,14 @@ def is_spent(points, spent) -> np.ndarray:
     return (points[:, None] == np.asarray(spent)).all(axis=2).any(axis=1)
 
 
-def predicted_normal_and_curvature(atlas: Atlas, candidate: Candidate):
-    """Outward unit normal (3,) and largest |normal curvature| that the candidate's home patch
-    predicts there."""
+def predicted_curvature(atlas: Atlas, candidate: Candidate) -> float:
+    """Largest |normal curvature| that the candidate's home patch predicts there, or at the
+    nearest point of its rim: beyond it the polynomial says nothing."""
     table, home = atlas.table, candidate.home
-    scaled = (candidate.point - table.origin[home]) @ table.axes[home].T / table.radius[home]
+    x, y, _ = (candidate.point - table.origin[home]) @ table.axes[home].T / table.radius[home]
+    beyond = max(1.0, float(np.hypot(x, y)))
     fx, fy, fxx, fxy, fyy = evaluate(
-        table.basis, table.mean[home], scaled[:1], scaled[1:2], (X, Y, XX, XY, YY)
+        table.basis, table.mean[home], [x / beyond], [y / beyond], (X, Y, XX, XY, YY)
     )[:, 0]
-    normal = np.array([-fx, -fy, 1.0]) @ table.axes[home]
-    shape = shape_operator(fx, fy, fxx, fxy, fyy)
-    mean, difference = 0.5 * (shape[0, 0] + shape[1, 1]), 0.5 * (shape[0, 0] - shape[1, 1])
-    spread = np.sqrt(max(difference**2 + shape[0, 1] * shape[1, 0], 0.0))
-    return normal / np.sqrt(normal @ normal), float(abs(mean) + spread) / table.radius[home]
+    k1, k2, _ = principal_directions(shape_operator(fx, fy, fxx, fxy, fyy))
+    return max(abs(k1), abs(k2)) / float(table.radius[home])

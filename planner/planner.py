@@ -12,7 +12,7 @@ from touchatlas.planner.candidates import (
     Candidate,
     frontier_candidate,
     gap_candidate,
-    predicted_normal_and_curvature,
+    predicted_curvature,
 )
 from touchatlas.planner.planes import concurrent_planes
 from touchatlas.planner.probe_plan import ProbePlan, Reason
@@ -130,12 +130,12 @@ class Planner:
         return self._finish(self._start, self._outward, heading, reach, Reason.START)
 
     def _plan(self, atlas: Atlas, candidate: Candidate) -> ProbePlan:
-        normal, curvature = predicted_normal_and_curvature(atlas, candidate)
+        curvature = predicted_curvature(atlas, candidate)
         longest = self.options.reach * atlas.tolerance
         shortest = self.options.least_reach * atlas.tolerance
         reach = max(shortest, min(longest, self.options.max_turn / max(curvature, 1.0 / longest)))
         heading = candidate.point - atlas.table.origin[candidate.home]
-        return self._finish(candidate.point, normal, heading, reach, candidate.reason)
+        return self._finish(candidate.point, candidate.normal, heading, reach, candidate.reason)
 
     def _finish(self, point, normal, heading, reach, reason) -> ProbePlan:
         planes = concurrent_planes(point, normal, heading, self.options.curves)

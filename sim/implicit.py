@@ -37,7 +37,7 @@ class ImplicitObject:
         self, name, description, field: Field, half_extent, noise_std, tolerance,
         euler_characteristic=2,
     ) -> None:
-        self.name, self.description, self.field = name, description, field
+        self.name, self.source, self.description, self.field = name, name, description, field
         self._half_extent = np.asarray(half_extent, dtype=float)
         self.noise_std, self.tolerance = float(noise_std), float(tolerance)
         self.euler_characteristic = euler_characteristic

@@ -64,7 +64,7 @@ class MeshObject:
         if self.closed and mesh.volume < 0:
             faces = np.ascontiguousarray(faces[:, ::-1])
         used = np.unique(faces)
-        self.name = name
+        self.name, self.source = name, name
         self.vertices, self.faces = np.asarray(vertices, float), np.asarray(faces, np.int64)
         self.bounds = np.array([self.vertices[used].min(axis=0), self.vertices[used].max(axis=0)])
         self.diagonal = float(np.linalg.norm(self.bounds[1] - self.bounds[0]))

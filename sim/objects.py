@@ -97,4 +97,6 @@ def make_object(name: str, seed: int = 0) -> ImplicitObject | MeshObject:
             f"{name!r} is neither a built-in object nor a mesh file; {hint} "
             f"Built in are {', '.join(object_names())}."
         )
-    return MeshObject(Path(name).stem, *load_mesh(name))
+    obj = MeshObject(Path(name).stem, *load_mesh(name))
+    obj.source = str(Path(name).resolve())
+    return obj

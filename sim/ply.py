@@ -1,0 +1,43 @@
+"""surface.ply: binary PLY with normals, predicted deviation and patch id at each vertex."""
+
+import numpy as np
+
+from touchatlas.atlas.surface import Surface
+
+_VERTEX = np.dtype(
+    [(name, "<f8") for name in ("x", "y", "z", "nx", "ny", "nz", "deviation")] + [("patch", "<i4")]
+)
+_FACE = np.dtype([("count", "u1"), ("indices", "<i4", (3,))])
+
+
+def ply_bytes(surface: Surface) -> bytes:
+    """A surface as a little-endian binary PLY."""
+    vertices = np.empty(len(surface.vertices), _VERTEX)
+    for axis, name in enumerate("xyz"):
+        vertices[name] = surface.vertices[:, axis]
+        vertices["n" + name] = surface.normals[:, axis]
+    vertices["deviation"], vertices["patch"] = surface.deviation, surface.patch
+    faces = np.empty(len(surface.faces), _FACE)
+    faces["count"], faces["indices"] = 3, surface.faces
+    header = ["ply", "format binary_little_endian 1.0", f"element vertex {len(vertices)}"]
+    header += [
+        f"property {'int' if _VERTEX[name].kind == 'i' else 'double'} {name}"
+        for name in _VERTEX.names
+    ]
+    header += [f"element face {len(faces)}", "property list uchar int vertex_indices", "end_header"]
+    return ("\n".join(header) + "\n").encode() + vertices.tobytes() + faces.tobytes()
+
+
+def read_deviation(path) -> np.ndarray | None:
+    """(v,) predicted deviation of a surface.ply, None where the file has none."""
+    with open(path, "rb") as file:
+        head = file.read(4096)
+        end = head.find(b"end_header\n")
+        if not head.startswith(b"ply") or end < 0:
+            return None
+        names = [line.split()[-1] for line in head[:end].decode().splitlines() if "property" in line]
+        if names[: len(_VERTEX.names)] != list(_VERTEX.names):
+            return None
+        count = int(head[:end].split(b"element vertex ")[1].split(b"\n")[0])
+        file.seek(end + len(b"end_header\n"))
+        return np.frombuffer(file.read(count * _VERTEX.itemsize), _VERTEX)["deviation"].copy()
