@@ -7,10 +7,11 @@ import numpy as np
 
 from touchatlas.atlas.blend import Blend, blend
 from touchatlas.atlas.boundary import (
+    CELL_MARGIN,
     CREASE_ANGLE,
     Boundary,
-    accepted_corners,
     boundary_curves,
+    corners_with,
     power_at,
 )
 from touchatlas.atlas.frontier import Frontier
@@ -80,6 +81,8 @@ class Atlas:
         For each patch, the patches that continue its sheet within reach.
     corners : dict
         Ascending triples of ids to the point (3,) where three boundaries meet.
+    gaps : dict
+        Triples of ids to the point (3,) that their three cores leave uncovered between them.
     frontier : Frontier
     touches : int
     """
@@ -95,6 +98,7 @@ class Atlas:
         self.samples: list[tuple[np.ndarray, np.ndarray]] = []
         self.corners: dict[tuple[int, int, int], np.ndarray] = {}
         self.corners_of: list[set[tuple[int, int, int]]] = []
+        self.gaps: dict[tuple[int, int, int], np.ndarray] = {}
         self.frontier = Frontier()
         self.touches = 0
         self.length_sums = np.zeros(3)
@@ -278,30 +282,42 @@ class Atlas:
     def _meet(self, row: int, kin: np.ndarray) -> None:
         """Corners and boundaries around a new patch."""
         self._drop_conquered_corners(row, kin)
-        triples, points = accepted_corners(self.table, row, kin, self.kin)
-        touched = set()
-        for triple, point in zip(map(tuple, triples.tolist()), points, strict=True):
-            self.corners[triple] = point
-            for i in triple:
-                self.corners_of[i].add(triple)
-            touched.add(triple[:2])
+        touched = {triple[:2] for triple in self._find_corners(row, kin)}
         pairs = {(i, row) for i in kin.tolist()} | touched
         pairs |= {
             (i, j) for i in kin.tolist() for j in self.graph.adj[i] if i < j and j in self.kin[row]
         }
         self._draw_boundaries(sorted(pairs))
 
+    def _find_corners(self, row: int, kin: np.ndarray) -> list[tuple[int, int, int]]:
+        """Enter the corners and gaps of ``row`` with older patches; returns the corners."""
+        triples, points, excess = corners_with(self.table, row, kin, self.kin)
+        found = []
+        for triple, point, over in zip(map(tuple, triples.tolist()), points, excess, strict=True):
+            if triple[2] != row:
+                continue
+            if over > CELL_MARGIN:
+                self.gaps[triple] = point
+                continue
+            self.corners[triple] = point
+            found.append(triple)
+            for i in triple:
+                self.corners_of[i].add(triple)
+        return found
+
     def _drop_conquered_corners(self, row: int, kin: np.ndarray) -> None:
         triples = sorted({t for i in kin.tolist() for t in self.corners_of[i]})
+        near = self.kin[row]
+        triples += [t for t in self.gaps if not near.isdisjoint(t)]
         if not triples:
             return
-        points = np.array([self.corners[t] for t in triples])
+        points = np.array([self.gaps.get(t, self.corners.get(t)) for t in triples])
         table = self.table
         offset = points - table.origin[[t[0] for t in triples]]
         own = (offset * offset).sum(axis=1) - table.power[[t[0] for t in triples]]
         conquered = power_at(table, [row], points)[:, 0] < own
         for triple, lost in zip(triples, conquered, strict=True):
-            if lost:
+            if lost and self.gaps.pop(triple, None) is None:
                 del self.corners[triple]
                 for i in triple:
                     self.corners_of[i].discard(triple)
@@ -344,7 +360,8 @@ class Atlas:
         first = [i for i, _ in pairs]
         offset = points - table.origin[first][:, None]
         own = (offset * offset).sum(axis=-1) - table.power[first][:, None]
-        return (own <= 0.0) & (own <= rival.min(axis=2) + 1e-12 * table.power[first][:, None])
+        return (own <= CELL_MARGIN * table.power[first][:, None]) & (
+            own <= rival.min(axis=2) + 1e-12 * table.power[first][:, None])
 
     def euler_characteristic(self) -> int:
         """V - E + F of the patch graph: patches, boundaries and corners."""
@@ -353,17 +370,13 @@ class Atlas:
     def retile(self) -> None:
         """Corners and boundaries of all patches anew, from the polynomials as they are now."""
         self.corners.clear()
+        self.gaps.clear()
         self.graph.remove_edges_from(list(self.graph.edges))
         for corners in self.corners_of:
             corners.clear()
         pairs = set()
         for row in range(self.table.size):
             older = np.array(sorted(self.kin[row]), int)
-            triples, points = accepted_corners(self.table, row, older, self.kin)
-            for triple, point in zip(map(tuple, triples.tolist()), points, strict=True):
-                if triple[2] == row:
-                    self.corners[triple] = point
-                    for i in triple:
-                        self.corners_of[i].add(triple)
+            self._find_corners(row, older)
             pairs |= {(i, row) for i in older.tolist() if i < row}
         self._draw_boundaries(sorted(pairs))

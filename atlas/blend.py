@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from touchatlas.atlas.boundary import power_at
+from touchatlas.atlas.boundary import CELL_MARGIN, power_at
 from touchatlas.atlas.table import Table
 from touchatlas.patch.polynomial import (
     VALUE,
@@ -24,11 +24,6 @@ from touchatlas.patch.polynomial import (
     gaussian_curvature,
     monomials,
 )
-
-# A foot point counts as in its patch's cell up to this share of the squared core radius, so
-# that feet of two patches on their common boundary cannot both fall to the other.
-_CELL_MARGIN = 0.05
-
 
 @dataclass(frozen=True, eq=False)
 class Blend:
@@ -109,7 +104,7 @@ def _say(table: Table, kin, row, points, near, reach):
     normals = upward @ table.axes[row]
     feet = points[near] - distance[:, None] * normals
     own = power_at(table, [row], feet)[:, 0]
-    limit = _CELL_MARGIN * table.power[row]
+    limit = CELL_MARGIN * table.power[row]
     lowest = own <= limit
     if kin[row]:
         lowest &= own <= power_at(table, sorted(kin[row]), feet).min(axis=1) + limit

@@ -10,11 +10,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from touchatlas.atlas.kin import radical_share
 from touchatlas.atlas.table import Table
 from touchatlas.patch.arrays import cross
 
 _ALONG = np.linspace(-1.0, 1.0, 9)
+# Cells reach past their cores by this share of the squared core radius: what three cores leave
+# open between them up to here is a corner, beyond it a gap. So feet of two patches on their
+# common boundary cannot both fall to the other, either.
+CELL_MARGIN = 0.05
 # Boundary whose normals differ by more than this is a crease.
 CREASE_ANGLE = np.deg2rad(30.0)
 
@@ -148,36 +151,27 @@ def pairs_of(rows, kin: list[set[int]]) -> tuple[np.ndarray, np.ndarray]:
     return first, second
 
 
-def accepted_corners(table: Table, row: int, others: np.ndarray, kin: list[set[int]]):
-    """Corners of ``row`` with two of ``others``: triples (m, 3) of rows and points (m, 3).
+def corners_with(table: Table, row: int, others: np.ndarray, kin: list[set[int]]):
+    """Places where ``row`` and two of ``others`` have equal power and no fourth kin has less.
 
-    A corner counts where the three cores meet and no fourth kin patch has less power.
+    Returns
+    -------
+    triples : (m, 3) int
+        Ascending rows.
+    points : (m, 3) float, world
+    excess : (m,) float
+        Power there over the squared core radius of ``row``: a corner of three boundaries up to
+        CELL_MARGIN, a gap between the three cores beyond.
     """
     first, second = pairs_of(others.tolist(), kin)
     if not len(first):
-        return np.zeros((0, 3), int), np.zeros((0, 3))
+        return np.zeros((0, 3), int), np.zeros((0, 3)), np.zeros(0)
     points = corners_on(table, row, first, second)
-    return _keep_lowest(table, row, others, first, second, points)
-
-
-def _keep_lowest(table, row, others, first, second, points):
     near = ~np.isnan(points[:, 0])
     first, second, points = first[near], second[near], points[near]
     own = power_at(table, [row], points)[:, 0]
     rival = power_at(table, others, points)
     rival[(others == first[:, None]) | (others == second[:, None])] = np.inf
-    lowest = (own <= 0.0) & (own <= rival.min(axis=1))
-    triples = np.stack([first, second, np.full_like(first, row)], axis=1)
-    return np.sort(triples[lowest], axis=1), points[lowest]
-
-
-__all__ = [
-    "CREASE_ANGLE",
-    "Boundary",
-    "accepted_corners",
-    "boundary_curves",
-    "corners_on",
-    "pairs_of",
-    "power_at",
-    "radical_share",
-]
+    lowest = own <= rival.min(axis=1)
+    triples = np.sort(np.stack([first, second, np.full_like(first, row)], axis=1), axis=1)
+    return triples[lowest], points[lowest], own[lowest] / table.power[row]

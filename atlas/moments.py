@@ -18,16 +18,20 @@ SHEET_COSINE = 0.5
 
 
 def on_sheet(table: Table, rows: np.ndarray, points, normals) -> np.ndarray:
-    """(m, n) whether samples (n, 3) with unit normals (n, 3) are of each row's sheet."""
-    return _of_sheet(table, rows, table.scaled_local(rows, points), normals)
+    """(m, n) whether samples (n, 3) may be of each row's sheet: near it and facing as it does.
+
+    Weaker than what it takes to be learned from: samples far from their own patch know their
+    normals only within one contour.
+    """
+    return _of_sheet(table, rows, table.scaled_local(rows, points), normals, 0.0)
 
 
-def _of_sheet(table: Table, rows, scaled, normals) -> np.ndarray:
+def _of_sheet(table: Table, rows, scaled, normals, cosine=SHEET_COSINE) -> np.ndarray:
     height, upward = table.surface(rows, scaled)
     normals_local = normals @ table.axes[rows].transpose(0, 2, 1)
     length = np.sqrt((upward**2).sum(axis=-1))
     return (np.abs(height) <= SHEET_GAP * length) & (
-        (normals_local * upward).sum(axis=-1) >= SHEET_COSINE * length
+        (normals_local * upward).sum(axis=-1) >= cosine * length
     )
 
 

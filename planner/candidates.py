@@ -57,10 +57,13 @@ def frontier_candidate(atlas: Atlas, position, spent) -> Candidate | None:
 
 
 def gap_candidate(atlas: Atlas, position, spent) -> Candidate | None:
-    """The nearest point of a patch's outline that no other patch covers."""
+    """The nearest point that no core covers: of the patches' outlines, and between three."""
     table = atlas.table
     rows, places = np.nonzero(table.ring_open)
     points = table.ring[rows, places]
+    if atlas.gaps:
+        points = np.concatenate([points, list(atlas.gaps.values())])
+        rows = np.concatenate([rows, [triple[2] for triple in atlas.gaps]])
     free = ~is_spent(points, spent)
     if not free.any():
         return None

@@ -107,7 +107,8 @@ class MeshObject:
         hits = self._tree.intersect_ray(
             self.vertices, self.faces, np.array([origin]), np.array([direction])
         )[0]
-        distances = [hit[-1] for hit in hits if 0.0 <= hit[-1] <= length]
+        # A hit is (face, distance, u, v).
+        distances = [hit[1] for hit in hits if 0.0 <= hit[1] <= length]
         return origin + min(distances) * direction if distances else None
 
     def trace_arms(self, point, plane_normals, directions, reach, step, max_turn):
