@@ -27,6 +27,7 @@ from touchatlas.patch.section import contour_normals
 from touchatlas.patch.smoothness import SmoothnessPrior
 
 _LEAST_POINTS = 5
+_LEAST_CONTOURS = 3
 # Feature lengths within one object differ by no less than this, as a standard deviation of
 # their logarithm, however alike those seen so far were.
 _LEAST_LOG_STD = 0.5
@@ -41,10 +42,13 @@ class AtlasOptions:
     fit : FitOptions
     bias : float
         Lack of fit that a patch may have before its radius is reduced, in tolerances.
+    least_radius : float
+        No patch is made smaller than this for its contours' sake, in tolerances.
     """
 
     fit: FitOptions = FitOptions()
-    bias: float = 0.1
+    bias: float = 0.2
+    least_radius: float = 10.0
 
 
 @dataclass(frozen=True)
@@ -183,12 +187,18 @@ class Atlas:
         if touch.status is not TouchStatus.TOUCHED:
             return AtlasChange(refused=f"the probe reported: {touch.status.value}")
         contours = tuple(c for c in touch.contours if len(c.points) >= _LEAST_POINTS)
+        if len(contours) < _LEAST_CONTOURS:
+            return AtlasChange(
+                refused=f"{len(contours)} contours have {_LEAST_POINTS} points or more; a patch "
+                f"needs {_LEAST_CONTOURS}: sample more finely"
+            )
         try:
             fit = fit_patch(
                 touch.contact,
                 contours,
                 touch.approach,
                 bias=self.options.bias * self.tolerance,
+                radius_floor=self.options.least_radius * self.tolerance,
                 radius_limit=self._radius_limit(touch),
                 prior=self.prior,
                 options=self.options.fit,

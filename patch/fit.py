@@ -87,6 +87,7 @@ def fit_patch(
     shared: np.ndarray | None = None,
     bias: float = np.inf,
     radius_limit: float = np.inf,
+    radius_floor: float = 0.0,
     prior: SmoothnessPrior = SmoothnessPrior(),
     options: FitOptions = FitOptions(),
 ) -> PatchFit:
@@ -106,6 +107,8 @@ def fit_patch(
         Residuals beyond the noise that are borne before the radius is reduced.
     radius_limit : float, length
         The patch is made no larger than this.
+    radius_floor : float, length
+        Contours that end nearer than this, or residuals, make the patch no smaller.
     prior : SmoothnessPrior
     options : FitOptions
 
@@ -129,11 +132,11 @@ def fit_patch(
     samples = np.concatenate([c.points for c in contours])
     if shared is not None and len(shared):
         samples = np.concatenate([samples, shared])
-    reach = min(contour_extent(point, contours), radius_limit)
+    reach = min(max(contour_extent(point, contours), radius_floor), radius_limit)
     basis = monge_basis(options.degree)
 
     local = (samples - point) @ axes.T
-    share, turn, mean = _first_polynomial(basis, local / reach, noise / reach, bias / reach, prior, reach)
+    share, turn, mean = _first_polynomial(basis, local / reach, noise / reach, bias / reach, prior, reach, radius_floor / reach)
     origin, axes = _reframe(basis, mean, reach, point, axes)
     radius = share * reach
     scaled = (samples - origin) @ axes.T / radius
@@ -175,13 +178,14 @@ def accumulate(basis, scaled) -> NormalEquations:
     return NormalEquations(terms @ terms.T, terms @ z, float(z @ z), len(z))
 
 
-def _first_polynomial(basis, scaled, noise, bias, prior, reach):
+def _first_polynomial(basis, scaled, noise, bias, prior, reach, floor):
     """Share of the reach that the polynomial holds for, R / feature length, coefficients."""
     noise = float(scaled_noise(noise, 1.0))
     z = scaled[:, 2]
     terms = monomials(basis, scaled[:, 0], scaled[:, 1])
     distance = (scaled[:, :2] ** 2).sum(axis=1)
-    mask = (distance <= (_RADIUS_LEVELS**2)[:, None]).astype(float)
+    levels = _RADIUS_LEVELS[max(0, int((floor <= _RADIUS_LEVELS).sum()) - 1) :: -1][::-1]
+    mask = (distance <= (levels**2)[:, None]).astype(float)
     masked = mask[:, None, :] * terms
     gram, right = masked @ terms.T, masked @ z
     square, count = mask @ (z * z), mask.sum(axis=1)
@@ -197,7 +201,7 @@ def _first_polynomial(basis, scaled, noise, bias, prior, reach):
     holds = variance <= limit
     holds[-1] = True
     level = int(holds.argmax())
-    return float(_RADIUS_LEVELS[level]), turn, mean[level]
+    return float(levels[level]), turn, mean[level]
 
 
 def _reframe(basis, mean, scale, point, axes):

@@ -6,7 +6,7 @@ import numpy as np
 
 from touchatlas.atlas.atlas import Atlas, AtlasChange
 from touchatlas.atlas.touch import Touch, TouchStatus
-from touchatlas.patch.arrays import check_unit, frozen_array
+from touchatlas.patch.arrays import check_unit, cross, frozen_array
 from touchatlas.patch.frame import any_tangent
 from touchatlas.planner.candidates import (
     Candidate,
@@ -16,6 +16,10 @@ from touchatlas.planner.candidates import (
 )
 from touchatlas.planner.planes import concurrent_planes
 from touchatlas.planner.probe_plan import ProbePlan, Reason
+
+
+# Arms are shortened to this share after contours that were too short for a patch.
+_CLOSER = 0.35
 
 
 @dataclass(frozen=True)
@@ -40,7 +44,7 @@ class PlannerOptions:
     samples: int = 12
     max_turn: float = np.pi / 4
     reach: float = 200.0
-    least_reach: float = 5.0
+    least_reach: float = 20.0
 
 
 class Planner:
@@ -71,6 +75,7 @@ class Planner:
         self._asked: ProbePlan | None = None
         self._target: np.ndarray | None = None
         self._spent: list[np.ndarray] = []
+        self._retry: ProbePlan | None = None
         self._count = 0
 
     def ask(self, atlas: Atlas) -> ProbePlan | None:
@@ -80,9 +85,12 @@ class Planner:
         """
         if self._asked is not None:
             return self._asked
-        if len(atlas) == 0:
+        if self._retry is not None:
+            self._asked = self._closer(atlas, self._retry)
+            self._retry = None
+        if self._asked is None and len(atlas) == 0:
             self._asked = self._start_plan(atlas) if self._count == 0 else None
-        else:
+        elif self._asked is None:
             candidate = self._candidate(atlas)
             self._asked = None if candidate is None else self._plan(atlas, candidate)
         return self._asked
@@ -103,7 +111,9 @@ class Planner:
             )
         if touch.status is TouchStatus.TOUCHED:
             self._position = touch.contact
-        if change.refused and self._target is not None:
+        if change.refused and touch.status is TouchStatus.TOUCHED:
+            self._retry = self._asked
+        elif change.refused and self._target is not None:
             self._spent.append(self._target)
         self._count += 1
         self._asked = None
@@ -123,6 +133,17 @@ class Planner:
                 self._target = candidate.point.copy()
                 return candidate
         return None
+
+    def _closer(self, atlas: Atlas, plan: ProbePlan) -> ProbePlan | None:
+        """The same place with shorter arms and finer steps, after contours that were too short;
+        None when they would be shorter than the least reach."""
+        reach = _CLOSER * plan.reach
+        if reach < self.options.least_reach * atlas.tolerance:
+            if self._target is not None:
+                self._spent.append(self._target)
+            return None
+        heading = cross(plan.planes[0].normal, plan.normal)
+        return self._finish(plan.reference_point, plan.normal, heading, reach, plan.reason)
 
     def _start_plan(self, atlas: Atlas) -> ProbePlan:
         reach = self.options.reach * atlas.tolerance

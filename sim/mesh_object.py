@@ -12,6 +12,7 @@ from touchatlas.sim.triangles import areas_of, face_normals, sample_triangles, t
 
 _NOISE_SHARE = 2e-4
 _TOLERANCE_SHARE = 1e-3
+_RAY_EXTENT = 1e3
 
 
 def load_mesh(path):
@@ -73,6 +74,12 @@ class MeshObject:
         self.euler_characteristic = int(mesh.euler_number)
         self._tree = igl.AABB()
         self._tree.init(self.vertices, self.faces)
+        # The tree's rays are in single precision with an absolute threshold for slivers: rays are
+        # asked in a frame of fixed size, and the point found again on the triangle named.
+        self._centre, self._unit = self.bounds.mean(axis=0), self.diagonal / _RAY_EXTENT
+        self._ray_vertices = (self.vertices - self._centre) / self._unit
+        self._ray_tree = igl.AABB()
+        self._ray_tree.init(self._ray_vertices, self.faces)
         self._face_edges, self._edge_faces = self._adjacency()
 
     def _adjacency(self):
@@ -104,12 +111,21 @@ class MeshObject:
 
     def contact(self, origin, direction, length: float):
         """First point where a segment meets the mesh, (3,), or None."""
-        hits = self._tree.intersect_ray(
-            self.vertices, self.faces, np.array([origin]), np.array([direction])
+        start = (np.asarray(origin) - self._centre) / self._unit
+        hits = self._ray_tree.intersect_ray(
+            self._ray_vertices, self.faces, start[None], np.array([direction])
         )[0]
         # A hit is (face, distance, u, v).
-        distances = [hit[1] for hit in hits if 0.0 <= hit[1] <= length]
+        distances = [self._distance_along(hit[0], origin, direction) for hit in hits]
+        distances = [d for d in distances if 0.0 <= d <= length]
         return origin + min(distances) * direction if distances else None
+
+    def _distance_along(self, face: int, origin, direction) -> float:
+        """Where a ray meets the plane of a face, length."""
+        a, b, c = self.vertices[self.faces[face]]
+        normal = np.cross(b - a, c - a)
+        slope = float(normal @ direction)
+        return float(normal @ (a - origin)) / slope if slope != 0.0 else -1.0
 
     def trace_arms(self, point, plane_normals, directions, reach, step, max_turn):
         """Curves from a surface point in several planes; see ImplicitObject.trace_arms.
