@@ -47,7 +47,7 @@ class AtlasOptions:
     """
 
     fit: FitOptions = FitOptions()
-    bias: float = 0.2
+    bias: float = 0.1
     least_radius: float = 10.0
 
 
@@ -363,15 +363,18 @@ class Atlas:
         """(e, b) whether no third kin patch has less power than the pair at its points."""
         table = self.table
         rivals = [sorted(self.kin[i] - {j}) for i, j in pairs]
-        width = max(1, max(len(r) for r in rivals))
-        rows = np.array([r + [i] * (width - len(r)) for r, (i, _) in zip(rivals, pairs, strict=True)])
+        width = max(1, *map(len, rivals))
+        rows = np.array(
+            [r + [i] * (width - len(r)) for r, (i, _) in zip(rivals, pairs, strict=True)]
+        )
         offset = points[:, :, None] - table.origin[rows][:, None]
         rival = (offset * offset).sum(axis=-1) - table.power[rows][:, None]
         first = [i for i, _ in pairs]
         offset = points - table.origin[first][:, None]
         own = (offset * offset).sum(axis=-1) - table.power[first][:, None]
         return (own <= CELL_MARGIN * table.power[first][:, None]) & (
-            own <= rival.min(axis=2) + 1e-12 * table.power[first][:, None])
+            own <= rival.min(axis=2) + 1e-12 * table.power[first][:, None]
+        )
 
     def euler_characteristic(self) -> int:
         """V - E + F of the patch graph: patches, boundaries and corners."""

@@ -25,6 +25,12 @@ from touchatlas.patch.polynomial import (
     monomials,
 )
 
+
+# The surface is known a little beyond what closes the graph, so that the cubes around a corner
+# with just the power CELL_MARGIN are known too.
+_COVER_MARGIN = 3.0 * CELL_MARGIN
+
+
 @dataclass(frozen=True, eq=False)
 class Blend:
     """The blended surface as seen from n query points.
@@ -76,12 +82,18 @@ def blend(table: Table, kin: list[set[int]], points, reach: float = np.inf) -> B
     if not parts:
         nothing = np.full(count, np.nan)
         return Blend(
-            nothing, np.zeros(count, bool), np.full((count, 3), np.nan), nothing, nothing,
+            nothing,
+            np.zeros(count, bool),
+            np.full((count, 3), np.nan),
+            nothing,
+            nothing,
             np.full(count, -1),
         )
     where, who, numbers, normals, own = (np.concatenate(p) for p in zip(*parts, strict=True))
     order = np.lexsort((np.where(own, np.abs(numbers[:, 0]), np.inf), where))
-    return _average(kin, count, where[order], who[order], numbers[order], normals[order], own[order])
+    return _average(
+        kin, count, where[order], who[order], numbers[order], normals[order], own[order]
+    )
 
 
 def _say(table: Table, kin, row, points, near, reach):
@@ -97,7 +109,9 @@ def _say(table: Table, kin, row, points, near, reach):
     height, fx, fy, fxx, fxy, fyy = rows @ terms
     stretch = np.sqrt(1.0 + fx * fx + fy * fy)
     distance = radius * (scaled[:, 2] - height) / stretch
-    inside = (scaled[:, 0] ** 2 + scaled[:, 1] ** 2 <= 1.0) & (np.abs(distance) <= min(reach, 0.5 * radius))
+    inside = (scaled[:, 0] ** 2 + scaled[:, 1] ** 2 <= 1.0) & (
+        np.abs(distance) <= min(reach, 0.5 * radius)
+    )
     near, scaled, terms, distance = near[inside], scaled[inside], terms[:, inside], distance[inside]
     fx, fy, stretch = fx[inside], fy[inside], stretch[inside]
     upward = np.stack([-fx, -fy, np.ones_like(fx)], axis=1) / stretch[:, None]
@@ -105,7 +119,7 @@ def _say(table: Table, kin, row, points, near, reach):
     feet = points[near] - distance[:, None] * normals
     own = power_at(table, [row], feet)[:, 0]
     limit = CELL_MARGIN * table.power[row]
-    lowest = own <= limit
+    lowest = own <= _COVER_MARGIN * table.power[row]
     if kin[row]:
         lowest &= own <= power_at(table, sorted(kin[row]), feet).min(axis=1) + limit
     variance = np.maximum((terms * (table.covariance[row] @ terms)).sum(axis=0), 0.0)

@@ -72,9 +72,9 @@ def boundary_curves(table: Table, first: np.ndarray, second: np.ndarray):
     across /= np.sqrt((across * across).sum(axis=1))[:, None]
     along = cross(across, offset / np.sqrt(square)[:, None])
     half = np.sqrt(np.maximum(half_square, 0.0))
-    base = (table.origin[first] + share[:, None] * offset)[:, None] + (
-        half[:, None] * _ALONG
-    )[..., None] * along[:, None]
+    base = (table.origin[first] + share[:, None] * offset)[:, None] + (half[:, None] * _ALONG)[
+        ..., None
+    ] * along[:, None]
     lift, normals = _lift(table, np.concatenate([first, second]), base, across)
     (low, high), (normal_first, normal_second) = lift, normals
     cosine = (normal_first * normal_second).sum(axis=-1)
@@ -88,7 +88,7 @@ def _lift(table: Table, rows, base, across):
     and their unit normals (2, e, b, 3) there, world."""
     base, across = np.concatenate([base, base]), np.concatenate([across, across])[:, None]
     slope_of = (table.axes[rows] @ across.transpose(0, 2, 1)).transpose(0, 2, 1)
-    lift = 0.0
+    lift = np.zeros(base.shape[:2])
     scaled = table.scaled_local(rows, base)
     rise = slope_of / table.radius[rows][:, None, None]
     for _ in range(2):

@@ -45,4 +45,6 @@ def kin_of(table: Table, row: int) -> np.ndarray:
     agree = (upward * their_upward).sum(axis=1) >= SHEET_COSINE * lengths[0] * lengths[1]
     inside = (theirs[:, 0, :2] ** 2).sum(axis=1) <= 1.0
     inside &= (mine[0, :, :2] ** 2).sum(axis=1) <= 1.0
-    return others[agree & inside & (distance <= SHEET_GAP * np.minimum(radius, table.radius[others]))]
+    return others[
+        agree & inside & (distance <= SHEET_GAP * np.minimum(radius, table.radius[others]))
+    ]

@@ -58,7 +58,9 @@ def load_atlas(path) -> Atlas:
     except FileNotFoundError:
         raise ValueError(f"{path} does not exist; give the atlas.npz of a run") from None
     except (zipfile.BadZipFile, ValueError, KeyError, EOFError, OSError) as error:
-        raise ValueError(f"{path} is no whole atlas file ({error}); it was cut off or altered") from None
+        raise ValueError(
+            f"{path} is no whole atlas file ({error}); it was cut off or altered"
+        ) from None
     if header["format"] > FORMAT:
         raise ValueError(
             f"{path} has format {header['format']}; this version reads up to {FORMAT}: update it"

@@ -42,6 +42,8 @@ _RADIUS_LEVELS = np.array([1.0, 0.8, 0.64, 0.5, 0.4])
 OUTLINE_COUNT = 24
 _OUTLINE_ANGLES = np.linspace(0.0, 2.0 * np.pi, OUTLINE_COUNT, endpoint=False)
 _OUTLINE = np.stack([np.cos(_OUTLINE_ANGLES), np.sin(_OUTLINE_ANGLES)])
+# Of the system for the principal curvatures: reached by sections within about 2 degrees.
+_WORST_CONDITION = 1e3
 # Beyond these the surface was seen to stop or to break: the patch need not end before them.
 _HARD_ENDS = (ContourEnd.EDGE, ContourEnd.LOST_CONTACT, ContourEnd.UNREACHABLE)
 
@@ -136,7 +138,9 @@ def fit_patch(
     basis = monge_basis(options.degree)
 
     local = (samples - point) @ axes.T
-    share, turn, mean = _first_polynomial(basis, local / reach, noise / reach, bias / reach, prior, reach, radius_floor / reach)
+    share, turn, mean = _first_polynomial(
+        basis, local / reach, noise / reach, bias / reach, prior, reach, radius_floor / reach
+    )
     origin, axes = _reframe(basis, mean, reach, point, axes)
     radius = share * reach
     scaled = (samples - origin) @ axes.T / radius
@@ -154,6 +158,11 @@ def frame_from_sections(point, contours, outward, noise):
     curvatures = np.array([s.curvature_vector for s in sections]) @ normal
     stds = np.array([s.curvature_std for s in sections])
     _, _, angle, _, _, condition = curvatures_from_sections(curvatures, angles, stds)
+    if condition > _WORST_CONDITION:
+        raise ValueError(
+            f"the sections have fewer than three distinct directions (condition {condition:.3g}); "
+            "choose sampling planes about 60 degrees apart"
+        )
     e1 = np.cos(angle) * axes[0] + np.sin(angle) * axes[1]
     return axes_from_normal(normal, e1), condition
 
@@ -163,7 +172,8 @@ def contour_extent(point, contours) -> float:
 
     Hard ends (an edge, lost contact) do not count, unless there are no others.
     """
-    soft, hard = [], []
+    soft: list[float] = []
+    hard: list[float] = []
     for contour in contours:
         for place, end in zip((0, -1), contour.ends, strict=True):
             offset = contour.points[place] - point
@@ -206,9 +216,9 @@ def _first_polynomial(basis, scaled, noise, bias, prior, reach, floor):
 
 def _reframe(basis, mean, scale, point, axes):
     """Origin on the polynomial above the old one, and the Darboux axes there."""
-    value, fx, fy, fxx, fxy, fyy = derivative_coefficients(
-        basis, mean, [VALUE, X, Y, XX, XY, YY]
-    )[:, 0]
+    value, fx, fy, fxx, fxy, fyy = derivative_coefficients(basis, mean, [VALUE, X, Y, XX, XY, YY])[
+        :, 0
+    ]
     normal = np.array([-fx, -fy, 1.0]) @ axes
     normal /= np.sqrt(normal @ normal)
     shape = shape_operator(fx, fy, fxx, fxy, fyy)

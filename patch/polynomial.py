@@ -51,9 +51,7 @@ def monge_basis(degree: int) -> Basis:
     """
     pairs = [(d - j, j) for d in range(degree + 1) for j in range(d + 1)]
     index = {pair: m for m, pair in enumerate(pairs)}
-    parents = tuple(
-        (index[i - 1, j], 0) if i > 0 else (index[i, j - 1], 1) for i, j in pairs[1:]
-    )
+    parents = tuple((index[i - 1, j], 0) if i > 0 else (index[i, j - 1], 1) for i, j in pairs[1:])
     derivatives = np.zeros((len(_DERIVATIVES), len(pairs), len(pairs)))
     for d, (p, q) in enumerate(_DERIVATIVES):
         for m, (i, j) in enumerate(pairs):

@@ -101,8 +101,11 @@ def _plane_coordinates(point, contours):
         count = len(contour.points)
         difference = contour.points - point
         offsets[c, :count], inside[c, :count] = difference, 1.0
-        middle = min(max(int((difference**2).sum(axis=1).argmin()), 2), count - 3)
-        chords[c], normals[c] = difference[middle + 2] - difference[middle - 2], contour.plane.normal
+        # A chord over half the contour: a noisy direction would slant the parabola's axis.
+        half = max(2, count // 4)
+        middle = min(max(int((difference**2).sum(axis=1).argmin()), half), count - 1 - half)
+        chords[c] = difference[middle + half] - difference[middle - half]
+        normals[c] = contour.plane.normal
     chords -= (chords * normals).sum(axis=1)[:, None] * normals
     along = chords / np.sqrt((chords**2).sum(axis=1))[:, None]
     across = cross(normals, along)

@@ -49,7 +49,9 @@ def frontier_candidate(atlas: Atlas, position, spent) -> Candidate | None:
     if not len(depth) or depth.max() <= 0.0:
         return None
     offset = frontier.points - position
-    distance = np.where(depth >= min(_FAR_ENOUGH, 0.98 * depth.max()), (offset**2).sum(axis=1), np.inf)
+    distance = np.where(
+        depth >= min(_FAR_ENOUGH, 0.98 * depth.max()), (offset**2).sum(axis=1), np.inf
+    )
     best = int(distance.argmin())
     return Candidate(
         frontier.points[best], int(frontier.home[best]), frontier.normals[best], Reason.EXPAND

@@ -17,7 +17,6 @@ from touchatlas.planner.candidates import (
 from touchatlas.planner.planes import concurrent_planes
 from touchatlas.planner.probe_plan import ProbePlan, Reason
 
-
 # Arms are shortened to this share after contours that were too short for a patch.
 _CLOSER = 0.35
 

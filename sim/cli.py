@@ -155,7 +155,9 @@ def evaluate(
     obj = make_object(truth, seed)
     tolerance = obj.tolerance if tolerance is None else tolerance
     rng = np.random.default_rng(seed)
-    found = evaluate_surface(vertices, faces, truth_of(obj, tolerance, rng), tolerance, rng, deviation)
+    found = evaluate_surface(
+        vertices, faces, truth_of(obj, tolerance, rng), tolerance, rng, deviation
+    )
     if json_:
         print(json.dumps(found.as_dict(), indent=2))
     else:

@@ -34,7 +34,13 @@ class ImplicitObject:
     closed = True
 
     def __init__(
-        self, name, description, field: Field, half_extent, noise_std, tolerance,
+        self,
+        name,
+        description,
+        field: Field,
+        half_extent,
+        noise_std,
+        tolerance,
         euler_characteristic=2,
     ) -> None:
         self.name, self.source, self.description, self.field = name, name, description, field
@@ -109,11 +115,11 @@ class ImplicitObject:
                 return None
             first = int(inside.argmax())
             low, high = t[max(first - 1, 0)], t[first]
-        t = 0.5 * (low + high)
+        at = 0.5 * float(low + high)
         for _ in range(4):
-            value, gradient, _ = self.field((origin + t * direction)[None])
-            t = min(max(t - float(value[0] / (gradient[0] @ direction)), low), high)
-        return origin + t * direction
+            value, gradient, _ = self.field((origin + at * direction)[None])
+            at = float(np.clip(at - float(value[0] / (gradient[0] @ direction)), low, high))
+        return origin + at * direction
 
     def trace_arms(self, point, plane_normals, directions, reach, step, max_turn):
         """Curves from a surface point in several planes at once, in lockstep.

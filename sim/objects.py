@@ -32,8 +32,12 @@ def _mouse(seed: int) -> ImplicitObject:
     depths = [0.32, 0.24, 0.16, -0.28, 0.3, -0.14]
     field = quadric_with_bumps((57.0, 31.0, 19.0), centres, widths, depths)
     return ImplicitObject(
-        "mouse", "smooth, asymmetric, hand-sized, convex and concave", field, (64.0, 36.0, 26.0),
-        _NOISE, _TOLERANCE,
+        "mouse",
+        "smooth, asymmetric, hand-sized, convex and concave",
+        field,
+        (64.0, 36.0, 26.0),
+        _NOISE,
+        _TOLERANCE,
     )
 
 
@@ -51,18 +55,25 @@ _CATALOGUE: dict[str, Callable[[int], ImplicitObject]] = {
         "ellipsoid", "half axes 80, 50, 30", quadric_with_bumps((80.0, 50.0, 30.0)), (80, 50, 30)
     ),
     "ellipsoid_paper": _simple(
-        "ellipsoid_paper", "half axes 8, 5, 3, the paper's", quadric_with_bumps((8.0, 5.0, 3.0)),
-        (8, 5, 3), 0.1,
+        "ellipsoid_paper",
+        "half axes 8, 5, 3, the paper's",
+        quadric_with_bumps((8.0, 5.0, 3.0)),
+        (8, 5, 3),
+        0.1,
     ),
     "torus": _simple("torus", "radii 40 and 15", torus(40.0, 15.0), (55, 55, 15), chi=0),
     "bottle": _simple(
-        "bottle", "surface of revolution with a neck of negative Gaussian curvature",
-        bottle(32.0, 13.0, 90.0, 38.0, 20.0), (33, 33, 90),
+        "bottle",
+        "surface of revolution with a neck of negative Gaussian curvature",
+        bottle(32.0, 13.0, 90.0, 38.0, 20.0),
+        (33, 33, 90),
     ),
     "mouse": _mouse,
     "blob": _blob,
     "plate": _simple(
-        "plate", "100 x 60 x 20 with fillets of radius 5", rounded_box((50.0, 30.0, 10.0), 5.0),
+        "plate",
+        "100 x 60 x 20 with fillets of radius 5",
+        rounded_box((50.0, 30.0, 10.0), 5.0),
         (50, 30, 10),
     ),
     "cube": _simple("cube", "60 x 60 x 60, sharp", rounded_box((30.0,) * 3, 0.0), (30,) * 3),

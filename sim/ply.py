@@ -4,9 +4,8 @@ import numpy as np
 
 from touchatlas.atlas.surface import Surface
 
-_VERTEX = np.dtype(
-    [(name, "<f8") for name in ("x", "y", "z", "nx", "ny", "nz", "deviation")] + [("patch", "<i4")]
-)
+_DOUBLES = ("x", "y", "z", "nx", "ny", "nz", "deviation")
+_VERTEX = np.dtype([(name, "<f8") for name in _DOUBLES] + [("patch", "<i4")])
 _FACE = np.dtype([("count", "u1"), ("indices", "<i4", (3,))])
 
 
@@ -20,10 +19,7 @@ def ply_bytes(surface: Surface) -> bytes:
     faces = np.empty(len(surface.faces), _FACE)
     faces["count"], faces["indices"] = 3, surface.faces
     header = ["ply", "format binary_little_endian 1.0", f"element vertex {len(vertices)}"]
-    header += [
-        f"property {'int' if _VERTEX[name].kind == 'i' else 'double'} {name}"
-        for name in _VERTEX.names
-    ]
+    header += [f"property double {name}" for name in _DOUBLES] + ["property int patch"]
     header += [f"element face {len(faces)}", "property list uchar int vertex_indices", "end_header"]
     return ("\n".join(header) + "\n").encode() + vertices.tobytes() + faces.tobytes()
 
@@ -35,8 +31,10 @@ def read_deviation(path) -> np.ndarray | None:
         end = head.find(b"end_header\n")
         if not head.startswith(b"ply") or end < 0:
             return None
-        names = [line.split()[-1] for line in head[:end].decode().splitlines() if "property" in line]
-        if names[: len(_VERTEX.names)] != list(_VERTEX.names):
+        names = [
+            line.split()[-1] for line in head[:end].decode().splitlines() if "property" in line
+        ]
+        if names[: len(_DOUBLES) + 1] != [*_DOUBLES, "patch"]:
             return None
         count = int(head[:end].split(b"element vertex ")[1].split(b"\n")[0])
         file.seek(end + len(b"end_header\n"))

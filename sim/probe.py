@@ -41,7 +41,13 @@ class Probe:
         if contact is None:
             self._position = origin
             return Touch(
-                plan.number, plan.reference_point, plan.normal, (), TouchStatus.NO_CONTACT, 0.0, travel
+                plan.number,
+                plan.reference_point,
+                plan.normal,
+                (),
+                TouchStatus.NO_CONTACT,
+                0.0,
+                travel,
             )
         travel += float(np.linalg.norm(contact - origin))
         self._position = contact

@@ -25,7 +25,12 @@ from touchatlas.sim.ply import ply_bytes
 from touchatlas.sim.probe import Probe
 
 RUN_FILES = (
-    "run.toml", "journal.sqlite", "atlas.npz", "surface.ply", "steps.csv", "evaluation.json",
+    "run.toml",
+    "journal.sqlite",
+    "atlas.npz",
+    "surface.ply",
+    "steps.csv",
+    "evaluation.json",
     "progress.png",
 )
 # Truth triangles may be off the true surface by this share of the tolerance.

@@ -108,7 +108,9 @@ def test_deviation_holds_the_error_it_promises():
         patch = fit_patch(np.zeros(3), contours, UP).patch
         x, y = disc(patch.radius, 0.75, 60)
         points = np.column_stack([x, y, height(x, y)])
-        held.append(np.mean(np.abs(patch.signed_distance(points)) <= 1.96 * patch.deviation(points)))
+        held.append(
+            np.mean(np.abs(patch.signed_distance(points)) <= 1.96 * patch.deviation(points))
+        )
     assert 0.85 < np.mean(held) < 0.995
 
 

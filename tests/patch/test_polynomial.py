@@ -85,4 +85,6 @@ def test_hessian_at_the_origin_holds_the_principal_curvatures():
     zxx, zxy, zyy = polynomial.hessian(np.zeros((1, 2)))[0]
     k1, k2, angle = principal_directions(np.array([[zxx, zxy], [zxy, zyy]]))
     assert (k1, k2, angle) == pytest.approx((0.06, -0.04, 0.0), abs=1e-15)
-    assert evaluate(basis, polynomial.coefficients, [0.5], [0.5], (VALUE,))[0] == pytest.approx(0.025)
+    assert evaluate(basis, polynomial.coefficients, [0.5], [0.5], (VALUE,))[0] == pytest.approx(
+        0.025
+    )

@@ -9,9 +9,7 @@ from touchatlas.patch.section import fit_sections
 
 
 def parabola(curvature, reach, count, noise, rng):
-    return graph_contours(
-        lambda x, y: 0.5 * curvature * (x * x + y * y), reach, count, noise, rng
-    )
+    return graph_contours(lambda x, y: 0.5 * curvature * (x * x + y * y), reach, count, noise, rng)
 
 
 def test_exact_parabola_gives_its_vertex_curvature():

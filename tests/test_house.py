@@ -1,0 +1,81 @@
+"""The house: imports point down, the truth stays out, examples in docstrings hold, style."""
+
+import ast
+import doctest
+import importlib
+import os
+import pkgutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+STOREYS = ("patch", "atlas", "planner", "sim")
+
+
+def run(*command):
+    done = subprocess.run(
+        [sys.executable, "-m", *command],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        env={**os.environ, "PYTHONWARNINGS": "default"},
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def modules():
+    for storey in STOREYS:
+        package = importlib.import_module(f"touchatlas.{storey}")
+        for info in pkgutil.iter_modules(package.__path__):
+            yield f"touchatlas.{storey}.{info.name}"
+
+
+@pytest.mark.parametrize("name", list(modules()))
+def test_docstring_examples_hold(name):
+    assert doctest.testmod(importlib.import_module(name)).failed == 0
+
+
+def imports_of(path: Path) -> set[str]:
+    found = set()
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            found.add(node.module)
+    return found
+
+
+@pytest.mark.parametrize("storey", STOREYS)
+def test_imports_point_down(storey):
+    above = [f"touchatlas.{s}" for s in STOREYS[STOREYS.index(storey) + 1 :]]
+    for path in (ROOT / storey).glob("*.py"):
+        for name in imports_of(path):
+            assert not any(name.startswith(a) for a in above), f"{path.name} imports {name}"
+
+
+def test_import_linter_agrees():
+    done = subprocess.run(
+        [Path(sys.executable).parent / "lint-imports"], cwd=ROOT, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_truth_never_reaches_the_planner():
+    """Below sim nothing can name an object: neither imported nor taken as an argument."""
+    for storey in STOREYS[:3]:
+        for path in (ROOT / storey).glob("*.py"):
+            text = path.read_text()
+            assert "touchatlas.sim" not in text
+            assert "truth" not in text.replace("no truth", "")
+
+
+def test_ruff_finds_nothing():
+    run("ruff", "check", ".")
+    run("ruff", "format", "--check", ".")
+
+
+def test_types_hold():
+    run("mypy", *STOREYS)
