@@ -25,7 +25,6 @@ from touchatlas.patch.polynomial import (
     monomials,
 )
 
-
 # The surface is known a little beyond what closes the graph, so that the cubes around a corner
 # with just the power CELL_MARGIN are known too.
 _COVER_MARGIN = 3.0 * CELL_MARGIN

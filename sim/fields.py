@@ -37,7 +37,8 @@ def torus(major: float, minor: float) -> Field:
 
     def field(points):
         x, y, z = points.T
-        rho = np.maximum(np.hypot(x, y), np.finfo(float).tiny)
+        # On the axis itself the gradient has no direction; any small distance will do.
+        rho = np.maximum(np.hypot(x, y), 1e-9 * major)
         value = (rho - major) ** 2 + z * z - minor**2
         flat = np.stack([x, y, np.zeros_like(x)], axis=1)
         share = major / rho

@@ -14,6 +14,7 @@ _NEWTON_STEPS = 6
 # A tangent that turns this much within 1/256 of a step turns at an edge.
 _EDGE_TURN = np.deg2rad(15.0)
 _GRID_LIMIT = 320
+_ROUNDING = 1e-12
 
 
 class ImplicitObject:
@@ -152,7 +153,7 @@ class ImplicitObject:
             cosine = (tangents * first).sum(axis=1)
             offset = ahead - point
             home = (number > 2) & ((offset * offset).sum(axis=1) < (0.5 * step) ** 2)
-            for arm in np.flatnonzero(active & ((cosine < np.cos(max_turn)) | home)):
+            for arm in np.flatnonzero(active & ((cosine < np.cos(min(max_turn, np.pi)) - _ROUNDING) | home)):
                 active[arm] = False
                 ends[arm] = (
                     ContourEnd.CLOSED_LOOP if home[arm] else self._why(x[arm], normals[arm], step)

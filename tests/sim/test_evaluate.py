@@ -1,0 +1,100 @@
+"""The judge against pairs whose distances are known in closed form."""
+
+import numpy as np
+import pytest
+import trimesh
+
+from touchatlas.sim.evaluate import EvaluateOptions, evaluate_surface, truth_from_mesh
+
+FEW = EvaluateOptions(samples=4000)
+
+
+def ball(radius, subdivisions=5):
+    mesh = trimesh.creation.icosphere(subdivisions=subdivisions, radius=radius)
+    return np.asarray(mesh.vertices), np.asarray(mesh.faces)
+
+
+def judge(surface, truth, tolerance, **more):
+    rng = np.random.default_rng(0)
+    return evaluate_surface(
+        *surface, truth_from_mesh(*truth, rng, FEW), tolerance, rng, options=FEW, **more
+    )
+
+
+def test_a_mesh_is_itself():
+    found = judge(ball(2.0), ball(2.0), 0.01)
+    # Closest points of points on the triangles: rounding only.
+    assert found.hausdorff < 1e-12
+    assert found.coverage == found.f_score == 1.0
+    assert found.watertight and found.euler_characteristic == 2
+    assert found.true_euler_characteristic == 2
+    assert found.diagonal == pytest.approx(np.sqrt(48.0), rel=1e-3)
+
+
+def test_concentric_balls_are_apart_by_the_difference_of_radii():
+    found = judge(ball(2.1), ball(2.0), 0.04)
+    # Chords of an icosphere of 5 subdivisions, edge 2.1 * 0.04: sagitta edge^2 / (8 r).
+    sagitta = (2.1 * 0.045) ** 2 / (8 * 2.0)
+    for value in (found.accuracy_mean, found.completeness_mean, found.hausdorff, found.chamfer):
+        assert value == pytest.approx(0.1, abs=2 * sagitta)
+    assert found.coverage == 1.0 and found.f_score == 0.0
+    assert judge(ball(2.1), ball(2.0), 0.03).coverage == 0.0
+    assert found.normal_error_deg_mean < 2.0
+
+
+def test_shifted_plates_are_apart_by_the_shift():
+    square = (
+        np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]),
+        np.array([[0, 1, 2], [0, 2, 3]]),
+    )
+    found = judge((square[0] + [0, 0, 0.25], square[1]), square, 0.1)
+    for name in ("mean", "rms", "p95", "max"):
+        assert getattr(found, f"accuracy_{name}") == pytest.approx(0.25, abs=1e-12)
+        assert getattr(found, f"completeness_{name}") == pytest.approx(0.25, abs=1e-12)
+    assert found.normal_error_deg_p95 == pytest.approx(0.0, abs=1e-5)
+    assert not found.watertight and found.true_euler_characteristic is None
+
+
+def test_half_a_ball_covers_half():
+    vertices, faces = ball(1.0)
+    upper = faces[vertices[faces][:, :, 2].mean(axis=1) > 0]
+    found = judge((vertices, upper), (vertices, faces), 1e-4)
+    # Binomial error of 4000 samples, 4 deviations, and the 3e-4 band at the rim.
+    assert found.coverage == pytest.approx(0.5, abs=4 * 0.5 / np.sqrt(4000) + 0.01)
+    assert found.accuracy_max < 1e-12
+    assert not found.watertight
+
+
+def test_scaling_all_input_scales_all_lengths():
+    one = judge(ball(2.1, 3), ball(2.0, 3), 0.04)
+    ten = judge(ball(21.0, 3), ball(20.0, 3), 0.4)
+    for name, value in one.as_dict().items():
+        other = getattr(ten, name)
+        if name in ("tolerance", "diagonal", "chamfer", "hausdorff") or name[:3] in ("acc", "com"):
+            assert other == pytest.approx(10 * value, rel=1e-9), name
+        elif isinstance(value, float):
+            assert other == pytest.approx(value, rel=1e-9), name
+        else:
+            assert other == value, name
+
+
+def test_calibration_counts_errors_within_the_predicted_interval():
+    vertices, faces = ball(2.1)
+    sure = judge((vertices, faces), ball(2.0), 0.1, deviation=np.full(len(vertices), 0.01))
+    unsure = judge((vertices, faces), ball(2.0), 0.1, deviation=np.full(len(vertices), 0.1))
+    assert sure.deviation_calibration == 0.0 and unsure.deviation_calibration == 1.0
+
+
+@pytest.mark.parametrize(
+    ("surface", "tolerance", "words"),
+    [
+        ((np.zeros((3, 3)), np.zeros((0, 3), int)), 0.1, "no triangles"),
+        ((np.full((3, 3), np.nan), np.array([[0, 1, 2]])), 0.1, "NaN"),
+        ((np.eye(3), np.array([[0, 1, 7]])), 0.1, "does not have"),
+        ((np.eye(3)[:, :2], np.array([[0, 1, 2]])), 0.1, "shape"),
+        ((np.eye(3), np.array([[0, 1, 2]])), -1.0, "tolerance is -1"),
+    ],
+)
+def test_what_is_no_surface_is_refused(surface, tolerance, words):
+    with pytest.raises(ValueError, match=words):
+        judge(surface, ball(1.0, 2), tolerance)
