@@ -153,7 +153,9 @@ class ImplicitObject:
             cosine = (tangents * first).sum(axis=1)
             offset = ahead - point
             home = (number > 2) & ((offset * offset).sum(axis=1) < (0.5 * step) ** 2)
-            for arm in np.flatnonzero(active & ((cosine < np.cos(min(max_turn, np.pi)) - _ROUNDING) | home)):
+            for arm in np.flatnonzero(
+                active & ((cosine < np.cos(min(max_turn, np.pi)) - _ROUNDING) | home)
+            ):
                 active[arm] = False
                 ends[arm] = (
                     ContourEnd.CLOSED_LOOP if home[arm] else self._why(x[arm], normals[arm], step)

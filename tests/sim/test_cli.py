@@ -1,0 +1,186 @@
+"""The command line as a user meets it: exit codes, one sentence each, results kept."""
+
+import json
+import sqlite3
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import trimesh
+
+from touchatlas.atlas.store import load_atlas
+from touchatlas.sim.journal import Journal
+
+RUN = [sys.executable, "-c", "from touchatlas.sim.cli import main; main()"]
+
+
+def touchatlas(*arguments, cwd):
+    return subprocess.run([*RUN, *map(str, arguments)], cwd=cwd, capture_output=True, text=True)
+
+
+@pytest.fixture(scope="module")
+def run_folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("runs")
+    done = touchatlas("explore", "sphere", "--out", folder / "a", "--json", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    return folder / "a", json.loads(done.stdout)
+
+
+def test_exploring_a_ball_meets_its_numbers(run_folder):
+    _, numbers = run_folder
+    assert numbers["coverage"] >= 0.99
+    assert numbers["watertight"] and numbers["euler_characteristic"] == 2
+    assert numbers["patch_euler_characteristic"] == 2
+    assert numbers["completeness_mean"] <= 0.5 * numbers["noise_std"]
+    assert numbers["total_curvature_over_2pi"] == pytest.approx(2.0, rel=0.02)
+
+
+def test_run_folder_holds_what_the_contract_says(run_folder):
+    folder, numbers = run_folder
+    names = {path.name for path in folder.iterdir()}
+    assert names == {
+        "run.toml",
+        "journal.sqlite",
+        "atlas.npz",
+        "surface.ply",
+        "steps.csv",
+        "evaluation.json",
+        "progress.png",
+    }
+    assert json.loads((folder / "evaluation.json").read_text()) == numbers
+    assert len((folder / "steps.csv").read_text().splitlines()) == numbers["touches"] + 1
+    touches = Journal(folder / "journal.sqlite").touches()
+    assert len(touches) == numbers["touches"]
+    assert sum(len(c.points) for t in touches for c in t.contours) == numbers["points"]
+
+
+def test_one_seed_gives_byte_identical_journals_and_atlases(run_folder):
+    folder, _ = run_folder
+    again = folder.parent / "b"
+    assert touchatlas("explore", "sphere", "--out", again, cwd=folder.parent).returncode == 0
+    for name in ("journal.sqlite", "atlas.npz", "surface.ply", "run.toml"):
+        assert (again / name).read_bytes() == (folder / name).read_bytes(), name
+    other = folder.parent / "c"
+    touchatlas(
+        "explore", "sphere", "--out", other, "--seed", 1, "--max-touches", 3, cwd=folder.parent
+    )
+    assert (other / "journal.sqlite").read_bytes() != (folder / "journal.sqlite").read_bytes()
+
+
+def test_loaded_atlas_answers_as_the_saved_one(run_folder):
+    folder, numbers = run_folder
+    atlas = load_atlas(folder / "atlas.npz")
+    assert len(atlas) == numbers["patches"]
+    assert atlas.euler_characteristic() == 2
+    points = np.random.default_rng(0).normal(size=(200, 3))
+    points *= 33.0 / np.linalg.norm(points, axis=1)[:, None]
+    seen = atlas.blend(points)
+    assert seen.known.all()
+    assert np.abs(seen.distance).max() < numbers["tolerance"]
+
+
+def test_evaluate_of_a_run_repeats_its_numbers(run_folder):
+    folder, numbers = run_folder
+    done = touchatlas("evaluate", folder, "--json", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    # Other samples of the same two surfaces: 40,000 of them.
+    assert found["completeness_mean"] == pytest.approx(numbers["completeness_mean"], rel=0.05)
+    assert found["deviation_calibration"] == pytest.approx(
+        numbers["deviation_calibration"], abs=0.02
+    )
+
+
+def test_evaluate_compares_any_two_meshes(tmp_path):
+    trimesh.creation.icosphere(subdivisions=4, radius=1.0).export(tmp_path / "a.stl")
+    trimesh.creation.icosphere(subdivisions=4, radius=1.1).export(tmp_path / "b.ply")
+    done = touchatlas("evaluate", "a.stl", "--truth", "b.ply", "--json", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["chamfer"] == pytest.approx(0.1, abs=0.005)
+
+
+def test_open_mesh_works_and_says_so(tmp_path):
+    mesh = trimesh.creation.icosphere(subdivisions=4, radius=30.0)
+    mesh.update_faces(mesh.triangles_center[:, 2] > 10.0)
+    mesh.export(tmp_path / "cap.ply")
+    done = touchatlas(
+        "explore", "cap.ply", "--out", "r", "--json", "--max-touches", 30, cwd=tmp_path
+    )
+    assert done.returncode == 0, done.stderr
+    assert "open mesh" in done.stderr
+    numbers = json.loads(done.stdout)
+    assert numbers["true_euler_characteristic"] is None
+    assert numbers["coverage"] > 0.5
+
+
+def test_existing_run_is_refused_unless_forced(run_folder):
+    folder, _ = run_folder
+    before = (folder / "atlas.npz").read_bytes()
+    done = touchatlas("explore", "sphere", "--out", folder, cwd=folder)
+    assert_refused(done, 2, "already holds a run")
+    assert (folder / "atlas.npz").read_bytes() == before
+
+
+def test_force_replaces_the_run_and_nothing_else(tmp_path):
+    for _ in range(2):
+        done = touchatlas(
+            "explore", "sphere", "--out", "r", "--force", "--max-touches", 3, cwd=tmp_path
+        )
+        assert done.returncode == 0, done.stderr
+        (tmp_path / "r" / "notes.txt").write_text("mine")
+    count = sqlite3.connect(tmp_path / "r" / "journal.sqlite").execute("select count(*) from touch")
+    assert count.fetchone() == (3,)
+    assert (tmp_path / "r" / "notes.txt").read_text() == "mine"
+
+
+def assert_refused(done, code, words):
+    assert done.returncode == code, done.stderr
+    assert words in done.stderr
+    assert "Traceback" not in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1, done.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["explore", "botle"], "did you mean bottle"),
+        (["explore", "sphere", "--noise", "-1"], "noise is -1"),
+        (["explore", "sphere", "--noise", "nan"], "noise is nan"),
+        (["explore", "sphere", "--tolerance", "0"], "tolerance is 0"),
+        (["explore", "sphere", "--max-touches", "0"], "max-touches is 0"),
+        (["explore", "sphere", "--max-length", "-2"], "max-length is -2"),
+        (["explore", "sphere", "--seed", "-3"], "seed is -3"),
+        (["explore", "empty.off"], "empty.off"),
+        (["explore", "nan.off"], "NaN"),
+        (["evaluate", "missing.ply", "--truth", "sphere"], "missing.ply"),
+        (["evaluate", "."], "not the folder of a finished run"),
+    ],
+)
+def test_the_users_mistakes_are_one_sentence_and_exit_two(tmp_path, arguments, words):
+    (tmp_path / "empty.off").write_text("OFF\n0 0 0\n")
+    (tmp_path / "nan.off").write_text("OFF\n3 1 0\nnan 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")
+    assert_refused(touchatlas(*arguments, cwd=tmp_path), 2, words)
+
+
+def test_unwritable_out_is_a_failure(tmp_path):
+    done = touchatlas("explore", "sphere", "--out", "/proc/none/r", cwd=tmp_path)
+    assert_refused(done, 1, "/proc/none")
+
+
+def test_out_that_is_a_file_is_refused(tmp_path):
+    (tmp_path / "r").write_text("")
+    assert_refused(touchatlas("explore", "sphere", "--out", "r", cwd=tmp_path), 2, "is a file")
+
+
+@pytest.mark.parametrize("command", ["objects", "explore", "evaluate"])
+def test_every_command_explains_itself(tmp_path, command):
+    done = touchatlas(command, "--help", cwd=tmp_path)
+    assert done.returncode == 0 and "Usage" in done.stdout
+
+
+def test_objects_lists_the_catalogue(tmp_path):
+    rows = json.loads(touchatlas("objects", "--json", cwd=tmp_path).stdout)
+    assert {row["name"] for row in rows} >= {"sphere", "torus", "bottle", "mouse", "blob", "plate"}
+    ball = next(row for row in rows if row["name"] == "sphere")
+    assert ball["extent"] == pytest.approx([66.0] * 3, abs=0.05)

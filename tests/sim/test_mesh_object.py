@@ -1,0 +1,91 @@
+"""Meshes as objects: contours on plane sections, contacts, bad files refused in one sentence."""
+
+import numpy as np
+import pytest
+import trimesh
+
+from touchatlas.patch.contour import ContourEnd
+from touchatlas.sim.mesh_object import MeshObject, load_mesh
+
+
+def ball(scale=1.0):
+    mesh = trimesh.creation.icosphere(subdivisions=4, radius=scale)
+    return MeshObject("ball", np.asarray(mesh.vertices), np.asarray(mesh.faces))
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e-3, 1e4])
+def test_contact_meets_the_mesh_in_any_unit(scale):
+    obj = ball(scale)
+    rng = np.random.default_rng(0)
+    directions = rng.normal(size=(50, 3))
+    for direction in directions / np.linalg.norm(directions, axis=1)[:, None]:
+        hit = obj.contact(-2 * scale * direction, direction, 4 * scale)
+        assert hit is not None
+        # Inscribed triangles: within the sagitta of the ball, on the side of the approach.
+        assert np.linalg.norm(hit) == pytest.approx(scale, rel=5e-3)
+        assert hit @ direction < 0
+    assert obj.contact(np.array([3.0, 0, 0]) * scale, np.array([0.0, 0, 1]), scale) is None
+
+
+def test_contour_lies_on_its_plane_and_on_the_mesh():
+    obj = ball()
+    start = obj.contact(np.array([0.1, 0.2, 2.0]), np.array([0.0, 0, -1]), 4.0)
+    normal = np.array([0.6, 0.0, 0.8])
+    ((points, end),) = obj.trace_arms(
+        start, normal[None], np.array([[0.0, 1.0, 0.0]]), 0.5, 0.05, np.pi / 2
+    )
+    assert end is ContourEnd.LENGTH_REACHED and len(points) == 10
+    assert np.abs((points - start) @ normal).max() < 1e-12
+    square, _, _ = obj._tree.squared_distance(obj.vertices, obj.faces, points)
+    assert np.sqrt(square).max() < 1e-9
+
+
+def test_both_ways_start_in_opposite_directions():
+    obj = ball()
+    start = obj.contact(np.array([0.1, 0.2, 2.0]), np.array([0.0, 0, -1]), 4.0)
+    side = np.array([1.0, 0.0, 0.0])
+    normals = np.array([[0.0, 1.0, 0.0]] * 2)
+    (ahead, _), (behind, _) = obj.trace_arms(
+        start, normals, np.array([side, -side]), 0.3, 0.05, np.pi / 2
+    )
+    assert (ahead[0] - start) @ side > 0 > (behind[0] - start) @ side
+
+
+def test_open_mesh_loses_contact_at_its_rim():
+    vertices = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    obj = MeshObject("square", vertices, np.array([[0, 1, 2], [0, 2, 3]]))
+    assert not obj.closed
+    ((points, end),) = obj.trace_arms(
+        np.array([0.5, 0.52, 0.0]), np.array([[0.0, 1, 0]]), np.array([[1.0, 0, 0]]), 2.0, 0.1, 1.0
+    )
+    assert end is ContourEnd.LOST_CONTACT
+    assert points[-1] == pytest.approx([0.9, 0.52, 0.0], abs=0.1001)
+
+
+def test_inside_out_mesh_is_turned():
+    mesh = trimesh.creation.icosphere(subdivisions=2)
+    obj = MeshObject("ball", np.asarray(mesh.vertices), np.asarray(mesh.faces)[:, ::-1])
+    points, normals = obj.sample(100, np.random.default_rng(0))
+    assert ((points * normals).sum(axis=1) > 0.9).all()
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("OFF\n3 0 0\n0 0 0\n1 0 0\n0 1 0\n", "triangles|cannot be read"),
+        ("OFF\n3 1 0\nnan 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", "NaN"),
+        ("OFF\n3 1 0\n0 0 0\n1 0 0\n2 0 0\n3 0 1 2\n", "no extent"),
+        ("this is no mesh", "cannot be read|triangles"),
+    ],
+)
+def test_bad_mesh_files_are_refused_in_one_sentence(tmp_path, text, words):
+    path = tmp_path / "bad.off"
+    path.write_text(text)
+    with pytest.raises(ValueError, match=words) as caught:
+        load_mesh(path)
+    assert "\n" not in str(caught.value)
+
+
+def test_missing_file_is_named():
+    with pytest.raises(ValueError, match="nowhere.ply is no file"):
+        load_mesh("nowhere.ply")
