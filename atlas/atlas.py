@@ -47,7 +47,7 @@ class AtlasOptions:
     """
 
     fit: FitOptions = FitOptions()
-    bias: float = 0.3
+    bias: float = 0.5
     least_radius: float = 10.0
 
 

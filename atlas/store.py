@@ -52,7 +52,7 @@ def load_atlas(path) -> Atlas:
         When the file is missing, cut off, altered, or of a later format.
     """
     try:
-        with np.load(path, allow_pickle=False) as file:
+        with np.load(io.BytesIO(Path(path).read_bytes()), allow_pickle=False) as file:
             arrays = {name: file[name] for name in file.files}
         header = json.loads(arrays["header"].tobytes())
     except FileNotFoundError:

@@ -1,0 +1,192 @@
+"""The atlas against theorems, invariances and its own deviations, on a ball touched all over."""
+
+import numpy as np
+import pytest
+
+from tests.explored import explored
+from touchatlas.atlas.atlas import Atlas
+from touchatlas.atlas.moments import solve
+from touchatlas.atlas.store import load_atlas, save_atlas
+from touchatlas.atlas.surface import extract_surface
+from touchatlas.atlas.touch import Touch, TouchStatus
+from touchatlas.patch.polynomial import monomials
+from touchatlas.patch.smoothness import coefficient_precision, posterior
+
+
+@pytest.fixture(scope="module")
+def ball():
+    return explored("sphere")
+
+
+@pytest.fixture(scope="module")
+def surface(ball):
+    return extract_surface(ball.atlas)
+
+
+def test_patch_graph_of_a_ball_has_euler_characteristic_two(ball):
+    atlas = ball.atlas
+    assert atlas.euler_characteristic() == 2
+    # Every boundary of a closed surface ends in two corners, every corner joins three.
+    assert 2 * atlas.graph.number_of_edges() == 3 * len(atlas.corners)
+    assert not atlas.gaps and len(atlas.frontier) == 0
+
+
+def test_patch_graph_of_a_torus_has_euler_characteristic_zero():
+    assert explored("torus").atlas.euler_characteristic() == 0
+
+
+def test_closed_atlas_of_a_ball_has_total_curvature_four_pi(surface):
+    assert surface.total_curvature() == pytest.approx(4 * np.pi, rel=0.02)
+
+
+def test_surface_of_a_closed_atlas_is_watertight_and_near_the_truth(surface):
+    edges = np.sort(surface.faces[:, [[0, 1], [1, 2], [2, 0]]], axis=2).reshape(-1, 2)
+    _, counts = np.unique(edges, axis=0, return_counts=True)
+    assert (counts == 2).all()
+    radii = np.linalg.norm(surface.vertices, axis=1)
+    assert np.abs(radii - 33.0).mean() < 0.01
+    held = np.mean(np.abs(radii - 33.0) <= 1.96 * surface.deviation)
+    assert 0.85 < held <= 1.0
+    outward = (surface.normals * surface.vertices).sum(axis=1) / radii
+    assert outward.min() > 0.99
+
+
+def test_boundary_lies_on_the_radical_plane_and_on_both_patches(ball):
+    atlas = ball.atlas
+    for i, j, data in list(atlas.graph.edges(data=True))[:40]:
+        boundary = data["boundary"]
+        assert boundary.patches == (min(i, j), max(i, j))
+        if not len(boundary.points):
+            continue
+        offset_i = boundary.points - atlas.table.origin[i]
+        offset_j = boundary.points - atlas.table.origin[j]
+        power_i = (offset_i**2).sum(axis=1) - atlas.table.power[i]
+        power_j = (offset_j**2).sum(axis=1) - atlas.table.power[j]
+        assert power_i == pytest.approx(power_j, abs=1e-8 * atlas.table.power[i])
+        # Midway between two patches that are a noise or two apart.
+        gap = max(np.abs(atlas.patch(k).signed_distance(boundary.points)).max() for k in (i, j))
+        assert gap < 0.2
+        assert boundary.gap_rms < 0.1 and not boundary.crease
+
+
+def test_corners_have_equal_power_of_three(ball):
+    table = ball.atlas.table
+    for triple, point in list(ball.atlas.corners.items())[:60]:
+        power = [((point - table.origin[i]) ** 2).sum() - table.power[i] for i in triple]
+        assert np.ptp(power) < 1e-6 * table.power[triple[0]]
+
+
+def test_accumulated_equations_equal_those_of_the_samples(ball):
+    """A patch that learned touch by touch solves as one that sees its sums at once."""
+    table = ball.atlas.table
+    row = int(np.argmax(table.count))
+    noise = table.noise_scaled(np.array([row]))
+    precision = coefficient_precision(table.basis.orders, table.turn[[row]])
+    mean, _ = posterior(table.gram[[row]], table.right[[row]], noise, precision)
+    before = table.mean[row].copy()
+    solve(table, np.array([row]))
+    assert table.mean[row] == pytest.approx(mean[0], rel=1e-9, abs=1e-12)
+    assert table.mean[row] == pytest.approx(before, rel=1e-9, abs=1e-12)
+    # Counts in the sums are those of phi_0 phi_0 = 1.
+    assert table.gram[row, 0, 0] == pytest.approx(table.count[row])
+    assert monomials(table.basis, np.zeros(1), np.zeros(1))[0] == 1.0
+
+
+def test_blend_gradient_is_its_normal(ball):
+    """Finite differences of the signed distance along three axes: |d grad| within the
+    disagreement of neighbouring patches over the step."""
+    rng = np.random.default_rng(0)
+    points = rng.normal(size=(200, 3))
+    points *= 33.3 / np.linalg.norm(points, axis=1)[:, None]
+    h = 1e-3
+    gradient = np.stack(
+        [
+            (ball.atlas.blend(points + h * e).distance - ball.atlas.blend(points - h * e).distance)
+            / (2 * h)
+            for e in np.eye(3)
+        ],
+        axis=1,
+    )
+    error = np.linalg.norm(gradient - ball.atlas.blend(points).normal, axis=1)
+    assert np.quantile(error, 0.9) < 0.02
+
+
+def test_far_points_are_unknown(ball):
+    seen = ball.atlas.blend(np.array([[0.0, 0.0, 0.0], [500.0, 0.0, 0.0]]))
+    assert not seen.known.any()
+    assert np.isnan(seen.distance).all() and (seen.patch == -1).all()
+
+
+def test_scaling_all_input_scales_the_atlas(ball):
+    twice = explored("sphere", scale=2.0)
+    assert len(twice.atlas) == len(ball.atlas)
+    assert twice.atlas.table.origin == pytest.approx(2.0 * ball.atlas.table.origin, abs=1e-7)
+    assert twice.atlas.table.radius == pytest.approx(2.0 * ball.atlas.table.radius, rel=1e-9)
+
+
+def test_untouched_is_a_value_not_an_error():
+    atlas = Atlas(0.1)
+    nothing = Touch(0, np.zeros(3), np.array([0, 0, 1.0]), (), TouchStatus.NO_CONTACT, 0.0, 1.0)
+    change = atlas.add(nothing)
+    assert change.refused and not change.added and len(atlas) == 0
+    assert not atlas.blend(np.zeros((1, 3))).known.any()
+
+
+@pytest.mark.parametrize("tolerance", [0.0, -1.0, np.nan])
+def test_tolerance_must_be_a_length(tolerance):
+    with pytest.raises(ValueError, match="tolerance"):
+        Atlas(tolerance)
+
+
+def test_surface_of_nothing_is_refused():
+    with pytest.raises(ValueError, match="no patch yet"):
+        extract_surface(Atlas(0.1))
+
+
+def test_saved_atlas_comes_back_whole(ball, tmp_path):
+    path = tmp_path / "atlas.npz"
+    save_atlas(path, ball.atlas)
+    again = load_atlas(path)
+    for name in again.table.names:
+        assert (getattr(again.table, name) == getattr(ball.atlas.table, name)).all(), name
+    assert again.kin == ball.atlas.kin
+    save_atlas(tmp_path / "again.npz", again)
+    assert (tmp_path / "again.npz").read_bytes() == path.read_bytes()
+
+
+def test_loaded_atlas_goes_on_learning(tmp_path):
+    half = explored("sphere", max_touches=20)
+    save_atlas(tmp_path / "half.npz", half.atlas)
+    again = load_atlas(tmp_path / "half.npz")
+    for touch in explored("sphere", max_touches=30).touches[20:]:
+        assert again.add(touch).added == half.atlas.add(touch).added
+    assert again.table.mean == pytest.approx(half.atlas.table.mean, rel=1e-9, abs=1e-12)
+
+
+@pytest.mark.parametrize("damage", ["cut", "flip"])
+def test_damaged_file_is_refused(ball, tmp_path, damage):
+    path = tmp_path / "atlas.npz"
+    save_atlas(path, ball.atlas)
+    data = bytearray(path.read_bytes())
+    if damage == "cut":
+        data = data[: len(data) // 2]
+    else:
+        data[len(data) // 2] ^= 0xFF
+    path.write_bytes(bytes(data))
+    with pytest.raises(ValueError, match="cut off or altered"):
+        load_atlas(path)
+
+
+def test_failed_write_leaves_the_old_file(ball, tmp_path, monkeypatch):
+    path = tmp_path / "atlas.npz"
+    save_atlas(path, ball.atlas)
+    before = path.read_bytes()
+
+    def full(descriptor):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("os.fsync", full)
+    with pytest.raises(OSError, match="No space"):
+        save_atlas(path, Atlas(0.1))
+    assert path.read_bytes() == before
+    assert [p.name for p in tmp_path.iterdir()] == ["atlas.npz"]

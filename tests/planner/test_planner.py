@@ -1,0 +1,104 @@
+"""The planner's protocol, and the law of its planes."""
+
+import numpy as np
+import pytest
+
+from tests.explored import explored
+from touchatlas.atlas.atlas import Atlas, AtlasChange
+from touchatlas.atlas.touch import Touch, TouchStatus
+from touchatlas.patch.curvature import curvatures_from_sections
+from touchatlas.planner.explore import explore
+from touchatlas.planner.planes import concurrent_planes
+from touchatlas.planner.planner import Planner
+from touchatlas.planner.probe_plan import Reason
+from touchatlas.sim.objects import make_object
+from touchatlas.sim.probe import Probe
+
+
+def planner():
+    return Planner(np.array([0.0, 0.0, 33.0]), np.array([0.0, 0.0, 1.0]))
+
+
+def missed(plan):
+    return Touch(
+        plan.number, plan.reference_point, plan.normal, (), TouchStatus.NO_CONTACT, 0.0, 0.0
+    )
+
+
+def test_tell_fails_without_ask():
+    with pytest.raises(ValueError, match="call ask before tell"):
+        planner().tell(missed(planner().ask(Atlas(0.1))), AtlasChange())
+
+
+def test_tell_of_another_plan_is_refused():
+    p = planner()
+    plan = p.ask(Atlas(0.1))
+    other = Touch(plan.number + 1, np.zeros(3), plan.normal, (), TouchStatus.NO_CONTACT, 0.0, 0.0)
+    with pytest.raises(ValueError, match="answers plan 1, but plan 0 is open"):
+        p.tell(other, AtlasChange())
+
+
+def test_asking_twice_answers_the_same():
+    p, atlas = planner(), Atlas(0.1)
+    assert p.ask(atlas) is p.ask(atlas)
+
+
+def test_first_plan_is_the_start():
+    plan = planner().ask(Atlas(0.1))
+    assert plan.reason is Reason.START
+    assert plan.reference_point == pytest.approx([0.0, 0.0, 33.0])
+
+
+def test_nothing_touched_at_the_start_ends_the_exploration():
+    p, atlas = planner(), Atlas(0.1)
+    steps = list(explore(atlas, p, missed))
+    assert len(steps) == 1 and len(atlas) == 0
+
+
+def test_planes_contain_the_normal_and_are_sixty_degrees_apart():
+    rng = np.random.default_rng(0)
+    point, normal = rng.normal(size=3), rng.normal(size=3)
+    normal /= np.linalg.norm(normal)
+    planes = concurrent_planes(point, normal, rng.normal(size=3), 3)
+    for i, plane in enumerate(planes):
+        assert abs(plane.normal @ normal) < 1e-12
+        assert abs(plane.normal @ planes[i - 1].normal) == pytest.approx(0.5, abs=1e-12)
+    angles = np.pi / 3 * np.arange(3)
+    assert curvatures_from_sections(np.zeros(3), angles, np.ones(3))[-1] == pytest.approx(2**0.5)
+
+
+def test_frontier_is_explored_before_gaps_and_then_nothing_is_left():
+    run = explored("sphere")
+    p = planner()
+    obj = make_object("sphere")
+    atlas = Atlas(obj.tolerance)
+    probe = Probe(obj, obj.noise_std, np.random.default_rng(1))
+    reasons = [step.plan.reason for step in explore(atlas, p, probe)]
+    assert reasons[0] is Reason.START and Reason.EXPAND in reasons
+    assert p.ask(atlas) is None
+    assert len(run.atlas.frontier) == 0 and atlas.table.ring_open.sum() == 0
+
+
+def test_budgets_end_the_exploration():
+    obj = make_object("sphere")
+
+    def steps(**budget):
+        atlas = Atlas(obj.tolerance)
+        probe = Probe(obj, obj.noise_std, np.random.default_rng(1))
+        return list(explore(atlas, planner(), probe, **budget))
+
+    assert len(steps(max_touches=4)) == 4
+    tracked = [step.touch.tracked_length for step in steps(max_length=500.0)]
+    assert sum(tracked) >= 500.0 > sum(tracked[:-1])
+
+
+def test_short_contours_are_tried_again_closer():
+    """A ball of a fiftieth of the first reach: the arms turn away within a step."""
+    obj = make_object("ellipsoid_paper")
+    start, outward = obj.start()
+    atlas = Atlas(0.2)
+    probe = Probe(obj, 0.0, np.random.default_rng(0))
+    found = list(explore(atlas, Planner(start, outward), probe, max_touches=3))
+    assert found[0].change.refused
+    assert found[1].plan.reach < found[0].plan.reach
+    assert found[1].plan.reference_point == pytest.approx(found[0].plan.reference_point)
