@@ -1,0 +1,47 @@
+"""Explore many objects and print one row each: what the exploration cost and how good it is.
+
+python examples/table_of_objects.py sphere torus path/to/mesh.ply ...
+"""
+
+import sys
+import tempfile
+import time
+
+import numpy as np
+
+from touchatlas.sim.objects import make_object
+from touchatlas.sim.run import RunOptions, run_exploration
+
+HEAD = (
+    "| object | coverage | mean/noise | mean/diagonal | p95/diagonal | watertight | chi (true) "
+    "| patch graph | curvature/2pi | calibration | touches | length/sqrt(area) | seconds |"
+)
+
+
+def row(name: str, options: RunOptions) -> str:
+    """Explore, judge, and format one line; seconds are of the whole run."""
+    start = time.perf_counter()
+    obj = make_object(name)
+    with tempfile.TemporaryDirectory() as folder:
+        n = run_exploration(obj, folder, options).numbers
+    seconds = time.perf_counter() - start
+    return (
+        f"| {obj.name} | {n['coverage']:.4f} | {n['completeness_mean'] / n['noise_std']:.2f} "
+        f"| {n['completeness_mean'] / n['diagonal']:.1e} "
+        f"| {n['completeness_p95'] / n['diagonal']:.1e} | {'yes' if n['watertight'] else 'no'} "
+        f"| {n['euler_characteristic']} ({n['true_euler_characteristic']}) "
+        f"| {n['patch_euler_characteristic']} | {n['total_curvature_over_2pi']:.3f} "
+        f"| {n['deviation_calibration']:.2f} | {n['touches']} "
+        f"| {n['tracked_length'] / np.sqrt(obj.area):.0f} | {seconds:.1f} |"
+    )
+
+
+def main(*names: str) -> None:
+    print(HEAD)
+    print("|" + "---|" * (HEAD.count("|") - 1))
+    for name in names or ("sphere",):
+        print(row(name, RunOptions()), flush=True)
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
