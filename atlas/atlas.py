@@ -47,7 +47,7 @@ class AtlasOptions:
     """
 
     fit: FitOptions = FitOptions()
-    bias: float = 0.5
+    bias: float = 0.1
     least_radius: float = 10.0
 
 
