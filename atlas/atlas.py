@@ -47,7 +47,7 @@ class AtlasOptions:
     """
 
     fit: FitOptions = FitOptions()
-    bias: float = 0.1
+    bias: float = 0.2
     least_radius: float = 10.0
 
 
@@ -239,12 +239,14 @@ class Atlas:
             self.frontier.cover(table, owner)
             frame = fit.patch.frame
             self.frontier.visit(frame.origin, frame.normal, 0.5 * fit.patch.radius)
+            self._link(owner, kin)
             return AtlasChange(changed=tuple(kin.tolist()))
         self._join(row, kin, points, normals)
         log_length = np.log(table.radius[row] / fit.turn)
         self.length_sums += (1.0, log_length, log_length**2)
         rows = np.append(kin, row)
         solve(table, rows)
+        table.renew_ring(row)
         self._close_frontier(row, kin, points, normals)
         self._meet(row, kin)
         return AtlasChange(added=(row,), changed=tuple(kin.tolist()))
@@ -255,6 +257,19 @@ class Atlas:
             return row
         power = power_at(self.table, kin, self.table.origin[row])
         return row if -self.table.power[row] < power.min() else int(kin[power.argmin()])
+
+    def _link(self, owner: int, kin: np.ndarray) -> None:
+        """One touch was of the sheet of all these: so they are kin to its owner, and what its
+        core covers of them is closed."""
+        table = self.table
+        others = kin[kin != owner]
+        offset = table.origin[others] - table.origin[owner]
+        reach = table.radius[others] + table.radius[owner]
+        for i in others[(offset * offset).sum(axis=1) < reach**2].tolist():
+            self.kin[owner].add(i)
+            self.kin[i].add(owner)
+        table.ring_open[others] *= power_at(table, [owner], table.ring[others])[..., 0] > 0
+        self._drop_conquered_corners(owner, others)
 
     def _give_samples(self, owner: int, points, normals) -> None:
         old_points, old_normals = self.samples[owner]

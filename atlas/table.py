@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from touchatlas.patch.fit import OUTLINE_COUNT, PatchFit
+from touchatlas.patch.fit import OUTLINE_COUNT, PatchFit, ring
 from touchatlas.patch.polynomial import VALUE, Basis, X, Y, evaluate_batch
 from touchatlas.patch.smoothness import scaled_noise
 
@@ -90,6 +90,11 @@ class Table:
             self._columns[name] = np.concatenate(
                 [self._columns[name][: self.size - len(columns[name])], columns[name]]
             )
+
+    def renew_ring(self, row: int) -> None:
+        """Lay the outline of a row on its polynomial as it is now."""
+        scaled = ring(self.basis, self.mean[row], self.core)
+        self.ring[row] = scaled * self.radius[row] @ self.axes[row] + self.origin[row]
 
     def scaled_local(self, rows, points) -> np.ndarray:
         """(m, n, 3) points (m, n, 3) or (n, 3) in each row's frame over its radius."""

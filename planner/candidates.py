@@ -45,7 +45,7 @@ def frontier_candidate(atlas: Atlas, position, spent) -> Candidate | None:
         Points that were tried in vain.
     """
     frontier = atlas.frontier
-    depth = np.where(is_spent(frontier.points, spent), 0.0, frontier.depth)
+    depth = np.where(is_spent(frontier.points, spent, atlas.tolerance), 0.0, frontier.depth)
     if not len(depth) or depth.max() <= 0.0:
         return None
     offset = frontier.points - position
@@ -61,12 +61,14 @@ def frontier_candidate(atlas: Atlas, position, spent) -> Candidate | None:
 def gap_candidate(atlas: Atlas, position, spent) -> Candidate | None:
     """The nearest point that no core covers: of the patches' outlines, and between three."""
     table = atlas.table
+    for row in np.flatnonzero(table.ring_open.any(axis=1)):
+        table.renew_ring(row)
     rows, places = np.nonzero(table.ring_open)
     points = table.ring[rows, places]
     if atlas.gaps:
         points = np.concatenate([points, list(atlas.gaps.values())])
         rows = np.concatenate([rows, [triple[2] for triple in atlas.gaps]])
-    free = ~is_spent(points, spent)
+    free = ~is_spent(points, spent, atlas.tolerance)
     if not free.any():
         return None
     offset = points - position
@@ -78,11 +80,12 @@ def gap_candidate(atlas: Atlas, position, spent) -> Candidate | None:
     return Candidate(points[best], int(row), normal, Reason.CLOSE_GAP)
 
 
-def is_spent(points, spent) -> np.ndarray:
-    """(n,) whether each point is one of the spent ones."""
+def is_spent(points, spent, tolerance: float) -> np.ndarray:
+    """(n,) whether each point is, within a tolerance, one of the spent ones."""
     if not len(spent):
         return np.zeros(len(points), bool)
-    return (points[:, None] == np.asarray(spent)).all(axis=2).any(axis=1)
+    offset = points[:, None] - np.asarray(spent)
+    return ((offset * offset).sum(axis=2) <= tolerance**2).any(axis=1)
 
 
 def predicted_curvature(atlas: Atlas, candidate: Candidate) -> float:

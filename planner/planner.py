@@ -12,6 +12,7 @@ from touchatlas.planner.candidates import (
     Candidate,
     frontier_candidate,
     gap_candidate,
+    is_spent,
     predicted_curvature,
 )
 from touchatlas.planner.planes import concurrent_planes
@@ -123,7 +124,7 @@ class Planner:
             if (
                 candidate is not None
                 and self._target is not None
-                and (candidate.point == self._target).all()
+                and is_spent(candidate.point[None], [self._target], atlas.tolerance)[0]
             ):
                 # The touch there did not cover it: once is enough.
                 self._spent.append(self._target)
