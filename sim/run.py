@@ -286,10 +286,10 @@ def _plot(path: Path, rows, name: str) -> None:
 
     figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4), layout="constrained")
     length = [row["tracked_length"] for row in rows]
-    left.plot(length, [row["predicted_coverage"] for row in rows], label="predicted")
+    left.plot(length, [row["predicted_coverage"] for row in rows], label="outlines closed")
     seen = [row for row in rows if row["coverage"] != ""]
     at = [row["tracked_length"] for row in seen]
-    left.plot(at, [row["coverage"] for row in seen], "o-", ms=3, label="true")
+    left.plot(at, [row["coverage"] for row in seen], "o-", ms=3, label="true coverage")
     left.set(xlabel="tracked length", ylabel="coverage", ylim=(0, 1.02), title=name)
     left.legend()
     right.plot(length, [row["predicted_deviation"] for row in rows], label="predicted deviation")

@@ -1,0 +1,74 @@
+"""A run as a picture: the surface, coloured by patch and by predicted deviation, and progress.
+
+touchatlas explore bottle && python examples/picture_of_a_run.py runs/bottle-0 bottle.png
+"""
+
+import csv
+import sys
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+import numpy as np
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+from touchatlas.atlas.store import load_atlas
+from touchatlas.atlas.surface import Surface, extract_surface
+
+
+def draw(axes, surface: Surface, colours, title: str) -> None:
+    """Triangles in parallel projection, shaded by their normals."""
+    light = surface.normals[surface.faces].mean(axis=1) @ np.array([0.4, -0.7, 0.6])
+    shade = (0.45 + 0.55 * np.clip(light, 0.0, 1.0))[:, None]
+    faces = Poly3DCollection(surface.vertices[surface.faces], linewidths=0)
+    faces.set_facecolor(np.clip(colours[:, :3] * shade, 0.0, 1.0))
+    axes.add_collection3d(faces)
+    low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]), title=title)
+    axes.set_box_aspect(high - low)
+    axes.set_proj_type("ortho")
+    axes.view_init(12, -60)
+    axes.set_axis_off()
+
+
+def main(run: str | None = None, out: str = "run.png") -> None:
+    if run is None:
+        print("give the folder of a run; see the first lines of this file")
+        return
+    atlas = load_atlas(Path(run) / "atlas.npz")
+    surface = extract_surface(atlas, edge=float(np.ptp(atlas.table.origin, axis=0).max()) / 110)
+    figure = plt.figure(figsize=(11, 4.6), layout="constrained")
+    palette = plt.get_cmap("tab20")(np.arange(len(atlas)) * 7 % 20)
+    patch = surface.patch[surface.faces[:, 0]]
+    draw(figure.add_subplot(131, projection="3d"), surface, palette[patch], f"{len(atlas)} patches")
+    deviation = surface.deviation[surface.faces].mean(axis=1)
+    scale = deviation / np.quantile(deviation, 0.98)
+    colours = plt.get_cmap("viridis")(np.clip(scale, 0.0, 1.0))
+    title = f"predicted deviation, up to {np.quantile(deviation, 0.98):.2g}"
+    draw(figure.add_subplot(132, projection="3d"), surface, colours, title)
+    with open(Path(run) / "steps.csv") as file:
+        rows = list(csv.DictReader(file))
+    axes = figure.add_subplot(133)
+    axes.plot(
+        [float(r["tracked_length"]) for r in rows],
+        [float(r["predicted_coverage"]) for r in rows],
+        label="outlines closed (predicted)",
+    )
+    seen = [r for r in rows if r["coverage"]]
+    axes.plot(
+        [float(r["tracked_length"]) for r in seen],
+        [float(r["coverage"]) for r in seen],
+        "o-",
+        ms=3,
+        label="true coverage",
+    )
+    axes.set(xlabel="tracked length", ylim=(0, 1.03))
+    axes.legend(loc="lower right")
+    figure.savefig(out, dpi=100)
+    print(f"wrote {out}")
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
