@@ -1,6 +1,7 @@
 """Atlas: the one mutable object, a graph of patches that grows touch by touch."""
 
 from dataclasses import dataclass
+from itertools import combinations
 
 import networkx as nx
 import numpy as np
@@ -19,7 +20,7 @@ from touchatlas.atlas.kin import kin_of
 from touchatlas.atlas.moments import absorb, solve
 from touchatlas.atlas.table import Table
 from touchatlas.atlas.touch import Touch, TouchStatus
-from touchatlas.patch.fit import FitOptions, PatchFit, curvatures_from_polynomial, fit_patch
+from touchatlas.patch.fit import FitOptions, PatchFit, fit_patch
 from touchatlas.patch.frame import DarbouxFrame
 from touchatlas.patch.patch import Patch
 from touchatlas.patch.polynomial import LocalPolynomial, monge_basis, monomials
@@ -135,21 +136,17 @@ class Atlas:
         table, i = self.table, patch_id
         if not 0 <= i < table.size:
             raise KeyError(f"no patch {patch_id}; ids run from 0 to {table.size - 1}")
-        mean, covariance = table.mean[i].copy(), table.covariance[i].copy()
-        radius = float(table.radius[i])
         return Patch(
             i,
             DarbouxFrame(table.origin[i], table.axes[i]),
-            curvatures_from_polynomial(
-                table.basis, mean, covariance, radius, table.axes[i], float(table.condition[i])
-            ),
-            LocalPolynomial(table.basis, mean, radius),
-            covariance,
-            radius,
-            table.ring[i].copy(),
+            LocalPolynomial(table.basis, table.mean[i].copy(), float(table.radius[i])),
+            table.covariance[i].copy(),
+            float(table.radius[i]),
+            table.core,
             float(table.noise[i]),
             float(table.residual[i]),
             int(table.count[i]),
+            float(table.condition[i]),
         )
 
     def blend(self, points) -> Blend:
@@ -269,7 +266,8 @@ class Atlas:
             self.kin[owner].add(i)
             self.kin[i].add(owner)
         table.ring_open[others] *= power_at(table, [owner], table.ring[others])[..., 0] > 0
-        self._drop_conquered_corners(owner, others)
+        dropped = self._drop_conquered_corners(owner, others)
+        self._draw_boundaries(sorted({p for triple in dropped for p in combinations(triple, 2)}))
 
     def _give_samples(self, owner: int, points, normals) -> None:
         old_points, old_normals = self.samples[owner]
@@ -306,12 +304,9 @@ class Atlas:
 
     def _meet(self, row: int, kin: np.ndarray) -> None:
         """Corners and boundaries around a new patch."""
-        self._drop_conquered_corners(row, kin)
-        touched = {triple[:2] for triple in self._find_corners(row, kin)}
-        pairs = {(i, row) for i in kin.tolist()} | touched
-        pairs |= {
-            (i, j) for i in kin.tolist() for j in self.graph.adj[i] if i < j and j in self.kin[row]
-        }
+        pairs = {(i, row) for i in kin.tolist()}
+        for triple in self._drop_conquered_corners(row, kin) + self._find_corners(row, kin):
+            pairs |= set(combinations(triple, 2))
         self._draw_boundaries(sorted(pairs))
 
     def _find_corners(self, row: int, kin: np.ndarray) -> list[tuple[int, int, int]]:
@@ -330,22 +325,25 @@ class Atlas:
                 self.corners_of[i].add(triple)
         return found
 
-    def _drop_conquered_corners(self, row: int, kin: np.ndarray) -> None:
+    def _drop_conquered_corners(self, row: int, kin: np.ndarray) -> list[tuple[int, int, int]]:
+        """Remove, and return, the corners of the kin at which ``row`` has less power."""
         triples = sorted({t for i in kin.tolist() for t in self.corners_of[i]})
         near = self.kin[row]
         triples += [t for t in self.gaps if not near.isdisjoint(t)]
         if not triples:
-            return
+            return []
         points = np.array([self.gaps.get(t, self.corners.get(t)) for t in triples])
         table = self.table
         offset = points - table.origin[[t[0] for t in triples]]
         own = (offset * offset).sum(axis=1) - table.power[[t[0] for t in triples]]
         conquered = power_at(table, [row], points)[:, 0] < own
-        for triple, lost in zip(triples, conquered, strict=True):
-            if lost and self.gaps.pop(triple, None) is None:
+        dropped = [triple for triple, lost in zip(triples, conquered, strict=True) if lost]
+        for triple in dropped:
+            if self.gaps.pop(triple, None) is None:
                 del self.corners[triple]
                 for i in triple:
                     self.corners_of[i].discard(triple)
+        return dropped
 
     def _draw_boundaries(self, pairs: list[tuple[int, int]]) -> None:
         """Make, renew or delete the edges of the given pairs."""

@@ -23,11 +23,12 @@ def on_sheet(table: Table, rows: np.ndarray, points, normals) -> np.ndarray:
     Weaker than what it takes to be learned from: samples far from their own patch know their
     normals only within one contour.
     """
-    return _of_sheet(table, rows, table.scaled_local(rows, points), normals, 0.0)
+    scaled = table.scaled_local(rows, points)
+    return _of_sheet(table, rows, scaled, normals, 0.0)
 
 
-def _of_sheet(table: Table, rows, scaled, normals, cosine=SHEET_COSINE) -> np.ndarray:
-    height, upward = table.surface(rows, scaled)
+def _of_sheet(table: Table, rows, scaled, normals, cosine, terms=None) -> np.ndarray:
+    height, upward = table.surface(rows, scaled, terms)
     normals_local = normals @ table.axes[rows].transpose(0, 2, 1)
     length = np.sqrt((upward**2).sum(axis=-1))
     return (np.abs(height) <= SHEET_GAP * length) & (
@@ -38,10 +39,11 @@ def _of_sheet(table: Table, rows, scaled, normals, cosine=SHEET_COSINE) -> np.nd
 def absorb(table: Table, rows: np.ndarray, points: np.ndarray, normals: np.ndarray) -> None:
     """Add samples (n, 3) with unit normals (n, 3) to the equations of every row they fall in."""
     scaled = table.scaled_local(rows, points)
-    inside = _of_sheet(table, rows, scaled, normals)
+    terms = monomials(table.basis, scaled[..., 0], scaled[..., 1])
+    inside = _of_sheet(table, rows, scaled, normals, SHEET_COSINE, terms)
     inside &= scaled[..., 0] ** 2 + scaled[..., 1] ** 2 <= 1.0
     weight = inside.astype(float)
-    terms = monomials(table.basis, scaled[..., 0], scaled[..., 1]).transpose(1, 0, 2)
+    terms = terms.transpose(1, 0, 2)
     weighted = terms * weight[:, None, :]
     z = scaled[..., 2]
     table.gram[rows] += weighted @ terms.transpose(0, 2, 1)

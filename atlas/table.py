@@ -2,8 +2,9 @@
 
 import numpy as np
 
-from touchatlas.patch.fit import OUTLINE_COUNT, PatchFit, ring
-from touchatlas.patch.polynomial import VALUE, Basis, X, Y, evaluate_batch
+from touchatlas.patch.fit import PatchFit
+from touchatlas.patch.patch import OUTLINE_COUNT, ring
+from touchatlas.patch.polynomial import VALUE, Basis, X, Y, evaluate_batch, monomials
 from touchatlas.patch.smoothness import scaled_noise
 
 
@@ -68,7 +69,7 @@ class Table:
             "power": (self.core * patch.radius) ** 2,
             "noise": patch.noise_std,
             "turn": fit.turn,
-            "condition": patch.curvatures.condition,
+            "condition": patch.condition,
             "gram": fit.equations.gram,
             "right": fit.equations.right,
             "square": fit.equations.square,
@@ -76,7 +77,6 @@ class Table:
             "mean": patch.polynomial.coefficients,
             "covariance": patch.covariance,
             "residual": patch.residual_rms,
-            "ring": patch.outline,
             "ring_open": 1.0,
         }
         for name, value in values.items():
@@ -101,12 +101,12 @@ class Table:
         local = (points - self.origin[rows][:, None]) @ self.axes[rows].transpose(0, 2, 1)
         return local / self.radius[rows][:, None, None]
 
-    def surface(self, rows, scaled):
+    def surface(self, rows, scaled, terms=None):
         """Height above each row's polynomial (m, n), scaled, and its upward normal (m, n, 3),
-        local and not of unit length: (-fx, -fy, 1)."""
-        height, fx, fy = evaluate_batch(
-            self.basis, self.mean[rows], scaled[..., 0], scaled[..., 1], (VALUE, X, Y)
-        )
+        local and not of unit length: (-fx, -fy, 1). ``terms`` are the monomials, if at hand."""
+        if terms is None:
+            terms = monomials(self.basis, scaled[..., 0], scaled[..., 1])
+        height, fx, fy = evaluate_batch(self.basis, self.mean[rows], terms, (VALUE, X, Y))
         upward = np.empty((*fx.shape, 3))
         upward[..., 0], upward[..., 1], upward[..., 2] = -fx, -fy, 1.0
         return scaled[..., 2] - height, upward

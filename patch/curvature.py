@@ -153,7 +153,7 @@ def curvatures_from_sections(normal_curvatures, angles, stds):
     angles = np.asarray(angles, dtype=float)
     if len(angles) < 3:
         raise ValueError(f"{len(angles)} sections were given; principal curvatures need 3 or more")
-    design = np.column_stack([np.ones(len(angles)), np.cos(2 * angles), np.sin(2 * angles)])
+    design = np.stack([np.ones(len(angles)), np.cos(2 * angles), np.sin(2 * angles)], axis=1)
     singular = np.linalg.svd(design, compute_uv=False)
     if singular[2] < _ANGLE_TOLERANCE * singular[0]:
         raise ValueError(

@@ -6,7 +6,6 @@ import numpy as np
 
 from touchatlas.patch.contour import Contour, ContourEnd
 from touchatlas.patch.curvature import (
-    PrincipalCurvatures,
     curvatures_from_sections,
     normal_from_tangents,
     principal_directions,
@@ -39,9 +38,6 @@ from touchatlas.patch.smoothness import (
 )
 
 _RADIUS_LEVELS = np.array([1.0, 0.8, 0.64, 0.5, 0.4])
-OUTLINE_COUNT = 24
-_OUTLINE_ANGLES = np.linspace(0.0, 2.0 * np.pi, OUTLINE_COUNT, endpoint=False)
-_OUTLINE = np.stack([np.cos(_OUTLINE_ANGLES), np.sin(_OUTLINE_ANGLES)])
 # Of the system for the principal curvatures: reached by sections within about 2 degrees.
 _WORST_CONDITION = 1e3
 # Beyond these the surface was seen to stop or to break: the patch need not end before them.
@@ -240,39 +236,13 @@ def _finish(basis, equations, origin, axes, radius, noise, turn, condition, opti
     patch = Patch(
         -1,
         DarbouxFrame(origin, axes),
-        curvatures_from_polynomial(basis, mean, covariance, radius, axes, condition),
         LocalPolynomial(basis, mean, radius),
         covariance * max(1.0, (residual / scaled_noise(noise, radius)) ** 2),
         radius,
-        ring(basis, mean, options.core) * radius @ axes + origin,
+        options.core,
         noise,
         float(residual * radius),
         equations.count,
+        condition,
     )
     return PatchFit(patch, equations, turn)
-
-
-def curvatures_from_polynomial(
-    basis, mean, covariance, radius, axes, condition
-) -> PrincipalCurvatures:
-    """Principal curvatures at the origin of the frame, with their standard deviations."""
-    fx, fy, fxx, fxy, fyy = derivative_coefficients(basis, mean, [X, Y, XX, XY, YY])[:, 0]
-    k1, k2, angle = principal_directions(shape_operator(fx, fy, fxx, fxy, fyy))
-    c, s = np.cos(angle), np.sin(angle)
-    rows = basis.derivatives[[XX, XY, YY], :, 0]
-    gradients = np.array([[c * c, 2 * c * s, s * s], [s * s, -2 * c * s, c * c]]) @ rows
-    std = np.sqrt(np.einsum("ki,ij,kj->k", gradients, covariance, gradients)) / radius
-    directions = np.array([[c, s], [-s, c]]) @ axes[:2]
-    umbilic = bool(k1 - k2 <= radius * np.hypot(*std) * 2.0)
-    return PrincipalCurvatures(
-        float(k1) / radius, float(k2) / radius, directions, std, umbilic, condition
-    )
-
-
-def ring(basis, mean, share: float) -> np.ndarray:
-    """(m, 3) scaled local points of the polynomial at distance ``share`` from the origin."""
-    across = share * _OUTLINE
-    for _ in range(3):
-        height = mean @ monomials(basis, across[0], across[1])
-        across = _OUTLINE * np.sqrt(np.maximum(share**2 - height**2, 0.25 * share**2))
-    return np.stack([across[0], across[1], height], axis=1)

@@ -1,19 +1,27 @@
 """Patch: one piece of surface with its uncertainty, the node of the atlas."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from touchatlas.patch.curvature import PrincipalCurvatures
+from touchatlas.patch.curvature import PrincipalCurvatures, principal_directions
 from touchatlas.patch.frame import DarbouxFrame
 from touchatlas.patch.polynomial import (
     VALUE,
+    XX,
+    XY,
+    YY,
     LocalPolynomial,
     X,
     Y,
     derivative_coefficients,
     monomials,
+    shape_operator,
 )
+
+# k1 - k2 below so many standard deviations is called none.
+_UMBILIC_DEVIATIONS = 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,34 +32,45 @@ class Patch:
     ----------
     id : int
     frame : DarbouxFrame
-    curvatures : PrincipalCurvatures
-        At the frame's origin.
     polynomial : LocalPolynomial
         Height over the tangent plane of the frame.
     covariance : (t, t) float
         Of the scaled coefficients.
     radius : float, length
         The polynomial holds within this distance of the origin.
-    outline : (m, 3) float, length, world
-        Closed ring on the patch, at the radius to which the patch claims to cover.
+    core : float
+        Share of the radius to which the patch claims to cover.
     noise_std : float, length
         Of the samples.
     residual_rms : float, length
         Of the samples about the polynomial.
     count : int
         Samples that were used.
+    condition : float
+        Of the sections from which its first frame came.
     """
 
     id: int
     frame: DarbouxFrame
-    curvatures: PrincipalCurvatures
     polynomial: LocalPolynomial
     covariance: np.ndarray
     radius: float
-    outline: np.ndarray
+    core: float
     noise_std: float
     residual_rms: float
     count: int
+    condition: float
+
+    @cached_property
+    def curvatures(self) -> PrincipalCurvatures:
+        """Principal curvatures at the frame's origin, with their standard deviations."""
+        return curvatures_from_polynomial(self)
+
+    @cached_property
+    def outline(self) -> np.ndarray:
+        """(m, 3) closed ring on the patch at the core radius, length, world."""
+        scaled = ring(self.polynomial.basis, self.polynomial.coefficients, self.core)
+        return self.frame.to_world(scaled * self.radius)
 
     def signed_distance(self, points) -> np.ndarray:
         """(n,) first-order signed distance (z - phi)/sqrt(1 + |grad phi|^2), world points.
@@ -85,3 +104,39 @@ class Patch:
         )
         height, slope_x, slope_y = rows @ terms
         return self.radius * height, slope_x, slope_y, z
+
+
+OUTLINE_COUNT = 24
+_OUTLINE_ANGLES = np.linspace(0.0, 2.0 * np.pi, OUTLINE_COUNT, endpoint=False)
+_OUTLINE = np.stack([np.cos(_OUTLINE_ANGLES), np.sin(_OUTLINE_ANGLES)])
+
+
+def curvatures_from_polynomial(patch: Patch) -> PrincipalCurvatures:
+    """Principal curvatures at the origin of a patch's frame, with their standard deviations."""
+    basis, mean = patch.polynomial.basis, patch.polynomial.coefficients
+    fx, fy, fxx, fxy, fyy = derivative_coefficients(basis, mean, [X, Y, XX, XY, YY])[:, 0]
+    k1, k2, angle = principal_directions(shape_operator(fx, fy, fxx, fxy, fyy))
+    c, s = np.cos(angle), np.sin(angle)
+    rows = basis.derivatives[[XX, XY, YY], :, 0]
+    gradients = np.array([[c * c, 2 * c * s, s * s], [s * s, -2 * c * s, c * c]]) @ rows
+    variance = np.einsum("ki,ij,kj->k", gradients, patch.covariance, gradients)
+    std = np.sqrt(variance) / patch.radius
+    directions = np.array([[c, s], [-s, c]]) @ patch.frame.axes[:2]
+    umbilic = bool(k1 - k2 <= patch.radius * np.hypot(*std) * _UMBILIC_DEVIATIONS)
+    return PrincipalCurvatures(
+        float(k1) / patch.radius,
+        float(k2) / patch.radius,
+        directions,
+        std,
+        umbilic,
+        patch.condition,
+    )
+
+
+def ring(basis, mean, share: float) -> np.ndarray:
+    """(m, 3) scaled local points of the polynomial at distance ``share`` from the origin."""
+    across = share * _OUTLINE
+    for _ in range(3):
+        height = mean @ monomials(basis, across[0], across[1])
+        across = _OUTLINE * np.sqrt(np.maximum(share**2 - height**2, 0.25 * share**2))
+    return np.stack([across[0], across[1], height], axis=1)

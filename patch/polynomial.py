@@ -1,8 +1,8 @@
 """Local polynomial z = phi(x, y) in a patch's frame: monomials, derivatives, curvature.
 
 Coefficients are kept in scaled coordinates (x/R, y/R, z/R), R the patch radius, so that they
-carry no unit. Monomials come first in every array, (t, ...): each is its parent times x or y,
-and every derivative of the polynomial is a polynomial over the same monomials.
+carry no unit. Monomials come first in every array, (t, ...), and every derivative of the
+polynomial is a polynomial over the same monomials.
 """
 
 from dataclasses import dataclass
@@ -24,8 +24,8 @@ class Basis:
         Ordered by total degree; the third column is zero for a Monge polynomial.
     orders : (t,) int
         i + j + k.
-    parents : tuple of (int, int)
-        Monomial m >= 1 is monomial ``parents[m][0]`` times coordinate ``parents[m][1]``.
+    degree : int
+        The highest order.
     derivatives : (6, t, t) float
         ``coefficients @ derivatives[D]`` are the coefficients of the derivative D, one of
         VALUE, X, Y, XX, XY, YY.
@@ -33,7 +33,7 @@ class Basis:
 
     exponents: np.ndarray
     orders: np.ndarray
-    parents: tuple[tuple[int, int], ...]
+    degree: int
     derivatives: np.ndarray
 
     @property
@@ -51,7 +51,6 @@ def monge_basis(degree: int) -> Basis:
     """
     pairs = [(d - j, j) for d in range(degree + 1) for j in range(d + 1)]
     index = {pair: m for m, pair in enumerate(pairs)}
-    parents = tuple((index[i - 1, j], 0) if i > 0 else (index[i, j - 1], 1) for i, j in pairs[1:])
     derivatives = np.zeros((len(_DERIVATIVES), len(pairs), len(pairs)))
     for d, (p, q) in enumerate(_DERIVATIVES):
         for m, (i, j) in enumerate(pairs):
@@ -61,7 +60,7 @@ def monge_basis(degree: int) -> Basis:
     orders = exponents.sum(axis=1)
     for array in (exponents, orders, derivatives):
         array.flags.writeable = False
-    return Basis(exponents, orders, parents, derivatives)
+    return Basis(exponents, orders, degree, derivatives)
 
 
 def _falling(n: int, k: int) -> int:
@@ -70,12 +69,19 @@ def _falling(n: int, k: int) -> int:
 
 
 def monomials(basis: Basis, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """(t, ...) monomials at scaled coordinates x, y (...)."""
+    """(t, ...) monomials at scaled coordinates x, y (...).
+
+    Order by order: the monomials of order d are x times those of order d - 1, and y times the
+    last of these.
+    """
     out = np.empty((basis.size, *x.shape))
     out[0] = 1.0
-    coordinates = (x, y)
-    for m, (parent, axis) in enumerate(basis.parents, start=1):
-        np.multiply(out[parent], coordinates[axis], out=out[m])
+    low = 0
+    for order in range(1, basis.degree + 1):
+        high = low + order
+        np.multiply(out[low:high], x, out=out[high : high + order])
+        np.multiply(out[high - 1], y, out=out[high + order])
+        low = high
     return out
 
 
@@ -158,8 +164,7 @@ class LocalPolynomial:
         return evaluate(self.basis, self.coefficients, x, y, which)
 
 
-def evaluate_batch(basis: Basis, coefficients, x, y, which=(VALUE,)) -> np.ndarray:
-    """(len(which), m, n) derivatives of m polynomials (m, t), each at its n points (m, n)."""
-    terms = monomials(basis, x, y).transpose(1, 0, 2)
+def evaluate_batch(basis: Basis, coefficients, terms, which=(VALUE,)) -> np.ndarray:
+    """(len(which), m, n) derivatives of m polynomials (m, t) from their monomials (t, m, n)."""
     rows = derivative_coefficients(basis, coefficients, list(which))
-    return (rows @ terms).transpose(1, 0, 2)
+    return (rows @ terms.transpose(1, 0, 2)).transpose(1, 0, 2)

@@ -8,6 +8,7 @@ from touchatlas.patch.arrays import cross
 
 _WINDOWS = np.array([1.0, 0.7, 0.5, 0.35])
 _LEAST_POINTS = 5
+_HANKEL = np.add.outer(np.arange(3), np.arange(3))
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,10 +125,13 @@ def _windowed_quadratics(s, h, inside):
     mask = (distance[:, None, :] <= width[:, :, None] * (1 + 1e-9)).astype(float)
     # Scaled by the reach so that the normal matrix is well conditioned in any unit.
     t = s / reach[:, None]
-    powers = t[:, :, None] ** np.arange(5)
+    powers = np.empty((*t.shape, 5))
+    powers[..., 0] = 1.0
+    for k in range(4):
+        np.multiply(powers[..., k], t, out=powers[..., k + 1])
     moments = mask @ powers
     right = mask @ (powers[:, :, :3] * h[:, :, None])
-    normal_matrix = moments[:, :, np.add.outer(np.arange(3), np.arange(3))]
+    normal_matrix = moments[:, :, _HANKEL]
     inverse = np.linalg.inv(normal_matrix)
     scaled = (inverse @ right[..., None])[..., 0]
     counts = mask.sum(axis=2)
