@@ -1,12 +1,14 @@
 """touchatlas: the command line."""
 
 import json
+import os
 import sys
 from pathlib import Path
 from typing import Annotated
 
 from cyclopts import App, CycloptsError, Parameter
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
@@ -86,19 +88,29 @@ def explore(
     obj = make_object(name, seed)
     errors = Console(stderr=True)
     if not obj.closed:
-        errors.print(f"{obj.name} is an open mesh: its surface will be open too.")
+        note = f"{obj.name} is an open mesh: its surface will be open too."
+        errors.print(note, markup=False, highlight=False, soft_wrap=True)
     out = Path("runs") / f"{obj.name}-{seed}" if out is None else out
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    columns = (
+        TextColumn("{task.description}", markup=False),
+        BarColumn(),
+        TextColumn("{task.fields[note]}"),
+        TimeElapsedColumn(),
+    )
+    tracked = 0.0
     with Progress(*columns, console=errors, disable=not errors.is_terminal) as progress:
-        task = progress.add_task(obj.name, total=1.0)
+        task = progress.add_task(obj.name, total=1.0, note="")
 
         def watch(step, atlas) -> None:
+            nonlocal tracked
+            tracked += step.touch.tracked_length
             if step.plan.number % 5 == 0:
-                text = (
-                    f"touch {step.plan.number} patches {len(atlas)} "
-                    f"deviation {atlas.predicted_deviation():.3g}"
+                covered = atlas.predicted_coverage()
+                note = (
+                    f"touch {step.plan.number + 1}  outlines closed {covered:.1%}  "
+                    f"deviation {atlas.predicted_deviation():.3g}  tracked {tracked:.4g}"
                 )
-                progress.update(task, completed=atlas.predicted_coverage(), description=text)
+                progress.update(task, completed=covered, note=note)
 
         result = run_exploration(obj, out, options, force, watch)
     if json_:
@@ -128,33 +140,22 @@ def evaluate(
     tolerance
         1e-3 of the truth's diagonal, or the run's own, by default.
     """
-    import tomllib
-
-    import numpy as np
-
-    from touchatlas.sim.evaluate import evaluate_surface
-    from touchatlas.sim.mesh_object import load_mesh
+    from touchatlas.sim.evaluate import evaluate_surface, load_surface
     from touchatlas.sim.objects import make_object
-    from touchatlas.sim.ply import read_deviation
-    from touchatlas.sim.run import truth_of
+    from touchatlas.sim.run import random_streams, read_settings, truth_of
 
     seed = 0
     if surface.is_dir():
-        if not (surface / "run.toml").is_file() or not (surface / "surface.ply").is_file():
-            raise ValueError(f"{surface} is not the folder of a finished run; run explore first")
-        run = tomllib.loads((surface / "run.toml").read_text())
+        run = read_settings(surface)
         truth = run["object"] if truth is None else truth
         tolerance = run["tolerance"] if tolerance is None else tolerance
         seed, surface = run["seed"], surface / "surface.ply"
     if truth is None:
         raise ValueError("no truth was given; name a mesh file or built-in object with --truth")
-    vertices, faces = load_mesh(surface)
-    deviation = read_deviation(surface) if surface.suffix == ".ply" else None
-    if deviation is not None and len(deviation) != len(vertices):
-        deviation = None
+    vertices, faces, deviation = load_surface(surface)
     obj = make_object(truth, seed)
     tolerance = obj.tolerance if tolerance is None else tolerance
-    rng = np.random.default_rng(seed)
+    rng = random_streams(seed)[1]
     found = evaluate_surface(
         vertices, faces, truth_of(obj, tolerance, rng), tolerance, rng, deviation
     )
@@ -166,7 +167,7 @@ def evaluate(
 
 
 def _print_numbers(numbers: dict, title: str) -> None:
-    table = Table("quantity", "value", title=title)
+    table = Table("quantity", "value", title=escape(title))
     for name, value in numbers.items():
         table.add_row(name, f"{value:.5g}" if isinstance(value, float) else str(value))
     Console().print(table)
@@ -176,15 +177,31 @@ def main() -> None:
     """Entry point: 2 for the user's mistakes, 1 for failures, never a traceback."""
     try:
         code = app(exit_on_error=False, print_error=False, result_action="return_value")
+        sys.stdout.flush()
     except (ValueError, CycloptsError) as error:
-        code = _complain(error, _USER)
-    except (OSError, MemoryError) as error:
-        code = _complain(error, _FAILURE)
+        code = _complain(str(error), _USER)
+    except BrokenPipeError:
+        # The reader has what it wanted; what is left in the buffer goes nowhere.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        code = _FAILURE
+    except OSError as error:
+        code = _complain(_trouble(error), _FAILURE)
+    except MemoryError:
+        code = _complain("out of memory; try a smaller mesh or a larger tolerance", _FAILURE)
     except KeyboardInterrupt:
-        code = _INTERRUPTED
+        code = _complain("stopped; touches already in the journal are kept", _INTERRUPTED)
+    except Exception as error:
+        code = _complain(f"internal error, please report it: {error!r}", _FAILURE)
     sys.exit(code or 0)
 
 
-def _complain(error: BaseException, code: int) -> int:
-    print(f"touchatlas: {error}", file=sys.stderr)
+def _trouble(error: OSError) -> str:
+    if error.strerror is None:
+        return str(error)
+    where = f"{error.filename}: " if error.filename is not None else ""
+    return f"{where}{error.strerror}; see that it can be written and that there is space"
+
+
+def _complain(words: str, code: int) -> int:
+    print("touchatlas:", " ".join(words.split()), file=sys.stderr)
     return code

@@ -6,7 +6,8 @@ import igl
 import numpy as np
 import trimesh
 
-from touchatlas.sim.triangles import face_normals, sample_triangles
+from touchatlas.sim.mesh_object import load_mesh
+from touchatlas.sim.triangles import areas_of, face_normals, sample_triangles
 
 _CALIBRATION = 1.96
 
@@ -22,6 +23,10 @@ class EvaluateOptions:
     """
 
     samples: int = 40_000
+
+    def __post_init__(self) -> None:
+        if self.samples < 1:
+            raise ValueError(f"samples is {self.samples}; at least one point each way is needed")
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,10 +97,14 @@ def check_triangles(vertices, faces, name: str):
         )
     if len(faces) == 0:
         raise ValueError(f"{name} has no triangles; there is nothing to compare")
+    if not np.issubdtype(faces.dtype, np.integer):
+        raise ValueError(f"{name} has faces of type {faces.dtype}; they must be vertex indices")
     if not np.isfinite(vertices).all():
         raise ValueError(f"{name} holds NaN or infinite vertices; repair it first")
     if faces.min() < 0 or faces.max() >= len(vertices):
         raise ValueError(f"{name} has faces that name vertices it does not have")
+    if not areas_of(vertices, faces).any():
+        raise ValueError(f"{name} has no area: all its triangles are degenerate")
     return vertices, faces.astype(np.int64)
 
 
@@ -134,17 +143,28 @@ def evaluate_surface(
     rng : numpy.random.Generator
         Samples the surface.
     deviation : (v,) float, length, optional
-        Predicted standard deviation at each vertex.
+        Predicted standard deviation at each vertex, >= 0.
     options : EvaluateOptions
 
     Raises
     ------
     ValueError
-        No triangles, NaN, wrong shapes, tolerance not positive.
+        No triangles, no area, NaN, wrong shapes, tolerance not positive.
+
+    Examples
+    --------
+    A unit square a quarter above another:
+
+    >>> square = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    >>> faces, rng = np.array([[0, 1, 2], [0, 2, 3]]), np.random.default_rng(0)
+    >>> truth = truth_from_mesh(square, faces, rng)
+    >>> evaluate_surface(square + [0, 0, 0.25], faces, truth, 0.1, rng).chamfer
+    0.25
     """
     vertices, faces = check_triangles(vertices, faces, "the surface")
     if not (np.isfinite(tolerance) and tolerance > 0):
         raise ValueError(f"tolerance is {tolerance}; it must be a length > 0")
+    deviation = None if deviation is None else _check_deviation(deviation, len(vertices))
     sampled, _ = sample_triangles(vertices, faces, options.samples, rng)
     accuracy, _, _ = _closest(truth.vertices, truth.faces, sampled)
     completeness, index, feet = _closest(vertices, faces, truth.points)
@@ -156,7 +176,7 @@ def evaluate_surface(
     angles = _angles_deg((weights[:, :, None] * normals[corners]).sum(axis=1), truth.normals)
     calibration = None
     if deviation is not None:
-        predicted = (weights * np.asarray(deviation, dtype=float)[corners]).sum(axis=1)
+        predicted = (weights * deviation[corners]).sum(axis=1)
         calibration = float(np.mean(completeness <= _CALIBRATION * predicted))
     mesh = trimesh.Trimesh(vertices, faces, process=False)
     extent = truth.vertices[np.unique(truth.faces)]
@@ -176,6 +196,40 @@ def evaluate_surface(
         float(tolerance),
         float(np.linalg.norm(np.ptp(extent, axis=0))),
     )
+
+
+def load_surface(path):
+    """A surface file for the judge: vertices (v, 3), faces (f, 3), deviation (v,) or None.
+
+    A surface with the vertex property ``deviation`` is one of ours and kept vertex for vertex;
+    of any other file equal vertices are merged, as ``load_mesh`` does.
+
+    Raises
+    ------
+    ValueError
+        In one sentence: missing or unreadable file, no triangles, NaN, no extent.
+    """
+    vertices, faces = load_mesh(path)
+    mesh = trimesh.load(path, force="mesh", process=False)
+    # trimesh keeps what a PLY says beyond the geometry here, whatever its encoding.
+    table = mesh.metadata.get("_ply_raw", {}).get("vertex", {}).get("data")
+    names = table.dtype.names if isinstance(table, np.ndarray) else (table or ())
+    if "deviation" not in names:
+        return vertices, faces, None
+    vertices, faces = check_triangles(mesh.vertices, mesh.faces, str(path))
+    return vertices, faces, _check_deviation(np.ravel(table["deviation"]), len(vertices))
+
+
+def _check_deviation(deviation, count: int) -> np.ndarray:
+    """(count,) predicted deviations, all finite and not negative."""
+    deviation = np.array(deviation, dtype=float)
+    if deviation.shape != (count,):
+        raise ValueError(
+            f"deviation has shape {deviation.shape}; one number a vertex is needed: ({count},)"
+        )
+    if not (np.isfinite(deviation).all() and (deviation >= 0.0).all()):
+        raise ValueError("deviation holds NaN, infinite or negative values; it must be >= 0")
+    return deviation
 
 
 def _closest(vertices, faces, points):

@@ -1,9 +1,12 @@
 """The command line as a user meets it: exit codes, one sentence each, results kept."""
 
 import json
+import signal
 import sqlite3
 import subprocess
 import sys
+import time
+from contextlib import closing
 
 import numpy as np
 import pytest
@@ -184,3 +187,60 @@ def test_objects_lists_the_catalogue(tmp_path):
     assert {row["name"] for row in rows} >= {"sphere", "torus", "bottle", "mouse", "blob", "plate"}
     ball = next(row for row in rows if row["name"] == "sphere")
     assert ball["extent"] == pytest.approx([66.0] * 3, abs=0.05)
+
+
+@pytest.fixture(scope="module")
+def mesh_run(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("meshes")
+    trimesh.creation.icosphere(subdivisions=4, radius=30.0).export(folder / "a[red]b.ply")
+    done = touchatlas(
+        "explore", "a[red]b.ply", "--out", "[r]", "--max-touches", 8, "--json", cwd=folder
+    )
+    assert done.returncode == 0 and done.stderr == "", done.stderr
+    return folder, done.stdout
+
+
+def test_json_is_the_evaluation_file_byte_for_byte(mesh_run):
+    folder, out = mesh_run
+    assert out == (folder / "[r]" / "evaluation.json").read_text()
+
+
+def test_evaluate_of_a_run_finds_the_very_numbers_of_the_run(mesh_run):
+    folder, out = mesh_run
+    found = json.loads(touchatlas("evaluate", "[r]", "--json", cwd=folder).stdout)
+    numbers = json.loads(out)
+    # The same streams of random numbers on the same doubles.
+    assert found == {name: numbers[name] for name in found}
+
+
+def test_names_with_brackets_are_shown_as_they_are(mesh_run):
+    done = touchatlas("evaluate", "[r]", cwd=mesh_run[0])
+    assert "a[red]b" in done.stdout.replace("\n", "")
+
+
+def test_a_run_without_its_settings_is_refused(mesh_run, tmp_path):
+    surface = (mesh_run[0] / "[r]" / "surface.ply").read_bytes()
+    (tmp_path / "surface.ply").write_bytes(surface)
+    (tmp_path / "run.toml").write_text("seed = 0\n")
+    assert_refused(touchatlas("evaluate", tmp_path, cwd=tmp_path), 2, "lacks a proper object")
+
+
+def test_interrupt_ends_with_results_so_far(mesh_run, tmp_path):
+    explore = [*RUN, "explore", str(mesh_run[0] / "a[red]b.ply"), "--out", "r", "--json"]
+    with subprocess.Popen(
+        explore, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        journal = tmp_path / "r" / "journal.sqlite"
+        # Three pages hold the empty tables: more means a touch.
+        while process.poll() is None and not (journal.exists() and journal.stat().st_size > 20_000):
+            time.sleep(0.001)
+        process.send_signal(signal.SIGINT)
+        out, errors = process.communicate(timeout=60)
+    assert process.returncode == 130, errors
+    assert "Traceback" not in errors
+    assert json.loads(out)["touches"] == len(kept(journal)) > 0
+
+
+def kept(path):
+    with closing(Journal(path)) as journal:
+        return journal.touches()

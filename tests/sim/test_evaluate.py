@@ -4,7 +4,12 @@ import numpy as np
 import pytest
 import trimesh
 
-from touchatlas.sim.evaluate import EvaluateOptions, evaluate_surface, truth_from_mesh
+from touchatlas.sim.evaluate import (
+    EvaluateOptions,
+    evaluate_surface,
+    load_surface,
+    truth_from_mesh,
+)
 
 FEW = EvaluateOptions(samples=4000)
 
@@ -98,3 +103,100 @@ def test_calibration_counts_errors_within_the_predicted_interval():
 def test_what_is_no_surface_is_refused(surface, tolerance, words):
     with pytest.raises(ValueError, match=words):
         judge(surface, ball(1.0, 2), tolerance)
+
+
+def test_a_torus_has_euler_characteristic_zero_and_two_balls_four():
+    torus = trimesh.creation.torus(2.0, 0.5)
+    surface = (np.asarray(torus.vertices), np.asarray(torus.faces))
+    found = judge(surface, surface, 0.01)
+    assert found.watertight and found.euler_characteristic == found.true_euler_characteristic == 0
+    vertices, faces = ball(0.2, 2)
+    two = np.concatenate([vertices, vertices + 1.0]), np.concatenate([faces, faces + len(vertices)])
+    assert judge(two, surface, 0.01).euler_characteristic == 4
+
+
+def test_one_face_turned_inside_out_is_not_watertight():
+    vertices, faces = ball(1.0, 2)
+    turned = faces.copy()
+    turned[7] = turned[7, ::-1]
+    assert not judge((vertices, turned), (vertices, faces), 0.1).watertight
+
+
+def test_a_surface_inside_out_has_normals_the_other_way():
+    vertices, faces = ball(1.0, 4)
+    right = judge((vertices, faces), (vertices, faces), 0.1).normal_error_deg_mean
+    wrong = judge((vertices, faces[:, ::-1]), (vertices, faces), 0.1).normal_error_deg_mean
+    # The same points and angles, seen from the other side.
+    assert wrong == pytest.approx(180.0 - right, abs=1e-9)
+
+
+def test_moving_both_leaves_every_number():
+    surface, truth = ball(2.1, 3), ball(2.0, 3)
+    turn = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]
+    turn *= np.linalg.det(turn)
+    still = judge(surface, truth, 0.04).as_dict()
+    moved = judge(
+        *[(vertices @ turn.T + [5.0, -3.0, 1.0], faces) for vertices, faces in (surface, truth)],
+        0.04,
+    ).as_dict()
+    # The bounding box does not turn with the body, and no deviation was given.
+    for numbers in (still, moved):
+        del numbers["diagonal"], numbers["deviation_calibration"]
+    assert moved == pytest.approx(still, rel=1e-7, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("deviation", "words"),
+    [(np.ones(3), "shape"), (np.full(162, np.nan), "NaN"), (np.full(162, -1.0), "negative")],
+)
+def test_a_deviation_that_is_none_is_refused(deviation, words):
+    with pytest.raises(ValueError, match=f"deviation .*{words}"):
+        judge(ball(1.0, 2), ball(1.0, 2), 0.1, deviation=deviation)
+
+
+def test_indices_that_are_not_whole_and_surfaces_without_area_are_refused():
+    with pytest.raises(ValueError, match="float64"):
+        judge((np.eye(3), np.array([[0.0, 1.0, 2.4]])), ball(1.0, 2), 0.1)
+    with pytest.raises(ValueError, match="no area"):
+        judge((np.ones((3, 3)), np.array([[0, 1, 2]])), ball(1.0, 2), 0.1)
+    with pytest.raises(ValueError, match="samples is 0"):
+        EvaluateOptions(samples=0)
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "binary"])
+def test_deviation_comes_back_with_its_own_vertex_in_any_encoding(tmp_path, encoding):
+    vertices, faces = ball(1.0, 2)
+    # Two vertices at one place, and one that no face uses, must not shift the rest.
+    vertices = np.concatenate([vertices, vertices[:1], [[0.0, 0.0, 9.0]]])
+    faces = np.where((faces == 0) & (np.arange(len(faces)) == 0)[:, None], len(vertices) - 2, faces)
+    mesh = trimesh.Trimesh(vertices, faces, process=False)
+    mesh.vertex_attributes["deviation"] = vertices[:, 2] + 2.0
+    mesh.export(tmp_path / "s.ply", encoding=encoding)
+    points, found_faces, deviation = load_surface(tmp_path / "s.ply")
+    assert (found_faces == faces).all()
+    # trimesh writes the coordinates in single, the attribute in double precision.
+    assert deviation == pytest.approx(points[:, 2] + 2.0, abs=1e-6)
+
+
+def test_any_other_file_is_read_without_deviation_and_closed_again(tmp_path):
+    vertices, faces = ball(1.0, 2)
+    trimesh.Trimesh(vertices, faces).export(tmp_path / "s.stl")
+    points, triangles, deviation = load_surface(tmp_path / "s.stl")
+    assert deviation is None
+    assert judge((points, triangles), (vertices, faces), 0.1).watertight
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "words"),
+    [
+        ("missing.ply", None, "no file"),
+        ("empty.off", "OFF\n0 0 0\n", "empty.off"),
+        ("nan.off", "OFF\n3 1 0\nnan 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", "NaN"),
+        ("cut.ply", "ply\nformat binary_little_endian 1.0\nelement vertex 9\n", "cut.ply"),
+    ],
+)
+def test_files_that_hold_no_surface_are_refused(tmp_path, name, text, words):
+    if text is not None:
+        (tmp_path / name).write_text(text)
+    with pytest.raises(ValueError, match=words):
+        load_surface(tmp_path / name)

@@ -1,0 +1,285 @@
+"""The run folder: what is kept, what is never lost, what is never taken."""
+
+import csv
+import json
+import signal
+import sqlite3
+import subprocess
+import sys
+import threading
+from contextlib import closing
+
+import matplotlib
+import numpy as np
+import pytest
+import trimesh
+
+from touchatlas.atlas.atlas import Atlas
+from touchatlas.sim.journal import Journal
+from touchatlas.sim.mesh_object import MeshObject
+from touchatlas.sim.run import (
+    RUN_FILES,
+    RunOptions,
+    create_folder,
+    random_streams,
+    read_settings,
+    run_exploration,
+)
+
+FEW = RunOptions(max_touches=7)
+
+
+@pytest.fixture(scope="module")
+def ball():
+    mesh = trimesh.creation.icosphere(subdivisions=4, radius=30.0)
+    return MeshObject("ball", np.asarray(mesh.vertices), np.asarray(mesh.faces))
+
+
+@pytest.fixture(scope="module")
+def finished(ball, tmp_path_factory):
+    folder, touches = tmp_path_factory.mktemp("runs") / "a", []
+    result = run_exploration(ball, folder, FEW, watch=lambda step, _: touches.append(step.touch))
+    return folder, result, touches
+
+
+def kept_touches(folder):
+    with closing(Journal(folder / "journal.sqlite")) as journal:
+        return journal.touches()
+
+
+def steps_of(folder):
+    return list(csv.DictReader((folder / "steps.csv").read_text().splitlines()))
+
+
+def test_journal_gives_back_every_touch_bit_for_bit(finished):
+    folder, _, touches = finished
+    kept = kept_touches(folder)
+    assert len(kept) == len(touches) == 7
+    for was, now in zip(touches, kept, strict=True):
+        assert (was.number, was.status, was.tracked_length, was.travel_length) == (
+            now.number,
+            now.status,
+            now.tracked_length,
+            now.travel_length,
+        )
+        assert (was.contact == now.contact).all() and (was.approach == now.approach).all()
+        assert len(was.contours) == len(now.contours) == 3
+        for a, b in zip(was.contours, now.contours, strict=True):
+            assert a.ends == b.ends and a.noise_std == b.noise_std
+            assert (a.points == b.points).all()
+            assert (a.plane.point == b.plane.point).all()
+            assert (a.plane.normal == b.plane.normal).all()
+
+
+def test_every_touch_is_committed_before_the_next_is_planned(ball, tmp_path):
+    seen = []
+
+    def watch(step, _atlas):
+        with closing(sqlite3.connect(tmp_path / "r" / "journal.sqlite")) as other:
+            seen.append(other.execute("select count(*) from touch").fetchone()[0])
+
+    run_exploration(ball, tmp_path / "r", FEW, watch=watch)
+    assert seen == [1, 2, 3, 4, 5, 6, 7]
+
+
+def test_steps_have_the_contracts_columns_and_add_up(finished):
+    folder, result, touches = finished
+    rows = steps_of(folder)
+    text = "touch reason x y z contours tracked_length travel_length patches parameters"
+    contract = [*text.split(), "predicted_coverage", "predicted_deviation", "coverage"]
+    contract += ["completeness_mean", "seconds_plan", "seconds_fit"]
+    assert list(rows[0])[: len(contract)] == contract
+    assert [int(row["touch"]) for row in rows] == list(range(7))
+    # Sums in the same order: no rounding to allow for.
+    assert float(rows[-1]["tracked_length"]) == sum(t.tracked_length for t in touches)
+    assert float(rows[-1]["travel_length"]) == result.numbers["travel_length"]
+
+
+def test_true_progress_is_looked_at_every_fifth_touch_and_at_the_last(finished):
+    rows = steps_of(finished[0])
+    assert [i for i, row in enumerate(rows) if row["coverage"] != ""] == [0, 5, 6]
+    # 2,000 samples here, 40,000 in the evaluation: four deviations of the smaller sample. The
+    # evaluation also counts what lies within three tolerances beyond the rim.
+    share = finished[1].numbers["coverage"]
+    assert float(rows[-1]["coverage"]) == pytest.approx(share, abs=4 * 0.5 / np.sqrt(2000) + 0.02)
+
+
+def test_settings_say_what_made_the_run(finished):
+    folder, result, _ = finished
+    settings = read_settings(folder)
+    assert settings["tolerance"] == result.atlas.tolerance
+    assert settings["noise"] == result.numbers["noise_std"]
+    assert settings["max_touches"] == 7 and "max_length" not in settings
+    assert settings["atlas"]["bias"] == result.atlas.options.bias
+    assert settings["atlas"]["fit"]["degree"] == result.atlas.options.fit.degree
+    assert {"python", "touchatlas", "numpy"} <= set(settings["versions"])
+
+
+def test_settings_survive_numpy_numbers_and_any_name(ball, tmp_path):
+    odd = MeshObject("odd", ball.vertices, ball.faces)
+    odd.source = 'a "quoted" 😀 Infinity\\name'
+    options = RunOptions(
+        noise=np.float64(1e-5), tolerance=np.float64(0.1), max_touches=np.int64(1), seed=np.int64(3)
+    )
+    run_exploration(odd, tmp_path / "r", options)
+    settings = read_settings(tmp_path / "r")
+    assert settings["object"] == odd.source
+    assert (settings["noise"], settings["tolerance"], settings["seed"]) == (1e-5, 0.1, 3)
+
+
+@pytest.mark.parametrize("text", ["seed = 0\n", "object = ", 'object = "x"\ntolerance = "a"\n'])
+def test_damaged_settings_are_refused(finished, tmp_path, text):
+    (tmp_path / "surface.ply").write_bytes((finished[0] / "surface.ply").read_bytes())
+    (tmp_path / "run.toml").write_text(text)
+    with pytest.raises(ValueError, match="run.toml .*explore again"):
+        read_settings(tmp_path)
+
+
+def test_an_interrupt_in_the_midst_of_a_touch_lets_it_finish(ball, tmp_path, monkeypatch):
+    join = Atlas._join
+
+    def interrupted_join(self, row, *rest):
+        if row == 2:
+            signal.raise_signal(signal.SIGINT)
+        join(self, row, *rest)
+
+    monkeypatch.setattr(Atlas, "_join", interrupted_join)
+    before = signal.getsignal(signal.SIGINT)
+    result = run_exploration(ball, tmp_path / "r", FEW)
+    assert signal.getsignal(signal.SIGINT) is before
+    assert result.interrupted
+    # The atlas knows exactly what the journal holds.
+    assert len(result.atlas) == len(result.atlas.kin) == 3
+    assert result.atlas.touches == len(kept_touches(tmp_path / "r")) == 3
+    assert {path.name for path in (tmp_path / "r").iterdir()} == set(RUN_FILES)
+
+
+def test_a_second_interrupt_ends_at_once_and_loses_no_touch(ball, tmp_path):
+    def watch(step, _atlas):
+        if step.plan.number == 2:
+            signal.raise_signal(signal.SIGINT)
+            signal.raise_signal(signal.SIGINT)
+
+    with pytest.raises(KeyboardInterrupt):
+        run_exploration(ball, tmp_path / "r", FEW, watch=watch)
+    assert len(kept_touches(tmp_path / "r")) == len(steps_of(tmp_path / "r")) == 3
+
+
+def test_a_failing_probe_or_watcher_loses_no_touch(ball, tmp_path):
+    def watch(step, _atlas):
+        if step.plan.number == 3:
+            raise RuntimeError("watcher")
+
+    with pytest.raises(RuntimeError, match="watcher"):
+        run_exploration(ball, tmp_path / "r", FEW, watch=watch)
+    assert len(kept_touches(tmp_path / "r")) == len(steps_of(tmp_path / "r")) == 4
+
+
+def test_a_run_works_in_a_thread(ball, tmp_path):
+    results = []
+    worker = threading.Thread(
+        target=lambda: results.append(
+            run_exploration(ball, tmp_path / "r", RunOptions(max_touches=1))
+        )
+    )
+    worker.start()
+    worker.join()
+    assert results[0].numbers["touches"] == 1
+
+
+def test_drawing_leaves_the_callers_back_end_alone(ball, tmp_path):
+    before = matplotlib.rcParams["backend"]
+    try:
+        matplotlib.rcParams["backend"] = "svg"
+        run_exploration(ball, tmp_path / "r", RunOptions(max_touches=1))
+        assert matplotlib.rcParams["backend"] == "svg"
+    finally:
+        matplotlib.rcParams["backend"] = before
+
+
+class OutOfReach(MeshObject):
+    """A ball that is looked for where it is not."""
+
+    def start(self):
+        point, up = super().start()
+        return point + [1000.0, 0.0, 0.0], up
+
+
+def test_a_run_that_meets_nothing_says_so_in_every_field(ball, finished, tmp_path):
+    lost = OutOfReach("lost", ball.vertices, ball.faces)
+    result = run_exploration(lost, tmp_path / "r", FEW)
+    text = (tmp_path / "r" / "evaluation.json").read_text()
+    # Strict JSON has no word for NaN or infinity.
+    numbers = json.loads(text, parse_constant=pytest.fail)
+    assert numbers == result.numbers
+    assert set(numbers) == set(finished[1].numbers)
+    assert numbers["coverage"] == 0.0 and numbers["hausdorff"] is None
+    assert "inf" not in (tmp_path / "r" / "steps.csv").read_text()
+
+
+def test_force_takes_no_folder_that_is_not_a_run(tmp_path):
+    (tmp_path / "surface.ply").write_text("my own scan")
+    with pytest.raises(ValueError, match="no run, but holds surface.ply"):
+        create_folder(tmp_path, force=True)
+    assert (tmp_path / "surface.ply").read_text() == "my own scan"
+
+
+def test_force_removes_a_runs_files_and_leftovers_only(tmp_path):
+    mine = ("notes.txt", ".writable", "surface.ply.bak")
+    gone = (*RUN_FILES, "journal.sqlite-journal", "atlas.npz.part")
+    for name in (*mine, *gone):
+        (tmp_path / name).write_text("x")
+    create_folder(tmp_path, force=True)
+    assert {path.name for path in tmp_path.iterdir()} == set(mine)
+
+
+def test_a_folder_that_holds_something_is_refused(tmp_path):
+    (tmp_path / "notes.txt").write_text("mine")
+    with pytest.raises(ValueError, match="is not empty; choose another --out"):
+        create_folder(tmp_path, force=False)
+    assert create_folder(tmp_path, force=True) == tmp_path
+    assert (tmp_path / "notes.txt").read_text() == "mine"
+
+
+def test_a_folder_that_cannot_be_made_is_the_worlds_failure(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(OSError, match="file"):
+        create_folder(tmp_path / "file" / "run", force=False)
+
+
+def test_streams_of_one_seed_are_their_own(tmp_path):
+    draws = [stream.normal(size=4) for seed in (0, 1) for stream in random_streams(seed)]
+    assert len({draw.tobytes() for draw in draws}) == 6
+    assert (random_streams(0)[1].normal(size=4) == draws[1]).all()
+
+
+FULL_DISK = """
+import resource, sys
+resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, 60_000))
+from touchatlas.sim.cli import main
+main()
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no file size limit to play a full disk")
+def test_a_full_disk_is_one_sentence_and_keeps_what_was_committed(ball, tmp_path):
+    trimesh.Trimesh(ball.vertices, ball.faces).export(tmp_path / "ball.ply")
+    done = subprocess.run(
+        [sys.executable, "-c", FULL_DISK, "explore", "ball.ply", "--out", "r"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 1
+    assert len(done.stderr.strip().splitlines()) == 1, done.stderr
+    count = len(kept_touches(tmp_path / "r"))
+    assert count > 3 and f"after {count} touches, which are kept" in done.stderr
+    assert len(steps_of(tmp_path / "r")) == count
+    # Whole or not at all: nothing half written is left.
+    assert not list((tmp_path / "r").glob("*.part"))
+
+
+def test_bad_options_are_refused():
+    for name, value in (("noise", np.inf), ("max_length", 0.0), ("max_touches", 0), ("seed", -1)):
+        with pytest.raises(ValueError, match=name.replace("_", "-")):
+            RunOptions(**{name: value})
