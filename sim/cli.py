@@ -142,7 +142,8 @@ def evaluate(
     """
     from touchatlas.sim.evaluate import evaluate_surface, load_surface
     from touchatlas.sim.objects import make_object
-    from touchatlas.sim.run import random_streams, read_settings, truth_of
+    from touchatlas.sim.run import random_streams, truth_of
+    from touchatlas.sim.run_folder import read_settings
 
     seed = 0
     if surface.is_dir():

@@ -17,14 +17,8 @@ import trimesh
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.sim.journal import Journal
 from touchatlas.sim.mesh_object import MeshObject
-from touchatlas.sim.run import (
-    RUN_FILES,
-    RunOptions,
-    create_folder,
-    random_streams,
-    read_settings,
-    run_exploration,
-)
+from touchatlas.sim.run import RunOptions, random_streams, run_exploration
+from touchatlas.sim.run_folder import RUN_FILES, create_folder, read_settings
 
 FEW = RunOptions(max_touches=7)
 

@@ -1,0 +1,100 @@
+"""The folder of a run: what may stand in it, and its settings, run.toml."""
+
+import json
+import platform
+import tempfile
+import tomllib
+from importlib.metadata import version
+from pathlib import Path
+
+from touchatlas.atlas.store import write_whole
+
+RUN_FILES = (
+    "run.toml",
+    "journal.sqlite",
+    "atlas.npz",
+    "surface.ply",
+    "steps.csv",
+    "evaluation.json",
+    "progress.png",
+)
+# What a killed run may leave beside them; SQLite would roll a stale one back into a new journal.
+_LEFTOVERS = ("journal.sqlite-journal", *(f"{name}.part" for name in RUN_FILES))
+_PACKAGES = ("touchatlas", "numpy", "scipy", "networkx", "trimesh", "libigl")
+
+
+def create_folder(path, force: bool) -> Path:
+    """The run folder, made or taken over; only the files of a run are ever removed.
+
+    Raises
+    ------
+    ValueError
+        When it holds something and ``force`` is not set, or holds files of the same names that
+        are no run's.
+    OSError
+        When it cannot be made or written.
+    """
+    path = Path(path)
+    if path.exists() and not path.is_dir():
+        raise ValueError(f"{path} is a file; give a folder for the run with --out")
+    is_run = (path / "run.toml").exists()
+    if path.is_dir() and any(path.iterdir()):
+        if not force:
+            what = "already holds a run" if is_run else "is not empty"
+            raise ValueError(f"{path} {what}; choose another --out, or --force to replace a run")
+        strangers = [] if is_run else [n for n in RUN_FILES if (path / n).exists()]
+        if strangers:
+            raise ValueError(
+                f"{path} is no run, but holds {', '.join(strangers)}, which a run would "
+                "overwrite; choose another --out"
+            )
+    path.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryFile(dir=path):
+        pass
+    # run.toml goes last: while it is there, what else is left is known to be a run's.
+    for name in (*_LEFTOVERS, *reversed(RUN_FILES)) if is_run else ():
+        (path / name).unlink(missing_ok=True)
+    return path
+
+
+def write_settings(folder: Path, settings: dict) -> None:
+    """Write run.toml: the settings of a run, and the versions that make it."""
+    versions = {"python": platform.python_version()} | {p: version(p) for p in _PACKAGES}
+    write_whole(folder / "run.toml", _toml({**settings, "versions": versions}).encode())
+
+
+def read_settings(folder) -> dict:
+    """run.toml of a finished run.
+
+    Raises
+    ------
+    ValueError
+        When the folder holds none, or one without the object, tolerance and seed of the run.
+    """
+    path = Path(folder) / "run.toml"
+    if not path.is_file() or not path.with_name("surface.ply").is_file():
+        raise ValueError(f"{folder} is not the folder of a finished run; run explore first")
+    try:
+        settings = tomllib.loads(path.read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise ValueError(f"{path} cannot be read ({error}); explore again") from None
+    kinds = {"object": str, "tolerance": float, "seed": int}
+    wrong = [name for name, kind in kinds.items() if not isinstance(settings.get(name), kind)]
+    if wrong:
+        raise ValueError(f"{path} lacks a proper {' and '.join(wrong)}; explore again")
+    return settings
+
+
+def _toml(table: dict, name: str = "") -> str:
+    """A dictionary of numbers, strings and dictionaries as TOML; None is left out."""
+    lines, inner = [], []
+    for key, value in table.items():
+        if isinstance(value, dict):
+            path = f"{name}.{key}" if name else key
+            inner.append(f"\n[{path}]\n{_toml(value, path)}")
+        elif value is not None:
+            # TOML's words are JSON's, but for surrogate pairs and infinite numbers.
+            word = json.dumps(value, ensure_ascii=False, default=lambda number: number.item())
+            word = repr(float(value)) if isinstance(value, float) else word
+            lines.append(f"{key} = {word}\n")
+    return "".join(lines + inner)
