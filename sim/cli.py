@@ -91,14 +91,8 @@ def explore(
         note = f"{obj.name} is an open mesh: its surface will be open too."
         errors.print(note, markup=False, highlight=False, soft_wrap=True)
     out = Path("runs") / f"{obj.name}-{seed}" if out is None else out
-    columns = (
-        TextColumn("{task.description}", markup=False),
-        BarColumn(),
-        TextColumn("{task.fields[note]}"),
-        TimeElapsedColumn(),
-    )
     tracked = 0.0
-    with Progress(*columns, console=errors, disable=not errors.is_terminal) as progress:
+    with _progress(errors) as progress:
         task = progress.add_task(obj.name, total=1.0, note="")
 
         def watch(step, atlas) -> None:
@@ -165,6 +159,61 @@ def evaluate(
     else:
         _print_numbers(found.as_dict(), f"{surface} against {obj.name}")
     return 0
+
+
+@app.command
+def chart(
+    *,
+    out: Path = Path("runs/chart"),
+    draws: int = 50,
+    seed: int = 0,
+    json_: Annotated[Json, Parameter(name="--json")] = False,
+) -> int:
+    """Chart accuracy against speed of one patch: our methods, the paper's, peers'.
+
+    Parameters
+    ----------
+    out
+        Folder for tradeoff.csv and tradeoff.png.
+    draws
+        Scenes of each kind: surface, noise, planes.
+    seed
+        Of the scenes.
+    """
+    from touchatlas.sim.tradeoff import measure, overall
+    from touchatlas.sim.tradeoff_chart import (
+        known,
+        make_folder,
+        overall_table,
+        write_chart,
+    )
+
+    make_folder(out)
+    with _progress(Console(stderr=True)) as progress:
+        task = progress.add_task("chart", total=None, note="")
+
+        def watch(done: int, total: int) -> None:
+            progress.update(task, completed=done, total=total, note=f"{done} of {total} cells")
+
+        rows = measure(draws=draws, seed=seed, watch=watch)
+    write_chart(out, rows)
+    if json_:
+        found = [{n: v if known(v) else None for n, v in row.items()} for row in overall(rows)]
+        print(json.dumps(found, indent=2))
+    else:
+        Console().print(overall_table(rows))
+    return 0
+
+
+def _progress(console: Console) -> Progress:
+    """A bar with a note, on a terminal only."""
+    columns = (
+        TextColumn("{task.description}", markup=False),
+        BarColumn(),
+        TextColumn("{task.fields[note]}"),
+        TimeElapsedColumn(),
+    )
+    return Progress(*columns, console=console, disable=not console.is_terminal)
 
 
 def _print_numbers(numbers: dict, title: str) -> None:
