@@ -1,0 +1,256 @@
+"""Total curvature and the solvers of (5), against closed forms, differences and each other."""
+
+import numpy as np
+import pytest
+from numpy.polynomial.polynomial import polyder, polyval2d
+
+from touchatlas.patch.descent import LineEight, sign_frozen_descent
+from touchatlas.patch.domain_grid import curvature_derivatives
+from touchatlas.patch.fold_newton import newton_minimum
+from touchatlas.patch.gauss_map import gauss_map
+from touchatlas.patch.polynomial import gaussian_curvature, monge_basis
+from touchatlas.patch.total_curvature import (
+    fold_problem,
+    frozen_objective,
+    least_squares_coefficients,
+    objective,
+    scale_free_multiplier,
+    squared_error,
+    total_absolute_curvature,
+    total_algebraic_curvature,
+)
+
+
+def ball(x, y):
+    return np.sqrt(33.0**2 - x * x - y * y) - 33.0
+
+
+def ellipsoid(x, y):
+    return 30.0 * np.sqrt(1.0 - (x / 80.0) ** 2 - (y / 50.0) ** 2) - 30.0
+
+
+def torus_outside(x, y):
+    return np.sqrt((40.0 + np.sqrt(225.0 - y * y)) ** 2 - x * x) - 55.0
+
+
+def torus_inside(x, y):
+    return 25.0 - np.sqrt((40.0 - np.sqrt(225.0 - y * y)) ** 2 - x * x)
+
+
+def neck(x, y):
+    return 0.009 * x**2 - 0.021 * y**2 + 2e-4 * x**3 - 1e-5 * y**4 - 6e-6 * x**2 * y**2
+
+
+def monkey_saddle(x, y):
+    return (x**3 - 3.0 * x * y * y) / 600.0
+
+
+SURFACES = {
+    ball: (-1 / 33, -1 / 33, 20.0),
+    ellipsoid: (-30 / 80**2, -30 / 50**2, 20.0),
+    torus_outside: (-1 / 55, -1 / 15, 11.0),
+    torus_inside: (1 / 25, -1 / 15, 11.0),
+    neck: (0.018, -0.042, 15.0),
+    monkey_saddle: (0.0, 0.0, 12.0),
+}
+
+
+def curves(surface, noise=0.0, seed=0):
+    """(57, 3) points of three concurrent curves, 60 degrees apart; millimetres."""
+    rng = np.random.default_rng(seed)
+    half_length = SURFACES[surface][2]
+    angles = rng.uniform(0.0, np.pi) + np.pi / 3 * np.arange(3)
+    t = np.linspace(-half_length, half_length, 19)
+    x, y = np.outer(np.cos(angles), t).ravel(), np.outer(np.sin(angles), t).ravel()
+    points = np.stack([x, y, surface(x, y)], axis=1)
+    return points + noise * rng.normal(size=points.shape)
+
+
+def problem_of(surface, multiplier=0.3, noise=0.0, seed=0, **options):
+    k1, k2, _ = SURFACES[surface]
+    return fold_problem(curves(surface, noise, seed), k1, k2, multiplier, **options)
+
+
+def folds_of(problem, seed=0):
+    return 0.05 * np.random.default_rng(seed).normal(size=problem.size)
+
+
+def test_objective_is_the_papers_formula_in_the_callers_units():
+    """Second route: numpy's polynomials in unscaled coordinates, summed as in (3) to (5)."""
+    p = problem_of(torus_outside, noise=0.02)
+    a = folds_of(p)
+    basis, scale = monge_basis(4), p.radius
+    c = p.scaled_polynomial(a) * scale ** (1.0 - basis.orders)
+    table = np.zeros((5, 5))
+    table[tuple(basis.exponents[:, :2].T)] = c
+    x, y, z = p.points_local.T
+    error = ((polyval2d(x, y, table) - z) ** 2).sum()
+    slopes = [polyder(table, axis=0), polyder(table, axis=1)]
+    bends = [polyder(slopes[0], axis=0), polyder(slopes[0], axis=1), polyder(slopes[1], axis=1)]
+    k = gaussian_curvature(*(polyval2d(*p.grid.T, d) for d in slopes + bends))
+    folding = p.spacing**2 * np.abs(k).sum()
+    # Rounding of a few hundred terms.
+    assert squared_error(p, a) == pytest.approx(error, rel=1e-10)
+    assert total_absolute_curvature(p, a) == pytest.approx(folding, rel=1e-10)
+    assert total_algebraic_curvature(p, a) == pytest.approx(p.spacing**2 * k.sum(), rel=1e-9)
+    assert objective(p, a) == pytest.approx(error + 0.3 * 57 * folding, rel=1e-10)
+
+
+def test_grid_covers_the_hull_with_about_four_hundred_points():
+    p = problem_of(ball)
+    hexagon = 1.5 * np.sqrt(3.0) * 20.0**2
+    # A lattice in a hexagon of 22 cells across: the rim is a share of 4/22, half of it random.
+    assert p.spacing**2 * len(p.grid) == pytest.approx(hexagon, rel=0.05)
+    assert len(p.grid) == pytest.approx(400, rel=0.05)
+
+
+@pytest.mark.parametrize("reference", [0.0, 1e-3])
+def test_gradient_matches_finite_differences_away_from_kinks(reference):
+    p = problem_of(neck, reference_curvature=reference)
+    a, h = folds_of(p), 1e-6
+    delta = np.sign(frozen_objective(p, a)[2])
+    _, gradient, _ = frozen_objective(p, a, delta)
+    differences = [
+        (frozen_objective(p, a + h * e, delta)[0] - frozen_objective(p, a - h * e, delta)[0])
+        / (2.0 * h)
+        for e in np.eye(p.size)
+    ]
+    # Central differences: h^2 and rounding 1e-16 / h.
+    assert gradient == pytest.approx(np.array(differences), abs=1e-8 * np.abs(gradient).max())
+
+
+def test_second_derivatives_of_curvature_match_differences_of_the_first():
+    p = problem_of(torus_inside)
+    a, h, rng = folds_of(p), 1e-5, np.random.default_rng(1)
+    first, second = rng.normal(size=(2, len(p.grid)))
+    slopes, hessian = curvature_derivatives(p.derivatives, p.curvature(a), first, second)
+
+    def at(b):
+        return curvature_derivatives(p.derivatives, p.curvature(b), first, second)[0]
+
+    bends = [(at(a + h * e) @ first - at(a - h * e) @ first) / (2 * h) for e in np.eye(p.size)]
+    k = [(p.curvature(a + h * e)[3] - p.curvature(a - h * e)[3]) / (2 * h) for e in np.eye(p.size)]
+    # Central differences: h^2 and rounding 1e-16 / h.
+    assert slopes == pytest.approx(np.array(k), abs=1e-8 * np.abs(slopes).max())
+    want = np.array(bends) + (slopes * second) @ slopes.T
+    assert hessian == pytest.approx(want, abs=1e-8 * np.abs(hessian).max())
+
+
+def test_least_squares_folds_between_curves_and_total_curvature_holds_it():
+    p = problem_of(neck, noise=0.02)
+    plain, held = least_squares_coefficients(p), newton_minimum(p).coefficients
+    assert squared_error(p, plain) <= squared_error(p, held)
+    assert total_absolute_curvature(p, plain) > 2.0 * total_absolute_curvature(p, held)
+
+
+def test_plain_fit_finds_a_cubic_that_more_curves_determine():
+    points = np.concatenate([curves(monkey_saddle, seed=s) for s in range(3)])
+    p = fold_problem(points, 0.0, 0.0, 0.0)
+    c = p.scaled_polynomial(least_squares_coefficients(p)) * p.radius ** (
+        1.0 - monge_basis(4).orders
+    )
+    # Condition of the design, about 1e3, times rounding, over coefficients of 1/600.
+    assert c[6:10] == pytest.approx([1 / 600, 0.0, -3 / 600, 0.0], abs=1e-12)
+
+
+@pytest.mark.parametrize("solve", [sign_frozen_descent, newton_minimum])
+def test_scaling_all_lengths_scales_the_minimum(solve):
+    points, (k1, k2, _) = curves(ellipsoid, 0.02), SURFACES[ellipsoid]
+    found = []
+    for scale in (1.0, 1024.0):
+        lam = scale_free_multiplier(1e-3, scale * points)
+        found.append(solve(fold_problem(scale * points, k1 / scale, k2 / scale, lam)))
+    # A power of two: only roundings of h and R differ.
+    assert found[1].objective / 1024.0**2 == pytest.approx(found[0].objective, rel=1e-6)
+
+
+@pytest.mark.parametrize("surface", SURFACES)
+@pytest.mark.parametrize("noise", [0.0, 0.05])
+def test_newton_ends_no_higher_than_the_papers_descent(surface, noise):
+    for lam in (0.03, 0.3):
+        p = problem_of(surface, lam, noise)
+        slow, fast = sign_frozen_descent(p, limit=2000), newton_minimum(p)
+        assert fast.converged
+        # The accuracy asked of the fast solver.
+        assert fast.objective <= slow.objective * (1.0 + 1e-6)
+        assert fast.objective == pytest.approx(objective(p, fast.coefficients), rel=1e-12)
+
+
+def test_newton_ends_where_no_small_step_falls():
+    p = problem_of(torus_inside, 3.0, 0.02)
+    found = newton_minimum(p)
+    rng = np.random.default_rng(0)
+    for size in (1e-2, 1e-3, 1e-4):
+        steps = size * rng.normal(size=(200, p.size))
+        least = min(objective(p, found.coefficients + s) for s in steps)
+        # The tolerance of the solver.
+        assert least >= found.objective * (1.0 - 1e-7)
+
+
+def test_exploring_both_sides_never_ends_above_the_near_minimum():
+    p = problem_of(ball)
+    near, far = newton_minimum(p, explore=False), newton_minimum(p)
+    # On a ball the near minimum is one of several, and well above the least.
+    assert far.objective < 0.8 * near.objective
+
+
+def test_excess_curvature_does_not_flatten_a_ball():
+    k = SURFACES[ball][0]
+    paper, excess = problem_of(ball), problem_of(ball, reference_curvature=k * k)
+    cap = 2.0 * np.pi * (1.0 - np.sqrt(1.0 - (20.0 / 33.0) ** 2))
+    held = gauss_map(excess, newton_minimum(excess).coefficients).absolute_area
+    flat = gauss_map(paper, newton_minimum(paper).coefficients).absolute_area
+    # The hexagon is 83 % of the disc; the rim counts a little more than the middle.
+    assert held == pytest.approx(0.82 * cap, rel=0.03)
+    assert flat < 0.9 * held
+
+
+def test_gauss_map_of_a_saddle_is_negative_and_quadrants_cancel():
+    p = problem_of(torus_inside)
+    found = gauss_map(p, np.zeros(p.size))
+    assert found.algebraic_area == pytest.approx(-found.absolute_area, rel=1e-12)
+    assert np.linalg.norm(found.normals, axis=1) == pytest.approx(np.ones(len(p.grid)), abs=1e-14)
+    p = problem_of(monkey_saddle)
+    folded = gauss_map(p, 0.3 * np.eye(p.size)[0] + 0.3 * np.eye(p.size)[3])
+    # z = x^3 + y^3 has K of the sign of xy: quadrants cancel, but for the hexagon's turn.
+    assert abs(folded.algebraic_area) < 0.2 * folded.absolute_area
+
+
+def test_descent_says_how_it_ended():
+    p = problem_of(ellipsoid, noise=0.02)
+    start = objective(p, np.zeros(p.size))
+    ends = {way: sign_frozen_descent(p, line8=way, limit=300) for way in LineEight}
+    for end in ends.values():
+        assert end.objective <= start
+        assert end.converged == (end.reason == "no sign changed")
+    assert ends[LineEight.ONE_STEP].reason == "the signs cycle"
+    assert ends[LineEight.TO_THE_MINIMUM].reason == "the iteration limit was reached"
+    assert sign_frozen_descent(p, limit=5).reason == "the iteration limit was reached"
+    # The other readings stop well above: they trust frozen signs beyond the kinks.
+    best = ends[LineEight.WHILE_IT_FALLS].objective
+    assert ends[LineEight.ONE_STEP].objective > 1.2 * best
+    assert ends[LineEight.TO_THE_MINIMUM].objective > 1.2 * best
+
+
+def test_without_a_multiplier_newton_is_least_squares():
+    p = problem_of(neck, 0.0, 0.02)
+    plain = squared_error(p, least_squares_coefficients(p))
+    # Normal equations of a condition of 1e6.
+    assert newton_minimum(p).objective == pytest.approx(plain, rel=1e-6)
+
+
+def test_caller_errors_say_what_to_try():
+    points = curves(ball)
+    line = points[:19]
+    with pytest.raises(ValueError, match="two or more directions"):
+        fold_problem(line, 0.0, 0.0, 0.3)
+    with pytest.raises(ValueError, match="NaN or infinity"):
+        fold_problem(np.full((9, 3), np.nan), 0.0, 0.0, 0.3)
+    with pytest.raises(ValueError, match="degree is 2"):
+        fold_problem(points, 0.0, 0.0, 0.3, degree=2)
+    with pytest.raises(ValueError, match="0 or more"):
+        fold_problem(points, 0.0, 0.0, -1.0)
+    with pytest.raises(ValueError, match="smaller spacing"):
+        fold_problem(points, 0.0, 0.0, 0.3, spacing=1e4)
+    with pytest.raises(ValueError, match=r"shape \(9\)"):
+        newton_minimum(fold_problem(points, 0.0, 0.0, 0.3), np.zeros(8))
