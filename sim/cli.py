@@ -12,7 +12,10 @@ from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
+from touchatlas.sim.fit_command import fit
+
 app = App(name="touchatlas", help="Learn the shape of an object by touch.")
+app.command(fit)
 _USER, _FAILURE, _INTERRUPTED = 2, 1, 130
 Json = Annotated[bool, Parameter(negative="", help="Print numbers as JSON on standard output.")]
 Force = Annotated[bool, Parameter(negative="", help="Replace the run that the folder holds.")]

@@ -1,0 +1,149 @@
+"""fit_paper: a patch as the paper fits it, its section 2 from end to end."""
+
+from enum import Enum
+
+import numpy as np
+
+from touchatlas.patch.arrays import frozen_array
+from touchatlas.patch.contour import Contour
+from touchatlas.patch.curvature import curvatures_from_sections, normal_from_tangents
+from touchatlas.patch.fit import FitOptions
+from touchatlas.patch.fold_newton import newton_minimum
+from touchatlas.patch.frame import DarbouxFrame, any_tangent, axes_from_normal
+from touchatlas.patch.patch import Patch
+from touchatlas.patch.polynomial import LocalPolynomial, monge_basis
+from touchatlas.patch.section import fit_sections
+from touchatlas.patch.smoothness import scaled_noise
+from touchatlas.patch.total_curvature import (
+    FoldProblem,
+    fold_problem,
+    least_squares_coefficients,
+    scale_free_multiplier,
+    squared_error,
+)
+
+# The paper's 0.3 mm^2, for a patch of radius 20 mm.
+MULTIPLIER_SHARE = 7.5e-4
+_WORST_CONDITION = 1e3
+_LOOSE_STD = 1.0
+_CONSTANT, _SLOPES, _SQUARES = 0, slice(1, 3), [3, 5]
+
+
+class Penalty(Enum):
+    """What is added to the squared error of the heights."""
+
+    NONE = "nothing: the paper's (3)"
+    TOTAL_CURVATURE = "total absolute Gaussian curvature: the paper's (5)"
+    EXCESS_CURVATURE = "total |K - k1 k2|, which does not flatten"
+
+
+def fit_paper(
+    point,
+    contours: tuple[Contour, ...],
+    outward,
+    penalty: Penalty,
+    multiplier: float | None = None,
+) -> Patch:
+    """Patch around a reference point by the paper's steps.
+
+    Sections give tangents and curvatures, these the normal, the principal curvatures and the
+    Darboux frame; k1 and k2 stay fixed as in equation (1), and the coefficients of order 3 and 4
+    are fitted over that frame.
+
+    Parameters
+    ----------
+    point : (3,) float, length, world
+        Reference point; the patch passes through it.
+    contours : tuple of Contour
+        Three or more in distinct directions.
+    outward : (3,) float, world
+        Any vector on the outer side.
+    penalty : Penalty
+    multiplier : float, length^2, optional
+        lam of (5); None for MULTIPLIER_SHARE of the squared patch radius.
+
+    Returns
+    -------
+    Patch
+        Its covariance is of the data alone: a penalty is a choice, not knowledge. Slopes and
+        curvatures are uncertain as the sections are. What no curve sees is given a standard
+        deviation of one patch radius.
+
+    Raises
+    ------
+    ValueError
+        Contours too short, too few, or in fewer than three directions.
+
+    Notes
+    -----
+    The paper, sections 2.1 and 2.2. At an umbilic k1 = k2, their mean: directions are free
+    there, and unequal values along free directions would be wrong.
+    """
+    point = np.asarray(point, dtype=float)
+    noise = float(np.sqrt(np.mean([c.noise_std**2 for c in contours])))
+    axes, k1, k2, condition, section_covariance = _darboux(point, contours, outward, noise)
+    frame = DarbouxFrame(point, axes)
+    local = frame.to_local(np.concatenate([c.points for c in contours]))
+    if multiplier is None:
+        multiplier = scale_free_multiplier(MULTIPLIER_SHARE, local)
+    reference = k1 * k2 if penalty is Penalty.EXCESS_CURVATURE else 0.0
+    problem = fold_problem(local, k1, k2, multiplier, reference_curvature=reference)
+    if penalty is Penalty.NONE:
+        free = least_squares_coefficients(problem)
+    else:
+        free = newton_minimum(problem).coefficients
+    radius, basis = problem.radius, monge_basis(problem.degree)
+    freedom = max(len(local) - problem.size, 1)
+    residual = float(np.sqrt(squared_error(problem, free) / freedom))
+    return Patch(
+        -1,
+        frame,
+        LocalPolynomial(basis, problem.scaled_polynomial(free), radius),
+        _covariance(problem, section_covariance, scaled_noise(max(noise, residual), radius)),
+        radius,
+        FitOptions().core,
+        noise,
+        residual,
+        len(local),
+        condition,
+    )
+
+
+def _darboux(point, contours, outward, noise):
+    """Axes (3, 3), k1, k2 and the condition from the sections; the covariances (2, 2) of the
+    slopes and of k1 and k2 in those axes."""
+    sections = fit_sections(point, contours, noise)
+    tangents = np.array([s.tangent for s in sections])
+    normal = normal_from_tangents(tangents, frozen_array(outward, (3,), "outward"))
+    axes = axes_from_normal(normal, any_tangent(normal))
+    angles = np.arctan2(tangents @ axes[1], tangents @ axes[0])
+    # Meusnier: of a slanting section's curvature only the part along the normal counts.
+    curvatures = np.array([s.curvature_vector for s in sections]) @ normal
+    stds = np.array([s.curvature_std for s in sections])
+    k1, k2, angle, std, umbilic, condition = curvatures_from_sections(curvatures, angles, stds)
+    if condition > _WORST_CONDITION:
+        raise ValueError(
+            f"the sections have fewer than three distinct directions (condition {condition:.3g}); "
+            "choose sampling planes about 60 degrees apart"
+        )
+    if umbilic:
+        k1 = k2 = 0.5 * (k1 + k2)
+    axes = axes_from_normal(normal, np.cos(angle) * axes[0] + np.sin(angle) * axes[1])
+    across = tangents @ axes[:2].T
+    weight = np.maximum([s.tangent_std for s in sections], np.finfo(float).eps) ** -2.0
+    slopes = np.linalg.inv((across * weight[:, None]).T @ across)
+    return axes, k1, k2, condition, (slopes, np.diag(std**2))
+
+
+def _covariance(problem: FoldProblem, section_covariance, noise) -> np.ndarray:
+    """(t, t) covariance of the scaled coefficients; the three groups are fitted apart."""
+    slopes, curvatures = section_covariance
+    orders = monge_basis(problem.degree).orders
+    free = np.flatnonzero(orders >= 3)
+    out = np.zeros((len(orders), len(orders)))
+    out[_CONSTANT, _CONSTANT] = noise**2
+    out[_SLOPES, _SLOPES] = slopes
+    out[np.ix_(_SQUARES, _SQUARES)] = curvatures * (0.5 * problem.radius) ** 2
+    precision = problem.design.T @ problem.design / noise**2
+    out[np.ix_(free, free)] = np.linalg.inv(precision + np.eye(problem.size) / _LOOSE_STD**2)
+    return out

@@ -1,0 +1,282 @@
+"""Recorded curves made ready for a fit: reference point, arcs around it, planes and noise."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+from scipy.special import gammaincinv
+
+from touchatlas.patch.arrays import cross
+from touchatlas.patch.contour import Contour, ContourEnd, SamplingPlane
+from touchatlas.patch.curvature import normal_from_tangents
+from touchatlas.sim.contour_file import LEAST_POINTS, Curve
+
+# tan 22.5 degrees: the chord of an arc that has turned by 45 degrees, as far as a touch goes.
+_TURNED = np.sqrt(2.0) - 1.0
+# Of the scatter of directions: they spread by less than about 5 degrees.
+_PARALLEL = 0.01
+# A curve that ends nearer than this share of its length says little about how far to fit.
+_SHORT_SIDE = 0.1
+_WINDOW = 7
+_MANY_DEVIATIONS = 4.0
+_SMALL_SHARE = 0.01
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """What recorded curves say about the surface around one reference point.
+
+    Parameters
+    ----------
+    names : tuple of str
+        Of the contours.
+    contours : tuple of Contour
+        Three or more, cut where they have turned by 45 degrees from the reference point.
+    scattered : (s, 3) float, length, world
+        Contacts that belong to no contour.
+    point : (3,) float, length, world
+        Reference point.
+    flags : tuple of str
+        What is doubtful.
+    """
+
+    names: tuple[str, ...]
+    contours: tuple[Contour, ...]
+    scattered: np.ndarray
+    point: np.ndarray
+    flags: tuple[str, ...]
+
+
+def prepare(curves: list[Curve], noise: float | None = None, point=None) -> Recording:
+    """Contours around a reference point from recorded curves, ready for ``fit_patch``.
+
+    A curve's plane, where it is not given, is fitted to its points; a straight curve has none
+    of its own and takes the one that holds the surface normal.
+
+    Parameters
+    ----------
+    curves : list of Curve
+        Those without a name, or too short for a section, are scattered contacts.
+    noise : float, length, optional
+        Standard deviation of each coordinate; estimated from the curves where None.
+    point : (3,) float, length, world, optional
+        Reference point; the point nearest to all curves where None.
+
+    Raises
+    ------
+    ValueError
+        Fewer than three curves with five points around the reference point, all in one
+        direction, or a reference point far from them; noise that is no length.
+    """
+    if noise is not None and not (np.isfinite(noise) and noise >= 0.0):
+        raise ValueError(f"noise is {noise}; give a length >= 0, or leave it out to estimate it")
+    long = [curve for curve in curves if curve.name and len(curve.points) >= LEAST_POINTS]
+    _check_count(long, curves, "")
+    point = meeting_point([c.points for c in long]) if point is None else _checked(point, long)
+    arcs = [(curve, *near_arc(curve.points, point)) for curve in long]
+    arcs = [arc for arc in arcs if len(arc[1]) >= LEAST_POINTS]
+    _check_count(arcs, curves, f" near {_written(point)}, before they turn by 45 degrees")
+    used, points, ends = zip(*arcs, strict=True)
+    normals = _plane_normals(points, [curve.normal for curve in used])
+    flags = [] if noise is not None else ["noise estimated"]
+    noise = estimate_noise(points, normals) if noise is None else noise
+    contours = tuple(
+        Contour(p, SamplingPlane(p.mean(axis=0), n), noise, e)
+        for p, n, e in zip(points, normals, ends, strict=True)
+    )
+    flags += _doubts(point, contours)
+    rest = [curve.points for curve in curves if curve not in used]
+    scattered = _near_contacts(point, contours, rest)
+    return Recording(tuple(c.name for c in used), contours, scattered, point, tuple(flags))
+
+
+def meeting_point(curves) -> np.ndarray:
+    """(3,) point nearest to all curves (n, 3) in least squares, taken as polylines.
+
+    Starts at the best sample and goes on by Gauss-Newton, each curve a line near its foot.
+
+    >>> x = np.linspace(-1.0, 2.0, 7)[:, None]
+    >>> curves = [x * [1.0, 0, 0], x * [0, 1.0, 0], x * [0.6, 0.8, 0] + [0, 0, 0.3]]
+    >>> meeting_point(curves).round(6) + 0.0
+    array([0. , 0. , 0.1])
+    """
+    samples = np.concatenate(curves)
+    total = sum(cKDTree(curve).query(samples)[0] ** 2 for curve in curves)
+    point = samples[np.argmin(total)]
+    for _ in range(20):
+        feet, tangents = zip(*(_foot(curve, point) for curve in curves), strict=True)
+        across = len(curves) * np.eye(3) - np.array(tangents).T @ np.array(tangents)
+        step = (np.array(feet) - point).sum(axis=0)
+        point = point + np.linalg.lstsq(across, step, rcond=1e-6)[0]
+    return point
+
+
+def _foot(curve, point):
+    """Nearest point of a polyline (n, 3), and the direction of its segment there."""
+    chord = np.diff(curve, axis=0)
+    square = (chord * chord).sum(axis=1)
+    share = np.clip(((point - curve[:-1]) * chord).sum(axis=1) / square, 0.0, 1.0)
+    feet = curve[:-1] + share[:, None] * chord
+    nearest = int(((feet - point) ** 2).sum(axis=1).argmin())
+    return feet[nearest], chord[nearest] / np.sqrt(square[nearest])
+
+
+def near_arc(points, point):
+    """The part of a curve around a point, until it has turned by 45 degrees either way.
+
+    An arc of a circle that turns by 45 degrees lies under a chord at 22.5 degrees to its
+    tangent: chords bear noise that directions do not.
+
+    Parameters
+    ----------
+    points : (n, 3) float, length, world
+        In order of travel.
+    point : (3,) float, length, world
+
+    Returns
+    -------
+    points : (m, 3) float
+    ends : pair of ContourEnd
+        TURNED_AWAY where it was cut; UNREACHABLE where the recording ends near the point.
+    """
+    points = _opened_loop(points, point)
+    nearest = int(((points - point) ** 2).sum(axis=1).argmin())
+    half = max(2, len(points) // 8)
+    low, high = max(nearest - half, 0), min(nearest + half, len(points) - 1)
+    chord = points[high] - points[low]
+    chord = chord / np.sqrt(max(chord @ chord, np.finfo(float).tiny))
+    offset = points - points[nearest]
+    index = np.arange(len(points))
+    along = (offset @ chord) * np.sign(index - nearest)
+    across = np.sqrt(np.maximum((offset * offset).sum(axis=1) - along**2, 0.0))
+    turned = index[across > _TURNED * along]
+    before, after = turned[turned < low], turned[turned > high]
+    first = before[-1] + 1 if len(before) else 0
+    last = after[0] - 1 if len(after) else len(points) - 1
+    sides = np.sqrt((offset[[first, last]] ** 2).sum(axis=1))
+    soft = sides >= _SHORT_SIDE * sides.sum()
+    ends = tuple(
+        ContourEnd.TURNED_AWAY if cut else _FREE_ENDS[int(long)]
+        for cut, long in zip((len(before), len(after)), soft, strict=True)
+    )
+    return points[first : last + 1], ends
+
+
+_FREE_ENDS = (ContourEnd.UNREACHABLE, ContourEnd.LENGTH_REACHED)
+
+
+def _opened_loop(points, point) -> np.ndarray:
+    """A closed curve cut open opposite to the point; any other as it is."""
+    step = np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1))
+    gap = np.sqrt(((points[-1] - points[0]) ** 2).sum())
+    if len(points) <= 2 * LEAST_POINTS or gap > 1.5 * np.median(step):
+        return points
+    points = points[:-1] if gap == 0.0 else points
+    nearest = int(((points - point) ** 2).sum(axis=1).argmin())
+    return np.roll(points, len(points) // 2 - nearest, axis=0)
+
+
+def _plane_normals(points, given) -> np.ndarray:
+    """(c, 3) unit normals of the curves' planes: given, fitted, or holding the surface normal."""
+    parts = [np.linalg.svd(p - p.mean(axis=0), full_matrices=False)[1:] for p in points]
+    directions = np.array([vectors[0] for _, vectors in parts])
+    spread = np.linalg.eigvalsh(directions.T @ directions)
+    if spread[1] < _PARALLEL * spread[2]:
+        raise ValueError(
+            "all curves run in nearly one direction; record at least two more in planes about "
+            "60 degrees apart"
+        )
+    upward = normal_from_tangents(directions, np.ones(3))
+    upright = cross(directions, upward)
+    upright /= np.sqrt((upright**2).sum(axis=1, keepdims=True))
+    normals = []
+    for (size, vectors), across, known in zip(parts, upright, given, strict=True):
+        bent = size[1] > 3.0 * size[2] and size[1] > 1e-9 * size[0]
+        normals.append(known if known is not None else vectors[2] if bent else across)
+    return np.array(normals)
+
+
+def estimate_noise(points, normals) -> float:
+    """Noise of curves from the residuals of short section fits, robust to outliers.
+
+    Quadratics through seven successive points, five or six where there are no more, within each
+    curve's plane; the median of their residual squares over its expected value.
+
+    Parameters
+    ----------
+    points : sequence of (n, 3) float, length, world
+    normals : (c, 3) float, unit
+        Of the curves' planes.
+
+    Returns
+    -------
+    float, length
+        Of each coordinate; what a quadratic does not follow of the shape counts as noise.
+    """
+    variances = []
+    for curve, normal in zip(points, normals, strict=True):
+        size = min(_WINDOW, len(curve))
+        index = np.arange(len(curve) - size + 1)[:, None] + np.arange(size)
+        window = curve[index] - curve[index].mean(axis=1, keepdims=True)
+        along = window[:, -1] - window[:, 0]
+        across = cross(np.broadcast_to(normal, along.shape), along)
+        across /= np.sqrt(np.maximum((across**2).sum(axis=1, keepdims=True), np.finfo(float).tiny))
+        s, h = ((window @ axis[:, :, None])[..., 0] for axis in (along, across))
+        s = s / np.maximum(np.abs(s).max(axis=1, keepdims=True), np.finfo(float).tiny)
+        powers, _ = np.linalg.qr(s[..., None] ** np.arange(3.0))
+        rest = h - (powers @ (powers.transpose(0, 2, 1) @ h[..., None]))[..., 0]
+        variances.append((rest**2).sum(axis=1) / (2.0 * gammaincinv(0.5 * (size - 3), 0.5)))
+    return float(np.sqrt(np.median(np.concatenate(variances))))
+
+
+def _doubts(point, contours) -> list[str]:
+    """Flags of what the curves do that sections through one point would not."""
+    flags = []
+    reach = max(float(np.ptp(c.points, axis=0).max()) for c in contours)
+    noise = contours[0].noise_std
+    slack = max(_MANY_DEVIATIONS * noise, _SMALL_SHARE * reach)
+    if any(np.sqrt(((_foot(c.points, point)[0] - point) ** 2).sum()) > slack for c in contours):
+        flags.append("curves do not meet")
+    off = [np.std((c.points - c.plane.point) @ c.plane.normal) for c in contours]
+    if max(off) > slack:
+        flags.append("curves not planar")
+    ends = [end for c in contours for end in c.ends]
+    if ContourEnd.TURNED_AWAY in ends:
+        flags.append("curves cut")
+    if ContourEnd.UNREACHABLE in ends:
+        flags.append("one-sided curves")
+    return flags
+
+
+def _near_contacts(point, contours, rest) -> np.ndarray:
+    """(s, 3) contacts no farther from the point than the contours reach: others are of some
+    other part of the surface."""
+    points = np.concatenate([np.zeros((0, 3)), *rest])
+    reach = max(float(((c.points - point) ** 2).sum(axis=1).max()) for c in contours)
+    return points[((points - point) ** 2).sum(axis=1) <= reach]
+
+
+def _checked(point, curves) -> np.ndarray:
+    """A reference point that the user gave, near the curves."""
+    samples = np.concatenate([curve.points for curve in curves])
+    away = float(np.sqrt(((samples - point) ** 2).sum(axis=1).min()))
+    size = min(float(np.ptp(curve.points, axis=0).max()) for curve in curves)
+    if not away <= 0.25 * size:
+        raise ValueError(
+            f"the point {_written(point)} is {away:.4g} away from all curves; give a point on "
+            "them, or leave it out"
+        )
+    return np.asarray(point, dtype=float)
+
+
+def _check_count(sections, curves: list[Curve], where: str) -> None:
+    if len(sections) < 3:
+        counts = ", ".join(f"{curve.name or 'scattered'}: {len(curve.points)}" for curve in curves)
+        raise ValueError(
+            f"{len(sections)} of the curves have {LEAST_POINTS} or more points{where} ({counts}); "
+            "a patch needs three such curves through one point"
+        )
+
+
+def _written(point) -> str:
+    return ",".join(f"{x:.4g}" for x in point)

@@ -1,0 +1,187 @@
+"""Files of contours: what is read, what is refused, and what is made of the curves."""
+
+import numpy as np
+import pytest
+
+from tests.truths import BALL_RADIUS, ball_height, graph_contours
+from touchatlas.patch.contour import ContourEnd
+from touchatlas.sim.contour_file import Curve, read_curves
+from touchatlas.sim.recording import estimate_noise, meeting_point, near_arc, prepare
+
+LINES = [f"{c},{x},{k},{x * x}" for k, c in enumerate("abc") for x in range(6)]
+HEADER = "curve,x,y,z"
+
+
+@pytest.fixture
+def file(tmp_path):
+    def write(*lines, encoding="utf-8"):
+        path = tmp_path / "c.csv"
+        path.write_text("\n".join(lines) + "\n", encoding=encoding)
+        return path
+
+    return write
+
+
+def curves_of(contours, planes=False):
+    return [
+        Curve(name, c.points, c.plane.normal if planes else None)
+        for name, c in zip("abcdefgh", contours, strict=False)
+    ]
+
+
+def ball_curves(noise=0.02, count=25, reach=12.0, seed=0, **more):
+    rng = np.random.default_rng(seed)
+    return curves_of(graph_contours(ball_height, reach, count, noise, rng, **more))
+
+
+def test_columns_in_any_order_with_extra_ones_and_a_byte_order_mark(file):
+    lines = [",".join([*reversed(line.split(",")), "7"]) for line in LINES]
+    curves, repeated = read_curves(file("Z , y,x,curve,time", *lines, "", encoding="utf-8-sig"))
+    assert [curve.name for curve in curves] == ["a", "b", "c"] and not repeated
+    assert curves[1].points.tolist() == [[x, 1.0, x * x] for x in range(6)]
+    assert all(curve.normal is None for curve in curves)
+
+
+def test_plane_normals_are_read_and_made_unit(file):
+    lines = [f"{line},0,-2,0" for line in LINES] + [",0,0,1,,,"]
+    curves, _ = read_curves(file(HEADER + ",nx,ny,nz", *lines))
+    assert curves[0].normal.tolist() == [0.0, -1.0, 0.0]
+    assert curves[3].name == "" and curves[3].normal is None
+
+
+def test_repeated_points_count_once_but_a_loop_keeps_its_end(file):
+    curves, repeated = read_curves(file(HEADER, *LINES, LINES[3]))
+    assert repeated and len(curves[0].points) == 6
+    curves, repeated = read_curves(file(HEADER, *LINES[:6], LINES[0]))
+    assert not repeated and len(curves[0].points) == 7
+
+
+REFUSED = {
+    "is empty": [""],
+    "no points below its header": [HEADER],
+    "no column z among curve, x, y": ["curve,x,y", "a,0,0"],
+    "no column curve, x, y, z": ["curve;x;y;z", "a;0;0;0"],
+    "has nx only": [HEADER + ",nx", "a,0,0,0,1"],
+    "column x twice": [HEADER + ",x", "a,0,0,0,1"],
+    "line 3 has 7 cells, but the header 4": [HEADER, "a,1,2,3", "a,1,5,2,5,3,5"],
+    "line 2: y is 'one'": [HEADER, "a,1,one,3"],
+    "line 3: z is 'nan'": [HEADER, "a,1,2,3", "a,1,2,nan"],
+    "line 2: x is ''": [HEADER, "a,,2,3"],
+    "line 2: nz is ''": [HEADER + ",nx,ny,nz", "a,1,2,3,1,0,"],
+    "nx, ny, nz of curve 'a' are zero": [HEADER + ",nx,ny,nz", "a,1,2,3,0,0,0"],
+    "differ from line to line": [HEADER + ",nx,ny,nz", "a,1,2,3,1,0,0", "a,1,2,4,0,1,0"],
+    "mend the quoting": [HEADER, 'a,"1"x,2,3'],
+    "points that span": [HEADER, "a,1,2,3", "b,1,2,3"],
+}
+
+
+@pytest.mark.parametrize("words", REFUSED)
+def test_a_bad_file_is_refused_in_one_sentence(file, words):
+    with pytest.raises(ValueError) as refusal:
+        read_curves(file(*REFUSED[words]))
+    assert words in str(refusal.value) and "\n" not in str(refusal.value)
+
+
+def test_missing_and_undecodable_files_are_refused(tmp_path, file):
+    with pytest.raises(ValueError, match="is no file"):
+        read_curves(tmp_path)
+    with pytest.raises(ValueError, match="not UTF-8"):
+        read_curves(file(HEADER, "bö,1,2,3", encoding="latin-1"))
+
+
+def test_meeting_point_of_a_ball_is_on_the_curves():
+    assert meeting_point([c.points for c in ball_curves(0.0)]) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_height_of_the_meeting_point_comes_from_the_samples():
+    """All planes hold the z axis: only the curves tell how high they cross."""
+    curves = [Curve(c.name, c.points + [0.0, 0.0, 5.0], c.normal) for c in ball_curves()]
+    # Three nearest points, each off by 0.02.
+    assert prepare(curves).point == pytest.approx([0.0, 0.0, 5.0], abs=4 * 0.02)
+
+
+def test_estimated_noise_is_the_noise():
+    for noise in (0.002, 0.02):
+        contours = graph_contours(ball_height, 12.0, 101, noise, np.random.default_rng(1))
+        points, normals = zip(*((c.points, c.plane.normal) for c in contours), strict=True)
+        assert estimate_noise(points, normals) == pytest.approx(noise, rel=0.15)
+        spoilt = tuple(p + 50 * noise * (np.arange(101) == 30)[:, None] for p in points)
+        assert estimate_noise(spoilt, normals) == pytest.approx(noise, rel=0.2)
+
+
+def test_fitted_planes_are_the_sampling_planes():
+    rng = np.random.default_rng(2)
+    contours = graph_contours(ball_height, 12.0, 41, 0.0, rng, tilt=0.3)
+    for found, true in zip(prepare(curves_of(contours)).contours, contours, strict=True):
+        assert abs(found.plane.normal @ true.plane.normal) == pytest.approx(1.0, abs=1e-9)
+
+
+def test_a_straight_curve_takes_the_plane_of_the_surface_normal():
+    contours = graph_contours(lambda x, y: -0.01 * y * y, 10.0, 21, 0.0, np.random.default_rng(3))
+    straight = prepare(curves_of(contours)).contours[0]
+    assert abs(straight.plane.normal @ [0.0, 1.0, 0.0]) == pytest.approx(1.0, abs=1e-6)
+
+
+def test_great_circles_are_cut_where_they_turn_by_45_degrees():
+    angle = np.linspace(0.0, 2.0 * np.pi, 181)[:, None] + 1.0
+    curves = []
+    for name, a in zip("abc", np.pi / 3 * np.arange(3), strict=True):
+        across = np.array([np.cos(a), np.sin(a), 0.0])
+        circle = BALL_RADIUS * (np.sin(angle) * across + np.cos(angle) * [0.0, 0.0, 1.0])
+        curves.append(Curve(name, np.append(circle[:-1], circle[:1], axis=0), None))
+    top = np.array([0.0, 0.0, BALL_RADIUS])
+    found = prepare(curves, 0.0, top)
+    assert found.flags == ("curves cut",)
+    for contour in found.contours:
+        turn = np.arccos(contour.points[:, 2] / BALL_RADIUS)
+        assert turn[[0, -1]] == pytest.approx(np.pi / 4, abs=np.deg2rad(2.1))
+        assert contour.ends == (ContourEnd.TURNED_AWAY,) * 2
+
+
+def test_a_curve_that_starts_at_the_point_is_flagged_and_does_not_end_the_patch():
+    points = ball_curves(count=41)[0].points[20:]
+    arc, ends = near_arc(points, np.zeros(3))
+    assert len(arc) == 21 and ends == (ContourEnd.UNREACHABLE, ContourEnd.LENGTH_REACHED)
+    curves = [Curve("h", points, None), *ball_curves()[1:], *ball_curves(angles=[0.5])]
+    assert "one-sided curves" in prepare(curves).flags
+
+
+def test_curves_that_miss_each_other_are_flagged():
+    curves = ball_curves()
+    assert prepare(curves, 0.02).flags == ()
+    apart = [Curve(c.name, c.points + [0.0, 0.0, k], None) for k, c in enumerate(curves)]
+    assert "curves do not meet" in prepare(apart, 0.02).flags
+
+
+def test_a_curve_off_its_plane_is_flagged():
+    first, *others = ball_curves()
+    s = np.linspace(-1.0, 1.0, len(first.points))
+    bent = first.points + np.outer(s**3, [0.0, 2.0, 0.0])
+    curves = [Curve("a", bent, np.array([0.0, 1.0, 0.0])), *others]
+    assert "curves not planar" in prepare(curves, 0.02).flags
+
+
+def test_short_and_nameless_curves_are_scattered_contacts_near_the_point():
+    contacts = np.array([[3.0, 1.0, -0.15], [100.0, 0.0, 0.0]])
+    short = ball_curves(count=3, reach=9.0)[0].points
+    curves = [*ball_curves(), Curve("", contacts, None), Curve("s", short, None)]
+    found = prepare(curves)
+    assert found.names == ("a", "b", "c")
+    assert found.scattered == pytest.approx(np.concatenate([contacts[:1], short]))
+
+
+@pytest.mark.parametrize(
+    ("curves", "noise", "point", "words"),
+    [
+        (ball_curves()[:2], None, None, "2 of the curves have 5 or more points (a: 25, b: 25)"),
+        ([Curve("", np.eye(3), None)], None, None, "0 of the curves"),
+        (ball_curves(angles=[0.0, 0.01, 0.02]), None, None, "nearly one direction"),
+        (ball_curves(), None, [90.0, 0.0, 0.0], "away from all curves"),
+        (ball_curves(), -1.0, None, "noise is -1.0"),
+        (ball_curves(), np.nan, None, "noise is nan"),
+    ],
+)
+def test_curves_that_cannot_be_fitted_are_refused(curves, noise, point, words):
+    with pytest.raises(ValueError) as refusal:
+        prepare(curves, noise, point)
+    assert words in str(refusal.value)

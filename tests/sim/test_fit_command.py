@@ -1,0 +1,237 @@
+"""touchatlas fit: known surfaces in known frames, the contract of --json, files, refusals."""
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import trimesh
+
+from tests.truths import (
+    BALL_RADIUS,
+    ball_height,
+    graph_contours,
+    moved,
+    quadric_height,
+    random_rotation,
+)
+from touchatlas.patch.arrays import cross
+from touchatlas.sim.fit_report import FILES, MEANING, METHODS, fit_file, parse_vector
+
+RUN = [sys.executable, "-c", "from touchatlas.sim.cli import main; main()"]
+K1, K2, ANGLE = -0.017, -0.042, 0.4
+ROTATION = random_rotation(np.random.default_rng(5))
+SHIFT = np.array([5.0, 80.0, -3.0])
+KEYS = [
+    *("method", "frame", "terms", "coefficients", "coefficients_std", "radius", "k1", "k2"),
+    *("k1_std", "k2_std", "umbilic", "condition", "normal_std", "residual_rms", "noise_std"),
+    *("count", "outliers", "flags"),
+]
+
+
+def write_csv(path, contours, planes=False, contacts=()):
+    lines = ["curve,x,y,z" + ",nx,ny,nz" * planes]
+    for name, contour in zip("abcdefgh", contours, strict=False):
+        plane = contour.plane.normal.tolist() * planes
+        lines += [",".join(map(str, [name, *p, *plane])) for p in contour.points.tolist()]
+    lines += [",".join(map(str, ["", *p])) + ",,," * planes for p in contacts]
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def quadric_contours(noise=0.0, seed=0, scale=1.0):
+    rng = np.random.default_rng(seed)
+    contours = graph_contours(quadric_height(K1, K2, ANGLE), 12.0, 25, noise, rng)
+    return moved(contours, ROTATION, SHIFT, scale)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("fits")
+    write_csv(folder / "exact.csv", quadric_contours(), planes=True)
+    write_csv(folder / "noisy.csv", quadric_contours(0.02))
+    write_csv(folder / "large.csv", quadric_contours(0.02, scale=1000.0))
+    ball = graph_contours(ball_height, 12.0, 25, 0.02, np.random.default_rng(1))
+    write_csv(folder / "ball.csv", moved(ball, ROTATION, SHIFT))
+    write_csv(folder / "two.csv", ball[:2])
+    write_csv(folder / "raster.csv", [ball[0]] * 3)
+    (folder / "nan.csv").write_text("curve,x,y,z\na,0,0,nan\n")
+    return folder
+
+
+def touchatlas(*arguments, cwd):
+    return subprocess.run([*RUN, *map(str, arguments)], cwd=cwd, capture_output=True, text=True)
+
+
+def assert_refused(done, code, words):
+    assert done.returncode == code, done.stderr
+    assert words in done.stderr and done.stdout == ""
+    assert len(done.stderr.strip().splitlines()) == 1, done.stderr
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_exact_quadric_gives_its_curvatures_and_frame(folder, method):
+    """The paper's (5) flattens between the curves, but takes k1, k2 and the frame from them."""
+    found = fit_file(folder / "exact.csv", method, 0.0).as_dict()
+    assert found["k1"] == pytest.approx(K1, abs=1e-8)
+    assert found["k2"] == pytest.approx(K2, abs=1e-8)
+    assert found["frame"]["origin"] == pytest.approx(SHIFT, abs=1e-6)
+    axes = np.array(found["frame"]["axes"])
+    assert axes[2] == pytest.approx(ROTATION[:, 2], abs=1e-6)
+    e1 = ROTATION @ [np.cos(ANGLE), np.sin(ANGLE), 0.0]
+    assert abs(axes[0] @ e1) == pytest.approx(1.0, abs=1e-6)
+    assert axes[0] == pytest.approx(cross(axes[1], axes[2]), abs=1e-12)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_noisy_quadric_is_within_its_deviations(folder, method):
+    found = fit_file(folder / "noisy.csv", method).as_dict()
+    for name, true in (("k1", K1), ("k2", K2)):
+        assert abs(found[name] - true) < 4.0 * found[name + "_std"]
+    tilt = np.arccos(np.array(found["frame"]["axes"][2]) @ ROTATION[:, 2])
+    # The origin wanders along the surface by about the noise, and the normal turns with it.
+    assert tilt < 4.0 * found["normal_std"] + 0.05 * abs(K2)
+    assert found["noise_std"] == pytest.approx(0.02, rel=0.3)
+    assert found["flags"][:2] == ["noise estimated", "outward side assumed"]
+
+
+def test_unscaled_terms_are_the_quadric_they_were_made_from(folder):
+    found = fit_file(folder / "exact.csv", "monge", 0.0).as_dict()
+    terms = dict(zip(map(tuple, found["terms"]), found["coefficients"], strict=True))
+    assert terms.pop((2, 0, 0)) == pytest.approx(0.5 * K1, abs=1e-8)
+    assert terms.pop((0, 2, 0)) == pytest.approx(0.5 * K2, abs=1e-8)
+    assert max(map(abs, terms.values())) < 1e-6
+    assert all(k == 0 and i + j <= 4 for i, j, k in found["terms"])
+
+
+def test_ball_is_umbilic_and_bulges_outward(folder):
+    found = fit_file(folder / "ball.csv", noise=0.02).as_dict()
+    assert found["umbilic"] and {"umbilic", "outward side assumed"} <= set(found["flags"])
+    # Six deviations: the umbilic bias is two of them, and k1 is the larger by definition.
+    assert found["k1"] == pytest.approx(-1.0 / BALL_RADIUS, abs=6.0 * found["k1_std"])
+    assert found["k2"] == pytest.approx(-1.0 / BALL_RADIUS, abs=6.0 * found["k2_std"])
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_scaling_the_input_scales_the_answer(folder, method):
+    one = fit_file(folder / "noisy.csv", method).as_dict()
+    many = fit_file(folder / "large.csv", method).as_dict()
+    for name, power in (("radius", 1), ("residual_rms", 1), ("noise_std", 1), ("k1", -1)):
+        assert many[name] == pytest.approx(1000.0**power * one[name], rel=1e-5), name
+    orders = 1.0 - np.array(one["terms"]).sum(axis=1)
+    for name in ("coefficients_std", "coefficients"):
+        scaled = np.array(one[name]) * 1000.0**orders
+        unit = one["radius"] ** -orders
+        assert many[name] * unit == pytest.approx(scaled * unit, rel=1e-4, abs=1e-4)
+    assert many["normal_std"] == pytest.approx(one["normal_std"], rel=1e-5)
+    assert many["terms"] == one["terms"] and many["flags"] == one["flags"]
+
+
+def test_outward_turns_the_patch_over(folder):
+    up = fit_file(folder / "exact.csv", noise=0.0, outward=ROTATION[:, 2])
+    down = fit_file(folder / "exact.csv", noise=0.0, outward=-ROTATION[:, 2])
+    assert up.flags == down.flags == ()
+    assert down.patch.curvatures.k1 == pytest.approx(-up.patch.curvatures.k2, abs=1e-8)
+    assert down.patch.frame.normal == pytest.approx(-up.patch.frame.normal, abs=1e-6)
+
+
+def test_scattered_contacts_help(tmp_path):
+    rng = np.random.default_rng(2)
+    height = quadric_height(K1, K2, ANGLE)
+    contours = graph_contours(height, 12.0, 25, 0.02, rng)
+    x, y = 5.0 * rng.normal(size=(2, 60))
+    contacts = np.column_stack([x, y, height(x, y) + 0.02 * rng.normal(size=60)])
+    near = contacts[(contacts**2).sum(axis=1) < 100.0]
+    alone = fit_file(write_csv(tmp_path / "a.csv", contours), noise=0.02)
+    helped = fit_file(write_csv(tmp_path / "b.csv", contours, contacts=near.tolist()), noise=0.02)
+    assert helped.patch.count == alone.patch.count + len(near)
+    where = np.array([[4.0, 7.0, height(4.0, 7.0)]])
+    assert helped.patch.deviation(where) < alone.patch.deviation(where)
+
+
+def test_near_sections_are_flagged_as_poorly_conditioned(tmp_path):
+    angles = np.deg2rad([0.0, 12.0, 24.0])
+    contours = graph_contours(ball_height, 12.0, 41, 0.02, np.random.default_rng(3), angles)
+    report = fit_file(write_csv(tmp_path / "n.csv", contours), noise=0.02)
+    assert report.patch.condition > 10.0 and "poorly conditioned sections" in report.flags
+
+
+def test_noise_stated_too_small_is_flagged(folder):
+    report = fit_file(folder / "noisy.csv", "monge", noise=0.001)
+    assert "residuals exceed noise" in report.flags
+
+
+def test_json_is_strict_and_as_the_contract_says(folder):
+    done = touchatlas("fit", "noisy.csv", "--json", cwd=folder)
+    assert done.returncode == 0 and done.stderr == "", done.stderr
+    found = json.loads(done.stdout, parse_constant=pytest.fail)
+    assert list(found) == KEYS and found["method"] == "map"
+    size = len(found["terms"])
+    assert len(found["coefficients"]) == len(found["coefficients_std"]) == size
+    assert set(found["flags"]) <= set(MEANING)
+
+
+def test_table_and_a_sentence_for_each_flag(folder):
+    done = touchatlas("fit", "ball.csv", "--point", "5,80,-3", "--noise", "0.02", cwd=folder)
+    assert done.returncode == 0 and "k1" in done.stdout
+    words = " ".join(done.stdout.split())
+    assert MEANING["umbilic"] in words and MEANING["outward side assumed"] in words
+
+
+def test_out_holds_numbers_surface_and_picture(folder, tmp_path):
+    out = tmp_path / "new" / "o"
+    outward = "--outward=" + ",".join(map(str, ROTATION[:, 2]))
+    done = touchatlas("fit", "exact.csv", "--noise", 0, outward, "--out", out, cwd=folder)
+    assert done.returncode == 0, done.stderr
+    assert sorted(path.name for path in out.iterdir()) == sorted(FILES)
+    numbers = json.loads((out / "patch.json").read_text())
+    mesh = trimesh.load(out / "patch.ply", process=False)
+    local = (mesh.vertices - SHIFT) @ ROTATION
+    assert local[:, 2] == pytest.approx(
+        quadric_height(K1, K2, ANGLE)(*local[:, :2].T), abs=1e-5 * numbers["radius"]
+    )
+    away = np.linalg.norm(local, axis=1)
+    assert 0.9 * numbers["radius"] < away.max() <= numbers["radius"] * (1 + 1e-9)
+    assert (mesh.face_normals @ ROTATION[:, 2] > 0.5).all()
+    assert (out / "patch.png").read_bytes().startswith(b"\x89PNG")
+    again = touchatlas("fit", "exact.csv", "--out", out, cwd=folder)
+    assert_refused(again, 2, "already holds patch.json, patch.ply, patch.png")
+    forced = touchatlas("fit", "ball.csv", "--out", out, "--force", "--json", cwd=folder)
+    assert forced.returncode == 0
+    assert (out / "patch.json").read_text() == forced.stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["missing.csv"], "missing.csv is no file"),
+        (["nan.csv"], "line 2: z is 'nan'"),
+        (["two.csv"], "2 of the curves"),
+        (["raster.csv"], "nearly one direction"),
+        (["ball.csv", "--method", "mong"], "did you mean monge?"),
+        (["ball.csv", "--method", "x"], "choose from map, monge"),
+        (["ball.csv", "--noise", "-1"], "noise is -1.0"),
+        (["ball.csv", "--point", "-1,2"], "give three numbers"),
+        (["ball.csv", "--point", "-1,2,3"], "away from all curves"),
+        (["ball.csv", "--outward", "0,0,0"], "tells no side"),
+        (["ball.csv", "--out", "nan.csv"], "is a file"),
+    ],
+)
+def test_the_users_mistakes_are_one_sentence_and_exit_two(folder, arguments, words):
+    assert_refused(touchatlas("fit", *arguments, cwd=folder), 2, words)
+
+
+def test_outward_along_the_surface_is_refused(folder):
+    with pytest.raises(ValueError, match="tells no side"):
+        fit_file(folder / "exact.csv", outward=ROTATION[:, 0])
+
+
+def test_unwritable_out_is_a_failure(folder):
+    assert_refused(touchatlas("fit", "ball.csv", "--out", "/proc/none", cwd=folder), 1, "/proc")
+
+
+@pytest.mark.parametrize("text", ["1,2", "1,2,x", "1,2,inf", "", "1 2 3"])
+def test_a_vector_is_three_numbers(text):
+    with pytest.raises(ValueError, match="give three numbers as X,Y,Z"):
+        parse_vector(text, "--point")
