@@ -8,7 +8,8 @@ derivatives enter).
 
 Between three curves (5) has several minima: a patch flattens by folding up or down along the
 direction that the curves see least. So short searches on the coarse grid start at zeros and on
-both sides of it in that direction, and the best of them are finished on the whole grid.
+both sides of it in that direction, and the best of them are finished on the whole grid. A lower
+minimum of (5) need not be the better surface: on a convex body it is the flatter one.
 """
 
 from typing import NamedTuple
