@@ -9,7 +9,7 @@ import numpy as np
 
 LEAST_POINTS = 5
 _COLUMNS, _NORMAL = ("curve", "x", "y", "z"), ("nx", "ny", "nz")
-_WANTED = "a header line with the columns curve, x, y, z (and nx, ny, nz if known), comma-separated"
+_WANTED = "the columns curve, x, y, z (and nx, ny, nz if known) in its first line, comma-separated"
 _SAME_PLANE = np.cos(np.deg2rad(2.0))
 # Beyond these, squares leave the range of double precision.
 _SMALLEST, _LARGEST = 1e-100, 1e100
@@ -77,7 +77,9 @@ def _read_rows(path: Path) -> list[tuple[str, list[float]]]:
         raise ValueError(f"{path}, line {reader.line_num}: {error}; mend the quoting") from None
     if len(lines) < 2:
         what = "has no points below its header" if lines else "is empty"
-        raise ValueError(f"{path} {what}; give {_WANTED}, and a line for each point")
+        raise ValueError(
+            f"{path} {what}; give a CSV file with {_WANTED}, and a line for each point"
+        )
     header = [name.strip().lower() for name in lines[0][1]]
     places = _column_places(path, header)
     return [_parse(f"{path}, line {n}", row, header, places) for n, row in lines[1:]]
@@ -87,7 +89,8 @@ def _column_places(path, header: list[str]) -> dict[str, int]:
     missing = [name for name in _COLUMNS if name not in header]
     if missing:
         raise ValueError(
-            f"{path} has no column {', '.join(missing)} among {', '.join(header)}; give {_WANTED}"
+            f"{path} has no column {', '.join(missing)} among {', '.join(header)}; give a CSV "
+            f"file with {_WANTED}"
         )
     known = [name for name in _NORMAL if name in header]
     if known and len(known) < 3:

@@ -28,6 +28,8 @@ METHODS = (*_MAPS, *_PAPER)
 _POOR_CONDITION = 10.0
 # Cosine to the normal below which a direction tells no side.
 _SIDEWAYS = 0.05
+# A quadric has six coefficients.
+_LEAST_COUNT = 6
 _OUTLIER, _MEDIAN_TO_STD = 5.0, 1.4826
 MEANING = {
     "repeated points": "Points that a curve repeats exactly were counted once.",
@@ -42,7 +44,8 @@ MEANING = {
     "measured.",
     "poorly conditioned sections": "The curves run in similar directions, so k1, k2 and their "
     "directions are ill determined; planes 60 degrees apart are best.",
-    "residuals exceed noise": "The patch misses its points by more than noise explains.",
+    "residuals exceed noise": "The patch misses its points by more than noise explains; leave "
+    "--noise out, or track shorter curves.",
     "outliers": "Some points were left out as bad contacts.",
 }
 
@@ -174,6 +177,11 @@ def fit_file(path, method="map", noise=None, point=None, outward=None) -> FitRep
     recording = prepare(curves, noise, point)
     side = _outer_side(recording) if outward is None else np.asarray(outward, dtype=float)
     patch, outliers = _fit(method, recording, side)
+    if patch.count < _LEAST_COUNT:
+        raise ValueError(
+            f"only {patch.count} points lie within {patch.radius:.3g} of the reference point, "
+            "where the nearest curve ends; give a point farther from the ends, or track further"
+        )
     cosine = float(patch.frame.normal @ side) / max(float(np.sqrt(side @ side)), 1e-300)
     if cosine < _SIDEWAYS:
         raise ValueError(
@@ -191,8 +199,15 @@ def _fit(method: str, recording: Recording, outward) -> tuple[Patch, int]:
     point, contours = recording.point, recording.contours
     if method in _PAPER:
         return fit_paper(point, contours, outward, _PAPER[method]), 0
-    options = _MAPS[method]
-    fit = fit_patch(point, contours, outward, shared=recording.scattered, options=options)
+    # A lack of fit as large as the noise is borne; beyond, the patch is made smaller.
+    fit = fit_patch(
+        point,
+        contours,
+        outward,
+        shared=recording.scattered,
+        bias=contours[0].noise_std,
+        options=_MAPS[method],
+    )
     return fit.patch, int(fit.outliers)
 
 

@@ -150,6 +150,15 @@ def test_scattered_contacts_help(tmp_path):
     assert helped.patch.deviation(where) < alone.patch.deviation(where)
 
 
+def test_patch_is_smaller_where_the_surface_is_wavy(tmp_path):
+    rng = np.random.default_rng(6)
+    contours = graph_contours(lambda x, y: 0.5 * np.sin(x / 2.0), 20.0, 61, 0.02, rng)
+    report = fit_file(write_csv(tmp_path / "w.csv", contours))
+    assert report.patch.radius < 0.6 * 20.0
+    # A lack of fit as large as the noise is borne.
+    assert report.residual_rms < 2.0 * 0.02
+
+
 def test_near_sections_are_flagged_as_poorly_conditioned(tmp_path):
     angles = np.deg2rad([0.0, 12.0, 24.0])
     contours = graph_contours(ball_height, 12.0, 41, 0.02, np.random.default_rng(3), angles)
@@ -225,6 +234,12 @@ def test_the_users_mistakes_are_one_sentence_and_exit_two(folder, arguments, wor
 def test_outward_along_the_surface_is_refused(folder):
     with pytest.raises(ValueError, match="tells no side"):
         fit_file(folder / "exact.csv", outward=ROTATION[:, 0])
+
+
+def test_a_point_at_the_end_of_a_curve_is_refused(tmp_path):
+    contours = graph_contours(ball_height, 12.0, 9, 0.02, np.random.default_rng(4))
+    with pytest.raises(ValueError, match="points lie within .* of the reference point"):
+        fit_file(write_csv(tmp_path / "e.csv", contours), point=np.array([9.0, -1.0, -1.3]))
 
 
 def test_unwritable_out_is_a_failure(folder):
