@@ -150,6 +150,14 @@ def test_scattered_contacts_help(tmp_path):
     assert helped.patch.deviation(where) < alone.patch.deviation(where)
 
 
+@pytest.mark.parametrize("method", METHODS)
+def test_curves_may_have_different_numbers_of_points(folder, tmp_path, method):
+    lines = (folder / "exact.csv").read_text().splitlines()
+    (tmp_path / "u.csv").write_text("\n".join([*lines[:20], *lines[26:74]]) + "\n")
+    curvatures = fit_file(tmp_path / "u.csv", method, 0.0).patch.curvatures
+    assert (curvatures.k1, curvatures.k2) == pytest.approx((K1, K2), abs=1e-6)
+
+
 def test_patch_is_smaller_where_the_surface_is_wavy(tmp_path):
     rng = np.random.default_rng(6)
     contours = graph_contours(lambda x, y: 0.5 * np.sin(x / 2.0), 20.0, 61, 0.02, rng)
