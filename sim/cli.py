@@ -1,24 +1,40 @@
 """touchatlas: the command line."""
 
 import json
-import os
 import sys
 from pathlib import Path
 from typing import Annotated
 
-from cyclopts import App, CycloptsError, Parameter
+from cyclopts import App, Parameter
 from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from touchatlas.sim.fit_command import fit
+from touchatlas.sim.interrupt import late_interrupt
+from touchatlas.sim.outcome import FAILURE, INTERRUPTED, complain, exit_code
 
 app = App(name="touchatlas", help="Learn the shape of an object by touch.")
 app.command(fit)
-_USER, _FAILURE, _INTERRUPTED = 2, 1, 130
 Json = Annotated[bool, Parameter(negative="", help="Print numbers as JSON on standard output.")]
 Force = Annotated[bool, Parameter(negative="", help="Replace the run that the folder holds.")]
+_NO_SURFACE = (
+    "no touch gave a patch, so there is no surface: the tolerance is too large for the object, "
+    "or a probe from above does not meet it"
+)
+
+
+def _whole(_type, tokens) -> int:
+    """A whole number as it is written; cyclopts itself would round 1.5."""
+    word = tokens[0].value
+    try:
+        return int(word)
+    except ValueError:
+        raise ValueError(f"{word!r} is no whole number") from None
+
+
+Whole = Annotated[int, Parameter(converter=_whole)]
 
 
 @app.command
@@ -59,9 +75,9 @@ def explore(
     out: Path | None = None,
     noise: float | None = None,
     tolerance: float | None = None,
-    max_touches: int | None = None,
+    max_touches: Whole | None = None,
     max_length: float | None = None,
-    seed: int = 0,
+    seed: Whole = 0,
     force: Force = False,
     json_: Annotated[Json, Parameter(name="--json")] = False,
 ) -> int:
@@ -84,37 +100,19 @@ def explore(
     seed
         Of the probe's noise, and of objects that are random.
     """
-    from touchatlas.sim.objects import make_object
-    from touchatlas.sim.run import RunOptions, run_exploration
+    with late_interrupt():
+        from touchatlas.sim.objects import make_object
+        from touchatlas.sim.run import RunOptions, run_exploration
 
     options = RunOptions(noise, tolerance, max_touches, max_length, seed)
     obj = make_object(name, seed)
     errors = Console(stderr=True)
-    if not obj.closed:
-        note = f"{obj.name} is an open mesh: its surface will be open too."
-        errors.print(note, markup=False, highlight=False, soft_wrap=True)
+    _note_if_open(obj, errors)
     out = Path("runs") / f"{obj.name}-{seed}" if out is None else out
-    tracked = 0.0
     with _progress(errors) as progress:
-        task = progress.add_task(obj.name, total=1.0, note="")
-
-        def watch(step, atlas) -> None:
-            nonlocal tracked
-            tracked += step.touch.tracked_length
-            if step.plan.number % 5 == 0:
-                covered = atlas.predicted_coverage()
-                note = (
-                    f"touch {step.plan.number + 1}  outlines closed {covered:.1%}  "
-                    f"deviation {atlas.predicted_deviation():.3g}  tracked {tracked:.4g}"
-                )
-                progress.update(task, completed=covered, note=note)
-
-        result = run_exploration(obj, out, options, force, watch)
-    if json_:
-        print(json.dumps(result.numbers, indent=2))
-    else:
-        _print_numbers(result.numbers, f"{obj.name}: {out}")
-    return _INTERRUPTED if result.interrupted else 0
+        result = run_exploration(obj, out, options, force, _watcher(progress, obj.name))
+    _print_numbers(result.numbers, f"{obj.name}: {out}", json_)
+    return _code_of(result)
 
 
 @app.command
@@ -137,10 +135,11 @@ def evaluate(
     tolerance
         1e-3 of the truth's diagonal, or the run's own, by default.
     """
-    from touchatlas.sim.evaluate import evaluate_surface, load_surface
-    from touchatlas.sim.objects import make_object
-    from touchatlas.sim.run import random_streams, truth_of
-    from touchatlas.sim.run_folder import read_settings
+    with late_interrupt():
+        from touchatlas.sim.evaluate import evaluate_surface, load_surface
+        from touchatlas.sim.objects import make_object
+        from touchatlas.sim.run import random_streams, truth_of
+        from touchatlas.sim.run_folder import read_settings
 
     seed = 0
     if surface.is_dir():
@@ -157,10 +156,7 @@ def evaluate(
     found = evaluate_surface(
         vertices, faces, truth_of(obj, tolerance, rng), tolerance, rng, deviation
     )
-    if json_:
-        print(json.dumps(found.as_dict(), indent=2))
-    else:
-        _print_numbers(found.as_dict(), f"{surface} against {obj.name}")
+    _print_numbers(found.as_dict(), f"{surface} against {obj.name}", json_)
     return 0
 
 
@@ -168,8 +164,8 @@ def evaluate(
 def chart(
     *,
     out: Path = Path("runs/chart"),
-    draws: int = 50,
-    seed: int = 0,
+    draws: Whole = 50,
+    seed: Whole = 0,
     json_: Annotated[Json, Parameter(name="--json")] = False,
 ) -> int:
     """Chart accuracy against speed of one patch: our methods, the paper's, peers'.
@@ -219,7 +215,42 @@ def _progress(console: Console) -> Progress:
     return Progress(*columns, console=console, disable=not console.is_terminal)
 
 
-def _print_numbers(numbers: dict, title: str) -> None:
+def _note_if_open(obj, console: Console) -> None:
+    if not obj.closed:
+        note = f"{obj.name} is an open mesh: its surface will be open too."
+        console.print(note, markup=False, highlight=False, soft_wrap=True)
+
+
+def _code_of(result) -> int:
+    """The exit code of a run that came to its end, with a sentence where it learned nothing."""
+    if result.interrupted:
+        return INTERRUPTED
+    return complain(_NO_SURFACE, FAILURE) if result.surface is None else 0
+
+
+def _watcher(progress: Progress, name: str):
+    """Shows every fifth touch of a run on the bar."""
+    task = progress.add_task(name, total=1.0, note="")
+    tracked = 0.0
+
+    def watch(step, atlas) -> None:
+        nonlocal tracked
+        tracked += step.touch.tracked_length
+        if step.plan.number % 5 == 0:
+            covered = atlas.predicted_coverage()
+            note = (
+                f"touch {step.plan.number + 1}  outlines closed {covered:.1%}  "
+                f"deviation {atlas.predicted_deviation():.3g}  tracked {tracked:.4g}"
+            )
+            progress.update(task, completed=covered, note=note)
+
+    return watch
+
+
+def _print_numbers(numbers: dict, title: str, as_json: bool) -> None:
+    if as_json:
+        print(json.dumps(numbers, indent=2))
+        return
     table = Table("quantity", "value", title=escape(title))
     for name, value in numbers.items():
         table.add_row(name, f"{value:.5g}" if isinstance(value, float) else str(value))
@@ -227,34 +258,7 @@ def _print_numbers(numbers: dict, title: str) -> None:
 
 
 def main() -> None:
-    """Entry point: 2 for the user's mistakes, 1 for failures, never a traceback."""
-    try:
-        code = app(exit_on_error=False, print_error=False, result_action="return_value")
-        sys.stdout.flush()
-    except (ValueError, CycloptsError) as error:
-        code = _complain(str(error), _USER)
-    except BrokenPipeError:
-        # The reader has what it wanted; what is left in the buffer goes nowhere.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        code = _FAILURE
-    except OSError as error:
-        code = _complain(_trouble(error), _FAILURE)
-    except MemoryError:
-        code = _complain("out of memory; try a smaller mesh or a larger tolerance", _FAILURE)
-    except KeyboardInterrupt:
-        code = _complain("stopped; touches already in the journal are kept", _INTERRUPTED)
-    except Exception as error:
-        code = _complain(f"internal error, please report it: {error!r}", _FAILURE)
-    sys.exit(code or 0)
-
-
-def _trouble(error: OSError) -> str:
-    if error.strerror is None:
-        return str(error)
-    where = f"{error.filename}: " if error.filename is not None else ""
-    return f"{where}{error.strerror}; see that it can be written and that there is space"
-
-
-def _complain(words: str, code: int) -> int:
-    print("touchatlas:", " ".join(words.split()), file=sys.stderr)
-    return code
+    """Entry point."""
+    sys.exit(
+        exit_code(lambda: app(exit_on_error=False, print_error=False, result_action="return_value"))
+    )

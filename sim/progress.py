@@ -2,6 +2,7 @@
 
 import csv
 import io
+import warnings
 
 import numpy as np
 
@@ -117,7 +118,10 @@ class Progress:
             right.set_yscale("log")
         right.legend()
         image = io.BytesIO()
-        figure.savefig(image, dpi=110, metadata={"Software": None})
+        with warnings.catch_warnings():
+            # A letter that the font lacks is drawn as a box, which is good enough.
+            warnings.filterwarnings("ignore", "Glyph .* missing")
+            figure.savefig(image, dpi=110, metadata={"Software": None})
         return image.getvalue()
 
     def _curve(self, axes, column: str, label: str, style: str) -> None:

@@ -1,9 +1,7 @@
 """A run: explore a simulated object, judge what was learned, and keep everything."""
 
 import json
-import signal
 import sqlite3
-import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
@@ -19,6 +17,7 @@ from touchatlas.planner.explore import Step, explore
 from touchatlas.planner.planner import Planner
 from touchatlas.sim.evaluate import EvaluateOptions, Evaluation, Truth, evaluate_surface
 from touchatlas.sim.implicit import ImplicitObject
+from touchatlas.sim.interrupt import held_interrupt
 from touchatlas.sim.journal import Journal
 from touchatlas.sim.mesh_object import MeshObject
 from touchatlas.sim.ply import ply_bytes
@@ -28,6 +27,8 @@ from touchatlas.sim.run_folder import create_folder, write_settings
 
 # Truth triangles may be off the true surface by this share of the tolerance.
 _TRUTH_SAGITTA = 0.01
+# In tolerances; a surface would be spread over so many of them that its grid has no end.
+_NOISIEST = 1000
 # The true progress is looked at at this many points.
 _LOOK_POINTS = 2000
 
@@ -55,19 +56,21 @@ class RunOptions:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        for name, value, least in (
-            ("noise", self.noise, 0.0),
-            ("tolerance", self.tolerance, None),
-            ("max-touches", self.max_touches, 1),
-            ("max-length", self.max_length, None),
-            ("seed", self.seed, 0),
-        ):
-            if value is None:
-                continue
-            good = value > 0 if least is None else value >= least
-            if not (np.isfinite(value) and good):
-                need = "> 0" if least is None else f">= {least:g}"
-                raise ValueError(f"{name} is {value}; it must be {need}")
+        _check("noise", self.noise, 0)
+        _check("tolerance", self.tolerance)
+        _check("max-touches", self.max_touches, 1)
+        _check("max-length", self.max_length)
+        _check("seed", self.seed, 0)
+
+
+def _check(name: str, value: float | None, least: int | None = None) -> None:
+    """Refuse a number that is not finite, or below ``least``, or not positive without one."""
+    if value is not None:
+        good = value > 0 if least is None else value >= least
+        # Not isfinite, which knows no whole numbers beyond 64 bits.
+        if not (good and value < np.inf):
+            need = "> 0" if least is None else f">= {least}"
+            raise ValueError(f"{name} is {value}; it must be finite and {need}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,6 +114,7 @@ def run_exploration(
     """
     noise = float(obj.noise_std if options.noise is None else options.noise)
     tolerance = float(obj.tolerance if options.tolerance is None else options.tolerance)
+    _check_scale(noise, tolerance, obj.diagonal)
     probe_rng, judge_rng, look_rng = random_streams(options.seed)
     atlas, planner = Atlas(tolerance), Planner(*obj.start())
     probe = Probe(obj, noise, probe_rng)
@@ -125,9 +129,24 @@ def run_exploration(
     return Result(atlas, surface, numbers, stopped)
 
 
+def _check_scale(noise: float, tolerance: float, diagonal: float) -> None:
+    """Refuse what no surface can come of, before a file is written."""
+    if tolerance > diagonal:
+        raise ValueError(
+            f"tolerance is {tolerance:g}, but the object is only {diagonal:.4g} across; "
+            "give a smaller --tolerance"
+        )
+    if noise > _NOISIEST * tolerance:
+        raise ValueError(
+            f"noise is {noise:g}, more than {_NOISIEST} times the tolerance {tolerance:g}; "
+            "give a smaller --noise or a larger --tolerance"
+        )
+
+
 def _take(steps: Iterable[Step], folder: Path, progress: Progress, watch) -> bool:
     """Take the steps one by one, each kept before the next; true when interrupted."""
-    with _kept(folder, progress) as journal, _interrupt() as interrupted:
+    # The atlas must not be left in the midst of a touch.
+    with _kept(folder, progress) as journal, held_interrupt() as interrupted:
         for step in steps:
             journal.append(step.plan, step.touch)
             progress.add(step)
@@ -163,32 +182,9 @@ def _kept(folder: Path, progress: Progress) -> Iterator[Journal]:
     write_whole(steps, progress.csv_bytes())
 
 
-@contextmanager
-def _interrupt() -> Iterator[Callable[[], bool]]:
-    """Holds Ctrl-C back until it is asked for: an atlas must not be left in the midst of a
-    touch. A second Ctrl-C interrupts at once."""
-    came: list[int] = []
-
-    def note(number, _frame) -> None:
-        if came:
-            raise KeyboardInterrupt
-        came.append(number)
-
-    # Signals belong to the main thread, and one that is ignored (nohup) stays so.
-    ours = threading.current_thread() is threading.main_thread()
-    before = signal.getsignal(signal.SIGINT)
-    if not ours or before in (signal.SIG_IGN, None):
-        yield lambda: False
-        return
-    signal.signal(signal.SIGINT, note)
-    try:
-        yield lambda: bool(came)
-    finally:
-        signal.signal(signal.SIGINT, before)
-
-
 def truth_of(obj, tolerance: float, rng, options: EvaluateOptions = EvaluateOptions()) -> Truth:
     """The object as the judge sees it."""
+    _check("tolerance", tolerance)
     points, normals = obj.sample(options.samples, rng)
     vertices, faces = obj.mesh(_TRUTH_SAGITTA * tolerance)
     return Truth(vertices, faces, points, normals, obj.closed, obj.euler_characteristic)

@@ -1,6 +1,8 @@
 """The folder of a run: what may stand in it, and its settings, run.toml."""
 
 import json
+import math
+import os
 import platform
 import tempfile
 import tomllib
@@ -35,26 +37,45 @@ def create_folder(path, force: bool) -> Path:
         When it cannot be made or written.
     """
     path = Path(path)
-    if path.exists() and not path.is_dir():
-        raise ValueError(f"{path} is a file; give a folder for the run with --out")
-    is_run = (path / "run.toml").exists()
+    if os.path.lexists(path) and not path.is_dir():
+        raise ValueError(f"{path} is a file or a broken link; give a folder with --out")
+    is_run = _is_run(path)
     if path.is_dir() and any(path.iterdir()):
         if not force:
             what = "already holds a run" if is_run else "is not empty"
             raise ValueError(f"{path} {what}; choose another --out, or --force to replace a run")
-        strangers = [] if is_run else [n for n in RUN_FILES if (path / n).exists()]
+        ours = Path.is_file if is_run else lambda _: False
+        strangers = [n for n in RUN_FILES if (path / n).exists() and not ours(path / n)]
         if strangers:
             raise ValueError(
-                f"{path} is no run, but holds {', '.join(strangers)}, which a run would "
-                "overwrite; choose another --out"
+                f"{path} holds {', '.join(strangers)}, of no run, which a run would overwrite; "
+                "choose another --out"
             )
     path.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryFile(dir=path):
-        pass
+    _try_to_write(path)
     # run.toml goes last: while it is there, what else is left is known to be a run's.
     for name in (*_LEFTOVERS, *reversed(RUN_FILES)) if is_run else ():
         (path / name).unlink(missing_ok=True)
     return path
+
+
+def _is_run(path: Path) -> bool:
+    """Whether the folder has a run.toml that we wrote."""
+    try:
+        settings = tomllib.loads((path / "run.toml").read_text(encoding="utf-8"))
+    except (FileNotFoundError, NotADirectoryError, IsADirectoryError, ValueError):
+        return False
+    versions = settings.get("versions")
+    return isinstance(versions, dict) and "touchatlas" in versions
+
+
+def _try_to_write(path: Path) -> None:
+    """Fail now where the files of a run could not be written, in words that name the folder."""
+    try:
+        with tempfile.TemporaryFile(dir=path):
+            pass
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, str(path)) from None
 
 
 def write_settings(folder: Path, settings: dict) -> None:
@@ -69,17 +90,23 @@ def read_settings(folder) -> dict:
     Raises
     ------
     ValueError
-        When the folder holds none, or one without the object, tolerance and seed of the run.
+        When the folder holds none, or no surface.ply, or the settings no object, tolerance, seed.
     """
     path = Path(folder) / "run.toml"
-    if not path.is_file() or not path.with_name("surface.ply").is_file():
-        raise ValueError(f"{folder} is not the folder of a finished run; run explore first")
+    if not path.is_file():
+        raise ValueError(f"{folder} is not the folder of a run; run explore first")
+    if not path.with_name("surface.ply").is_file():
+        raise ValueError(f"{folder} holds a run without a surface.ply; let explore finish one")
     try:
         settings = tomllib.loads(path.read_text(encoding="utf-8"))
     except ValueError as error:
         raise ValueError(f"{path} cannot be read ({error}); explore again") from None
-    kinds = {"object": str, "tolerance": float, "seed": int}
-    wrong = [name for name, kind in kinds.items() if not isinstance(settings.get(name), kind)]
+    proper = {
+        "object": lambda value: isinstance(value, str),
+        "tolerance": lambda value: isinstance(value, float) and 0.0 < value < math.inf,
+        "seed": lambda value: type(value) is int and value >= 0,
+    }
+    wrong = [name for name, is_proper in proper.items() if not is_proper(settings.get(name))]
     if wrong:
         raise ValueError(f"{path} lacks a proper {' and '.join(wrong)}; explore again")
     return settings

@@ -1,6 +1,7 @@
 """The command line as a user meets it: exit codes, one sentence each, results kept."""
 
 import json
+import shlex
 import signal
 import sqlite3
 import subprocess
@@ -154,16 +155,50 @@ def assert_refused(done, code, words):
         (["explore", "sphere", "--max-touches", "0"], "max-touches is 0"),
         (["explore", "sphere", "--max-length", "-2"], "max-length is -2"),
         (["explore", "sphere", "--seed", "-3"], "seed is -3"),
+        (["explore", "sphere", "--seed", "1.5"], "'1.5' is no whole number"),
+        (["explore", "sphere", "--noise", "1e6"], "more than 1000 times the tolerance"),
+        (["explore", "sphere", "--tolerance", "1e6"], "object is only 114.3 across"),
         (["explore", "empty.off"], "empty.off"),
         (["explore", "nan.off"], "NaN"),
         (["evaluate", "missing.ply", "--truth", "sphere"], "missing.ply"),
-        (["evaluate", "."], "not the folder of a finished run"),
+        (["evaluate", "tetra.off", "--truth", "sphere", "--tolerance", "-1"], "tolerance is -1"),
+        (["evaluate", "."], "not the folder of a run"),
     ],
 )
 def test_the_users_mistakes_are_one_sentence_and_exit_two(tmp_path, arguments, words):
     (tmp_path / "empty.off").write_text("OFF\n0 0 0\n")
     (tmp_path / "nan.off").write_text("OFF\n3 1 0\nnan 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")
+    faces = "3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n"
+    (tmp_path / "tetra.off").write_text(f"OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n{faces}")
     assert_refused(touchatlas(*arguments, cwd=tmp_path), 2, words)
+
+
+def test_an_object_that_no_probe_meets_is_a_failure(tmp_path):
+    wall = "0 0 0\n1 0 0\n1 0 1\n0 0 1\n3 0 1 2\n3 0 2 3\n"
+    (tmp_path / "wall.off").write_text(f"OFF\n4 2 0\n{wall}")
+    done = touchatlas("explore", "wall.off", "--out", "r", "--json", cwd=tmp_path)
+    assert done.returncode == 1 and "no touch gave a patch" in done.stderr
+    assert json.loads(done.stdout) == json.loads((tmp_path / "r" / "evaluation.json").read_text())
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="a shell that closes and breaks streams")
+@pytest.mark.parametrize(
+    ("command", "code"),
+    [
+        ("objects >&-", 0),
+        ("explore botle 2>&-", 2),
+        ("explore botle 2>/dev/full", 2),
+        ("objects >/dev/full", 1),
+        ("objects --json | true", 1),
+    ],
+)
+def test_streams_that_nobody_reads_change_no_exit_code(tmp_path, command, code):
+    quoted = " ".join(map(shlex.quote, RUN))
+    script = f"set -o pipefail; {quoted} {command}"
+    done = subprocess.run(["bash", "-c", script], cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == code, done.stderr
+    assert "internal error" not in done.stderr and "Traceback" not in done.stderr
+    assert done.stdout == ""
 
 
 def test_unwritable_out_is_a_failure(tmp_path):

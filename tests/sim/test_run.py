@@ -1,4 +1,4 @@
-"""The run folder: what is kept, what is never lost, what is never taken."""
+"""A run: what is kept, what is never lost, what is refused."""
 
 import csv
 import json
@@ -17,8 +17,8 @@ import trimesh
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.sim.journal import Journal
 from touchatlas.sim.mesh_object import MeshObject
-from touchatlas.sim.run import RunOptions, random_streams, run_exploration
-from touchatlas.sim.run_folder import RUN_FILES, create_folder, read_settings
+from touchatlas.sim.run import RunOptions, random_streams, run_exploration, truth_of
+from touchatlas.sim.run_folder import RUN_FILES, read_settings
 
 FEW = RunOptions(max_touches=7)
 
@@ -121,14 +121,6 @@ def test_settings_survive_numpy_numbers_and_any_name(ball, tmp_path):
     assert (settings["noise"], settings["tolerance"], settings["seed"]) == (1e-5, 0.1, 3)
 
 
-@pytest.mark.parametrize("text", ["seed = 0\n", "object = ", 'object = "x"\ntolerance = "a"\n'])
-def test_damaged_settings_are_refused(finished, tmp_path, text):
-    (tmp_path / "surface.ply").write_bytes((finished[0] / "surface.ply").read_bytes())
-    (tmp_path / "run.toml").write_text(text)
-    with pytest.raises(ValueError, match="run.toml .*explore again"):
-        read_settings(tmp_path)
-
-
 def test_an_interrupt_in_the_midst_of_a_touch_lets_it_finish(ball, tmp_path, monkeypatch):
     join = Atlas._join
 
@@ -211,36 +203,6 @@ def test_a_run_that_meets_nothing_says_so_in_every_field(ball, finished, tmp_pat
     assert "inf" not in (tmp_path / "r" / "steps.csv").read_text()
 
 
-def test_force_takes_no_folder_that_is_not_a_run(tmp_path):
-    (tmp_path / "surface.ply").write_text("my own scan")
-    with pytest.raises(ValueError, match="no run, but holds surface.ply"):
-        create_folder(tmp_path, force=True)
-    assert (tmp_path / "surface.ply").read_text() == "my own scan"
-
-
-def test_force_removes_a_runs_files_and_leftovers_only(tmp_path):
-    mine = ("notes.txt", ".writable", "surface.ply.bak")
-    gone = (*RUN_FILES, "journal.sqlite-journal", "atlas.npz.part")
-    for name in (*mine, *gone):
-        (tmp_path / name).write_text("x")
-    create_folder(tmp_path, force=True)
-    assert {path.name for path in tmp_path.iterdir()} == set(mine)
-
-
-def test_a_folder_that_holds_something_is_refused(tmp_path):
-    (tmp_path / "notes.txt").write_text("mine")
-    with pytest.raises(ValueError, match="is not empty; choose another --out"):
-        create_folder(tmp_path, force=False)
-    assert create_folder(tmp_path, force=True) == tmp_path
-    assert (tmp_path / "notes.txt").read_text() == "mine"
-
-
-def test_a_folder_that_cannot_be_made_is_the_worlds_failure(tmp_path):
-    (tmp_path / "file").write_text("")
-    with pytest.raises(OSError, match="file"):
-        create_folder(tmp_path / "file" / "run", force=False)
-
-
 def test_streams_of_one_seed_are_their_own(tmp_path):
     draws = [stream.normal(size=4) for seed in (0, 1) for stream in random_streams(seed)]
     assert len({draw.tobytes() for draw in draws}) == 6
@@ -271,6 +233,38 @@ def test_a_full_disk_is_one_sentence_and_keeps_what_was_committed(ball, tmp_path
     assert len(steps_of(tmp_path / "r")) == count
     # Whole or not at all: nothing half written is left.
     assert not list((tmp_path / "r").glob("*.part"))
+
+
+def test_a_seed_may_be_as_long_as_it_likes():
+    seed = RunOptions(seed=10**400).seed
+    assert random_streams(seed)[0].normal() != random_streams(0)[0].normal()
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (RunOptions(noise=1e6), "noise is 1e.06, more than 1000 times the tolerance"),
+        (RunOptions(tolerance=1e-300), "noise is .*, more than 1000 times the tolerance 1e-300"),
+        (RunOptions(tolerance=1e300), "the object is only 103.* across"),
+    ],
+)
+def test_what_no_surface_can_come_of_is_refused_before_a_file_is_written(
+    ball, tmp_path, options, words
+):
+    with pytest.raises(ValueError, match=words):
+        run_exploration(ball, tmp_path / "r", options)
+    assert not (tmp_path / "r").exists()
+
+
+def test_a_name_the_font_lacks_is_drawn_without_a_warning(ball, tmp_path):
+    odd = MeshObject("名前 😀", ball.vertices, ball.faces)
+    run_exploration(odd, tmp_path / "r", RunOptions(max_touches=1))
+    assert (tmp_path / "r" / "progress.png").exists()
+
+
+def test_the_judge_wants_a_tolerance(ball):
+    with pytest.raises(ValueError, match="tolerance is -1"):
+        truth_of(ball, -1.0, np.random.default_rng(0))
 
 
 def test_bad_options_are_refused():

@@ -1,0 +1,55 @@
+"""How a command ends: its exit code, and one sentence where something is wrong."""
+
+import errno
+import os
+import sys
+from collections.abc import Callable
+from contextlib import suppress
+
+from cyclopts import CycloptsError
+
+USER, FAILURE, INTERRUPTED = 2, 1, 130
+_ADVICE = {
+    **dict.fromkeys((errno.EACCES, errno.EPERM, errno.EROFS), "see who may read and write there"),
+    **dict.fromkeys((errno.ENOSPC, errno.EDQUOT, errno.EFBIG), "see that there is space"),
+}
+
+
+def exit_code(command: Callable[[], int | None]) -> int:
+    """Run a command: 2 for the user's mistakes, 1 for failures, never a traceback."""
+    try:
+        code = command() or 0
+        # None when it was closed before we began.
+        if sys.stdout is not None:
+            sys.stdout.flush()
+    except (ValueError, CycloptsError) as error:
+        code = complain(str(error), USER)
+    except BrokenPipeError:
+        # The reader has what it wanted; what is left in the buffer goes nowhere.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        code = FAILURE
+    except OSError as error:
+        code = complain(_trouble(error), FAILURE)
+    except MemoryError:
+        code = complain("out of memory; try a smaller mesh or a larger tolerance", FAILURE)
+    except KeyboardInterrupt:
+        code = complain("stopped; touches already in the journal are kept", INTERRUPTED)
+    except Exception as error:
+        code = complain(f"internal error, please report it: {error!r}", FAILURE)
+    return code
+
+
+def complain(words: str, code: int) -> int:
+    """One line on standard error; the code is given back, whether or not anyone reads it."""
+    if sys.stderr is not None:
+        with suppress(OSError):
+            print("touchatlas:", " ".join(words.split()), file=sys.stderr)
+    return code
+
+
+def _trouble(error: OSError) -> str:
+    if error.strerror is None:
+        return str(error)
+    where = f"{error.filename}: " if error.filename is not None else ""
+    advice = f"; {_ADVICE[error.errno]}" if error.errno in _ADVICE else ""
+    return where + error.strerror + advice

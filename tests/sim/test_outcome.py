@@ -1,0 +1,53 @@
+"""How commands end, and that Ctrl-C waits where it must."""
+
+import errno
+import signal
+
+import pytest
+from cyclopts import CycloptsError
+
+from touchatlas.sim.interrupt import late_interrupt
+from touchatlas.sim.outcome import exit_code
+
+
+def raising(error):
+    def command():
+        raise error
+
+    return command
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "words"),
+    [
+        (ValueError("noise is\n -1"), 2, "noise is -1"),
+        (CycloptsError(msg="odd"), 2, "odd"),
+        (OSError(errno.EACCES, "No", "run.toml"), 1, "run.toml: No; see who may read and write"),
+        (OSError(errno.ENOSPC, "Full", "a"), 1, "a: Full; see that there is space"),
+        (OSError(errno.EISDIR, "Is a directory", "a"), 1, "a: Is a directory\n"),
+        (OSError("in our own words"), 1, "in our own words"),
+        (MemoryError(), 1, "out of memory"),
+        (KeyboardInterrupt(), 130, "stopped"),
+        (KeyError("x"), 1, "internal error"),
+    ],
+)
+def test_every_end_has_its_code_and_one_sentence(capsys, error, code, words):
+    assert exit_code(raising(error)) == code
+    out, errors = capsys.readouterr()
+    assert out == "" and errors.count("\n") == 1
+    assert errors.startswith("touchatlas: ") and words in errors
+
+
+@pytest.mark.parametrize("code", [None, 0, 1, 130])
+def test_a_commands_own_code_is_kept(code):
+    assert exit_code(lambda: code) == (code or 0)
+
+
+def test_ctrl_c_in_the_midst_comes_at_the_end():
+    done = []
+    before = signal.getsignal(signal.SIGINT)
+    with pytest.raises(KeyboardInterrupt), late_interrupt():
+        signal.raise_signal(signal.SIGINT)
+        done.append("rest")
+    assert done == ["rest"]
+    assert signal.getsignal(signal.SIGINT) is before
