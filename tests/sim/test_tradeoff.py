@@ -2,6 +2,8 @@
 
 import csv
 import io
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -12,16 +14,15 @@ from touchatlas.sim.peers import fit_jet, mesh_around, mesh_curvatures
 from touchatlas.sim.scenes import draw_scene
 from touchatlas.sim.tradeoff import (
     CELLS,
-    MEASURES,
-    METHODS,
     Cell,
-    height_error,
     measure,
+    measure_cell,
     middle,
     overall,
     timed,
 )
 from touchatlas.sim.tradeoff_chart import csv_bytes, make_folder, pareto_front, write_chart
+from touchatlas.sim.tradeoff_methods import METHODS, PAPER, height_error
 
 TWO_CELLS = (Cell("ball", 0.02, False), Cell("torus", 0.0, True))
 
@@ -49,13 +50,24 @@ def test_every_method_has_a_row_in_every_cell(rows):
     )
 
 
-def test_one_seed_gives_the_same_table_but_for_times(rows, tmp_path):
-    again = measure(TWO_CELLS, draws=1)
-    assert without_times(csv_bytes(again)) == without_times(csv_bytes(rows))
-    alone = measure(TWO_CELLS[1:], draws=1)
-    assert without_times(csv_bytes(alone)) == without_times(csv_bytes(rows))[len(METHODS) :]
-    other = measure(TWO_CELLS[1:], draws=1, seed=1)
-    assert without_times(csv_bytes(other)) != without_times(csv_bytes(alone))
+def test_one_seed_gives_the_same_table_but_for_times(rows):
+    again = without_times(csv_bytes(measure(TWO_CELLS[::-1], draws=1)))
+    # Whatever the other cells are, and their order.
+    count = len(METHODS)
+    assert [*again[count:], *again[:count]] == without_times(csv_bytes(rows))
+
+
+def test_another_seed_gives_other_scenes(rows):
+    other = measure_cell(TWO_CELLS[0], 1, 1)
+    assert other[0]["mean_error"] != rows[0]["mean_error"]
+
+
+def test_overall_has_one_row_a_method_and_ratios_to_the_paper(rows):
+    found = {row["method"]: row for row in overall(rows)}
+    assert list(found) == list(METHODS)
+    assert found[PAPER]["error_to_paper"] == found[PAPER]["time_to_paper"] == 1.0
+    assert found["map"]["error_to_paper"] < 1.0 and found["map"]["time_to_paper"] < 1.0
+    assert np.isnan(found["igl_mesh"]["error_to_paper"])
 
 
 def test_cells_are_watched():
@@ -94,13 +106,18 @@ def test_a_file_in_place_of_the_folder_is_refused(tmp_path):
         make_folder(tmp_path / "a")
 
 
+def test_the_command_refuses_in_one_sentence(tmp_path):
+    main = "from touchatlas.sim.cli import main; main()"
+    chart = [sys.executable, "-c", main, "chart", "--draws", "0"]
+    done = subprocess.run(chart, cwd=tmp_path, capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (2, "touchatlas: draws is 0; it must be >= 1\n")
+
+
 def test_medians_of_errors_and_means_of_shares():
     rows = [{"mean_error": e, "within": w} for e, w in ((1.0, 0.0), (2.0, 1.0), (9.0, 1.0))]
     found = middle(rows)
     assert found["mean_error"] == 2.0 and found["within"] == pytest.approx(2.0 / 3.0)
     assert np.isnan(found["max_error"])
-    two = [{"method": "a", **dict.fromkeys(MEASURES, 1.0)}] * 3
-    assert overall(two) == two[:1]
 
 
 def test_front_holds_what_nothing_beats():
