@@ -23,9 +23,10 @@ from touchatlas.atlas.touch import Touch, TouchStatus
 from touchatlas.patch.fit import FitOptions, PatchFit, fit_patch
 from touchatlas.patch.frame import DarbouxFrame
 from touchatlas.patch.patch import Patch
-from touchatlas.patch.polynomial import LocalPolynomial, monge_basis, monomials
+from touchatlas.patch.polynomial import LocalPolynomial, monomials
 from touchatlas.patch.section import contour_normals
-from touchatlas.patch.smoothness import SmoothnessPrior
+from touchatlas.patch.smoothness import SmoothnessPrior, leftover
+from touchatlas.patch.start import UnfitError
 
 _LEAST_POINTS = 5
 _LEAST_CONTOURS = 3
@@ -47,7 +48,7 @@ class AtlasOptions:
         No patch is made smaller than this for its contours' sake, in tolerances.
     """
 
-    fit: FitOptions = FitOptions()
+    fit: FitOptions = FitOptions(adaptive=False)
     bias: float = 0.2
     least_radius: float = 10.0
 
@@ -98,7 +99,7 @@ class Atlas:
         self.tolerance = float(tolerance)
         self.options = options
         self.graph = nx.Graph()
-        self.table = Table(monge_basis(options.fit.degree), options.fit.core)
+        self.table = Table(options.fit.basis, options.fit.core)
         self.kin: list[set[int]] = []
         self.samples: list[tuple[np.ndarray, np.ndarray]] = []
         self.corners: dict[tuple[int, int, int], np.ndarray] = {}
@@ -147,6 +148,7 @@ class Atlas:
             float(table.residual[i]),
             int(table.count[i]),
             float(table.condition[i]),
+            float(leftover(table.basis, table.turn[i])),
         )
 
     def blend(self, points) -> Blend:
@@ -163,8 +165,14 @@ class Atlas:
             return float("inf")
         table = self.table
         angles = np.pi / 4.0 * np.arange(8) + 0.2
-        terms = monomials(table.basis, 0.5 * np.cos(angles), 0.5 * np.sin(angles))
-        variance = (terms * (table.covariance @ terms)).sum(axis=1).mean(axis=1)
+        x, y = 0.5 * np.cos(angles), 0.5 * np.sin(angles)
+        # The height by its curvature alone: it matters little here.
+        z = np.stack([x * x, x * y, y * y]).T @ table.mean[:, 3:6, None]
+        shape = z.shape[:2]
+        terms = monomials(
+            table.basis, np.broadcast_to(x, shape), np.broadcast_to(y, shape), z[..., 0]
+        )[: table.basis.size]
+        variance = np.einsum("tmn,mts,smn->m", terms, table.covariance, terms) / len(angles)
         return float(np.sqrt(np.mean(table.radius**2 * variance)))
 
     def boundary(self, first: int, second: int) -> Boundary:
@@ -200,11 +208,11 @@ class Atlas:
                 prior=self.prior,
                 options=self.options.fit,
             )
-        except ValueError as error:
+        except UnfitError as error:
             return AtlasChange(refused=str(error))
         normals = [contour_normals(c, fit.patch.frame.normal) for c in contours]
         return self._insert(
-            fit, np.concatenate([c.points for c in contours]), np.concatenate(normals)
+            fit, np.concatenate([c.points_in_plane for c in contours]), np.concatenate(normals)
         )
 
     def _radius_limit(self, touch: Touch) -> float:

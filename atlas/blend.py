@@ -14,14 +14,11 @@ from scipy.spatial import cKDTree
 from touchatlas.atlas.boundary import CELL_MARGIN, power_at
 from touchatlas.atlas.table import Table
 from touchatlas.patch.polynomial import (
+    SECOND_ORDER,
     VALUE,
-    XX,
-    XY,
-    YY,
-    X,
-    Y,
     derivative_coefficients,
     gaussian_curvature,
+    graph_derivatives,
     monomials,
 )
 
@@ -103,28 +100,30 @@ def _say(table: Table, kin, row, points, near, reach):
     """
     basis, radius = table.basis, table.radius[row]
     scaled = table.scaled_local(np.array([row]), points[near])[0]
-    terms = monomials(basis, scaled[:, 0], scaled[:, 1])
-    rows = derivative_coefficients(basis, table.mean[row], [VALUE, X, Y, XX, XY, YY])
-    height, fx, fy, fxx, fxy, fyy = rows @ terms
-    stretch = np.sqrt(1.0 + fx * fx + fy * fy)
-    distance = radius * (scaled[:, 2] - height) / stretch
+    terms = monomials(basis, scaled[:, 0], scaled[:, 1], scaled[:, 2])
+    rows = derivative_coefficients(basis, table.mean[row], [VALUE, *SECOND_ORDER])
+    phi, *derivatives = rows @ terms
+    gradient = np.stack([-derivatives[0], -derivatives[1], 1.0 - derivatives[5]], axis=1)
+    stretch = np.sqrt((gradient * gradient).sum(axis=1))
+    distance = radius * (scaled[:, 2] - phi) / stretch
     inside = (scaled[:, 0] ** 2 + scaled[:, 1] ** 2 <= 1.0) & (
         np.abs(distance) <= min(reach, 0.5 * radius)
     )
     near, scaled, terms, distance = near[inside], scaled[inside], terms[:, inside], distance[inside]
-    fx, fy, stretch = fx[inside], fy[inside], stretch[inside]
-    upward = np.stack([-fx, -fy, np.ones_like(fx)], axis=1) / stretch[:, None]
-    normals = upward @ table.axes[row]
+    gradient, stretch = gradient[inside], stretch[inside]
+    normals = gradient / stretch[:, None] @ table.axes[row]
     feet = points[near] - distance[:, None] * normals
     own = power_at(table, [row], feet)[:, 0]
     limit = CELL_MARGIN * table.power[row]
     lowest = own <= _COVER_MARGIN * table.power[row]
     if kin[row]:
         lowest &= own <= power_at(table, sorted(kin[row]), feet).min(axis=1) + limit
+    terms = terms[: basis.size]
     variance = np.maximum((terms * (table.covariance[row] @ terms)).sum(axis=0), 0.0)
     variance = (radius / stretch) ** 2 * variance + np.finfo(float).tiny
     closeness = np.maximum(1.0 - (scaled * scaled).sum(axis=1), 0.0)
-    curvature = gaussian_curvature(fx, fy, fxx[inside], fxy[inside], fyy[inside]) / radius**2
+    graph = graph_derivatives(*(d[inside] for d in derivatives))
+    curvature = gaussian_curvature(*graph) / radius**2
     numbers = np.stack([distance, closeness**3 / variance, variance, curvature], axis=1)
     return near, np.full(len(near), row), numbers, normals, lowest
 

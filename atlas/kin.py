@@ -32,7 +32,7 @@ def kin_of(table: Table, row: int) -> np.ndarray:
     between = table.origin[row] + np.clip(share, 0.0, 1.0)[:, None] * offset
     mine = table.scaled_local(np.array([row]), between)
     height, upward = table.surface(np.array([row]), mine)
-    mine[..., 2] -= height
+    mine[..., 2] -= height / upward[..., 2]
     radius, axes = table.radius[row], table.axes[row]
     meeting = mine[0] * radius @ axes + table.origin[row]
     upward = upward[0] @ axes

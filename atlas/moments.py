@@ -39,11 +39,11 @@ def _of_sheet(table: Table, rows, scaled, normals, cosine, terms=None) -> np.nda
 def absorb(table: Table, rows: np.ndarray, points: np.ndarray, normals: np.ndarray) -> None:
     """Add samples (n, 3) with unit normals (n, 3) to the equations of every row they fall in."""
     scaled = table.scaled_local(rows, points)
-    terms = monomials(table.basis, scaled[..., 0], scaled[..., 1])
+    terms = monomials(table.basis, scaled[..., 0], scaled[..., 1], scaled[..., 2])
     inside = _of_sheet(table, rows, scaled, normals, SHEET_COSINE, terms)
     inside &= scaled[..., 0] ** 2 + scaled[..., 1] ** 2 <= 1.0
     weight = inside.astype(float)
-    terms = terms.transpose(1, 0, 2)
+    terms = terms[: table.basis.size].transpose(1, 0, 2)
     weighted = terms * weight[:, None, :]
     z = scaled[..., 2]
     table.gram[rows] += weighted @ terms.transpose(0, 2, 1)
@@ -59,12 +59,11 @@ def solve(table: Table, rows: np.ndarray) -> None:
     uncertainty too.
     """
     noise = table.noise_scaled(rows)
-    precision = coefficient_precision(table.basis.orders, table.turn[rows])
-    gram, right = table.gram[rows], table.right[rows]
-    mean, covariance = posterior(gram, right, noise, precision)
-    freedom = table.count[rows] - effective_parameters(covariance, precision)
-    square = residual_square(gram, right, table.square[rows], mean)
-    residual = np.sqrt(square / np.maximum(freedom, 1.0))
+    precision = coefficient_precision(table.basis, table.turn[rows], table.bend[rows])
+    equations = table.equations(rows)
+    mean, covariance = posterior(equations.gram, equations.right, noise, precision)
+    freedom = equations.count - effective_parameters(covariance, precision)
+    residual = np.sqrt(residual_square(equations, mean) / np.maximum(freedom, 1.0))
     table.mean[rows] = mean
     table.covariance[rows] = covariance * np.maximum(1.0, (residual / noise) ** 2)[:, None, None]
     table.residual[rows] = residual * table.radius[rows]

@@ -13,7 +13,7 @@ import numpy as np
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.blend import blend
 from touchatlas.atlas.boundary import power_at
-from touchatlas.patch.polynomial import monomials
+from touchatlas.patch.polynomial import scaled_height
 
 # Height of the arc over its chord that the triangles may have, in tolerances.
 _SAGITTA = 0.05
@@ -174,7 +174,7 @@ def _seeds(atlas: Atlas, edge) -> np.ndarray:
         x, y = (a.ravel() for a in np.meshgrid(steps, steps))
         inside = x * x + y * y <= table.core**2
         x, y = x[inside], y[inside]
-        z = table.mean[row] @ monomials(table.basis, x, y)
+        z = scaled_height(table.basis, table.mean[row], x, y)
         points = np.stack([x, y, z], axis=1) * radius @ table.axes[row] + table.origin[row]
         own = power_at(table, [row], points)[:, 0]
         keep = own <= 0.0

@@ -4,8 +4,8 @@ import numpy as np
 
 from touchatlas.patch.fit import PatchFit
 from touchatlas.patch.patch import OUTLINE_COUNT, ring
-from touchatlas.patch.polynomial import VALUE, Basis, X, Y, evaluate_batch, monomials
-from touchatlas.patch.smoothness import scaled_noise
+from touchatlas.patch.polynomial import GRADIENT, Basis, evaluate_batch, monomials
+from touchatlas.patch.smoothness import NormalEquations, scaled_noise
 
 
 class Table:
@@ -31,6 +31,7 @@ class Table:
             "power": (),
             "noise": (),
             "turn": (),
+            "bend": (),
             "condition": (),
             "gram": (t, t),
             "right": (t,),
@@ -69,6 +70,7 @@ class Table:
             "power": (self.core * patch.radius) ** 2,
             "noise": patch.noise_std,
             "turn": fit.turn,
+            "bend": fit.bend,
             "condition": patch.condition,
             "gram": fit.equations.gram,
             "right": fit.equations.right,
@@ -102,14 +104,20 @@ class Table:
         return local / self.radius[rows][:, None, None]
 
     def surface(self, rows, scaled, terms=None):
-        """Height above each row's polynomial (m, n), scaled, and its upward normal (m, n, 3),
-        local and not of unit length: (-fx, -fy, 1). ``terms`` are the monomials, if at hand."""
+        """F = z - phi of each row's polynomial (m, n), scaled, and its gradient (m, n, 3), local:
+        upward normals that are not of unit length. ``terms`` are the monomials, if at hand."""
         if terms is None:
-            terms = monomials(self.basis, scaled[..., 0], scaled[..., 1])
-        height, fx, fy = evaluate_batch(self.basis, self.mean[rows], terms, (VALUE, X, Y))
-        upward = np.empty((*fx.shape, 3))
-        upward[..., 0], upward[..., 1], upward[..., 2] = -fx, -fy, 1.0
-        return scaled[..., 2] - height, upward
+            terms = monomials(self.basis, scaled[..., 0], scaled[..., 1], scaled[..., 2])
+        phi, px, py, pz = evaluate_batch(self.basis, self.mean[rows], terms, GRADIENT)
+        upward = np.empty((*px.shape, 3))
+        upward[..., 0], upward[..., 1], upward[..., 2] = -px, -py, 1.0 - pz
+        return scaled[..., 2] - phi, upward
+
+    def equations(self, rows) -> NormalEquations:
+        """The rows' normal equations, a stack."""
+        return NormalEquations(
+            self.gram[rows], self.right[rows], self.square[rows], self.count[rows]
+        )
 
     def noise_scaled(self, rows) -> np.ndarray:
         """(m,) noise over patch radius."""

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from enum import Enum
+from functools import cached_property
 
 import numpy as np
 
@@ -63,3 +64,10 @@ class Contour:
         object.__setattr__(self, "points", check_points(self.points, "contour points"))
         if not (np.isfinite(self.noise_std) and self.noise_std >= 0):
             raise ValueError(f"noise_std is {self.noise_std}; it must be a length >= 0")
+
+    @cached_property
+    def points_in_plane(self) -> np.ndarray:
+        """(n, 3) points moved across the plane into it: off its plane a sample tells nothing,
+        since it was tracked in it. Length, world."""
+        off = (self.points - self.plane.point) @ self.plane.normal
+        return self.points - off[:, None] * self.plane.normal

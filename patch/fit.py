@@ -1,47 +1,49 @@
 """fit_patch: from contours around a reference point to a patch, the steps in order."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from touchatlas.patch.contour import Contour, ContourEnd
-from touchatlas.patch.curvature import (
-    curvatures_from_sections,
-    normal_from_tangents,
-    principal_directions,
+from touchatlas.patch.choice import candidates_of, choose_terms
+from touchatlas.patch.contour import Contour
+from touchatlas.patch.darboux import (
+    Solution,
+    map_coefficients,
+    raw_samples,
+    reframed,
+    solve_in_darboux_frame,
 )
-from touchatlas.patch.frame import DarbouxFrame, any_tangent, axes_from_normal
+from touchatlas.patch.frame import DarbouxFrame
 from touchatlas.patch.patch import Patch
 from touchatlas.patch.polynomial import (
-    VALUE,
-    XX,
-    XY,
-    YY,
+    Basis,
     LocalPolynomial,
-    X,
-    Y,
-    derivative_coefficients,
+    graded_basis,
     monge_basis,
-    monomials,
-    shape_operator,
 )
-from touchatlas.patch.section import fit_sections
 from touchatlas.patch.smoothness import (
     NormalEquations,
     SmoothnessPrior,
-    choose_turn,
     coefficient_precision,
-    effective_parameters,
-    posterior,
-    residual_square,
+    leftover,
+    log_evidence,
+    log_prior,
     scaled_noise,
+    smoothness_grid,
 )
+from touchatlas.patch.start import Stack, start_stack
 
-_RADIUS_LEVELS = np.array([1.0, 0.8, 0.64, 0.5, 0.4])
-# Of the system for the principal curvatures: reached by sections within about 2 degrees.
-_WORST_CONDITION = 1e3
-# Beyond these the surface was seen to stop or to break: the patch need not end before them.
-_HARD_ENDS = (ContourEnd.EDGE, ContourEnd.LOST_CONTACT, ContourEnd.UNREACHABLE)
+# Turn and bend with which the first frame is found.
+_FIRST_SMOOTHNESS = (np.array([0.5]), np.array([0.3]))
+# Samples this much farther out than the patch reaches still help to fit it.
+_FIT_REACH = 1.25
+# The first choice of terms is doubtful when chi-square is this many deviations too large, or
+# when what the degree leaves out at the rim is this many deviations of the noise.
+_DOUBT, _DOUBTFUL_LEFTOVER = 3.0, 10.0
+# Residuals over the radius, and over the noise, beyond which no terms fit.
+_TORN, _TORN_NOISE = 3e-3, 3.0
+_RADIUS_LEVELS = (0.8, 0.64, 0.5, 0.4)
 
 
 @dataclass(frozen=True)
@@ -51,13 +53,24 @@ class FitOptions:
     Parameters
     ----------
     degree : int
-        Of the polynomial.
+        Of the polynomial; what is tried first when ``adaptive``.
+    height_only : bool
+        A Monge polynomial, without terms in z.
+    adaptive : bool
+        Where those terms do not hold, degree 2 to 6.
     core : float
         Share of its radius to which a patch claims to cover: its outline.
     """
 
     degree: int = 4
+    height_only: bool = False
+    adaptive: bool = True
     core: float = 0.75
+
+    @property
+    def basis(self) -> Basis:
+        """The terms that are tried first."""
+        return monge_basis(self.degree) if self.height_only else graded_basis(self.degree)
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,13 +82,17 @@ class PatchFit:
     patch : Patch
     equations : NormalEquations
         In coordinates scaled by the patch radius.
-    turn : float
-        Patch radius over feature length.
+    turn, bend : float
+        Of its smoothness prior.
+    outliers : int
+        Samples that were left out as bad contacts.
     """
 
     patch: Patch
     equations: NormalEquations
     turn: float
+    bend: float
+    outliers: int
 
 
 def fit_patch(
@@ -100,7 +117,7 @@ def fit_patch(
     outward : (3,) float, world
         Any vector on the outer side.
     shared : (n, 3) float, length, world, optional
-        Further samples of the same sheet, of earlier contours.
+        Further samples of the same sheet, of earlier contours or single contacts.
     bias : float, length
         Residuals beyond the noise that are borne before the radius is reduced.
     radius_limit : float, length
@@ -116,7 +133,7 @@ def fit_patch(
 
     Raises
     ------
-    ValueError
+    UnfitError
         Contours too short, too few, or in fewer than three directions.
 
     Notes
@@ -124,125 +141,159 @@ def fit_patch(
     The paper, section 2, up to its equation (1); then a maximum-a-posteriori polynomial of
     all orders in place of equation (5), in the frame that the polynomial itself defines.
     """
-    point = np.asarray(point, dtype=float)
-    noise = float(np.sqrt(np.mean([c.noise_std**2 for c in contours])))
-    axes, condition = frame_from_sections(point, contours, outward, noise)
-    samples = np.concatenate([c.points for c in contours])
+    stack = start_stack([point], [contours], [outward])
+    stack = replace(stack, reach=np.clip(stack.reach, radius_floor, radius_limit))
     if shared is not None and len(shared):
-        samples = np.concatenate([samples, shared])
-    reach = min(max(contour_extent(point, contours), radius_floor), radius_limit)
-    basis = monge_basis(options.degree)
-
-    local = (samples - point) @ axes.T
-    share, turn, mean = _first_polynomial(
-        basis, local / reach, noise / reach, bias / reach, prior, reach, radius_floor / reach
-    )
-    origin, axes = _reframe(basis, mean, reach, point, axes)
-    radius = share * reach
-    scaled = (samples - origin) @ axes.T / radius
-    equations = accumulate(basis, scaled[(scaled[:, :2] ** 2).sum(axis=1) <= 1.0])
-    return _finish(basis, equations, origin, axes, radius, noise, turn * share, condition, options)
+        offsets = np.concatenate([stack.offsets, shared[None] - stack.origin[:, None]], axis=1)
+        across = np.concatenate([stack.across, np.zeros((1, len(shared), 3))], axis=1)
+        weight = np.concatenate([stack.weight, np.ones((1, len(shared)))], axis=1)
+        stack = replace(stack, offsets=offsets, across=across, weight=weight)
+    return _fit_stack(stack, bias, radius_floor, prior, options)[0]
 
 
-def frame_from_sections(point, contours, outward, noise):
-    """Axes (3, 3) from the sections alone, the paper's section 2.1, and the condition."""
-    sections = fit_sections(point, contours, noise)
-    tangents = np.array([s.tangent for s in sections])
-    normal = normal_from_tangents(tangents, outward)
-    axes = axes_from_normal(normal, any_tangent(normal))
-    angles = np.arctan2(tangents @ axes[1], tangents @ axes[0])
-    curvatures = np.array([s.curvature_vector for s in sections]) @ normal
-    stds = np.array([s.curvature_std for s in sections])
-    _, _, angle, _, _, condition = curvatures_from_sections(curvatures, angles, stds)
-    if condition > _WORST_CONDITION:
-        raise ValueError(
-            f"the sections have fewer than three distinct directions (condition {condition:.3g}); "
-            "choose sampling planes about 60 degrees apart"
-        )
-    e1 = np.cos(angle) * axes[0] + np.sin(angle) * axes[1]
-    return axes_from_normal(normal, e1), condition
+def fit_patches(
+    points,
+    contour_sets: Sequence[tuple[Contour, ...]],
+    outwards,
+    prior: SmoothnessPrior = SmoothnessPrior(),
+    options: FitOptions = FitOptions(),
+) -> list[PatchFit]:
+    """Many patches in one call: each what ``fit_patch`` finds, in a fraction of its time.
 
+    Parameters
+    ----------
+    points : (m, 3) float, length, world
+    contour_sets : m tuples of Contour
+    outwards : (m, 3) float, world
+    prior : SmoothnessPrior
+    options : FitOptions
 
-def contour_extent(point, contours) -> float:
-    """Distance from the point to the nearest soft end of a contour: how far around is known.
-
-    Hard ends (an edge, lost contact) do not count, unless there are no others.
+    Raises
+    ------
+    UnfitError
+        As ``fit_patch`` does, when any of them cannot be fitted.
     """
-    soft: list[float] = []
-    hard: list[float] = []
-    for contour in contours:
-        for place, end in zip((0, -1), contour.ends, strict=True):
-            offset = contour.points[place] - point
-            (hard if end in _HARD_ENDS else soft).append(offset @ offset)
-    return float(np.sqrt(min(soft or hard)))
+    if not len(contour_sets):
+        return []
+    stack = start_stack(points, contour_sets, outwards)
+    return _fit_stack(stack, np.inf, 0.0, prior, options)
 
 
-def accumulate(basis, scaled) -> NormalEquations:
-    """Normal equations of samples (n, 3) in scaled local coordinates."""
-    z = scaled[:, 2]
-    terms = monomials(basis, scaled[:, 0], scaled[:, 1])
-    return NormalEquations(terms @ terms.T, terms @ z, float(z @ z), len(z))
+def _fit_stack(stack: Stack, bias, floor, prior, options: FitOptions) -> list[PatchFit]:
+    """All fits: together where the first choice of terms holds, else one by one."""
+    basis = options.basis
+    stack, mean, turn, bend, doubtful = _first_choice(stack, basis, bias, prior)
+    again = _shrunk if np.isfinite(bias) else _with_terms_chosen
+    if again is _with_terms_chosen:
+        noise = scaled_noise(stack.noise, stack.reach)
+        doubtful |= leftover(basis, turn) > _DOUBTFUL_LEFTOVER * noise
+    found = {
+        i: again(stack[[i]], mean[[i]], bias, floor, prior, options)
+        for i in np.flatnonzero(doubtful).tolist()
+    }
+    good = np.flatnonzero(~doubtful)
+    if len(good):
+        solution = solve_in_darboux_frame(
+            stack[good], basis, mean[good], stack.weight[good], turn[good], bend[good]
+        )
+        found |= dict(zip(good.tolist(), _fits(solution, options), strict=True))
+    return [found[i] for i in range(len(doubtful))]
 
 
-def _first_polynomial(basis, scaled, noise, bias, prior, reach, floor):
-    """Share of the reach that the polynomial holds for, R / feature length, coefficients."""
-    noise = float(scaled_noise(noise, 1.0))
-    z = scaled[:, 2]
-    terms = monomials(basis, scaled[:, 0], scaled[:, 1])
-    distance = (scaled[:, :2] ** 2).sum(axis=1)
-    levels = _RADIUS_LEVELS[max(0, int((floor <= _RADIUS_LEVELS).sum()) - 1) :: -1][::-1]
-    mask = (distance <= (levels**2)[:, None]).astype(float)
-    masked = mask[:, None, :] * terms
-    gram, right = masked @ terms.T, masked @ z
-    square, count = mask @ (z * z), mask.sum(axis=1)
+def _first_choice(stack: Stack, basis: Basis, bias, prior):
+    """The stack in a frame of a first polynomial; coefficients, turn and bend of highest
+    evidence there; whether chi-square doubts them."""
+    stack = _in_reach(stack)
+    noise = scaled_noise(stack.noise, stack.reach)
+    precision = coefficient_precision(basis, *_FIRST_SMOOTHNESS)
+    mean = map_coefficients(raw_samples(stack).equations(basis, stack.weight), noise, precision)
+    stack, samples = reframed(stack, basis, mean)
+    stack = replace(stack, weight=stack.weight / samples.stretch)
+    equations = samples.equations(basis, stack.weight)
 
-    whole = NormalEquations(gram[0], right[0], float(square[0]), int(count[0]))
-    turn = choose_turn(whole, basis.orders, noise, prior, reach)
-    precision = coefficient_precision(basis.orders, turn)
-    mean, covariance = posterior(gram, right, np.full(len(mask), noise), precision)
-    used = effective_parameters(covariance, np.broadcast_to(precision, mean.shape))
-    freedom = np.maximum(count - used, 1.0)
-    variance = residual_square(gram, right, square, mean) / freedom
-    limit = noise**2 * (1.0 + 2.0 * np.sqrt(2.0 / freedom)) + bias**2
-    holds = variance <= limit
-    holds[-1] = True
-    level = int(holds.argmax())
-    return float(levels[level]), turn, mean[level]
+    turns, bends, precisions = smoothness_grid(basis)
+    evidence, chi_square = log_evidence(equations[:, None], noise[:, None], precisions)
+    if np.isfinite(prior.log_std):
+        evidence = evidence + log_prior(prior, turns, stack.reach[:, None])
+    best = evidence.argmax(axis=1)
+    borne = (bias / (noise * stack.reach)) ** 2 if np.isfinite(bias) else 0.0
+    limit = equations.count * (1.0 + borne) + _DOUBT * np.sqrt(2.0 * equations.count)
+    doubtful = chi_square[np.arange(len(best)), best] > limit
+    mean = map_coefficients(equations, noise, precisions[best])
+    return stack, mean, turns[best], bends[best], doubtful
 
 
-def _reframe(basis, mean, scale, point, axes):
-    """Origin on the polynomial above the old one, and the Darboux axes there."""
-    value, fx, fy, fxx, fxy, fyy = derivative_coefficients(basis, mean, [VALUE, X, Y, XX, XY, YY])[
-        :, 0
+def _in_reach(stack: Stack) -> Stack:
+    """The stack without weight for samples out of reach."""
+    square = np.einsum("mni,mni->mn", stack.offsets, stack.offsets)
+    near = square <= (_FIT_REACH * stack.reach[:, None]) ** 2
+    return replace(stack, weight=stack.weight * near)
+
+
+def _shrunk(stack: Stack, _, bias, floor, prior, options: FitOptions) -> PatchFit:
+    """One patch, made smaller until its terms hold, with a bias that is borne."""
+    reach = stack.reach
+    for share in _RADIUS_LEVELS:
+        least = share == _RADIUS_LEVELS[-1] or share * reach[0] <= floor
+        stack, mean, turn, bend, doubtful = _first_choice(
+            replace(stack, reach=np.maximum(share * reach, min(floor, reach[0]))),
+            options.basis,
+            bias,
+            prior,
+        )
+        if least or not doubtful[0]:
+            break
+    return _fits(
+        solve_in_darboux_frame(stack, options.basis, mean, stack.weight, turn, bend), options
+    )[0]
+
+
+def _with_terms_chosen(stack: Stack, mean, bias, floor, prior, options) -> PatchFit:
+    """One patch with the terms that evidence chooses, made smaller only where it would tear."""
+    whole, basis, height_only = stack, options.basis, options.height_only
+    for share in (*_RADIUS_LEVELS, None):
+        candidates = candidates_of(height_only) if options.adaptive else (basis,)
+        stack, samples = reframed(stack, basis, mean)
+        noise, radius = float(scaled_noise(stack.noise, stack.reach)[0]), float(stack.reach[0])
+        choice = choose_terms(
+            samples.feet[0], samples.lift[0], stack.weight[0], noise, radius, prior, candidates
+        )
+        torn = choice.residual_rms > max(_TORN_NOISE * noise, _TORN)
+        if not torn or share is None:
+            break
+        # Detail this fine is no turning on: terms in z could only swing.
+        height_only, basis = True, monge_basis(options.degree)
+        smaller = replace(whole, reach=share * whole.reach)
+        stack, mean, *_ = _first_choice(smaller, basis, bias, prior)
+    turn, bend = np.array([choice.turn]), np.array([choice.bend])
+    weight, mean = choice.weight[None], choice.mean[None]
+    solution = solve_in_darboux_frame(stack, choice.basis, mean, weight, turn, bend)
+    return replace(_fits(solution, options)[0], outliers=choice.outliers)
+
+
+def _fits(solution: Solution, options: FitOptions) -> list[PatchFit]:
+    """The records of a solution."""
+    stack, basis = solution.stack, solution.basis
+    beyond = leftover(basis, solution.turn)
+    return [
+        PatchFit(
+            Patch(
+                -1,
+                DarbouxFrame(stack.origin[i], stack.axes[i]),
+                LocalPolynomial(basis, solution.mean[i], radius),
+                solution.covariance[i],
+                radius,
+                options.core,
+                float(stack.noise[i]),
+                float(solution.residual[i] * radius),
+                int(solution.equations.count[i]),
+                float(stack.condition[i]),
+                float(beyond[i]),
+            ),
+            solution.equations[i],
+            float(solution.turn[i]),
+            float(solution.bend[i]),
+            0,
+        )
+        for i, radius in enumerate(stack.reach.tolist())
     ]
-    normal = np.array([-fx, -fy, 1.0]) @ axes
-    normal /= np.sqrt(normal @ normal)
-    shape = shape_operator(fx, fy, fxx, fxy, fyy)
-    _, _, angle = principal_directions(shape)
-    e1 = np.cos(angle) * axes[0] + np.sin(angle) * axes[1]
-    return point + scale * value * axes[2], axes_from_normal(normal, e1)
-
-
-def _finish(basis, equations, origin, axes, radius, noise, turn, condition, options) -> PatchFit:
-    """The patch in its final frame."""
-    precision = coefficient_precision(basis.orders, turn)
-    mean, covariance = posterior(
-        equations.gram, equations.right, scaled_noise(noise, radius), precision
-    )
-    freedom = max(equations.count - effective_parameters(covariance, precision), 1.0)
-    residual = np.sqrt(
-        residual_square(equations.gram, equations.right, equations.square, mean) / freedom
-    )
-    patch = Patch(
-        -1,
-        DarbouxFrame(origin, axes),
-        LocalPolynomial(basis, mean, radius),
-        covariance * max(1.0, (residual / scaled_noise(noise, radius)) ** 2),
-        radius,
-        options.core,
-        noise,
-        float(residual * radius),
-        equations.count,
-        condition,
-    )
-    return PatchFit(patch, equations, turn)

@@ -8,14 +8,14 @@ import numpy as np
 from touchatlas.patch.curvature import PrincipalCurvatures, principal_directions
 from touchatlas.patch.frame import DarbouxFrame
 from touchatlas.patch.polynomial import (
+    GRADIENT,
     VALUE,
     XX,
     XY,
     YY,
     LocalPolynomial,
-    X,
-    Y,
     derivative_coefficients,
+    graph_derivatives,
     monomials,
     shape_operator,
 )
@@ -48,6 +48,9 @@ class Patch:
         Samples that were used.
     condition : float
         Of the sections from which its first frame came.
+    leftover : float
+        Standard deviation of what the polynomial's degree leaves out at the radius, over the
+        radius.
     """
 
     id: int
@@ -60,6 +63,7 @@ class Patch:
     residual_rms: float
     count: int
     condition: float
+    leftover: float = 0.0
 
     @cached_property
     def curvatures(self) -> PrincipalCurvatures:
@@ -73,40 +77,39 @@ class Patch:
         return self.frame.to_world(scaled * self.radius)
 
     def signed_distance(self, points) -> np.ndarray:
-        """(n,) first-order signed distance (z - phi)/sqrt(1 + |grad phi|^2), world points.
+        """(n,) first-order signed distance F/|grad F| with F = z - phi, world points.
 
         Positive outside. To be used within the patch radius.
         """
-        height, slope_x, slope_y, z = self._at(points)
-        return (z - height) / np.sqrt(1.0 + slope_x**2 + slope_y**2)
+        value, gradient, _ = self._at(points)
+        return self.radius * value / np.sqrt((gradient * gradient).sum(axis=0))
 
     def normal(self, points) -> np.ndarray:
         """(n, 3) outward unit normals, world, of the patch below or above world points."""
-        _, slope_x, slope_y, _ = self._at(points)
-        normals = np.stack([-slope_x, -slope_y, np.ones_like(slope_x)], axis=-1)
-        normals /= np.sqrt((normals**2).sum(axis=-1, keepdims=True))
-        return normals @ self.frame.axes
+        _, gradient, _ = self._at(points)
+        return (gradient / np.sqrt((gradient * gradient).sum(axis=0))).T @ self.frame.axes
 
     def deviation(self, points) -> np.ndarray:
         """(n,) standard deviation of the patch along its normal at world points, length."""
-        x, y, _ = self.frame.to_local(points).T / self.radius
-        terms = monomials(self.polynomial.basis, x, y)
+        _, gradient, terms = self._at(points)
+        basis = self.polynomial.basis
+        square = terms[1] ** 2 + terms[2] ** 2
+        terms = terms[: basis.size]
         variance = (terms * (self.covariance @ terms)).sum(axis=0)
-        _, slope_x, slope_y, _ = self._at(points)
-        return self.radius * np.sqrt(variance / (1.0 + slope_x**2 + slope_y**2))
+        variance += self.leftover**2 * square ** (basis.degree + 1)
+        return self.radius * np.sqrt(variance / (gradient * gradient).sum(axis=0))
 
     def _at(self, points):
-        """Height, slopes and z (n,) at world points."""
-        x, y, z = self.frame.to_local(points).T
-        terms = monomials(self.polynomial.basis, x / self.radius, y / self.radius)
-        rows = derivative_coefficients(
-            self.polynomial.basis, self.polynomial.coefficients, [VALUE, X, Y]
-        )
-        height, slope_x, slope_y = rows @ terms
-        return self.radius * height, slope_x, slope_y, z
+        """F (n,) and its gradient (3, n) at world points, scaled; the monomials there."""
+        basis = self.polynomial.basis
+        x, y, z = self.frame.to_local(points).T / self.radius
+        terms = monomials(basis, x, y, z)
+        rows = derivative_coefficients(basis, self.polynomial.coefficients, list(GRADIENT))
+        phi, px, py, pz = rows @ terms
+        return z - phi, np.stack([-px, -py, 1.0 - pz]), terms
 
 
-OUTLINE_COUNT = 24
+OUTLINE_COUNT, _RING_STEPS = 24, 4
 _OUTLINE_ANGLES = np.linspace(0.0, 2.0 * np.pi, OUTLINE_COUNT, endpoint=False)
 _OUTLINE = np.stack([np.cos(_OUTLINE_ANGLES), np.sin(_OUTLINE_ANGLES)])
 
@@ -114,8 +117,8 @@ _OUTLINE = np.stack([np.cos(_OUTLINE_ANGLES), np.sin(_OUTLINE_ANGLES)])
 def curvatures_from_polynomial(patch: Patch) -> PrincipalCurvatures:
     """Principal curvatures at the origin of a patch's frame, with their standard deviations."""
     basis, mean = patch.polynomial.basis, patch.polynomial.coefficients
-    fx, fy, fxx, fxy, fyy = derivative_coefficients(basis, mean, [X, Y, XX, XY, YY])[:, 0]
-    k1, k2, angle = principal_directions(shape_operator(fx, fy, fxx, fxy, fyy))
+    _, *derivatives = mean @ basis.at_origin
+    k1, k2, angle = principal_directions(shape_operator(*graph_derivatives(*derivatives)))
     c, s = np.cos(angle), np.sin(angle)
     rows = basis.derivatives[[XX, XY, YY], :, 0]
     gradients = np.array([[c * c, 2 * c * s, s * s], [s * s, -2 * c * s, c * c]]) @ rows
@@ -135,8 +138,9 @@ def curvatures_from_polynomial(patch: Patch) -> PrincipalCurvatures:
 
 def ring(basis, mean, share: float) -> np.ndarray:
     """(m, 3) scaled local points of the polynomial at distance ``share`` from the origin."""
-    across = share * _OUTLINE
-    for _ in range(3):
-        height = mean @ monomials(basis, across[0], across[1])
+    rows = derivative_coefficients(basis, mean, [VALUE])[0]
+    across, height = share * _OUTLINE, np.zeros(OUTLINE_COUNT)
+    for _ in range(_RING_STEPS):
+        height = rows @ monomials(basis, across[0], across[1], height)
         across = _OUTLINE * np.sqrt(np.maximum(share**2 - height**2, 0.25 * share**2))
     return np.stack([across[0], across[1], height], axis=1)

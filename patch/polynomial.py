@@ -1,17 +1,32 @@
-"""Local polynomial z = phi(x, y) in a patch's frame: monomials, derivatives, curvature.
+"""Local polynomial z = phi(x, y, z) in a patch's frame: monomials, derivatives, curvature.
 
-Coefficients are kept in scaled coordinates (x/R, y/R, z/R), R the patch radius, so that they
-carry no unit. Monomials come first in every array, (t, ...), and every derivative of the
-polynomial is a polynomial over the same monomials.
+With terms in x and y alone it is a height (Monge). Terms with z let it turn further than a
+height can: the surface is then where F = z - phi vanishes, and a quadric is exact. Coefficients
+are kept in scaled coordinates (x/R, y/R, z/R), R the patch radius, so that they carry no unit.
+Monomials come first in every array, (t, ...).
 """
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 
-VALUE, X, Y, XX, XY, YY = range(6)
-_DERIVATIVES = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
+VALUE, X, Y, XX, XY, YY, Z, XZ, YZ, ZZ = range(10)
+GRADIENT = (VALUE, X, Y, Z)
+SECOND_ORDER = (X, Y, XX, XY, YY, Z, XZ, YZ, ZZ)
+_DERIVATIVES = (
+    (0, 0, 0),
+    (1, 0, 0),
+    (0, 1, 0),
+    (2, 0, 0),
+    (1, 1, 0),
+    (0, 2, 0),
+    (0, 0, 1),
+    (1, 0, 1),
+    (0, 1, 1),
+    (0, 0, 2),
+)
+_NEWTON_STEPS, _CONVERGED, _LEAST_UPRIGHT = 20, 1e-9, 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,14 +36,15 @@ class Basis:
     Parameters
     ----------
     exponents : (t, 3) int
-        Ordered by total degree; the third column is zero for a Monge polynomial.
+        By k, and then by order; the third column is zero for a Monge polynomial.
     orders : (t,) int
         i + j + k.
     degree : int
-        The highest order.
-    derivatives : (6, t, t) float
+        The highest i + j + 2k: of z(x, y) when it is solved for.
+    derivatives : (10, t, s) float
         ``coefficients @ derivatives[D]`` are the coefficients of the derivative D, one of
-        VALUE, X, Y, XX, XY, YY.
+        VALUE, X, Y, XX, XY, YY, Z, XZ, YZ, ZZ, over the s monomials of ``monomials``: the t
+        of the polynomial and, if it has terms in z, z itself.
     """
 
     exponents: np.ndarray
@@ -36,10 +52,20 @@ class Basis:
     degree: int
     derivatives: np.ndarray
 
+    @cached_property
+    def at_origin(self) -> np.ndarray:
+        """(t, 10) such that ``coefficients @ at_origin`` are VALUE and SECOND_ORDER there."""
+        return np.ascontiguousarray(self.derivatives[[VALUE, *SECOND_ORDER], :, 0].T)
+
     @property
     def size(self) -> int:
-        """Number of monomials."""
+        """Number of coefficients."""
         return len(self.orders)
+
+    @property
+    def has_z(self) -> bool:
+        """Whether there are terms in z."""
+        return self.derivatives.shape[1] != self.derivatives.shape[2]
 
 
 @lru_cache
@@ -49,14 +75,39 @@ def monge_basis(degree: int) -> Basis:
     >>> monge_basis(2).exponents[:, :2].tolist()
     [[0, 0], [1, 0], [0, 1], [2, 0], [1, 1], [0, 2]]
     """
-    pairs = [(d - j, j) for d in range(degree + 1) for j in range(d + 1)]
-    index = {pair: m for m, pair in enumerate(pairs)}
-    derivatives = np.zeros((len(_DERIVATIVES), len(pairs), len(pairs)))
-    for d, (p, q) in enumerate(_DERIVATIVES):
-        for m, (i, j) in enumerate(pairs):
-            if i >= p and j >= q:
-                derivatives[d, m, index[i - p, j - q]] = _falling(i, p) * _falling(j, q)
-    exponents = np.array([(i, j, 0) for i, j in pairs])
+    return _basis([(d - j, j, 0) for d in range(degree + 1) for j in range(d + 1)], degree)
+
+
+@lru_cache
+def graded_basis(degree: int) -> Basis:
+    """All monomials x^i y^j z^k with i + j + 2k <= degree, but z itself.
+
+    z counts twice because a patch rises with the square of x and y: to leading order every
+    term in z repeats one without, and what it adds is turning. Degree 4 holds every quadric.
+
+    >>> graded_basis(4).exponents[15:].tolist()
+    [[1, 0, 1], [0, 1, 1], [2, 0, 1], [1, 1, 1], [0, 2, 1], [0, 0, 2]]
+    """
+    terms = [
+        (d - j, j, k)
+        for k in range(degree // 2 + 1)
+        for d in range(degree - 2 * k + 1)
+        for j in range(d + 1)
+    ]
+    terms.remove((0, 0, 1))
+    return _basis(terms, degree)
+
+
+def _basis(terms: list[tuple[int, int, int]], degree: int) -> Basis:
+    across = terms + [(0, 0, 1)] if any(k for *_, k in terms) else terms
+    index = {term: m for m, term in enumerate(across)}
+    derivatives = np.zeros((len(_DERIVATIVES), len(terms), len(across)))
+    for d, (p, q, r) in enumerate(_DERIVATIVES):
+        for m, (i, j, k) in enumerate(terms):
+            if i >= p and j >= q and k >= r:
+                factor = _falling(i, p) * _falling(j, q) * _falling(k, r)
+                derivatives[d, m, index[i - p, j - q, k - r]] = factor
+    exponents = np.array(terms)
     orders = exponents.sum(axis=1)
     for array in (exponents, orders, derivatives):
         array.flags.writeable = False
@@ -68,13 +119,13 @@ def _falling(n: int, k: int) -> int:
     return int(np.prod(range(n - k + 1, n + 1)))
 
 
-def monomials(basis: Basis, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """(t, ...) monomials at scaled coordinates x, y (...).
+def monomials(basis: Basis, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
+    """(s, ...) monomials at scaled coordinates x, y, z (...); z itself last, if it is a factor.
 
     Order by order: the monomials of order d are x times those of order d - 1, and y times the
     last of these.
     """
-    out = np.empty((basis.size, *x.shape))
+    out = np.empty((basis.derivatives.shape[2], *x.shape))
     out[0] = 1.0
     low = 0
     for order in range(1, basis.degree + 1):
@@ -82,23 +133,54 @@ def monomials(basis: Basis, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         np.multiply(out[low:high], x, out=out[high : high + order])
         np.multiply(out[high - 1], y, out=out[high + order])
         low = high
+    if basis.has_z:
+        out[-1] = power = z
+        here = low + basis.degree + 1
+        for k in range(1, basis.degree // 2 + 1):
+            flat = basis.degree - 2 * k
+            first, last = k == 1, (flat + 1) * (flat + 2) // 2
+            np.multiply(out[first:last], power, out=out[here : here + last - first])
+            here += last - first
+            power = power * z
     return out
 
 
 def derivative_coefficients(basis: Basis, coefficients: np.ndarray, which) -> np.ndarray:
-    """(..., len(which), t) coefficients of the derivatives ``which`` of polynomials (..., t)."""
+    """(..., len(which), s) coefficients of the derivatives ``which`` of polynomials (..., t)."""
     stacked = basis.derivatives[which].transpose(1, 0, 2).reshape(basis.size, -1)
-    return (coefficients @ stacked).reshape(*coefficients.shape[:-1], len(which), basis.size)
+    return (coefficients @ stacked).reshape(*coefficients.shape[:-1], len(which), -1)
 
 
-def evaluate(basis: Basis, coefficients: np.ndarray, x, y, which=(VALUE,)) -> np.ndarray:
-    """(len(which), n) derivatives of one polynomial at n scaled points.
+def evaluate(basis: Basis, coefficients: np.ndarray, x, y, z=0.0, which=(VALUE,)) -> np.ndarray:
+    """(len(which), n) derivatives of phi at n scaled points.
 
     >>> evaluate(monge_basis(2), np.array([0, 0, 0, 1, 0, 0.5]), np.array([2.0]), np.array([2.0]))
     array([[6.]])
     """
-    terms = monomials(basis, np.asarray(x, dtype=float), np.asarray(y, dtype=float))
+    x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
+    terms = monomials(basis, x, y, np.broadcast_to(np.asarray(z, dtype=float), x.shape))
     return derivative_coefficients(basis, coefficients, list(which)) @ terms
+
+
+def evaluate_batch(basis: Basis, coefficients, terms, which=(VALUE,)) -> np.ndarray:
+    """(len(which), m, n) derivatives of m polynomials (m, t) from their monomials (s, m, n)."""
+    rows = derivative_coefficients(basis, coefficients, list(which))
+    return (rows @ terms.transpose(1, 0, 2)).transpose(1, 0, 2)
+
+
+def graph_derivatives(px, py, pxx, pxy, pyy, pz, pxz, pyz, pzz):
+    """fx, fy, fxx, fxy, fyy of the height z = f(x, y) that solves z = phi(x, y, z).
+
+    Implicit differentiation of f = phi(x, y, f), once and twice; arguments are the derivatives
+    of phi in the order of ``SECOND_ORDER``. Not defined where phi_z = 1: there the surface
+    stands upright.
+    """
+    upright = 1.0 - pz
+    fx, fy = px / upright, py / upright
+    fxx = (pxx + 2.0 * pxz * fx + pzz * fx * fx) / upright
+    fxy = (pxy + pxz * fy + pyz * fx + pzz * fx * fy) / upright
+    fyy = (pyy + 2.0 * pyz * fy + pzz * fy * fy) / upright
+    return fx, fy, fxx, fxy, fyy
 
 
 def shape_operator(fx, fy, fxx, fxy, fyy) -> np.ndarray:
@@ -108,15 +190,13 @@ def shape_operator(fx, fy, fxx, fxy, fyy) -> np.ndarray:
     do Carmo, section 3-3, example 5.
     """
     e, f, g = 1.0 + fx * fx, fx * fy, 1.0 + fy * fy
-    determinant = e * g - f * f
-    scale = determinant**-1.5
-    return np.stack(
-        [
-            np.stack([(g * fxx - f * fxy) * scale, (g * fxy - f * fyy) * scale], axis=-1),
-            np.stack([(e * fxy - f * fxx) * scale, (e * fyy - f * fxy) * scale], axis=-1),
-        ],
-        axis=-2,
-    )
+    scale = (e * g - f * f) ** -1.5
+    shape = np.empty((*np.shape(scale), 2, 2))
+    shape[..., 0, 0] = (g * fxx - f * fxy) * scale
+    shape[..., 0, 1] = (g * fxy - f * fyy) * scale
+    shape[..., 1, 0] = (e * fxy - f * fxx) * scale
+    shape[..., 1, 1] = (e * fyy - f * fxy) * scale
+    return shape
 
 
 def gaussian_curvature(fx, fy, fxx, fxy, fyy):
@@ -144,27 +224,40 @@ class LocalPolynomial:
     scale: float
 
     def height(self, xy_local) -> np.ndarray:
-        """(n,) height over local points (n, 2), length."""
-        return self.scale * self._derivatives(xy_local, [VALUE])[0]
+        """(n,) height over local points (n, 2), length; NaN where the surface has none there."""
+        return self.scale * self._height(xy_local)
 
     def gradient(self, xy_local) -> np.ndarray:
         """(n, 2) slopes dz/dx, dz/dy at local points (n, 2)."""
-        return self._derivatives(xy_local, [X, Y]).T
+        return np.stack(self._graph(xy_local)[:2], axis=1)
 
     def hessian(self, xy_local) -> np.ndarray:
         """(n, 3) second derivatives zxx, zxy, zyy at local points (n, 2), 1/length."""
-        return self._derivatives(xy_local, [XX, XY, YY]).T / self.scale
+        return np.stack(self._graph(xy_local)[2:], axis=1) / self.scale
 
     def unscaled(self) -> np.ndarray:
         """(t,) coefficients of z = sum c x^i y^j z^k in unscaled coordinates."""
         return self.coefficients * self.scale ** (1.0 - self.basis.orders)
 
-    def _derivatives(self, xy_local, which) -> np.ndarray:
+    def _height(self, xy_local) -> np.ndarray:
         x, y = np.asarray(xy_local, dtype=float).T[:2] / self.scale
-        return evaluate(self.basis, self.coefficients, x, y, which)
+        return scaled_height(self.basis, self.coefficients, x, y)
+
+    def _graph(self, xy_local):
+        x, y = np.asarray(xy_local, dtype=float).T[:2] / self.scale
+        z = self._height(xy_local)
+        return graph_derivatives(*evaluate(self.basis, self.coefficients, x, y, z, SECOND_ORDER))
 
 
-def evaluate_batch(basis: Basis, coefficients, terms, which=(VALUE,)) -> np.ndarray:
-    """(len(which), m, n) derivatives of m polynomials (m, t) from their monomials (t, m, n)."""
-    rows = derivative_coefficients(basis, coefficients, list(which))
-    return (rows @ terms.transpose(1, 0, 2)).transpose(1, 0, 2)
+def scaled_height(basis: Basis, coefficients, x, y) -> np.ndarray:
+    """(n,) scaled height z = phi(x, y, z) over scaled points, by Newton's method from z = 0;
+    NaN where it does not converge on an upward side."""
+    z = np.zeros(np.shape(x))
+    rows = derivative_coefficients(basis, coefficients, [VALUE, Z])
+    if not basis.has_z:
+        return rows[0] @ monomials(basis, x, y, z)
+    for _ in range(_NEWTON_STEPS):
+        phi, phi_z = rows @ monomials(basis, x, y, z)
+        step = (z - phi) / np.maximum(1.0 - phi_z, _LEAST_UPRIGHT)
+        z = z - np.clip(step, -0.5, 0.5)
+    return np.where((np.abs(step) < _CONVERGED) & (phi_z < 1.0), z, np.nan)

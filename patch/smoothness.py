@@ -2,21 +2,30 @@
 
 Three concurrent curves leave three directions of a quartic undetermined (multiples of the
 product of the three lines), and plain least squares folds there. A prior on the coefficients
-of order 3 and more, in scaled coordinates, fills them by one linear solve. Its single
-hyper-parameter is the feature length l of the surface: order-m coefficients z/R ~ (x/R)^m
-have standard deviation AMPLITUDE (R/l)^(m-1), as for a surface whose m-th derivatives are
-of size l^(1-m). The evidence of the data chooses l, near what earlier patches chose.
+of order 3 and more, and on all terms in z, fills them by one linear solve. Two numbers shape
+it, and the evidence of the data chooses both from a fixed grid:
+
+* ``turn`` = R / l, l the feature length of the surface. The standard deviation of an order-m
+  coefficient is AMPLITUDE turn^2 DECAY^(m - 3), in scaled coordinates.
+* ``bend``, by which each power of z multiplies it: near zero for a height polynomial, large
+  where the surface turns on as a quadric does.
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
-AMPLITUDE = 0.5
-# Orders 0 to 2 are left to the data: one patch radius of height, 45 degrees of slope, ...
+from touchatlas.patch.polynomial import Basis
+
+AMPLITUDE, DECAY = 0.5, 0.4
+# Height, slope and curvature are left to the data: one patch radius, 45 degrees, ...
 _LOOSE_STD = 1.0
-_TURNS = np.geomspace(0.03, 3.0, 7)
 _LEAST_NOISE = 1e-6
+# Share of the order d + 1 that the orders up to d cannot take over.
+_LEFTOVER = 0.3
+_TURNS = np.geomspace(0.12, 2.0, 6)
+_BENDS = np.array([0.02, 0.3, 1.0, 4.0])
 
 
 @dataclass(frozen=True)
@@ -37,30 +46,53 @@ class SmoothnessPrior:
 
 @dataclass(frozen=True, eq=False)
 class NormalEquations:
-    """Sums over samples that a least-squares polynomial needs, in scaled coordinates.
+    """Weighted sums over samples that a least-squares polynomial needs, in scaled coordinates.
 
     Parameters
     ----------
-    gram : (t, t) float
-        Sum of phi phi^t.
-    right : (t,) float
-        Sum of phi z/R.
-    square : float
-        Sum of (z/R)^2.
-    count : int
+    gram : (..., t, t) float
+        Sum of w phi phi^t.
+    right : (..., t) float
+        Sum of w phi z/R.
+    square : (...) float
+        Sum of w (z/R)^2.
+    count : (...) float
+        Samples with any weight.
     """
 
     gram: np.ndarray
     right: np.ndarray
-    square: float
-    count: int
+    square: np.ndarray
+    count: np.ndarray
+
+    def part(self, count: int) -> "NormalEquations":
+        """Those of the first ``count`` coefficients alone."""
+        return NormalEquations(
+            self.gram[..., :count, :count], self.right[..., :count], self.square, self.count
+        )
+
+    def __getitem__(self, index) -> "NormalEquations":
+        """Those of some of a stack."""
+        return NormalEquations(
+            self.gram[index], self.right[index], self.square[index], self.count[index]
+        )
 
 
-def coefficient_precision(orders: np.ndarray, turn) -> np.ndarray:
-    """(..., t) prior precision of scaled coefficients for turn = R / feature length (...)."""
-    turn = np.asarray(turn, dtype=float)[..., None]
-    std = np.where(orders >= 3, AMPLITUDE * turn ** (orders - 1.0), _LOOSE_STD)
+def coefficient_precision(basis: Basis, turn, bend) -> np.ndarray:
+    """(..., t) prior precision of scaled coefficients for turn and bend (...)."""
+    turn, bend = np.asarray(turn, dtype=float)[..., None], np.asarray(bend, dtype=float)[..., None]
+    orders, powers = basis.orders, basis.exponents[:, 2]
+    std = AMPLITUDE * turn**2 * DECAY ** (orders - 3.0) * bend**powers
+    std = np.where((orders >= 3) | (powers > 0), std, _LOOSE_STD)
     return 1.0 / (std * std)
+
+
+@lru_cache
+def smoothness_grid(basis: Basis) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Turns (g,), bends (g,) and prior precisions (g, t) that the evidence chooses from."""
+    bends = _BENDS if basis.has_z else np.ones(1)
+    turn, bend = (a.ravel() for a in np.meshgrid(_TURNS, bends, indexing="ij"))
+    return turn, bend, coefficient_precision(basis, turn, bend)
 
 
 def scaled_noise(noise_std, radius):
@@ -68,32 +100,60 @@ def scaled_noise(noise_std, radius):
     return np.maximum(noise_std / radius, _LEAST_NOISE)
 
 
-def choose_turn(
-    equations: NormalEquations,
-    orders: np.ndarray,
-    noise: float,
-    prior: SmoothnessPrior,
-    radius: float,
-) -> float:
-    """R / feature length that maximises evidence times prior, over a fixed grid.
+def log_evidence(equations: NormalEquations, noise, prior_precision):
+    """Log evidence of a linear Gaussian model, and its chi-square.
+
+    Parameters
+    ----------
+    equations : NormalEquations
+    noise : (...) float, scaled
+    prior_precision : (..., t) float
+
+    Returns
+    -------
+    evidence, chi_square : (...) float
+        The first without n log(2 pi)/2; the second is z^t C^-1 z with C the covariance of the
+        samples under the model, about ``count`` when the model is right.
 
     Notes
     -----
-    log evidence of a linear Gaussian model, up to a constant:
-    (b^t P^-1 b - log|P| + log|D|)/2 with D the prior precision, P = G/s^2 + D, b = r/s^2
-    (Bishop, Pattern Recognition and Machine Learning, section 3.5.1).
+    (b^t P^-1 b - z^t z/s^2 - log|P| + log|D|)/2 - n log s with D the prior precision,
+    P = G/s^2 + D, b = r/s^2 (Bishop, Pattern Recognition and Machine Learning, section 3.5.1).
+    One Cholesky factor of P bordered by b gives all of it.
     """
-    prior_precision = coefficient_precision(orders, _TURNS)
-    precision = equations.gram / noise**2 + prior_precision[:, :, None] * np.eye(len(orders))
-    right = equations.right / noise**2
-    factor = np.linalg.cholesky(precision)
-    half = np.linalg.solve(factor, right[:, None])[..., 0]
-    log_determinant = np.log(np.diagonal(factor, axis1=1, axis2=2)).sum(axis=1)
-    score = 0.5 * (half * half).sum(axis=1) - log_determinant
-    score += 0.5 * np.log(prior_precision).sum(axis=1)
-    if np.isfinite(prior.log_std):
-        score -= 0.5 * ((np.log(radius / _TURNS) - prior.log_length) / prior.log_std) ** 2
-    return float(_TURNS[score.argmax()])
+    weight = np.asarray(noise, dtype=float) ** -2.0
+    t = prior_precision.shape[-1]
+    gram, right = equations.gram, equations.right
+    shape = np.broadcast_shapes(prior_precision.shape[:-1], weight.shape, gram.shape[:-2])
+    bordered = np.empty((*shape, t + 1, t + 1))
+    bordered[..., :t, :t] = gram * weight[..., None, None]
+    bordered[..., t, :t] = right * weight[..., None]
+    # One more, so that rounding leaves it positive.
+    bordered[..., t, t] = equations.square * weight + 1.0
+    diagonal = np.einsum("...ii->...i", bordered)[..., :t]
+    diagonal += prior_precision
+    factor = np.linalg.cholesky(bordered)
+    roots = np.einsum("...ii->...i", factor)
+    chi_square = roots[..., t] ** 2 - 1.0
+    evidence = 0.5 * (np.log(prior_precision).sum(axis=-1) - chi_square)
+    evidence -= np.log(roots[..., :t]).sum(axis=-1)
+    return evidence + 0.5 * equations.count * np.log(weight), chi_square
+
+
+def leftover(basis: Basis, turn) -> np.ndarray:
+    """(...) standard deviation of what the degree leaves out at distance R, scaled.
+
+    The next order of the prior, and of it what the orders that are there cannot take over. At
+    distance r it is (r/R)^(degree + 1) of this.
+    """
+    return _LEFTOVER * AMPLITUDE * np.square(turn) * DECAY ** (basis.degree - 2.0)
+
+
+def log_prior(prior: SmoothnessPrior, turn, radius):
+    """Log belief (...) in turns = radius / feature length, up to a constant."""
+    if not np.isfinite(prior.log_std):
+        return np.zeros(np.broadcast_shapes(np.shape(turn), np.shape(radius)))
+    return -0.5 * ((np.log(radius / turn) - prior.log_length) / prior.log_std) ** 2
 
 
 def posterior(gram, right, noise, prior_precision):
@@ -110,10 +170,12 @@ def posterior(gram, right, noise, prior_precision):
     return mean, covariance
 
 
-def residual_square(gram, right, square, mean):
-    """Sum of squared residuals (...) of coefficients (..., t), in scaled units."""
-    fitted = (gram @ mean[..., None])[..., 0]
-    return np.maximum(square + (mean * (fitted - 2.0 * right)).sum(axis=-1), 0.0)
+def residual_square(equations: NormalEquations, mean):
+    """Weighted sum of squared residuals (...) of coefficients (..., t), in scaled units."""
+    fitted = (equations.gram @ mean[..., None])[..., 0]
+    return np.maximum(
+        equations.square + (mean * (fitted - 2.0 * equations.right)).sum(axis=-1), 0.0
+    )
 
 
 def effective_parameters(covariance, prior_precision):

@@ -6,7 +6,12 @@ import numpy as np
 
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.patch.curvature import principal_directions
-from touchatlas.patch.polynomial import XX, XY, YY, X, Y, evaluate, shape_operator
+from touchatlas.patch.polynomial import (
+    SECOND_ORDER,
+    evaluate,
+    graph_derivatives,
+    shape_operator,
+)
 from touchatlas.planner.probe_plan import Reason
 
 # A point this far out, in core radii, leaves little overlap: farther gains nothing more.
@@ -92,10 +97,9 @@ def predicted_curvature(atlas: Atlas, candidate: Candidate) -> float:
     """Largest |normal curvature| that the candidate's home patch predicts there, or at the
     nearest point of its rim: beyond it the polynomial says nothing."""
     table, home = atlas.table, candidate.home
-    x, y, _ = (candidate.point - table.origin[home]) @ table.axes[home].T / table.radius[home]
+    x, y, z = (candidate.point - table.origin[home]) @ table.axes[home].T / table.radius[home]
     beyond = max(1.0, float(np.hypot(x, y)))
-    fx, fy, fxx, fxy, fyy = evaluate(
-        table.basis, table.mean[home], [x / beyond], [y / beyond], (X, Y, XX, XY, YY)
-    )[:, 0]
-    k1, k2, _ = principal_directions(shape_operator(fx, fy, fxx, fxy, fyy))
+    at = np.array([[x], [y], [z]]) / beyond
+    derivatives = evaluate(table.basis, table.mean[home], *at, SECOND_ORDER)
+    k1, k2, _ = principal_directions(shape_operator(*graph_derivatives(*derivatives[:, 0])))
     return max(abs(k1), abs(k2)) / float(table.radius[home])

@@ -205,7 +205,6 @@ def _fit(method: str, recording: Recording, outward) -> tuple[Patch, int]:
         contours,
         outward,
         shared=recording.scattered,
-        bias=contours[0].noise_std,
         options=_MAPS[method],
     )
     return fit.patch, int(fit.outliers)

@@ -12,7 +12,8 @@ from tests.truths import (
     random_rotation,
 )
 from touchatlas.patch.contour import Contour, ContourEnd
-from touchatlas.patch.fit import FitOptions, contour_extent, fit_patch
+from touchatlas.patch.fit import FitOptions, fit_patch
+from touchatlas.patch.start import contour_extent
 
 UP = np.array([0.0, 0.0, 1.0])
 

@@ -1,0 +1,193 @@
+"""From chosen terms to the patch: polynomial and Darboux frame, each made from the other."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from touchatlas.patch.arrays import cross
+from touchatlas.patch.polynomial import (
+    GRADIENT,
+    Basis,
+    evaluate_batch,
+    graph_derivatives,
+    monomials,
+)
+from touchatlas.patch.smoothness import (
+    NormalEquations,
+    coefficient_precision,
+    effective_parameters,
+    posterior,
+    residual_square,
+    scaled_noise,
+)
+from touchatlas.patch.start import Stack
+
+# A frame is level where the slopes of its polynomial at the origin are this share of what the
+# noise leaves uncertain of them, or rounding is reached.
+_LEVEL, _ROUNDING, _MOST_FRAMES = 0.02, 1e-9, 12
+# Coefficients of x, y and x y.
+_VANISHING = [1, 2, 4]
+_LEAST_STRETCH = 0.05
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """m fitted polynomials in their Darboux frames.
+
+    Parameters
+    ----------
+    stack : Stack
+        In the frames; ``reach`` is the patch radius.
+    basis : Basis
+    equations : NormalEquations
+    turn, bend : (m,) float
+    mean : (m, t) float
+    covariance : (m, t, t) float
+        With what lack of fit adds.
+    residual : (m,) float, scaled
+    """
+
+    stack: Stack
+    basis: Basis
+    equations: NormalEquations
+    turn: np.ndarray
+    bend: np.ndarray
+    mean: np.ndarray
+    covariance: np.ndarray
+    residual: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """Samples of a stack as its polynomials see them: where they are, and how far off.
+
+    Regressing on noisy coordinates would bias the terms in z. So the monomials are taken at the
+    feet of the samples on the polynomial as it was, and what keeps a sample off its foot goes to
+    the left-hand side: Gauss-Newton for orthogonal distances.
+
+    Parameters
+    ----------
+    feet : (m, n, 3) float, scaled, local
+    lift : (m, n) float, scaled
+        F of the polynomial as it was, at the samples.
+    stretch : (m, n) float
+        Squared gradient of F there, in the plane that the sample is noisy in.
+    """
+
+    feet: np.ndarray
+    lift: np.ndarray
+    stretch: np.ndarray
+
+    def equations(self, basis: Basis, weight) -> NormalEquations:
+        """Normal equations (m, ...) of samples with weights (m, n)."""
+        x, y, z = self.feet[..., 0], self.feet[..., 1], self.feet[..., 2]
+        return normal_equations(basis, monomials(basis, x, y, z), z + self.lift, weight)
+
+
+def raw_samples(stack: Stack) -> Samples:
+    """The samples before any polynomial is known."""
+    feet = stack.scaled()
+    return Samples(feet, np.zeros(feet.shape[:2]), np.ones(feet.shape[:2]))
+
+
+def reframed(stack: Stack, basis: Basis, mean) -> tuple[Stack, Samples]:
+    """The stack in the Darboux frames of its polynomials (m, t), and its samples there.
+
+    Origins go to the polynomials above the old ones.
+    """
+    scaled = stack.scaled()
+    terms = monomials(basis, scaled[..., 0], scaled[..., 1], scaled[..., 2])
+    phi, px, py, pz = evaluate_batch(basis, mean, terms, GRADIENT)
+    value = scaled[..., 2] - phi
+    gradient = np.empty_like(scaled)
+    gradient[..., 0], gradient[..., 1], gradient[..., 2] = -px, -py, 1.0 - pz
+    # A sample is off within its plane, so its foot lies in it too.
+    across = stack.across @ stack.axes.transpose(0, 2, 1)
+    gradient -= np.einsum("mni,mni->mn", gradient, across)[..., None] * across
+    square = np.maximum(np.einsum("mni,mni->mn", gradient, gradient), _LEAST_STRETCH)
+    feet = scaled - (value / square)[..., None] * gradient
+    local, height, slant = _darboux_axes(basis, mean)
+    feet[..., 2] -= height[:, None]
+    shift = (stack.reach * height)[:, None] * stack.axes[:, 2]
+    # The new polynomials have slope 1 along their own normal, the old ones have ``slant``.
+    samples = Samples(
+        feet @ local.transpose(0, 2, 1),
+        value / slant[:, None],
+        square / (slant * slant)[:, None],
+    )
+    stack = Stack(
+        stack.origin + shift,
+        local @ stack.axes,
+        stack.offsets - shift[:, None],
+        stack.across,
+        *(stack.weight, stack.reach, stack.noise, stack.condition),
+    )
+    return stack, samples
+
+
+def _darboux_axes(basis: Basis, mean):
+    """Axes (m, 3, 3) at the origin of polynomials, local; height and |grad F| (m,) there."""
+    height, *derivatives = (mean @ basis.at_origin).T
+    fx, fy, fxx, fxy, fyy = graph_derivatives(*derivatives)
+    # Exact where the slopes vanish, which is where this ends.
+    angle = 0.5 * np.arctan2(2.0 * fxy, fxx - fyy)
+    c, s = np.cos(angle), np.sin(angle)
+    local = np.empty((len(mean), 3, 3))
+    rise = fx * c + fy * s
+    stretch = 1.0 / np.sqrt(1.0 + rise * rise)
+    local[:, 0, 0], local[:, 0, 1], local[:, 0, 2] = c * stretch, s * stretch, rise * stretch
+    slant = np.sqrt(1.0 + fx * fx + fy * fy)
+    local[:, 2, 0], local[:, 2, 1], local[:, 2, 2] = -fx / slant, -fy / slant, 1.0 / slant
+    local[:, 1] = cross(local[:, 2], local[:, 0])
+    return local, height, slant
+
+
+def solve_in_darboux_frame(stack: Stack, basis: Basis, mean, weight, turn, bend) -> Solution:
+    """Reframe and refit until the linear and cross terms vanish.
+
+    Parameters
+    ----------
+    stack : Stack
+    basis : Basis
+    mean : (m, t) float
+        Coefficients in the frames of the stack.
+    weight : (m, n) float
+        Of the squares of F: those of the distances over the squared gradient of F. It stays as it
+        is, for a gradient that may grow where it lowers the weight of misfits would do so.
+    turn, bend : (m,) float
+        Of the smoothness prior.
+    """
+    precision = coefficient_precision(basis, turn, bend)
+    noise = scaled_noise(stack.noise, stack.reach)
+    level = max(_ROUNDING, _LEVEL * float(noise.min()) / np.sqrt(weight.shape[1]))
+    for _ in range(_MOST_FRAMES):
+        stack, samples = reframed(stack, basis, mean)
+        equations = samples.equations(basis, weight)
+        mean = map_coefficients(equations, noise, precision)
+        if np.abs(mean[:, _VANISHING]).max() < level:
+            break
+    mean, covariance = posterior(equations.gram, equations.right, noise, precision)
+    freedom = np.maximum(equations.count - effective_parameters(covariance, precision), 1.0)
+    residual = np.sqrt(residual_square(equations, mean) / freedom)
+    covariance *= np.maximum(1.0, (residual / noise) ** 2)[:, None, None]
+    return Solution(stack, basis, equations, turn, bend, mean, covariance, residual)
+
+
+def normal_equations(basis: Basis, terms, z, weight) -> NormalEquations:
+    """Normal equations (m, ...) of stacked samples from monomials (s, m, n), weights (m, n)."""
+    phi = terms[: basis.size].transpose(1, 0, 2)
+    weighted = phi * weight[:, None]
+    return NormalEquations(
+        weighted @ phi.transpose(0, 2, 1),
+        (weighted @ z[..., None])[..., 0],
+        np.einsum("mn,mn,mn->m", weight, z, z),
+        np.count_nonzero(weight, axis=1).astype(float),
+    )
+
+
+def map_coefficients(equations: NormalEquations, noise, precision):
+    """Maximum-a-posteriori coefficients (m, t) for noise (m,) and prior precision (m, t)."""
+    matrix = equations.gram.copy()
+    diagonal = np.einsum("...ii->...i", matrix)
+    diagonal += precision * (noise * noise)[:, None]
+    return np.linalg.solve(matrix, equations.right[..., None])[..., 0]
