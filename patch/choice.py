@@ -23,7 +23,6 @@ from touchatlas.patch.smoothness import (
     leftover,
     log_evidence,
     log_prior,
-    posterior,
     smoothness_grid,
 )
 
@@ -142,9 +141,11 @@ def _robust(basis, terms, z, weight, variance, turn, bend):
     keep = weight
     for step in range(_REWEIGHTINGS):
         weighted = keep / variance * phi
-        mean, _ = posterior(weighted @ phi.T, weighted @ z, 1.0, precision)
+        mean = np.linalg.solve(weighted @ phi.T + np.diag(precision), weighted @ z)
         distance = np.abs(z - mean @ phi) * np.sqrt(weight)
         u = distance / np.sqrt(variance)
+        if step == 0 and u.max() <= _OUTLIER:
+            break
         u /= max(1.0, _MEDIAN_TO_STD * float(np.median(u[weight > 0])))
         soft = 1.0 / (1.0 + (u / _CAUCHY) ** 2) if step < _REWEIGHTINGS - 2 else u <= _OUTLIER
         keep = weight * soft

@@ -24,9 +24,9 @@ from touchatlas.patch.start import Stack
 
 # A frame is level where the slopes of its polynomial at the origin are this share of what the
 # noise leaves uncertain of them, or rounding is reached.
-_LEVEL, _ROUNDING, _MOST_FRAMES = 0.02, 1e-9, 12
-# Coefficients of x, y and x y.
-_VANISHING = [1, 2, 4]
+_LEVEL, _ROUNDING, _MOST_FRAMES = 0.25, 1e-9, 12
+# Coefficients of x, y and x y; the last is many times less certain.
+_VANISHING, _VANISH_BELOW = [1, 2, 4], np.array([1.0, 1.0, 10.0])
 _LEAST_STRETCH = 0.05
 
 
@@ -164,7 +164,7 @@ def solve_in_darboux_frame(stack: Stack, basis: Basis, mean, weight, turn, bend)
         stack, samples = reframed(stack, basis, mean)
         equations = samples.equations(basis, weight)
         mean = map_coefficients(equations, noise, precision)
-        if np.abs(mean[:, _VANISHING]).max() < level:
+        if np.abs(mean[:, _VANISHING] / _VANISH_BELOW).max() < level:
             break
     mean, covariance = posterior(equations.gram, equations.right, noise, precision)
     freedom = np.maximum(equations.count - effective_parameters(covariance, precision), 1.0)
