@@ -1,24 +1,17 @@
 """Atlas: the one mutable object, a graph of patches that grows touch by touch."""
 
 from dataclasses import dataclass
-from itertools import combinations
 
 import networkx as nx
 import numpy as np
 
 from touchatlas.atlas.blend import Blend, blend
-from touchatlas.atlas.boundary import (
-    CELL_MARGIN,
-    CREASE_ANGLE,
-    Boundary,
-    boundary_curves,
-    corners_with,
-    power_at,
-)
+from touchatlas.atlas.boundary import Boundary, power_at
 from touchatlas.atlas.frontier import Frontier
 from touchatlas.atlas.kin import kin_of
 from touchatlas.atlas.moments import absorb, solve
 from touchatlas.atlas.table import Table
+from touchatlas.atlas.tiling import Tiling
 from touchatlas.atlas.touch import Touch, TouchStatus
 from touchatlas.patch.fit import FitOptions, PatchFit, fit_patch
 from touchatlas.patch.frame import DarbouxFrame
@@ -79,16 +72,12 @@ class Atlas:
 
     Attributes
     ----------
-    graph : networkx.Graph
-        Nodes are patch ids (see ``patch``); edges carry a ``boundary`` (Boundary).
     table : Table
         The patches' numbers, a row an id.
     kin : list of set of int
         For each patch, the patches that continue its sheet within reach.
-    corners : dict
-        Ascending triples of ids to the point (3,) where three boundaries meet.
-    gaps : dict
-        Triples of ids to the point (3,) that their three cores leave uncovered between them.
+    tiling : Tiling
+        Boundaries, corners and gaps.
     frontier : Frontier
     touches : int
     """
@@ -98,19 +87,21 @@ class Atlas:
             raise ValueError(f"tolerance is {tolerance}; it must be a length > 0")
         self.tolerance = float(tolerance)
         self.options = options
-        self.graph = nx.Graph()
         self.table = Table(options.fit.basis, options.fit.core)
         self.kin: list[set[int]] = []
+        self.tiling = Tiling(self.table, self.kin)
         self.samples: list[tuple[np.ndarray, np.ndarray]] = []
-        self.corners: dict[tuple[int, int, int], np.ndarray] = {}
-        self.corners_of: list[set[tuple[int, int, int]]] = []
-        self.gaps: dict[tuple[int, int, int], np.ndarray] = {}
         self.frontier = Frontier()
         self.touches = 0
         self.length_sums = np.zeros(3)
 
     def __len__(self) -> int:
         return self.table.size
+
+    @property
+    def graph(self) -> nx.Graph:
+        """Nodes are patch ids (see ``patch``); edges carry a ``boundary`` (Boundary)."""
+        return self.tiling.graph
 
     @property
     def parameter_count(self) -> int:
@@ -253,7 +244,7 @@ class Atlas:
         solve(table, rows)
         table.renew_ring(row)
         self._close_frontier(row, kin, points, normals)
-        self._meet(row, kin)
+        self.tiling.meet(row, kin)
         return AtlasChange(added=(row,), changed=tuple(kin.tolist()))
 
     def _owner(self, row: int, kin: np.ndarray) -> int:
@@ -274,8 +265,7 @@ class Atlas:
             self.kin[owner].add(i)
             self.kin[i].add(owner)
         table.ring_open[others] *= power_at(table, [owner], table.ring[others])[..., 0] > 0
-        dropped = self._drop_conquered_corners(owner, others)
-        self._draw_boundaries(sorted({p for triple in dropped for p in combinations(triple, 2)}))
+        self.tiling.conquer(owner, others)
 
     def _give_samples(self, owner: int, points, normals) -> None:
         old_points, old_normals = self.samples[owner]
@@ -297,10 +287,9 @@ class Atlas:
             )
         self.samples.append((points, normals))
         self.kin.append(set(members))
-        self.corners_of.append(set())
         for i in members:
             self.kin[i].add(row)
-        self.graph.add_node(row)
+        self.tiling.add(row)
 
     def _close_frontier(self, row: int, kin: np.ndarray, points, normals) -> None:
         table = self.table
@@ -310,107 +299,10 @@ class Atlas:
             table.ring_open[kin] *= power_at(table, [row], table.ring[kin])[..., 0] > 0
             table.ring_open[row] *= power_at(table, kin, table.ring[row]).min(axis=1) > 0
 
-    def _meet(self, row: int, kin: np.ndarray) -> None:
-        """Corners and boundaries around a new patch."""
-        pairs = {(i, row) for i in kin.tolist()}
-        for triple in self._drop_conquered_corners(row, kin) + self._find_corners(row, kin):
-            pairs |= set(combinations(triple, 2))
-        self._draw_boundaries(sorted(pairs))
-
-    def _find_corners(self, row: int, kin: np.ndarray) -> list[tuple[int, int, int]]:
-        """Enter the corners and gaps of ``row`` with older patches; returns the corners."""
-        triples, points, excess = corners_with(self.table, row, kin, self.kin)
-        found = []
-        for triple, point, over in zip(map(tuple, triples.tolist()), points, excess, strict=True):
-            if triple[2] != row:
-                continue
-            if over > CELL_MARGIN:
-                self.gaps[triple] = point
-                continue
-            self.corners[triple] = point
-            found.append(triple)
-            for i in triple:
-                self.corners_of[i].add(triple)
-        return found
-
-    def _drop_conquered_corners(self, row: int, kin: np.ndarray) -> list[tuple[int, int, int]]:
-        """Remove, and return, the corners of the kin at which ``row`` has less power."""
-        triples = sorted({t for i in kin.tolist() for t in self.corners_of[i]})
-        near = self.kin[row]
-        triples += [t for t in self.gaps if not near.isdisjoint(t)]
-        if not triples:
-            return []
-        points = np.array([self.gaps.get(t, self.corners.get(t)) for t in triples])
-        table = self.table
-        offset = points - table.origin[[t[0] for t in triples]]
-        own = (offset * offset).sum(axis=1) - table.power[[t[0] for t in triples]]
-        conquered = power_at(table, [row], points)[:, 0] < own
-        dropped = [triple for triple, lost in zip(triples, conquered, strict=True) if lost]
-        for triple in dropped:
-            if self.gaps.pop(triple, None) is None:
-                del self.corners[triple]
-                for i in triple:
-                    self.corners_of[i].discard(triple)
-        return dropped
-
-    def _draw_boundaries(self, pairs: list[tuple[int, int]]) -> None:
-        """Make, renew or delete the edges of the given pairs."""
-        if not pairs:
-            return
-        first, second = np.array(pairs).T
-        points, gap, angle, real = boundary_curves(self.table, first, second)
-        live = self._lowest_on(pairs, points) & real[:, None]
-        for e, pair in enumerate(pairs):
-            here = live[e]
-            if here.any():
-                angle_here = float(angle[e][here].max())
-                gap_here = gap[e][here]
-                boundary = Boundary(
-                    pair,
-                    points[e][here],
-                    float(np.sqrt(gap_here @ gap_here / len(gap_here))),
-                    angle_here,
-                    angle_here > CREASE_ANGLE,
-                )
-            elif self.corners_of[pair[0]] & self.corners_of[pair[1]]:
-                boundary = Boundary(pair, points[e][:0], 0.0, 0.0, False)
-            else:
-                if self.graph.has_edge(*pair):
-                    self.graph.remove_edge(*pair)
-                continue
-            self.graph.add_edge(*pair, boundary=boundary)
-
-    def _lowest_on(self, pairs, points) -> np.ndarray:
-        """(e, b) whether no third kin patch has less power than the pair at its points."""
-        table = self.table
-        rivals = [sorted(self.kin[i] - {j}) for i, j in pairs]
-        width = max(1, *map(len, rivals))
-        rows = np.array(
-            [r + [i] * (width - len(r)) for r, (i, _) in zip(rivals, pairs, strict=True)]
-        )
-        offset = points[:, :, None] - table.origin[rows][:, None]
-        rival = (offset * offset).sum(axis=-1) - table.power[rows][:, None]
-        first = [i for i, _ in pairs]
-        offset = points - table.origin[first][:, None]
-        own = (offset * offset).sum(axis=-1) - table.power[first][:, None]
-        return (own <= CELL_MARGIN * table.power[first][:, None]) & (
-            own <= rival.min(axis=2) + 1e-12 * table.power[first][:, None]
-        )
-
     def euler_characteristic(self) -> int:
         """V - E + F of the patch graph: patches, boundaries and corners."""
-        return len(self.graph) - self.graph.number_of_edges() + len(self.corners)
+        return self.tiling.euler_characteristic()
 
     def retile(self) -> None:
         """Corners and boundaries of all patches anew, from the polynomials as they are now."""
-        self.corners.clear()
-        self.gaps.clear()
-        self.graph.remove_edges_from(list(self.graph.edges))
-        for corners in self.corners_of:
-            corners.clear()
-        pairs = set()
-        for row in range(self.table.size):
-            older = np.array(sorted(self.kin[row]), int)
-            self._find_corners(row, older)
-            pairs |= {(i, row) for i in older.tolist() if i < row}
-        self._draw_boundaries(sorted(pairs))
+        self.tiling.retile()

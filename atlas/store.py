@@ -80,14 +80,15 @@ def _fill(atlas: Atlas, arrays, header) -> None:
     points, normals = arrays["sample_points"], arrays["sample_normals"]
     atlas.samples = list(zip(np.split(points, ends), np.split(normals, ends), strict=True))
     ends = np.cumsum(arrays["kin_counts"])[:-1]
-    atlas.kin = [set(k.tolist()) for k in np.split(arrays["kin"], ends)]
+    atlas.kin.extend(set(k.tolist()) for k in np.split(arrays["kin"], ends))
     if not len(arrays["kin_counts"]):
-        atlas.samples, atlas.kin = [], []
+        atlas.samples = []
+        atlas.kin.clear()
     for name in ("points", "normals", "home", "depth"):
         setattr(atlas.frontier, name, arrays[f"frontier_{name}"])
     atlas.length_sums = arrays["length_sums"]
-    atlas.corners_of = [set() for _ in atlas.kin]
-    atlas.graph.add_nodes_from(range(len(atlas)))
+    for row in range(len(atlas)):
+        atlas.tiling.add(row)
     atlas.retile()
 
 

@@ -26,8 +26,8 @@ def test_patch_graph_of_a_ball_has_euler_characteristic_two(ball):
     atlas = ball.atlas
     assert atlas.euler_characteristic() == 2
     # Every boundary of a closed surface ends in two corners, every corner joins three.
-    assert 2 * atlas.graph.number_of_edges() == 3 * len(atlas.corners)
-    assert not atlas.gaps and len(atlas.frontier) == 0
+    assert 2 * atlas.graph.number_of_edges() == 3 * len(atlas.tiling.corners)
+    assert not atlas.tiling.gaps and len(atlas.frontier) == 0
 
 
 def test_patch_graph_of_a_torus_has_euler_characteristic_zero():
@@ -70,7 +70,7 @@ def test_boundary_lies_on_the_radical_plane_and_on_both_patches(ball):
 
 def test_corners_have_equal_power_of_three(ball):
     table = ball.atlas.table
-    for triple, point in list(ball.atlas.corners.items())[:60]:
+    for triple, point in list(ball.atlas.tiling.corners.items())[:60]:
         power = [((point - table.origin[i]) ** 2).sum() - table.power[i] for i in triple]
         assert np.ptp(power) < 1e-6 * table.power[triple[0]]
 

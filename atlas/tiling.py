@@ -1,0 +1,160 @@
+"""The tiling: boundaries and corners of the patches' cells, kept as patches come and go."""
+
+from itertools import combinations
+
+import networkx as nx
+import numpy as np
+
+from touchatlas.atlas.boundary import (
+    CELL_MARGIN,
+    CREASE_ANGLE,
+    Boundary,
+    boundary_curves,
+    corners_with,
+    power_at,
+)
+from touchatlas.atlas.table import Table
+
+Triple = tuple[int, int, int]
+
+
+class Tiling:
+    """The power diagram of the patches restricted to the surface, and its dual graph.
+
+    Parameters
+    ----------
+    table : Table
+    kin : list of set of int
+        Of the atlas; read, never written.
+
+    Attributes
+    ----------
+    graph : networkx.Graph
+        Nodes are patch ids; edges carry a ``boundary`` (Boundary).
+    corners : dict
+        Ascending triples of ids to the point (3,) where three boundaries meet.
+    gaps : dict
+        Triples of ids to the point (3,) that their three cores leave uncovered between them.
+    """
+
+    def __init__(self, table: Table, kin: list[set[int]]) -> None:
+        self._table, self._kin = table, kin
+        self.graph = nx.Graph()
+        self.corners: dict[Triple, np.ndarray] = {}
+        self.gaps: dict[Triple, np.ndarray] = {}
+        self._corners_of: list[set[Triple]] = []
+
+    def add(self, row: int) -> None:
+        """Enter a node; its boundaries come with ``meet``."""
+        self._corners_of.append(set())
+        self.graph.add_node(row)
+
+    def meet(self, row: int, kin: np.ndarray) -> None:
+        """Corners and boundaries around a new patch."""
+        pairs = {(i, row) for i in kin.tolist()}
+        for triple in self._drop_conquered(row, kin) + self._find_corners(row, kin):
+            pairs |= set(combinations(triple, 2))
+        self.draw(sorted(pairs))
+
+    def conquer(self, row: int, kin: np.ndarray) -> None:
+        """Give ``row`` the corners of its kin at which it has less power."""
+        dropped = self._drop_conquered(row, kin)
+        self.draw(sorted({p for triple in dropped for p in combinations(triple, 2)}))
+
+    def _find_corners(self, row: int, kin: np.ndarray) -> list[Triple]:
+        """Enter the corners and gaps of ``row`` with older patches; returns the corners."""
+        triples, points, excess = corners_with(self._table, row, kin, self._kin)
+        found = []
+        for triple, point, over in zip(map(tuple, triples.tolist()), points, excess, strict=True):
+            if triple[2] != row:
+                continue
+            if over > CELL_MARGIN:
+                self.gaps[triple] = point
+                continue
+            self.corners[triple] = point
+            found.append(triple)
+            for i in triple:
+                self._corners_of[i].add(triple)
+        return found
+
+    def _drop_conquered(self, row: int, kin: np.ndarray) -> list[Triple]:
+        """Remove, and return, the corners of the kin at which ``row`` has less power."""
+        triples = sorted({t for i in kin.tolist() for t in self._corners_of[i]})
+        near = self._kin[row]
+        triples += [t for t in self.gaps if not near.isdisjoint(t)]
+        if not triples:
+            return []
+        points = np.array([self.gaps.get(t, self.corners.get(t)) for t in triples])
+        table = self._table
+        offset = points - table.origin[[t[0] for t in triples]]
+        own = (offset * offset).sum(axis=1) - table.power[[t[0] for t in triples]]
+        conquered = power_at(table, [row], points)[:, 0] < own
+        dropped = [triple for triple, lost in zip(triples, conquered, strict=True) if lost]
+        for triple in dropped:
+            if self.gaps.pop(triple, None) is None:
+                del self.corners[triple]
+                for i in triple:
+                    self._corners_of[i].discard(triple)
+        return dropped
+
+    def draw(self, pairs: list[tuple[int, int]]) -> None:
+        """Make, renew or delete the edges of the given pairs."""
+        if not pairs:
+            return
+        first, second = np.array(pairs).T
+        points, gap, angle, real = boundary_curves(self._table, first, second)
+        live = self._lowest_on(pairs, points) & real[:, None]
+        for e, pair in enumerate(pairs):
+            here = live[e]
+            if here.any():
+                angle_here = float(angle[e][here].max())
+                gap_here = gap[e][here]
+                boundary = Boundary(
+                    pair,
+                    points[e][here],
+                    float(np.sqrt(gap_here @ gap_here / len(gap_here))),
+                    angle_here,
+                    angle_here > CREASE_ANGLE,
+                )
+            elif self._corners_of[pair[0]] & self._corners_of[pair[1]]:
+                boundary = Boundary(pair, points[e][:0], 0.0, 0.0, False)
+            else:
+                if self.graph.has_edge(*pair):
+                    self.graph.remove_edge(*pair)
+                continue
+            self.graph.add_edge(*pair, boundary=boundary)
+
+    def _lowest_on(self, pairs, points) -> np.ndarray:
+        """(e, b) whether no third kin patch has less power than the pair at its points."""
+        table = self._table
+        rivals = [sorted(self._kin[i] - {j}) for i, j in pairs]
+        width = max(1, *map(len, rivals))
+        rows = np.array(
+            [r + [i] * (width - len(r)) for r, (i, _) in zip(rivals, pairs, strict=True)]
+        )
+        offset = points[:, :, None] - table.origin[rows][:, None]
+        rival = (offset * offset).sum(axis=-1) - table.power[rows][:, None]
+        first = [i for i, _ in pairs]
+        offset = points - table.origin[first][:, None]
+        own = (offset * offset).sum(axis=-1) - table.power[first][:, None]
+        return (own <= CELL_MARGIN * table.power[first][:, None]) & (
+            own <= rival.min(axis=2) + 1e-12 * table.power[first][:, None]
+        )
+
+    def euler_characteristic(self) -> int:
+        """V - E + F of the patch graph: patches, boundaries and corners."""
+        return len(self.graph) - self.graph.number_of_edges() + len(self.corners)
+
+    def retile(self) -> None:
+        """Corners and boundaries of all patches anew, from the polynomials as they are now."""
+        self.corners.clear()
+        self.gaps.clear()
+        self.graph.remove_edges_from(list(self.graph.edges))
+        for corners in self._corners_of:
+            corners.clear()
+        pairs = set()
+        for row in range(self._table.size):
+            older = np.array(sorted(self._kin[row]), int)
+            self._find_corners(row, older)
+            pairs |= {(i, row) for i in older.tolist() if i < row}
+        self.draw(sorted(pairs))
