@@ -16,7 +16,7 @@ from touchatlas.atlas.boundary import power_at
 from touchatlas.patch.polynomial import scaled_height
 
 # Height of the arc over its chord that the triangles may have, in tolerances.
-_SAGITTA = 0.05
+_SAGITTA = 0.02
 _CURVATURE_QUANTILE = 0.9
 _CORNERS = np.array(
     [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]]
@@ -63,7 +63,7 @@ class Surface:
 
 
 def resolution(atlas: Atlas) -> float:
-    """Edge of the cubes: the chord that leaves a sagitta of 0.05 tolerance on all but the
+    """Edge of the cubes: the chord that leaves a sagitta of 0.02 tolerance on all but the
     most curved tenth of the patches, and no more than half the smallest core."""
     table = atlas.table
     second = 2.0 * np.abs(table.mean[:, 3:6]).max(axis=1) / table.radius
