@@ -6,7 +6,7 @@ import numpy as np
 
 # Chance that a true umbilic is called none: the tail of a chi-square with two degrees of freedom.
 UMBILIC_FALSE_ALARM = 0.05
-_UMBILIC_LIMIT = -2.0 * np.log(UMBILIC_FALSE_ALARM)
+UMBILIC_LIMIT = -2.0 * np.log(UMBILIC_FALSE_ALARM)
 _ANGLE_TOLERANCE = 1e-9
 
 
@@ -22,8 +22,11 @@ class PrincipalCurvatures:
         Of k1 and of k2; chosen, not measured, when ``umbilic``.
     std : (2,) float, 1/length
         Standard deviations of k1 and k2.
+    direction_std : float, rad
+        Standard deviation of the directions in the tangent plane; infinite where k1 = k2.
     umbilic : bool
-        Whether k1 = k2 within what the data can tell.
+        Whether k1 = k2 within what the data can tell, at a false-alarm rate of
+        UMBILIC_FALSE_ALARM.
     condition : float
         Condition number of the system that was solved; sqrt 2 for sections 60 degrees apart.
     """
@@ -32,6 +35,7 @@ class PrincipalCurvatures:
     k2: float
     directions: np.ndarray
     std: np.ndarray
+    direction_std: float
     umbilic: bool
     condition: float
 
@@ -164,7 +168,7 @@ def curvatures_from_sections(normal_curvatures, angles, stds):
     mean, b, c = inverse @ (design.T @ np.asarray(normal_curvatures, dtype=float))
     variance = float(np.mean(np.square(stds)))
     half_difference = float(np.hypot(b, c))
-    umbilic = half_difference**2 <= _UMBILIC_LIMIT * variance * 0.5 * (
+    umbilic = half_difference**2 <= UMBILIC_LIMIT * variance * 0.5 * (
         inverse[1, 1] + inverse[2, 2]
     )
     angle = 0.0 if umbilic else 0.5 * float(np.arctan2(c, b))

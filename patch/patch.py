@@ -5,7 +5,11 @@ from functools import cached_property
 
 import numpy as np
 
-from touchatlas.patch.curvature import PrincipalCurvatures, principal_directions
+from touchatlas.patch.curvature import (
+    UMBILIC_LIMIT,
+    PrincipalCurvatures,
+    principal_directions,
+)
 from touchatlas.patch.frame import DarbouxFrame
 from touchatlas.patch.polynomial import (
     GRADIENT,
@@ -19,9 +23,6 @@ from touchatlas.patch.polynomial import (
     monomials,
     shape_operator,
 )
-
-# k1 - k2 below so many standard deviations is called none.
-_UMBILIC_DEVIATIONS = 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,18 +121,24 @@ def curvatures_from_polynomial(patch: Patch) -> PrincipalCurvatures:
     _, *derivatives = mean @ basis.at_origin
     k1, k2, angle = principal_directions(shape_operator(*graph_derivatives(*derivatives)))
     c, s = np.cos(angle), np.sin(angle)
-    rows = basis.derivatives[[XX, XY, YY], :, 0]
-    gradients = np.array([[c * c, 2 * c * s, s * s], [s * s, -2 * c * s, c * c]]) @ rows
-    variance = np.einsum("ki,ij,kj->k", gradients, patch.covariance, gradients)
-    std = np.sqrt(variance) / patch.radius
-    directions = np.array([[c, s], [-s, c]]) @ patch.frame.axes[:2]
-    umbilic = bool(k1 - k2 <= patch.radius * np.hypot(*std) * _UMBILIC_DEVIATIONS)
+    cosine, sine = c * c - s * s, 2.0 * c * s
+    # H, b and c of fxx, fxy, fyy: k1 and k2 are H + b and H - b, and c turns the directions.
+    rows = 0.5 * np.array(
+        [[1.0, 0.0, 1.0], [cosine, 2.0 * sine, -cosine], [-sine, 2.0 * cosine, sine]]
+    )
+    rows = rows @ basis.derivatives[[XX, XY, YY], :, 0] / patch.radius
+    spread = rows @ patch.covariance @ rows.T
+    half_difference = 0.5 * float(k1 - k2) / patch.radius
+    limit = UMBILIC_LIMIT * 0.5 * (spread[1, 1] + spread[2, 2])
+    variances = [[1.0, side] @ spread[:2, :2] @ [1.0, side] for side in (1.0, -1.0)]
+    turn = float(np.sqrt(spread[2, 2])) / (2.0 * half_difference) if half_difference else np.inf
     return PrincipalCurvatures(
         float(k1) / patch.radius,
         float(k2) / patch.radius,
-        directions,
-        std,
-        umbilic,
+        np.array([[c, s], [-s, c]]) @ patch.frame.axes[:2],
+        np.sqrt(np.maximum(variances, 0.0)),
+        turn,
+        half_difference**2 <= limit,
         patch.condition,
     )
 

@@ -163,3 +163,26 @@ def test_core_option_sets_the_outline():
     distances = np.linalg.norm(patch.outline - patch.frame.origin, axis=1)
     # Three fixed-point steps for the ring: error (slope^2/4)^3 of the radius.
     assert distances == pytest.approx(np.full(24, 0.6 * patch.radius), rel=1e-4)
+
+
+def test_curvatures_and_direction_err_as_their_deviations_say():
+    """Surfaces of the family that the prior speaks of: errors over deviations have rms one. The
+    family's width is only guessed by the evidence, hence a quarter either way."""
+    k1, k2, angle, errors = 0.02, -0.03, 0.3, []
+    for seed in range(200):
+        rng = np.random.default_rng(seed)
+        cubic, quartic = rng.normal(size=4) * 1e-4, rng.normal(size=5) * 1e-6
+        quadric = quadric_height(k1, k2, angle)
+
+        def height(x, y, cubic=cubic, quartic=quartic, quadric=quadric):
+            powers = sum(c * x ** (3 - j) * y**j for j, c in enumerate(cubic))
+            powers = powers + sum(c * x ** (4 - j) * y**j for j, c in enumerate(quartic))
+            return quadric(x, y) + powers
+
+        contours = graph_contours(height, 12.0, 19, 0.02, rng)
+        c = fit_patch(np.zeros(3), contours, UP).patch.curvatures
+        e1 = c.directions[0] * np.sign(c.directions[0][0])
+        turn = np.arctan2(e1[1], e1[0]) - angle
+        errors.append(np.array([c.k1 - k1, c.k2 - k2, turn]) / [*c.std, c.direction_std])
+    rms = np.sqrt(np.mean(np.square(errors), axis=0))
+    assert rms == pytest.approx(np.ones(3), abs=0.25)
