@@ -32,10 +32,14 @@ from touchatlas.patch.smoothness import (
     scaled_noise,
     smoothness_grid,
 )
-from touchatlas.patch.start import Stack, start_stack
+from touchatlas.patch.start import Stack, UnfitError, start_stack
 
+# Chi-square a sample beyond which the noise is taken to be larger than stated.
+_MISFIT = 1.3
 # Turn and bend with which the first frame is found.
 _FIRST_SMOOTHNESS = (np.array([0.5]), np.array([0.3]))
+# And those for a patch that ran away with what the evidence chose.
+_TAME_SMOOTHNESS = (np.array([0.5]), np.array([0.02]))
 # Samples this much farther out than the patch reaches still help to fit it.
 _FIT_REACH = 1.25
 # The first choice of terms is doubtful when chi-square is this many deviations too large, or
@@ -193,10 +197,8 @@ def _fit_stack(stack: Stack, bias, floor, prior, options: FitOptions) -> list[Pa
     }
     good = np.flatnonzero(~doubtful)
     if len(good):
-        solution = solve_in_darboux_frame(
-            stack[good], basis, mean[good], stack.weight[good], turn[good], bend[good]
-        )
-        found |= dict(zip(good.tolist(), _fits(solution, options), strict=True))
+        fits = _solved(stack[good], basis, mean[good], turn[good], bend[good], options)
+        found |= dict(zip(good.tolist(), fits, strict=True))
     return [found[i] for i in range(len(doubtful))]
 
 
@@ -212,13 +214,22 @@ def _first_choice(stack: Stack, basis: Basis, bias, prior):
     equations = samples.equations(basis, stack.weight)
 
     turns, bends, precisions = smoothness_grid(basis)
+    believed = log_prior(prior, turns, stack.reach[:, None])
     evidence, chi_square = log_evidence(equations[:, None], noise[:, None], precisions)
-    if np.isfinite(prior.log_std):
-        evidence = evidence + log_prior(prior, turns, stack.reach[:, None])
-    best = evidence.argmax(axis=1)
+    best = (evidence + believed).argmax(axis=1)
+    chi_square = chi_square[np.arange(len(best)), best]
+    misfit = chi_square / equations.count
+    if misfit.max() > _MISFIT:
+        # What no terms of this degree explain must not speak for any of them, and for those in
+        # z least: detail so fine is no turning on.
+        rough = misfit > _MISFIT
+        spread = noise * np.sqrt(np.maximum(misfit, 1.0))
+        evidence, _ = log_evidence(equations[:, None], spread[:, None], precisions)
+        straight = np.where(rough[:, None] & (bends > bends.min()), -np.inf, 0.0)
+        best = (evidence + believed + straight).argmax(axis=1)
     borne = (bias / (noise * stack.reach)) ** 2 if np.isfinite(bias) else 0.0
     limit = equations.count * (1.0 + borne) + _DOUBT * np.sqrt(2.0 * equations.count)
-    doubtful = chi_square[np.arange(len(best)), best] > limit
+    doubtful = chi_square > limit
     mean = map_coefficients(equations, noise, precisions[best])
     return stack, mean, turns[best], bends[best], doubtful
 
@@ -243,9 +254,7 @@ def _shrunk(stack: Stack, _, bias, floor, prior, options: FitOptions) -> PatchFi
         )
         if least or not doubtful[0]:
             break
-    return _fits(
-        solve_in_darboux_frame(stack, options.basis, mean, stack.weight, turn, bend), options
-    )[0]
+    return _solved(stack, options.basis, mean, turn, bend, options)[0]
 
 
 def _with_terms_chosen(stack: Stack, mean, bias, floor, prior, options) -> PatchFit:
@@ -266,9 +275,33 @@ def _with_terms_chosen(stack: Stack, mean, bias, floor, prior, options) -> Patch
         smaller = replace(whole, reach=share * whole.reach)
         stack, mean, *_ = _first_choice(smaller, basis, bias, prior)
     turn, bend = np.array([choice.turn]), np.array([choice.bend])
-    weight, mean = choice.weight[None], choice.mean[None]
-    solution = solve_in_darboux_frame(stack, choice.basis, mean, weight, turn, bend)
-    return replace(_fits(solution, options)[0], outliers=choice.outliers)
+    stack = replace(stack, weight=choice.weight[None])
+    fits = _solved(stack, choice.basis, choice.mean[None], turn, bend, options)
+    return replace(fits[0], outliers=choice.outliers)
+
+
+def _solved(stack: Stack, basis, mean, turn, bend, options: FitOptions) -> list[PatchFit]:
+    """The patches in their Darboux frames; again, and nearly straight, where these ran away."""
+    solution = solve_in_darboux_frame(stack, basis, mean, stack.weight, turn, bend)
+    fits = _fits(solution, options)
+    for i in np.flatnonzero(_ran_away(stack, solution.stack)).tolist():
+        tame = solve_in_darboux_frame(
+            *(stack[[i]], basis, 0.0 * mean[[i]], stack.weight[[i]], *_TAME_SMOOTHNESS)
+        )
+        if _ran_away(stack[[i]], tame.stack)[0]:
+            raise UnfitError(
+                "the contours bend too much for one patch; track shorter ones, or closer together"
+            )
+        fits[i] = _fits(tame, options)[0]
+    return fits
+
+
+def _ran_away(before: Stack, after: Stack) -> np.ndarray:
+    """(m,) whether frames left what the first polynomial showed: by 60 degrees, or half R."""
+    shift = after.origin - before.origin
+    upright = np.einsum("mi,mi->m", before.axes[:, 2], after.axes[:, 2])
+    # Not finite counts as gone.
+    return ~((upright > 0.5) & ((shift * shift).sum(axis=1) < (0.5 * before.reach) ** 2))
 
 
 def _fits(solution: Solution, options: FitOptions) -> list[PatchFit]:

@@ -83,7 +83,8 @@ def coefficient_precision(basis: Basis, turn, bend) -> np.ndarray:
     turn, bend = np.asarray(turn, dtype=float)[..., None], np.asarray(bend, dtype=float)[..., None]
     orders, powers = basis.orders, basis.exponents[:, 2]
     std = AMPLITUDE * turn**2 * DECAY ** (orders - 3.0) * bend**powers
-    std = np.where((orders >= 3) | (powers > 0), std, _LOOSE_STD)
+    # Nothing is looser than slope and curvature are: coefficients stay of the size of one.
+    std = np.where((orders >= 3) | (powers > 0), np.minimum(std, _LOOSE_STD), _LOOSE_STD)
     return 1.0 / (std * std)
 
 
