@@ -1,5 +1,6 @@
 """fit_paper: a patch as the paper fits it, its section 2 from end to end."""
 
+from collections.abc import Callable
 from enum import Enum
 
 import numpy as np
@@ -7,6 +8,7 @@ import numpy as np
 from touchatlas.patch.arrays import frozen_array
 from touchatlas.patch.contour import Contour
 from touchatlas.patch.curvature import curvatures_from_sections, normal_from_tangents
+from touchatlas.patch.descent import Descent
 from touchatlas.patch.fit import FitOptions
 from touchatlas.patch.fold_newton import newton_minimum
 from touchatlas.patch.frame import DarbouxFrame, any_tangent, axes_from_normal
@@ -43,6 +45,7 @@ def fit_paper(
     outward,
     penalty: Penalty,
     multiplier: float | None = None,
+    solver: Callable[[FoldProblem], Descent] = newton_minimum,
 ) -> Patch:
     """Patch around a reference point by the paper's steps.
 
@@ -61,6 +64,8 @@ def fit_paper(
     penalty : Penalty
     multiplier : float, length^2, optional
         lam of (5); None for MULTIPLIER_SHARE of the squared patch radius.
+    solver : callable
+        Of (5); ``sign_frozen_descent`` is the paper's own.
 
     Returns
     -------
@@ -91,7 +96,7 @@ def fit_paper(
     if penalty is Penalty.NONE:
         free = least_squares_coefficients(problem)
     else:
-        free = newton_minimum(problem).coefficients
+        free = solver(problem).coefficients
     radius, basis = problem.radius, monge_basis(problem.degree)
     freedom = max(len(local) - problem.size, 1)
     residual = float(np.sqrt(squared_error(problem, free) / freedom))

@@ -189,18 +189,44 @@ def chart(
 
     make_folder(out)
     with _progress(Console(stderr=True)) as progress:
-        task = progress.add_task("chart", total=None, note="")
-
-        def watch(done: int, total: int) -> None:
-            progress.update(task, completed=done, total=total, note=f"{done} of {total} cells")
-
-        rows = measure(draws=draws, seed=seed, watch=watch)
+        rows = measure(draws=draws, seed=seed, watch=_counter(progress, "chart", "cells"))
     write_chart(out, rows)
     if json_:
         found = [{n: v if known(v) else None for n, v in row.items()} for row in overall(rows)]
         print(json.dumps(found, indent=2))
     else:
         Console().print(overall_table(rows))
+    return 0
+
+
+@app.command
+def paper(
+    *,
+    out: Path = Path("runs/paper"),
+    draws: Whole = 50,
+    seed: Whole = 0,
+    json_: Annotated[Json, Parameter(name="--json")] = False,
+) -> int:
+    """Repeat the paper's tables and figures on simulated objects, its numbers beside ours.
+
+    Parameters
+    ----------
+    out
+        Folder for paper.json, table1.csv and figures 4, 5, 6 and 8.
+    draws
+        Of the noise, for every number.
+    seed
+        Of the noise.
+    """
+    with late_interrupt():
+        from touchatlas.sim.paper_report import json_text, repeat_paper, terminal_tables
+
+    with _progress(Console(stderr=True)) as progress:
+        numbers = repeat_paper(out, draws, seed, _counter(progress, "paper", "tables"))
+    if json_:
+        print(json_text(numbers), end="")
+    else:
+        Console().print(*terminal_tables(numbers))
     return 0
 
 
@@ -213,6 +239,16 @@ def _progress(console: Console) -> Progress:
         TimeElapsedColumn(),
     )
     return Progress(*columns, console=console, disable=not console.is_terminal)
+
+
+def _counter(progress: Progress, name: str, things: str):
+    """Shows on the bar how many of all things are done."""
+    task = progress.add_task(name, total=None, note="")
+
+    def watch(done: int, total: int) -> None:
+        progress.update(task, completed=done, total=total, note=f"{done} of {total} {things}")
+
+    return watch
 
 
 def _note_if_open(obj, console: Console) -> None:

@@ -1,0 +1,262 @@
+"""The paper's tables and figures on stand-ins: what is measured, against closed forms and laws."""
+
+import csv
+import io
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from touchatlas.sim.paper_curvatures import QUADRANT_POINTS, section_curvatures
+from touchatlas.sim.paper_fits import (
+    CURVES,
+    DATA,
+    DESCENT,
+    FAST,
+    FITS,
+    OTHERS,
+    PLAIN,
+    contours_of,
+    data_points,
+    fitted,
+    judged,
+    spread,
+    verifying_points,
+)
+from touchatlas.sim.paper_gauss import gauss_map_of, true_areas
+from touchatlas.sim.paper_report import csv_bytes, repeat_paper, terminal_tables
+from touchatlas.sim.paper_scenes import (
+    TURN,
+    ball,
+    mouse_back,
+    neck,
+    plan_at,
+    quadrant,
+    shoulder,
+    touches,
+)
+from touchatlas.sim.paper_sheets import before_patch, sheet_of
+from touchatlas.sim.paper_tables import ROWS, TABLES, paper_tables, table1
+
+FILES = {"paper.json", "table1.csv", "figure4.png", "figure5.png", "figure6.png", "figure8.png"}
+BALL_RADIUS = 33.0
+
+
+def visit(place, planes=CURVES, noise=0.02, seed=0):
+    return next(touches(place, plan_at(place, planes), 1, np.random.default_rng(seed), noise))
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("paper") / "new" / "one"
+    repeat_paper(folder, 2, 0, lambda done, total: None)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def numbers(folder):
+    return json.loads((folder / "paper.json").read_text())
+
+
+@pytest.fixture(scope="module")
+def touch():
+    return visit(neck())
+
+
+def test_table_has_the_papers_counts_and_figures(numbers):
+    rows = numbers["table1"]["rows"]
+    assert [row["fit"] for row in rows] == [row.fit for row in ROWS]
+    assert all((row["data_points"], row["verifying_points"]) == (57, 171) for row in rows)
+    assert [row["paper"].get("verifying") for row in rows] == [11.8753, 0.0681, 0.1531, None, None]
+
+
+def test_penalty_trades_data_for_verifying_curves(numbers):
+    plain, descent, _, fast, ours = numbers["table1"]["rows"]
+    for row in (descent, fast):
+        assert row["data"]["median"] > plain["data"]["median"]
+        assert row["verifying"]["median"] < 0.5 * plain["verifying"]["median"]
+        assert row["k1"] == plain["k1"] and row["k2"] == plain["k2"]
+    assert ours["verifying"]["median"] < descent["verifying"]["median"]
+
+
+def test_third_row_verifies_on_the_first_three_curves(touch):
+    points = verifying_points(touch, OTHERS)
+    first = touch.contours[DATA[0]].points
+    assert all((points == point).all(axis=1).any() for point in first)
+    assert not (points == touch.contours[OTHERS[0]].points[0]).all(axis=1).any()
+
+
+def test_both_solvers_lower_the_papers_objective(touch):
+    found = {fit: judged(fit, touch)["objective"] for fit in (PLAIN, DESCENT, FAST)}
+    assert found[FAST] <= found[DESCENT] < found[PLAIN]
+
+
+def test_points_over_the_domain_err_less_than_all(touch):
+    found = judged(PLAIN, touch)
+    assert found["data"] < found["inside"] < found["verifying"]
+
+
+def test_longer_arms_err_more(numbers):
+    errors = [r["verifying"]["median"] for r in numbers["reaches"] if r["fit"] == DESCENT]
+    assert errors == sorted(errors) and len(errors) == 4
+
+
+def test_arms_end_where_the_first_has_turned():
+    place = neck()
+    plan = plan_at(place, CURVES)
+    curve = next(touches(place, plan, 1, np.random.default_rng(0), 0.0)).contours
+    chords = [np.diff(c.points, axis=0)[[0, -1]] for c in curve]
+    turned = [np.arccos((a @ b) / np.linalg.norm(a) / np.linalg.norm(b)) for a, b in chords]
+    # From one end to the other a curve may turn twice as far as each arm.
+    assert 1.6 * TURN < max(turned) <= 2.0 * TURN
+    assert plan_at(ball(), CURVES).reach == 20.0
+
+
+def test_places_are_what_they_are_called():
+    assert neck().k1 > 0.0 > neck().k2
+    for place in (shoulder(), mouse_back(), ball()):
+        assert place.k2 <= place.k1 < 0.0
+    assert ball().k1 == pytest.approx(-1.0 / BALL_RADIUS)
+
+
+def test_quadrant_has_the_closed_forms_of_an_ellipsoid():
+    squares = np.array([64.0, 25.0, 9.0])
+    for place in quadrant(5):
+        x = place.point
+        weight = (x * x / squares**2).sum()
+        gauss = 1.0 / (squares.prod() * weight**2)
+        mean = (x @ x - squares.sum()) / (2.0 * squares.prod() * weight**1.5)
+        assert place.k1 * place.k2 == pytest.approx(gauss, rel=1e-9)
+        assert 0.5 * (place.k1 + place.k2) == pytest.approx(mean, rel=1e-9)
+    ends = [quadrant(5)[0].point, quadrant(5)[-1].point]
+    expected = [[0.0, 1.0, 1.2 * np.sqrt(6.0)], [3.2 * np.sqrt(6.0), 1.0, 0.0]]
+    np.testing.assert_allclose(ends, expected, atol=1e-9)
+
+
+def test_curvatures_along_the_quadrant_are_near(numbers):
+    fine = [row for row in numbers["ellipsoid"] if row["noise_std"] == 0.002]
+    assert len(fine) == QUADRANT_POINTS
+    for row in fine:
+        for name, exact in row["exact"].items():
+            assert row["sections"][name]["median"] == pytest.approx(exact, rel=0.1)
+            assert row["fit_patch"][name]["median"] == pytest.approx(exact, rel=0.05)
+
+
+def test_sections_of_a_ball_without_noise_find_its_radius():
+    touch = visit(ball(), noise=0.0)
+    normal_curvatures, k1, k2 = section_curvatures(touch)
+    assert len(normal_curvatures) == 3
+    # What the narrowest window of a quadratic leaves of a circle.
+    np.testing.assert_allclose([*normal_curvatures, k1, k2], -1.0 / BALL_RADIUS, rtol=0.02)
+
+
+def test_sphere_is_flattened_by_the_penalty_only(numbers):
+    patches = numbers["sphere"]["patches"]
+    assert patches[DESCENT]["verifying"]["median"] > 0.1
+    assert patches["fit_patch"]["verifying"]["median"] < 0.03
+
+
+def test_gauss_map_shrinks_under_the_penalty(numbers):
+    areas = numbers["gauss_map"]
+    for part in areas.values():
+        assert part["absolute"]["mean"] >= abs(part["algebraic"]["mean"])
+    assert areas[DESCENT]["absolute"]["upper"] < areas["exact"]["absolute"]["lower"]
+    assert areas["exact"]["absolute"]["upper"] < areas[PLAIN]["absolute"]["lower"]
+
+
+def test_true_area_on_a_ball_is_a_solid_angle():
+    place = ball()
+    contours = contours_of(visit(place))
+    patch = fitted(PLAIN, visit(place))
+    found = true_areas(place, patch, contours)
+    points = gauss_map_of(patch, contours).points_local
+    # D is a hexagon whose corners lie on a circle: its part of that circle's cap.
+    radius = np.sqrt((points[:, :2] ** 2).sum(axis=1).max()) / BALL_RADIUS
+    cap = 2.0 * np.pi * (1.0 - np.sqrt(1.0 - radius**2))
+    assert found["algebraic"] == found["absolute"]
+    assert 0.75 * cap < found["absolute"] < cap
+
+
+def test_one_seed_gives_the_same_numbers():
+    one, two, other = (table1(1, np.random.default_rng(seed)) for seed in (4, 4, 5))
+    assert one == two != other
+
+
+def test_tables_are_watched(monkeypatch):
+    for name in TABLES:
+        monkeypatch.setitem(TABLES, name, lambda draws, rng: draws)
+    seen = []
+    found = paper_tables(3, watch=lambda done, total: seen.append((done, total)))
+    assert seen == [(n, len(TABLES)) for n in range(1, len(TABLES) + 1)]
+    assert found["table1"] == 3
+
+
+def test_spread_has_no_word_for_infinity():
+    known = spread([1.0, 2.0, np.inf])
+    assert known["median"] == 2.0 and known["lower"] == 1.5
+    assert known["mean"] is known["std"] is known["upper"] is None
+    values = np.random.default_rng(0).normal(size=12)
+    known = spread(values)
+    assert known["upper"] == pytest.approx(np.quantile(values, 0.75))
+    assert (known["mean"], known["std"]) == pytest.approx((values.mean(), values.std()))
+
+
+def test_sheet_lies_on_the_patch_over_the_hull(touch):
+    for fit in FITS:
+        patch, points = fitted(fit, touch), data_points(touch)
+        sheet = sheet_of(patch, points)
+        assert np.abs(patch.signed_distance(sheet.vertices)).max() < 1e-9 * patch.radius
+        flat = patch.frame.to_local(points)[:, :2]
+        reach = patch.frame.to_local(sheet.vertices)[:, :2]
+        ways = np.random.default_rng(0).normal(size=(20, 2))
+        assert ((reach @ ways.T).max(axis=0) <= (flat @ ways.T).max(axis=0) + 1e-9).all()
+        assert sheet.faces.max() < len(sheet.vertices)
+
+
+def test_points_under_a_patch_are_not_seen(touch):
+    patch = fitted(DESCENT, touch)
+    points = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, -3.0], [0.0, 0.0, 0.0]])
+    assert before_patch(patch, points, np.array([0.0, 0.0, 1.0])).tolist() == [True, False, True]
+
+
+def test_csv_is_the_table(numbers):
+    rows = list(csv.DictReader(io.StringIO(csv_bytes(numbers["table1"]).decode())))
+    assert [row["fit"] for row in rows] == [row.fit for row in ROWS]
+    assert float(rows[0]["verifying_paper"]) == 11.8753 and rows[-1]["verifying_paper"] == ""
+    known = numbers["table1"]["rows"][1]["data"]
+    assert float(rows[1]["data_median"]) == known["median"]
+
+
+def test_terminal_shows_the_papers_figures_within_80_columns(numbers):
+    text = io.StringIO()
+    Console(file=text, width=80).print(*terminal_tables(numbers))
+    assert all(figure in text.getvalue() for figure in ("11.8753", "0.0681", "0.1531", "-0.0309"))
+    lines = text.getvalue().splitlines()
+    # No cell is broken into two lines.
+    assert not any(line.rstrip().endswith(("±", " to", ",")) for line in lines)
+
+
+def test_all_files_are_written(folder):
+    assert {path.name for path in folder.iterdir()} == FILES
+    for path in folder.glob("*.png"):
+        assert path.read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    ("options", "code", "words"),
+    [
+        (["--draws", "0"], 2, "draws is 0; it must be >= 1"),
+        (["--seed", "-1"], 2, "seed is -1; it must be >= 0"),
+        (["--out", "held"], 2, "held is a file; give a folder for tables and figures with --out"),
+        (["--out", "held/in"], 1, "held/in: Not a directory"),
+    ],
+)
+def test_the_command_refuses_in_one_sentence(tmp_path, options, code, words):
+    (tmp_path / "held").write_text("")
+    main = "from touchatlas.sim.cli import main; main()"
+    paper = [sys.executable, "-c", main, "paper", *options]
+    done = subprocess.run(paper, cwd=tmp_path, capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (code, f"touchatlas: {words}\n")
