@@ -8,7 +8,13 @@ from touchatlas.patch.arrays import cross
 
 _WINDOWS = np.array([1.0, 0.7, 0.5, 0.35])
 _LEAST_POINTS = 5
-_HANKEL = np.add.outer(np.arange(3), np.arange(3))
+_HANKEL = np.add.outer(np.arange(5), np.arange(5))
+# Chance that a window is given up though noise is all there is: the tail of a chi-square with
+# two degrees of freedom. Far smaller, since a window of a third has fourteen times the scatter.
+_FALSE_ALARM = 1e-3
+_MOST_GAIN = -2.0 * np.log(_FALSE_ALARM)
+# Deviations of chi-square beyond which noise does not explain the residuals.
+_MOST_EXCESS = 5.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,8 +44,8 @@ def fit_sections(point, contours, noise_std: float) -> list[SectionFit]:
     """Local quadratic fit of every contour near ``point``, in its own sampling plane.
 
     A quadratic because the curve resembles its osculating circle (the paper, section 2.1).
-    The widest of four windows in which the residuals are what noise explains is used: wide
-    windows are biased, narrow ones are noisy.
+    The widest of four windows in which noise explains the residuals, and what a cubic and a
+    quartic term would take off them, is used: wide windows are biased, narrow ones are noisy.
 
     Parameters
     ----------
@@ -71,8 +77,8 @@ def fit_sections(point, contours, noise_std: float) -> list[SectionFit]:
                 f"{_LEAST_POINTS} or more: sample more finely or track further"
             )
     along, across, s, h, inside = _plane_coordinates(point, contours)
-    coefficients, inverse, rms, counts = _windowed_quadratics(s, h, inside)
-    chosen = _widest_consistent_window(rms, counts, noise_std)
+    coefficients, inverse, rms, counts, gain = _windowed_quadratics(s, h, inside)
+    chosen = _widest_consistent_window(rms, counts, gain, noise_std)
     fits = []
     for c, w in enumerate(chosen):
         slope, half_curvature = coefficients[c, w, 1:]
@@ -117,7 +123,8 @@ def _plane_coordinates(point, contours):
 
 def _windowed_quadratics(s, h, inside):
     """Least squares h = a0 + a1 s + a2 s^2 in every window: coefficients (m, w, 3), inverse
-    normal matrices (m, w, 3, 3), residual rms (m, w), counts (m, w)."""
+    normal matrices (m, w, 3, 3), residual rms (m, w), counts (m, w), and the squared residuals
+    (m, w) that orders 3 and 4 would take off."""
     distance = np.where(inside > 0, np.abs(s), np.inf)
     nearest = np.sort(distance, axis=1)[:, _LEAST_POINTS - 1]
     reach = np.abs(s).max(axis=1)
@@ -125,27 +132,39 @@ def _windowed_quadratics(s, h, inside):
     mask = (distance[:, None, :] <= width[:, :, None] * (1 + 1e-9)).astype(float)
     # Scaled by the reach so that the normal matrix is well conditioned in any unit.
     t = s / reach[:, None]
-    powers = np.empty((*t.shape, 5))
+    powers = np.empty((*t.shape, 9))
     powers[..., 0] = 1.0
-    for k in range(4):
+    for k in range(8):
         np.multiply(powers[..., k], t, out=powers[..., k + 1])
-    moments = mask @ powers
-    right = mask @ (powers[:, :, :3] * h[:, :, None])
-    normal_matrix = moments[:, :, _HANKEL]
-    inverse = np.linalg.inv(normal_matrix)
-    scaled = (inverse @ right[..., None])[..., 0]
+    normal_matrix = (mask @ powers)[:, :, _HANKEL]
+    right = mask @ (powers[:, :, :5] * h[:, :, None])
+    inverse = np.linalg.inv(normal_matrix[..., :3, :3])
+    scaled = (inverse @ right[..., :3, None])[..., 0]
     counts = mask.sum(axis=2)
-    squares = (mask @ (h**2)[:, :, None])[..., 0] - (scaled * right).sum(axis=2)
+    squares = (mask @ (h**2)[:, :, None])[..., 0] - (scaled * right[..., :3]).sum(axis=2)
     rms = np.sqrt(np.maximum(squares, 0.0) / np.maximum(counts - 3.0, 1.0))
+    gain = _gain_of_higher_orders(normal_matrix, right, scaled, inverse)
     unit = reach[:, None, None] ** -np.arange(3.0)
-    return scaled * unit, inverse * (unit[..., None] * unit[..., None, :]), rms, counts
+    return scaled * unit, inverse * (unit[..., None] * unit[..., None, :]), rms, counts, gain
 
 
-def _widest_consistent_window(rms, counts, noise_std):
-    """(m,) index of the widest window whose residuals noise explains, else the narrowest."""
+def _gain_of_higher_orders(normal_matrix, right, quadratic, inverse):
+    """(m, w) squared residuals that orders 3 and 4 take off a quadratic, from the normal matrix
+    (m, w, 5, 5) and right-hand side of all five."""
+    mixed = normal_matrix[..., 3:, :3]
+    # What of orders 3 and 4 a quadratic does not have.
+    cubic, quartic = np.moveaxis(right[..., 3:] - (mixed @ quadratic[..., None])[..., 0], -1, 0)
+    own = normal_matrix[..., 3:, 3:] - mixed @ inverse @ mixed.swapaxes(-1, -2)
+    a, b, c = own[..., 0, 0], own[..., 0, 1], own[..., 1, 1]
+    determinant = np.maximum(a * c - b * b, np.finfo(float).tiny)
+    return (c * cubic**2 - 2.0 * b * cubic * quartic + a * quartic**2) / determinant
+
+
+def _widest_consistent_window(rms, counts, gain, noise_std):
+    """(m,) index of the widest window that noise explains, else the narrowest."""
     freedom = np.maximum(counts - 3.0, 1.0)
-    limit = noise_std * np.sqrt(1.0 + 2.0 * np.sqrt(2.0 / freedom))
-    consistent = rms <= limit
+    limit = noise_std * np.sqrt(1.0 + _MOST_EXCESS * np.sqrt(2.0 / freedom))
+    consistent = (rms <= limit) & (gain <= _MOST_GAIN * noise_std**2)
     consistent[:, -1] = True
     return consistent.argmax(axis=1)
 
