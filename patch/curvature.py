@@ -168,9 +168,7 @@ def curvatures_from_sections(normal_curvatures, angles, stds):
     mean, b, c = inverse @ (design.T @ np.asarray(normal_curvatures, dtype=float))
     variance = float(np.mean(np.square(stds)))
     half_difference = float(np.hypot(b, c))
-    umbilic = half_difference**2 <= UMBILIC_LIMIT * variance * 0.5 * (
-        inverse[1, 1] + inverse[2, 2]
-    )
+    umbilic = half_difference**2 <= UMBILIC_LIMIT * variance * 0.5 * (inverse[1, 1] + inverse[2, 2])
     angle = 0.0 if umbilic else 0.5 * float(np.arctan2(c, b))
     gradient = np.array([1.0, np.cos(2 * angle), np.sin(2 * angle)])
     std = [

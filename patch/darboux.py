@@ -1,6 +1,6 @@
 """From chosen terms to the patch: polynomial and Darboux frame, each made from the other."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, is_dataclass
 
 import numpy as np
 
@@ -55,6 +55,13 @@ class Solution:
     mean: np.ndarray
     covariance: np.ndarray
     residual: np.ndarray
+
+    def __getitem__(self, rows) -> "Solution":
+        """Some of them."""
+        return Solution(
+            *(self.stack[rows], self.basis, self.equations[rows], self.turn[rows]),
+            *(self.bend[rows], self.mean[rows], self.covariance[rows], self.residual[rows]),
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,13 +166,56 @@ def solve_in_darboux_frame(stack: Stack, basis: Basis, mean, weight, turn, bend)
     """
     precision = coefficient_precision(basis, turn, bend)
     noise = scaled_noise(stack.noise, stack.reach)
-    level = max(_ROUNDING, _LEVEL * float(noise.min()) / np.sqrt(weight.shape[1]))
-    for _ in range(_MOST_FRAMES):
+    count = np.maximum(np.count_nonzero(weight, axis=1), 1)
+    level = np.maximum(_ROUNDING, _LEVEL * noise / np.sqrt(count))
+    rows, parts = np.arange(len(turn)), []
+    for number in range(_MOST_FRAMES):
         stack, samples = reframed(stack, basis, mean)
-        equations = samples.equations(basis, weight)
-        mean = map_coefficients(equations, noise, precision)
-        if np.abs(mean[:, _VANISHING] / _VANISH_BELOW).max() < level:
+        equations = samples.equations(basis, weight[rows])
+        mean = map_coefficients(equations, noise[rows], precision[rows])
+        slopes = np.abs(mean[:, _VANISHING] / _VANISH_BELOW).max(axis=1)
+        # Each is left alone as soon as it is level, whatever the others need.
+        done = (slopes < level[rows]) | (number == _MOST_FRAMES - 1)
+        if done.all():
+            parts.append((rows, stack, equations))
             break
+        if done.any():
+            parts.append((rows[done], stack[done], equations[done]))
+            stack, mean, rows = stack[~done], mean[~done], rows[~done]
+    return joined(
+        [rows for rows, *_ in parts],
+        [
+            _solution(*(stack, basis, sums, turn[i], bend[i], noise[i], precision[i]))
+            for i, stack, sums in parts
+        ],
+    )
+
+
+def joined(rows: list[np.ndarray], solutions: list[Solution]) -> Solution:
+    """One solution of several, each of which has the given rows of it."""
+    if len(solutions) == 1:
+        return solutions[0]
+    order = np.argsort(np.concatenate(rows))
+    return _together(solutions, order)
+
+
+def _together(records, order):
+    """A record whose arrays are those of the records, one after the other, in an order."""
+    first = records[0]
+    values = []
+    for field in fields(first):
+        column = [getattr(record, field.name) for record in records]
+        if isinstance(column[0], np.ndarray):
+            values.append(np.concatenate(column)[order])
+        elif is_dataclass(column[0]) and not isinstance(column[0], Basis):
+            values.append(_together(column, order))
+        else:
+            values.append(column[0])
+    return type(first)(*values)
+
+
+def _solution(stack, basis, equations, turn, bend, noise, precision) -> Solution:
+    """Coefficients, covariance and residuals of normal equations in their final frames."""
     mean, covariance = posterior(equations.gram, equations.right, noise, precision)
     freedom = np.maximum(equations.count - effective_parameters(covariance, precision), 1.0)
     residual = np.sqrt(residual_square(equations, mean) / freedom)

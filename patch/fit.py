@@ -5,49 +5,22 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from touchatlas.patch.choice import candidates_of, choose_terms
+from touchatlas.patch.choice import candidates_of
+from touchatlas.patch.contacts import without_bad_contacts
 from touchatlas.patch.contour import Contour
-from touchatlas.patch.darboux import (
-    Solution,
-    map_coefficients,
-    raw_samples,
-    reframed,
-    solve_in_darboux_frame,
+from touchatlas.patch.darboux import Solution
+from touchatlas.patch.estimate import (
+    Choices,
+    first_choices,
+    shrunk,
+    solve_choices,
+    with_terms_chosen,
 )
 from touchatlas.patch.frame import DarbouxFrame
 from touchatlas.patch.patch import Patch
-from touchatlas.patch.polynomial import (
-    Basis,
-    LocalPolynomial,
-    graded_basis,
-    monge_basis,
-)
-from touchatlas.patch.smoothness import (
-    NormalEquations,
-    SmoothnessPrior,
-    coefficient_precision,
-    leftover,
-    log_evidence,
-    log_prior,
-    scaled_noise,
-    smoothness_grid,
-)
-from touchatlas.patch.start import Stack, UnfitError, start_stack
-
-# Chi-square a sample beyond which the noise is taken to be larger than stated.
-_MISFIT = 1.3
-# Turn and bend with which the first frame is found.
-_FIRST_SMOOTHNESS = (np.array([0.5]), np.array([0.3]))
-# And those for a patch that ran away with what the evidence chose.
-_TAME_SMOOTHNESS = (np.array([0.5]), np.array([0.02]))
-# Samples this much farther out than the patch reaches still help to fit it.
-_FIT_REACH = 1.25
-# The first choice of terms is doubtful when chi-square is this many deviations too large, or
-# when what the degree leaves out at the rim is this many deviations of the noise.
-_DOUBT, _DOUBTFUL_LEFTOVER = 3.0, 10.0
-# Residuals over the radius, and over the noise, beyond which no terms fit.
-_TORN, _TORN_NOISE = 3e-3, 3.0
-_RADIUS_LEVELS = (0.8, 0.64, 0.5, 0.4)
+from touchatlas.patch.polynomial import Basis, LocalPolynomial, graded_basis, monge_basis
+from touchatlas.patch.smoothness import NormalEquations, SmoothnessPrior, leftover
+from touchatlas.patch.start import start_stack
 
 
 @dataclass(frozen=True)
@@ -152,7 +125,27 @@ def fit_patch(
         across = np.concatenate([stack.across, np.zeros((1, len(shared), 3))], axis=1)
         weight = np.concatenate([stack.weight, np.ones((1, len(shared)))], axis=1)
         stack = replace(stack, offsets=offsets, across=across, weight=weight)
-    return _fit_stack(stack, bias, radius_floor, prior, options)[0]
+    tolerant = bool(np.isfinite(bias))
+    choices = first_choices(stack, options.basis, bias, prior, strict=not tolerant)
+    if not choices.doubtful[0]:
+        return _records(solve_choices(choices, options.basis), options)[0]
+    cleaned = tuple(without_bad_contacts(c) for c in contours)
+    bad = sum(len(c.points) for c in contours) - sum(len(c.points) for c in cleaned)
+    if bad:
+        again = fit_patch(
+            *(point, cleaned, outward, shared, bias, radius_limit, radius_floor, prior, options)
+        )
+        return replace(again, outliers=again.outliers + bad)
+    if tolerant:
+        return _records(shrunk(stack, options.basis, bias, radius_floor, prior), options)[0]
+    return _with_terms_chosen(choices, prior, options)
+
+
+def _with_terms_chosen(choices: Choices, prior, options: FitOptions) -> PatchFit:
+    basis = options.basis
+    candidates = candidates_of(options.height_only) if options.adaptive else (basis,)
+    solution, outliers = with_terms_chosen(choices, basis, prior, candidates)
+    return replace(_records(solution, options)[0], outliers=outliers)
 
 
 def fit_patches(
@@ -180,131 +173,19 @@ def fit_patches(
     if not len(contour_sets):
         return []
     stack = start_stack(points, contour_sets, outwards)
-    return _fit_stack(stack, np.inf, 0.0, prior, options)
-
-
-def _fit_stack(stack: Stack, bias, floor, prior, options: FitOptions) -> list[PatchFit]:
-    """All fits: together where the first choice of terms holds, else one by one."""
-    basis = options.basis
-    stack, mean, turn, bend, doubtful = _first_choice(stack, basis, bias, prior)
-    again = _shrunk if np.isfinite(bias) else _with_terms_chosen
-    if again is _with_terms_chosen:
-        noise = scaled_noise(stack.noise, stack.reach)
-        doubtful |= leftover(basis, turn) > _DOUBTFUL_LEFTOVER * noise
+    choices = first_choices(stack, options.basis, np.inf, prior, strict=True)
     found = {
-        i: again(stack[[i]], mean[[i]], bias, floor, prior, options)
-        for i in np.flatnonzero(doubtful).tolist()
+        i: fit_patch(points[i], contour_sets[i], outwards[i], prior=prior, options=options)
+        for i in np.flatnonzero(choices.doubtful).tolist()
     }
-    good = np.flatnonzero(~doubtful)
+    good = np.flatnonzero(~choices.doubtful)
     if len(good):
-        fits = _solved(stack[good], basis, mean[good], turn[good], bend[good], options)
+        fits = _records(solve_choices(choices[good], options.basis), options)
         found |= dict(zip(good.tolist(), fits, strict=True))
-    return [found[i] for i in range(len(doubtful))]
+    return [found[i] for i in range(len(stack.reach))]
 
 
-def _first_choice(stack: Stack, basis: Basis, bias, prior):
-    """The stack in a frame of a first polynomial; coefficients, turn and bend of highest
-    evidence there; whether chi-square doubts them."""
-    stack = _in_reach(stack)
-    noise = scaled_noise(stack.noise, stack.reach)
-    precision = coefficient_precision(basis, *_FIRST_SMOOTHNESS)
-    mean = map_coefficients(raw_samples(stack).equations(basis, stack.weight), noise, precision)
-    stack, samples = reframed(stack, basis, mean)
-    stack = replace(stack, weight=stack.weight / samples.stretch)
-    equations = samples.equations(basis, stack.weight)
-
-    turns, bends, precisions = smoothness_grid(basis)
-    believed = log_prior(prior, turns, stack.reach[:, None])
-    evidence, chi_square = log_evidence(equations[:, None], noise[:, None], precisions)
-    best = (evidence + believed).argmax(axis=1)
-    chi_square = chi_square[np.arange(len(best)), best]
-    misfit = chi_square / equations.count
-    if misfit.max() > _MISFIT:
-        # What no terms of this degree explain must not speak for any of them, and for those in
-        # z least: detail so fine is no turning on.
-        rough = misfit > _MISFIT
-        spread = noise * np.sqrt(np.maximum(misfit, 1.0))
-        evidence, _ = log_evidence(equations[:, None], spread[:, None], precisions)
-        straight = np.where(rough[:, None] & (bends > bends.min()), -np.inf, 0.0)
-        best = (evidence + believed + straight).argmax(axis=1)
-    borne = (bias / (noise * stack.reach)) ** 2 if np.isfinite(bias) else 0.0
-    limit = equations.count * (1.0 + borne) + _DOUBT * np.sqrt(2.0 * equations.count)
-    doubtful = chi_square > limit
-    mean = map_coefficients(equations, noise, precisions[best])
-    return stack, mean, turns[best], bends[best], doubtful
-
-
-def _in_reach(stack: Stack) -> Stack:
-    """The stack without weight for samples out of reach."""
-    square = np.einsum("mni,mni->mn", stack.offsets, stack.offsets)
-    near = square <= (_FIT_REACH * stack.reach[:, None]) ** 2
-    return replace(stack, weight=stack.weight * near)
-
-
-def _shrunk(stack: Stack, _, bias, floor, prior, options: FitOptions) -> PatchFit:
-    """One patch, made smaller until its terms hold, with a bias that is borne."""
-    reach = stack.reach
-    for share in _RADIUS_LEVELS:
-        least = share == _RADIUS_LEVELS[-1] or share * reach[0] <= floor
-        stack, mean, turn, bend, doubtful = _first_choice(
-            replace(stack, reach=np.maximum(share * reach, min(floor, reach[0]))),
-            options.basis,
-            bias,
-            prior,
-        )
-        if least or not doubtful[0]:
-            break
-    return _solved(stack, options.basis, mean, turn, bend, options)[0]
-
-
-def _with_terms_chosen(stack: Stack, mean, bias, floor, prior, options) -> PatchFit:
-    """One patch with the terms that evidence chooses, made smaller only where it would tear."""
-    whole, basis, height_only = stack, options.basis, options.height_only
-    for share in (*_RADIUS_LEVELS, None):
-        candidates = candidates_of(height_only) if options.adaptive else (basis,)
-        stack, samples = reframed(stack, basis, mean)
-        noise, radius = float(scaled_noise(stack.noise, stack.reach)[0]), float(stack.reach[0])
-        choice = choose_terms(
-            samples.feet[0], samples.lift[0], stack.weight[0], noise, radius, prior, candidates
-        )
-        torn = choice.residual_rms > max(_TORN_NOISE * noise, _TORN)
-        if not torn or share is None:
-            break
-        # Detail this fine is no turning on: terms in z could only swing.
-        height_only, basis = True, monge_basis(options.degree)
-        smaller = replace(whole, reach=share * whole.reach)
-        stack, mean, *_ = _first_choice(smaller, basis, bias, prior)
-    turn, bend = np.array([choice.turn]), np.array([choice.bend])
-    stack = replace(stack, weight=choice.weight[None])
-    fits = _solved(stack, choice.basis, choice.mean[None], turn, bend, options)
-    return replace(fits[0], outliers=choice.outliers)
-
-
-def _solved(stack: Stack, basis, mean, turn, bend, options: FitOptions) -> list[PatchFit]:
-    """The patches in their Darboux frames; again, and nearly straight, where these ran away."""
-    solution = solve_in_darboux_frame(stack, basis, mean, stack.weight, turn, bend)
-    fits = _fits(solution, options)
-    for i in np.flatnonzero(_ran_away(stack, solution.stack)).tolist():
-        tame = solve_in_darboux_frame(
-            *(stack[[i]], basis, 0.0 * mean[[i]], stack.weight[[i]], *_TAME_SMOOTHNESS)
-        )
-        if _ran_away(stack[[i]], tame.stack)[0]:
-            raise UnfitError(
-                "the contours bend too much for one patch; track shorter ones, or closer together"
-            )
-        fits[i] = _fits(tame, options)[0]
-    return fits
-
-
-def _ran_away(before: Stack, after: Stack) -> np.ndarray:
-    """(m,) whether frames left what the first polynomial showed: by 60 degrees, or half R."""
-    shift = after.origin - before.origin
-    upright = np.einsum("mi,mi->m", before.axes[:, 2], after.axes[:, 2])
-    # Not finite counts as gone.
-    return ~((upright > 0.5) & ((shift * shift).sum(axis=1) < (0.5 * before.reach) ** 2))
-
-
-def _fits(solution: Solution, options: FitOptions) -> list[PatchFit]:
+def _records(solution: Solution, options: FitOptions) -> list[PatchFit]:
     """The records of a solution."""
     stack, basis = solution.stack, solution.basis
     beyond = leftover(basis, solution.turn)

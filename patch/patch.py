@@ -138,7 +138,7 @@ def curvatures_from_polynomial(patch: Patch) -> PrincipalCurvatures:
         np.array([[c, s], [-s, c]]) @ patch.frame.axes[:2],
         np.sqrt(np.maximum(variances, 0.0)),
         turn,
-        half_difference**2 <= limit,
+        bool(half_difference**2 <= limit),
         patch.condition,
     )
 
