@@ -24,6 +24,7 @@ def without_bad_contacts(contour: Contour) -> Contour:
     Parameters
     ----------
     contour : Contour
+        One without noise is kept as it is: exact contacts are not bad.
 
     Notes
     -----
@@ -41,6 +42,8 @@ def without_bad_contacts(contour: Contour) -> Contour:
     >>> len(without_bad_contacts(bad).points)
     20
     """
+    if contour.noise_std == 0.0:
+        return contour
     course = _course(contour)
     keep = np.arange(len(contour.points))
     least = max(_DEGREE + 1 + _LEAST_FREEDOM, len(keep) * (1.0 - _LARGEST_SHARE))

@@ -28,14 +28,14 @@ from touchatlas.patch.start import Stack, UnfitError
 # Chi-square a sample beyond which the noise is taken to be larger than stated.
 _MISFIT = 1.3
 # Turn and bend with which the first frame is found.
-_FIRST_SMOOTHNESS = (np.array([0.5]), np.array([0.3]))
+_FIRST_SMOOTHNESS = (np.array([0.5]), np.array([0.02]))
 # And those for a patch that ran away with what the evidence chose.
 _TAME_TURN, _TAME_BEND = 0.5, 0.02
 # Samples this much farther out than the patch reaches still help to fit it.
 _FIT_REACH = 1.25
 # The first choice of terms is doubtful when chi-square is this many deviations too large, or
 # when what the degree leaves out at the rim is this many deviations of the noise.
-_DOUBT, _DOUBTFUL_LEFTOVER = 3.0, 5.0
+_DOUBT, _DOUBTFUL_LEFTOVER = 2.0, 5.0
 # Residuals over the radius, and over the noise, beyond which no terms fit.
 _TORN, _TORN_NOISE = 3e-3, 3.0
 _RADIUS_LEVELS = (0.8, 0.64, 0.5, 0.4)
