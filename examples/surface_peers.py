@@ -1,13 +1,12 @@
 """Whole surfaces from the same touches: ours against others', with three kinds of normals.
 
-Errors are in 1e-4 of the diagonal, truth to surface where not said; seconds are of the processor,
-in one thread. Others get their best of three settings.
+Errors in 1e-4 of the diagonal, truth to surface where not said; others' best of three settings.
 
     python examples/surface_peers.py [OBJECT [TOUCHES [NOISE [CELLS [METHODS]]]]]
 
 OBJECT is built in (blob:2 has seed 2), a mesh file, or a mesh in the folder TOUCHATLAS_OBJECTS;
-TOUCHES how many places, spread evenly, or "explore"; NOISE a share of the diagonal; CELLS those
-of the others' grids along the longest side; METHODS names with commas, or "all".
+TOUCHES how many places, spread evenly, or "explore" (a mesh: 400 at most); NOISE a share of the
+diagonal; CELLS those of the others' grids along the longest side; METHODS names, or "all".
 """
 
 import os
@@ -45,7 +44,8 @@ def touch(obj, count: str, noise_std: float, rng) -> list:
     """Touches of an exploration, or at places spread evenly."""
     probe = Probe(obj, noise_std, rng)
     if count == "explore":
-        steps = explore(Atlas(obj.tolerance), Planner(*obj.start()), probe, 400)
+        most = None if obj.name in object_names() else 400
+        steps = explore(Atlas(obj.tolerance), Planner(*obj.start()), probe, most)
         return [step.touch for step in steps]
     return [probe(plan) for plan in others.spread_plans(*obj.sample(4000, rng), int(count))]
 
