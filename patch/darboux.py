@@ -24,7 +24,7 @@ from touchatlas.patch.start import Stack
 
 # A frame is level where the slopes of its polynomial at the origin are this share of what the
 # noise leaves uncertain of them, or rounding is reached.
-_LEVEL, _ROUNDING, _MOST_FRAMES = 0.25, 1e-9, 12
+_LEVEL, _ROUNDING, _MOST_FRAMES = 0.5, 1e-9, 12
 # Coefficients of x, y and x y; the last is many times less certain.
 _VANISHING, _VANISH_BELOW = [1, 2, 4], np.array([1.0, 1.0, 10.0])
 _LEAST_STRETCH = 0.05

@@ -26,6 +26,9 @@ from touchatlas.patch.total_curvature import (
 
 # The paper's 0.3 mm^2, for a patch of radius 20 mm.
 MULTIPLIER_SHARE = 7.5e-4
+# Candidates for lam over the squared patch radius.
+_SHARES = np.geomspace(1e-1, 1e-6, 12).tolist()
+_DISCREPANCY = 1.5
 _WORST_CONDITION = 1e3
 _LOOSE_STD = 1.0
 _CONSTANT, _SLOPES, _SQUARES = 0, slice(1, 3), [3, 5]
@@ -63,7 +66,8 @@ def fit_paper(
         Any vector on the outer side.
     penalty : Penalty
     multiplier : float, length^2, optional
-        lam of (5); None for MULTIPLIER_SHARE of the squared patch radius.
+        lam of (5); None for MULTIPLIER_SHARE of the squared patch radius. See also
+        ``multiplier_from_data``.
     solver : callable
         Of (5); ``sign_frozen_descent`` is the paper's own.
 
@@ -112,6 +116,40 @@ def fit_paper(
         len(local),
         condition,
     )
+
+
+def multiplier_from_data(point, contours: tuple[Contour, ...], outward, penalty: Penalty) -> float:
+    """lam of (5) as large as the data bear, length^2.
+
+    The largest of twelve values from 1e-6 to 1e-1 of the squared patch radius with which (5)
+    leaves no more than 1.5 times the squared error that plain least squares leaves.
+
+    Parameters
+    ----------
+    point, contours, outward, penalty
+        As for ``fit_paper``, whose ``multiplier`` this is.
+
+    Raises
+    ------
+    ValueError
+        As ``fit_paper`` does.
+
+    Notes
+    -----
+    Morozov's discrepancy principle, with the error of (3) for the noise.
+    """
+    point = np.asarray(point, dtype=float)
+    noise = float(np.sqrt(np.mean([c.noise_std**2 for c in contours])))
+    axes, k1, k2, *_ = _darboux(point, contours, outward, noise)
+    local = DarbouxFrame(point, axes).to_local(np.concatenate([c.points for c in contours]))
+    reference = k1 * k2 if penalty is Penalty.EXCESS_CURVATURE else 0.0
+    for share in _SHARES:
+        multiplier = scale_free_multiplier(share, local)
+        problem = fold_problem(local, k1, k2, multiplier, reference_curvature=reference)
+        borne = _DISCREPANCY * squared_error(problem, least_squares_coefficients(problem))
+        if squared_error(problem, newton_minimum(problem).coefficients) <= borne:
+            break
+    return multiplier
 
 
 def _darboux(point, contours, outward, noise):

@@ -25,7 +25,7 @@ _LEAST_NOISE = 1e-6
 # Share of the order d + 1 that the orders up to d cannot take over.
 _LEFTOVER = 0.3
 _TURNS = np.geomspace(0.12, 2.0, 6)
-_BENDS = np.array([0.02, 0.3, 1.0, 4.0])
+_BENDS = np.array([0.02, 1.0, 4.0])
 
 
 @dataclass(frozen=True)

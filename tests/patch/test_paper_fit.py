@@ -11,7 +11,12 @@ from tests.truths import (
     quadric_height,
     random_rotation,
 )
-from touchatlas.patch.paper_fit import MULTIPLIER_SHARE, Penalty, fit_paper
+from touchatlas.patch.paper_fit import (
+    MULTIPLIER_SHARE,
+    Penalty,
+    fit_paper,
+    multiplier_from_data,
+)
 
 UP = np.array([0.0, 0.0, 1.0])
 K1, K2, ANGLE = 0.017, -0.042, 0.4
@@ -132,3 +137,16 @@ def test_what_no_curve_sees_is_uncertain():
 def test_too_few_directions_are_refused(angles, words):
     with pytest.raises(ValueError, match=words):
         fit_paper(np.zeros(3), contours_of(ball_height, angles=angles), UP, Penalty.NONE)
+
+
+@pytest.mark.parametrize("penalty", [Penalty.TOTAL_CURVATURE, Penalty.EXCESS_CURVATURE])
+def test_multiplier_from_data_is_borne_and_scales_as_an_area(penalty):
+    contours = contours_of(ball_height, 0.02, 4)
+    multiplier = multiplier_from_data(np.zeros(3), contours, UP, penalty)
+    least = fit_paper(np.zeros(3), contours, UP, Penalty.NONE)
+    fit = fit_paper(np.zeros(3), contours, UP, penalty, multiplier)
+    # The squared errors may differ by 1.5, and nothing else enters the residuals.
+    assert fit.residual_rms <= np.sqrt(1.5) * least.residual_rms * (1 + 1e-9)
+    larger = tuple(moved(contours, np.eye(3), np.zeros(3), 1000.0))
+    scaled = multiplier_from_data(np.zeros(3), larger, UP, penalty)
+    assert scaled == pytest.approx(1e6 * multiplier, rel=1e-9)
