@@ -119,7 +119,9 @@ def fit_patch(
     all orders in place of equation (5), in the frame that the polynomial itself defines.
     """
     stack = start_stack([point], [contours], [outward])
-    stack = replace(stack, reach=np.clip(stack.reach, radius_floor, radius_limit))
+    reach = min(max(float(stack.reach[0]), radius_floor), radius_limit)
+    if reach != stack.reach[0]:
+        stack = replace(stack, reach=np.array([reach]))
     if shared is not None and len(shared):
         offsets = np.concatenate([stack.offsets, shared[None] - stack.origin[:, None]], axis=1)
         across = np.concatenate([stack.across, np.zeros((1, len(shared), 3))], axis=1)

@@ -151,9 +151,9 @@ def leftover(basis: Basis, turn) -> np.ndarray:
 
 
 def log_prior(prior: SmoothnessPrior, turn, radius):
-    """Log belief (...) in turns = radius / feature length, up to a constant."""
+    """Log belief (...) in turns = radius / feature length, up to a constant: 0 without any."""
     if not np.isfinite(prior.log_std):
-        return np.zeros(np.broadcast_shapes(np.shape(turn), np.shape(radius)))
+        return np.zeros(1)
     return -0.5 * ((np.log(radius / turn) - prior.log_length) / prior.log_std) ** 2
 
 

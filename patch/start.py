@@ -181,8 +181,8 @@ def _first_axes(tangents, outwards):
     square = x * x + y * y
     design[..., 0], design[..., 1] = 1.0, (x * x - y * y) / square
     design[..., 2] = 2.0 * x * y / square
-    singular = np.linalg.svd(design, compute_uv=False)
-    condition = singular[:, 0] / np.maximum(singular[:, 2], np.finfo(float).tiny)
+    squares = np.linalg.eigvalsh(design.transpose(0, 2, 1) @ design)
+    condition = np.sqrt(squares[:, 2] / np.maximum(squares[:, 0], np.finfo(float).tiny))
     if condition.max() > _WORST_CONDITION:
         raise UnfitError(
             "the sections have fewer than three distinct directions (condition "
