@@ -22,6 +22,9 @@ from touchatlas.patch.polynomial import Basis, LocalPolynomial, graded_basis, mo
 from touchatlas.patch.smoothness import NormalEquations, SmoothnessPrior, leftover
 from touchatlas.patch.start import start_stack
 
+# Share of the bias that is borne that counts as noise.
+_BORNE = 0.25
+
 
 @dataclass(frozen=True)
 class FitOptions:
@@ -128,6 +131,9 @@ def fit_patch(
         weight = np.concatenate([stack.weight, np.ones((1, len(shared)))], axis=1)
         stack = replace(stack, offsets=offsets, across=across, weight=weight)
     tolerant = bool(np.isfinite(bias))
+    if tolerant:
+        # Lack of fit that is borne is noise to the fit: exact data would else swing it between.
+        stack = replace(stack, noise=np.hypot(stack.noise, _BORNE * bias))
     choices = first_choices(stack, options.basis, bias, prior, strict=not tolerant)
     if not choices.doubtful[0]:
         return _records(solve_choices(choices, options.basis), options)[0]
