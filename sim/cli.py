@@ -179,14 +179,11 @@ def chart(
     seed
         Of the scenes.
     """
+    from touchatlas.sim.paper_tables import check_options
     from touchatlas.sim.tradeoff import measure, overall
-    from touchatlas.sim.tradeoff_chart import (
-        known,
-        make_folder,
-        overall_table,
-        write_chart,
-    )
+    from touchatlas.sim.tradeoff_chart import known, make_folder, overall_table, write_chart
 
+    check_options(draws, seed)
     make_folder(out)
     with _progress(Console(stderr=True)) as progress:
         rows = measure(draws=draws, seed=seed, watch=_counter(progress, "chart", "cells"))

@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 
+from touchatlas.sim.paper_tables import check_options
 from touchatlas.sim.scenes import SURFACES, draw_scene
 from touchatlas.sim.tradeoff_methods import METHODS, PAPER
 
@@ -95,9 +96,7 @@ def measure(
     -----
     Each process runs its linear algebra in one thread, and times the bare solve beside each fit.
     """
-    for name, value, least in (("draws", draws, 1), ("seed", seed, 0)):
-        if value < least:
-            raise ValueError(f"{name} is {value}; it must be >= {least}")
+    check_options(draws, seed)
     found: dict[Cell, list[dict]] = {}
     with _workers(len(cells)) as pool:
         waiting = {pool.submit(measure_cell, cell, draws, seed): cell for cell in cells}

@@ -111,6 +111,7 @@ def test_the_command_refuses_in_one_sentence(tmp_path):
     chart = [sys.executable, "-c", main, "chart", "--draws", "0"]
     done = subprocess.run(chart, cwd=tmp_path, capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (2, "touchatlas: draws is 0; it must be >= 1\n")
+    assert not list(tmp_path.iterdir())
 
 
 def test_medians_of_errors_and_means_of_shares():
