@@ -47,6 +47,8 @@ def read_curves(path) -> tuple[list[Curve], bool]:
         curves.append(Curve(name, points, _plane_normal(path, name, table[:, 3:])))
     everything = np.concatenate([curve.points for curve in curves])
     span = np.ptp(everything, axis=0).max()
+    if span == 0.0:
+        raise ValueError(f"{path} has one point only, all others repeat it; record curves")
     if not (span > _SMALLEST and np.abs(everything).max() < _LARGEST):
         raise ValueError(
             f"{path} has points that span {span:.3g}; that is no size that double precision can "

@@ -112,7 +112,8 @@ def _draw_patch(figure, axes, recording: Recording, patch: Patch, surface: Surfa
     stretch = max(1.0, _LEAST_HEIGHT / size[2])
     axes.set_box_aspect((size[0], size[1], stretch * size[2]), zoom=1.1)
     axes.locator_params(nbins=5)
-    note = f" (drawn {stretch:.2g} x)" if stretch > 1.0 else ""
+    digits = ".2g" if stretch < 10.0 else ".0f"
+    note = f" (drawn {stretch:{digits}} x)" if stretch > 1.0 else ""
     axes.set(xlabel="along e1", ylabel="along e2", zlabel=f"height{note}")
     figure.colorbar(scale, ax=axes, label="predicted deviation", shrink=0.6, pad=0.1)
 

@@ -30,6 +30,10 @@ _POOR_CONDITION = 10.0
 _SIDEWAYS = 0.05
 # A quadric has six coefficients.
 _LEAST_COUNT = 6
+# Relative variance of the estimated noise, times the number of contour points.
+_ESTIMATED = 1.1
+# Residuals below this share of the noise: the noise is not that of these points.
+_TOO_NOISY = 1.0 / 3.0
 _OUTLIER, _MEDIAN_TO_STD = 5.0, 1.4826
 MEANING = {
     "repeated points": "Points that a curve repeats exactly were counted once.",
@@ -37,7 +41,8 @@ MEANING = {
     "outward side assumed": "The outward side was not given; the one to which the surface bulges "
     "was taken.",
     "curves do not meet": "The curves miss their common point by more than noise explains.",
-    "curves not planar": "A curve leaves its sampling plane by more than noise explains.",
+    "curves not planar": "A curve leaves its sampling plane by more than noise explains; see to "
+    "nx, ny, nz, or track each curve in one plane.",
     "curves cut": "Curves were used only until they turn by 45 degrees from the reference point.",
     "one-sided curves": "A curve ends at the reference point; it is better to track to both sides.",
     "umbilic": "k1 and k2 differ by no more than noise explains, so e1 and e2 were chosen, not "
@@ -45,7 +50,9 @@ MEANING = {
     "poorly conditioned sections": "The curves run in similar directions, so k1, k2 and their "
     "directions are ill determined; planes 60 degrees apart are best.",
     "residuals exceed noise": "The patch misses its points by more than noise explains; leave "
-    "--noise out, or track shorter curves.",
+    "--noise out if it was given, or track shorter curves.",
+    "noise exceeds residuals": "The points lie much closer to the patch than --noise says; give it "
+    "in the unit of the file, or leave it out.",
     "outliers": "Some points were left out as bad contacts.",
 }
 
@@ -191,7 +198,7 @@ def fit_file(path, method="map", noise=None, point=None, outward=None) -> FitRep
     flags = ["repeated points"] if repeated else []
     flags += [*recording.flags, *([] if outward is not None else ["outward side assumed"])]
     residual = _residual_rms(patch, recording)
-    flags += _doubts(patch, outliers, residual)
+    flags += _doubts(patch, outliers, residual, recording, noise is None)
     return FitReport(Path(path).name, method, recording, patch, outliers, tuple(flags), residual)
 
 
@@ -229,14 +236,17 @@ def _residual_rms(patch: Patch, recording: Recording) -> float:
     return float(np.sqrt(np.mean(distance[distance <= _OUTLIER * typical] ** 2)))
 
 
-def _doubts(patch: Patch, outliers: int, residual: float) -> list[str]:
-    expected = patch.noise_std * np.sqrt(1.0 + 3.0 * np.sqrt(2.0 / max(patch.count, 1)))
+def _doubts(patch: Patch, outliers: int, residual, recording, estimated: bool) -> list[str]:
+    size = sum(len(contour.points) for contour in recording.contours)
+    variance = 0.5 / patch.count + (_ESTIMATED / size if estimated else 0.0)
+    expected = patch.noise_std * np.exp(3.0 * np.sqrt(variance))
     # Rounding leaves residuals of this size where there is no noise.
     rounding = 1e-6 * patch.radius
     found = {
         "umbilic": patch.curvatures.umbilic,
         "poorly conditioned sections": patch.condition > _POOR_CONDITION,
         "residuals exceed noise": residual > max(expected, rounding),
+        "noise exceeds residuals": not estimated and residual < _TOO_NOISY * patch.noise_std,
         "outliers": outliers > 0,
     }
     return [flag for flag, holds in found.items() if holds]

@@ -4,12 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial import cKDTree
-from scipy.special import gammaincinv
 
 from touchatlas.patch.arrays import cross
 from touchatlas.patch.contour import Contour, ContourEnd, SamplingPlane
 from touchatlas.patch.curvature import normal_from_tangents
 from touchatlas.sim.contour_file import LEAST_POINTS, Curve
+from touchatlas.sim.noise_estimate import estimate_noise
 
 # tan 22.5 degrees: the chord of an arc that has turned by 45 degrees, as far as a touch goes.
 _TURNED = np.sqrt(2.0) - 1.0
@@ -17,7 +17,8 @@ _TURNED = np.sqrt(2.0) - 1.0
 _PARALLEL = 0.01
 # A curve that ends nearer than this share of its length says little about how far to fit.
 _SHORT_SIDE = 0.1
-_WINDOW = 7
+# Of a curve's size: one that misses the reference point by more does not run through it.
+_ASTRAY = 0.25
 _MANY_DEVIATIONS = 4.0
 _SMALL_SHARE = 0.01
 
@@ -72,7 +73,7 @@ def prepare(curves: list[Curve], noise: float | None = None, point=None) -> Reco
         raise ValueError(f"noise is {noise}; give a length >= 0, or leave it out to estimate it")
     long = [curve for curve in curves if curve.name and len(curve.points) >= LEAST_POINTS]
     _check_count(long, curves, "")
-    point = meeting_point([c.points for c in long]) if point is None else _checked(point, long)
+    point = _meeting(long) if point is None else _checked(point, long)
     arcs = [(curve, *near_arc(curve.points, point)) for curve in long]
     arcs = [arc for arc in arcs if len(arc[1]) >= LEAST_POINTS]
     _check_count(arcs, curves, f" near {_written(point)}, before they turn by 45 degrees")
@@ -146,10 +147,9 @@ def near_arc(points, point):
     chord = points[high] - points[low]
     chord = chord / np.sqrt(max(chord @ chord, np.finfo(float).tiny))
     offset = points - points[nearest]
-    index = np.arange(len(points))
-    along = (offset @ chord) * np.sign(index - nearest)
+    along = (offset @ chord) * np.sign(np.arange(len(points)) - nearest)
     across = np.sqrt(np.maximum((offset * offset).sum(axis=1) - along**2, 0.0))
-    turned = index[across > _TURNED * along]
+    turned = _not_alone(across > _TURNED * along)
     before, after = turned[turned < low], turned[turned > high]
     first = before[-1] + 1 if len(before) else 0
     last = after[0] - 1 if len(after) else len(points) - 1
@@ -160,6 +160,12 @@ def near_arc(points, point):
         for cut, long in zip((len(before), len(after)), soft, strict=True)
     )
     return points[first : last + 1], ends
+
+
+def _not_alone(turned) -> np.ndarray:
+    """Where a curve has turned, but for single points: those are bad contacts."""
+    around = np.concatenate([turned[:1], turned, turned[-1:]])
+    return np.flatnonzero(turned & (around[:-2] | around[2:]))
 
 
 _FREE_ENDS = (ContourEnd.UNREACHABLE, ContourEnd.LENGTH_REACHED)
@@ -196,39 +202,6 @@ def _plane_normals(points, given) -> np.ndarray:
     return np.array(normals)
 
 
-def estimate_noise(points, normals) -> float:
-    """Noise of curves from the residuals of short section fits, robust to outliers.
-
-    Quadratics through seven successive points, five or six where there are no more, within each
-    curve's plane; the median of their residual squares over its expected value.
-
-    Parameters
-    ----------
-    points : sequence of (n, 3) float, length, world
-    normals : (c, 3) float, unit
-        Of the curves' planes.
-
-    Returns
-    -------
-    float, length
-        Of each coordinate; what a quadratic does not follow of the shape counts as noise.
-    """
-    variances = []
-    for curve, normal in zip(points, normals, strict=True):
-        size = min(_WINDOW, len(curve))
-        index = np.arange(len(curve) - size + 1)[:, None] + np.arange(size)
-        window = curve[index] - curve[index].mean(axis=1, keepdims=True)
-        along = window[:, -1] - window[:, 0]
-        across = cross(np.broadcast_to(normal, along.shape), along)
-        across /= np.sqrt(np.maximum((across**2).sum(axis=1, keepdims=True), np.finfo(float).tiny))
-        s, h = ((window @ axis[:, :, None])[..., 0] for axis in (along, across))
-        s = s / np.maximum(np.abs(s).max(axis=1, keepdims=True), np.finfo(float).tiny)
-        powers, _ = np.linalg.qr(s[..., None] ** np.arange(3.0))
-        rest = h - (powers @ (powers.transpose(0, 2, 1) @ h[..., None]))[..., 0]
-        variances.append((rest**2).sum(axis=1) / (2.0 * gammaincinv(0.5 * (size - 3), 0.5)))
-    return float(np.sqrt(np.median(np.concatenate(variances))))
-
-
 def _doubts(point, contours) -> list[str]:
     """Flags of what the curves do that sections through one point would not."""
     flags = []
@@ -237,7 +210,8 @@ def _doubts(point, contours) -> list[str]:
     slack = max(_MANY_DEVIATIONS * noise, _SMALL_SHARE * reach)
     if any(np.sqrt(((_foot(c.points, point)[0] - point) ** 2).sum()) > slack for c in contours):
         flags.append("curves do not meet")
-    off = [np.std((c.points - c.plane.point) @ c.plane.normal) for c in contours]
+    # Medians, which single bad contacts do not move.
+    off = [1.5 * np.median(np.abs((c.points - c.plane.point) @ c.plane.normal)) for c in contours]
     if max(off) > slack:
         flags.append("curves not planar")
     ends = [end for c in contours for end in c.ends]
@@ -261,7 +235,7 @@ def _checked(point, curves) -> np.ndarray:
     samples = np.concatenate([curve.points for curve in curves])
     away = float(np.sqrt(((samples - point) ** 2).sum(axis=1).min()))
     size = min(float(np.ptp(curve.points, axis=0).max()) for curve in curves)
-    if not away <= 0.25 * size:
+    if not away <= _ASTRAY * size:
         raise ValueError(
             f"the point {_written(point)} is {away:.4g} away from all curves; give a point on "
             "them, or leave it out"
@@ -269,11 +243,26 @@ def _checked(point, curves) -> np.ndarray:
     return np.asarray(point, dtype=float)
 
 
+def _meeting(curves: list[Curve]) -> np.ndarray:
+    """Where the curves meet, no farther from any than they may miss each other."""
+    point = meeting_point([curve.points for curve in curves])
+    size = max(float(np.ptp(curve.points, axis=0).max()) for curve in curves)
+    for curve in curves:
+        away = float(np.sqrt(((_foot(curve.points, point)[0] - point) ** 2).sum()))
+        if away > _ASTRAY * size:
+            raise ValueError(
+                f"curve {curve.name!r} passes {away:.4g} away from {_written(point)}, the point "
+                "nearest to all curves; record curves through one point, or leave this one out"
+            )
+    return point
+
+
 def _check_count(sections, curves: list[Curve], where: str) -> None:
     if len(sections) < 3:
+        number = ("no curve has", "only 1 curve has", "only 2 curves have")[len(sections)]
         counts = ", ".join(f"{curve.name or 'scattered'}: {len(curve.points)}" for curve in curves)
         raise ValueError(
-            f"{len(sections)} of the curves have {LEAST_POINTS} or more points{where} ({counts}); "
+            f"{number} {LEAST_POINTS} or more distinct points{where} ({counts}); "
             "a patch needs three such curves through one point"
         )
 

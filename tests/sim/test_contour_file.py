@@ -6,7 +6,8 @@ import pytest
 from tests.truths import BALL_RADIUS, ball_height, graph_contours
 from touchatlas.patch.contour import ContourEnd
 from touchatlas.sim.contour_file import Curve, read_curves
-from touchatlas.sim.recording import estimate_noise, meeting_point, near_arc, prepare
+from touchatlas.sim.noise_estimate import estimate_noise
+from touchatlas.sim.recording import meeting_point, near_arc, prepare
 
 LINES = [f"{c},{x},{k},{x * x}" for k, c in enumerate("abc") for x in range(6)]
 HEADER = "curve,x,y,z"
@@ -71,7 +72,8 @@ REFUSED = {
     "nx, ny, nz of curve 'a' are zero": [HEADER + ",nx,ny,nz", "a,1,2,3,0,0,0"],
     "differ from line to line": [HEADER + ",nx,ny,nz", "a,1,2,3,1,0,0", "a,1,2,4,0,1,0"],
     "mend the quoting": [HEADER, 'a,"1"x,2,3'],
-    "points that span": [HEADER, "a,1,2,3", "b,1,2,3"],
+    "points that span": [HEADER, "a,1,2,3", "b,1,2,1e200"],
+    "one point only": [HEADER, "a,1,2,3", "b,1,2,3"],
 }
 
 
@@ -107,6 +109,25 @@ def test_estimated_noise_is_the_noise():
         assert estimate_noise(points, normals) == pytest.approx(noise, rel=0.15)
         spoilt = tuple(p + 50 * noise * (np.arange(101) == 30)[:, None] for p in points)
         assert estimate_noise(spoilt, normals) == pytest.approx(noise, rel=0.2)
+
+
+def test_points_closer_together_than_the_noise_estimate_it_too():
+    contours = graph_contours(ball_height, 12.0, 10_001, 0.05, np.random.default_rng(1))
+    points, normals = zip(*((c.points, c.plane.normal) for c in contours), strict=True)
+    assert estimate_noise(points, normals) == pytest.approx(0.05, rel=0.02)
+
+
+def test_a_single_bad_contact_does_not_cut_a_curve():
+    points = ball_curves()[0].points.copy()
+    points[7] += [0.0, 0.0, 8.0]
+    assert len(near_arc(points, np.zeros(3))[0]) == len(points)
+
+
+def test_a_curve_that_misses_the_point_is_refused():
+    curves = ball_curves()
+    astray = Curve("far", curves[2].points + [0.0, 60.0, 0.0], None)
+    with pytest.raises(ValueError, match="curve '.*' passes .* away from .* one point"):
+        prepare([*curves[:2], astray])
 
 
 def test_fitted_planes_are_the_sampling_planes():
@@ -173,8 +194,8 @@ def test_short_and_nameless_curves_are_scattered_contacts_near_the_point():
 @pytest.mark.parametrize(
     ("curves", "noise", "point", "words"),
     [
-        (ball_curves()[:2], None, None, "2 of the curves have 5 or more points (a: 25, b: 25)"),
-        ([Curve("", np.eye(3), None)], None, None, "0 of the curves"),
+        (ball_curves()[:2], None, None, "only 2 curves have 5 or more distinct points (a: 25, b"),
+        ([Curve("", np.eye(3), None)], None, None, "no curve has 5 or more"),
         (ball_curves(angles=[0.0, 0.01, 0.02]), None, None, "nearly one direction"),
         (ball_curves(), None, [90.0, 0.0, 0.0], "away from all curves"),
         (ball_curves(), -1.0, None, "noise is -1.0"),

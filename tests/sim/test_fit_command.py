@@ -96,6 +96,27 @@ def test_noisy_quadric_is_within_its_deviations(folder, method):
     assert found["flags"][:2] == ["noise estimated", "outward side assumed"]
 
 
+def test_noise_in_another_unit_is_doubted(folder):
+    assert "noise exceeds residuals" in fit_file(folder / "noisy.csv", noise=20.0).flags
+    assert "residuals exceed noise" in fit_file(folder / "noisy.csv", noise=2e-5).flags
+    assert not {"noise exceeds residuals", "residuals exceed noise"} & set(
+        fit_file(folder / "noisy.csv", noise=0.02).flags
+    )
+
+
+def test_many_contacts_do_not_doubt_the_noise_of_few_curves(tmp_path):
+    rng = np.random.default_rng(0)
+    plane = rng.uniform(-8.0, 8.0, (3000, 2))
+    height = quadric_height(K1, K2, ANGLE)(*plane.T)
+    contacts = np.column_stack([plane, height]) + 0.02 * rng.normal(size=(3000, 3))
+    for seed in range(4):
+        curves = graph_contours(
+            quadric_height(K1, K2, ANGLE), 12.0, 25, 0.02, np.random.default_rng(seed)
+        )
+        path = write_csv(tmp_path / f"{seed}.csv", curves, contacts=contacts)
+        assert "residuals exceed noise" not in fit_file(path).flags
+
+
 def test_unscaled_terms_are_the_quadric_they_were_made_from(folder):
     found = fit_file(folder / "exact.csv", "monge", 0.0).as_dict()
     terms = dict(zip(map(tuple, found["terms"]), found["coefficients"], strict=True))
@@ -224,7 +245,7 @@ def test_out_holds_numbers_surface_and_picture(folder, tmp_path):
     [
         (["missing.csv"], "missing.csv is no file"),
         (["nan.csv"], "line 2: z is 'nan'"),
-        (["two.csv"], "2 of the curves"),
+        (["two.csv"], "only 2 curves"),
         (["raster.csv"], "nearly one direction"),
         (["ball.csv", "--method", "mong"], "did you mean monge?"),
         (["ball.csv", "--method", "x"], "choose from map, monge"),
