@@ -14,6 +14,8 @@ _RINGS, _SPOKES = 24, 72
 _LOST = 1e-3
 _LEAST_HEIGHT = 0.3
 _MOST_NAMES = 8
+# Of scattered contacts; more would hide the patch.
+_MOST_CROSSES = 300
 _LIGHT = np.array([-0.6, -0.3, 0.74])
 
 
@@ -105,7 +107,8 @@ def _draw_patch(figure, axes, recording: Recording, patch: Patch, surface: Surfa
         points = patch.frame.to_local(contour.points)
         axes.plot(*points.T, "o-", ms=2.5, lw=1, color=f"C{number % 10}", zorder=2)
     if len(recording.scattered):
-        points = patch.frame.to_local(recording.scattered)
+        every = -(-len(recording.scattered) // _MOST_CROSSES)
+        points = patch.frame.to_local(recording.scattered[::every])
         axes.plot(*points.T, "kx", ms=4, zorder=2)
     low, high = np.array([axes.get_xlim3d(), axes.get_ylim3d(), axes.get_zlim3d()]).T
     size = (high - low) / max(high[:2] - low[:2])

@@ -133,7 +133,7 @@ class FitReport:
             "condition of the sections": f"{patch.condition:.3g}",
             "residual rms": f"{self.residual_rms:.3g}",
             "noise": f"{patch.noise_std:.3g}",
-            "points used": f"{patch.count}",
+            "points used": f"{patch.count} of {len(_all_points(self.recording))}",
             "outliers": f"{self.outliers}",
         }
 
@@ -228,8 +228,12 @@ def _triple(vector) -> str:
     return ", ".join(f"{x:.4g}" for x in vector)
 
 
+def _all_points(recording: Recording) -> np.ndarray:
+    return np.concatenate([*(c.points for c in recording.contours), recording.scattered])
+
+
 def _residual_rms(patch: Patch, recording: Recording) -> float:
-    points = np.concatenate([*(c.points for c in recording.contours), recording.scattered])
+    points = _all_points(recording)
     away = ((points - patch.frame.origin) ** 2).sum(axis=1)
     distance = np.abs(patch.signed_distance(points[away <= patch.radius**2]))
     typical = max(_MEDIAN_TO_STD * float(np.median(distance)), patch.noise_std)

@@ -3,10 +3,12 @@
 import json
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
 import trimesh
+from matplotlib.figure import Figure
 
 from tests.truths import (
     BALL_RADIUS,
@@ -17,6 +19,7 @@ from tests.truths import (
     random_rotation,
 )
 from touchatlas.patch.arrays import cross
+from touchatlas.sim.fit_picture import _draw_patch, patch_surface
 from touchatlas.sim.fit_report import FILES, MEANING, METHODS, fit_file, parse_vector
 
 RUN = [sys.executable, "-c", "from touchatlas.sim.cli import main; main()"]
@@ -96,6 +99,15 @@ def test_noisy_quadric_is_within_its_deviations(folder, method):
     assert found["flags"][:2] == ["noise estimated", "outward side assumed"]
 
 
+def test_summary_tells_how_many_points_lie_within_the_radius(tmp_path):
+    """The nearest end of a curve bounds the patch, however far the others go."""
+    contours = graph_contours(ball_height, 12.0, 25, 0.02, np.random.default_rng(1))
+    short = replace(contours[2], points=contours[2].points[8:])
+    path = write_csv(tmp_path / "short.csv", [*contours[:2], short])
+    used, everything = fit_file(path).summary()["points used"].split(" of ")
+    assert everything == "67" and 25 < int(used) < 45
+
+
 def test_noise_in_another_unit_is_doubted(folder):
     assert "noise exceeds residuals" in fit_file(folder / "noisy.csv", noise=20.0).flags
     assert "residuals exceed noise" in fit_file(folder / "noisy.csv", noise=2e-5).flags
@@ -114,7 +126,11 @@ def test_many_contacts_do_not_doubt_the_noise_of_few_curves(tmp_path):
             quadric_height(K1, K2, ANGLE), 12.0, 25, 0.02, np.random.default_rng(seed)
         )
         path = write_csv(tmp_path / f"{seed}.csv", curves, contacts=contacts)
-        assert "residuals exceed noise" not in fit_file(path).flags
+        report = fit_file(path)
+        assert "residuals exceed noise" not in report.flags
+    axes = Figure().add_subplot(projection="3d")
+    _draw_patch(axes.figure, axes, report.recording, report.patch, patch_surface(report.patch))
+    assert len(axes.lines[-1].get_data_3d()[0]) == 300
 
 
 def test_unscaled_terms_are_the_quadric_they_were_made_from(folder):
