@@ -85,8 +85,17 @@ def first_choices(
     prior : SmoothnessPrior
     strict : bool
         What the degree leaves out is ground for doubt, too.
+
+    Raises
+    ------
+    UnfitError
+        When no sample is within reach, or the reach is zero.
     """
+    if not stack.reach.min() > 0.0:
+        raise UnfitError("a contour ends at the reference point; track past it to both sides")
     stack = _in_reach(stack)
+    if not stack.weight.any(axis=1).all():
+        raise UnfitError("no sample lies within the patch radius; sample more finely or allow more")
     noise = scaled_noise(stack.noise, stack.reach)
     precision = coefficient_precision(basis, *_FIRST_SMOOTHNESS)
     mean = map_coefficients(raw_samples(stack).equations(basis, stack.weight), noise, precision)

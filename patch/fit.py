@@ -1,10 +1,12 @@
 """fit_patch: from contours around a reference point to a patch, the steps in order."""
 
 from collections.abc import Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from touchatlas.patch.arrays import frozen_array
 from touchatlas.patch.choice import candidates_of
 from touchatlas.patch.contacts import without_bad_contacts
 from touchatlas.patch.contour import Contour
@@ -20,7 +22,7 @@ from touchatlas.patch.frame import DarbouxFrame
 from touchatlas.patch.patch import Patch
 from touchatlas.patch.polynomial import Basis, LocalPolynomial, graded_basis, monge_basis
 from touchatlas.patch.smoothness import NormalEquations, SmoothnessPrior, leftover
-from touchatlas.patch.start import start_stack
+from touchatlas.patch.start import UnfitError, start_stack
 
 # Share of the bias that is borne that counts as noise.
 _BORNE = 0.25
@@ -46,6 +48,14 @@ class FitOptions:
     height_only: bool = False
     adaptive: bool = True
     core: float = 0.75
+
+    def __post_init__(self) -> None:
+        whole = isinstance(self.degree, int | np.integer)
+        if not (whole and self.degree >= 2 and 0 < self.core <= 1):
+            raise ValueError(
+                f"degree, core are {self.degree}, {self.core}; "
+                "they must be an integer >= 2 and a share in (0, 1]"
+            )
 
     @property
     def basis(self) -> Basis:
@@ -75,6 +85,26 @@ class PatchFit:
     outliers: int
 
 
+@contextmanager
+def _unsolvable_is_unfit():
+    """Linear systems that cannot be solved, as of a polynomial that ran away, are UnfitErrors."""
+    try:
+        yield
+    except np.linalg.LinAlgError as error:
+        raise UnfitError(
+            "the contours bend too much for one patch; track shorter ones, or closer together"
+        ) from error
+
+
+def _check_lengths(bias: float, radius_limit: float, radius_floor: float) -> None:
+    if not (bias >= 0 and radius_limit > 0 and 0 <= radius_floor < np.inf):
+        raise ValueError(
+            f"bias, radius_limit, radius_floor are {bias}, {radius_limit}, {radius_floor}; "
+            "they must be lengths >= 0, > 0, and >= 0 and finite"
+        )
+
+
+@_unsolvable_is_unfit()
 def fit_patch(
     point,
     contours: tuple[Contour, ...],
@@ -115,17 +145,21 @@ def fit_patch(
     ------
     UnfitError
         Contours too short, too few, or in fewer than three directions.
+    ValueError
+        Any other argument not finite, of a wrong shape or sign, or ``outward`` tangent.
 
     Notes
     -----
     The paper, section 2, up to its equation (1); then a maximum-a-posteriori polynomial of
     all orders in place of equation (5), in the frame that the polynomial itself defines.
     """
+    _check_lengths(bias, radius_limit, radius_floor)
     stack = start_stack([point], [contours], [outward])
     reach = min(max(float(stack.reach[0]), radius_floor), radius_limit)
     if reach != stack.reach[0]:
         stack = replace(stack, reach=np.array([reach]))
     if shared is not None and len(shared):
+        shared = frozen_array(shared, (None, 3), "shared samples")
         offsets = np.concatenate([stack.offsets, shared[None] - stack.origin[:, None]], axis=1)
         across = np.concatenate([stack.across, np.zeros((1, len(shared), 3))], axis=1)
         weight = np.concatenate([stack.weight, np.ones((1, len(shared)))], axis=1)
@@ -156,6 +190,7 @@ def _with_terms_chosen(choices: Choices, prior, options: FitOptions) -> PatchFit
     return replace(_records(solution, options)[0], outliers=outliers)
 
 
+@_unsolvable_is_unfit()
 def fit_patches(
     points,
     contour_sets: Sequence[tuple[Contour, ...]],

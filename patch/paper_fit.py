@@ -31,6 +31,8 @@ _SHARES = np.geomspace(1e-1, 1e-6, 12).tolist()
 _DISCREPANCY = 1.5
 _WORST_CONDITION = 1e3
 _LOOSE_STD = 1.0
+# As in ``start``: rounding would choose the outer side.
+_TANGENT = 1e-9
 _CONSTANT, _SLOPES, _SQUARES = 0, slice(1, 3), [3, 5]
 
 
@@ -88,8 +90,7 @@ def fit_paper(
     The paper, sections 2.1 and 2.2. At an umbilic k1 = k2, their mean: directions are free
     there, and unequal values along free directions would be wrong.
     """
-    point = np.asarray(point, dtype=float)
-    noise = float(np.sqrt(np.mean([c.noise_std**2 for c in contours])))
+    point, noise = frozen_array(point, (3,), "reference point"), _noise(contours)
     axes, k1, k2, condition, section_covariance = _darboux(point, contours, outward, noise)
     frame = DarbouxFrame(point, axes)
     local = frame.to_local(np.concatenate([c.points for c in contours]))
@@ -138,8 +139,7 @@ def multiplier_from_data(point, contours: tuple[Contour, ...], outward, penalty:
     -----
     Morozov's discrepancy principle, with the error of (3) for the noise.
     """
-    point = np.asarray(point, dtype=float)
-    noise = float(np.sqrt(np.mean([c.noise_std**2 for c in contours])))
+    point, noise = frozen_array(point, (3,), "reference point"), _noise(contours)
     axes, k1, k2, *_ = _darboux(point, contours, outward, noise)
     local = DarbouxFrame(point, axes).to_local(np.concatenate([c.points for c in contours]))
     reference = k1 * k2 if penalty is Penalty.EXCESS_CURVATURE else 0.0
@@ -152,12 +152,24 @@ def multiplier_from_data(point, contours: tuple[Contour, ...], outward, penalty:
     return multiplier
 
 
+def _noise(contours) -> float:
+    """Root mean square of the noise of contours, which must be three or more."""
+    if len(contours) < 3:
+        raise ValueError(
+            f"{len(contours)} sections were given; principal curvatures need 3 or more"
+        )
+    return float(np.sqrt(np.mean([c.noise_std**2 for c in contours])))
+
+
 def _darboux(point, contours, outward, noise):
     """Axes (3, 3), k1, k2 and the condition from the sections; the covariances (2, 2) of the
     slopes and of k1 and k2 in those axes."""
     sections = fit_sections(point, contours, noise)
     tangents = np.array([s.tangent for s in sections])
-    normal = normal_from_tangents(tangents, frozen_array(outward, (3,), "outward"))
+    outward = frozen_array(outward, (3,), "outward")
+    normal = normal_from_tangents(tangents, outward)
+    if abs(normal @ outward) <= _TANGENT * np.abs(outward).max():
+        raise ValueError("outward is zero or tangent to the surface; give one on the outer side")
     axes = axes_from_normal(normal, any_tangent(normal))
     angles = np.arctan2(tangents @ axes[1], tangents @ axes[0])
     # Meusnier: of a slanting section's curvature only the part along the normal counts.
@@ -189,4 +201,5 @@ def _covariance(problem: FoldProblem, section_covariance, noise) -> np.ndarray:
     out[np.ix_(_SQUARES, _SQUARES)] = curvatures * (0.5 * problem.radius) ** 2
     precision = problem.design.T @ problem.design / noise**2
     out[np.ix_(free, free)] = np.linalg.inv(precision + np.eye(problem.size) / _LOOSE_STD**2)
-    return out
+    # Rounding leaves the inverse of a symmetric matrix a little askew.
+    return 0.5 * (out + out.T)

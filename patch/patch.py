@@ -44,7 +44,8 @@ class Patch:
     noise_std : float, length
         Of the samples.
     residual_rms : float, length
-        Of the samples about the polynomial.
+        Of the samples about the polynomial; one that the degree is not expected to follow
+        counts as much less as that is beyond the noise.
     count : int
         Samples that were used.
     condition : float

@@ -63,7 +63,7 @@ def fit_sections(point, contours, noise_std: float) -> list[SectionFit]:
     Raises
     ------
     ValueError
-        When a contour has fewer than five points.
+        When a contour has fewer than five points, or goes nowhere.
 
     Notes
     -----
@@ -114,7 +114,10 @@ def _plane_coordinates(point, contours):
         chords[c] = difference[middle + half] - difference[middle - half]
         normals[c] = contour.plane.normal
     chords -= (chords * normals).sum(axis=1)[:, None] * normals
-    along = chords / np.sqrt((chords**2).sum(axis=1))[:, None]
+    length = np.sqrt((chords**2).sum(axis=1))
+    if not length.min() > 0.0:
+        raise ValueError("a contour does not leave its first point; track further")
+    along = chords / length[:, None]
     across = cross(normals, along)
     s = (offsets @ along[:, :, None])[..., 0]
     h = (offsets @ across[:, :, None])[..., 0]

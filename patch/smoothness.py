@@ -37,11 +37,18 @@ class SmoothnessPrior:
     log_length : float
         Mean of log(feature length).
     log_std : float
-        Standard deviation of it; infinite when nothing is known.
+        Standard deviation of it, > 0; infinite when nothing is known.
     """
 
     log_length: float = 0.0
     log_std: float = np.inf
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.log_length) and self.log_std > 0):
+            raise ValueError(
+                f"log_length, log_std are {self.log_length}, {self.log_std}; "
+                "the first must be finite and the second > 0"
+            )
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,6 +174,8 @@ def posterior(gram, right, noise, prior_precision):
     diagonal = np.einsum("...ii->...i", precision)
     diagonal += prior_precision
     covariance = np.linalg.inv(precision)
+    # Rounding leaves the inverse of a symmetric matrix a little askew.
+    covariance = 0.5 * (covariance + covariance.swapaxes(-1, -2))
     mean = (covariance @ (right * weight)[..., None])[..., 0]
     return mean, covariance
 

@@ -8,13 +8,16 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from touchatlas.patch.arrays import cross
+from touchatlas.patch.arrays import cross, frozen_array
 from touchatlas.patch.contour import Contour, ContourEnd
 
 _LEAST_POINTS = 5
 # Beyond these the surface was seen to stop or to break: the patch need not end before them.
 _EDGE, _LOST, _UNREACHABLE = ContourEnd.EDGE, ContourEnd.LOST_CONTACT, ContourEnd.UNREACHABLE
 _PARALLEL = 1e-9
+_ROUNDING = np.finfo(float).eps
+# Cosine to the normal below which rounding, not the caller, would choose the outer side.
+_TANGENT = 1e-9
 # Of the system for the principal curvatures: reached by sections within about 2 degrees.
 _WORST_CONDITION = 1e3
 
@@ -71,8 +74,11 @@ def start_stack(points, contour_sets: Sequence[tuple[Contour, ...]], outwards) -
     UnfitError
         Fewer than three contours, or one with fewer than five points, or sections in fewer
         than three distinct directions.
+    ValueError
+        Points or outwards not finite or of a wrong shape, or an outward that is tangent.
     """
-    points = np.asarray(points, dtype=float)
+    points = frozen_array(points, (len(contour_sets), 3), "reference points")
+    outwards = frozen_array(outwards, (len(contour_sets), 3), "outward vectors")
     sections = [len(contours) for contours in contour_sets]
     if min(sections) < 3:
         raise UnfitError(
@@ -102,13 +108,16 @@ def start_stack(points, contour_sets: Sequence[tuple[Contour, ...]], outwards) -
     counts = counts.reshape(shape)
     axes, condition = _first_axes(_chord_tangents(offsets, square, counts), outwards)
     noise = np.array([c.noise_std for c in flat]).reshape(shape)
+    reach = _extents(square, counts, flat)
+    # A contour that ends at its point within rounding shows nothing around it.
+    reach = np.where(reach**2 <= _ROUNDING * square.max(axis=(1, 2)), 0.0, reach)
     return Stack(
         points,
         axes,
         offsets.reshape(len(points), -1, 3),
         np.repeat(planes.reshape(*shape, 3), samples.shape[1], axis=1),
         present.reshape(len(points), -1),
-        _extents(square, counts, flat),
+        reach,
         np.sqrt((noise * noise).mean(axis=1)),
         condition,
     )
@@ -168,17 +177,18 @@ def _first_axes(tangents, outwards):
     sections.
     """
     values, vectors = np.linalg.eigh(tangents.transpose(0, 2, 1) @ tangents)
-    if (values[:, 1] < _PARALLEL * values[:, 2]).any():
+    if (values[:, 1] <= _PARALLEL * values[:, 2]).any():
         raise UnfitError(
             "all sections have the same tangent; track at least two more in other planes"
         )
     axes = np.empty_like(vectors)
     axes[:, 0], axes[:, 2] = vectors[:, :, 2], vectors[:, :, 0]
-    axes[:, 2] *= np.where((axes[:, 2] * outwards).sum(axis=1) < 0.0, -1.0, 1.0)[:, None]
+    side = (axes[:, 2] * outwards).sum(axis=1)
+    axes[:, 2] *= np.where(side < 0.0, -1.0, 1.0)[:, None]
     axes[:, 1] = cross(axes[:, 2], axes[:, 0])
     x, y = (axes[:, :2] @ tangents.transpose(0, 2, 1)).transpose(1, 0, 2)
     design = np.empty((*x.shape, 3))
-    square = x * x + y * y
+    square = np.maximum(x * x + y * y, np.finfo(float).tiny)
     design[..., 0], design[..., 1] = 1.0, (x * x - y * y) / square
     design[..., 2] = 2.0 * x * y / square
     squares = np.linalg.eigvalsh(design.transpose(0, 2, 1) @ design)
@@ -188,4 +198,6 @@ def _first_axes(tangents, outwards):
             "the sections have fewer than three distinct directions (condition "
             f"{condition.max():.3g}); choose sampling planes about 60 degrees apart"
         )
+    if (np.abs(side) <= _TANGENT * np.abs(outwards).max(axis=1)).any():
+        raise ValueError("outward is zero or tangent to the surface; give one on the outer side")
     return axes, condition

@@ -1,0 +1,143 @@
+"""A caller's mistakes, and data that determine nothing, end in one sentence, never in NaN."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.truths import graph_contours
+from touchatlas.patch.contour import Contour, ContourEnd, SamplingPlane
+from touchatlas.patch.fit import FitOptions, fit_patch, fit_patches
+from touchatlas.patch.paper_fit import Penalty, fit_paper
+from touchatlas.patch.smoothness import SmoothnessPrior
+from touchatlas.patch.start import UnfitError
+
+UP, ORIGIN = np.array([0.0, 0.0, 1.0]), np.zeros(3)
+SOFT = (ContourEnd.LENGTH_REACHED,) * 2
+
+
+def bowl(noise=1e-3, height=lambda x, y: -0.3 * (x * x + y * y), **more):
+    return graph_contours(height, 1.0, 21, noise, np.random.default_rng(0), **more)
+
+
+@pytest.mark.parametrize(
+    ("changes", "sentence"),
+    [
+        ({"point": np.full(3, np.nan)}, "NaN"),
+        ({"point": np.zeros(2)}, "shape"),
+        ({"outward": np.full(3, np.nan)}, "NaN"),
+        ({"outward": np.zeros(2)}, "shape"),
+        ({"outward": ORIGIN}, "zero or tangent"),
+        ({"shared": np.full((1, 3), np.nan)}, "NaN"),
+        ({"shared": np.zeros((2, 2))}, "shape"),
+        ({"shared": np.zeros(3)}, "shape"),
+        ({"bias": -1.0}, "lengths"),
+        ({"bias": np.nan}, "lengths"),
+        ({"radius_limit": 0.0}, "lengths"),
+        ({"radius_limit": -1.0}, "lengths"),
+        ({"radius_limit": np.nan}, "lengths"),
+        ({"radius_floor": np.nan}, "lengths"),
+        ({"radius_floor": np.inf}, "lengths"),
+    ],
+)
+def test_a_wrong_argument_is_named(changes, sentence):
+    arguments = {"point": ORIGIN, "contours": bowl(), "outward": UP} | changes
+    with pytest.raises(ValueError, match=sentence) as caught:
+        fit_patch(**arguments)
+    assert not isinstance(caught.value, UnfitError)
+
+
+def test_shared_samples_may_be_a_list():
+    fit_patch(ORIGIN, bowl(), UP, shared=[[0.1, 0.1, -0.006]])
+
+
+def test_an_outward_that_is_tangent_is_refused_by_both_fits():
+    flat = bowl(0.0, height=lambda x, y: 0.0 * x)
+    for fit in (fit_patch, lambda *a: fit_paper(*a, Penalty.NONE)):
+        with pytest.raises(ValueError, match="zero or tangent"):
+            fit(ORIGIN, flat, [1.0, 0.0, 0.0])
+
+
+def test_one_outward_is_not_taken_for_two_fits():
+    with pytest.raises(ValueError, match="shape"):
+        fit_patches([ORIGIN, ORIGIN], [bowl(), bowl()], [UP])
+
+
+@pytest.mark.parametrize("degree", [-1, 0, 1, 2.5])
+def test_a_degree_that_holds_no_curvature_is_refused(degree):
+    with pytest.raises(ValueError, match="integer >= 2"):
+        FitOptions(degree)
+
+
+@pytest.mark.parametrize("core", [0.0, -1.0, 2.0, np.nan])
+def test_a_core_that_is_no_share_is_refused(core):
+    with pytest.raises(ValueError, match="share"):
+        FitOptions(core=core)
+
+
+@pytest.mark.parametrize(("mean", "std"), [(0, 0), (0, -1), (0, np.nan), (np.nan, 1), (np.inf, 1)])
+def test_a_prior_that_is_no_distribution_is_refused(mean, std):
+    with pytest.raises(ValueError, match="log_std"):
+        SmoothnessPrior(mean, std)
+
+
+def test_contours_that_go_nowhere_are_refused():
+    still = tuple(replace(c, points=np.zeros((9, 3))) for c in bowl())
+    for point in (ORIGIN, np.array([0.1, 0.0, 0.0])):
+        with pytest.raises(UnfitError):
+            fit_patch(point, still, UP)
+        with pytest.raises(ValueError, match="track further"):
+            fit_paper(point, still, UP, Penalty.NONE)
+
+
+def test_a_contour_that_ends_at_its_point_is_refused():
+    contours = bowl(0.0)
+    with pytest.raises(UnfitError, match="ends at the reference point"):
+        fit_patch(contours[0].points[0], contours, UP)
+    assert fit_patch(contours[0].points[0], contours, UP, radius_floor=0.5).patch.radius == 0.5
+
+
+def test_a_radius_limit_below_the_sampling_is_refused():
+    points = np.array([0.02, 0.02, 0.0])
+    with pytest.raises(UnfitError, match="no sample"):
+        fit_patch(points, bowl(), UP, radius_limit=1e-3)
+
+
+def bump_of_nearly_parallel_sections(noise_std):
+    """Seed 182 of the fuzz: the point far off, sections six degrees apart."""
+    contours = []
+    for angle in 0.3 + 0.1 * np.arange(3):
+        d, s = np.array([np.cos(angle), np.sin(angle), 0.0]), np.linspace(-1.0, 1.0, 13)
+        points = s[:, None] * d + 0.3 * np.exp(-((s / 0.2) ** 2))[:, None] * UP
+        plane = SamplingPlane(points[6], np.array([-d[1], d[0], 0.0]))
+        contours.append(Contour(points, plane, noise_std, SOFT))
+    return tuple(contours)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_no_linear_algebra_error_leaves_a_fit(seed):
+    v = np.random.default_rng(seed).normal(size=3)
+    contours = bump_of_nearly_parallel_sections(0.0)
+    point = np.array([0.0, 0.0, 0.3]) + 0.5 * v / np.linalg.norm(v)
+    try:
+        patch = fit_patch(point, contours, UP).patch
+    except UnfitError:
+        return
+    assert np.isfinite(patch.covariance).all()
+    assert np.isfinite(patch.polynomial.coefficients).all()
+
+
+def test_covariances_are_symmetric_to_the_last_digit():
+    for noise in (0.0, 1e-3):
+        contours = bowl(noise)
+        covariance = fit_patch(ORIGIN, contours, UP).patch.covariance
+        assert np.array_equal(covariance, covariance.T)
+        covariance = fit_paper(ORIGIN, contours, UP, Penalty.NONE).covariance
+        assert np.array_equal(covariance, covariance.T)
+
+
+def test_the_paper_fit_names_what_is_missing():
+    with pytest.raises(ValueError, match="0 sections"):
+        fit_paper(ORIGIN, (), UP, Penalty.NONE)
+    with pytest.raises(ValueError, match="NaN"):
+        fit_paper(np.full(3, np.nan), bowl(), UP, Penalty.NONE)
