@@ -149,6 +149,7 @@ def ring(basis, mean, share: float) -> np.ndarray:
     rows = derivative_coefficients(basis, mean, [VALUE])[0]
     across, height = share * _OUTLINE, np.zeros(OUTLINE_COUNT)
     for _ in range(_RING_STEPS):
-        height = rows @ monomials(basis, across[0], across[1], height)
+        # No point at that distance is higher; a polynomial that folds would lead ever farther.
+        height = np.clip(rows @ monomials(basis, across[0], across[1], height), -share, share)
         across = _OUTLINE * np.sqrt(np.maximum(share**2 - height**2, 0.25 * share**2))
     return np.stack([across[0], across[1], height], axis=1)

@@ -192,7 +192,7 @@ def _first_axes(tangents, outwards):
     design[..., 0], design[..., 1] = 1.0, (x * x - y * y) / square
     design[..., 2] = 2.0 * x * y / square
     squares = np.linalg.eigvalsh(design.transpose(0, 2, 1) @ design)
-    condition = np.sqrt(squares[:, 2] / np.maximum(squares[:, 0], np.finfo(float).tiny))
+    condition = np.sqrt(squares[:, 2] / np.maximum(squares[:, 0], _ROUNDING**2 * squares[:, 2]))
     if condition.max() > _WORST_CONDITION:
         raise UnfitError(
             "the sections have fewer than three distinct directions (condition "

@@ -9,6 +9,8 @@ from tests.truths import graph_contours
 from touchatlas.patch.contour import Contour, ContourEnd, SamplingPlane
 from touchatlas.patch.fit import FitOptions, fit_patch, fit_patches
 from touchatlas.patch.paper_fit import Penalty, fit_paper
+from touchatlas.patch.patch import ring
+from touchatlas.patch.polynomial import graded_basis
 from touchatlas.patch.smoothness import SmoothnessPrior
 from touchatlas.patch.start import UnfitError
 
@@ -101,6 +103,19 @@ def test_a_radius_limit_below_the_sampling_is_refused():
     points = np.array([0.02, 0.02, 0.0])
     with pytest.raises(UnfitError, match="no sample"):
         fit_patch(points, bowl(), UP, radius_limit=1e-3)
+
+
+def test_the_outline_of_a_polynomial_that_folds_stays_at_its_distance():
+    basis = graded_basis(4)
+    scaled = ring(basis, np.full(basis.size, 50.0), 0.75)
+    assert np.abs(scaled).max() <= 0.75
+
+
+def test_two_directions_of_many_sections_are_too_few():
+    """Singular but for rounding, which overflowed."""
+    for angles in ([0.0, 0.0, np.pi / 2], [0.0, np.pi / 2, 0.0, np.pi / 2, 0.0]):
+        with pytest.raises(UnfitError, match="directions"):
+            fit_patch(ORIGIN, bowl(0.0, angles=angles), UP)
 
 
 def bump_of_nearly_parallel_sections(noise_std):
