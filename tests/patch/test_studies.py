@@ -79,13 +79,13 @@ def spoilt(scene: Scene, count: int, deviations: float, rng) -> tuple[Contour, .
 
 
 BAD = {"none": (0, 0.0), "2 %": (1, 20.0), "5 %": (3, 20.0), "10 %": (6, 20.0), "one": (1, 50.0)}
-LEVERAGE = "the first polynomial is plain least squares and follows contacts near the ends"
+LEVERAGE = "of several bad contacts on one curve the last may hide behind the others"
 
 
 def bad(name: str):
-    """A situation of ``BAD``; those with any bad contacts break the law now."""
+    """A situation of ``BAD``; those with many bad contacts break the law now."""
     broken = pytest.mark.xfail(strict=True, reason=LEVERAGE)
-    return pytest.param(name, marks=() if name == "none" else broken)
+    return pytest.param(name, marks=broken if name in ("5 %", "10 %") else ())
 
 
 @pytest.mark.parametrize("name", [bad(name) for name in BAD])
