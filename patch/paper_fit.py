@@ -31,6 +31,7 @@ _SHARES = np.geomspace(1e-1, 1e-6, 12).tolist()
 _DISCREPANCY = 1.5
 _WORST_CONDITION = 1e3
 _LOOSE_STD = 1.0
+_LEAST_SHARE = 1e-4
 # As in ``start``: rounding would choose the outer side.
 _TANGENT = 1e-9
 _CONSTANT, _SLOPES, _SQUARES = 0, slice(1, 3), [3, 5]
@@ -185,7 +186,9 @@ def _darboux(point, contours, outward, noise):
         k1 = k2 = 0.5 * (k1 + k2)
     axes = axes_from_normal(normal, np.cos(angle) * axes[0] + np.sin(angle) * axes[1])
     across = tangents @ axes[:2].T
-    weight = np.maximum([s.tangent_std for s in sections], np.finfo(float).eps) ** -2.0
+    stds = np.array([s.tangent_std for s in sections])
+    # An exact section among noisy ones would leave the system singular to rounding.
+    weight = np.maximum(stds, max(_LEAST_SHARE * stds.max(), np.finfo(float).eps)) ** -2.0
     slopes = np.linalg.inv((across * weight[:, None]).T @ across)
     return axes, k1, k2, condition, (slopes, np.diag(std**2))
 
@@ -199,7 +202,8 @@ def _covariance(problem: FoldProblem, section_covariance, noise) -> np.ndarray:
     out[_CONSTANT, _CONSTANT] = noise**2
     out[_SLOPES, _SLOPES] = slopes
     out[np.ix_(_SQUARES, _SQUARES)] = curvatures * (0.5 * problem.radius) ** 2
-    precision = problem.design.T @ problem.design / noise**2
-    out[np.ix_(free, free)] = np.linalg.inv(precision + np.eye(problem.size) / _LOOSE_STD**2)
+    values, vectors = np.linalg.eigh(problem.design.T @ problem.design)
+    precision = np.maximum(values, 0.0) / noise**2 + _LOOSE_STD**-2.0
+    out[np.ix_(free, free)] = (vectors / precision) @ vectors.T
     # Rounding leaves the inverse of a symmetric matrix a little askew.
     return 0.5 * (out + out.T)

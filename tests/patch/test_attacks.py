@@ -151,6 +151,18 @@ def test_covariances_are_symmetric_to_the_last_digit():
         assert np.array_equal(covariance, covariance.T)
 
 
+def test_one_exact_section_does_not_spoil_the_paper_fit():
+    """Seeds 20436 and 20599 of the fuzz: one section exact, the others not, no noise stated."""
+    noisy, exact = bowl(1e-3), bowl(0.0, height=lambda x, y: 0.0 * x)[0]
+    contours = (exact, *(replace(c, noise_std=0.0) for c in noisy[1:]))
+    for penalty in Penalty:
+        covariance = fit_paper(ORIGIN, contours, UP, penalty).covariance
+        assert np.diag(covariance).min() >= 0.0
+        # The coefficient of x y is zero by equation (1), without any deviation.
+        std = np.sqrt(np.diag(covariance)) + (np.diag(covariance) == 0.0)
+        assert np.linalg.eigvalsh(covariance / np.outer(std, std)).min() > -1e-9
+
+
 def test_the_paper_fit_names_what_is_missing():
     with pytest.raises(ValueError, match="0 sections"):
         fit_paper(ORIGIN, (), UP, Penalty.NONE)
