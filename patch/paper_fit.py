@@ -170,7 +170,9 @@ def _darboux(point, contours, outward, noise):
     outward = frozen_array(outward, (3,), "outward")
     normal = normal_from_tangents(tangents, outward)
     if abs(normal @ outward) <= _TANGENT * np.abs(outward).max():
-        raise ValueError("outward is zero or tangent to the surface; give one on the outer side")
+        raise ValueError(
+            "outward is zero or tangent to the surface and tells no side; give one that points out"
+        )
     axes = axes_from_normal(normal, any_tangent(normal))
     angles = np.arctan2(tangents @ axes[1], tangents @ axes[0])
     # Meusnier: of a slanting section's curvature only the part along the normal counts.

@@ -199,5 +199,7 @@ def _first_axes(tangents, outwards):
             f"{condition.max():.3g}); choose sampling planes about 60 degrees apart"
         )
     if (np.abs(side) <= _TANGENT * np.abs(outwards).max(axis=1)).any():
-        raise ValueError("outward is zero or tangent to the surface; give one on the outer side")
+        raise ValueError(
+            "outward is zero or tangent to the surface and tells no side; give one that points out"
+        )
     return axes, condition
