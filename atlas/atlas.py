@@ -9,7 +9,8 @@ from touchatlas.atlas.blend import Blend, blend
 from touchatlas.atlas.boundary import Boundary, power_at
 from touchatlas.atlas.frontier import Frontier
 from touchatlas.atlas.kin import kin_of
-from touchatlas.atlas.moments import absorb, solve
+from touchatlas.atlas.learning import Learning
+from touchatlas.atlas.moments import solve
 from touchatlas.atlas.table import Table
 from touchatlas.atlas.tiling import Tiling
 from touchatlas.atlas.touch import Touch, TouchStatus
@@ -90,7 +91,7 @@ class Atlas:
         self.table = Table(options.fit.basis, options.fit.core)
         self.kin: list[set[int]] = []
         self.tiling = Tiling(self.table, self.kin)
-        self.samples: list[tuple[np.ndarray, np.ndarray]] = []
+        self.learning = Learning(self.table)
         self.frontier = Frontier()
         self.touches = 0
         self.length_sums = np.zeros(3)
@@ -111,7 +112,7 @@ class Atlas:
     @property
     def point_count(self) -> int:
         """Samples over all touches."""
-        return sum(len(points) for points, _ in self.samples)
+        return len(self.learning.pool)
 
     @property
     def prior(self) -> SmoothnessPrior:
@@ -201,10 +202,7 @@ class Atlas:
             )
         except UnfitError as error:
             return AtlasChange(refused=str(error))
-        normals = [contour_normals(c, fit.patch.frame.normal) for c in contours]
-        return self._insert(
-            fit, np.concatenate([c.points_in_plane for c in contours]), np.concatenate(normals)
-        )
+        return self._insert(fit, contours)
 
     def _radius_limit(self, touch: Touch) -> float:
         """Largest radius whose core takes no earlier centre out of its own cell."""
@@ -214,38 +212,72 @@ class Atlas:
         square = (offset * offset).sum(axis=1) + table.power
         return float(0.99 * np.sqrt(square[alike].min()) / table.core) if alike.any() else np.inf
 
-    def _insert(self, fit: PatchFit, points, normals) -> AtlasChange:
-        """Enter a fitted patch with its samples and their normals within their contours."""
-        table = self.table
+    def _insert(self, fit: PatchFit, contours) -> AtlasChange:
+        """Enter a fitted patch with the samples of its contours."""
+        table, learning = self.table, self.learning
         row = table.append(fit)
         kin = kin_of(table, row)
+        index = self._enter_samples(row, contours)
+        self.kin.append(set())
+        learning.members.append(index[:0])
+        learning.brought.append(index)
+        if len(kin):
+            learning.teach(kin, index)
+        owner = self._owner(row, kin)
+        if owner != row:
+            self._drop_last(owner)
+            self.frontier.cover(table, owner)
+            frame = fit.patch.frame
+            self.frontier.visit(frame.origin, frame.normal, 0.5 * fit.patch.radius)
+            self._link(owner, kin)
+            self._learned(kin)
+            return AtlasChange(changed=tuple(kin.tolist()))
+        self._join(row, kin, index)
+        log_length = np.log(table.radius[row] / fit.turn)
+        self.length_sums += (1.0, log_length, log_length**2)
+        self._learned(np.append(kin, row))
+        table.renew_ring(row)
+        self._close_frontier(row, kin, index)
+        self.tiling.meet(row, kin)
+        return AtlasChange(added=(row,), changed=tuple(kin.tolist()))
+
+    def _enter_samples(self, row: int, contours) -> np.ndarray:
+        """Samples of the contours into the pool, with the best normals there are for them."""
+        table = self.table
+        frame_normal = table.axes[row, 2]
+        points = np.concatenate([c.points_in_plane for c in contours])
+        normals = np.concatenate([contour_normals(c, frame_normal) for c in contours])
+        across = np.concatenate([np.tile(c.plane.normal, (len(c.points), 1)) for c in contours])
         # Within the patch its polynomial knows the normals better than single contours do.
         scaled = table.scaled_local(np.array([row]), points)
         upward = table.surface(np.array([row]), scaled)[1][0]
         upward = upward / np.sqrt((upward**2).sum(axis=1))[:, None] @ table.axes[row]
         inside = (scaled[0, :, :2] ** 2).sum(axis=1) <= 1.0
-        normals = np.where(inside[:, None], upward, normals)
-        if len(kin):
-            absorb(table, kin, points, normals)
-        owner = self._owner(row, kin)
-        if owner != row:
-            table.size -= 1
-            self._give_samples(owner, points, normals)
-            solve(table, kin)
-            self.frontier.cover(table, owner)
-            frame = fit.patch.frame
-            self.frontier.visit(frame.origin, frame.normal, 0.5 * fit.patch.radius)
-            self._link(owner, kin)
-            return AtlasChange(changed=tuple(kin.tolist()))
-        self._join(row, kin, points, normals)
-        log_length = np.log(table.radius[row] / fit.turn)
-        self.length_sums += (1.0, log_length, log_length**2)
-        rows = np.append(kin, row)
-        solve(table, rows)
-        table.renew_ring(row)
-        self._close_frontier(row, kin, points, normals)
-        self.tiling.meet(row, kin)
-        return AtlasChange(added=(row,), changed=tuple(kin.tolist()))
+        return self.learning.pool.add(points, np.where(inside[:, None], upward, normals), across)
+
+    def _learned(self, rows: np.ndarray) -> None:
+        """Solve rows that learned new samples; frame anew those that are due."""
+        solve(self.table, rows)
+        for row in self.learning.outgrown(rows).tolist():
+            self.refit(row)
+
+    def refit(self, row: int) -> bool:
+        """Choose frame and prior of a patch anew, from all samples about it; whether it held."""
+        offered = self.learning.brought_by([row, *self.kin[row]])
+        radius = float(self.table.radius[row])
+        bias = self.options.bias * self.tolerance
+        return (
+            self.learning.refit(row, offered, bias, radius, self.prior, self.options.fit)
+            is not None
+        )
+
+    def _drop_last(self, owner: int) -> None:
+        """Take back the last row; its samples go to their owner."""
+        learning = self.learning
+        self.table.size -= 1
+        self.kin.pop()
+        learning.members.pop()
+        learning.brought[owner] = np.concatenate([learning.brought[owner], learning.brought.pop()])
 
     def _owner(self, row: int, kin: np.ndarray) -> int:
         """The patch in whose cell the centre of ``row`` lies: itself, unless it is hidden."""
@@ -267,34 +299,20 @@ class Atlas:
         table.ring_open[others] *= power_at(table, [owner], table.ring[others])[..., 0] > 0
         self.tiling.conquer(owner, others)
 
-    def _give_samples(self, owner: int, points, normals) -> None:
-        old_points, old_normals = self.samples[owner]
-        self.samples[owner] = (
-            np.concatenate([old_points, points]),
-            np.concatenate([old_normals, normals]),
-        )
-
-    def _join(self, row: int, kin: np.ndarray, points, normals) -> None:
+    def _join(self, row: int, kin: np.ndarray, index) -> None:
         """Enter ``row`` among its kin, and learn from their samples."""
         members = kin.tolist()
-        if members:
-            earlier = [self.samples[i] for i in members]
-            absorb(
-                self.table,
-                np.array([row]),
-                np.concatenate([p for p, _ in earlier]),
-                np.concatenate([n for _, n in earlier]),
-            )
-        self.samples.append((points, normals))
-        self.kin.append(set(members))
+        self.learning.teach(np.array([row]), self.learning.brought_by([row, *members]))
+        self.table.learned[row] = self.table.count[row]
+        self.kin[row] = set(members)
         for i in members:
             self.kin[i].add(row)
         self.tiling.add(row)
 
-    def _close_frontier(self, row: int, kin: np.ndarray, points, normals) -> None:
-        table = self.table
+    def _close_frontier(self, row: int, kin: np.ndarray, index) -> None:
+        table, pool = self.table, self.learning.pool
         self.frontier.cover(table, row)
-        self.frontier.extend(table, row, kin, points, normals)
+        self.frontier.extend(table, row, kin, pool.points[index], pool.normals[index])
         if len(kin):
             table.ring_open[kin] *= power_at(table, [row], table.ring[kin])[..., 0] > 0
             table.ring_open[row] *= power_at(table, kin, table.ring[row]).min(axis=1) > 0
@@ -303,6 +321,9 @@ class Atlas:
         """V - E + F of the patch graph: patches, boundaries and corners."""
         return self.tiling.euler_characteristic()
 
-    def retile(self) -> None:
-        """Corners and boundaries of all patches anew, from the polynomials as they are now."""
+    def settle(self) -> None:
+        """Refit all patches from all they could have learned from, then draw boundaries and
+        corners anew: what an exploration ends with."""
+        for row in range(self.table.size):
+            self.refit(row)
         self.tiling.retile()

@@ -12,6 +12,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from touchatlas.atlas.boundary import CELL_MARGIN, power_at
+from touchatlas.atlas.moments import left_out
 from touchatlas.atlas.table import Table
 from touchatlas.patch.polynomial import (
     SECOND_ORDER,
@@ -121,10 +122,11 @@ def _say(table: Table, kin, row, points, near, reach):
     terms = terms[: basis.size]
     variance = np.maximum((terms * (table.covariance[row] @ terms)).sum(axis=0), 0.0)
     variance = (radius / stretch) ** 2 * variance + np.finfo(float).tiny
+    beyond = (radius / stretch) ** 2 * left_out(table, np.array([row]), scaled[None])[0]
     closeness = np.maximum(1.0 - (scaled * scaled).sum(axis=1), 0.0)
     graph = graph_derivatives(*(d[inside] for d in derivatives))
     curvature = gaussian_curvature(*graph) / radius**2
-    numbers = np.stack([distance, closeness**3 / variance, variance, curvature], axis=1)
+    numbers = np.stack([distance, closeness**3 / variance, variance + beyond, curvature], axis=1)
     return near, np.full(len(near), row), numbers, normals, lowest
 
 

@@ -63,7 +63,7 @@ def boundary_curves(table: Table, first: np.ndarray, second: np.ndarray):
     real : (e,) bool
         Whether the two cores meet at all.
     """
-    offset = table.origin[second] - table.origin[first]
+    offset = table.site[second] - table.site[first]
     square = np.maximum((offset * offset).sum(axis=1), np.finfo(float).tiny)
     share = 0.5 * (1.0 + (table.power[first] - table.power[second]) / square)
     half_square = table.power[first] - share * share * square
@@ -72,7 +72,7 @@ def boundary_curves(table: Table, first: np.ndarray, second: np.ndarray):
     across /= np.sqrt((across * across).sum(axis=1))[:, None]
     along = cross(across, offset / np.sqrt(square)[:, None])
     half = np.sqrt(np.maximum(half_square, 0.0))
-    base = (table.origin[first] + share[:, None] * offset)[:, None] + (half[:, None] * _ALONG)[
+    base = (table.site[first] + share[:, None] * offset)[:, None] + (half[:, None] * _ALONG)[
         ..., None
     ] * along[:, None]
     lift, normals = _lift(table, np.concatenate([first, second]), base, across)
@@ -105,7 +105,7 @@ def _lift(table: Table, rows, base, across):
 
 def power_at(table: Table, rows, points) -> np.ndarray:
     """(..., m) power |x - p|^2 - c^2 of the rows (m,) at world points (..., 3)."""
-    offset = points[..., None, :] - table.origin[rows]
+    offset = points[..., None, :] - table.site[rows]
     return (offset * offset).sum(axis=-1) - table.power[rows]
 
 
@@ -116,12 +116,13 @@ def corners_on(table: Table, row: int, first: np.ndarray, second: np.ndarray) ->
     where they do not meet within the patch radius.
     """
     radius = table.radius[row]
+    site = (table.site[row] - table.origin[row]) @ table.axes[row].T / radius
     planes, levels = [], []
     for others in (first, second):
-        centre = (table.origin[others] - table.origin[row]) @ table.axes[row].T / radius
+        centre = (table.site[others] - table.site[row]) @ table.axes[row].T / radius
         planes.append(centre)
         excess = (table.power[row] - table.power[others]) / radius**2
-        levels.append(0.5 * ((centre * centre).sum(axis=1) + excess))
+        levels.append(0.5 * ((centre * centre).sum(axis=1) + excess) + centre @ site)
     (a, b), (alpha, beta) = planes, levels
     axis = cross(a, b)
     point = np.zeros_like(a)

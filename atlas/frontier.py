@@ -33,7 +33,7 @@ class Frontier:
 
     def cover(self, table: Table, row: int) -> None:
         """Drop the samples of its sheet that the core of ``row`` covers."""
-        offset = self.points - table.origin[row]
+        offset = self.points - table.site[row]
         share = np.sqrt((offset * offset).sum(axis=1) / table.power[row])
         near = np.flatnonzero(share < _REACH / table.core)
         near = near[on_sheet(table, np.array([row]), self.points[near], self.normals[near])[0]]
@@ -44,7 +44,7 @@ class Frontier:
     def extend(self, table: Table, row: int, kin: np.ndarray, points, normals) -> None:
         """Add those of the new samples of ``row`` that neither it nor its kin cover."""
         rows = np.append(kin, row)
-        offset = points[:, None, :] - table.origin[rows]
+        offset = points[:, None, :] - table.site[rows]
         depth = np.sqrt(((offset * offset).sum(axis=-1) / table.power[rows]).min(axis=1))
         out = depth > 1.0
         self.points = np.concatenate([self.points, points[out]])

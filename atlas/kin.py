@@ -14,7 +14,7 @@ from touchatlas.atlas.table import Table
 def radical_share(table: Table, row: int, others: np.ndarray):
     """Offsets (m, 3) to other centres, squared distances (m,), and the share (m,) of the way
     at which both cores have equal power: the radical plane."""
-    offset = table.origin[others] - table.origin[row]
+    offset = table.site[others] - table.site[row]
     square = np.maximum((offset * offset).sum(axis=1), np.finfo(float).tiny)
     share = 0.5 * (1.0 + (table.power[row] - table.power[others]) / square)
     return offset, square, share
@@ -24,12 +24,13 @@ def kin_of(table: Table, row: int) -> np.ndarray:
     """Rows of the patches that continue the same sheet as ``row``, ascending."""
     offset = table.origin - table.origin[row]
     near = (offset * offset).sum(axis=1) < (table.radius + table.radius[row]) ** 2
+    near &= table.alive > 0.0
     near[row] = False
     others = np.flatnonzero(near)
     if not len(others):
         return others
     offset, _, share = radical_share(table, row, others)
-    between = table.origin[row] + np.clip(share, 0.0, 1.0)[:, None] * offset
+    between = table.site[row] + np.clip(share, 0.0, 1.0)[:, None] * offset
     mine = table.scaled_local(np.array([row]), between)
     height, upward = table.surface(np.array([row]), mine)
     mine[..., 2] -= height / upward[..., 2]

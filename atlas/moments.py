@@ -1,12 +1,19 @@
-"""Accumulated normal equations: a patch learns new samples without forgetting the old."""
+"""Accumulated normal equations: a patch learns new samples without forgetting the old.
+
+A sample enters the equations of a patch at its foot on the patch's anchor, the polynomial as it
+was when the patch was last framed: Gauss-Newton for orthogonal distances, linearised once. So
+what a sample adds does not depend on when it came, and the sums equal those made from scratch.
+"""
 
 import numpy as np
 
+from touchatlas.atlas.samples import SamplePool
 from touchatlas.atlas.table import Table
-from touchatlas.patch.polynomial import monomials
+from touchatlas.patch.polynomial import GRADIENT, evaluate_batch, monomials
 from touchatlas.patch.smoothness import (
     coefficient_precision,
     effective_parameters,
+    leftover,
     posterior,
     residual_square,
 )
@@ -15,6 +22,8 @@ from touchatlas.patch.smoothness import (
 # normal is within 60 degrees of the patch's there.
 SHEET_GAP = 0.25
 SHEET_COSINE = 0.5
+# Squared gradients in a sample's plane are not taken for less: there the plane is near tangent.
+_LEAST_STRETCH = 0.05
 
 
 def on_sheet(table: Table, rows: np.ndarray, points, normals) -> np.ndarray:
@@ -23,12 +32,11 @@ def on_sheet(table: Table, rows: np.ndarray, points, normals) -> np.ndarray:
     Weaker than what it takes to be learned from: samples far from their own patch know their
     normals only within one contour.
     """
-    scaled = table.scaled_local(rows, points)
-    return _of_sheet(table, rows, scaled, normals, 0.0)
+    height, upward = table.surface(rows, table.scaled_local(rows, points))
+    return _faces(table, rows, height, upward, normals, 0.0)
 
 
-def _of_sheet(table: Table, rows, scaled, normals, cosine, terms=None) -> np.ndarray:
-    height, upward = table.surface(rows, scaled, terms)
+def _faces(table: Table, rows, height, upward, normals, cosine) -> np.ndarray:
     normals_local = normals @ table.axes[rows].transpose(0, 2, 1)
     length = np.sqrt((upward**2).sum(axis=-1))
     return (np.abs(height) <= SHEET_GAP * length) & (
@@ -36,20 +44,56 @@ def _of_sheet(table: Table, rows, scaled, normals, cosine, terms=None) -> np.nda
     )
 
 
-def absorb(table: Table, rows: np.ndarray, points: np.ndarray, normals: np.ndarray) -> None:
-    """Add samples (n, 3) with unit normals (n, 3) to the equations of every row they fall in."""
+def of_patch(table: Table, rows: np.ndarray, points, normals, reach: float = 1.0) -> np.ndarray:
+    """(m, n) whether each row may learn from samples (n, 3) with outward normals (n, 3): those
+    of its sheet within ``reach`` patch radii."""
     scaled = table.scaled_local(rows, points)
+    height, upward = table.surface(rows, scaled)
+    near = scaled[..., 0] ** 2 + scaled[..., 1] ** 2 <= reach * reach
+    return near & _faces(table, rows, height, upward, normals, SHEET_COSINE)
+
+
+def absorb(table: Table, rows: np.ndarray, pool: SamplePool, index, member) -> None:
+    """Add samples ``index`` (n,) of the pool to the equations of the rows (m,) that ``member``
+    (m, n) says they belong to."""
+    table.gram[rows] += (sums := _sums(table, rows, pool, index, member))[0]
+    table.right[rows] += sums[1]
+    table.square[rows] += sums[2]
+    table.count[rows] += member.sum(axis=1)
+
+
+def _sums(table: Table, rows, pool: SamplePool, index, member):
+    """Sums of w phi phi^t (m, t, t), w phi z (m, t) and w z^2 (m,) over the members."""
+    scaled = table.scaled_local(rows, pool.points[index])
     terms = monomials(table.basis, scaled[..., 0], scaled[..., 1], scaled[..., 2])
-    inside = _of_sheet(table, rows, scaled, normals, SHEET_COSINE, terms)
-    inside &= scaled[..., 0] ** 2 + scaled[..., 1] ** 2 <= 1.0
-    weight = inside.astype(float)
+    phi, px, py, pz = evaluate_batch(table.basis, table.anchor[rows], terms, GRADIENT)
+    value = scaled[..., 2] - phi
+    gradient = np.empty_like(scaled)
+    gradient[..., 0], gradient[..., 1], gradient[..., 2] = -px, -py, 1.0 - pz
+    # A sample is off within its plane, so its foot lies in it too.
+    across = pool.across[index] @ table.axes[rows].transpose(0, 2, 1)
+    gradient -= np.einsum("mni,mni->mn", gradient, across)[..., None] * across
+    stretch = np.maximum(np.einsum("mni,mni->mn", gradient, gradient), _LEAST_STRETCH)
+    feet = scaled - (value / stretch)[..., None] * gradient
+    terms = monomials(table.basis, feet[..., 0], feet[..., 1], feet[..., 2])
     terms = terms[: table.basis.size].transpose(1, 0, 2)
+    z = feet[..., 2] + value
+    # What the degree leaves out grows with the distance, and counts as noise.
+    beyond = left_out(table, rows, feet)
+    weight = member / stretch / (1.0 + beyond / table.noise_scaled(rows)[:, None] ** 2)
     weighted = terms * weight[:, None, :]
-    z = scaled[..., 2]
-    table.gram[rows] += weighted @ terms.transpose(0, 2, 1)
-    table.right[rows] += (weighted @ z[..., None])[..., 0]
-    table.square[rows] += (weight * z * z).sum(axis=1)
-    table.count[rows] += weight.sum(axis=1)
+    return (
+        weighted @ terms.transpose(0, 2, 1),
+        (weighted @ z[..., None])[..., 0],
+        (weight * z * z).sum(axis=1),
+    )
+
+
+def left_out(table: Table, rows, scaled) -> np.ndarray:
+    """(m, n) variance, scaled, of what the degree of the rows leaves out at points (m, n, 3)."""
+    square = (scaled[..., :2] ** 2).sum(axis=-1)
+    rim = leftover(table.basis, table.turn[rows])
+    return (rim * rim)[:, None] * square ** (table.basis.degree + 1)
 
 
 def solve(table: Table, rows: np.ndarray) -> None:

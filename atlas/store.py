@@ -12,7 +12,7 @@ import numpy as np
 from touchatlas.atlas.atlas import Atlas, AtlasOptions
 from touchatlas.patch.fit import FitOptions
 
-FORMAT = 1
+FORMAT = 2
 
 
 def save_atlas(path, atlas: Atlas) -> None:
@@ -23,14 +23,15 @@ def save_atlas(path, atlas: Atlas) -> None:
         "touches": atlas.touches,
         "options": asdict(atlas.options),
     }
-    lengths = [len(points) for points, _ in atlas.samples]
+    pool, learning = atlas.learning.pool, atlas.learning
     arrays = {
         "header": np.frombuffer(json.dumps(header, sort_keys=True).encode(), np.uint8),
-        "sample_counts": np.array(lengths, np.int64),
-        "sample_points": _stack([p for p, _ in atlas.samples]),
-        "sample_normals": _stack([n for _, n in atlas.samples]),
-        "kin_counts": np.array([len(k) for k in atlas.kin], np.int64),
-        "kin": np.array([j for k in atlas.kin for j in sorted(k)], np.int64),
+        "sample_points": pool.points,
+        "sample_normals": pool.normals,
+        "sample_across": pool.across,
+        **_packed("members", learning.members),
+        **_packed("brought", learning.brought),
+        **_packed("kin", [sorted(k) for k in atlas.kin]),
         "frontier_points": atlas.frontier.points,
         "frontier_normals": atlas.frontier.normals,
         "frontier_home": atlas.frontier.home,
@@ -65,35 +66,62 @@ def load_atlas(path) -> Atlas:
         raise ValueError(
             f"{path} has format {header['format']}; this version reads up to {FORMAT}: update it"
         )
+    if header["format"] == 1:
+        arrays |= _from_format_1(arrays)
     options = header["options"]
     atlas = Atlas(
         header["tolerance"], AtlasOptions(**{**options, "fit": FitOptions(**options["fit"])})
     )
     _fill(atlas, arrays, header)
+    if header["format"] == 1:
+        atlas.settle()
     return atlas
 
 
 def _fill(atlas: Atlas, arrays, header) -> None:
     atlas.touches = header["touches"]
     atlas.table.extend({name: arrays[f"table_{name}"] for name in atlas.table.names})
-    ends = np.cumsum(arrays["sample_counts"])[:-1]
-    points, normals = arrays["sample_points"], arrays["sample_normals"]
-    atlas.samples = list(zip(np.split(points, ends), np.split(normals, ends), strict=True))
-    ends = np.cumsum(arrays["kin_counts"])[:-1]
-    atlas.kin.extend(set(k.tolist()) for k in np.split(arrays["kin"], ends))
-    if not len(arrays["kin_counts"]):
-        atlas.samples = []
-        atlas.kin.clear()
+    learning = atlas.learning
+    learning.pool.add(*(arrays[f"sample_{name}"] for name in ("points", "normals", "across")))
+    learning.members.extend(_unpacked("members", arrays))
+    learning.brought.extend(_unpacked("brought", arrays))
+    atlas.kin.extend(set(k.tolist()) for k in _unpacked("kin", arrays))
     for name in ("points", "normals", "home", "depth"):
         setattr(atlas.frontier, name, arrays[f"frontier_{name}"])
     atlas.length_sums = arrays["length_sums"]
     for row in range(len(atlas)):
         atlas.tiling.add(row)
-    atlas.retile()
+    atlas.tiling.retile()
 
 
-def _stack(parts) -> np.ndarray:
-    return np.concatenate(parts) if parts else np.zeros((0, 3))
+def _from_format_1(arrays) -> dict[str, np.ndarray]:
+    """What a file of format 1 lacks: which samples a patch learned from, their planes, the
+    sites and anchors. The patches have to be fitted anew from the samples they brought."""
+    count = len(arrays["sample_counts"])
+    index = np.arange(len(arrays["sample_points"]), dtype=np.int32)
+    split = np.split(index, np.cumsum(arrays["sample_counts"])[:-1]) if count else []
+    nothing = [index[:0]] * count
+    return {
+        "table_alive": np.ones(count),
+        "table_site": arrays["table_origin"],
+        "table_anchor": arrays["table_mean"],
+        "table_learned": arrays["table_count"],
+        "sample_across": np.zeros_like(arrays["sample_points"]),
+        **_packed("members", nothing),
+        **_packed("brought", split),
+    }
+
+
+def _packed(name: str, parts) -> dict[str, np.ndarray]:
+    """Lists of integers as one array and their lengths."""
+    counts = np.array([len(part) for part in parts], np.int64)
+    whole = np.concatenate([np.zeros(0, np.int32), *parts]).astype(np.int32)
+    return {f"{name}_counts": counts, name: whole}
+
+
+def _unpacked(name: str, arrays) -> list[np.ndarray]:
+    counts = arrays[f"{name}_counts"]
+    return np.split(arrays[name], np.cumsum(counts)[:-1]) if len(counts) else []
 
 
 def write_whole(path, data: bytes) -> None:

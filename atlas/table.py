@@ -25,6 +25,8 @@ class Table:
         self.size = 0
         t = basis.size
         shapes = {
+            "alive": (),
+            "site": (3,),
             "origin": (3,),
             "axes": (3, 3),
             "radius": (),
@@ -37,6 +39,8 @@ class Table:
             "right": (t,),
             "square": (),
             "count": (),
+            "learned": (),
+            "anchor": (t,),
             "mean": (t,),
             "covariance": (t, t),
             "residual": (),
@@ -63,27 +67,34 @@ class Table:
             for name, column in self._columns.items():
                 self._columns[name] = np.concatenate([column, np.zeros_like(column)])
         self.size += 1
+        self.site[row] = patch.frame.origin
+        self.alive[row] = self.ring_open[row] = 1.0
+        self.power[row] = (self.core * patch.radius) ** 2
+        self.condition[row] = patch.condition
+        self.renew(row, fit)
+        return row
+
+    def renew(self, row: int, fit: PatchFit) -> None:
+        """Put a patch that was fitted anew in the place of a row's; its equations are empty."""
+        patch = fit.patch
         values = {
             "origin": patch.frame.origin,
             "axes": patch.frame.axes,
             "radius": patch.radius,
-            "power": (self.core * patch.radius) ** 2,
             "noise": patch.noise_std,
             "turn": fit.turn,
             "bend": fit.bend,
-            "condition": patch.condition,
-            "gram": fit.equations.gram,
-            "right": fit.equations.right,
-            "square": fit.equations.square,
-            "count": fit.equations.count,
+            "gram": 0.0,
+            "right": 0.0,
+            "square": 0.0,
+            "count": 0.0,
+            "anchor": patch.polynomial.coefficients,
             "mean": patch.polynomial.coefficients,
             "covariance": patch.covariance,
             "residual": patch.residual_rms,
-            "ring_open": 1.0,
         }
         for name, value in values.items():
             self._columns[name][row] = value
-        return row
 
     def extend(self, columns: dict[str, np.ndarray]) -> None:
         """Add many rows at once, all columns given."""

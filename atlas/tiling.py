@@ -86,7 +86,7 @@ class Tiling:
             return []
         points = np.array([self.gaps.get(t, self.corners.get(t)) for t in triples])
         table = self._table
-        offset = points - table.origin[[t[0] for t in triples]]
+        offset = points - table.site[[t[0] for t in triples]]
         own = (offset * offset).sum(axis=1) - table.power[[t[0] for t in triples]]
         conquered = power_at(table, [row], points)[:, 0] < own
         dropped = [triple for triple, lost in zip(triples, conquered, strict=True) if lost]
@@ -132,10 +132,10 @@ class Tiling:
         rows = np.array(
             [r + [i] * (width - len(r)) for r, (i, _) in zip(rivals, pairs, strict=True)]
         )
-        offset = points[:, :, None] - table.origin[rows][:, None]
+        offset = points[:, :, None] - table.site[rows][:, None]
         rival = (offset * offset).sum(axis=-1) - table.power[rows][:, None]
         first = [i for i, _ in pairs]
-        offset = points - table.origin[first][:, None]
+        offset = points - table.site[first][:, None]
         own = (offset * offset).sum(axis=-1) - table.power[first][:, None]
         return (own <= CELL_MARGIN * table.power[first][:, None]) & (
             own <= rival.min(axis=2) + 1e-12 * table.power[first][:, None]

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from touchatlas.patch.choice import candidates_of, choose_terms
+from touchatlas.patch.choice import Choice, candidates_of, choose_terms
 from touchatlas.patch.darboux import (
     Solution,
     joined,
@@ -192,11 +192,8 @@ def with_terms_chosen(
     """
     whole = choices.stack
     for share in (*_RADIUS_LEVELS, None):
-        stack, samples = reframed(choices.stack, basis, choices.mean)
-        noise, radius = float(scaled_noise(stack.noise, stack.reach)[0]), float(stack.reach[0])
-        choice = choose_terms(
-            samples.feet[0], samples.lift[0], stack.weight[0], noise, radius, prior, candidates
-        )
+        chosen, choice = _chosen(choices, basis, prior, candidates)
+        noise = float(scaled_noise(choices.stack.noise, choices.stack.reach)[0])
         torn = choice.residual_rms > max(_TORN_NOISE * noise, _TORN)
         if not torn or share is None:
             break
@@ -204,7 +201,21 @@ def with_terms_chosen(
         basis = monge_basis(basis.degree)
         candidates = candidates_of(True) if len(candidates) > 1 else (basis,)
         choices = first_choices(replace(whole, reach=share * whole.reach), basis, np.inf, prior)
+    return solve_choices(chosen, choice.basis), choice.outliers
+
+
+def with_smoothness_chosen(choices: Choices, basis: Basis, prior: SmoothnessPrior) -> Solution:
+    """One patch of given terms and radius, though these do not hold out to the rim: samples count
+    the less, the more of them the degree leaves out."""
+    return solve_choices(_chosen(choices, basis, prior, (basis,))[0], basis)
+
+
+def _chosen(choices: Choices, basis: Basis, prior, candidates) -> tuple[Choices, Choice]:
+    stack, samples = reframed(choices.stack, basis, choices.mean)
+    noise, radius = float(scaled_noise(stack.noise, stack.reach)[0]), float(stack.reach[0])
+    choice = choose_terms(
+        samples.feet[0], samples.lift[0], stack.weight[0], noise, radius, prior, candidates
+    )
     stack = replace(stack, weight=choice.weight[None])
     turn, bend = np.array([choice.turn]), np.array([choice.bend])
-    chosen = Choices(stack, choice.mean[None], turn, bend, choices.doubtful)
-    return solve_choices(chosen, choice.basis), choice.outliers
+    return Choices(stack, choice.mean[None], turn, bend, choices.doubtful), choice

@@ -86,7 +86,7 @@ class PatchFit:
 
 
 @contextmanager
-def _unsolvable_is_unfit():
+def unsolvable_is_unfit():
     """Linear systems that cannot be solved, as of a polynomial that ran away, are UnfitErrors."""
     try:
         yield
@@ -104,7 +104,7 @@ def _check_lengths(bias: float, radius_limit: float, radius_floor: float) -> Non
         )
 
 
-@_unsolvable_is_unfit()
+@unsolvable_is_unfit()
 def fit_patch(
     point,
     contours: tuple[Contour, ...],
@@ -170,7 +170,7 @@ def fit_patch(
         stack = replace(stack, noise=np.hypot(stack.noise, _BORNE * bias))
     choices = first_choices(stack, options.basis, bias, prior, strict=not tolerant)
     if not choices.doubtful[0]:
-        return _records(solve_choices(choices, options.basis), options)[0]
+        return records(solve_choices(choices, options.basis), options)[0]
     cleaned = tuple(without_bad_contacts(c) for c in contours)
     bad = sum(len(c.points) for c in contours) - sum(len(c.points) for c in cleaned)
     if bad:
@@ -179,7 +179,7 @@ def fit_patch(
         )
         return replace(again, outliers=again.outliers + bad)
     if tolerant:
-        return _records(shrunk(stack, options.basis, bias, radius_floor, prior), options)[0]
+        return records(shrunk(stack, options.basis, bias, radius_floor, prior), options)[0]
     return _with_terms_chosen(choices, prior, options)
 
 
@@ -187,10 +187,10 @@ def _with_terms_chosen(choices: Choices, prior, options: FitOptions) -> PatchFit
     basis = options.basis
     candidates = candidates_of(options.height_only) if options.adaptive else (basis,)
     solution, outliers = with_terms_chosen(choices, basis, prior, candidates)
-    return replace(_records(solution, options)[0], outliers=outliers)
+    return replace(records(solution, options)[0], outliers=outliers)
 
 
-@_unsolvable_is_unfit()
+@unsolvable_is_unfit()
 def fit_patches(
     points,
     contour_sets: Sequence[tuple[Contour, ...]],
@@ -223,12 +223,12 @@ def fit_patches(
     }
     good = np.flatnonzero(~choices.doubtful)
     if len(good):
-        fits = _records(solve_choices(choices[good], options.basis), options)
+        fits = records(solve_choices(choices[good], options.basis), options)
         found |= dict(zip(good.tolist(), fits, strict=True))
     return [found[i] for i in range(len(stack.reach))]
 
 
-def _records(solution: Solution, options: FitOptions) -> list[PatchFit]:
+def records(solution: Solution, options: FitOptions) -> list[PatchFit]:
     """The records of a solution."""
     stack, basis = solution.stack, solution.basis
     beyond = leftover(basis, solution.turn)

@@ -1,5 +1,7 @@
 """The atlas against theorems, invariances and its own deviations, on a ball touched all over."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -9,11 +11,12 @@ from touchatlas.atlas.moments import solve
 from touchatlas.atlas.store import load_atlas, save_atlas
 from touchatlas.atlas.surface import extract_surface
 from touchatlas.atlas.touch import Touch, TouchStatus
-from touchatlas.patch.smoothness import coefficient_precision, posterior
 from touchatlas.planner.explore import explore
 from touchatlas.planner.planner import Planner
 from touchatlas.sim.objects import make_object
 from touchatlas.sim.probe import Probe
+
+DATA = Path(__file__).parents[1] / "data"
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +47,7 @@ def test_exact_contacts_close_an_atlas_too():
     atlas, planner = Atlas(obj.tolerance), Planner(*obj.start())
     for _ in explore(atlas, planner, Probe(obj, 0.0, np.random.default_rng(0)), 400):
         pass
-    atlas.retile()
+    atlas.settle()
     assert atlas.euler_characteristic() == 0 and atlas.touches < 400
     surface = extract_surface(atlas)
     # A residual of 0.2 tolerances rms is borne; its largest on the surface is some 2.5 of it.
@@ -75,8 +78,8 @@ def test_boundary_lies_on_the_radical_plane_and_on_both_patches(ball):
         assert boundary.patches == (min(i, j), max(i, j))
         if not len(boundary.points):
             continue
-        offset_i = boundary.points - atlas.table.origin[i]
-        offset_j = boundary.points - atlas.table.origin[j]
+        offset_i = boundary.points - atlas.table.site[i]
+        offset_j = boundary.points - atlas.table.site[j]
         power_i = (offset_i**2).sum(axis=1) - atlas.table.power[i]
         power_j = (offset_j**2).sum(axis=1) - atlas.table.power[j]
         assert power_i == pytest.approx(power_j, abs=1e-8 * atlas.table.power[i])
@@ -89,21 +92,30 @@ def test_boundary_lies_on_the_radical_plane_and_on_both_patches(ball):
 def test_corners_have_equal_power_of_three(ball):
     table = ball.atlas.table
     for triple, point in list(ball.atlas.tiling.corners.items())[:60]:
-        power = [((point - table.origin[i]) ** 2).sum() - table.power[i] for i in triple]
+        power = [((point - table.site[i]) ** 2).sum() - table.power[i] for i in triple]
         assert np.ptp(power) < 1e-6 * table.power[triple[0]]
 
 
-def test_accumulated_equations_equal_those_of_the_samples(ball):
-    """A patch that learned touch by touch solves as one that sees its sums at once."""
-    table = ball.atlas.table
-    row = int(np.argmax(table.count))
-    noise = table.noise_scaled(np.array([row]))
-    precision = coefficient_precision(table.basis, table.turn[[row]], table.bend[[row]])
-    mean, _ = posterior(table.gram[[row]], table.right[[row]], noise, precision)
-    before = table.mean[row].copy()
-    solve(table, np.array([row]))
-    assert table.mean[row] == pytest.approx(mean[0], rel=1e-9, abs=1e-12)
-    assert table.mean[row] == pytest.approx(before, rel=1e-9, abs=1e-12)
+def assert_equations_are_those_of_the_samples(atlas: Atlas) -> None:
+    """Sums and solutions, made from scratch of the same samples: rounding apart (1e-9)."""
+    table, rows = atlas.table, np.arange(atlas.table.size)
+    learned = {name: getattr(table, name).copy() for name in ("gram", "right", "square", "mean")}
+    for row in rows:
+        atlas.learning.rebuild(row)
+    solve(table, rows)
+    for name, before in learned.items():
+        scale = np.abs(before).reshape(len(rows), -1).max(axis=1)
+        error = np.abs(getattr(table, name) - before).reshape(len(rows), -1).max(axis=1)
+        assert (error <= 1e-9 * scale).all(), name
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_update_equals_a_fit_from_scratch_in_any_order(ball, seed):
+    touches = np.random.default_rng(seed).permutation(len(ball.touches))[:40]
+    atlas = Atlas(ball.atlas.tolerance)
+    for i in touches:
+        atlas.add(ball.touches[i])
+    assert_equations_are_those_of_the_samples(atlas)
 
 
 def test_blend_gradient_is_its_normal(ball):
@@ -175,6 +187,16 @@ def test_loaded_atlas_goes_on_learning(tmp_path):
     for touch in explored("sphere", max_touches=30).touches[20:]:
         assert again.add(touch).added == half.atlas.add(touch).added
     assert again.table.mean == pytest.approx(half.atlas.table.mean, rel=1e-9, abs=1e-12)
+
+
+def test_file_of_an_earlier_format_is_read():
+    """Four touches of the ball, written by the version that knew no sample planes."""
+    atlas = load_atlas(DATA / "atlas_format_1.npz")
+    assert len(atlas) == len(atlas.kin) == 4
+    assert atlas.point_count == sum(map(len, atlas.learning.brought))
+    radii = np.linalg.norm(atlas.table.origin, axis=1)
+    assert radii == pytest.approx(33.0, abs=5 * 0.02)
+    assert_equations_are_those_of_the_samples(atlas)
 
 
 @pytest.mark.parametrize("damage", ["cut", "flip"])

@@ -1,0 +1,46 @@
+"""Samples: every point that was ever touched, kept once."""
+
+import numpy as np
+
+
+class SamplePool:
+    """Growing arrays over all samples of an atlas; an index never changes its meaning.
+
+    Attributes
+    ----------
+    points : (n, 3) float, length, world
+    normals : (n, 3) float, unit, world
+        Outward, as their own touch knew them.
+    across : (n, 3) float, unit, world
+        Normal of the plane that each was tracked in, and is noisy in; zero where unknown.
+    """
+
+    def __init__(self) -> None:
+        self._size = 0
+        self._columns = np.zeros((3, 256, 3))
+
+    def __len__(self) -> int:
+        return self._size
+
+    @property
+    def points(self) -> np.ndarray:
+        return self._columns[0, : self._size]
+
+    @property
+    def normals(self) -> np.ndarray:
+        return self._columns[1, : self._size]
+
+    @property
+    def across(self) -> np.ndarray:
+        return self._columns[2, : self._size]
+
+    def add(self, points, normals, across) -> np.ndarray:
+        """Enter samples (n, 3); returns their indices (n,)."""
+        first, last = self._size, self._size + len(points)
+        if last > self._columns.shape[1]:
+            room = np.zeros((3, max(last, 2 * self._columns.shape[1]), 3))
+            room[:, :first] = self._columns[:, :first]
+            self._columns = room
+        self._size = last
+        self._columns[:, first:last] = points, normals, across
+        return np.arange(first, last, dtype=np.int32)

@@ -1,0 +1,71 @@
+"""refit_patch: a patch from samples that are known to be of one sheet, about where it lies."""
+
+import numpy as np
+
+from touchatlas.patch.estimate import (
+    first_choices,
+    shrunk,
+    solve_choices,
+    with_smoothness_chosen,
+)
+from touchatlas.patch.fit import FitOptions, PatchFit, records, unsolvable_is_unfit
+from touchatlas.patch.frame import DarbouxFrame
+from touchatlas.patch.smoothness import SmoothnessPrior
+from touchatlas.patch.start import Stack
+
+
+@unsolvable_is_unfit()
+def refit_patch(
+    frame: DarbouxFrame,
+    points,
+    across,
+    noise_std: float,
+    radius: float,
+    bias: float,
+    radius_floor: float,
+    prior: SmoothnessPrior = SmoothnessPrior(),
+    options: FitOptions = FitOptions(),
+    condition: float = 1.0,
+) -> PatchFit:
+    """Patch from samples of one sheet, in the Darboux frame that they define.
+
+    Parameters
+    ----------
+    frame : DarbouxFrame
+        Where it is expected to lie: near the surface, with a normal within 45 degrees.
+    points : (n, 3) float, length, world
+    across : (n, 3) float, unit, world
+        Normal of the plane that each sample was tracked in; zero for a sample of no plane.
+    noise_std, radius : float, length
+    bias : float, length
+        Residuals beyond the noise that are borne before the radius is reduced.
+    radius_floor : float, length
+        Residuals make the patch no smaller; the radius where they shall not at all.
+    prior : SmoothnessPrior
+    options : FitOptions
+    condition : float
+        Of the sections, to be passed on.
+
+    Raises
+    ------
+    UnfitError
+        No sample within reach, or samples that no one polynomial holds.
+    """
+    stack = Stack(
+        frame.origin[None],
+        frame.axes[None],
+        (points - frame.origin)[None],
+        across[None],
+        np.ones((1, len(points))),
+        np.array([radius]),
+        np.array([noise_std]),
+        np.array([condition]),
+    )
+    choices = first_choices(stack, options.basis, bias, prior)
+    if not choices.doubtful[0]:
+        solution = solve_choices(choices, options.basis)
+    elif radius_floor < radius:
+        solution = shrunk(stack, options.basis, bias, radius_floor, prior)
+    else:
+        solution = with_smoothness_chosen(choices, options.basis, prior)
+    return records(solution, options)[0]
