@@ -7,18 +7,21 @@ import numpy as np
 
 from touchatlas.atlas.blend import Blend, blend
 from touchatlas.atlas.boundary import Boundary, power_at
+from touchatlas.atlas.change import AtlasChange
 from touchatlas.atlas.frontier import Frontier
-from touchatlas.atlas.kin import kin_of
+from touchatlas.atlas.insertion import insert
 from touchatlas.atlas.learning import Learning
+from touchatlas.atlas.merging import may_merge, merged_fit, replace_by
 from touchatlas.atlas.moments import solve
+from touchatlas.atlas.prediction import half_way_deviation
 from touchatlas.atlas.table import Table
 from touchatlas.atlas.tiling import Tiling
 from touchatlas.atlas.touch import Touch, TouchStatus
-from touchatlas.patch.fit import FitOptions, PatchFit, fit_patch
+from touchatlas.atlas.validation import violations
+from touchatlas.patch.fit import FitOptions, fit_patch
 from touchatlas.patch.frame import DarbouxFrame
 from touchatlas.patch.patch import Patch
-from touchatlas.patch.polynomial import LocalPolynomial, monomials
-from touchatlas.patch.section import contour_normals
+from touchatlas.patch.polynomial import LocalPolynomial
 from touchatlas.patch.smoothness import SmoothnessPrior, leftover
 from touchatlas.patch.start import UnfitError
 
@@ -45,21 +48,6 @@ class AtlasOptions:
     fit: FitOptions = FitOptions(adaptive=False)
     bias: float = 0.2
     least_radius: float = 10.0
-
-
-@dataclass(frozen=True)
-class AtlasChange:
-    """What one change did to the atlas: patch ids.
-
-    ``refused`` says in words why a touch taught nothing; it is empty otherwise.
-    """
-
-    added: tuple[int, ...] = ()
-    changed: tuple[int, ...] = ()
-    merged: tuple[int, ...] = ()
-    split: tuple[int, ...] = ()
-    removed: tuple[int, ...] = ()
-    refused: str = ""
 
 
 class Atlas:
@@ -94,10 +82,9 @@ class Atlas:
         self.learning = Learning(self.table)
         self.frontier = Frontier()
         self.touches = 0
-        self.length_sums = np.zeros(3)
 
     def __len__(self) -> int:
-        return self.table.size
+        return len(self.table.rows)
 
     @property
     def graph(self) -> nx.Graph:
@@ -107,7 +94,7 @@ class Atlas:
     @property
     def parameter_count(self) -> int:
         """Coefficients over all patches."""
-        return self.table.size * self.table.basis.size
+        return len(self) * self.table.basis.size
 
     @property
     def point_count(self) -> int:
@@ -117,18 +104,18 @@ class Atlas:
     @property
     def prior(self) -> SmoothnessPrior:
         """What the patches so far say about the feature length of the next."""
-        count, total, squares = self.length_sums
-        if count < 3:
+        rows = self.table.rows
+        if len(rows) < 3:
             return SmoothnessPrior()
-        mean = total / count
-        spread = np.sqrt(max(squares / count - mean * mean, 0.0))
-        return SmoothnessPrior(mean, max(spread, _LEAST_LOG_STD))
+        log_length = np.log(self.table.radius[rows] / self.table.turn[rows])
+        spread = max(float(log_length.std()), _LEAST_LOG_STD)
+        return SmoothnessPrior(float(log_length.mean()), spread)
 
     def patch(self, patch_id: int) -> Patch:
         """The patch of an id, as it is now."""
         table, i = self.table, patch_id
-        if not 0 <= i < table.size:
-            raise KeyError(f"no patch {patch_id}; ids run from 0 to {table.size - 1}")
+        if not (0 <= i < table.size and table.alive[i]):
+            raise KeyError(f"no patch {patch_id}; the nodes of the graph are the ids in use")
         return Patch(
             i,
             DarbouxFrame(table.origin[i], table.axes[i]),
@@ -149,23 +136,13 @@ class Atlas:
 
     def predicted_coverage(self) -> float:
         """Share of the patches' outlines that other patches cover: 1 when nothing is open."""
-        return float(1.0 - self.table.ring_open.mean()) if len(self) else 0.0
+        rows = self.table.rows
+        return float(1.0 - self.table.ring_open[rows].mean()) if len(rows) else 0.0
 
     def predicted_deviation(self) -> float:
         """Root mean square over the patches of their deviation half-way to the rim, length."""
-        if not len(self):
-            return float("inf")
-        table = self.table
-        angles = np.pi / 4.0 * np.arange(8) + 0.2
-        x, y = 0.5 * np.cos(angles), 0.5 * np.sin(angles)
-        # The height by its curvature alone: it matters little here.
-        z = np.stack([x * x, x * y, y * y]).T @ table.mean[:, 3:6, None]
-        shape = z.shape[:2]
-        terms = monomials(
-            table.basis, np.broadcast_to(x, shape), np.broadcast_to(y, shape), z[..., 0]
-        )[: table.basis.size]
-        variance = np.einsum("tmn,mts,smn->m", terms, table.covariance, terms) / len(angles)
-        return float(np.sqrt(np.mean(table.radius**2 * variance)))
+        rows = self.table.rows
+        return half_way_deviation(self.table, rows) if len(rows) else float("inf")
 
     def boundary(self, first: int, second: int) -> Boundary:
         """The boundary of two patches that meet."""
@@ -202,64 +179,32 @@ class Atlas:
             )
         except UnfitError as error:
             return AtlasChange(refused=str(error))
-        return self._insert(fit, contours)
+        return insert(self, fit, contours)
 
     def _radius_limit(self, touch: Touch) -> float:
         """Largest radius whose core takes no earlier centre out of its own cell."""
-        table = self.table
-        offset = table.origin - touch.contact
-        alike = table.axes[:, 2] @ touch.approach > 0
-        square = (offset * offset).sum(axis=1) + table.power
-        return float(0.99 * np.sqrt(square[alike].min()) / table.core) if alike.any() else np.inf
+        table, rows = self.table, self.table.rows
+        rows = rows[table.axes[rows, 2] @ touch.approach > 0]
+        offset = table.site[rows] - touch.contact
+        square = ((offset * offset).sum(axis=1) + table.power[rows]).min(initial=np.inf)
+        return float(0.99 * np.sqrt(square) / table.core)
 
-    def _insert(self, fit: PatchFit, contours) -> AtlasChange:
-        """Enter a fitted patch with the samples of its contours."""
-        table, learning = self.table, self.learning
-        row = table.append(fit)
-        kin = kin_of(table, row)
-        index = self._enter_samples(row, contours)
-        self.kin.append(set())
-        learning.members.append(index[:0])
-        learning.brought.append(index)
-        if len(kin):
-            learning.teach(kin, index)
-        owner = self._owner(row, kin)
-        if owner != row:
-            self._drop_last(owner)
-            self.frontier.cover(table, owner)
-            frame = fit.patch.frame
-            self.frontier.visit(frame.origin, frame.normal, 0.5 * fit.patch.radius)
-            self._link(owner, kin)
-            self._learned(kin)
-            return AtlasChange(changed=tuple(kin.tolist()))
-        self._join(row, kin, index)
-        log_length = np.log(table.radius[row] / fit.turn)
-        self.length_sums += (1.0, log_length, log_length**2)
-        self._learned(np.append(kin, row))
-        table.renew_ring(row)
-        self._close_frontier(row, kin, index)
-        self.tiling.meet(row, kin)
-        return AtlasChange(added=(row,), changed=tuple(kin.tolist()))
+    def enter(self, row: int, kin: list[int]) -> None:
+        """Make a row of the table a node, kin to others."""
+        nothing = np.zeros(0, np.int32)
+        self.kin.append(set(kin))
+        for i in kin:
+            self.kin[i].add(row)
+        self.learning.members.append(nothing)
+        self.learning.brought.append(nothing)
+        self.tiling.add(row)
 
-    def _enter_samples(self, row: int, contours) -> np.ndarray:
-        """Samples of the contours into the pool, with the best normals there are for them."""
-        table = self.table
-        frame_normal = table.axes[row, 2]
-        points = np.concatenate([c.points_in_plane for c in contours])
-        normals = np.concatenate([contour_normals(c, frame_normal) for c in contours])
-        across = np.concatenate([np.tile(c.plane.normal, (len(c.points), 1)) for c in contours])
-        # Within the patch its polynomial knows the normals better than single contours do.
-        scaled = table.scaled_local(np.array([row]), points)
-        upward = table.surface(np.array([row]), scaled)[1][0]
-        upward = upward / np.sqrt((upward**2).sum(axis=1))[:, None] @ table.axes[row]
-        inside = (scaled[0, :, :2] ** 2).sum(axis=1) <= 1.0
-        return self.learning.pool.add(points, np.where(inside[:, None], upward, normals), across)
-
-    def _learned(self, rows: np.ndarray) -> None:
+    def learned(self, rows: np.ndarray) -> None:
         """Solve rows that learned new samples; frame anew those that are due."""
         solve(self.table, rows)
         for row in self.learning.outgrown(rows).tolist():
             self.refit(row)
+        self.tiling.touch(rows.tolist())
 
     def refit(self, row: int) -> bool:
         """Choose frame and prior of a patch anew, from all samples about it; whether it held."""
@@ -271,59 +216,66 @@ class Atlas:
             is not None
         )
 
-    def _drop_last(self, owner: int) -> None:
-        """Take back the last row; its samples go to their owner."""
-        learning = self.learning
-        self.table.size -= 1
-        self.kin.pop()
-        learning.members.pop()
-        learning.brought[owner] = np.concatenate([learning.brought[owner], learning.brought.pop()])
+    def merge(self, first: int, second: int) -> AtlasChange:
+        """One patch in the place of two that meet, and of all that it covers, when one polynomial
+        holds their samples within the noise; refused otherwise."""
+        if second not in self.kin[first]:
+            return AtlasChange(refused=f"patches {first} and {second} are not of one sheet")
+        fit = merged_fit(self, first, second)
+        merged = None if fit is None else replace_by(self, fit)
+        if merged is None:
+            return AtlasChange(refused=f"no one polynomial holds patches {first} and {second}")
+        row, gone = merged
+        return AtlasChange((row,), tuple(sorted(self.kin[row])), gone, (), gone)
 
-    def _owner(self, row: int, kin: np.ndarray) -> int:
-        """The patch in whose cell the centre of ``row`` lies: itself, unless it is hidden."""
-        if not len(kin):
-            return row
-        power = power_at(self.table, kin, self.table.origin[row])
-        return row if -self.table.power[row] < power.min() else int(kin[power.argmin()])
+    def simplify(self) -> AtlasChange:
+        """Merge whatever one patch explains, pair by pair, until nothing more can be."""
+        added: set[int] = set()
+        removed: set[int] = set()
+        todo = [tuple(edge) for edge in self.graph.edges]
+        while todo:
+            first, second = todo.pop(0)
+            if second in self.kin[first] and may_merge(self, first, second):
+                change = self.merge(first, second)
+                added.update(change.added)
+                removed.update(change.removed)
+                todo += [(row, other) for row in change.added for other in self.kin[row]]
+        gone = tuple(sorted(removed))
+        return AtlasChange(tuple(sorted(added - removed)), (), gone, (), gone)
 
-    def _link(self, owner: int, kin: np.ndarray) -> None:
-        """One touch was of the sheet of all these: so they are kin to its owner, and what its
-        core covers of them is closed."""
+    def reopen(self, rows) -> None:
+        """Which parts of the rows' outlines no kin covers, anew."""
         table = self.table
-        others = kin[kin != owner]
-        offset = table.origin[others] - table.origin[owner]
-        reach = table.radius[others] + table.radius[owner]
-        for i in others[(offset * offset).sum(axis=1) < reach**2].tolist():
-            self.kin[owner].add(i)
-            self.kin[i].add(owner)
-        table.ring_open[others] *= power_at(table, [owner], table.ring[others])[..., 0] > 0
-        self.tiling.conquer(owner, others)
-
-    def _join(self, row: int, kin: np.ndarray, index) -> None:
-        """Enter ``row`` among its kin, and learn from their samples."""
-        members = kin.tolist()
-        self.learning.teach(np.array([row]), self.learning.brought_by([row, *members]))
-        self.table.learned[row] = self.table.count[row]
-        self.kin[row] = set(members)
-        for i in members:
-            self.kin[i].add(row)
-        self.tiling.add(row)
-
-    def _close_frontier(self, row: int, kin: np.ndarray, index) -> None:
-        table, pool = self.table, self.learning.pool
-        self.frontier.cover(table, row)
-        self.frontier.extend(table, row, kin, pool.points[index], pool.normals[index])
-        if len(kin):
-            table.ring_open[kin] *= power_at(table, [row], table.ring[kin])[..., 0] > 0
-            table.ring_open[row] *= power_at(table, kin, table.ring[row]).min(axis=1) > 0
+        for row in rows:
+            table.renew_ring(row)
+            power = power_at(table, sorted(self.kin[row]), table.ring[row])
+            table.ring_open[row] = power.min(axis=1, initial=np.inf) > 0
 
     def euler_characteristic(self) -> int:
         """V - E + F of the patch graph: patches, boundaries and corners."""
         return self.tiling.euler_characteristic()
 
+    @property
+    def closed(self) -> bool:
+        """Whether the patches cover all that they border on: nothing is left to be touched."""
+        open_ring = self.table.ring_open[self.table.rows].any()
+        return bool(len(self) and not (open_ring or len(self.frontier) or self.tiling.gaps))
+
+    def validate(self) -> None:
+        """Prove what must hold: samples belong, equations are their sums, boundaries pair up, the
+        graph matches the geometry.
+
+        Raises
+        ------
+        AssertionError
+            Naming all that does not hold.
+        """
+        if broken := violations(self):
+            raise AssertionError("; ".join(broken))
+
     def settle(self) -> None:
         """Refit all patches from all they could have learned from, then draw boundaries and
         corners anew: what an exploration ends with."""
-        for row in range(self.table.size):
+        for row in self.table.rows.tolist():
             self.refit(row)
         self.tiling.retile()

@@ -71,7 +71,7 @@ def blend(table: Table, kin: list[set[int]], points, reach: float = np.inf) -> B
     if table.size and count:
         tree = cKDTree(points)
         near = tree.query_ball_point(table.origin, table.radius)
-        for row in range(table.size):
+        for row in table.rows.tolist():
             if near[row]:
                 part = _say(table, kin, row, points, np.array(near[row]), reach)
                 if len(part[0]):

@@ -58,6 +58,10 @@ class Frontier:
         there = (offset * offset).sum(axis=1) <= distance**2
         self._keep(~(there & (self.normals @ normal >= SHEET_COSINE)), self.depth)
 
+    def move_home(self, rows: list[int], row: int) -> None:
+        """The samples of rows that are no more are at home at ``row``."""
+        self.home[np.isin(self.home, rows)] = row
+
     def _keep(self, keep: np.ndarray, depth: np.ndarray) -> None:
         self.points, self.normals = self.points[keep], self.normals[keep]
         self.home, self.depth = self.home[keep], depth[keep]

@@ -51,6 +51,10 @@ class Learning:
         for i, mine in zip(rows.tolist(), member, strict=True):
             self.members[i] = np.concatenate([self.members[i], index[mine]])
 
+    def forget(self, row: int) -> None:
+        """A row that is no more has no samples."""
+        self.members[row] = self.brought[row] = np.zeros(0, np.int32)
+
     def rebuild(self, row: int) -> None:
         """Equations of a row from scratch, of the same samples."""
         table, rows = self._table, np.array([row])

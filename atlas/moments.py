@@ -56,13 +56,14 @@ def of_patch(table: Table, rows: np.ndarray, points, normals, reach: float = 1.0
 def absorb(table: Table, rows: np.ndarray, pool: SamplePool, index, member) -> None:
     """Add samples ``index`` (n,) of the pool to the equations of the rows (m,) that ``member``
     (m, n) says they belong to."""
-    table.gram[rows] += (sums := _sums(table, rows, pool, index, member))[0]
-    table.right[rows] += sums[1]
-    table.square[rows] += sums[2]
+    gram, right, square = sums_of(table, rows, pool, index, member)
+    table.gram[rows] += gram
+    table.right[rows] += right
+    table.square[rows] += square
     table.count[rows] += member.sum(axis=1)
 
 
-def _sums(table: Table, rows, pool: SamplePool, index, member):
+def sums_of(table: Table, rows, pool: SamplePool, index, member):
     """Sums of w phi phi^t (m, t, t), w phi z (m, t) and w z^2 (m,) over the members."""
     scaled = table.scaled_local(rows, pool.points[index])
     terms = monomials(table.basis, scaled[..., 0], scaled[..., 1], scaled[..., 2])

@@ -36,7 +36,6 @@ def save_atlas(path, atlas: Atlas) -> None:
         "frontier_normals": atlas.frontier.normals,
         "frontier_home": atlas.frontier.home,
         "frontier_depth": atlas.frontier.depth,
-        "length_sums": atlas.length_sums,
     }
     arrays |= {f"table_{name}": getattr(atlas.table, name) for name in atlas.table.names}
     buffer = io.BytesIO()
@@ -88,9 +87,8 @@ def _fill(atlas: Atlas, arrays, header) -> None:
     atlas.kin.extend(set(k.tolist()) for k in _unpacked("kin", arrays))
     for name in ("points", "normals", "home", "depth"):
         setattr(atlas.frontier, name, arrays[f"frontier_{name}"])
-    atlas.length_sums = arrays["length_sums"]
-    for row in range(len(atlas)):
-        atlas.tiling.add(row)
+    for row in range(atlas.table.size):
+        atlas.tiling.add(row, bool(atlas.table.alive[row]))
     atlas.tiling.retile()
 
 

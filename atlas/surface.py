@@ -65,11 +65,11 @@ class Surface:
 def resolution(atlas: Atlas) -> float:
     """Edge of the cubes: the chord that leaves a sagitta of 0.02 tolerance on all but the
     most curved tenth of the patches, and no more than half the smallest core."""
-    table = atlas.table
-    second = 2.0 * np.abs(table.mean[:, 3:6]).max(axis=1) / table.radius
+    table, rows = atlas.table, atlas.table.rows
+    second = 2.0 * np.abs(table.mean[rows, 3:6]).max(axis=1) / table.radius[rows]
     curvature = np.quantile(second, _CURVATURE_QUANTILE)
     chord = np.sqrt(8.0 * _SAGITTA * atlas.tolerance / max(curvature, np.finfo(float).tiny))
-    return float(min(chord, 0.5 * table.core * table.radius.min()))
+    return float(min(chord, 0.5 * table.core * table.radius[rows].min()))
 
 
 def extract_surface(atlas: Atlas, edge: float | None = None) -> Surface:
@@ -89,7 +89,8 @@ def extract_surface(atlas: Atlas, edge: float | None = None) -> Surface:
     if len(atlas) == 0:
         raise ValueError("the atlas has no patch yet; add a touch with three contours first")
     edge = resolution(atlas) if edge is None else edge
-    start = (atlas.table.origin - atlas.table.radius[:, None]).min(axis=0) - 2.0 * edge
+    rows = atlas.table.rows
+    start = (atlas.table.origin[rows] - atlas.table.radius[rows, None]).min(axis=0) - 2.0 * edge
     cubes, keys, values = _follow(atlas, start, edge)
     grid = _unkey(keys) * edge + start
     corners = np.searchsorted(keys, _key(cubes[:, None] + _CORNERS))
@@ -168,7 +169,7 @@ def _next_cubes(cubes, keys, values) -> np.ndarray:
 def _seeds(atlas: Atlas, edge) -> np.ndarray:
     """Points (n, 3) on every patch within its own cell, about an edge apart."""
     table, seeds = atlas.table, []
-    for row in range(table.size):
+    for row in table.rows.tolist():
         radius = table.radius[row]
         steps = np.arange(-table.core, table.core, edge / radius)
         x, y = (a.ravel() for a in np.meshgrid(steps, steps))

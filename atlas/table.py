@@ -96,6 +96,16 @@ class Table:
         for name, value in values.items():
             self._columns[name][row] = value
 
+    def remove(self, rows) -> None:
+        """Take rows out of use; their numbers are never given again."""
+        self.alive[rows] = self.radius[rows] = self.ring_open[rows] = 0.0
+        self.power[rows] = -np.inf
+
+    @property
+    def rows(self) -> np.ndarray:
+        """The rows in use, ascending."""
+        return np.flatnonzero(self.alive)
+
     def extend(self, columns: dict[str, np.ndarray]) -> None:
         """Add many rows at once, all columns given."""
         self.size += len(columns["radius"])

@@ -39,34 +39,76 @@ class Tiling:
 
     def __init__(self, table: Table, kin: list[set[int]]) -> None:
         self._table, self._kin = table, kin
-        self.graph = nx.Graph()
+        self._graph = nx.Graph()
+        self._stale: set[tuple[int, int]] = set()
         self.corners: dict[Triple, np.ndarray] = {}
         self.gaps: dict[Triple, np.ndarray] = {}
         self._corners_of: list[set[Triple]] = []
 
-    def add(self, row: int) -> None:
-        """Enter a node; its boundaries come with ``meet``."""
+    @property
+    def graph(self) -> nx.Graph:
+        """The dual graph; boundaries that changed are drawn now."""
+        if self._stale:
+            self._draw(sorted(self._stale))
+            self._stale.clear()
+        return self._graph
+
+    def add(self, row: int, alive: bool = True) -> None:
+        """Enter a node, or a number that is no more in use; boundaries come with ``meet``."""
         self._corners_of.append(set())
-        self.graph.add_node(row)
+        if alive:
+            self._graph.add_node(row)
+
+    def touch(self, rows) -> None:
+        """Boundaries of rows whose polynomials changed are to be drawn anew."""
+        self._stale.update((min(i, j), max(i, j)) for i in rows for j in self._kin[i])
+
+    def renew(self, rows: set[int], removed) -> None:
+        """Corners and boundaries around rows anew, after rows were removed and kin changed."""
+        gone = set(removed)
+        for triple in {t for i in rows | gone for t in self._corners_of[i]}:
+            self._drop(triple)
+        for triple in [t for t in self.gaps if not (rows | gone).isdisjoint(t)]:
+            del self.gaps[triple]
+        self._graph.remove_nodes_from(gone)
+        self._stale = {pair for pair in self._stale if gone.isdisjoint(pair)}
+        for row in sorted(rows | {j for i in rows for j in self._kin[i]}):
+            self._find_corners(row, np.array(sorted(self._kin[row]), int), rows)
+        self.touch(rows)
+
+    def neighbours(self, rows) -> set[int]:
+        """Rows that share a corner with any of some rows, and these."""
+        return set(rows).union(*(t for i in rows for t in self._corners_of[i]))
+
+    def has_corner(self, row: int) -> bool:
+        """Whether three boundaries meet anywhere on the rim of a patch."""
+        return bool(self._corners_of[row])
+
+    def _drop(self, triple: Triple) -> None:
+        del self.corners[triple]
+        for i in triple:
+            self._corners_of[i].discard(triple)
 
     def meet(self, row: int, kin: np.ndarray) -> None:
         """Corners and boundaries around a new patch."""
-        pairs = {(i, row) for i in kin.tolist()}
+        self._stale.update((i, row) for i in kin.tolist())
         for triple in self._drop_conquered(row, kin) + self._find_corners(row, kin):
-            pairs |= set(combinations(triple, 2))
-        self.draw(sorted(pairs))
+            self._stale.update(combinations(triple, 2))
 
     def conquer(self, row: int, kin: np.ndarray) -> None:
         """Give ``row`` the corners of its kin at which it has less power."""
-        dropped = self._drop_conquered(row, kin)
-        self.draw(sorted({p for triple in dropped for p in combinations(triple, 2)}))
+        for triple in self._drop_conquered(row, kin):
+            self._stale.update(combinations(triple, 2))
 
-    def _find_corners(self, row: int, kin: np.ndarray) -> list[Triple]:
-        """Enter the corners and gaps of ``row`` with older patches; returns the corners."""
+    def _find_corners(self, row: int, kin: np.ndarray, about=None) -> list[Triple]:
+        """Enter the corners and gaps of ``row`` with older patches; returns the corners.
+
+        ``about``, a set of rows, leaves out those that touch none of it.
+        """
         triples, points, excess = corners_with(self._table, row, kin, self._kin)
         found = []
         for triple, point, over in zip(map(tuple, triples.tolist()), points, excess, strict=True):
-            if triple[2] != row:
+            if triple[2] != row or (about is not None and about.isdisjoint(triple)):
                 continue
             if over > CELL_MARGIN:
                 self.gaps[triple] = point
@@ -92,12 +134,10 @@ class Tiling:
         dropped = [triple for triple, lost in zip(triples, conquered, strict=True) if lost]
         for triple in dropped:
             if self.gaps.pop(triple, None) is None:
-                del self.corners[triple]
-                for i in triple:
-                    self._corners_of[i].discard(triple)
+                self._drop(triple)
         return dropped
 
-    def draw(self, pairs: list[tuple[int, int]]) -> None:
+    def _draw(self, pairs: list[tuple[int, int]]) -> None:
         """Make, renew or delete the edges of the given pairs."""
         if not pairs:
             return
@@ -119,10 +159,10 @@ class Tiling:
             elif self._corners_of[pair[0]] & self._corners_of[pair[1]]:
                 boundary = Boundary(pair, points[e][:0], 0.0, 0.0, False)
             else:
-                if self.graph.has_edge(*pair):
-                    self.graph.remove_edge(*pair)
+                if self._graph.has_edge(*pair):
+                    self._graph.remove_edge(*pair)
                 continue
-            self.graph.add_edge(*pair, boundary=boundary)
+            self._graph.add_edge(*pair, boundary=boundary)
 
     def _lowest_on(self, pairs, points) -> np.ndarray:
         """(e, b) whether no third kin patch has less power than the pair at its points."""
@@ -149,12 +189,9 @@ class Tiling:
         """Corners and boundaries of all patches anew, from the polynomials as they are now."""
         self.corners.clear()
         self.gaps.clear()
-        self.graph.remove_edges_from(list(self.graph.edges))
+        self._graph.remove_edges_from(list(self._graph.edges))
         for corners in self._corners_of:
             corners.clear()
-        pairs = set()
-        for row in range(self._table.size):
-            older = np.array(sorted(self._kin[row]), int)
-            self._find_corners(row, older)
-            pairs |= {(i, row) for i in older.tolist() if i < row}
-        self.draw(sorted(pairs))
+        for row in self._graph:
+            self._find_corners(row, np.array(sorted(self._kin[row]), int))
+        self.touch(self._graph)

@@ -11,7 +11,7 @@ from touchatlas.patch.estimate import (
 from touchatlas.patch.fit import FitOptions, PatchFit, records, unsolvable_is_unfit
 from touchatlas.patch.frame import DarbouxFrame
 from touchatlas.patch.smoothness import SmoothnessPrior
-from touchatlas.patch.start import Stack
+from touchatlas.patch.start import Stack, UnfitError
 
 
 @unsolvable_is_unfit()
@@ -22,7 +22,7 @@ def refit_patch(
     noise_std: float,
     radius: float,
     bias: float,
-    radius_floor: float,
+    radius_floor: float | None,
     prior: SmoothnessPrior = SmoothnessPrior(),
     options: FitOptions = FitOptions(),
     condition: float = 1.0,
@@ -39,8 +39,9 @@ def refit_patch(
     noise_std, radius : float, length
     bias : float, length
         Residuals beyond the noise that are borne before the radius is reduced.
-    radius_floor : float, length
-        Residuals make the patch no smaller; the radius where they shall not at all.
+    radius_floor : float, length, or None
+        Residuals make the patch no smaller. Where this is the radius, samples count the less
+        instead, the more of them the degree leaves out; None refuses such samples.
     prior : SmoothnessPrior
     options : FitOptions
     condition : float
@@ -64,6 +65,8 @@ def refit_patch(
     choices = first_choices(stack, options.basis, bias, prior)
     if not choices.doubtful[0]:
         solution = solve_choices(choices, options.basis)
+    elif radius_floor is None:
+        raise UnfitError("no one polynomial holds the samples; make the patch smaller")
     elif radius_floor < radius:
         solution = shrunk(stack, options.basis, bias, radius_floor, prior)
     else:

@@ -1,0 +1,98 @@
+"""Insertion: a fitted patch takes its place among its kin, and all of them learn its samples."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from touchatlas.atlas.boundary import power_at
+from touchatlas.atlas.change import AtlasChange
+from touchatlas.atlas.kin import kin_of
+from touchatlas.patch.fit import PatchFit
+from touchatlas.patch.section import contour_normals
+
+if TYPE_CHECKING:
+    from touchatlas.atlas.atlas import Atlas
+
+
+def insert(atlas: "Atlas", fit: PatchFit, contours) -> AtlasChange:
+    """Enter a fitted patch with the samples of its contours.
+
+    One whose centre lies in the cell of another adds its samples alone.
+    """
+    table, learning = atlas.table, atlas.learning
+    row = table.append(fit)
+    kin = kin_of(table, row)
+    index = _enter_samples(atlas, row, contours)
+    if len(kin):
+        learning.teach(kin, index)
+    owner = _owner(atlas, row, kin)
+    if owner != row:
+        table.size -= 1
+        learning.brought[owner] = np.concatenate([learning.brought[owner], index])
+        atlas.frontier.cover(table, owner)
+        frame = fit.patch.frame
+        atlas.frontier.visit(frame.origin, frame.normal, 0.5 * fit.patch.radius)
+        _link(atlas, owner, kin)
+        atlas.learned(kin)
+        return AtlasChange(changed=tuple(kin.tolist()))
+    _join(atlas, row, kin, index)
+    atlas.learned(np.append(kin, row))
+    table.renew_ring(row)
+    _close_frontier(atlas, row, kin, index)
+    atlas.tiling.meet(row, kin)
+    return AtlasChange(added=(row,), changed=tuple(kin.tolist()))
+
+
+def _enter_samples(atlas: "Atlas", row: int, contours) -> np.ndarray:
+    """Samples of the contours into the pool, with the best normals there are for them."""
+    table = atlas.table
+    frame_normal = table.axes[row, 2]
+    points = np.concatenate([c.points_in_plane for c in contours])
+    normals = np.concatenate([contour_normals(c, frame_normal) for c in contours])
+    across = np.concatenate([np.tile(c.plane.normal, (len(c.points), 1)) for c in contours])
+    # Within the patch its polynomial knows the normals better than single contours do.
+    scaled = table.scaled_local(np.array([row]), points)
+    upward = table.surface(np.array([row]), scaled)[1][0]
+    upward = upward / np.sqrt((upward**2).sum(axis=1))[:, None] @ table.axes[row]
+    inside = (scaled[0, :, :2] ** 2).sum(axis=1) <= 1.0
+    return atlas.learning.pool.add(points, np.where(inside[:, None], upward, normals), across)
+
+
+def _owner(atlas: "Atlas", row: int, kin: np.ndarray) -> int:
+    """The patch in whose cell the centre of ``row`` lies: itself, unless it is hidden."""
+    if not len(kin):
+        return row
+    power = power_at(atlas.table, kin, atlas.table.site[row])
+    return row if -atlas.table.power[row] < power.min() else int(kin[power.argmin()])
+
+
+def _link(atlas: "Atlas", owner: int, kin: np.ndarray) -> None:
+    """One touch was of the sheet of all these: so they are kin to its owner, and what its
+    core covers of them is closed."""
+    table = atlas.table
+    others = kin[kin != owner]
+    offset = table.origin[others] - table.origin[owner]
+    reach = table.radius[others] + table.radius[owner]
+    for i in others[(offset * offset).sum(axis=1) < reach**2].tolist():
+        atlas.kin[owner].add(i)
+        atlas.kin[i].add(owner)
+    table.ring_open[others] *= power_at(table, [owner], table.ring[others])[..., 0] > 0
+    atlas.tiling.conquer(owner, others)
+
+
+def _join(atlas: "Atlas", row: int, kin: np.ndarray, index) -> None:
+    """Enter ``row`` among its kin, and learn from their samples."""
+    members = kin.tolist()
+    atlas.enter(row, members)
+    atlas.learning.brought[row] = index
+    atlas.learning.teach(np.array([row]), atlas.learning.brought_by([row, *members]))
+    atlas.table.learned[row] = atlas.table.count[row]
+
+
+def _close_frontier(atlas: "Atlas", row: int, kin: np.ndarray, index) -> None:
+    table, pool, frontier = atlas.table, atlas.learning.pool, atlas.frontier
+    frontier.cover(table, row)
+    frontier.extend(table, row, kin, pool.points[index], pool.normals[index])
+    if len(kin):
+        table.ring_open[kin] *= power_at(table, [row], table.ring[kin])[..., 0] > 0
+        table.ring_open[row] *= power_at(table, kin, table.ring[row]).min(axis=1) > 0

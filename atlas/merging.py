@@ -1,0 +1,175 @@
+"""Merging: one patch in the place of several, where one polynomial holds all that they know."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from touchatlas.atlas.boundary import power_at
+from touchatlas.atlas.kin import kin_of
+from touchatlas.atlas.moments import SHEET_COSINE
+from touchatlas.atlas.table import Table
+from touchatlas.patch.fit import PatchFit
+from touchatlas.patch.frame import DarbouxFrame, axes_from_normal
+from touchatlas.patch.patch import Patch
+from touchatlas.patch.refit import refit_patch
+from touchatlas.patch.smoothness import leftover
+from touchatlas.patch.start import UnfitError
+
+if TYPE_CHECKING:
+    from touchatlas.atlas.atlas import Atlas
+
+# The core of a merged patch is wider by this than what holds both: its origin moves in the fit.
+_SLACK = 1.02
+_OFFER_REACH = 1.25
+# Corners are found on patches as steep as this, and distances are of first order.
+_LEAST_COSINE = np.sqrt(0.5)
+# What the degree leaves out at the rim of a merged patch, in deviations of the noise.
+_NOTICEABLE = 5.0
+
+
+def enclosing_ball(first, first_radius: float, second, second_radius: float):
+    """Centre (3,) and radius of the smallest ball that holds two balls.
+
+    >>> enclosing_ball(np.zeros(3), 1.0, np.array([4.0, 0.0, 0.0]), 2.0)
+    (array([2.5, 0. , 0. ]), 3.5)
+    """
+    offset = second - first
+    distance = float(np.sqrt(offset @ offset))
+    if distance + min(first_radius, second_radius) <= max(first_radius, second_radius):
+        return (first, first_radius) if first_radius >= second_radius else (second, second_radius)
+    radius = 0.5 * (distance + first_radius + second_radius)
+    return first + (radius - first_radius) / distance * offset, radius
+
+
+def merged_fit(atlas: "Atlas", first: int, second: int) -> PatchFit | None:
+    """The patch that holds the samples of two kin patches and of all between; None when no one
+    polynomial does, within the noise."""
+    table = atlas.table
+    normal = table.axes[first, 2] + table.axes[second, 2]
+    normal /= np.sqrt(normal @ normal)
+    centre, core = _middle(table, first, second, normal)
+    radius = _SLACK * core / table.core
+    rows = _within(atlas, first, centre, radius, normal)
+    pool = atlas.learning.pool
+    index = np.unique(np.concatenate([atlas.learning.members[i] for i in rows]))
+    offset = pool.points[index] - centre
+    index = index[(offset * offset).sum(axis=1) <= (_OFFER_REACH * radius) ** 2]
+    try:
+        fit = refit_patch(
+            DarbouxFrame(centre, axes_from_normal(normal, table.axes[first, 0])),
+            pool.points[index],
+            pool.across[index],
+            float(np.sqrt((table.noise[rows] ** 2).mean())),
+            radius,
+            0.0,
+            None,
+            atlas.prior,
+            atlas.options.fit,
+            float(table.condition[[first, second]].min()),
+        )
+    except UnfitError:
+        return None
+    moved = fit.patch.frame.origin - centre
+    stays = moved @ moved <= ((_SLACK - 1.0) * core) ** 2
+    return fit if stays and _upright(fit.patch) else None
+
+
+def _upright(patch: Patch) -> bool:
+    """Whether a patch turns by less than 45 degrees up to its core radius."""
+    normals = patch.normal(patch.outline)
+    return bool(((normals @ patch.frame.normal) >= _LEAST_COSINE).all())
+
+
+def _middle(table: Table, first: int, second: int, normal):
+    """Point (3,) of the surface midway between two patches, and the radius of the ball about it
+    that holds both their cores."""
+    rows = np.array([first, second])
+    cores, sites = np.sqrt(table.power[rows]), table.site[rows]
+    centre, _ = enclosing_ball(sites[0], cores[0], sites[1], cores[1])
+    row = rows[[power_at(table, rows, centre).argmin()]]
+    for _ in range(3):
+        height, upward = table.surface(row, table.scaled_local(row, centre[None]))
+        slope = (upward[0, 0] @ table.axes[row[0]]) @ normal
+        centre = centre - height[0, 0] * table.radius[row[0]] / max(slope, 0.2) * normal
+    offset = sites - centre
+    return centre, float((np.sqrt((offset * offset).sum(axis=1)) + cores).max())
+
+
+def _within(atlas: "Atlas", start: int, centre, radius: float, normal) -> list[int]:
+    """Rows that reach into a ball and face about as ``normal``, from kin to kin."""
+    table, found, todo = atlas.table, {start}, [start]
+    while todo:
+        near = np.array(sorted(atlas.kin[todo.pop()] - found), int)
+        offset = table.origin[near] - centre
+        reach = (offset * offset).sum(axis=1) < (radius + table.radius[near]) ** 2
+        fresh = near[reach & (table.axes[near, 2] @ normal >= SHEET_COSINE)].tolist()
+        found.update(fresh)
+        todo += fresh
+    return sorted(found)
+
+
+def replace_by(atlas: "Atlas", fit: PatchFit) -> tuple[int, tuple[int, ...]] | None:
+    """Enter a merged patch and remove those whose cores it holds; its row, and theirs.
+
+    None, and nothing changed, when a neighbour of these would not be kin to it: it turns too far.
+    """
+    table, learning = atlas.table, atlas.learning
+    row = table.append(fit)
+    kin = kin_of(table, row)
+    offset = table.site[kin] - table.site[row]
+    core = np.sqrt(table.power[kin])
+    distance = np.sqrt((offset * offset).sum(axis=1))
+    held = distance + core <= np.sqrt(table.power[row]) * (1.0 + 1e-9)
+    gone, stay = kin[held].tolist(), kin[~held].tolist()
+    if not atlas.tiling.neighbours(gone) <= set(kin.tolist()):
+        table.size -= 1
+        return None
+    atlas.enter(row, stay)
+    learning.brought[row] = learning.brought_by(gone)
+    offered = np.unique(np.concatenate([learning.members[i] for i in kin.tolist()]))
+    learning.settle(row, fit, offered)
+    atlas.frontier.move_home(gone, row)
+    atlas.frontier.cover(table, row)
+    around = {row, *stay} | set().union(*(atlas.kin[i] for i in gone)) - set(gone)
+    _remove(atlas, gone)
+    atlas.tiling.renew(around, gone)
+    gone += _remove_hidden(atlas, around)
+    atlas.reopen(sorted(around - set(gone)))
+    return row, tuple(gone)
+
+
+def _remove_hidden(atlas: "Atlas", rows: set[int]) -> list[int]:
+    """Remove those of the rows that have no cell left; their samples go to the cells' owners."""
+    table, learning, hidden = atlas.table, atlas.learning, []
+    for i in sorted(rows):
+        kin = np.array(sorted(atlas.kin[i]), int)
+        power = power_at(table, kin, table.site[i])
+        if len(kin) and not atlas.tiling.has_corner(i) and power.min() < -table.power[i]:
+            owner = int(kin[power.argmin()])
+            learning.brought[owner] = np.append(learning.brought[owner], learning.brought[i])
+            atlas.frontier.move_home([i], owner)
+            _remove(atlas, [i])
+            hidden.append(i)
+    if hidden:
+        atlas.tiling.renew(rows - set(hidden), hidden)
+    return hidden
+
+
+def _remove(atlas: "Atlas", rows: list[int]) -> None:
+    """Take patches out of use; their samples are others' by now."""
+    for i in rows:
+        for j in atlas.kin[i]:
+            atlas.kin[j].discard(i)
+        atlas.kin[i] = set()
+        atlas.learning.forget(i)
+    atlas.table.remove(rows)
+
+
+def may_merge(atlas: "Atlas", first: int, second: int) -> bool:
+    """Whether a merged patch would leave out little enough for the noise, as far as the two know
+    their surface."""
+    table, rows = atlas.table, np.array([first, second])
+    _, core = _middle(table, first, second, table.axes[first, 2])
+    radius = core / table.core
+    turn = float((table.turn[rows] / table.radius[rows]).min()) * radius
+    return leftover(table.basis, turn) * radius <= _NOTICEABLE * table.noise[rows].max()

@@ -1,0 +1,110 @@
+"""Validation: what must hold of every atlas, checked from its parts."""
+
+from collections.abc import Iterator
+from itertools import combinations
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from touchatlas.atlas.boundary import power_at
+from touchatlas.atlas.moments import sums_of
+
+if TYPE_CHECKING:
+    from touchatlas.atlas.atlas import Atlas
+
+# Of sums over the same samples in another order.
+_ROUNDING = 1e-9
+# Of the power at corners, over the squared core radius: they are found by three Newton steps.
+_CORNER = 1e-3
+
+
+def violations(atlas: "Atlas") -> list[str]:
+    """What does not hold, a sentence each; empty for a sound atlas."""
+    checks = (_numbers, _samples, _equations, _kinship, _graph, _corners, _closure)
+    return [sentence for check in checks for sentence in check(atlas)]
+
+
+def _numbers(atlas: "Atlas") -> Iterator[str]:
+    table, rows = atlas.table, atlas.table.rows
+    for name in table.names:
+        if name != "ring" and not np.isfinite(getattr(table, name)[rows]).all():
+            yield f"{name} is not finite"
+    axes = table.axes[rows]
+    if not np.allclose(axes @ axes.transpose(0, 2, 1), np.eye(3), atol=1e-9):
+        yield "axes are not orthonormal"
+    if (table.radius[rows] <= 0).any() or (table.power[rows] <= 0).any():
+        yield "a radius is not positive"
+
+
+def _samples(atlas: "Atlas") -> Iterator[str]:
+    learning, alive = atlas.learning, set(atlas.table.rows.tolist())
+    brought = np.concatenate([np.zeros(0, int), *learning.brought])
+    if not np.array_equal(np.sort(brought), np.arange(len(learning.pool))):
+        yield "a sample is brought by none, or by two"
+    for row, (members, own) in enumerate(zip(learning.members, learning.brought, strict=True)):
+        if len(members) != len(np.unique(members)):
+            yield f"patch {row} learned a sample twice"
+        if row not in alive and len(members) + len(own):
+            yield f"patch {row} is removed but has samples"
+    if not set(atlas.frontier.home.tolist()) <= alive or (atlas.frontier.depth <= 1.0).any():
+        yield "the frontier has a covered sample, or one of a removed patch"
+
+
+def _equations(atlas: "Atlas") -> Iterator[str]:
+    table, learning = atlas.table, atlas.learning
+    for row in table.rows.tolist():
+        index = learning.members[row]
+        every = np.ones((1, len(index)), bool)
+        gram, right, _ = sums_of(table, np.array([row]), learning.pool, index, every)
+        scale = _ROUNDING * np.abs(gram).max()
+        if np.abs(gram[0] - table.gram[row]).max() > scale or table.count[row] != len(index):
+            yield f"the equations of patch {row} are not those of its samples"
+        elif np.abs(right[0] - table.right[row]).max() > scale:
+            yield f"the right side of patch {row} is not that of its samples"
+
+
+def _kinship(atlas: "Atlas") -> Iterator[str]:
+    alive = set(atlas.table.rows.tolist())
+    for row, kin in enumerate(atlas.kin):
+        if row in kin or any(row not in atlas.kin[i] for i in kin):
+            yield f"kinship of patch {row} is not mutual"
+        if not kin <= alive or (kin and row not in alive):
+            yield f"patch {row} is kin to a removed one, or is one"
+
+
+def _graph(atlas: "Atlas") -> Iterator[str]:
+    graph = atlas.graph
+    if set(graph) != set(atlas.table.rows.tolist()):
+        yield "the graph's nodes are not the patches"
+    for first, second, data in graph.edges(data=True):
+        if second not in atlas.kin[first]:
+            yield f"patches {first} and {second} meet but are not kin"
+        if data["boundary"].patches != (min(first, second), max(first, second)):
+            yield f"the boundary of {first} and {second} names others"
+
+
+def _corners(atlas: "Atlas") -> Iterator[str]:
+    table, graph = atlas.table, atlas.graph
+    for triple, point in atlas.tiling.corners.items():
+        if not all(graph.has_edge(*pair) for pair in combinations(triple, 2)):
+            yield f"corner {triple} lacks one of its boundaries"
+        power = power_at(table, list(triple), point)
+        if np.ptp(power) > _CORNER * table.power[list(triple)].max():
+            yield f"corner {triple} is not of equal power"
+
+
+def _closure(atlas: "Atlas") -> Iterator[str]:
+    """On a closed surface every boundary ends in two corners, and no patch is without one."""
+    ends = dict.fromkeys(map(frozenset, atlas.graph.edges), 0)
+    for triple in atlas.tiling.corners:
+        for pair in combinations(triple, 2):
+            if frozenset(pair) in ends:
+                ends[frozenset(pair)] += 1
+    if atlas.closed:
+        for pair, count in ends.items():
+            # Patches that meet along two curves have four corners between them.
+            if count % 2 or (count == 0 and len(atlas) > 2):
+                yield f"the boundary of {sorted(pair)} ends in {count} corners"
+        for node, degree in atlas.graph.degree:
+            if degree == 0 and len(atlas) > 1:
+                yield f"patch {node} has no boundary"
