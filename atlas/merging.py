@@ -131,8 +131,9 @@ def replace_by(atlas: "Atlas", fit: PatchFit) -> tuple[int, tuple[int, ...]] | N
     atlas.frontier.move_home(gone, row)
     atlas.frontier.cover(table, row)
     around = {row, *stay} | set().union(*(atlas.kin[i] for i in gone)) - set(gone)
+    atlas.tiling.meet(row, np.array(stay, int))
     _remove(atlas, gone)
-    atlas.tiling.renew(around, gone)
+    atlas.tiling.remove(gone, around)
     gone += _remove_hidden(atlas, around)
     atlas.reopen(sorted(around - set(gone)))
     return row, tuple(gone)
@@ -150,8 +151,7 @@ def _remove_hidden(atlas: "Atlas", rows: set[int]) -> list[int]:
             atlas.frontier.move_home([i], owner)
             _remove(atlas, [i])
             hidden.append(i)
-    if hidden:
-        atlas.tiling.renew(rows - set(hidden), hidden)
+    atlas.tiling.remove(hidden, rows - set(hidden))
     return hidden
 
 
@@ -166,10 +166,13 @@ def _remove(atlas: "Atlas", rows: list[int]) -> None:
 
 
 def may_merge(atlas: "Atlas", first: int, second: int) -> bool:
-    """Whether a merged patch would leave out little enough for the noise, as far as the two know
-    their surface."""
+    """Whether a merged patch would leave out little enough for the noise, and turn little enough,
+    as far as the two know their surface."""
     table, rows = atlas.table, np.array([first, second])
     _, core = _middle(table, first, second, table.axes[first, 2])
+    bend = 2.0 * np.abs(table.mean[rows, 3:6]).max(axis=1) / table.radius[rows]
+    if core * bend.min() > np.sqrt(1.0 - _LEAST_COSINE**2):
+        return False
     radius = core / table.core
     turn = float((table.turn[rows] / table.radius[rows]).min()) * radius
     return leftover(table.basis, turn) * radius <= _NOTICEABLE * table.noise[rows].max()

@@ -63,18 +63,21 @@ class Tiling:
         """Boundaries of rows whose polynomials changed are to be drawn anew."""
         self._stale.update((min(i, j), max(i, j)) for i in rows for j in self._kin[i])
 
-    def renew(self, rows: set[int], removed) -> None:
-        """Corners and boundaries around rows anew, after rows were removed and kin changed."""
-        gone = set(removed)
-        for triple in {t for i in rows | gone for t in self._corners_of[i]}:
+    def remove(self, rows: list[int], around: set[int]) -> None:
+        """Take nodes out. ``around`` are those that may have got a corner in their place, where
+        no new patch has conquered all of theirs."""
+        left = {t for i in rows for t in self._corners_of[i]}
+        for triple in left:
             self._drop(triple)
-        for triple in [t for t in self.gaps if not (rows | gone).isdisjoint(t)]:
+        gone = set(rows)
+        for triple in [t for t in self.gaps if not gone.isdisjoint(t)]:
             del self.gaps[triple]
-        self._graph.remove_nodes_from(gone)
+        self._graph.remove_nodes_from(rows)
         self._stale = {pair for pair in self._stale if gone.isdisjoint(pair)}
-        for row in sorted(rows | {j for i in rows for j in self._kin[i]}):
-            self._find_corners(row, np.array(sorted(self._kin[row]), int), rows)
-        self.touch(rows)
+        if left:
+            for row in sorted(around | {j for i in around for j in self._kin[i]}):
+                self._find_corners(row, np.array(sorted(self._kin[row]), int), around)
+        self.touch(around)
 
     def neighbours(self, rows) -> set[int]:
         """Rows that share a corner with any of some rows, and these."""
