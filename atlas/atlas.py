@@ -8,7 +8,7 @@ import numpy as np
 from touchatlas.atlas.blend import Blend, blend
 from touchatlas.atlas.boundary import Boundary, power_at
 from touchatlas.atlas.frontier import Frontier
-from touchatlas.atlas.kin import kin_of
+from touchatlas.atlas.kin import Kin, kin_of
 from touchatlas.atlas.moments import absorb, solve
 from touchatlas.atlas.table import Table
 from touchatlas.atlas.tiling import Tiling
@@ -26,6 +26,8 @@ _LEAST_CONTOURS = 3
 # Feature lengths within one object differ by no less than this, as a standard deviation of
 # their logarithm, however alike those seen so far were.
 _LEAST_LOG_STD = 0.5
+# Share of the way to the nearest cell that would lose its centre.
+_CLEAR = 0.99
 
 
 @dataclass(frozen=True)
@@ -74,7 +76,7 @@ class Atlas:
     ----------
     table : Table
         The patches' numbers, a row an id.
-    kin : list of set of int
+    kin : Kin, a list of set of int
         For each patch, the patches that continue its sheet within reach.
     tiling : Tiling
         Boundaries, corners and gaps.
@@ -88,7 +90,7 @@ class Atlas:
         self.tolerance = float(tolerance)
         self.options = options
         self.table = Table(options.fit.basis, options.fit.core)
-        self.kin: list[set[int]] = []
+        self.kin = Kin()
         self.tiling = Tiling(self.table, self.kin)
         self.samples: list[tuple[np.ndarray, np.ndarray]] = []
         self.frontier = Frontier()
@@ -207,12 +209,18 @@ class Atlas:
         )
 
     def _radius_limit(self, touch: Touch) -> float:
-        """Largest radius whose core takes no earlier centre out of its own cell."""
+        """Largest radius whose core takes no earlier centre out of its own cell.
+
+        Infinite where it is beyond all contours, and so limits nothing.
+        """
         table = self.table
-        offset = table.origin - touch.contact
-        alike = table.axes[:, 2] @ touch.approach > 0
-        square = (offset * offset).sum(axis=1) + table.power
-        return float(0.99 * np.sqrt(square[alike].min()) / table.core) if alike.any() else np.inf
+        ends = np.concatenate([c.points for c in touch.contours]) - touch.contact
+        reach = max(self.options.least_radius * self.tolerance, np.sqrt((ends**2).sum(1).max()))
+        rows = table.index.rows_near(touch.contact, table.core * float(reach) / _CLEAR)
+        rows = rows[table.axes[rows, 2] @ touch.approach > 0]
+        offset = table.origin[rows] - touch.contact
+        square = (offset * offset).sum(axis=1) + table.power[rows]
+        return float(_CLEAR * np.sqrt(square.min()) / table.core) if len(rows) else np.inf
 
     def _insert(self, fit: PatchFit, points, normals) -> AtlasChange:
         """Enter a fitted patch with its samples and their normals within their contours."""
@@ -229,7 +237,7 @@ class Atlas:
             absorb(table, kin, points, normals)
         owner = self._owner(row, kin)
         if owner != row:
-            table.size -= 1
+            table.drop_last()
             self._give_samples(owner, points, normals)
             solve(table, kin)
             self.frontier.cover(table, owner)

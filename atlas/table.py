@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from touchatlas.atlas.spatial_index import BallIndex
 from touchatlas.patch.fit import PatchFit
 from touchatlas.patch.patch import OUTLINE_COUNT, ring
 from touchatlas.patch.polynomial import GRADIENT, Basis, evaluate_batch, monomials
@@ -17,12 +18,18 @@ class Table:
         Of every patch's polynomial.
     core : float
         Share of a patch's radius that it claims to cover.
+
+    Attributes
+    ----------
+    index : BallIndex
+        The balls of the patch radii about the patch centres.
     """
 
     def __init__(self, basis: Basis, core: float) -> None:
         self.basis = basis
         self.core = core
         self.size = 0
+        self.index = BallIndex()
         t = basis.size
         shapes = {
             "origin": (3,),
@@ -83,15 +90,22 @@ class Table:
         }
         for name, value in values.items():
             self._columns[name][row] = value
+        self.index.insert(row, self.origin[row], self.radius[row])
         return row
+
+    def drop_last(self) -> None:
+        """Take back the last row."""
+        self.size -= 1
+        self.index.remove(self.size)
 
     def extend(self, columns: dict[str, np.ndarray]) -> None:
         """Add many rows at once, all columns given."""
+        first = self.size
         self.size += len(columns["radius"])
         for name in self._columns:
-            self._columns[name] = np.concatenate(
-                [self._columns[name][: self.size - len(columns[name])], columns[name]]
-            )
+            self._columns[name] = np.concatenate([self._columns[name][:first], columns[name]])
+        for row in range(first, self.size):
+            self.index.insert(row, self.origin[row], self.radius[row])
 
     def renew_ring(self, row: int) -> None:
         """Lay the outline of a row on its polynomial as it is now."""
