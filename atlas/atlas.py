@@ -10,6 +10,7 @@ from touchatlas.atlas.boundary import Boundary, power_at
 from touchatlas.atlas.change import AtlasChange
 from touchatlas.atlas.frontier import Frontier
 from touchatlas.atlas.insertion import insert
+from touchatlas.atlas.kin import Kin
 from touchatlas.atlas.learning import Learning
 from touchatlas.atlas.merging import may_merge, merged_fit, replace_by
 from touchatlas.atlas.moments import solve
@@ -30,6 +31,8 @@ _LEAST_CONTOURS = 3
 # Feature lengths within one object differ by no less than this, as a standard deviation of
 # their logarithm, however alike those seen so far were.
 _LEAST_LOG_STD = 0.5
+# A core ends this share of the way to where it would take an earlier centre.
+_CLEAR = 0.99
 
 
 @dataclass(frozen=True)
@@ -77,7 +80,7 @@ class Atlas:
         self.tolerance = float(tolerance)
         self.options = options
         self.table = Table(options.fit.basis, options.fit.core)
-        self.kin: list[set[int]] = []
+        self.kin = Kin()
         self.tiling = Tiling(self.table, self.kin)
         self.learning = Learning(self.table)
         self.frontier = Frontier()
@@ -182,12 +185,18 @@ class Atlas:
         return insert(self, fit, contours)
 
     def _radius_limit(self, touch: Touch) -> float:
-        """Largest radius whose core takes no earlier centre out of its own cell."""
-        table, rows = self.table, self.table.rows
+        """Largest radius whose core takes no earlier centre out of its own cell.
+
+        Infinite where it is beyond all contours, and so limits nothing.
+        """
+        table = self.table
+        ends = np.concatenate([c.points for c in touch.contours]) - touch.contact
+        reach = max(self.options.least_radius * self.tolerance, np.sqrt((ends**2).sum(1).max()))
+        rows = table.index.rows_near(touch.contact, table.core * float(reach) / _CLEAR)
         rows = rows[table.axes[rows, 2] @ touch.approach > 0]
         offset = table.site[rows] - touch.contact
-        square = ((offset * offset).sum(axis=1) + table.power[rows]).min(initial=np.inf)
-        return float(0.99 * np.sqrt(square) / table.core)
+        square = (offset * offset).sum(axis=1) + table.power[rows]
+        return float(_CLEAR * np.sqrt(square.min()) / table.core) if len(rows) else np.inf
 
     def enter(self, row: int, kin: list[int]) -> None:
         """Make a row of the table a node, kin to others."""

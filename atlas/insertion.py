@@ -27,7 +27,7 @@ def insert(atlas: "Atlas", fit: PatchFit, contours) -> AtlasChange:
         learning.teach(kin, index)
     owner = _owner(atlas, row, kin)
     if owner != row:
-        table.size -= 1
+        table.drop_last()
         learning.brought[owner] = np.concatenate([learning.brought[owner], index])
         atlas.frontier.cover(table, owner)
         frame = fit.patch.frame

@@ -5,10 +5,72 @@ surface at the same place with the same orientation. Nearness alone is not enoug
 wall and the gap between two fingers have close points that are strangers.
 """
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from touchatlas.atlas.moments import SHEET_COSINE, SHEET_GAP
 from touchatlas.atlas.table import Table
+
+
+class Kin(list[set[int]]):
+    """For each patch the set of its kin, and the same as one array for many at once.
+
+    A set that was handed out may be changed by who asked for it: its line of the array is
+    written anew at the next need. Iteration is for reading only.
+
+    Examples
+    --------
+    >>> Kin([{1}, {0, 2}, {1}]).lines()[:, :3].tolist()
+    [[1, 0, 0], [0, 2, 1], [1, 2, 2]]
+    """
+
+    def __init__(self, sets: Iterable[set[int]] = ()) -> None:
+        super().__init__(sets)
+        self._array = np.zeros((64, 8), np.int32)
+        self._written = 0
+        self._stale: set[int] = set()
+
+    def __getitem__(self, row):
+        self._stale.update(range(len(self))[row] if isinstance(row, slice) else (row % len(self),))
+        return super().__getitem__(row)
+
+    def __setitem__(self, row, value) -> None:
+        super().__setitem__(row, value)
+        self._written = 0
+
+    def clear(self) -> None:
+        """Forget all patches."""
+        super().clear()
+        self._written = 0
+
+    def lines(self) -> np.ndarray:
+        """(m, w) rows of the kin of every patch, ascending, filled up with its own row."""
+        size = len(self)
+        if size > len(self._array):
+            more = np.zeros((size, self._array.shape[1]), np.int32)
+            self._array = np.concatenate([self._array, more])
+        stale = {row for row in self._stale if row < self._written}
+        for row in (*stale, *range(self._written, size)):
+            line = sorted(super().__getitem__(row))
+            if len(line) > self._array.shape[1]:
+                more = np.arange(len(self._array), dtype=np.int32)[:, None]
+                self._array = np.concatenate([self._array, np.tile(more, len(line))], axis=1)
+            self._array[row, : len(line)] = line
+            self._array[row, len(line) :] = row
+        self._written = size
+        self._stale.clear()
+        return self._array[:size]
+
+
+def are_kin(kin: Kin, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """(m,) whether patches (m,) are kin to, or the same as, patches (m,)."""
+    lines = kin.lines()
+    if len(lines) ** 2 <= 8 * len(first):
+        square = np.eye(len(lines), dtype=bool)
+        np.put_along_axis(square, lines.astype(np.int64), True, axis=1)
+        return square[first, second]
+    return (first == second) | (lines[first] == second[:, None]).any(axis=1)
 
 
 def radical_share(table: Table, row: int, others: np.ndarray):
@@ -22,11 +84,8 @@ def radical_share(table: Table, row: int, others: np.ndarray):
 
 def kin_of(table: Table, row: int) -> np.ndarray:
     """Rows of the patches that continue the same sheet as ``row``, ascending."""
-    offset = table.origin - table.origin[row]
-    near = (offset * offset).sum(axis=1) < (table.radius + table.radius[row]) ** 2
-    near &= table.alive > 0.0
-    near[row] = False
-    others = np.flatnonzero(near)
+    others = table.index.rows_near(table.origin[row], table.radius[row])
+    others = others[others != row]
     if not len(others):
         return others
     offset, _, share = radical_share(table, row, others)

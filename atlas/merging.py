@@ -122,7 +122,7 @@ def replace_by(atlas: "Atlas", fit: PatchFit) -> tuple[int, tuple[int, ...]] | N
     held = distance + core <= np.sqrt(table.power[row]) * (1.0 + 1e-9)
     gone, stay = kin[held].tolist(), kin[~held].tolist()
     if not atlas.tiling.neighbours(gone) <= set(kin.tolist()):
-        table.size -= 1
+        table.drop_last()
         return None
     atlas.enter(row, stay)
     learning.brought[row] = learning.brought_by(gone)

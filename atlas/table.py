@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from touchatlas.atlas.spatial_index import BallIndex
 from touchatlas.patch.fit import PatchFit
 from touchatlas.patch.patch import OUTLINE_COUNT, ring
 from touchatlas.patch.polynomial import GRADIENT, Basis, evaluate_batch, monomials
@@ -17,12 +18,18 @@ class Table:
         Of every patch's polynomial.
     core : float
         Share of a patch's radius that it claims to cover.
+
+    Attributes
+    ----------
+    index : BallIndex
+        The balls of the patch radii about the patch origins.
     """
 
     def __init__(self, basis: Basis, core: float) -> None:
         self.basis = basis
         self.core = core
         self.size = 0
+        self.index = BallIndex()
         t = basis.size
         shapes = {
             "alive": (),
@@ -71,12 +78,14 @@ class Table:
         self.alive[row] = self.ring_open[row] = 1.0
         self.power[row] = (self.core * patch.radius) ** 2
         self.condition[row] = patch.condition
+        self.index.insert(row, patch.frame.origin, patch.radius)
         self.renew(row, fit)
         return row
 
     def renew(self, row: int, fit: PatchFit) -> None:
         """Put a patch that was fitted anew in the place of a row's; its equations are empty."""
         patch = fit.patch
+        self.index.move(row, patch.frame.origin, patch.radius)
         values = {
             "origin": patch.frame.origin,
             "axes": patch.frame.axes,
@@ -100,6 +109,13 @@ class Table:
         """Take rows out of use; their numbers are never given again."""
         self.alive[rows] = self.radius[rows] = self.ring_open[rows] = 0.0
         self.power[rows] = -np.inf
+        for row in rows:
+            self.index.remove(row)
+
+    def drop_last(self) -> None:
+        """Take back the last row."""
+        self.size -= 1
+        self.index.remove(self.size)
 
     @property
     def rows(self) -> np.ndarray:
@@ -113,6 +129,8 @@ class Table:
             self._columns[name] = np.concatenate(
                 [self._columns[name][: self.size - len(columns[name])], columns[name]]
             )
+        for row in self.rows.tolist():
+            self.index.insert(row, self.origin[row], self.radius[row])
 
     def renew_ring(self, row: int) -> None:
         """Lay the outline of a row on its polynomial as it is now."""

@@ -94,7 +94,7 @@ def _corners(atlas: "Atlas") -> Iterator[str]:
 
 
 def _closure(atlas: "Atlas") -> Iterator[str]:
-    """On a closed surface every boundary has two ends, every corner three, and no patch is alone."""
+    """On a closed surface every boundary has two ends, every corner three, none is alone."""
     graph, corners = atlas.graph, atlas.tiling.corners
     if atlas.closed and corners and 2 * graph.number_of_edges() != 3 * len(corners):
         yield f"{graph.number_of_edges()} boundaries do not pair up in {len(corners)} corners"

@@ -1,0 +1,215 @@
+"""An index of balls that is updated, never rebuilt: which patches reach a point."""
+
+import numpy as np
+
+_CORNERS = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
+_PRIMES = np.array([73856093, 19349663, 83492791], np.uint64)
+_LEVEL_PRIME = np.uint64(2654435761)
+# Spreads what differs in the low bits over the high ones (Knuth, volume 3, section 6.4).
+_GOLDEN = np.uint64(0x9E3779B97F4A7C15)
+# Balls a bucket of the table on average, and candidates that are looked at in one go.
+_LOAD, _AT_ONCE = 4, 1 << 20
+# Cells this much smaller have one look-up for all their points.
+_FINER = 8.0
+# Of the cells of a level; larger numbers are no integers of 64 bits.
+_FARTHEST = 2.0**62
+# Whole numbers below this are exact as floats.
+_EXACT = 2.0**52
+
+
+class BallIndex:
+    """Balls (row, centre, radius) in a hash table of grids, one grid for each octave of radius.
+
+    A ball is entered in the cells of side 2 to 4 radii that it touches, eight at most; a point
+    then has one cell a level to look into. Different cells may share a bucket: that adds
+    candidates, which the distance takes away again, and no length is ever compared with a
+    constant.
+
+    Examples
+    --------
+    >>> index = BallIndex()
+    >>> index.insert(7, [0.0, 0.0, 0.0], 1.0)
+    >>> [a.tolist() for a in index.near(np.array([[0.0, 0.0, 0.5], [0.0, 0.0, 2.0]]))]
+    [[7], [0]]
+    """
+
+    def __init__(self) -> None:
+        self._centre, self._radius = np.zeros((64, 3)), np.full(64, -1.0)
+        self._level = np.zeros(64, np.int16)
+        self._slots, self._count = np.full((16, 8), -1, np.int32), np.zeros(16, np.int32)
+        self._levels: dict[int, int] = {}
+        self._size = 0
+
+    def __len__(self) -> int:
+        return self._size
+
+    def __contains__(self, row: int) -> bool:
+        return 0 <= row < len(self._radius) and self._radius[row] >= 0.0
+
+    def insert(self, row: int, centre, radius: float) -> None:
+        """Enter a ball; ValueError when its row is in already, or it is no ball."""
+        centre = np.asarray(centre, dtype=float)
+        if row in self or not (np.isfinite(centre).all() and 0.0 < radius < np.inf):
+            raise ValueError(
+                f"row, centre, radius are {row}, {centre}, {radius}; a row not yet in the index, "
+                "a finite centre and a radius > 0 are needed: remove or move the old ball"
+            )
+        while row >= len(self._radius):
+            self._centre = np.concatenate([self._centre, np.zeros_like(self._centre)])
+            self._radius = np.concatenate([self._radius, np.full_like(self._radius, -1.0)])
+            self._level = np.concatenate([self._level, np.zeros_like(self._level)])
+        level = int(np.ceil(np.log2(radius))) + 1
+        self._centre[row], self._radius[row], self._level[row] = centre, radius, level
+        self._levels[level] = self._levels.get(level, 0) + 1
+        self._size += 1
+        if self._size > _LOAD * len(self._count):
+            self._grow()
+        else:
+            self._enter(row)
+
+    def remove(self, row: int) -> None:
+        """Take a ball out; KeyError when it is not in."""
+        if row not in self:
+            raise KeyError(f"row {row} is not in the index")
+        for bucket in self._buckets_of(row):
+            last = self._count[bucket] - 1
+            slots = self._slots[bucket]
+            slots[np.flatnonzero(slots[: last + 1] == row)[0]] = slots[last]
+            slots[last], self._count[bucket] = -1, last
+        level = int(self._level[row])
+        self._levels[level] -= 1
+        if not self._levels[level]:
+            del self._levels[level]
+        self._radius[row] = -1.0
+        self._size -= 1
+
+    def move(self, row: int, centre, radius: float) -> None:
+        """Give a ball another centre and radius."""
+        self.remove(row)
+        self.insert(row, centre, radius)
+
+    def near(self, points) -> tuple[np.ndarray, np.ndarray]:
+        """All pairs of a ball and a point (n, 3) in it.
+
+        Returns
+        -------
+        rows, which : (m,) int
+            Of the ball and of the point; by point, then by row.
+        """
+        points = np.asarray(points, dtype=float)
+        step = max(1, _AT_ONCE // (self._slots.shape[1] * max(1, len(self._levels))))
+        parts = [self._near(points[i : i + step], i) for i in range(0, len(points), step)]
+        if not parts:
+            return np.zeros(0, np.int64), np.zeros(0, np.int64)
+        rows, which = (np.concatenate(part) for part in zip(*parts, strict=True))
+        return rows, which
+
+    def rows_near(self, centre, radius: float) -> np.ndarray:
+        """Rows, ascending, of the balls that meet the open ball of a centre and a radius."""
+        centre = np.asarray(centre, dtype=float)
+        rows = self._candidates(centre, radius)
+        offset = self._centre[rows] - centre
+        reach = np.where(self._radius[rows] >= 0.0, self._radius[rows] + radius, 0.0)
+        return rows[(offset * offset).sum(axis=1) < reach * reach]
+
+    def _candidates(self, centre, radius: float) -> np.ndarray:
+        """Rows, ascending, that may meet a ball; all where that is fewer than cells to look at."""
+        buckets = []
+        for level in self._levels:
+            side = 2.0**level
+            low = np.floor((centre - radius) / side)
+            span = np.floor((centre + radius) / side) - low + 1.0
+            if span.prod() > max(64, self._size):
+                return np.flatnonzero(self._radius >= 0.0)
+            cells = np.indices(span.astype(int)).reshape(3, -1).T + _cells(centre - radius, level)
+            buckets.append(self._bucket(cells, level))
+        if not buckets:
+            return np.zeros(0, int)
+        found = np.unique(self._slots[np.concatenate(buckets)])
+        return found[found >= 0].astype(int)
+
+    def _near(self, points, first: int):
+        """The pairs of some of the points, the first of them number ``first``."""
+        parts = [self._near_on(points, level) for level in self._levels]
+        if not parts:
+            return np.zeros(0, np.int64), np.zeros(0, np.int64)
+        row, here = (np.concatenate(part) for part in zip(*parts, strict=True))
+        order = np.argsort(here * len(self._radius) + row)
+        return row[order], here[order] + first
+
+    def _near_on(self, points, level: int):
+        """The pairs (rows, which) of a level's balls and the points."""
+        shared = _shared_cells(points, 2.0**level / _FINER)
+        if shared is None:
+            row, here = self._within(points, level, 0.0)
+        else:
+            # Points that share a small cell are looked up together, by the cell's centre.
+            centres, order, starts, counts = shared
+            row, cell = self._within(centres, level, np.sqrt(0.75) * 1.01 * 2.0**level / _FINER)
+            many = counts[cell]
+            row = np.repeat(row, many)
+            part = np.arange(len(row)) - np.repeat(np.cumsum(many) - many, many)
+            here = order[np.repeat(starts[cell], many) + part]
+        offset = points[here] - self._centre[row]
+        inside = np.einsum("ij,ij->i", offset, offset) <= self._radius[row] ** 2
+        return row[inside], here[inside]
+
+    def _within(self, points, level: int, slack: float):
+        """Pairs (rows, which) of a level's balls and the points within ``slack`` of them."""
+        slots = self._slots[self._bucket(_cells(points, level), level)]
+        here, slot = np.nonzero(slots >= 0)
+        row = slots[here, slot].astype(np.int64)
+        offset = points[here] - self._centre[row]
+        inside = np.einsum("ij,ij->i", offset, offset) <= (self._radius[row] + slack) ** 2
+        inside &= self._level[row] == level
+        return row[inside], here[inside]
+
+    def _bucket(self, cells, level: int) -> np.ndarray:
+        """(n,) buckets of the cells (n, 3) of a level."""
+        mixed = (cells.astype(np.uint64) * _PRIMES).sum(axis=1, dtype=np.uint64)
+        mixed = (mixed + np.uint64(level % 4096) * _LEVEL_PRIME) * _GOLDEN
+        return (mixed >> np.uint64(65 - len(self._count).bit_length())).astype(np.int64)
+
+    def _buckets_of(self, row: int) -> list[int]:
+        """The buckets that a ball is entered in, each once."""
+        level, radius = int(self._level[row]), self._radius[row]
+        low = _cells(self._centre[row] - radius, level)
+        high = _cells(self._centre[row] + radius, level)
+        return sorted(set(self._bucket(np.where(_CORNERS, high, low), level).tolist()))
+
+    def _enter(self, row: int) -> None:
+        for bucket in self._buckets_of(row):
+            last = self._count[bucket]
+            if last == self._slots.shape[1]:
+                self._slots = np.concatenate([self._slots, np.full_like(self._slots, -1)], axis=1)
+            self._slots[bucket, last] = row
+            self._count[bucket] = last + 1
+
+    def _grow(self) -> None:
+        """Twice as many buckets."""
+        count = 2 * len(self._count)
+        self._slots, self._count = np.full((count, 8), -1, np.int32), np.zeros(count, np.int32)
+        for row in np.flatnonzero(self._radius >= 0.0).tolist():
+            self._enter(row)
+
+
+def _cells(points, level: int) -> np.ndarray:
+    """Cells (..., 3) of a level that points are in; the outermost ones have no end."""
+    return np.clip(np.floor(points / 2.0**level), -_FARTHEST, _FARTHEST).astype(np.int64)
+
+
+def _shared_cells(points, side: float):
+    """Centres (m, 3) of the small cells that hold the points, the points (n,) cell by cell, and
+    where each cell's begin (m,) and how many they are (m,); None when they share too few."""
+    cells = np.floor(points / side)
+    low = cells.min(axis=0)
+    span = cells.max(axis=0) - low + 1.0
+    if not span.prod() < _EXACT:
+        return None
+    key = ((cells - low) @ [1.0, span[0], span[0] * span[1]]).astype(np.int64)
+    order = np.argsort(key, kind="stable")
+    starts = np.flatnonzero(np.r_[True, np.diff(key[order]) != 0])
+    if 4 * len(starts) > len(points):
+        return None
+    counts = np.diff(np.r_[starts, len(points)])
+    return (cells[order[starts]] + 0.5) * side, order, starts, counts

@@ -1,0 +1,137 @@
+"""What each patch says at the points it reaches, many patches in one numpy call.
+
+Pairs of a patch and a point are laid out in padded groups: lines of a patch's points, patches
+with about as many points in one array, so that every product is a stack of matrix products.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from touchatlas.atlas.boundary import CELL_MARGIN
+from touchatlas.atlas.kin import Kin
+from touchatlas.atlas.moments import left_out
+from touchatlas.atlas.table import Table
+from touchatlas.patch.polynomial import (
+    SECOND_ORDER,
+    VALUE,
+    derivative_coefficients,
+    gaussian_curvature,
+    graph_derivatives,
+    monomials,
+)
+
+# The surface is known a little beyond what closes the graph, so that the cubes around a corner
+# with just the power CELL_MARGIN are known too.
+COVER_MARGIN = 3.0 * CELL_MARGIN
+# Points of a line, and pairs and patches of a group: what fits the caches.
+_WIDTHS = np.array([1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256])
+_PAIRS, _LINES = 4096, 512
+
+
+@dataclass(frozen=True, eq=False)
+class Voices:
+    """What patches say at points, a pair each (m,).
+
+    Parameters
+    ----------
+    distance : (m,) float, length
+        First order, signed, to the pair's patch.
+    weight : (m,) float
+        How near the patch's centre is and how sure it is; 0 where it has no say.
+    numbers : (m, 6) float
+        Distance, variance (length^2), Gaussian curvature (1/length^2), unit normal (3).
+    own : (m,) bool
+        Whether the foot of the point lies in the patch's own cell.
+    """
+
+    distance: np.ndarray
+    weight: np.ndarray
+    numbers: np.ndarray
+    own: np.ndarray
+
+
+def groups(rows: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Padded groups of equal rows: rows (m,) and indices (m, k) into ``rows``, lines filled up
+    with their last index.
+
+    >>> [(r.tolist(), i.tolist()) for r, i in groups(np.array([5, 2, 5, 5]))]
+    [([2], [[1]]), ([5], [[0, 2, 3]])]
+    """
+    narrow = len(rows) and rows.max() < 1 << 16
+    # numpy sorts integers of 16 bits in linear time.
+    order = np.argsort(rows.astype(np.uint16) if narrow else rows, kind="stable")
+    ordered = rows[order]
+    starts = np.flatnonzero(np.r_[True, ordered[1:] != ordered[:-1]][: len(rows)])
+    counts = np.diff(np.r_[starts, len(rows)])
+    lines = -(-counts // _WIDTHS[-1])
+    part = np.arange(lines.sum()) - np.repeat(np.cumsum(lines) - lines, lines)
+    starts = np.repeat(starts, lines) + part * _WIDTHS[-1]
+    counts = np.minimum(np.repeat(counts, lines) - part * _WIDTHS[-1], _WIDTHS[-1])
+    kind = np.searchsorted(_WIDTHS, counts)
+    for k in np.unique(kind).tolist():
+        of_kind, width = np.flatnonzero(kind == k), int(_WIDTHS[k])
+        step = max(1, min(_LINES, _PAIRS // width))
+        for i in range(0, len(of_kind), step):
+            chosen = of_kind[i : i + step]
+            inside = np.minimum(np.arange(width), counts[chosen, None] - 1)
+            yield ordered[starts[chosen]], order[starts[chosen, None] + inside]
+
+
+def voices(table: Table, kin: Kin, rows, points, reach: float) -> Voices:
+    """What the patches ``rows`` (m,) say at world points (m, 3), a pair each.
+
+    Patches farther than ``reach`` from a point have no say there.
+    """
+    count = len(rows)
+    out = Voices(np.empty(count), np.empty(count), np.empty((count, 6)), np.empty(count, bool))
+    lines = kin.lines()
+    for patches, index in groups(rows):
+        _speak(table, lines, patches, index, points[index], reach, out)
+    return out
+
+
+def _speak(table: Table, lines, rows, index, points, reach, out: Voices) -> None:
+    """Fill in what the patches ``rows`` (m,) say at points (m, k, 3), pairs ``index`` (m, k)."""
+    basis, radius = table.basis, table.radius[rows][:, None]
+    offset = points - table.origin[rows][:, None]
+    scaled = offset @ (table.axes[rows] / radius[..., None]).transpose(0, 2, 1)
+    x, y, z = np.ascontiguousarray(np.moveaxis(scaled, -1, 0))
+    terms = monomials(basis, x, y, z).transpose(1, 0, 2)
+    which = derivative_coefficients(basis, table.mean[rows], [VALUE, *SECOND_ORDER])
+    phi, *derivatives = np.moveaxis(which @ terms, 1, 0)
+    upward = np.stack([-derivatives[0], -derivatives[1], 1.0 - derivatives[5]], axis=-1)
+    stretch = np.maximum(np.sqrt((upward * upward).sum(axis=-1)), np.finfo(float).tiny)
+    distance = radius * (z - phi) / stretch
+    normals = (upward / stretch[..., None]) @ table.axes[rows]
+    across = x * x + y * y
+    inside = (across <= 1.0) & (np.abs(distance) <= np.minimum(reach, 0.5 * radius))
+    terms = terms[:, : basis.size]
+    variance = np.maximum((terms * (table.covariance[rows] @ terms)).sum(axis=1), 0.0)
+    variance = (radius / stretch) ** 2 * variance + np.finfo(float).tiny
+    closeness = np.where(inside, np.maximum(1.0 - across - z * z, 0.0), 0.0)
+    out.distance[index] = distance
+    out.weight[index] = closeness**3 / variance
+    beyond = (radius / stretch) ** 2 * left_out(table, rows, scaled)
+    out.numbers[index, 0], out.numbers[index, 1] = distance, variance + beyond
+    with np.errstate(all="ignore"):
+        curvature = gaussian_curvature(*graph_derivatives(*derivatives)) / radius**2
+    out.numbers[index, 2] = np.where(closeness > 0.0, curvature, 0.0)
+    out.numbers[index, 3:] = normals
+    feet = points - table.site[rows][:, None] - distance[..., None] * normals
+    out.own[index] = inside & _in_own_cell(table, lines[rows], rows, feet)
+
+
+def _in_own_cell(table: Table, kin, rows, feet) -> np.ndarray:
+    """(m, k) whether feet (m, k, 3), from the patches' sites, are in the cells of the rows
+    (m,), whose kin are (m, w)."""
+    power = table.power[rows]
+    own = (feet * feet).sum(axis=-1) - power[:, None]
+    kin = kin[:, : max(1, int((kin != rows[:, None]).sum(axis=1).max()))]
+    # What a rival's power is above one's own: linear in the foot.
+    apart = table.site[kin] - table.site[rows][:, None]
+    excess = (apart * apart).sum(axis=-1) - table.power[kin] + power[:, None]
+    above = excess[:, None] - 2.0 * (feet @ apart.transpose(0, 2, 1))
+    lowest = above.min(axis=-1) >= -CELL_MARGIN * power[:, None]
+    return lowest & (own <= COVER_MARGIN * power[:, None])
