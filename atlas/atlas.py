@@ -15,6 +15,7 @@ from touchatlas.atlas.learning import Learning
 from touchatlas.atlas.merging import may_merge, merged_fit, replace_by
 from touchatlas.atlas.moments import solve
 from touchatlas.atlas.prediction import half_way_deviation
+from touchatlas.atlas.splitting import divide, parts_of
 from touchatlas.atlas.table import Table
 from touchatlas.atlas.tiling import Tiling
 from touchatlas.atlas.touch import Touch, TouchStatus
@@ -116,9 +117,8 @@ class Atlas:
 
     def patch(self, patch_id: int) -> Patch:
         """The patch of an id, as it is now."""
+        self._check(patch_id)
         table, i = self.table, patch_id
-        if not (0 <= i < table.size and table.alive[i]):
-            raise KeyError(f"no patch {patch_id}; the nodes of the graph are the ids in use")
         return Patch(
             i,
             DarbouxFrame(table.origin[i], table.axes[i]),
@@ -132,6 +132,10 @@ class Atlas:
             float(table.condition[i]),
             float(leftover(table.basis, table.turn[i])),
         )
+
+    def _check(self, patch_id: int) -> None:
+        if not (0 <= patch_id < self.table.size and self.table.alive[patch_id]):
+            raise KeyError(f"no patch {patch_id}; the nodes of the graph are the ids in use")
 
     def blend(self, points) -> Blend:
         """Signed distance, normal, deviation and curvature at world points (n, 3)."""
@@ -228,6 +232,8 @@ class Atlas:
     def merge(self, first: int, second: int) -> AtlasChange:
         """One patch in the place of two that meet, and of all that it covers, when one polynomial
         holds their samples within the noise; refused otherwise."""
+        self._check(first)
+        self._check(second)
         if second not in self.kin[first]:
             return AtlasChange(refused=f"patches {first} and {second} are not of one sheet")
         fit = merged_fit(self, first, second)
@@ -236,6 +242,16 @@ class Atlas:
             return AtlasChange(refused=f"no one polynomial holds patches {first} and {second}")
         row, gone = merged
         return AtlasChange((row,), tuple(sorted(self.kin[row])), gone, (), gone)
+
+    def split(self, patch_id: int) -> AtlasChange:
+        """Seven patches of half the radius in the place of one; refused where the samples do not
+        determine all of them."""
+        self._check(patch_id)
+        parts = parts_of(self, patch_id)
+        if parts is None:
+            return AtlasChange(refused=f"too few samples about patch {patch_id} for smaller ones")
+        rows = divide(self, patch_id, parts)
+        return AtlasChange(rows, (), (), (patch_id,), (patch_id,))
 
     def simplify(self) -> AtlasChange:
         """Merge whatever one patch explains, pair by pair, until nothing more can be."""

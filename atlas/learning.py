@@ -42,7 +42,8 @@ class Learning:
 
     def brought_by(self, rows) -> np.ndarray:
         """Indices of all samples that touches of the rows brought, ascending."""
-        return np.sort(np.concatenate([self.brought[i] for i in rows]))
+        parts = [self.brought[i] for i in rows]
+        return np.sort(np.concatenate(parts)) if parts else np.zeros(0, np.int32)
 
     def teach(self, rows: np.ndarray, index: np.ndarray) -> None:
         """Let every row (m,) learn those of new samples (n,) that are of its sheet."""

@@ -132,30 +132,30 @@ def replace_by(atlas: "Atlas", fit: PatchFit) -> tuple[int, tuple[int, ...]] | N
     atlas.frontier.cover(table, row)
     around = {row, *stay} | set().union(*(atlas.kin[i] for i in gone)) - set(gone)
     atlas.tiling.meet(row, np.array(stay, int))
-    _remove(atlas, gone)
+    remove_patches(atlas, gone)
     atlas.tiling.remove(gone, around)
-    gone += _remove_hidden(atlas, around)
+    gone += remove_hidden(atlas, around)
     atlas.reopen(sorted(around - set(gone)))
     return row, tuple(gone)
 
 
-def _remove_hidden(atlas: "Atlas", rows: set[int]) -> list[int]:
+def remove_hidden(atlas: "Atlas", rows: set[int]) -> list[int]:
     """Remove those of the rows that have no cell left; their samples go to the cells' owners."""
     table, learning, hidden = atlas.table, atlas.learning, []
     for i in sorted(rows):
         kin = np.array(sorted(atlas.kin[i]), int)
         power = power_at(table, kin, table.site[i])
-        if len(kin) and not atlas.tiling.has_corner(i) and power.min() < -table.power[i]:
+        if len(kin) and not atlas.tiling.corners_of(i) and power.min() < -table.power[i]:
             owner = int(kin[power.argmin()])
             learning.brought[owner] = np.append(learning.brought[owner], learning.brought[i])
             atlas.frontier.move_home([i], owner)
-            _remove(atlas, [i])
+            remove_patches(atlas, [i])
             hidden.append(i)
     atlas.tiling.remove(hidden, rows - set(hidden))
     return hidden
 
 
-def _remove(atlas: "Atlas", rows: list[int]) -> None:
+def remove_patches(atlas: "Atlas", rows: list[int]) -> None:
     """Take patches out of use; their samples are others' by now."""
     for i in rows:
         for j in atlas.kin[i]:

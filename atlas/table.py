@@ -8,6 +8,8 @@ from touchatlas.patch.patch import OUTLINE_COUNT, ring
 from touchatlas.patch.polynomial import GRADIENT, Basis, evaluate_batch, monomials
 from touchatlas.patch.smoothness import NormalEquations, scaled_noise
 
+_ROOM = 64
+
 
 class Table:
     """Columns over all patches of an atlas, so that many are handled in one numpy call.
@@ -54,7 +56,7 @@ class Table:
             "ring": (OUTLINE_COUNT, 3),
             "ring_open": (OUTLINE_COUNT,),
         }
-        self._columns = {name: np.zeros((64, *shape)) for name, shape in shapes.items()}
+        self._columns = {name: np.zeros((_ROOM, *shape)) for name, shape in shapes.items()}
 
     def __getattr__(self, name: str) -> np.ndarray:
         columns = self.__dict__.get("_columns", {})
@@ -72,7 +74,8 @@ class Table:
         patch, row = fit.patch, self.size
         if row == len(self._columns["radius"]):
             for name, column in self._columns.items():
-                self._columns[name] = np.concatenate([column, np.zeros_like(column)])
+                more = np.zeros((max(row, _ROOM), *column.shape[1:]))
+                self._columns[name] = np.concatenate([column, more])
         self.size += 1
         self.site[row] = patch.frame.origin
         self.alive[row] = self.ring_open[row] = 1.0

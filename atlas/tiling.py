@@ -83,9 +83,10 @@ class Tiling:
         """Rows that share a corner with any of some rows, and these."""
         return set(rows).union(*(t for i in rows for t in self._corners_of[i]))
 
-    def has_corner(self, row: int) -> bool:
-        """Whether three boundaries meet anywhere on the rim of a patch."""
-        return bool(self._corners_of[row])
+    def corners_of(self, first: int, second: int | None = None) -> set[Triple]:
+        """The corners on the rim of a patch, or those that two patches share."""
+        mine = self._corners_of[first]
+        return mine if second is None else mine & self._corners_of[second]
 
     def _drop(self, triple: Triple) -> None:
         del self.corners[triple]
@@ -159,7 +160,7 @@ class Tiling:
                     angle_here,
                     angle_here > CREASE_ANGLE,
                 )
-            elif self._corners_of[pair[0]] & self._corners_of[pair[1]]:
+            elif self.corners_of(*pair):
                 boundary = Boundary(pair, points[e][:0], 0.0, 0.0, False)
             else:
                 if self._graph.has_edge(*pair):

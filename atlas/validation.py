@@ -94,11 +94,14 @@ def _corners(atlas: "Atlas") -> Iterator[str]:
 
 
 def _closure(atlas: "Atlas") -> Iterator[str]:
-    """On a closed surface every boundary has two ends, every corner three, none is alone."""
-    graph, corners = atlas.graph, atlas.tiling.corners
-    if atlas.closed and corners and 2 * graph.number_of_edges() != 3 * len(corners):
-        yield f"{graph.number_of_edges()} boundaries do not pair up in {len(corners)} corners"
-    if len(atlas) > 1:
-        yield from (
-            f"patch {i} has no boundary" for i, n in graph.degree if n == 0 and atlas.closed
-        )
+    """On a closed surface every boundary ends in corners, and no patch is without boundary.
+
+    A patch that bites into the boundary of two others has two corners with them, which count as
+    one, as the two pieces of that boundary count as one: V - E + F is the same.
+    """
+    if not (atlas.closed and len(atlas) > 3):
+        return
+    for pair in atlas.graph.edges:
+        if not atlas.tiling.corners_of(*pair):
+            yield f"the boundary of {sorted(pair)} ends nowhere"
+    yield from (f"patch {i} has no boundary" for i, degree in atlas.graph.degree if degree == 0)

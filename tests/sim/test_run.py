@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from touchatlas.atlas.atlas import Atlas
+from touchatlas.atlas import insertion
 from touchatlas.sim.journal import Journal
 from touchatlas.sim.mesh_object import MeshObject
 from touchatlas.sim.run import RunOptions, random_streams, run_exploration, truth_of
@@ -122,14 +122,14 @@ def test_settings_survive_numpy_numbers_and_any_name(ball, tmp_path):
 
 
 def test_an_interrupt_in_the_midst_of_a_touch_lets_it_finish(ball, tmp_path, monkeypatch):
-    join = Atlas._join
+    join = insertion._join
 
-    def interrupted_join(self, row, *rest):
+    def interrupted_join(atlas, row, *rest):
         if row == 2:
             signal.raise_signal(signal.SIGINT)
-        join(self, row, *rest)
+        join(atlas, row, *rest)
 
-    monkeypatch.setattr(Atlas, "_join", interrupted_join)
+    monkeypatch.setattr(insertion, "_join", interrupted_join)
     before = signal.getsignal(signal.SIGINT)
     result = run_exploration(ball, tmp_path / "r", FEW)
     assert signal.getsignal(signal.SIGINT) is before

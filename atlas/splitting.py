@@ -1,0 +1,90 @@
+"""Splitting: seven smaller patches in the place of one that does not hold its samples."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from touchatlas.atlas.boundary import power_at
+from touchatlas.atlas.kin import kin_of
+from touchatlas.atlas.merging import remove_hidden, remove_patches
+from touchatlas.atlas.moments import of_patch
+from touchatlas.patch.fit import PatchFit
+from touchatlas.patch.frame import DarbouxFrame, axes_from_normal
+from touchatlas.patch.polynomial import scaled_height
+from touchatlas.patch.refit import refit_patch
+from touchatlas.patch.start import UnfitError
+
+if TYPE_CHECKING:
+    from touchatlas.atlas.atlas import Atlas
+
+# Seven discs of half its radius cover a disc: one in the middle, six about it this far out.
+# Kershner, The number of circles covering a set, 1939. The slack is for curved discs.
+_SHARE, _OUT, _SLACK = 0.5, np.sqrt(0.75), 1.08
+_LEAST_SAMPLES = 2
+
+
+def parts_of(atlas: "Atlas", row: int) -> list[PatchFit] | None:
+    """Seven patches that cover the core of a row, from the samples that it knows; None when
+    these do not determine all seven."""
+    table, pool, learning = atlas.table, atlas.learning.pool, atlas.learning
+    index = np.unique(np.concatenate([learning.members[i] for i in (row, *atlas.kin[row])]))
+    near = of_patch(table, np.array([row]), pool.points[index], pool.normals[index], 1.25)[0]
+    index, radius = index[near], _SLACK * _SHARE * table.radius[row]
+    parts = []
+    for frame in _frames(atlas, row):
+        offset = pool.points[index] - frame.origin
+        inside = index[(offset * offset).sum(axis=1) <= (1.25 * radius) ** 2]
+        if len(inside) < _LEAST_SAMPLES * table.basis.size:
+            return None
+        samples = (pool.points[inside], pool.across[inside], float(table.noise[row]))
+        bias = atlas.options.bias * atlas.tolerance
+        try:
+            parts.append(
+                refit_patch(frame, *samples, radius, bias, None, atlas.prior, atlas.options.fit)
+            )
+        except UnfitError:
+            return None
+    return parts
+
+
+def _frames(atlas: "Atlas", row: int) -> list[DarbouxFrame]:
+    """Where the seven patches are to be, on the polynomial of a row."""
+    table = atlas.table
+    angles = np.pi / 3.0 * np.arange(6)
+    ring = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    xy = table.core * _OUT * np.concatenate([np.zeros((1, 2)), ring])
+    z = scaled_height(table.basis, table.mean[row], *xy.T)
+    scaled = np.column_stack([xy, z])
+    upward = table.surface(np.array([row]), scaled[None])[1][0]
+    normals = upward / np.sqrt((upward * upward).sum(axis=1))[:, None] @ table.axes[row]
+    origins = scaled * table.radius[row] @ table.axes[row] + table.origin[row]
+    e1 = table.axes[row, 0]
+    return [DarbouxFrame(p, axes_from_normal(n, e1)) for p, n in zip(origins, normals, strict=True)]
+
+
+def divide(atlas: "Atlas", row: int, parts: list[PatchFit]) -> tuple[int, ...]:
+    """Put patches in the place of a row, and share its samples out among them; their rows."""
+    table, learning = atlas.table, atlas.learning
+    brought, known = learning.brought[row], learning.members[row]
+    around = set(atlas.kin[row])
+    remove_patches(atlas, [row])
+    atlas.tiling.remove([row], around)
+    rows = []
+    for fit in parts:
+        part = table.append(fit)
+        kin = kin_of(table, part)
+        atlas.enter(part, kin.tolist())
+        learning.settle(part, fit, np.union1d(known, learning.brought_by(kin.tolist())))
+        table.renew_ring(part)
+        atlas.tiling.meet(part, kin)
+        atlas.frontier.cover(table, part)
+        rows.append(part)
+    owner = np.array(rows)[power_at(table, rows, learning.pool.points[brought]).argmin(axis=1)]
+    for part in rows:
+        learning.brought[part] = brought[owner == part]
+    atlas.frontier.move_home([row], rows[0])
+    # A neighbour may cover more of the row than its parts do, or they more than a neighbour.
+    around |= set(rows)
+    around -= set(remove_hidden(atlas, around))
+    atlas.reopen(sorted(around))
+    return tuple(sorted(set(rows) & around))

@@ -1,0 +1,154 @@
+"""An atlas under random changes: added to, merged, split, saved and loaded, it stays sound."""
+
+from copy import deepcopy
+from functools import lru_cache
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, settings
+from hypothesis import strategies as st
+from hypothesis.stateful import RuleBasedStateMachine, precondition, rule, run_state_machine_as_test
+
+from tests.explored import explored
+from touchatlas.atlas.atlas import Atlas
+from touchatlas.atlas.store import load_atlas, save_atlas
+
+OBJECTS = ("sphere", "torus", "bottle")
+
+
+@lru_cache
+def finished(name: str) -> Atlas:
+    """An explored atlas, settled and simplified."""
+    atlas = Atlas(explored(name).atlas.tolerance)
+    for touch in explored(name).touches:
+        atlas.add(touch)
+    atlas.settle()
+    atlas.simplify()
+    return atlas
+
+
+class LivingAtlas(RuleBasedStateMachine):
+    """Random touches of one object in random order, and what else can happen to an atlas."""
+
+    folder = None
+
+    @rule(name=st.sampled_from(OBJECTS), seed=st.integers(0, 999))
+    @precondition(lambda self: not hasattr(self, "atlas"))
+    def begin(self, name, seed):
+        self.rng = np.random.default_rng(seed)
+        self.touches = list(explored(name).touches)
+        self.rng.shuffle(self.touches)
+        self.atlas = Atlas(explored(name).atlas.tolerance)
+
+    @rule(count=st.integers(1, 8))
+    @precondition(lambda self: getattr(self, "touches", None))
+    def add(self, count):
+        for _ in range(min(count, len(self.touches))):
+            before = self.atlas.point_count
+            touch = self.touches.pop()
+            change = self.atlas.add(touch)
+            points = 0 if change.refused else sum(len(c.points) for c in touch.contours)
+            assert self.atlas.point_count == before + points
+            self.sound()
+
+    @rule(choice=st.floats(0, 1, exclude_max=True))
+    @precondition(lambda self: len(getattr(self, "atlas", ())) > 1)
+    def merge(self, choice):
+        edges = sorted(self.atlas.graph.edges)
+        if edges:
+            change = self.atlas.merge(*edges[int(choice * len(edges))])
+            assert bool(change.refused) != bool(change.merged)
+            self.sound()
+
+    @rule(choice=st.floats(0, 1, exclude_max=True))
+    @precondition(lambda self: len(getattr(self, "atlas", ())) > 0)
+    def split(self, choice):
+        nodes = sorted(self.atlas.graph)
+        change = self.atlas.split(nodes[int(choice * len(nodes))])
+        assert bool(change.refused) != bool(change.split)
+        self.sound()
+
+    @rule()
+    @precondition(lambda self: hasattr(self, "atlas"))
+    def save_and_load(self):
+        path = self.folder / "atlas.npz"
+        save_atlas(path, self.atlas)
+        again = load_atlas(path)
+        save_atlas(self.folder / "again.npz", again)
+        assert (self.folder / "again.npz").read_bytes() == path.read_bytes()
+        self.atlas = again
+        self.sound()
+
+    @rule()
+    @precondition(lambda self: hasattr(self, "atlas"))
+    def settle(self):
+        self.atlas.settle()
+        self.sound()
+
+    def sound(self):
+        self.atlas.validate()
+        gone = [i for i, kin in enumerate(self.atlas.kin) if i not in self.atlas.graph]
+        assert not any(len(self.atlas.learning.brought[i]) for i in gone)
+
+
+def run(folder, examples: int, steps: int) -> None:
+    LivingAtlas.folder = folder
+    run_state_machine_as_test(
+        LivingAtlas,
+        settings=settings(
+            max_examples=examples,
+            stateful_step_count=steps,
+            deadline=None,
+            derandomize=True,
+            database=None,
+            suppress_health_check=list(HealthCheck),
+        ),
+    )
+
+
+def test_random_changes_leave_a_sound_atlas(tmp_path):
+    run(tmp_path, 4, 12)
+
+
+@pytest.mark.slow
+def test_ten_thousand_random_changes_leave_a_sound_atlas(tmp_path):
+    run(tmp_path, 200, 50)
+
+
+@pytest.mark.parametrize("name", ["sphere", "bottle", "torus"])
+def test_merging_keeps_the_surface_and_its_topology(name):
+    """One polynomial holds both within the noise, so the surface stays within a few of it."""
+    whole = explored(name)
+    points = np.concatenate([c.points for t in whole.touches[::5] for c in t.contours])
+    before, after = whole.atlas.blend(points), finished(name).blend(points)
+    assert len(finished(name)) <= len(whole.atlas)
+    assert after.known.all()
+    difference = np.abs(after.distance - before.distance)
+    assert np.sqrt(np.mean(difference**2)) < np.median(whole.atlas.table.noise)
+    assert finished(name).euler_characteristic() == whole.atlas.euler_characteristic()
+    finished(name).validate()
+
+
+def test_split_then_merge_keeps_coverage_and_validates():
+    atlas = deepcopy(finished("sphere"))
+    points = np.concatenate([c.points for t in explored("sphere").touches for c in t.contours])
+    change = next(c for c in map(atlas.split, sorted(atlas.graph)) if not c.refused)
+    atlas.validate()
+    assert not set(change.removed) & set(atlas.graph)
+    assert atlas.blend(points).known.all() and atlas.closed
+    atlas.simplify()
+    atlas.validate()
+    assert atlas.blend(points).known.all() and atlas.closed
+
+
+def test_patches_that_do_not_meet_are_not_merged():
+    atlas = explored("torus").atlas
+    first = min(atlas.graph)
+    second = next(i for i in atlas.graph if i not in atlas.kin[first] and i != first)
+    count = len(atlas)
+    assert "sheet" in atlas.merge(first, second).refused
+    assert len(atlas) == count
+    with pytest.raises(KeyError, match="no patch"):
+        atlas.merge(first, 10**6)
+    with pytest.raises(KeyError, match="no patch"):
+        atlas.split(-1)
