@@ -212,12 +212,20 @@ class Atlas:
         self.learning.brought.append(nothing)
         self.tiling.add(row)
 
-    def learned(self, rows: np.ndarray) -> None:
-        """Solve rows that learned new samples; frame anew those that are due."""
+    def learned(self, rows: np.ndarray) -> tuple[int, ...]:
+        """Solve rows that learned new samples; frame anew those that are due.
+
+        Returns those of them that do not hold what they have learned: they leave out more than
+        the tolerance.
+        """
         solve(self.table, rows)
-        for row in self.learning.outgrown(rows).tolist():
+        due = self.learning.outgrown(rows)
+        for row in due.tolist():
             self.refit(row)
         self.tiling.touch(rows.tolist())
+        table = self.table
+        rim = leftover(table.basis, table.turn[due]) * table.core ** (table.basis.degree + 1)
+        return tuple(due[rim * table.radius[due] > self.tolerance].tolist())
 
     def refit(self, row: int) -> bool:
         """Choose frame and prior of a patch anew, from all samples about it; whether it held."""

@@ -1,5 +1,6 @@
 """Insertion: a fitted patch takes its place among its kin, and all of them learn its samples."""
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -7,6 +8,7 @@ import numpy as np
 from touchatlas.atlas.boundary import power_at
 from touchatlas.atlas.change import AtlasChange
 from touchatlas.atlas.kin import kin_of
+from touchatlas.atlas.merging import remove_hidden
 from touchatlas.patch.fit import PatchFit
 from touchatlas.patch.section import contour_normals
 
@@ -33,14 +35,30 @@ def insert(atlas: "Atlas", fit: PatchFit, contours) -> AtlasChange:
         frame = fit.patch.frame
         atlas.frontier.visit(frame.origin, frame.normal, 0.5 * fit.patch.radius)
         _link(atlas, owner, kin)
-        atlas.learned(kin)
-        return AtlasChange(changed=tuple(kin.tolist()))
+        too_large = atlas.learned(kin)
+        return _tidy(atlas, too_large, AtlasChange(changed=tuple(kin.tolist())))
     _join(atlas, row, kin, index)
-    atlas.learned(np.append(kin, row))
+    too_large = atlas.learned(np.append(kin, row))
     table.renew_ring(row)
     _close_frontier(atlas, row, kin, index)
     atlas.tiling.meet(row, kin)
-    return AtlasChange(added=(row,), changed=tuple(kin.tolist()))
+    return _tidy(atlas, too_large, AtlasChange(added=(row,), changed=tuple(kin.tolist())))
+
+
+def _tidy(atlas: "Atlas", rows: tuple[int, ...], change: AtlasChange) -> AtlasChange:
+    """Remove whom the change left without a cell; split the rows, where their samples allow it."""
+    hidden = remove_hidden(atlas, {*change.added, *change.changed})
+    rows = tuple(i for i in rows if i not in hidden)
+    splits = [one for one in map(atlas.split, rows) if not one.refused]
+    gone = tuple(i for one in splits for i in one.removed) + tuple(hidden)
+    added = (*change.added, *(i for one in splits for i in one.added))
+    return replace(
+        change,
+        added=tuple(i for i in added if i not in gone),
+        changed=tuple(i for i in change.changed if i not in gone),
+        split=tuple(i for one in splits for i in one.split),
+        removed=gone,
+    )
 
 
 def _enter_samples(atlas: "Atlas", row: int, contours) -> np.ndarray:

@@ -144,14 +144,17 @@ def remove_hidden(atlas: "Atlas", rows: set[int]) -> list[int]:
     table, learning, hidden = atlas.table, atlas.learning, []
     for i in sorted(rows):
         kin = np.array(sorted(atlas.kin[i]), int)
+        if atlas.tiling.corners_of(i) or not len(kin):
+            continue
         power = power_at(table, kin, table.site[i])
-        if len(kin) and not atlas.tiling.corners_of(i) and power.min() < -table.power[i]:
+        if power.min() < -table.power[i]:
             owner = int(kin[power.argmin()])
             learning.brought[owner] = np.append(learning.brought[owner], learning.brought[i])
             atlas.frontier.move_home([i], owner)
             remove_patches(atlas, [i])
             hidden.append(i)
-    atlas.tiling.remove(hidden, rows - set(hidden))
+    if hidden:
+        atlas.tiling.remove(hidden, rows - set(hidden))
     return hidden
 
 
