@@ -48,8 +48,8 @@ def insert(atlas: "Atlas", fit: PatchFit, contours) -> AtlasChange:
 def _tidy(atlas: "Atlas", rows: tuple[int, ...], change: AtlasChange) -> AtlasChange:
     """Remove whom the change left without a cell; split the rows, where their samples allow it."""
     hidden = remove_hidden(atlas, {*change.added, *change.changed})
-    rows = tuple(i for i in rows if i not in hidden)
-    splits = [one for one in map(atlas.split, rows) if not one.refused]
+    # One that was split may have hidden the next.
+    splits = [atlas.split(i) for i in rows if atlas.table.alive[i]]
     gone = tuple(i for one in splits for i in one.removed) + tuple(hidden)
     added = (*change.added, *(i for one in splits for i in one.added))
     return replace(
