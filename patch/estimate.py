@@ -98,10 +98,11 @@ def first_choices(
         raise UnfitError("no sample lies within the patch radius; sample more finely or allow more")
     noise = scaled_noise(stack.noise, stack.reach)
     precision = coefficient_precision(basis, *_FIRST_SMOOTHNESS)
-    mean = map_coefficients(raw_samples(stack).equations(basis, stack.weight), noise, precision)
+    raw = raw_samples(stack).system(basis, stack.weight).equations()
+    mean = map_coefficients(raw, noise, precision)
     stack, samples = reframed(stack, basis, mean)
     stack = replace(stack, weight=stack.weight / samples.stretch)
-    equations = samples.equations(basis, stack.weight)
+    equations = samples.system(basis, stack.weight).equations()
 
     turns, bends, precisions = smoothness_grid(basis)
     believed = log_prior(prior, turns, stack.reach[:, None])
