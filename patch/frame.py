@@ -46,12 +46,12 @@ class DarbouxFrame:
         return self.axes[2]
 
     def to_local(self, points) -> np.ndarray:
-        """(n, 3) world points in this frame."""
-        return (np.asarray(points, dtype=float) - self.origin) @ self.axes.T
+        """(n, 3) world points in this frame; ValueError for other shapes and NaN."""
+        return (frozen_array(points, (None, 3), "points") - self.origin) @ self.axes.T
 
     def to_world(self, points_local) -> np.ndarray:
-        """(n, 3) points of this frame in the world."""
-        return np.asarray(points_local, dtype=float) @ self.axes + self.origin
+        """(n, 3) points of this frame in the world; ValueError for other shapes and NaN."""
+        return frozen_array(points_local, (None, 3), "local points") @ self.axes + self.origin
 
 
 def axes_from_normal(normal: np.ndarray, direction: np.ndarray) -> np.ndarray:
