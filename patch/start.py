@@ -154,7 +154,7 @@ def _chord_tangents(offsets, square, counts):
     half of each, so that noise turns them little."""
     half = np.maximum(2, counts // 4)
     middle = np.minimum(np.maximum(square.argmin(axis=2), half), counts - 1 - half)
-    rows, columns = np.ogrid[: counts.shape[0], : counts.shape[1]]
+    rows, columns = np.arange(counts.shape[0])[:, None], np.arange(counts.shape[1])
     chord = offsets[rows, columns, middle + half] - offsets[rows, columns, middle - half]
     length = np.sqrt(np.einsum("mci,mci->mc", chord, chord))
     return chord / np.maximum(length, np.finfo(float).tiny)[..., None]
