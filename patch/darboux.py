@@ -17,14 +17,17 @@ from touchatlas.patch.smoothness import (
     coefficient_precision,
     effective_parameters,
     posterior,
-    residual_square,
     scaled_noise,
 )
 from touchatlas.patch.start import Stack
 
 # A frame is level where the slopes of its polynomial at the origin are this share of what the
 # noise leaves uncertain of them, or rounding is reached.
-_LEVEL, _ROUNDING, _MOST_FRAMES = 0.5, 1e-9, 12
+_LEVEL, _ROUNDING, _MOST_FRAMES = 0.5, 1e-9, 60
+# Where so many whole turns do not level a frame, they overstep; then it turns by halves.
+_WHOLE_TURNS, _HALF = 12, 0.5
+# Where k1 - k2 is less than this over the radius, rounding would choose the directions.
+_NO_DIRECTION = 1e-7
 # Coefficients of x, y and x y; the last is many times less certain.
 _VANISHING, _VANISH_BELOW = [1, 2, 4], np.array([1.0, 1.0, 10.0])
 _LEAST_STRETCH = 0.05
@@ -85,10 +88,46 @@ class Samples:
     lift: np.ndarray
     stretch: np.ndarray
 
-    def equations(self, basis: Basis, weight) -> NormalEquations:
-        """Normal equations (m, ...) of samples with weights (m, n)."""
+    def system(self, basis: Basis, weight) -> "LinearSystem":
+        """What the coefficients of a polynomial are to solve, with weights (m, n)."""
         x, y, z = self.feet[..., 0], self.feet[..., 1], self.feet[..., 2]
-        return normal_equations(basis, monomials(basis, x, y, z), z + self.lift, weight)
+        phi = monomials(basis, x, y, z)[: basis.size].transpose(1, 0, 2)
+        return LinearSystem(phi, z + self.lift, weight)
+
+
+@dataclass(frozen=True, eq=False)
+class LinearSystem:
+    """m weighted least-squares problems: coefficients (t,) @ phi are to be the heights.
+
+    Parameters
+    ----------
+    phi : (m, t, n) float
+        Monomials at the samples.
+    heights : (m, n) float, scaled
+    weight : (m, n) float
+    """
+
+    phi: np.ndarray
+    heights: np.ndarray
+    weight: np.ndarray
+
+    def __getitem__(self, rows) -> "LinearSystem":
+        """Some of them."""
+        return LinearSystem(self.phi[rows], self.heights[rows], self.weight[rows])
+
+    def equations(self) -> NormalEquations:
+        """Normal equations (m, ...)."""
+        weighted = self.phi * self.weight[:, None]
+        return NormalEquations(
+            weighted @ self.phi.transpose(0, 2, 1),
+            (weighted @ self.heights[..., None])[..., 0],
+            np.einsum("mn,mn,mn->m", self.weight, self.heights, self.heights),
+            np.count_nonzero(self.weight, axis=1).astype(float),
+        )
+
+    def misfit(self, mean) -> np.ndarray:
+        """(m, n) heights that coefficients (m, t) leave."""
+        return self.heights - (mean[:, None] @ self.phi)[:, 0]
 
 
 def raw_samples(stack: Stack) -> Samples:
@@ -97,10 +136,10 @@ def raw_samples(stack: Stack) -> Samples:
     return Samples(feet, np.zeros(feet.shape[:2]), np.ones(feet.shape[:2]))
 
 
-def reframed(stack: Stack, basis: Basis, mean) -> tuple[Stack, Samples]:
+def reframed(stack: Stack, basis: Basis, mean, share: float = 1.0) -> tuple[Stack, Samples]:
     """The stack in the Darboux frames of its polynomials (m, t), and its samples there.
 
-    Origins go to the polynomials above the old ones.
+    Origins go to the polynomials above the old ones; axes turn by a share of the way.
     """
     scaled = stack.scaled()
     terms = monomials(basis, scaled[..., 0], scaled[..., 1], scaled[..., 2])
@@ -113,10 +152,10 @@ def reframed(stack: Stack, basis: Basis, mean) -> tuple[Stack, Samples]:
     gradient -= np.einsum("mni,mni->mn", gradient, across)[..., None] * across
     square = np.maximum(np.einsum("mni,mni->mn", gradient, gradient), _LEAST_STRETCH)
     feet = scaled - (value / square)[..., None] * gradient
-    local, height, slant = _darboux_axes(basis, mean)
+    local, height, slant = _darboux_axes(basis, mean, share)
     feet[..., 2] -= height[:, None]
     shift = (stack.reach * height)[:, None] * stack.axes[:, 2]
-    # The new polynomials have slope 1 along their own normal, the old ones have ``slant``.
+    # The new polynomials have slope 1 along their normal, the old ones have ``slant``.
     samples = Samples(
         feet @ local.transpose(0, 2, 1),
         value / slant[:, None],
@@ -132,21 +171,24 @@ def reframed(stack: Stack, basis: Basis, mean) -> tuple[Stack, Samples]:
     return stack, samples
 
 
-def _darboux_axes(basis: Basis, mean):
-    """Axes (m, 3, 3) at the origin of polynomials, local; height and |grad F| (m,) there."""
+def _darboux_axes(basis: Basis, mean, share: float):
+    """Axes (m, 3, 3) at the origin of polynomials, local; height (m,) there, and the slope (m,)
+    of F along the new normals. With a share below one the axes turn by about as much less."""
     height, *derivatives = (mean @ basis.at_origin).T
     fx, fy, fxx, fxy, fyy = graph_derivatives(*derivatives)
     # Exact where the slopes vanish, which is where this ends.
-    angle = 0.5 * np.arctan2(2.0 * fxy, fxx - fyy)
+    angle = (0.5 * share) * np.arctan2(2.0 * fxy, fxx - fyy)
+    angle = np.where(np.abs(fxx - fyy) + np.abs(2.0 * fxy) > _NO_DIRECTION, angle, 0.0)
+    gx, gy = share * fx, share * fy
     c, s = np.cos(angle), np.sin(angle)
     local = np.empty((len(mean), 3, 3))
-    rise = fx * c + fy * s
+    rise = gx * c + gy * s
     stretch = 1.0 / np.sqrt(1.0 + rise * rise)
     local[:, 0, 0], local[:, 0, 1], local[:, 0, 2] = c * stretch, s * stretch, rise * stretch
-    slant = np.sqrt(1.0 + fx * fx + fy * fy)
-    local[:, 2, 0], local[:, 2, 1], local[:, 2, 2] = -fx / slant, -fy / slant, 1.0 / slant
+    length = np.sqrt(1.0 + gx * gx + gy * gy)
+    local[:, 2, 0], local[:, 2, 1], local[:, 2, 2] = -gx / length, -gy / length, 1.0 / length
     local[:, 1] = cross(local[:, 2], local[:, 0])
-    return local, height, slant
+    return local, height, (1.0 + fx * gx + fy * gy) / length
 
 
 def solve_in_darboux_frame(stack: Stack, basis: Basis, mean, weight, turn, bend) -> Solution:
@@ -168,27 +210,30 @@ def solve_in_darboux_frame(stack: Stack, basis: Basis, mean, weight, turn, bend)
     noise = scaled_noise(stack.noise, stack.reach)
     count = np.maximum(np.count_nonzero(weight, axis=1), 1)
     level = np.maximum(_ROUNDING, _LEVEL * noise / np.sqrt(count))
-    rows, parts = np.arange(len(turn)), []
+    rows, parts, solutions = np.arange(len(turn)), [], []
     for number in range(_MOST_FRAMES):
-        stack, samples = reframed(stack, basis, mean)
-        equations = samples.equations(basis, weight[rows])
+        share = 1.0 if number < _WHOLE_TURNS else _HALF
+        stack, samples = reframed(stack, basis, mean, share)
+        system = samples.system(basis, weight[rows])
+        equations = system.equations()
         mean = map_coefficients(equations, noise[rows], precision[rows])
         slopes = np.abs(mean[:, _VANISHING] / _VANISH_BELOW).max(axis=1)
         # Each is left alone as soon as it is level, whatever the others need.
         done = (slopes < level[rows]) | (number == _MOST_FRAMES - 1)
-        if done.all():
-            parts.append((rows, stack, equations))
-            break
         if done.any():
-            parts.append((rows[done], stack[done], equations[done]))
+            level_ones = slice(None) if done.all() else done
+            i = rows[level_ones]
+            parts.append(i)
+            solutions.append(
+                _solution(
+                    *(stack[level_ones], basis, equations[level_ones], turn[i], bend[i]),
+                    *(mean[level_ones], system[level_ones], noise[i], precision[i]),
+                )
+            )
+            if len(i) == len(rows):
+                break
             stack, mean, rows = stack[~done], mean[~done], rows[~done]
-    return joined(
-        [rows for rows, *_ in parts],
-        [
-            _solution(*(stack, basis, sums, turn[i], bend[i], noise[i], precision[i]))
-            for i, stack, sums in parts
-        ],
-    )
+    return joined(parts, solutions)
 
 
 def joined(rows: list[np.ndarray], solutions: list[Solution]) -> Solution:
@@ -214,25 +259,24 @@ def _together(records, order):
     return type(first)(*values)
 
 
-def _solution(stack, basis, equations, turn, bend, noise, precision) -> Solution:
-    """Coefficients, covariance and residuals of normal equations in their final frames."""
-    mean, covariance = posterior(equations.gram, equations.right, noise, precision)
+def _solution(
+    stack, basis, equations, turn, bend, mean, system: LinearSystem, noise, precision
+) -> Solution:
+    """Covariance and residuals of solved normal equations, and coefficients to the last digits.
+
+    Normal equations square the condition: of exact contacts they lose half the digits of what
+    only the prior says. One step with the misfit of the samples themselves brings these back
+    (iterative refinement: Golub and Van Loan, Matrix Computations, section 3.5.3).
+    """
+    covariance = posterior(equations.gram, equations.right, noise, precision)[1]
+    pull = system.phi @ (system.weight * system.misfit(mean))[..., None]
+    pull = pull[..., 0] * (noise**-2.0)[:, None] - precision * mean
+    mean = mean + (covariance @ pull[..., None])[..., 0]
     freedom = np.maximum(equations.count - effective_parameters(covariance, precision), 1.0)
-    residual = np.sqrt(residual_square(equations, mean) / freedom)
+    left = np.einsum("mn,mn->m", system.weight, system.misfit(mean) ** 2)
+    residual = np.sqrt(left / freedom)
     covariance *= np.maximum(1.0, (residual / noise) ** 2)[:, None, None]
     return Solution(stack, basis, equations, turn, bend, mean, covariance, residual)
-
-
-def normal_equations(basis: Basis, terms, z, weight) -> NormalEquations:
-    """Normal equations (m, ...) of stacked samples from monomials (s, m, n), weights (m, n)."""
-    phi = terms[: basis.size].transpose(1, 0, 2)
-    weighted = phi * weight[:, None]
-    return NormalEquations(
-        weighted @ phi.transpose(0, 2, 1),
-        (weighted @ z[..., None])[..., 0],
-        np.einsum("mn,mn,mn->m", weight, z, z),
-        np.count_nonzero(weight, axis=1).astype(float),
-    )
 
 
 def map_coefficients(equations: NormalEquations, noise, precision):

@@ -1,6 +1,7 @@
 """From a stack of samples to solved polynomials: first choice, doubts, and what is done then."""
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -97,11 +98,12 @@ def first_choices(
     if not stack.weight.any(axis=1).all():
         raise UnfitError("no sample lies within the patch radius; sample more finely or allow more")
     noise = scaled_noise(stack.noise, stack.reach)
-    precision = coefficient_precision(basis, *_FIRST_SMOOTHNESS)
-    mean = map_coefficients(raw_samples(stack).equations(basis, stack.weight), noise, precision)
+    precision = _first_precision(basis)
+    raw = raw_samples(stack).system(basis, stack.weight).equations()
+    mean = map_coefficients(raw, noise, precision)
     stack, samples = reframed(stack, basis, mean)
     stack = replace(stack, weight=stack.weight / samples.stretch)
-    equations = samples.equations(basis, stack.weight)
+    equations = samples.system(basis, stack.weight).equations()
 
     turns, bends, precisions = smoothness_grid(basis)
     believed = log_prior(prior, turns, stack.reach[:, None])
@@ -124,6 +126,12 @@ def first_choices(
     if strict:
         doubtful |= leftover(basis, turns[best]) > _DOUBTFUL_LEFTOVER * noise
     return Choices(stack, mean, turns[best], bends[best], doubtful)
+
+
+@lru_cache
+def _first_precision(basis: Basis) -> np.ndarray:
+    """(1, t) prior precision with which the first frame is found."""
+    return coefficient_precision(basis, *_FIRST_SMOOTHNESS)
 
 
 def _in_reach(stack: Stack) -> Stack:

@@ -79,20 +79,21 @@ class Patch:
         return self.frame.to_world(scaled * self.radius)
 
     def signed_distance(self, points) -> np.ndarray:
-        """(n,) first-order signed distance F/|grad F| with F = z - phi, world points.
+        """(n,) first-order signed distance F/|grad F| with F = z - phi, world points (n, 3).
 
-        Positive outside. To be used within the patch radius.
+        Positive outside. To be used within the patch radius. ValueError for points of another
+        shape, or not finite; so do ``normal`` and ``deviation``.
         """
         value, gradient, _ = self._at(points)
         return self.radius * value / np.sqrt((gradient * gradient).sum(axis=0))
 
     def normal(self, points) -> np.ndarray:
-        """(n, 3) outward unit normals, world, of the patch below or above world points."""
+        """(n, 3) outward unit normals, world, of the patch below or above points (n, 3)."""
         _, gradient, _ = self._at(points)
         return (gradient / np.sqrt((gradient * gradient).sum(axis=0))).T @ self.frame.axes
 
     def deviation(self, points) -> np.ndarray:
-        """(n,) standard deviation of the patch along its normal at world points, length."""
+        """(n,) standard deviation of the patch along its normal at points (n, 3), length."""
         _, gradient, terms = self._at(points)
         basis = self.polynomial.basis
         square = terms[1] ** 2 + terms[2] ** 2

@@ -11,6 +11,8 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
+from touchatlas.patch.arrays import frozen_array
+
 VALUE, X, Y, XX, XY, YY, Z, XZ, YZ, ZZ = range(10)
 GRADIENT = (VALUE, X, Y, Z)
 SECOND_ORDER = (X, Y, XX, XY, YY, Z, XZ, YZ, ZZ)
@@ -211,6 +213,8 @@ def gaussian_curvature(fx, fy, fxx, fxy, fyy):
 class LocalPolynomial:
     """Polynomial z/R = sum c x^i y^j z^k over scaled coordinates.
 
+    Its methods raise ValueError for points that have no shape (n, 2) or are not finite.
+
     Parameters
     ----------
     basis : Basis
@@ -225,7 +229,7 @@ class LocalPolynomial:
 
     def height(self, xy_local) -> np.ndarray:
         """(n,) height over local points (n, 2), length; NaN where the surface has none there."""
-        return self.scale * self._height(xy_local)
+        return self.scale * scaled_height(self.basis, self.coefficients, *self._scaled(xy_local))
 
     def gradient(self, xy_local) -> np.ndarray:
         """(n, 2) slopes dz/dx, dz/dy at local points (n, 2)."""
@@ -239,13 +243,12 @@ class LocalPolynomial:
         """(t,) coefficients of z = sum c x^i y^j z^k in unscaled coordinates."""
         return self.coefficients * self.scale ** (1.0 - self.basis.orders)
 
-    def _height(self, xy_local) -> np.ndarray:
-        x, y = np.asarray(xy_local, dtype=float).T[:2] / self.scale
-        return scaled_height(self.basis, self.coefficients, x, y)
+    def _scaled(self, xy_local):
+        return frozen_array(xy_local, (None, 2), "local points").T / self.scale
 
     def _graph(self, xy_local):
-        x, y = np.asarray(xy_local, dtype=float).T[:2] / self.scale
-        z = self._height(xy_local)
+        x, y = self._scaled(xy_local)
+        z = scaled_height(self.basis, self.coefficients, x, y)
         return graph_derivatives(*evaluate(self.basis, self.coefficients, x, y, z, SECOND_ORDER))
 
 

@@ -101,13 +101,15 @@ def start_stack(points, contour_sets: Sequence[tuple[Contour, ...]], outwards) -
     off = np.einsum("fni,fi->fn", samples - anchors[:, None], planes)
     samples = samples - off[..., None] * planes[:, None]
     shape = (len(points), most)
-    if most > min(sections):
-        present.reshape(*shape, -1)[np.arange(most) >= np.array(sections)[:, None]] = 0.0
+    repeats = np.arange(most) >= np.array(sections)[:, None]
+    present.reshape(*shape, -1)[repeats] = 0.0
     offsets = samples.reshape(*shape, -1, 3) - points[:, None, None]
     square = np.einsum("mcni,mcni->mcn", offsets, offsets)
     counts = counts.reshape(shape)
-    axes, condition = _first_axes(_chord_tangents(offsets, square, counts), outwards)
+    tangents = _chord_tangents(offsets, square, counts)
     noise = np.array([c.noise_std for c in flat]).reshape(shape)
+    tangents[repeats], noise[repeats] = 0.0, 0.0
+    axes, condition = _first_axes(tangents, outwards)
     reach = _extents(square, counts, flat)
     # A contour that ends at its point within rounding shows nothing around it.
     reach = np.where(reach**2 <= _ROUNDING * square.max(axis=(1, 2)), 0.0, reach)
@@ -118,7 +120,7 @@ def start_stack(points, contour_sets: Sequence[tuple[Contour, ...]], outwards) -
         np.repeat(planes.reshape(*shape, 3), samples.shape[1], axis=1),
         present.reshape(len(points), -1),
         reach,
-        np.sqrt((noise * noise).mean(axis=1)),
+        np.sqrt((noise * noise).sum(axis=1) / sections),
         condition,
     )
 
@@ -152,7 +154,7 @@ def _chord_tangents(offsets, square, counts):
     half of each, so that noise turns them little."""
     half = np.maximum(2, counts // 4)
     middle = np.minimum(np.maximum(square.argmin(axis=2), half), counts - 1 - half)
-    rows, columns = np.ogrid[: counts.shape[0], : counts.shape[1]]
+    rows, columns = np.arange(counts.shape[0])[:, None], np.arange(counts.shape[1])
     chord = offsets[rows, columns, middle + half] - offsets[rows, columns, middle - half]
     length = np.sqrt(np.einsum("mci,mci->mc", chord, chord))
     return chord / np.maximum(length, np.finfo(float).tiny)[..., None]
@@ -171,7 +173,8 @@ def _extents(square, counts, flat) -> np.ndarray:
 
 
 def _first_axes(tangents, outwards):
-    """Axes (m, 3, 3) whose normal is most nearly orthogonal to all tangents (m, c, 3).
+    """Axes (m, 3, 3) whose normal is most nearly orthogonal to all tangents (m, c, 3); those
+    that are zero do not count.
 
     The paper, section 2.1; see ``normal_from_tangents``. Also the condition number (m,) of the
     sections.
@@ -189,7 +192,7 @@ def _first_axes(tangents, outwards):
     x, y = (axes[:, :2] @ tangents.transpose(0, 2, 1)).transpose(1, 0, 2)
     design = np.empty((*x.shape, 3))
     square = np.maximum(x * x + y * y, np.finfo(float).tiny)
-    design[..., 0], design[..., 1] = 1.0, (x * x - y * y) / square
+    design[..., 0], design[..., 1] = square > np.finfo(float).tiny, (x * x - y * y) / square
     design[..., 2] = 2.0 * x * y / square
     squares = np.linalg.eigvalsh(design.transpose(0, 2, 1) @ design)
     condition = np.sqrt(squares[:, 2] / np.maximum(squares[:, 0], _ROUNDING**2 * squares[:, 2]))
@@ -202,4 +205,8 @@ def _first_axes(tangents, outwards):
         raise ValueError(
             "outward is zero or tangent to the surface and tells no side; give one that points out"
         )
+    # Along the first section: rounding would choose the eigenvectors of even ones.
+    angle = np.arctan2(y[:, 0], x[:, 0])
+    axes[:, 0] = np.cos(angle)[:, None] * axes[:, 0] + np.sin(angle)[:, None] * axes[:, 1]
+    axes[:, 1] = cross(axes[:, 2], axes[:, 0])
     return axes, condition

@@ -32,12 +32,12 @@ def patch_surface(patch: Patch) -> Surface:
     rings = [centre]
     for _ in range(_RINGS):
         ahead = cross(side, patch.normal(ring))
-        ahead /= np.sqrt((ahead**2).sum(axis=1, keepdims=True))
+        length = np.sqrt((ahead**2).sum(axis=1, keepdims=True))
+        ahead /= np.maximum(length, np.finfo(float).tiny)
         ring = _onto(patch, ring + patch.radius / _RINGS * ahead)
         rings.append(ring)
     vertices = np.concatenate(rings)
-    with np.errstate(invalid="ignore"):
-        found = np.abs(patch.signed_distance(vertices)) < _LOST * patch.radius
+    found = np.abs(patch.signed_distance(vertices)) < _LOST * patch.radius
     faces = _disc_faces()
     faces = faces[found[faces].all(axis=1)]
     used, faces = np.unique(faces, return_inverse=True)
@@ -53,9 +53,10 @@ def patch_surface(patch: Patch) -> Surface:
 
 
 def _onto(patch: Patch, points) -> np.ndarray:
-    """Points moved onto the patch along its normals."""
+    """Points moved onto the patch along its normals, where it is not too far off."""
     for _ in range(4):
-        points = points - patch.signed_distance(points)[:, None] * patch.normal(points)
+        step = np.clip(patch.signed_distance(points), -patch.radius, patch.radius)
+        points = points - step[:, None] * patch.normal(points)
     return points
 
 

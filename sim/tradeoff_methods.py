@@ -23,6 +23,8 @@ PAPER = "steepest_descent"
 _DEVIATIONS = 1.96
 # How near to zero, in radii, a height is sought, and in how many steps.
 _FOUND, _SECANT_STEPS = 1e-12, 20
+# Farther off, in radii, none is sought.
+_FAR = 1e3
 
 
 @dataclass(frozen=True)
@@ -53,7 +55,8 @@ def height_error(patch: Patch, points) -> np.ndarray:
     The height z(x, y) is where the signed distance along the normal through each point vanishes,
     found by secants; infinite where they do not meet the patch.
     """
-    before, height = np.zeros(len(points)), -patch.signed_distance(points)
+    far, before = _FAR * patch.radius, np.zeros(len(points))
+    height = -patch.signed_distance(points)
     value = -height
     for _ in range(_SECANT_STEPS):
         ahead = patch.signed_distance(points + height[:, None] * patch.frame.normal)
@@ -62,7 +65,7 @@ def height_error(patch: Patch, points) -> np.ndarray:
         going = (np.abs(ahead) > _FOUND * patch.radius) & (slope != 0.0)
         step = (height - before) / np.where(going, slope, 1.0)
         before, value = height, ahead
-        height = np.where(going, height - ahead * step, height)
+        height = np.clip(np.where(going, height - ahead * step, height), -far, far)
     return np.where(np.abs(value) <= 1e3 * _FOUND * patch.radius, -height, np.inf)
 
 

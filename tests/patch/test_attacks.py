@@ -65,6 +65,39 @@ def test_one_outward_is_not_taken_for_two_fits():
         fit_patches([ORIGIN, ORIGIN], [bowl(), bowl()], [UP])
 
 
+@pytest.mark.parametrize(
+    ("points", "words"),
+    [
+        (np.zeros(3), r"shape \(3,\).*\(n, 3\)"),
+        (np.zeros((1, 2)), r"shape \(1, 2\).*\(n, 3\)"),
+        (0.0, r"shape \(\).*\(n, 3\)"),
+        ([[0.0, 0.0, np.nan]], "NaN"),
+    ],
+)
+def test_points_are_rows_of_three_finite_numbers(points, words):
+    patch = fit_patch(ORIGIN, bowl(), UP).patch
+    frame = patch.frame
+    for method in (patch.signed_distance, patch.normal, patch.deviation):
+        with pytest.raises(ValueError, match=words):
+            method(points)
+        assert len(method(np.zeros((0, 3)))) == 0
+    for method in (frame.to_local, frame.to_world):
+        with pytest.raises(ValueError, match=words):
+            method(points)
+
+
+@pytest.mark.parametrize(
+    ("points", "words"),
+    [(np.zeros(2), r"\(n, 2\)"), ([[0.0, 0.0, 0.0]], "2"), ([[0, np.inf]], "NaN")],
+)
+def test_local_points_are_rows_of_two_finite_numbers(points, words):
+    polynomial = fit_patch(ORIGIN, bowl(), UP).patch.polynomial
+    for method in (polynomial.height, polynomial.gradient, polynomial.hessian):
+        with pytest.raises(ValueError, match=words):
+            method(points)
+        assert len(method(np.zeros((0, 2)))) == 0
+
+
 @pytest.mark.parametrize("degree", [-1, 0, 1, 2.5])
 def test_a_degree_that_holds_no_curvature_is_refused(degree):
     with pytest.raises(ValueError, match="integer >= 2"):
