@@ -26,7 +26,7 @@ from touchatlas.patch.polynomial import (
 COVER_MARGIN = 3.0 * CELL_MARGIN
 # Points of a line, and pairs and patches of a group: what fits the caches.
 _WIDTHS = np.array([1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256])
-_PAIRS, _LINES = 4096, 512
+_PAIRS, _LINES = 2048, 512
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,18 +118,20 @@ def _speak(table: Table, lines, rows, index, points, reach, out: Voices) -> None
     out.numbers[index, 2] = np.where(closeness > 0.0, curvature, 0.0)
     out.numbers[index, 3:] = normals
     feet = offset - distance[..., None] * normals
-    out.own[index] = inside & _in_own_cell(table, lines[rows], rows, feet)
+    own = (feet * feet).sum(axis=-1) - table.power[rows][:, None]
+    own = inside & (own <= COVER_MARGIN * table.power[rows][:, None])
+    some = own.any(axis=1)
+    own[some] &= _is_lowest(table, lines[rows[some]], rows[some], feet[some])
+    out.own[index] = own
 
 
-def _in_own_cell(table: Table, kin, rows, feet) -> np.ndarray:
-    """(m, k) whether feet (m, k, 3), from the patches' centres, are in the cells of the rows
-    (m,), whose kin are (m, w)."""
+def _is_lowest(table: Table, kin, rows, feet) -> np.ndarray:
+    """(m, k) whether at feet (m, k, 3), from the patches' centres, no kin (m, w) of the rows (m,)
+    has less power than they, or hardly less."""
     power = table.power[rows]
-    own = (feet * feet).sum(axis=-1) - power[:, None]
-    kin = kin[:, : max(1, int((kin != rows[:, None]).sum(axis=1).max()))]
+    kin = kin[:, : max(1, int((kin != rows[:, None]).sum(axis=1).max(initial=0)))]
     # What a rival's power is above one's own: linear in the foot.
     apart = table.origin[kin] - table.origin[rows][:, None]
     excess = (apart * apart).sum(axis=-1) - table.power[kin] + power[:, None]
     above = excess[:, None] - 2.0 * (feet @ apart.transpose(0, 2, 1))
-    lowest = above.min(axis=-1) >= -CELL_MARGIN * power[:, None]
-    return lowest & (own <= COVER_MARGIN * power[:, None])
+    return above.min(axis=-1) >= -CELL_MARGIN * power[:, None]
