@@ -18,7 +18,7 @@ from touchatlas.atlas.voices import COVER_MARGIN, distances
 # Points of a core, in edges apart over its tangent plane: no more than one on a slope of 45
 # degrees. And how often the cubes grow beyond those that hold such a point.
 _APART, _WAVES = 0.7, 2
-_NEWTON_STEPS = 3
+_NEWTON_STEPS, _LEAST_UPRIGHT, _AT_ONCE = 3, 0.2, 2048
 # Patches farther than this from a corner, in edges, are not considered there.
 REACH = 2.0
 
@@ -65,22 +65,32 @@ class Corners:
 NO_CORNERS = Corners(np.zeros(0, np.int64), np.zeros(0), np.zeros(0, np.int64))
 
 
-def core_cubes(table: Table, row: int, start, edge: float) -> np.ndarray:
-    """Keys of the cubes that the core of a patch passes."""
-    rows, radius = np.array([row]), table.radius[row]
-    core = table.core * np.sqrt(1.0 + COVER_MARGIN)
-    count = int(np.ceil(core * radius / (_APART * edge)))
-    side = core / count * np.arange(-count, count + 1)
-    x, y = (a.ravel() for a in np.meshgrid(side, side))
-    within = x * x + y * y <= core * core
-    scaled = np.stack([x[within], y[within], np.zeros(within.sum())], axis=1)[None]
+def core_cubes(table: Table, rows, start, edge: float) -> dict[int, np.ndarray]:
+    """For each of some rows the keys of the cubes that the patch's core passes."""
+    rows, core = np.asarray(rows, int), table.core * np.sqrt(1.0 + COVER_MARGIN)
+    counts, out = np.ceil(core * table.radius[rows] / (_APART * edge)).astype(int), {}
+    for count in np.unique(counts).tolist():
+        side = core / count * np.arange(-count, count + 1)
+        flat = np.stack(np.meshgrid(side, side, [0.0]), axis=-1).reshape(-1, 3)
+        flat = flat[(flat * flat).sum(axis=1) <= core * core]
+        alike, step = rows[counts == count], 1 + _AT_ONCE // len(flat)
+        for first in range(0, len(alike), step):
+            some = alike[first : first + step]
+            points = _on_patches(table, some, np.tile(flat, (len(some), 1, 1)), core)
+            keys = key(np.floor((points - start) / edge).astype(np.int64))
+            out |= {row: np.unique(k) for row, k in zip(some.tolist(), keys, strict=True)}
+    return out
+
+
+def _on_patches(table: Table, rows, scaled, core: float) -> np.ndarray:
+    """World points (m, k, 3) of the patches over scaled points (m, k, 3) of tangent planes."""
     for _ in range(_NEWTON_STEPS):
         height, upward = table.surface(rows, scaled)
         # A patch is no steeper than this where it claims to cover.
-        scaled[..., 2] -= height / np.maximum(upward[..., 2], 0.2)
+        scaled[..., 2] -= height / np.maximum(upward[..., 2], _LEAST_UPRIGHT)
         scaled[..., 2] = np.clip(scaled[..., 2], -core, core)
-    points = scaled[0] * radius @ table.axes[row] + table.origin[row]
-    return np.unique(key(np.floor((points - start) / edge).astype(np.int64)))
+    origin, radius = table.origin[rows][:, None], table.radius[rows][:, None, None]
+    return scaled * radius @ table.axes[rows] + origin
 
 
 def find_cubes(table: Table, kin: Kin, first, start, edge: float, known: Corners):

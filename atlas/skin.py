@@ -79,7 +79,7 @@ class Skin:
 
 def grow_skin(table: Table, kin: Kin, edge: float) -> Skin:
     """The skin of all patches on a lattice of a given edge."""
-    rows = [row for row in range(table.size) if row in table.index]
+    rows = table.index.rows()
     start = table.origin[rows[0]].copy()
     return _knit(table, kin, Skin(start, edge, {}, {}, NO_CORNERS, NO_VERTICES, NO_FACES), rows)
 
@@ -87,7 +87,7 @@ def grow_skin(table: Table, kin: Kin, edge: float) -> Skin:
 def renew_skin(table: Table, kin: Kin, skin: Skin, rows) -> Skin:
     """The skin after the patches ``rows`` have come, changed or gone: the same as one that is
     grown anew from the same start."""
-    now = {i: (table.origin[i].copy(), float(table.radius[i])) for i in rows if i in table.index}
+    now = _balls(table, [row for row in rows if row in table.index])
     balls = [skin.balls[i] for i in rows if i in skin.balls] + list(now.values())
     stale = _within(balls, unkey(skin.corners.keys) * skin.edge + skin.start, REACH * skin.edge)
     gone = set(rows) - set(now)
@@ -103,6 +103,10 @@ def renew_skin(table: Table, kin: Kin, skin: Skin, rows) -> Skin:
     return _knit(table, kin, kept, sorted(now))
 
 
+def _balls(table: Table, rows) -> dict[int, tuple[np.ndarray, float]]:
+    return {int(i): (table.origin[i].copy(), float(table.radius[i])) for i in rows}
+
+
 def _within(balls, points, margin: float) -> np.ndarray:
     """(n,) whether points (n, 3) are within ``margin`` of any of the balls."""
     out = np.zeros(len(points), bool)
@@ -115,8 +119,8 @@ def _within(balls, points, margin: float) -> np.ndarray:
 def _knit(table: Table, kin: Kin, old: Skin, rows) -> Skin:
     """The skin when the patches ``rows`` are new, and the old corners still hold."""
     start, edge = old.start, old.edge
-    cubes = old.cubes | {i: core_cubes(table, i, start, edge) for i in rows}
-    balls = old.balls | {i: (table.origin[i].copy(), float(table.radius[i])) for i in rows}
+    cubes = old.cubes | core_cubes(table, rows, start, edge)
+    balls = old.balls | _balls(table, rows)
     first = np.unique(np.concatenate([NO_CORNERS.keys, *cubes.values()]))
     found, corners = find_cubes(table, kin, first, start, edge, old.corners)
     whole = extend(table, kin, found, corners, start, edge)

@@ -46,6 +46,10 @@ class BallIndex:
     def __contains__(self, row: int) -> bool:
         return 0 <= row < len(self._radius) and self._radius[row] >= 0.0
 
+    def rows(self) -> np.ndarray:
+        """All rows, ascending."""
+        return np.flatnonzero(self._radius >= 0.0)
+
     def insert(self, row: int, centre, radius: float) -> None:
         """Enter a ball; ValueError when its row is in already, or it is no ball."""
         centre = np.asarray(centre, dtype=float)
@@ -120,7 +124,7 @@ class BallIndex:
             low = np.floor((centre - radius) / side)
             span = np.floor((centre + radius) / side) - low + 1.0
             if span.prod() > max(64, self._size):
-                return np.flatnonzero(self._radius >= 0.0)
+                return self.rows()
             cells = np.indices(span.astype(int)).reshape(3, -1).T + _cells(centre - radius, level)
             buckets.append(self._bucket(cells, level))
         if not buckets:
@@ -156,12 +160,15 @@ class BallIndex:
 
     def _within(self, points, level: int, slack: float):
         """Pairs (rows, which) of a level's balls and the points within ``slack`` of them."""
-        slots = self._slots[self._bucket(_cells(points, level), level)]
+        bucket = self._bucket(_cells(points, level), level)
+        some = np.flatnonzero(self._count[bucket])
+        slots = self._slots[bucket[some], : self._count[bucket].max(initial=0)]
         here, slot = np.nonzero(slots >= 0)
-        row = slots[here, slot].astype(np.int64)
+        row, here = slots[here, slot].astype(np.int64), some[here]
+        near = self._level[row] == level
+        row, here = row[near], here[near]
         offset = points[here] - self._centre[row]
         inside = np.einsum("ij,ij->i", offset, offset) <= (self._radius[row] + slack) ** 2
-        inside &= self._level[row] == level
         return row[inside], here[inside]
 
     def _bucket(self, cells, level: int) -> np.ndarray:
@@ -189,7 +196,7 @@ class BallIndex:
         """Twice as many buckets."""
         count = 2 * len(self._count)
         self._slots, self._count = np.full((count, 8), -1, np.int32), np.zeros(count, np.int32)
-        for row in np.flatnonzero(self._radius >= 0.0).tolist():
+        for row in self.rows().tolist():
             self._enter(row)
 
 

@@ -10,12 +10,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from touchatlas.atlas.atlas import Atlas
+from touchatlas.atlas.atlas import Atlas, AtlasChange
 from touchatlas.atlas.band import REACH
 from touchatlas.atlas.blend import blend
 from touchatlas.atlas.curved_triangles import Subdivision
 from touchatlas.atlas.kin import Kin, are_kin
-from touchatlas.atlas.skin import Skin, grow_skin
+from touchatlas.atlas.skin import Skin, grow_skin, renew_skin
 from touchatlas.atlas.table import Table
 from touchatlas.atlas.voices import COVER_MARGIN, distances
 
@@ -24,6 +24,8 @@ _SAGITTA = 0.02
 _CURVATURE_QUANTILE = 0.9
 # Of the cubes: in edges of the triangles, and of the smallest patch radius.
 _MOST, _SHARE = 4, 0.375
+# A surface is renewed, not begun anew, while the resolution is within these times its own.
+_HOLDS = 0.7, 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,11 +67,11 @@ class Surface:
 def resolution(atlas: Atlas) -> float:
     """Edge of the triangles: the chord that leaves a sagitta of 0.02 tolerance on all but the
     most curved tenth of the patches, and no more than half the smallest core."""
-    table = atlas.table
-    second = 2.0 * np.abs(table.mean[:, 3:6]).max(axis=1) / table.radius
+    table, rows = atlas.table, atlas.table.index.rows()
+    second = 2.0 * np.abs(table.mean[rows, 3:6]).max(axis=1) / table.radius[rows]
     curvature = np.quantile(second, _CURVATURE_QUANTILE)
     chord = np.sqrt(8.0 * _SAGITTA * atlas.tolerance / max(curvature, np.finfo(float).tiny))
-    return float(min(chord, 0.5 * table.core * table.radius.min()))
+    return float(min(chord, 0.5 * table.core * table.radius[rows].min()))
 
 
 def extract_surface(atlas: Atlas, edge: float | None = None) -> Surface:
@@ -86,18 +88,69 @@ def extract_surface(atlas: Atlas, edge: float | None = None) -> Surface:
     ValueError
         When the atlas has no patch.
     """
-    if len(atlas) == 0:
+    return grow_surface(atlas, edge).surface
+
+
+@dataclass(frozen=True, eq=False)
+class GrownSurface:
+    """A surface, and what it takes to renew it.
+
+    Parameters
+    ----------
+    surface : Surface
+    edge : float, length
+        Of its triangles, about.
+    skin : Skin
+        Its coarse triangles.
+    """
+
+    surface: Surface
+    edge: float
+    skin: Skin
+
+
+def grow_surface(atlas: Atlas, edge: float | None = None) -> GrownSurface:
+    """The same surface as ``extract_surface``, to be renewed with every change of the atlas."""
+    if not len(atlas.table.index):
         raise ValueError("the atlas has no patch yet; add a touch with three contours first")
     edge = resolution(atlas) if edge is None else edge
-    cube = cube_edge(atlas.table, atlas.kin, edge)
-    skin = grow_skin(atlas.table, atlas.kin, cube)
-    return smooth_surface(atlas.table, atlas.kin, skin, round(cube / edge))
+    table, kin = atlas.table, atlas.kin
+    skin = grow_skin(table, kin, cube_edge(table, kin, edge))
+    return GrownSurface(smooth_surface(table, kin, skin, round(skin.edge / edge)), edge, skin)
 
 
-def cube_edge(table: Table, kin: Kin, edge: float) -> float:
-    """Edge of the cubes: a multiple of the triangles', as many as the patches bear."""
-    rows = np.flatnonzero([row in table.index for row in range(table.size)])
-    most = _SHARE * table.radius[rows].min() / edge
+def renew_surface(grown: GrownSurface, atlas: Atlas, change: AtlasChange) -> GrownSurface:
+    """The surface after one more change of the atlas: as if it were extracted anew.
+
+    Only where a changed patch reaches is anything asked; all is, where the resolution no
+    longer holds.
+
+    Parameters
+    ----------
+    grown : GrownSurface
+        Of the atlas before the change.
+    atlas : Atlas
+        As it is after the change.
+    change : AtlasChange
+    """
+    table, kin = atlas.table, atlas.kin
+    rows = change.added + change.changed + change.merged + change.split + change.removed
+    rows = sorted(set(rows))
+    left = [row for row in rows if row in table.index]
+    low, high = _HOLDS
+    holds = low <= resolution(atlas) / grown.edge <= high
+    if not (holds and cube_edge(table, kin, grown.edge, left) >= grown.skin.edge):
+        return grow_surface(atlas)
+    skin = renew_skin(table, kin, grown.skin, rows)
+    surface = smooth_surface(table, kin, skin, round(skin.edge / grown.edge))
+    return GrownSurface(surface, grown.edge, skin)
+
+
+def cube_edge(table: Table, kin: Kin, edge: float, rows=None) -> float:
+    """Edge of the cubes: a multiple of the triangles', as many as the patches, or some of them,
+    bear."""
+    rows = table.index.rows() if rows is None else np.array(rows, int)
+    most = _SHARE * table.radius[rows].min(initial=np.inf) / edge
     apart = least_gap(table, kin, rows) / (np.sqrt(3.0) * edge)
     return edge * max(1, int(min(_MOST, most, apart)))
 
