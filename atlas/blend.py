@@ -84,20 +84,42 @@ def _means(table: Table, kin: Kin, points, reach):
     if not len(rows):
         return out, patch
     said = voices(table, kin, rows, points[which], reach)
-    starts = np.flatnonzero(np.r_[True, which[1:] != which[:-1]])
-    sizes = np.diff(np.r_[starts, len(which)])
-    # The leader: the nearest of those whose foot is in their own cell.
-    rank = np.where(said.own, np.abs(said.distance), np.inf)
-    least = np.minimum.reduceat(rank, starts)
-    first = np.flatnonzero(rank == np.repeat(least, sizes))
-    place = np.repeat(np.arange(len(starts)), sizes)[first]
-    leader = np.empty(len(starts), np.int64)
-    leader[place[::-1]] = rows[first[::-1]]
+    starts, sizes, leader, led = leaders(rows, which, said.distance, said.own)
     weight = said.weight * are_kin(kin, np.repeat(leader, sizes), rows)
     total = np.add.reduceat(weight, starts)
-    led = np.isfinite(least) & (total > 0.0)
+    led &= total > 0.0
     means = np.add.reduceat(said.numbers * weight[:, None], starts, axis=0)
     at = which[starts][led]
     out[at] = means[led] / total[led, None]
     patch[at] = leader[led]
     return out, patch
+
+
+def leaders(rows, which, distance, own):
+    """The nearest patch of each point among those whose own cell its foot is in.
+
+    Parameters
+    ----------
+    rows, which : (m,) int
+        Pairs of a patch and a point, by point.
+    distance : (m,) float, length
+    own : (m,) bool
+
+    Returns
+    -------
+    starts, sizes : (n,) int
+        Where the pairs of each point begin, and how many they are.
+    leader : (n,) int
+    led : (n,) bool
+        Whether there is such a patch.
+    """
+    starts = np.flatnonzero(np.r_[True, which[1:] != which[:-1]][: len(which)])
+    sizes = np.diff(np.r_[starts, len(which)])
+    rank = np.where(own, np.abs(distance), np.inf)
+    least = np.minimum.reduceat(rank, starts) if len(starts) else rank
+    first = np.flatnonzero(rank == np.repeat(least, sizes))
+    place = np.repeat(np.arange(len(starts)), sizes)[first]
+    leader = np.empty(len(starts), np.int64)
+    # Of equals the first, that is of the lowest row, is written last.
+    leader[place[::-1]] = rows[first[::-1]]
+    return starts, sizes, leader, np.isfinite(least)

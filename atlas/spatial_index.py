@@ -2,15 +2,15 @@
 
 import numpy as np
 
-_CORNERS = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
+_STEPS = np.array([[i, j, k] for i in range(3) for j in range(3) for k in range(3)])
 _PRIMES = np.array([73856093, 19349663, 83492791], np.uint64)
 _LEVEL_PRIME = np.uint64(2654435761)
 # Spreads what differs in the low bits over the high ones (Knuth, volume 3, section 6.4).
 _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 # Balls a bucket of the table on average, and candidates that are looked at in one go.
-_LOAD, _AT_ONCE = 4, 1 << 20
+_LOAD, _AT_ONCE = 2, 1 << 20
 # Cells this much smaller have one look-up for all their points.
-_FINER = 8.0
+_FINER = 4.0
 # Of the cells of a level; larger numbers are no integers of 64 bits.
 _FARTHEST = 2.0**62
 # Whole numbers below this are exact as floats.
@@ -20,8 +20,8 @@ _EXACT = 2.0**52
 class BallIndex:
     """Balls (row, centre, radius) in a hash table of grids, one grid for each octave of radius.
 
-    A ball is entered in the cells of side 2 to 4 radii that it touches, eight at most; a point
-    then has one cell a level to look into. Different cells may share a bucket: that adds
+    A ball is entered in the cells of side 1 to 2 radii that it touches, 27 at most; a point then
+    has one cell a level to look into. Different cells may share a bucket: that adds
     candidates, which the distance takes away again, and no length is ever compared with a
     constant.
 
@@ -46,6 +46,10 @@ class BallIndex:
     def __contains__(self, row: int) -> bool:
         return 0 <= row < len(self._radius) and self._radius[row] >= 0.0
 
+    def rows(self) -> np.ndarray:
+        """All rows, ascending."""
+        return np.flatnonzero(self._radius >= 0.0)
+
     def insert(self, row: int, centre, radius: float) -> None:
         """Enter a ball; ValueError when its row is in already, or it is no ball."""
         centre = np.asarray(centre, dtype=float)
@@ -58,7 +62,7 @@ class BallIndex:
             self._centre = np.concatenate([self._centre, np.zeros_like(self._centre)])
             self._radius = np.concatenate([self._radius, np.full_like(self._radius, -1.0)])
             self._level = np.concatenate([self._level, np.zeros_like(self._level)])
-        level = int(np.ceil(np.log2(radius))) + 1
+        level = int(np.ceil(np.log2(radius)))
         self._centre[row], self._radius[row], self._level[row] = centre, radius, level
         self._levels[level] = self._levels.get(level, 0) + 1
         self._size += 1
@@ -120,7 +124,7 @@ class BallIndex:
             low = np.floor((centre - radius) / side)
             span = np.floor((centre + radius) / side) - low + 1.0
             if span.prod() > max(64, self._size):
-                return np.flatnonzero(self._radius >= 0.0)
+                return self.rows()
             cells = np.indices(span.astype(int)).reshape(3, -1).T + _cells(centre - radius, level)
             buckets.append(self._bucket(cells, level))
         if not buckets:
@@ -156,12 +160,15 @@ class BallIndex:
 
     def _within(self, points, level: int, slack: float):
         """Pairs (rows, which) of a level's balls and the points within ``slack`` of them."""
-        slots = self._slots[self._bucket(_cells(points, level), level)]
+        bucket = self._bucket(_cells(points, level), level)
+        some = np.flatnonzero(self._count[bucket])
+        slots = self._slots[bucket[some], : self._count[bucket].max(initial=0)]
         here, slot = np.nonzero(slots >= 0)
-        row = slots[here, slot].astype(np.int64)
+        row, here = slots[here, slot].astype(np.int64), some[here]
+        near = self._level[row] == level
+        row, here = row[near], here[near]
         offset = points[here] - self._centre[row]
         inside = np.einsum("ij,ij->i", offset, offset) <= (self._radius[row] + slack) ** 2
-        inside &= self._level[row] == level
         return row[inside], here[inside]
 
     def _bucket(self, cells, level: int) -> np.ndarray:
@@ -175,7 +182,7 @@ class BallIndex:
         level, radius = int(self._level[row]), self._radius[row]
         low = _cells(self._centre[row] - radius, level)
         high = _cells(self._centre[row] + radius, level)
-        return sorted(set(self._bucket(np.where(_CORNERS, high, low), level).tolist()))
+        return sorted(set(self._bucket(np.minimum(low + _STEPS, high), level).tolist()))
 
     def _enter(self, row: int) -> None:
         for bucket in self._buckets_of(row):
@@ -189,7 +196,7 @@ class BallIndex:
         """Twice as many buckets."""
         count = 2 * len(self._count)
         self._slots, self._count = np.full((count, 8), -1, np.int32), np.zeros(count, np.int32)
-        for row in np.flatnonzero(self._radius >= 0.0).tolist():
+        for row in self.rows().tolist():
             self._enter(row)
 
 

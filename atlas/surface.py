@@ -1,29 +1,31 @@
-"""Triangles of the blended surface: marching cubes in a narrow band that follows the surface.
+"""Triangles of the blended surface: marching cubes along it, then curved triangles.
 
-Only cubes near the patches are looked at. Wherever the surface leaves a cube through a face
-the neighbour is taken in too, so the triangles are closed as far as the patches cover, and
-open exactly where they do not.
+The cubes are as large as the patches and the distance between sheets let them be; their
+vertices are put on the zero set, and triangles that know the normals there are cut into small
+ones that follow the curve. So the patches are asked at few points, the surface is closed as
+far as the patches cover, and open exactly where they do not.
 """
 
 from dataclasses import dataclass
 
-import igl
 import numpy as np
 
-from touchatlas.atlas.atlas import Atlas
+from touchatlas.atlas.atlas import Atlas, AtlasChange
+from touchatlas.atlas.band import REACH
 from touchatlas.atlas.blend import blend
-from touchatlas.atlas.boundary import power_at
-from touchatlas.patch.polynomial import scaled_height
+from touchatlas.atlas.curved_triangles import Subdivision
+from touchatlas.atlas.kin import Kin, are_kin
+from touchatlas.atlas.skin import Skin, grow_skin, renew_skin
+from touchatlas.atlas.table import Table
+from touchatlas.atlas.voices import COVER_MARGIN, distances
 
 # Height of the arc over its chord that the triangles may have, in tolerances.
 _SAGITTA = 0.02
 _CURVATURE_QUANTILE = 0.9
-_CORNERS = np.array(
-    [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]]
-)
-_FACES = tuple(
-    (axis, side, np.flatnonzero(_CORNERS[:, axis] == side)) for axis in range(3) for side in (0, 1)
-)
+# Of the cubes: in edges of the triangles, and of the smallest patch radius.
+_MOST, _SHARE = 4, 0.375
+# A surface is renewed, not begun anew, while the resolution is within these times its own.
+_HOLDS = 0.7, 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +65,7 @@ class Surface:
 
 
 def resolution(atlas: Atlas) -> float:
-    """Edge of the cubes: the chord that leaves a sagitta of 0.02 tolerance on all but the
+    """Edge of the triangles: the chord that leaves a sagitta of 0.02 tolerance on all but the
     most curved tenth of the patches, and no more than half the smallest core."""
     table, rows = atlas.table, atlas.table.rows
     second = 2.0 * np.abs(table.mean[rows, 3:6]).max(axis=1) / table.radius[rows]
@@ -79,107 +81,132 @@ def extract_surface(atlas: Atlas, edge: float | None = None) -> Surface:
     ----------
     atlas : Atlas
     edge : float, length, optional
-        Of the cubes; see ``resolution``.
+        Of the triangles, about; see ``resolution``.
 
     Raises
     ------
     ValueError
         When the atlas has no patch.
     """
-    if len(atlas) == 0:
+    return grow_surface(atlas, edge).surface
+
+
+@dataclass(frozen=True, eq=False)
+class GrownSurface:
+    """A surface, and what it takes to renew it.
+
+    Parameters
+    ----------
+    surface : Surface
+    edge : float, length
+        Of its triangles, about.
+    skin : Skin
+        Its coarse triangles.
+    """
+
+    surface: Surface
+    edge: float
+    skin: Skin
+
+
+def grow_surface(atlas: Atlas, edge: float | None = None) -> GrownSurface:
+    """The same surface as ``extract_surface``, to be renewed with every change of the atlas."""
+    if not len(atlas.table.index):
         raise ValueError("the atlas has no patch yet; add a touch with three contours first")
     edge = resolution(atlas) if edge is None else edge
-    rows = atlas.table.rows
-    start = (atlas.table.origin[rows] - atlas.table.radius[rows, None]).min(axis=0) - 2.0 * edge
-    cubes, keys, values = _follow(atlas, start, edge)
-    grid = _unkey(keys) * edge + start
-    corners = np.searchsorted(keys, _key(cubes[:, None] + _CORNERS))
-    vertices, faces, _ = igl.marching_cubes(values, grid, corners)
-    return _finish(atlas, vertices, faces, edge)
+    table, kin = atlas.table, atlas.kin
+    skin = grow_skin(table, kin, cube_edge(table, kin, edge))
+    return GrownSurface(smooth_surface(table, kin, skin, round(skin.edge / edge)), edge, skin)
 
 
-def _finish(atlas: Atlas, vertices, faces, edge) -> Surface:
-    """Move the vertices onto the zero set, orient the faces, ask the atlas about each vertex."""
-    for _ in range(2):
-        seen = blend(atlas.table, atlas.kin, vertices, 4.0 * edge)
-        step = np.clip(seen.distance, -edge, edge)[:, None] * seen.normal
-        vertices = np.where(seen.known[:, None], vertices - step, vertices)
-    seen = blend(atlas.table, atlas.kin, vertices, 4.0 * edge)
-    a, b, c = vertices[faces].transpose(1, 0, 2)
-    outward = np.nansum(np.cross(b - a, c - a) * seen.normal[faces[:, 0]])
-    if outward < 0:
-        faces = faces[:, ::-1]
-    return Surface(
-        vertices,
-        np.ascontiguousarray(faces),
-        np.nan_to_num(seen.normal),
-        np.nan_to_num(seen.deviation),
-        seen.patch,
-        np.nan_to_num(seen.gaussian_curvature),
-    )
+def renew_surface(grown: GrownSurface, atlas: Atlas, change: AtlasChange) -> GrownSurface:
+    """The surface after one more change of the atlas: as if it were extracted anew.
+
+    Only where a changed patch reaches is anything asked; all is, where the resolution no
+    longer holds.
+
+    Parameters
+    ----------
+    grown : GrownSurface
+        Of the atlas before the change.
+    atlas : Atlas
+        As it is after the change.
+    change : AtlasChange
+    """
+    table, kin = atlas.table, atlas.kin
+    rows = change.added + change.changed + change.merged + change.split + change.removed
+    rows = sorted(set(rows))
+    left = [row for row in rows if row in table.index]
+    low, high = _HOLDS
+    holds = low <= resolution(atlas) / grown.edge <= high
+    if not (holds and cube_edge(table, kin, grown.edge, left) >= grown.skin.edge):
+        return grow_surface(atlas)
+    skin = renew_skin(table, kin, grown.skin, rows)
+    surface = smooth_surface(table, kin, skin, round(skin.edge / grown.edge))
+    return GrownSurface(surface, grown.edge, skin)
 
 
-def _key(indices) -> np.ndarray:
-    """One integer for each grid index (..., 3); ascending with the index."""
-    return (indices[..., 0] << 42) | (indices[..., 1] << 21) | indices[..., 2]
+def cube_edge(table: Table, kin: Kin, edge: float, rows=None) -> float:
+    """Edge of the cubes: a multiple of the triangles', as many as the patches, or some of them,
+    bear."""
+    rows = table.rows if rows is None else np.array(rows, int)
+    most = _SHARE * table.radius[rows].min(initial=np.inf) / edge
+    apart = least_gap(table, kin, rows) / (np.sqrt(3.0) * edge)
+    return edge * max(1, int(min(_MOST, most, apart)))
 
 
-def _unkey(keys) -> np.ndarray:
-    mask = (1 << 21) - 1
-    return np.stack([keys >> 42, (keys >> 21) & mask, keys & mask], axis=-1)
+def least_gap(table: Table, kin: Kin, rows) -> float:
+    """Least distance between two sheets that turn their backs, or faces, to each other: from
+    outlines and centres of patches to the cores of strangers; infinite where there are none."""
+    places = np.concatenate([table.ring[rows], table.origin[rows][:, None]], axis=1)
+    home = np.repeat(rows, places.shape[1])
+    places = places.reshape(-1, 3)
+    who, which = table.index.near(places)
+    mine = home[which]
+    opposed = (table.axes[who, 2] * table.axes[mine, 2]).sum(axis=1) < -0.5
+    opposed[opposed] &= ~are_kin(kin, mine[opposed], who[opposed])
+    who, which = who[opposed], which[opposed]
+    distance, _, own = distances(table, kin, who, places[which], np.inf)
+    return float(np.abs(distance[own]).min(initial=np.inf))
 
 
-def _follow(atlas: Atlas, start, edge):
-    """Cubes (c, 3) that the surface passes with all corners known, corner keys (g,) ascending,
-    and their signed distances (g,)."""
-    keys, values = np.zeros(0, np.int64), np.zeros(0)
-    seen = np.zeros(0, np.int64)
-    fresh = np.unique(_key(np.floor((_seeds(atlas, edge) - start) / edge).astype(np.int64)))
-    while len(fresh):
-        seen = np.union1d(seen, fresh)
-        corners = np.unique(_key(_unkey(fresh)[:, None] + _CORNERS))
-        corners = np.setdiff1d(corners, keys, assume_unique=True)
-        found = blend(atlas.table, atlas.kin, _unkey(corners) * edge + start, 4.0 * edge)
-        keys = np.concatenate([keys, corners])
-        values = np.concatenate([values, found.distance])
-        order = keys.argsort()
-        keys, values = keys[order], values[order]
-        fresh = np.setdiff1d(_next_cubes(_unkey(fresh), keys, values), seen)
-    cubes = _unkey(seen)
-    corner_values = values[np.searchsorted(keys, _key(cubes[:, None] + _CORNERS))]
-    crossed = (corner_values.min(axis=1) < 0) & (corner_values.max(axis=1) >= 0)
-    return cubes[crossed], keys, values
+def smooth_surface(table: Table, kin: Kin, skin: Skin, count: int) -> Surface:
+    """The skin's triangles cut into ``count`` x ``count`` curved ones, where they are known."""
+    old = skin.vertices
+    cut = Subdivision(skin.faces, count)
+    points, faces = cut.points(old.points, old.normals), cut.faces(len(old.keys))
+    patch = _nearest(table, old.patch[cut.parents(len(old.keys))], points)
+    known = _known(table, kin, patch, points, REACH * skin.edge)
+    normals: np.ndarray = cut.linear(old.normals)
+    normals /= np.sqrt((normals**2).sum(axis=1))[:, None]
+    columns = [normals, np.sqrt(cut.linear(old.variance)), patch, cut.linear(old.curvature)]
+    if not known.all():
+        faces = faces[known[faces].all(axis=1)]
+        used = np.zeros(len(points), bool)
+        used[faces] = True
+        faces = (np.cumsum(used) - 1)[faces]
+        points, *columns = (column[used] for column in (points, *columns))
+    normals, deviation, patch, curvature = columns
+    return Surface(points, faces, normals, deviation, patch, curvature)
 
 
-def _next_cubes(cubes, keys, values) -> np.ndarray:
-    """Keys of the neighbours into which the surface goes on from cubes with known corners."""
-    corner_values = values[np.searchsorted(keys, _key(cubes[:, None] + _CORNERS))]
-    known = ~np.isnan(corner_values).any(axis=1)
-    inside = corner_values < 0
-    out = []
-    for axis, side, four in _FACES:
-        face = inside[:, four]
-        crossed = known & face.any(axis=1) & ~face.all(axis=1)
-        neighbours = cubes[crossed].copy()
-        neighbours[:, axis] += 2 * side - 1
-        out.append(_key(neighbours))
-    return np.unique(np.concatenate(out))
+def _nearest(table: Table, candidates, points) -> np.ndarray:
+    """(w,) of three candidates (w, 3) the patch with least power at points (w, 3)."""
+    patch = candidates[:, 0].copy()
+    mixed = np.flatnonzero((candidates != patch[:, None]).any(axis=1))
+    some = candidates[mixed]
+    offset = points[mixed, None] - table.site[some]
+    power = (offset * offset).sum(axis=-1) - table.power[some]
+    patch[mixed] = some[np.arange(len(some)), power.argmin(axis=1)]
+    return patch
 
 
-def _seeds(atlas: Atlas, edge) -> np.ndarray:
-    """Points (n, 3) on every patch within its own cell, about an edge apart."""
-    table, seeds = atlas.table, []
-    for row in table.rows.tolist():
-        radius = table.radius[row]
-        steps = np.arange(-table.core, table.core, edge / radius)
-        x, y = (a.ravel() for a in np.meshgrid(steps, steps))
-        inside = x * x + y * y <= table.core**2
-        x, y = x[inside], y[inside]
-        z = scaled_height(table.basis, table.mean[row], x, y)
-        points = np.stack([x, y, z], axis=1) * radius @ table.axes[row] + table.origin[row]
-        own = power_at(table, [row], points)[:, 0]
-        keep = own <= 0.0
-        if atlas.kin[row]:
-            keep &= own <= power_at(table, sorted(atlas.kin[row]), points).min(axis=1)
-        seeds.append(points[keep])
-    return np.concatenate(seeds)
+def _known(table: Table, kin: Kin, patch, points, reach: float) -> np.ndarray:
+    """(w,) whether the surface is known at points (w, 3) of it, which lie with the patches (w,):
+    as ``blend`` says, which is asked only where the patch does not cover."""
+    offset = points - table.site[patch]
+    square = np.einsum("ij,ij->i", offset, offset)
+    known = square <= (1.0 + COVER_MARGIN) * table.power[patch]
+    doubt = np.flatnonzero(~known)
+    known[doubt] = blend(table, kin, points[doubt], reach).known
+    return known

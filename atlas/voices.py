@@ -14,8 +14,13 @@ from touchatlas.atlas.kin import Kin
 from touchatlas.atlas.moments import left_out
 from touchatlas.atlas.table import Table
 from touchatlas.patch.polynomial import (
-    SECOND_ORDER,
-    VALUE,
+    GRADIENT,
+    XX,
+    XY,
+    XZ,
+    YY,
+    YZ,
+    ZZ,
     derivative_coefficients,
     gaussian_curvature,
     graph_derivatives,
@@ -27,7 +32,8 @@ from touchatlas.patch.polynomial import (
 COVER_MARGIN = 3.0 * CELL_MARGIN
 # Points of a line, and pairs and patches of a group: what fits the caches.
 _WIDTHS = np.array([1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256])
-_PAIRS, _LINES = 4096, 512
+_PAIRS, _LINES = 2048, 512
+_ALL = (*GRADIENT, XX, XY, YY, XZ, YZ, ZZ)
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,54 +90,89 @@ def voices(table: Table, kin: Kin, rows, points, reach: float) -> Voices:
 
     Patches farther than ``reach`` from a point have no say there.
     """
-    count = len(rows)
+    count, lines = len(rows), kin.lines()
     out = Voices(np.empty(count), np.empty(count), np.empty((count, 6)), np.empty(count, bool))
-    lines = kin.lines()
     for patches, index in groups(rows):
         _speak(table, lines, patches, index, points[index], reach, out)
     return out
 
 
+def distances(table: Table, kin: Kin, rows, points, reach: float):
+    """Of the same pairs only the distance (m,), the unit normal (m, 3), and whether the foot is
+    in the patch's own cell (m,)."""
+    count, lines = len(rows), kin.lines()
+    distance, normals, own = np.empty(count), np.empty((count, 3)), np.empty(count, bool)
+    for patches, index in groups(rows):
+        here = _Place(table, patches, points[index], GRADIENT)
+        distance[index], normals[index] = here.distance, here.normals
+        own[index] = here.own(table, lines, patches, here.inside(reach))
+    return distance, normals, own
+
+
 def _speak(table: Table, lines, rows, index, points, reach, out: Voices) -> None:
     """Fill in what the patches ``rows`` (m,) say at points (m, k, 3), pairs ``index`` (m, k)."""
-    basis, radius = table.basis, table.radius[rows][:, None]
-    offset = points - table.origin[rows][:, None]
-    scaled = offset @ (table.axes[rows] / radius[..., None]).transpose(0, 2, 1)
-    x, y, z = np.ascontiguousarray(np.moveaxis(scaled, -1, 0))
-    terms = monomials(basis, x, y, z).transpose(1, 0, 2)
-    which = derivative_coefficients(basis, table.mean[rows], [VALUE, *SECOND_ORDER])
-    phi, *derivatives = np.moveaxis(which @ terms, 1, 0)
-    upward = np.stack([-derivatives[0], -derivatives[1], 1.0 - derivatives[5]], axis=-1)
-    stretch = np.maximum(np.sqrt((upward * upward).sum(axis=-1)), np.finfo(float).tiny)
-    distance = radius * (z - phi) / stretch
-    normals = (upward / stretch[..., None]) @ table.axes[rows]
-    across = x * x + y * y
-    inside = (across <= 1.0) & (np.abs(distance) <= np.minimum(reach, 0.5 * radius))
-    terms = terms[:, : basis.size]
+    radius, here = table.radius[rows][:, None], _Place(table, rows, points, _ALL)
+    inside = here.inside(reach)
+    terms = here.terms[:, : table.basis.size]
     variance = np.maximum((terms * (table.covariance[rows] @ terms)).sum(axis=1), 0.0)
-    variance = (radius / stretch) ** 2 * variance + np.finfo(float).tiny
-    closeness = np.where(inside, np.maximum(1.0 - across - z * z, 0.0), 0.0)
-    out.distance[index] = distance
+    variance = (radius / here.stretch) ** 2 * variance + np.finfo(float).tiny
+    closeness = np.where(inside, np.maximum(1.0 - here.square, 0.0), 0.0)
+    out.distance[index] = here.distance
     out.weight[index] = closeness**3 / variance
-    beyond = (radius / stretch) ** 2 * left_out(table, rows, scaled)
-    out.numbers[index, 0], out.numbers[index, 1] = distance, variance + beyond
+    beyond = (radius / here.stretch) ** 2 * left_out(table, rows, here.scaled)
+    out.numbers[index, 0], out.numbers[index, 1] = here.distance, variance + beyond
     with np.errstate(all="ignore"):
-        curvature = gaussian_curvature(*graph_derivatives(*derivatives)) / radius**2
+        px, py, pz, *second = here.derivatives
+        pxx, pxy, pyy, pxz, pyz, pzz = second
+        graph = graph_derivatives(px, py, pxx, pxy, pyy, pz, pxz, pyz, pzz)
+        curvature = gaussian_curvature(*graph) / radius**2
     out.numbers[index, 2] = np.where(closeness > 0.0, curvature, 0.0)
-    out.numbers[index, 3:] = normals
-    feet = points - table.site[rows][:, None] - distance[..., None] * normals
-    out.own[index] = inside & _in_own_cell(table, lines[rows], rows, feet)
+    out.numbers[index, 3:] = here.normals
+    out.own[index] = here.own(table, lines, rows, inside)
 
 
-def _in_own_cell(table: Table, kin, rows, feet) -> np.ndarray:
-    """(m, k) whether feet (m, k, 3), from the patches' sites, are in the cells of the rows
-    (m,), whose kin are (m, w)."""
+class _Place:
+    """Points (m, k, 3) as seen from patches (m,): what several questions about them share."""
+
+    def __init__(self, table: Table, rows, points, which) -> None:
+        self._radius = radius = table.radius[rows][:, None]
+        self._offset = points - table.site[rows][:, None]
+        self.scaled = table.scaled_local(rows, points)
+        x, y, z = np.ascontiguousarray(np.moveaxis(self.scaled, -1, 0))
+        self.terms = monomials(table.basis, x, y, z).transpose(1, 0, 2)
+        rows_of = derivative_coefficients(table.basis, table.mean[rows], list(which))
+        phi, *self.derivatives = np.moveaxis(rows_of @ self.terms, 1, 0)
+        px, py, pz = self.derivatives[:3]
+        upward = np.stack([-px, -py, 1.0 - pz], axis=-1)
+        length = np.sqrt((upward * upward).sum(axis=-1))
+        self.stretch = np.maximum(length, np.finfo(float).tiny)
+        self.distance = radius * (z - phi) / self.stretch
+        self.normals = (upward / self.stretch[..., None]) @ table.axes[rows]
+        self._across = x * x + y * y
+        self.square = self._across + z * z
+
+    def inside(self, reach: float) -> np.ndarray:
+        """(m, k) whether the patch has a say at all."""
+        near = np.abs(self.distance) <= np.minimum(reach, 0.5 * self._radius)
+        return near & (self._across <= 1.0)
+
+    def own(self, table: Table, lines, rows, inside) -> np.ndarray:
+        """(m, k) whether the feet of points ``inside`` lie in the patches' own cells."""
+        power = table.power[rows][:, None]
+        feet = self._offset - self.distance[..., None] * self.normals
+        own = inside & ((feet * feet).sum(axis=-1) <= (1.0 + COVER_MARGIN) * power)
+        some = own.any(axis=1)
+        own[some] &= _is_lowest(table, lines[rows[some]], rows[some], feet[some])
+        return own
+
+
+def _is_lowest(table: Table, kin, rows, feet) -> np.ndarray:
+    """(m, k) whether at feet (m, k, 3), from the patches' sites, no kin (m, w) of the rows (m,)
+    has less power than they, or hardly less."""
     power = table.power[rows]
-    own = (feet * feet).sum(axis=-1) - power[:, None]
-    kin = kin[:, : max(1, int((kin != rows[:, None]).sum(axis=1).max()))]
+    kin = kin[:, : max(1, int((kin != rows[:, None]).sum(axis=1).max(initial=0)))]
     # What a rival's power is above one's own: linear in the foot.
     apart = table.site[kin] - table.site[rows][:, None]
     excess = (apart * apart).sum(axis=-1) - table.power[kin] + power[:, None]
     above = excess[:, None] - 2.0 * (feet @ apart.transpose(0, 2, 1))
-    lowest = above.min(axis=-1) >= -CELL_MARGIN * power[:, None]
-    return lowest & (own <= COVER_MARGIN * power[:, None])
+    return above.min(axis=-1) >= -CELL_MARGIN * power[:, None]

@@ -59,6 +59,12 @@ class Basis:
         """(t, 10) such that ``coefficients @ at_origin`` are VALUE and SECOND_ORDER there."""
         return np.ascontiguousarray(self.derivatives[[VALUE, *SECOND_ORDER], :, 0].T)
 
+    @cached_property
+    def sources(self) -> tuple[np.ndarray, np.ndarray]:
+        """Which coefficient (10, s), times what (10, s), each coefficient of a derivative is:
+        a derivative of a monomial is one monomial."""
+        return np.abs(self.derivatives).argmax(axis=1), self.derivatives.sum(axis=1)
+
     @property
     def size(self) -> int:
         """Number of coefficients."""
@@ -149,8 +155,8 @@ def monomials(basis: Basis, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.n
 
 def derivative_coefficients(basis: Basis, coefficients: np.ndarray, which) -> np.ndarray:
     """(..., len(which), s) coefficients of the derivatives ``which`` of polynomials (..., t)."""
-    stacked = basis.derivatives[which].transpose(1, 0, 2).reshape(basis.size, -1)
-    return (coefficients @ stacked).reshape(*coefficients.shape[:-1], len(which), -1)
+    source, factor = basis.sources
+    return coefficients[..., source[which]] * factor[which]
 
 
 def evaluate(basis: Basis, coefficients: np.ndarray, x, y, z=0.0, which=(VALUE,)) -> np.ndarray:

@@ -9,7 +9,11 @@ import pytest
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 # Small stand-ins for the arguments that a reader would give.
-ARGUMENTS = {"time_of_a_touch.py": ["sphere"], "table_of_objects.py": ["sphere"]}
+ARGUMENTS = {
+    "cost_of_an_atlas.py": ["30", "60"],
+    "time_of_a_touch.py": ["sphere"],
+    "table_of_objects.py": ["sphere"],
+}
 
 
 @pytest.mark.parametrize("name", sorted(path.name for path in EXAMPLES.glob("*.py")))

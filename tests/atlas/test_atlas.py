@@ -118,25 +118,6 @@ def test_update_equals_a_fit_from_scratch_in_any_order(ball, seed):
     assert_equations_are_those_of_the_samples(atlas)
 
 
-def test_blend_gradient_is_its_normal(ball):
-    """Finite differences of the signed distance along three axes: |d grad| within the
-    disagreement of neighbouring patches over the step."""
-    rng = np.random.default_rng(0)
-    points = rng.normal(size=(200, 3))
-    points *= 33.3 / np.linalg.norm(points, axis=1)[:, None]
-    h = 1e-3
-    gradient = np.stack(
-        [
-            (ball.atlas.blend(points + h * e).distance - ball.atlas.blend(points - h * e).distance)
-            / (2 * h)
-            for e in np.eye(3)
-        ],
-        axis=1,
-    )
-    error = np.linalg.norm(gradient - ball.atlas.blend(points).normal, axis=1)
-    assert np.quantile(error, 0.9) < 0.02
-
-
 def test_far_points_are_unknown(ball):
     seen = ball.atlas.blend(np.array([[0.0, 0.0, 0.0], [500.0, 0.0, 0.0]]))
     assert not seen.known.any()

@@ -1,0 +1,154 @@
+"""The cubes of a lattice that the surface passes, and its side at their corners.
+
+Every patch names the cubes that its core passes; two waves through crossed faces fill what
+is between them. So a cube depends on the patches about it alone, and after a change only the
+corners that a changed patch reaches are asked again.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from touchatlas.atlas.blend import leaders
+from touchatlas.atlas.kin import Kin
+from touchatlas.atlas.lattice import corners_of, crossed_neighbours, key, unkey
+from touchatlas.atlas.table import Table
+from touchatlas.atlas.voices import COVER_MARGIN, distances
+
+# Points of a core, in edges apart over its tangent plane: no more than one on a slope of 45
+# degrees. And how often the cubes grow beyond those that hold such a point.
+_APART, _WAVES = 0.7, 2
+_NEWTON_STEPS, _LEAST_UPRIGHT, _AT_ONCE = 3, 0.2, 2048
+# Patches farther than this from a corner, in edges, are not considered there.
+REACH = 2.0
+
+
+@dataclass(frozen=True, eq=False)
+class Corners:
+    """What is known at corners of the lattice.
+
+    Parameters
+    ----------
+    keys : (g,) int
+        Ascending.
+    values : (g,) float, length
+        Signed distance; NaN where no patch knows the surface.
+    leaders : (g,) int
+        The patch in whose cell the foot lies; -1 where unknown.
+    """
+
+    keys: np.ndarray
+    values: np.ndarray
+    leaders: np.ndarray
+
+    def only(self, keep) -> "Corners":
+        """Those that are kept (g,)."""
+        return Corners(self.keys[keep], self.values[keep], self.leaders[keep])
+
+    def at(self, keys) -> np.ndarray:
+        """Where keys (...) stand; all of them must be there."""
+        return np.searchsorted(self.keys, keys)
+
+    def has(self, keys) -> np.ndarray:
+        """Whether keys (...) are there."""
+        if not len(self.keys):
+            return np.zeros(np.shape(keys), bool)
+        return self.keys[np.minimum(self.at(keys), len(self.keys) - 1)] == keys
+
+    def joined(self, other: "Corners") -> "Corners":
+        """These and others, of other keys."""
+        order = np.argsort(np.concatenate([self.keys, other.keys]), kind="stable")
+        pairs = zip(vars(self).values(), vars(other).values(), strict=True)
+        return Corners(*(np.concatenate(pair)[order] for pair in pairs))
+
+
+NO_CORNERS = Corners(np.zeros(0, np.int64), np.zeros(0), np.zeros(0, np.int64))
+
+
+def core_cubes(table: Table, rows, start, edge: float) -> dict[int, np.ndarray]:
+    """For each of some rows the keys of the cubes that the patch's core passes."""
+    rows, core = np.asarray(rows, int), table.core * np.sqrt(1.0 + COVER_MARGIN)
+    counts = np.ceil(core * table.radius[rows] / (_APART * edge)).astype(int)
+    out: dict[int, np.ndarray] = {}
+    for count in np.unique(counts).tolist():
+        side = core / count * np.arange(-count, count + 1)
+        flat = np.stack(np.meshgrid(side, side, [0.0]), axis=-1).reshape(-1, 3)
+        flat = flat[(flat * flat).sum(axis=1) <= core * core]
+        alike, step = rows[counts == count], 1 + _AT_ONCE // len(flat)
+        for first in range(0, len(alike), step):
+            some = alike[first : first + step]
+            points = _on_patches(table, some, np.tile(flat, (len(some), 1, 1)), core)
+            keys = key(np.floor((points - start) / edge).astype(np.int64))
+            out |= {row: np.unique(k) for row, k in zip(some.tolist(), keys, strict=True)}
+    return out
+
+
+def _on_patches(table: Table, rows, scaled, core: float) -> np.ndarray:
+    """World points (m, k, 3) of the patches over scaled points (m, k, 3) of tangent planes."""
+    for _ in range(_NEWTON_STEPS):
+        height, upward = table.surface(rows, scaled)
+        # A patch is no steeper than this where it claims to cover.
+        scaled[..., 2] -= height / np.maximum(upward[..., 2], _LEAST_UPRIGHT)
+        scaled[..., 2] = np.clip(scaled[..., 2], -core, core)
+    origin, radius = table.origin[rows][:, None], table.radius[rows][:, None, None]
+    return scaled * radius @ table.axes[rows] + origin
+
+
+def find_cubes(table: Table, kin: Kin, first, start, edge: float, known: Corners):
+    """Cubes that the surface passes, from the cubes of all cores ``first`` (c,).
+
+    Returns
+    -------
+    cubes : (c,) int
+        Keys of those with a corner that is known, ascending.
+    corners : Corners
+        Of all these cubes; what was ``known`` before is not asked again.
+    """
+    cubes, fresh, corners = first, first, NO_CORNERS
+    for wave in range(_WAVES + 1):
+        needed = np.unique(corners_of(fresh))
+        needed = needed[~corners.has(needed)]
+        old = known.has(needed)
+        corners = corners.joined(known.only(known.at(needed[old])))
+        corners = corners.joined(ask(table, kin, needed[~old], start, edge))
+        if wave < _WAVES:
+            inside = corners.values[corners.at(corners_of(fresh))]
+            whole = ~np.isnan(inside).any(axis=1)
+            fresh = np.unique(crossed_neighbours(fresh[whole], inside[whole] < 0.0))
+            fresh = np.setdiff1d(fresh, cubes, assume_unique=True)
+            cubes = np.union1d(cubes, fresh)
+    values = corners.values[corners.at(corners_of(cubes))]
+    return cubes[~np.isnan(values).all(axis=1)], corners
+
+
+def ask(table: Table, kin: Kin, keys, start, edge: float) -> Corners:
+    """The corners of some keys (g,), ascending, by the patch that leads there."""
+    points = unkey(keys) * edge + start
+    values, lead = np.full(len(keys), np.nan), np.full(len(keys), -1)
+    rows, which = table.index.near(points)
+    distance, _, own = distances(table, kin, rows, points[which], REACH * edge)
+    starts, _, leader, led = leaders(rows, which, distance, own)
+    lead[which[starts][led]] = leader[led]
+    mine = rows == lead[which]
+    values[which[mine]] = distance[mine]
+    return Corners(keys, values, lead)
+
+
+def extend(table: Table, kin: Kin, cubes, corners: Corners, start, edge: float) -> Corners:
+    """The corners of the cubes with those that no patch knows taken from a patch that leads at
+    another corner of the same cube: the one that puts the surface nearest."""
+    at = corners.at(corners_of(cubes))
+    lead = corners.leaders[at]
+    cube, corner = np.nonzero(lead < 0)
+    who = lead[cube]
+    pairs = np.repeat(at[cube, corner], who.shape[1])[who.ravel() >= 0]
+    who = who[who >= 0]
+    pairs, who = np.unique(np.stack([pairs, who], axis=1), axis=0).T
+    points = unkey(corners.keys[pairs]) * edge + start
+    distance, _, _ = distances(table, kin, who, points, np.inf)
+    order = np.lexsort((who, np.abs(distance), pairs))
+    pairs, first = np.unique(pairs[order], return_index=True)
+    values, lead = corners.values.copy(), corners.leaders.copy()
+    values[pairs] = distance[order][first]
+    lead[pairs] = who[order][first]
+    return Corners(corners.keys, values, lead)
