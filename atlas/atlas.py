@@ -273,6 +273,7 @@ class Atlas:
                 added.update(change.added)
                 removed.update(change.removed)
                 todo += [(row, other) for row in change.added for other in self.kin[row]]
+        self.tiling.mend()
         gone = tuple(sorted(removed))
         return AtlasChange(tuple(sorted(added - removed)), (), gone, (), gone)
 
@@ -312,3 +313,4 @@ class Atlas:
         for row in self.table.rows.tolist():
             self.refit(row)
         self.tiling.retile()
+        self.tiling.mend()

@@ -161,8 +161,8 @@ def corners_with(table: Table, row: int, others: np.ndarray, kin: list[set[int]]
         Ascending rows.
     points : (m, 3) float, world
     excess : (m,) float
-        Power there over the squared core radius of ``row``: a corner of three boundaries up to
-        CELL_MARGIN, a gap between the three cores beyond.
+        Power there over the largest squared core radius of the three: a corner of three
+        boundaries up to CELL_MARGIN, a gap between the three cores beyond.
     """
     first, second = pairs_of(others.tolist(), kin)
     if not len(first):
@@ -175,4 +175,5 @@ def corners_with(table: Table, row: int, others: np.ndarray, kin: list[set[int]]
     rival[(others == first[:, None]) | (others == second[:, None])] = np.inf
     lowest = own <= rival.min(axis=1)
     triples = np.sort(np.stack([first, second, np.full_like(first, row)], axis=1), axis=1)
-    return triples[lowest], points[lowest], own[lowest] / table.power[row]
+    excess = own / table.power[triples].max(axis=1)
+    return triples[lowest], points[lowest], excess[lowest]

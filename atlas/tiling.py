@@ -10,6 +10,7 @@ from touchatlas.atlas.boundary import (
     CREASE_ANGLE,
     Boundary,
     boundary_curves,
+    corners_on,
     corners_with,
     power_at,
 )
@@ -88,6 +89,11 @@ class Tiling:
         mine = self._corners_of[first]
         return mine if second is None else mine & self._corners_of[second]
 
+    def _enter_corner(self, triple: Triple, point) -> None:
+        self.corners[triple] = point
+        for i in triple:
+            self._corners_of[i].add(triple)
+
     def _drop(self, triple: Triple) -> None:
         del self.corners[triple]
         for i in triple:
@@ -117,10 +123,8 @@ class Tiling:
             if over > CELL_MARGIN:
                 self.gaps[triple] = point
                 continue
-            self.corners[triple] = point
+            self._enter_corner(triple, point)
             found.append(triple)
-            for i in triple:
-                self._corners_of[i].add(triple)
         return found
 
     def _drop_conquered(self, row: int, kin: np.ndarray) -> list[Triple]:
@@ -184,6 +188,25 @@ class Tiling:
         return (own <= CELL_MARGIN * table.power[first][:, None]) & (
             own <= rival.min(axis=2) + 1e-12 * table.power[first][:, None]
         )
+
+    def mend(self) -> None:
+        """Enter and remove the corners on which the polynomials of four patches disagree.
+
+        Where four have about equal power, each triple is judged on a surface of its own. But a
+        boundary ends twice: three that lack one end each, and would share it, lack a corner, and
+        three with one too many have one too many.
+        """
+        ends = {pair: len(self.corners_of(*pair)) for pair in self.graph.edges}
+        odd = nx.Graph(pair for pair, count in ends.items() if count % 2)
+        for triple in [tuple(sorted(c)) for c in nx.enumerate_all_cliques(odd) if len(c) == 3]:
+            counts = [len(self.corners_of(*pair)) for pair in combinations(triple, 2)]
+            if triple in self.corners and min(counts) == 3:
+                self._drop(triple)
+            elif triple not in self.corners | self.gaps and counts == [1, 1, 1]:
+                first, second, row = triple
+                point = corners_on(self._table, row, np.array([first]), np.array([second]))[0]
+                if np.isfinite(point).all():
+                    self._enter_corner(triple, point)
 
     def euler_characteristic(self) -> int:
         """V - E + F of the patch graph: patches, boundaries and corners."""

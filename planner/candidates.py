@@ -1,4 +1,5 @@
-"""Where to touch: uncovered touched points first, then gaps in the patches' outlines."""
+"""Where to touch: uncovered touched points, then gaps in the patches' outlines, then where the
+patches are unsure."""
 
 from dataclasses import dataclass
 
@@ -83,6 +84,25 @@ def gap_candidate(atlas: Atlas, position, spent) -> Candidate | None:
     normal = upward[0, 0] @ table.axes[row]
     normal /= np.sqrt(normal @ normal)
     return Candidate(points[best], int(row), normal, Reason.CLOSE_GAP)
+
+
+def weak_candidate(atlas: Atlas, position, spent) -> Candidate | None:
+    """The nearest point, of the patches' outlines and of half-way there, whose predicted deviation
+    exceeds the tolerance."""
+    table, rows = atlas.table, atlas.table.rows
+    points = np.concatenate([table.ring[rows], 0.5 * (table.ring[rows] + table.origin[rows, None])])
+    points = points.reshape(-1, 3)
+    seen = atlas.blend(points)
+    weak = np.flatnonzero(seen.known & (np.nan_to_num(seen.deviation) > atlas.tolerance))
+    # A point half-way is on the chord, not on the surface.
+    points = points[weak] - seen.distance[weak, None] * seen.normal[weak]
+    free = ~is_spent(points, spent, atlas.tolerance)
+    if not free.any():
+        return None
+    offset = points - position
+    best = int(np.where(free, (offset**2).sum(axis=1), np.inf).argmin())
+    at = weak[best]
+    return Candidate(points[best], int(seen.patch[at]), seen.normal[at], Reason.REFINE)
 
 
 def is_spent(points, spent, tolerance: float) -> np.ndarray:

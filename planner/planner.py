@@ -14,6 +14,7 @@ from touchatlas.planner.candidates import (
     gap_candidate,
     is_spent,
     predicted_curvature,
+    weak_candidate,
 )
 from touchatlas.planner.planes import concurrent_planes
 from touchatlas.planner.probe_plan import ProbePlan, Reason
@@ -119,7 +120,7 @@ class Planner:
         self._asked = None
 
     def _candidate(self, atlas: Atlas) -> Candidate | None:
-        for choose in (frontier_candidate, gap_candidate):
+        for choose in (frontier_candidate, gap_candidate, weak_candidate):
             candidate = choose(atlas, self._position, self._spent)
             if (
                 candidate is not None
