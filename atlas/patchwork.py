@@ -168,7 +168,9 @@ def patchwork(atlas: Atlas) -> list[PatchworkFace]:
     for i, patch in patches.items():
         if halves[i] or _owns_its_centre(atlas, i):
             loops = _loops(patch, float(atlas.table.power[i]), halves[i], numbers)
-            faces += [PatchworkFace(patch, sides) for sides in loops]
+            found = [PatchworkFace(patch, sides) for sides in loops]
+            # A loop that runs clockwise holds nothing.
+            faces += [face for face in found if face.quadrature()[1].sum() > 0.0]
     return faces
 
 

@@ -92,8 +92,20 @@ def test_two_degrees_more_miss_less_by_the_square_of_one_ratio():
     assert errors[1] / errors[2] == pytest.approx(rho**2, rel=0.7)
 
 
+def test_height_is_held_within_a_disc_though_the_ball_ends_within_the_square():
+    """Least squares stand in; the corners of the square are off the ball."""
+    radius, reach = 15.0, 11.0
+    corner = np.full(2, reach)
+    xy = np.random.default_rng(5).uniform(-reach, reach, (2000, 2))
+    xy = xy[np.linalg.norm(xy, axis=1) < reach]
+    poles, error = fitting_height(ball(radius, 20.0), -corner, corner, xy, 1e-3)
+    truth = np.sqrt(radius**2 - (xy * xy).sum(axis=1)) - radius
+    off = np.abs(tensor_height(poles, -corner, corner, xy) - truth).max()
+    assert off == pytest.approx(error, abs=1e-9) and error <= 1e-3
+
+
 def test_upright_patch_is_refused():
     polynomial = ball(10.0, 20.0)
     corner = np.full(2, 11.0)
     with pytest.raises(ValueError, match="stands upright"):
-        fitting_height(polynomial, -corner, corner, np.zeros((1, 2)), 1e-3)
+        fitting_height(polynomial, -corner, corner, corner[None], 1e-3)
