@@ -5,6 +5,8 @@ The kernel, Open CASCADE, comes with the extra ``cad`` and is imported where it 
 
 import io
 from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import numpy as np
 
@@ -33,29 +35,31 @@ def step_bytes(parts: list[list[BezierFace]], gap: float, name: str) -> bytes:
     name : str
         For the header and the product.
     """
-    from OCP.IFSelect import IFSelect_RetDone
     from OCP.STEPConstruct import STEPConstruct
     from OCP.STEPControl import STEPControl_AsIs, STEPControl_Writer
     from OCP.TCollection import TCollection_HAsciiString
 
-    _silence()
-    writer = STEPControl_Writer()
-    writer.SetTolerance(gap)
-    process = writer.WS().TransferWriter().FinderProcess()
-    for part in parts:
-        shape, faces = _shape(part)
-        done = writer.Transfer(shape, STEPControl_AsIs)
-        if done != IFSelect_RetDone:
-            raise RuntimeError(f"the CAD kernel refused {len(part)} faces: {done}")
-        for face, bezier in zip(faces, part, strict=True):
-            item = STEPConstruct.FindEntity_s(process, face)
-            item.SetName(TCollection_HAsciiString(f"patch {bezier.face.patch.id}"))
-    _name(writer.Model(), name)
-    stream = io.BytesIO()
-    done = writer.WriteStream(stream)
-    if done != IFSelect_RetDone:
-        raise RuntimeError(f"the CAD kernel could not write the file: {done}")
+    with _silence():
+        writer = STEPControl_Writer()
+        writer.SetTolerance(gap)
+        process = writer.WS().TransferWriter().FinderProcess()
+        for part in parts:
+            shape, faces = _shape(part)
+            _check(writer.Transfer(shape, STEPControl_AsIs))
+            for face, bezier in zip(faces, part, strict=True):
+                item = STEPConstruct.FindEntity_s(process, face)
+                item.SetName(TCollection_HAsciiString(f"patch {bezier.face.patch.id}"))
+        _name(writer.Model(), name)
+        stream = io.BytesIO()
+        _check(writer.WriteStream(stream))
     return stream.getvalue()
+
+
+def _check(status) -> None:
+    from OCP.IFSelect import IFSelect_RetDone
+
+    if status != IFSelect_RetDone:
+        raise RuntimeError(f"the CAD kernel could not write the faces: {status}")
 
 
 def _name(model, name: str) -> None:
@@ -64,7 +68,9 @@ def _name(model, name: str) -> None:
     from OCP.StepBasic import StepBasic_Product
     from OCP.TCollection import TCollection_HAsciiString
 
-    header, text = APIHeaderSection_MakeHeader(model), TCollection_HAsciiString(name)
+    # A STEP file is ASCII.
+    text = TCollection_HAsciiString(name.encode("ascii", "replace").decode())
+    header = APIHeaderSection_MakeHeader(model)
     header.SetName(text)
     header.SetTimeStamp(TCollection_HAsciiString(""))
     for number in range(1, model.NbEntities() + 1):
@@ -80,11 +86,19 @@ def is_closed(part: list[BezierFace]) -> bool:
     return set(counts.values()) == {2}
 
 
-def _silence() -> None:
+@contextmanager
+def _silence() -> Iterator[None]:
     """Keep the kernel's statistics off standard output."""
     from OCP.Message import Message
 
-    Message.DefaultMessenger_s().ChangePrinters().Clear()
+    messenger = Message.DefaultMessenger_s()
+    printers = list(messenger.Printers())
+    messenger.ChangePrinters().Clear()
+    try:
+        yield
+    finally:
+        for printer in printers:
+            messenger.AddPrinter(printer)
 
 
 def _shape(part: list[BezierFace]):

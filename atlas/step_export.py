@@ -32,7 +32,7 @@ class StepReport:
     height_error : float, length
         Largest difference between a patch and its Bezier surface on its cell.
     gap : float, length
-        Largest height of a surface over or under its sides: the tolerance of the file.
+        Largest distance of a side from its trace on a surface: the tolerance of the file.
     """
 
     faces: int
