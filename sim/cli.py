@@ -11,12 +11,14 @@ from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
+from touchatlas.sim.export_command import export
 from touchatlas.sim.fit_command import fit
 from touchatlas.sim.interrupt import late_interrupt
 from touchatlas.sim.outcome import FAILURE, INTERRUPTED, complain, exit_code
 
 app = App(name="touchatlas", help="Learn the shape of an object by touch.")
 app.command(fit)
+app.command(export)
 Json = Annotated[bool, Parameter(negative="", help="Print numbers as JSON on standard output.")]
 Force = Annotated[bool, Parameter(negative="", help="Replace the run that the folder holds.")]
 _NO_SURFACE = (
