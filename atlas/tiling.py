@@ -76,8 +76,7 @@ class Tiling:
         self._graph.remove_nodes_from(rows)
         self._stale = {pair for pair in self._stale if gone.isdisjoint(pair)}
         if left:
-            for row in sorted(around | {j for i in around for j in self._kin[i]}):
-                self._find_corners(row, np.array(sorted(self._kin[row]), int), around)
+            self._find_around(around)
         self.touch(around)
 
     def neighbours(self, rows) -> set[int]:
@@ -106,9 +105,16 @@ class Tiling:
             self._stale.update(combinations(triple, 2))
 
     def conquer(self, row: int, kin: np.ndarray) -> None:
-        """Give ``row`` the corners of its kin at which it has less power."""
+        """Give ``row`` the corners of new kin at which it has less power."""
         for triple in self._drop_conquered(row, kin):
             self._stale.update(combinations(triple, 2))
+        self._find_around({row})
+
+    def _find_around(self, rows: set[int]) -> None:
+        """Enter all corners and gaps that touch any of the rows."""
+        for row in sorted(rows | {j for i in rows for j in self._kin[i]}):
+            self._find_corners(row, np.array(sorted(self._kin[row]), int), rows)
+        self.touch(rows)
 
     def _find_corners(self, row: int, kin: np.ndarray, about=None) -> list[Triple]:
         """Enter the corners and gaps of ``row`` with older patches; returns the corners.
@@ -132,6 +138,8 @@ class Tiling:
         triples = sorted({t for i in kin.tolist() for t in self._corners_of[i]})
         near = self._kin[row]
         triples += [t for t in self.gaps if not near.isdisjoint(t)]
+        # Of its own corners rounding alone would say which it has.
+        triples = [t for t in triples if row not in t]
         if not triples:
             return []
         points = np.array([self.gaps.get(t, self.corners.get(t)) for t in triples])
