@@ -10,7 +10,9 @@ from touchatlas.atlas.boundary import Boundary, power_at
 from touchatlas.atlas.frontier import Frontier
 from touchatlas.atlas.kin import kin_of
 from touchatlas.atlas.moments import absorb, solve
+from touchatlas.atlas.rough import learn_residuals
 from touchatlas.atlas.table import Table
+from touchatlas.atlas.texture import Texture
 from touchatlas.atlas.tiling import Tiling
 from touchatlas.atlas.touch import Touch, TouchStatus
 from touchatlas.patch.fit import FitOptions, PatchFit, fit_patch
@@ -36,13 +38,17 @@ class AtlasOptions:
     ----------
     fit : FitOptions
     bias : float
-        Lack of fit that a patch may have before its radius is reduced, in tolerances.
+        Lack of fit that is borne as if it were noise, in tolerances.
+    detail : float
+        Lack of fit that a patch may have before its radius is reduced, in tolerances: what
+        ``learn_residuals`` is to explain.
     least_radius : float
         No patch is made smaller than this for its contours' sake, in tolerances.
     """
 
     fit: FitOptions = FitOptions(adaptive=False)
     bias: float = 0.2
+    detail: float = 5.0
     least_radius: float = 10.0
 
 
@@ -80,6 +86,8 @@ class Atlas:
         Boundaries, corners and gaps.
     frontier : Frontier
     touches : int
+    texture : Texture
+        Of the surface, since residuals were last learned.
     """
 
     def __init__(self, tolerance: float, options: AtlasOptions = AtlasOptions()) -> None:
@@ -94,6 +102,7 @@ class Atlas:
         self.frontier = Frontier()
         self.touches = 0
         self.length_sums = np.zeros(3)
+        self.texture = Texture()
 
     def __len__(self) -> int:
         return self.table.size
@@ -194,6 +203,7 @@ class Atlas:
                 contours,
                 touch.approach,
                 bias=self.options.bias * self.tolerance,
+                detail=self.options.detail * self.tolerance,
                 radius_floor=self.options.least_radius * self.tolerance,
                 radius_limit=self._radius_limit(touch),
                 prior=self.prior,
@@ -202,9 +212,9 @@ class Atlas:
         except UnfitError as error:
             return AtlasChange(refused=str(error))
         normals = [contour_normals(c, fit.patch.frame.normal) for c in contours]
-        return self._insert(
-            fit, np.concatenate([c.points_in_plane for c in contours]), np.concatenate(normals)
-        )
+        sensor = float(np.sqrt(np.mean([c.noise_std**2 for c in contours])))
+        points = np.concatenate([c.points_in_plane for c in contours])
+        return self._insert(fit, sensor, points, np.concatenate(normals))
 
     def _radius_limit(self, touch: Touch) -> float:
         """Largest radius whose core takes no earlier centre out of its own cell."""
@@ -214,10 +224,11 @@ class Atlas:
         square = (offset * offset).sum(axis=1) + table.power
         return float(0.99 * np.sqrt(square[alike].min()) / table.core) if alike.any() else np.inf
 
-    def _insert(self, fit: PatchFit, points, normals) -> AtlasChange:
+    def _insert(self, fit: PatchFit, sensor: float, points, normals) -> AtlasChange:
         """Enter a fitted patch with its samples and their normals within their contours."""
         table = self.table
         row = table.append(fit)
+        table.sensor[row] = sensor
         kin = kin_of(table, row)
         # Within the patch its polynomial knows the normals better than single contours do.
         scaled = table.scaled_local(np.array([row]), points)
@@ -302,6 +313,15 @@ class Atlas:
     def euler_characteristic(self) -> int:
         """V - E + F of the patch graph: patches, boundaries and corners."""
         return self.tiling.euler_characteristic()
+
+    def learn_residuals(self) -> int:
+        """Detail finer than the patches, where the evidence asks for it; how many have it.
+
+        To be called when the surface is wanted: a patch that learns from a later touch loses its
+        residual.
+        """
+        self.texture = learn_residuals(self.table, self.kin, self.samples, self.prior)
+        return len(self.table.rough)
 
     def retile(self) -> None:
         """Corners and boundaries of all patches anew, from the polynomials as they are now."""

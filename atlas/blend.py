@@ -12,6 +12,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from touchatlas.atlas.boundary import CELL_MARGIN, power_at
+from touchatlas.atlas.residual import joint_variance, residual_at
 from touchatlas.atlas.table import Table
 from touchatlas.patch.polynomial import (
     SECOND_ORDER,
@@ -41,6 +42,7 @@ class Blend:
     deviation : (n,) float, length
         Predicted standard deviation of the surface along the normal.
     gaussian_curvature : (n,) float, 1/length^2
+        Of the polynomials alone.
     patch : (n,) int
         The patch in whose cell the foot point lies; -1 where unknown.
     """
@@ -104,6 +106,10 @@ def _say(table: Table, kin, row, points, near, reach):
     rows = derivative_coefficients(basis, table.mean[row], [VALUE, *SECOND_ORDER])
     phi, *derivatives = rows @ terms
     gradient = np.stack([-derivatives[0], -derivatives[1], 1.0 - derivatives[5]], axis=1)
+    rough = table.rough.get(row)
+    if rough is not None:
+        detail, slope, shared = residual_at(rough.residual, scaled[None])
+        phi, gradient = phi + detail[0], gradient - slope[0]
     stretch = np.sqrt((gradient * gradient).sum(axis=1))
     distance = radius * (scaled[:, 2] - phi) / stretch
     inside = (scaled[:, 0] ** 2 + scaled[:, 1] ** 2 <= 1.0) & (
@@ -119,7 +125,12 @@ def _say(table: Table, kin, row, points, near, reach):
     if kin[row]:
         lowest &= own <= power_at(table, sorted(kin[row]), feet).min(axis=1) + limit
     terms = terms[: basis.size]
-    variance = np.maximum((terms * (table.covariance[row] @ terms)).sum(axis=0), 0.0)
+    if rough is None:
+        variance = np.maximum((terms * (table.covariance[row] @ terms)).sum(axis=0), 0.0)
+    else:
+        variance = joint_variance(
+            *(rough.residual, table.covariance[[row]], terms[:, None], shared[:, inside])
+        )[0]
     variance = (radius / stretch) ** 2 * variance + np.finfo(float).tiny
     closeness = np.maximum(1.0 - (scaled * scaled).sum(axis=1), 0.0)
     graph = graph_derivatives(*(d[inside] for d in derivatives))

@@ -24,10 +24,11 @@ def on_sheet(table: Table, rows: np.ndarray, points, normals) -> np.ndarray:
     normals only within one contour.
     """
     scaled = table.scaled_local(rows, points)
-    return _of_sheet(table, rows, scaled, normals, 0.0)
+    return facing(table, rows, scaled, normals, 0.0)
 
 
-def _of_sheet(table: Table, rows, scaled, normals, cosine, terms=None) -> np.ndarray:
+def facing(table: Table, rows, scaled, normals, cosine, terms=None) -> np.ndarray:
+    """``on_sheet`` of points (m, n, 3) in the rows' frames, normals that agree to a cosine."""
     height, upward = table.surface(rows, scaled, terms)
     normals_local = normals @ table.axes[rows].transpose(0, 2, 1)
     length = np.sqrt((upward**2).sum(axis=-1))
@@ -40,7 +41,7 @@ def absorb(table: Table, rows: np.ndarray, points: np.ndarray, normals: np.ndarr
     """Add samples (n, 3) with unit normals (n, 3) to the equations of every row they fall in."""
     scaled = table.scaled_local(rows, points)
     terms = monomials(table.basis, scaled[..., 0], scaled[..., 1], scaled[..., 2])
-    inside = _of_sheet(table, rows, scaled, normals, SHEET_COSINE, terms)
+    inside = facing(table, rows, scaled, normals, SHEET_COSINE, terms)
     inside &= scaled[..., 0] ** 2 + scaled[..., 1] ** 2 <= 1.0
     weight = inside.astype(float)
     terms = terms[: table.basis.size].transpose(1, 0, 2)
@@ -56,7 +57,7 @@ def solve(table: Table, rows: np.ndarray) -> None:
     """Coefficients, covariance and residual of the rows from their equations.
 
     Where the residuals exceed the noise the covariance grows with them: lack of fit is
-    uncertainty too.
+    uncertainty too. What residuals the rows had is out of date, and dropped.
     """
     noise = table.noise_scaled(rows)
     precision = coefficient_precision(table.basis, table.turn[rows], table.bend[rows])
@@ -67,3 +68,5 @@ def solve(table: Table, rows: np.ndarray) -> None:
     table.mean[rows] = mean
     table.covariance[rows] = covariance * np.maximum(1.0, (residual / noise) ** 2)[:, None, None]
     table.residual[rows] = residual * table.radius[rows]
+    for row in rows.tolist():
+        table.rough.pop(row, None)

@@ -39,6 +39,14 @@ class PatchSamples:
             self.noise[rows],
         )
 
+    def only(self, row: int) -> "PatchSamples":
+        """Those of one patch, a stack of one, without what only fills the stack."""
+        used = self.used[row]
+        return PatchSamples(
+            *(self.feet[[row]][:, used], self.terms[:, [row]][:, :, used]),
+            *(self.height[[row]][:, used], self.weight[[row]][:, used], self.noise[[row]]),
+        )
+
     @property
     def used(self) -> np.ndarray:
         """(m, n) bool: what does not only fill the stack."""

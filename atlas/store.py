@@ -10,9 +10,13 @@ from pathlib import Path
 import numpy as np
 
 from touchatlas.atlas.atlas import Atlas, AtlasOptions
+from touchatlas.atlas.patch_samples import PatchSamples
+from touchatlas.atlas.rough import enter, rough_patch
+from touchatlas.atlas.table import Table
+from touchatlas.atlas.texture import Texture
 from touchatlas.patch.fit import FitOptions
 
-FORMAT = 1
+FORMAT = 2
 
 
 def save_atlas(path, atlas: Atlas) -> None:
@@ -22,6 +26,7 @@ def save_atlas(path, atlas: Atlas) -> None:
         "tolerance": atlas.tolerance,
         "touches": atlas.touches,
         "options": asdict(atlas.options),
+        "texture": asdict(atlas.texture),
     }
     lengths = [len(points) for points, _ in atlas.samples]
     arrays = {
@@ -38,6 +43,7 @@ def save_atlas(path, atlas: Atlas) -> None:
         "length_sums": atlas.length_sums,
     }
     arrays |= {f"table_{name}": getattr(atlas.table, name) for name in atlas.table.names}
+    arrays |= _rough_arrays(atlas.table)
     buffer = io.BytesIO()
     np.savez(buffer, **arrays)
     write_whole(path, buffer.getvalue())
@@ -61,9 +67,10 @@ def load_atlas(path) -> Atlas:
         raise ValueError(
             f"{path} is no whole atlas file ({error}); it was cut off or altered"
         ) from None
-    if header["format"] > FORMAT:
+    if header["format"] != FORMAT:
         raise ValueError(
-            f"{path} has format {header['format']}; this version reads up to {FORMAT}: update it"
+            f"{path} has format {header['format']}; this version reads {FORMAT}: use the version "
+            "that wrote it, or explore again"
         )
     options = header["options"]
     atlas = Atlas(
@@ -73,9 +80,39 @@ def load_atlas(path) -> Atlas:
     return atlas
 
 
+def _rough_arrays(table: Table) -> dict[str, np.ndarray]:
+    """What the residuals were solved from: they are solved again when read."""
+    rows = sorted(table.rough)
+    parts = [table.rough[row] for row in rows]
+    samples = [part.samples for part in parts]
+    columns = [np.concatenate([s.feet[0].T, s.terms[:, 0], s.height, s.weight]) for s in samples]
+    width = table.basis.size + 5
+    return {
+        "rough": np.array(rows, np.int64),
+        "rough_counts": np.array([s.weight.shape[1] for s in samples], np.int64),
+        "rough_shapes": np.array([part.shape for part in parts]).reshape(-1, 4),
+        "rough_noise": np.array([s.noise[0] for s in samples]),
+        "rough_samples": np.concatenate([np.zeros((width, 0)), *columns], axis=1),
+    }
+
+
+def _fill_rough(table: Table, arrays) -> None:
+    ends = np.cumsum(arrays["rough_counts"])[:-1]
+    parts = np.split(arrays["rough_samples"], ends, axis=1)
+    for i, row in enumerate(arrays["rough"].tolist()):
+        feet, (*terms, height, weight) = parts[i][:3].T, parts[i][3:]
+        samples = PatchSamples(
+            *(feet[None], np.array(terms)[:, None], height[None], weight[None]),
+            arrays["rough_noise"][[i]],
+        )
+        enter(table, row, rough_patch(table.basis, samples, arrays["rough_shapes"][i]))
+
+
 def _fill(atlas: Atlas, arrays, header) -> None:
     atlas.touches = header["touches"]
+    atlas.texture = Texture(**header["texture"])
     atlas.table.extend({name: arrays[f"table_{name}"] for name in atlas.table.names})
+    _fill_rough(atlas.table, arrays)
     ends = np.cumsum(arrays["sample_counts"])[:-1]
     points, normals = arrays["sample_points"], arrays["sample_normals"]
     atlas.samples = list(zip(np.split(points, ends), np.split(normals, ends), strict=True))

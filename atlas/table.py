@@ -23,6 +23,8 @@ class Table:
         self.basis = basis
         self.core = core
         self.size = 0
+        # Of ids: patches that have a residual (``rough.RoughPatch``).
+        self.rough: dict = {}
         t = basis.size
         shapes = {
             "origin": (3,),
@@ -30,6 +32,7 @@ class Table:
             "radius": (),
             "power": (),
             "noise": (),
+            "sensor": (),
             "turn": (),
             "bend": (),
             "condition": (),
