@@ -81,16 +81,17 @@ class Meeting:
         return _tied(points, share, start, end)
 
 
-def meeting(first: Patch, second: Patch, powers) -> Meeting:
-    """The curve in which two kin patches of squared core radii ``powers`` meet."""
-    offset = second.frame.origin - first.frame.origin
+def meeting(first: Patch, second: Patch, sites, powers) -> Meeting:
+    """The curve in which two kin patches meet whose cores are balls about ``sites`` (2, 3) of
+    squared radii ``powers`` (2,)."""
+    offset = sites[1] - sites[0]
     square = offset @ offset
     share = 0.5 * (1.0 + (powers[0] - powers[1]) / square)
     across = first.frame.normal + second.frame.normal
     across = across - (across @ offset) / square * offset
     across = across / np.sqrt(across @ across)
     along = np.cross(across, offset / np.sqrt(square))
-    base = first.frame.origin + share * offset
+    base = sites[0] + share * offset
     return Meeting((first, second), base, along, across, float(powers[0] - share**2 * square))
 
 

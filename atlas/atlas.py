@@ -15,8 +15,10 @@ from touchatlas.atlas.learning import Learning
 from touchatlas.atlas.merging import may_merge, merged_fit, replace_by
 from touchatlas.atlas.moments import solve
 from touchatlas.atlas.prediction import half_way_deviation
+from touchatlas.atlas.rough import learn_residuals
 from touchatlas.atlas.splitting import divide, parts_of
 from touchatlas.atlas.table import Table
+from touchatlas.atlas.texture import Texture
 from touchatlas.atlas.tiling import Tiling
 from touchatlas.atlas.touch import Touch, TouchStatus
 from touchatlas.atlas.validation import violations
@@ -44,13 +46,17 @@ class AtlasOptions:
     ----------
     fit : FitOptions
     bias : float
-        Lack of fit that a patch may have before its radius is reduced, in tolerances.
+        Lack of fit that is borne as if it were noise, in tolerances.
+    detail : float
+        Lack of fit that a patch may have before its radius is reduced, in tolerances: what
+        ``learn_residuals`` is to explain.
     least_radius : float
         No patch is made smaller than this for its contours' sake, in tolerances.
     """
 
     fit: FitOptions = FitOptions(adaptive=False)
     bias: float = 0.2
+    detail: float = 5.0
     least_radius: float = 10.0
 
 
@@ -86,6 +92,7 @@ class Atlas:
         self.learning = Learning(self.table)
         self.frontier = Frontier()
         self.touches = 0
+        self.texture = Texture()
 
     def __len__(self) -> int:
         return len(self.table.rows)
@@ -179,6 +186,7 @@ class Atlas:
                 contours,
                 touch.approach,
                 bias=self.options.bias * self.tolerance,
+                detail=self.options.detail * self.tolerance,
                 radius_floor=self.options.least_radius * self.tolerance,
                 radius_limit=self._radius_limit(touch),
                 prior=self.prior,
@@ -216,7 +224,7 @@ class Atlas:
         """Solve rows that learned new samples; frame anew those that are due.
 
         Returns those of them that do not hold what they have learned: they leave out more than
-        the tolerance.
+        a residual is to explain.
         """
         solve(self.table, rows)
         due = self.learning.outgrown(rows)
@@ -225,7 +233,8 @@ class Atlas:
         self.tiling.touch(rows.tolist())
         table = self.table
         rim = leftover(table.basis, table.turn[due]) * table.core ** (table.basis.degree + 1)
-        return tuple(due[rim * table.radius[due] > self.tolerance].tolist())
+        most = self.options.detail * self.tolerance
+        return tuple(due[rim * table.radius[due] > most].tolist())
 
     def refit(self, row: int) -> bool:
         """Choose frame and prior of a patch anew, from all samples about it; whether it held."""
@@ -288,6 +297,15 @@ class Atlas:
     def euler_characteristic(self) -> int:
         """V - E + F of the patch graph: patches, boundaries and corners."""
         return self.tiling.euler_characteristic()
+
+    def learn_residuals(self) -> int:
+        """Detail finer than the patches, where the evidence asks for it; how many have it.
+
+        To be called when the surface is wanted: a patch that learns from a later touch loses its
+        residual.
+        """
+        self.texture = learn_residuals(self.table, self.learning, self.prior)
+        return len(self.table.rough)
 
     @property
     def closed(self) -> bool:

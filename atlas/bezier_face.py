@@ -50,7 +50,7 @@ class BezierFace:
         share = np.linspace(0.0, 1.0, len(self.height))[:, None]
         x, y = (self.low + (self.high - self.low) * share).T
         local = np.stack([*np.meshgrid(x, y, indexing="ij"), self.height], axis=-1)
-        return self.face.patch.frame.to_world(local)
+        return self.face.patch.frame.to_world(local.reshape(-1, 3)).reshape(local.shape)
 
     @property
     def traces(self) -> list[np.ndarray]:

@@ -23,6 +23,7 @@ def insert(atlas: "Atlas", fit: PatchFit, contours) -> AtlasChange:
     """
     table, learning = atlas.table, atlas.learning
     row = table.append(fit)
+    table.sensor[row] = np.sqrt(np.mean([contour.noise_std**2 for contour in contours]))
     kin = kin_of(table, row)
     index = _enter_samples(atlas, row, contours)
     if len(kin):

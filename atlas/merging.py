@@ -124,6 +124,7 @@ def replace_by(atlas: "Atlas", fit: PatchFit) -> tuple[int, tuple[int, ...]] | N
     if not atlas.tiling.neighbours(gone) <= set(kin.tolist()):
         table.drop_last()
         return None
+    table.sensor[row] = np.sqrt((table.sensor[gone] ** 2).mean())
     atlas.enter(row, stay)
     learning.brought[row] = learning.brought_by(gone)
     offered = np.unique(np.concatenate([learning.members[i] for i in kin.tolist()]))

@@ -94,6 +94,9 @@ def left_out(table: Table, rows, scaled) -> np.ndarray:
     """(m, n) variance, scaled, of what the degree of the rows leaves out at points (m, n, 3)."""
     square = (scaled[..., :2] ** 2).sum(axis=-1)
     rim = leftover(table.basis, table.turn[rows])
+    if table.rough:
+        # A residual leaves nothing out but what it says itself.
+        rim = np.where(np.isin(rows, list(table.rough)), 0.0, rim)
     return (rim * rim)[:, None] * square ** (table.basis.degree + 1)
 
 
@@ -101,7 +104,7 @@ def solve(table: Table, rows: np.ndarray) -> None:
     """Coefficients, covariance and residual of the rows from their equations.
 
     Where the residuals exceed the noise the covariance grows with them: lack of fit is
-    uncertainty too.
+    uncertainty too. What residuals the rows had is out of date, and dropped.
     """
     noise = table.noise_scaled(rows)
     precision = coefficient_precision(table.basis, table.turn[rows], table.bend[rows])
@@ -112,3 +115,5 @@ def solve(table: Table, rows: np.ndarray) -> None:
     table.mean[rows] = mean
     table.covariance[rows] = covariance * np.maximum(1.0, (residual / noise) ** 2)[:, None, None]
     table.residual[rows] = residual * table.radius[rows]
+    for row in rows.tolist():
+        table.rough.pop(row, None)

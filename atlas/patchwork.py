@@ -155,10 +155,11 @@ def patchwork(atlas: Atlas) -> list[PatchworkFace]:
         raise ValueError("the atlas has no patch yet; add a touch with three contours first")
     patches = {i: atlas.patch(i) for i in sorted(atlas.graph.nodes)}
     numbers = count()
+    table = atlas.table
     halves: dict[int, list[_Half]] = {i: [] for i in patches}
     begins, finishes = _corner_ends(atlas, patches)
     for i, j in sorted(tuple(sorted(edge)) for edge in atlas.graph.edges):
-        curve = meeting(patches[i], patches[j], atlas.table.power[[i, j]])
+        curve = meeting(patches[i], patches[j], table.site[[i, j]], table.power[[i, j]])
         seen = bool(len(atlas.boundary(i, j).points))
         for start, end in _spans(curve, begins.get((i, j), []), finishes.get((i, j), []), seen):
             points, number = curve.arc(start[1], end[1]), next(numbers)
@@ -259,5 +260,5 @@ def _next_around(patch: Patch, point, loose: list[_Half]) -> _Half:
 def _owns_its_centre(atlas: Atlas, row: int) -> bool:
     if not atlas.kin[row]:
         return True
-    rivals = power_at(atlas.table, sorted(atlas.kin[row]), atlas.table.origin[row])
+    rivals = power_at(atlas.table, sorted(atlas.kin[row]), atlas.table.site[row])
     return bool(-atlas.table.power[row] <= rivals.min())

@@ -44,16 +44,18 @@ def parts_of(atlas: "Atlas", row: int) -> list[PatchFit] | None:
             )
         except UnfitError:
             return None
-    return parts
+    return parts or None
 
 
 def _frames(atlas: "Atlas", row: int) -> list[DarbouxFrame]:
-    """Where the seven patches are to be, on the polynomial of a row."""
+    """Where the seven patches are to be, on the polynomial of a row; nowhere if it folds."""
     table = atlas.table
     angles = np.pi / 3.0 * np.arange(6)
     ring = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     xy = table.core * _OUT * np.concatenate([np.zeros((1, 2)), ring])
     z = scaled_height(table.basis, table.mean[row], *xy.T)
+    if not np.isfinite(z).all():
+        return []
     scaled = np.column_stack([xy, z])
     upward = table.surface(np.array([row]), scaled[None])[1][0]
     normals = upward / np.sqrt((upward * upward).sum(axis=1))[:, None] @ table.axes[row]
@@ -66,12 +68,14 @@ def divide(atlas: "Atlas", row: int, parts: list[PatchFit]) -> tuple[int, ...]:
     """Put patches in the place of a row, and share its samples out among them; their rows."""
     table, learning = atlas.table, atlas.learning
     brought, known = learning.brought[row], learning.members[row]
+    sensor = float(table.sensor[row])
     around = set(atlas.kin[row])
     remove_patches(atlas, [row])
     atlas.tiling.remove([row], around)
     rows = []
     for fit in parts:
         part = table.append(fit)
+        table.sensor[part] = sensor
         kin = kin_of(table, part)
         atlas.enter(part, kin.tolist())
         learning.settle(part, fit, np.union1d(known, learning.brought_by(kin.tolist())))

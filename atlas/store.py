@@ -10,6 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from touchatlas.atlas.atlas import Atlas, AtlasOptions
+from touchatlas.atlas.patch_samples import PatchSamples
+from touchatlas.atlas.rough import enter, rough_patch
+from touchatlas.atlas.table import Table
+from touchatlas.atlas.texture import Texture
 from touchatlas.patch.fit import FitOptions
 
 FORMAT = 2
@@ -22,6 +26,7 @@ def save_atlas(path, atlas: Atlas) -> None:
         "tolerance": atlas.tolerance,
         "touches": atlas.touches,
         "options": asdict(atlas.options),
+        "texture": asdict(atlas.texture),
     }
     pool, learning = atlas.learning.pool, atlas.learning
     arrays = {
@@ -38,6 +43,7 @@ def save_atlas(path, atlas: Atlas) -> None:
         "frontier_depth": atlas.frontier.depth,
     }
     arrays |= {f"table_{name}": getattr(atlas.table, name) for name in atlas.table.names}
+    arrays |= _rough_arrays(atlas.table)
     buffer = io.BytesIO()
     np.savez(buffer, **arrays)
     write_whole(path, buffer.getvalue())
@@ -67,6 +73,7 @@ def load_atlas(path) -> Atlas:
         )
     if header["format"] == 1:
         arrays |= _from_format_1(arrays)
+        header["texture"] = {}
     options = header["options"]
     atlas = Atlas(
         header["tolerance"], AtlasOptions(**{**options, "fit": FitOptions(**options["fit"])})
@@ -77,9 +84,39 @@ def load_atlas(path) -> Atlas:
     return atlas
 
 
+def _rough_arrays(table: Table) -> dict[str, np.ndarray]:
+    """What the residuals were solved from: they are solved again when read."""
+    rows = sorted(table.rough)
+    parts = [table.rough[row] for row in rows]
+    samples = [part.samples for part in parts]
+    columns = [np.concatenate([s.feet[0].T, s.terms[:, 0], s.height, s.weight]) for s in samples]
+    width = table.basis.size + 5
+    return {
+        "rough": np.array(rows, np.int64),
+        "rough_counts": np.array([s.weight.shape[1] for s in samples], np.int64),
+        "rough_shapes": np.array([part.shape for part in parts]).reshape(-1, 4),
+        "rough_noise": np.array([s.noise[0] for s in samples]),
+        "rough_samples": np.concatenate([np.zeros((width, 0)), *columns], axis=1),
+    }
+
+
+def _fill_rough(table: Table, arrays) -> None:
+    ends = np.cumsum(arrays["rough_counts"])[:-1]
+    parts = np.split(arrays["rough_samples"], ends, axis=1)
+    for i, row in enumerate(arrays["rough"].tolist()):
+        feet, (*terms, height, weight) = parts[i][:3].T, parts[i][3:]
+        samples = PatchSamples(
+            *(feet[None], np.array(terms)[:, None], height[None], weight[None]),
+            arrays["rough_noise"][[i]],
+        )
+        enter(table, row, rough_patch(table.basis, samples, arrays["rough_shapes"][i]))
+
+
 def _fill(atlas: Atlas, arrays, header) -> None:
     atlas.touches = header["touches"]
     atlas.table.extend({name: arrays[f"table_{name}"] for name in atlas.table.names})
+    atlas.texture = Texture(**header["texture"])
+    _fill_rough(atlas.table, arrays)
     learning = atlas.learning
     learning.pool.add(*(arrays[f"sample_{name}"] for name in ("points", "normals", "across")))
     learning.members.extend(_unpacked("members", arrays))
@@ -104,6 +141,12 @@ def _from_format_1(arrays) -> dict[str, np.ndarray]:
         "table_site": arrays["table_origin"],
         "table_anchor": arrays["table_mean"],
         "table_learned": arrays["table_count"],
+        "table_sensor": arrays["table_noise"],
+        "rough": np.zeros(0, np.int64),
+        "rough_counts": np.zeros(0, np.int64),
+        "rough_shapes": np.zeros((0, 4)),
+        "rough_noise": np.zeros(0),
+        "rough_samples": np.zeros((0, 0)),
         "sample_across": np.zeros_like(arrays["sample_points"]),
         **_packed("members", nothing),
         **_packed("brought", split),

@@ -69,6 +69,11 @@ def resolution(atlas: Atlas) -> float:
     most curved tenth of the patches, and no more than half the smallest core."""
     table, rows = atlas.table, atlas.table.rows
     second = 2.0 * np.abs(table.mean[rows, 3:6]).max(axis=1) / table.radius[rows]
+    if table.rough:
+        # Of residuals, too: the second derivative of a Matern process of smoothness 5/2 has the
+        # standard deviation 5 a / l^2.
+        rough, texture = np.isin(rows, list(table.rough)), atlas.texture
+        second[rough] = np.hypot(second[rough], 5.0 * texture.amplitude / texture.length**2)
     curvature = np.quantile(second, _CURVATURE_QUANTILE)
     chord = np.sqrt(8.0 * _SAGITTA * atlas.tolerance / max(curvature, np.finfo(float).tiny))
     return float(min(chord, 0.5 * table.core * table.radius[rows].min()))

@@ -25,6 +25,8 @@ class Table:
     ----------
     index : BallIndex
         The balls of the patch radii about the patch origins.
+    rough : dict
+        Of rows: what is known of patches that have a residual (``rough.RoughPatch``).
     """
 
     def __init__(self, basis: Basis, core: float) -> None:
@@ -32,6 +34,7 @@ class Table:
         self.core = core
         self.size = 0
         self.index = BallIndex()
+        self.rough: dict = {}
         t = basis.size
         shapes = {
             "alive": (),
@@ -41,6 +44,7 @@ class Table:
             "radius": (),
             "power": (),
             "noise": (),
+            "sensor": (),
             "turn": (),
             "bend": (),
             "condition": (),
@@ -114,6 +118,7 @@ class Table:
         self.power[rows] = -np.inf
         for row in rows:
             self.index.remove(row)
+            self.rough.pop(row, None)
 
     def drop_last(self) -> None:
         """Take back the last row."""

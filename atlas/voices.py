@@ -12,6 +12,7 @@ import numpy as np
 from touchatlas.atlas.boundary import CELL_MARGIN
 from touchatlas.atlas.kin import Kin
 from touchatlas.atlas.moments import left_out
+from touchatlas.atlas.residual import joint_variance, residual_at
 from touchatlas.atlas.table import Table
 from touchatlas.patch.polynomial import (
     GRADIENT,
@@ -115,6 +116,10 @@ def _speak(table: Table, lines, rows, index, points, reach, out: Voices) -> None
     inside = here.inside(reach)
     terms = here.terms[:, : table.basis.size]
     variance = np.maximum((terms * (table.covariance[rows] @ terms)).sum(axis=1), 0.0)
+    for i, rough, shared in here.rough:
+        variance[i] = joint_variance(
+            rough.residual, table.covariance[rows[[i]]], terms[[i]].transpose(1, 0, 2), shared
+        )[0]
     variance = (radius / here.stretch) ** 2 * variance + np.finfo(float).tiny
     closeness = np.where(inside, np.maximum(1.0 - here.square, 0.0), 0.0)
     out.distance[index] = here.distance
@@ -143,6 +148,13 @@ class _Place:
         rows_of = derivative_coefficients(table.basis, table.mean[rows], list(which))
         phi, *self.derivatives = np.moveaxis(rows_of @ self.terms, 1, 0)
         px, py, pz = self.derivatives[:3]
+        self.rough = []
+        for i in np.flatnonzero(np.isin(rows, list(table.rough))).tolist() if table.rough else ():
+            rough = table.rough[int(rows[i])]
+            detail, slope, shared = residual_at(rough.residual, self.scaled[[i]])
+            phi[i] += detail[0]
+            px[i], py[i], pz[i] = (d[i] + s for d, s in zip((px, py, pz), slope[0].T, strict=True))
+            self.rough.append((i, rough, shared))
         upward = np.stack([-px, -py, 1.0 - pz], axis=-1)
         length = np.sqrt((upward * upward).sum(axis=-1))
         self.stretch = np.maximum(length, np.finfo(float).tiny)

@@ -55,6 +55,7 @@ def learn(touches, tolerance: float):
     atlas = Atlas(tolerance)
     for one in touches:
         atlas.add(one)
+    atlas.learn_residuals()
     return atlas, extract_surface(atlas)
 
 

@@ -96,11 +96,11 @@ def unsolvable_is_unfit():
         ) from error
 
 
-def _check_lengths(bias: float, radius_limit: float, radius_floor: float) -> None:
-    if not (bias >= 0 and radius_limit > 0 and 0 <= radius_floor < np.inf):
+def _check_lengths(bias: float, detail: float, radius_limit: float, radius_floor: float) -> None:
+    if not (bias >= 0 and detail >= 0 and radius_limit > 0 and 0 <= radius_floor < np.inf):
         raise ValueError(
-            f"bias, radius_limit, radius_floor are {bias}, {radius_limit}, {radius_floor}; "
-            "they must be lengths >= 0, > 0, and >= 0 and finite"
+            f"bias, detail, radius_limit, radius_floor are {bias}, {detail}, {radius_limit}, "
+            f"{radius_floor}; they must be lengths >= 0, >= 0, > 0, and >= 0 and finite"
         )
 
 
@@ -111,6 +111,7 @@ def fit_patch(
     outward,
     shared: np.ndarray | None = None,
     bias: float = np.inf,
+    detail: float = 0.0,
     radius_limit: float = np.inf,
     radius_floor: float = 0.0,
     prior: SmoothnessPrior = SmoothnessPrior(),
@@ -129,7 +130,9 @@ def fit_patch(
     shared : (n, 3) float, length, world, optional
         Further samples of the same sheet, of earlier contours or single contacts.
     bias : float, length
-        Residuals beyond the noise that are borne before the radius is reduced.
+        Residuals beyond the noise that are borne as if they were noise.
+    detail : float, length
+        Residuals beyond the noise, if more than ``bias``, up to which the radius is not reduced.
     radius_limit : float, length
         The patch is made no larger than this.
     radius_floor : float, length
@@ -153,7 +156,7 @@ def fit_patch(
     The paper, section 2, up to its equation (1); then a maximum-a-posteriori polynomial of
     all orders in place of equation (5), in the frame that the polynomial itself defines.
     """
-    _check_lengths(bias, radius_limit, radius_floor)
+    _check_lengths(bias, detail, radius_limit, radius_floor)
     stack = start_stack([point], [contours], [outward])
     reach = min(max(float(stack.reach[0]), radius_floor), radius_limit)
     if reach != stack.reach[0]:
@@ -168,18 +171,20 @@ def fit_patch(
     if tolerant:
         # Lack of fit that is borne is noise to the fit: exact data would else swing it between.
         stack = replace(stack, noise=np.hypot(stack.noise, _BORNE * bias))
-    choices = first_choices(stack, options.basis, bias, prior, strict=not tolerant)
+    explained = max(bias, detail)
+    choices = first_choices(stack, options.basis, explained, prior, strict=not tolerant)
     if not choices.doubtful[0]:
         return records(solve_choices(choices, options.basis), options)[0]
     cleaned = tuple(without_bad_contacts(c) for c in contours)
     bad = sum(len(c.points) for c in contours) - sum(len(c.points) for c in cleaned)
     if bad:
         again = fit_patch(
-            *(point, cleaned, outward, shared, bias, radius_limit, radius_floor, prior, options)
+            *(point, cleaned, outward, shared, bias, detail, radius_limit, radius_floor),
+            *(prior, options),
         )
         return replace(again, outliers=again.outliers + bad)
     if tolerant:
-        return records(shrunk(stack, options.basis, bias, radius_floor, prior), options)[0]
+        return records(shrunk(stack, options.basis, explained, radius_floor, prior), options)[0]
     return _with_terms_chosen(choices, prior, options)
 
 

@@ -194,12 +194,14 @@ def _conclude(obj, atlas: Atlas, progress: Progress, folder: Path, noise: float,
     """Surface and numbers of a run, and the files of what was learned."""
     atlas.settle()
     atlas.simplify()
+    rough = atlas.learn_residuals()
     save_atlas(folder / "atlas.npz", atlas)
     start = time.perf_counter()
     surface = extract_surface(atlas) if len(atlas) else None
     seconds = time.perf_counter() - start
     numbers = _quality(obj, atlas, surface, rng)
     numbers |= {"noise_std": noise} | _expense(atlas, progress, seconds)
+    numbers["rough_patches"] = rough
     if surface is not None:
         write_whole(folder / "surface.ply", ply_bytes(surface))
     write_whole(folder / "evaluation.json", (json.dumps(numbers, indent=2) + "\n").encode())

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 
 from tests.explored import explored
 from touchatlas.atlas.atlas import Atlas
@@ -15,6 +16,7 @@ from touchatlas.planner.explore import explore
 from touchatlas.planner.planner import Planner
 from touchatlas.sim.objects import make_object
 from touchatlas.sim.probe import Probe
+from touchatlas.sim.surface_peers import spread_plans
 
 DATA = Path(__file__).parents[1] / "data"
 
@@ -207,3 +209,76 @@ def test_failed_write_leaves_the_old_file(ball, tmp_path, monkeypatch):
         save_atlas(path, Atlas(0.1))
     assert path.read_bytes() == before
     assert [p.name for p in tmp_path.iterdir()] == ["atlas.npz"]
+
+
+@pytest.fixture(scope="module")
+def bumpy(tmp_path_factory):
+    """A ball with bumps a fifth of a patch wide, touched at places spread evenly."""
+    rng = np.random.default_rng(3)
+    sphere = trimesh.creation.icosphere(5, 33.0)
+    waves = np.sin(0.45 * sphere.vertices).prod(axis=1)
+    sphere.vertices *= 1.0 + 0.02 * waves[:, None]
+    path = tmp_path_factory.mktemp("bumpy") / "bumpy.ply"
+    sphere.export(path)
+    obj = make_object(str(path))
+    probe, atlas = Probe(obj, 0.005, rng), Atlas(0.1)
+    for plan in spread_plans(*obj.sample(2000, rng), 60):
+        atlas.add(probe(plan))
+    points = sphere.vertices[::40]
+    before = np.abs(atlas.blend(points).distance)
+    return atlas, points, before, atlas.learn_residuals()
+
+
+def test_residuals_explain_bumps_finer_than_patches(bumpy):
+    """At vertices of the bumpy ball, where the polynomials alone err by a third of the bumps."""
+    atlas, points, before, count = bumpy
+    after = atlas.blend(points)
+    assert count > 0.8 * len(atlas) and after.known.mean() > 0.95
+    assert np.nanmean(np.abs(after.distance)) < 0.6 * np.nanmean(before)
+    held = np.abs(after.distance) <= 1.96 * after.deviation
+    assert np.mean(held[after.known]) > 0.8
+
+
+def test_learning_residuals_again_changes_nothing(bumpy):
+    """The trends are solved anew from the same sums first: equal but for rounding."""
+    atlas, points, _, count = bumpy
+    before = atlas.blend(points).distance
+    assert atlas.learn_residuals() == count
+    assert atlas.blend(points).distance == pytest.approx(before, abs=1e-6, nan_ok=True)
+
+
+def test_saved_residuals_come_back_whole(bumpy, tmp_path):
+    atlas, points, _, count = bumpy
+    save_atlas(tmp_path / "atlas.npz", atlas)
+    again = load_atlas(tmp_path / "atlas.npz")
+    assert sorted(again.table.rough) == sorted(atlas.table.rough) and again.texture == atlas.texture
+    for name in ("distance", "normal", "deviation"):
+        now, then = (getattr(a.blend(points), name) for a in (again, atlas))
+        assert (np.isnan(now) == np.isnan(then)).all() and (now == then)[~np.isnan(now)].all()
+    save_atlas(tmp_path / "again.npz", again)
+    assert (tmp_path / "again.npz").read_bytes() == (tmp_path / "atlas.npz").read_bytes()
+
+
+def test_a_patch_that_learns_loses_its_residual(bumpy, tmp_path):
+    atlas, _, _, _ = bumpy
+    save_atlas(tmp_path / "atlas.npz", atlas)
+    again = load_atlas(tmp_path / "atlas.npz")
+    row = min(again.table.rough)
+    solve(again.table, np.array([row]))
+    assert row not in again.table.rough and len(again.table.rough) == len(atlas.table.rough) - 1
+
+
+def test_blend_gradient_with_residuals_is_its_normal(bumpy):
+    """As on the ball, looser by the slopes of the bumps, 0.3 where they are steepest, times the
+    disagreement of neighbouring patches."""
+    atlas, points, _, _ = bumpy
+    seen, h = atlas.blend(points), 1e-3
+    gradient = np.stack(
+        [
+            (atlas.blend(points + h * e).distance - atlas.blend(points - h * e).distance) / (2 * h)
+            for e in np.eye(3)
+        ],
+        axis=1,
+    )
+    error = np.linalg.norm(gradient - seen.normal, axis=1)
+    assert np.nanquantile(error, 0.9) < 0.1

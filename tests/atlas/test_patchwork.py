@@ -27,7 +27,7 @@ def ball():
 def half():
     """A ball of which some 25 touches leave much open."""
     atlas = explored("sphere", max_touches=25).atlas
-    atlas.retile()
+    atlas.settle()
     return atlas, patchwork(atlas)
 
 
@@ -84,7 +84,8 @@ def test_arc_is_its_curve_between_its_points_too(ball):
             if side.neighbour < face.patch.id:
                 continue
             pair = (face.patch, atlas.patch(side.neighbour))
-            curve = meeting(*pair, atlas.table.power[[p.id for p in pair]])
+            ids = [p.id for p in pair]
+            curve = meeting(*pair, atlas.table.site[ids], atlas.table.power[ids])
             points = along @ curve_poles(side.points)
             abscissa = (points - curve.base) @ curve.along
             first, last = side.points[[0, -1]]

@@ -26,7 +26,7 @@ def ball():
 @pytest.fixture(scope="module")
 def half():
     atlas = explored("sphere", max_touches=25).atlas
-    atlas.retile()
+    atlas.settle()
     return atlas
 
 
