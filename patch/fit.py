@@ -132,7 +132,8 @@ def fit_patch(
     bias : float, length
         Residuals beyond the noise that are borne as if they were noise.
     detail : float, length
-        Residuals beyond the noise, if more than ``bias``, up to which the radius is not reduced.
+        Residuals beyond the noise that something else will explain: where ``bias`` is not enough
+        they count as noise, up to this, before the radius is reduced.
     radius_limit : float, length
         The patch is made no larger than this.
     radius_floor : float, length
@@ -171,8 +172,7 @@ def fit_patch(
     if tolerant:
         # Lack of fit that is borne is noise to the fit: exact data would else swing it between.
         stack = replace(stack, noise=np.hypot(stack.noise, _BORNE * bias))
-    explained = max(bias, detail)
-    choices = first_choices(stack, options.basis, explained, prior, strict=not tolerant)
+    choices = first_choices(stack, options.basis, bias, prior, strict=not tolerant)
     if not choices.doubtful[0]:
         return records(solve_choices(choices, options.basis), options)[0]
     cleaned = tuple(without_bad_contacts(c) for c in contours)
@@ -183,8 +183,15 @@ def fit_patch(
             *(prior, options),
         )
         return replace(again, outliers=again.outliers + bad)
+    if tolerant and detail > bias:
+        # Detail that something else explains is noise to the polynomial: it must not follow it.
+        stack = replace(stack, noise=np.hypot(stack.noise, detail))
+        choices = first_choices(stack, options.basis, detail, prior)
+        if not choices.doubtful[0]:
+            return records(solve_choices(choices, options.basis), options)[0]
+        bias = detail
     if tolerant:
-        return records(shrunk(stack, options.basis, explained, radius_floor, prior), options)[0]
+        return records(shrunk(stack, options.basis, bias, radius_floor, prior), options)[0]
     return _with_terms_chosen(choices, prior, options)
 
 

@@ -11,7 +11,7 @@ from tests.truths import (
     quadric_height,
     random_rotation,
 )
-from touchatlas.patch.contour import Contour, ContourEnd
+from touchatlas.patch.contour import Contour, ContourEnd, SamplingPlane
 from touchatlas.patch.fit import FitOptions, fit_patch
 from touchatlas.patch.start import contour_extent
 
@@ -186,3 +186,26 @@ def test_curvatures_and_direction_err_as_their_deviations_say():
         errors.append(np.array([c.k1 - k1, c.k2 - k2, turn]) / [*c.std, c.direction_std])
     rms = np.sqrt(np.mean(np.square(errors), axis=0))
     assert rms == pytest.approx(np.ones(3), abs=0.25)
+
+
+def test_detail_that_is_explained_elsewhere_leaves_the_radius_alone():
+    """Ripples of 0.2 on a bowl: without detail the patch shrinks until it can follow them; with
+    it the curvatures at its centre are the bowl's, to the slope of ripples over the radius."""
+    angles = np.pi * np.arange(3) / 3
+    along = np.linspace(-20.0, 20.0, 61)
+    contours = []
+    for angle in angles:
+        x, y = np.cos(angle) * along, np.sin(angle) * along
+        z = -(x * x + y * y) / 200.0 + 0.2 * np.sin(1.3 * x + 0.4) * np.cos(1.1 * y)
+        contours.append(
+            Contour(
+                np.stack([x, y, z - z[30]], axis=1),
+                SamplingPlane(np.zeros(3), np.array([-np.sin(angle), np.cos(angle), 0.0])),
+                0.01,
+                (ContourEnd.LENGTH_REACHED, ContourEnd.LENGTH_REACHED),
+            )
+        )
+    small = fit_patch(np.zeros(3), tuple(contours), UP, bias=0.02).patch
+    large = fit_patch(np.zeros(3), tuple(contours), UP, bias=0.02, detail=0.5).patch
+    assert small.radius < 0.5 * large.radius and large.radius > 0.95 * 20.0
+    assert large.curvatures.k1 == pytest.approx(-0.01, abs=0.2 / 20.0)
