@@ -115,11 +115,15 @@ def is_spent(points, spent, tolerance: float) -> np.ndarray:
 
 def predicted_curvature(atlas: Atlas, candidate: Candidate) -> float:
     """Largest |normal curvature| that the candidate's home patch predicts there, or at the
-    nearest point of its rim: beyond it the polynomial says nothing."""
+    nearest point of its rim: beyond it the polynomial says nothing. No more than at its centre,
+    where it is known best: detail finer than the patch bends the rim."""
     table, home = atlas.table, candidate.home
     x, y, z = (candidate.point - table.origin[home]) @ table.axes[home].T / table.radius[home]
     beyond = max(1.0, float(np.hypot(x, y)))
-    at = np.array([[x], [y], [z]]) / beyond
+    at = np.array([[x, 0.0], [y, 0.0], [z, 0.0]]) / beyond
     derivatives = evaluate(table.basis, table.mean[home], *at, SECOND_ORDER)
-    k1, k2, _ = principal_directions(shape_operator(*graph_derivatives(*derivatives[:, 0])))
-    return max(abs(k1), abs(k2)) / float(table.radius[home])
+    bends = [
+        np.abs(principal_directions(shape_operator(*graph_derivatives(*column)))[:2]).max()
+        for column in derivatives.T
+    ]
+    return float(min(bends) / table.radius[home])

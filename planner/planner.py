@@ -19,8 +19,9 @@ from touchatlas.planner.candidates import (
 from touchatlas.planner.planes import concurrent_planes
 from touchatlas.planner.probe_plan import ProbePlan, Reason
 
-# Arms are shortened to this share after contours that were too short for a patch.
-_CLOSER = 0.35
+# Arms are shortened to this share after contours that were too short for a patch, and to no less
+# than this share of the least reach.
+_CLOSER, _CLOSEST = 0.35, 0.1
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,7 @@ class PlannerOptions:
     samples: int = 12
     max_turn: float = np.pi / 4
     reach: float = 200.0
-    least_reach: float = 20.0
+    least_reach: float = 60.0
 
 
 class Planner:
@@ -139,7 +140,7 @@ class Planner:
         """The same place with shorter arms and finer steps, after contours that were too short;
         None when they would be shorter than the least reach."""
         reach = _CLOSER * plan.reach
-        if reach < self.options.least_reach * atlas.tolerance:
+        if reach < _CLOSEST * self.options.least_reach * atlas.tolerance:
             if self._target is not None:
                 self._spent.append(self._target)
             return None
