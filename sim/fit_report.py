@@ -44,7 +44,10 @@ MEANING = {
     "curves not planar": "A curve leaves its sampling plane by more than noise explains; see to "
     "nx, ny, nz, or track each curve in one plane.",
     "curves cut": "Curves were used only until they turn by 45 degrees from the reference point.",
-    "one-sided curves": "A curve ends at the reference point; it is better to track to both sides.",
+    "edge crossed": "A curve runs over an edge; only its part on the reference point's side was "
+    "used.",
+    "one-sided curves": "A curve ends near the reference point, much nearer than others; the patch "
+    "goes on without it there. It is better to track as far to both sides.",
     "umbilic": "k1 and k2 differ by no more than noise explains, so e1 and e2 were chosen, not "
     "measured.",
     "poorly conditioned sections": "The curves run in similar directions, so k1, k2 and their "

@@ -8,15 +8,12 @@ from scipy.spatial import cKDTree
 from touchatlas.patch.arrays import cross
 from touchatlas.patch.contour import Contour, ContourEnd, SamplingPlane
 from touchatlas.patch.curvature import normal_from_tangents
+from touchatlas.sim.arcs import binding_ends, near_arc, this_side
 from touchatlas.sim.contour_file import LEAST_POINTS, Curve
 from touchatlas.sim.noise_estimate import estimate_noise
 
-# tan 22.5 degrees: the chord of an arc that has turned by 45 degrees, as far as a touch goes.
-_TURNED = np.sqrt(2.0) - 1.0
 # Of the scatter of directions: they spread by less than about 5 degrees.
 _PARALLEL = 0.01
-# A curve that ends nearer than this share of its length says little about how far to fit.
-_SHORT_SIDE = 0.1
 # Of a curve's size: one that misses the reference point by more does not run through it.
 _ASTRAY = 0.25
 _MANY_DEVIATIONS = 4.0
@@ -32,7 +29,8 @@ class Recording:
     names : tuple of str
         Of the contours.
     contours : tuple of Contour
-        Three or more, cut where they have turned by 45 degrees from the reference point.
+        Three or more, cut where they have turned by 45 degrees from the reference point, or
+        run over an edge.
     scattered : (s, 3) float, length, world
         Contacts that belong to no contour.
     point : (3,) float, length, world
@@ -76,17 +74,27 @@ def prepare(curves: list[Curve], noise: float | None = None, point=None) -> Reco
     point = _meeting(long) if point is None else _checked(point, long)
     arcs = [(curve, *near_arc(curve.points, point)) for curve in long]
     arcs = [arc for arc in arcs if len(arc[1]) >= LEAST_POINTS]
-    _check_count(arcs, curves, f" near {_written(point)}, before they turn by 45 degrees")
-    used, points, ends = zip(*arcs, strict=True)
-    normals = _plane_normals(points, [curve.normal for curve in used])
+    near = f" near {_written(point)}, before they turn by 45 degrees or run over an edge"
+    _check_count(arcs, curves, near)
+    normals = _plane_normals([p for _, p, _ in arcs], [curve.normal for curve, *_ in arcs])
     flags = [] if noise is not None else ["noise estimated"]
-    noise = estimate_noise(points, normals) if noise is None else noise
+    noise = estimate_noise([p for _, p, _ in arcs], normals) if noise is None else noise
+    sections = [
+        (curve, normal, *this_side(p, normal, noise, point, ends))
+        for (curve, p, ends), normal in zip(arcs, normals, strict=True)
+    ]
+    sections = [section for section in sections if len(section[2]) >= LEAST_POINTS]
+    _check_count(sections, curves, near)
+    used = [curve for curve, *_ in sections]
+    ends = binding_ends(point, [p for *_, p, _ in sections], [e for *_, e in sections])
     contours = tuple(
-        Contour(p, SamplingPlane(p.mean(axis=0), n), noise, e)
-        for p, n, e in zip(points, normals, ends, strict=True)
+        Contour(p, SamplingPlane(p.mean(axis=0), normal), noise, e)
+        for (_, normal, p, _), e in zip(sections, ends, strict=True)
     )
     flags += _doubts(point, contours)
-    rest = [curve.points for curve in curves if curve not in used]
+    # A curve that starts beside the point only to run over an edge is not of this face.
+    seen = [curve for curve, *_ in arcs]
+    rest = [curve.points for curve in curves if curve not in seen]
     scattered = _near_contacts(point, contours, rest)
     return Recording(tuple(c.name for c in used), contours, scattered, point, tuple(flags))
 
@@ -120,66 +128,6 @@ def _foot(curve, point):
     feet = curve[:-1] + share[:, None] * chord
     nearest = int(((feet - point) ** 2).sum(axis=1).argmin())
     return feet[nearest], chord[nearest] / np.sqrt(square[nearest])
-
-
-def near_arc(points, point):
-    """The part of a curve around a point, until it has turned by 45 degrees either way.
-
-    An arc of a circle that turns by 45 degrees lies under a chord at 22.5 degrees to its
-    tangent: chords bear noise that directions do not.
-
-    Parameters
-    ----------
-    points : (n, 3) float, length, world
-        In order of travel.
-    point : (3,) float, length, world
-
-    Returns
-    -------
-    points : (m, 3) float
-    ends : pair of ContourEnd
-        TURNED_AWAY where it was cut; UNREACHABLE where the recording ends near the point.
-    """
-    points = _opened_loop(points, point)
-    nearest = int(((points - point) ** 2).sum(axis=1).argmin())
-    half = max(2, len(points) // 8)
-    low, high = max(nearest - half, 0), min(nearest + half, len(points) - 1)
-    chord = points[high] - points[low]
-    chord = chord / np.sqrt(max(chord @ chord, np.finfo(float).tiny))
-    offset = points - points[nearest]
-    along = (offset @ chord) * np.sign(np.arange(len(points)) - nearest)
-    across = np.sqrt(np.maximum((offset * offset).sum(axis=1) - along**2, 0.0))
-    turned = _not_alone(across > _TURNED * along)
-    before, after = turned[turned < low], turned[turned > high]
-    first = before[-1] + 1 if len(before) else 0
-    last = after[0] - 1 if len(after) else len(points) - 1
-    sides = np.sqrt((offset[[first, last]] ** 2).sum(axis=1))
-    soft = sides >= _SHORT_SIDE * sides.sum()
-    ends = tuple(
-        ContourEnd.TURNED_AWAY if cut else _FREE_ENDS[int(long)]
-        for cut, long in zip((len(before), len(after)), soft, strict=True)
-    )
-    return points[first : last + 1], ends
-
-
-def _not_alone(turned) -> np.ndarray:
-    """Where a curve has turned, but for single points: those are bad contacts."""
-    around = np.concatenate([turned[:1], turned, turned[-1:]])
-    return np.flatnonzero(turned & (around[:-2] | around[2:]))
-
-
-_FREE_ENDS = (ContourEnd.UNREACHABLE, ContourEnd.LENGTH_REACHED)
-
-
-def _opened_loop(points, point) -> np.ndarray:
-    """A closed curve cut open opposite to the point; any other as it is."""
-    step = np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1))
-    gap = np.sqrt(((points[-1] - points[0]) ** 2).sum())
-    if len(points) <= 2 * LEAST_POINTS or gap > 1.5 * np.median(step):
-        return points
-    points = points[:-1] if gap == 0.0 else points
-    nearest = int(((points - point) ** 2).sum(axis=1).argmin())
-    return np.roll(points, len(points) // 2 - nearest, axis=0)
 
 
 def _plane_normals(points, given) -> np.ndarray:
@@ -217,6 +165,8 @@ def _doubts(point, contours) -> list[str]:
     ends = [end for c in contours for end in c.ends]
     if ContourEnd.TURNED_AWAY in ends:
         flags.append("curves cut")
+    if ContourEnd.EDGE in ends:
+        flags.append("edge crossed")
     if ContourEnd.UNREACHABLE in ends:
         flags.append("one-sided curves")
     return flags

@@ -1,13 +1,18 @@
 """Files of contours: what is read, what is refused, and what is made of the curves."""
 
+from itertools import product
+
 import numpy as np
 import pytest
 
 from tests.truths import BALL_RADIUS, ball_height, graph_contours
 from touchatlas.patch.contour import ContourEnd
+from touchatlas.sim.arcs import near_arc
 from touchatlas.sim.contour_file import Curve, read_curves
+from touchatlas.sim.kinks import smooth_part
 from touchatlas.sim.noise_estimate import estimate_noise
-from touchatlas.sim.recording import meeting_point, near_arc, prepare
+from touchatlas.sim.recording import meeting_point, prepare
+from touchatlas.sim.scenes import SURFACES, draw_scene
 
 LINES = [f"{c},{x},{k},{x * x}" for k, c in enumerate("abc") for x in range(6)]
 HEADER = "curve,x,y,z"
@@ -165,6 +170,17 @@ def test_a_curve_that_starts_at_the_point_is_flagged_and_does_not_end_the_patch(
     assert len(arc) == 21 and ends == (ContourEnd.UNREACHABLE, ContourEnd.LENGTH_REACHED)
     curves = [Curve("h", points, None), *ball_curves()[1:], *ball_curves(angles=[0.5])]
     assert "one-sided curves" in prepare(curves).flags
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-4, 0.02, 0.1])
+@pytest.mark.parametrize("surface", SURFACES)
+def test_smooth_curves_have_no_kinks(surface, noise):
+    for draw, points in product(range(4), (5, 9, 30)):
+        rng = np.random.default_rng([9, draw])
+        scene = draw_scene(surface, noise, 0.3 * (draw % 2), rng, points=points)
+        for c in scene.contours:
+            last = len(c.points) - 1
+            assert smooth_part(c.points, c.plane.normal, noise, scene.contact) == (0, last)
 
 
 def test_curves_that_miss_each_other_are_flagged():

@@ -102,10 +102,42 @@ def test_noisy_quadric_is_within_its_deviations(folder, method):
 def test_summary_tells_how_many_points_lie_within_the_radius(tmp_path):
     """The nearest end of a curve bounds the patch, however far the others go."""
     contours = graph_contours(ball_height, 12.0, 25, 0.02, np.random.default_rng(1))
-    short = replace(contours[2], points=contours[2].points[8:])
+    short = replace(contours[2], points=contours[2].points[5:])
     path = write_csv(tmp_path / "short.csv", [*contours[:2], short])
     used, everything = fit_file(path).summary()["points used"].split(" of ")
-    assert everything == "67" and 25 < int(used) < 45
+    assert everything == "70" and 45 < int(used) < 65
+
+
+@pytest.mark.parametrize("first", [9, 11, 12])
+def test_one_short_arm_does_not_make_the_patch_small(tmp_path, first):
+    """What the five other arms tell is kept: curvatures as sure as with four of them."""
+    contours = graph_contours(ball_height, 12.0, 25, 0.02, np.random.default_rng(1))
+    short = replace(contours[2], points=contours[2].points[first:])
+    report = fit_file(write_csv(tmp_path / "arm.csv", [*contours[:2], short]))
+    assert report.patch.radius > 11.0 and "one-sided curves" in report.flags
+    whole = fit_file(write_csv(tmp_path / "whole.csv", contours))
+    assert (report.patch.curvatures.std < 4.0 * whole.patch.curvatures.std).all()
+    error = np.array([report.patch.curvatures.k1, report.patch.curvatures.k2]) + 1.0 / BALL_RADIUS
+    # Six deviations: the umbilic bias is two of them.
+    assert (np.abs(error) < 6.0 * report.patch.curvatures.std).all()
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.002, 0.02])
+@pytest.mark.parametrize("count", [49, 401])
+def test_a_curve_that_runs_over_an_edge_is_used_on_this_side_only(tmp_path, count, noise):
+    """A ball that breaks by 27 degrees at x = 6: curvatures are those of the ball."""
+
+    def height(x, y):
+        return ball_height(x, y) - 0.5 * np.maximum(0.0, x - 6.0)
+
+    contours = graph_contours(height, 12.0, count, noise, np.random.default_rng(2))
+    report = fit_file(write_csv(tmp_path / "edge.csv", contours))
+    assert {"edge crossed"} <= set(report.flags)
+    assert "residuals exceed noise" not in report.flags
+    curvatures = report.patch.curvatures
+    error = np.array([curvatures.k1, curvatures.k2]) + 1.0 / BALL_RADIUS
+    # Six deviations, as above; without noise, what degree 6 leaves of a ball.
+    assert (np.abs(error) < 6.0 * curvatures.std + 1e-5).all()
 
 
 def test_noise_in_another_unit_is_doubted(folder):
@@ -281,10 +313,26 @@ def test_outward_along_the_surface_is_refused(folder):
         fit_file(folder / "exact.csv", outward=ROTATION[:, 0])
 
 
-def test_a_point_at_the_end_of_a_curve_is_refused(tmp_path):
+def test_a_point_where_a_curve_ends_is_fitted_from_the_other_arms(tmp_path):
     contours = graph_contours(ball_height, 12.0, 9, 0.02, np.random.default_rng(4))
+    path = write_csv(tmp_path / "e.csv", contours)
+    report = fit_file(path, point=contours[0].points[-1])
+    assert {"one-sided curves", "curves do not meet"} <= set(report.flags)
+    for value, std in zip(
+        (report.patch.curvatures.k1, report.patch.curvatures.k2),
+        report.patch.curvatures.std,
+        strict=True,
+    ):
+        assert abs(value + 1.0 / BALL_RADIUS) < 6.0 * std
+
+
+def test_a_curve_that_turns_beside_the_point_leaves_too_few_points(tmp_path):
+    contours = graph_contours(ball_height, 12.0, 9, 0.0, np.random.default_rng(4))
+    wall = [[-0.2, 0.0, -6.0], [-0.2, 0.0, -3.0], [-0.2, 0.0, 0.0], [-0.1, 0.0, 0.0]]
+    turned = replace(contours[0], points=np.concatenate([wall, contours[0].points[4:]]))
+    path = write_csv(tmp_path / "e.csv", [turned, *contours[1:]])
     with pytest.raises(ValueError, match="points lie within .* of the reference point"):
-        fit_file(write_csv(tmp_path / "e.csv", contours), point=np.array([9.0, -1.0, -1.3]))
+        fit_file(path, noise=0.0, point=np.zeros(3))
 
 
 def test_unwritable_out_is_a_failure(folder):
