@@ -68,7 +68,8 @@ NO_CORNERS = Corners(np.zeros(0, np.int64), np.zeros(0), np.zeros(0, np.int64))
 def core_cubes(table: Table, rows, start, edge: float) -> dict[int, np.ndarray]:
     """For each of some rows the keys of the cubes that the patch's core passes."""
     rows, core = np.asarray(rows, int), table.core * np.sqrt(1.0 + COVER_MARGIN)
-    counts, out = np.ceil(core * table.radius[rows] / (_APART * edge)).astype(int), {}
+    counts = np.ceil(core * table.radius[rows] / (_APART * edge)).astype(int)
+    out: dict[int, np.ndarray] = {}
     for count in np.unique(counts).tolist():
         side = core / count * np.arange(-count, count + 1)
         flat = np.stack(np.meshgrid(side, side, [0.0]), axis=-1).reshape(-1, 3)

@@ -179,15 +179,18 @@ def smooth_surface(table: Table, kin: Kin, skin: Skin, count: int) -> Surface:
     known = _known(table, kin, patch, points, REACH * skin.edge)
     normals = cut.linear(old.normals)
     normals /= np.sqrt((normals**2).sum(axis=1))[:, None]
-    columns = normals, np.sqrt(cut.linear(old.variance)), patch, cut.linear(old.curvature)
-    if not known.all():
-        faces = faces[known[faces].all(axis=1)]
-        used = np.zeros(len(points), bool)
-        used[faces] = True
-        faces = (np.cumsum(used) - 1)[faces]
-        points, *columns = (column[used] for column in (points, *columns))
-    normals, deviation, patch, curvature = columns
-    return Surface(points, faces, normals, deviation, patch, curvature)
+    deviation, curvature = np.sqrt(cut.linear(old.variance)), cut.linear(old.curvature)
+    whole = Surface(points, faces, normals, deviation, patch, curvature)
+    return whole if known.all() else _only(whole, known)
+
+
+def _only(surface: Surface, known) -> Surface:
+    """The triangles between known vertices (v,), and the vertices they need."""
+    faces = surface.faces[known[surface.faces].all(axis=1)]
+    used = np.zeros(len(known), bool)
+    used[faces] = True
+    columns = {name: column[used] for name, column in vars(surface).items() if name != "faces"}
+    return Surface(faces=(np.cumsum(used) - 1)[faces], **columns)
 
 
 def _nearest(table: Table, candidates, points) -> np.ndarray:
