@@ -173,9 +173,9 @@ def least_gap(table: Table, kin: Kin, rows) -> float:
 def smooth_surface(table: Table, kin: Kin, skin: Skin, count: int) -> Surface:
     """The skin's triangles cut into ``count`` x ``count`` curved ones, where they are known."""
     old = skin.vertices
-    cut = Subdivision(skin.faces, count)
-    points, faces = cut.points(old.points, old.normals), cut.faces(len(old.keys))
-    patch = _nearest(table, old.patch[cut.parents(len(old.keys))], points)
+    cut = Subdivision(len(old.keys), skin.faces, count)
+    points, faces = cut.points(old.points, old.normals), cut.faces()
+    patch = _nearest(table, cut, old.patch, points)
     known = _known(table, kin, patch, points, REACH * skin.edge)
     normals = cut.linear(old.normals)
     normals /= np.sqrt((normals**2).sum(axis=1))[:, None]
@@ -193,15 +193,16 @@ def _only(surface: Surface, known) -> Surface:
     return Surface(faces=(np.cumsum(used) - 1)[faces], **columns)
 
 
-def _nearest(table: Table, candidates, points) -> np.ndarray:
-    """(w,) of three candidates (w, 3) the patch with least power at points (w, 3)."""
-    patch = candidates[:, 0].copy()
-    mixed = np.flatnonzero((candidates != patch[:, None]).any(axis=1))
-    some = candidates[mixed]
+def _nearest(table: Table, cut: Subdivision, patch, points) -> np.ndarray:
+    """(w,) at points (w, 3) the patch with least power of those (v,) of the old vertices next to
+    them."""
+    out = cut.shared(patch)
+    mixed = np.flatnonzero(out < 0)
+    some = patch[cut.parents(mixed)]
     offset = points[mixed, None] - table.origin[some]
     power = (offset * offset).sum(axis=-1) - table.power[some]
-    patch[mixed] = some[np.arange(len(some)), power.argmin(axis=1)]
-    return patch
+    out[mixed] = some[np.arange(len(some)), power.argmin(axis=1)]
+    return out
 
 
 def _known(table: Table, kin: Kin, patch, points, reach: float) -> np.ndarray:

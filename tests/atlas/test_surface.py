@@ -59,14 +59,27 @@ def test_cubes_too_far_to_be_numbered_are_refused():
 def test_curved_triangles_fit_their_neighbours(count):
     coarse = trimesh.creation.icosphere(subdivisions=1)
     vertices, faces = np.array(coarse.vertices), np.array(coarse.faces)
-    cut = Subdivision(faces, count)
+    cut = Subdivision(len(vertices), faces, count)
     points = cut.points(vertices, vertices)
-    fine = trimesh.Trimesh(points, cut.faces(len(vertices)), process=False)
+    fine = trimesh.Trimesh(points, cut.faces(), process=False)
     assert fine.is_watertight and fine.is_winding_consistent and fine.euler_number == 2
     assert len(fine.faces) == count**2 * len(faces) and len(points) == len(cut.linear(vertices))
-    parents = cut.parents(len(vertices))
-    distance = np.linalg.norm(points[:, None] - vertices[parents], axis=2)
-    assert distance.max() <= np.linalg.norm(np.diff(coarse.triangles, axis=1), axis=2).max()
+    new = np.arange(len(vertices), len(points))
+    distance = np.linalg.norm(points[new, None] - vertices[cut.parents(new)], axis=2)
+    assert (
+        distance.max(initial=0.0) <= np.linalg.norm(np.diff(coarse.triangles, axis=1), axis=2).max()
+    )
+
+
+def test_labels_are_shared_where_all_old_vertices_have_them():
+    faces = np.array([[0, 1, 2], [2, 1, 3]])
+    cut = Subdivision(4, faces, 4)
+    labels = np.array([5, 5, 5, 7])
+    new = np.arange(4, len(cut.linear(labels)))
+    around = labels[cut.parents(new)]
+    expected = np.where((around == around[:, :1]).all(axis=1), around[:, 0], -1)
+    assert cut.shared(labels)[:4].tolist() == labels.tolist()
+    assert (cut.shared(labels)[4:] == expected).all() and set(expected.tolist()) == {5, -1}
 
 
 def test_curved_triangles_are_of_fourth_order():
@@ -77,7 +90,8 @@ def test_curved_triangles_are_of_fourth_order():
         vertices = np.array(coarse.vertices) * axes
         normals = vertices / axes**2
         normals /= np.linalg.norm(normals, axis=1)[:, None]
-        points = Subdivision(np.array(coarse.faces), 4).points(vertices, normals)
+        cut = Subdivision(len(vertices), np.array(coarse.faces), 4)
+        points = cut.points(vertices, normals)
         level_set = ((points / axes) ** 2).sum(axis=1) - 1.0
         errors.append(np.abs(level_set / np.linalg.norm(2.0 * points / axes**2, axis=1)).mean())
     orders = np.log2(np.array(errors[:-1]) / errors[1:])
