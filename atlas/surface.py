@@ -23,7 +23,7 @@ from touchatlas.atlas.voices import COVER_MARGIN, distances
 _SAGITTA = 0.02
 _CURVATURE_QUANTILE = 0.9
 # Of the cubes: in edges of the triangles, and of the smallest patch radius.
-_MOST, _SHARE = 4, 0.375
+_MOST, _SHARE = 6, 0.5
 # A surface is renewed, not begun anew, while the resolution is within these times its own.
 _HOLDS = 0.7, 2.0
 
