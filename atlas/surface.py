@@ -151,13 +151,16 @@ def cube_edge(table: Table, kin: Kin, edge: float, rows=None) -> float:
     bear."""
     rows = table.index.rows() if rows is None else np.array(rows, int)
     most = _SHARE * table.radius[rows].min(initial=np.inf) / edge
-    apart = least_gap(table, kin, rows) / (np.sqrt(3.0) * edge)
+    # Sheets nearer to each other than a cube of the triangles' own edge stay unparted anyway.
+    gaps = gaps_of(table, kin, rows) / (np.sqrt(3.0) * edge)
+    apart = gaps[gaps >= 1.0].min(initial=np.inf)
     return edge * max(1, int(min(_MOST, most, apart)))
 
 
-def least_gap(table: Table, kin: Kin, rows) -> float:
-    """Least distance between two sheets that turn their backs, or faces, to each other: from
-    outlines and centres of patches to the cores of strangers; infinite where there are none."""
+def gaps_of(table: Table, kin: Kin, rows) -> np.ndarray:
+    """(m,) distances between two sheets that turn their backs, or faces, to each other: from
+    outlines and centres of the patches ``rows`` to the cores of strangers that they lie under or
+    over."""
     places = np.concatenate([table.ring[rows], table.origin[rows][:, None]], axis=1)
     home = np.repeat(rows, places.shape[1])
     places = places.reshape(-1, 3)
@@ -167,7 +170,7 @@ def least_gap(table: Table, kin: Kin, rows) -> float:
     opposed[opposed] &= ~are_kin(kin, mine[opposed], who[opposed])
     who, which = who[opposed], which[opposed]
     distance, _, own = distances(table, kin, who, places[which], np.inf)
-    return float(np.abs(distance[own]).min(initial=np.inf))
+    return np.abs(distance[own])
 
 
 def smooth_surface(table: Table, kin: Kin, skin: Skin, count: int) -> Surface:

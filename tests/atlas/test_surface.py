@@ -12,8 +12,8 @@ from touchatlas.atlas.skin import grow_skin
 from touchatlas.atlas.surface import (
     cube_edge,
     extract_surface,
+    gaps_of,
     grow_surface,
-    least_gap,
     renew_surface,
     resolution,
     smooth_surface,
@@ -162,7 +162,9 @@ def test_surface_is_renewed_where_a_patch_goes(half):
 def test_nothing_changed_leaves_the_surface(half):
     grown = grow_surface(half.atlas)
     again = renew_surface(grown, half.atlas, AtlasChange(refused="no contact"))
-    assert (again.surface.vertices == grown.surface.vertices).all()
+    assert (again.surface.faces == grown.surface.faces).all()
+    # To rounding, since the rim is asked anew.
+    assert again.surface.vertices == pytest.approx(grown.surface.vertices, abs=1e-10)
 
 
 def slab(thickness: float, rng) -> Atlas:
@@ -187,9 +189,9 @@ def test_two_sides_of_a_thin_slab_stay_two_sheets(thickness):
     atlas = slab(thickness, np.random.default_rng(0))
     table, edge = atlas.table, 0.5 * thickness
     # The noise of a flat patch, a few at most.
-    gap = least_gap(table, atlas.kin, table.index.rows())
-    assert gap == pytest.approx(thickness, abs=5e-3)
-    assert cube_edge(table, atlas.kin, edge) <= gap
+    gaps = gaps_of(table, atlas.kin, table.index.rows())
+    assert len(gaps) and gaps == pytest.approx(thickness, abs=5e-3)
+    assert edge <= cube_edge(table, atlas.kin, edge) <= gaps.min()
     surface = extract_surface(atlas, edge)
     up = surface.vertices[:, 2] > 0.0
     assert np.abs(surface.vertices[:, 2]) == pytest.approx(0.5 * thickness, abs=5e-3)
