@@ -57,9 +57,10 @@ class Corners:
 
     def joined(self, other: "Corners") -> "Corners":
         """These and others, of other keys."""
-        order = np.argsort(np.concatenate([self.keys, other.keys]), kind="stable")
-        pairs = zip(vars(self).values(), vars(other).values(), strict=True)
-        return Corners(*(np.concatenate(pair)[order] for pair in pairs))
+        if not len(other.keys):
+            return self
+        at, pairs = self.at(other.keys), zip(vars(self).values(), vars(other).values(), strict=True)
+        return Corners(*(np.insert(column, at, new) for column, new in pairs))
 
 
 NO_CORNERS = Corners(np.zeros(0, np.int64), np.zeros(0), np.zeros(0, np.int64))
@@ -95,24 +96,22 @@ def _on_patches(table: Table, rows, scaled, core: float) -> np.ndarray:
 
 
 def find_cubes(table: Table, kin: Kin, first, start, edge: float, known: Corners):
-    """Cubes that the surface passes, from the cubes of all cores ``first`` (c,).
+    """Cubes that the surface may pass, from the cubes of all cores ``first`` (c,).
 
     Returns
     -------
     cubes : (c,) int
         Keys of those with a corner that is known, ascending.
     corners : Corners
-        Of all these cubes; what was ``known`` before is not asked again.
+        ``known`` ones, which are not asked again, and all others of these cubes.
     """
-    cubes, fresh, corners = first, first, NO_CORNERS
+    cubes, fresh, corners = first, first, known
     for wave in range(_WAVES + 1):
-        needed = np.unique(corners_of(fresh))
-        needed = needed[~corners.has(needed)]
-        old = known.has(needed)
-        corners = corners.joined(known.only(known.at(needed[old])))
-        corners = corners.joined(ask(table, kin, needed[~old], start, edge))
+        needed = corners_of(fresh)
+        new = np.unique(needed[~corners.has(needed)])
+        corners = corners.joined(ask(table, kin, new, start, edge))
         if wave < _WAVES:
-            inside = corners.values[corners.at(corners_of(fresh))]
+            inside = corners.values[corners.at(needed)]
             whole = ~np.isnan(inside).any(axis=1)
             fresh = np.unique(crossed_neighbours(fresh[whole], inside[whole] < 0.0))
             fresh = np.setdiff1d(fresh, cubes, assume_unique=True)
@@ -134,16 +133,21 @@ def ask(table: Table, kin: Kin, keys, start, edge: float) -> Corners:
     return Corners(keys, values, lead)
 
 
-def extend(table: Table, kin: Kin, cubes, corners: Corners, start, edge: float) -> Corners:
-    """The corners of the cubes with those that no patch knows taken from a patch that leads at
-    another corner of the same cube: the one that puts the surface nearest."""
-    at = corners.at(corners_of(cubes))
+def extend(table: Table, kin: Kin, at, corners: Corners, start, edge: float) -> Corners:
+    """The corners with those that no patch knows taken from a patch that leads at another corner
+    of the same cube: the one that puts the surface nearest.
+
+    ``at`` (c, 8) tells where among the corners those of the cubes stand.
+    """
+    at = at[(corners.leaders[at] < 0).any(axis=1)]
+    if not len(at):
+        return corners
     lead = corners.leaders[at]
     cube, corner = np.nonzero(lead < 0)
     who = lead[cube]
     pairs = np.repeat(at[cube, corner], who.shape[1])[who.ravel() >= 0]
     who = who[who >= 0]
-    pairs, who = np.unique(np.stack([pairs, who], axis=1), axis=0).T
+    pairs, who = np.divmod(np.unique(pairs * table.size + who), table.size)
     points = unkey(corners.keys[pairs]) * edge + start
     distance, _, _ = distances(table, kin, who, points, np.inf)
     order = np.lexsort((who, np.abs(distance), pairs))

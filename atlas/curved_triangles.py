@@ -13,11 +13,13 @@ import numpy as np
 class Subdivision:
     """How the triangles of a mesh are cut: which new vertices there are, and their triangles.
 
-    New vertices are the old ones, then ``count`` - 1 on every edge, then those inside every
-    triangle.
+    New vertices are the old ones, then ``count`` - 1 times one on every edge, then as often as
+    there are points inside a triangle one in every triangle.
 
     Parameters
     ----------
+    size : int
+        Number of its vertices.
     faces : (f, 3) int
     count : int
         Parts of an edge.
@@ -28,72 +30,86 @@ class Subdivision:
         Each once, the lower vertex first.
     """
 
-    def __init__(self, faces, count: int) -> None:
-        self._old, self._count = faces, count
+    def __init__(self, size: int, faces, count: int) -> None:
+        self._size, self._old, self._count = size, faces, count
         tails, heads = faces, np.roll(faces, -1, axis=1)
-        size = int(faces.max()) + 1 if len(faces) else 1
         names = np.minimum(tails, heads) * size + np.maximum(tails, heads)
         names, sides = np.unique(names, return_inverse=True)
-        self.edges = np.stack(np.divmod(names, size), axis=1)
+        self.edges = np.stack(np.divmod(names, max(size, 1)), axis=1)
         self._sides, self._backward = sides.reshape(-1, 3), tails > heads
 
-    def faces(self, first: int) -> np.ndarray:
-        """(n n f, 3) the small triangles, among ``first`` old vertices and the new ones."""
+    def faces(self) -> np.ndarray:
+        """(n n f, 3) the small triangles."""
         inner, template = _template(self._count)
-        within = self._count - 1
-        along = np.arange(within)
-        on_edges = np.where(self._backward[..., None], within - 1 - along, along)
-        on_edges = first + self._sides[..., None] * within + on_edges
-        inside = first + len(self.edges) * within + np.arange(len(self._old) * len(inner))
-        count = len(self._old)
-        parts = self._old, on_edges.reshape(count, -1), inside.reshape(count, -1)
+        edges, count = len(self.edges), len(self._old)
+        along = np.arange(self._count - 1)
+        on_edges = np.where(self._backward[..., None], along[::-1], along)
+        on_edges = self._size + on_edges * edges + self._sides[..., None]
+        inside = np.arange(len(inner) * count).reshape(-1, count).T
+        inside = self._size + len(along) * edges + inside
+        parts = self._old, on_edges.reshape(count, -1), inside
         return np.concatenate(parts, axis=1)[:, template].reshape(-1, 3)
 
     def linear(self, values) -> np.ndarray:
         """(w, ...) values (v, ...) of the old vertices, at all vertices by linear interpolation."""
         inner, _ = _template(self._count)
         t = np.arange(1, self._count)[:, None] / self._count
-        flat = values.reshape(len(values), -1)
-        on_edges = np.concatenate([1.0 - t, t], axis=1) @ flat[self.edges]
-        inside = inner @ flat[self._old]
-        parts = [flat, *(part.reshape(-1, flat.shape[1]) for part in (on_edges, inside))]
-        return np.concatenate(parts).reshape(-1, *values.shape[1:])
+        on_edges = _combined(np.concatenate([1.0 - t, t], axis=1), values[self.edges.T])
+        return np.concatenate([values, on_edges, _combined(inner, values[self._old.T])])
 
-    def parents(self, first: int) -> np.ndarray:
-        """(w, 3) the old vertices that every vertex comes from, of ``first`` old ones: itself,
-        the ends of its edge, or the corners of its triangle, with repetitions."""
-        inner, _ = _template(self._count)
-        on_edges = np.repeat(self.edges[:, [0, 1, 1]], self._count - 1, axis=0)
-        inside = np.repeat(self._old, len(inner), axis=0)
-        return np.concatenate([np.repeat(np.arange(first), 3).reshape(-1, 3), on_edges, inside])
+    def shared(self, labels) -> np.ndarray:
+        """(w,) labels (v,) >= 0 of the old vertices at all vertices, -1 on edges and in triangles
+        whose old vertices have different ones."""
+        parts = [labels]
+        for of, times in (
+            (self.edges, self._count - 1),
+            (self._old, len(_template(self._count)[0])),
+        ):
+            alike = (labels[of] == labels[of[:, :1]]).all(axis=1)
+            parts.append(np.tile(np.where(alike, labels[of[:, 0]], -1), times))
+        return np.concatenate(parts)
+
+    def parents(self, which) -> np.ndarray:
+        """(m, 3) the old vertices next to the new ones ``which`` (m,): the ends of their edge,
+        the second twice, or the corners of their triangle."""
+        on_edge = which < self._size + (self._count - 1) * len(self.edges)
+        out = np.empty((len(which), 3), np.int64)
+        edge = (which[on_edge] - self._size) % max(len(self.edges), 1)
+        out[on_edge] = self.edges[edge][:, [0, 1, 1]]
+        last = which[~on_edge] - self._size - (self._count - 1) * len(self.edges)
+        out[~on_edge] = self._old[last % max(len(self._old), 1)]
+        return out
 
     def points(self, vertices, normals) -> np.ndarray:
         """(w, 3) points of the curved triangles of vertices and unit normals (v, 3)."""
         inner, _ = _template(self._count)
-        ends, tangents = vertices[self.edges], self._lifted(vertices, normals, self.edges)
+        lifted = self._lifted(vertices, normals)
         t = np.arange(1, self._count)[:, None] / self._count
         cubic = np.concatenate([_thirds(1.0 - t, t), _thirds(t, 1.0 - t)], axis=1)
-        control = np.stack([ends[:, 0], tangents[:, 0], ends[:, 1], tangents[:, 1]], axis=1)
-        parts = [vertices, (cubic @ control).reshape(-1, 3)]
-        if len(inner):
-            corners, sides = vertices[self._old], []
-            for i, j in ((0, 1), (1, 2), (2, 0)):
-                pair = self._lifted(vertices, normals, self._old[:, [i, j]])
-                sides += [pair[:, 0], pair[:, 1]]
-            six = np.stack(sides, axis=1)
-            middle = 1.5 * six.mean(axis=1) - 0.5 * corners.mean(axis=1)
-            control = np.concatenate([corners, six, middle[:, None]], axis=1)
-            parts.append((_bernstein(inner) @ control).reshape(-1, 3))
-        return np.concatenate(parts)
+        ends = vertices[self.edges.T]
+        on_edges = _combined(cubic, np.stack([ends[0], lifted[0], ends[1], lifted[1]]))
+        corners = vertices[self._old.T]
+        # The control points along the sides in turn, near the first corner and near the second.
+        backward, sides = self._backward.T.astype(int), self._sides.T
+        six = np.stack([lifted[backward, sides], lifted[1 - backward, sides]], axis=1)
+        six = six.reshape(6, -1, 3)
+        middle = 1.5 * six.mean(axis=0) - 0.5 * corners.mean(axis=0)
+        control = np.concatenate([corners, six, middle[None]])
+        return np.concatenate([vertices, on_edges, _combined(_bernstein(inner), control)])
 
-    def _lifted(self, vertices, normals, pairs) -> np.ndarray:
-        """(e, 2, 3) control points of the edges: their thirds, put into the tangent planes."""
-        a, b = vertices[pairs[:, 0]], vertices[pairs[:, 1]]
-        n, m = normals[pairs[:, 0]], normals[pairs[:, 1]]
+    def _lifted(self, vertices, normals) -> np.ndarray:
+        """(2, e, 3) control points of the edges: their thirds, put into the tangent planes."""
+        first, second = self.edges.T
+        a, b, n, m = vertices[first], vertices[second], normals[first], normals[second]
         chord = b - a
         near = 2.0 * a + b - np.einsum("ij,ij->i", chord, n)[:, None] * n
         far = 2.0 * b + a + np.einsum("ij,ij->i", chord, m)[:, None] * m
-        return np.stack([near, far], axis=1) / 3.0
+        return np.stack([near, far]) / 3.0
+
+
+def _combined(weights, values) -> np.ndarray:
+    """(m n, ...) combinations of values (k, n, ...) with weights (m, k)."""
+    return (weights @ values.reshape(len(values), -1)).reshape(-1, *values.shape[2:])
 
 
 def _thirds(s, t) -> np.ndarray:

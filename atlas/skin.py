@@ -123,10 +123,11 @@ def _knit(table: Table, kin: Kin, old: Skin, rows) -> Skin:
     balls = old.balls | _balls(table, rows)
     first = np.unique(np.concatenate([NO_CORNERS.keys, *cubes.values()]))
     found, corners = find_cubes(table, kin, first, start, edge, old.corners)
-    whole = extend(table, kin, found, corners, start, edge)
-    values = whole.values[whole.at(corners_of(found))]
-    edges = triangles(found, values < 0.0)
-    keys, faces = np.unique(edges, return_inverse=True)
+    at = corners.at(corners_of(found))
+    whole = extend(table, kin, at, corners, start, edge)
+    inside = whole.values[at] < 0.0
+    crossed = inside.any(axis=1) & ~inside.all(axis=1)
+    keys, faces = np.unique(triangles(found[crossed], inside[crossed]), return_inverse=True)
     low, high = (whole.at(end) for end in ends_of(keys))
     # A vertex between two corners that still hold, holds.
     held = np.isin(keys, old.vertices.keys)

@@ -23,7 +23,7 @@ from touchatlas.atlas.voices import COVER_MARGIN, distances
 _SAGITTA = 0.02
 _CURVATURE_QUANTILE = 0.9
 # Of the cubes: in edges of the triangles, and of the smallest patch radius.
-_MOST, _SHARE = 4, 0.375
+_MOST, _SHARE = 6, 0.5
 # A surface is renewed, not begun anew, while the resolution is within these times its own.
 _HOLDS = 0.7, 2.0
 
@@ -156,13 +156,16 @@ def cube_edge(table: Table, kin: Kin, edge: float, rows=None) -> float:
     bear."""
     rows = table.rows if rows is None else np.array(rows, int)
     most = _SHARE * table.radius[rows].min(initial=np.inf) / edge
-    apart = least_gap(table, kin, rows) / (np.sqrt(3.0) * edge)
+    # Sheets nearer to each other than a cube of the triangles' own edge stay unparted anyway.
+    gaps = gaps_of(table, kin, rows) / (np.sqrt(3.0) * edge)
+    apart = gaps[gaps >= 1.0].min(initial=np.inf)
     return edge * max(1, int(min(_MOST, most, apart)))
 
 
-def least_gap(table: Table, kin: Kin, rows) -> float:
-    """Least distance between two sheets that turn their backs, or faces, to each other: from
-    outlines and centres of patches to the cores of strangers; infinite where there are none."""
+def gaps_of(table: Table, kin: Kin, rows) -> np.ndarray:
+    """(m,) distances between two sheets that turn their backs, or faces, to each other: from
+    outlines and centres of the patches ``rows`` to the cores of strangers that they lie under or
+    over."""
     places = np.concatenate([table.ring[rows], table.origin[rows][:, None]], axis=1)
     home = np.repeat(rows, places.shape[1])
     places = places.reshape(-1, 3)
@@ -172,38 +175,42 @@ def least_gap(table: Table, kin: Kin, rows) -> float:
     opposed[opposed] &= ~are_kin(kin, mine[opposed], who[opposed])
     who, which = who[opposed], which[opposed]
     distance, _, own = distances(table, kin, who, places[which], np.inf)
-    return float(np.abs(distance[own]).min(initial=np.inf))
+    return np.abs(distance[own])
 
 
 def smooth_surface(table: Table, kin: Kin, skin: Skin, count: int) -> Surface:
     """The skin's triangles cut into ``count`` x ``count`` curved ones, where they are known."""
     old = skin.vertices
-    cut = Subdivision(skin.faces, count)
-    points, faces = cut.points(old.points, old.normals), cut.faces(len(old.keys))
-    patch = _nearest(table, old.patch[cut.parents(len(old.keys))], points)
+    cut = Subdivision(len(old.keys), skin.faces, count)
+    points, faces = cut.points(old.points, old.normals), cut.faces()
+    patch = _nearest(table, cut, old.patch, points)
     known = _known(table, kin, patch, points, REACH * skin.edge)
     normals: np.ndarray = cut.linear(old.normals)
     normals /= np.sqrt((normals**2).sum(axis=1))[:, None]
-    columns = [normals, np.sqrt(cut.linear(old.variance)), patch, cut.linear(old.curvature)]
-    if not known.all():
-        faces = faces[known[faces].all(axis=1)]
-        used = np.zeros(len(points), bool)
-        used[faces] = True
-        faces = (np.cumsum(used) - 1)[faces]
-        points, *columns = (column[used] for column in (points, *columns))
-    normals, deviation, patch, curvature = columns
-    return Surface(points, faces, normals, deviation, patch, curvature)
+    deviation, curvature = np.sqrt(cut.linear(old.variance)), cut.linear(old.curvature)
+    whole = Surface(points, faces, normals, deviation, patch, curvature)
+    return whole if known.all() else _only(whole, known)
 
 
-def _nearest(table: Table, candidates, points) -> np.ndarray:
-    """(w,) of three candidates (w, 3) the patch with least power at points (w, 3)."""
-    patch = candidates[:, 0].copy()
-    mixed = np.flatnonzero((candidates != patch[:, None]).any(axis=1))
-    some = candidates[mixed]
+def _only(surface: Surface, known) -> Surface:
+    """The triangles between known vertices (v,), and the vertices they need."""
+    faces = surface.faces[known[surface.faces].all(axis=1)]
+    used = np.zeros(len(known), bool)
+    used[faces] = True
+    columns = {name: column[used] for name, column in vars(surface).items() if name != "faces"}
+    return Surface(faces=(np.cumsum(used) - 1)[faces], **columns)
+
+
+def _nearest(table: Table, cut: Subdivision, patch, points) -> np.ndarray:
+    """(w,) at points (w, 3) the patch with least power of those (v,) of the old vertices next to
+    them."""
+    out = cut.shared(patch)
+    mixed = np.flatnonzero(out < 0)
+    some = patch[cut.parents(mixed)]
     offset = points[mixed, None] - table.site[some]
     power = (offset * offset).sum(axis=-1) - table.power[some]
-    patch[mixed] = some[np.arange(len(some)), power.argmin(axis=1)]
-    return patch
+    out[mixed] = some[np.arange(len(some)), power.argmin(axis=1)]
+    return out
 
 
 def _known(table: Table, kin: Kin, patch, points, reach: float) -> np.ndarray:

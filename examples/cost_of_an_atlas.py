@@ -1,7 +1,7 @@
 """What one more touch, a patch and a thousand queries cost, as an atlas of a wavy plain grows.
 
-Touches are made directly from z = a sin x sin y, so that only the library's own time is seen:
-processor time, medians, as ratios to the smallest atlas. Memory is traced in a run of its own.
+Touches are made directly from z = a sin x sin y: only the library's own processor time is seen,
+as ratios to the smallest atlas. Memory is traced in a run of its own.
 
     python examples/cost_of_an_atlas.py [PATCHES ...]
 """
@@ -25,7 +25,6 @@ from touchatlas.planner.planes import concurrent_planes
 
 HEIGHT, REACH, SPACING, TOLERANCE, NOISE = 0.2, 0.6, 0.62, 5e-3, 1e-3
 ALONG = np.linspace(-REACH, REACH, 19)
-LAST, QUERIES, TRACED = 40, 1000, 1000
 
 
 def height(x, y):
@@ -37,66 +36,54 @@ def touch(number: int, xy, rng) -> Touch:
     (x, y), e = xy, 1e-6
     slope = np.array([height(x + e, y) - height(x - e, y), height(x, y + e) - height(x, y - e)])
     contact, normal = np.array([x, y, height(x, y)]), np.append(-slope / (2 * e), 1.0)
-    normal /= np.linalg.norm(normal)
-    contours = []
+    normal, contours = normal / np.linalg.norm(normal), []
     for plane in concurrent_planes(contact, normal, [np.cos(number), np.sin(number), 0.0], 3):
         points = contact + ALONG[:, None] * np.cross(plane.normal, normal)
         for _ in range(6):
             points += (height(points[:, 0], points[:, 1]) - points[:, 2])[:, None] * normal
-        points += NOISE * rng.normal(size=points.shape)
+        points = points + NOISE * rng.normal(size=points.shape)
         contours.append(Contour(points, plane, NOISE, (ContourEnd.LENGTH_REACHED,) * 2))
     return Touch(number, contact, normal, tuple(contours), TouchStatus.TOUCHED, 6 * REACH, 0.0)
 
 
-def places(count: int, rng):
-    """(n, 2) places from the middle outward, as far apart as patches are in an exploration."""
-    side = np.arange(-int(np.sqrt(count)), int(np.sqrt(count)) + 1)
-    xy = SPACING * np.stack(np.meshgrid(side, side), axis=-1).reshape(-1, 2)
-    xy = xy + 0.1 * SPACING * rng.uniform(-1.0, 1.0, xy.shape)
-    return xy[np.argsort((xy**2).sum(axis=1))]
+def seconds(call, repeats: int = 1) -> float:
+    times = [time.process_time()]
+    for _ in range(repeats):
+        call()
+        times.append(time.process_time())
+    return float(np.median(np.diff(times)))
 
 
-def seconds(call) -> float:
-    start = time.process_time()
-    call()
-    return time.process_time() - start
-
-
-def seconds_of_queries(atlas: Atlas, rng) -> float:
-    """Of a blend at points about all patches; the median of some."""
-    at = atlas.table.origin[rng.integers(len(atlas), size=QUERIES)]
-    at = at + 0.5 * REACH * rng.uniform(-1.0, 1.0, (QUERIES, 3)) * [1.0, 1.0, 0.0]
-    at[:, 2] = height(at[:, 0], at[:, 1]) + 0.05 * rng.normal(size=QUERIES)
-    return float(np.median([seconds(lambda: atlas.blend(at)) for _ in range(15)]))
-
-
-def grow(sizes) -> tuple[Atlas, list]:
-    """An atlas of the largest size; patches, seconds a touch and of queries at every size."""
+def grow(sizes):
+    """An atlas of the largest size; patches, ms a touch and ms of queries at every size."""
     rng, atlas, updates, costs = np.random.default_rng(0), Atlas(TOLERANCE), [], []
-    for xy in places(max(sizes), rng):
+    side = np.arange(-int(np.sqrt(max(sizes))), int(np.sqrt(max(sizes))) + 1)
+    places = np.stack(np.meshgrid(side, side), axis=-1).reshape(-1, 2)
+    places = SPACING * (places + 0.1 * rng.uniform(-1.0, 1.0, places.shape))
+    for xy in places[np.argsort((places**2).sum(axis=1))]:
         one = touch(len(updates), xy, rng)
-        updates.append(seconds(lambda one=one: atlas.add(one)))
+        updates.append(1e3 * seconds(lambda one=one: atlas.add(one)))
         if len(atlas) in sizes[len(costs) :]:
-            median = float(np.median(updates[-LAST:]))
-            costs.append((len(atlas), median, seconds_of_queries(atlas, rng)))
-        if len(atlas) == max(sizes):
-            break
-    return atlas, costs
+            at = atlas.table.origin[rng.integers(len(atlas), size=1000)]
+            at = at + 0.5 * REACH * rng.uniform(-1.0, 1.0, (1000, 3))
+            at[:, 2] = height(*at[:, :2].T) + 0.05 * rng.normal(size=1000)
+            queries = 1e3 * seconds(lambda at=at: atlas.blend(at), 15)
+            costs.append((len(atlas), float(np.median(updates[-40:])), queries))
+            if len(costs) == len(sizes):
+                return atlas, costs
 
 
 def main(*sizes: int) -> None:
-    costs = grow(sizes)[1]
     print("| patches | ms a touch | ratio | ms 1,000 queries | ratio |\n|---|---|---|---|---|")
+    costs = grow(sizes)[1]
     for n, t, q in costs:
-        ratios = t / costs[0][1], q / costs[0][2]
-        print(f"| {n} | {1e3 * t:.2f} | {ratios[0]:.2f} | {1e3 * q:.1f} | {ratios[1]:.2f} |")
+        print(f"| {n} | {t:.2f} | {t / costs[0][1]:.2f} | {q:.1f} | {q / costs[0][2]:.2f} |")
     tracemalloc.start()
-    atlas, where = grow([min(TRACED, max(sizes))])[0], Counter()
+    (atlas, _), where = grow([min(1000, max(sizes))]), Counter()
     for entry in tracemalloc.take_snapshot().statistics("filename"):
-        where[Path(entry.traceback[0].filename).stem] += entry.size / len(atlas)
-    samples = 3 * atlas.learning.pool.points.nbytes / len(atlas)
-    print(f"bytes a patch: {sum(where.values()):.0f}, of them samples {samples:.0f}; by file:")
-    print(", ".join(f"{name} {size:.0f}" for name, size in where.most_common(7)))
+        where[Path(entry.traceback[0].filename).stem] += entry.size // len(atlas)
+    samples = 3 * atlas.learning.pool.points.nbytes // len(atlas)
+    print(f"bytes a patch: {sum(where.values())}, samples {samples}; {where.most_common(7)}")
 
 
 if __name__ == "__main__":

@@ -1,0 +1,202 @@
+"""The surface: marching cubes, curved triangles, the frontier, and renewal touch by touch."""
+
+import numpy as np
+import pytest
+import trimesh
+
+from tests.explored import explored
+from touchatlas.atlas.atlas import Atlas, AtlasChange
+from touchatlas.atlas.curved_triangles import Subdivision
+from touchatlas.atlas.lattice import CORNERS, ends_of, key, triangles, unkey
+from touchatlas.atlas.skin import grow_skin
+from touchatlas.atlas.surface import (
+    cube_edge,
+    extract_surface,
+    gaps_of,
+    grow_surface,
+    renew_surface,
+    resolution,
+    smooth_surface,
+)
+from touchatlas.atlas.touch import Touch, TouchStatus
+from touchatlas.patch.contour import Contour, ContourEnd
+from touchatlas.planner.planes import concurrent_planes
+from touchatlas.sim.objects import make_object
+from touchatlas.sim.surface_peers import distances
+
+
+def boundary_edges(faces) -> np.ndarray:
+    """(e, 2) edges of one triangle alone; no edge may be of three."""
+    edges = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]], axis=2).reshape(-1, 2)
+    once, counts = np.unique(edges, axis=0, return_counts=True)
+    assert counts.max() <= 2
+    return once[counts == 1]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_marching_cubes_close_any_signs(seed):
+    """Even random sides of the corners are parted by a closed surface that faces out."""
+    count = 12
+    values = np.random.default_rng(seed).normal(size=(count,) * 3)
+    for axis in range(3):
+        values[(slice(None),) * axis + ([0, -1],)] = 1.0
+    cubes = np.indices((count - 1,) * 3).reshape(3, -1).T
+    inside = values[tuple(np.moveaxis(cubes[:, None] + CORNERS, -1, 0))] < 0.0
+    edges, faces = np.unique(triangles(key(cubes - 5), inside), return_inverse=True)
+    low, high = ends_of(edges)
+    mesh = trimesh.Trimesh(0.5 * (unkey(low) + unkey(high)), faces.reshape(-1, 3), process=False)
+    assert mesh.is_watertight and mesh.is_winding_consistent
+    # Halfway between the sides: about as much volume as corners inside.
+    assert mesh.volume == pytest.approx((values < 0.0).sum(), rel=0.3)
+
+
+def test_cubes_too_far_to_be_numbered_are_refused():
+    with pytest.raises(ValueError, match="longer edge"):
+        key(np.array([[1 << 20, 0, 0]]))
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 5])
+def test_curved_triangles_fit_their_neighbours(count):
+    coarse = trimesh.creation.icosphere(subdivisions=1)
+    vertices, faces = np.array(coarse.vertices), np.array(coarse.faces)
+    cut = Subdivision(len(vertices), faces, count)
+    points = cut.points(vertices, vertices)
+    fine = trimesh.Trimesh(points, cut.faces(), process=False)
+    assert fine.is_watertight and fine.is_winding_consistent and fine.euler_number == 2
+    assert len(fine.faces) == count**2 * len(faces) and len(points) == len(cut.linear(vertices))
+    new = np.arange(len(vertices), len(points))
+    distance = np.linalg.norm(points[new, None] - vertices[cut.parents(new)], axis=2)
+    assert (
+        distance.max(initial=0.0) <= np.linalg.norm(np.diff(coarse.triangles, axis=1), axis=2).max()
+    )
+
+
+def test_labels_are_shared_where_all_old_vertices_have_them():
+    faces = np.array([[0, 1, 2], [2, 1, 3]])
+    cut = Subdivision(4, faces, 4)
+    labels = np.array([5, 5, 5, 7])
+    new = np.arange(4, len(cut.linear(labels)))
+    around = labels[cut.parents(new)]
+    expected = np.where((around == around[:, :1]).all(axis=1), around[:, 0], -1)
+    assert cut.shared(labels)[:4].tolist() == labels.tolist()
+    assert (cut.shared(labels)[4:] == expected).all() and set(expected.tolist()) == {5, -1}
+
+
+def test_curved_triangles_are_of_fourth_order():
+    """Half the edges leave a sixteenth of the error, on an ellipsoid of three axes."""
+    axes, errors = np.array([1.0, 0.7, 0.5]), []
+    for level in (2, 3, 4):
+        coarse = trimesh.creation.icosphere(subdivisions=level)
+        vertices = np.array(coarse.vertices) * axes
+        normals = vertices / axes**2
+        normals /= np.linalg.norm(normals, axis=1)[:, None]
+        cut = Subdivision(len(vertices), np.array(coarse.faces), 4)
+        points = cut.points(vertices, normals)
+        level_set = ((points / axes) ** 2).sum(axis=1) - 1.0
+        errors.append(np.abs(level_set / np.linalg.norm(2.0 * points / axes**2, axis=1)).mean())
+    orders = np.log2(np.array(errors[:-1]) / errors[1:])
+    assert (orders > 3.7).all()
+
+
+@pytest.fixture(scope="module")
+def half():
+    return explored("torus", max_touches=60)
+
+
+def test_surface_is_open_at_the_frontier_and_nowhere_else(half):
+    atlas = half.atlas
+    surface, edge = extract_surface(atlas), resolution(atlas)
+    rim = boundary_edges(surface.faces)
+    seen = atlas.blend(surface.vertices)
+    assert len(rim) and seen.known.all()
+    # The vertices are on the zero set, up to what the curved triangles err: less than the
+    # sagitta. At the rim they hang on to corners that a single patch holds.
+    off = np.abs(seen.distance) / atlas.tolerance
+    assert np.quantile(off, 0.95) < 0.02 and off.max() < 1.0
+    # And all that is known of the torus is there, up to the edge of a triangle at the rim.
+    points, _ = make_object("torus").sample(5000, np.random.default_rng(0))
+    on = atlas.blend(points)
+    feet = (points - on.distance[:, None] * on.normal)[on.known]
+    feet = feet[atlas.blend(feet).known]
+    missed = distances(surface.vertices, surface.faces, feet)
+    assert missed.max() < 2.0 * edge and np.quantile(missed, 0.98) < 0.5 * edge
+
+
+def assert_renewed_as_whole(grown, atlas):
+    skin = grow_skin(atlas.table, atlas.kin, grown.skin.edge)
+    whole = smooth_surface(atlas.table, atlas.kin, skin, round(skin.edge / grown.edge))
+    assert (whole.faces == grown.surface.faces).all()
+    # To rounding: other points were asked in the same numpy calls.
+    scale = 1e-12 * np.ptp(whole.vertices)
+    assert grown.surface.vertices == pytest.approx(whole.vertices, abs=scale)
+    assert grown.surface.deviation == pytest.approx(whole.deviation, rel=1e-9)
+    assert (grown.surface.patch == whole.patch).all()
+
+
+def test_surface_renewed_touch_by_touch_is_the_whole_one():
+    touches = explored("torus", max_touches=60).touches
+    atlas = Atlas(0.1)
+    for touch in touches[:40]:
+        atlas.add(touch)
+    grown = grow_surface(atlas)
+    for number, touch in enumerate(touches[40:]):
+        grown = renew_surface(grown, atlas, atlas.add(touch))
+        if number % 7 == 0:
+            assert_renewed_as_whole(grown, atlas)
+
+
+def test_surface_is_renewed_where_a_patch_goes(half):
+    atlas = explored("torus", max_touches=60).atlas
+    grown, row = grow_surface(atlas), 20
+    others = sorted(atlas.kin[row])
+    for other in others:
+        atlas.kin[other].discard(row)
+    atlas.kin[row].clear()
+    atlas.table.index.remove(row)
+    renewed = renew_surface(grown, atlas, AtlasChange(changed=tuple(others), removed=(row,)))
+    assert not (renewed.surface.patch == row).any()
+    assert len(renewed.surface.faces) < len(grown.surface.faces)
+    assert_renewed_as_whole(renewed, atlas)
+
+
+def test_nothing_changed_leaves_the_surface(half):
+    grown = grow_surface(half.atlas)
+    again = renew_surface(grown, half.atlas, AtlasChange(refused="no contact"))
+    assert (again.surface.faces == grown.surface.faces).all()
+    # To rounding, since the rim is asked anew.
+    assert again.surface.vertices == pytest.approx(grown.surface.vertices, abs=1e-10)
+
+
+def slab(thickness: float, rng) -> Atlas:
+    """Both sides of a flat slab, touched on a square, without its rim."""
+    atlas, along = Atlas(0.05), np.linspace(-1.0, 1.0, 15)
+    for x, y in np.stack(np.meshgrid([-0.9, 0.0, 0.9], [-0.9, 0.0, 0.9]), -1).reshape(-1, 2):
+        for side in (1.0, -1.0):
+            contact = np.array([x, y, 0.5 * side * thickness])
+            normal, contours = np.array([0.0, 0.0, side]), []
+            for plane in concurrent_planes(contact, normal, [1.0, 0.0, 0.0], 3):
+                points = contact + along[:, None] * np.cross(plane.normal, normal)
+                points += 1e-3 * rng.normal(size=points.shape)
+                ends = (ContourEnd.LENGTH_REACHED,) * 2
+                contours.append(Contour(points, plane, 1e-3, ends))
+            touched = (TouchStatus.TOUCHED, 6.0, 0.0)
+            atlas.add(Touch(0, contact, normal, tuple(contours), *touched))
+    return atlas
+
+
+@pytest.mark.parametrize("thickness", [0.1, 0.2, 0.4])
+def test_two_sides_of_a_thin_slab_stay_two_sheets(thickness):
+    atlas = slab(thickness, np.random.default_rng(0))
+    table, edge = atlas.table, 0.5 * thickness
+    # The noise of a flat patch, a few at most.
+    gaps = gaps_of(table, atlas.kin, table.index.rows())
+    assert len(gaps) and gaps == pytest.approx(thickness, abs=5e-3)
+    assert edge <= cube_edge(table, atlas.kin, edge) <= gaps.min()
+    surface = extract_surface(atlas, edge)
+    up = surface.vertices[:, 2] > 0.0
+    assert np.abs(surface.vertices[:, 2]) == pytest.approx(0.5 * thickness, abs=5e-3)
+    assert (surface.normals[up, 2] > 0.9).all() and (surface.normals[~up, 2] < -0.9).all()
+    assert up[surface.faces].all(axis=1).sum() == pytest.approx(
+        (~up)[surface.faces].all(axis=1).sum(), rel=0.1
+    )
+    assert not (up[surface.faces].any(axis=1) & ~up[surface.faces].all(axis=1)).any()
