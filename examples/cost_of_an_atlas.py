@@ -69,14 +69,14 @@ def grow(sizes):
             at[:, 2] = height(*at[:, :2].T) + 0.05 * rng.normal(size=1000)
             queries = 1e3 * seconds(lambda at=at: atlas.blend(at), 15)
             costs.append((len(atlas), float(np.median(updates[-40:])), queries))
-            if len(costs) == len(sizes):
-                return atlas, costs
+        if len(costs) == len(sizes):
+            break
+    return atlas, costs
 
 
 def main(*sizes: int) -> None:
     print("| patches | ms a touch | ratio | ms 1,000 queries | ratio |\n|---|---|---|---|---|")
-    costs = grow(sizes)[1]
-    for n, t, q in costs:
+    for n, t, q in (costs := grow(sizes)[1]):
         print(f"| {n} | {t:.2f} | {t / costs[0][1]:.2f} | {q:.1f} | {q / costs[0][2]:.2f} |")
     tracemalloc.start()
     (atlas, _), where = grow([min(1000, max(sizes))]), Counter()
