@@ -25,6 +25,8 @@ _CURVATURE_QUANTILE = 0.9
 # Of the cubes: in edges of the triangles, and of the smallest patch radius.
 _MOST, _SHARE = 6, 0.5
 # A surface is renewed, not begun anew, while the resolution is within these times its own.
+# Cosine of normals below which two sheets turn their backs to each other.
+OPPOSED = -0.5
 _HOLDS = 0.7, 2.0
 
 
@@ -171,7 +173,7 @@ def gaps_of(table: Table, kin: Kin, rows) -> np.ndarray:
     places = places.reshape(-1, 3)
     who, which = table.index.near(places)
     mine = home[which]
-    opposed = (table.axes[who, 2] * table.axes[mine, 2]).sum(axis=1) < -0.5
+    opposed = (table.axes[who, 2] * table.axes[mine, 2]).sum(axis=1) < OPPOSED
     opposed[opposed] &= ~are_kin(kin, mine[opposed], who[opposed])
     who, which = who[opposed], which[opposed]
     distance, _, own = distances(table, kin, who, places[which], np.inf)
@@ -188,8 +190,16 @@ def smooth_surface(table: Table, kin: Kin, skin: Skin, count: int) -> Surface:
     normals: np.ndarray = cut.linear(old.normals)
     normals /= np.sqrt((normals**2).sum(axis=1))[:, None]
     deviation, curvature = np.sqrt(cut.linear(old.variance)), cut.linear(old.curvature)
-    whole = Surface(points, faces, normals, deviation, patch, curvature)
-    return whole if known.all() else _only(whole, known)
+    whole = Surface(points, _unfolded(faces, normals), normals, deviation, patch, curvature)
+    return whole if known.all() and len(whole.faces) == len(faces) else _only(whole, known)
+
+
+def _unfolded(faces, normals) -> np.ndarray:
+    """Those of the triangles (f, 3) that do not join two sheets which turn their backs, or faces,
+    to each other: at the rim of a thin wall that is known on one side only."""
+    a, b, c = normals[faces].transpose(1, 0, 2)
+    least = np.minimum.reduce([(p * q).sum(axis=1) for p, q in ((a, b), (b, c), (c, a))])
+    return faces[least > OPPOSED]
 
 
 def _only(surface: Surface, known) -> Surface:
