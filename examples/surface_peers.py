@@ -55,6 +55,8 @@ def learn(touches, tolerance: float):
     atlas = Atlas(tolerance)
     for one in touches:
         atlas.add(one)
+    atlas.settle()
+    atlas.simplify()
     atlas.learn_residuals()
     return atlas, extract_surface(atlas)
 
