@@ -115,12 +115,12 @@ class Atlas:
     @property
     def prior(self) -> SmoothnessPrior:
         """What the patches so far say about the feature length of the next."""
-        rows = self.table.rows
-        if len(rows) < 3:
+        count, total, squares = self.table.lengths.tolist()
+        if count < 2.5:
             return SmoothnessPrior()
-        log_length = np.log(self.table.radius[rows] / self.table.turn[rows])
-        spread = max(float(log_length.std()), _LEAST_LOG_STD)
-        return SmoothnessPrior(float(log_length.mean()), spread)
+        mean = total / count
+        spread = np.sqrt(max(squares / count - mean * mean, 0.0))
+        return SmoothnessPrior(mean, max(float(spread), _LEAST_LOG_STD))
 
     def patch(self, patch_id: int) -> Patch:
         """The patch of an id, as it is now."""

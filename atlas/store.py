@@ -34,6 +34,7 @@ def save_atlas(path, atlas: Atlas) -> None:
         "sample_points": pool.points,
         "sample_normals": pool.normals,
         "sample_across": pool.across,
+        "lengths": atlas.table.lengths,
         **_packed("members", learning.members),
         **_packed("brought", learning.brought),
         **_packed("kin", [sorted(k) for k in atlas.kin]),
@@ -116,6 +117,7 @@ def _fill(atlas: Atlas, arrays, header) -> None:
     atlas.touches = header["touches"]
     atlas.table.extend({name: arrays[f"table_{name}"] for name in atlas.table.names})
     atlas.texture = Texture(**header["texture"])
+    atlas.table.lengths = arrays["lengths"]
     _fill_rough(atlas.table, arrays)
     learning = atlas.learning
     learning.pool.add(*(arrays[f"sample_{name}"] for name in ("points", "normals", "across")))
@@ -142,6 +144,7 @@ def _from_format_1(arrays) -> dict[str, np.ndarray]:
         "table_anchor": arrays["table_mean"],
         "table_learned": arrays["table_count"],
         "table_sensor": arrays["table_noise"],
+        "lengths": _lengths(arrays),
         "rough": np.zeros(0, np.int64),
         "rough_counts": np.zeros(0, np.int64),
         "rough_shapes": np.zeros((0, 4)),
@@ -151,6 +154,12 @@ def _from_format_1(arrays) -> dict[str, np.ndarray]:
         **_packed("members", nothing),
         **_packed("brought", split),
     }
+
+
+def _lengths(arrays) -> np.ndarray:
+    """Sums over the log feature lengths of the patches of a file of format 1."""
+    lengths = np.log(arrays["table_radius"] / arrays["table_turn"])
+    return np.array([float(len(lengths)), lengths.sum(), (lengths * lengths).sum()])
 
 
 def _packed(name: str, parts) -> dict[str, np.ndarray]:

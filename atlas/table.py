@@ -27,6 +27,8 @@ class Table:
         The balls of the patch radii about the patch origins.
     rough : dict
         Of rows: what is known of patches that have a residual (``rough.RoughPatch``).
+    lengths : (3,) float
+        How many patches there are, and the sums of their log feature lengths and of the squares.
     """
 
     def __init__(self, basis: Basis, core: float) -> None:
@@ -35,6 +37,7 @@ class Table:
         self.size = 0
         self.index = BallIndex()
         self.rough: dict = {}
+        self.lengths = np.zeros(3)
         t = basis.size
         shapes = {
             "alive": (),
@@ -86,12 +89,14 @@ class Table:
         self.power[row] = (self.core * patch.radius) ** 2
         self.condition[row] = patch.condition
         self.index.insert(row, patch.frame.origin, patch.radius)
+        self.turn[row] = 0.0
         self.renew(row, fit)
         return row
 
     def renew(self, row: int, fit: PatchFit) -> None:
         """Put a patch that was fitted anew in the place of a row's; its equations are empty."""
         patch = fit.patch
+        self._count_length(row, -1.0)
         self.index.move(row, patch.frame.origin, patch.radius)
         values = {
             "origin": patch.frame.origin,
@@ -111,9 +116,18 @@ class Table:
         }
         for name, value in values.items():
             self._columns[name][row] = value
+        self._count_length(row, 1.0)
+
+    def _count_length(self, row: int, sign: float) -> None:
+        """Enter the feature length of a row into the sums, or take it out."""
+        if self.turn[row] > 0.0:
+            length = np.log(self.radius[row] / self.turn[row])
+            self.lengths += sign * np.array([1.0, length, length * length])
 
     def remove(self, rows) -> None:
         """Take rows out of use; their numbers are never given again."""
+        for row in rows:
+            self._count_length(row, -1.0)
         self.alive[rows] = self.radius[rows] = self.ring_open[rows] = 0.0
         self.power[rows] = -np.inf
         for row in rows:
@@ -122,6 +136,7 @@ class Table:
 
     def drop_last(self) -> None:
         """Take back the last row."""
+        self._count_length(self.size - 1, -1.0)
         self.size -= 1
         self.index.remove(self.size)
 
