@@ -9,7 +9,7 @@ from touchatlas.atlas.blend import Blend, blend
 from touchatlas.atlas.boundary import Boundary, power_at
 from touchatlas.atlas.change import AtlasChange
 from touchatlas.atlas.frontier import Frontier
-from touchatlas.atlas.insertion import insert
+from touchatlas.atlas.insertion import fit_touch, insert
 from touchatlas.atlas.kin import Kin
 from touchatlas.atlas.learning import Learning
 from touchatlas.atlas.merging import may_merge, merged_fit, replace_by
@@ -22,20 +22,17 @@ from touchatlas.atlas.texture import Texture
 from touchatlas.atlas.tiling import Tiling
 from touchatlas.atlas.touch import Touch, TouchStatus
 from touchatlas.atlas.validation import violations
-from touchatlas.patch.fit import FitOptions, fit_patch
+from touchatlas.patch.fit import FitOptions
 from touchatlas.patch.frame import DarbouxFrame
 from touchatlas.patch.patch import Patch
 from touchatlas.patch.polynomial import LocalPolynomial
 from touchatlas.patch.smoothness import SmoothnessPrior, leftover
 from touchatlas.patch.start import UnfitError
 
-_LEAST_POINTS = 5
-_LEAST_CONTOURS = 3
+LEAST_POINTS, LEAST_CONTOURS = 5, 3
 # Feature lengths within one object differ by no less than this, as a standard deviation of
 # their logarithm, however alike those seen so far were.
 _LEAST_LOG_STD = 0.5
-# A core ends this share of the way to where it would take an earlier centre.
-_CLEAR = 0.99
 
 
 @dataclass(frozen=True)
@@ -174,41 +171,17 @@ class Atlas:
         self.touches += 1
         if touch.status is not TouchStatus.TOUCHED:
             return AtlasChange(refused=f"the probe reported: {touch.status.value}")
-        contours = tuple(c for c in touch.contours if len(c.points) >= _LEAST_POINTS)
-        if len(contours) < _LEAST_CONTOURS:
+        contours = tuple(c for c in touch.contours if len(c.points) >= LEAST_POINTS)
+        if len(contours) < LEAST_CONTOURS:
             return AtlasChange(
-                refused=f"{len(contours)} contours have {_LEAST_POINTS} points or more; a patch "
-                f"needs {_LEAST_CONTOURS}: sample more finely"
+                refused=f"{len(contours)} contours have {LEAST_POINTS} points or more; a patch "
+                f"needs {LEAST_CONTOURS}: sample more finely"
             )
         try:
-            fit = fit_patch(
-                touch.contact,
-                contours,
-                touch.approach,
-                bias=self.options.bias * self.tolerance,
-                detail=self.options.detail * self.tolerance,
-                radius_floor=self.options.least_radius * self.tolerance,
-                radius_limit=self._radius_limit(touch),
-                prior=self.prior,
-                options=self.options.fit,
-            )
+            fit = fit_touch(self, touch, contours)
         except UnfitError as error:
             return AtlasChange(refused=str(error))
         return insert(self, fit, contours)
-
-    def _radius_limit(self, touch: Touch) -> float:
-        """Largest radius whose core takes no earlier centre out of its own cell.
-
-        Infinite where it is beyond all contours, and so limits nothing.
-        """
-        table = self.table
-        ends = np.concatenate([c.points for c in touch.contours]) - touch.contact
-        reach = max(self.options.least_radius * self.tolerance, np.sqrt((ends**2).sum(1).max()))
-        rows = table.index.rows_near(touch.contact, table.core * float(reach) / _CLEAR)
-        rows = rows[table.axes[rows, 2] @ touch.approach > 0]
-        offset = table.site[rows] - touch.contact
-        square = (offset * offset).sum(axis=1) + table.power[rows]
-        return float(_CLEAR * np.sqrt(square.min()) / table.core) if len(rows) else np.inf
 
     def enter(self, row: int, kin: list[int]) -> None:
         """Make a row of the table a node, kin to others."""

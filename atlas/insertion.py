@@ -9,11 +9,53 @@ from touchatlas.atlas.boundary import power_at
 from touchatlas.atlas.change import AtlasChange
 from touchatlas.atlas.kin import kin_of
 from touchatlas.atlas.merging import remove_hidden
-from touchatlas.patch.fit import PatchFit
+from touchatlas.atlas.touch import Touch
+from touchatlas.patch.fit import PatchFit, fit_patch
 from touchatlas.patch.section import contour_normals
 
 if TYPE_CHECKING:
     from touchatlas.atlas.atlas import Atlas
+
+
+# A core ends this share of the way to where it would take an earlier centre.
+_CLEAR = 0.99
+
+
+def fit_touch(atlas: "Atlas", touch: Touch, contours) -> PatchFit:
+    """The patch of one touch alone, from those of its contours that are long enough.
+
+    Raises
+    ------
+    UnfitError
+        Where they make none.
+    """
+    options, tolerance = atlas.options, atlas.tolerance
+    return fit_patch(
+        touch.contact,
+        contours,
+        touch.approach,
+        bias=options.bias * tolerance,
+        detail=options.detail * tolerance,
+        radius_floor=options.least_radius * tolerance,
+        radius_limit=_radius_limit(atlas, touch),
+        prior=atlas.prior,
+        options=options.fit,
+    )
+
+
+def _radius_limit(atlas: "Atlas", touch: Touch) -> float:
+    """Largest radius whose core takes no earlier centre out of its own cell.
+
+    Infinite where it is beyond all contours, and so limits nothing.
+    """
+    table = atlas.table
+    ends = np.concatenate([c.points for c in touch.contours]) - touch.contact
+    reach = max(atlas.options.least_radius * atlas.tolerance, np.sqrt((ends**2).sum(1).max()))
+    rows = table.index.rows_near(touch.contact, table.core * float(reach) / _CLEAR)
+    rows = rows[table.axes[rows, 2] @ touch.approach > 0]
+    offset = table.site[rows] - touch.contact
+    square = (offset * offset).sum(axis=1) + table.power[rows]
+    return float(_CLEAR * np.sqrt(square.min()) / table.core) if len(rows) else np.inf
 
 
 def insert(atlas: "Atlas", fit: PatchFit, contours) -> AtlasChange:
