@@ -123,7 +123,7 @@ def grow_surface(atlas: Atlas, edge: float | None = None) -> GrownSurface:
     edge = resolution(atlas) if edge is None else edge
     table, kin = atlas.table, atlas.kin
     skin = grow_skin(table, kin, cube_edge(table, kin, edge))
-    return GrownSurface(smooth_surface(table, kin, skin, round(skin.edge / edge)), edge, skin)
+    return GrownSurface(smooth_surface(atlas, skin, round(skin.edge / edge)), edge, skin)
 
 
 def renew_surface(grown: GrownSurface, atlas: Atlas, change: AtlasChange) -> GrownSurface:
@@ -149,7 +149,7 @@ def renew_surface(grown: GrownSurface, atlas: Atlas, change: AtlasChange) -> Gro
     if not (holds and cube_edge(table, kin, grown.edge, left) >= grown.skin.edge):
         return grow_surface(atlas)
     skin = renew_skin(table, kin, grown.skin, rows)
-    surface = smooth_surface(table, kin, skin, round(skin.edge / grown.edge))
+    surface = smooth_surface(atlas, skin, round(skin.edge / grown.edge))
     return GrownSurface(surface, grown.edge, skin)
 
 
@@ -180,9 +180,10 @@ def gaps_of(table: Table, kin: Kin, rows) -> np.ndarray:
     return np.abs(distance[own])
 
 
-def smooth_surface(table: Table, kin: Kin, skin: Skin, count: int) -> Surface:
-    """The skin's triangles cut into ``count`` x ``count`` curved ones, where they are known."""
-    old = skin.vertices
+def smooth_surface(atlas: Atlas, skin: Skin, count: int) -> Surface:
+    """The skin's triangles cut into ``count`` x ``count`` curved ones, where they are known: where
+    patches reach, and expect to be off by no more than the tolerance."""
+    table, kin, old = atlas.table, atlas.kin, skin.vertices
     cut = Subdivision(len(old.keys), skin.faces, count)
     points, faces = cut.points(old.points, old.normals), cut.faces()
     patch = _nearest(table, cut, old.patch, points)
@@ -190,6 +191,7 @@ def smooth_surface(table: Table, kin: Kin, skin: Skin, count: int) -> Surface:
     normals: np.ndarray = cut.linear(old.normals)
     normals /= np.sqrt((normals**2).sum(axis=1))[:, None]
     deviation, curvature = np.sqrt(cut.linear(old.variance)), cut.linear(old.curvature)
+    known &= deviation <= atlas.tolerance
     whole = Surface(points, _unfolded(faces, normals), normals, deviation, patch, curvature)
     return whole if known.all() and len(whole.faces) == len(faces) else _only(whole, known)
 

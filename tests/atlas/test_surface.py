@@ -110,21 +110,23 @@ def test_surface_is_open_at_the_frontier_and_nowhere_else(half):
     seen = atlas.blend(surface.vertices)
     assert len(rim) and seen.known.all()
     # The vertices are on the zero set, up to what the curved triangles err: less than the
-    # sagitta. At the rim they hang on to corners that a single patch holds.
+    # sagitta. At the rim they hang on to corners that a single patch holds, beyond its core.
     off = np.abs(seen.distance) / atlas.tolerance
-    assert np.quantile(off, 0.95) < 0.02 and off.max() < 1.0
+    assert np.quantile(off, 0.95) < 0.02 and np.quantile(off, 0.999) < 1.0 and off.max() < 3.0
+    assert surface.deviation.max() <= atlas.tolerance
     # And all that is known of the torus is there, up to the edge of a triangle at the rim.
     points, _ = make_object("torus").sample(5000, np.random.default_rng(0))
     on = atlas.blend(points)
     feet = (points - on.distance[:, None] * on.normal)[on.known]
-    feet = feet[atlas.blend(feet).known]
+    there = atlas.blend(feet)
+    feet = feet[there.known & (np.nan_to_num(there.deviation, nan=np.inf) <= atlas.tolerance)]
     missed = distances(surface.vertices, surface.faces, feet)
     assert missed.max() < 2.0 * edge and np.quantile(missed, 0.98) < 0.5 * edge
 
 
 def assert_renewed_as_whole(grown, atlas):
     skin = grow_skin(atlas.table, atlas.kin, grown.skin.edge)
-    whole = smooth_surface(atlas.table, atlas.kin, skin, round(skin.edge / grown.edge))
+    whole = smooth_surface(atlas, skin, round(skin.edge / grown.edge))
     assert (whole.faces == grown.surface.faces).all()
     # To rounding: other points were asked in the same numpy calls.
     scale = 1e-12 * np.ptp(whole.vertices)
@@ -155,7 +157,7 @@ def test_surface_is_renewed_where_a_patch_goes(half):
     atlas.table.index.remove(row)
     renewed = renew_surface(grown, atlas, AtlasChange(changed=tuple(others), removed=(row,)))
     assert not (renewed.surface.patch == row).any()
-    assert len(renewed.surface.faces) < len(grown.surface.faces)
+    assert len(renewed.surface.faces) <= len(grown.surface.faces)
     assert_renewed_as_whole(renewed, atlas)
 
 

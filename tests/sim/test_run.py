@@ -135,8 +135,10 @@ def test_an_interrupt_in_the_midst_of_a_touch_lets_it_finish(ball, tmp_path, mon
     assert signal.getsignal(signal.SIGINT) is before
     assert result.interrupted
     # The atlas knows exactly what the journal holds.
-    assert len(result.atlas) == len(result.atlas.kin) == 3
-    assert result.atlas.touches == len(kept_touches(tmp_path / "r")) == 3
+    touches = kept_touches(tmp_path / "r")
+    assert result.atlas.touches == len(touches) == 3
+    assert result.atlas.point_count == sum(len(c.points) for t in touches for c in t.contours)
+    result.atlas.validate()
     assert {path.name for path in (tmp_path / "r").iterdir()} == set(RUN_FILES)
 
 
