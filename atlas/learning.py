@@ -13,7 +13,7 @@ from touchatlas.patch.start import UnfitError
 
 # A patch is framed anew when it knows this many times the samples of its last frame, or when
 # its tangent plane at the origin has turned by so much (radians).
-_GROWN, _TURNED = 2.0, 0.02
+_GROWN, _TURNED = 3.0, 0.02
 # Samples this much farther out than a patch reaches are offered to a fit of it.
 _OFFER_REACH = 1.25
 

@@ -21,6 +21,8 @@ from touchatlas.atlas.voices import COVER_MARGIN, distances
 
 # Height of the arc over its chord that the triangles may have, in tolerances.
 _SAGITTA = 0.02
+# Or, where that is more, in deviations of the surface; asked of so many patches.
+_UNSURE, _ASKED = 0.1, 64
 _CURVATURE_QUANTILE = 0.9
 # Of the cubes: in edges of the triangles, and of the smallest patch radius.
 _MOST, _SHARE = 6, 0.5
@@ -67,8 +69,9 @@ class Surface:
 
 
 def resolution(atlas: Atlas) -> float:
-    """Edge of the triangles: the chord that leaves a sagitta of 0.02 tolerance on all but the
-    most curved tenth of the patches, and no more than half the smallest core."""
+    """Edge of the triangles: the chord that leaves a sagitta of 0.02 tolerance, or a tenth of what
+    the patches expect to be off, on all but the most curved tenth of the patches, and no more than
+    half the smallest core."""
     table, rows = atlas.table, atlas.table.rows
     second = 2.0 * np.abs(table.mean[rows, 3:6]).max(axis=1) / table.radius[rows]
     if table.rough:
@@ -77,8 +80,17 @@ def resolution(atlas: Atlas) -> float:
         rough, texture = np.isin(rows, list(table.rough)), atlas.texture
         second[rough] = np.hypot(second[rough], 5.0 * texture.amplitude / texture.length**2)
     curvature = np.quantile(second, _CURVATURE_QUANTILE)
-    chord = np.sqrt(8.0 * _SAGITTA * atlas.tolerance / max(curvature, np.finfo(float).tiny))
+    sagitta = max(_SAGITTA * atlas.tolerance, _UNSURE * _usual_deviation(atlas, rows))
+    chord = np.sqrt(8.0 * sagitta / max(curvature, np.finfo(float).tiny))
     return float(min(chord, 0.5 * table.core * table.radius[rows].min()))
+
+
+def _usual_deviation(atlas: Atlas, rows) -> float:
+    """Median of the predicted deviation half-way to the rims of some of the patches, length."""
+    some = rows[:: max(1, len(rows) // _ASKED)]
+    points = 0.5 * (atlas.table.ring[some] + atlas.table.origin[some, None])
+    seen = atlas.blend(points[:, ::4].reshape(-1, 3))
+    return float(np.median(seen.deviation[seen.known])) if seen.known.any() else 0.0
 
 
 def extract_surface(atlas: Atlas, edge: float | None = None) -> Surface:
