@@ -129,6 +129,7 @@ def replace_by(atlas: "Atlas", fit: PatchFit) -> tuple[int, tuple[int, ...]] | N
     offered = np.unique(np.concatenate([learning.members[i] for i in kin.tolist()]))
     learning.settle(row, fit, offered)
     atlas.frontier.move_home(gone, row)
+    atlas.edge_ends.move_home(gone, row)
     atlas.frontier.cover(table, row)
     around = {row, *stay} | set().union(*(atlas.kin[i] for i in gone)) - set(gone)
     atlas.tiling.meet(row, np.array(stay, int))
@@ -151,6 +152,7 @@ def remove_hidden(atlas: "Atlas", rows: set[int]) -> list[int]:
             owner = int(kin[power.argmin()])
             learning.brought[owner] = np.append(learning.brought[owner], learning.brought[i])
             atlas.frontier.move_home([i], owner)
+            atlas.edge_ends.move_home([i], owner)
             remove_patches(atlas, [i])
             hidden.append(i)
     if hidden:
@@ -165,6 +167,7 @@ def remove_patches(atlas: "Atlas", rows: list[int]) -> None:
             atlas.kin[j].discard(i)
         atlas.kin[i] = set()
         atlas.learning.forget(i)
+    atlas.creases.forget(rows)
     atlas.table.remove(rows)
 
 

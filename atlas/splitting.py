@@ -31,7 +31,10 @@ def parts_of(atlas: "Atlas", row: int) -> list[PatchFit] | None:
     near = of_patch(table, np.array([row]), pool.points[index], pool.normals[index], 1.25)[0]
     index, radius = index[near], _SLACK * _SHARE * table.radius[row]
     parts = []
-    for frame in _frames(atlas, row):
+    frames = _frames(atlas, row)
+    if frames is None:
+        return None
+    for frame in frames:
         offset = pool.points[index] - frame.origin
         inside = index[(offset * offset).sum(axis=1) <= (1.25 * radius) ** 2]
         if len(inside) < _LEAST_SAMPLES * table.basis.size:
@@ -47,13 +50,15 @@ def parts_of(atlas: "Atlas", row: int) -> list[PatchFit] | None:
     return parts
 
 
-def _frames(atlas: "Atlas", row: int) -> list[DarbouxFrame]:
-    """Where the seven patches are to be, on the polynomial of a row."""
+def _frames(atlas: "Atlas", row: int) -> list[DarbouxFrame] | None:
+    """Where the seven patches are to be, on the polynomial of a row; None where it folds."""
     table = atlas.table
     angles = np.pi / 3.0 * np.arange(6)
     ring = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     xy = table.core * _OUT * np.concatenate([np.zeros((1, 2)), ring])
     z = scaled_height(table.basis, table.mean[row], *xy.T)
+    if np.isnan(z).any():
+        return None
     scaled = np.column_stack([xy, z])
     upward = table.surface(np.array([row]), scaled[None])[1][0]
     normals = upward / np.sqrt((upward * upward).sum(axis=1))[:, None] @ table.axes[row]
@@ -83,6 +88,7 @@ def divide(atlas: "Atlas", row: int, parts: list[PatchFit]) -> tuple[int, ...]:
     for part in rows:
         learning.brought[part] = brought[owner == part]
     atlas.frontier.move_home([row], rows[0])
+    atlas.edge_ends.move_home([row], rows[0])
     # A neighbour may cover more of the row than its parts do, or they more than a neighbour.
     around |= set(rows)
     around -= set(remove_hidden(atlas, around))

@@ -93,11 +93,11 @@ def is_spent(points, spent, tolerance: float) -> np.ndarray:
     return ((offset * offset).sum(axis=2) <= tolerance**2).any(axis=1)
 
 
-def predicted_curvature(atlas: Atlas, candidate: Candidate) -> float:
-    """Largest |normal curvature| that the candidate's home patch predicts there, or at the
+def predicted_curvature(atlas: Atlas, point, home: int) -> float:
+    """Largest |normal curvature| that patch ``home`` predicts at a point (3,), or at the
     nearest point of its rim: beyond it the polynomial says nothing."""
-    table, home = atlas.table, candidate.home
-    x, y, z = (candidate.point - table.origin[home]) @ table.axes[home].T / table.radius[home]
+    table = atlas.table
+    x, y, z = (point - table.origin[home]) @ table.axes[home].T / table.radius[home]
     beyond = max(1.0, float(np.hypot(x, y)))
     at = np.array([[x], [y], [z]]) / beyond
     derivatives = evaluate(table.basis, table.mean[home], *at, SECOND_ORDER)
