@@ -53,7 +53,7 @@ class Creases:
         self._pairs: dict[tuple[int, int], Crease] = {}
         self._partners: dict[int, set[int]] = {}
         self._curves: dict[tuple[int, int], np.ndarray] = {}
-        self._segments: dict[int, np.ndarray] = {}
+        self._segments: dict[int, tuple[np.ndarray, np.ndarray]] = {}
 
     def __len__(self) -> int:
         return len(self._pairs)
@@ -66,6 +66,16 @@ class Creases:
     def of(self, row: int) -> set[int]:
         """The rows that a row is creased with."""
         return self._partners.get(row, set())
+
+    def kin_of(self, row: int) -> set[int]:
+        """The kin of a row."""
+        return self._kin[row]
+
+    def of_all(self, rows) -> dict[int, Crease]:
+        """The rows that any of some rows are creased with, but none of these, and one of the
+        creases with each."""
+        found = {j: self.between(i, j) for i in rows for j in sorted(self.of(i) - set(rows))}
+        return {j: crease for j, crease in found.items() if crease is not None}
 
     def between(self, first: int, second: int) -> Crease | None:
         """How two rows are creased; None when they are not."""
@@ -127,6 +137,12 @@ class Creases:
             self._curves |= dict(zip(missing, drawn, strict=True))
         return self._curves[pair]
 
+    def usual_length(self) -> float:
+        """Median over the creases of the distance between their ends; infinite without any."""
+        lines = [self.curve(*pair) for pair in self._pairs]
+        ends = np.array([line[-1] - line[0] for line in lines if len(line)]).reshape(-1, 3)
+        return float(np.median(np.sqrt((ends * ends).sum(axis=1)))) if len(ends) else np.inf
+
     def beyond(self, rows, points) -> np.ndarray:
         """(m,) whether points (m, 3) on patches ``rows`` (m,) lie beyond a crease of theirs."""
         rows = np.asarray(rows)
@@ -134,13 +150,33 @@ class Creases:
         if not self._pairs or not len(rows):
             return out
         for row in np.unique(rows).tolist():
-            segments = self._segments_of(row)
+            segments, _ = self._segments_of(row)
             if len(segments):
                 here = np.flatnonzero(rows == row)
                 flat = self._flat(row, points[here])
                 step = max(1, _AT_ONCE // len(segments))
                 for i in range(0, len(here), step):
-                    out[here[i : i + step]] = _crosses(flat[i : i + step], segments)
+                    crossed = _crossed(flat[i : i + step], segments)
+                    out[here[i : i + step]] = crossed.any(axis=1)
+        return out
+
+    def crossed(self, rows, points) -> list[set[int]]:
+        """For each of points (m, 3) on patches ``rows`` (m,) the patches behind the creases that
+        it lies beyond."""
+        out: list[set[int]] = [set() for _ in rows]
+        for row in np.unique(rows).tolist():
+            segments, partners = self._segments_of(row)
+            here = np.flatnonzero(rows == row)
+            at, which = np.nonzero(_crossed(self._flat(row, points[here]), segments))
+            for i, j in zip(here[at].tolist(), partners[which].tolist(), strict=True):
+                out[i].add(j)
+        return out
+
+    def sees(self, rows, feet, own) -> np.ndarray:
+        """(m,) which of the pairs ``own`` (m,) of a patch and a foot (m, 3) on it lie on this
+        side of all creases."""
+        out, some = own.copy(), np.flatnonzero(own)
+        out[some] = ~self.beyond(np.asarray(rows)[some], feet[some])
         return out
 
     def _flat(self, row: int, points) -> np.ndarray:
@@ -148,31 +184,29 @@ class Creases:
         table = self._table
         return (points - table.site[row]) @ table.axes[row, :2].T / table.radius[row]
 
-    def _segments_of(self, row: int) -> np.ndarray:
-        """(s, 2, 2) the creases of a row's sheet, as segments over its tangent plane."""
+    def _segments_of(self, row: int) -> tuple[np.ndarray, np.ndarray]:
+        """The creases of a row's sheet as segments (s, 2, 2) over its tangent plane, and the
+        patch (s,) behind each."""
         if row not in self._segments:
             mine = self.of(row)
-            pairs = [(row, j) for j in mine]
-            pairs += [(k, j) for k in self._kin[row] for j in self.of(k) - mine]
-            parts = [np.zeros((0, 2, 2))]
+            pairs = [(row, j) for j in sorted(mine)]
+            pairs += [(k, j) for k in self._kin[row] for j in sorted(self.of(k) - mine)]
+            parts, partners = [np.zeros((0, 2, 2))], [np.zeros(0, int)]
             for first, second in pairs:
                 flat = self._flat(row, self.curve(first, second))
                 flat = np.stack([flat[:-1], flat[1:]], axis=1)
                 parts.append(flat[((flat * flat).sum(axis=2) <= _FAR**2).any(axis=1)])
-            self._segments[row] = np.concatenate(parts)
+                partners.append(np.full(len(parts[-1]), second))
+            self._segments[row] = np.concatenate(parts), np.concatenate(partners)
         return self._segments[row]
 
 
-def _crosses(points, segments) -> np.ndarray:
-    """(n,) whether the ways from zero to points (n, 2) cross any of the segments (s, 2, 2)."""
+def _crossed(points, segments) -> np.ndarray:
+    """(n, s) whether the ways from zero to points (n, 2) cross segments (s, 2, 2)."""
     a, b = segments[:, 0], segments[:, 1]
     along = b - a
-    clear = np.abs(a[:, 0] * along[:, 1] - a[:, 1] * along[:, 0])
-    clear /= np.maximum(np.sqrt((along * along).sum(axis=1)), np.finfo(float).tiny)
-    out = (points * points).sum(axis=1) >= clear.min() ** 2
-    x, y = points[out].T[:, :, None]
+    x, y = points.T[:, :, None]
     side = (x * a[:, 1] - y * a[:, 0]) * (x * b[:, 1] - y * b[:, 0]) <= 0.0
     home = a[:, 1] * along[:, 0] - a[:, 0] * along[:, 1]
     there = home + along[:, 1] * x - along[:, 0] * y
-    out[out] = (side & (home * there < 0.0)).any(axis=1)
-    return out
+    return side & (home * there < 0.0)

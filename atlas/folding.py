@@ -4,7 +4,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from touchatlas.atlas.boundary import CREASE_ANGLE
 from touchatlas.atlas.crease_search import find_creases
+from touchatlas.atlas.kin import kin_of
 
 if TYPE_CHECKING:
     from touchatlas.atlas.atlas import Atlas
@@ -33,3 +35,24 @@ def trim(atlas: "Atlas", rows) -> None:
     which = rows[which]
     beyond = atlas.creases.beyond(which, table.ring[which, places])
     open_ring[which[beyond], places[beyond]] = 0.0
+
+
+def kin_beside(atlas: "Atlas", row: int, partners: set[int]) -> np.ndarray:
+    """The kin of a row that is creased with others: none of these, and none of a sheet behind an
+    edge of its own sheet, from which it turns away as much."""
+    kin = kin_of(atlas.table, row)
+    if not (partners or len(atlas.creases)):
+        return kin
+    alike = np.setdiff1d(kin_of(atlas.table, row, np.cos(CREASE_ANGLE)), list(partners))
+    edge = partners.union(*(atlas.creases.of(i) for i in alike.tolist()))
+    behind = edge.union(*(atlas.kin[i] for i in edge))
+    across = partners | (behind - set(alike.tolist()))
+    return np.setdiff1d(kin, list(across))
+
+
+def inherit(atlas: "Atlas", row: int, pairs) -> None:
+    """Crease a merged row with those that the creases ``pairs``, a dict of row to Crease, of the
+    rows in its place were with."""
+    for other, crease in pairs.items():
+        atlas.creases.enter(row, other, crease)
+    atlas.creases.renew([row])

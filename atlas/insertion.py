@@ -5,12 +5,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from touchatlas.atlas.boundary import CREASE_ANGLE, power_at
+from touchatlas.atlas.boundary import power_at
 from touchatlas.atlas.change import AtlasChange
 from touchatlas.atlas.crease_search import find_creases
 from touchatlas.atlas.creases import Crease
-from touchatlas.atlas.folding import fold
-from touchatlas.atlas.kin import kin_of
+from touchatlas.atlas.folding import fold, kin_beside
 from touchatlas.atlas.merging import remove_hidden
 from touchatlas.patch.fit import PatchFit
 from touchatlas.patch.section import contour_normals
@@ -28,7 +27,7 @@ def insert(atlas: "Atlas", fit: PatchFit, contours) -> AtlasChange:
     row = table.append(fit)
     index = _enter_samples(atlas, row, contours)
     creases = _new_creases(atlas, row, index)
-    kin = _kin_beside(atlas, row, set(creases))
+    kin = kin_beside(atlas, row, set(creases))
     if len(kin):
         learning.teach(kin, index)
     owner = _owner(atlas, row, kin)
@@ -85,19 +84,6 @@ def _enter_samples(atlas: "Atlas", row: int, contours) -> np.ndarray:
     upward = upward / np.sqrt((upward**2).sum(axis=1))[:, None] @ table.axes[row]
     inside = (scaled[0, :, :2] ** 2).sum(axis=1) <= 1.0
     return atlas.learning.pool.add(points, np.where(inside[:, None], upward, normals), across)
-
-
-def _kin_beside(atlas: "Atlas", row: int, partners: set[int]) -> np.ndarray:
-    """The kin of a row that is creased with others: none of these, and none of a sheet behind an
-    edge of its own sheet, from which it turns away as much."""
-    kin = kin_of(atlas.table, row)
-    if not (partners or len(atlas.creases)):
-        return kin
-    alike = np.setdiff1d(kin_of(atlas.table, row, np.cos(CREASE_ANGLE)), list(partners))
-    edge = partners.union(*(atlas.creases.of(i) for i in alike.tolist()))
-    behind = edge.union(*(atlas.kin[i] for i in edge))
-    across = partners | (behind - set(alike.tolist()))
-    return np.setdiff1d(kin, list(across))
 
 
 def _new_creases(atlas: "Atlas", row: int, index) -> dict[int, Crease]:

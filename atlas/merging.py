@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from touchatlas.atlas.boundary import power_at
-from touchatlas.atlas.kin import kin_of
+from touchatlas.atlas.folding import fold, inherit, kin_beside
 from touchatlas.atlas.moments import SHEET_COSINE
 from touchatlas.atlas.table import Table
 from touchatlas.patch.fit import PatchFit
@@ -115,7 +115,7 @@ def replace_by(atlas: "Atlas", fit: PatchFit) -> tuple[int, tuple[int, ...]] | N
     """
     table, learning = atlas.table, atlas.learning
     row = table.append(fit)
-    kin = kin_of(table, row)
+    kin = kin_beside(atlas, row, set())
     offset = table.site[kin] - table.site[row]
     core = np.sqrt(table.power[kin])
     distance = np.sqrt((offset * offset).sum(axis=1))
@@ -124,6 +124,7 @@ def replace_by(atlas: "Atlas", fit: PatchFit) -> tuple[int, tuple[int, ...]] | N
     if not atlas.tiling.neighbours(gone) <= set(kin.tolist()):
         table.drop_last()
         return None
+    creases = atlas.creases.of_all(gone)
     atlas.enter(row, stay)
     learning.brought[row] = learning.brought_by(gone)
     offered = np.unique(np.concatenate([learning.members[i] for i in kin.tolist()]))
@@ -136,6 +137,8 @@ def replace_by(atlas: "Atlas", fit: PatchFit) -> tuple[int, tuple[int, ...]] | N
     remove_patches(atlas, gone)
     atlas.tiling.remove(gone, around)
     gone += remove_hidden(atlas, around)
+    inherit(atlas, row, creases)
+    fold(atlas, [row])
     atlas.reopen(sorted(around - set(gone)))
     return row, tuple(gone)
 

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from touchatlas.atlas.boundary import power_at
-from touchatlas.atlas.kin import kin_of
+from touchatlas.atlas.folding import fold, inherit, kin_beside
 from touchatlas.atlas.merging import remove_hidden, remove_patches
 from touchatlas.atlas.moments import of_patch
 from touchatlas.patch.fit import PatchFit
@@ -71,13 +71,13 @@ def divide(atlas: "Atlas", row: int, parts: list[PatchFit]) -> tuple[int, ...]:
     """Put patches in the place of a row, and share its samples out among them; their rows."""
     table, learning = atlas.table, atlas.learning
     brought, known = learning.brought[row], learning.members[row]
-    around = set(atlas.kin[row])
+    around, creases = set(atlas.kin[row]), atlas.creases.of_all([row])
     remove_patches(atlas, [row])
     atlas.tiling.remove([row], around)
     rows = []
     for fit in parts:
         part = table.append(fit)
-        kin = kin_of(table, part)
+        kin = np.setdiff1d(kin_beside(atlas, part, set()), list(creases))
         atlas.enter(part, kin.tolist())
         learning.settle(part, fit, np.union1d(known, learning.brought_by(kin.tolist())))
         table.renew_ring(part)
@@ -89,6 +89,9 @@ def divide(atlas: "Atlas", row: int, parts: list[PatchFit]) -> tuple[int, ...]:
         learning.brought[part] = brought[owner == part]
     atlas.frontier.move_home([row], rows[0])
     atlas.edge_ends.move_home([row], rows[0])
+    for part in rows:
+        inherit(atlas, part, creases)
+    fold(atlas, rows)
     # A neighbour may cover more of the row than its parts do, or they more than a neighbour.
     around |= set(rows)
     around -= set(remove_hidden(atlas, around))

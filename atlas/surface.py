@@ -15,6 +15,7 @@ from touchatlas.atlas.band import REACH
 from touchatlas.atlas.blend import blend
 from touchatlas.atlas.curved_triangles import Subdivision
 from touchatlas.atlas.kin import Kin, are_kin
+from touchatlas.atlas.sharpen import sharpen
 from touchatlas.atlas.skin import Skin, grow_skin, renew_skin
 from touchatlas.atlas.table import Table
 from touchatlas.atlas.voices import COVER_MARGIN, distances
@@ -24,6 +25,8 @@ _SAGITTA = 0.02
 _CURVATURE_QUANTILE = 0.9
 # Of the cubes: in edges of the triangles, and of the smallest patch radius.
 _MOST, _SHARE = 4, 0.375
+# Triangles along a crease, over its length.
+_CREASE_SHARE = 0.125
 # A surface is renewed, not begun anew, while the resolution is within these times its own.
 _HOLDS = 0.7, 2.0
 
@@ -71,7 +74,8 @@ def resolution(atlas: Atlas) -> float:
     second = 2.0 * np.abs(table.mean[rows, 3:6]).max(axis=1) / table.radius[rows]
     curvature = np.quantile(second, _CURVATURE_QUANTILE)
     chord = np.sqrt(8.0 * _SAGITTA * atlas.tolerance / max(curvature, np.finfo(float).tiny))
-    return float(min(chord, 0.5 * table.core * table.radius[rows].min()))
+    core = table.core * table.radius[rows].min()
+    return float(min(chord, 0.5 * core, _CREASE_SHARE * atlas.creases.usual_length()))
 
 
 def extract_surface(atlas: Atlas, edge: float | None = None) -> Surface:
@@ -148,7 +152,9 @@ def renew_surface(grown: GrownSurface, atlas: Atlas, change: AtlasChange) -> Gro
 
 def cube_edge(table: Table, kin: Kin, edge: float, rows=None) -> float:
     """Edge of the cubes: a multiple of the triangles', as many as the patches, or some of them,
-    bear."""
+    bear; with creases the triangles' own."""
+    if kin.creases:
+        return edge
     rows = table.rows if rows is None else np.array(rows, int)
     most = _SHARE * table.radius[rows].min(initial=np.inf) / edge
     apart = least_gap(table, kin, rows) / (np.sqrt(3.0) * edge)
@@ -187,7 +193,8 @@ def smooth_surface(table: Table, kin: Kin, skin: Skin, count: int) -> Surface:
         faces = (np.cumsum(used) - 1)[faces]
         points, *columns = (column[used] for column in (points, *columns))
     normals, deviation, patch, curvature = columns
-    return Surface(points, faces, normals, deviation, patch, curvature)
+    surface = Surface(points, faces, normals, deviation, patch, curvature)
+    return sharpen(table, kin, surface, REACH * skin.edge)
 
 
 def _nearest(table: Table, candidates, points) -> np.ndarray:
