@@ -8,6 +8,9 @@ import numpy as np
 from touchatlas.atlas.blend import Blend, blend
 from touchatlas.atlas.boundary import Boundary, power_at
 from touchatlas.atlas.change import AtlasChange
+from touchatlas.atlas.creases import Creases
+from touchatlas.atlas.edge_ends import EdgeEnds
+from touchatlas.atlas.folding import fold, trim
 from touchatlas.atlas.frontier import Frontier
 from touchatlas.atlas.insertion import fit_touch, insert
 from touchatlas.atlas.kin import Kin
@@ -72,9 +75,12 @@ class Atlas:
         The patches' numbers, a row an id.
     kin : list of set of int
         For each patch, the patches that continue its sheet within reach.
+    creases : Creases
+        Which patches meet at an edge.
     tiling : Tiling
         Boundaries, corners and gaps.
     frontier : Frontier
+    edge_ends : EdgeEnds
     touches : int
     """
 
@@ -85,9 +91,11 @@ class Atlas:
         self.options = options
         self.table = Table(options.fit.basis, options.fit.core)
         self.kin = Kin()
+        self.creases = self.kin.creases = Creases(self.table, self.kin)
         self.tiling = Tiling(self.table, self.kin)
         self.learning = Learning(self.table)
         self.frontier = Frontier()
+        self.edge_ends = EdgeEnds()
         self.touches = 0
         self.texture = Texture()
 
@@ -98,6 +106,11 @@ class Atlas:
     def graph(self) -> nx.Graph:
         """Nodes are patch ids (see ``patch``); edges carry a ``boundary`` (Boundary)."""
         return self.tiling.graph
+
+    @property
+    def bias(self) -> float:
+        """Lack of fit that a patch may have, length."""
+        return self.options.bias * self.tolerance
 
     @property
     def parameter_count(self) -> int:
@@ -213,9 +226,8 @@ class Atlas:
         """Choose frame and prior of a patch anew, from all samples about it; whether it held."""
         offered = self.learning.brought_by([row, *self.kin[row]])
         radius = float(self.table.radius[row])
-        bias = self.options.bias * self.tolerance
         return (
-            self.learning.refit(row, offered, bias, radius, self.prior, self.options.fit)
+            self.learning.refit(row, offered, self.bias, radius, self.prior, self.options.fit)
             is not None
         )
 
@@ -266,6 +278,7 @@ class Atlas:
             table.renew_ring(row)
             power = power_at(table, sorted(self.kin[row]), table.ring[row])
             table.ring_open[row] = power.min(axis=1, initial=np.inf) > 0
+        trim(self, rows)
 
     def euler_characteristic(self) -> int:
         """V - E + F of the patch graph: patches, boundaries and corners."""
@@ -284,7 +297,8 @@ class Atlas:
     def closed(self) -> bool:
         """Whether the patches cover all that they border on: nothing is left to be touched."""
         open_ring = self.table.ring_open[self.table.rows].any()
-        return bool(len(self) and not (open_ring or len(self.frontier) or self.tiling.gaps))
+        places = len(self.frontier) + len(self.edge_ends) + len(self.tiling.gaps)
+        return bool(len(self) and not (open_ring or places))
 
     def validate(self) -> None:
         """Prove what must hold: samples belong, equations are their sums, boundaries pair up, the
@@ -301,7 +315,9 @@ class Atlas:
     def settle(self) -> None:
         """Refit all patches from all they could have learned from, then draw boundaries and
         corners anew: what an exploration ends with."""
-        for row in self.table.rows.tolist():
+        rows = self.table.rows.tolist()
+        for row in rows:
             self.refit(row)
+        fold(self, rows)
         self.tiling.retile()
         self.tiling.mend()

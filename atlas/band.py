@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from touchatlas.atlas.blend import leaders
+from touchatlas.atlas.edge_blend import lead_off_edges, speakers
 from touchatlas.atlas.kin import Kin
 from touchatlas.atlas.lattice import corners_of, crossed_neighbours, key, unkey
 from touchatlas.atlas.table import Table
@@ -125,8 +126,14 @@ def ask(table: Table, kin: Kin, keys, start, edge: float) -> Corners:
     points = unkey(keys) * edge + start
     values, lead = np.full(len(keys), np.nan), np.full(len(keys), -1)
     rows, which = table.index.near(points)
-    distance, _, own = distances(table, kin, rows, points[which], REACH * edge)
-    starts, _, leader, led = leaders(rows, which, distance, own)
+    distance, normals, covers = distances(table, kin, rows, points[which], REACH * edge, False)
+    feet, own = points[which] - distance[:, None] * normals, covers
+    if kin.creases:
+        own = kin.creases.sees(rows, feet, covers)
+    starts, sizes, leader, led = leaders(rows, which, distance, own)
+    if kin.creases:
+        feet[~covers] = np.nan
+        lead_off_edges(kin.creases, rows, starts, sizes, distance, feet, leader, led)
     lead[which[starts][led]] = leader[led]
     mine = rows == lead[which]
     values[which[mine]] = distance[mine]
@@ -150,6 +157,9 @@ def extend(table: Table, kin: Kin, at, corners: Corners, start, edge: float) -> 
     pairs, who = np.divmod(np.unique(pairs * table.size + who), table.size)
     points = unkey(corners.keys[pairs]) * edge + start
     distance, _, _ = distances(table, kin, who, points, np.inf)
+    if kin.creases:
+        keep = speakers(kin.creases, who, pairs, distance)
+        pairs, who, distance = pairs[keep], who[keep], distance[keep]
     order = np.lexsort((who, np.abs(distance), pairs))
     pairs, first = np.unique(pairs[order], return_index=True)
     values, lead = corners.values.copy(), corners.leaders.copy()

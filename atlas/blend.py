@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from touchatlas.atlas.edge_blend import lead_off_edges
 from touchatlas.atlas.kin import Kin, are_kin
 from touchatlas.atlas.table import Table
 from touchatlas.atlas.voices import voices
@@ -85,6 +86,11 @@ def _means(table: Table, kin: Kin, points, reach):
         return out, patch
     said = voices(table, kin, rows, points[which], reach)
     starts, sizes, leader, led = leaders(rows, which, said.distance, said.own)
+    if kin.creases and said.covers is not None:
+        feet = points[which] - said.distance[:, None] * said.numbers[:, 3:]
+        feet[~said.covers] = np.nan
+        pairs = rows, starts, sizes, said.distance, feet
+        lead_off_edges(kin.creases, *pairs, leader, led)
     weight = said.weight * are_kin(kin, np.repeat(leader, sizes), rows)
     total = np.add.reduceat(weight, starts)
     led &= total > 0.0

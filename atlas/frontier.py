@@ -1,5 +1,7 @@
 """The frontier: touched points and patch outlines that no core covers yet."""
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from touchatlas.atlas.moments import SHEET_COSINE, on_sheet
@@ -31,11 +33,13 @@ class Frontier:
     def __len__(self) -> int:
         return len(self.home)
 
-    def cover(self, table: Table, row: int) -> None:
-        """Drop the samples of its sheet that the core of ``row`` covers."""
+    def cover(self, table: Table, row: int, apart: Iterable[int] = ()) -> None:
+        """Drop the samples of its sheet that the core of ``row`` covers: none of those that are
+        at home at the rows ``apart``, across an edge."""
         offset = self.points - table.site[row]
         share = np.sqrt((offset * offset).sum(axis=1) / table.power[row])
         near = np.flatnonzero(share < _REACH / table.core)
+        near = near[~np.isin(self.home[near], list(apart))]
         near = near[on_sheet(table, np.array([row]), self.points[near], self.normals[near])[0]]
         depth = self.depth.copy()
         depth[near] = np.minimum(depth[near], share[near])

@@ -7,7 +7,9 @@ import numpy as np
 
 from touchatlas.atlas.boundary import power_at
 from touchatlas.atlas.change import AtlasChange
-from touchatlas.atlas.kin import kin_of
+from touchatlas.atlas.crease_search import find_creases
+from touchatlas.atlas.creases import Crease
+from touchatlas.atlas.folding import fold, kin_beside
 from touchatlas.atlas.merging import remove_hidden
 from touchatlas.atlas.touch import Touch
 from touchatlas.patch.fit import PatchFit, fit_patch
@@ -66,24 +68,32 @@ def insert(atlas: "Atlas", fit: PatchFit, contours) -> AtlasChange:
     table, learning = atlas.table, atlas.learning
     row = table.append(fit)
     table.sensor[row] = np.sqrt(np.mean([contour.noise_std**2 for contour in contours]))
-    kin = kin_of(table, row)
     index = _enter_samples(atlas, row, contours)
+    creases = _new_creases(atlas, row, index)
+    kin = kin_beside(atlas, row, set(creases))
     if len(kin):
         learning.teach(kin, index)
     owner = _owner(atlas, row, kin)
     if owner != row:
         table.drop_last()
         learning.brought[owner] = np.concatenate([learning.brought[owner], index])
-        atlas.frontier.cover(table, owner)
+        atlas.frontier.cover(table, owner, atlas.creases.of(owner))
+        atlas.edge_ends.extend(table, owner, contours)
         frame = fit.patch.frame
         atlas.frontier.visit(frame.origin, frame.normal, 0.5 * fit.patch.radius)
         _link(atlas, owner, kin)
         too_large = atlas.learned(kin)
+        fold(atlas, kin.tolist())
         return _tidy(atlas, too_large, AtlasChange(changed=tuple(kin.tolist())))
     _join(atlas, row, kin, index)
+    for other, crease in creases.items():
+        atlas.creases.enter(row, other, crease)
     too_large = atlas.learned(np.append(kin, row))
     table.renew_ring(row)
     _close_frontier(atlas, row, kin, index)
+    fold(atlas, [row, *kin.tolist()])
+    atlas.edge_ends.extend(table, row, contours)
+    atlas.edge_ends.settle(table)
     atlas.tiling.meet(row, kin)
     return _tidy(atlas, too_large, AtlasChange(added=(row,), changed=tuple(kin.tolist())))
 
@@ -119,6 +129,15 @@ def _enter_samples(atlas: "Atlas", row: int, contours) -> np.ndarray:
     return atlas.learning.pool.add(points, np.where(inside[:, None], upward, normals), across)
 
 
+def _new_creases(atlas: "Atlas", row: int, index) -> dict[int, Crease]:
+    """The rows that a new one, which learned nothing yet but its own samples, is creased with."""
+    table = atlas.table
+    near = table.index.rows_near(table.origin[row], table.radius[row])
+    pairs = [(i, row) for i in near.tolist() if i != row]
+    found = find_creases(table, atlas.learning, pairs, atlas.bias, index)
+    return {i: crease for (i, _), crease in found.items()}
+
+
 def _owner(atlas: "Atlas", row: int, kin: np.ndarray) -> int:
     """The patch in whose cell the centre of ``row`` lies: itself, unless it is hidden."""
     if not len(kin):
@@ -134,7 +153,8 @@ def _link(atlas: "Atlas", owner: int, kin: np.ndarray) -> None:
     others = kin[kin != owner]
     offset = table.origin[others] - table.origin[owner]
     reach = table.radius[others] + table.radius[owner]
-    for i in others[(offset * offset).sum(axis=1) < reach**2].tolist():
+    near = others[(offset * offset).sum(axis=1) < reach**2].tolist()
+    for i in set(near) - atlas.creases.of(owner):
         atlas.kin[owner].add(i)
         atlas.kin[i].add(owner)
     table.ring_open[others] *= power_at(table, [owner], table.ring[others])[..., 0] > 0
@@ -152,7 +172,7 @@ def _join(atlas: "Atlas", row: int, kin: np.ndarray, index) -> None:
 
 def _close_frontier(atlas: "Atlas", row: int, kin: np.ndarray, index) -> None:
     table, pool, frontier = atlas.table, atlas.learning.pool, atlas.frontier
-    frontier.cover(table, row)
+    frontier.cover(table, row, atlas.creases.of(row))
     frontier.extend(table, row, kin, pool.points[index], pool.normals[index])
     if len(kin):
         table.ring_open[kin] *= power_at(table, [row], table.ring[kin])[..., 0] > 0

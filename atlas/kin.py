@@ -6,11 +6,15 @@ wall and the gap between two fingers have close points that are strangers.
 """
 
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from touchatlas.atlas.moments import SHEET_COSINE, SHEET_GAP
 from touchatlas.atlas.table import Table
+
+if TYPE_CHECKING:
+    from touchatlas.atlas.creases import Creases
 
 
 class Kin(list[set[int]]):
@@ -18,6 +22,11 @@ class Kin(list[set[int]]):
 
     A set that was handed out may be changed by who asked for it: its line of the array is
     written anew at the next need. Iteration is for reading only.
+
+    Attributes
+    ----------
+    creases : Creases, optional
+        Which patches of different sheets meet at an edge.
 
     Examples
     --------
@@ -27,6 +36,7 @@ class Kin(list[set[int]]):
 
     def __init__(self, sets: Iterable[set[int]] = ()) -> None:
         super().__init__(sets)
+        self.creases: Creases | None = None
         self._array = np.zeros((64, 8), np.int32)
         self._written = 0
         self._stale: set[int] = set()
@@ -73,7 +83,7 @@ def are_kin(kin: Kin, first: np.ndarray, second: np.ndarray) -> np.ndarray:
     return (first == second) | (lines[first] == second[:, None]).any(axis=1)
 
 
-def radical_share(table: Table, row: int, others: np.ndarray):
+def radical_share(table: Table, row, others: np.ndarray):
     """Offsets (m, 3) to other centres, squared distances (m,), and the share (m,) of the way
     at which both cores have equal power: the radical plane."""
     offset = table.site[others] - table.site[row]
@@ -82,8 +92,9 @@ def radical_share(table: Table, row: int, others: np.ndarray):
     return offset, square, share
 
 
-def kin_of(table: Table, row: int) -> np.ndarray:
-    """Rows of the patches that continue the same sheet as ``row``, ascending."""
+def kin_of(table: Table, row: int, cosine: float = SHEET_COSINE) -> np.ndarray:
+    """Rows of the patches that continue the same sheet as ``row``, ascending: their normals
+    agree up to an angle of a given cosine."""
     others = table.index.rows_near(table.origin[row], table.radius[row])
     others = others[others != row]
     if not len(others):
@@ -102,7 +113,7 @@ def kin_of(table: Table, row: int) -> np.ndarray:
     their_upward = (their_upward @ table.axes[others])[:, 0]
     lengths = np.sqrt((upward**2).sum(axis=1)), np.sqrt((their_upward**2).sum(axis=1))
     distance = np.abs(gap[:, 0]) * table.radius[others] / lengths[1]
-    agree = (upward * their_upward).sum(axis=1) >= SHEET_COSINE * lengths[0] * lengths[1]
+    agree = (upward * their_upward).sum(axis=1) >= cosine * lengths[0] * lengths[1]
     inside = (theirs[:, 0, :2] ** 2).sum(axis=1) <= 1.0
     inside &= (mine[0, :, :2] ** 2).sum(axis=1) <= 1.0
     return others[

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from touchatlas.atlas.boundary import power_at
-from touchatlas.atlas.kin import kin_of
+from touchatlas.atlas.folding import fold, inherit, kin_beside
 from touchatlas.atlas.moments import SHEET_COSINE
 from touchatlas.atlas.table import Table
 from touchatlas.patch.fit import PatchFit
@@ -115,7 +115,7 @@ def replace_by(atlas: "Atlas", fit: PatchFit) -> tuple[int, tuple[int, ...]] | N
     """
     table, learning = atlas.table, atlas.learning
     row = table.append(fit)
-    kin = kin_of(table, row)
+    kin = kin_beside(atlas, row, set())
     offset = table.site[kin] - table.site[row]
     core = np.sqrt(table.power[kin])
     distance = np.sqrt((offset * offset).sum(axis=1))
@@ -125,17 +125,21 @@ def replace_by(atlas: "Atlas", fit: PatchFit) -> tuple[int, tuple[int, ...]] | N
         table.drop_last()
         return None
     table.sensor[row] = np.sqrt((table.sensor[gone] ** 2).mean())
+    creases = atlas.creases.of_all(gone)
     atlas.enter(row, stay)
     learning.brought[row] = learning.brought_by(gone)
     offered = np.unique(np.concatenate([learning.members[i] for i in kin.tolist()]))
     learning.settle(row, fit, offered)
     atlas.frontier.move_home(gone, row)
+    atlas.edge_ends.move_home(gone, row)
     atlas.frontier.cover(table, row)
     around = {row, *stay} | set().union(*(atlas.kin[i] for i in gone)) - set(gone)
     atlas.tiling.meet(row, np.array(stay, int))
     remove_patches(atlas, gone)
     atlas.tiling.remove(gone, around)
     gone += remove_hidden(atlas, around)
+    inherit(atlas, row, creases)
+    fold(atlas, [row])
     atlas.reopen(sorted(around - set(gone)))
     return row, tuple(gone)
 
@@ -152,6 +156,7 @@ def remove_hidden(atlas: "Atlas", rows: set[int]) -> list[int]:
             owner = int(kin[power.argmin()])
             learning.brought[owner] = np.append(learning.brought[owner], learning.brought[i])
             atlas.frontier.move_home([i], owner)
+            atlas.edge_ends.move_home([i], owner)
             remove_patches(atlas, [i])
             hidden.append(i)
     if hidden:
@@ -166,6 +171,7 @@ def remove_patches(atlas: "Atlas", rows: list[int]) -> None:
             atlas.kin[j].discard(i)
         atlas.kin[i] = set()
         atlas.learning.forget(i)
+    atlas.creases.forget(rows)
     atlas.table.remove(rows)
 
 

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from touchatlas.atlas.boundary import power_at
-from touchatlas.atlas.kin import kin_of
+from touchatlas.atlas.folding import fold, inherit, kin_beside
 from touchatlas.atlas.merging import remove_hidden, remove_patches
 from touchatlas.atlas.moments import of_patch
 from touchatlas.patch.fit import PatchFit
@@ -31,7 +31,10 @@ def parts_of(atlas: "Atlas", row: int) -> list[PatchFit] | None:
     near = of_patch(table, np.array([row]), pool.points[index], pool.normals[index], 1.25)[0]
     index, radius = index[near], _SLACK * _SHARE * table.radius[row]
     parts = []
-    for frame in _frames(atlas, row):
+    frames = _frames(atlas, row)
+    if frames is None:
+        return None
+    for frame in frames:
         offset = pool.points[index] - frame.origin
         inside = index[(offset * offset).sum(axis=1) <= (1.25 * radius) ** 2]
         if len(inside) < _LEAST_SAMPLES * table.basis.size:
@@ -69,14 +72,14 @@ def divide(atlas: "Atlas", row: int, parts: list[PatchFit]) -> tuple[int, ...]:
     table, learning = atlas.table, atlas.learning
     brought, known = learning.brought[row], learning.members[row]
     sensor = float(table.sensor[row])
-    around = set(atlas.kin[row])
+    around, creases = set(atlas.kin[row]), atlas.creases.of_all([row])
     remove_patches(atlas, [row])
     atlas.tiling.remove([row], around)
     rows = []
     for fit in parts:
         part = table.append(fit)
         table.sensor[part] = sensor
-        kin = kin_of(table, part)
+        kin = np.setdiff1d(kin_beside(atlas, part, set()), list(creases))
         atlas.enter(part, kin.tolist())
         learning.settle(part, fit, np.union1d(known, learning.brought_by(kin.tolist())))
         table.renew_ring(part)
@@ -87,6 +90,10 @@ def divide(atlas: "Atlas", row: int, parts: list[PatchFit]) -> tuple[int, ...]:
     for part in rows:
         learning.brought[part] = brought[owner == part]
     atlas.frontier.move_home([row], rows[0])
+    atlas.edge_ends.move_home([row], rows[0])
+    for part in rows:
+        inherit(atlas, part, creases)
+    fold(atlas, rows)
     # A neighbour may cover more of the row than its parts do, or they more than a neighbour.
     around |= set(rows)
     around -= set(remove_hidden(atlas, around))

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from touchatlas.atlas.atlas import Atlas, AtlasOptions
+from touchatlas.atlas.creases import Crease
 from touchatlas.atlas.patch_samples import PatchSamples
 from touchatlas.atlas.rough import enter, rough_patch
 from touchatlas.atlas.table import Table
@@ -42,7 +43,9 @@ def save_atlas(path, atlas: Atlas) -> None:
         "frontier_normals": atlas.frontier.normals,
         "frontier_home": atlas.frontier.home,
         "frontier_depth": atlas.frontier.depth,
+        **_packed_creases(atlas),
     }
+    arrays |= {f"ends_{name}": column for name, column in vars(atlas.edge_ends).items()}
     arrays |= {f"table_{name}": getattr(atlas.table, name) for name in atlas.table.names}
     arrays |= _rough_arrays(atlas.table)
     buffer = io.BytesIO()
@@ -126,9 +129,29 @@ def _fill(atlas: Atlas, arrays, header) -> None:
     atlas.kin.extend(set(k.tolist()) for k in _unpacked("kin", arrays))
     for name in ("points", "normals", "home", "depth"):
         setattr(atlas.frontier, name, arrays[f"frontier_{name}"])
+    if header["format"] > 1:
+        _fill_creases(atlas, arrays)
     for row in range(atlas.table.size):
         atlas.tiling.add(row, bool(atlas.table.alive[row]))
     atlas.tiling.retile()
+
+
+def _packed_creases(atlas: Atlas) -> dict[str, np.ndarray]:
+    pairs = sorted(atlas.creases.pairs)
+    creases = [atlas.creases.pairs[pair] for pair in pairs]
+    return {
+        "crease_pairs": np.array(pairs, np.int64).reshape(-1, 2),
+        "crease_sign": np.array([crease.sign for crease in creases], np.int8),
+        "crease_anchor": np.array([crease.anchor for crease in creases]).reshape(-1, 3),
+    }
+
+
+def _fill_creases(atlas: Atlas, arrays) -> None:
+    names = ("crease_pairs", "crease_sign", "crease_anchor")
+    for (i, j), sign, anchor in zip(*(arrays[name] for name in names), strict=True):
+        atlas.creases.enter(int(i), int(j), Crease(int(sign), anchor))
+    for name in vars(atlas.edge_ends):
+        setattr(atlas.edge_ends, name, arrays[f"ends_{name}"])
 
 
 def _from_format_1(arrays) -> dict[str, np.ndarray]:

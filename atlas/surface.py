@@ -15,6 +15,7 @@ from touchatlas.atlas.band import REACH
 from touchatlas.atlas.blend import blend
 from touchatlas.atlas.curved_triangles import Subdivision
 from touchatlas.atlas.kin import Kin, are_kin
+from touchatlas.atlas.sharpen import sharpen
 from touchatlas.atlas.skin import Skin, grow_skin, renew_skin
 from touchatlas.atlas.table import Table
 from touchatlas.atlas.voices import COVER_MARGIN, distances
@@ -26,6 +27,8 @@ _UNSURE, _ASKED = 0.1, 64
 _CURVATURE_QUANTILE = 0.9
 # Of the cubes: in edges of the triangles, and of the smallest patch radius.
 _MOST, _SHARE = 6, 0.5
+# Triangles along a crease, over its length.
+_CREASE_SHARE = 0.125
 # A surface is renewed, not begun anew, while the resolution is within these times its own.
 # Cosine of normals below which two sheets turn their backs to each other.
 OPPOSED = -0.5
@@ -82,7 +85,8 @@ def resolution(atlas: Atlas) -> float:
     curvature = np.quantile(second, _CURVATURE_QUANTILE)
     sagitta = max(_SAGITTA * atlas.tolerance, _UNSURE * _usual_deviation(atlas, rows))
     chord = np.sqrt(8.0 * sagitta / max(curvature, np.finfo(float).tiny))
-    return float(min(chord, 0.5 * table.core * table.radius[rows].min()))
+    core = table.core * table.radius[rows].min()
+    return float(min(chord, 0.5 * core, _CREASE_SHARE * atlas.creases.usual_length()))
 
 
 def _usual_deviation(atlas: Atlas, rows) -> float:
@@ -167,7 +171,9 @@ def renew_surface(grown: GrownSurface, atlas: Atlas, change: AtlasChange) -> Gro
 
 def cube_edge(table: Table, kin: Kin, edge: float, rows=None) -> float:
     """Edge of the cubes: a multiple of the triangles', as many as the patches, or some of them,
-    bear."""
+    bear; with creases the triangles' own."""
+    if kin.creases:
+        return edge
     rows = table.rows if rows is None else np.array(rows, int)
     most = _SHARE * table.radius[rows].min(initial=np.inf) / edge
     # Sheets nearer to each other than a cube of the triangles' own edge stay unparted anyway.
@@ -205,7 +211,9 @@ def smooth_surface(atlas: Atlas, skin: Skin, count: int) -> Surface:
     deviation, curvature = np.sqrt(cut.linear(old.variance)), cut.linear(old.curvature)
     known &= deviation <= atlas.tolerance
     whole = Surface(points, _unfolded(faces, normals), normals, deviation, patch, curvature)
-    return whole if known.all() and len(whole.faces) == len(faces) else _only(whole, known)
+    if not known.all() or len(whole.faces) < len(faces):
+        whole = _only(whole, known)
+    return sharpen(table, kin, whole, REACH * skin.edge)
 
 
 def _unfolded(faces, normals) -> np.ndarray:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from touchatlas.atlas.boundary import power_at
+from touchatlas.atlas.meeting import look
 from touchatlas.atlas.moments import sums_of
 
 if TYPE_CHECKING:
@@ -20,7 +21,7 @@ _CORNER = 1e-3
 
 def violations(atlas: "Atlas") -> list[str]:
     """What does not hold, a sentence each; empty for a sound atlas."""
-    checks = (_numbers, _samples, _equations, _kinship, _graph, _corners, _closure)
+    checks = (_numbers, _samples, _equations, _kinship, _creasing, _graph, _corners, _closure)
     return [sentence for check in checks for sentence in check(atlas)]
 
 
@@ -70,6 +71,24 @@ def _kinship(atlas: "Atlas") -> Iterator[str]:
             yield f"kinship of patch {row} is not mutual"
         if not kin <= alive or (kin and row not in alive):
             yield f"patch {row} is kin to a removed one, or is one"
+
+
+def _creasing(atlas: "Atlas") -> Iterator[str]:
+    """Creased patches are in use, of two sheets, and meet at their anchor at an angle."""
+    table, creases = atlas.table, atlas.creases
+    alive = set(table.rows.tolist())
+    for (i, j), crease in creases.pairs.items():
+        if not i < j or not {i, j} <= alive or j in atlas.kin[i]:
+            yield f"patches {i} and {j} are creased, but one is removed or they are kin"
+            continue
+        if i not in creases.of(j) or j not in creases.of(i) or abs(crease.sign) != 1:
+            yield f"the crease of {i} and {j} is not mutual"
+        seen = look(table, np.array([[i, j]]), crease.anchor[None])
+        if np.abs(seen.distance).max() > _CORNER * table.radius[[i, j]].min():
+            yield f"patches {i} and {j} do not meet at the anchor of their crease"
+    homes = set(atlas.edge_ends.home.tolist())
+    if not homes <= alive:
+        yield "an end at an edge is at home at a removed patch"
 
 
 def _graph(atlas: "Atlas") -> Iterator[str]:

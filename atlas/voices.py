@@ -5,7 +5,7 @@ with about as many points in one array, so that every product is a stack of matr
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -51,12 +51,15 @@ class Voices:
         Distance, variance (length^2), Gaussian curvature (1/length^2), unit normal (3).
     own : (m,) bool
         Whether the foot of the point lies in the patch's own cell.
+    covers : (m,) bool, optional
+        Where there are creases: the same, but for those that the cell ends at.
     """
 
     distance: np.ndarray
     weight: np.ndarray
     numbers: np.ndarray
     own: np.ndarray
+    covers: np.ndarray | None = None
 
 
 def groups(rows: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
@@ -95,18 +98,23 @@ def voices(table: Table, kin: Kin, rows, points, reach: float) -> Voices:
     out = Voices(np.empty(count), np.empty(count), np.empty((count, 6)), np.empty(count, bool))
     for patches, index in groups(rows):
         _speak(table, lines, patches, index, points[index], reach, out)
+    if kin.creases:
+        seen = kin.creases.sees(rows, points - out.distance[:, None] * out.numbers[:, 3:], out.own)
+        return replace(out, own=seen, covers=out.own)
     return out
 
 
-def distances(table: Table, kin: Kin, rows, points, reach: float):
+def distances(table: Table, kin: Kin, rows, points, reach: float, trimmed: bool = True):
     """Of the same pairs only the distance (m,), the unit normal (m, 3), and whether the foot is
-    in the patch's own cell (m,)."""
+    in the patch's own cell (m,): if ``trimmed``, as it ends at creases."""
     count, lines = len(rows), kin.lines()
     distance, normals, own = np.empty(count), np.empty((count, 3)), np.empty(count, bool)
     for patches, index in groups(rows):
         here = _Place(table, patches, points[index], GRADIENT)
         distance[index], normals[index] = here.distance, here.normals
         own[index] = here.own(table, lines, patches, here.inside(reach))
+    if kin.creases and trimmed:
+        own = kin.creases.sees(rows, points - distance[:, None] * normals, own)
     return distance, normals, own
 
 

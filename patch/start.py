@@ -128,7 +128,8 @@ def start_stack(points, contour_sets: Sequence[tuple[Contour, ...]], outwards) -
 def contour_extent(point, contours) -> float:
     """Distance from the point to the nearest soft end of a contour: how far around is known.
 
-    Hard ends (an edge, lost contact) do not count, unless there are no others.
+    Hard ends (an edge, lost contact) do not count. Where there are no others the whole face was
+    touched, up to the farthest of them.
     """
     ends = np.array([[contour.points[0], contour.points[-1]] for contour in contours]) - point
     counts = np.full((1, len(contours)), 2)
@@ -161,14 +162,15 @@ def _chord_tangents(offsets, square, counts):
 
 
 def _extents(square, counts, flat) -> np.ndarray:
-    """(m,) distances to the nearest soft ends, from squared distances (m, c, n)."""
+    """(m,) distances to the nearest soft ends, or to the farthest end where all are hard, from
+    squared distances (m, c, n)."""
     ends = np.stack([square[..., 0], np.take_along_axis(square, counts[..., None] - 1, 2)[..., 0]])
     hard = [[e is _EDGE or e is _LOST or e is _UNREACHABLE for e in c.ends] for c in flat]
     nearest = ends.min(axis=(0, 2))
     if any(map(any, hard)):
         is_hard = np.array(hard).reshape(*counts.shape, 2).transpose(2, 0, 1)
         soft = np.where(is_hard, np.inf, ends).min(axis=(0, 2))
-        nearest = np.where(np.isfinite(soft), soft, nearest)
+        nearest = np.where(np.isfinite(soft), soft, ends.max(axis=(0, 2)))
     return np.sqrt(nearest)
 
 

@@ -113,12 +113,12 @@ def is_spent(points, spent, tolerance: float) -> np.ndarray:
     return ((offset * offset).sum(axis=2) <= tolerance**2).any(axis=1)
 
 
-def predicted_curvature(atlas: Atlas, candidate: Candidate) -> float:
-    """Largest |normal curvature| that the candidate's home patch predicts there, or at the
+def predicted_curvature(atlas: Atlas, point, home: int) -> float:
+    """Largest |normal curvature| that patch ``home`` predicts at a point (3,), or at the
     nearest point of its rim: beyond it the polynomial says nothing. No more than at its centre,
     where it is known best: detail finer than the patch bends the rim."""
-    table, home = atlas.table, candidate.home
-    x, y, z = (candidate.point - table.origin[home]) @ table.axes[home].T / table.radius[home]
+    table = atlas.table
+    x, y, z = (point - table.origin[home]) @ table.axes[home].T / table.radius[home]
     beyond = max(1.0, float(np.hypot(x, y)))
     at = np.array([[x, 0.0], [y, 0.0], [z, 0.0]]) / beyond
     derivatives = evaluate(table.basis, table.mean[home], *at, SECOND_ORDER)

@@ -16,6 +16,7 @@ from touchatlas.planner.candidates import (
     predicted_curvature,
     weak_candidate,
 )
+from touchatlas.planner.edges import EdgeGuess, edge_guess
 from touchatlas.planner.planes import concurrent_planes
 from touchatlas.planner.probe_plan import ProbePlan, Reason
 
@@ -77,6 +78,7 @@ class Planner:
         self._asked: ProbePlan | None = None
         self._target: np.ndarray | None = None
         self._spent: list[np.ndarray] = []
+        self._tried_ends: list[np.ndarray] = []
         self._retry: ProbePlan | None = None
         self._count = 0
 
@@ -93,8 +95,7 @@ class Planner:
         if self._asked is None and len(atlas) == 0:
             self._asked = self._start_plan(atlas) if self._count == 0 else None
         elif self._asked is None:
-            candidate = self._candidate(atlas)
-            self._asked = None if candidate is None else self._plan(atlas, candidate)
+            self._asked = self._next_plan(atlas)
         return self._asked
 
     def tell(self, touch: Touch, change: AtlasChange) -> None:
@@ -120,21 +121,31 @@ class Planner:
         self._count += 1
         self._asked = None
 
-    def _candidate(self, atlas: Atlas) -> Candidate | None:
-        for choose in (frontier_candidate, gap_candidate, weak_candidate):
+    def _next_plan(self, atlas: Atlas) -> ProbePlan | None:
+        """Frontier first, then over edges, then gaps."""
+        candidate = self._candidate(atlas, frontier_candidate)
+        if candidate is None:
+            guess = edge_guess(atlas, self._position, self._tried_ends)
+            if guess is not None:
+                return self._edge_plan(atlas, guess)
+            candidate = self._candidate(atlas, gap_candidate)
+        if candidate is None:
+            candidate = self._candidate(atlas, weak_candidate)
+        return None if candidate is None else self._plan(atlas, candidate)
+
+    def _candidate(self, atlas: Atlas, choose) -> Candidate | None:
+        candidate = choose(atlas, self._position, self._spent)
+        if (
+            candidate is not None
+            and self._target is not None
+            and is_spent(candidate.point[None], [self._target], atlas.tolerance)[0]
+        ):
+            # The touch there did not cover it: once is enough.
+            self._spent.append(self._target)
             candidate = choose(atlas, self._position, self._spent)
-            if (
-                candidate is not None
-                and self._target is not None
-                and is_spent(candidate.point[None], [self._target], atlas.tolerance)[0]
-            ):
-                # The touch there did not cover it: once is enough.
-                self._spent.append(self._target)
-                candidate = choose(atlas, self._position, self._spent)
-            if candidate is not None:
-                self._target = candidate.point.copy()
-                return candidate
-        return None
+        if candidate is not None:
+            self._target = candidate.point.copy()
+        return candidate
 
     def _closer(self, atlas: Atlas, plan: ProbePlan) -> ProbePlan | None:
         """The same place with shorter arms and finer steps, after contours that were too short;
@@ -153,12 +164,23 @@ class Planner:
         return self._finish(self._start, self._outward, heading, reach, Reason.START)
 
     def _plan(self, atlas: Atlas, candidate: Candidate) -> ProbePlan:
-        curvature = predicted_curvature(atlas, candidate)
-        longest = self.options.reach * atlas.tolerance
-        shortest = self.options.least_reach * atlas.tolerance
-        reach = max(shortest, min(longest, self.options.max_turn / max(curvature, 1.0 / longest)))
+        reach = self._reach(atlas, candidate.point, candidate.home)
         heading = candidate.point - atlas.table.origin[candidate.home]
         return self._finish(candidate.point, candidate.normal, heading, reach, candidate.reason)
+
+    def _edge_plan(self, atlas: Atlas, guess: EdgeGuess) -> ProbePlan:
+        self._tried_ends.append(guess.end.copy())
+        self._target = None
+        reach = self._reach(atlas, guess.end, guess.home)
+        point, normal = guess.target(reach)
+        return self._finish(point, normal, guess.normal, reach, Reason.EXPAND)
+
+    def _reach(self, atlas: Atlas, point, home: int) -> float:
+        """Length of the arms, as far as a patch predicts the curvature at a point."""
+        curvature = predicted_curvature(atlas, point, home)
+        longest = self.options.reach * atlas.tolerance
+        shortest = self.options.least_reach * atlas.tolerance
+        return max(shortest, min(longest, self.options.max_turn / max(curvature, 1.0 / longest)))
 
     def _finish(self, point, normal, heading, reach, reason) -> ProbePlan:
         planes = concurrent_planes(point, normal, heading, self.options.curves)

@@ -10,6 +10,8 @@ from touchatlas.sim.mesh_object import load_mesh
 from touchatlas.sim.triangles import areas_of, face_normals, sample_triangles
 
 _CALIBRATION = 1.96
+# A vertex whose normal is farther than this from a triangle's is on an edge.
+_EDGE_COSINE = np.cos(np.deg2rad(20.0))
 
 
 @dataclass(frozen=True)
@@ -170,10 +172,10 @@ def evaluate_surface(
     completeness, index, feet = _closest(vertices, faces, truth.points)
     precision = float(np.mean(accuracy <= tolerance))
     recall = float(np.mean(completeness <= tolerance))
-    normals = _vertex_normals(vertices, faces)
     corners = faces[index]
+    normals = _corner_normals(vertices, faces)[index]
     weights = _barycentric(feet, *vertices[corners].transpose(1, 0, 2))
-    angles = _angles_deg((weights[:, :, None] * normals[corners]).sum(axis=1), truth.normals)
+    angles = _angles_deg((weights[:, :, None] * normals).sum(axis=1), truth.normals)
     calibration = None
     if deviation is not None:
         predicted = (weights * deviation[corners]).sum(axis=1)
@@ -259,6 +261,15 @@ def _vertex_normals(vertices, faces) -> np.ndarray:
         np.add.at(normals, faces[:, m], weighted)
     length = np.sqrt((normals**2).sum(axis=1))
     return normals / np.where(length > 0.0, length, 1.0)[:, None]
+
+
+def _corner_normals(vertices, faces) -> np.ndarray:
+    """(f, 3, 3) normals at the corners of triangles: of the vertex, but where the surface has an
+    edge there, of the triangle."""
+    flat = face_normals(vertices, faces)[:, None]
+    smooth = _vertex_normals(vertices, faces)[faces]
+    sharp = (smooth * flat).sum(axis=2, keepdims=True) < _EDGE_COSINE
+    return np.where(sharp, flat, smooth)
 
 
 def _barycentric(p, a, b, c) -> np.ndarray:

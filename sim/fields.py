@@ -105,3 +105,31 @@ def rounded_box(half_sides, fillet: float) -> Field:
         return value, sign * direction, hessian * flip
 
     return field
+
+
+def polyhedron(normals, levels) -> Field:
+    """max over planes of n . x - b: an intersection of half spaces, with unit normals n."""
+    normals, levels = np.asarray(normals, dtype=float), np.asarray(levels, dtype=float)
+
+    def field(points):
+        heights = points @ normals.T - levels
+        highest = heights.argmax(axis=1)
+        value = heights[np.arange(len(points)), highest]
+        return value, normals[highest], np.zeros((len(points), 3, 3))
+
+    return field
+
+
+def union(first: Field, second: Field) -> Field:
+    """The lower of two fields: both bodies together."""
+
+    def field(points):
+        parts = zip(first(points), second(points), strict=True)
+        lower = None
+        out = []
+        for a, b in parts:
+            lower = a <= b if lower is None else lower
+            out.append(np.where(lower.reshape(-1, *[1] * (a.ndim - 1)), a, b))
+        return tuple(out)
+
+    return field

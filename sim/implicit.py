@@ -11,7 +11,7 @@ from touchatlas.sim.fields import Field
 from touchatlas.sim.triangles import areas_of, sample_triangles, top_sample
 
 _NEWTON_STEPS = 6
-# A tangent that turns this much within 1/256 of a step turns at an edge.
+# A normal that turns this much within 1/256 of a step turns at an edge.
 _EDGE_TURN = np.deg2rad(15.0)
 _GRID_LIMIT = 320
 _ROUNDING = 1e-12
@@ -144,6 +144,7 @@ class ImplicitObject:
         normals = np.where(((first * directions).sum(axis=1) < 0.0)[:, None], -normals, normals)
         first = self._tangents(np.broadcast_to(point, normals.shape), normals)
         x, paths = np.broadcast_to(point, normals.shape).copy(), []
+        outward = self.normal(x)
         ends = [ContourEnd.LENGTH_REACHED] * len(normals)
         counts = np.zeros(len(normals), int)
         active = np.ones(len(normals), bool)
@@ -160,6 +161,12 @@ class ImplicitObject:
                 ends[arm] = (
                     ContourEnd.CLOSED_LOOP if home[arm] else self._why(x[arm], normals[arm], step)
                 )
+            # A blunt edge, or one that is crossed slantwise, turns the curve by less.
+            before, outward = outward, self.normal(ahead)
+            turned = (before * outward).sum(axis=1) < np.cos(_EDGE_TURN)
+            for arm in np.flatnonzero(active & turned):
+                if self._why(x[arm], normals[arm], step) is ContourEnd.EDGE:
+                    active[arm], ends[arm] = False, ContourEnd.EDGE
             counts += active
             x = np.where(active[:, None], ahead, x)
             paths.append(x)
@@ -169,16 +176,15 @@ class ImplicitObject:
         return [(path[: counts[arm], arm], ends[arm]) for arm in range(len(normals))]
 
     def _why(self, x, normal, step) -> ContourEnd:
-        """EDGE where the turn ahead of x happens at a point, TURNED_AWAY where along an arc."""
+        """EDGE where the normal ahead of x turns at a point, TURNED_AWAY where along an arc."""
         x, normal = x[None], normal[None]
         for _ in range(8):
             step *= 0.5
             ahead = self._advance(x, normal, step)
-            turn = (self._tangents(ahead, normal) * self._tangents(x, normal)).sum()
-            if turn > np.cos(_EDGE_TURN):
+            if (self.normal(ahead) * self.normal(x)).sum() > np.cos(_EDGE_TURN):
                 x = ahead
         ahead = self._advance(x, normal, 2.0 * step)
-        turn = (self._tangents(ahead, normal) * self._tangents(x, normal)).sum()
+        turn = (self.normal(ahead) * self.normal(x)).sum()
         return ContourEnd.EDGE if turn < np.cos(_EDGE_TURN) else ContourEnd.TURNED_AWAY
 
     def _tangents(self, x, normals) -> np.ndarray:

@@ -1,0 +1,58 @@
+"""Folding: creases of patches that changed, and what of their outlines lies beyond them."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from touchatlas.atlas.boundary import CREASE_ANGLE
+from touchatlas.atlas.crease_search import find_creases
+from touchatlas.atlas.kin import kin_of
+
+if TYPE_CHECKING:
+    from touchatlas.atlas.atlas import Atlas
+
+
+def fold(atlas: "Atlas", rows) -> None:
+    """Find the creases of rows that came or changed; their outlines beyond are not open."""
+    table, creases, pairs = atlas.table, atlas.creases, set[tuple[int, int]]()
+    creases.renew(rows)
+    for i in rows:
+        near = set(table.index.rows_near(table.origin[i], table.radius[i]).tolist())
+        near -= atlas.kin[i] | creases.of(i) | {i}
+        pairs.update((min(i, j), max(i, j)) for j in near)
+    for pair, crease in find_creases(table, atlas.learning, sorted(pairs), atlas.bias).items():
+        creases.enter(*pair, crease)
+    if len(creases):
+        around = set(rows).union(*(creases.of(i) for i in rows))
+        trim(atlas, around.union(*(atlas.kin[i] for i in around)))
+
+
+def trim(atlas: "Atlas", rows) -> None:
+    """Close the outlines of rows where they lie beyond a crease."""
+    table, open_ring = atlas.table, atlas.table.ring_open
+    rows = np.array(sorted(rows), int)
+    which, places = np.nonzero(open_ring[rows])
+    which = rows[which]
+    beyond = atlas.creases.beyond(which, table.ring[which, places])
+    open_ring[which[beyond], places[beyond]] = 0.0
+
+
+def kin_beside(atlas: "Atlas", row: int, partners: set[int]) -> np.ndarray:
+    """The kin of a row that is creased with others: none of these, and none of a sheet behind an
+    edge of its own sheet, from which it turns away as much."""
+    kin = kin_of(atlas.table, row)
+    if not (partners or len(atlas.creases)):
+        return kin
+    alike = np.setdiff1d(kin_of(atlas.table, row, np.cos(CREASE_ANGLE)), list(partners))
+    edge = partners.union(*(atlas.creases.of(i) for i in alike.tolist()))
+    behind = edge.union(*(atlas.kin[i] for i in edge))
+    across = partners | (behind - set(alike.tolist()))
+    return np.setdiff1d(kin, list(across))
+
+
+def inherit(atlas: "Atlas", row: int, pairs) -> None:
+    """Crease a merged row with those that the creases ``pairs``, a dict of row to Crease, of the
+    rows in its place were with."""
+    for other, crease in pairs.items():
+        atlas.creases.enter(row, other, crease)
+    atlas.creases.renew([row])

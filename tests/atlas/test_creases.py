@@ -1,0 +1,108 @@
+"""Creases: sheets that meet at an edge, on bodies whose edges are known."""
+
+import numpy as np
+import pytest
+
+from tests.explored import explored
+from tests.sharp import explored_sharp
+from touchatlas.atlas.store import load_atlas, save_atlas
+
+NOISE = 0.02
+
+
+def faces_of(atlas) -> dict[int, tuple[int, ...]]:
+    """For each patch of an upright body the axis that its normal is nearest to."""
+    return {i: tuple(np.rint(atlas.table.axes[i, 2]).astype(int).tolist()) for i in atlas.graph}
+
+
+def test_exploration_goes_over_the_edges_of_a_cube():
+    atlas = explored_sharp("cube").atlas
+    axes = np.concatenate([np.eye(3), -np.eye(3)]).astype(int).tolist()
+    assert set(faces_of(atlas).values()) == {tuple(axis) for axis in axes}
+    assert not len(atlas.edge_ends)
+    atlas.validate()
+
+
+def test_edges_of_a_cube_are_convex_creases_between_faces_that_meet():
+    atlas = explored_sharp("cube").atlas
+    face = faces_of(atlas)
+    joined = {tuple(sorted((face[i], face[j]))) for i, j in atlas.creases.pairs}
+    assert len(joined) == 12
+    for (i, j), crease in atlas.creases.pairs.items():
+        assert crease.sign == 1 and not np.dot(face[i], face[j])
+        # An anchor is where two fitted planes meet, within some five deviations of both.
+        on_edge = np.abs(np.abs(crease.anchor) - 30.0) < 5 * NOISE
+        assert on_edge.sum() >= 2
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.02])
+def test_step_has_one_concave_edge(noise):
+    atlas = explored_sharp("step", noise).atlas
+    face = faces_of(atlas)
+    concave = [pair for pair, crease in atlas.creases.pairs.items() if crease.sign == -1]
+    assert concave
+    for i, j in concave:
+        assert {face[i], face[j]} == {(0, 0, 1), (1, 0, 0)}
+        anchor = atlas.creases.pairs[i, j].anchor
+        assert np.abs(anchor[[0, 2]]).max() < 5 * NOISE
+    atlas.validate()
+
+
+def test_blunt_ridge_is_a_crease_and_not_one_sheet():
+    """Its normals differ by 50 degrees: less than what kin may differ by."""
+    atlas = explored_sharp("roof").atlas
+    left, right = (
+        {i for i in atlas.graph if atlas.table.axes[i, 2] @ n > 0.99}
+        for n in np.array([[-0.4226, 0, 0.9063], [0.4226, 0, 0.9063]])
+    )
+    across = [(i, j) for i, j in atlas.creases.pairs if {i, j} & left and {i, j} & right]
+    assert across and not any(atlas.kin[i] & right for i in left)
+    for pair in across:
+        anchor = atlas.creases.pairs[pair].anchor
+        assert abs(anchor[0]) < 5 * NOISE / np.sin(np.deg2rad(25.0))
+
+
+def test_faces_of_a_thin_wall_are_never_joined():
+    atlas = explored_sharp("wall").atlas
+    face = faces_of(atlas)
+    for i, j in atlas.creases.pairs:
+        assert np.dot(face[i], face[j]) == 0
+    assert {(0, 0, 1), (0, 0, -1), (1, 0, 0)} <= set(face.values())
+
+
+def test_fingers_are_never_joined_across_their_gap():
+    atlas = explored_sharp("fingers", max_touches=120).atlas
+    face = faces_of(atlas)
+    for i, j in atlas.creases.pairs:
+        assert np.dot(face[i], face[j]) == 0
+
+
+@pytest.mark.parametrize("name", ["sphere", "torus", "bottle"])
+def test_smooth_bodies_have_no_crease(name):
+    atlas = explored(name).atlas
+    assert not len(atlas.creases) and not len(atlas.edge_ends)
+
+
+def test_domain_ends_at_the_crease():
+    """No point of a face is beyond a crease; of its plane outside the face nearly all are that
+    a patch reaches, but for edges that the patch itself hardly reaches."""
+    atlas = explored_sharp("cube").atlas
+    rng, outside = np.random.default_rng(0), []
+    for row in [i for i, n in faces_of(atlas).items() if n == (0, 0, 1)]:
+        near = rng.uniform(-1.0, 1.0, (400, 3)) * 15.0 + atlas.table.site[row]
+        near[:, 2] = 30.0
+        reach = np.abs(near[:, :2]).max(axis=1)
+        beyond = atlas.creases.beyond(np.full(len(near), row), near)
+        assert not beyond[reach < 30.0 - 5 * NOISE].any()
+        outside.append(beyond[reach > 30.0 + 5 * NOISE])
+    assert np.concatenate(outside).mean() > 0.9
+
+
+def test_saved_creases_come_back(tmp_path):
+    atlas = explored_sharp("step").atlas
+    save_atlas(tmp_path / "atlas.npz", atlas)
+    again = load_atlas(tmp_path / "atlas.npz")
+    assert set(again.creases.pairs) == set(atlas.creases.pairs)
+    assert len(again.edge_ends) == len(atlas.edge_ends)
+    save_atlas(tmp_path / "again.npz", again)
+    assert (tmp_path / "again.npz").read_bytes() == (tmp_path / "atlas.npz").read_bytes()

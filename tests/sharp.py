@@ -1,0 +1,65 @@
+"""Bodies with sharp edges, explored once each and shared by the tests."""
+
+from functools import lru_cache
+
+import numpy as np
+
+from tests.explored import Explored
+from touchatlas.atlas.atlas import Atlas
+from touchatlas.planner.explore import explore
+from touchatlas.planner.planner import Planner
+from touchatlas.sim.fields import polyhedron, union
+from touchatlas.sim.implicit import ImplicitObject
+from touchatlas.sim.objects import make_object
+from touchatlas.sim.probe import Probe
+
+
+def box(low, high):
+    """The field of an upright box."""
+    levels = np.concatenate([np.asarray(high, float), -np.asarray(low, float)])
+    return polyhedron(np.concatenate([np.eye(3), -np.eye(3)]), levels)
+
+
+def _roof(slope: float):
+    """A box under a roof of two slopes: its ridge turns by twice the slope."""
+    s, c = np.sin(slope), np.cos(slope)
+    sides = np.array([[0, 1, 0], [0, -1, 0], [0, 0, -1], [1, 0, 0], [-1, 0, 0]], float)
+    normals = np.concatenate([[[s, 0, c], [-s, 0, c]], sides])
+    return polyhedron(normals, [10 * c, 10 * c, 25, 25, 20, 25, 25])
+
+
+_FIELDS = {
+    # A step: one concave edge among convex ones.
+    "step": (
+        union(box((-30, -20, -20), (30, 20, 0)), box((-30, -20, -20), (0, 20, 15))),
+        (30, 20, 20),
+    ),
+    "roof": (_roof(np.deg2rad(25.0)), (25, 25, 20)),
+    # A wall 6 thin: its two faces are as near to each other as samples to an edge.
+    "wall": (box((-20, -20, -3), (20, 20, 3)), (20, 20, 3)),
+    # Two fingers with a gap of 4 between them.
+    "fingers": (
+        union(
+            box((-30, -15, -15), (30, 15, -5)),
+            union(box((-30, -15, -15), (-2, 15, 20)), box((2, -15, -15), (30, 15, 19))),
+        ),
+        (30, 15, 20),
+    ),
+}
+
+
+def sharp_object(name: str):
+    """A body with sharp edges, 0.02 of noise and 0.1 of tolerance."""
+    if name not in _FIELDS:
+        return make_object(name)
+    return ImplicitObject(name, "", *_FIELDS[name], 0.02, 0.1)
+
+
+@lru_cache
+def explored_sharp(name: str, noise: float = 0.02, max_touches: int = 250) -> Explored:
+    """A body with sharp edges, explored with seed 0."""
+    obj = sharp_object(name)
+    atlas, planner = Atlas(obj.tolerance), Planner(*obj.start())
+    probe = Probe(obj, noise, np.random.default_rng(0))
+    touches = [step.touch for step in explore(atlas, planner, probe, max_touches)]
+    return Explored(atlas, touches)
