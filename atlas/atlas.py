@@ -217,10 +217,13 @@ class Atlas:
         for row in due.tolist():
             self.refit(row)
         self.tiling.touch(rows.tolist())
+        return self._too_large(due)
+
+    def _too_large(self, rows: np.ndarray) -> tuple[int, ...]:
         table = self.table
-        rim = leftover(table.basis, table.turn[due]) * table.core ** (table.basis.degree + 1)
+        rim = leftover(table.basis, table.turn[rows]) * table.core ** (table.basis.degree + 1)
         most = self.options.detail * self.tolerance
-        return tuple(due[rim * table.radius[due] > most].tolist())
+        return tuple(rows[rim * table.radius[rows] > most].tolist())
 
     def refit(self, row: int) -> bool:
         """Choose frame and prior of a patch anew, from all samples about it; whether it held."""
@@ -243,7 +246,8 @@ class Atlas:
         if merged is None:
             return AtlasChange(refused=f"no one polynomial holds patches {first} and {second}")
         row, gone = merged
-        return AtlasChange((row,), tuple(sorted(self.kin[row])), gone, (), gone)
+        added = () if row in gone else (row,)
+        return AtlasChange(added, tuple(sorted(self.kin[row])), gone, (), gone)
 
     def split(self, patch_id: int) -> AtlasChange:
         """Seven patches of half the radius in the place of one; refused where the samples do not
@@ -313,11 +317,14 @@ class Atlas:
             raise AssertionError("; ".join(broken))
 
     def settle(self) -> None:
-        """Refit all patches from all they could have learned from, then draw boundaries and
-        corners anew: what an exploration ends with."""
-        rows = self.table.rows.tolist()
-        for row in rows:
+        """Refit all patches from all they could have learned from, split those that do not hold,
+        and draw boundaries and corners anew: what an exploration ends with."""
+        for row in self.table.rows.tolist():
             self.refit(row)
+        for row in self._too_large(self.table.rows):
+            if self.table.alive[row]:
+                self.split(row)
+        rows = self.table.rows.tolist()
         fold(self, rows)
         self.tiling.retile()
         self.tiling.mend()

@@ -54,5 +54,7 @@ def inherit(atlas: "Atlas", row: int, pairs) -> None:
     """Crease a merged row with those that the creases ``pairs``, a dict of row to Crease, of the
     rows in its place were with."""
     for other, crease in pairs.items():
-        atlas.creases.enter(row, other, crease)
+        # A partner may have lost its cell to the merged row.
+        if atlas.table.alive[other]:
+            atlas.creases.enter(row, other, crease)
     atlas.creases.renew([row])

@@ -138,8 +138,9 @@ def replace_by(atlas: "Atlas", fit: PatchFit) -> tuple[int, tuple[int, ...]] | N
     remove_patches(atlas, gone)
     atlas.tiling.remove(gone, around)
     gone += remove_hidden(atlas, around)
-    inherit(atlas, row, creases)
-    fold(atlas, [row])
+    if table.alive[row]:
+        inherit(atlas, row, creases)
+        fold(atlas, [row])
     atlas.reopen(sorted(around - set(gone)))
     return row, tuple(gone)
 

@@ -94,6 +94,10 @@ def weak_candidate(atlas: Atlas, position, spent) -> Candidate | None:
     points = points.reshape(-1, 3)
     seen = atlas.blend(points)
     weak = np.flatnonzero(seen.known & (np.nan_to_num(seen.deviation) > atlas.tolerance))
+    if len(atlas.creases):
+        # What of an outline lies beyond an edge is not there.
+        homes = np.tile(np.repeat(rows, table.ring.shape[1]), 2)
+        weak = weak[~atlas.creases.beyond(homes[weak], points[weak])]
     # A point half-way is on the chord, not on the surface.
     points = points[weak] - seen.distance[weak, None] * seen.normal[weak]
     free = ~is_spent(points, spent, atlas.tolerance)
