@@ -8,7 +8,7 @@ from touchatlas.atlas.boundary import power_at
 from touchatlas.atlas.folding import fold, inherit, kin_beside
 from touchatlas.atlas.moments import SHEET_COSINE
 from touchatlas.atlas.table import Table
-from touchatlas.patch.fit import PatchFit
+from touchatlas.patch.fit import BORNE, PatchFit
 from touchatlas.patch.frame import DarbouxFrame, axes_from_normal
 from touchatlas.patch.patch import Patch
 from touchatlas.patch.refit import refit_patch
@@ -59,7 +59,7 @@ def merged_fit(atlas: "Atlas", first: int, second: int) -> PatchFit | None:
             DarbouxFrame(centre, axes_from_normal(normal, table.axes[first, 0])),
             pool.points[index],
             pool.across[index],
-            float(np.sqrt((table.noise[rows] ** 2).mean())),
+            _noise(atlas, rows),
             radius,
             0.0,
             None,
@@ -72,6 +72,11 @@ def merged_fit(atlas: "Atlas", first: int, second: int) -> PatchFit | None:
     moved = fit.patch.frame.origin - centre
     stays = moved @ moved <= ((_SLACK - 1.0) * core) ** 2
     return fit if stays and _upright(fit.patch) else None
+
+
+def _noise(atlas: "Atlas", rows) -> float:
+    """Of the probe, and of what lack of fit is borne: detail is none, it would be smoothed away."""
+    return float(np.hypot(np.sqrt((atlas.table.sensor[rows] ** 2).mean()), BORNE * atlas.bias))
 
 
 def _upright(patch: Patch) -> bool:
@@ -186,4 +191,4 @@ def may_merge(atlas: "Atlas", first: int, second: int) -> bool:
         return False
     radius = core / table.core
     turn = float((table.turn[rows] / table.radius[rows]).min()) * radius
-    return leftover(table.basis, turn) * radius <= _NOTICEABLE * table.noise[rows].max()
+    return leftover(table.basis, turn) * radius <= _NOTICEABLE * _noise(atlas, rows)

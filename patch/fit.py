@@ -25,7 +25,7 @@ from touchatlas.patch.smoothness import NormalEquations, SmoothnessPrior, leftov
 from touchatlas.patch.start import UnfitError, start_stack
 
 # Share of the bias that is borne that counts as noise.
-_BORNE = 0.25
+BORNE = 0.25
 
 
 @dataclass(frozen=True)
@@ -171,7 +171,7 @@ def fit_patch(
     tolerant = bool(np.isfinite(bias))
     if tolerant:
         # Lack of fit that is borne is noise to the fit: exact data would else swing it between.
-        stack = replace(stack, noise=np.hypot(stack.noise, _BORNE * bias))
+        stack = replace(stack, noise=np.hypot(stack.noise, BORNE * bias))
     choices = first_choices(stack, options.basis, bias, prior, strict=not tolerant)
     if not choices.doubtful[0]:
         return records(solve_choices(choices, options.basis), options)[0]
