@@ -21,6 +21,8 @@ _HOLDS, _REACH = 0.6, 1.1
 # Segments of creases farther out than this, in patch radii, are not looked at.
 _FAR = 1.3
 _AT_ONCE = 1 << 21
+# Outlines are looked at so far out: on the crease itself either answer is right.
+_INNER = 0.95
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,6 +180,19 @@ class Creases:
         out, some = own.copy(), np.flatnonzero(own)
         out[some] = ~self.beyond(np.asarray(rows)[some], feet[some])
         return out
+
+    def hides(self, row: int, rows) -> bool:
+        """Whether a part of the outlines of creased ``rows`` cannot be seen from the centre of a
+        new row that is to take their place."""
+        if not any(self.of(i) for i in rows):
+            return False
+        some = np.repeat(rows, self._table.ring.shape[1])
+        ring = self._table.ring[rows].reshape(-1, 3)
+        ring = ring[self.sees(some, ring, np.ones(len(ring), bool))]
+        lines = [self._flat(row, self.curve(i, j)) for i in rows for j in self.of(i)]
+        segments = np.concatenate([np.stack([a[:-1], a[1:]], axis=1) for a in lines])
+        points = np.concatenate([ring, self._table.site[rows]])
+        return bool(_crossed(_INNER * self._flat(row, points), segments).any())
 
     def _flat(self, row: int, points) -> np.ndarray:
         """(n, 2) points over the tangent plane of a row, from its site, in patch radii."""

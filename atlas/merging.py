@@ -111,7 +111,8 @@ def _within(atlas: "Atlas", start: int, centre, radius: float, normal) -> list[i
 def replace_by(atlas: "Atlas", fit: PatchFit) -> tuple[int, tuple[int, ...]] | None:
     """Enter a merged patch and remove those whose cores it holds; its row, and theirs.
 
-    None, and nothing changed, when a neighbour of these would not be kin to it: it turns too far.
+    None, and nothing changed, when a neighbour of these would not be kin to it: it turns too far;
+    or when a crease would hide a part of them from its centre.
     """
     table, learning = atlas.table, atlas.learning
     row = table.append(fit)
@@ -121,7 +122,8 @@ def replace_by(atlas: "Atlas", fit: PatchFit) -> tuple[int, tuple[int, ...]] | N
     distance = np.sqrt((offset * offset).sum(axis=1))
     held = distance + core <= np.sqrt(table.power[row]) * (1.0 + 1e-9)
     gone, stay = kin[held].tolist(), kin[~held].tolist()
-    if not atlas.tiling.neighbours(gone) <= set(kin.tolist()):
+    lost = atlas.creases.hides(row, gone)
+    if lost or not atlas.tiling.neighbours(gone) <= set(kin.tolist()):
         table.drop_last()
         return None
     creases = atlas.creases.of_all(gone)
