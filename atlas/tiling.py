@@ -185,10 +185,6 @@ class Tiling:
             own <= rival.min(axis=2) + 1e-12 * table.power[first][:, None]
         )
 
-    def euler_characteristic(self) -> int:
-        """V - E + F of the patch graph: patches, boundaries and corners."""
-        return len(self.graph) - self.graph.number_of_edges() + len(self.corners)
-
     def retile(self) -> None:
         """Corners and boundaries of all patches anew, from the polynomials as they are now."""
         self.corners.clear()

@@ -148,8 +148,9 @@ class Planner:
     def _closer(self, atlas: Atlas, plan: ProbePlan) -> ProbePlan | None:
         """The same place with finer steps, after contours that were too short: with shorter arms,
         too, where not edges ended them. None when the steps would be too fine."""
-        step = _CLOSER * plan.step
-        if step * self.options.samples < self.options.least_reach * atlas.tolerance:
+        step, least = _CLOSER * plan.step, self.options.least_reach * atlas.tolerance
+        # In the corner of a face contours are short however long their arms may be.
+        if step * self.options.samples < (_CLOSER * least if self._at_edge else least):
             if self._target is not None:
                 self._spent.append(self._target)
             return None
