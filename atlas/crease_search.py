@@ -11,8 +11,8 @@ from touchatlas.atlas.meeting import meet
 from touchatlas.atlas.samples import SamplePool
 from touchatlas.atlas.table import Table
 
-# A sheet was touched up to its edge when a sample is no farther from it than this many sampling
-# steps: the last one before an edge is up to one short of it.
+# A sheet was touched up to its edge when a contour ended at one no farther away than this many
+# sampling steps: its last sample is up to one short of it.
 _STEPS = 1.5
 # Of the samples of a sheet this share must lie on the one side of the other, noise apart.
 _ON_ONE_SIDE, _NOISES = 0.98, 4.0
@@ -41,7 +41,7 @@ def find_creases(
     -----
     Two sheets that run side by side, the far side of a thin wall or the next finger, meet
     nowhere within both patches, or at no angle that is clearly neither 0 nor 180 degrees; and
-    two faces with a fillet between them were not touched up to where they would meet.
+    two faces with a fillet between them have no contour that ends at an edge where they would meet.
     """
     if not len(pairs):
         return {}
@@ -73,9 +73,8 @@ def _crease(table: Table, pool: SamplePool, pair, samples, sine, bias) -> Crease
     off = [_heights(table, k, pool.points[n]) for k, n in zip(pair[::-1], samples, strict=True)]
     last = []
     for height, index in zip(off, samples, strict=True):
-        last.append(
-            pool.points[index[np.abs(height) / sine <= _STEPS * _steps(pool, index) + slack]]
-        )
+        near = np.abs(height) / sine <= _STEPS * _steps(pool, index) + slack
+        last.append(pool.points[index[near & pool.edges[index]]])
         if not len(last[-1]):
             return None
     apart, nearest = cKDTree(last[1]).query(last[0])

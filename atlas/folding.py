@@ -16,7 +16,10 @@ def fold(atlas: "Atlas", rows) -> None:
     """Find the creases of rows that came or changed; their outlines beyond are not open."""
     table, creases, pairs = atlas.table, atlas.creases, set[tuple[int, int]]()
     creases.renew(rows)
+    members, edges = atlas.learning.members, atlas.learning.pool.edges
     for i in rows:
+        if not edges[members[i]].any():
+            continue
         near = set(table.index.rows_near(table.origin[i], table.radius[i]).tolist())
         near -= atlas.kin[i] | creases.of(i) | {i}
         pairs.update((min(i, j), max(i, j)) for j in near)

@@ -11,6 +11,7 @@ from touchatlas.atlas.crease_search import find_creases
 from touchatlas.atlas.creases import Crease
 from touchatlas.atlas.folding import fold, kin_beside
 from touchatlas.atlas.merging import remove_hidden
+from touchatlas.patch.contour import Contour, ContourEnd
 from touchatlas.patch.fit import PatchFit
 from touchatlas.patch.section import contour_normals
 
@@ -83,7 +84,16 @@ def _enter_samples(atlas: "Atlas", row: int, contours) -> np.ndarray:
     upward = table.surface(np.array([row]), scaled)[1][0]
     upward = upward / np.sqrt((upward**2).sum(axis=1))[:, None] @ table.axes[row]
     inside = (scaled[0, :, :2] ** 2).sum(axis=1) <= 1.0
-    return atlas.learning.pool.add(points, np.where(inside[:, None], upward, normals), across)
+    edges = np.concatenate([_at_edge(c) for c in contours])
+    normals = np.where(inside[:, None], upward, normals)
+    return atlas.learning.pool.add(points, normals, across, edges)
+
+
+def _at_edge(contour: Contour) -> np.ndarray:
+    """(n,) whether points of a contour are its last before an edge."""
+    out = np.zeros(len(contour.points), bool)
+    out[0], out[-1] = (end is ContourEnd.EDGE for end in contour.ends)
+    return out
 
 
 def _new_creases(atlas: "Atlas", row: int, index) -> dict[int, Crease]:
@@ -91,6 +101,8 @@ def _new_creases(atlas: "Atlas", row: int, index) -> dict[int, Crease]:
     table = atlas.table
     near = table.index.rows_near(table.origin[row], table.radius[row])
     pairs = [(i, row) for i in near.tolist() if i != row]
+    if not atlas.learning.pool.edges[index].any():
+        return {}
     found = find_creases(table, atlas.learning, pairs, atlas.bias, index)
     return {i: crease for (i, _), crease in found.items()}
 

@@ -30,6 +30,7 @@ def save_atlas(path, atlas: Atlas) -> None:
         "sample_points": pool.points,
         "sample_normals": pool.normals,
         "sample_across": pool.across,
+        "sample_edges": pool.edges,
         **_packed("members", learning.members),
         **_packed("brought", learning.brought),
         **_packed("kin", [sorted(k) for k in atlas.kin]),
@@ -84,7 +85,8 @@ def _fill(atlas: Atlas, arrays, header) -> None:
     atlas.touches = header["touches"]
     atlas.table.extend({name: arrays[f"table_{name}"] for name in atlas.table.names})
     learning = atlas.learning
-    learning.pool.add(*(arrays[f"sample_{name}"] for name in ("points", "normals", "across")))
+    columns = [arrays[f"sample_{name}"] for name in ("points", "normals", "across")]
+    learning.pool.add(*columns, arrays.get("sample_edges", False))
     learning.members.extend(_unpacked("members", arrays))
     learning.brought.extend(_unpacked("brought", arrays))
     atlas.kin.extend(set(k.tolist()) for k in _unpacked("kin", arrays))
