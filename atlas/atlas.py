@@ -112,12 +112,15 @@ class Atlas:
         smooth = visible(self.creases, self.tiling.corners)
         if not self.creases:
             return smooth
-        return smooth | crease_corners(self.table, self.kin, self.creases)
+        return smooth | crease_corners(self.table, self.kin, self.creases)[0]
 
     @property
     def gaps(self) -> dict[Triple, np.ndarray]:
         """Triples of ids to the point (3,) that their three cores leave uncovered."""
-        return visible(self.creases, self.tiling.gaps)
+        gaps = visible(self.creases, self.tiling.gaps)
+        if not self.creases:
+            return gaps
+        return gaps | crease_corners(self.table, self.kin, self.creases)[1]
 
     @property
     def bias(self) -> float:

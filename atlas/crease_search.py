@@ -78,20 +78,21 @@ def _crease(table: Table, pool: SamplePool, pair, samples, sine, bias) -> Crease
         if not len(last[-1]):
             return None
     apart, nearest = cKDTree(last[1]).query(last[0])
-    best = int(apart.argmin())
     radius = float(table.radius[list(pair)].min())
-    if apart[best] > _APART * radius:
-        return None
-    start = 0.5 * (last[0][best] + last[1][nearest[best]])
-    anchor = meet(table, np.array([pair]), start[None])
-    if not (anchor.across <= 1.0).all():
-        return None
-    sides = set()
-    for height, index in zip(off, samples, strict=True):
-        offset = pool.points[index] - anchor.points[0]
-        near = (offset * offset).sum(axis=1) <= (apart[best] + _ABOUT * radius) ** 2
-        sides.add(_side(height[near], slack))
-    return Crease(sides.pop(), anchor.points[0]) if len(sides) == 1 and 0 not in sides else None
+    # Next to where a face is notched both sides of the other sheet are touched: so elsewhere.
+    for best in np.argsort(apart, kind="stable").tolist():
+        if apart[best] > _APART * radius:
+            break
+        start = 0.5 * (last[0][best] + last[1][nearest[best]])
+        anchor = meet(table, np.array([pair]), start[None])
+        sides = set()
+        for height, index in zip(off, samples, strict=True):
+            offset = pool.points[index] - anchor.points[0]
+            near = (offset * offset).sum(axis=1) <= (apart[best] + _ABOUT * radius) ** 2
+            sides.add(_side(height[near], slack))
+        if (anchor.across <= 1.0).all() and len(sides) == 1 and 0 not in sides:
+            return Crease(sides.pop(), anchor.points[0])
+    return None
 
 
 def _side(height, slack: float) -> int:

@@ -32,63 +32,106 @@ def visible(creases: Creases, places: dict[Triple, np.ndarray]) -> dict[Triple, 
     return {t: p for (t, p), keep in zip(places.items(), kept, strict=True) if keep}
 
 
-def crease_corners(table: Table, kin: Kin, creases: Creases) -> dict[Triple, np.ndarray]:
-    """Corners of two kin and a patch across a crease of both, and of three creased patches."""
+def crease_corners(table: Table, kin: Kin, creases: Creases):
+    """Where two kin and a patch across a crease of both meet, and three creased patches.
+
+    Returns
+    -------
+    corners, gaps : dict
+        Triples of rows to the point (3,). At a gap one of the three does not cover the point:
+        the last of the triple.
+    """
+    two, three = _triples(kin, creases)
+    found = {**_on_radicals(table, creases, two), **_of_three(table, creases, three)}
+    corners: dict[Triple, np.ndarray] = {}
+    gaps: dict[Triple, np.ndarray] = {}
+    for triple, point in found.items():
+        over = _excess(table, kin, triple, point)
+        if over is not None and over[1] <= CELL_MARGIN:
+            corners[triple] = point
+        elif over is not None:
+            one, other = (i for i in triple if i != over[0])
+            gaps[one, other, over[0]] = point
+    return corners, gaps
+
+
+def _triples(kin: Kin, creases: Creases):
+    """Triples of two kin and one that both are creased with (m, 3), in this order, and triples
+    of three that are creased (n, 3), ascending."""
+    two, three = set[Triple](), set[Triple]()
+    for i, j in creases.pairs:
+        for k in creases.of(i) & creases.of(j):
+            three.add(tuple(sorted((i, j, k))))
+        two.update((min(i, k), max(i, k), j) for k in creases.of(j) & kin[i])
+        two.update((min(j, k), max(j, k), i) for k in creases.of(i) & kin[j])
+    return (np.array(sorted(some), int).reshape(-1, 3) for some in (two, three))
+
+
+def _on_radicals(table: Table, creases: Creases, triples) -> dict[Triple, np.ndarray]:
+    """Where the boundaries of two kin run into their crease with a third."""
+    if not len(triples):
+        return {}
+    first, second, other = triples.T
+    offset, square, share = radical_share(table, first, second)
+    length = np.sqrt(square)[:, None]
+    middle = table.site[first] + share[:, None] * offset
+    planes = (offset / length)[:, None], (middle * offset / length).sum(axis=1)[:, None]
+    start = np.array([creases.pairs[min(i, j), max(i, j)].anchor for i, _, j in triples.tolist()])
+    found = _met(table, triples, triples[:, [0, 2]], start, planes)
+    return {t: p for t, p in found.items() if _on_lines(table, creases, t, p)}
+
+
+def _on_lines(table: Table, creases: Creases, triple: Triple, point) -> bool:
+    """Whether a point is on the crease of two of three patches, between its ends."""
+    for pair in combinations(triple, 2):
+        line = creases.curve(*pair) if creases.sign(*pair) else np.zeros((0, 3))
+        if len(line):
+            along = line[-1] - line[0]
+            share = (point - line[0]) @ along / (along @ along)
+            slack = _END * table.radius[list(pair)].min() / np.sqrt(along @ along)
+            if -slack <= share <= 1.0 + slack:
+                return True
+    return False
+
+
+def _of_three(table: Table, creases: Creases, triples) -> dict[Triple, np.ndarray]:
+    """Where three patches meet, if that is an end of the crease of two of them."""
+    ends = [line[[0, -1]] if len(line := creases.curve(i, j)) else None for i, j, _ in triples]
+    keep = [e is not None for e in ends]
     found: dict[Triple, np.ndarray] = {}
-    for (i, j), crease in creases.pairs.items():
-        line = creases.curve(i, j)
-        if not len(line):
-            continue
-        both = creases.of(i) & creases.of(j)
-        for k in sorted(both | (creases.of(j) & kin[i]) | (creases.of(i) & kin[j])):
-            triple = tuple(sorted((i, j, k)))
-            if k in kin[i] or k in kin[j]:
-                pair, other = ((i, k), j) if k in kin[i] else ((j, k), i)
-                point = _on_radical(table, *pair, other, crease.anchor)
-            else:
-                point = _of_three(table, triple, line)
-            if point is not None and _owned(table, kin, triple, point):
-                found[triple] = point
+    for side in (0, 1):
+        start = np.array([e[side] for e in ends if e is not None]).reshape(-1, 3)
+        some = triples[keep]
+        near = _END * table.radius[some].min(axis=1)
+        found |= _met(table, some, some, start, within=near)
     return found
 
 
-def _on_radical(table: Table, first: int, second: int, other: int, start):
-    """Where the boundary of two kin runs into their crease with another: (3,), or None."""
-    offset, _, share = radical_share(table, first, np.array([second]))
-    level = (table.site[first] + share[0] * offset[0]) @ offset[0]
-    length = np.sqrt(offset[0] @ offset[0])
-    planes = (offset / length)[None], np.array([[level / length]])
-    return _met(table, (first, other), start, planes)
+def _met(table: Table, triples, rows, start, planes=None, within=None) -> dict[Triple, np.ndarray]:
+    """Points where patches ``rows`` (m, k) meet, of the triples where they do."""
+    if not len(triples):
+        return {}
+    seen = meet(table, rows, start, planes)
+    good = (np.abs(seen.distance) <= _MEETS * table.radius[rows]).all(axis=1)
+    good &= (seen.across <= 1.0).all(axis=1)
+    if within is not None:
+        offset = seen.points - start
+        good &= (offset * offset).sum(axis=1) <= within**2
+    triples = np.sort(triples[good], axis=1).tolist()
+    return {(i, j, k): p for (i, j, k), p in zip(triples, seen.points[good], strict=True)}
 
 
-def _of_three(table: Table, triple: Triple, line):
-    """Where three patches meet, if that is an end of the crease of two of them."""
-    for end in (line[0], line[-1]):
-        point = _met(table, triple, end)
-        if point is not None:
-            offset = point - end
-            if offset @ offset <= (_END * table.radius[list(triple)].min()) ** 2:
-                return point
-    return None
-
-
-def _met(table: Table, rows, start, planes=None):
-    seen = meet(table, np.array([rows]), start[None], planes)
-    good = np.abs(seen.distance[0]) <= _MEETS * table.radius[list(rows)]
-    return seen.points[0] if good.all() and (seen.across[0] <= 1.0).all() else None
-
-
-def _owned(table: Table, kin: Kin, triple: Triple, point) -> bool:
-    """Whether each of three patches has the least power of its sheet at a point."""
+def _excess(table: Table, kin: Kin, triple: Triple, point) -> tuple[int, float] | None:
+    """The patch of three that covers a point the least, and its power there over its squared
+    core radius; None where another patch of a sheet has less power."""
+    worst = triple[0], -np.inf
     for i in triple:
-        own = power_at(table, [i], point)[0]
-        slack = 1e-9 * table.power[i]
+        own = float(power_at(table, [i], point)[0])
         rivals = [j for j in kin[i] if j not in triple]
-        if own > CELL_MARGIN * table.power[i]:
-            return False
-        if rivals and power_at(table, rivals, point).min() < own - slack:
-            return False
-    return True
+        if rivals and power_at(table, rivals, point).min() < own - 1e-9 * table.power[i]:
+            return None
+        worst = max(worst, (i, own / float(table.power[i])), key=lambda pair: pair[1])
+    return worst
 
 
 def folded_graph(

@@ -57,5 +57,6 @@ def inherit(atlas: "Atlas", row: int, pairs) -> None:
     """Crease a merged row with those that the creases ``pairs``, a dict of row to Crease, of the
     rows in its place were with."""
     for other, crease in pairs.items():
-        atlas.creases.enter(row, other, crease)
+        if atlas.table.alive[other] and other not in atlas.kin[row]:
+            atlas.creases.enter(row, other, crease)
     atlas.creases.renew([row])

@@ -142,7 +142,9 @@ def _join(atlas: "Atlas", row: int, kin: np.ndarray, index) -> None:
 def _close_frontier(atlas: "Atlas", row: int, kin: np.ndarray, index) -> None:
     table, pool, frontier = atlas.table, atlas.learning.pool, atlas.frontier
     frontier.cover(table, row, atlas.creases.of(row))
-    frontier.extend(table, row, kin, pool.points[index], pool.normals[index])
+    # On an edge itself no patch should have its centre: half of what it claims would be beyond.
+    inner = index[~pool.edges[index]]
+    frontier.extend(table, row, kin, pool.points[inner], pool.normals[inner])
     if len(kin):
         table.ring_open[kin] *= power_at(table, [row], table.ring[kin])[..., 0] > 0
         table.ring_open[row] *= power_at(table, kin, table.ring[row]).min(axis=1) > 0

@@ -186,4 +186,5 @@ def may_merge(atlas: "Atlas", first: int, second: int) -> bool:
         return False
     radius = core / table.core
     turn = float((table.turn[rows] / table.radius[rows]).min()) * radius
-    return leftover(table.basis, turn) * radius <= _NOTICEABLE * table.noise[rows].max()
+    borne = max(float(table.noise[rows].max()), atlas.bias)
+    return leftover(table.basis, turn) * radius <= _NOTICEABLE * borne
