@@ -91,6 +91,15 @@ class Creases:
         crease = self.between(first, second)
         return crease.sign if crease else 0
 
+    def behind(self, row: int) -> set[int]:
+        """The rows that the sheet of a row is creased with: it, or one of its kin."""
+        return self.of(row).union(*(self.of(i) for i in self._kin[row])) - self._kin[row] - {row}
+
+    def sheet_sign(self, row: int, other: int) -> int:
+        """The sign of the crease of the sheet of a row with another row."""
+        signs = (self.sign(i, other) for i in (row, *sorted(self._kin[row])))
+        return next((sign for sign in signs if sign), 0)
+
     def enter(self, first: int, second: int, crease: Crease) -> None:
         """Make two rows creased."""
         self._pairs[min(first, second), max(first, second)] = crease
@@ -108,7 +117,8 @@ class Creases:
 
     def touch(self, rows) -> None:
         """Curves about rows that changed are to be drawn anew."""
-        stale = set(rows).union(*(self.of(i) for i in rows))
+        stale = set(rows).union(*(self._kin[i] for i in rows if i < len(self._kin)))
+        stale = stale.union(*(self.of(i) for i in stale))
         self._curves = {pair: c for pair, c in self._curves.items() if stale.isdisjoint(pair)}
         self._segments.clear()
         self._centres.clear()

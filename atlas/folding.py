@@ -7,6 +7,7 @@ import numpy as np
 from touchatlas.atlas.boundary import CREASE_ANGLE
 from touchatlas.atlas.crease_search import find_creases
 from touchatlas.atlas.kin import kin_of
+from touchatlas.atlas.meeting import look
 
 if TYPE_CHECKING:
     from touchatlas.atlas.atlas import Atlas
@@ -25,6 +26,7 @@ def fold(atlas: "Atlas", rows) -> None:
         pairs.update((min(i, j), max(i, j)) for j in near)
     for pair, crease in find_creases(table, atlas.learning, sorted(pairs), atlas.bias).items():
         creases.enter(*pair, crease)
+        part(atlas, *pair)
     if len(creases):
         around = set(rows).union(*(creases.of(i) for i in rows))
         trim(atlas, around.union(*(atlas.kin[i] for i in around)))
@@ -60,3 +62,19 @@ def inherit(atlas: "Atlas", row: int, pairs) -> None:
         if atlas.table.alive[other] and other not in atlas.kin[row]:
             atlas.creases.enter(row, other, crease)
     atlas.creases.renew([row])
+
+
+def part(atlas: "Atlas", first: int, second: int) -> None:
+    """Kin of both of two creased rows are kin of the one only that they face as, at the crease:
+    they were taken for kin of the other before the edge was known."""
+    crease = atlas.creases.between(first, second)
+    both = sorted(atlas.kin[first] & atlas.kin[second])
+    if crease is None or not both:
+        return
+    rows = np.array([[first, second, i] for i in both])
+    normals = look(atlas.table, rows, np.tile(crease.anchor, (len(rows), 1))).normals
+    alike = np.einsum("mki,mi->mk", normals[:, :2], normals[:, 2])
+    for i, other in zip(both, np.where(alike[:, 0] > alike[:, 1], second, first), strict=True):
+        atlas.kin[i].discard(int(other))
+        atlas.kin[int(other)].discard(i)
+        atlas.tiling.part(i, int(other))

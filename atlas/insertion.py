@@ -9,7 +9,7 @@ from touchatlas.atlas.boundary import power_at
 from touchatlas.atlas.change import AtlasChange
 from touchatlas.atlas.crease_search import find_creases
 from touchatlas.atlas.creases import Crease
-from touchatlas.atlas.folding import fold, kin_beside
+from touchatlas.atlas.folding import fold, kin_beside, part
 from touchatlas.atlas.merging import remove_hidden
 from touchatlas.patch.contour import Contour, ContourEnd
 from touchatlas.patch.fit import PatchFit
@@ -53,6 +53,8 @@ def insert(atlas: "Atlas", fit: PatchFit, contours) -> AtlasChange:
     atlas.edge_ends.extend(table, row, contours)
     atlas.edge_ends.settle(table)
     atlas.tiling.meet(row, kin)
+    for other in creases:
+        part(atlas, row, other)
     return _tidy(atlas, too_large, AtlasChange(added=(row,), changed=tuple(kin.tolist())))
 
 

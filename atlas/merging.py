@@ -137,10 +137,11 @@ def replace_by(atlas: "Atlas", fit: PatchFit) -> tuple[int, tuple[int, ...]] | N
     around = {row, *stay} | set().union(*(atlas.kin[i] for i in gone)) - set(gone)
     atlas.tiling.meet(row, np.array(stay, int))
     remove_patches(atlas, gone)
+    inherit(atlas, row, creases)
     atlas.tiling.remove(gone, around)
     gone += remove_hidden(atlas, around)
-    inherit(atlas, row, creases)
-    fold(atlas, [row])
+    if row not in gone:
+        fold(atlas, [row])
     atlas.reopen(sorted(around - set(gone)))
     return row, tuple(gone)
 

@@ -115,7 +115,8 @@ def _corners(atlas: "Atlas") -> Iterator[str]:
             scale = table.power[list(triple)].max()
             if atlas.creases.sign(*pair):
                 off = look(table, np.array([pair]), point[None]).distance
-                if np.abs(off).max() > _CORNER * np.sqrt(scale):
+                # Kin agree within the tolerance, and the point is on one of them.
+                if np.abs(off).max() > _CORNER * np.sqrt(scale) + atlas.tolerance:
                     yield f"corner {triple} is not on the crease of {pair}"
             elif np.ptp(power_at(table, list(pair), point)) > _CORNER * scale:
                 yield f"corner {triple} is not of equal power"
