@@ -8,6 +8,7 @@ import numpy as np
 from touchatlas.atlas.blend import Blend, blend
 from touchatlas.atlas.boundary import Boundary, power_at
 from touchatlas.atlas.change import AtlasChange
+from touchatlas.atlas.crease_tiling import crease_corners, folded_graph, visible
 from touchatlas.atlas.creases import Creases
 from touchatlas.atlas.edge_ends import EdgeEnds
 from touchatlas.atlas.folding import fold, trim
@@ -22,7 +23,7 @@ from touchatlas.atlas.rough import learn_residuals
 from touchatlas.atlas.splitting import divide, parts_of
 from touchatlas.atlas.table import Table
 from touchatlas.atlas.texture import Texture
-from touchatlas.atlas.tiling import Tiling
+from touchatlas.atlas.tiling import Tiling, Triple
 from touchatlas.atlas.touch import Touch, TouchStatus
 from touchatlas.atlas.validation import violations
 from touchatlas.patch.fit import FitOptions
@@ -105,7 +106,25 @@ class Atlas:
     @property
     def graph(self) -> nx.Graph:
         """Nodes are patch ids (see ``patch``); edges carry a ``boundary`` (Boundary)."""
-        return self.tiling.graph
+        if not self.creases:
+            return self.tiling.graph
+        return folded_graph(self.table, self.kin, self.creases, self.tiling, self.corners)
+
+    @property
+    def corners(self) -> dict[Triple, np.ndarray]:
+        """Ascending triples of ids to the point (3,) where three boundaries meet."""
+        smooth = visible(self.creases, self.tiling.corners)
+        if not self.creases:
+            return smooth
+        return smooth | crease_corners(self.table, self.kin, self.creases)[0]
+
+    @property
+    def gaps(self) -> dict[Triple, np.ndarray]:
+        """Triples of ids to the point (3,) that their three cores leave uncovered."""
+        gaps = visible(self.creases, self.tiling.gaps)
+        if not self.creases:
+            return gaps
+        return gaps | crease_corners(self.table, self.kin, self.creases)[1]
 
     @property
     def bias(self) -> float:
@@ -263,7 +282,7 @@ class Atlas:
         """Merge whatever one patch explains, pair by pair, until nothing more can be."""
         added: set[int] = set()
         removed: set[int] = set()
-        todo = [tuple(edge) for edge in self.graph.edges]
+        todo = [tuple(edge) for edge in self.tiling.graph.edges]
         while todo:
             first, second = todo.pop(0)
             if second in self.kin[first] and may_merge(self, first, second):
@@ -286,7 +305,8 @@ class Atlas:
 
     def euler_characteristic(self) -> int:
         """V - E + F of the patch graph: patches, boundaries and corners."""
-        return self.tiling.euler_characteristic()
+        graph = self.graph
+        return len(graph) - graph.number_of_edges() + len(self.corners)
 
     def learn_residuals(self) -> int:
         """Detail finer than the patches, where the evidence asks for it; how many have it.
@@ -301,7 +321,7 @@ class Atlas:
     def closed(self) -> bool:
         """Whether the patches cover all that they border on: nothing is left to be touched."""
         open_ring = self.table.ring_open[self.table.rows].any()
-        places = len(self.frontier) + len(self.edge_ends) + len(self.tiling.gaps)
+        places = len(self.frontier) + len(self.edge_ends) + len(self.gaps)
         return bool(len(self) and not (open_ring or places))
 
     def validate(self) -> None:

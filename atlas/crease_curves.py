@@ -58,7 +58,7 @@ def _sampled(table: Table, both, anchor):
 def _cut(table: Table, creases: "Creases", pair, points):
     """Which points (c, 3) of a crease a third sheet cuts off (c,), and on the way from each of
     them to the next the least share (2, c) at which it does, forward and backward."""
-    third = np.array(sorted(creases.of(pair[0]) & creases.of(pair[1])), int)
+    third = np.array(sorted(creases.behind(pair[0]) & creases.behind(pair[1])), int)
     beyond, share = np.zeros(len(points), bool), np.ones((2, len(points)))
     if not len(third):
         return beyond, share
@@ -84,7 +84,7 @@ def side_of(creases: "Creases", first: int, second: int, third: int) -> int:
     convex, a union where all are concave; with one edge of the other kind, of a half space and
     a union of two, or of an intersection of two.
     """
-    a, b = creases.sign(first, third), creases.sign(second, third)
+    a, b = creases.sheet_sign(first, third), creases.sheet_sign(second, third)
     return a if a == b else -creases.sign(first, second)
 
 

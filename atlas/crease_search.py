@@ -1,6 +1,7 @@
 """Which patches are creased: their sheets meet within both, and were touched up to there."""
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from touchatlas.atlas.boundary import CREASE_ANGLE
 from touchatlas.atlas.creases import Crease
@@ -10,12 +11,15 @@ from touchatlas.atlas.meeting import meet
 from touchatlas.atlas.samples import SamplePool
 from touchatlas.atlas.table import Table
 
-# A sheet was touched up to its edge when a sample is no farther from it than this many sampling
-# steps: the last one before an edge is up to one short of it.
+# A sheet was touched up to its edge when a contour ended at one no farther away than this many
+# sampling steps: its last sample is up to one short of it.
 _STEPS = 1.5
 # Of the samples of a sheet this share must lie on the one side of the other, noise apart.
 _ON_ONE_SIDE, _NOISES = 0.98, 4.0
 _MEETS = 1e-6
+# In smaller patch radii: how far apart the last samples of the two sheets may be, and how far
+# about these the two are compared.
+_APART, _ABOUT = 0.75, 0.25
 
 
 def find_creases(
@@ -37,7 +41,7 @@ def find_creases(
     -----
     Two sheets that run side by side, the far side of a thin wall or the next finger, meet
     nowhere within both patches, or at no angle that is clearly neither 0 nor 180 degrees; and
-    two faces with a fillet between them were not touched up to where they would meet.
+    two faces with a fillet between them have no contour that ends at an edge where they would meet.
     """
     if not len(pairs):
         return {}
@@ -50,41 +54,67 @@ def find_creases(
     good &= (seen.across <= 1.0).all(axis=1)
     cosine = (seen.normals[:, 0] * seen.normals[:, 1]).sum(axis=1)
     good &= np.abs(cosine) <= np.cos(CREASE_ANGLE)
-    # Each centre as seen by the other sheet: both inside it, or both outside.
-    home = np.einsum("mki,mki->mk", table.site[both] - seen.points[:, None], seen.normals[:, ::-1])
-    good &= home[:, 0] * home[:, 1] > 0.0
     out = {}
     for at in np.flatnonzero(good).tolist():
         i, j = both[at].tolist()
-        sign, sine = -int(np.sign(home[at, 0])), float(np.sqrt(1.0 - cosine[at] ** 2))
-        slack = _NOISES * float(table.noise[both[at]].max())
-        members = [
+        samples = [
             new if new is not None and k == table.size - 1 else learning.members[k] for k in (i, j)
         ]
-        near = _last_sample(table, learning.pool, members[0], j, sign, sine, slack, bias)
-        far = _last_sample(table, learning.pool, members[1], i, sign, sine, slack, bias)
-        if near is None or far is None:
-            continue
-        anchor = meet(table, both[[at]], near[None])
-        if (anchor.across <= 1.0).all():
-            out[min(i, j), max(i, j)] = Crease(sign, anchor.points[0])
+        sine = float(np.sqrt(1.0 - cosine[at] ** 2))
+        crease = _crease(table, learning.pool, (i, j), samples, sine, bias)
+        if crease is not None:
+            out[min(i, j), max(i, j)] = crease
     return out
 
 
-def _last_sample(table: Table, pool: SamplePool, index, other: int, sign, sine, slack, bias):
-    """The sample (3,) of a sheet that is nearest to its crease with another; None when none is
-    near, or they are not all on one side of the other."""
-    points, rows = pool.points[index], np.array([other])
+def _crease(table: Table, pool: SamplePool, pair, samples, sine, bias) -> Crease | None:
+    """How two patches, which cross at an angle, are creased, as far as their samples tell."""
+    slack = _NOISES * float(table.sensor[list(pair)].max()) + bias
+    off = [_heights(table, k, pool.points[n]) for k, n in zip(pair[::-1], samples, strict=True)]
+    last = []
+    for height, index in zip(off, samples, strict=True):
+        near = np.abs(height) / sine <= _STEPS * _steps(pool, index) + slack
+        last.append(pool.points[index[near & pool.edges[index]]])
+        if not len(last[-1]):
+            return None
+    apart, nearest = cKDTree(last[1]).query(last[0])
+    radius = float(table.radius[list(pair)].min())
+    # Next to where a face is notched both sides of the other sheet are touched: so elsewhere.
+    for best in np.argsort(apart, kind="stable").tolist():
+        if apart[best] > _APART * radius:
+            break
+        start = 0.5 * (last[0][best] + last[1][nearest[best]])
+        anchor = meet(table, np.array([pair]), start[None])
+        sides = set()
+        for height, index in zip(off, samples, strict=True):
+            offset = pool.points[index] - anchor.points[0]
+            near = (offset * offset).sum(axis=1) <= (apart[best] + _ABOUT * radius) ** 2
+            sides.add(_side(height[near], slack))
+        if (anchor.across <= 1.0).all() and len(sides) == 1 and 0 not in sides:
+            return Crease(sides.pop(), anchor.points[0])
+    return None
+
+
+def _side(height, slack: float) -> int:
+    """1 where points are below a sheet, by their heights (n,) over it, -1 where they are above,
+    0 where they are neither."""
+    finite = height[np.isfinite(height)]
+    if not len(finite):
+        return 0
+    low, high = np.quantile(finite, [1.0 - _ON_ONE_SIDE, _ON_ONE_SIDE])
+    if high <= slack and low < -slack:
+        return 1
+    return -1 if low >= -slack and high > slack else 0
+
+
+def _heights(table: Table, row: int, points) -> np.ndarray:
+    """(n,) first-order distances of points (n, 3) from a patch; infinite out of its reach."""
+    rows = np.array([row])
     scaled = table.scaled_local(rows, points)
     height, upward = table.surface(rows, scaled)
-    radius = float(table.radius[other])
-    off = radius * (height / np.sqrt((upward * upward).sum(axis=-1)))[0]
-    inside = ((scaled[0, :, :2] ** 2).sum(axis=1) <= 1.0) & (np.abs(off) <= 0.5 * radius)
-    if not inside.any() or np.quantile(sign * off[inside], _ON_ONE_SIDE) > slack + bias:
-        return None
-    away = np.where(inside, np.abs(off), np.inf) / sine - _STEPS * _steps(pool, index)
-    best = int(away.argmin())
-    return points[best] if away[best] <= slack else None
+    off = table.radius[row] * (height / np.sqrt((upward * upward).sum(axis=-1)))[0]
+    inside = ((scaled[0, :, :2] ** 2).sum(axis=1) <= 1.0) & (np.abs(off) <= 0.5 * table.radius[row])
+    return np.where(inside, off, np.inf)
 
 
 def _steps(pool: SamplePool, index) -> np.ndarray:

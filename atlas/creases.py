@@ -12,7 +12,7 @@ import numpy as np
 from touchatlas.atlas.boundary import CREASE_ANGLE
 from touchatlas.atlas.crease_curves import crease_curves
 from touchatlas.atlas.kin import Kin
-from touchatlas.atlas.meeting import meet
+from touchatlas.atlas.meeting import look, meet
 from touchatlas.atlas.table import Table
 
 # Patches that were once creased stay so down to this share of the angle, and this far beyond
@@ -20,7 +20,11 @@ from touchatlas.atlas.table import Table
 _HOLDS, _REACH = 0.6, 1.1
 # Segments of creases farther out than this, in patch radii, are not looked at.
 _FAR = 1.3
+# A patch is seen from at least so far inside of its creases, in patch radii.
+_CLEAR = 0.05
 _AT_ONCE = 1 << 21
+# Outlines are looked at so far out: on the crease itself either answer is right.
+_INNER = 0.95
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +58,7 @@ class Creases:
         self._partners: dict[int, set[int]] = {}
         self._curves: dict[tuple[int, int], np.ndarray] = {}
         self._segments: dict[int, tuple[np.ndarray, np.ndarray]] = {}
+        self._centres: dict[int, np.ndarray] = {}
 
     def __len__(self) -> int:
         return len(self._pairs)
@@ -86,6 +91,15 @@ class Creases:
         crease = self.between(first, second)
         return crease.sign if crease else 0
 
+    def behind(self, row: int) -> set[int]:
+        """The rows that the sheet of a row is creased with: it, or one of its kin."""
+        return self.of(row).union(*(self.of(i) for i in self._kin[row])) - self._kin[row] - {row}
+
+    def sheet_sign(self, row: int, other: int) -> int:
+        """The sign of the crease of the sheet of a row with another row."""
+        signs = (self.sign(i, other) for i in (row, *sorted(self._kin[row])))
+        return next((sign for sign in signs if sign), 0)
+
     def enter(self, first: int, second: int, crease: Crease) -> None:
         """Make two rows creased."""
         self._pairs[min(first, second), max(first, second)] = crease
@@ -103,9 +117,11 @@ class Creases:
 
     def touch(self, rows) -> None:
         """Curves about rows that changed are to be drawn anew."""
-        stale = set(rows).union(*(self.of(i) for i in rows))
+        stale = set(rows).union(*(self._kin[i] for i in rows if i < len(self._kin)))
+        stale = stale.union(*(self.of(i) for i in stale))
         self._curves = {pair: c for pair, c in self._curves.items() if stale.isdisjoint(pair)}
         self._segments.clear()
+        self._centres.clear()
 
     def renew(self, rows) -> None:
         """Move the anchors of rows that changed; drop creases that are none any more."""
@@ -179,10 +195,40 @@ class Creases:
         out[some] = ~self.beyond(np.asarray(rows)[some], feet[some])
         return out
 
+    def hides(self, row: int, rows) -> bool:
+        """Whether a part of the outlines of creased ``rows`` cannot be seen from the centre of a
+        new row that is to take their place."""
+        sheet = sorted(set(rows).union(*(self._kin[i] for i in rows)))
+        lines = [self.curve(i, j) for i in sheet for j in sorted(self.of(i))]
+        lines = [line for line in lines if len(line)]
+        if not lines:
+            return False
+        pieces = np.concatenate([np.stack([a[:-1], a[1:]], axis=1) for a in lines])
+        places = []
+        for i in rows:
+            ring, segments = self._table.ring[i], self._flat(i, pieces.reshape(-1, 3))
+            beyond = _crossed(self._flat(i, ring), segments.reshape(-1, 2, 2)).any(axis=1)
+            places.append(np.concatenate([ring[~beyond], self._centre(i)[None]]))
+        segments = self._flat(row, pieces.reshape(-1, 3)).reshape(-1, 2, 2)
+        return bool(_crossed(_INNER * self._flat(row, np.concatenate(places)), segments).any())
+
     def _flat(self, row: int, points) -> np.ndarray:
-        """(n, 2) points over the tangent plane of a row, from its site, in patch radii."""
+        """(n, 2) points over the tangent plane of a row, from its centre, in patch radii."""
         table = self._table
-        return (points - table.site[row]) @ table.axes[row, :2].T / table.radius[row]
+        return (points - self._centre(row)) @ table.axes[row, :2].T / table.radius[row]
+
+    def _centre(self, row: int) -> np.ndarray:
+        """(3,) the site of a row, or where that is on a crease or beyond a point inside of it."""
+        if row not in self._centres:
+            table, centre = self._table, self._table.site[row].copy()
+            for j in sorted(self.of(row)):
+                seen = look(table, np.array([[j]]), centre[None])
+                sign, off = self.sign(row, j), float(seen.distance[0, 0])
+                inside = sign * off + _CLEAR * table.radius[row]
+                if inside > 0.0 and seen.across[0, 0] <= 1.0:
+                    centre -= sign * inside * seen.normals[0, 0]
+            self._centres[row] = centre
+        return self._centres[row]
 
     def _segments_of(self, row: int) -> tuple[np.ndarray, np.ndarray]:
         """The creases of a row's sheet as segments (s, 2, 2) over its tangent plane, and the

@@ -44,7 +44,8 @@ def lead_off_edges(creases: Creases, rows, starts, sizes, distance, feet, leader
         known = set(patches).union(*(creases.kin_of(i) for i in patches))
         order = sorted(range(len(patches)), key=lambda i: abs(heights[i]))
         for i in order:
-            if behind[first + i] <= known and creases.of(patches[i]) & set(patches):
+            together = [j for j, other in enumerate(patches) if other in creases.of(patches[i])]
+            if together and all(behind[first + j] <= known for j in (i, *together)):
                 leader[place[first]] = patches[_winner(creases, patches, heights, i)]
                 led[place[first]] = True
                 break

@@ -9,9 +9,10 @@ from touchatlas.atlas.boundary import power_at
 from touchatlas.atlas.change import AtlasChange
 from touchatlas.atlas.crease_search import find_creases
 from touchatlas.atlas.creases import Crease
-from touchatlas.atlas.folding import fold, kin_beside
+from touchatlas.atlas.folding import fold, kin_beside, part
 from touchatlas.atlas.merging import remove_hidden
 from touchatlas.atlas.touch import Touch
+from touchatlas.patch.contour import Contour, ContourEnd
 from touchatlas.patch.fit import PatchFit, fit_patch
 from touchatlas.patch.section import contour_normals
 
@@ -95,6 +96,8 @@ def insert(atlas: "Atlas", fit: PatchFit, contours) -> AtlasChange:
     atlas.edge_ends.extend(table, row, contours)
     atlas.edge_ends.settle(table)
     atlas.tiling.meet(row, kin)
+    for other in creases:
+        part(atlas, row, other)
     return _tidy(atlas, too_large, AtlasChange(added=(row,), changed=tuple(kin.tolist())))
 
 
@@ -126,7 +129,16 @@ def _enter_samples(atlas: "Atlas", row: int, contours) -> np.ndarray:
     upward = table.surface(np.array([row]), scaled)[1][0]
     upward = upward / np.sqrt((upward**2).sum(axis=1))[:, None] @ table.axes[row]
     inside = (scaled[0, :, :2] ** 2).sum(axis=1) <= 1.0
-    return atlas.learning.pool.add(points, np.where(inside[:, None], upward, normals), across)
+    edges = np.concatenate([_at_edge(c) for c in contours])
+    normals = np.where(inside[:, None], upward, normals)
+    return atlas.learning.pool.add(points, normals, across, edges)
+
+
+def _at_edge(contour: Contour) -> np.ndarray:
+    """(n,) whether points of a contour are its last before an edge."""
+    out = np.zeros(len(contour.points), bool)
+    out[0], out[-1] = (end is ContourEnd.EDGE for end in contour.ends)
+    return out
 
 
 def _new_creases(atlas: "Atlas", row: int, index) -> dict[int, Crease]:
@@ -134,6 +146,8 @@ def _new_creases(atlas: "Atlas", row: int, index) -> dict[int, Crease]:
     table = atlas.table
     near = table.index.rows_near(table.origin[row], table.radius[row])
     pairs = [(i, row) for i in near.tolist() if i != row]
+    if not atlas.learning.pool.edges[index].any():
+        return {}
     found = find_creases(table, atlas.learning, pairs, atlas.bias, index)
     return {i: crease for (i, _), crease in found.items()}
 
@@ -173,7 +187,9 @@ def _join(atlas: "Atlas", row: int, kin: np.ndarray, index) -> None:
 def _close_frontier(atlas: "Atlas", row: int, kin: np.ndarray, index) -> None:
     table, pool, frontier = atlas.table, atlas.learning.pool, atlas.frontier
     frontier.cover(table, row, atlas.creases.of(row))
-    frontier.extend(table, row, kin, pool.points[index], pool.normals[index])
+    # On an edge itself no patch should have its centre: half of what it claims would be beyond.
+    inner = index[~pool.edges[index]]
+    frontier.extend(table, row, kin, pool.points[inner], pool.normals[inner])
     if len(kin):
         table.ring_open[kin] *= power_at(table, [row], table.ring[kin])[..., 0] > 0
         table.ring_open[row] *= power_at(table, kin, table.ring[row]).min(axis=1) > 0

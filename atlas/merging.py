@@ -116,7 +116,8 @@ def _within(atlas: "Atlas", start: int, centre, radius: float, normal) -> list[i
 def replace_by(atlas: "Atlas", fit: PatchFit) -> tuple[int, tuple[int, ...]] | None:
     """Enter a merged patch and remove those whose cores it holds; its row, and theirs.
 
-    None, and nothing changed, when a neighbour of these would not be kin to it: it turns too far.
+    None, and nothing changed, when a neighbour of these would not be kin to it: it turns too far;
+    or when a crease would hide a part of them from its centre.
     """
     table, learning = atlas.table, atlas.learning
     row = table.append(fit)
@@ -126,7 +127,8 @@ def replace_by(atlas: "Atlas", fit: PatchFit) -> tuple[int, tuple[int, ...]] | N
     distance = np.sqrt((offset * offset).sum(axis=1))
     held = distance + core <= np.sqrt(table.power[row]) * (1.0 + 1e-9)
     gone, stay = kin[held].tolist(), kin[~held].tolist()
-    if not atlas.tiling.neighbours(gone) <= set(kin.tolist()):
+    lost = atlas.creases.hides(row, gone)
+    if lost or not atlas.tiling.neighbours(gone) <= set(kin.tolist()):
         table.drop_last()
         return None
     table.sensor[row] = np.sqrt((table.sensor[gone] ** 2).mean())
@@ -141,10 +143,10 @@ def replace_by(atlas: "Atlas", fit: PatchFit) -> tuple[int, tuple[int, ...]] | N
     around = {row, *stay} | set().union(*(atlas.kin[i] for i in gone)) - set(gone)
     atlas.tiling.meet(row, np.array(stay, int))
     remove_patches(atlas, gone)
+    inherit(atlas, row, creases)
     atlas.tiling.remove(gone, around)
     gone += remove_hidden(atlas, around)
-    if table.alive[row]:
-        inherit(atlas, row, creases)
+    if row not in gone:
         fold(atlas, [row])
     atlas.reopen(sorted(around - set(gone)))
     return row, tuple(gone)
@@ -191,4 +193,5 @@ def may_merge(atlas: "Atlas", first: int, second: int) -> bool:
         return False
     radius = core / table.core
     turn = float((table.turn[rows] / table.radius[rows]).min()) * radius
-    return leftover(table.basis, turn) * radius <= _NOTICEABLE * _noise(atlas, rows)
+    borne = max(_noise(atlas, rows), atlas.bias)
+    return leftover(table.basis, turn) * radius <= _NOTICEABLE * borne

@@ -13,11 +13,14 @@ class SamplePool:
         Outward, as their own touch knew them.
     across : (n, 3) float, unit, world
         Normal of the plane that each was tracked in, and is noisy in; zero where unknown.
+    edges : (n,) bool
+        Whether it is the last of a contour that ended at an edge.
     """
 
     def __init__(self) -> None:
         self._size = 0
         self._columns = np.zeros((3, 256, 3))
+        self._edges = np.zeros(256, bool)
 
     def __len__(self) -> int:
         return self._size
@@ -34,13 +37,19 @@ class SamplePool:
     def across(self) -> np.ndarray:
         return self._columns[2, : self._size]
 
-    def add(self, points, normals, across) -> np.ndarray:
-        """Enter samples (n, 3); returns their indices (n,)."""
+    @property
+    def edges(self) -> np.ndarray:
+        return self._edges[: self._size]
+
+    def add(self, points, normals, across, edges) -> np.ndarray:
+        """Enter samples (n, 3), edges (n,); returns their indices (n,)."""
         first, last = self._size, self._size + len(points)
         if last > self._columns.shape[1]:
             room = np.zeros((3, max(last, 2 * self._columns.shape[1]), 3))
             room[:, :first] = self._columns[:, :first]
             self._columns = room
+            self._edges = np.concatenate([self._edges, np.zeros(room.shape[1], bool)])
         self._size = last
         self._columns[:, first:last] = points, normals, across
+        self._edges[first:last] = edges
         return np.arange(first, last, dtype=np.int32)

@@ -17,6 +17,7 @@ _NEAR = 0.02
 # Vertices keep this share of their edge from its ends, before they are moved: else triangles
 # are slivers.
 _CLEAR = 0.1
+_ASIDE = np.array([0.31, 0.43, 0.37])
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,6 +82,9 @@ def grow_skin(table: Table, kin: Kin, edge: float) -> Skin:
     """The skin of all patches on a lattice of a given edge."""
     rows = table.rows
     start = table.origin[rows[0]].copy()
+    if kin.creases:
+        # No plane of the lattice lies in a flat face.
+        start += _ASIDE * edge
     return _knit(table, kin, Skin(start, edge, {}, {}, NO_CORNERS, NO_VERTICES, NO_FACES), rows)
 
 

@@ -36,6 +36,7 @@ def save_atlas(path, atlas: Atlas) -> None:
         "sample_normals": pool.normals,
         "sample_across": pool.across,
         "lengths": atlas.table.lengths,
+        "sample_edges": pool.edges,
         **_packed("members", learning.members),
         **_packed("brought", learning.brought),
         **_packed("kin", [sorted(k) for k in atlas.kin]),
@@ -123,7 +124,8 @@ def _fill(atlas: Atlas, arrays, header) -> None:
     atlas.table.lengths = arrays["lengths"]
     _fill_rough(atlas.table, arrays)
     learning = atlas.learning
-    learning.pool.add(*(arrays[f"sample_{name}"] for name in ("points", "normals", "across")))
+    columns = [arrays[f"sample_{name}"] for name in ("points", "normals", "across")]
+    learning.pool.add(*columns, arrays.get("sample_edges", False))
     learning.members.extend(_unpacked("members", arrays))
     learning.brought.extend(_unpacked("brought", arrays))
     atlas.kin.extend(set(k.tolist()) for k in _unpacked("kin", arrays))

@@ -251,6 +251,8 @@ def _known(table: Table, kin: Kin, patch, points, reach: float) -> np.ndarray:
     offset = points - table.site[patch]
     square = np.einsum("ij,ij->i", offset, offset)
     known = square <= (1.0 + COVER_MARGIN) * table.power[patch]
+    if kin.creases:
+        known = kin.creases.sees(patch, points, known)
     doubt = np.flatnonzero(~known)
     known[doubt] = blend(table, kin, points[doubt], reach).known
     return known

@@ -79,6 +79,20 @@ class Tiling:
             self._find_around(around)
         self.touch(around)
 
+    def part(self, first: int, second: int) -> None:
+        """Two rows are no longer kin: they do not meet."""
+        for triple in list(self.corners_of(first, second)):
+            self._drop(triple)
+        for triple in [t for t in self.gaps if first in t and second in t]:
+            del self.gaps[triple]
+        if self._graph.has_edge(first, second):
+            self._graph.remove_edge(first, second)
+        self._stale.discard((min(first, second), max(first, second)))
+        about = {first, second}
+        for row in sorted(about | self._kin[first] | self._kin[second]):
+            self._find_corners(row, np.array(sorted(self._kin[row]), int), about)
+        self.touch(sorted(about))
+
     def neighbours(self, rows) -> set[int]:
         """Rows that share a corner with any of some rows, and these."""
         return set(rows).union(*(t for i in rows for t in self._corners_of[i]))
@@ -215,10 +229,6 @@ class Tiling:
                 point = corners_on(self._table, row, np.array([first]), np.array([second]))[0]
                 if np.isfinite(point).all():
                     self._enter_corner(triple, point)
-
-    def euler_characteristic(self) -> int:
-        """V - E + F of the patch graph: patches, boundaries and corners."""
-        return len(self.graph) - self.graph.number_of_edges() + len(self.corners)
 
     def retile(self) -> None:
         """Corners and boundaries of all patches anew, from the polynomials as they are now."""

@@ -96,20 +96,30 @@ def _graph(atlas: "Atlas") -> Iterator[str]:
     if set(graph) != set(atlas.table.rows.tolist()):
         yield "the graph's nodes are not the patches"
     for first, second, data in graph.edges(data=True):
-        if second not in atlas.kin[first]:
-            yield f"patches {first} and {second} meet but are not kin"
-        if data["boundary"].patches != (min(first, second), max(first, second)):
+        boundary = data["boundary"]
+        if second not in atlas.kin[first] and not atlas.creases.sign(first, second):
+            yield f"patches {first} and {second} meet but are neither kin nor creased"
+        if atlas.creases.sign(first, second) and not boundary.crease:
+            yield f"the boundary of {first} and {second} is a crease and does not say so"
+        if boundary.patches != (min(first, second), max(first, second)):
             yield f"the boundary of {first} and {second} names others"
 
 
 def _corners(atlas: "Atlas") -> Iterator[str]:
     table, graph = atlas.table, atlas.graph
-    for triple, point in atlas.tiling.corners.items():
-        if not all(graph.has_edge(*pair) for pair in combinations(triple, 2)):
+    for triple, point in atlas.corners.items():
+        pairs = list(combinations(triple, 2))
+        if not all(graph.has_edge(*pair) for pair in pairs):
             yield f"corner {triple} lacks one of its boundaries"
-        power = power_at(table, list(triple), point)
-        if np.ptp(power) > _CORNER * table.power[list(triple)].max():
-            yield f"corner {triple} is not of equal power"
+        for pair in pairs:
+            scale = table.power[list(triple)].max()
+            if atlas.creases.sign(*pair):
+                off = look(table, np.array([pair]), point[None]).distance
+                # Kin agree within the tolerance, and the point is on one of them.
+                if np.abs(off).max() > _CORNER * np.sqrt(scale) + atlas.tolerance:
+                    yield f"corner {triple} is not on the crease of {pair}"
+            elif np.ptp(power_at(table, list(pair), point)) > _CORNER * scale:
+                yield f"corner {triple} is not of equal power"
 
 
 def _closure(atlas: "Atlas") -> Iterator[str]:
@@ -120,7 +130,9 @@ def _closure(atlas: "Atlas") -> Iterator[str]:
     """
     if not (atlas.closed and len(atlas) > 3):
         return
-    for pair in atlas.graph.edges:
-        if not atlas.tiling.corners_of(*pair):
-            yield f"the boundary of {sorted(pair)} ends nowhere"
-    yield from (f"patch {i} has no boundary" for i, degree in atlas.graph.degree if degree == 0)
+    graph = atlas.graph
+    ended = {pair for triple in atlas.corners for pair in combinations(triple, 2)}
+    for pair in map(sorted, graph.edges):
+        if tuple(pair) not in ended:
+            yield f"the boundary of {pair} ends nowhere"
+    yield from (f"patch {i} has no boundary" for i, degree in graph.degree if degree == 0)

@@ -71,9 +71,9 @@ def gap_candidate(atlas: Atlas, position, spent) -> Candidate | None:
         table.renew_ring(row)
     rows, places = np.nonzero(table.ring_open)
     points = table.ring[rows, places]
-    if atlas.tiling.gaps:
-        points = np.concatenate([points, list(atlas.tiling.gaps.values())])
-        rows = np.concatenate([rows, [triple[2] for triple in atlas.tiling.gaps]])
+    if gaps := atlas.gaps:
+        points = np.concatenate([points, list(gaps.values())])
+        rows = np.concatenate([rows, [triple[2] for triple in gaps]])
     free = ~is_spent(points, spent, atlas.tolerance)
     if not free.any():
         return None

@@ -7,6 +7,7 @@ import numpy as np
 from touchatlas.atlas.atlas import Atlas, AtlasChange
 from touchatlas.atlas.touch import Touch, TouchStatus
 from touchatlas.patch.arrays import check_unit, cross, frozen_array
+from touchatlas.patch.contour import ContourEnd
 from touchatlas.patch.frame import any_tangent
 from touchatlas.planner.candidates import (
     Candidate,
@@ -80,6 +81,7 @@ class Planner:
         self._spent: list[np.ndarray] = []
         self._tried_ends: list[np.ndarray] = []
         self._retry: ProbePlan | None = None
+        self._at_edge = False
         self._count = 0
 
     def ask(self, atlas: Atlas) -> ProbePlan | None:
@@ -115,7 +117,7 @@ class Planner:
         if touch.status is TouchStatus.TOUCHED:
             self._position = touch.contact
         if change.refused and touch.status is TouchStatus.TOUCHED:
-            self._retry = self._asked
+            self._retry, self._at_edge = self._asked, _ends_at_edge(touch)
         elif change.refused and self._target is not None:
             self._spent.append(self._target)
         self._count += 1
@@ -148,15 +150,19 @@ class Planner:
         return candidate
 
     def _closer(self, atlas: Atlas, plan: ProbePlan) -> ProbePlan | None:
-        """The same place with shorter arms and finer steps, after contours that were too short;
-        None when they would be shorter than the least reach."""
-        reach = _CLOSER * plan.reach
-        if reach < _CLOSEST * self.options.least_reach * atlas.tolerance:
+        """The same place with finer steps, after contours that were too short: with shorter arms,
+        too, where not edges ended them. None when the steps would be too fine."""
+        step, least = _CLOSER * plan.step, _CLOSEST * self.options.least_reach * atlas.tolerance
+        # In the corner of a face contours are short however long their arms may be.
+        if step * self.options.samples < (_CLOSER * least if self._at_edge else least):
             if self._target is not None:
                 self._spent.append(self._target)
             return None
         heading = cross(plan.planes[0].normal, plan.normal)
-        return self._finish(plan.reference_point, plan.normal, heading, reach, plan.reason)
+        reach = plan.reach if self._at_edge else _CLOSER * plan.reach
+        return self._finish(
+            plan.reference_point, plan.normal, heading, reach, plan.reason, step / reach
+        )
 
     def _start_plan(self, atlas: Atlas) -> ProbePlan:
         reach = self.options.reach * atlas.tolerance
@@ -182,7 +188,8 @@ class Planner:
         shortest = self.options.least_reach * atlas.tolerance
         return max(shortest, min(longest, self.options.max_turn / max(curvature, 1.0 / longest)))
 
-    def _finish(self, point, normal, heading, reach, reason) -> ProbePlan:
+    def _finish(self, point, normal, heading, reach, reason, share=None) -> ProbePlan:
+        share = 1.0 / self.options.samples if share is None else share
         planes = concurrent_planes(point, normal, heading, self.options.curves)
         return ProbePlan(
             self._count,
@@ -190,7 +197,12 @@ class Planner:
             normal,
             planes,
             reach,
-            reach / self.options.samples,
+            share * reach,
             self.options.max_turn,
             reason,
         )
+
+
+def _ends_at_edge(touch: Touch) -> bool:
+    """Whether any contour of a touch ended at an edge."""
+    return any(end is ContourEnd.EDGE for contour in touch.contours for end in contour.ends)

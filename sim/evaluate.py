@@ -10,7 +10,7 @@ from touchatlas.sim.mesh_object import load_mesh
 from touchatlas.sim.triangles import areas_of, face_normals, sample_triangles
 
 _CALIBRATION = 1.96
-# A vertex whose normal is farther than this from a triangle's is on an edge.
+# A vertex whose normal is farther than this from that of a triangle there is on an edge.
 _EDGE_COSINE = np.cos(np.deg2rad(20.0))
 
 
@@ -264,12 +264,13 @@ def _vertex_normals(vertices, faces) -> np.ndarray:
 
 
 def _corner_normals(vertices, faces) -> np.ndarray:
-    """(f, 3, 3) normals at the corners of triangles: of the vertex, but where the surface has an
-    edge there, of the triangle."""
+    """(f, 3, 3) normals at the corners of triangles: of the vertex, but on an edge of the surface
+    those of the triangles."""
     flat = face_normals(vertices, faces)[:, None]
     smooth = _vertex_normals(vertices, faces)[faces]
-    sharp = (smooth * flat).sum(axis=2, keepdims=True) < _EDGE_COSINE
-    return np.where(sharp, flat, smooth)
+    at_edge = np.zeros(len(vertices), bool)
+    at_edge[faces[(smooth * flat).sum(axis=2) < _EDGE_COSINE]] = True
+    return np.where(at_edge[faces][..., None], flat, smooth)
 
 
 def _barycentric(p, a, b, c) -> np.ndarray:
