@@ -132,7 +132,7 @@ def patchwork(atlas: Atlas) -> list[PatchworkFace]:
     Parameters
     ----------
     atlas : Atlas
-        Best after ``retile``.
+        Best after ``settle``.
 
     Returns
     -------
