@@ -1,32 +1,31 @@
 """Atlas: the one mutable object, a graph of patches that grows touch by touch."""
 
-from dataclasses import dataclass
-
 import networkx as nx
 import numpy as np
 
 from touchatlas.atlas.blend import Blend, blend
-from touchatlas.atlas.boundary import Boundary, power_at
+from touchatlas.atlas.boundary import Boundary
 from touchatlas.atlas.change import AtlasChange
 from touchatlas.atlas.crease_tiling import crease_corners, folded_graph, visible
 from touchatlas.atlas.creases import Creases
 from touchatlas.atlas.edge_ends import EdgeEnds
-from touchatlas.atlas.folding import fold, trim
+from touchatlas.atlas.folding import fold
 from touchatlas.atlas.frontier import Frontier
 from touchatlas.atlas.insertion import fit_touch, insert
 from touchatlas.atlas.kin import Kin
-from touchatlas.atlas.learning import Learning
-from touchatlas.atlas.merging import may_merge, merged_fit, replace_by
+from touchatlas.atlas.learning import Learning, prior_of
+from touchatlas.atlas.merging import merged_fit, replace_by
 from touchatlas.atlas.moments import solve
+from touchatlas.atlas.options import AtlasOptions
 from touchatlas.atlas.prediction import half_way_deviation
 from touchatlas.atlas.rough import learn_residuals
+from touchatlas.atlas.simplifying import simplify
 from touchatlas.atlas.splitting import divide, parts_of
 from touchatlas.atlas.table import Table
 from touchatlas.atlas.texture import Texture
 from touchatlas.atlas.tiling import Tiling, Triple
 from touchatlas.atlas.touch import Touch, TouchStatus
 from touchatlas.atlas.validation import violations
-from touchatlas.patch.fit import FitOptions
 from touchatlas.patch.frame import DarbouxFrame
 from touchatlas.patch.patch import Patch
 from touchatlas.patch.polynomial import LocalPolynomial
@@ -34,31 +33,6 @@ from touchatlas.patch.smoothness import SmoothnessPrior, leftover
 from touchatlas.patch.start import UnfitError
 
 LEAST_POINTS, LEAST_CONTOURS = 5, 3
-# Feature lengths within one object differ by no less than this, as a standard deviation of
-# their logarithm, however alike those seen so far were.
-_LEAST_LOG_STD = 0.5
-
-
-@dataclass(frozen=True)
-class AtlasOptions:
-    """How an atlas is kept.
-
-    Parameters
-    ----------
-    fit : FitOptions
-    bias : float
-        Lack of fit that is borne as if it were noise, in tolerances.
-    detail : float
-        Lack of fit that a patch may have before its radius is reduced, in tolerances: what
-        ``learn_residuals`` is to explain.
-    least_radius : float
-        No patch is made smaller than this for its contours' sake, in tolerances.
-    """
-
-    fit: FitOptions = FitOptions(adaptive=False)
-    bias: float = 0.2
-    detail: float = 5.0
-    least_radius: float = 10.0
 
 
 class Atlas:
@@ -144,12 +118,7 @@ class Atlas:
     @property
     def prior(self) -> SmoothnessPrior:
         """What the patches so far say about the feature length of the next."""
-        count, total, squares = self.table.lengths.tolist()
-        if count < 2.5:
-            return SmoothnessPrior()
-        mean = total / count
-        spread = np.sqrt(max(squares / count - mean * mean, 0.0))
-        return SmoothnessPrior(mean, max(float(spread), _LEAST_LOG_STD))
+        return prior_of(self.table.lengths)
 
     def patch(self, patch_id: int) -> Patch:
         """The patch of an id, as it is now."""
@@ -280,28 +249,7 @@ class Atlas:
 
     def simplify(self) -> AtlasChange:
         """Merge whatever one patch explains, pair by pair, until nothing more can be."""
-        added: set[int] = set()
-        removed: set[int] = set()
-        todo = [tuple(edge) for edge in self.tiling.graph.edges]
-        while todo:
-            first, second = todo.pop(0)
-            if second in self.kin[first] and may_merge(self, first, second):
-                change = self.merge(first, second)
-                added.update(change.added)
-                removed.update(change.removed)
-                todo += [(row, other) for row in change.added for other in self.kin[row]]
-        self.tiling.mend()
-        gone = tuple(sorted(removed))
-        return AtlasChange(tuple(sorted(added - removed)), (), gone, (), gone)
-
-    def reopen(self, rows) -> None:
-        """Which parts of the rows' outlines no kin covers, anew."""
-        table = self.table
-        for row in rows:
-            table.renew_ring(row)
-            power = power_at(table, sorted(self.kin[row]), table.ring[row])
-            table.ring_open[row] = power.min(axis=1, initial=np.inf) > 0
-        trim(self, rows)
+        return simplify(self)
 
     def euler_characteristic(self) -> int:
         """V - E + F of the patch graph: patches, boundaries and corners."""

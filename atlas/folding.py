@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from touchatlas.atlas.boundary import CREASE_ANGLE
+from touchatlas.atlas.boundary import CREASE_ANGLE, power_at
 from touchatlas.atlas.crease_search import find_creases
 from touchatlas.atlas.kin import kin_of
 from touchatlas.atlas.meeting import look
@@ -40,6 +40,16 @@ def trim(atlas: "Atlas", rows) -> None:
     which = rows[which]
     beyond = atlas.creases.beyond(which, table.ring[which, places])
     open_ring[which[beyond], places[beyond]] = 0.0
+
+
+def reopen(atlas: "Atlas", rows) -> None:
+    """Which parts of the rows' outlines no kin covers, anew."""
+    table = atlas.table
+    for row in rows:
+        table.renew_ring(row)
+        power = power_at(table, sorted(atlas.kin[row]), table.ring[row])
+        table.ring_open[row] = power.min(axis=1, initial=np.inf) > 0
+    trim(atlas, rows)
 
 
 def kin_beside(atlas: "Atlas", row: int, partners: set[int]) -> np.ndarray:

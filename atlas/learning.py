@@ -16,6 +16,20 @@ from touchatlas.patch.start import UnfitError
 _GROWN, _TURNED = 3.0, 0.02
 # Samples this much farther out than a patch reaches are offered to a fit of it.
 _OFFER_REACH = 1.25
+# Feature lengths within one object differ by no less than this, as a standard deviation of
+# their logarithm, however alike those seen so far were.
+_LEAST_LOG_STD = 0.5
+
+
+def prior_of(lengths: np.ndarray) -> SmoothnessPrior:
+    """The feature length to expect, from those of the patches so far: their count, the sum of
+    their logarithms and that of its squares."""
+    count, total, squares = lengths.tolist()
+    if count < 2.5:
+        return SmoothnessPrior()
+    mean = total / count
+    spread = np.sqrt(max(squares / count - mean * mean, 0.0))
+    return SmoothnessPrior(mean, max(float(spread), _LEAST_LOG_STD))
 
 
 class Learning:

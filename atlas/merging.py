@@ -5,14 +5,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from touchatlas.atlas.boundary import power_at
-from touchatlas.atlas.folding import fold, inherit, kin_beside
+from touchatlas.atlas.folding import fold, inherit, kin_beside, reopen
 from touchatlas.atlas.moments import SHEET_COSINE
 from touchatlas.atlas.table import Table
 from touchatlas.patch.fit import BORNE, PatchFit
 from touchatlas.patch.frame import DarbouxFrame, axes_from_normal
 from touchatlas.patch.patch import Patch
 from touchatlas.patch.refit import refit_patch
-from touchatlas.patch.smoothness import leftover
 from touchatlas.patch.start import UnfitError
 
 if TYPE_CHECKING:
@@ -22,9 +21,7 @@ if TYPE_CHECKING:
 _SLACK = 1.02
 _OFFER_REACH = 1.25
 # Corners are found on patches as steep as this, and distances are of first order.
-_LEAST_COSINE = np.sqrt(0.5)
-# What the degree leaves out at the rim of a merged patch, in deviations of the noise.
-_NOTICEABLE = 5.0
+LEAST_COSINE = np.sqrt(0.5)
 
 
 def enclosing_ball(first, first_radius: float, second, second_radius: float):
@@ -47,7 +44,7 @@ def merged_fit(atlas: "Atlas", first: int, second: int) -> PatchFit | None:
     table = atlas.table
     normal = table.axes[first, 2] + table.axes[second, 2]
     normal /= np.sqrt(normal @ normal)
-    centre, core = _middle(table, first, second, normal)
+    centre, core = middle(table, first, second, normal)
     radius = _SLACK * core / table.core
     rows = _within(atlas, first, centre, radius, normal)
     pool = atlas.learning.pool
@@ -59,7 +56,7 @@ def merged_fit(atlas: "Atlas", first: int, second: int) -> PatchFit | None:
             DarbouxFrame(centre, axes_from_normal(normal, table.axes[first, 0])),
             pool.points[index],
             pool.across[index],
-            _noise(atlas, rows),
+            noise_of(atlas, rows),
             radius,
             0.0,
             None,
@@ -74,7 +71,7 @@ def merged_fit(atlas: "Atlas", first: int, second: int) -> PatchFit | None:
     return fit if stays and _upright(fit.patch) else None
 
 
-def _noise(atlas: "Atlas", rows) -> float:
+def noise_of(atlas: "Atlas", rows) -> float:
     """Of the probe, and of what lack of fit is borne: detail is none, it would be smoothed away."""
     return float(np.hypot(np.sqrt((atlas.table.sensor[rows] ** 2).mean()), BORNE * atlas.bias))
 
@@ -82,10 +79,10 @@ def _noise(atlas: "Atlas", rows) -> float:
 def _upright(patch: Patch) -> bool:
     """Whether a patch turns by less than 45 degrees up to its core radius."""
     normals = patch.normal(patch.outline)
-    return bool(((normals @ patch.frame.normal) >= _LEAST_COSINE).all())
+    return bool(((normals @ patch.frame.normal) >= LEAST_COSINE).all())
 
 
-def _middle(table: Table, first: int, second: int, normal):
+def middle(table: Table, first: int, second: int, normal):
     """Point (3,) of the surface midway between two patches, and the radius of the ball about it
     that holds both their cores."""
     rows = np.array([first, second])
@@ -148,7 +145,7 @@ def replace_by(atlas: "Atlas", fit: PatchFit) -> tuple[int, tuple[int, ...]] | N
     gone += remove_hidden(atlas, around)
     if row not in gone:
         fold(atlas, [row])
-    atlas.reopen(sorted(around - set(gone)))
+    reopen(atlas, sorted(around - set(gone)))
     return row, tuple(gone)
 
 
@@ -181,17 +178,3 @@ def remove_patches(atlas: "Atlas", rows: list[int]) -> None:
         atlas.learning.forget(i)
     atlas.creases.forget(rows)
     atlas.table.remove(rows)
-
-
-def may_merge(atlas: "Atlas", first: int, second: int) -> bool:
-    """Whether a merged patch would leave out little enough for the noise, and turn little enough,
-    as far as the two know their surface."""
-    table, rows = atlas.table, np.array([first, second])
-    _, core = _middle(table, first, second, table.axes[first, 2])
-    bend = 2.0 * np.abs(table.mean[rows, 3:6]).max(axis=1) / table.radius[rows]
-    if core * bend.min() > np.sqrt(1.0 - _LEAST_COSINE**2):
-        return False
-    radius = core / table.core
-    turn = float((table.turn[rows] / table.radius[rows]).min()) * radius
-    borne = max(_noise(atlas, rows), atlas.bias)
-    return leftover(table.basis, turn) * radius <= _NOTICEABLE * borne

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from touchatlas.atlas.boundary import power_at
-from touchatlas.atlas.folding import fold, inherit, kin_beside
+from touchatlas.atlas.folding import fold, inherit, kin_beside, reopen
 from touchatlas.atlas.merging import remove_hidden, remove_patches
 from touchatlas.atlas.moments import of_patch
 from touchatlas.patch.fit import PatchFit
@@ -97,5 +97,5 @@ def divide(atlas: "Atlas", row: int, parts: list[PatchFit]) -> tuple[int, ...]:
     # A neighbour may cover more of the row than its parts do, or they more than a neighbour.
     around |= set(rows)
     around -= set(remove_hidden(atlas, around))
-    atlas.reopen(sorted(around))
+    reopen(atlas, sorted(around))
     return tuple(sorted(set(rows) & around))

@@ -9,8 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from touchatlas.atlas.atlas import Atlas, AtlasOptions
+from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.creases import Crease
+from touchatlas.atlas.options import AtlasOptions
 from touchatlas.atlas.patch_samples import PatchSamples
 from touchatlas.atlas.rough import enter, rough_patch
 from touchatlas.atlas.table import Table

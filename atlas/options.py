@@ -1,0 +1,27 @@
+"""How an atlas is kept."""
+
+from dataclasses import dataclass
+
+from touchatlas.patch.fit import FitOptions
+
+
+@dataclass(frozen=True)
+class AtlasOptions:
+    """What an atlas bears, and how it fits.
+
+    Parameters
+    ----------
+    fit : FitOptions
+    bias : float
+        Lack of fit that is borne as if it were noise, in tolerances.
+    detail : float
+        Lack of fit that a patch may have before its radius is reduced, in tolerances: what
+        ``learn_residuals`` is to explain.
+    least_radius : float
+        No patch is made smaller than this for its contours' sake, in tolerances.
+    """
+
+    fit: FitOptions = FitOptions(adaptive=False)
+    bias: float = 0.2
+    detail: float = 5.0
+    least_radius: float = 10.0
