@@ -5,6 +5,7 @@ import numpy as np
 
 from touchatlas.atlas.blend import Blend, blend
 from touchatlas.atlas.boundary import Boundary
+from touchatlas.atlas.bridging import bridge
 from touchatlas.atlas.change import AtlasChange
 from touchatlas.atlas.crease_tiling import crease_corners, folded_graph, visible
 from touchatlas.atlas.creases import Creases
@@ -286,12 +287,14 @@ class Atlas:
 
     def settle(self) -> None:
         """Refit all patches from all they could have learned from, split those that do not hold,
-        and draw boundaries and corners anew: what an exploration ends with."""
+        bridge what samples know between patches, and draw boundaries and corners anew: what an
+        exploration ends with."""
         for row in self.table.rows.tolist():
             self.refit(row)
         for row in self._too_large(self.table.rows):
             if self.table.alive[row]:
                 self.split(row)
+        bridge(self)
         rows = self.table.rows.tolist()
         fold(self, rows)
         self.tiling.retile()

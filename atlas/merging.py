@@ -130,15 +130,12 @@ def replace_by(atlas: "Atlas", fit: PatchFit) -> tuple[int, tuple[int, ...]] | N
         return None
     table.sensor[row] = np.sqrt((table.sensor[gone] ** 2).mean())
     creases = atlas.creases.of_all(gone)
-    atlas.enter(row, stay)
-    learning.brought[row] = learning.brought_by(gone)
     offered = np.unique(np.concatenate([learning.members[i] for i in kin.tolist()]))
-    learning.settle(row, fit, offered)
+    take_place(atlas, row, fit, np.array(stay, int), offered)
+    learning.brought[row] = learning.brought_by(gone)
     atlas.frontier.move_home(gone, row)
     atlas.edge_ends.move_home(gone, row)
-    atlas.frontier.cover(table, row)
     around = {row, *stay} | set().union(*(atlas.kin[i] for i in gone)) - set(gone)
-    atlas.tiling.meet(row, np.array(stay, int))
     remove_patches(atlas, gone)
     inherit(atlas, row, creases)
     atlas.tiling.remove(gone, around)
@@ -147,6 +144,16 @@ def replace_by(atlas: "Atlas", fit: PatchFit) -> tuple[int, tuple[int, ...]] | N
         fold(atlas, [row])
     reopen(atlas, sorted(around - set(gone)))
     return row, tuple(gone)
+
+
+def take_place(atlas: "Atlas", row: int, fit: PatchFit, kin: np.ndarray, offered) -> None:
+    """A row that was appended becomes a node among its kin (m,), and learns samples (n,) of
+    theirs."""
+    atlas.enter(row, kin.tolist())
+    atlas.learning.settle(row, fit, offered)
+    atlas.table.renew_ring(row)
+    atlas.tiling.meet(row, kin)
+    atlas.frontier.cover(atlas.table, row)
 
 
 def remove_hidden(atlas: "Atlas", rows: set[int]) -> list[int]:

@@ -6,7 +6,7 @@ import numpy as np
 
 from touchatlas.atlas.boundary import power_at
 from touchatlas.atlas.folding import fold, inherit, kin_beside, reopen
-from touchatlas.atlas.merging import remove_hidden, remove_patches
+from touchatlas.atlas.merging import remove_hidden, remove_patches, take_place
 from touchatlas.atlas.moments import of_patch
 from touchatlas.patch.fit import PatchFit
 from touchatlas.patch.frame import DarbouxFrame, axes_from_normal
@@ -80,11 +80,7 @@ def divide(atlas: "Atlas", row: int, parts: list[PatchFit]) -> tuple[int, ...]:
         part = table.append(fit)
         table.sensor[part] = sensor
         kin = np.setdiff1d(kin_beside(atlas, part, set()), list(creases))
-        atlas.enter(part, kin.tolist())
-        learning.settle(part, fit, np.union1d(known, learning.brought_by(kin.tolist())))
-        table.renew_ring(part)
-        atlas.tiling.meet(part, kin)
-        atlas.frontier.cover(table, part)
+        take_place(atlas, part, fit, kin, np.union1d(known, learning.brought_by(kin.tolist())))
         rows.append(part)
     owner = np.array(rows)[power_at(table, rows, learning.pool.points[brought]).argmin(axis=1)]
     for part in rows:

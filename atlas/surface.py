@@ -93,8 +93,15 @@ def _usual_deviation(atlas: Atlas, rows) -> float:
     """Median of the predicted deviation half-way to the rims of some of the patches, length."""
     some = rows[:: max(1, len(rows) // _ASKED)]
     points = 0.5 * (atlas.table.ring[some] + atlas.table.origin[some, None])
-    seen = atlas.blend(points[:, ::4].reshape(-1, 3))
+    # Off the surface patches are less sure than on it.
+    seen = atlas.blend(on_surface(atlas, points[:, ::4].reshape(-1, 3)))
     return float(np.median(seen.deviation[seen.known])) if seen.known.any() else 0.0
+
+
+def on_surface(atlas: Atlas, points) -> np.ndarray:
+    """Feet on the surface, to first order, of those of the points (n, 3) where it is known."""
+    seen = atlas.blend(points)
+    return (points - seen.distance[:, None] * seen.normal)[seen.known]
 
 
 def extract_surface(atlas: Atlas, edge: float | None = None) -> Surface:

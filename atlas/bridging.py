@@ -1,0 +1,91 @@
+"""Bridging: patches where samples lie between patches, though no touch had its place there."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from touchatlas.atlas.boundary import power_at
+from touchatlas.atlas.folding import fold, kin_beside, reopen
+from touchatlas.atlas.merging import remove_hidden, take_place
+from touchatlas.atlas.moments import SHEET_COSINE
+from touchatlas.patch.fit import PatchFit
+from touchatlas.patch.frame import DarbouxFrame, any_tangent, axes_from_normal
+from touchatlas.patch.refit import refit_patch
+from touchatlas.patch.start import UnfitError
+
+if TYPE_CHECKING:
+    from touchatlas.atlas.atlas import Atlas
+
+# Samples this much farther out than a patch reaches are offered to a fit of it.
+_OFFER_REACH = 1.25
+
+
+def bridge(atlas: "Atlas") -> tuple[int, ...]:
+    """Patches about the samples that no core covers, those with most others near first, each of
+    all samples there; their rows.
+
+    How sure they are, their deviation says: along one contour alone they hardly know how the
+    surface bends across it.
+    """
+    frontier, table, rows = atlas.frontier, atlas.table, []
+    points, normals, home = frontier.points, frontier.normals, frontier.home
+    around = [
+        _around(atlas, point, normal, float(table.radius[i]))
+        for point, normal, i in zip(points, normals, home, strict=True)
+    ]
+    for k in sorted(range(len(points)), key=lambda k: -len(around[k])):
+        left = (frontier.points == points[k]).all(axis=1)
+        if not left.any():
+            continue
+        beside = int(frontier.home[left.argmax()])
+        fit = _fit(atlas, beside, points[k], normals[k], around[k])
+        row = None if fit is None else _enter(atlas, fit, around[k])
+        if row is not None:
+            rows.append(row)
+    return tuple(i for i in rows if table.alive[i])
+
+
+def _around(atlas: "Atlas", point, normal, radius: float) -> np.ndarray:
+    """Indices of the samples, ascending, that a patch about a point may learn from: touches from
+    beyond its kin may have brought them."""
+    pool = atlas.learning.pool
+    offset = pool.points - point
+    near = np.flatnonzero((offset * offset).sum(axis=1) <= (_OFFER_REACH * radius) ** 2)
+    return near[pool.normals[near] @ normal >= SHEET_COSINE]
+
+
+def _fit(atlas: "Atlas", beside: int, point, normal, index) -> PatchFit | None:
+    """A patch about a point, as large as the one beside it if the samples allow."""
+    table, pool = atlas.table, atlas.learning.pool
+    try:
+        return refit_patch(
+            DarbouxFrame(point, axes_from_normal(normal, any_tangent(normal))),
+            pool.points[index],
+            pool.across[index],
+            float(table.noise[beside]),
+            float(table.radius[beside]),
+            atlas.bias,
+            atlas.options.least_radius * atlas.tolerance,
+            atlas.prior,
+            atlas.options.fit,
+        )
+    except UnfitError:
+        return None
+
+
+def _enter(atlas: "Atlas", fit: PatchFit, index) -> int | None:
+    """Enter a patch among its kin; None, and nothing changed, if it has none, or would be hidden
+    by them."""
+    table = atlas.table
+    row = table.append(fit)
+    kin = kin_beside(atlas, row, set())
+    least = power_at(table, kin, table.site[row]).min(initial=np.inf)
+    if not -table.power[row] < least < np.inf:
+        table.drop_last()
+        return None
+    table.sensor[row] = np.sqrt((table.sensor[kin] ** 2).mean())
+    take_place(atlas, row, fit, kin, index)
+    fold(atlas, [row])
+    changed = {row, *kin.tolist()}
+    reopen(atlas, sorted(changed - set(remove_hidden(atlas, changed))))
+    return row
