@@ -123,11 +123,10 @@ def _speak(table: Table, lines, rows, index, points, reach, out: Voices) -> None
     radius, here = table.radius[rows][:, None], _Place(table, rows, points, _ALL)
     inside = here.inside(reach)
     terms = here.terms[:, : table.basis.size]
-    variance = np.maximum((terms * (table.covariance[rows] @ terms)).sum(axis=1), 0.0)
+    variance = table.variance_at(rows, terms)
     for i, rough, shared in here.rough:
-        variance[i] = joint_variance(
-            rough.residual, table.covariance[rows[[i]]], terms[[i]].transpose(1, 0, 2), shared
-        )[0]
+        here_only = terms[[i]].transpose(1, 0, 2)
+        variance[i] = joint_variance(rough.residual, rough.covariance[None], here_only, shared)[0]
     variance = (radius / here.stretch) ** 2 * variance + np.finfo(float).tiny
     closeness = np.where(inside, np.maximum(1.0 - here.square, 0.0), 0.0)
     out.distance[index] = here.distance
