@@ -16,7 +16,7 @@ from touchatlas.atlas.insertion import fit_touch, insert
 from touchatlas.atlas.kin import Kin
 from touchatlas.atlas.learning import Learning, prior_of
 from touchatlas.atlas.merging import merged_fit, replace_by
-from touchatlas.atlas.moments import solve
+from touchatlas.atlas.moments import covariance_of, solve
 from touchatlas.atlas.options import AtlasOptions
 from touchatlas.atlas.prediction import half_way_deviation
 from touchatlas.atlas.rough import learn_residuals
@@ -129,7 +129,7 @@ class Atlas:
             i,
             DarbouxFrame(table.origin[i], table.axes[i]),
             LocalPolynomial(table.basis, table.mean[i].copy(), float(table.radius[i])),
-            table.covariance[i].copy(),
+            covariance_of(table, i).copy(),
             float(table.radius[i]),
             table.core,
             float(table.noise[i]),

@@ -210,7 +210,10 @@ class Creases:
             beyond = _crossed(self._flat(i, ring), segments.reshape(-1, 2, 2)).any(axis=1)
             places.append(np.concatenate([ring[~beyond], self._centre(i)[None]]))
         segments = self._flat(row, pieces.reshape(-1, 3)).reshape(-1, 2, 2)
-        return bool(_crossed(_INNER * self._flat(row, np.concatenate(places)), segments).any())
+        seen = _INNER * self._flat(row, np.concatenate(places))
+        # One that is refused leaves its number to the next, whose centre is elsewhere.
+        del self._centres[row]
+        return bool(_crossed(seen, segments).any())
 
     def _flat(self, row: int, points) -> np.ndarray:
         """(n, 2) points over the tangent plane of a row, from its centre, in patch radii."""

@@ -20,6 +20,9 @@ if TYPE_CHECKING:
     from touchatlas.atlas.atlas import Atlas
 
 
+# A contour that stays this near to the contact, in deviations of its noise, has no direction:
+# that of five samples would be off by 9 degrees.
+_POINT = 10.0
 # A core ends this share of the way to where it would take an earlier centre.
 _CLEAR = 0.99
 
@@ -35,7 +38,7 @@ def fit_touch(atlas: "Atlas", touch: Touch, contours) -> PatchFit:
     options, tolerance = atlas.options, atlas.tolerance
     return fit_patch(
         touch.contact,
-        contours,
+        tuple(c for c in contours if _has_direction(c, touch.contact)),
         touch.approach,
         bias=options.bias * tolerance,
         detail=options.detail * tolerance,
@@ -44,6 +47,13 @@ def fit_touch(atlas: "Atlas", touch: Touch, contours) -> PatchFit:
         prior=atlas.prior,
         options=options.fit,
     )
+
+
+def _has_direction(contour: Contour, contact) -> bool:
+    """Whether a contour leads away from the contact by more than its noise: in the very corner of
+    a face it may not."""
+    offset = contour.points - contact
+    return bool((offset * offset).sum(axis=1).max() > (_POINT * contour.noise_std) ** 2)
 
 
 def _radius_limit(atlas: "Atlas", touch: Touch) -> float:

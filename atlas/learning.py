@@ -73,7 +73,7 @@ class Learning:
     def rebuild(self, row: int) -> None:
         """Equations of a row from scratch, of the same samples."""
         table, rows = self._table, np.array([row])
-        for name in ("gram", "right", "square", "count"):
+        for name in ("moments", "right", "square", "count"):
             getattr(table, name)[row] = 0.0
         index = self.members[row]
         absorb(table, rows, self.pool, index, np.ones((1, len(index)), bool))

@@ -56,15 +56,16 @@ def of_patch(table: Table, rows: np.ndarray, points, normals, reach: float = 1.0
 def absorb(table: Table, rows: np.ndarray, pool: SamplePool, index, member) -> None:
     """Add samples ``index`` (n,) of the pool to the equations of the rows (m,) that ``member``
     (m, n) says they belong to."""
-    gram, right, square = sums_of(table, rows, pool, index, member)
-    table.gram[rows] += gram
+    moments, right, square = sums_of(table, rows, pool, index, member)
+    table.moments[rows] += moments
     table.right[rows] += right
     table.square[rows] += square
     table.count[rows] += member.sum(axis=1)
 
 
 def sums_of(table: Table, rows, pool: SamplePool, index, member):
-    """Sums of w phi phi^t (m, t, t), w phi z (m, t) and w z^2 (m,) over the members."""
+    """Sums over the members: of w phi phi^t its moments (m, p), of w phi z (m, t), and of
+    w z^2 (m,)."""
     scaled = table.scaled_local(rows, pool.points[index])
     terms = monomials(table.basis, scaled[..., 0], scaled[..., 1], scaled[..., 2])
     phi, px, py, pz = evaluate_batch(table.basis, table.anchor[rows], terms, GRADIENT)
@@ -82,10 +83,9 @@ def sums_of(table: Table, rows, pool: SamplePool, index, member):
     # What the degree leaves out grows with the distance, and counts as noise.
     beyond = left_out(table, rows, feet)
     weight = member / stretch / (1.0 + beyond / table.noise_scaled(rows)[:, None] ** 2)
-    weighted = terms * weight[:, None, :]
     return (
-        weighted @ terms.transpose(0, 2, 1),
-        (weighted @ z[..., None])[..., 0],
+        table.products.moments(terms, weight),
+        (terms @ (weight * z)[..., None])[..., 0],
         (weight * z * z).sum(axis=1),
     )
 
@@ -101,19 +101,33 @@ def left_out(table: Table, rows, scaled) -> np.ndarray:
 
 
 def solve(table: Table, rows: np.ndarray) -> None:
-    """Coefficients, covariance and residual of the rows from their equations.
+    """Coefficients, variance and residual of the rows from their equations.
 
-    Where the residuals exceed the noise the covariance grows with them: lack of fit is
+    Where the residuals exceed the noise the variance grows with them: lack of fit is
     uncertainty too. What residuals the rows had is out of date, and dropped.
     """
+    mean, covariance, residual = _solution(table, rows)
+    table.mean[rows] = mean
+    table.variance[rows] = table.products.folded(covariance)
+    table.residual[rows] = residual * table.radius[rows]
+    for row in rows.tolist():
+        table.rough.pop(row, None)
+
+
+def covariance_of(table: Table, row: int) -> np.ndarray:
+    """(t, t) covariance of a row's coefficients, as they were last solved for."""
+    if row in table.rough:
+        return table.rough[row].covariance
+    return _solution(table, np.array([row]))[1][0]
+
+
+def _solution(table: Table, rows):
+    """Means (m, t), covariances (m, t, t) and scaled residuals (m,) of the rows' equations."""
     noise = table.noise_scaled(rows)
     precision = coefficient_precision(table.basis, table.turn[rows], table.bend[rows])
     equations = table.equations(rows)
     mean, covariance = posterior(equations.gram, equations.right, noise, precision)
     freedom = equations.count - effective_parameters(covariance, precision)
     residual = np.sqrt(residual_square(equations, mean) / np.maximum(freedom, 1.0))
-    table.mean[rows] = mean
-    table.covariance[rows] = covariance * np.maximum(1.0, (residual / noise) ** 2)[:, None, None]
-    table.residual[rows] = residual * table.radius[rows]
-    for row in rows.tolist():
-        table.rough.pop(row, None)
+    covariance *= np.maximum(1.0, (residual / noise) ** 2)[:, None, None]
+    return mean, covariance, residual

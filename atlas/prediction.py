@@ -15,6 +15,6 @@ def half_way_deviation(table: Table, rows: np.ndarray) -> float:
     # The height by its curvature alone: it matters little here.
     z = np.stack([x * x, x * y, y * y]).T @ table.mean[rows, 3:6, None]
     x, y, z = np.broadcast_arrays(x, y, z[..., 0])
-    terms = monomials(table.basis, x, y, z)[: table.basis.size]
-    variance = np.einsum("tmn,mts,smn->m", terms, table.covariance[rows], terms) / len(angles)
+    terms = monomials(table.basis, x, y, z)[: table.basis.size].transpose(1, 0, 2)
+    variance = table.variance_at(rows, terms).mean(axis=1)
     return float(np.sqrt(np.mean(table.radius[rows] ** 2 * variance)))

@@ -61,7 +61,7 @@ def learn_residuals(table: Table, learning: Learning, prior: SmoothnessPrior) ->
     Parameters
     ----------
     table : Table
-        Its ``rough`` is filled, and of these patches mean and covariance become the trend's.
+        Its ``rough`` is filled, and of these patches mean and variance become the trend's.
     learning : Learning
         The samples of each patch.
     prior : SmoothnessPrior
@@ -91,7 +91,7 @@ def _learn(table: Table, rows, samples: PatchSamples, texture: Texture, prior) -
 def enter(table: Table, row: int, rough: RoughPatch) -> None:
     """Make a patch of the table a rough one."""
     table.rough[row] = rough
-    table.mean[row], table.covariance[row] = rough.mean, rough.covariance
+    table.mean[row], table.variance[row] = rough.mean, table.products.folded(rough.covariance)
 
 
 def samples_of(table: Table, learning: Learning, rows) -> PatchSamples:

@@ -18,7 +18,7 @@ from touchatlas.atlas.table import Table
 from touchatlas.atlas.texture import Texture
 from touchatlas.patch.fit import FitOptions
 
-FORMAT = 2
+FORMAT = 3
 
 
 def save_atlas(path, atlas: Atlas) -> None:
@@ -84,6 +84,9 @@ def load_atlas(path) -> Atlas:
     atlas = Atlas(
         header["tolerance"], AtlasOptions(**{**options, "fit": FitOptions(**options["fit"])})
     )
+    if header["format"] < 3:
+        arrays["table_moments"] = atlas.table.products.moments_of(arrays["table_gram"])
+        arrays["table_variance"] = atlas.table.products.folded(arrays["table_covariance"])
     _fill(atlas, arrays, header)
     if header["format"] == 1:
         atlas.settle()

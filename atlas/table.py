@@ -2,12 +2,14 @@
 
 import numpy as np
 
+from touchatlas.atlas.products import products
 from touchatlas.atlas.spatial_index import BallIndex
 from touchatlas.patch.fit import PatchFit
 from touchatlas.patch.patch import OUTLINE_COUNT, ring
 from touchatlas.patch.polynomial import GRADIENT, Basis, evaluate_batch, monomials
 from touchatlas.patch.smoothness import NormalEquations, scaled_noise
 
+# Rows that there is room for at first; later an eighth more at a time.
 _ROOM = 64
 
 
@@ -29,6 +31,8 @@ class Table:
         Of rows: what is known of patches that have a residual (``rough.RoughPatch``).
     lengths : (3,) float
         How many patches there are, and the sums of their log feature lengths and of the squares.
+    products : Products
+        Of the basis: columns ``moments`` and ``variance`` are over these.
     """
 
     def __init__(self, basis: Basis, core: float) -> None:
@@ -38,7 +42,8 @@ class Table:
         self.index = BallIndex()
         self.rough: dict = {}
         self.lengths = np.zeros(3)
-        t = basis.size
+        self.products = products(basis)
+        t, p = basis.size, len(self.products.starts)
         shapes = {
             "alive": (),
             "site": (3,),
@@ -51,19 +56,23 @@ class Table:
             "turn": (),
             "bend": (),
             "condition": (),
-            "gram": (t, t),
+            "moments": (p,),
             "right": (t,),
             "square": (),
             "count": (),
             "learned": (),
             "anchor": (t,),
             "mean": (t,),
-            "covariance": (t, t),
+            "variance": (p,),
             "residual": (),
             "ring": (OUTLINE_COUNT, 3),
             "ring_open": (OUTLINE_COUNT,),
         }
-        self._columns = {name: np.zeros((_ROOM, *shape)) for name, shape in shapes.items()}
+        kinds = {"alive": bool, "ring_open": bool}
+        self._columns = {
+            name: np.zeros((_ROOM, *shape), kinds.get(name, float))
+            for name, shape in shapes.items()
+        }
 
     def __getattr__(self, name: str) -> np.ndarray:
         columns = self.__dict__.get("_columns", {})
@@ -81,11 +90,11 @@ class Table:
         patch, row = fit.patch, self.size
         if row == len(self._columns["radius"]):
             for name, column in self._columns.items():
-                more = np.zeros((max(row, _ROOM), *column.shape[1:]))
+                more = np.zeros((max(row // 8, _ROOM), *column.shape[1:]), column.dtype)
                 self._columns[name] = np.concatenate([column, more])
         self.size += 1
         self.site[row] = patch.frame.origin
-        self.alive[row] = self.ring_open[row] = 1.0
+        self.alive[row] = self.ring_open[row] = True
         self.power[row] = (self.core * patch.radius) ** 2
         self.condition[row] = patch.condition
         self.index.insert(row, patch.frame.origin, patch.radius)
@@ -105,13 +114,13 @@ class Table:
             "noise": patch.noise_std,
             "turn": fit.turn,
             "bend": fit.bend,
-            "gram": 0.0,
+            "moments": 0.0,
             "right": 0.0,
             "square": 0.0,
             "count": 0.0,
             "anchor": patch.polynomial.coefficients,
             "mean": patch.polynomial.coefficients,
-            "covariance": patch.covariance,
+            "variance": self.products.folded(patch.covariance),
             "residual": patch.residual_rms,
         }
         for name, value in values.items():
@@ -128,7 +137,8 @@ class Table:
         """Take rows out of use; their numbers are never given again."""
         for row in rows:
             self._count_length(row, -1.0)
-        self.alive[rows] = self.radius[rows] = self.ring_open[rows] = 0.0
+        self.alive[rows] = self.ring_open[rows] = False
+        self.radius[rows] = 0.0
         self.power[rows] = -np.inf
         for row in rows:
             self.index.remove(row)
@@ -148,10 +158,9 @@ class Table:
     def extend(self, columns: dict[str, np.ndarray]) -> None:
         """Add many rows at once, all columns given."""
         self.size += len(columns["radius"])
-        for name in self._columns:
-            self._columns[name] = np.concatenate(
-                [self._columns[name][: self.size - len(columns[name])], columns[name]]
-            )
+        for name, old in self._columns.items():
+            new = np.asarray(columns[name], old.dtype)
+            self._columns[name] = np.concatenate([old[: self.size - len(new)], new])
         for row in self.rows.tolist():
             self.index.insert(row, self.origin[row], self.radius[row])
 
@@ -177,9 +186,12 @@ class Table:
 
     def equations(self, rows) -> NormalEquations:
         """The rows' normal equations, a stack."""
-        return NormalEquations(
-            self.gram[rows], self.right[rows], self.square[rows], self.count[rows]
-        )
+        gram = self.products.gram(self.moments[rows])
+        return NormalEquations(gram, self.right[rows], self.square[rows], self.count[rows])
+
+    def variance_at(self, rows, terms) -> np.ndarray:
+        """(m, n) variance, scaled, of each row's phi at points with monomials (m, t, n)."""
+        return np.maximum(self.products.values(self.variance[rows], terms), 0.0)
 
     def noise_scaled(self, rows) -> np.ndarray:
         """(m,) noise over patch radius."""

@@ -56,9 +56,9 @@ def _equations(atlas: "Atlas") -> Iterator[str]:
     for row in table.rows.tolist():
         index = learning.members[row]
         every = np.ones((1, len(index)), bool)
-        gram, right, _ = sums_of(table, np.array([row]), learning.pool, index, every)
-        scale = _ROUNDING * np.abs(gram).max()
-        if np.abs(gram[0] - table.gram[row]).max() > scale or table.count[row] != len(index):
+        moments, right, _ = sums_of(table, np.array([row]), learning.pool, index, every)
+        scale = _ROUNDING * np.abs(moments).max()
+        if np.abs(moments[0] - table.moments[row]).max() > scale or table.count[row] != len(index):
             yield f"the equations of patch {row} are not those of its samples"
         elif np.abs(right[0] - table.right[row]).max() > scale:
             yield f"the right side of patch {row} is not that of its samples"

@@ -123,15 +123,14 @@ def _speak(table: Table, lines, rows, index, points, reach, out: Voices) -> None
     radius, here = table.radius[rows][:, None], _Place(table, rows, points, _ALL)
     inside = here.inside(reach)
     terms = here.terms[:, : table.basis.size]
-    variance = np.maximum((terms * (table.covariance[rows] @ terms)).sum(axis=1), 0.0)
+    variance = table.variance_at(rows, terms)
     for i, rough, shared in here.rough:
-        variance[i] = joint_variance(
-            rough.residual, table.covariance[rows[[i]]], terms[[i]].transpose(1, 0, 2), shared
-        )[0]
+        here_only = terms[[i]].transpose(1, 0, 2)
+        variance[i] = joint_variance(rough.residual, rough.covariance[None], here_only, shared)[0]
     variance = (radius / here.stretch) ** 2 * variance + np.finfo(float).tiny
     closeness = np.where(inside, np.maximum(1.0 - here.square, 0.0), 0.0)
     out.distance[index] = here.distance
-    out.weight[index] = closeness**3 / variance
+    out.weight[index] = closeness * closeness * closeness / variance
     beyond = (radius / here.stretch) ** 2 * left_out(table, rows, here.scaled)
     out.numbers[index, 0], out.numbers[index, 1] = here.distance, variance + beyond
     with np.errstate(all="ignore"):
@@ -154,7 +153,7 @@ class _Place:
         x, y, z = np.ascontiguousarray(np.moveaxis(self.scaled, -1, 0))
         self.terms = monomials(table.basis, x, y, z).transpose(1, 0, 2)
         rows_of = derivative_coefficients(table.basis, table.mean[rows], list(which))
-        phi, *self.derivatives = np.moveaxis(rows_of @ self.terms, 1, 0)
+        phi, *self.derivatives = np.ascontiguousarray(np.moveaxis(rows_of @ self.terms, 1, 0))
         px, py, pz = self.derivatives[:3]
         self.rough = []
         for i in np.flatnonzero(np.isin(rows, list(table.rough))).tolist() if table.rough else ():
@@ -164,7 +163,7 @@ class _Place:
             px[i], py[i], pz[i] = (d[i] + s for d, s in zip((px, py, pz), slope[0].T, strict=True))
             self.rough.append((i, rough, shared))
         upward = np.stack([-px, -py, 1.0 - pz], axis=-1)
-        length = np.sqrt((upward * upward).sum(axis=-1))
+        length = np.sqrt(_square(upward))
         self.stretch = np.maximum(length, np.finfo(float).tiny)
         self.distance = radius * (z - phi) / self.stretch
         self.normals = (upward / self.stretch[..., None]) @ table.axes[rows]
@@ -180,7 +179,7 @@ class _Place:
         """(m, k) whether the feet of points ``inside`` lie in the patches' own cells."""
         power = table.power[rows][:, None]
         feet = self._offset - self.distance[..., None] * self.normals
-        own = inside & ((feet * feet).sum(axis=-1) <= (1.0 + COVER_MARGIN) * power)
+        own = inside & (_square(feet) <= (1.0 + COVER_MARGIN) * power)
         some = own.any(axis=1)
         own[some] &= _is_lowest(table, lines[rows[some]], rows[some], feet[some])
         return own
@@ -190,9 +189,14 @@ def _is_lowest(table: Table, kin, rows, feet) -> np.ndarray:
     """(m, k) whether at feet (m, k, 3), from the patches' sites, no kin (m, w) of the rows (m,)
     has less power than they, or hardly less."""
     power = table.power[rows]
-    kin = kin[:, : max(1, int((kin != rows[:, None]).sum(axis=1).max(initial=0)))]
+    kin = kin[:, : max(1, int((kin != rows[:, None]).any(axis=0).sum()))]
     # What a rival's power is above one's own: linear in the foot.
     apart = table.site[kin] - table.site[rows][:, None]
-    excess = (apart * apart).sum(axis=-1) - table.power[kin] + power[:, None]
+    excess = _square(apart) - table.power[kin] + power[:, None]
     above = excess[:, None] - 2.0 * (feet @ apart.transpose(0, 2, 1))
     return above.min(axis=-1) >= -CELL_MARGIN * power[:, None]
+
+
+def _square(vectors) -> np.ndarray:
+    """(m, k) squared lengths of vectors (m, k, 3)."""
+    return np.einsum("mki,mki->mk", vectors, vectors)

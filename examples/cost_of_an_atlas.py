@@ -56,6 +56,9 @@ def seconds(call, repeats: int = 1) -> float:
 
 def grow(sizes):
     """An atlas of the largest size; patches, ms a touch and ms of queries at every size."""
+    # Once a large array was given back, the allocator keeps what smaller ones give back: else
+    # the smallest atlas alone would pay for fresh pages, and the ratios would flatter.
+    np.ones(3 << 20)
     rng, atlas, updates, costs = np.random.default_rng(0), Atlas(TOLERANCE), [], []
     side = np.arange(-int(np.sqrt(max(sizes))), int(np.sqrt(max(sizes))) + 1)
     places = np.stack(np.meshgrid(side, side), axis=-1).reshape(-1, 2)
@@ -82,8 +85,14 @@ def main(*sizes: int) -> None:
     (atlas, _), where = grow([min(1000, max(sizes))]), Counter()
     for entry in tracemalloc.take_snapshot().statistics("filename"):
         where[Path(entry.traceback[0].filename).stem] += entry.size // len(atlas)
-    samples = 3 * atlas.learning.pool.points.nbytes // len(atlas)
-    print(f"bytes a patch: {sum(where.values())}, samples {samples}; {where.most_common(7)}")
+    pool, learning = atlas.learning.pool, atlas.learning
+    own = (pool.points, pool.normals, pool.across, pool.edges)
+    samples = sum(column.nbytes for column in own) // len(atlas)
+    lists = sum(i.nbytes for part in (learning.members, learning.brought) for i in part)
+    rest, lists = sum(where.values()) - samples, lists // len(atlas)
+    print(f"bytes a patch: {rest + samples}; {where.most_common(7)}")
+    print(f"samples (points, normals, planes, edges): {samples}; besides them: {rest}")
+    print(f"of that, numbers of the samples that a patch learned from or brought: {lists}")
 
 
 if __name__ == "__main__":

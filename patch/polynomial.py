@@ -156,7 +156,8 @@ def monomials(basis: Basis, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.n
 def derivative_coefficients(basis: Basis, coefficients: np.ndarray, which) -> np.ndarray:
     """(..., len(which), s) coefficients of the derivatives ``which`` of polynomials (..., t)."""
     source, factor = basis.sources
-    return coefficients[..., source[which]] * factor[which]
+    # Taken, they lie in memory polynomial by polynomial; indexed, they would not.
+    return np.take(coefficients, source[which], axis=-1) * factor[which]
 
 
 def evaluate(basis: Basis, coefficients: np.ndarray, x, y, z=0.0, which=(VALUE,)) -> np.ndarray:

@@ -13,6 +13,9 @@ from touchatlas.sim.triangles import areas_of, sample_triangles, top_sample
 _NEWTON_STEPS = 6
 # A normal that turns this much within 1/256 of a step turns at an edge.
 _EDGE_TURN = np.deg2rad(15.0)
+# A chord is no longer than its arc. Beyond an edge a face may be nearly upright to the plane of
+# the curve, and what steps on it lands anywhere.
+_LONGEST_CHORD = 1.5
 _GRID_LIMIT = 320
 _ROUNDING = 1e-12
 
@@ -163,7 +166,7 @@ class ImplicitObject:
                 )
             # A blunt edge, or one that is crossed slantwise, turns the curve by less.
             before, outward = outward, self.normal(ahead)
-            turned = (before * outward).sum(axis=1) < np.cos(_EDGE_TURN)
+            turned = _breaks(x, ahead, before, outward, step)
             for arm in np.flatnonzero(active & turned):
                 if self._why(x[arm], normals[arm], step) is ContourEnd.EDGE:
                     active[arm], ends[arm] = False, ContourEnd.EDGE
@@ -181,11 +184,11 @@ class ImplicitObject:
         for _ in range(8):
             step *= 0.5
             ahead = self._advance(x, normal, step)
-            if (self.normal(ahead) * self.normal(x)).sum() > np.cos(_EDGE_TURN):
+            if not _breaks(x, ahead, self.normal(x), self.normal(ahead), step)[0]:
                 x = ahead
         ahead = self._advance(x, normal, 2.0 * step)
-        turn = (self.normal(ahead) * self.normal(x)).sum()
-        return ContourEnd.EDGE if turn < np.cos(_EDGE_TURN) else ContourEnd.TURNED_AWAY
+        breaks = _breaks(x, ahead, self.normal(x), self.normal(ahead), 2.0 * step)[0]
+        return ContourEnd.EDGE if breaks else ContourEnd.TURNED_AWAY
 
     def _tangents(self, x, normals) -> np.ndarray:
         """Unit tangents (m, 3) of the curve through each x in each plane."""
@@ -229,3 +232,11 @@ class ImplicitObject:
         points, _ = sample_triangles(*self.mesh(0.5 * self.tolerance), count, rng)
         points = self.project(points)
         return points, self.normal(points)
+
+
+def _breaks(x, ahead, before, after, step: float) -> np.ndarray:
+    """(m,) whether steps from points x (m, 3) with normals ``before`` were no steps along one
+    smooth face: the normal turned at an edge, or they led away."""
+    turned = (before * after).sum(axis=1) < np.cos(_EDGE_TURN)
+    chord = ahead - x
+    return turned | ((chord * chord).sum(axis=1) > (_LONGEST_CHORD * step) ** 2)

@@ -56,10 +56,12 @@ def sharp_object(name: str):
 
 
 @lru_cache
-def explored_sharp(name: str, noise: float = 0.02, max_touches: int = 250) -> Explored:
-    """A body with sharp edges, explored with seed 0."""
+def explored_sharp(
+    name: str, noise: float = 0.02, max_touches: int = 250, seed: int = 0
+) -> Explored:
+    """A body with sharp edges, explored once."""
     obj = sharp_object(name)
     atlas, planner = Atlas(obj.tolerance), Planner(*obj.start())
-    probe = Probe(obj, noise, np.random.default_rng(0))
+    probe = Probe(obj, noise, np.random.default_rng(seed))
     touches = [step.touch for step in explore(atlas, planner, probe, max_touches)]
     return Explored(atlas, touches)

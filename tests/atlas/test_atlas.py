@@ -12,6 +12,7 @@ from touchatlas.atlas.moments import solve
 from touchatlas.atlas.store import load_atlas, save_atlas
 from touchatlas.atlas.surface import extract_surface
 from touchatlas.atlas.touch import Touch, TouchStatus
+from touchatlas.patch.polynomial import monomials
 from touchatlas.planner.explore import explore
 from touchatlas.planner.planner import Planner
 from touchatlas.sim.objects import make_object
@@ -101,7 +102,7 @@ def test_corners_have_equal_power_of_three(ball):
 def assert_equations_are_those_of_the_samples(atlas: Atlas) -> None:
     """Sums and solutions, made from scratch of the same samples: rounding apart (1e-9)."""
     table, rows = atlas.table, np.arange(atlas.table.size)
-    learned = {name: getattr(table, name).copy() for name in ("gram", "right", "square", "mean")}
+    learned = {name: getattr(table, name).copy() for name in ("moments", "right", "square", "mean")}
     for row in rows:
         atlas.learning.rebuild(row)
     solve(table, rows)
@@ -180,6 +181,31 @@ def test_file_of_an_earlier_format_is_read():
     radii = np.linalg.norm(atlas.table.origin, axis=1)
     assert radii == pytest.approx(33.0, abs=5 * 0.02)
     assert_equations_are_those_of_the_samples(atlas)
+
+
+def test_file_with_whole_matrices_is_read():
+    """Three touches of the ball, written by the version that stored grams and covariances: their
+    inverses lose half the digits at most, where three curves leave a quartic undetermined."""
+    atlas, written = load_atlas(DATA / "atlas_format_2.npz"), np.load(DATA / "atlas_format_2.npz")
+    assert_equations_are_those_of_the_samples(atlas)
+    gram = atlas.table.equations(slice(None)).gram
+    assert gram == pytest.approx(written["table_gram"], rel=1e-9, abs=1e-9 * gram.max())
+    for i, covariance in enumerate(written["table_covariance"]):
+        assert atlas.patch(i).covariance == pytest.approx(covariance, rel=1e-6, abs=1e-12)
+    atlas.validate()
+
+
+def test_variance_is_that_of_the_covariance(ball):
+    """phi^t C phi, and the polynomial that it is: rounding apart, times the 441 products."""
+    table, rng = ball.atlas.table, np.random.default_rng(0)
+    rows = table.rows[:5]
+    points = rng.uniform(-0.6, 0.6, (3, len(rows), 50))
+    terms = monomials(table.basis, *points)[: table.basis.size].transpose(1, 0, 2)
+    variance = table.variance_at(rows, terms)
+    for i, row in enumerate(rows.tolist()):
+        covariance = ball.atlas.patch(row).covariance
+        expected = np.einsum("tn,ts,sn->n", terms[i], covariance, terms[i])
+        assert np.abs(variance[i] - expected).max() <= 441 * 2.3e-16 * np.abs(covariance).max()
 
 
 @pytest.mark.parametrize("damage", ["cut", "flip"])

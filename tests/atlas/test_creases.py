@@ -5,7 +5,10 @@ import pytest
 
 from tests.explored import explored
 from tests.sharp import explored_sharp
+from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.store import load_atlas, save_atlas
+from touchatlas.atlas.touch import Touch, TouchStatus
+from touchatlas.patch.contour import Contour, ContourEnd, SamplingPlane
 
 NOISE = 0.02
 
@@ -106,3 +109,19 @@ def test_saved_creases_come_back(tmp_path):
     assert len(again.edge_ends) == len(atlas.edge_ends)
     save_atlas(tmp_path / "again.npz", again)
     assert (tmp_path / "again.npz").read_bytes() == (tmp_path / "atlas.npz").read_bytes()
+
+
+@pytest.mark.parametrize(("noise", "learns"), [(0.0, True), (1e-4, True), (0.02, False)])
+def test_contours_within_their_noise_make_no_patch(noise, learns):
+    """In the corner of a face two of three contours are 0.1 long: where they go no one can tell
+    at a noise of 0.02, and the patch would lie askew."""
+    ends, contours = (ContourEnd.EDGE, ContourEnd.LENGTH_REACHED), []
+    for angle, length in ((0.0, 15.0), (1.0, 0.1), (2.1, 0.1)):
+        along = np.array([np.cos(angle), np.sin(angle), 0.0])
+        points = np.linspace(0.0, length, 9)[:, None] * along
+        plane = SamplingPlane(np.zeros(3), np.cross(along, [0.0, 0.0, 1.0]))
+        contours.append(Contour(points, plane, noise, ends))
+    up, touched = np.array([0.0, 0.0, 1.0]), TouchStatus.TOUCHED
+    atlas = Atlas(0.1)
+    change = atlas.add(Touch(0, np.zeros(3), up, tuple(contours), touched, 15.2, 0.0))
+    assert bool(change.added) == learns and bool(change.refused) != learns

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tests.sharp import sharp_object
 from touchatlas.patch.contour import ContourEnd
 from touchatlas.sim.objects import make_object, object_names
 from touchatlas.sim.probe import Probe
@@ -121,6 +122,19 @@ def test_contour_on_a_cube_stops_at_the_edge():
     )
     assert end is ContourEnd.EDGE
     assert points[-1] == pytest.approx([29.9, 0.0, 30.0])
+
+
+@pytest.mark.parametrize("below", [0.34, 3.0])
+def test_contour_beside_a_notch_stops_at_the_edge_of_its_face(below):
+    """Beyond that edge the wall of the notch, 0.1 away, is nearly upright to the contour's plane:
+    Newton's steps on it lead 5 away."""
+    step, arc = sharp_object("step"), 1.33
+    start, plane = np.array([0.1, -20.0, -below]), np.array([[-1.0, 0.0, 0.02]])
+    plane /= np.linalg.norm(plane)
+    ((points, end),) = step.trace_arms(start, plane, np.array([[0.0, 0.0, 1.0]]), 16.0, arc, 0.8)
+    assert end is ContourEnd.EDGE
+    assert len(points) == int(below / arc)
+    assert (points[:, 1] == -20.0).all() and (points[:, 2] < 0.0).all()
 
 
 def test_contour_on_a_small_ball_turns_away():
