@@ -192,6 +192,13 @@ def test_residuals_leave_the_equations_as_they_are():
     atlas.validate()
 
 
+def test_a_settled_torus_is_closed():
+    """Where three radical planes meet along a line that runs beside the surface is no gap."""
+    atlas = deepcopy(explored("torus").atlas)
+    atlas.settle()
+    assert not atlas.gaps and atlas.closed and atlas.euler_characteristic() == 0
+
+
 def test_patches_that_do_not_meet_are_not_merged():
     atlas = explored("torus").atlas
     first = min(atlas.graph)
