@@ -23,10 +23,10 @@ _SLACK = 1.02
 _OFFER_REACH = 1.25
 # Corners are found on patches as steep as this, and distances are of first order.
 LEAST_COSINE = np.sqrt(0.5)
-# Where a core is looked at: its middle and six rings of 24 points.
+# Where a disc is looked at: its middle and six rings of 24 points.
 _RINGS, _TURNS = np.linspace(0.0, 1.0, 7), np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
-_DISC = np.stack([np.outer(_RINGS, np.cos(_TURNS)), np.outer(_RINGS, np.sin(_TURNS))], -1)
-_DISC = _DISC.reshape(-1, 2)[23:]
+DISC = np.stack([np.outer(_RINGS, np.cos(_TURNS)), np.outer(_RINGS, np.sin(_TURNS))], -1)
+DISC = DISC.reshape(-1, 2)[23:]
 
 
 def enclosing_ball(first, first_radius: float, second, second_radius: float):
@@ -178,12 +178,18 @@ def _is_hidden(atlas: "Atlas", row: int, kin) -> bool:
         return bool(power_at(table, kin, table.site[row]).min() < -table.power[row])
     if not atlas.creases.behind(row):
         return False
-    z = scaled_height(table.basis, table.mean[row], *_DISC.T * table.core)
-    scaled = np.column_stack([_DISC * table.core, z])[np.isfinite(z)]
-    points = scaled * table.radius[row] @ table.axes[row] + table.origin[row]
+    points = points_over(table, row, DISC * table.core)
     own = power_at(table, kin, points).min(axis=1) >= power_at(table, rows, points)[:, 0]
     points = points[own]
     return bool(atlas.creases.beyond(np.tile(rows, len(points)), points).all())
+
+
+def points_over(table: Table, row: int, xy) -> np.ndarray:
+    """(n, 3) points of a patch over places (m, 2) of its tangent plane, scaled; without those
+    where it folds."""
+    z = scaled_height(table.basis, table.mean[row], *xy.T)
+    scaled = np.column_stack([xy, z])[np.isfinite(z)]
+    return scaled * table.radius[row] @ table.axes[row] + table.origin[row]
 
 
 def remove_patches(atlas: "Atlas", rows: list[int]) -> None:
