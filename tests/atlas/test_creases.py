@@ -106,3 +106,11 @@ def test_saved_creases_come_back(tmp_path):
     assert len(again.edge_ends) == len(atlas.edge_ends)
     save_atlas(tmp_path / "again.npz", again)
     assert (tmp_path / "again.npz").read_bytes() == (tmp_path / "atlas.npz").read_bytes()
+
+
+@pytest.mark.parametrize("name", ["cube", "wall", "step"])
+def test_graph_of_an_explored_body_is_a_sphere_but_for_its_gaps(name):
+    """A gap is a hole: V - E + F is two less their number (Euler), before any merging."""
+    atlas = explored_sharp(name).atlas
+    assert atlas.euler_characteristic() + len(atlas.gaps) == 2
+    atlas.validate()
