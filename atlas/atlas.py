@@ -154,8 +154,7 @@ class Atlas:
 
     def predicted_deviation(self) -> float:
         """Root mean square over the patches of their deviation half-way to the rim, length."""
-        rows = self.table.rows
-        return half_way_deviation(self.table, rows) if len(rows) else float("inf")
+        return half_way_deviation(self.table, self.table.rows) if len(self) else float("inf")
 
     def boundary(self, first: int, second: int) -> Boundary:
         """The boundary of two patches that meet."""
@@ -263,19 +262,23 @@ class Atlas:
         To be called when the surface is wanted: a patch that learns from a later touch loses its
         residual.
         """
+        before = set(self.table.rough)
         self.texture = learn_residuals(self.table, self.learning, self.prior)
+        if changed := before | set(self.table.rough):
+            self.creases.renew(sorted(changed))
+            self.tiling.retile()
+            self.tiling.mend()
         return len(self.table.rough)
 
     @property
     def closed(self) -> bool:
         """Whether the patches cover all that they border on: nothing is left to be touched."""
-        open_ring = self.table.ring_open[self.table.rows].any()
         places = len(self.frontier) + len(self.edge_ends) + len(self.gaps)
-        return bool(len(self) and not (open_ring or places))
+        return bool(len(self) and not (places or self.table.ring_open[self.table.rows].any()))
 
     def validate(self) -> None:
-        """Prove what must hold: samples belong, equations are their sums, boundaries pair up, the
-        graph matches the geometry.
+        """Prove what must hold: samples belong, equations are their sums, patches solve them, the
+        graph matches the geometry, outlines are open where nothing covers them.
 
         Raises
         ------
@@ -295,7 +298,6 @@ class Atlas:
             if self.table.alive[row]:
                 self.split(row)
         bridge(self)
-        rows = self.table.rows.tolist()
-        fold(self, rows)
+        fold(self, self.table.rows.tolist())
         self.tiling.retile()
         self.tiling.mend()

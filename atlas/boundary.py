@@ -20,6 +20,8 @@ _ALONG = np.linspace(-1.0, 1.0, 9)
 CELL_MARGIN = 0.05
 # Boundary whose normals differ by more than this is a crease.
 CREASE_ANGLE = np.deg2rad(30.0)
+# Of Newton's method for corners: steps, and how long the last may be, in patch radii.
+_NEWTON_STEPS, _SETTLED = 3, 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,7 +128,7 @@ def corners_on(table: Table, row: int, first: np.ndarray, second: np.ndarray) ->
     (a, b), (alpha, beta) = planes, levels
     axis = cross(a, b)
     point = np.zeros_like(a)
-    for _ in range(3):
+    for _ in range(_NEWTON_STEPS):
         start = np.minimum(np.maximum(point, -1.2), 1.2)
         height, normal = table.surface(np.array([row]), start[None])
         normal = normal[0]
@@ -139,7 +141,9 @@ def corners_on(table: Table, row: int, first: np.ndarray, second: np.ndarray) ->
             + level[:, None] * axis
         ) / safe[:, None]
         point = np.where(np.isfinite(point), point, 9.0)
-    inside = (point[:, :2] ** 2).sum(axis=1) <= 1.0
+    # Where the axis is near tangent to the surface the steps do not settle.
+    settled = ((point - start) ** 2).sum(axis=1) <= _SETTLED**2
+    inside = settled & ((point[:, :2] ** 2).sum(axis=1) <= 1.0)
     return np.where(inside[:, None], point * radius @ table.axes[row] + table.origin[row], np.nan)
 
 

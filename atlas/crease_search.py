@@ -16,7 +16,8 @@ from touchatlas.atlas.table import Table
 _STEPS = 1.5
 # Of the samples of a sheet this share must lie on the one side of the other, noise apart.
 _ON_ONE_SIDE, _NOISES = 0.98, 4.0
-_MEETS = 1e-6
+# Patches meet that are no farther from a point, in their radii.
+MEETS = 1e-6
 # In smaller patch radii: how far apart the last samples of the two sheets may be, and how far
 # about these the two are compared.
 _APART, _ABOUT = 0.75, 0.25
@@ -50,7 +51,7 @@ def find_creases(
     offset, _, share = radical_share(table, first, second)
     start = table.site[first] + np.clip(share, 0.0, 1.0)[:, None] * offset
     seen = meet(table, both, start)
-    good = (np.abs(seen.distance) <= _MEETS * table.radius[both]).all(axis=1)
+    good = (np.abs(seen.distance) <= MEETS * table.radius[both]).all(axis=1)
     good &= (seen.across <= 1.0).all(axis=1)
     cosine = (seen.normals[:, 0] * seen.normals[:, 1]).sum(axis=1)
     good &= np.abs(cosine) <= np.cos(CREASE_ANGLE)

@@ -5,12 +5,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from touchatlas.atlas.boundary import CREASE_ANGLE, power_at
-from touchatlas.atlas.crease_search import find_creases
+from touchatlas.atlas.crease_search import MEETS, find_creases
+from touchatlas.atlas.creases import Crease
 from touchatlas.atlas.kin import kin_of
-from touchatlas.atlas.meeting import look
+from touchatlas.atlas.meeting import look, meet
 
 if TYPE_CHECKING:
     from touchatlas.atlas.atlas import Atlas
+
+# So far, in smaller patch radii, a crease may be from that of the next patches of its sheets.
+_MOVED = 0.05
 
 
 def fold(atlas: "Atlas", rows) -> None:
@@ -27,9 +31,40 @@ def fold(atlas: "Atlas", rows) -> None:
     for pair, crease in find_creases(table, atlas.learning, sorted(pairs), atlas.bias).items():
         creases.enter(*pair, crease)
         part(atlas, *pair)
+    for pair, crease in continued(atlas, set(rows)).items():
+        creases.enter(*pair, crease)
+        part(atlas, *pair)
     if len(creases):
         around = set(rows).union(*(creases.of(i) for i in rows))
         trim(atlas, around.union(*(atlas.kin[i] for i in around)))
+
+
+def continued(atlas: "Atlas", rows: set[int]) -> dict[tuple[int, int], Crease]:
+    """Creases of the sheets of rows that no contours of the two patches themselves told of: along
+    a crease those are creased that have the least power of their sheets."""
+    table, creases, kin = atlas.table, atlas.creases, atlas.kin
+    places: dict[tuple[int, int], tuple[int, np.ndarray]] = {}
+    for i, j in sorted(pair for pair in creases.pairs if not rows.isdisjoint(pair)):
+        line = creases.curve(i, j)
+        sheets = [np.array([k, *sorted(kin[k])]) for k in (i, j)]
+        leaders = [sheet[power_at(table, sheet, line).argmin(axis=1)] for sheet in sheets]
+        for a, b, point in zip(*(leader.tolist() for leader in leaders), line, strict=True):
+            if a != b and b not in kin[a] and not creases.between(a, b):
+                places.setdefault((min(a, b), max(a, b)), (creases.sign(i, j), point))
+    if not places:
+        return {}
+    both, start = np.array(list(places)), np.array([point for _, point in places.values()])
+    seen = meet(table, both, start)
+    good = (np.abs(seen.distance) <= MEETS * table.radius[both]).all(axis=1)
+    cosine = np.abs((seen.normals[:, 0] * seen.normals[:, 1]).sum(axis=1))
+    good &= (seen.across <= 1.0).all(axis=1) & (cosine <= np.cos(CREASE_ANGLE))
+    offset = seen.points - start
+    good &= (offset * offset).sum(axis=1) <= (_MOVED * table.radius[both].min(axis=1)) ** 2
+    return {
+        pair: Crease(sign, point)
+        for (pair, (sign, _)), point, keep in zip(places.items(), seen.points, good, strict=True)
+        if keep
+    }
 
 
 def trim(atlas: "Atlas", rows) -> None:

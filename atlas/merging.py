@@ -11,6 +11,7 @@ from touchatlas.atlas.table import Table
 from touchatlas.patch.fit import BORNE, PatchFit
 from touchatlas.patch.frame import DarbouxFrame, axes_from_normal
 from touchatlas.patch.patch import Patch
+from touchatlas.patch.polynomial import scaled_height
 from touchatlas.patch.refit import refit_patch
 from touchatlas.patch.start import UnfitError
 
@@ -22,6 +23,10 @@ _SLACK = 1.02
 _OFFER_REACH = 1.25
 # Corners are found on patches as steep as this, and distances are of first order.
 LEAST_COSINE = np.sqrt(0.5)
+# Where a disc is looked at: its middle and six rings of 24 points.
+_RINGS, _TURNS = np.linspace(0.0, 1.0, 7), np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
+DISC = np.stack([np.outer(_RINGS, np.cos(_TURNS)), np.outer(_RINGS, np.sin(_TURNS))], -1)
+DISC = DISC.reshape(-1, 2)[23:]
 
 
 def enclosing_ball(first, first_radius: float, second, second_radius: float):
@@ -161,11 +166,8 @@ def remove_hidden(atlas: "Atlas", rows: set[int]) -> list[int]:
     table, learning, hidden = atlas.table, atlas.learning, []
     for i in sorted(rows):
         kin = np.array(sorted(atlas.kin[i]), int)
-        if atlas.tiling.corners_of(i) or not len(kin):
-            continue
-        power = power_at(table, kin, table.site[i])
-        if power.min() < -table.power[i]:
-            owner = int(kin[power.argmin()])
+        if len(kin) and _is_hidden(atlas, i, kin):
+            owner = int(kin[power_at(table, kin, table.site[i]).argmin()])
             learning.brought[owner] = np.append(learning.brought[owner], learning.brought[i])
             atlas.frontier.move_home([i], owner)
             atlas.edge_ends.move_home([i], owner)
@@ -174,6 +176,27 @@ def remove_hidden(atlas: "Atlas", rows: set[int]) -> list[int]:
     if hidden:
         atlas.tiling.remove(hidden, rows - set(hidden))
     return hidden
+
+
+def _is_hidden(atlas: "Atlas", row: int, kin) -> bool:
+    """Whether the kin (m,) of a row, and the creases of its sheet, leave it no cell."""
+    table, rows = atlas.table, np.array([row])
+    if not atlas.tiling.corners_of(row):
+        return bool(power_at(table, kin, table.site[row]).min() < -table.power[row])
+    if not atlas.creases.behind(row):
+        return False
+    points = points_over(table, row, DISC * table.core)
+    own = power_at(table, kin, points).min(axis=1) >= power_at(table, rows, points)[:, 0]
+    points = points[own]
+    return bool(atlas.creases.beyond(np.tile(rows, len(points)), points).all())
+
+
+def points_over(table: Table, row: int, xy) -> np.ndarray:
+    """(n, 3) points of a patch over places (m, 2) of its tangent plane, scaled; without those
+    where it folds."""
+    z = scaled_height(table.basis, table.mean[row], *xy.T)
+    scaled = np.column_stack([xy, z])[np.isfinite(z)]
+    return scaled * table.radius[row] @ table.axes[row] + table.origin[row]
 
 
 def remove_patches(atlas: "Atlas", rows: list[int]) -> None:

@@ -94,9 +94,6 @@ def left_out(table: Table, rows, scaled) -> np.ndarray:
     """(m, n) variance, scaled, of what the degree of the rows leaves out at points (m, n, 3)."""
     square = (scaled[..., :2] ** 2).sum(axis=-1)
     rim = leftover(table.basis, table.turn[rows])
-    if table.rough:
-        # A residual leaves nothing out but what it says itself.
-        rim = np.where(np.isin(rows, list(table.rough)), 0.0, rim)
     return (rim * rim)[:, None] * square ** (table.basis.degree + 1)
 
 

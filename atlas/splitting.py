@@ -5,8 +5,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from touchatlas.atlas.boundary import power_at
+from touchatlas.atlas.creases import Crease
 from touchatlas.atlas.folding import fold, inherit, kin_beside, reopen
-from touchatlas.atlas.merging import remove_hidden, remove_patches, take_place
+from touchatlas.atlas.merging import (
+    DISC,
+    points_over,
+    remove_hidden,
+    remove_patches,
+    take_place,
+)
 from touchatlas.atlas.moments import of_patch
 from touchatlas.patch.fit import PatchFit
 from touchatlas.patch.frame import DarbouxFrame, axes_from_normal
@@ -24,17 +31,14 @@ _LEAST_SAMPLES = 2
 
 
 def parts_of(atlas: "Atlas", row: int) -> list[PatchFit] | None:
-    """Seven patches that cover the core of a row, from the samples that it knows; None when
-    these do not determine all seven."""
+    """Seven patches that cover the core of a row, from the samples that it knows, without those
+    that lie beyond its creases; None when the samples do not determine all of them."""
     table, pool, learning = atlas.table, atlas.learning.pool, atlas.learning
     index = np.unique(np.concatenate([learning.members[i] for i in (row, *atlas.kin[row])]))
     near = of_patch(table, np.array([row]), pool.points[index], pool.normals[index], 1.25)[0]
     index, radius = index[near], _SLACK * _SHARE * table.radius[row]
     parts = []
-    frames = _frames(atlas, row)
-    if frames is None:
-        return None
-    for frame in frames:
+    for frame in _frames(atlas, row):
         offset = pool.points[index] - frame.origin
         inside = index[(offset * offset).sum(axis=1) <= (1.25 * radius) ** 2]
         if len(inside) < _LEAST_SAMPLES * table.basis.size:
@@ -51,11 +55,12 @@ def parts_of(atlas: "Atlas", row: int) -> list[PatchFit] | None:
 
 
 def _frames(atlas: "Atlas", row: int) -> list[DarbouxFrame]:
-    """Where the seven patches are to be, on the polynomial of a row; nowhere if it folds."""
+    """Where the patches are to be, on the polynomial of a row; nowhere if it folds."""
     table = atlas.table
     angles = np.pi / 3.0 * np.arange(6)
     ring = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     xy = table.core * _OUT * np.concatenate([np.zeros((1, 2)), ring])
+    xy = xy[[_is_seen(atlas, row, centre) for centre in xy]]
     z = scaled_height(table.basis, table.mean[row], *xy.T)
     if not np.isfinite(z).all():
         return []
@@ -67,12 +72,32 @@ def _frames(atlas: "Atlas", row: int) -> list[DarbouxFrame]:
     return [DarbouxFrame(p, axes_from_normal(n, e1)) for p, n in zip(origins, normals, strict=True)]
 
 
+def _is_seen(atlas: "Atlas", row: int, centre) -> bool:
+    """Whether any of the smaller disc about a place (2,), scaled, lies on this side of creases."""
+    table = atlas.table
+    points = points_over(table, row, centre + _SLACK * _SHARE * table.core * DISC)
+    return not atlas.creases.beyond(np.full(len(points), row), points).all() or not len(points)
+
+
+def _within(atlas: "Atlas", part: int, creases, lines) -> dict[int, Crease]:
+    """Those of creases that a part reaches, by the rows behind them; ``lines`` are their curves."""
+    table, found = atlas.table, {}
+    for other, crease in creases.items():
+        points = np.concatenate([lines[other], crease.anchor[None]])
+        offset = points - table.origin[part]
+        square = (offset * offset).sum(axis=1)
+        if square.min() <= table.radius[part] ** 2:
+            found[other] = Crease(crease.sign, points[square.argmin()])
+    return found
+
+
 def divide(atlas: "Atlas", row: int, parts: list[PatchFit]) -> tuple[int, ...]:
     """Put patches in the place of a row, and share its samples out among them; their rows."""
     table, learning = atlas.table, atlas.learning
     brought, known = learning.brought[row], learning.members[row]
     sensor = float(table.sensor[row])
     around, creases = set(atlas.kin[row]), atlas.creases.of_all([row])
+    lines = {other: atlas.creases.curve(row, other) for other in creases}
     remove_patches(atlas, [row])
     atlas.tiling.remove([row], around)
     rows = []
@@ -88,10 +113,11 @@ def divide(atlas: "Atlas", row: int, parts: list[PatchFit]) -> tuple[int, ...]:
     atlas.frontier.move_home([row], rows[0])
     atlas.edge_ends.move_home([row], rows[0])
     for part in rows:
-        inherit(atlas, part, creases)
+        inherit(atlas, part, _within(atlas, part, creases, lines))
     fold(atlas, rows)
     # A neighbour may cover more of the row than its parts do, or they more than a neighbour.
     around |= set(rows)
     around -= set(remove_hidden(atlas, around))
-    reopen(atlas, sorted(around))
+    # The edges have moved, for those across them too.
+    reopen(atlas, sorted(around.union(*(atlas.creases.of(i) for i in around))))
     return tuple(sorted(set(rows) & around))

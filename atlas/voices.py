@@ -124,14 +124,17 @@ def _speak(table: Table, lines, rows, index, points, reach, out: Voices) -> None
     inside = here.inside(reach)
     terms = here.terms[:, : table.basis.size]
     variance = table.variance_at(rows, terms)
+    beyond = left_out(table, rows, here.scaled)
     for i, rough, shared in here.rough:
         here_only = terms[[i]].transpose(1, 0, 2)
         variance[i] = joint_variance(rough.residual, rough.covariance[None], here_only, shared)[0]
+        # A residual leaves nothing out but what it says itself.
+        beyond[i] = 0.0
     variance = (radius / here.stretch) ** 2 * variance + np.finfo(float).tiny
     closeness = np.where(inside, np.maximum(1.0 - here.square, 0.0), 0.0)
     out.distance[index] = here.distance
     out.weight[index] = closeness * closeness * closeness / variance
-    beyond = (radius / here.stretch) ** 2 * left_out(table, rows, here.scaled)
+    beyond *= (radius / here.stretch) ** 2
     out.numbers[index, 0], out.numbers[index, 1] = here.distance, variance + beyond
     with np.errstate(all="ignore"):
         px, py, pz, *second = here.derivatives

@@ -125,3 +125,11 @@ def test_contours_within_their_noise_make_no_patch(noise, learns):
     atlas = Atlas(0.1)
     change = atlas.add(Touch(0, np.zeros(3), up, tuple(contours), touched, 15.2, 0.0))
     assert bool(change.added) == learns and bool(change.refused) != learns
+
+
+@pytest.mark.parametrize("name", ["cube", "wall", "step"])
+def test_graph_of_an_explored_body_is_a_sphere_but_for_its_gaps(name):
+    """A gap is a hole: V - E + F is two less their number (Euler), before any merging."""
+    atlas = explored_sharp(name).atlas
+    assert atlas.euler_characteristic() + len(atlas.gaps) == 2
+    atlas.validate()

@@ -1,0 +1,154 @@
+"""What must hold of an atlas's graph: boundaries, corners, creases are where patches meet."""
+
+from collections.abc import Iterator
+from itertools import combinations
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from touchatlas.atlas.boundary import power_at
+from touchatlas.atlas.crease_curves import crease_curves
+from touchatlas.atlas.meeting import look
+from touchatlas.atlas.tiling import Tiling
+
+if TYPE_CHECKING:
+    from touchatlas.atlas.atlas import Atlas
+
+# Of what is drawn anew by the same steps, in tolerances.
+_AGAIN = 1e-6
+# Of the power at corners, over the squared core radius: they are found by three Newton steps.
+_CORNER = 1e-3
+# Of patches at a corner, in radii: how far what they learned since may have moved them.
+_MOVED = 0.05
+# Of so many samples next to the anchor of a crease some are clearly on its inner side: all, but
+# next to a notch.
+_NEAREST, _NOISES = 9, 4.0
+
+
+def graph_violations(atlas: "Atlas") -> list[str]:
+    """What does not hold, a sentence each."""
+    checks = (_creasing, _curves, _places, _tiling, _graph, _corners, _closure)
+    return [sentence for check in checks for sentence in check(atlas)]
+
+
+def _creasing(atlas: "Atlas") -> Iterator[str]:
+    """Creased patches are in use, of two sheets, and meet at their anchor at an angle."""
+    table, creases, pool = atlas.table, atlas.creases, atlas.learning.pool
+    alive = set(table.rows.tolist())
+    for row in range(table.size):
+        if any(not creases.between(row, j) for j in creases.of(row)):
+            yield f"patch {row} is creased with one that is not creased with it"
+    for (i, j), crease in creases.pairs.items():
+        if not i < j or not {i, j} <= alive or j in atlas.kin[i]:
+            yield f"patches {i} and {j} are creased, but one is removed or they are kin"
+            continue
+        if i not in creases.of(j) or j not in creases.of(i) or abs(crease.sign) != 1:
+            yield f"the crease of {i} and {j} is not mutual"
+        seen = look(table, np.array([[i, j]]), crease.anchor[None])
+        if np.abs(seen.distance).max() > _CORNER * table.radius[[i, j]].min():
+            yield f"patches {i} and {j} do not meet at the anchor of their crease"
+        for k, normal in zip((j, i), seen.normals[0], strict=True):
+            offset = pool.points[atlas.learning.members[k]] - crease.anchor
+            near = np.argsort((offset * offset).sum(axis=1))[:_NEAREST]
+            slack = _NOISES * table.sensor[k] + atlas.bias
+            if not (crease.sign * (offset[near] @ normal)).min(initial=0.0) < -slack:
+                yield f"the crease of {i} and {j} has the wrong sign"
+
+
+def _curves(atlas: "Atlas") -> Iterator[str]:
+    """Curves of creases are as they would be drawn now."""
+    creases, pairs = atlas.creases, sorted(atlas.creases.pairs)
+    for pair, line in zip(pairs, crease_curves(atlas.table, creases, pairs), strict=True):
+        kept = creases.curve(*pair)
+        if kept.shape != line.shape or not _alike(atlas, kept, line):
+            yield f"the curve of the crease of {pair} is not where its patches meet"
+
+
+def _alike(atlas: "Atlas", points, others) -> bool:
+    return bool(np.allclose(points, others, rtol=1e-9, atol=_AGAIN * atlas.tolerance))
+
+
+def _places(atlas: "Atlas") -> Iterator[str]:
+    """Corners and gaps of kin are of equal power, on their patches, and known to each of them."""
+    table, tiling = atlas.table, atlas.tiling
+    known = {t for row in range(table.size) for t in tiling.corners_of(row)}
+    if known != set(tiling.corners) or any(
+        t not in tiling.corners_of(i) for t in tiling.corners for i in t
+    ):
+        yield "the patches know other corners than there are"
+    for triple, point in (*tiling.corners.items(), *tiling.gaps.items()):
+        rows = list(triple)
+        if not all(j in atlas.kin[i] for i, j in combinations(triple, 2)):
+            yield f"corner or gap {triple} is not of kin"
+            continue
+        seen = look(table, np.array([rows]), point[None])
+        if np.ptp(power_at(table, rows, point)) > _CORNER * table.power[rows].max():
+            yield f"corner or gap {triple} is not of equal power"
+        elif (np.abs(seen.distance[0]) > _MOVED * table.radius[rows] + atlas.tolerance).any():
+            yield f"corner or gap {triple} is not on its patches"
+
+
+def _tiling(atlas: "Atlas") -> Iterator[str]:
+    """Corners and boundaries are those of the patches as they are now."""
+    table, tiling = atlas.table, atlas.tiling
+    fresh = Tiling(table, atlas.kin)
+    for row in range(table.size):
+        fresh.add(row, bool(table.alive[row]))
+    fresh.retile()
+    apart = set(fresh.corners) ^ set(tiling.corners)
+    if apart:
+        fresh.mend()
+        apart = set(fresh.corners) ^ set(tiling.corners)
+    yield from (f"corner {triple} is missing, or is none" for triple in sorted(apart))
+    if set(map(frozenset, fresh.graph.edges)) != set(map(frozenset, tiling.graph.edges)):
+        yield "the tiling has other edges than its patches have boundaries"
+        return
+    for first, second, data in tiling.graph.edges(data=True):
+        mine, new = data["boundary"], fresh.graph.edges[first, second]["boundary"]
+        if mine.points.shape != new.points.shape or not _alike(atlas, mine.points, new.points):
+            yield f"the boundary of {first} and {second} is not where they meet"
+
+
+def _graph(atlas: "Atlas") -> Iterator[str]:
+    graph = atlas.graph
+    if set(graph) != set(atlas.table.rows.tolist()):
+        yield "the graph's nodes are not the patches"
+    for first, second, data in graph.edges(data=True):
+        boundary = data["boundary"]
+        if second not in atlas.kin[first] and not atlas.creases.sign(first, second):
+            yield f"patches {first} and {second} meet but are neither kin nor creased"
+        if atlas.creases.sign(first, second) and not boundary.crease:
+            yield f"the boundary of {first} and {second} is a crease and does not say so"
+        if boundary.patches != (min(first, second), max(first, second)):
+            yield f"the boundary of {first} and {second} names others"
+
+
+def _corners(atlas: "Atlas") -> Iterator[str]:
+    """Corners on creases lie on them, and all corners end boundaries."""
+    table, graph = atlas.table, atlas.graph
+    for triple, point in atlas.corners.items():
+        pairs = list(combinations(triple, 2))
+        if not all(graph.has_edge(*pair) for pair in pairs):
+            yield f"corner {triple} lacks one of its boundaries"
+        scale = np.sqrt(table.power[list(triple)].max())
+        for pair in filter(lambda pair: atlas.creases.sign(*pair), pairs):
+            off = look(table, np.array([pair]), point[None]).distance
+            # Kin agree within the tolerance, and the point is on one of them.
+            if np.abs(off).max() > _CORNER * scale + atlas.tolerance:
+                yield f"corner {triple} is not on the crease of {pair}"
+
+
+def _closure(atlas: "Atlas") -> Iterator[str]:
+    """On a closed surface every boundary ends in corners, and no patch is without boundary.
+
+    A patch that bites into the boundary of two others has two corners with them, which count as
+    one, as the two pieces of that boundary count as one: V - E + F is the same.
+    """
+    if not (atlas.closed and len(atlas) > 3):
+        return
+    graph = atlas.graph
+    ended = {pair for triple in atlas.corners for pair in combinations(triple, 2)}
+    for pair in map(sorted, graph.edges):
+        if tuple(pair) not in ended:
+            yield f"the boundary of {pair} ends nowhere"
+    yield from (f"patch {i} has no boundary" for i, degree in graph.degree if degree == 0)
