@@ -6,7 +6,7 @@ import numpy as np
 
 from touchatlas.atlas.boundary import power_at
 from touchatlas.atlas.folding import fold, kin_beside, reopen
-from touchatlas.atlas.merging import remove_hidden, take_place
+from touchatlas.atlas.merging import is_upright, remove_hidden, take_place
 from touchatlas.atlas.moments import SHEET_COSINE
 from touchatlas.patch.fit import PatchFit
 from touchatlas.patch.frame import DarbouxFrame, any_tangent, axes_from_normal
@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 # Samples this much farther out than a patch reaches are offered to a fit of it.
 _OFFER_REACH = 1.25
+# A patch that would turn too far is tried smaller.
+_SHARES = 1.0, 0.7, 0.5
 
 
 def bridge(atlas: "Atlas") -> tuple[int, ...]:
@@ -55,22 +57,20 @@ def _around(atlas: "Atlas", point, normal, radius: float) -> np.ndarray:
 
 
 def _fit(atlas: "Atlas", beside: int, point, normal, index) -> PatchFit | None:
-    """A patch about a point, as large as the one beside it if the samples allow."""
+    """A patch about a point, as large as the one beside it if it need not turn too far for that."""
     table, pool = atlas.table, atlas.learning.pool
-    try:
-        return refit_patch(
-            DarbouxFrame(point, axes_from_normal(normal, any_tangent(normal))),
-            pool.points[index],
-            pool.across[index],
-            float(table.noise[beside]),
-            float(table.radius[beside]),
-            atlas.bias,
-            atlas.options.least_radius * atlas.tolerance,
-            atlas.prior,
-            atlas.options.fit,
-        )
-    except UnfitError:
-        return None
+    frame = DarbouxFrame(point, axes_from_normal(normal, any_tangent(normal)))
+    samples = pool.points[index], pool.across[index], float(table.noise[beside])
+    for share in _SHARES:
+        radius = share * float(table.radius[beside])
+        options = radius, atlas.bias, radius, atlas.prior, atlas.options.fit
+        try:
+            fit = refit_patch(frame, *samples, *options)
+        except UnfitError:
+            continue
+        if is_upright(fit.patch):
+            return fit
+    return None
 
 
 def _enter(atlas: "Atlas", fit: PatchFit, index) -> int | None:

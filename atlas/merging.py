@@ -73,7 +73,7 @@ def merged_fit(atlas: "Atlas", first: int, second: int) -> PatchFit | None:
         return None
     moved = fit.patch.frame.origin - centre
     stays = moved @ moved <= ((_SLACK - 1.0) * core) ** 2
-    return fit if stays and _upright(fit.patch) else None
+    return fit if stays and is_upright(fit.patch) else None
 
 
 def noise_of(atlas: "Atlas", rows) -> float:
@@ -81,7 +81,7 @@ def noise_of(atlas: "Atlas", rows) -> float:
     return float(np.hypot(np.sqrt((atlas.table.sensor[rows] ** 2).mean()), BORNE * atlas.bias))
 
 
-def _upright(patch: Patch) -> bool:
+def is_upright(patch: Patch) -> bool:
     """Whether a patch turns by less than 45 degrees up to its core radius."""
     normals = patch.normal(patch.outline)
     return bool(((normals @ patch.frame.normal) >= LEAST_COSINE).all())
