@@ -6,6 +6,7 @@ import numpy as np
 
 from touchatlas.atlas.boundary import power_at
 from touchatlas.atlas.folding import fold, inherit, kin_beside, reopen
+from touchatlas.atlas.learning import Offer
 from touchatlas.atlas.moments import SHEET_COSINE
 from touchatlas.atlas.table import Table
 from touchatlas.patch.fit import BORNE, PatchFit
@@ -133,7 +134,7 @@ def replace_by(atlas: "Atlas", fit: PatchFit) -> tuple[int, tuple[int, ...]] | N
     atlas.enter(row, stay)
     learning.brought[row] = learning.brought_by(gone)
     offered = np.unique(np.concatenate([learning.members[i] for i in kin.tolist()]))
-    learning.settle(row, fit, offered)
+    learning.settle(np.array([row]), [fit], Offer([offered]))
     atlas.frontier.move_home(gone, row)
     atlas.edge_ends.move_home(gone, row)
     atlas.frontier.cover(table, row)

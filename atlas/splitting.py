@@ -6,6 +6,7 @@ import numpy as np
 
 from touchatlas.atlas.boundary import power_at
 from touchatlas.atlas.folding import fold, inherit, kin_beside, reopen
+from touchatlas.atlas.learning import Offer
 from touchatlas.atlas.merging import remove_hidden, remove_patches
 from touchatlas.atlas.moments import of_patch
 from touchatlas.patch.fit import PatchFit
@@ -81,7 +82,8 @@ def divide(atlas: "Atlas", row: int, parts: list[PatchFit]) -> tuple[int, ...]:
         table.sensor[part] = sensor
         kin = np.setdiff1d(kin_beside(atlas, part, set()), list(creases))
         atlas.enter(part, kin.tolist())
-        learning.settle(part, fit, np.union1d(known, learning.brought_by(kin.tolist())))
+        offer = Offer([np.union1d(known, learning.brought_by(kin.tolist()))])
+        learning.settle(np.array([part]), [fit], offer)
         table.renew_ring(part)
         atlas.tiling.meet(part, kin)
         atlas.frontier.cover(table, part)

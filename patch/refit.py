@@ -62,13 +62,37 @@ def refit_patch(
         np.array([noise_std]),
         np.array([condition]),
     )
+    if radius_floor is not None and radius_floor >= radius:
+        return refit_patches(stack, bias, prior, options)[0]
     choices = first_choices(stack, options.basis, bias, prior)
     if not choices.doubtful[0]:
         solution = solve_choices(choices, options.basis)
     elif radius_floor is None:
         raise UnfitError("no one polynomial holds the samples; make the patch smaller")
-    elif radius_floor < radius:
-        solution = shrunk(stack, options.basis, bias, radius_floor, prior)
     else:
-        solution = with_smoothness_chosen(choices, options.basis, prior)
+        solution = shrunk(stack, options.basis, bias, radius_floor, prior)
     return records(solution, options)[0]
+
+
+@unsolvable_is_unfit()
+def refit_patches(
+    stack: Stack, bias: float, prior: SmoothnessPrior, options: FitOptions
+) -> list[PatchFit]:
+    """Many patches in one call: each what ``refit_patch`` finds with its radius for its floor.
+
+    Raises
+    ------
+    UnfitError
+        When any of them cannot be fitted.
+    """
+    basis = options.basis
+    choices = first_choices(stack, basis, bias, prior)
+    found = {
+        i: records(with_smoothness_chosen(choices[[i]], basis, prior), options)[0]
+        for i in np.flatnonzero(choices.doubtful).tolist()
+    }
+    good = np.flatnonzero(~choices.doubtful)
+    if len(good):
+        fits = records(solve_choices(choices[good], basis), options)
+        found |= dict(zip(good.tolist(), fits, strict=True))
+    return [found[i] for i in range(len(stack.reach))]
