@@ -60,6 +60,13 @@ class Learning:
         parts = [self.brought[i] for i in rows]
         return np.sort(np.concatenate(parts)) if parts else np.zeros(0, np.int32)
 
+    def members_of(self, rows) -> np.ndarray:
+        """Indices of all samples in the equations of any of the rows, ascending."""
+        found = np.zeros(len(self.pool), bool)
+        for i in rows:
+            found[self.members[i]] = True
+        return np.flatnonzero(found)
+
     def teach(self, rows: np.ndarray, index: np.ndarray) -> None:
         """Let every row (m,) learn those of new samples (n,) that are of its sheet."""
         member = of_patch(self._table, rows, self.pool.points[index], self.pool.normals[index])
@@ -115,9 +122,7 @@ class Learning:
     def _fits(self, rows, offer: "Offer", bias, prior, options) -> list[PatchFit | None]:
         """The patches in the place of rows that offered samples make; None where they make none."""
         table, pool = self._table, self.pool
-        points, normals = pool.points[offer.index], pool.normals[offer.index]
-        near = of_patch(table, rows, points, normals, _OFFER_REACH)
-        close = offer.only_where(near)
+        close = self._of_rows(rows, offer, _OFFER_REACH)
         stack = Stack(
             table.origin[rows],
             table.axes[rows],
@@ -140,15 +145,25 @@ class Learning:
 
     def settle(self, rows, fits: list[PatchFit], offer: "Offer") -> None:
         """Enter fits in the places of rows, with equations of the samples offered to them."""
-        table, pool, index = self._table, self.pool, offer.index
+        table = self._table
         for row, fit in zip(rows.tolist(), fits, strict=True):
             table.renew(row, fit)
-        member = of_patch(table, rows, pool.points[index], pool.normals[index]) & offer.present
-        absorb(table, rows, pool, index, member)
-        for i, known, mine in zip(rows.tolist(), index, member, strict=True):
-            self.members[i] = known[mine]
+        mine = self._of_rows(rows, offer, 1.0)
+        absorb(table, rows, self.pool, mine.index, mine.present)
+        for i, index, present in zip(rows.tolist(), mine.index, mine.present, strict=True):
+            self.members[i] = index[present]
         table.learned[rows] = table.count[rows]
         solve(table, rows)
+
+    def _of_rows(self, rows, offer: "Offer", reach: float) -> "Offer":
+        """Those of the samples offered to rows that they may learn from: see ``of_patch``."""
+        table, pool = self._table, self.pool
+        across = table.scaled_local(rows, pool.points[offer.index])[..., :2]
+        # Most are beyond the reach, and need not be looked at any closer.
+        close = offer.only_where((across * across).sum(axis=-1) <= reach * reach)
+        index = close.index
+        member = of_patch(table, rows, pool.points[index], pool.normals[index], reach)
+        return close.only_where(member)
 
 
 class Offer:
