@@ -90,7 +90,7 @@ def insert(atlas: "Atlas", fit: PatchFit, contours) -> AtlasChange:
     for other, crease in creases.items():
         atlas.creases.enter(row, other, crease)
     too_large = atlas.learned(np.append(kin, row))
-    table.renew_ring(row)
+    table.renew_rings([row])
     _close_frontier(atlas, row, kin, index)
     fold(atlas, [row, *kin.tolist()])
     atlas.edge_ends.extend(table, row, contours)

@@ -84,7 +84,7 @@ def divide(atlas: "Atlas", row: int, parts: list[PatchFit]) -> tuple[int, ...]:
         atlas.enter(part, kin.tolist())
         offer = Offer([np.union1d(known, learning.brought_by(kin.tolist()))])
         learning.settle(np.array([part]), [fit], offer)
-        table.renew_ring(part)
+        table.renew_rings([part])
         atlas.tiling.meet(part, kin)
         atlas.frontier.cover(table, part)
         rows.append(part)
