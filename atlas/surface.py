@@ -255,10 +255,13 @@ def _nearest(table: Table, cut: Subdivision, patch, points) -> np.ndarray:
     them."""
     out = cut.shared(patch)
     mixed = np.flatnonzero(out < 0)
-    some = patch[cut.parents(mixed)]
-    offset = points[mixed, None] - table.site[some]
-    power = (offset * offset).sum(axis=-1) - table.power[some]
-    out[mixed] = some[np.arange(len(some)), power.argmin(axis=1)]
+    some, here = patch[cut.parents(mixed)].T, points[mixed]
+    least, out[mixed] = np.full(len(mixed), np.inf), some[0]
+    for rows in some:
+        offset = here - table.site[rows]
+        power = np.einsum("ij,ij->i", offset, offset) - table.power[rows]
+        out[mixed] = np.where(power < least, rows, out[mixed])
+        least = np.minimum(power, least)
     return out
 
 
