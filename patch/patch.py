@@ -13,7 +13,6 @@ from touchatlas.patch.curvature import (
 from touchatlas.patch.frame import DarbouxFrame
 from touchatlas.patch.polynomial import (
     GRADIENT,
-    VALUE,
     XX,
     XY,
     YY,
@@ -147,7 +146,7 @@ def curvatures_from_polynomial(patch: Patch) -> PrincipalCurvatures:
 
 
 def rings(basis, means, share: float) -> np.ndarray:
-    """(m, 24, 3) scaled local points of polynomials (m, t) at distance ``share`` from the origin."""
+    """(m, 24, 3) scaled local points of polynomials (m, t) at distance ``share`` from zero."""
     shape = (len(means), OUTLINE_COUNT)
     x, y = (np.broadcast_to(share * a, shape) for a in _OUTLINE)
     height = np.zeros(shape)
