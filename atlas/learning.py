@@ -10,13 +10,14 @@ from touchatlas.patch.refit import refit_patches
 from touchatlas.patch.smoothness import SmoothnessPrior
 from touchatlas.patch.start import Stack, UnfitError
 
-# A patch is framed anew when it knows this many times the samples of its last frame, or when
-# its tangent plane at the origin has turned by so much (radians).
-_GROWN, _TURNED = 3.0, 0.02
+# A patch is framed anew when it knows this many times the samples of its last frame; or so many
+# times, if its tangent plane at the origin has turned by so much (radians): where no polynomial
+# holds all samples a new frame may be as askew as the last, and another touch does not mend it.
+_GROWN, _GROWN_TURNED, _TURNED = 3.0, 1.2, 0.02
 # Samples this much farther out than a patch reaches are offered to a fit of it.
 _OFFER_REACH = 1.25
-# Rows that are fitted in one go, for the caches.
-_AT_ONCE = 16
+# Offered samples of rows that are fitted in one go, for the caches.
+_AT_ONCE = 1 << 14
 # Feature lengths within one object differ by no less than this, as a standard deviation of
 # their logarithm, however alike those seen so far were.
 _LEAST_LOG_STD = 0.5
@@ -90,8 +91,8 @@ class Learning:
         """Those of the rows whose frame is due to be made anew."""
         table = self._table
         slope = np.abs(table.mean[rows, 1:3]).max(axis=1)
-        grown = table.count[rows] >= _GROWN * table.learned[rows]
-        return rows[grown | (slope > _TURNED)]
+        grown = table.count[rows] / table.learned[rows]
+        return rows[(grown >= _GROWN) | ((grown >= _GROWN_TURNED) & (slope > _TURNED))]
 
     def refit(self, rows, offered, bias: float, prior: SmoothnessPrior, options) -> None:
         """Choose frames and priors of rows anew, from samples offered to each of them.
@@ -110,9 +111,11 @@ class Learning:
         -----
         Rows that no polynomial fits stay as they are.
         """
-        order = np.argsort([len(index) for index in offered], kind="stable")
-        for first in range(0, len(order), _AT_ONCE):
-            some = order[first : first + _AT_ONCE]
+        counts = np.array([len(index) for index in offered], int)
+        order = np.argsort(counts, kind="stable")
+        while len(order):
+            step = max(1, _AT_ONCE // max(1, counts[order[0]]))
+            some, order = order[:step], order[step:]
             mine, index = np.asarray(rows)[some], Offer([offered[i] for i in some.tolist()])
             fits = self._fits(mine, index, bias, prior, options)
             good = [i for i, fit in enumerate(fits) if fit is not None]
