@@ -7,6 +7,7 @@ import numpy as np
 from touchatlas.atlas.boundary import power_at
 from touchatlas.atlas.creases import Crease
 from touchatlas.atlas.folding import fold, inherit, kin_beside, reopen
+from touchatlas.atlas.learning import Offer
 from touchatlas.atlas.merging import DISC, points_over, remove_hidden, remove_patches
 from touchatlas.atlas.moments import of_patch
 from touchatlas.patch.fit import PatchFit
@@ -28,7 +29,7 @@ def parts_of(atlas: "Atlas", row: int) -> list[PatchFit] | None:
     """Seven patches that cover the core of a row, from the samples that it knows, without those
     that lie beyond its creases; None when the samples do not determine all of them."""
     table, pool, learning = atlas.table, atlas.learning.pool, atlas.learning
-    index = np.unique(np.concatenate([learning.members[i] for i in (row, *atlas.kin[row])]))
+    index = learning.members_of([row, *atlas.kin[row]])
     near = of_patch(table, np.array([row]), pool.points[index], pool.normals[index], 1.25)[0]
     index, radius = index[near], _SLACK * _SHARE * table.radius[row]
     parts = []
@@ -100,8 +101,9 @@ def divide(atlas: "Atlas", row: int, parts: list[PatchFit]) -> tuple[int, ...]:
         table.sensor[part] = sensor
         kin = np.setdiff1d(kin_beside(atlas, part, set()), list(creases))
         atlas.enter(part, kin.tolist())
-        learning.settle(part, fit, np.union1d(known, learning.brought_by(kin.tolist())))
-        table.renew_ring(part)
+        offer = Offer([np.union1d(known, learning.brought_by(kin.tolist()))])
+        learning.settle(np.array([part]), [fit], offer)
+        table.renew_rings([part])
         atlas.tiling.meet(part, kin)
         atlas.frontier.cover(table, part)
         rows.append(part)
