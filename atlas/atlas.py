@@ -202,8 +202,7 @@ class Atlas:
         """
         solve(self.table, rows)
         due = self.learning.outgrown(rows)
-        for row in due.tolist():
-            self.refit(row)
+        self.refit(due)
         self.tiling.touch(rows.tolist())
         return self._too_large(due)
 
@@ -213,14 +212,10 @@ class Atlas:
         most = self.options.detail * self.tolerance
         return tuple(rows[rim * table.radius[rows] > most].tolist())
 
-    def refit(self, row: int) -> bool:
-        """Choose frame and prior of a patch anew, from all samples about it; whether it held."""
-        offered = self.learning.brought_by([row, *self.kin[row]])
-        radius = float(self.table.radius[row])
-        return (
-            self.learning.refit(row, offered, self.bias, radius, self.prior, self.options.fit)
-            is not None
-        )
+    def refit(self, rows) -> None:
+        """Choose frames and priors of patches anew, from all samples about them."""
+        offered = [self.learning.brought_by([row, *self.kin[row]]) for row in rows.tolist()]
+        self.learning.refit(rows, offered, self.bias, self.prior, self.options.fit)
 
     def merge(self, first: int, second: int) -> AtlasChange:
         """One patch in the place of two that meet, and of all that it covers, when one polynomial
@@ -292,8 +287,7 @@ class Atlas:
         """Refit all patches from all they could have learned from, split those that do not hold,
         bridge what samples know between patches, and draw boundaries and corners anew: what an
         exploration ends with."""
-        for row in self.table.rows.tolist():
-            self.refit(row)
+        self.refit(self.table.rows)
         for row in self._too_large(self.table.rows):
             if self.table.alive[row]:
                 self.split(row)

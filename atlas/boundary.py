@@ -147,17 +147,21 @@ def corners_on(table: Table, row: int, first: np.ndarray, second: np.ndarray) ->
     return np.where(inside[:, None], point * radius @ table.axes[row] + table.origin[row], np.nan)
 
 
-def pairs_of(rows, kin: list[set[int]]) -> tuple[np.ndarray, np.ndarray]:
-    """All pairs (a, b), a < b, of the rows that are kin to each other, as two arrays."""
-    pairs = [(a, b) for a in rows for b in rows if a < b and b in kin[a]]
+def pairs_of(rows, kin: list[set[int]], about=None) -> tuple[np.ndarray, np.ndarray]:
+    """All pairs (a, b), a < b, of the rows that are kin to each other, as two arrays; of these
+    those with a row in the set ``about``, if there is one."""
+    pairs = [(a, b) for a in rows for b in sorted(kin[a].intersection(rows)) if a < b]
+    if about is not None:
+        pairs = [(a, b) for a, b in pairs if a in about or b in about]
     if not pairs:
         return np.zeros(0, int), np.zeros(0, int)
     first, second = np.array(pairs).T
     return first, second
 
 
-def corners_with(table: Table, row: int, others: np.ndarray, kin: list[set[int]]):
-    """Places where ``row`` and two of ``others`` have equal power and no fourth kin has less.
+def corners_with(table: Table, row: int, others: np.ndarray, kin: list[set[int]], about=None):
+    """Places where ``row`` and two older ones of ``others``, one of them in the set ``about`` if
+    there is one, have equal power and no fourth kin has less.
 
     Returns
     -------
@@ -168,7 +172,7 @@ def corners_with(table: Table, row: int, others: np.ndarray, kin: list[set[int]]
         Power there over the largest squared core radius of the three: a corner of three
         boundaries up to CELL_MARGIN, a gap between the three cores beyond.
     """
-    first, second = pairs_of(others.tolist(), kin)
+    first, second = pairs_of(others[others < row].tolist(), kin, about)
     if not len(first):
         return np.zeros((0, 3), int), np.zeros((0, 3)), np.zeros(0)
     points = corners_on(table, row, first, second)
@@ -178,6 +182,6 @@ def corners_with(table: Table, row: int, others: np.ndarray, kin: list[set[int]]
     rival = power_at(table, others, points)
     rival[(others == first[:, None]) | (others == second[:, None])] = np.inf
     lowest = own <= rival.min(axis=1)
-    triples = np.sort(np.stack([first, second, np.full_like(first, row)], axis=1), axis=1)
+    triples = np.stack([first, second, np.full_like(first, row)], axis=1)
     excess = own / table.power[triples].max(axis=1)
     return triples[lowest], points[lowest], excess[lowest]

@@ -48,7 +48,7 @@ class Subdivision:
         inside = np.arange(len(inner) * count).reshape(-1, count).T
         inside = self._size + len(along) * edges + inside
         parts = self._old, on_edges.reshape(count, -1), inside
-        return np.concatenate(parts, axis=1)[:, template].reshape(-1, 3)
+        return np.concatenate(parts, axis=1).take(template.ravel(), axis=1).reshape(-1, 3)
 
     def linear(self, values) -> np.ndarray:
         """(w, ...) values (v, ...) of the old vertices, at all vertices by linear interpolation."""

@@ -80,8 +80,8 @@ def trim(atlas: "Atlas", rows) -> None:
 def reopen(atlas: "Atlas", rows) -> None:
     """Which parts of the rows' outlines no kin covers, anew."""
     table = atlas.table
+    table.renew_rings(rows)
     for row in rows:
-        table.renew_ring(row)
         power = power_at(table, sorted(atlas.kin[row]), table.ring[row])
         table.ring_open[row] = power.min(axis=1, initial=np.inf) > 0
     trim(atlas, rows)

@@ -100,7 +100,7 @@ def insert(atlas: "Atlas", fit: PatchFit, contours) -> AtlasChange:
     for other, crease in creases.items():
         atlas.creases.enter(row, other, crease)
     too_large = atlas.learned(np.append(kin, row))
-    table.renew_ring(row)
+    table.renew_rings([row])
     _close_frontier(atlas, row, kin, index)
     fold(atlas, [row, *kin.tolist()])
     atlas.edge_ends.extend(table, row, contours)
@@ -154,10 +154,10 @@ def _at_edge(contour: Contour) -> np.ndarray:
 def _new_creases(atlas: "Atlas", row: int, index) -> dict[int, Crease]:
     """The rows that a new one, which learned nothing yet but its own samples, is creased with."""
     table = atlas.table
-    near = table.index.rows_near(table.origin[row], table.radius[row])
-    pairs = [(i, row) for i in near.tolist() if i != row]
     if not atlas.learning.pool.edges[index].any():
         return {}
+    near = table.index.rows_near(table.origin[row], table.radius[row])
+    pairs = [(i, row) for i in near.tolist() if i != row]
     found = find_creases(table, atlas.learning, pairs, atlas.bias, index)
     return {i: crease for (i, _), crease in found.items()}
 

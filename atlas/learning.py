@@ -5,17 +5,19 @@ import numpy as np
 from touchatlas.atlas.moments import absorb, of_patch, solve
 from touchatlas.atlas.samples import SamplePool
 from touchatlas.atlas.table import Table
-from touchatlas.patch.fit import FitOptions, PatchFit
-from touchatlas.patch.frame import DarbouxFrame
-from touchatlas.patch.refit import refit_patch
+from touchatlas.patch.fit import PatchFit
+from touchatlas.patch.refit import refit_patches
 from touchatlas.patch.smoothness import SmoothnessPrior
-from touchatlas.patch.start import UnfitError
+from touchatlas.patch.start import Stack, UnfitError
 
-# A patch is framed anew when it knows this many times the samples of its last frame, or when
-# its tangent plane at the origin has turned by so much (radians).
-_GROWN, _TURNED = 3.0, 0.02
+# A patch is framed anew when it knows this many times the samples of its last frame; or so many
+# times, if its tangent plane at the origin has turned by so much (radians): where no polynomial
+# holds all samples a new frame may be as askew as the last, and another touch does not mend it.
+_GROWN, _GROWN_TURNED, _TURNED = 3.0, 1.2, 0.02
 # Samples this much farther out than a patch reaches are offered to a fit of it.
 _OFFER_REACH = 1.25
+# Offered samples of rows that are fitted in one go, for the caches.
+_AT_ONCE = 1 << 14
 # Feature lengths within one object differ by no less than this, as a standard deviation of
 # their logarithm, however alike those seen so far were.
 _LEAST_LOG_STD = 0.5
@@ -59,6 +61,13 @@ class Learning:
         parts = [self.brought[i] for i in rows]
         return np.sort(np.concatenate(parts)) if parts else np.zeros(0, np.int32)
 
+    def members_of(self, rows) -> np.ndarray:
+        """Indices of all samples in the equations of any of the rows, ascending."""
+        found = np.zeros(len(self.pool), bool)
+        for i in rows:
+            found[self.members[i]] = True
+        return np.flatnonzero(found)
+
     def teach(self, rows: np.ndarray, index: np.ndarray) -> None:
         """Let every row (m,) learn those of new samples (n,) that are of its sheet."""
         member = of_patch(self._table, rows, self.pool.points[index], self.pool.normals[index])
@@ -82,52 +91,109 @@ class Learning:
         """Those of the rows whose frame is due to be made anew."""
         table = self._table
         slope = np.abs(table.mean[rows, 1:3]).max(axis=1)
-        grown = table.count[rows] >= _GROWN * table.learned[rows]
-        return rows[grown | (slope > _TURNED)]
+        grown = table.count[rows] / table.learned[rows]
+        return rows[(grown >= _GROWN) | ((grown >= _GROWN_TURNED) & (slope > _TURNED))]
 
-    def refit(self, row: int, offered: np.ndarray, bias, floor, prior, options) -> PatchFit | None:
-        """Choose frame and prior of a row anew, from offered samples (n,) that are of its sheet.
+    def refit(self, rows, offered, bias: float, prior: SmoothnessPrior, options) -> None:
+        """Choose frames and priors of rows anew, from samples offered to each of them.
 
-        None, and nothing changed, when one polynomial does not hold them.
+        Parameters
+        ----------
+        rows : (m,) int
+        offered : m arrays of int
+            Samples that may be of each row's sheet; those that are, are learned.
+        bias : float, length
+            Residuals beyond the noise that are borne.
+        prior : SmoothnessPrior
+        options : FitOptions
+
+        Notes
+        -----
+        Rows that no polynomial fits stay as they are.
         """
-        fit = self.fit(row, offered, bias, floor, prior, options)
-        if fit is not None:
-            self.settle(row, fit, offered)
-        return fit
+        counts = np.array([len(index) for index in offered], int)
+        order = np.argsort(counts, kind="stable")
+        while len(order):
+            step = max(1, _AT_ONCE // max(1, counts[order[0]]))
+            some, order = order[:step], order[step:]
+            mine, index = np.asarray(rows)[some], Offer([offered[i] for i in some.tolist()])
+            fits = self._fits(mine, index, bias, prior, options)
+            good = [i for i, fit in enumerate(fits) if fit is not None]
+            if good:
+                self.settle(mine[good], [fits[i] for i in good], index.only(good))
 
-    def fit(
-        self,
-        row: int,
-        offered,
-        bias: float,
-        floor: float,
-        prior: SmoothnessPrior,
-        options: FitOptions,
-    ) -> PatchFit | None:
-        """The patch in the place of a row that offered samples make."""
+    def _fits(self, rows, offer: "Offer", bias, prior, options) -> list[PatchFit | None]:
+        """The patches in the place of rows that offered samples make; None where they make none."""
         table, pool = self._table, self.pool
-        points, normals = pool.points[offered], pool.normals[offered]
-        near = of_patch(table, np.array([row]), points, normals, _OFFER_REACH)[0]
+        close = self._of_rows(rows, offer, _OFFER_REACH)
+        stack = Stack(
+            table.origin[rows],
+            table.axes[rows],
+            pool.points[close.index] - table.origin[rows][:, None],
+            pool.across[close.index],
+            close.present.astype(float),
+            table.radius[rows],
+            table.noise[rows],
+            table.condition[rows],
+        )
         try:
-            return refit_patch(
-                DarbouxFrame(table.origin[row], table.axes[row]),
-                points[near],
-                pool.across[offered][near],
-                float(table.noise[row]),
-                float(table.radius[row]),
-                bias,
-                floor,
-                prior,
-                options,
-            )
+            return list(refit_patches(stack, bias, prior, options))
         except UnfitError:
-            return None
+            if len(rows) == 1:
+                return [None]
+        parts = [
+            self._fits(rows[[i]], offer.only([i]), bias, prior, options) for i in range(len(rows))
+        ]
+        return [fit for part in parts for fit in part]
 
-    def settle(self, row: int, fit: PatchFit, offered) -> None:
-        """Enter a fit in the place of a row, with equations of the offered samples."""
+    def settle(self, rows, fits: list[PatchFit], offer: "Offer") -> None:
+        """Enter fits in the places of rows, with equations of the samples offered to them."""
         table = self._table
-        table.renew(row, fit)
-        self.members[row] = np.zeros(0, np.int32)
-        self.teach(np.array([row]), offered)
-        table.learned[row] = table.count[row]
-        solve(table, np.array([row]))
+        for row, fit in zip(rows.tolist(), fits, strict=True):
+            table.renew(row, fit)
+        mine = self._of_rows(rows, offer, 1.0)
+        absorb(table, rows, self.pool, mine.index, mine.present)
+        for i, index, present in zip(rows.tolist(), mine.index, mine.present, strict=True):
+            self.members[i] = index[present]
+        table.learned[rows] = table.count[rows]
+        solve(table, rows)
+
+    def _of_rows(self, rows, offer: "Offer", reach: float) -> "Offer":
+        """Those of the samples offered to rows that they may learn from: see ``of_patch``."""
+        table, pool = self._table, self.pool
+        across = table.scaled_local(rows, pool.points[offer.index])[..., :2]
+        # Most are beyond the reach, and need not be looked at any closer.
+        close = offer.only_where((across * across).sum(axis=-1) <= reach * reach)
+        index = close.index
+        member = of_patch(table, rows, pool.points[index], pool.normals[index], reach)
+        return close.only_where(member)
+
+
+class Offer:
+    """Samples offered to each of m rows, as one array.
+
+    Parameters
+    ----------
+    parts : m arrays of int
+        Indices of samples.
+
+    Attributes
+    ----------
+    index : (m, n) int
+    present : (m, n) bool
+        What does not only fill the lines.
+    """
+
+    def __init__(self, parts) -> None:
+        counts = np.array([len(part) for part in parts])
+        self.present = np.arange(counts.max()) < counts[:, None]
+        self.index = np.zeros(self.present.shape, np.int32)
+        self.index[self.present] = np.concatenate(parts)
+
+    def only(self, rows: list[int]) -> "Offer":
+        """Those to some of the rows."""
+        return Offer([self.index[i][self.present[i]] for i in rows])
+
+    def only_where(self, chosen) -> "Offer":
+        """Those of the samples that are chosen (m, n)."""
+        return Offer([i[keep] for i, keep in zip(self.index, chosen & self.present, strict=True)])

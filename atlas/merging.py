@@ -6,6 +6,7 @@ import numpy as np
 
 from touchatlas.atlas.boundary import power_at
 from touchatlas.atlas.folding import fold, inherit, kin_beside, reopen
+from touchatlas.atlas.learning import Offer
 from touchatlas.atlas.moments import SHEET_COSINE
 from touchatlas.atlas.table import Table
 from touchatlas.patch.fit import BORNE, PatchFit
@@ -52,8 +53,9 @@ def merged_fit(atlas: "Atlas", first: int, second: int) -> PatchFit | None:
     centre, core = middle(table, first, second, normal)
     radius = _SLACK * core / table.core
     rows = _within(atlas, first, centre, radius, normal)
-    pool = atlas.learning.pool
-    index = np.unique(np.concatenate([atlas.learning.members[i] for i in rows]))
+    if _turn_away(table, rows, centre, core, normal):
+        return None
+    pool, index = atlas.learning.pool, atlas.learning.members_of(rows)
     offset = pool.points[index] - centre
     index = index[(offset * offset).sum(axis=1) <= (_OFFER_REACH * radius) ** 2]
     try:
@@ -106,13 +108,24 @@ def _within(atlas: "Atlas", start: int, centre, radius: float, normal) -> list[i
     """Rows that reach into a ball and face about as ``normal``, from kin to kin."""
     table, found, todo = atlas.table, {start}, [start]
     while todo:
-        near = np.array(sorted(atlas.kin[todo.pop()] - found), int)
+        near = np.array(sorted(set().union(*(atlas.kin[i] for i in todo)) - found), int)
         offset = table.origin[near] - centre
         reach = (offset * offset).sum(axis=1) < (radius + table.radius[near]) ** 2
-        fresh = near[reach & (table.axes[near, 2] @ normal >= SHEET_COSINE)].tolist()
-        found.update(fresh)
-        todo += fresh
+        todo = near[reach & (table.axes[near, 2] @ normal >= SHEET_COSINE)].tolist()
+        found.update(todo)
     return sorted(found)
+
+
+def _turn_away(table: Table, rows, centre, core: float, normal) -> bool:
+    """Whether outlines of rows turn away from ``normal`` by more than 45 degrees within a ball:
+    a patch that held their samples would do so up to its core."""
+    rows = np.array(rows)
+    ring = table.ring[rows]
+    upward = table.surface(rows, table.scaled_local(rows, ring))[1]
+    rise = (upward * (table.axes[rows] @ normal)[:, None]).sum(axis=-1)
+    steep = rise < LEAST_COSINE * np.sqrt((upward * upward).sum(axis=-1))
+    offset = ring - centre
+    return bool((steep & ((offset * offset).sum(axis=-1) <= core * core)).any())
 
 
 def replace_by(atlas: "Atlas", fit: PatchFit) -> tuple[int, tuple[int, ...]] | None:
@@ -135,8 +148,7 @@ def replace_by(atlas: "Atlas", fit: PatchFit) -> tuple[int, tuple[int, ...]] | N
         return None
     table.sensor[row] = np.sqrt((table.sensor[gone] ** 2).mean())
     creases = atlas.creases.of_all(gone)
-    offered = np.unique(np.concatenate([learning.members[i] for i in kin.tolist()]))
-    take_place(atlas, row, fit, np.array(stay, int), offered)
+    take_place(atlas, row, fit, np.array(stay, int), learning.members_of(kin.tolist()))
     learning.brought[row] = learning.brought_by(gone)
     atlas.frontier.move_home(gone, row)
     atlas.edge_ends.move_home(gone, row)
@@ -152,11 +164,10 @@ def replace_by(atlas: "Atlas", fit: PatchFit) -> tuple[int, tuple[int, ...]] | N
 
 
 def take_place(atlas: "Atlas", row: int, fit: PatchFit, kin: np.ndarray, offered) -> None:
-    """A row that was appended becomes a node among its kin (m,), and learns samples (n,) of
-    theirs."""
+    """A row that was appended becomes a node among its kin (m,), and learns samples (n,)."""
     atlas.enter(row, kin.tolist())
-    atlas.learning.settle(row, fit, offered)
-    atlas.table.renew_ring(row)
+    atlas.learning.settle(np.array([row]), [fit], Offer([offered]))
+    atlas.table.renew_rings([row])
     atlas.tiling.meet(row, kin)
     atlas.frontier.cover(atlas.table, row)
 

@@ -76,33 +76,45 @@ def matern_slope(distance):
     return (-5.0 / 3.0) * (1.0 + s) * np.exp(-s)
 
 
-def sample_covariance(samples: PatchSamples, amplitude, length) -> np.ndarray:
-    """(m, n, n) covariance of the samples about their trend: a^2 k + diag(s^2 / w).
-
-    Distances are chords in space. What only fills the stack varies alone, by one.
-    """
+def correlation(samples: PatchSamples, length) -> np.ndarray:
+    """(m, n, n) Matern correlation of the samples, by chords in space, for lengths (m,), scaled."""
     used = samples.used
     apart = _distances(samples.feet, samples.feet)
     apart /= length[:, None, None]
     matrix = matern(apart)
-    matrix *= (amplitude**2)[:, None, None]
     if not used.all():
         matrix *= used[:, :, None] & used[:, None, :]
-    noise = (samples.noise**2)[:, None] / np.where(used, samples.weight, 1.0)
-    noise += (_NUGGET * amplitude[:, None]) ** 2
-    diagonal = np.einsum("mnn->mn", matrix)
-    diagonal += np.where(used, noise, 1.0)
     return matrix
 
 
-def trend_equations(samples: PatchSamples, amplitude, length):
+def sample_covariance(samples: PatchSamples, amplitude, length) -> np.ndarray:
+    """(m, n, n) covariance of the samples about their trend: a^2 k + diag(s^2 / w).
+
+    What only fills the stack varies alone, by one.
+    """
+    matrix = correlation(samples, length)
+    matrix *= (amplitude**2)[:, None, None]
+    np.einsum("mnn->mn", matrix)[...] += _own_variance(samples, amplitude)
+    return matrix
+
+
+def _own_variance(samples: PatchSamples, amplitude) -> np.ndarray:
+    """(m, n) variance that a sample shares with no other; one of what only fills the stack."""
+    noise = (samples.noise**2)[:, None] / np.where(samples.used, samples.weight, 1.0)
+    noise += (_NUGGET * amplitude[:, None]) ** 2
+    return np.where(samples.used, noise, 1.0)
+
+
+def trend_equations(samples: PatchSamples, amplitude, correlations):
     """Normal equations of the trend, of samples that vary together about it.
 
     Parameters
     ----------
     samples : PatchSamples
-    amplitude, length : (m,) float, scaled
+    amplitude : (m,) float, scaled
         Of the residual.
+    correlations : (m, n, n) float
+        Of ``correlation``.
 
     Returns
     -------
@@ -114,13 +126,23 @@ def trend_equations(samples: PatchSamples, amplitude, length):
     Notes
     -----
     Generalised least squares, gram Phi A^-1 Phi^t and right side Phi A^-1 z, by the Cholesky
-    factor of A. Rasmussen and Williams, section 2.7.
+    factor L of A: Rasmussen and Williams, section 2.7. That of A bordered by the columns has
+    L^-1 times them below L, whatever stands in its corner, if only it is large enough.
     """
-    factor = np.linalg.cholesky(sample_covariance(samples, amplitude, length))
-    log_scale = -np.log(np.einsum("mnn->mn", factor)).sum(axis=1)
-    columns = np.concatenate([samples.terms, samples.height[None]]).transpose(1, 2, 0)
-    half = np.linalg.solve(factor, columns * samples.used[..., None])
-    sums = half.transpose(0, 2, 1) @ half
+    columns = np.concatenate([samples.terms.transpose(1, 0, 2), samples.height[:, None]], axis=1)
+    columns *= samples.used[:, None]
+    own = _own_variance(samples, amplitude)
+    n, size = own.shape[1], own.shape[1] + columns.shape[1]
+    bordered = np.zeros((len(own), size, size))
+    np.multiply(correlations, (amplitude**2)[:, None, None], out=bordered[:, :n, :n])
+    bordered[:, n:, :n] = columns
+    diagonal = np.einsum("mnn->mn", bordered)
+    diagonal[:, :n] += own
+    diagonal[:, n:] = 1.0 + 2.0 * np.einsum("mkn,mkn,mn->m", columns, columns, 1.0 / own)[:, None]
+    factor = np.linalg.cholesky(bordered)
+    log_scale = -np.log(np.einsum("mnn->mn", factor)[:, :n]).sum(axis=1)
+    half = factor[:, n:, :n]
+    sums = half @ half.transpose(0, 2, 1)
     count = np.count_nonzero(samples.used, axis=1).astype(float)
     equations = NormalEquations(sums[:, :-1, :-1], sums[:, :-1, -1], sums[:, -1, -1], count)
     return equations, log_scale

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from touchatlas.atlas.change import AtlasChange
-from touchatlas.atlas.merging import LEAST_COSINE, middle, noise_of
+from touchatlas.atlas.merging import LEAST_COSINE, enclosing_ball, middle, noise_of
 from touchatlas.patch.smoothness import leftover
 
 if TYPE_CHECKING:
@@ -13,6 +13,8 @@ if TYPE_CHECKING:
 
 # What the degree leaves out at the rim of a merged patch, in deviations of the noise.
 _NOTICEABLE = 5.0
+# Sine of how far it may turn up to its core.
+_MOST_RISE = np.sqrt(1.0 - LEAST_COSINE**2)
 
 
 def simplify(atlas: "Atlas") -> AtlasChange:
@@ -36,11 +38,16 @@ def may_merge(atlas: "Atlas", first: int, second: int) -> bool:
     """Whether a merged patch would leave out little enough for the noise, and turn little enough,
     as far as the two know their surface."""
     table, rows = atlas.table, np.array([first, second])
-    _, core = middle(table, first, second, table.axes[first, 2])
-    bend = 2.0 * np.abs(table.mean[rows, 3:6]).max(axis=1) / table.radius[rows]
-    if core * bend.min() > np.sqrt(1.0 - LEAST_COSINE**2):
-        return False
-    radius = core / table.core
-    turn = float((table.turn[rows] / table.radius[rows]).min()) * radius
+    bend = (2.0 * np.abs(table.mean[rows, 3:6]).max(axis=1) / table.radius[rows]).min()
+    turn = (table.turn[rows] / table.radius[rows]).min()
     borne = max(noise_of(atlas, rows), atlas.bias)
-    return leftover(table.basis, turn) * radius <= _NOTICEABLE * borne
+
+    def bears(core: float) -> bool:
+        radius = core / table.core
+        left = leftover(table.basis, turn * radius) * radius
+        return bool(core * bend <= _MOST_RISE and left <= _NOTICEABLE * borne)
+
+    (a, b), (c, d) = table.site[rows], np.sqrt(table.power[rows])
+    # No ball that holds both cores is smaller than this, wherever on the surface its centre is.
+    least = enclosing_ball(a, c, b, d)[1]
+    return bears(least) and bears(middle(table, first, second, table.axes[first, 2])[1])

@@ -34,7 +34,7 @@ def parts_of(atlas: "Atlas", row: int) -> list[PatchFit] | None:
     """Seven patches that cover the core of a row, from the samples that it knows, without those
     that lie beyond its creases; None when the samples do not determine all of them."""
     table, pool, learning = atlas.table, atlas.learning.pool, atlas.learning
-    index = np.unique(np.concatenate([learning.members[i] for i in (row, *atlas.kin[row])]))
+    index = learning.members_of([row, *atlas.kin[row]])
     near = of_patch(table, np.array([row]), pool.points[index], pool.normals[index], 1.25)[0]
     index, radius = index[near], _SLACK * _SHARE * table.radius[row]
     parts = []

@@ -214,21 +214,38 @@ def smooth_surface(atlas: Atlas, skin: Skin, count: int) -> Surface:
     patch = _nearest(table, cut, old.patch, points)
     known = _known(table, kin, patch, points, REACH * skin.edge)
     normals: np.ndarray = cut.linear(old.normals)
-    normals /= np.sqrt((normals**2).sum(axis=1))[:, None]
+    normals /= np.sqrt(np.einsum("ij,ij->i", normals, normals))[:, None]
     deviation, curvature = np.sqrt(cut.linear(old.variance)), cut.linear(old.curvature)
     known &= deviation <= atlas.tolerance
-    whole = Surface(points, _unfolded(faces, normals), normals, deviation, patch, curvature)
+    kept = _unfolded(faces, normals, skin.faces, old.normals)
+    whole = Surface(points, kept, normals, deviation, patch, curvature)
     if not known.all() or len(whole.faces) < len(faces):
         whole = _only(whole, known)
     return sharpen(table, kin, whole, REACH * skin.edge)
 
 
-def _unfolded(faces, normals) -> np.ndarray:
+def _unfolded(faces, normals, coarse, coarse_normals) -> np.ndarray:
     """Those of the triangles (f, 3) that do not join two sheets which turn their backs, or faces,
-    to each other: at the rim of a thin wall that is known on one side only."""
-    a, b, c = normals[faces].transpose(1, 0, 2)
-    least = np.minimum.reduce([(p * q).sum(axis=1) for p, q in ((a, b), (b, c), (c, a))])
-    return faces[least > OPPOSED]
+    to each other: at the rim of a thin wall that is known on one side only.
+
+    They were cut, in equal numbers, from triangles ``coarse`` (c, 3), and their normals are between
+    those there: where these are at right angles at most, so are they.
+    """
+    doubt = np.flatnonzero(_least_cosine(coarse, coarse_normals) < 0.0)
+    if not len(doubt):
+        return faces
+    parts = len(faces) // len(coarse)
+    doubt = (doubt[:, None] * parts + np.arange(parts)).ravel()
+    keep = np.ones(len(faces), bool)
+    keep[doubt] = _least_cosine(faces[doubt], normals) > OPPOSED
+    return faces[keep]
+
+
+def _least_cosine(faces, normals) -> np.ndarray:
+    """(f,) the least cosine between two of the normals (v, 3) at each triangle."""
+    a, b, c = (normals[corner] for corner in faces.T)
+    pairs = (a, b), (b, c), (c, a)
+    return np.minimum.reduce([np.einsum("ij,ij->i", p, q) for p, q in pairs])
 
 
 def _only(surface: Surface, known) -> Surface:
@@ -245,10 +262,13 @@ def _nearest(table: Table, cut: Subdivision, patch, points) -> np.ndarray:
     them."""
     out = cut.shared(patch)
     mixed = np.flatnonzero(out < 0)
-    some = patch[cut.parents(mixed)]
-    offset = points[mixed, None] - table.site[some]
-    power = (offset * offset).sum(axis=-1) - table.power[some]
-    out[mixed] = some[np.arange(len(some)), power.argmin(axis=1)]
+    some, here = patch[cut.parents(mixed)].T, points[mixed]
+    least, out[mixed] = np.full(len(mixed), np.inf), some[0]
+    for rows in some:
+        offset = here - table.site[rows]
+        power = np.einsum("ij,ij->i", offset, offset) - table.power[rows]
+        out[mixed] = np.where(power < least, rows, out[mixed])
+        least = np.minimum(power, least)
     return out
 
 

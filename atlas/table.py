@@ -5,7 +5,7 @@ import numpy as np
 from touchatlas.atlas.products import products
 from touchatlas.atlas.spatial_index import BallIndex
 from touchatlas.patch.fit import PatchFit
-from touchatlas.patch.patch import OUTLINE_COUNT, ring
+from touchatlas.patch.patch import OUTLINE_COUNT, rings
 from touchatlas.patch.polynomial import GRADIENT, Basis, evaluate_batch, monomials
 from touchatlas.patch.smoothness import NormalEquations, scaled_noise
 
@@ -164,10 +164,10 @@ class Table:
         for row in self.rows.tolist():
             self.index.insert(row, self.origin[row], self.radius[row])
 
-    def renew_ring(self, row: int) -> None:
-        """Lay the outline of a row on its polynomial as it is now."""
-        scaled = ring(self.basis, self.mean[row], self.core)
-        self.ring[row] = scaled * self.radius[row] @ self.axes[row] + self.origin[row]
+    def renew_rings(self, rows) -> None:
+        """Lay the outlines of rows on their polynomials as they are now."""
+        scaled = rings(self.basis, self.mean[rows], self.core) * self.radius[rows][:, None, None]
+        self.ring[rows] = scaled @ self.axes[rows] + self.origin[rows][:, None]
 
     def scaled_local(self, rows, points) -> np.ndarray:
         """(m, n, 3) points (m, n, 3) or (n, 3) in each row's frame over its radius."""

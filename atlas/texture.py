@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from touchatlas.atlas.patch_samples import PatchSamples
-from touchatlas.atlas.residual import trend_equations
+from touchatlas.atlas.residual import correlation, trend_equations
 from touchatlas.patch.darboux import LinearSystem
 from touchatlas.patch.polynomial import Basis
 from touchatlas.patch.smoothness import (
@@ -106,9 +106,8 @@ def roughness(
     for rows in _few(len(radius)):
         some, r = samples[rows], radius[rows]
         alone, _, _ = _best_trend(basis, independent_equations(some), r, prior)
-        sums = (
-            trend_equations(some, k * texture.amplitude / r, texture.length / r) for k in _ROUGHER
-        )
+        alike = correlation(some, texture.length / r)
+        sums = (trend_equations(some, k * texture.amplitude / r, alike) for k in _ROUGHER)
         tried = [_best_trend(basis, one, r, prior) for one in sums]
         scores = np.array([evidence for evidence, *_ in tried]) + believed[:, None]
         best = scores.argmax(axis=0), np.arange(len(r))
@@ -170,15 +169,19 @@ def _best_trend(basis: Basis, sums, radius, prior):
 
 
 def _gains(basis: Basis, samples: PatchSamples, radius, prior) -> np.ndarray:
-    """(m, amplitudes, lengths) log evidence of each texture over none."""
+    """(m, amplitudes, lengths) log evidence of each texture over none; of amplitudes that cannot be
+    the likeliest of any of the patches, minus infinity."""
     alone, _, _ = _best_trend(basis, independent_equations(samples), radius, prior)
-    one = np.ones(len(radius))
-    gain = np.empty((len(radius), len(_AMPLITUDES), len(_LENGTHS)))
-    for i, a in enumerate(_AMPLITUDES):
-        for j, length in enumerate(_LENGTHS):
-            sums = trend_equations(samples, a * one, length * one)
-            gain[:, i, j], _, _ = _best_trend(basis, sums, radius, prior)
-    return gain - alone[:, None, None]
+    gain = np.full((len(radius), len(_AMPLITUDES), len(_LENGTHS)), -np.inf)
+    for j, length in enumerate(_LENGTHS):
+        alike = correlation(samples, np.full(len(radius), length))
+        for i, a in enumerate(_AMPLITUDES):
+            sums = trend_equations(samples, np.full(len(radius), a), alike)
+            # The determinant alone bounds the evidence, of this amplitude and of all above it.
+            if i and (sums[1] - alone <= gain[:, :i, j].max(axis=1)).all():
+                break
+            gain[:, i, j] = _best_trend(basis, sums, radius, prior)[0] - alone
+    return gain
 
 
 def _few(count: int) -> list[np.ndarray]:

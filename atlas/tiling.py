@@ -135,11 +135,10 @@ class Tiling:
 
         ``about``, a set of rows, leaves out those that touch none of it.
         """
-        triples, points, excess = corners_with(self._table, row, kin, self._kin)
+        about = None if about is None or row in about else about
+        triples, points, excess = corners_with(self._table, row, kin, self._kin, about)
         found = []
         for triple, point, over in zip(map(tuple, triples.tolist()), points, excess, strict=True):
-            if triple[2] != row or (about is not None and about.isdisjoint(triple)):
-                continue
             if over > CELL_MARGIN:
                 self.gaps[triple] = point
                 continue

@@ -115,10 +115,11 @@ def first_choices(
         # What no terms of this degree explain must not speak for any of them, and for those in
         # z least: detail so fine is no turning on.
         rough = misfit > _MISFIT
-        spread = noise * np.sqrt(np.maximum(misfit, 1.0))
-        evidence, _ = log_evidence(equations[:, None], spread[:, None], precisions)
-        straight = np.where(rough[:, None] & (bends > bends.min()), -np.inf, 0.0)
-        best = (evidence + believed + straight).argmax(axis=1)
+        spread = (noise * np.sqrt(misfit))[rough]
+        evidence, _ = log_evidence(equations[rough][:, None], spread[:, None], precisions)
+        straight = np.where(bends > bends.min(), -np.inf, 0.0)
+        believed = np.broadcast_to(believed, (len(rough), len(turns)))[rough]
+        best[rough] = (evidence + believed + straight).argmax(axis=1)
     borne = (bias / (noise * stack.reach)) ** 2 if np.isfinite(bias) else 0.0
     limit = equations.count * (1.0 + borne) + _DOUBT * np.sqrt(2.0 * equations.count)
     doubtful = chi_square > limit

@@ -22,7 +22,7 @@ from touchatlas.patch.frame import DarbouxFrame
 from touchatlas.patch.patch import Patch
 from touchatlas.patch.polynomial import Basis, LocalPolynomial, graded_basis, monge_basis
 from touchatlas.patch.smoothness import NormalEquations, SmoothnessPrior, leftover
-from touchatlas.patch.start import UnfitError, start_stack
+from touchatlas.patch.start import Stack, UnfitError, start_stack
 
 # Share of the bias that is borne that counts as noise.
 BORNE = 0.25
@@ -163,11 +163,7 @@ def fit_patch(
     if reach != stack.reach[0]:
         stack = replace(stack, reach=np.array([reach]))
     if shared is not None and len(shared):
-        shared = frozen_array(shared, (None, 3), "shared samples")
-        offsets = np.concatenate([stack.offsets, shared[None] - stack.origin[:, None]], axis=1)
-        across = np.concatenate([stack.across, np.zeros((1, len(shared), 3))], axis=1)
-        weight = np.concatenate([stack.weight, np.ones((1, len(shared)))], axis=1)
-        stack = replace(stack, offsets=offsets, across=across, weight=weight)
+        stack = _with_shared(stack, frozen_array(shared, (None, 3), "shared samples"))
     tolerant = bool(np.isfinite(bias))
     if tolerant:
         # Lack of fit that is borne is noise to the fit: exact data would else swing it between.
@@ -193,6 +189,14 @@ def fit_patch(
     if tolerant:
         return records(shrunk(stack, options.basis, bias, radius_floor, prior), options)[0]
     return _with_terms_chosen(choices, prior, options)
+
+
+def _with_shared(stack: Stack, shared) -> Stack:
+    """A stack of one with further samples (n, 3), of no plane."""
+    offsets = np.concatenate([stack.offsets, shared[None] - stack.origin[:, None]], axis=1)
+    across = np.concatenate([stack.across, np.zeros((1, len(shared), 3))], axis=1)
+    weight = np.concatenate([stack.weight, np.ones((1, len(shared)))], axis=1)
+    return replace(stack, offsets=offsets, across=across, weight=weight)
 
 
 def _with_terms_chosen(choices: Choices, prior, options: FitOptions) -> PatchFit:

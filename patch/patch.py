@@ -13,12 +13,12 @@ from touchatlas.patch.curvature import (
 from touchatlas.patch.frame import DarbouxFrame
 from touchatlas.patch.polynomial import (
     GRADIENT,
-    VALUE,
     XX,
     XY,
     YY,
     LocalPolynomial,
     derivative_coefficients,
+    evaluate_batch,
     graph_derivatives,
     monomials,
     shape_operator,
@@ -75,7 +75,7 @@ class Patch:
     @cached_property
     def outline(self) -> np.ndarray:
         """(m, 3) closed ring on the patch at the core radius, length, world."""
-        scaled = ring(self.polynomial.basis, self.polynomial.coefficients, self.core)
+        scaled = rings(self.polynomial.basis, self.polynomial.coefficients[None], self.core)[0]
         return self.frame.to_world(scaled * self.radius)
 
     def signed_distance(self, points) -> np.ndarray:
@@ -145,12 +145,15 @@ def curvatures_from_polynomial(patch: Patch) -> PrincipalCurvatures:
     )
 
 
-def ring(basis, mean, share: float) -> np.ndarray:
-    """(m, 3) scaled local points of the polynomial at distance ``share`` from the origin."""
-    rows = derivative_coefficients(basis, mean, [VALUE])[0]
-    across, height = share * _OUTLINE, np.zeros(OUTLINE_COUNT)
+def rings(basis, means, share: float) -> np.ndarray:
+    """(m, 24, 3) scaled local points of polynomials (m, t) at distance ``share`` from zero."""
+    shape = (len(means), OUTLINE_COUNT)
+    x, y = (np.broadcast_to(share * a, shape) for a in _OUTLINE)
+    height = np.zeros(shape)
     for _ in range(_RING_STEPS):
         # No point at that distance is higher; a polynomial that folds would lead ever farther.
-        height = np.clip(rows @ monomials(basis, across[0], across[1], height), -share, share)
-        across = _OUTLINE * np.sqrt(np.maximum(share**2 - height**2, 0.25 * share**2))
-    return np.stack([across[0], across[1], height], axis=1)
+        value = evaluate_batch(basis, means, monomials(basis, x, y, height))[0]
+        height = np.clip(value, -share, share)
+        across = np.sqrt(np.maximum(share**2 - height**2, 0.25 * share**2))
+        x, y = across * _OUTLINE[0], across * _OUTLINE[1]
+    return np.stack([x, y, height], axis=-1)

@@ -1,5 +1,7 @@
 """refit_patch: a patch from samples that are known to be of one sheet, about where it lies."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from touchatlas.patch.estimate import (
@@ -10,8 +12,14 @@ from touchatlas.patch.estimate import (
 )
 from touchatlas.patch.fit import FitOptions, PatchFit, records, unsolvable_is_unfit
 from touchatlas.patch.frame import DarbouxFrame
+from touchatlas.patch.polynomial import Basis
 from touchatlas.patch.smoothness import SmoothnessPrior
 from touchatlas.patch.start import Stack, UnfitError
+
+_UNFIT = "no one polynomial holds the samples; make the patch smaller"
+# So many samples a coefficient show misfits of this share of the noise, and more, without the
+# others: by chance, some four deviations of their chi-square.
+_SOME, _PLAIN = 10, 0.5
 
 
 @unsolvable_is_unfit()
@@ -62,13 +70,50 @@ def refit_patch(
         np.array([noise_std]),
         np.array([condition]),
     )
+    if radius_floor is not None and radius_floor >= radius:
+        return refit_patches(stack, bias, prior, options)[0]
+    if radius_floor is None and _hopeless(stack, options.basis, bias, prior):
+        raise UnfitError(_UNFIT)
     choices = first_choices(stack, options.basis, bias, prior)
     if not choices.doubtful[0]:
         solution = solve_choices(choices, options.basis)
     elif radius_floor is None:
-        raise UnfitError("no one polynomial holds the samples; make the patch smaller")
-    elif radius_floor < radius:
-        solution = shrunk(stack, options.basis, bias, radius_floor, prior)
+        raise UnfitError(_UNFIT)
     else:
-        solution = with_smoothness_chosen(choices, options.basis, prior)
+        solution = shrunk(stack, options.basis, bias, radius_floor, prior)
     return records(solution, options)[0]
+
+
+def _hopeless(stack: Stack, basis: Basis, bias: float, prior: SmoothnessPrior) -> bool:
+    """Whether some of the samples already show that no one polynomial holds all of them."""
+    step = len(stack.weight[0]) // (_SOME * basis.size)
+    if step < 2:
+        return False
+    columns = {name: getattr(stack, name)[:, ::step] for name in ("offsets", "across", "weight")}
+    some = replace(stack, **columns)
+    bias = float(np.hypot(bias, _PLAIN * stack.noise[0]))
+    return bool(first_choices(some, basis, bias, prior).doubtful[0])
+
+
+@unsolvable_is_unfit()
+def refit_patches(
+    stack: Stack, bias: float, prior: SmoothnessPrior, options: FitOptions
+) -> list[PatchFit]:
+    """Many patches in one call: each what ``refit_patch`` finds with its radius for its floor.
+
+    Raises
+    ------
+    UnfitError
+        When any of them cannot be fitted.
+    """
+    basis = options.basis
+    choices = first_choices(stack, basis, bias, prior)
+    found = {
+        i: records(with_smoothness_chosen(choices[[i]], basis, prior), options)[0]
+        for i in np.flatnonzero(choices.doubtful).tolist()
+    }
+    good = np.flatnonzero(~choices.doubtful)
+    if len(good):
+        fits = records(solve_choices(choices[good], basis), options)
+        found |= dict(zip(good.tolist(), fits, strict=True))
+    return [found[i] for i in range(len(stack.reach))]

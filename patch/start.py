@@ -79,27 +79,9 @@ def start_stack(points, contour_sets: Sequence[tuple[Contour, ...]], outwards) -
     """
     points = frozen_array(points, (len(contour_sets), 3), "reference points")
     outwards = frozen_array(outwards, (len(contour_sets), 3), "outward vectors")
-    sections = [len(contours) for contours in contour_sets]
-    if min(sections) < 3:
-        raise UnfitError(
-            f"{min(sections)} sections were given; principal curvatures need 3 or more"
-        )
-    # A patch with fewer sections than others has its last one twice, the second time without
-    # weight.
-    most = max(sections)
-    flat = [s[min(i, len(s) - 1)] for s in contour_sets for i in range(most)]
-    counts = np.array([len(c.points) for c in flat])
-    if counts.min() < _LEAST_POINTS:
-        raise UnfitError(
-            f"a contour has {counts.min()} points; a section fit needs "
-            f"{_LEAST_POINTS} or more: sample more finely or track further"
-        )
-    samples, present = _padded(flat, counts)
-    # Off its plane a sample tells nothing: it was tracked in it.
-    planes = np.array([c.plane.normal for c in flat])
-    anchors = np.array([c.plane.point for c in flat])
-    off = np.einsum("fni,fi->fn", samples - anchors[:, None], planes)
-    samples = samples - off[..., None] * planes[:, None]
+    flat, sections, counts = _even(contour_sets)
+    samples, planes, present = _in_planes(flat, counts)
+    most = len(flat) // len(points)
     shape = (len(points), most)
     repeats = np.arange(most) >= np.array(sections)[:, None]
     present.reshape(*shape, -1)[repeats] = 0.0
@@ -123,6 +105,37 @@ def start_stack(points, contour_sets: Sequence[tuple[Contour, ...]], outwards) -
         np.sqrt((noise * noise).sum(axis=1) / sections),
         condition,
     )
+
+
+def _even(contour_sets) -> tuple[list[Contour], list[int], np.ndarray]:
+    """The contours of all patches, as many of each; how many each has, and their points (f,).
+
+    A patch with fewer than others has its last one twice: to be left without weight.
+    """
+    sections = [len(contours) for contours in contour_sets]
+    if min(sections) < 3:
+        raise UnfitError(
+            f"{min(sections)} sections were given; principal curvatures need 3 or more"
+        )
+    flat = [s[min(i, len(s) - 1)] for s in contour_sets for i in range(max(sections))]
+    counts = np.array([len(c.points) for c in flat])
+    if counts.min() < _LEAST_POINTS:
+        raise UnfitError(
+            f"a contour has {counts.min()} points; a section fit needs "
+            f"{_LEAST_POINTS} or more: sample more finely or track further"
+        )
+    return flat, sections, counts
+
+
+def _in_planes(flat: list[Contour], counts):
+    """Samples (f, n, 3) of contours, put back into their planes; the planes' normals (f, 3), and
+    which samples do not only fill the lines (f, n)."""
+    samples, present = _padded(flat, counts)
+    # Off its plane a sample tells nothing: it was tracked in it.
+    planes = np.array([c.plane.normal for c in flat])
+    anchors = np.array([c.plane.point for c in flat])
+    off = np.einsum("fni,fi->fn", samples - anchors[:, None], planes)
+    return samples - off[..., None] * planes[:, None], planes, present
 
 
 def contour_extent(point, contours) -> float:

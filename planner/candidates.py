@@ -67,8 +67,7 @@ def frontier_candidate(atlas: Atlas, position, spent) -> Candidate | None:
 def gap_candidate(atlas: Atlas, position, spent) -> Candidate | None:
     """The nearest point that no core covers: of the patches' outlines, and between three."""
     table = atlas.table
-    for row in np.flatnonzero(table.ring_open.any(axis=1)):
-        table.renew_ring(row)
+    table.renew_rings(np.flatnonzero(table.ring_open.any(axis=1)))
     rows, places = np.nonzero(table.ring_open)
     points = table.ring[rows, places]
     if gaps := atlas.gaps:

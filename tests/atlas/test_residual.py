@@ -6,6 +6,7 @@ from scipy.stats import chi2, multivariate_normal
 
 from touchatlas.atlas.patch_samples import PatchSamples, merged
 from touchatlas.atlas.residual import (
+    correlation,
     joint_variance,
     matern,
     residual_at,
@@ -74,14 +75,15 @@ def test_zero_amplitude_leaves_the_trend_alone():
     assert (g == 0).all() and (gradient == 0).all()
     trend = np.einsum("tmq,mts,smq->mq", samples.terms, covariance, samples.terms)
     assert joint_variance(residual, covariance, samples.terms, shared) == pytest.approx(trend)
-    equations, scale = trend_equations(samples, full(3, 0), full(3, LENGTH))
+    equations, scale = trend_equations(samples, full(3, 0), correlation(samples, full(3, LENGTH)))
     assert scale == pytest.approx(log_scale) and equations.square == pytest.approx(alone.square)
 
 
 def test_evidence_is_the_density_of_the_joint_gaussian():
     samples, _ = drawn(np.random.default_rng(1), 2, 60)
     precision = prior_precision(2)
-    equations, log_scale = trend_equations(samples, full(2, AMPLITUDE), full(2, LENGTH))
+    alike = correlation(samples, full(2, LENGTH))
+    equations, log_scale = trend_equations(samples, full(2, AMPLITUDE), alike)
     found = log_evidence(equations, np.ones(2), precision)[0] + log_scale
     matrices = sample_covariance(samples, full(2, AMPLITUDE), full(2, LENGTH))
     for i, matrix in enumerate(matrices):
@@ -174,8 +176,10 @@ def test_what_fills_the_stack_says_nothing():
     points = places(np.random.default_rng(7), 1, 20)
     g, gradient, shared = residual_at(residual[np.array([1])], points)
     assert g == pytest.approx(residual_at(expected[2], points)[0], abs=1e-9)
-    short_scale = trend_equations(short, *(o[:1] for o in options))[1]
-    assert trend_equations(filled, *options)[1][1:] == pytest.approx(short_scale)
+    amplitude, length = options
+    short_scale = trend_equations(short, amplitude[:1], correlation(short, length[:1]))[1]
+    scale = trend_equations(filled, amplitude, correlation(filled, length))[1]
+    assert scale[1:] == pytest.approx(short_scale)
 
 
 def test_merged_samples_keep_polynomials_and_weight():

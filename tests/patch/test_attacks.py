@@ -9,7 +9,7 @@ from tests.truths import graph_contours
 from touchatlas.patch.contour import Contour, ContourEnd, SamplingPlane
 from touchatlas.patch.fit import FitOptions, fit_patch, fit_patches
 from touchatlas.patch.paper_fit import Penalty, fit_paper
-from touchatlas.patch.patch import ring
+from touchatlas.patch.patch import rings
 from touchatlas.patch.polynomial import graded_basis
 from touchatlas.patch.smoothness import SmoothnessPrior
 from touchatlas.patch.start import UnfitError
@@ -140,7 +140,7 @@ def test_a_radius_limit_below_the_sampling_is_refused():
 
 def test_the_outline_of_a_polynomial_that_folds_stays_at_its_distance():
     basis = graded_basis(4)
-    scaled = ring(basis, np.full(basis.size, 50.0), 0.75)
+    scaled = rings(basis, np.full((1, basis.size), 50.0), 0.75)[0]
     assert np.abs(scaled).max() <= 0.75
 
 
