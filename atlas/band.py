@@ -126,7 +126,9 @@ def ask(table: Table, kin: Kin, keys, start, edge: float) -> Corners:
     points = unkey(keys) * edge + start
     values, lead = np.full(len(keys), np.nan), np.full(len(keys), -1)
     rows, which = table.index.near(points)
-    distance, normals, covers = distances(table, kin, rows, points[which], REACH * edge, False)
+    distance, normals, covers = distances(
+        table, kin, rows, points[which], REACH * edge, False, plain=True
+    )
     feet, own = points[which] - distance[:, None] * normals, covers
     if kin.creases:
         own = kin.creases.sees(rows, feet, covers)
@@ -156,7 +158,7 @@ def extend(table: Table, kin: Kin, at, corners: Corners, start, edge: float) -> 
     who = who[who >= 0]
     pairs, who = np.divmod(np.unique(pairs * table.size + who), table.size)
     points = unkey(corners.keys[pairs]) * edge + start
-    distance, _, _ = distances(table, kin, who, points, np.inf)
+    distance, _, _ = distances(table, kin, who, points, np.inf, plain=True)
     if kin.creases:
         keep = speakers(kin.creases, who, pairs, distance)
         pairs, who, distance = pairs[keep], who[keep], distance[keep]

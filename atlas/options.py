@@ -19,9 +19,13 @@ class AtlasOptions:
         ``learn_residuals`` is to explain.
     least_radius : float
         No patch is made smaller than this for its contours' sake, in tolerances.
+    trust : float
+        The surface is drawn where its predicted deviation is no more, in tolerances; infinite:
+        wherever patches reach.
     """
 
     fit: FitOptions = FitOptions(adaptive=False)
     bias: float = 0.2
     detail: float = 5.0
     least_radius: float = 10.0
+    trust: float = 1.0

@@ -10,6 +10,7 @@ from touchatlas.atlas.boundary import power_at
 from touchatlas.atlas.crease_curves import crease_curves
 from touchatlas.atlas.meeting import look
 from touchatlas.atlas.tiling import Tiling
+from touchatlas.atlas.voices import voices
 
 if TYPE_CHECKING:
     from touchatlas.atlas.atlas import Atlas
@@ -20,6 +21,8 @@ _AGAIN = 1e-6
 _CORNER = 1e-3
 # Of patches at a corner, in radii: how far what they learned since may have moved them.
 _MOVED = 0.05
+# And in the largest deviation that they predict there: one of them may know little.
+_UNSURE = 5.0
 # Of so many samples next to the anchor of a crease some are clearly on its inner side: all, but
 # next to a notch.
 _NEAREST, _NOISES = 9, 4.0
@@ -81,10 +84,11 @@ def _places(atlas: "Atlas") -> Iterator[str]:
         if not all(j in atlas.kin[i] for i, j in combinations(triple, 2)):
             yield f"corner or gap {triple} is not of kin"
             continue
-        seen = look(table, np.array([rows]), point[None])
+        said = voices(table, atlas.kin, np.array(rows), np.tile(point, (3, 1)), np.inf)
+        borne = atlas.tolerance + _UNSURE * np.sqrt(said.numbers[:, 1].max())
         if np.ptp(power_at(table, rows, point)) > _CORNER * table.power[rows].max():
             yield f"corner or gap {triple} is not of equal power"
-        elif (np.abs(seen.distance[0]) > _MOVED * table.radius[rows] + atlas.tolerance).any():
+        elif (np.abs(said.distance) > _MOVED * table.radius[rows] + borne).any():
             yield f"corner or gap {triple} is not on its patches"
 
 

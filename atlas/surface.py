@@ -29,9 +29,11 @@ _CURVATURE_QUANTILE = 0.9
 _MOST, _SHARE = 6, 0.5
 # Triangles along a crease, over its length.
 _CREASE_SHARE = 0.125
-# A surface is renewed, not begun anew, while the resolution is within these times its own.
 # Cosine of normals below which two sheets turn their backs to each other.
 OPPOSED = -0.5
+# And above which two neighbours are of one sheet.
+_ALIKE = 0.5
+# A surface is renewed, not begun anew, while the resolution is within these times its own.
 _HOLDS = 0.7, 2.0
 
 
@@ -207,7 +209,7 @@ def gaps_of(table: Table, kin: Kin, rows) -> np.ndarray:
 
 def smooth_surface(atlas: Atlas, skin: Skin, count: int) -> Surface:
     """The skin's triangles cut into ``count`` x ``count`` curved ones, where they are known: where
-    patches reach, and expect to be off by no more than the tolerance."""
+    patches reach, and expect to be off by no more than is trusted."""
     table, kin, old = atlas.table, atlas.kin, skin.vertices
     cut = Subdivision(len(old.keys), skin.faces, count)
     points, faces = cut.points(old.points, old.normals), cut.faces()
@@ -215,13 +217,40 @@ def smooth_surface(atlas: Atlas, skin: Skin, count: int) -> Surface:
     known = _known(table, kin, patch, points, REACH * skin.edge)
     normals: np.ndarray = cut.linear(old.normals)
     normals /= np.sqrt(np.einsum("ij,ij->i", normals, normals))[:, None]
+    if not kin.creases:
+        points += (
+            cut.linear(mean_height(cut.edges, old.points, old.normals, count))[:, None] * normals
+        )
     deviation, curvature = np.sqrt(cut.linear(old.variance)), cut.linear(old.curvature)
-    known &= deviation <= atlas.tolerance
+    known &= deviation <= atlas.options.trust * atlas.tolerance
     kept = _unfolded(faces, normals, skin.faces, old.normals)
     whole = Surface(points, kept, normals, deviation, patch, curvature)
     if not known.all() or len(whole.faces) < len(faces):
         whole = _only(whole, known)
     return sharpen(table, kin, whole, REACH * skin.edge)
+
+
+def mean_height(edges, points, normals, count: int) -> np.ndarray:
+    """(v,) by how much the surface is above small triangles about the vertices, in the mean.
+
+    Over a triangle with its corners on the surface that is the mean of the sagittas k l^2 / 8 of
+    its sides (second order), and k l^2 = (n_2 - n_1) (p_2 - p_1). Vertices that are moved out by
+    as much make triangles that lie as much above the surface as below.
+
+    Parameters
+    ----------
+    edges : (e, 2) int
+        Of large triangles, whose sides are cut into ``count``.
+    points, normals : (v, 3) float
+    """
+    first, second = edges.T
+    bend = np.einsum("ij,ij->i", normals[second] - normals[first], points[second] - points[first])
+    bend *= np.einsum("ij,ij->i", normals[first], normals[second]) > _ALIKE
+    total, times = (
+        np.bincount(edges.T.ravel(), np.tile(each, 2), len(points))
+        for each in (bend, np.ones(len(bend)))
+    )
+    return total / np.maximum(times, 1.0) / (8.0 * count * count)
 
 
 def _unfolded(faces, normals, coarse, coarse_normals) -> np.ndarray:

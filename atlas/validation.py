@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 # Of unit vectors, and of sums over the same numbers in another order.
 _ROUNDING = 1e-9
 # An outline lies on its polynomial at the core radius, but for what that learned since, in patch
-# radii: 0.02 and 0.07 on the built-in objects.
-_OUTLINE = 0.15
+# radii: 0.02 and 0.07 on explored objects, 0.37 after a few touches.
+_OUTLINE = 0.5
 # So far beside a crease, in core radii, an outline is closed: creases move as patches learn.
 _BESIDE = 0.05
 

@@ -104,13 +104,16 @@ def voices(table: Table, kin: Kin, rows, points, reach: float) -> Voices:
     return out
 
 
-def distances(table: Table, kin: Kin, rows, points, reach: float, trimmed: bool = True):
+def distances(
+    table: Table, kin: Kin, rows, points, reach: float, trimmed: bool = True, plain: bool = False
+):
     """Of the same pairs only the distance (m,), the unit normal (m, 3), and whether the foot is
-    in the patch's own cell (m,): if ``trimmed``, as it ends at creases."""
+    in the patch's own cell (m,): if ``trimmed``, as it ends at creases; if ``plain``, by the
+    polynomials alone, which hold farther off the surface than those that residuals go with."""
     count, lines = len(rows), kin.lines()
     distance, normals, own = np.empty(count), np.empty((count, 3)), np.empty(count, bool)
     for patches, index in groups(rows):
-        here = _Place(table, patches, points[index], GRADIENT)
+        here = _Place(table, patches, points[index], GRADIENT, plain)
         distance[index], normals[index] = here.distance, here.normals
         own[index] = here.own(table, lines, patches, here.inside(reach))
     if kin.creases and trimmed:
@@ -149,17 +152,21 @@ def _speak(table: Table, lines, rows, index, points, reach, out: Voices) -> None
 class _Place:
     """Points (m, k, 3) as seen from patches (m,): what several questions about them share."""
 
-    def __init__(self, table: Table, rows, points, which) -> None:
+    def __init__(self, table: Table, rows, points, which, plain: bool = False) -> None:
         self._radius = radius = table.radius[rows][:, None]
         self._offset = points - table.site[rows][:, None]
         self.scaled = table.scaled_local(rows, points)
         x, y, z = np.ascontiguousarray(np.moveaxis(self.scaled, -1, 0))
         self.terms = monomials(table.basis, x, y, z).transpose(1, 0, 2)
-        rows_of = derivative_coefficients(table.basis, table.mean[rows], list(which))
+        is_rough = np.isin(rows, list(table.rough)) if table.rough else np.zeros(len(rows), bool)
+        mean = table.mean[rows]
+        if plain:
+            mean[is_rough] = table.anchor[rows[is_rough]]
+        rows_of = derivative_coefficients(table.basis, mean, list(which))
         phi, *self.derivatives = np.ascontiguousarray(np.moveaxis(rows_of @ self.terms, 1, 0))
         px, py, pz = self.derivatives[:3]
         self.rough = []
-        for i in np.flatnonzero(np.isin(rows, list(table.rough))).tolist() if table.rough else ():
+        for i in () if plain else np.flatnonzero(is_rough).tolist():
             rough = table.rough[int(rows[i])]
             detail, slope, shared = residual_at(rough.residual, self.scaled[[i]])
             phi[i] += detail[0]
@@ -171,12 +178,14 @@ class _Place:
         self.distance = radius * (z - phi) / self.stretch
         self.normals = (upward / self.stretch[..., None]) @ table.axes[rows]
         self._across = x * x + y * y
+        # Where f = z - phi falls with z the next zero is of another sheet than the samples'.
+        self._rising = pz < 1.0
         self.square = self._across + z * z
 
     def inside(self, reach: float) -> np.ndarray:
         """(m, k) whether the patch has a say at all."""
         near = np.abs(self.distance) <= np.minimum(reach, 0.5 * self._radius)
-        return near & (self._across <= 1.0)
+        return near & (self._across <= 1.0) & self._rising
 
     def own(self, table: Table, lines, rows, inside) -> np.ndarray:
         """(m, k) whether the feet of points ``inside`` lie in the patches' own cells."""

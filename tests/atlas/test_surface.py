@@ -1,5 +1,8 @@
 """The surface: marching cubes, curved triangles, the frontier, and renewal touch by touch."""
 
+from copy import deepcopy
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import trimesh
@@ -14,6 +17,7 @@ from touchatlas.atlas.surface import (
     extract_surface,
     gaps_of,
     grow_surface,
+    mean_height,
     renew_surface,
     resolution,
     smooth_surface,
@@ -98,6 +102,27 @@ def test_curved_triangles_are_of_fourth_order():
     assert (orders > 3.7).all()
 
 
+@pytest.mark.parametrize("count", [1, 3])
+def test_triangles_moved_out_by_their_mean_height_lie_about_the_surface(count):
+    """About an ellipsoid, whose inscribed triangles all lie inside: the mean is left with the
+    fourth order of their size, of which the heights themselves are the second."""
+    axes = np.array([1.0, 0.7, 0.5])
+    coarse = trimesh.creation.icosphere(subdivisions=4)
+    vertices = np.array(coarse.vertices) * axes
+    normals = vertices / axes**2
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    cut = Subdivision(len(vertices), np.array(coarse.faces), count)
+    heights = mean_height(cut.edges, vertices, normals, count)
+    directions = cut.linear(normals)
+    directions /= np.linalg.norm(directions, axis=1)[:, None]
+    points, volume = cut.points(vertices, normals), np.pi * 4.0 / 3.0 * axes.prod()
+    flat, moved = (
+        trimesh.Trimesh(p, cut.faces(), process=False).volume / volume - 1.0
+        for p in (points, points + cut.linear(heights)[:, None] * directions)
+    )
+    assert flat < 0.0 and abs(moved) < 0.02 * abs(flat)
+
+
 @pytest.fixture(scope="module")
 def half():
     return explored("torus", max_touches=60)
@@ -122,6 +147,17 @@ def test_surface_is_open_at_the_frontier_and_nowhere_else(half):
     feet = feet[there.known & (np.nan_to_num(there.deviation, nan=np.inf) <= atlas.tolerance)]
     missed = distances(surface.vertices, surface.faces, feet)
     assert missed.max() < 2.0 * edge and np.quantile(missed, 0.98) < 0.5 * edge
+
+
+def test_surface_is_drawn_as_far_as_it_is_trusted(half):
+    """More trust, more surface, and the same one; without end, all that patches reach."""
+    atlas, areas = deepcopy(half.atlas), []
+    for trust in (0.1, 0.3, np.inf):
+        atlas.options = replace(atlas.options, trust=trust)
+        surface = extract_surface(atlas)
+        assert surface.deviation.max() <= trust * atlas.tolerance
+        areas.append(trimesh.Trimesh(surface.vertices, surface.faces, process=False).area)
+    assert areas[0] < areas[1] < areas[2]
 
 
 def assert_renewed_as_whole(grown, atlas):
