@@ -64,6 +64,16 @@ def learn(touches, tolerance: float, trust: float):
     return atlas, extract_surface(atlas)
 
 
+def best(touches, tolerance: float, truth):
+    """Our atlas, its surface, the trust of the best setting, and its processor seconds."""
+    tries = []
+    for trust in TRUST:
+        (atlas, ours), seconds = timed(lambda t, trust=trust: learn(t, tolerance, trust), touches)
+        error = others.distances(ours.vertices, ours.faces, truth).mean()
+        tries.append((error, atlas, ours, trust, seconds))
+    return min(tries, key=lambda one: one[0])[1:]
+
+
 def show(method, normals, surface, setting, seconds, truth, obj) -> None:
     e = evaluate_surface(*surface, truth, obj.tolerance, np.random.default_rng(0))
     p99 = np.quantile(others.distances(*surface, truth.points), 0.99)
@@ -80,18 +90,11 @@ def main(name="ellipsoid_paper", count="16", noise="2e-4", cells="32", methods="
     obj, rng = find(name), np.random.default_rng(0)
     noise_std, truth = float(noise) * obj.diagonal, truth_of(obj, obj.tolerance, rng)
     touches = touch(obj, count, noise_std, rng)
-    tries = [
-        timed(lambda t, trust=trust: learn(t, obj.tolerance, trust), touches) for trust in TRUST
-    ]
-    errors = [
-        np.mean(others.distances(s.vertices, s.faces, truth.points[:4000])) for (_, s), _ in tries
-    ]
-    best = int(np.argmin(errors))
-    (atlas, ours), seconds = tries[best]
+    atlas, ours, trust, seconds = best(touches, obj.tolerance, truth.points[:4000])
     points, normals = others.points_and_normals(obj, atlas, touches)
     print(f"\n{name}, {count} touches, noise {noise}: {len(atlas)} patches, {len(points)} points")
     print(HEAD + "\n" + "|---" * (HEAD.count("|") - 1) + "|")
-    show("touchatlas", "own", (ours.vertices, ours.faces), TRUST[best], seconds, truth, obj)
+    show("touchatlas", "own", (ours.vertices, ours.faces), trust, seconds, truth, obj)
     for kind, (directions, before) in normals.items():
         for method in peers.keys() - absent:
             data = (points, directions, noise_std, int(cells), truth.points[:4000])
