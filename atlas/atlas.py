@@ -246,6 +246,11 @@ class Atlas:
         """Merge whatever one patch explains, pair by pair, until nothing more can be."""
         return simplify(self)
 
+    def bridge(self) -> AtlasChange:
+        """Patches where samples lie between patches, though no touch had its place there: for a
+        surface of few touches. After ``settle``, which chooses again what they lean on."""
+        return bridge(self)
+
     def euler_characteristic(self) -> int:
         """V - E + F of the patch graph: patches, boundaries and corners."""
         graph = self.graph
@@ -285,13 +290,11 @@ class Atlas:
 
     def settle(self) -> None:
         """Refit all patches from all they could have learned from, split those that do not hold,
-        bridge what samples know between patches, and draw boundaries and corners anew: what an
-        exploration ends with."""
+        and draw boundaries and corners anew: what an exploration ends with."""
         self.refit(self.table.rows)
         for row in self._too_large(self.table.rows):
             if self.table.alive[row]:
                 self.split(row)
-        bridge(self)
         fold(self, self.table.rows.tolist())
         self.tiling.retile()
         self.tiling.mend()

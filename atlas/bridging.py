@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from touchatlas.atlas.boundary import power_at
+from touchatlas.atlas.change import AtlasChange
 from touchatlas.atlas.folding import fold, kin_beside, reopen
 from touchatlas.atlas.merging import is_upright, remove_hidden, take_place
 from touchatlas.atlas.moments import SHEET_COSINE
@@ -22,14 +23,14 @@ _OFFER_REACH = 1.25
 _SHARES = 1.0, 0.7, 0.5
 
 
-def bridge(atlas: "Atlas") -> tuple[int, ...]:
+def bridge(atlas: "Atlas") -> AtlasChange:
     """Patches about the samples that no core covers, those with most others near first, each of
-    all samples there; their rows.
+    all samples there.
 
     How sure they are, their deviation says: along one contour alone they hardly know how the
     surface bends across it.
     """
-    frontier, table, rows = atlas.frontier, atlas.table, []
+    frontier, table, before = atlas.frontier, atlas.table, set(atlas.table.rows.tolist())
     points, normals, home = frontier.points, frontier.normals, frontier.home
     around = [
         _around(atlas, point, normal, float(table.radius[i]))
@@ -41,10 +42,11 @@ def bridge(atlas: "Atlas") -> tuple[int, ...]:
             continue
         beside = int(frontier.home[left.argmax()])
         fit = _fit(atlas, beside, points[k], normals[k], around[k])
-        row = None if fit is None else _enter(atlas, fit, around[k])
-        if row is not None:
-            rows.append(row)
-    return tuple(i for i in rows if table.alive[i])
+        if fit is not None:
+            _enter(atlas, fit, around[k])
+    atlas.tiling.mend()
+    after = set(table.rows.tolist())
+    return AtlasChange(added=tuple(sorted(after - before)), removed=tuple(sorted(before - after)))
 
 
 def _around(atlas: "Atlas", point, normal, radius: float) -> np.ndarray:
@@ -73,19 +75,17 @@ def _fit(atlas: "Atlas", beside: int, point, normal, index) -> PatchFit | None:
     return None
 
 
-def _enter(atlas: "Atlas", fit: PatchFit, index) -> int | None:
-    """Enter a patch among its kin; None, and nothing changed, if it has none, or would be hidden
-    by them."""
+def _enter(atlas: "Atlas", fit: PatchFit, index) -> None:
+    """Enter a patch among its kin, if it has any and is not hidden by them."""
     table = atlas.table
     row = table.append(fit)
     kin = kin_beside(atlas, row, set())
     least = power_at(table, kin, table.site[row]).min(initial=np.inf)
     if not -table.power[row] < least < np.inf:
         table.drop_last()
-        return None
+        return
     table.sensor[row] = np.sqrt((table.sensor[kin] ** 2).mean())
     take_place(atlas, row, fit, kin, index)
     fold(atlas, [row])
     changed = {row, *kin.tolist()}
     reopen(atlas, sorted(changed - set(remove_hidden(atlas, changed))))
-    return row

@@ -41,6 +41,7 @@ def half_of(obj, rng) -> Atlas:
         if touch.contact[side] > 0.5 * (low + high)[side]:
             half.add(touch)
     half.settle()
+    half.bridge()
     half.simplify()
     half.learn_residuals()
     return half

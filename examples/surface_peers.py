@@ -59,6 +59,7 @@ def learn(touches, tolerance: float, trust: float):
     for one in touches:
         atlas.add(one)
     atlas.settle()
+    atlas.bridge()
     atlas.simplify()
     atlas.learn_residuals()
     return atlas, extract_surface(atlas)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from touchatlas.atlas.atlas import Atlas
-from touchatlas.atlas.bridging import bridge
+from touchatlas.atlas.change import AtlasChange
 from touchatlas.sim.objects import make_object
 from touchatlas.sim.probe import Probe
 from touchatlas.sim.surface_peers import spread_plans
@@ -28,9 +28,9 @@ def test_bridges_cover_what_the_arms_of_touches_know(name, count):
     truth, _ = obj.sample(3000, np.random.default_rng(4))
     before = atlas.blend(truth).known
     assert before.mean() < 0.98
-    rows = bridge(atlas)
+    change = atlas.bridge()
     atlas.validate()
-    assert set(rows) <= set(atlas.graph)
+    assert change.added and set(change.added) <= set(atlas.graph)
     after = atlas.blend(truth)
     assert (~after.known).mean() < 0.2 * (~before).mean()
     fresh = after.known & ~before
@@ -44,7 +44,7 @@ def test_bridges_reach_no_farther_than_samples():
     for plan in spread_plans(*obj.sample(4000, np.random.default_rng(3)), 40):
         if plan.reference_point[2] > 0.2 * obj.diagonal:
             atlas.add(probe(plan))
-    bridge(atlas)
+    atlas.bridge()
     truth, _ = obj.sample(3000, np.random.default_rng(4))
     known = truth[atlas.blend(truth).known]
     samples = atlas.learning.pool.points
@@ -55,6 +55,6 @@ def test_bridges_reach_no_farther_than_samples():
 
 def test_a_finished_atlas_needs_no_bridge():
     _, atlas = sparse("sphere", 80)
-    bridge(atlas)
+    atlas.bridge()
     assert not len(atlas.frontier)
-    assert bridge(atlas) == ()
+    assert atlas.bridge() == AtlasChange()

@@ -108,6 +108,12 @@ class LivingAtlas(RuleBasedStateMachine):
         self.atlas.settle()
         self.sound("settle")
 
+    @rule()
+    def bridge(self):
+        change = self.atlas.bridge()
+        assert all(i in self.atlas.graph for i in change.added)
+        self.sound("bridge", change.added)
+
     def sound(self, what, changed=True):
         self.done[self.name, what] += bool(changed)
         self.atlas.validate()
