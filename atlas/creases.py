@@ -252,13 +252,14 @@ class Creases:
             mine = self.of(row)
             pairs = [(row, j) for j in sorted(mine)]
             pairs += [(k, j) for k in self._kin[row] for j in sorted(self.of(k) - mine)]
-            parts, partners = [np.zeros((0, 2, 2))], [np.zeros(0, int)]
-            for first, second in pairs:
-                flat = self._flat(row, self.curve(first, second))
-                flat = np.stack([flat[:-1], flat[1:]], axis=1)
-                parts.append(flat[((flat * flat).sum(axis=2) <= _FAR**2).any(axis=1)])
-                partners.append(np.full(len(parts[-1]), second))
-            self._segments[row] = np.concatenate(parts), np.concatenate(partners)
+            lines = [self.curve(*pair) for pair in pairs]
+            which = np.repeat(np.arange(len(lines)), np.array([len(a) for a in lines], int))
+            flat = self._flat(row, np.concatenate([np.zeros((0, 3)), *lines]))
+            segments = np.stack([flat[:-1], flat[1:]], axis=1)
+            kept = ((segments * segments).sum(axis=2) <= _FAR**2).any(axis=1)
+            kept &= which[:-1] == which[1:]
+            partners = np.array([j for _, j in pairs], int)[which[:-1][kept]]
+            self._segments[row] = segments[kept], partners
         return self._segments[row]
 
 
