@@ -1,5 +1,6 @@
 """Crease curves: where the polynomials of two patches meet, cut off where a third sheet begins."""
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,17 +17,66 @@ _COUNT = 17
 _MEETS, _LEAST_SINE = 1e-6, 0.2
 
 
-def crease_curves(table: Table, creases: "Creases", pairs) -> list[np.ndarray]:
-    """For each creased pair of rows points (n, 3) along its crease, in order; two or more, or
-    none. World, length."""
-    if not len(pairs):
+@dataclass(frozen=True)
+class Source:
+    """What a crease curve is drawn from: curves of equal sources are equal.
+
+    Parameters
+    ----------
+    pair : (int, int)
+        The creased rows.
+    anchor : tuple of 3 float, length, world
+    thirds : tuple of int
+        Rows that may cut the curve off, ascending: both sheets are creased with them.
+    sides : tuple of int
+        On which side of each third the crease is real.
+    numbers : tuple of bytes
+        The polynomials and frames of the two rows and of the thirds.
+    """
+
+    pair: tuple[int, int]
+    anchor: tuple[float, ...]
+    thirds: tuple[int, ...]
+    sides: tuple[int, ...]
+    numbers: tuple[bytes, ...]
+
+
+def sources_of(table: Table, creases: "Creases", pairs) -> list[Source]:
+    """For each creased pair of rows what its curve is drawn from."""
+    numbers, out = _Numbers(table), []
+    behind = {i: creases.behind(i) for i in {i for pair in pairs for i in pair}}
+    for i, j in pairs:
+        thirds, own = sorted(behind[i].keys() & behind[j].keys()), creases.sign(i, j)
+        sides = tuple(side_of(behind[i][k], behind[j][k], own) for k in thirds)
+        anchor = tuple(creases.pairs[i, j].anchor.tolist())
+        each = tuple(numbers[k] for k in (i, j, *thirds))
+        out.append(Source((i, j), anchor, tuple(thirds), sides, each))
+    return out
+
+
+class _Numbers(dict[int, bytes]):
+    """Of each row asked for, what its polynomial and frame are now."""
+
+    def __init__(self, table: Table) -> None:
+        super().__init__()
+        self._columns = table.origin, table.axes, table.radius, table.mean
+
+    def __missing__(self, row: int) -> bytes:
+        self[row] = b"".join(column[row].tobytes() for column in self._columns)
+        return self[row]
+
+
+def crease_curves(table: Table, sources: list[Source]) -> list[np.ndarray]:
+    """For each source points (n, 3) along its crease, in order; two or more, or none. World,
+    length."""
+    if not sources:
         return []
-    both = np.array(pairs)
-    anchor = np.array([creases.pairs[pair].anchor for pair in pairs])
+    both = np.array([source.pair for source in sources])
+    anchor = np.array([source.anchor for source in sources])
     points, good, middle = _sampled(table, both, anchor)
     out = []
-    for pair, line, keep, start in zip(pairs, points, good, middle.tolist(), strict=True):
-        beyond, share = _cut(table, creases, pair, line)
+    for source, line, keep, start in zip(sources, points, good, middle.tolist(), strict=True):
+        beyond, share = _cut(table, source, line)
         out.append(_run(line, keep, beyond, share, start))
     return out
 
@@ -55,17 +105,14 @@ def _sampled(table: Table, both, anchor):
     return found.points.reshape(*shape, 3), good.reshape(shape), np.abs(way).argmin(axis=1)
 
 
-def _cut(table: Table, creases: "Creases", pair, points):
+def _cut(table: Table, source: Source, points):
     """Which points (c, 3) of a crease a third sheet cuts off (c,), and on the way from each of
     them to the next the least share (2, c) at which it does, forward and backward."""
-    third = np.array(sorted(creases.behind(pair[0]) & creases.behind(pair[1])), int)
     beyond, share = np.zeros(len(points), bool), np.ones((2, len(points)))
-    if not len(third):
+    if not source.thirds:
         return beyond, share
-    rows = np.tile(third, (len(points), 1))
-    seen = look(table, rows, points)
-    side = np.array([side_of(creases, pair[0], pair[1], k) for k in third.tolist()])
-    height = side * seen.distance
+    seen = look(table, np.tile(source.thirds, (len(points), 1)), points)
+    height = np.array(source.sides) * seen.distance
     reached = seen.across <= 1.0
     beyond = (reached & (height > 0.0)).any(axis=1)
     both = reached[1:] & reached[:-1]
@@ -77,15 +124,18 @@ def _cut(table: Table, creases: "Creases", pair, points):
     return beyond, share
 
 
-def side_of(creases: "Creases", first: int, second: int, third: int) -> int:
-    """On which side of a third sheet, 1 inside and -1 outside of it, the crease of two is real.
+def side_of(first: int, second: int, own: int) -> int:
+    """On which side of a third sheet, 1 inside and -1 outside of it, the crease of two is real:
+    by the signs of the creases of the first and the second with the third, and of their own.
 
     Three sheets that meet at a corner bound an intersection of half spaces where all edges are
     convex, a union where all are concave; with one edge of the other kind, of a half space and
     a union of two, or of an intersection of two.
+
+    >>> side_of(1, 1, 1), side_of(-1, -1, -1), side_of(1, -1, 1)
+    (1, -1, -1)
     """
-    a, b = creases.sheet_sign(first, third), creases.sheet_sign(second, third)
-    return a if a == b else -creases.sign(first, second)
+    return first if first == second else -own
 
 
 def _run(points, good, beyond, share, start: int) -> np.ndarray:

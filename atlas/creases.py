@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from touchatlas.atlas.boundary import CREASE_ANGLE
-from touchatlas.atlas.crease_curves import crease_curves
+from touchatlas.atlas.crease_curves import Source, crease_curves, sources_of
 from touchatlas.atlas.kin import Kin
 from touchatlas.atlas.meeting import look, meet
 from touchatlas.atlas.table import Table
@@ -57,6 +57,8 @@ class Creases:
         self._pairs: dict[tuple[int, int], Crease] = {}
         self._partners: dict[int, set[int]] = {}
         self._curves: dict[tuple[int, int], np.ndarray] = {}
+        self._sources: dict[tuple[int, int], Source] = {}
+        self._current: set[tuple[int, int]] = set()
         self._segments: dict[int, tuple[np.ndarray, np.ndarray]] = {}
         self._centres: dict[int, np.ndarray] = {}
 
@@ -91,14 +93,14 @@ class Creases:
         crease = self.between(first, second)
         return crease.sign if crease else 0
 
-    def behind(self, row: int) -> set[int]:
-        """The rows that the sheet of a row is creased with: it, or one of its kin."""
-        return self.of(row).union(*(self.of(i) for i in self._kin[row])) - self._kin[row] - {row}
-
-    def sheet_sign(self, row: int, other: int) -> int:
-        """The sign of the crease of the sheet of a row with another row."""
-        signs = (self.sign(i, other) for i in (row, *sorted(self._kin[row])))
-        return next((sign for sign in signs if sign), 0)
+    def behind(self, row: int) -> dict[int, int]:
+        """The rows that the sheet of a row is creased with, it or one of its kin, and the sign
+        with each: that of the row itself where it is creased with it."""
+        kin, signs = self._kin[row], dict[int, int]()
+        for i in (row, *sorted(kin)):
+            for j in self.of(i) - signs.keys():
+                signs[j] = self.sign(i, j)
+        return {j: sign for j, sign in signs.items() if j != row and j not in kin}
 
     def enter(self, first: int, second: int, crease: Crease) -> None:
         """Make two rows creased."""
@@ -116,10 +118,10 @@ class Creases:
                 self._partners[j].discard(i)
 
     def touch(self, rows) -> None:
-        """Curves about rows that changed are to be drawn anew."""
+        """Curves about rows that changed are to be drawn anew, where what they follow from did."""
         stale = set(rows).union(*(self._kin[i] for i in rows if i < len(self._kin)))
         stale = stale.union(*(self.of(i) for i in stale))
-        self._curves = {pair: c for pair, c in self._curves.items() if stale.isdisjoint(pair)}
+        self._current = {pair for pair in self._current if stale.isdisjoint(pair)}
         self._segments.clear()
         self._centres.clear()
 
@@ -147,11 +149,21 @@ class Creases:
         """(n, 3) points along the crease of two rows, as far as both reach and no third sheet
         cuts it off."""
         pair = min(first, second), max(first, second)
-        if pair not in self._curves:
-            missing = sorted(set(self._pairs) - set(self._curves))
-            drawn = crease_curves(self._table, self, missing)
-            self._curves |= dict(zip(missing, drawn, strict=True))
+        if pair not in self._current:
+            self._draw()
         return self._curves[pair]
+
+    def _draw(self) -> None:
+        """Draw the curves that are not current, but for those that would be as they were."""
+        stale = sorted(set(self._pairs) - self._current)
+        sources = sources_of(self._table, self, stale)
+        anew = [source for source in sources if self._sources.get(source.pair) != source]
+        lines = dict(self._curves)
+        for source, line in zip(anew, crease_curves(self._table, anew), strict=True):
+            self._sources[source.pair], lines[source.pair] = source, line
+        self._sources = {pair: self._sources[pair] for pair in self._pairs}
+        self._curves = {pair: lines[pair] for pair in self._pairs}
+        self._current = set(self._pairs)
 
     def usual_length(self) -> float:
         """Median over the creases of the distance between their ends; infinite without any."""
@@ -240,13 +252,14 @@ class Creases:
             mine = self.of(row)
             pairs = [(row, j) for j in sorted(mine)]
             pairs += [(k, j) for k in self._kin[row] for j in sorted(self.of(k) - mine)]
-            parts, partners = [np.zeros((0, 2, 2))], [np.zeros(0, int)]
-            for first, second in pairs:
-                flat = self._flat(row, self.curve(first, second))
-                flat = np.stack([flat[:-1], flat[1:]], axis=1)
-                parts.append(flat[((flat * flat).sum(axis=2) <= _FAR**2).any(axis=1)])
-                partners.append(np.full(len(parts[-1]), second))
-            self._segments[row] = np.concatenate(parts), np.concatenate(partners)
+            lines = [self.curve(*pair) for pair in pairs]
+            which = np.repeat(np.arange(len(lines)), np.array([len(a) for a in lines], int))
+            flat = self._flat(row, np.concatenate([np.zeros((0, 3)), *lines]))
+            segments = np.stack([flat[:-1], flat[1:]], axis=1)
+            kept = ((segments * segments).sum(axis=2) <= _FAR**2).any(axis=1)
+            kept &= which[:-1] == which[1:]
+            partners = np.array([j for _, j in pairs], int)[which[:-1][kept]]
+            self._segments[row] = segments[kept], partners
         return self._segments[row]
 
 

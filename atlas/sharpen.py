@@ -171,8 +171,8 @@ def _on_crease(table: Table, creases: Creases, pairs, points, length) -> np.ndar
     corner = meet(table, np.column_stack([pairs[which], third]), out[which])
     side = np.array(
         [
-            side_of(creases, *pairs[e].tolist(), k)
-            for e, k in zip(which, third.tolist(), strict=True)
+            side_of(creases.sign(i, k), creases.sign(j, k), creases.sign(i, j))
+            for (i, j), k in zip(pairs[which].tolist(), third.tolist(), strict=True)
         ]
     )
     height = side * _distance(table, third, out[which])

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from touchatlas.atlas.boundary import power_at
-from touchatlas.atlas.crease_curves import crease_curves
+from touchatlas.atlas.crease_curves import crease_curves, sources_of
 from touchatlas.atlas.meeting import look
 from touchatlas.atlas.tiling import Tiling
 from touchatlas.atlas.voices import voices
@@ -60,8 +60,9 @@ def _creasing(atlas: "Atlas") -> Iterator[str]:
 
 def _curves(atlas: "Atlas") -> Iterator[str]:
     """Curves of creases are as they would be drawn now."""
-    creases, pairs = atlas.creases, sorted(atlas.creases.pairs)
-    for pair, line in zip(pairs, crease_curves(atlas.table, creases, pairs), strict=True):
+    table, creases, pairs = atlas.table, atlas.creases, sorted(atlas.creases.pairs)
+    lines = crease_curves(table, sources_of(table, creases, pairs))
+    for pair, line in zip(pairs, lines, strict=True):
         kept = creases.curve(*pair)
         if kept.shape != line.shape or not _alike(atlas, kept, line):
             yield f"the curve of the crease of {pair} is not where its patches meet"

@@ -1,11 +1,14 @@
 """Creases: sheets that meet at an edge, on bodies whose edges are known."""
 
+from copy import deepcopy
+
 import numpy as np
 import pytest
 
 from tests.explored import explored
 from tests.sharp import explored_sharp
 from touchatlas.atlas.atlas import Atlas
+from touchatlas.atlas.crease_curves import crease_curves, sources_of
 from touchatlas.atlas.store import load_atlas, save_atlas
 from touchatlas.atlas.touch import Touch, TouchStatus
 from touchatlas.patch.contour import Contour, ContourEnd, SamplingPlane
@@ -99,6 +102,24 @@ def test_domain_ends_at_the_crease():
         assert not beyond[reach < 30.0 - 5 * NOISE].any()
         outside.append(beyond[reach > 30.0 + 5 * NOISE])
     assert np.concatenate(outside).mean() > 0.9
+
+
+def test_curves_are_drawn_anew_where_a_patch_moved_and_nowhere_else():
+    """What is kept equals, number by number, what is drawn from the patches as they are now."""
+    atlas = deepcopy(explored_sharp("wall").atlas)
+    creases, pairs = atlas.creases, sorted(atlas.creases.pairs)
+    before = {pair: creases.curve(*pair) for pair in pairs}
+    creases.touch(atlas.table.rows.tolist())
+    assert all(creases.curve(*pair) is before[pair] for pair in pairs)
+    for row in sorted({i for i, _ in pairs})[::5]:
+        before = {pair: creases.curve(*pair) for pair in pairs}
+        atlas.table.mean[row, 0] += 1e-3
+        creases.touch([row])
+        fresh = crease_curves(atlas.table, sources_of(atlas.table, creases, pairs))
+        for pair, line in zip(pairs, fresh, strict=True):
+            assert np.array_equal(creases.curve(*pair), line)
+            assert row not in pair or creases.curve(*pair) is not before[pair]
+        assert any(creases.curve(*pair) is before[pair] for pair in pairs)
 
 
 def test_saved_creases_come_back(tmp_path):
