@@ -214,7 +214,7 @@ class Atlas:
 
     def refit(self, rows) -> None:
         """Choose frames and priors of patches anew, from all samples about them."""
-        offered = [self.learning.brought_by([row, *self.kin[row]]) for row in rows.tolist()]
+        offered = [self.learning.known_about(row, self.kin[row]) for row in rows.tolist()]
         self.learning.refit(rows, offered, self.bias, self.prior, self.options.fit)
 
     def merge(self, first: int, second: int) -> AtlasChange:

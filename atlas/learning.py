@@ -68,6 +68,11 @@ class Learning:
             found[self.members[i]] = True
         return np.flatnonzero(found)
 
+    def known_about(self, row: int, kin) -> np.ndarray:
+        """Indices of what touches of a row and its kin brought, and of what it learned: bridges
+        learned from touches beyond their kin. Ascending."""
+        return np.union1d(self.members[row], self.brought_by([row, *kin]))
+
     def teach(self, rows: np.ndarray, index: np.ndarray) -> None:
         """Let every row (m,) learn those of new samples (n,) that are of its sheet."""
         member = of_patch(self._table, rows, self.pool.points[index], self.pool.normals[index])

@@ -29,3 +29,11 @@ class AtlasOptions:
     detail: float = 5.0
     least_radius: float = 10.0
     trust: float = 1.0
+
+    def __post_init__(self) -> None:
+        numbers = self.bias, self.detail, self.least_radius
+        if not (all(0.0 <= x < float("inf") for x in numbers) and self.trust > 0.0):
+            raise ValueError(
+                f"bias, detail, least_radius, trust are {numbers[0]}, {numbers[1]}, {numbers[2]}, "
+                f"{self.trust}; they must be numbers of tolerances >= 0, and trust > 0"
+            )

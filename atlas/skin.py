@@ -9,7 +9,7 @@ from touchatlas.atlas.blend import blend
 from touchatlas.atlas.kin import Kin
 from touchatlas.atlas.lattice import corners_of, ends_of, triangles, unkey
 from touchatlas.atlas.table import Table
-from touchatlas.atlas.voices import distances
+from touchatlas.atlas.voices import voices
 
 # A vertex is moved a second time when it was farther off than this, in edges: then what the
 # first-order distance errs is less than a sixth of the sagitta.
@@ -184,8 +184,10 @@ def _look(table: Table, kin: Kin, points, leaders, edge: float):
     out = seen.distance, seen.normal, seen.deviation**2, seen.gaussian_curvature, seen.patch
     blind = np.flatnonzero(~seen.known)
     if len(blind):
-        alone, normals, _ = distances(table, kin, leaders[blind], points[blind], np.inf)
-        for column, value in zip(out, (alone, normals, 0.0, 0.0, leaders[blind]), strict=True):
+        alone = voices(table, kin, leaders[blind], points[blind], np.inf)
+        _, variance, curvature = alone.numbers[:, :3].T
+        said = alone.distance, alone.numbers[:, 3:], variance, curvature, leaders[blind]
+        for column, value in zip(out, said, strict=True):
             column[blind] = value
     return *out, seen.known
 

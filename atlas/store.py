@@ -19,6 +19,17 @@ from touchatlas.atlas.texture import Texture
 from touchatlas.patch.fit import FitOptions
 
 FORMAT = 3
+# What reading raises when a file is not as it was written.
+_DAMAGE = (
+    zipfile.BadZipFile,
+    NotImplementedError,
+    ArithmeticError,
+    ValueError,
+    LookupError,
+    TypeError,
+    EOFError,
+    OSError,
+)
 
 
 def save_atlas(path, atlas: Atlas) -> None:
@@ -69,14 +80,26 @@ def load_atlas(path) -> Atlas:
         header = json.loads(arrays["header"].tobytes())
     except FileNotFoundError:
         raise ValueError(f"{path} does not exist; give the atlas.npz of a run") from None
-    except (zipfile.BadZipFile, ValueError, KeyError, EOFError, OSError) as error:
-        raise ValueError(
-            f"{path} is no whole atlas file ({error}); it was cut off or altered"
-        ) from None
-    if header["format"] > FORMAT:
+    except _DAMAGE as error:
+        raise _damaged(path, error) from None
+    if isinstance(header, dict) and header.get("format", 0) > FORMAT:
         raise ValueError(
             f"{path} has format {header['format']}; this version reads up to {FORMAT}: update it"
         )
+    try:
+        return _restored(arrays, header)
+    except (*_DAMAGE, AttributeError) as error:
+        raise _damaged(path, error) from None
+
+
+def _damaged(path, error: Exception) -> ValueError:
+    return ValueError(
+        f"{path} is no whole atlas file ({error}); it was cut off or altered: give another copy"
+    )
+
+
+def _restored(arrays, header) -> Atlas:
+    """The atlas of what a file holds, of any format up to this one."""
     if header["format"] == 1:
         arrays |= _from_format_1(arrays)
         header["texture"] = {}
@@ -87,6 +110,7 @@ def load_atlas(path) -> Atlas:
     if header["format"] < 3:
         arrays["table_moments"] = atlas.table.products.moments_of(arrays["table_gram"])
         arrays["table_variance"] = atlas.table.products.folded(arrays["table_covariance"])
+    _check_lengths(arrays)
     _fill(atlas, arrays, header)
     if header["format"] == 1:
         atlas.settle()
@@ -119,6 +143,25 @@ def _fill_rough(table: Table, arrays) -> None:
             arrays["rough_noise"][[i]],
         )
         enter(table, row, rough_patch(table.basis, samples, arrays["rough_shapes"][i]))
+
+
+def _check_lengths(arrays) -> None:
+    """Columns of one thing are equally long.
+
+    Raises
+    ------
+    ValueError
+        Naming those that are not.
+    """
+    for kind in ("table", "sample", "frontier", "ends", "crease"):
+        counts = {n: len(a) for n, a in arrays.items() if n.startswith(f"{kind}_")}
+        counts.pop("sample_counts", None)
+        if len(set(counts.values())) > 1:
+            raise ValueError(f"columns are not equally long: {counts}")
+    for kind in ("members", "brought", "kin"):
+        counts = arrays[f"{kind}_counts"]
+        if len(counts) != len(arrays["table_alive"]) or counts.sum() != len(arrays[kind]):
+            raise ValueError(f"{kind} and {kind}_counts do not agree")
 
 
 def _fill(atlas: Atlas, arrays, header) -> None:
@@ -206,6 +249,8 @@ def _unpacked(name: str, arrays) -> list[np.ndarray]:
 def write_whole(path, data: bytes) -> None:
     """Write a file so that a crash or a full disk leaves the old one or the new one."""
     path = Path(path)
+    if path.exists() and not path.is_file():
+        raise OSError(f"{path} is a folder or a device; give the path of a file")
     part = path.with_name(path.name + ".part")
     try:
         with open(part, "wb") as file:

@@ -110,22 +110,26 @@ class MeshObject:
         return top_sample(self.sample(4000, np.random.default_rng(0))[0]), np.array([0.0, 0.0, 1.0])
 
     def contact(self, origin, direction, length: float):
-        """First point where a segment meets the mesh, (3,), or None."""
+        """First point where a segment meets the mesh, (3,), or None; None, too, for one that begins
+        inside a closed mesh, where no probe can be."""
         start = (np.asarray(origin) - self._centre) / self._unit
         hits = self._ray_tree.intersect_ray(
             self._ray_vertices, self.faces, start[None], np.array([direction])
         )[0]
         # A hit is (face, distance, u, v).
-        distances = [self._distance_along(hit[0], origin, direction) for hit in hits]
-        distances = [d for d in distances if 0.0 <= d <= length]
-        return origin + min(distances) * direction if distances else None
+        met = [self._distance_along(hit[0], origin, direction) for hit in hits]
+        met = [(d, enters) for d, enters in met if 0.0 <= d <= length]
+        if not met:
+            return None
+        distance, enters = min(met)
+        return origin + distance * direction if enters or not self.closed else None
 
-    def _distance_along(self, face: int, origin, direction) -> float:
-        """Where a ray meets the plane of a face, length."""
+    def _distance_along(self, face: int, origin, direction) -> tuple[float, bool]:
+        """Where a ray meets the plane of a face, length, and whether from its outside."""
         a, b, c = self.vertices[self.faces[face]]
         normal = np.cross(b - a, c - a)
         slope = float(normal @ direction)
-        return float(normal @ (a - origin)) / slope if slope != 0.0 else -1.0
+        return float(normal @ (a - origin)) / slope if slope != 0.0 else -1.0, slope < 0.0
 
     def trace_arms(self, point, plane_normals, directions, reach, step, max_turn):
         """Curves from a surface point in several planes; see ImplicitObject.trace_arms.

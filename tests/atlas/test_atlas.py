@@ -9,6 +9,7 @@ import trimesh
 from tests.explored import explored
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.moments import solve
+from touchatlas.atlas.options import AtlasOptions
 from touchatlas.atlas.store import load_atlas, save_atlas
 from touchatlas.atlas.surface import extract_surface
 from touchatlas.atlas.touch import Touch, TouchStatus
@@ -220,6 +221,31 @@ def test_damaged_file_is_refused(ball, tmp_path, damage):
     path.write_bytes(bytes(data))
     with pytest.raises(ValueError, match="cut off or altered"):
         load_atlas(path)
+
+
+@pytest.mark.parametrize("name", ["header", "sample_points", "table_mean", "brought_counts"])
+def test_file_with_other_arrays_is_refused(ball, tmp_path, name):
+    """Arrays that are not there, or of another length."""
+    path = tmp_path / "atlas.npz"
+    save_atlas(path, ball.atlas)
+    with np.load(path) as file:
+        arrays = {key: file[key] for key in file.files}
+    for wrong in ({}, {name: arrays[name][:-1]}):
+        with open(path, "wb") as file:
+            np.savez(file, **({k: v for k, v in arrays.items() if k != name} | wrong))
+        with pytest.raises(ValueError, match="cut off or altered"):
+            load_atlas(path)
+
+
+def test_only_files_are_replaced(ball, tmp_path):
+    with pytest.raises(OSError, match="give the path of a file"):
+        save_atlas(tmp_path, ball.atlas)
+
+
+@pytest.mark.parametrize("wrong", [{"trust": 0.0}, {"trust": np.nan}, {"bias": -1.0}])
+def test_options_are_numbers_of_tolerances(wrong):
+    with pytest.raises(ValueError, match="tolerances"):
+        AtlasOptions(**wrong)
 
 
 def test_failed_write_leaves_the_old_file(ball, tmp_path, monkeypatch):
