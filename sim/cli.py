@@ -21,8 +21,12 @@ app.command(fit)
 app.command(export)
 Json = Annotated[bool, Parameter(negative="", help="Print numbers as JSON on standard output.")]
 Force = Annotated[bool, Parameter(negative="", help="Replace the run that the folder holds.")]
+_UNSURE = (
+    "nowhere is the surface known to within the tolerance; give a larger --tolerance, less --noise "
+    "or more touches"
+)
 _NO_SURFACE = (
-    "no touch gave a patch, so there is no surface: the tolerance is too large for the object, "
+    "no touch gave a patch, so there is no surface: tolerance or noise is too large for the object, "
     "or a probe from above does not meet it"
 )
 
@@ -260,7 +264,9 @@ def _code_of(result) -> int:
     """The exit code of a run that came to its end, with a sentence where it learned nothing."""
     if result.interrupted:
         return INTERRUPTED
-    return complain(_NO_SURFACE, FAILURE) if result.surface is None else 0
+    if result.surface is None:
+        return complain(_NO_SURFACE, FAILURE)
+    return 0 if len(result.surface.faces) else complain(_UNSURE, FAILURE)
 
 
 def _watcher(progress: Progress, name: str):

@@ -126,6 +126,13 @@ def test_existing_run_is_refused_unless_forced(run_folder):
     assert (folder / "atlas.npz").read_bytes() == before
 
 
+def test_a_surface_known_nowhere_is_a_failure_that_says_why(tmp_path):
+    numbers = ["--noise", "2", "--tolerance", "0.2", "--max-touches", "12"]
+    done = touchatlas("explore", "sphere", *numbers, "--out", "a", cwd=tmp_path)
+    assert done.returncode == 1 and "nowhere is the surface known" in done.stderr
+    assert (tmp_path / "a" / "atlas.npz").is_file()
+
+
 def test_force_replaces_the_run_and_nothing_else(tmp_path):
     for _ in range(2):
         done = touchatlas(
