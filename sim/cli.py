@@ -26,8 +26,8 @@ _UNSURE = (
     "or more touches"
 )
 _NO_SURFACE = (
-    "no touch gave a patch, so there is no surface: tolerance or noise is too large for the object, "
-    "or a probe from above does not meet it"
+    "no touch gave a patch, so there is no surface: tolerance or noise is too large for the "
+    "object, or a probe from above does not meet it"
 )
 
 
