@@ -41,6 +41,9 @@ def bridge(atlas: "Atlas") -> AtlasChange:
         if not left.any():
             continue
         beside = int(frontier.home[left.argmax()])
+        if atlas.creases.of(beside):
+            # How far a face goes on its touches say.
+            continue
         fit = _fit(atlas, beside, points[k], normals[k], around[k])
         if fit is not None:
             _enter(atlas, fit, around[k])

@@ -69,9 +69,10 @@ class Learning:
         return np.flatnonzero(found)
 
     def known_about(self, row: int, kin) -> np.ndarray:
-        """Indices of what touches of a row and its kin brought, and of what it learned: bridges
-        learned from touches beyond their kin. Ascending."""
-        return np.union1d(self.members[row], self.brought_by([row, *kin]))
+        """Indices of what touches of a row and its kin brought, ascending; of a bridge, which
+        brought nothing, also what it learned from touches beyond its kin."""
+        brought = self.brought_by([row, *kin])
+        return brought if len(self.brought[row]) else np.union1d(self.members[row], brought)
 
     def teach(self, rows: np.ndarray, index: np.ndarray) -> None:
         """Let every row (m,) learn those of new samples (n,) that are of its sheet."""
