@@ -36,7 +36,11 @@ def fold(atlas: "Atlas", rows) -> None:
         part(atlas, *pair)
     if len(creases):
         around = set(rows).union(*(creases.of(i) for i in rows))
-        trim(atlas, around.union(*(atlas.kin[i] for i in around)))
+        around = around.union(*(atlas.kin[i] for i in around))
+        # A crease that moved may have left what was beyond it.
+        creased = {i for i in around if creases.of(i)}
+        reopen(atlas, sorted(creased))
+        trim(atlas, around - creased)
 
 
 def continued(atlas: "Atlas", rows: set[int]) -> dict[tuple[int, int], Crease]:

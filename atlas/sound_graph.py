@@ -137,9 +137,10 @@ def _corners(atlas: "Atlas") -> Iterator[str]:
             yield f"corner {triple} lacks one of its boundaries"
         scale = np.sqrt(table.power[list(triple)].max())
         for pair in filter(lambda pair: atlas.creases.sign(*pair), pairs):
-            off = look(table, np.array([pair]), point[None]).distance
-            # Kin agree within the tolerance, and the point is on one of them.
-            if np.abs(off).max() > _CORNER * scale + atlas.tolerance:
+            said = voices(table, atlas.kin, np.array(pair), np.tile(point, (2, 1)), np.inf)
+            # Kin agree within the tolerance, if they know, and the point is on one of them.
+            borne = atlas.tolerance + _UNSURE * np.sqrt(said.numbers[:, 1].max())
+            if np.abs(said.distance).max() > _CORNER * scale + borne:
                 yield f"corner {triple} is not on the crease of {pair}"
 
 
