@@ -47,7 +47,9 @@ def bridge(atlas: "Atlas") -> AtlasChange:
         fit = _fit(atlas, beside, points[k], normals[k], around[k])
         if fit is not None:
             _enter(atlas, fit, around[k])
-    atlas.tiling.mend()
+    if set(table.rows.tolist()) != before:
+        atlas.tiling.retile()
+        atlas.tiling.mend()
     after = set(table.rows.tolist())
     return AtlasChange(added=tuple(sorted(after - before)), removed=tuple(sorted(before - after)))
 
