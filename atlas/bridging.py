@@ -7,6 +7,7 @@ import numpy as np
 from touchatlas.atlas.boundary import power_at
 from touchatlas.atlas.change import AtlasChange
 from touchatlas.atlas.folding import fold, kin_beside, reopen
+from touchatlas.atlas.learning import OFFER_REACH
 from touchatlas.atlas.merging import is_upright, remove_hidden, take_place
 from touchatlas.atlas.moments import SHEET_COSINE
 from touchatlas.patch.fit import PatchFit
@@ -17,8 +18,6 @@ from touchatlas.patch.start import UnfitError
 if TYPE_CHECKING:
     from touchatlas.atlas.atlas import Atlas
 
-# Samples this much farther out than a patch reaches are offered to a fit of it.
-_OFFER_REACH = 1.25
 # A patch that would turn too far is tried smaller.
 _SHARES = 1.0, 0.7, 0.5
 
@@ -59,7 +58,7 @@ def _around(atlas: "Atlas", point, normal, radius: float) -> np.ndarray:
     beyond its kin may have brought them."""
     pool = atlas.learning.pool
     offset = pool.points - point
-    near = np.flatnonzero((offset * offset).sum(axis=1) <= (_OFFER_REACH * radius) ** 2)
+    near = np.flatnonzero((offset * offset).sum(axis=1) <= (OFFER_REACH * radius) ** 2)
     return near[pool.normals[near] @ normal >= SHEET_COSINE]
 
 

@@ -15,7 +15,7 @@ from touchatlas.patch.start import Stack, UnfitError
 # holds all samples a new frame may be as askew as the last, and another touch does not mend it.
 _GROWN, _GROWN_TURNED, _TURNED = 3.0, 1.2, 0.02
 # Samples this much farther out than a patch reaches are offered to a fit of it.
-_OFFER_REACH = 1.25
+OFFER_REACH = 1.25
 # Offered samples of rows that are fitted in one go, for the caches.
 _AT_ONCE = 1 << 14
 # Feature lengths within one object differ by no less than this, as a standard deviation of
@@ -131,7 +131,7 @@ class Learning:
     def _fits(self, rows, offer: "Offer", bias, prior, options) -> list[PatchFit | None]:
         """The patches in the place of rows that offered samples make; None where they make none."""
         table, pool = self._table, self.pool
-        close = self._of_rows(rows, offer, _OFFER_REACH)
+        close = self._of_rows(rows, offer, OFFER_REACH)
         stack = Stack(
             table.origin[rows],
             table.axes[rows],

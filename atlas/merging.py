@@ -6,7 +6,7 @@ import numpy as np
 
 from touchatlas.atlas.boundary import power_at
 from touchatlas.atlas.folding import fold, inherit, kin_beside, reopen
-from touchatlas.atlas.learning import Offer
+from touchatlas.atlas.learning import OFFER_REACH, Offer
 from touchatlas.atlas.moments import SHEET_COSINE
 from touchatlas.atlas.table import Table
 from touchatlas.patch.fit import BORNE, PatchFit
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 
 # The core of a merged patch is wider by this than what holds both: its origin moves in the fit.
 _SLACK = 1.02
-_OFFER_REACH = 1.25
 # Corners are found on patches as steep as this, and distances are of first order.
 LEAST_COSINE = np.sqrt(0.5)
 # Where a disc is looked at: its middle and six rings of 24 points.
@@ -57,7 +56,7 @@ def merged_fit(atlas: "Atlas", first: int, second: int) -> PatchFit | None:
         return None
     pool, index = atlas.learning.pool, atlas.learning.members_of(rows)
     offset = pool.points[index] - centre
-    index = index[(offset * offset).sum(axis=1) <= (_OFFER_REACH * radius) ** 2]
+    index = index[(offset * offset).sum(axis=1) <= (OFFER_REACH * radius) ** 2]
     try:
         fit = refit_patch(
             DarbouxFrame(centre, axes_from_normal(normal, table.axes[first, 0])),

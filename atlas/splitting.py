@@ -7,6 +7,7 @@ import numpy as np
 from touchatlas.atlas.boundary import power_at
 from touchatlas.atlas.creases import Crease
 from touchatlas.atlas.folding import fold, inherit, kin_beside, reopen
+from touchatlas.atlas.learning import OFFER_REACH
 from touchatlas.atlas.merging import (
     DISC,
     points_over,
@@ -35,12 +36,13 @@ def parts_of(atlas: "Atlas", row: int) -> list[PatchFit] | None:
     that lie beyond its creases; None when the samples do not determine all of them."""
     table, pool, learning = atlas.table, atlas.learning.pool, atlas.learning
     index = learning.members_of([row, *atlas.kin[row]])
-    near = of_patch(table, np.array([row]), pool.points[index], pool.normals[index], 1.25)[0]
+    samples = pool.points[index], pool.normals[index]
+    near = of_patch(table, np.array([row]), *samples, OFFER_REACH)[0]
     index, radius = index[near], _SLACK * _SHARE * table.radius[row]
     parts = []
     for frame in _frames(atlas, row):
         offset = pool.points[index] - frame.origin
-        inside = index[(offset * offset).sum(axis=1) <= (1.25 * radius) ** 2]
+        inside = index[(offset * offset).sum(axis=1) <= (OFFER_REACH * radius) ** 2]
         if len(inside) < _LEAST_SAMPLES * table.basis.size:
             return None
         samples = (pool.points[inside], pool.across[inside], float(table.noise[row]))
