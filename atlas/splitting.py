@@ -45,11 +45,11 @@ def parts_of(atlas: "Atlas", row: int) -> list[PatchFit] | None:
         inside = index[(offset * offset).sum(axis=1) <= (OFFER_REACH * radius) ** 2]
         if len(inside) < _LEAST_SAMPLES * table.basis.size:
             return None
-        samples = (pool.points[inside], pool.across[inside], float(table.noise[row]))
+        given = (pool.points[inside], pool.across[inside], float(table.noise[row]))
         bias = atlas.options.bias * atlas.tolerance
         try:
             parts.append(
-                refit_patch(frame, *samples, radius, bias, None, atlas.prior, atlas.options.fit)
+                refit_patch(frame, *given, radius, bias, None, atlas.prior, atlas.options.fit)
             )
         except UnfitError:
             return None
