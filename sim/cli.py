@@ -8,9 +8,9 @@ from typing import Annotated
 from cyclopts import App, Parameter
 from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
+from touchatlas.sim.bars import count_on, follow_on, progress_bar
 from touchatlas.sim.export_command import export
 from touchatlas.sim.fit_command import fit
 from touchatlas.sim.interrupt import late_interrupt
@@ -115,8 +115,8 @@ def explore(
     errors = Console(stderr=True)
     _note_if_open(obj, errors)
     out = Path("runs") / f"{obj.name}-{seed}" if out is None else out
-    with _progress(errors) as progress:
-        result = run_exploration(obj, out, options, force, _watcher(progress, obj.name))
+    with progress_bar(errors) as progress:
+        result = run_exploration(obj, out, options, force, follow_on(progress, obj.name))
     _print_numbers(result.numbers, f"{obj.name}: {out}", json_)
     return _code_of(result)
 
@@ -191,8 +191,8 @@ def chart(
 
     check_options(draws, seed)
     make_folder(out)
-    with _progress(Console(stderr=True)) as progress:
-        rows = measure(draws=draws, seed=seed, watch=_counter(progress, "chart", "cells"))
+    with progress_bar(Console(stderr=True)) as progress:
+        rows = measure(draws=draws, seed=seed, watch=count_on(progress, "chart", "cells"))
     write_chart(out, rows)
     if json_:
         found = [{n: v if known(v) else None for n, v in row.items()} for row in overall(rows)]
@@ -224,34 +224,13 @@ def paper(
     with late_interrupt():
         from touchatlas.sim.paper_report import json_text, repeat_paper, terminal_tables
 
-    with _progress(Console(stderr=True)) as progress:
-        numbers = repeat_paper(out, draws, seed, _counter(progress, "paper", "tables"))
+    with progress_bar(Console(stderr=True)) as progress:
+        numbers = repeat_paper(out, draws, seed, count_on(progress, "paper", "tables"))
     if json_:
         print(json_text(numbers), end="")
     else:
         Console().print(*terminal_tables(numbers))
     return 0
-
-
-def _progress(console: Console) -> Progress:
-    """A bar with a note, on a terminal only."""
-    columns = (
-        TextColumn("{task.description}", markup=False),
-        BarColumn(),
-        TextColumn("{task.fields[note]}"),
-        TimeElapsedColumn(),
-    )
-    return Progress(*columns, console=console, disable=not console.is_terminal)
-
-
-def _counter(progress: Progress, name: str, things: str):
-    """Shows on the bar how many of all things are done."""
-    task = progress.add_task(name, total=None, note="")
-
-    def watch(done: int, total: int) -> None:
-        progress.update(task, completed=done, total=total, note=f"{done} of {total} {things}")
-
-    return watch
 
 
 def _note_if_open(obj, console: Console) -> None:
@@ -267,25 +246,6 @@ def _code_of(result) -> int:
     if result.surface is None:
         return complain(_NO_SURFACE, FAILURE)
     return 0 if len(result.surface.faces) else complain(_UNSURE, FAILURE)
-
-
-def _watcher(progress: Progress, name: str):
-    """Shows every fifth touch of a run on the bar."""
-    task = progress.add_task(name, total=1.0, note="")
-    tracked = 0.0
-
-    def watch(step, atlas) -> None:
-        nonlocal tracked
-        tracked += step.touch.tracked_length
-        if step.plan.number % 5 == 0:
-            covered = atlas.predicted_coverage()
-            note = (
-                f"touch {step.plan.number + 1}  outlines closed {covered:.1%}  "
-                f"deviation {atlas.predicted_deviation():.3g}  tracked {tracked:.4g}"
-            )
-            progress.update(task, completed=covered, note=note)
-
-    return watch
 
 
 def _print_numbers(numbers: dict, title: str, as_json: bool) -> None:

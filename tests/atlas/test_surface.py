@@ -11,15 +11,13 @@ from tests.explored import explored
 from touchatlas.atlas.atlas import Atlas, AtlasChange
 from touchatlas.atlas.curved_triangles import Subdivision
 from touchatlas.atlas.lattice import CORNERS, ends_of, key, triangles, unkey
+from touchatlas.atlas.resolution import cube_edge, gaps_of, resolution
 from touchatlas.atlas.skin import grow_skin
 from touchatlas.atlas.surface import (
-    cube_edge,
     extract_surface,
-    gaps_of,
     grow_surface,
     mean_height,
     renew_surface,
-    resolution,
     smooth_surface,
 )
 from touchatlas.atlas.touch import Touch, TouchStatus

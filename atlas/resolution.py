@@ -1,0 +1,82 @@
+"""How fine a surface is to be: edges of its triangles, and of the cubes that they start from."""
+
+import numpy as np
+
+from touchatlas.atlas.atlas import Atlas
+from touchatlas.atlas.kin import Kin, are_kin
+from touchatlas.atlas.table import Table
+from touchatlas.atlas.voices import distances
+
+# Height of the arc over its chord that the triangles may have, in tolerances.
+_SAGITTA = 0.02
+# Or, where that is more, in deviations of the surface; asked of so many patches.
+_UNSURE, _ASKED = 0.1, 64
+_CURVATURE_QUANTILE = 0.9
+# Of the cubes: in edges of the triangles, and of the smallest patch radius.
+_MOST, _SHARE = 6, 0.5
+# Triangles along a crease, over its length.
+_CREASE_SHARE = 0.125
+# Cosine of normals below which two sheets turn their backs to each other.
+OPPOSED = -0.5
+
+
+def resolution(atlas: Atlas) -> float:
+    """Edge of the triangles: the chord that leaves a sagitta of 0.02 tolerance, or a tenth of what
+    the patches expect to be off, on all but the most curved tenth of the patches, and no more than
+    half the smallest core."""
+    table, rows = atlas.table, atlas.table.rows
+    second = 2.0 * np.abs(table.mean[rows, 3:6]).max(axis=1) / table.radius[rows]
+    if table.rough:
+        # Of residuals, too: the second derivative of a Matern process of smoothness 5/2 has the
+        # standard deviation 5 a / l^2.
+        rough, texture = np.isin(rows, list(table.rough)), atlas.texture
+        second[rough] = np.hypot(second[rough], 5.0 * texture.amplitude / texture.length**2)
+    curvature = np.quantile(second, _CURVATURE_QUANTILE)
+    sagitta = max(_SAGITTA * atlas.tolerance, _UNSURE * _usual_deviation(atlas, rows))
+    chord = np.sqrt(8.0 * sagitta / max(curvature, np.finfo(float).tiny))
+    core = table.core * table.radius[rows].min()
+    return float(min(chord, 0.5 * core, _CREASE_SHARE * atlas.creases.usual_length()))
+
+
+def _usual_deviation(atlas: Atlas, rows) -> float:
+    """Median of the predicted deviation half-way to the rims of some of the patches, length."""
+    some = rows[:: max(1, len(rows) // _ASKED)]
+    points = 0.5 * (atlas.table.ring[some] + atlas.table.origin[some, None])
+    # Off the surface patches are less sure than on it.
+    seen = atlas.blend(_on_surface(atlas, points[:, ::4].reshape(-1, 3)))
+    return float(np.median(seen.deviation[seen.known])) if seen.known.any() else 0.0
+
+
+def _on_surface(atlas: Atlas, points) -> np.ndarray:
+    """Feet on the surface, to first order, of those of the points (n, 3) where it is known."""
+    seen = atlas.blend(points)
+    return (points - seen.distance[:, None] * seen.normal)[seen.known]
+
+
+def cube_edge(table: Table, kin: Kin, edge: float, rows=None) -> float:
+    """Edge of the cubes: a multiple of the triangles', as many as the patches, or some of them,
+    bear; with creases the triangles' own."""
+    if kin.creases:
+        return edge
+    rows = table.rows if rows is None else np.array(rows, int)
+    most = _SHARE * table.radius[rows].min(initial=np.inf) / edge
+    # Sheets nearer to each other than a cube of the triangles' own edge stay unparted anyway.
+    gaps = gaps_of(table, kin, rows) / (np.sqrt(3.0) * edge)
+    apart = gaps[gaps >= 1.0].min(initial=np.inf)
+    return edge * max(1, int(min(_MOST, most, apart)))
+
+
+def gaps_of(table: Table, kin: Kin, rows) -> np.ndarray:
+    """(m,) distances between two sheets that turn their backs, or faces, to each other: from
+    outlines and centres of the patches ``rows`` to the cores of strangers that they lie under or
+    over."""
+    places = np.concatenate([table.ring[rows], table.origin[rows][:, None]], axis=1)
+    home = np.repeat(rows, places.shape[1])
+    places = places.reshape(-1, 3)
+    who, which = table.index.near(places)
+    mine = home[which]
+    opposed = (table.axes[who, 2] * table.axes[mine, 2]).sum(axis=1) < OPPOSED
+    opposed[opposed] &= ~are_kin(kin, mine[opposed], who[opposed])
+    who, which = who[opposed], which[opposed]
+    distance, _, own = distances(table, kin, who, places[which], np.inf)
+    return np.abs(distance[own])
