@@ -4,21 +4,25 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from touchatlas.atlas.boundary import CREASE_ANGLE, power_at
+from touchatlas.atlas.boundary import CELL_MARGIN, CREASE_ANGLE, power_at
 from touchatlas.atlas.crease_search import MEETS, find_creases
 from touchatlas.atlas.creases import Crease
 from touchatlas.atlas.kin import kin_of
 from touchatlas.atlas.meeting import look, meet
+from touchatlas.atlas.table import Table
 
 if TYPE_CHECKING:
     from touchatlas.atlas.atlas import Atlas
 
 # So far, in smaller patch radii, a crease may be from that of the next patches of its sheets.
 _MOVED = 0.05
+# An outline is laid anew when that would move it by so much, in radii.
+OUTLINE_MOVED = 0.05
 
 
 def fold(atlas: "Atlas", rows) -> None:
-    """Find the creases of rows that came or changed; their outlines beyond are not open."""
+    """Find the creases of rows that came or changed; their outlines beyond are not open, and are
+    laid anew where the rows have moved away from them."""
     table, creases, pairs = atlas.table, atlas.creases, set[tuple[int, int]]()
     creases.renew(rows)
     members, edges = atlas.learning.members, atlas.learning.pool.edges
@@ -41,6 +45,8 @@ def fold(atlas: "Atlas", rows) -> None:
         creased = {i for i in around if creases.of(i)}
         reopen(atlas, sorted(creased))
         trim(atlas, around - creased)
+    shifts = table.ring_shifts(rows)
+    reopen(atlas, [i for i, shift in zip(rows, shifts, strict=True) if shift > OUTLINE_MOVED])
 
 
 def continued(atlas: "Atlas", rows: set[int]) -> dict[tuple[int, int], Crease]:
@@ -82,13 +88,17 @@ def trim(atlas: "Atlas", rows) -> None:
 
 
 def reopen(atlas: "Atlas", rows) -> None:
-    """Which parts of the rows' outlines no kin covers, anew."""
+    """Which parts of the rows' outlines no cell of their kin covers, anew."""
     table = atlas.table
     table.renew_rings(rows)
     for row in rows:
-        power = power_at(table, sorted(atlas.kin[row]), table.ring[row])
-        table.ring_open[row] = power.min(axis=1, initial=np.inf) > 0
+        table.ring_open[row] = uncovered(table, sorted(atlas.kin[row]), table.ring[row])
     trim(atlas, rows)
+
+
+def uncovered(table: Table, kin: list[int], points) -> np.ndarray:
+    """(n,) whether no cell of a patch's kin covers points (n, 3) of its outline."""
+    return (power_at(table, kin, points) > CELL_MARGIN * table.power[kin]).all(axis=1)
 
 
 def kin_beside(atlas: "Atlas", row: int, partners: set[int]) -> np.ndarray:

@@ -166,8 +166,16 @@ class Table:
 
     def renew_rings(self, rows) -> None:
         """Lay the outlines of rows on their polynomials as they are now."""
+        self.ring[rows] = self._fresh_rings(rows)
+
+    def ring_shifts(self, rows) -> np.ndarray:
+        """(m,) by how much, in radii, the outlines of rows would move if they were laid now."""
+        offset = self._fresh_rings(rows) - self.ring[rows]
+        return np.sqrt((offset * offset).sum(axis=-1)).max(axis=1) / self.radius[rows]
+
+    def _fresh_rings(self, rows) -> np.ndarray:
         scaled = rings(self.basis, self.mean[rows], self.core) * self.radius[rows][:, None, None]
-        self.ring[rows] = scaled @ self.axes[rows] + self.origin[rows][:, None]
+        return scaled @ self.axes[rows] + self.origin[rows][:, None]
 
     def scaled_local(self, rows, points) -> np.ndarray:
         """(m, n, 3) points (m, n, 3) or (n, 3) in each row's frame over its radius."""

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from touchatlas.atlas.boundary import power_at
+from touchatlas.atlas.boundary import CELL_MARGIN, power_at
+from touchatlas.atlas.folding import OUTLINE_MOVED
 from touchatlas.atlas.sound_graph import graph_violations
 from touchatlas.atlas.sound_learning import learning_violations
 
@@ -17,9 +18,6 @@ if TYPE_CHECKING:
 
 # Of unit vectors, and of sums over the same numbers in another order.
 _ROUNDING = 1e-9
-# An outline lies on its polynomial at the core radius, but for what that learned since, in patch
-# radii: 0.02 and 0.07 on explored objects, 0.37 after a few touches.
-_OUTLINE = 0.5
 # So far beside a crease, in core radii, an outline is closed: creases move as patches learn.
 _BESIDE = 0.05
 
@@ -90,16 +88,14 @@ def _index(atlas: "Atlas") -> Iterator[str]:
 def _outlines(atlas: "Atlas") -> Iterator[str]:
     """Outlines lie about their cores, and are open where no kin covers them and no crease is."""
     table, rows = atlas.table, atlas.table.rows
-    scaled = table.scaled_local(rows, table.ring[rows])
-    height, upward = table.surface(rows, scaled)
-    off = np.abs(height) / np.sqrt((upward * upward).sum(axis=-1))
-    across = np.sqrt((scaled[..., :2] ** 2).sum(axis=-1))
-    wrong = (off > _OUTLINE) | (np.abs(across - table.core) > _OUTLINE)
-    for row in rows[wrong.any(axis=1)].tolist():
+    for row in rows[table.ring_shifts(rows) > OUTLINE_MOVED * (1.0 + _ROUNDING)].tolist():
         yield f"the outline (ring) of patch {row} is not at its core"
     for row in rows.tolist():
-        power = power_at(table, sorted(atlas.kin[row]), table.ring[row])
-        free = power.min(axis=1, initial=np.inf) > _ROUNDING * table.power[row]
+        kin = sorted(atlas.kin[row])
+        power = power_at(table, kin, table.ring[row])
+        # Touches close what a core covers; what is laid anew is closed by cells, which are wider.
+        free = power.min(axis=1, initial=np.inf) > -_ROUNDING * table.power[row]
+        wide = (power > (CELL_MARGIN + _ROUNDING) * table.power[kin]).all(axis=1)
         is_open = table.ring_open[row] > 0
         rows_of, site = np.full(len(free), row), table.site[row]
         beyond, beside = (
@@ -108,5 +104,5 @@ def _outlines(atlas: "Atlas") -> Iterator[str]:
         )
         if (is_open & (~free | beyond)).any():
             yield f"the outline of patch {row} is open (ring_open) where it is covered"
-        if (~is_open & free & ~beside).any():
+        if (~is_open & wide & ~beyond & ~beside).any():
             yield f"the outline of patch {row} is closed (ring_open) where nothing covers it"
