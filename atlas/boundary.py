@@ -160,8 +160,8 @@ def pairs_of(rows, kin: list[set[int]], about=None) -> tuple[np.ndarray, np.ndar
 
 
 def corners_with(table: Table, row: int, others: np.ndarray, kin: list[set[int]], about=None):
-    """Places where ``row`` and two older ones of ``others``, one of them in the set ``about`` if
-    there is one, have equal power and no fourth kin has less.
+    """Places where ``row`` and two older ones of ``others``, its kin, one of them in the set
+    ``about`` if there is one, have equal power and no kin of any of the three has less.
 
     Returns
     -------
@@ -183,5 +183,9 @@ def corners_with(table: Table, row: int, others: np.ndarray, kin: list[set[int]]
     rival[(others == first[:, None]) | (others == second[:, None])] = np.inf
     lowest = own <= rival.min(axis=1)
     triples = np.stack([first, second, np.full_like(first, row)], axis=1)
+    for k in np.flatnonzero(lowest):
+        strangers = (kin[first[k]] | kin[second[k]]) - kin[row] - {row}
+        if strangers:
+            lowest[k] = own[k] <= power_at(table, sorted(strangers), points[k]).min()
     excess = own / table.power[triples].max(axis=1)
     return triples[lowest], points[lowest], excess[lowest]

@@ -9,7 +9,7 @@ from touchatlas.atlas.change import AtlasChange
 from touchatlas.atlas.folding import fold, kin_beside, reopen
 from touchatlas.atlas.learning import OFFER_REACH
 from touchatlas.atlas.merging import is_upright, remove_hidden, take_place
-from touchatlas.atlas.moments import SHEET_COSINE
+from touchatlas.atlas.moments import SHEET_COSINE, of_patch
 from touchatlas.patch.fit import PatchFit
 from touchatlas.patch.frame import DarbouxFrame, any_tangent, axes_from_normal
 from touchatlas.patch.refit import refit_patch
@@ -18,8 +18,10 @@ from touchatlas.patch.start import UnfitError
 if TYPE_CHECKING:
     from touchatlas.atlas.atlas import Atlas
 
-# A patch that would turn too far is tried smaller.
+# A patch that would turn too far is tried smaller; and one that would learn less than so much of
+# the samples within it, which are of another sheet then.
 _SHARES = 1.0, 0.7, 0.5
+_HELD = 0.5
 
 
 def bridge(atlas: "Atlas") -> AtlasChange:
@@ -45,7 +47,8 @@ def bridge(atlas: "Atlas") -> AtlasChange:
             continue
         fit = _fit(atlas, beside, points[k], normals[k], around[k])
         if fit is not None:
-            _enter(atlas, fit, around[k])
+            frame, radius = fit.patch.frame, fit.patch.radius
+            _enter(atlas, fit, _around(atlas, frame.origin, frame.normal, radius))
     if set(table.rows.tolist()) != before:
         atlas.tiling.retile()
         atlas.tiling.mend()
@@ -63,7 +66,8 @@ def _around(atlas: "Atlas", point, normal, radius: float) -> np.ndarray:
 
 
 def _fit(atlas: "Atlas", beside: int, point, normal, index) -> PatchFit | None:
-    """A patch about a point, as large as the one beside it if it need not turn too far for that."""
+    """A patch about a point that holds the samples there, as large as the one beside it if it need
+    not turn too far for that."""
     table, pool = atlas.table, atlas.learning.pool
     frame = DarbouxFrame(point, axes_from_normal(normal, any_tangent(normal)))
     samples = pool.points[index], pool.across[index], float(table.noise[beside])
@@ -74,7 +78,7 @@ def _fit(atlas: "Atlas", beside: int, point, normal, index) -> PatchFit | None:
             fit = refit_patch(frame, *samples, *options)
         except UnfitError:
             continue
-        if is_upright(fit.patch):
+        if is_upright(fit.patch) and _holds(atlas, fit, index):
             return fit
     return None
 
@@ -93,3 +97,14 @@ def _enter(atlas: "Atlas", fit: PatchFit, index) -> None:
     fold(atlas, [row])
     changed = {row, *kin.tolist()}
     reopen(atlas, sorted(changed - set(remove_hidden(atlas, changed))))
+
+
+def _holds(atlas: "Atlas", fit: PatchFit, index) -> bool:
+    """Whether samples ``index`` (n,) within a patch are mostly of its sheet."""
+    table, pool = atlas.table, atlas.learning.pool
+    offset = pool.points[index] - fit.patch.frame.origin
+    within = index[(offset * offset).sum(axis=1) <= fit.patch.radius**2]
+    row = np.array([table.append(fit)])
+    mine = of_patch(table, row, pool.points[within], pool.normals[within])
+    table.drop_last()
+    return bool(mine.sum() >= max(1.0, _HELD * len(within)))

@@ -45,8 +45,7 @@ def fold(atlas: "Atlas", rows) -> None:
         creased = {i for i in around if creases.of(i)}
         reopen(atlas, sorted(creased))
         trim(atlas, around - creased)
-    shifts = table.ring_shifts(rows)
-    reopen(atlas, [i for i, shift in zip(rows, shifts, strict=True) if shift > OUTLINE_MOVED])
+    follow(atlas, rows)
 
 
 def continued(atlas: "Atlas", rows: set[int]) -> dict[tuple[int, int], Crease]:
@@ -85,6 +84,15 @@ def trim(atlas: "Atlas", rows) -> None:
     which = rows[which]
     beyond = atlas.creases.beyond(which, table.ring[which, places])
     open_ring[which[beyond], places[beyond]] = 0.0
+
+
+def follow(atlas: "Atlas", rows) -> None:
+    """Lay outlines of rows, and find their corners, anew where they have moved away from them."""
+    shifts = atlas.table.ring_shifts(rows)
+    moved = [i for i, shift in zip(rows, shifts, strict=True) if shift > OUTLINE_MOVED]
+    if moved:
+        reopen(atlas, moved)
+        atlas.tiling.renew(set(moved))
 
 
 def reopen(atlas: "Atlas", rows) -> None:

@@ -62,9 +62,16 @@ class Frontier:
         there = (offset * offset).sum(axis=1) <= distance**2
         self._keep(~(there & (self.normals @ normal >= SHEET_COSINE)), self.depth)
 
-    def move_home(self, rows: list[int], row: int) -> None:
-        """The samples of rows that are no more are at home at ``row``."""
-        self.home[np.isin(self.home, rows)] = row
+    def move_home(self, table: Table, rows: list[int], row: int) -> None:
+        """The samples of rows that are no more are at home at ``row``, as far as it does not cover
+        them."""
+        moved = np.isin(self.home, rows)
+        self.home[moved] = row
+        offset = self.points[moved] - table.site[row]
+        depth = self.depth.copy()
+        share = np.sqrt((offset * offset).sum(axis=1) / table.power[row])
+        depth[moved] = np.minimum(depth[moved], share)
+        self._keep(depth > 1.0, depth)
 
     def _keep(self, keep: np.ndarray, depth: np.ndarray) -> None:
         self.points, self.normals = self.points[keep], self.normals[keep]

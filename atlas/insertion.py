@@ -172,7 +172,7 @@ def _owner(atlas: "Atlas", row: int, kin: np.ndarray) -> int:
 
 def _link(atlas: "Atlas", owner: int, kin: np.ndarray) -> None:
     """One touch was of the sheet of all these: so they are kin to its owner, and what its
-    core covers of them is closed."""
+    core covers of them, and theirs of it, is closed."""
     table = atlas.table
     others = kin[kin != owner]
     offset = table.origin[others] - table.origin[owner]
@@ -182,6 +182,8 @@ def _link(atlas: "Atlas", owner: int, kin: np.ndarray) -> None:
         atlas.kin[owner].add(i)
         atlas.kin[i].add(owner)
     table.ring_open[others] *= power_at(table, [owner], table.ring[others])[..., 0] > 0
+    power = power_at(table, sorted(atlas.kin[owner]), table.ring[owner])
+    table.ring_open[owner] *= power.min(axis=1, initial=np.inf) > 0
     atlas.tiling.conquer(owner, others)
 
 

@@ -149,7 +149,7 @@ def replace_by(atlas: "Atlas", fit: PatchFit) -> tuple[int, tuple[int, ...]] | N
     creases = atlas.creases.of_all(gone)
     take_place(atlas, row, fit, np.array(stay, int), learning.members_of(kin.tolist()))
     learning.brought[row] = learning.brought_by(gone)
-    atlas.frontier.move_home(gone, row)
+    atlas.frontier.move_home(table, gone, row)
     atlas.edge_ends.move_home(gone, row)
     around = {row, *stay} | set().union(*(atlas.kin[i] for i in gone)) - set(gone)
     remove_patches(atlas, gone)
@@ -172,19 +172,23 @@ def take_place(atlas: "Atlas", row: int, fit: PatchFit, kin: np.ndarray, offered
 
 
 def remove_hidden(atlas: "Atlas", rows: set[int]) -> list[int]:
-    """Remove those of the rows that have no cell left; their samples go to the cells' owners."""
+    """Remove those of the rows that have no cell left; their samples go to the cells' owners, and
+    what they alone covered of others' outlines is open again."""
     table, learning, hidden = atlas.table, atlas.learning, []
+    beside: set[int] = set()
     for i in sorted(rows):
         kin = np.array(sorted(atlas.kin[i]), int)
         if len(kin) and _is_hidden(atlas, i, kin):
             owner = int(kin[power_at(table, kin, table.site[i]).argmin()])
             learning.brought[owner] = np.append(learning.brought[owner], learning.brought[i])
-            atlas.frontier.move_home([i], owner)
+            atlas.frontier.move_home(table, [i], owner)
             atlas.edge_ends.move_home([i], owner)
+            beside |= atlas.kin[i]
             remove_patches(atlas, [i])
             hidden.append(i)
     if hidden:
         atlas.tiling.remove(hidden, rows - set(hidden))
+        reopen(atlas, sorted(beside - set(hidden)))
     return hidden
 
 

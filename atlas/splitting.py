@@ -112,13 +112,14 @@ def divide(atlas: "Atlas", row: int, parts: list[PatchFit]) -> tuple[int, ...]:
     owner = np.array(rows)[power_at(table, rows, learning.pool.points[brought]).argmin(axis=1)]
     for part in rows:
         learning.brought[part] = brought[owner == part]
-    atlas.frontier.move_home([row], rows[0])
+    atlas.frontier.move_home(table, [row], rows[0])
     atlas.edge_ends.move_home([row], rows[0])
     for part in rows:
         inherit(atlas, part, _within(atlas, part, creases, lines))
     fold(atlas, rows)
-    # A neighbour may cover more of the row than its parts do, or they more than a neighbour.
-    around |= set(rows)
+    # A neighbour may cover more of the row than its parts do, or they more than a neighbour, which
+    # may be new to them.
+    around = around.union(rows, *(atlas.kin[i] for i in rows))
     around -= set(remove_hidden(atlas, around))
     # The edges have moved, for those across them too.
     reopen(atlas, sorted(around.union(*(atlas.creases.of(i) for i in around))))

@@ -64,6 +64,13 @@ class Tiling:
         """Boundaries of rows whose polynomials changed are to be drawn anew."""
         self._stale.update((min(i, j), max(i, j)) for i in rows for j in self._kin[i])
 
+    def renew(self, rows: set[int]) -> None:
+        """Corners and gaps of rows whose polynomials have moved, anew."""
+        for triple in {t for i in rows for t in self._corners_of[i]}:
+            self._drop(triple)
+        self._forget_gaps(rows)
+        self._find_around(rows)
+
     def remove(self, rows: list[int], around: set[int]) -> None:
         """Take nodes out. ``around`` are those that may have got a corner in their place, where
         no new patch has conquered all of theirs."""
@@ -71,8 +78,7 @@ class Tiling:
         for triple in left:
             self._drop(triple)
         gone = set(rows)
-        for triple in [t for t in self.gaps if not gone.isdisjoint(t)]:
-            del self.gaps[triple]
+        self._forget_gaps(gone)
         self._graph.remove_nodes_from(rows)
         self._stale = {pair for pair in self._stale if gone.isdisjoint(pair)}
         if left:
@@ -92,6 +98,10 @@ class Tiling:
         for row in sorted(about | self._kin[first] | self._kin[second]):
             self._find_corners(row, np.array(sorted(self._kin[row]), int), about)
         self.touch(sorted(about))
+
+    def _forget_gaps(self, rows: set[int]) -> None:
+        for triple in [t for t in self.gaps if not rows.isdisjoint(t)]:
+            del self.gaps[triple]
 
     def neighbours(self, rows) -> set[int]:
         """Rows that share a corner with any of some rows, and these."""

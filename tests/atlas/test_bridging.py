@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tests.real import real_mesh
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.change import AtlasChange
 from touchatlas.sim.objects import make_object
@@ -10,10 +11,11 @@ from touchatlas.sim.probe import Probe
 from touchatlas.sim.surface_peers import spread_plans
 
 
-def sparse(name: str, count: int):
-    """An object and an atlas of a few touches spread over it, whose arms reach beyond their
-    patches."""
-    obj, rng = make_object(name), np.random.default_rng(3)
+def sparse(obj, count: int):
+    """An object, or a built-in one's name, and an atlas of a few touches spread over it, whose arms
+    reach beyond their patches."""
+    obj = make_object(obj) if isinstance(obj, str) else obj
+    rng = np.random.default_rng(3)
     atlas, probe = Atlas(obj.tolerance), Probe(obj, obj.noise_std, rng)
     for plan in spread_plans(*obj.sample(4000, rng), count):
         atlas.add(probe(plan))
@@ -58,3 +60,13 @@ def test_a_finished_atlas_needs_no_bridge():
     atlas.bridge()
     assert not len(atlas.frontier)
     assert atlas.bridge() == AtlasChange()
+
+
+def test_every_bridge_has_learned_of_the_samples_about_it():
+    """Where samples of one ball face all ways a patch may be of no sheet: on this mesh one had
+    learned from none of them."""
+    _, atlas = sparse(real_mesh("spot"), 40)
+    added = atlas.bridge().added
+    assert len(added) > 20
+    assert all(len(atlas.learning.members[i]) for i in added)
+    atlas.validate()
