@@ -89,8 +89,7 @@ class Tiling:
             self._graph.remove_edge(first, second)
         self._stale.discard((min(first, second), max(first, second)))
         about = {first, second}
-        for row in sorted(about | self._kin[first] | self._kin[second]):
-            self._find_corners(row, np.array(sorted(self._kin[row]), int), about)
+        self._find_corners(self._around(about | self._kin[first] | self._kin[second]), about)
         self.touch(sorted(about))
 
     def neighbours(self, rows) -> set[int]:
@@ -115,7 +114,7 @@ class Tiling:
     def meet(self, row: int, kin: np.ndarray) -> None:
         """Corners and boundaries around a new patch."""
         self._stale.update((i, row) for i in kin.tolist())
-        for triple in self._drop_conquered(row, kin) + self._find_corners(row, kin):
+        for triple in self._drop_conquered(row, kin) + self._find_corners({row: kin.tolist()}):
             self._stale.update(combinations(triple, 2))
 
     def conquer(self, row: int, kin: np.ndarray) -> None:
@@ -126,17 +125,20 @@ class Tiling:
 
     def _find_around(self, rows: set[int]) -> None:
         """Enter all corners and gaps that touch any of the rows."""
-        for row in sorted(rows | {j for i in rows for j in self._kin[i]}):
-            self._find_corners(row, np.array(sorted(self._kin[row]), int), rows)
+        self._find_corners(self._around(rows | {j for i in rows for j in self._kin[i]}), rows)
         self.touch(rows)
 
-    def _find_corners(self, row: int, kin: np.ndarray, about=None) -> list[Triple]:
-        """Enter the corners and gaps of ``row`` with older patches; returns the corners.
+    def _around(self, rows) -> dict[int, list[int]]:
+        """The kin of rows, ascending."""
+        return {row: sorted(self._kin[row]) for row in sorted(rows)}
+
+    def _find_corners(self, around: dict[int, list[int]], about=None) -> list[Triple]:
+        """Enter the corners and gaps of rows with older ones of those around them; returns the
+        corners.
 
         ``about``, a set of rows, leaves out those that touch none of it.
         """
-        about = None if about is None or row in about else about
-        triples, points, excess = corners_with(self._table, row, kin, self._kin, about)
+        triples, points, excess = corners_with(self._table, around, self._kin, about)
         found = []
         for triple, point, over in zip(map(tuple, triples.tolist()), points, excess, strict=True):
             if over > CELL_MARGIN:
@@ -225,7 +227,7 @@ class Tiling:
                 self._drop(triple)
             elif triple not in self.corners | self.gaps and counts == [1, 1, 1]:
                 first, second, row = triple
-                point = corners_on(self._table, row, np.array([first]), np.array([second]))[0]
+                point = corners_on(self._table, *np.array([[row], [first], [second]]))[0]
                 if np.isfinite(point).all():
                     self._enter_corner(triple, point)
 
@@ -236,6 +238,5 @@ class Tiling:
         self._graph.remove_edges_from(list(self._graph.edges))
         for corners in self._corners_of:
             corners.clear()
-        for row in self._graph:
-            self._find_corners(row, np.array(sorted(self._kin[row]), int))
+        self._find_corners(self._around(self._graph))
         self.touch(self._graph)
