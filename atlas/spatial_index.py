@@ -11,6 +11,8 @@ _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 _LOAD, _AT_ONCE = 2, 1 << 20
 # Cells are taken for so much larger than they are, beyond all rounding.
 _SLACK = 1.01
+# Balls that are looked at sooner than cells.
+_FEW = 1024
 # Of the cells of a level; larger numbers are no integers of 64 bits.
 _FARTHEST = 2.0**62
 # Whole numbers below this are exact as floats.
@@ -117,7 +119,9 @@ class BallIndex:
         return rows[(offset * offset).sum(axis=1) < reach * reach]
 
     def _candidates(self, centre, radius: float) -> np.ndarray:
-        """Rows, ascending, that may meet a ball; all where that is fewer than cells to look at."""
+        """Rows, ascending, that may meet a ball; all where that takes less time."""
+        if self._size <= _FEW:
+            return self.rows()
         buckets = []
         for level in self._levels:
             side = 2.0**level
