@@ -41,7 +41,8 @@ class Tiling:
     def __init__(self, table: Table, kin: list[set[int]]) -> None:
         self._table, self._kin = table, kin
         self._graph = nx.Graph()
-        self._stale: set[tuple[int, int]] = set()
+        # Rows whose boundaries are to be drawn anew.
+        self._stale: set[int] = set()
         self.corners: dict[Triple, np.ndarray] = {}
         self.gaps: dict[Triple, np.ndarray] = {}
         self._corners_of: list[set[Triple]] = []
@@ -50,7 +51,8 @@ class Tiling:
     def graph(self) -> nx.Graph:
         """The dual graph; boundaries that changed are drawn now."""
         if self._stale:
-            self._draw(sorted(self._stale))
+            pairs = {(min(i, j), max(i, j)) for i in self._stale for j in self._kin[i]}
+            self._draw(sorted(pairs))
             self._stale.clear()
         return self._graph
 
@@ -62,7 +64,7 @@ class Tiling:
 
     def touch(self, rows) -> None:
         """Boundaries of rows whose polynomials changed are to be drawn anew."""
-        self._stale.update((min(i, j), max(i, j)) for i in rows for j in self._kin[i])
+        self._stale.update(rows)
 
     def remove(self, rows: list[int], around: set[int]) -> None:
         """Take nodes out. ``around`` are those that may have got a corner in their place, where
@@ -74,7 +76,7 @@ class Tiling:
         for triple in [t for t in self.gaps if not gone.isdisjoint(t)]:
             del self.gaps[triple]
         self._graph.remove_nodes_from(rows)
-        self._stale = {pair for pair in self._stale if gone.isdisjoint(pair)}
+        self._stale -= gone
         if left:
             self._find_around(around)
         self.touch(around)
@@ -87,7 +89,6 @@ class Tiling:
             del self.gaps[triple]
         if self._graph.has_edge(first, second):
             self._graph.remove_edge(first, second)
-        self._stale.discard((min(first, second), max(first, second)))
         about = {first, second}
         self._find_corners(self._around(about | self._kin[first] | self._kin[second]), about)
         self.touch(sorted(about))
@@ -113,14 +114,12 @@ class Tiling:
 
     def meet(self, row: int, kin: np.ndarray) -> None:
         """Corners and boundaries around a new patch."""
-        self._stale.update((i, row) for i in kin.tolist())
-        for triple in self._drop_conquered(row, kin) + self._find_corners({row: kin.tolist()}):
-            self._stale.update(combinations(triple, 2))
+        changed = self._drop_conquered(row, kin) + self._find_corners({row: kin.tolist()})
+        self.touch({row}.union(*changed))
 
     def conquer(self, row: int, kin: np.ndarray) -> None:
         """Give ``row`` the corners of new kin at which it has less power."""
-        for triple in self._drop_conquered(row, kin):
-            self._stale.update(combinations(triple, 2))
+        self.touch(set().union(*self._drop_conquered(row, kin)))
         self._find_around({row})
 
     def _find_around(self, rows: set[int]) -> None:
