@@ -45,7 +45,8 @@ class Tiling:
         self._stale: set[int] = set()
         self.corners: dict[Triple, np.ndarray] = {}
         self.gaps: dict[Triple, np.ndarray] = {}
-        self._corners_of: list[set[Triple]] = []
+        # Lists: a set of six takes six times the memory.
+        self._corners_of: list[list[Triple]] = []
 
     @property
     def graph(self) -> nx.Graph:
@@ -58,7 +59,7 @@ class Tiling:
 
     def add(self, row: int, alive: bool = True) -> None:
         """Enter a node, or a number that is no more in use; boundaries come with ``meet``."""
-        self._corners_of.append(set())
+        self._corners_of.append([])
         if alive:
             self._graph.add_node(row)
 
@@ -83,7 +84,7 @@ class Tiling:
 
     def part(self, first: int, second: int) -> None:
         """Two rows are no longer kin: they do not meet."""
-        for triple in list(self.corners_of(first, second)):
+        for triple in self.corners_of(first, second):
             self._drop(triple)
         for triple in [t for t in self.gaps if first in t and second in t]:
             del self.gaps[triple]
@@ -97,20 +98,20 @@ class Tiling:
         """Rows that share a corner with any of some rows, and these."""
         return set(rows).union(*(t for i in rows for t in self._corners_of[i]))
 
-    def corners_of(self, first: int, second: int | None = None) -> set[Triple]:
+    def corners_of(self, first: int, second: int | None = None) -> list[Triple]:
         """The corners on the rim of a patch, or those that two patches share."""
-        mine = self._corners_of[first]
-        return mine if second is None else mine & self._corners_of[second]
+        return [t for t in self._corners_of[first] if second is None or second in t]
 
     def _enter_corner(self, triple: Triple, point) -> None:
+        if triple not in self.corners:
+            for i in triple:
+                self._corners_of[i].append(triple)
         self.corners[triple] = point
-        for i in triple:
-            self._corners_of[i].add(triple)
 
     def _drop(self, triple: Triple) -> None:
         del self.corners[triple]
         for i in triple:
-            self._corners_of[i].discard(triple)
+            self._corners_of[i].remove(triple)
 
     def meet(self, row: int, kin: np.ndarray) -> None:
         """Corners and boundaries around a new patch."""
