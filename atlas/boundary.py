@@ -184,11 +184,11 @@ def corners_with(table: Table, around: dict[int, list[int]], kin: list[set[int]]
         pairs_of([i for i in others if i < row], kin, about if about and row not in about else None)
         for row, others in around.items()
     ]
-    triples = [(*p, row) for row, some in zip(around, pairs, strict=True) for p in some]
-    if not triples:
+    found = [(*pair, row) for row, some in zip(around, pairs, strict=True) for pair in some]
+    if not found:
         return np.zeros((0, 3), int), np.zeros((0, 3)), np.zeros(0)
     which = np.repeat(np.arange(len(pairs)), [len(some) for some in pairs])
-    first, second, rows = np.array(triples).T
+    first, second, rows = np.array(found).T
     points = corners_on(table, rows, first, second)
     near = ~np.isnan(points[:, 0])
     first, second, rows, points = first[near], second[near], rows[near], points[near]
