@@ -106,33 +106,37 @@ def _lift(table: Table, rows, base, across):
 
 
 def power_at(table: Table, rows, points) -> np.ndarray:
-    """(..., m) power |x - p|^2 - c^2 of the rows (m,) at world points (..., 3)."""
+    """(..., m) power |x - p|^2 - c^2 of the rows (m,), or (..., m), at world points (..., 3)."""
     offset = points[..., None, :] - table.site[rows]
     return (offset * offset).sum(axis=-1) - table.power[rows]
 
 
-def corners_on(table: Table, row: int, first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Points (m, 3) of the surface of ``row`` with equal power to row, first and second.
+def corners_on(table: Table, rows, first, second) -> np.ndarray:
+    """Points (m, 3) of the surfaces of rows (m,) with equal power to row, first and second.
 
-    The radical axis of the three, cut with the polynomial of ``row`` by Newton's method; NaN
+    The radical axis of the three, cut with the polynomial of the row by Newton's method; NaN
     where they do not meet within the patch radius.
     """
-    radius = table.radius[row]
-    site = (table.site[row] - table.origin[row]) @ table.axes[row].T / radius
+    radius, turned = table.radius[rows], table.axes[rows].transpose(0, 2, 1)
+
+    def scaled(offset):
+        return (offset[:, None] @ turned)[:, 0] / radius[:, None]
+
+    site = scaled(table.site[rows] - table.origin[rows])
     planes, levels = [], []
     for others in (first, second):
-        centre = (table.site[others] - table.site[row]) @ table.axes[row].T / radius
+        centre = scaled(table.site[others] - table.site[rows])
         planes.append(centre)
-        excess = (table.power[row] - table.power[others]) / radius**2
-        levels.append(0.5 * ((centre * centre).sum(axis=1) + excess) + centre @ site)
+        excess = (table.power[rows] - table.power[others]) / radius**2
+        levels.append(0.5 * ((centre * centre).sum(axis=1) + excess) + (centre * site).sum(axis=1))
     (a, b), (alpha, beta) = planes, levels
     axis = cross(a, b)
     point = np.zeros_like(a)
     for _ in range(_NEWTON_STEPS):
         start = np.minimum(np.maximum(point, -1.2), 1.2)
-        height, normal = table.surface(np.array([row]), start[None])
-        normal = normal[0]
-        level = (normal * start).sum(axis=1) - height[0]
+        height, normal = table.surface(rows, start[:, None])
+        normal = normal[:, 0]
+        level = (normal * start).sum(axis=1) - height[:, 0]
         determinant = (axis * normal).sum(axis=1)
         safe = np.where(np.abs(determinant) > 1e-9, determinant, np.nan)
         point = (
@@ -144,24 +148,28 @@ def corners_on(table: Table, row: int, first: np.ndarray, second: np.ndarray) ->
     # Where the axis is near tangent to the surface the steps do not settle.
     settled = ((point - start) ** 2).sum(axis=1) <= _SETTLED**2
     inside = settled & ((point[:, :2] ** 2).sum(axis=1) <= 1.0)
-    return np.where(inside[:, None], point * radius @ table.axes[row] + table.origin[row], np.nan)
+    point = ((point * radius[:, None])[:, None] @ table.axes[rows])[:, 0] + table.origin[rows]
+    return np.where(inside[:, None], point, np.nan)
 
 
-def pairs_of(rows, kin: list[set[int]], about=None) -> tuple[np.ndarray, np.ndarray]:
-    """All pairs (a, b), a < b, of the rows that are kin to each other, as two arrays; of these
-    those with a row in the set ``about``, if there is one."""
+def pairs_of(rows, kin: list[set[int]], about=None) -> list[tuple[int, int]]:
+    """All pairs (a, b), a < b, of the rows that are kin to each other; of these those with a row
+    in the set ``about``, if there is one."""
     pairs = [(a, b) for a in rows for b in sorted(kin[a].intersection(rows)) if a < b]
-    if about is not None:
-        pairs = [(a, b) for a, b in pairs if a in about or b in about]
-    if not pairs:
-        return np.zeros(0, int), np.zeros(0, int)
-    first, second = np.array(pairs).T
-    return first, second
+    return [(a, b) for a, b in pairs if about is None or a in about or b in about]
 
 
-def corners_with(table: Table, row: int, others: np.ndarray, kin: list[set[int]], about=None):
-    """Places where ``row`` and two older ones of ``others``, its kin, one of them in the set
-    ``about`` if there is one, have equal power and no kin of any of the three has less.
+def corners_with(table: Table, around: dict[int, list[int]], kin: list[set[int]], about=None):
+    """Places where a row and two older ones of those around it have equal power and no kin of any
+    of the three has less; one of the three is in the set ``about``, if there is one.
+
+    Parameters
+    ----------
+    table : Table
+    around : dict
+        Of rows: their kin.
+    kin : list of set of int
+    about : set of int, optional
 
     Returns
     -------
@@ -172,19 +180,29 @@ def corners_with(table: Table, row: int, others: np.ndarray, kin: list[set[int]]
         Power there over the largest squared core radius of the three: a corner of three
         boundaries up to CELL_MARGIN, a gap between the three cores beyond.
     """
-    first, second = pairs_of(others[others < row].tolist(), kin, about)
-    if not len(first):
+    pairs = [
+        pairs_of([i for i in others if i < row], kin, about if about and row not in about else None)
+        for row, others in around.items()
+    ]
+    found = [(*pair, row) for row, some in zip(around, pairs, strict=True) for pair in some]
+    if not found:
         return np.zeros((0, 3), int), np.zeros((0, 3)), np.zeros(0)
-    points = corners_on(table, row, first, second)
+    which = np.repeat(np.arange(len(pairs)), [len(some) for some in pairs])
+    first, second, rows = np.array(found).T
+    points = corners_on(table, rows, first, second)
     near = ~np.isnan(points[:, 0])
-    first, second, points = first[near], second[near], points[near]
-    own = power_at(table, [row], points)[:, 0]
+    first, second, rows, points = first[near], second[near], rows[near], points[near]
+    own = power_at(table, rows[:, None], points)[:, 0]
+    width = max(map(len, around.values()))
+    rivals = [[*others, *[row] * (width - len(others))] for row, others in around.items()]
+    others = np.array(rivals)[which[near]]
     rival = power_at(table, others, points)
     rival[(others == first[:, None]) | (others == second[:, None])] = np.inf
     lowest = own <= rival.min(axis=1)
-    triples = np.stack([first, second, np.full_like(first, row)], axis=1)
+    triples = np.stack([first, second, rows], axis=1)
     for k in np.flatnonzero(lowest):
-        strangers = (kin[first[k]] | kin[second[k]]) - kin[row] - {row}
+        i, j, row = triples[k].tolist()
+        strangers = (kin[i] | kin[j]) - kin[row] - {row}
         if strangers:
             lowest[k] = own[k] <= power_at(table, sorted(strangers), points[k]).min()
     excess = own / table.power[triples].max(axis=1)

@@ -29,18 +29,19 @@ DISC = np.stack([np.outer(_RINGS, np.cos(_TURNS)), np.outer(_RINGS, np.sin(_TURN
 DISC = DISC.reshape(-1, 2)[23:]
 
 
-def enclosing_ball(first, first_radius: float, second, second_radius: float):
-    """Centre (3,) and radius of the smallest ball that holds two balls.
+def enclosing_balls(first, first_radius, second, second_radius):
+    """Centres (m, 3) and radii (m,) of the smallest balls that hold two balls each.
 
-    >>> enclosing_ball(np.zeros(3), 1.0, np.array([4.0, 0.0, 0.0]), 2.0)
-    (array([2.5, 0. , 0. ]), 3.5)
+    >>> enclosing_balls(np.zeros((1, 3)), np.ones(1), np.array([[4.0, 0.0, 0.0]]), np.array([2.0]))
+    (array([[2.5, 0. , 0. ]]), array([3.5]))
     """
     offset = second - first
-    distance = float(np.sqrt(offset @ offset))
-    if distance + min(first_radius, second_radius) <= max(first_radius, second_radius):
-        return (first, first_radius) if first_radius >= second_radius else (second, second_radius)
-    radius = 0.5 * (distance + first_radius + second_radius)
-    return first + (radius - first_radius) / distance * offset, radius
+    distance = np.sqrt((offset * offset).sum(axis=1))
+    # Where one ball holds the other it is the larger of them.
+    larger = np.maximum(first_radius, second_radius)
+    radius = np.maximum(0.5 * (distance + first_radius + second_radius), larger)
+    share = (radius - first_radius) / np.maximum(distance, np.finfo(float).tiny)
+    return first + np.minimum(share, 1.0)[:, None] * offset, radius
 
 
 def merged_fit(atlas: "Atlas", first: int, second: int) -> PatchFit | None:
@@ -49,7 +50,8 @@ def merged_fit(atlas: "Atlas", first: int, second: int) -> PatchFit | None:
     table = atlas.table
     normal = table.axes[first, 2] + table.axes[second, 2]
     normal /= np.sqrt(normal @ normal)
-    centre, core = middle(table, first, second, normal)
+    centres, cores = middles(table, np.array([[first, second]]), normal[None])
+    centre, core = centres[0], float(cores[0])
     radius = _SLACK * core / table.core
     rows = _within(atlas, first, centre, radius, normal)
     if _turn_away(table, rows, centre, core, normal):
@@ -77,9 +79,11 @@ def merged_fit(atlas: "Atlas", first: int, second: int) -> PatchFit | None:
     return fit if stays and is_upright(fit.patch) else None
 
 
-def noise_of(atlas: "Atlas", rows) -> float:
-    """Of the probe, and of what lack of fit is borne: detail is none, it would be smoothed away."""
-    return float(np.hypot(np.sqrt((atlas.table.sensor[rows] ** 2).mean()), BORNE * atlas.bias))
+def noise_of(atlas: "Atlas", rows):
+    """(...) of the probe, and of what lack of fit is borne, over rows (..., k): detail is none, it
+    would be smoothed away."""
+    sensor = np.sqrt((atlas.table.sensor[rows] ** 2).mean(axis=-1))
+    return np.hypot(sensor, BORNE * atlas.bias)
 
 
 def is_upright(patch: Patch) -> bool:
@@ -88,19 +92,21 @@ def is_upright(patch: Patch) -> bool:
     return bool(((normals @ patch.frame.normal) >= LEAST_COSINE).all())
 
 
-def middle(table: Table, first: int, second: int, normal):
-    """Point (3,) of the surface midway between two patches, and the radius of the ball about it
-    that holds both their cores."""
-    rows = np.array([first, second])
-    cores, sites = np.sqrt(table.power[rows]), table.site[rows]
-    centre, _ = enclosing_ball(sites[0], cores[0], sites[1], cores[1])
-    row = rows[[power_at(table, rows, centre).argmin()]]
+def middles(table: Table, pairs, normals):
+    """Points (m, 3) of the surface midway between pairs of patches (m, 2), along normals (m, 3),
+    and the radii (m,) of the balls about them that hold the cores of both."""
+    cores, sites = np.sqrt(table.power[pairs]), table.site[pairs]
+    centre, _ = enclosing_balls(sites[:, 0], cores[:, 0], sites[:, 1], cores[:, 1])
+    offset = sites - centre[:, None]
+    nearer = ((offset * offset).sum(axis=2) - table.power[pairs]).argmin(axis=1)
+    rows = pairs[np.arange(len(pairs)), nearer]
     for _ in range(3):
-        height, upward = table.surface(row, table.scaled_local(row, centre[None]))
-        slope = (upward[0, 0] @ table.axes[row[0]]) @ normal
-        centre = centre - height[0, 0] * table.radius[row[0]] / max(slope, 0.2) * normal
-    offset = sites - centre
-    return centre, float((np.sqrt((offset * offset).sum(axis=1)) + cores).max())
+        height, upward = table.surface(rows, table.scaled_local(rows, centre[:, None]))
+        slope = ((upward @ table.axes[rows])[:, 0] * normals).sum(axis=1)
+        step = height[:, 0] * table.radius[rows] / np.maximum(slope, 0.2)
+        centre = centre - step[:, None] * normals
+    offset = sites - centre[:, None]
+    return centre, (np.sqrt((offset * offset).sum(axis=2)) + cores).max(axis=1)
 
 
 def _within(atlas: "Atlas", start: int, centre, radius: float, normal) -> list[int]:

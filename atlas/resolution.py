@@ -20,10 +20,11 @@ _CREASE_SHARE = 0.125
 OPPOSED = -0.5
 
 
-def resolution(atlas: Atlas) -> float:
+def resolution(atlas: Atlas, deviation: float | None = None) -> float:
     """Edge of the triangles: the chord that leaves a sagitta of 0.02 tolerance, or a tenth of what
-    the patches expect to be off, on all but the most curved tenth of the patches, and no more than
-    half the smallest core."""
+    the patches expect to be off (``usual_deviation``, if not given), on all but the most curved
+    tenth of the patches, and no more than half the smallest core."""
+    deviation = usual_deviation(atlas) if deviation is None else deviation
     table, rows = atlas.table, atlas.table.rows
     second = 2.0 * np.abs(table.mean[rows, 3:6]).max(axis=1) / table.radius[rows]
     if table.rough:
@@ -32,14 +33,18 @@ def resolution(atlas: Atlas) -> float:
         rough, texture = np.isin(rows, list(table.rough)), atlas.texture
         second[rough] = np.hypot(second[rough], 5.0 * texture.amplitude / texture.length**2)
     curvature = np.quantile(second, _CURVATURE_QUANTILE)
-    sagitta = max(_SAGITTA * atlas.tolerance, _UNSURE * _usual_deviation(atlas, rows))
+    sagitta = max(_SAGITTA * atlas.tolerance, _UNSURE * deviation)
     chord = np.sqrt(8.0 * sagitta / max(curvature, np.finfo(float).tiny))
     core = table.core * table.radius[rows].min()
     return float(min(chord, 0.5 * core, _CREASE_SHARE * atlas.creases.usual_length()))
 
 
-def _usual_deviation(atlas: Atlas, rows) -> float:
-    """Median of the predicted deviation half-way to the rims of some of the patches, length."""
+def usual_deviation(atlas: Atlas, before: float = np.inf) -> float:
+    """Median of the predicted deviation half-way to the rims of some of the patches, length; what
+    it was ``before``, where that is too little to matter: touches make it less."""
+    if _UNSURE * before <= _SAGITTA * atlas.tolerance:
+        return before
+    rows = atlas.table.rows
     some = rows[:: max(1, len(rows) // _ASKED)]
     points = 0.5 * (atlas.table.ring[some] + atlas.table.origin[some, None])
     # Off the surface patches are less sure than on it.

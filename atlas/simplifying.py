@@ -1,11 +1,12 @@
 """Simplifying: pairs that one patch may explain are merged until none is left."""
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from touchatlas.atlas.change import AtlasChange
-from touchatlas.atlas.merging import LEAST_COSINE, enclosing_ball, middle, noise_of
+from touchatlas.atlas.merging import LEAST_COSINE, enclosing_balls, middles, noise_of
 from touchatlas.patch.smoothness import leftover
 
 if TYPE_CHECKING:
@@ -21,33 +22,37 @@ def simplify(atlas: "Atlas") -> AtlasChange:
     """Merge whatever one patch explains, pair by pair, until nothing more can be."""
     added: set[int] = set()
     removed: set[int] = set()
-    todo = [tuple(edge) for edge in atlas.tiling.graph.edges]
+    todo = mergeable(atlas, atlas.tiling.graph.edges)
     while todo:
         first, second = todo.pop(0)
-        if second in atlas.kin[first] and may_merge(atlas, first, second):
+        if second in atlas.kin[first]:
             change = atlas.merge(first, second)
             added.update(change.added)
             removed.update(change.removed)
-            todo += [(row, other) for row in change.added for other in atlas.kin[row]]
+            beside = [(row, other) for row in change.added for other in atlas.kin[row]]
+            todo += mergeable(atlas, beside)
     atlas.tiling.mend()
     gone = tuple(sorted(removed))
     return AtlasChange(tuple(sorted(added - removed)), (), gone, (), gone)
 
 
-def may_merge(atlas: "Atlas", first: int, second: int) -> bool:
-    """Whether a merged patch would leave out little enough for the noise, and turn little enough,
-    as far as the two know their surface."""
-    table, rows = atlas.table, np.array([first, second])
-    bend = (2.0 * np.abs(table.mean[rows, 3:6]).max(axis=1) / table.radius[rows]).min()
-    turn = (table.turn[rows] / table.radius[rows]).min()
-    borne = max(noise_of(atlas, rows), atlas.bias)
+def mergeable(atlas: "Atlas", pairs: Iterable[tuple[int, int]]) -> list[tuple[int, int]]:
+    """Those pairs of patches whose merged patch would leave out little enough for the noise, and
+    turn little enough, as far as the two know their surface."""
+    table, rows = atlas.table, np.array(list(pairs), int).reshape(-1, 2)
+    if not len(rows):
+        return []
+    bend = (2.0 * np.abs(table.mean[rows, 3:6]).max(axis=2) / table.radius[rows]).min(axis=1)
+    turn = (table.turn[rows] / table.radius[rows]).min(axis=1)
+    borne = np.maximum(noise_of(atlas, rows), atlas.bias)
 
-    def bears(core: float) -> bool:
+    def bears(core):
         radius = core / table.core
         left = leftover(table.basis, turn * radius) * radius
-        return bool(core * bend <= _MOST_RISE and left <= _NOTICEABLE * borne)
+        return (core * bend <= _MOST_RISE) & (left <= _NOTICEABLE * borne)
 
-    (a, b), (c, d) = table.site[rows], np.sqrt(table.power[rows])
+    (a, b), (c, d) = table.site[rows].transpose(1, 0, 2), np.sqrt(table.power[rows]).T
     # No ball that holds both cores is smaller than this, wherever on the surface its centre is.
-    least = enclosing_ball(a, c, b, d)[1]
-    return bears(least) and bears(middle(table, first, second, table.axes[first, 2])[1])
+    least = enclosing_balls(a, c, b, d)[1]
+    good = bears(least) & bears(middles(table, rows, table.axes[rows[:, 0], 2])[1])
+    return [(i, j) for i, j in rows[good].tolist()]

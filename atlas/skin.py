@@ -61,7 +61,7 @@ class Skin:
     cubes : dict
         Row to the keys of the cubes that the patch's core passes.
     balls : dict
-        Row to the centre and radius with which the patch was seen.
+        Row to the centre and radius, four numbers, with which the patch was seen.
     corners : Corners
         As asked; what was ``extend``-ed is not among them.
     vertices : Vertices
@@ -72,7 +72,7 @@ class Skin:
     start: np.ndarray
     edge: float
     cubes: dict[int, np.ndarray]
-    balls: dict[int, tuple[np.ndarray, float]]
+    balls: dict[int, tuple[float, ...]]
     corners: Corners
     vertices: Vertices
     faces: np.ndarray
@@ -92,7 +92,8 @@ def renew_skin(table: Table, kin: Kin, skin: Skin, rows) -> Skin:
     """The skin after the patches ``rows`` have come, changed or gone: the same as one that is
     grown anew from the same start."""
     now = _balls(table, [row for row in rows if row in table.index])
-    balls = [skin.balls[i] for i in rows if i in skin.balls] + list(now.values())
+    # Most that changed are where they were.
+    balls = {skin.balls[i] for i in rows if i in skin.balls} | set(now.values())
     stale = _within(balls, unkey(skin.corners.keys) * skin.edge + skin.start, REACH * skin.edge)
     gone = set(rows) - set(now)
     kept = Skin(
@@ -107,14 +108,14 @@ def renew_skin(table: Table, kin: Kin, skin: Skin, rows) -> Skin:
     return _knit(table, kin, kept, sorted(now))
 
 
-def _balls(table: Table, rows) -> dict[int, tuple[np.ndarray, float]]:
-    return {int(i): (table.origin[i].copy(), float(table.radius[i])) for i in rows}
+def _balls(table: Table, rows) -> dict[int, tuple[float, ...]]:
+    return {int(i): (*table.origin[i].tolist(), float(table.radius[i])) for i in rows}
 
 
 def _within(balls, points, margin: float) -> np.ndarray:
     """(n,) whether points (n, 3) are within ``margin`` of any of the balls."""
     out = np.zeros(len(points), bool)
-    for centre, radius in balls:
+    for *centre, radius in balls:
         offset = points - centre
         out |= np.einsum("ij,ij->i", offset, offset) <= (radius + margin) ** 2
     return out

@@ -9,8 +9,10 @@ _LEVEL_PRIME = np.uint64(2654435761)
 _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 # Balls a bucket of the table on average, and candidates that are looked at in one go.
 _LOAD, _AT_ONCE = 2, 1 << 20
-# Cells this much smaller have one look-up for all their points.
-_FINER = 4.0
+# Cells are taken for so much larger than they are, beyond all rounding.
+_SLACK = 1.01
+# Balls that are looked at sooner than cells.
+_FEW = 1024
 # Of the cells of a level; larger numbers are no integers of 64 bits.
 _FARTHEST = 2.0**62
 # Whole numbers below this are exact as floats.
@@ -117,7 +119,9 @@ class BallIndex:
         return rows[(offset * offset).sum(axis=1) < reach * reach]
 
     def _candidates(self, centre, radius: float) -> np.ndarray:
-        """Rows, ascending, that may meet a ball; all where that is fewer than cells to look at."""
+        """Rows, ascending, that may meet a ball; all where that takes less time."""
+        if self._size <= _FEW:
+            return self.rows()
         buckets = []
         for level in self._levels:
             side = 2.0**level
@@ -143,33 +147,30 @@ class BallIndex:
 
     def _near_on(self, points, level: int):
         """The pairs (rows, which) of a level's balls and the points."""
-        shared = _shared_cells(points, 2.0**level / _FINER)
-        if shared is None:
-            row, here = self._within(points, level, 0.0)
-        else:
-            # Points that share a small cell are looked up together, by the cell's centre.
-            centres, order, starts, counts = shared
-            row, cell = self._within(centres, level, np.sqrt(0.75) * 1.01 * 2.0**level / _FINER)
-            many = counts[cell]
-            row = np.repeat(row, many)
-            part = np.arange(len(row)) - np.repeat(np.cumsum(many) - many, many)
-            here = order[np.repeat(starts[cell], many) + part]
+        # Points that share a cell are looked up together.
+        side = 2.0**level
+        centres, order, starts, counts = _shared_cells(points, side)
+        row, cell = self._touching(centres, 0.5 * side, level)
+        many = counts[cell]
+        row = np.repeat(row, many)
+        part = np.arange(len(row)) - np.repeat(np.cumsum(many) - many, many)
+        here = order[np.repeat(starts[cell], many) + part]
         offset = points[here] - self._centre[row]
         inside = np.einsum("ij,ij->i", offset, offset) <= self._radius[row] ** 2
         return row[inside], here[inside]
 
-    def _within(self, points, level: int, slack: float):
-        """Pairs (rows, which) of a level's balls and the points within ``slack`` of them."""
-        bucket = self._bucket(_cells(points, level), level)
-        some = np.flatnonzero(self._count[bucket])
-        slots = self._slots[bucket[some], : self._count[bucket].max(initial=0)]
+    def _touching(self, centres, half: float, level: int):
+        """Pairs (rows, which) of a level's balls and the boxes of given centres and half sides
+        that they touch."""
+        bucket = self._bucket(_cells(centres, level), level)
+        slots = self._slots[bucket, : self._count[bucket].max(initial=0)]
         here, slot = np.nonzero(slots >= 0)
-        row, here = slots[here, slot].astype(np.int64), some[here]
+        row = slots[here, slot].astype(np.int64)
         near = self._level[row] == level
         row, here = row[near], here[near]
-        offset = points[here] - self._centre[row]
-        inside = np.einsum("ij,ij->i", offset, offset) <= (self._radius[row] + slack) ** 2
-        return row[inside], here[inside]
+        offset = np.maximum(np.abs(centres[here] - self._centre[row]) - _SLACK * half, 0.0)
+        touching = np.einsum("ij,ij->i", offset, offset) <= self._radius[row] ** 2
+        return row[touching], here[touching]
 
     def _bucket(self, cells, level: int) -> np.ndarray:
         """(n,) buckets of the cells (n, 3) of a level."""
@@ -206,17 +207,17 @@ def _cells(points, level: int) -> np.ndarray:
 
 
 def _shared_cells(points, side: float):
-    """Centres (m, 3) of the small cells that hold the points, the points (n,) cell by cell, and
-    where each cell's begin (m,) and how many they are (m,); None when they share too few."""
+    """Centres (m, 3) of the cells that hold the points, the points (n,) cell by cell, and
+    where each cell's begin (m,) and how many they are (m,)."""
     cells = np.floor(points / side)
     low = cells.min(axis=0)
     span = cells.max(axis=0) - low + 1.0
     if not span.prod() < _EXACT:
-        return None
+        # So far apart that they cannot be numbered: each by itself.
+        each = np.arange(len(points))
+        return points, each, each, np.ones_like(each)
     key = ((cells - low) @ [1.0, span[0], span[0] * span[1]]).astype(np.int64)
     order = np.argsort(key, kind="stable")
     starts = np.flatnonzero(np.r_[True, np.diff(key[order]) != 0])
-    if 4 * len(starts) > len(points):
-        return None
     counts = np.diff(np.r_[starts, len(points)])
     return (cells[order[starts]] + 0.5) * side, order, starts, counts

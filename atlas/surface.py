@@ -15,7 +15,7 @@ from touchatlas.atlas.band import REACH
 from touchatlas.atlas.blend import blend
 from touchatlas.atlas.curved_triangles import Subdivision
 from touchatlas.atlas.kin import Kin
-from touchatlas.atlas.resolution import OPPOSED, cube_edge, resolution
+from touchatlas.atlas.resolution import OPPOSED, cube_edge, resolution, usual_deviation
 from touchatlas.atlas.sharpen import sharpen
 from touchatlas.atlas.skin import Skin, grow_skin, renew_skin
 from touchatlas.atlas.table import Table
@@ -91,21 +91,26 @@ class GrownSurface:
         Of its triangles, about.
     skin : Skin
         Its coarse triangles.
+    deviation : float, length
+        What its patches usually expected to be off when it was begun.
     """
 
     surface: Surface
     edge: float
     skin: Skin
+    deviation: float
 
 
 def grow_surface(atlas: Atlas, edge: float | None = None) -> GrownSurface:
     """The same surface as ``extract_surface``, to be renewed with every change of the atlas."""
     if not len(atlas.table.index):
         raise ValueError("the atlas has no patch yet; add a touch with three contours first")
-    edge = resolution(atlas) if edge is None else edge
+    deviation = usual_deviation(atlas) if edge is None else np.inf
+    edge = resolution(atlas, deviation) if edge is None else edge
     table, kin = atlas.table, atlas.kin
     skin = grow_skin(table, kin, cube_edge(table, kin, edge))
-    return GrownSurface(smooth_surface(atlas, skin, round(skin.edge / edge)), edge, skin)
+    surface = smooth_surface(atlas, skin, round(skin.edge / edge))
+    return GrownSurface(surface, edge, skin, deviation)
 
 
 def renew_surface(grown: GrownSurface, atlas: Atlas, change: AtlasChange) -> GrownSurface:
@@ -127,12 +132,13 @@ def renew_surface(grown: GrownSurface, atlas: Atlas, change: AtlasChange) -> Gro
     rows = sorted(set(rows))
     left = [row for row in rows if row in table.index]
     low, high = _HOLDS
-    holds = low <= resolution(atlas) / grown.edge <= high
+    deviation = usual_deviation(atlas, grown.deviation)
+    holds = low <= resolution(atlas, deviation) / grown.edge <= high
     if not (holds and cube_edge(table, kin, grown.edge, left) >= grown.skin.edge):
         return grow_surface(atlas)
     skin = renew_skin(table, kin, grown.skin, rows)
     surface = smooth_surface(atlas, skin, round(skin.edge / grown.edge))
-    return GrownSurface(surface, grown.edge, skin)
+    return GrownSurface(surface, grown.edge, skin, deviation)
 
 
 def smooth_surface(atlas: Atlas, skin: Skin, count: int) -> Surface:

@@ -98,15 +98,18 @@ class Table:
         self.power[row] = (self.core * patch.radius) ** 2
         self.condition[row] = patch.condition
         self.index.insert(row, patch.frame.origin, patch.radius)
-        self.turn[row] = 0.0
-        self.renew(row, fit)
+        self._fill(row, fit)
         return row
 
     def renew(self, row: int, fit: PatchFit) -> None:
         """Put a patch that was fitted anew in the place of a row's; its equations are empty."""
-        patch = fit.patch
         self._count_length(row, -1.0)
-        self.index.move(row, patch.frame.origin, patch.radius)
+        self.index.move(row, fit.patch.frame.origin, fit.patch.radius)
+        self._fill(row, fit)
+
+    def _fill(self, row: int, fit: PatchFit) -> None:
+        """Write the numbers of a fit, with no equations, into a row."""
+        patch = fit.patch
         values = {
             "origin": patch.frame.origin,
             "axes": patch.frame.axes,

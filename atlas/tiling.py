@@ -41,28 +41,31 @@ class Tiling:
     def __init__(self, table: Table, kin: list[set[int]]) -> None:
         self._table, self._kin = table, kin
         self._graph = nx.Graph()
-        self._stale: set[tuple[int, int]] = set()
+        # Rows whose boundaries are to be drawn anew.
+        self._stale: set[int] = set()
         self.corners: dict[Triple, np.ndarray] = {}
         self.gaps: dict[Triple, np.ndarray] = {}
-        self._corners_of: list[set[Triple]] = []
+        # Lists: a set of six takes six times the memory.
+        self._corners_of: list[list[Triple]] = []
 
     @property
     def graph(self) -> nx.Graph:
         """The dual graph; boundaries that changed are drawn now."""
         if self._stale:
-            self._draw(sorted(self._stale))
+            pairs = {(min(i, j), max(i, j)) for i in self._stale for j in self._kin[i]}
+            self._draw(sorted(pairs))
             self._stale.clear()
         return self._graph
 
     def add(self, row: int, alive: bool = True) -> None:
         """Enter a node, or a number that is no more in use; boundaries come with ``meet``."""
-        self._corners_of.append(set())
+        self._corners_of.append([])
         if alive:
             self._graph.add_node(row)
 
     def touch(self, rows) -> None:
         """Boundaries of rows whose polynomials changed are to be drawn anew."""
-        self._stale.update((min(i, j), max(i, j)) for i in rows for j in self._kin[i])
+        self._stale.update(rows)
 
     def renew(self, rows: set[int]) -> None:
         """Corners and gaps of rows whose polynomials have moved, anew."""
@@ -80,23 +83,21 @@ class Tiling:
         gone = set(rows)
         self._forget_gaps(gone)
         self._graph.remove_nodes_from(rows)
-        self._stale = {pair for pair in self._stale if gone.isdisjoint(pair)}
+        self._stale -= gone
         if left:
             self._find_around(around)
         self.touch(around)
 
     def part(self, first: int, second: int) -> None:
         """Two rows are no longer kin: they do not meet."""
-        for triple in list(self.corners_of(first, second)):
+        for triple in self.corners_of(first, second):
             self._drop(triple)
         for triple in [t for t in self.gaps if first in t and second in t]:
             del self.gaps[triple]
         if self._graph.has_edge(first, second):
             self._graph.remove_edge(first, second)
-        self._stale.discard((min(first, second), max(first, second)))
         about = {first, second}
-        for row in sorted(about | self._kin[first] | self._kin[second]):
-            self._find_corners(row, np.array(sorted(self._kin[row]), int), about)
+        self._find_corners(self._around(about | self._kin[first] | self._kin[second]), about)
         self.touch(sorted(about))
 
     def _forget_gaps(self, rows: set[int]) -> None:
@@ -107,46 +108,47 @@ class Tiling:
         """Rows that share a corner with any of some rows, and these."""
         return set(rows).union(*(t for i in rows for t in self._corners_of[i]))
 
-    def corners_of(self, first: int, second: int | None = None) -> set[Triple]:
+    def corners_of(self, first: int, second: int | None = None) -> list[Triple]:
         """The corners on the rim of a patch, or those that two patches share."""
-        mine = self._corners_of[first]
-        return mine if second is None else mine & self._corners_of[second]
+        return [t for t in self._corners_of[first] if second is None or second in t]
 
     def _enter_corner(self, triple: Triple, point) -> None:
+        if triple not in self.corners:
+            for i in triple:
+                self._corners_of[i].append(triple)
         self.corners[triple] = point
-        for i in triple:
-            self._corners_of[i].add(triple)
 
     def _drop(self, triple: Triple) -> None:
         del self.corners[triple]
         for i in triple:
-            self._corners_of[i].discard(triple)
+            self._corners_of[i].remove(triple)
 
     def meet(self, row: int, kin: np.ndarray) -> None:
         """Corners and boundaries around a new patch."""
-        self._stale.update((i, row) for i in kin.tolist())
-        for triple in self._drop_conquered(row, kin) + self._find_corners(row, kin):
-            self._stale.update(combinations(triple, 2))
+        changed = self._drop_conquered(row, kin) + self._find_corners({row: kin.tolist()})
+        self.touch({row}.union(*changed))
 
     def conquer(self, row: int, kin: np.ndarray) -> None:
         """Give ``row`` the corners of new kin at which it has less power."""
-        for triple in self._drop_conquered(row, kin):
-            self._stale.update(combinations(triple, 2))
+        self.touch(set().union(*self._drop_conquered(row, kin)))
         self._find_around({row})
 
     def _find_around(self, rows: set[int]) -> None:
         """Enter all corners and gaps that touch any of the rows."""
-        for row in sorted(rows | {j for i in rows for j in self._kin[i]}):
-            self._find_corners(row, np.array(sorted(self._kin[row]), int), rows)
+        self._find_corners(self._around(rows | {j for i in rows for j in self._kin[i]}), rows)
         self.touch(rows)
 
-    def _find_corners(self, row: int, kin: np.ndarray, about=None) -> list[Triple]:
-        """Enter the corners and gaps of ``row`` with older patches; returns the corners.
+    def _around(self, rows) -> dict[int, list[int]]:
+        """The kin of rows, ascending."""
+        return {row: sorted(self._kin[row]) for row in sorted(rows)}
+
+    def _find_corners(self, around: dict[int, list[int]], about=None) -> list[Triple]:
+        """Enter the corners and gaps of rows with older ones of those around them; returns the
+        corners.
 
         ``about``, a set of rows, leaves out those that touch none of it.
         """
-        about = None if about is None or row in about else about
-        triples, points, excess = corners_with(self._table, row, kin, self._kin, about)
+        triples, points, excess = corners_with(self._table, around, self._kin, about)
         found = []
         for triple, point, over in zip(map(tuple, triples.tolist()), points, excess, strict=True):
             if over > CELL_MARGIN:
@@ -235,7 +237,7 @@ class Tiling:
                 self._drop(triple)
             elif triple not in self.corners | self.gaps and counts == [1, 1, 1]:
                 first, second, row = triple
-                point = corners_on(self._table, row, np.array([first]), np.array([second]))[0]
+                point = corners_on(self._table, *np.array([[row], [first], [second]]))[0]
                 if np.isfinite(point).all():
                     self._enter_corner(triple, point)
 
@@ -246,6 +248,5 @@ class Tiling:
         self._graph.remove_edges_from(list(self._graph.edges))
         for corners in self._corners_of:
             corners.clear()
-        for row in self._graph:
-            self._find_corners(row, np.array(sorted(self._kin[row]), int))
+        self._find_corners(self._around(self._graph))
         self.touch(self._graph)
