@@ -17,7 +17,7 @@ from touchatlas.atlas.kin import Kin
 from touchatlas.atlas.learning import Learning, prior_of
 from touchatlas.atlas.merging import merged_fit, replace_by
 from touchatlas.atlas.moments import covariance_of, solve
-from touchatlas.atlas.options import AtlasOptions
+from touchatlas.atlas.options import AtlasOptions, check_tolerance
 from touchatlas.atlas.prediction import half_way_deviation
 from touchatlas.atlas.rough import learn_residuals
 from touchatlas.atlas.simplifying import simplify
@@ -27,7 +27,6 @@ from touchatlas.atlas.texture import Texture
 from touchatlas.atlas.tiling import Tiling, Triple
 from touchatlas.atlas.touch import Touch
 from touchatlas.atlas.validation import violations
-from touchatlas.patch.arrays import real
 from touchatlas.patch.frame import DarbouxFrame
 from touchatlas.patch.patch import Patch
 from touchatlas.patch.polynomial import LocalPolynomial
@@ -59,9 +58,9 @@ class Atlas:
     """
 
     def __init__(self, tolerance: float, options: AtlasOptions = AtlasOptions()) -> None:
-        if not 0.0 < real(tolerance) < np.inf:
-            raise ValueError(f"tolerance is {tolerance}; it must be a length > 0")
-        self.tolerance = float(tolerance)
+        if not isinstance(options, AtlasOptions):
+            raise ValueError(f"options are {options!r}; they must be AtlasOptions")
+        self.tolerance = check_tolerance(tolerance)
         self.options = options
         self.table = Table(options.fit.basis, options.fit.core)
         self.kin = Kin()
