@@ -154,7 +154,7 @@ def evaluate(
         tolerance = run["tolerance"] if tolerance is None else tolerance
         seed, surface = run["seed"], surface / "surface.ply"
     elif not surface.is_file():
-        raise ValueError(f"{surface} does not exist; give a mesh file, or the folder of a run")
+        raise ValueError(f"there is no file {surface}; give a mesh file, or the folder of a run")
     if truth is None:
         raise ValueError("no truth was given; name a mesh file or built-in object with --truth")
     vertices, faces, deviation = load_surface(surface)

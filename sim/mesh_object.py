@@ -13,6 +13,8 @@ from touchatlas.sim.triangles import areas_of, face_normals, sample_triangles, t
 _NOISE_SHARE = 2e-4
 _TOLERANCE_SHARE = 1e-3
 _RAY_EXTENT = 1e3
+# Lines in which the counts of an OFF file are, with its comments.
+_HEADER = 50
 # Coordinates beyond these leave double precision in their sixth powers.
 _SMALLEST, _LARGEST = 1e-50, 1e50
 # Vertices are the same that differ by 1e-8 of the unit in which coordinates go up to about this.
@@ -39,10 +41,10 @@ def load_mesh(path):
             f"{path} cannot be read as a mesh: it is cut off, damaged, or no {_kind(path)}; export "
             "it again as PLY or STL"
         ) from None
-    if _is_cut_off(mesh):
+    if _is_cut_off(mesh) or len(faces) < _declared_in_off(path):
         raise ValueError(f"{path} is cut off: it holds less than it declares; export it again")
     if len(faces) == 0:
-        raise ValueError(f"{path} holds no triangles; a whole file of a surface mesh is needed")
+        raise ValueError(f"{path} holds no triangles: it is empty or cut off; give a surface mesh")
     if not np.isfinite(vertices).all():
         raise ValueError(f"{path} holds NaN or infinite vertices; repair the mesh first")
     if faces.min() < 0 or faces.max() >= len(vertices):
@@ -69,6 +71,15 @@ def _is_cut_off(mesh) -> bool:
         for length, data in tables
         if isinstance(data, dict)
     )
+
+
+def _declared_in_off(path: Path) -> int:
+    """The faces that an OFF file says it has, which may be more than trimesh found; 0 for others."""
+    if path.suffix.lower() != ".off":
+        return 0
+    lines = path.read_text(errors="replace").splitlines()
+    words = " ".join(line.partition("#")[0] for line in lines[:_HEADER]).split()
+    return int(words[2]) if len(words) > 2 and words[2].isdigit() else 0
 
 
 def _merged(path: Path, vertices, faces):

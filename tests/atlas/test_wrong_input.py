@@ -2,6 +2,7 @@
 
 from copy import deepcopy
 from dataclasses import replace
+from functools import lru_cache
 
 import networkx as nx
 import numpy as np
@@ -33,8 +34,9 @@ def touch(contours, contact=(0.0, 0.0, 0.0), **changes):
     return Touch(0, contact, UP, contours, **values)
 
 
+@lru_cache
 def begun():
-    return explored("sphere", max_touches=12).atlas
+    return explored("sphere", max_touches=12)
 
 
 @pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
@@ -152,7 +154,7 @@ def test_no_touch_is_learned_again_whatever_became_of_its_patch(name, tmp_path):
 @pytest.mark.parametrize("edge", [0, -1.0, np.nan, np.inf, "x", 1e3])
 def test_an_edge_that_is_no_length_of_the_object_is_refused(edge):
     with pytest.raises(ValueError, match="edge is .*patches span"):
-        extract_surface(begun(), edge)
+        extract_surface(begun().atlas, edge)
 
 
 def test_an_edge_that_would_fill_the_memory_is_refused_and_what_is_advised_is_not():
@@ -174,12 +176,12 @@ def test_edges_as_long_as_patches_make_few_triangles_or_none():
 @pytest.mark.parametrize("points", [[1, 2, 3], [[1, 2]], [[np.nan] * 3], "abc", [], None])
 def test_points_that_are_none_are_refused(points):
     with pytest.raises(ValueError, match="points"):
-        begun().blend(points)
+        begun().atlas.blend(points)
 
 
 @pytest.mark.parametrize("number", ["x", 1.5, 2.0, -1, 10**9, None, True])
 def test_what_is_no_patch_is_a_key_error_in_words(number):
-    atlas = begun()
+    atlas = begun().atlas
     for ask in (
         atlas.patch,
         atlas.split,
@@ -191,7 +193,7 @@ def test_what_is_no_patch_is_a_key_error_in_words(number):
 
 
 def test_a_patch_neither_merges_with_itself_nor_meets_those_far_away():
-    atlas = begun()
+    atlas = begun().atlas
     with pytest.raises(ValueError, match="give two"):
         atlas.merge(1, 1)
     far = next(i for i in atlas.graph if i != 0 and i not in atlas.graph[0])
@@ -301,7 +303,7 @@ def test_what_is_accepted_keeps_an_atlas_sound(kind):
     """Twelve touches of the ball, and all that may be done with them."""
     tolerance, options = EXTREMES[kind]
     atlas = Atlas(tolerance, AtlasOptions(**options))
-    for one in explored("sphere", max_touches=12).touches:
+    for one in begun().touches:
         atlas.add(one)
     atlas.validate()
     for change in (Atlas.settle, Atlas.simplify, Atlas.bridge, Atlas.learn_residuals):
