@@ -24,14 +24,15 @@ def learned_before(atlas: "Atlas", contact, contours: tuple[Contour, ...]) -> bo
     """
     table, learning = atlas.table, atlas.learning
     paths = [contour.points_in_plane for contour in contours]
-    middles = [int(((path - contact) ** 2).sum(axis=1).argmin()) for path in paths]
-    rows, _ = table.index.near(np.array([path[k] for path, k in zip(paths, middles, strict=True)]))
-    about = set(rows.tolist()).union(*(atlas.kin[row] for row in set(rows.tolist())))
-    index = learning.brought_by(sorted(about))
+    away = [((path - contact) ** 2).sum(axis=1) for path in paths]
+    middles = [int(square.argmin()) for square in away]
+    reach = np.sqrt(max(square[k] for square, k in zip(away, middles, strict=True)))
+    rows = table.index.rows_near(contact, float(reach)).tolist()
+    index = learning.brought_by(set(rows).union(*(atlas.kin[row] for row in rows)))
     samples = learning.pool.points
-    near = samples[index]
+    first_of = samples[index, 0]
     for path, middle in zip(paths, middles, strict=True):
-        for first in (index[(near == path[middle]).all(axis=1)] - middle).tolist():
-            if first >= 0 and np.array_equal(samples[first : first + len(path)], path):
+        for start in (index[first_of == path[middle, 0]] - middle).tolist():
+            if start >= 0 and np.array_equal(samples[start : start + len(path)], path):
                 return True
     return False

@@ -1,6 +1,7 @@
 """A triangle mesh as an object to touch: contours are its plane sections."""
 
 from functools import cached_property
+from itertools import islice
 from pathlib import Path
 
 import igl
@@ -74,11 +75,12 @@ def _is_cut_off(mesh) -> bool:
 
 
 def _declared_in_off(path: Path) -> int:
-    """The faces that an OFF file says it has, which may be more than trimesh found; 0 for others."""
+    """The faces that an OFF file says it has: trimesh may have found fewer. 0 for other files."""
     if path.suffix.lower() != ".off":
         return 0
-    lines = path.read_text(errors="replace").splitlines()
-    words = " ".join(line.partition("#")[0] for line in lines[:_HEADER]).split()
+    with open(path, errors="replace") as file:
+        lines = list(islice(file, _HEADER))
+    words = " ".join(line.partition("#")[0] for line in lines).split()
     return int(words[2]) if len(words) > 2 and words[2].isdigit() else 0
 
 
