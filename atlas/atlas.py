@@ -12,12 +12,12 @@ from touchatlas.atlas.creases import Creases
 from touchatlas.atlas.edge_ends import EdgeEnds
 from touchatlas.atlas.folding import fold, follow
 from touchatlas.atlas.frontier import Frontier
-from touchatlas.atlas.insertion import fit_touch, insert
+from touchatlas.atlas.insertion import learn
 from touchatlas.atlas.kin import Kin
 from touchatlas.atlas.learning import Learning, prior_of
 from touchatlas.atlas.merging import merged_fit, replace_by
 from touchatlas.atlas.moments import covariance_of, solve
-from touchatlas.atlas.options import AtlasOptions
+from touchatlas.atlas.options import AtlasOptions, check_tolerance
 from touchatlas.atlas.prediction import half_way_deviation
 from touchatlas.atlas.rough import learn_residuals
 from touchatlas.atlas.simplifying import simplify
@@ -25,15 +25,12 @@ from touchatlas.atlas.splitting import divide, parts_of
 from touchatlas.atlas.table import Table
 from touchatlas.atlas.texture import Texture
 from touchatlas.atlas.tiling import Tiling, Triple
-from touchatlas.atlas.touch import Touch, TouchStatus
+from touchatlas.atlas.touch import Touch
 from touchatlas.atlas.validation import violations
 from touchatlas.patch.frame import DarbouxFrame
 from touchatlas.patch.patch import Patch
 from touchatlas.patch.polynomial import LocalPolynomial
 from touchatlas.patch.smoothness import SmoothnessPrior, leftover
-from touchatlas.patch.start import UnfitError
-
-LEAST_POINTS, LEAST_CONTOURS = 5, 3
 
 
 class Atlas:
@@ -61,9 +58,9 @@ class Atlas:
     """
 
     def __init__(self, tolerance: float, options: AtlasOptions = AtlasOptions()) -> None:
-        if not (np.isfinite(tolerance) and tolerance > 0):
-            raise ValueError(f"tolerance is {tolerance}; it must be a length > 0")
-        self.tolerance = float(tolerance)
+        if not isinstance(options, AtlasOptions):
+            raise ValueError(f"options are {options!r}; they must be AtlasOptions")
+        self.tolerance = check_tolerance(tolerance)
         self.options = options
         self.table = Table(options.fit.basis, options.fit.core)
         self.kin = Kin()
@@ -80,10 +77,12 @@ class Atlas:
 
     @property
     def graph(self) -> nx.Graph:
-        """Nodes are patch ids (see ``patch``); edges carry a ``boundary`` (Boundary)."""
+        """Nodes are patch ids (see ``patch``); edges carry a ``boundary`` (Boundary). To be read:
+        networkx refuses to change it, but its ``copy()``."""
         if not self.creases:
-            return self.tiling.graph
-        return folded_graph(self.table, self.kin, self.creases, self.tiling, self.corners)
+            return self.tiling.graph.copy(as_view=True)
+        table, kin = self.table, self.kin
+        return nx.freeze(folded_graph(table, kin, self.creases, self.tiling, self.corners))
 
     @property
     def corners(self) -> dict[Triple, np.ndarray]:
@@ -139,9 +138,11 @@ class Atlas:
             float(leftover(table.basis, table.turn[i])),
         )
 
-    def _check(self, patch_id: int) -> None:
-        if not (0 <= patch_id < self.table.size and self.table.alive[patch_id]):
-            raise KeyError(f"no patch {patch_id}; the nodes of the graph are the ids in use")
+    def _check(self, *patch_ids: int) -> None:
+        for i in patch_ids:
+            whole = isinstance(i, int | np.integer) and not isinstance(i, bool)
+            if not (whole and i in self.table.index):
+                raise KeyError(f"no patch {i!r}; the nodes of the graph are the ids in use")
 
     def blend(self, points) -> Blend:
         """Signed distance, normal, deviation and curvature at world points (n, 3)."""
@@ -157,8 +158,12 @@ class Atlas:
         return half_way_deviation(self.table, self.table.rows) if len(self) else float("inf")
 
     def boundary(self, first: int, second: int) -> Boundary:
-        """The boundary of two patches that meet."""
-        return self.graph.edges[first, second]["boundary"]
+        """The boundary of two patches that meet; KeyError where they do not."""
+        self._check(first, second)
+        beside = self.graph[first]
+        if second not in beside:
+            raise KeyError(f"patches {first} and {second} do not meet; {first} meets {[*beside]}")
+        return beside[second]["boundary"]
 
     def add(self, touch: Touch) -> AtlasChange:
         """Learn one touch: a new patch, better neighbours, new boundaries, a new frontier.
@@ -167,22 +172,16 @@ class Atlas:
         -------
         AtlasChange
             With ``refused`` set, and nothing changed, when the contours are too few or too
-            short for a patch.
+            short for a patch, or one of them was learned before.
+
+        Raises
+        ------
+        ValueError
+            What is no Touch, or an approach tangent to the surface; nothing is changed.
         """
+        change = learn(self, touch)
         self.touches += 1
-        if touch.status is not TouchStatus.TOUCHED:
-            return AtlasChange(refused=f"the probe reported: {touch.status.value}")
-        contours = tuple(c for c in touch.contours if len(c.points) >= LEAST_POINTS)
-        if len(contours) < LEAST_CONTOURS:
-            return AtlasChange(
-                refused=f"{len(contours)} contours have {LEAST_POINTS} points or more; a patch "
-                f"needs {LEAST_CONTOURS}: sample more finely"
-            )
-        try:
-            fit = fit_touch(self, touch, contours)
-        except UnfitError as error:
-            return AtlasChange(refused=str(error))
-        return insert(self, fit, contours)
+        return change
 
     def enter(self, row: int, kin: list[int]) -> None:
         """Make a row of the table a node, kin to others."""
@@ -220,8 +219,9 @@ class Atlas:
     def merge(self, first: int, second: int) -> AtlasChange:
         """One patch in the place of two that meet, and of all that it covers, when one polynomial
         holds their samples within the noise; refused otherwise."""
-        self._check(first)
-        self._check(second)
+        self._check(first, second)
+        if first == second:
+            raise ValueError(f"both patches are {first}; give two that meet")
         if second not in self.kin[first]:
             return AtlasChange(refused=f"patches {first} and {second} are not of one sheet")
         fit = merged_fit(self, first, second)
@@ -253,8 +253,7 @@ class Atlas:
 
     def euler_characteristic(self) -> int:
         """V - E + F of the patch graph: patches, boundaries and corners."""
-        graph = self.graph
-        return len(graph) - graph.number_of_edges() + len(self.corners)
+        return len(self) - self.graph.number_of_edges() + len(self.corners)
 
     def learn_residuals(self) -> int:
         """Detail finer than the patches, where the evidence asks for it; how many have it.

@@ -45,9 +45,9 @@ class Subdivision:
         along = np.arange(self._count - 1)
         on_edges = np.where(self._backward[..., None], along[::-1], along)
         on_edges = self._size + on_edges * edges + self._sides[..., None]
-        inside = np.arange(len(inner) * count).reshape(-1, count).T
+        inside = np.arange(len(inner) * count).reshape(len(inner), count).T
         inside = self._size + len(along) * edges + inside
-        parts = self._old, on_edges.reshape(count, -1), inside
+        parts = self._old, on_edges.reshape(count, 3 * len(along)), inside
         return np.concatenate(parts, axis=1).take(template.ravel(), axis=1).reshape(-1, 3)
 
     def linear(self, values) -> np.ndarray:

@@ -11,10 +11,12 @@ from touchatlas.atlas.crease_search import find_creases
 from touchatlas.atlas.creases import Crease
 from touchatlas.atlas.folding import fold, kin_beside, part
 from touchatlas.atlas.merging import remove_hidden
-from touchatlas.atlas.touch import Touch
+from touchatlas.atlas.repetition import learned_before
+from touchatlas.atlas.touch import LEAST_POINTS, Touch, TouchStatus
 from touchatlas.patch.contour import Contour, ContourEnd
 from touchatlas.patch.fit import PatchFit, fit_patch
 from touchatlas.patch.section import contour_normals
+from touchatlas.patch.start import UnfitError
 
 if TYPE_CHECKING:
     from touchatlas.atlas.atlas import Atlas
@@ -25,6 +27,31 @@ if TYPE_CHECKING:
 _POINT = 10.0
 # A core ends this share of the way to where it would take an earlier centre.
 _CLEAR = 0.99
+LEAST_CONTOURS = 3
+
+
+def learn(atlas: "Atlas", touch: Touch) -> AtlasChange:
+    """Learn one touch, or refuse it in words."""
+    if not isinstance(touch, Touch):
+        raise ValueError(f"got {type(touch).__name__}; give a Touch, as a probe brings back")
+    if touch.status is not TouchStatus.TOUCHED:
+        return AtlasChange(refused=f"the probe reported: {touch.status.value}")
+    contours = tuple(c for c in touch.contours if len(c.points) >= LEAST_POINTS)
+    if len(contours) < LEAST_CONTOURS:
+        return AtlasChange(
+            refused=f"{len(contours)} contours have {LEAST_POINTS} points or more; a patch "
+            f"needs {LEAST_CONTOURS}: sample more finely"
+        )
+    if learned_before(atlas, touch.contact, contours):
+        return AtlasChange(
+            refused=f"a contour of touch {touch.number} was learned before, point for point; give "
+            "each once: twice it would pass for more than it tells"
+        )
+    try:
+        fit = fit_touch(atlas, touch, contours)
+    except UnfitError as error:
+        return AtlasChange(refused=str(error))
+    return insert(atlas, fit, contours)
 
 
 def fit_touch(atlas: "Atlas", touch: Touch, contours) -> PatchFit:

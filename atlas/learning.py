@@ -115,7 +115,7 @@ class Learning:
 
         Notes
         -----
-        Rows that no polynomial fits stay as they are.
+        Rows that no polynomial fits, or none that faces any sample, stay as they are.
         """
         counts = np.array([len(index) for index in offered], int)
         order = np.argsort(counts, kind="stable")
@@ -126,7 +126,20 @@ class Learning:
             fits = self._fits(mine, index, bias, prior, options)
             good = [i for i, fit in enumerate(fits) if fit is not None]
             if good:
-                self.settle(mine[good], [fits[i] for i in good], index.only(good))
+                some = mine[good]
+                before = [(self._table.copy_of(row), self.members[row]) for row in some.tolist()]
+                self.settle(some, [fits[i] for i in good], index.only(good))
+                self._take_back(some, before)
+
+    def _take_back(self, rows, before) -> None:
+        """Rows that know no sample any more are again what they were."""
+        lost = [row for row in rows.tolist() if not len(self.members[row])]
+        for row, (values, members) in zip(rows.tolist(), before, strict=True):
+            if row in lost:
+                self._table.put_back(row, values)
+                self.members[row] = members
+        if lost:
+            solve(self._table, np.array(lost))
 
     def _fits(self, rows, offer: "Offer", bias, prior, options) -> list[PatchFit | None]:
         """The patches in the place of rows that offered samples make; None where they make none."""

@@ -6,6 +6,7 @@ from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.kin import Kin, are_kin
 from touchatlas.atlas.table import Table
 from touchatlas.atlas.voices import distances
+from touchatlas.patch.arrays import real
 
 # Height of the arc over its chord that the triangles may have, in tolerances.
 _SAGITTA = 0.02
@@ -16,6 +17,9 @@ _CURVATURE_QUANTILE = 0.9
 _MOST, _SHARE = 6, 0.5
 # Triangles along a crease, over its length.
 _CREASE_SHARE = 0.125
+# Memory that a triangle takes while a surface is made, as measured: without and with creases,
+# which bear no large cubes. And what a surface may take: more is a mistake, or no computer's.
+_BYTES, _BYTES_CREASED, _MOST_BYTES = 100.0, 1200.0, 2.0**34
 # Cosine of normals below which two sheets turn their backs to each other.
 OPPOSED = -0.5
 
@@ -37,6 +41,36 @@ def resolution(atlas: Atlas, deviation: float | None = None) -> float:
     chord = np.sqrt(8.0 * sagitta / max(curvature, np.finfo(float).tiny))
     core = table.core * table.radius[rows].min()
     return float(min(chord, 0.5 * core, _CREASE_SHARE * atlas.creases.usual_length()))
+
+
+def check_edge(atlas: Atlas, edge: float) -> float:
+    """The edge of the triangles, if a surface of them can be made.
+
+    Raises
+    ------
+    ValueError
+        No length, longer than all patches together, or so short that the triangles would fill
+        the memory. Equilateral ones are counted on the area of all cores, which overlap: about
+        half of them come to be.
+    """
+    table, rows = atlas.table, atlas.table.rows
+    radius = table.radius[rows, None]
+    high, low = (table.origin[rows] + radius).max(0), (table.origin[rows] - radius).min(0)
+    most = float((high - low).max())
+    if not 0.0 < real(edge) <= most:
+        raise ValueError(
+            f"edge is {edge}; it must be a length > 0 and no more than the {most:.4g} that the "
+            "patches span: leave it out for a fitting one"
+        )
+    area = np.pi * table.power[rows].sum()
+    need = (_BYTES_CREASED if atlas.creases else _BYTES) * area / (0.25 * np.sqrt(3.0))
+    least = float(np.sqrt(need / _MOST_BYTES))
+    if edge < least:
+        raise ValueError(
+            f"edge is {edge:.4g}: triangles so small would take more than "
+            f"{_MOST_BYTES / 2**30:.0f} GB of memory; give one of {1.1 * least:.2g} or more"
+        )
+    return float(edge)
 
 
 def usual_deviation(atlas: Atlas, before: float = np.inf) -> float:

@@ -75,7 +75,10 @@ def load_atlas(path) -> Atlas:
         When the file is missing, cut off, altered, or of a later format.
     """
     try:
-        with np.load(io.BytesIO(Path(path).read_bytes()), allow_pickle=False) as file:
+        data = io.BytesIO(Path(path).read_bytes())
+        if not zipfile.is_zipfile(data):
+            raise zipfile.BadZipFile("it has no end")
+        with np.load(data, allow_pickle=False) as file:
             arrays = {name: file[name] for name in file.files}
         header = json.loads(arrays["header"].tobytes())
     except FileNotFoundError:
@@ -258,6 +261,7 @@ def write_whole(path, data: bytes) -> None:
             file.flush()
             os.fsync(file.fileno())
         os.replace(part, path)
-    except OSError:
+    except OSError as error:
         part.unlink(missing_ok=True)
+        error.filename = str(path)
         raise

@@ -15,7 +15,13 @@ from touchatlas.atlas.band import REACH
 from touchatlas.atlas.blend import blend
 from touchatlas.atlas.curved_triangles import Subdivision
 from touchatlas.atlas.kin import Kin
-from touchatlas.atlas.resolution import OPPOSED, cube_edge, resolution, usual_deviation
+from touchatlas.atlas.resolution import (
+    OPPOSED,
+    check_edge,
+    cube_edge,
+    resolution,
+    usual_deviation,
+)
 from touchatlas.atlas.sharpen import sharpen
 from touchatlas.atlas.skin import Skin, grow_skin, renew_skin
 from touchatlas.atlas.table import Table
@@ -75,7 +81,7 @@ def extract_surface(atlas: Atlas, edge: float | None = None) -> Surface:
     Raises
     ------
     ValueError
-        When the atlas has no patch.
+        When the atlas has no patch, or the edge is no length or absurdly short.
     """
     return grow_surface(atlas, edge).surface
 
@@ -106,7 +112,7 @@ def grow_surface(atlas: Atlas, edge: float | None = None) -> GrownSurface:
     if not len(atlas.table.index):
         raise ValueError("the atlas has no patch yet; add a touch with three contours first")
     deviation = usual_deviation(atlas) if edge is None else np.inf
-    edge = resolution(atlas, deviation) if edge is None else edge
+    edge = check_edge(atlas, resolution(atlas, deviation) if edge is None else edge)
     table, kin = atlas.table, atlas.kin
     skin = grow_skin(table, kin, cube_edge(table, kin, edge))
     surface = smooth_surface(atlas, skin, round(skin.edge / edge))

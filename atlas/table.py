@@ -130,6 +130,18 @@ class Table:
             self._columns[name][row] = value
         self._count_length(row, 1.0)
 
+    def copy_of(self, row: int) -> dict[str, np.ndarray]:
+        """The numbers of a row, for ``put_back``."""
+        return {name: column[row].copy() for name, column in self._columns.items()}
+
+    def put_back(self, row: int, values: dict[str, np.ndarray]) -> None:
+        """Give a row the numbers that it had."""
+        self._count_length(row, -1.0)
+        self.index.move(row, values["origin"], float(values["radius"]))
+        for name, value in values.items():
+            self._columns[name][row] = value
+        self._count_length(row, 1.0)
+
     def _count_length(self, row: int, sign: float) -> None:
         """Enter the feature length of a row into the sums, or take it out."""
         if self.turn[row] > 0.0:

@@ -5,8 +5,14 @@ from enum import Enum
 
 import numpy as np
 
-from touchatlas.patch.arrays import check_unit, frozen_array
+from touchatlas.patch.arrays import check_unit, frozen_array, real
 from touchatlas.patch.contour import Contour
+
+# Contours with fewer points are left out.
+LEAST_POINTS = 5
+# A contour runs through the contact when it comes nearer than this share of the longest contour's
+# length, half an arm, or than this many deviations of its noise.
+_ASTRAY, _NOISE = 0.25, 10.0
 
 
 class TouchStatus(Enum):
@@ -26,8 +32,8 @@ class Touch:
     number : int
         Number of the ProbePlan that was carried out.
     contact : (3,) float, length, world
-        Where the probe met the surface, as measured; the planned reference point
-        when it met none.
+        Where the probe met the surface, as measured: on or near every contour. The planned
+        reference point when it met none.
     approach : (3,) float, unit, world
         From the surface toward where the probe came from: an outward direction.
     contours : tuple of Contour
@@ -48,4 +54,37 @@ class Touch:
     def __post_init__(self) -> None:
         object.__setattr__(self, "contact", frozen_array(self.contact, (3,), "contact"))
         object.__setattr__(self, "approach", check_unit(self.approach, "approach"))
+        if not isinstance(self.status, TouchStatus):
+            raise ValueError(f"status is {self.status!r}; it must be a TouchStatus")
+        for name in ("tracked_length", "travel_length"):
+            if not 0.0 <= real(getattr(self, name)) < np.inf:
+                raise ValueError(f"{name} is {getattr(self, name)}; it must be a length >= 0")
+        if not (
+            isinstance(self.contours, tuple | list)
+            and all(isinstance(contour, Contour) for contour in self.contours)
+        ):
+            raise ValueError(
+                f"contours are of type {type(self.contours).__name__}, or not all Contours; they "
+                "must be a tuple of Contour"
+            )
         object.__setattr__(self, "contours", tuple(self.contours))
+        self._check_contact()
+
+    def _check_contact(self) -> None:
+        """Refuse contours of another place, or of another frame."""
+        long = [contour for contour in self.contours if len(contour.points) >= LEAST_POINTS]
+        length = max((_length(contour.points) for contour in long), default=0.0)
+        for contour in long:
+            away = float(np.sqrt(((contour.points - self.contact) ** 2).sum(axis=1).min()))
+            if away > max(_ASTRAY * length, _NOISE * contour.noise_std):
+                raise ValueError(
+                    f"a contour passes {away:.4g} away from the contact, but the longest is only "
+                    f"{length:.4g} long; give the contact that they were tracked through, in the "
+                    "same frame and unit"
+                )
+
+
+def _length(points) -> float:
+    """Twice the largest distance of points (n, 3) from their mean."""
+    offset = points - points.mean(axis=0)
+    return 2.0 * float(np.sqrt((offset * offset).sum(axis=1).max()))

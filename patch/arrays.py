@@ -1,13 +1,28 @@
 """Checked read-only arrays: the one gate through which a caller's numbers enter a record."""
 
+import reprlib
+from numbers import Real
+
 import numpy as np
 
 _UNIT_TOLERANCE = 1e-6
 
 
+def real(value) -> float:
+    """One real number as a float; NaN for all that is none, so that no comparison lets it pass.
+
+    >>> real(2), real("2"), real(True), real([2.0])
+    (2.0, nan, nan, nan)
+    """
+    if not isinstance(value, Real | np.ndarray):
+        return np.nan
+    array = np.asarray(value)
+    return float(array) if array.ndim == 0 and array.dtype.kind in "iuf" else np.nan
+
+
 def frozen_array(values, shape: tuple[int | None, ...], name: str) -> np.ndarray:
     """Read-only float copy of ``values``, of the given shape (None: any size), all finite."""
-    array = np.array(values, dtype=float)
+    array = _floats(values, name)
     if array.ndim != len(shape) or any(
         want is not None and got != want for got, want in zip(array.shape, shape, strict=True)
     ):
@@ -17,6 +32,18 @@ def frozen_array(values, shape: tuple[int | None, ...], name: str) -> np.ndarray
         raise ValueError(f"{name} holds NaN or infinity; remove those rows first")
     array.flags.writeable = False
     return array
+
+
+def _floats(values, name: str) -> np.ndarray:
+    """A copy of ``values`` as floats."""
+    try:
+        if np.iscomplexobj(values):
+            raise TypeError
+        return np.array(values, dtype=float)
+    except (TypeError, ValueError):
+        raise ValueError(
+            f"{name} is {reprlib.repr(values)}; real numbers are needed, in rows of equal length"
+        ) from None
 
 
 def check_points(values, name: str) -> np.ndarray:

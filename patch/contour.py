@@ -6,7 +6,14 @@ from functools import cached_property
 
 import numpy as np
 
-from touchatlas.patch.arrays import check_points, check_unit, frozen_array
+from touchatlas.patch.arrays import check_points, check_unit, frozen_array, real
+
+# Half the points of a contour may be farther from its plane than this share of how far half of
+# them are from their middle: the sine of 30 degrees. A straight curve that runs at a wider angle
+# is nearer to the next of three planes, 60 degrees apart.
+_ASTRAY = 0.5
+# Or than this many deviations of the noise, or this share of the coordinates: their rounding.
+_NOISE, _ROUNDING = 5.0, 1e-12
 
 
 class ContourEnd(Enum):
@@ -47,7 +54,7 @@ class Contour:
     Parameters
     ----------
     points : (n, 3) float, length, world
-        In order of travel.
+        In order of travel, near the plane: half of them at least.
     plane : SamplingPlane
     noise_std : float, length, >= 0
         Standard deviation of each coordinate of each point.
@@ -62,8 +69,29 @@ class Contour:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "points", check_points(self.points, "contour points"))
-        if not (np.isfinite(self.noise_std) and self.noise_std >= 0):
+        if not 0.0 <= real(self.noise_std) < np.inf:
             raise ValueError(f"noise_std is {self.noise_std}; it must be a length >= 0")
+        if not isinstance(self.plane, SamplingPlane):
+            raise ValueError(f"plane is {self.plane!r}; it must be a SamplingPlane")
+        pair = isinstance(self.ends, tuple | list) and len(self.ends) == 2
+        if not (pair and all(isinstance(end, ContourEnd) for end in self.ends)):
+            raise ValueError(f"ends are {self.ends!r}; they must be a pair of ContourEnd")
+        self._check_in_plane()
+
+    def _check_in_plane(self) -> None:
+        """Refuse the points of another plane, or of another frame. Medians are taken: single bad
+        contacts are the world's, and the fit finds them."""
+        offset = self.points - self.plane.point
+        off = float(np.median(np.abs(offset @ self.plane.normal)))
+        from_middle = self.points - np.median(self.points, axis=0)
+        size = float(np.median(np.sqrt((from_middle * from_middle).sum(axis=1))))
+        rounding = _ROUNDING * max(np.abs(self.points).max(), np.abs(self.plane.point).max())
+        if off > max(_ASTRAY * size, _NOISE * self.noise_std) + rounding:
+            raise ValueError(
+                f"half of the contour points are {off:.4g} or more off their sampling plane, but "
+                f"no more than {size:.4g} from their middle; give the plane that they were tracked "
+                "in, in the same frame and unit"
+            )
 
     @cached_property
     def points_in_plane(self) -> np.ndarray:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from touchatlas.patch.arrays import frozen_array
+from touchatlas.patch.arrays import frozen_array, real
 from touchatlas.patch.choice import candidates_of
 from touchatlas.patch.contacts import without_bad_contacts
 from touchatlas.patch.contour import Contour
@@ -26,6 +26,9 @@ from touchatlas.patch.start import Stack, UnfitError, start_stack
 
 # Share of the bias that is borne that counts as noise.
 BORNE = 0.25
+# The number of terms, 251 of this degree, grows with its cube, and time with the square of that:
+# a touch takes 100 times as long as of degree 4.
+_MOST_DEGREE = 12
 
 
 @dataclass(frozen=True)
@@ -35,7 +38,7 @@ class FitOptions:
     Parameters
     ----------
     degree : int
-        Of the polynomial; what is tried first when ``adaptive``.
+        Of the polynomial, 2 to 12; what is tried first when ``adaptive``.
     height_only : bool
         A Monge polynomial, without terms in z.
     adaptive : bool
@@ -51,10 +54,15 @@ class FitOptions:
 
     def __post_init__(self) -> None:
         whole = isinstance(self.degree, int | np.integer)
-        if not (whole and self.degree >= 2 and 0 < self.core <= 1):
+        if not (whole and 2 <= self.degree <= _MOST_DEGREE and 0 < real(self.core) <= 1):
             raise ValueError(
-                f"degree, core are {self.degree}, {self.core}; "
-                "they must be an integer >= 2 and a share in (0, 1]"
+                f"degree, core are {self.degree}, {self.core}; they must be an integer >= 2, "
+                f"{_MOST_DEGREE} at most, and a share in (0, 1]"
+            )
+        if not all(isinstance(x, bool | np.bool_) for x in (self.height_only, self.adaptive)):
+            raise ValueError(
+                f"height_only, adaptive are {self.height_only!r}, {self.adaptive!r}; they must be "
+                "True or False"
             )
 
     @property

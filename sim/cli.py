@@ -144,7 +144,7 @@ def evaluate(
     with late_interrupt():
         from touchatlas.sim.evaluate import evaluate_surface, load_surface
         from touchatlas.sim.objects import make_object
-        from touchatlas.sim.run import random_streams, truth_of
+        from touchatlas.sim.run import check_tolerance, random_streams, truth_of
         from touchatlas.sim.run_folder import read_settings
 
     seed = 0
@@ -153,11 +153,14 @@ def evaluate(
         truth = run["object"] if truth is None else truth
         tolerance = run["tolerance"] if tolerance is None else tolerance
         seed, surface = run["seed"], surface / "surface.ply"
+    elif not surface.is_file():
+        raise ValueError(f"there is no file {surface}; give a mesh file, or the folder of a run")
     if truth is None:
         raise ValueError("no truth was given; name a mesh file or built-in object with --truth")
     vertices, faces, deviation = load_surface(surface)
     obj = make_object(truth, seed)
     tolerance = obj.tolerance if tolerance is None else tolerance
+    check_tolerance(tolerance, obj.diagonal)
     rng = random_streams(seed)[1]
     found = evaluate_surface(
         vertices, faces, truth_of(obj, tolerance, rng), tolerance, rng, deviation

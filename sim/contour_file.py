@@ -11,8 +11,8 @@ LEAST_POINTS = 5
 _COLUMNS, _NORMAL = ("curve", "x", "y", "z"), ("nx", "ny", "nz")
 _WANTED = "the columns curve, x, y, z (and nx, ny, nz if known) in its first line, comma-separated"
 _SAME_PLANE = np.cos(np.deg2rad(2.0))
-# Beyond these, squares leave the range of double precision.
-_SMALLEST, _LARGEST = 1e-100, 1e100
+# Beyond these, sixth powers leave the range of double precision.
+_SMALLEST, _LARGEST = 1e-50, 1e50
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +52,7 @@ def read_curves(path) -> tuple[list[Curve], bool]:
     if not (span > _SMALLEST and np.abs(everything).max() < _LARGEST):
         raise ValueError(
             f"{path} has points that span {span:.3g}; that is no size that double precision can "
-            "square: use another unit"
+            "take powers of: use another unit"
         )
     return curves, repeated
 

@@ -185,7 +185,7 @@ def fit_file(path, method="map", noise=None, point=None, outward=None) -> FitRep
         raise ValueError(f"there is no method {method!r}; {hint}")
     curves, repeated = read_curves(path)
     recording = prepare(curves, noise, point)
-    side = _outer_side(recording) if outward is None else np.asarray(outward, dtype=float)
+    side = _outer_side(recording) if outward is None else _shortened(outward)
     patch, outliers = _fit(method, recording, side)
     if patch.count < _LEAST_COUNT:
         raise ValueError(
@@ -203,6 +203,12 @@ def fit_file(path, method="map", noise=None, point=None, outward=None) -> FitRep
     residual = _residual_rms(patch, recording)
     flags += _doubts(patch, outliers, residual, recording, noise is None)
     return FitReport(Path(path).name, method, recording, patch, outliers, tuple(flags), residual)
+
+
+def _shortened(vector) -> np.ndarray:
+    """(3,) a direction by components of one at most."""
+    vector = np.asarray(vector, dtype=float)
+    return vector / max(float(np.abs(vector).max()), np.finfo(float).tiny)
 
 
 def _fit(method: str, recording: Recording, outward) -> tuple[Patch, int]:

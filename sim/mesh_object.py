@@ -1,6 +1,7 @@
 """A triangle mesh as an object to touch: contours are its plane sections."""
 
 from functools import cached_property
+from itertools import islice
 from pathlib import Path
 
 import igl
@@ -13,6 +14,12 @@ from touchatlas.sim.triangles import areas_of, face_normals, sample_triangles, t
 _NOISE_SHARE = 2e-4
 _TOLERANCE_SHARE = 1e-3
 _RAY_EXTENT = 1e3
+# Lines in which the counts of an OFF file are, with its comments.
+_HEADER = 50
+# Coordinates beyond these leave double precision in their sixth powers.
+_SMALLEST, _LARGEST = 1e-50, 1e50
+# Vertices are the same that differ by 1e-8 of the unit in which coordinates go up to about this.
+_USUAL_SPAN = 64.0
 
 
 def load_mesh(path):
@@ -21,7 +28,7 @@ def load_mesh(path):
     Raises
     ------
     ValueError
-        In one sentence: missing or unreadable file, no triangles, NaN, no extent.
+        In one sentence: missing, unreadable or cut-off file, no triangles, NaN, no extent.
     """
     path = Path(path)
     if not path.is_file():
@@ -29,21 +36,67 @@ def load_mesh(path):
     try:
         mesh = trimesh.load(path, force="mesh", process=False)
         vertices, faces = np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int64)
-    except Exception as error:
+    except Exception:
+        # What trimesh and numpy say of a broken file names no cause.
         raise ValueError(
-            f"{path} cannot be read as a mesh ({error}); export it again as PLY or STL"
+            f"{path} cannot be read as a mesh: it is cut off, damaged, or no {_kind(path)}; export "
+            "it again as PLY or STL"
         ) from None
+    if _is_cut_off(mesh) or len(faces) < _declared_in_off(path):
+        raise ValueError(f"{path} is cut off: it holds less than it declares; export it again")
     if len(faces) == 0:
-        raise ValueError(f"{path} holds no triangles; a surface mesh is needed")
+        raise ValueError(f"{path} holds no triangles: it is empty or cut off; give a surface mesh")
     if not np.isfinite(vertices).all():
         raise ValueError(f"{path} holds NaN or infinite vertices; repair the mesh first")
-    merged = trimesh.Trimesh(vertices, faces, process=False)
-    merged.merge_vertices(merge_norm=True, merge_tex=True)
-    vertices, faces = np.asarray(merged.vertices, float), np.asarray(merged.faces, np.int64)
+    if faces.min() < 0 or faces.max() >= len(vertices):
+        raise ValueError(f"{path} has faces that name vertices it does not have; export it again")
+    vertices, faces = _merged(path, vertices, faces)
     faces = faces[areas_of(vertices, faces) > 0.0]
     if len(faces) == 0:
         raise ValueError(f"{path} has no extent: all its triangles have zero area")
     return vertices, faces
+
+
+def _kind(path: Path) -> str:
+    """What a file should be by its name."""
+    known = path.suffix.lower().lstrip(".") in trimesh.available_formats()
+    return f"{path.suffix[1:].upper()} file" if known else "file of a known ending"
+
+
+def _is_cut_off(mesh) -> bool:
+    """Whether a text PLY has fewer lines than its header says: trimesh takes what is there."""
+    parts = mesh.metadata.get("_ply_raw", {}).values()
+    tables = [(part.get("length", 0), part.get("data")) for part in parts]
+    return any(
+        length > min(map(len, data.values()), default=0)
+        for length, data in tables
+        if isinstance(data, dict)
+    )
+
+
+def _declared_in_off(path: Path) -> int:
+    """The faces that an OFF file says it has: trimesh may have found fewer. 0 for other files."""
+    if path.suffix.lower() != ".off":
+        return 0
+    with open(path, errors="replace") as file:
+        lines = list(islice(file, _HEADER))
+    words = " ".join(line.partition("#")[0] for line in lines).split()
+    return int(words[2]) if len(words) > 2 and words[2].isdigit() else 0
+
+
+def _merged(path: Path, vertices, faces):
+    """Vertices and faces with equal vertices merged, in any unit: trimesh compares decimals."""
+    span = float(np.abs(vertices[faces].reshape(-1, 3)).max())
+    if not _SMALLEST < span < _LARGEST:
+        raise ValueError(
+            f"{path} has coordinates up to {span:.3g}; that is no size that double precision can "
+            "take powers of: use another unit"
+        )
+    # By a power of two, which rounds nothing; 1 for hand-sized objects in millimetres.
+    unit = 2.0 ** np.round(np.log2(span / _USUAL_SPAN))
+    mesh = trimesh.Trimesh(vertices / unit, faces, process=False)
+    mesh.merge_vertices(merge_norm=True, merge_tex=True)
+    return unit * np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int64)
 
 
 class MeshObject:

@@ -103,10 +103,10 @@ def make_object(name: str, seed: int = 0) -> ImplicitObject | MeshObject:
         return _CATALOGUE[name](seed)
     if not Path(name).is_file():
         near = difflib.get_close_matches(name, object_names(), 1)
-        hint = f"did you mean {near[0]}?" if near else "see touchatlas objects"
+        hint = f"; did you mean {near[0]}?" if near else "; give one of these, or a file"
         raise ValueError(
-            f"{name!r} is neither a built-in object nor a mesh file; {hint} "
-            f"Built in are {', '.join(object_names())}."
+            f"{name!r} is neither a mesh file nor a built-in object ({', '.join(object_names())})"
+            f"{hint}"
         )
     obj = MeshObject(Path(name).stem, *load_mesh(name))
     obj.source = str(Path(name).resolve())

@@ -22,7 +22,10 @@ def exit_code(command: Callable[[], int | None]) -> int:
         # None when it was closed before we began.
         if sys.stdout is not None:
             sys.stdout.flush()
-    except (ValueError, CycloptsError) as error:
+    except CycloptsError as error:
+        command_line = " ".join(("touchatlas", *(error.command_chain or ())))
+        code = complain(f"{str(error).rstrip('.')}; see {command_line} --help", USER)
+    except ValueError as error:
         code = complain(str(error), USER)
     except BrokenPipeError:
         # The reader has what it wanted; what is left in the buffer goes nowhere.

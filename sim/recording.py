@@ -71,6 +71,12 @@ def prepare(curves: list[Curve], noise: float | None = None, point=None) -> Reco
         raise ValueError(f"noise is {noise}; give a length >= 0, or leave it out to estimate it")
     long = [curve for curve in curves if curve.name and len(curve.points) >= LEAST_POINTS]
     _check_count(long, curves, "")
+    span = max(float(np.ptp(curve.points, axis=0).max()) for curve in long)
+    if noise is not None and noise > span:
+        raise ValueError(
+            f"noise is {noise:g}, but the curves are only {span:.4g} long; give a smaller one, or "
+            "leave it out to estimate it"
+        )
     point = _meeting(long) if point is None else _checked(point, long)
     arcs = [(curve, *near_arc(curve.points, point)) for curve in long]
     arcs = [arc for arc in arcs if len(arc[1]) >= LEAST_POINTS]
@@ -183,7 +189,8 @@ def _near_contacts(point, contours, rest) -> np.ndarray:
 def _checked(point, curves) -> np.ndarray:
     """A reference point that the user gave, near the curves."""
     samples = np.concatenate([curve.points for curve in curves])
-    away = float(np.sqrt(((samples - point) ** 2).sum(axis=1).min()))
+    # Of numbers as large as they may be, too.
+    away = float(np.hypot.reduce(samples - point, axis=1).min())
     size = min(float(np.ptp(curve.points, axis=0).max()) for curve in curves)
     if not away <= _ASTRAY * size:
         raise ValueError(

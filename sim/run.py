@@ -29,6 +29,8 @@ from touchatlas.sim.run_folder import create_folder, write_settings
 _TRUTH_SAGITTA = 0.01
 # In tolerances; a surface would be spread over so many of them that its grid has no end.
 _NOISIEST = 1000
+# Of an object's diagonal: rounding of its points, with three digits of slack.
+_FINEST = 1e-12
 # The true progress is looked at at this many points.
 _LOOK_POINTS = 2000
 
@@ -129,13 +131,24 @@ def run_exploration(
     return Result(atlas, surface, numbers, stopped)
 
 
-def _check_scale(noise: float, tolerance: float, diagonal: float) -> None:
-    """Refuse what no surface can come of, before a file is written."""
+def check_tolerance(tolerance: float, diagonal: float) -> None:
+    """ValueError for what is no tolerance for an object of a size."""
+    _check("tolerance", tolerance)
     if tolerance > diagonal:
         raise ValueError(
             f"tolerance is {tolerance:g}, but the object is only {diagonal:.4g} across; "
             "give a smaller --tolerance"
         )
+    if tolerance < _FINEST * diagonal:
+        raise ValueError(
+            f"tolerance is {tolerance:g}, but an object {diagonal:.4g} across has coordinates that "
+            f"are rounded; give a --tolerance of {_FINEST * diagonal:.2g} or more"
+        )
+
+
+def _check_scale(noise: float, tolerance: float, diagonal: float) -> None:
+    """Refuse what no surface can come of, before a file is written."""
+    check_tolerance(tolerance, diagonal)
     if noise > _NOISIEST * tolerance:
         raise ValueError(
             f"noise is {noise:g}, more than {_NOISIEST} times the tolerance {tolerance:g}; "

@@ -1,6 +1,6 @@
 """Atlases of built-in objects, explored once each and shared by the tests."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -38,6 +38,15 @@ def explored(name: str, scale: float = 1.0, max_touches: int | None = None) -> E
     if max_touches is None:
         return _whole(name, scale)
     return _explore(name, scale, max_touches)
+
+
+def touched_again(touch: Touch, rng) -> Touch:
+    """The same place touched again: every point moved by its noise."""
+    contours = tuple(
+        replace(c, points=c.points + c.noise_std * rng.normal(size=c.points.shape))
+        for c in touch.contours
+    )
+    return replace(touch, contours=contours)
 
 
 def _explore(name, scale, max_touches):

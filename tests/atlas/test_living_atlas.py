@@ -16,7 +16,7 @@ from hypothesis.stateful import (
     run_state_machine_as_test,
 )
 
-from tests.explored import explored
+from tests.explored import explored, touched_again
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.store import load_atlas, save_atlas
 
@@ -48,8 +48,11 @@ class LivingAtlas(RuleBasedStateMachine):
     def begin(self, data, seed, known):
         self.name = data.draw(st.sampled_from(self.names))
         whole = explored(self.name)
+        rng = np.random.default_rng(seed)
         self.touches = list(whole.touches)
-        np.random.default_rng(seed).shuffle(self.touches)
+        if known:
+            self.touches = [touched_again(touch, rng) for touch in self.touches]
+        rng.shuffle(self.touches)
         self.atlas = deepcopy(whole.atlas) if known else Atlas(whole.atlas.tolerance)
 
     @rule(count=st.integers(1, 8))
@@ -191,8 +194,9 @@ def test_residuals_leave_the_equations_as_they_are():
     atlas.settle()
     assert atlas.learn_residuals()
     atlas.validate()
+    rng = np.random.default_rng(0)
     for touch in explored("torus").touches[:5]:
-        atlas.add(touch)
+        assert not atlas.add(touched_again(touch, rng)).refused
         atlas.validate()
     atlas.settle()
     atlas.validate()

@@ -155,7 +155,11 @@ def assert_refused(done, code, words):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["explore", "botle"], "did you mean bottle"),
+        (["explore", "botle"], "cube); did you mean bottle?"),
+        (["explore", "nosuch"], "cube); give one of these, or a file"),
+        (["explore"], "requires an argument; see touchatlas explore --help"),
+        (["explore", "sphere", "cube"], "['cube']; see touchatlas explore --help"),
+        (["nosuch"], "Unknown command"),
         (["explore", "sphere", "--noise", "-1"], "noise is -1"),
         (["explore", "sphere", "--noise", "nan"], "noise is nan"),
         (["explore", "sphere", "--tolerance", "0"], "tolerance is 0"),
@@ -165,15 +169,41 @@ def assert_refused(done, code, words):
         (["explore", "sphere", "--seed", "1.5"], "'1.5' is no whole number"),
         (["explore", "sphere", "--noise", "1e6"], "more than 1000 times the tolerance"),
         (["explore", "sphere", "--tolerance", "1e6"], "object is only 114.3 across"),
+        (["explore", "sphere", "--noise", "0", "--tolerance", "1e-300"], "1.1e-10 or more"),
         (["explore", "empty.off"], "empty.off"),
+        (["explore", "huge.off"], "use another unit"),
         (["explore", "nan.off"], "NaN"),
-        (["evaluate", "missing.ply", "--truth", "sphere"], "missing.ply"),
+        (["evaluate", "missing.ply", "--truth", "sphere"], "no file missing.ply"),
+        (["evaluate", "missing"], "no file missing"),
+        (["evaluate", "tetra.off"], "no truth was given"),
+        (
+            ["evaluate", "cut.ply", "--truth", "sphere"],
+            "cut.ply cannot be read as a mesh: it is cut",
+        ),
+        (["evaluate", "short.ply", "--truth", "sphere"], "holds less than it declares"),
+        (["evaluate", "tetra.off", "--truth", "sphere", "--tolerance", "1e300"], "114.3 across"),
+        (["evaluate", "tetra.off", "--truth", "sphere", "--tolerance", "1e-300"], "1.1e-10"),
+        (["export", "missing", "a.step"], "missing holds no atlas.npz"),
+        (["export", "junk", "a.txt"], "ends in '.txt'"),
+        (["fit", "missing.csv"], "missing.csv is no file"),
+        (["fit", "nan.csv"], "line 2: z is 'nan'"),
+        (["fit", "columns.csv"], "no column curve, x, y, z"),
         (["evaluate", "tetra.off", "--truth", "sphere", "--tolerance", "-1"], "tolerance is -1"),
         (["evaluate", "."], "not the folder of a run"),
     ],
 )
 def test_the_users_mistakes_are_one_sentence_and_exit_two(tmp_path, arguments, words):
     (tmp_path / "empty.off").write_text("OFF\n0 0 0\n")
+    (tmp_path / "junk").mkdir()
+    (tmp_path / "junk" / "atlas.npz").write_text("junk")
+    (tmp_path / "nan.csv").write_text("curve,x,y,z\na,0,0,nan\n")
+    (tmp_path / "columns.csv").write_text("a,b\n1,2\n")
+    ply = "ply\nformat ascii 1.0\nelement vertex 3\n"
+    (tmp_path / "cut.ply").write_text(ply)
+    ply += "".join(f"property float {axis}\n" for axis in "xyz")
+    ply += "element face 2\nproperty list uchar int vertex_indices\nend_header\n"
+    (tmp_path / "short.ply").write_text(ply + "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")
+    (tmp_path / "huge.off").write_text("OFF\n3 1 0\n1e99 0 0\n0 0 0\n0 1 0\n3 0 1 2\n")
     (tmp_path / "nan.off").write_text("OFF\n3 1 0\nnan 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")
     faces = "3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n"
     (tmp_path / "tetra.off").write_text(f"OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n{faces}")
@@ -218,7 +248,21 @@ def test_out_that_is_a_file_is_refused(tmp_path):
     assert_refused(touchatlas("explore", "sphere", "--out", "r", cwd=tmp_path), 2, "is a file")
 
 
-@pytest.mark.parametrize("command", ["objects", "explore", "evaluate"])
+@pytest.mark.skipif(sys.platform == "win32", reason="a limit of the shell's")
+def test_a_disk_that_fills_up_keeps_what_is_there_and_names_the_file(tmp_path):
+    """No file may be larger than 40 kB: the journal is, of three touches, and the atlas is not."""
+    command = " ".join(map(shlex.quote, RUN))
+    script = f"ulimit -f 40; {command} explore sphere --max-touches 3 --out r"
+    done = subprocess.run(["bash", "-c", script], cwd=tmp_path, capture_output=True, text=True)
+    assert_refused(done, 1, "r/atlas.npz: File too large; see that there is space")
+    names = {path.name for path in (tmp_path / "r").iterdir()}
+    assert names == {"run.toml", "journal.sqlite", "steps.csv"}
+    assert len(kept(tmp_path / "r" / "journal.sqlite")) == 3
+
+
+@pytest.mark.parametrize(
+    "command", ["objects", "explore", "evaluate", "export", "fit", "chart", "paper"]
+)
 def test_every_command_explains_itself(tmp_path, command):
     done = touchatlas(command, "--help", cwd=tmp_path)
     assert done.returncode == 0 and "Usage" in done.stdout

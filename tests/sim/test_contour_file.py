@@ -214,7 +214,9 @@ def test_short_and_nameless_curves_are_scattered_contacts_near_the_point():
         ([Curve("", np.eye(3), None)], None, None, "no curve has 5 or more"),
         (ball_curves(angles=[0.0, 0.01, 0.02]), None, None, "nearly one direction"),
         (ball_curves(), None, [90.0, 0.0, 0.0], "away from all curves"),
+        (ball_curves(), None, [1e300, 0.0, 0.0], "1e+300 away from all curves"),
         (ball_curves(), -1.0, None, "noise is -1.0"),
+        (ball_curves(), 1e300, None, "but the curves are only"),
         (ball_curves(), np.nan, None, "noise is nan"),
     ],
 )

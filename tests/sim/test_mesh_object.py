@@ -98,3 +98,32 @@ def test_bad_mesh_files_are_refused_in_one_sentence(tmp_path, text, words):
 def test_missing_file_is_named():
     with pytest.raises(ValueError, match="nowhere.ply is no file"):
         load_mesh("nowhere.ply")
+
+
+@pytest.mark.parametrize("scale", [1e-40, 1e-9, 1e-3, 1.0, 1e6, 1e13, 1e40])
+def test_equal_vertices_are_merged_in_any_unit(tmp_path, scale):
+    """A ball of separate triangles: of a closed one there are two more vertices than half its
+    triangles (Euler)."""
+    sphere = trimesh.creation.icosphere(subdivisions=2)
+    corners = scale * np.asarray(sphere.vertices)[sphere.faces].reshape(-1, 3)
+    lines = [f"OFF\n{len(corners)} {len(sphere.faces)} 0"]
+    lines += [" ".join(f"{x:.17g}" for x in corner) for corner in corners]
+    lines += [f"3 {i} {i + 1} {i + 2}" for i in range(0, len(corners), 3)]
+    (tmp_path / "ball.off").write_text("\n".join(lines) + "\n")
+    vertices, faces = load_mesh(tmp_path / "ball.off")
+    assert len(vertices) == len(sphere.faces) // 2 + 2 and len(faces) == len(sphere.faces)
+    assert np.isin(vertices, corners).all()
+    assert MeshObject("ball", vertices, faces).closed
+
+
+@pytest.mark.parametrize("kept", [0.1, 0.3, 0.8])
+@pytest.mark.parametrize("ending", ["ply", "stl", "off"])
+def test_a_file_that_was_cut_off_is_refused(tmp_path, ending, kept):
+    for encoding in ("ascii", "binary") if ending == "ply" else ("",):
+        options = {"encoding": encoding} if encoding else {}
+        path = tmp_path / f"a.{ending}"
+        trimesh.creation.icosphere(subdivisions=2).export(path, **options)
+        whole = path.read_bytes()
+        path.write_bytes(whole[: int(kept * len(whole))])
+        with pytest.raises(ValueError, match="cut off"):
+            load_mesh(path)

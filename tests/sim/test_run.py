@@ -253,7 +253,8 @@ def test_a_seed_may_be_as_long_as_it_likes():
     ("options", "words"),
     [
         (RunOptions(noise=1e6), "noise is 1e.06, more than 1000 times the tolerance"),
-        (RunOptions(tolerance=1e-300), "noise is .*, more than 1000 times the tolerance 1e-300"),
+        (RunOptions(tolerance=1e-9), "noise is .*, more than 1000 times the tolerance 1e-09"),
+        (RunOptions(tolerance=1e-300), "give a --tolerance of 1e-10 or more"),
         (RunOptions(tolerance=1e300), "the object is only 103.* across"),
     ],
 )

@@ -1,0 +1,38 @@
+"""Repetition: contours that were learned before, found again among the samples about them."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from touchatlas.patch.contour import Contour
+
+if TYPE_CHECKING:
+    from touchatlas.atlas.atlas import Atlas
+
+
+def learned_before(atlas: "Atlas", contact, contours: tuple[Contour, ...]) -> bool:
+    """Whether the points of any contour of a touch are samples of the atlas already, bit for bit.
+
+    Noise repeats no point: what is equal is the same measurement, or an exact one, and tells
+    nothing the second time. Samples stand in the order of their contours, so that the middle one
+    tells where the others are. It is looked for among those that patches about it brought: the
+    time this takes does not depend on how many others there are.
+
+    Parameters
+    ----------
+    contact : (3,) float, length, world
+    """
+    table, learning = atlas.table, atlas.learning
+    paths = [contour.points_in_plane for contour in contours]
+    away = [((path - contact) ** 2).sum(axis=1) for path in paths]
+    middles = [int(square.argmin()) for square in away]
+    reach = np.sqrt(max(square[k] for square, k in zip(away, middles, strict=True)))
+    rows = table.index.rows_near(contact, float(reach)).tolist()
+    index = learning.brought_by(set(rows).union(*(atlas.kin[row] for row in rows)))
+    samples = learning.pool.points
+    first_of = samples[index, 0]
+    for path, middle in zip(paths, middles, strict=True):
+        for start in (index[first_of == path[middle, 0]] - middle).tolist():
+            if start >= 0 and np.array_equal(samples[start : start + len(path)], path):
+                return True
+    return False

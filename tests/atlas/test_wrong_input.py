@@ -1,0 +1,312 @@
+"""What a caller gets wrong: one clear sentence, and an atlas that is as it was."""
+
+from copy import deepcopy
+from dataclasses import replace
+from functools import lru_cache
+
+import networkx as nx
+import numpy as np
+import pytest
+
+from tests.explored import explored
+from tests.truths import BALL_RADIUS, ball_height, graph_contours
+from touchatlas.atlas.atlas import Atlas
+from touchatlas.atlas.options import AtlasOptions
+from touchatlas.atlas.store import load_atlas, save_atlas
+from touchatlas.atlas.surface import extract_surface
+from touchatlas.atlas.touch import Touch, TouchStatus
+from touchatlas.patch.contour import Contour, ContourEnd, SamplingPlane
+from touchatlas.patch.fit import FitOptions
+
+UP, REACH, NOISE = [0.0, 0.0, 1.0], 10.0, 0.02
+SOFT = (ContourEnd.LENGTH_REACHED,) * 2
+
+
+def contours(noise=NOISE, scale=1.0):
+    """Three through the top of the ball, at any scale."""
+    found = graph_contours(ball_height, REACH, 13, noise, np.random.default_rng(0))
+    return tuple(Contour(scale * c.points, c.plane, scale * c.noise_std, c.ends) for c in found)
+
+
+def touch(contours, contact=(0.0, 0.0, 0.0), **changes):
+    values = {"status": TouchStatus.TOUCHED, "tracked_length": 60.0, "travel_length": 0.0}
+    values |= changes
+    return Touch(0, contact, UP, contours, **values)
+
+
+@lru_cache
+def begun():
+    return explored("sphere", max_touches=12)
+
+
+@pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
+def test_a_contour_of_another_plane_or_frame_is_refused_in_any_unit(scale):
+    one, two, _ = contours(scale=scale)
+    for points, plane in (
+        (one.points, two.plane),
+        (one.points + scale * REACH * one.plane.normal, one.plane),
+        (1e-3 * one.points, SamplingPlane(scale * np.array([0, 2.0, 0]), one.plane.normal)),
+    ):
+        with pytest.raises(ValueError, match="off their sampling plane.*same frame and unit"):
+            Contour(points, plane, one.noise_std, one.ends)
+
+
+@pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
+def test_a_contour_that_strays_as_real_probes_do_is_taken(scale):
+    """Planes 20 degrees askew, arms no longer than their noise, and bad contacts far off."""
+    one = contours(scale=scale)[0]
+    askew = np.cos(np.deg2rad(20)) * one.plane.normal + np.sin(np.deg2rad(20)) * np.eye(3)[0]
+    Contour(one.points, SamplingPlane(np.zeros(3), askew), 0.0, one.ends)
+    noisy = scale * NOISE * np.random.default_rng(1).normal(size=(7, 3))
+    Contour(noisy, one.plane, scale * NOISE, one.ends)
+    bad = one.points.copy()
+    bad[:4] += scale * 5.0
+    Contour(bad, one.plane, 0.0, one.ends)
+    Contour(one.points[:1] + [1e3, 0, 0], one.plane, scale * NOISE, one.ends)
+
+
+def test_contours_that_miss_the_contact_are_refused():
+    """Half an arm is a quarter of a contour; far less, and deviations of the noise, are borne."""
+    for contact in ([100.0, 0, 0], [0, 0, 0.6 * REACH]):
+        with pytest.raises(ValueError, match="away from the contact"):
+            touch(contours(), contact)
+    touch(contours(), [0, 0, 0.4 * REACH])
+    still = NOISE * np.random.default_rng(2).normal(size=(3, 7, 3))
+    short = tuple(Contour(p, c.plane, NOISE, SOFT) for p, c in zip(still, contours(), strict=True))
+    touch(short, [5 * NOISE, 0, 0])
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"points": [["a", "b", "c"]]}, "real numbers"),
+        ({"points": [[1, 2, 3], [1, 2]]}, "rows of equal length"),
+        ({"points": np.ones((5, 3)) * 1j}, "real numbers"),
+        ({"points": np.full((5, 3), np.nan)}, "NaN"),
+        ({"points": np.ones((5, 2))}, r"shape \(5, 2\)"),
+        ({"points": np.ones((0, 3))}, "empty"),
+        ({"plane": None}, "SamplingPlane"),
+        ({"noise_std": None}, "noise_std is None"),
+        ({"noise_std": "1"}, "noise_std is 1"),
+        ({"noise_std": -1.0}, "noise_std is -1"),
+        ({"noise_std": np.ones(2)}, "noise_std is"),
+        ({"ends": ("a", "b")}, "pair of ContourEnd"),
+        ({"ends": SOFT[:1]}, "pair of ContourEnd"),
+    ],
+)
+def test_contours_of_wrong_numbers_are_refused(changes, words):
+    with pytest.raises(ValueError, match=words):
+        replace(contours()[0], **changes)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"contours": None}, "tuple of Contour"),
+        ({"contours": (np.zeros((5, 3)),)}, "tuple of Contour"),
+        ({"status": "touched"}, "TouchStatus"),
+        ({"tracked_length": np.nan}, "tracked_length is nan"),
+        ({"travel_length": -1.0}, "travel_length is -1"),
+        ({"approach": [0, 0, 2.0]}, "unit"),
+        ({"contact": [0, 0]}, "shape"),
+    ],
+)
+def test_touches_of_wrong_parts_are_refused(changes, words):
+    with pytest.raises(ValueError, match=words):
+        replace(touch(contours()), **changes)
+
+
+def test_what_is_no_touch_changes_nothing():
+    atlas = Atlas(0.1)
+    with pytest.raises(ValueError, match="give a Touch"):
+        atlas.add(contours())
+    assert atlas.touches == len(atlas) == 0
+
+
+def test_a_touch_is_learned_once():
+    """Twice it would seem to halve the variance. Of equal numbers, too, and if one contour is."""
+    atlas, first = Atlas(0.1), touch(contours())
+    assert atlas.add(first).added
+    before = atlas.predicted_deviation()
+    fresh = graph_contours(ball_height, REACH, 13, NOISE, np.random.default_rng(5))
+    for again in (first, touch(contours()), touch((*fresh[:2], contours()[2]))):
+        assert "learned before" in atlas.add(again).refused
+    assert (atlas.point_count, atlas.predicted_deviation()) == (39, before)
+    assert not atlas.add(touch(fresh)).refused
+    assert atlas.point_count == 78 and atlas.predicted_deviation() < before
+    atlas.validate()
+
+
+@pytest.mark.parametrize("name", ["sphere", "torus", "cube"])
+def test_no_touch_is_learned_again_whatever_became_of_its_patch(name, tmp_path):
+    """Merged, split, hidden, saved or not: samples are found where they were touched."""
+    atlas, touches = deepcopy(explored(name).atlas), explored(name).touches
+    learned = [t for t in touches if not Atlas(atlas.tolerance).add(t).refused]
+    for change in (Atlas.settle, Atlas.bridge, Atlas.simplify):
+        change(atlas)
+        assert all("learned before" in atlas.add(t).refused for t in learned)
+    save_atlas(tmp_path / "atlas.npz", atlas)
+    again = load_atlas(tmp_path / "atlas.npz")
+    assert all("learned before" in again.add(t).refused for t in learned)
+    assert again.point_count == explored(name).atlas.point_count
+
+
+@pytest.mark.parametrize("edge", [0, -1.0, np.nan, np.inf, "x", 1e3])
+def test_an_edge_that_is_no_length_of_the_object_is_refused(edge):
+    with pytest.raises(ValueError, match="edge is .*patches span"):
+        extract_surface(begun().atlas, edge)
+
+
+def test_an_edge_that_would_fill_the_memory_is_refused_and_what_is_advised_is_not():
+    """A triangle for each 0.43 squares of the edge: 16 GB, at 100 bytes each, are 0.02 here."""
+    for edge in (1e-2, 1e-9, 1e-300):
+        with pytest.raises(ValueError, match="16 GB"):
+            extract_surface(explored("sphere").atlas, edge)
+    area = 4.0 * np.pi * BALL_RADIUS**2
+    faces = len(extract_surface(explored("sphere").atlas, 0.5).faces)
+    assert faces == pytest.approx(area / (0.25 * np.sqrt(3.0) * 0.5**2), rel=0.5)
+
+
+def test_edges_as_long_as_patches_make_few_triangles_or_none():
+    for name in ("sphere", "cube"):
+        for edge in (30.0, 40.0, 60.0):
+            assert len(extract_surface(explored(name).atlas, edge).faces) < 100
+
+
+@pytest.mark.parametrize("points", [[1, 2, 3], [[1, 2]], [[np.nan] * 3], "abc", [], None])
+def test_points_that_are_none_are_refused(points):
+    with pytest.raises(ValueError, match="points"):
+        begun().atlas.blend(points)
+
+
+@pytest.mark.parametrize("number", ["x", 1.5, 2.0, -1, 10**9, None, True])
+def test_what_is_no_patch_is_a_key_error_in_words(number):
+    atlas = begun().atlas
+    for ask in (
+        atlas.patch,
+        atlas.split,
+        lambda i: atlas.merge(0, i),
+        lambda i: atlas.boundary(i, 0),
+    ):
+        with pytest.raises(KeyError, match="no patch"):
+            ask(number)
+
+
+def test_a_patch_neither_merges_with_itself_nor_meets_those_far_away():
+    atlas = begun().atlas
+    with pytest.raises(ValueError, match="give two"):
+        atlas.merge(1, 1)
+    far = next(i for i in atlas.graph if i != 0 and i not in atlas.graph[0])
+    with pytest.raises(KeyError, match=f"0 and {far} do not meet; 0 meets"):
+        atlas.boundary(0, far)
+    near = next(iter(atlas.graph[0]))
+    assert atlas.boundary(0, near) is atlas.boundary(near, 0)
+
+
+@pytest.mark.parametrize("name", ["sphere", "cube"])
+def test_the_graph_is_for_reading_and_networkx_reads_it(name):
+    atlas = explored(name).atlas
+    graph = atlas.graph
+    first = min(graph)
+    for edit in (
+        lambda: graph.remove_node(first),
+        lambda: graph.add_edge(first, 10**6),
+        lambda: graph.remove_edge(first, next(iter(graph[first]))),
+        graph.clear,
+    ):
+        with pytest.raises(nx.NetworkXError, match="[Ff]rozen"):
+            edit()
+    assert nx.is_connected(graph) and set(nx.shortest_path(graph, first)) == set(graph)
+    assert nx.check_planarity(graph)[0]
+    own = graph.copy()
+    own.remove_node(first)
+    assert first in atlas.graph and len(atlas) == len(own) + 1
+    atlas.validate()
+
+
+def test_the_graph_follows_the_atlas():
+    atlas = Atlas(0.1)
+    graph = atlas.graph
+    atlas.add(touch(contours()))
+    assert list(graph) == list(atlas.graph) == [0]
+
+
+@pytest.mark.parametrize("tolerance", ["x", None, [1.0], True, np.inf, 1e-300, 1e300])
+def test_tolerances_that_cannot_work_are_refused(tolerance):
+    with pytest.raises(ValueError, match="tolerance is"):
+        Atlas(tolerance)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"bias": "x"},
+        {"bias": None},
+        {"bias": np.nan},
+        {"bias": 1e300},
+        {"detail": -1.0},
+        {"detail": np.inf},
+        {"least_radius": 1e300},
+        {"trust": "x"},
+        {"trust": None},
+        {"fit": None},
+        {"fit": FitOptions(core=0.01)},
+    ],
+)
+def test_options_that_cannot_work_are_refused(wrong):
+    with pytest.raises(ValueError, match="must be"):
+        AtlasOptions(**wrong)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"degree": 4.0},
+        {"degree": None},
+        {"degree": 50},
+        {"core": "x"},
+        {"core": None},
+        {"height_only": "no"},
+        {"adaptive": 1},
+    ],
+)
+def test_ways_to_fit_that_cannot_work_are_refused(wrong):
+    with pytest.raises(ValueError, match="must be"):
+        FitOptions(**wrong)
+
+
+def test_options_of_an_atlas_are_atlas_options():
+    with pytest.raises(ValueError, match="must be AtlasOptions"):
+        Atlas(0.1, FitOptions())
+
+
+EXTREMES = {
+    "as fine as rounding": (1e-12, {}),
+    "as fine as can be": (1e-50, {}),
+    "a third of the ball": (10.0, {}),
+    "larger than the ball": (1e3, {}),
+    "as large as can be": (1e50, {}),
+    "nothing borne": (0.1, {"bias": 0.0, "detail": 0.0, "least_radius": 0.0}),
+    "all borne": (0.1, {"bias": 1e3, "detail": 1e3}),
+    "no small patch": (0.1, {"least_radius": 1e3}),
+    "trusted nowhere": (0.1, {"trust": 1e-300}),
+    "trusted everywhere": (0.1, {"trust": np.inf}),
+    "quadrics": (0.1, {"fit": FitOptions(2, adaptive=False)}),
+    "heights alone": (0.1, {"fit": FitOptions(height_only=True, adaptive=False)}),
+    "covers all it fits": (0.1, {"fit": FitOptions(adaptive=False, core=1.0)}),
+    "covers a fifth": (0.1, {"fit": FitOptions(adaptive=False, core=0.2)}),
+}
+
+
+@pytest.mark.parametrize("kind", EXTREMES)
+def test_what_is_accepted_keeps_an_atlas_sound(kind):
+    """Twelve touches of the ball, and all that may be done with them."""
+    tolerance, options = EXTREMES[kind]
+    atlas = Atlas(tolerance, AtlasOptions(**options))
+    for one in begun().touches:
+        atlas.add(one)
+    atlas.validate()
+    for change in (Atlas.settle, Atlas.simplify, Atlas.bridge, Atlas.learn_residuals):
+        change(atlas)
+        atlas.validate()
+    assert np.isfinite(extract_surface(atlas).vertices).all()
