@@ -15,7 +15,14 @@ from touchatlas.atlas.band import REACH
 from touchatlas.atlas.blend import blend
 from touchatlas.atlas.curved_triangles import Subdivision
 from touchatlas.atlas.kin import Kin
-from touchatlas.atlas.resolution import OPPOSED, cube_edge, resolution
+from touchatlas.atlas.resolution import (
+    OPPOSED,
+    cube_edge,
+    gaps_of,
+    parting_edge,
+    patch_resolution,
+    resolution,
+)
 from touchatlas.atlas.sharpen import sharpen
 from touchatlas.atlas.skin import Skin, grow_skin, renew_skin
 from touchatlas.atlas.table import Table
@@ -89,12 +96,15 @@ class GrownSurface:
     surface : Surface
     edge : float, length
         Of its triangles, about.
+    borne : float, length
+        The edge that the patches bore, wherever other sheets were.
     skin : Skin
         Its coarse triangles.
     """
 
     surface: Surface
     edge: float
+    borne: float
     skin: Skin
 
 
@@ -102,10 +112,11 @@ def grow_surface(atlas: Atlas, edge: float | None = None) -> GrownSurface:
     """The same surface as ``extract_surface``, to be renewed with every change of the atlas."""
     if not len(atlas.table.index):
         raise ValueError("the atlas has no patch yet; add a touch with three contours first")
-    edge = resolution(atlas) if edge is None else edge
-    table, kin = atlas.table, atlas.kin
-    skin = grow_skin(table, kin, cube_edge(table, kin, edge))
-    return GrownSurface(smooth_surface(atlas, skin, round(skin.edge / edge)), edge, skin)
+    table, kin, borne = atlas.table, atlas.kin, patch_resolution(atlas)
+    gaps = gaps_of(table, kin, table.rows)
+    edge = parting_edge(table, borne, gaps) if edge is None else edge
+    skin = grow_skin(table, kin, cube_edge(table, kin, edge, gaps))
+    return GrownSurface(smooth_surface(atlas, skin, round(skin.edge / edge)), edge, borne, skin)
 
 
 def renew_surface(grown: GrownSurface, atlas: Atlas, change: AtlasChange) -> GrownSurface:
@@ -126,13 +137,24 @@ def renew_surface(grown: GrownSurface, atlas: Atlas, change: AtlasChange) -> Gro
     rows = change.added + change.changed + change.merged + change.split + change.removed
     rows = sorted(set(rows))
     left = [row for row in rows if row in table.index]
-    low, high = _HOLDS
-    holds = low <= resolution(atlas) / grown.edge <= high
-    if not (holds and cube_edge(table, kin, grown.edge, left) >= grown.skin.edge):
+    gaps = gaps_of(table, kin, left)
+    same_cubes = cube_edge(table, kin, grown.edge, gaps, left) >= grown.skin.edge
+    if not (same_cubes and _holds(grown, atlas, gaps)):
         return grow_surface(atlas)
     skin = renew_skin(table, kin, grown.skin, rows)
     surface = smooth_surface(atlas, skin, round(skin.edge / grown.edge))
-    return GrownSurface(surface, grown.edge, skin)
+    return GrownSurface(surface, grown.edge, grown.borne, skin)
+
+
+def _holds(grown: GrownSurface, atlas: Atlas, gaps) -> bool:
+    """Whether the resolution of a surface still holds, when the sheets about changed patches are
+    ``gaps`` (m,) apart."""
+    (low, high), borne = _HOLDS, patch_resolution(atlas)
+    if not low <= borne / grown.borne <= high:
+        return False
+    least = low * grown.edge
+    # Few places may be nearer, of all as of some.
+    return parting_edge(atlas.table, borne, gaps) >= least or resolution(atlas) >= least
 
 
 def smooth_surface(atlas: Atlas, skin: Skin, count: int) -> Surface:
