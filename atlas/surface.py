@@ -25,6 +25,7 @@ from touchatlas.atlas.resolution import (
 )
 from touchatlas.atlas.sharpen import sharpen
 from touchatlas.atlas.skin import Skin, grow_skin, renew_skin
+from touchatlas.atlas.support import among_samples
 from touchatlas.atlas.table import Table
 from touchatlas.atlas.voices import COVER_MARGIN
 
@@ -159,8 +160,8 @@ def _holds(grown: GrownSurface, atlas: Atlas, gaps) -> bool:
 
 def smooth_surface(atlas: Atlas, skin: Skin, count: int) -> Surface:
     """The skin's triangles cut into ``count`` x ``count`` curved ones, where they are known: where
-    patches reach, and expect to be off by no more than is trusted."""
-    table, kin, old = atlas.table, atlas.kin, skin.vertices
+    patches reach, among their samples, and expect to be off by no more than is trusted."""
+    table, kin, old, trust = atlas.table, atlas.kin, skin.vertices, atlas.options.trust
     cut = Subdivision(len(old.keys), skin.faces, count)
     points, faces = cut.points(old.points, old.normals), cut.faces()
     patch = _nearest(table, cut, old.patch, points)
@@ -172,7 +173,9 @@ def smooth_surface(atlas: Atlas, skin: Skin, count: int) -> Surface:
             cut.linear(mean_height(cut.edges, old.points, old.normals, count))[:, None] * normals
         )
     deviation, curvature = np.sqrt(cut.linear(old.variance)), cut.linear(old.curvature)
-    known &= deviation <= atlas.options.trust * atlas.tolerance
+    known &= deviation <= trust * atlas.tolerance
+    if np.isfinite(trust):
+        known &= among_samples(atlas, patch, points)
     kept = _unfolded(faces, normals, skin.faces, old.normals)
     whole = Surface(points, kept, normals, deviation, patch, curvature)
     if not known.all() or len(whole.faces) < len(faces):

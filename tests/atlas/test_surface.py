@@ -13,6 +13,7 @@ from touchatlas.atlas.curved_triangles import Subdivision
 from touchatlas.atlas.lattice import CORNERS, ends_of, key, triangles, unkey
 from touchatlas.atlas.resolution import cube_edge, gaps_of, patch_resolution, resolution
 from touchatlas.atlas.skin import grow_skin
+from touchatlas.atlas.support import among_samples
 from touchatlas.atlas.surface import (
     extract_surface,
     grow_surface,
@@ -142,7 +143,9 @@ def test_surface_is_open_at_the_frontier_and_nowhere_else(half):
     on = atlas.blend(points)
     feet = (points - on.distance[:, None] * on.normal)[on.known]
     there = atlas.blend(feet)
-    feet = feet[there.known & (np.nan_to_num(there.deviation, nan=np.inf) <= atlas.tolerance)]
+    sure = there.known & (np.nan_to_num(there.deviation, nan=np.inf) <= atlas.tolerance)
+    feet, patch = feet[sure], there.patch[sure]
+    feet = feet[among_samples(atlas, patch, feet)]
     missed = distances(surface.vertices, surface.faces, feet)
     assert missed.max() < 2.0 * edge and np.quantile(missed, 0.98) < 0.5 * edge
 
@@ -156,6 +159,27 @@ def test_surface_is_drawn_as_far_as_it_is_trusted(half):
         assert surface.deviation.max() <= trust * atlas.tolerance
         areas.append(trimesh.Trimesh(surface.vertices, surface.faces, process=False).area)
     assert areas[0] < areas[1] < areas[2]
+
+
+def test_trusted_surface_lies_among_samples(half):
+    """Past the last samples of a patch a polynomial may go on as if the body did: every point has
+    samples that face as it does on both sides of any line through it."""
+    atlas = half.atlas
+    surface, pool = extract_surface(atlas), atlas.learning.pool
+    some = np.linspace(0, len(surface.vertices) - 1, 400).astype(int)
+    angles = np.linspace(0.0, 2.0 * np.pi, 16, endpoint=False)
+    for point, normal, row in zip(
+        surface.vertices[some], surface.normals[some], surface.patch[some], strict=True
+    ):
+        radius = atlas.table.radius[row]
+        offset = pool.points - point
+        near = ((offset * offset).sum(axis=1) <= (2.0 * radius) ** 2) & (pool.normals @ normal > 0)
+        first = np.cross(normal, np.eye(3)[np.abs(normal).argmin()])
+        first /= np.linalg.norm(first)
+        turned = np.stack([first, np.cross(normal, first)])
+        along = np.column_stack([np.cos(angles), np.sin(angles)]) @ turned
+        # But for 1 % of the radius, and what the surface bends from the patch's centre to there.
+        assert (offset[near] @ along.T).max(axis=0).min() >= -0.05 * radius
 
 
 def assert_renewed_as_whole(grown, atlas):
