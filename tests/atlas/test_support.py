@@ -51,3 +51,24 @@ def test_whole_objects_are_asked_nothing():
     atlas = explored("sphere").atlas
     far = np.full((1, 3), 1e3)
     assert among_samples(atlas, atlas.table.rows[:1], far).all()
+
+
+def test_trusted_surface_lies_among_samples():
+    """Past the last samples of a patch a polynomial may go on as if the body did: every point has
+    samples that face as it does on both sides of any line through it."""
+    atlas = explored("torus", max_touches=60).atlas
+    surface, pool = extract_surface(atlas), atlas.learning.pool
+    some = np.linspace(0, len(surface.vertices) - 1, 400).astype(int)
+    angles = np.linspace(0.0, 2.0 * np.pi, 16, endpoint=False)
+    for point, normal, row in zip(
+        surface.vertices[some], surface.normals[some], surface.patch[some], strict=True
+    ):
+        radius = atlas.table.radius[row]
+        offset = pool.points - point
+        near = ((offset * offset).sum(axis=1) <= (2.0 * radius) ** 2) & (pool.normals @ normal > 0)
+        first = np.cross(normal, np.eye(3)[np.abs(normal).argmin()])
+        first /= np.linalg.norm(first)
+        turned = np.stack([first, np.cross(normal, first)])
+        along = np.column_stack([np.cos(angles), np.sin(angles)]) @ turned
+        # But for 1 % of the radius, and what the surface bends from the patch's centre to there.
+        assert (offset[near] @ along.T).max(axis=0).min() >= -0.05 * radius

@@ -161,27 +161,6 @@ def test_surface_is_drawn_as_far_as_it_is_trusted(half):
     assert areas[0] < areas[1] < areas[2]
 
 
-def test_trusted_surface_lies_among_samples(half):
-    """Past the last samples of a patch a polynomial may go on as if the body did: every point has
-    samples that face as it does on both sides of any line through it."""
-    atlas = half.atlas
-    surface, pool = extract_surface(atlas), atlas.learning.pool
-    some = np.linspace(0, len(surface.vertices) - 1, 400).astype(int)
-    angles = np.linspace(0.0, 2.0 * np.pi, 16, endpoint=False)
-    for point, normal, row in zip(
-        surface.vertices[some], surface.normals[some], surface.patch[some], strict=True
-    ):
-        radius = atlas.table.radius[row]
-        offset = pool.points - point
-        near = ((offset * offset).sum(axis=1) <= (2.0 * radius) ** 2) & (pool.normals @ normal > 0)
-        first = np.cross(normal, np.eye(3)[np.abs(normal).argmin()])
-        first /= np.linalg.norm(first)
-        turned = np.stack([first, np.cross(normal, first)])
-        along = np.column_stack([np.cos(angles), np.sin(angles)]) @ turned
-        # But for 1 % of the radius, and what the surface bends from the patch's centre to there.
-        assert (offset[near] @ along.T).max(axis=0).min() >= -0.05 * radius
-
-
 def assert_renewed_as_whole(grown, atlas):
     skin = grow_skin(atlas.table, atlas.kin, grown.skin.edge)
     whole = smooth_surface(atlas, skin, round(skin.edge / grown.edge))
