@@ -1,8 +1,11 @@
 """The surface is drawn among its samples: half-touched bodies have no flaps."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from tests.atlas.test_merging import plane
 from tests.explored import explored
 from tests.sharp import explored_sharp, sharp_object
 from touchatlas.atlas.atlas import Atlas
@@ -53,22 +56,17 @@ def test_whole_objects_are_asked_nothing():
     assert among_samples(atlas, atlas.table.rows[:1], far).all()
 
 
-def test_trusted_surface_lies_among_samples():
-    """Past the last samples of a patch a polynomial may go on as if the body did: every point has
-    samples that face as it does on both sides of any line through it."""
-    atlas = explored("torus", max_touches=60).atlas
-    surface, pool = extract_surface(atlas), atlas.learning.pool
-    some = np.linspace(0, len(surface.vertices) - 1, 400).astype(int)
-    angles = np.linspace(0.0, 2.0 * np.pi, 16, endpoint=False)
-    for point, normal, row in zip(
-        surface.vertices[some], surface.normals[some], surface.patch[some], strict=True
-    ):
-        radius = atlas.table.radius[row]
-        offset = pool.points - point
-        near = ((offset * offset).sum(axis=1) <= (2.0 * radius) ** 2) & (pool.normals @ normal > 0)
-        first = np.cross(normal, np.eye(3)[np.abs(normal).argmin()])
-        first /= np.linalg.norm(first)
-        turned = np.stack([first, np.cross(normal, first)])
-        along = np.column_stack([np.cos(angles), np.sin(angles)]) @ turned
-        # But for 1 % of the radius, and what the surface bends from the patch's centre to there.
-        assert (offset[near] @ along.T).max(axis=0).min() >= -0.05 * radius
+def test_one_touch_of_a_plane_draws_the_hexagon_of_its_arms():
+    """Six arms of one, 60 degrees apart, have a hull of 3 sqrt(3) / 2; a disc of 0.98 is larger,
+    and patches reach as far where trust has no end."""
+    atlas = plane([(0, 0)])
+    surface = extract_surface(atlas, 0.05)
+    hexagon = 1.5 * np.sqrt(3.0)
+    # The last of 7 steps is at the radius itself, where noise decides whether it is learned; and
+    # whole triangles alone are drawn: along a rim of 6 up to an edge of 0.05 is left out.
+    area = areas_of(surface.vertices, surface.faces).sum()
+    assert hexagon * (6.0 / 7.0) ** 2 - 6.0 * 0.05 <= area <= hexagon
+    atlas.options = replace(atlas.options, trust=np.inf)
+    surface = extract_surface(atlas, 0.05)
+    disc = areas_of(surface.vertices, surface.faces).sum()
+    assert hexagon < disc <= np.pi * 0.98**2
