@@ -210,22 +210,42 @@ class Creases:
     def hides(self, row: int, rows) -> bool:
         """Whether a part of the outlines of creased ``rows`` cannot be seen from the centre of a
         new row that is to take their place."""
-        sheet = sorted(set(rows).union(*(self._kin[i] for i in rows)))
-        lines = [self.curve(i, j) for i in sheet for j in sorted(self.of(i))]
-        lines = [line for line in lines if len(line)]
-        if not lines:
+        pieces = self._pieces(rows)
+        if not len(pieces):
             return False
-        pieces = np.concatenate([np.stack([a[:-1], a[1:]], axis=1) for a in lines])
         places = []
         for i in rows:
-            ring, segments = self._table.ring[i], self._flat(i, pieces.reshape(-1, 3))
-            beyond = _crossed(self._flat(i, ring), segments.reshape(-1, 2, 2)).any(axis=1)
+            ring = self._table.ring[i]
+            beyond = self._behind(i, ring, pieces)
             places.append(np.concatenate([ring[~beyond], self._centre(i)[None]]))
-        segments = self._flat(row, pieces.reshape(-1, 3)).reshape(-1, 2, 2)
-        seen = _INNER * self._flat(row, np.concatenate(places))
+        hidden = self._behind(row, np.concatenate(places), pieces, _INNER).any()
         # One that is refused leaves its number to the next, whose centre is elsewhere.
         del self._centres[row]
-        return bool(_crossed(seen, segments).any())
+        return bool(hidden)
+
+    def seen_instead(self, row: int, rows, points) -> np.ndarray:
+        """(n,) whether points (n, 3) of a new row that is to take the place of ``rows`` can be
+        seen from its centre."""
+        pieces = self._pieces(rows)
+        if not len(pieces):
+            return np.ones(len(points), bool)
+        seen = ~self._behind(row, points, pieces)
+        del self._centres[row]
+        return seen
+
+    def _pieces(self, rows) -> np.ndarray:
+        """(s, 2, 3) the creases of the sheet of some rows as segments."""
+        sheet = sorted(set(rows).union(*(self._kin[i] for i in rows)))
+        lines = [self.curve(i, j) for i in sheet for j in sorted(self.of(i))]
+        pieces = [np.stack([a[:-1], a[1:]], axis=1) for a in lines if len(a)]
+        return np.concatenate(pieces) if pieces else np.zeros((0, 2, 3))
+
+    def _behind(self, row: int, points, pieces, share: float = 1.0) -> np.ndarray:
+        """(n,) whether segments (s, 2, 3) are before points (n, 3), seen from the centre of a row,
+        or before what lies a ``share`` of the way to them."""
+        segments = self._flat(row, pieces.reshape(-1, 3)).reshape(-1, 2, 2)
+        crossed = _crossed(share * self._flat(row, points), segments)
+        return np.asarray(crossed.any(axis=1))
 
     def _flat(self, row: int, points) -> np.ndarray:
         """(n, 2) points over the tangent plane of a row, from its centre, in patch radii."""

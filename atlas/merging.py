@@ -9,6 +9,7 @@ from touchatlas.atlas.folding import fold, inherit, kin_beside, reopen
 from touchatlas.atlas.learning import OFFER_REACH, Offer
 from touchatlas.atlas.moments import SHEET_COSINE
 from touchatlas.atlas.table import Table
+from touchatlas.atlas.voices import COVER_MARGIN
 from touchatlas.patch.fit import BORNE, PatchFit
 from touchatlas.patch.frame import DarbouxFrame, axes_from_normal
 from touchatlas.patch.patch import Patch
@@ -137,7 +138,8 @@ def replace_by(atlas: "Atlas", fit: PatchFit) -> tuple[int, tuple[int, ...]] | N
     """Enter a merged patch and remove those whose cores it holds; its row, and theirs.
 
     None, and nothing changed, when a neighbour of these would not be kin to it: it turns too far;
-    or when a crease would hide a part of them from its centre.
+    when a crease would hide a part of them from its centre; or when it would reach where no patch
+    did.
     """
     table, learning = atlas.table, atlas.learning
     row = table.append(fit)
@@ -148,7 +150,8 @@ def replace_by(atlas: "Atlas", fit: PatchFit) -> tuple[int, tuple[int, ...]] | N
     held = distance + core <= np.sqrt(table.power[row]) * (1.0 + 1e-9)
     gone, stay = kin[held].tolist(), kin[~held].tolist()
     lost = atlas.creases.hides(row, gone)
-    if lost or not atlas.tiling.neighbours(gone) <= set(kin.tolist()):
+    lost = lost or not atlas.tiling.neighbours(gone) <= set(kin.tolist())
+    if lost or _spreads(atlas, row, kin, gone):
         table.drop_last()
         return None
     table.sensor[row] = np.sqrt((table.sensor[gone] ** 2).mean())
@@ -166,6 +169,18 @@ def replace_by(atlas: "Atlas", fit: PatchFit) -> tuple[int, tuple[int, ...]] | N
         fold(atlas, [row])
     reopen(atlas, sorted(around - set(gone)))
     return row, tuple(gone)
+
+
+def _spreads(atlas: "Atlas", row: int, kin, gone: list[int]) -> bool:
+    """Whether a new row would be asked where none was of its kin (m,), of theirs, and of the rows
+    ``gone`` in its place: at the rim of what was touched it would claim what nobody touched."""
+    table, reach = atlas.table, np.sqrt(1.0 + COVER_MARGIN)
+    points = points_over(table, row, DISC * table.core * reach)
+    points = points[atlas.creases.seen_instead(row, gone, points)]
+    before = sorted(set(kin.tolist()).union(*(atlas.kin[i] for i in kin.tolist())))
+    offset = points[:, None] - table.site[before]
+    beyond = (offset * offset).sum(axis=-1) > (1.0 + COVER_MARGIN) * table.power[before]
+    return bool(beyond.all(axis=1).any())
 
 
 def take_place(atlas: "Atlas", row: int, fit: PatchFit, kin: np.ndarray, offered) -> None:

@@ -28,8 +28,8 @@ class AtlasOptions:
     least_radius : float
         No patch is made smaller than this for its contours' sake, in tolerances.
     trust : float
-        The surface is drawn where its predicted deviation is no more, in tolerances; infinite:
-        wherever patches reach.
+        The surface is drawn among its samples, where its predicted deviation is no more, in
+        tolerances; infinite: wherever patches reach.
     """
 
     fit: FitOptions = FitOptions(adaptive=False)

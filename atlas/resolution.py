@@ -22,12 +22,32 @@ _CREASE_SHARE = 0.125
 _BYTES, _BYTES_CREASED, _MOST_BYTES = 100.0, 1200.0, 2.0**34
 # Cosine of normals below which two sheets turn their backs to each other.
 OPPOSED = -0.5
+# Triangles are finer where sheets are near, but for the nearest of places (at a rim sheets come as
+# near as one likes), and for what takes more squares than this on all cores.
+_NEAREST, _MOST_SQUARES = 0.02, 2e5
 
 
 def resolution(atlas: Atlas, deviation: float | None = None) -> float:
-    """Edge of the triangles: the chord that leaves a sagitta of 0.02 tolerance, or a tenth of what
-    the patches expect to be off (``usual_deviation``, if not given), on all but the most curved
-    tenth of the patches, and no more than half the smallest core."""
+    """Edge of the triangles: as long as the patches bear, and short enough to part sheets."""
+    gaps = gaps_of(atlas.table, atlas.kin, atlas.table.rows)
+    return parting_edge(atlas.table, patch_resolution(atlas, deviation), gaps)
+
+
+def parting_edge(table: Table, edge: float, gaps) -> float:
+    """An edge, or the one whose cubes are passed by one of two sheets at most, where these are
+    ``gaps`` (m,) apart, if that is shorter."""
+    parting = gaps / np.sqrt(3.0)
+    parting = parting[np.pi * table.power[table.rows].sum() <= _MOST_SQUARES * parting**2]
+    return min(edge, float(np.quantile(parting, _NEAREST))) if len(parting) else edge
+
+
+def patch_resolution(atlas: Atlas, deviation: float | None = None) -> float:
+    """Edge of the triangles that the patches bear, wherever other sheets are.
+
+    It is the chord that leaves a sagitta of 0.02 tolerance, or a tenth of what the patches expect
+    to be off (``usual_deviation``, if not given), on all but the most curved tenth of the patches,
+    and no more than half the smallest core.
+    """
     deviation = usual_deviation(atlas) if deviation is None else deviation
     table, rows = atlas.table, atlas.table.rows
     second = 2.0 * np.abs(table.mean[rows, 3:6]).max(axis=1) / table.radius[rows]
@@ -92,15 +112,15 @@ def _on_surface(atlas: Atlas, points) -> np.ndarray:
     return (points - seen.distance[:, None] * seen.normal)[seen.known]
 
 
-def cube_edge(table: Table, kin: Kin, edge: float, rows=None) -> float:
+def cube_edge(table: Table, kin: Kin, edge: float, gaps, rows=None) -> float:
     """Edge of the cubes: a multiple of the triangles', as many as the patches, or some of them,
-    bear; with creases the triangles' own."""
+    bear, and the ``gaps`` (m,) between their sheets; with creases the triangles' own."""
     if kin.creases:
         return edge
     rows = table.rows if rows is None else np.array(rows, int)
     most = _SHARE * table.radius[rows].min(initial=np.inf) / edge
     # Sheets nearer to each other than a cube of the triangles' own edge stay unparted anyway.
-    gaps = gaps_of(table, kin, rows) / (np.sqrt(3.0) * edge)
+    gaps = gaps / (np.sqrt(3.0) * edge)
     apart = gaps[gaps >= 1.0].min(initial=np.inf)
     return edge * max(1, int(min(_MOST, most, apart)))
 
@@ -109,6 +129,7 @@ def gaps_of(table: Table, kin: Kin, rows) -> np.ndarray:
     """(m,) distances between two sheets that turn their backs, or faces, to each other: from
     outlines and centres of the patches ``rows`` to the cores of strangers that they lie under or
     over."""
+    rows = np.array(rows, int)
     places = np.concatenate([table.ring[rows], table.origin[rows][:, None]], axis=1)
     home = np.repeat(rows, places.shape[1])
     places = places.reshape(-1, 3)

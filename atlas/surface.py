@@ -19,11 +19,15 @@ from touchatlas.atlas.resolution import (
     OPPOSED,
     check_edge,
     cube_edge,
+    gaps_of,
+    parting_edge,
+    patch_resolution,
     resolution,
     usual_deviation,
 )
 from touchatlas.atlas.sharpen import sharpen
 from touchatlas.atlas.skin import Skin, grow_skin, renew_skin
+from touchatlas.atlas.support import among_samples
 from touchatlas.atlas.table import Table
 from touchatlas.atlas.voices import COVER_MARGIN
 
@@ -95,6 +99,8 @@ class GrownSurface:
     surface : Surface
     edge : float, length
         Of its triangles, about.
+    borne : float, length
+        The edge that the patches bore, wherever other sheets were.
     skin : Skin
         Its coarse triangles.
     deviation : float, length
@@ -103,6 +109,7 @@ class GrownSurface:
 
     surface: Surface
     edge: float
+    borne: float
     skin: Skin
     deviation: float
 
@@ -111,12 +118,12 @@ def grow_surface(atlas: Atlas, edge: float | None = None) -> GrownSurface:
     """The same surface as ``extract_surface``, to be renewed with every change of the atlas."""
     if not len(atlas.table.index):
         raise ValueError("the atlas has no patch yet; add a touch with three contours first")
-    deviation = usual_deviation(atlas) if edge is None else np.inf
-    edge = check_edge(atlas, resolution(atlas, deviation) if edge is None else edge)
-    table, kin = atlas.table, atlas.kin
-    skin = grow_skin(table, kin, cube_edge(table, kin, edge))
+    table, kin, deviation = atlas.table, atlas.kin, usual_deviation(atlas)
+    borne, gaps = patch_resolution(atlas, deviation), gaps_of(table, kin, table.rows)
+    edge = check_edge(atlas, parting_edge(table, borne, gaps) if edge is None else edge)
+    skin = grow_skin(table, kin, cube_edge(table, kin, edge, gaps))
     surface = smooth_surface(atlas, skin, round(skin.edge / edge))
-    return GrownSurface(surface, edge, skin, deviation)
+    return GrownSurface(surface, edge, borne, skin, deviation)
 
 
 def renew_surface(grown: GrownSurface, atlas: Atlas, change: AtlasChange) -> GrownSurface:
@@ -137,20 +144,30 @@ def renew_surface(grown: GrownSurface, atlas: Atlas, change: AtlasChange) -> Gro
     rows = change.added + change.changed + change.merged + change.split + change.removed
     rows = sorted(set(rows))
     left = [row for row in rows if row in table.index]
-    low, high = _HOLDS
-    deviation = usual_deviation(atlas, grown.deviation)
-    holds = low <= resolution(atlas, deviation) / grown.edge <= high
-    if not (holds and cube_edge(table, kin, grown.edge, left) >= grown.skin.edge):
+    deviation, gaps = usual_deviation(atlas, grown.deviation), gaps_of(table, kin, left)
+    same_cubes = cube_edge(table, kin, grown.edge, gaps, left) >= grown.skin.edge
+    if not (same_cubes and _holds(grown, atlas, deviation, gaps)):
         return grow_surface(atlas)
     skin = renew_skin(table, kin, grown.skin, rows)
     surface = smooth_surface(atlas, skin, round(skin.edge / grown.edge))
-    return GrownSurface(surface, grown.edge, skin, deviation)
+    return GrownSurface(surface, grown.edge, grown.borne, skin, deviation)
+
+
+def _holds(grown: GrownSurface, atlas: Atlas, deviation: float, gaps) -> bool:
+    """Whether the resolution of a surface still holds, when its patches usually expect to be off by
+    ``deviation`` and the sheets about changed ones are ``gaps`` (m,) apart."""
+    (low, high), borne = _HOLDS, patch_resolution(atlas, deviation)
+    if not low <= borne / grown.borne <= high:
+        return False
+    least = low * grown.edge
+    # Few places may be nearer, of all as of some.
+    return parting_edge(atlas.table, borne, gaps) >= least or resolution(atlas, deviation) >= least
 
 
 def smooth_surface(atlas: Atlas, skin: Skin, count: int) -> Surface:
     """The skin's triangles cut into ``count`` x ``count`` curved ones, where they are known: where
-    patches reach, and expect to be off by no more than is trusted."""
-    table, kin, old = atlas.table, atlas.kin, skin.vertices
+    patches reach, among their samples, and expect to be off by no more than is trusted."""
+    table, kin, old, trust = atlas.table, atlas.kin, skin.vertices, atlas.options.trust
     cut = Subdivision(len(old.keys), skin.faces, count)
     points, faces = cut.points(old.points, old.normals), cut.faces()
     patch = _nearest(table, cut, old.patch, points)
@@ -162,7 +179,9 @@ def smooth_surface(atlas: Atlas, skin: Skin, count: int) -> Surface:
             cut.linear(mean_height(cut.edges, old.points, old.normals, count))[:, None] * normals
         )
     deviation, curvature = np.sqrt(cut.linear(old.variance)), cut.linear(old.curvature)
-    known &= deviation <= atlas.options.trust * atlas.tolerance
+    known &= deviation <= trust * atlas.tolerance
+    if np.isfinite(trust):
+        known &= among_samples(atlas, patch, points)
     kept = _unfolded(faces, normals, skin.faces, old.normals)
     whole = Surface(points, kept, normals, deviation, patch, curvature)
     if not known.all() or len(whole.faces) < len(faces):

@@ -11,8 +11,9 @@ from tests.explored import explored
 from touchatlas.atlas.atlas import Atlas, AtlasChange
 from touchatlas.atlas.curved_triangles import Subdivision
 from touchatlas.atlas.lattice import CORNERS, ends_of, key, triangles, unkey
-from touchatlas.atlas.resolution import cube_edge, gaps_of, resolution
+from touchatlas.atlas.resolution import cube_edge, gaps_of, patch_resolution, resolution
 from touchatlas.atlas.skin import grow_skin
+from touchatlas.atlas.support import among_samples
 from touchatlas.atlas.surface import (
     extract_surface,
     grow_surface,
@@ -142,7 +143,9 @@ def test_surface_is_open_at_the_frontier_and_nowhere_else(half):
     on = atlas.blend(points)
     feet = (points - on.distance[:, None] * on.normal)[on.known]
     there = atlas.blend(feet)
-    feet = feet[there.known & (np.nan_to_num(there.deviation, nan=np.inf) <= atlas.tolerance)]
+    sure = there.known & (np.nan_to_num(there.deviation, nan=np.inf) <= atlas.tolerance)
+    feet, patch = feet[sure], there.patch[sure]
+    feet = feet[among_samples(atlas, patch, feet)]
     missed = distances(surface.vertices, surface.faces, feet)
     assert missed.max() < 2.0 * edge and np.quantile(missed, 0.98) < 0.5 * edge
 
@@ -203,21 +206,28 @@ def test_nothing_changed_leaves_the_surface(half):
     assert again.surface.vertices == pytest.approx(grown.surface.vertices, abs=1e-10)
 
 
-def slab(thickness: float, rng) -> Atlas:
-    """Both sides of a flat slab, touched on a square, without its rim."""
-    atlas, along = Atlas(0.05), np.linspace(-1.0, 1.0, 15)
+def slab(thickness: float, rng, turn=None) -> Atlas:
+    """Both sides of a flat slab, touched on a square, without its rim; turned by a matrix."""
+    atlas = Atlas(0.05)
+    for touch in slab_touches(thickness, rng, np.eye(3) if turn is None else turn):
+        atlas.add(touch)
+    return atlas
+
+
+def slab_touches(thickness: float, rng, turn):
+    """Touches in turn on the one side of a slab and on the other."""
+    along = np.linspace(-1.0, 1.0, 15)
     for x, y in np.stack(np.meshgrid([-0.9, 0.0, 0.9], [-0.9, 0.0, 0.9]), -1).reshape(-1, 2):
         for side in (1.0, -1.0):
-            contact = np.array([x, y, 0.5 * side * thickness])
-            normal, contours = np.array([0.0, 0.0, side]), []
-            for plane in concurrent_planes(contact, normal, [1.0, 0.0, 0.0], 3):
+            contact = turn @ np.array([x, y, 0.5 * side * thickness])
+            normal, contours = turn @ np.array([0.0, 0.0, side]), []
+            for plane in concurrent_planes(contact, normal, turn[:, 0], 3):
                 points = contact + along[:, None] * np.cross(plane.normal, normal)
                 points += 1e-3 * rng.normal(size=points.shape)
                 ends = (ContourEnd.LENGTH_REACHED,) * 2
                 contours.append(Contour(points, plane, 1e-3, ends))
             touched = (TouchStatus.TOUCHED, 6.0, 0.0)
-            atlas.add(Touch(0, contact, normal, tuple(contours), *touched))
-    return atlas
+            yield Touch(0, contact, normal, tuple(contours), *touched)
 
 
 @pytest.mark.parametrize("thickness", [0.1, 0.2, 0.4])
@@ -227,7 +237,7 @@ def test_two_sides_of_a_thin_slab_stay_two_sheets(thickness):
     # The noise of a flat patch, a few at most.
     gaps = gaps_of(table, atlas.kin, table.index.rows())
     assert len(gaps) and gaps == pytest.approx(thickness, abs=5e-3)
-    assert edge <= cube_edge(table, atlas.kin, edge) <= gaps.min()
+    assert edge <= cube_edge(table, atlas.kin, edge, gaps) <= gaps.min()
     surface = extract_surface(atlas, edge)
     up = surface.vertices[:, 2] > 0.0
     assert np.abs(surface.vertices[:, 2]) == pytest.approx(0.5 * thickness, abs=5e-3)
@@ -236,3 +246,40 @@ def test_two_sides_of_a_thin_slab_stay_two_sheets(thickness):
         (~up)[surface.faces].all(axis=1).sum(), rel=0.1
     )
     assert not (up[surface.faces].any(axis=1) & ~up[surface.faces].all(axis=1)).any()
+
+
+@pytest.mark.parametrize("turned", [False, True])
+@pytest.mark.parametrize("thickness", [0.05, 0.15, 0.3, 0.6])
+def test_thin_slabs_have_two_whole_sides(thickness, turned):
+    """However thin it is against the edge that its flat patches bear, 0.37, each side is one disc:
+    V - E + F = 1, as large as that of a slab twice as thick as the edge."""
+    rng = np.random.default_rng(0)
+    turn = np.linalg.qr(rng.normal(size=(3, 3)))[0] if turned else np.eye(3)
+    surface = extract_surface(slab(thickness, rng, turn))
+    mesh = trimesh.Trimesh(surface.vertices, surface.faces, process=False)
+    sides = mesh.split(only_watertight=False)
+    assert [side.euler_number for side in sides] == [1, 1]
+    whole = extract_surface(slab(0.8, rng, turn), 0.2)
+    area = trimesh.Trimesh(whole.vertices, whole.faces, process=False).area
+    # A rim of less than one edge is left out, 0.2 of 2 x 14 along both rims at most.
+    assert mesh.area == pytest.approx(area, abs=5.6)
+
+
+def test_resolution_is_that_of_the_patches_where_no_sheets_are_near(half):
+    assert resolution(half.atlas) == patch_resolution(half.atlas)
+
+
+def test_renewed_surface_grows_finer_when_the_other_side_is_touched():
+    """A face alone bears long triangles; the face behind it, 0.1 away, does not."""
+    touches = list(slab_touches(0.1, np.random.default_rng(0), np.eye(3)))
+    atlas = Atlas(0.05)
+    for touch in touches[::2]:
+        atlas.add(touch)
+    grown = grow_surface(atlas)
+    assert grown.edge == grown.borne > 0.3
+    for touch in touches[1::2]:
+        grown = renew_surface(grown, atlas, atlas.add(touch))
+        assert_renewed_as_whole(grown, atlas)
+    assert grown.edge == pytest.approx(0.1 / np.sqrt(3.0), rel=0.1)
+    mesh = trimesh.Trimesh(grown.surface.vertices, grown.surface.faces, process=False)
+    assert [side.euler_number for side in mesh.split(only_watertight=False)] == [1, 1]
