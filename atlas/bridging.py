@@ -12,6 +12,7 @@ from touchatlas.atlas.merging import is_upright, remove_hidden, take_place
 from touchatlas.atlas.moments import SHEET_COSINE, of_patch
 from touchatlas.patch.fit import PatchFit
 from touchatlas.patch.frame import DarbouxFrame, any_tangent, axes_from_normal
+from touchatlas.patch.patch import Patch
 from touchatlas.patch.refit import refit_patch
 from touchatlas.patch.start import UnfitError
 
@@ -47,8 +48,7 @@ def bridge(atlas: "Atlas") -> AtlasChange:
             continue
         fit = _fit(atlas, beside, points[k], normals[k], around[k])
         if fit is not None:
-            frame, radius = fit.patch.frame, fit.patch.radius
-            _enter(atlas, fit, _around(atlas, frame.origin, frame.normal, radius))
+            _enter(atlas, fit, _about(atlas, fit.patch))
     if set(table.rows.tolist()) != before:
         atlas.tiling.retile()
         atlas.tiling.mend()
@@ -65,6 +65,11 @@ def _around(atlas: "Atlas", point, normal, radius: float) -> np.ndarray:
     return near[pool.normals[near] @ normal >= SHEET_COSINE]
 
 
+def _about(atlas: "Atlas", patch: Patch) -> np.ndarray:
+    """Indices of the samples, ascending, that a patch may learn from where it came to lie."""
+    return _around(atlas, patch.frame.origin, patch.frame.normal, patch.radius)
+
+
 def _fit(atlas: "Atlas", beside: int, point, normal, index) -> PatchFit | None:
     """A patch about a point that holds the samples there, as large as the one beside it if it need
     not turn too far for that."""
@@ -78,7 +83,8 @@ def _fit(atlas: "Atlas", beside: int, point, normal, index) -> PatchFit | None:
             fit = refit_patch(frame, *samples, *options)
         except UnfitError:
             continue
-        if is_upright(fit.patch) and _holds(atlas, fit, index):
+        held = (_holds(atlas, fit, some) for some in (index, _about(atlas, fit.patch)))
+        if is_upright(fit.patch) and all(held):
             return fit
     return None
 

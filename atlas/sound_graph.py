@@ -1,14 +1,18 @@
 """What must hold of an atlas's graph: boundaries, corners, creases are where patches meet."""
 
 from collections.abc import Iterator
+from copy import deepcopy
 from itertools import combinations
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from touchatlas.atlas.boundary import power_at
+from touchatlas.atlas.boundary import corners_on, power_at
 from touchatlas.atlas.crease_curves import crease_curves, sources_of
+from touchatlas.atlas.folding import OUTLINE_MOVED
 from touchatlas.atlas.meeting import look
+from touchatlas.atlas.moments import SHEET_GAP
+from touchatlas.atlas.table import Table
 from touchatlas.atlas.tiling import Tiling
 from touchatlas.atlas.voices import voices
 
@@ -19,10 +23,9 @@ if TYPE_CHECKING:
 _AGAIN = 1e-6
 # Of the power at corners, over the squared core radius: they are found by three Newton steps.
 _CORNER = 1e-3
-# Of patches at a corner, in radii: how far what they learned since may have moved them.
-_MOVED = 0.05
-# And in the largest deviation that they predict there: one of them may know little.
-_UNSURE = 5.0
+# Of patches at a corner, in radii: kin are as far apart, and what they learned since may have moved
+# them. And in the largest deviation that they predict there: one of them may know little.
+_MOVED, _UNSURE = SHEET_GAP + OUTLINE_MOVED, 5.0
 # Of so many samples next to the anchor of a crease some are clearly on its inner side: all, but
 # next to a notch.
 _NEAREST, _NOISES = 9, 4.0
@@ -94,25 +97,64 @@ def _places(atlas: "Atlas") -> Iterator[str]:
 
 
 def _tiling(atlas: "Atlas") -> Iterator[str]:
-    """Corners and boundaries are those of the patches as they are now."""
-    table, tiling = atlas.table, atlas.tiling
+    """Corners and boundaries are those of the patches, as they are now or before they moved by as
+    much as is borne."""
+    tiling = atlas.tiling
+    fresh = _fresh_tiling(atlas)
+    found = [fresh]
+    if any(_apart(tiling, found)):
+        fresh.mend()
+        found += [_fresh_tiling(atlas, share) for share in (-OUTLINE_MOVED, OUTLINE_MOVED)]
+    triples, pairs = _apart(tiling, found)
+    triples = [triple for triple in triples if not _is_tangent(atlas.table, triple)]
+    yield from (f"corner {triple} is missing, or is none" for triple in triples)
+    if pairs:
+        yield "the tiling has other edges than its patches have boundaries"
+        return
+    for first, second, data in tiling.graph.edges(data=True):
+        if not fresh.graph.has_edge(first, second):
+            continue
+        mine, new = data["boundary"], fresh.graph.edges[first, second]["boundary"]
+        if mine.points.shape != new.points.shape or not _alike(atlas, mine.points, new.points):
+            yield f"the boundary of {first} and {second} is not where they meet"
+
+
+def _fresh_tiling(atlas: "Atlas", share: float = 0.0) -> Tiling:
+    """What ``retile`` makes of the patches when all are raised by a share of their radii."""
+    table = atlas.table
+    if share:
+        table = deepcopy(table)
+        table.mean[table.rows, 0] += share
     fresh = Tiling(table, atlas.kin)
     for row in range(table.size):
         fresh.add(row, bool(table.alive[row]))
     fresh.retile()
+    return fresh
+
+
+def _is_tangent(table: Table, triple) -> bool:
+    """Whether the radical axis of three patches, one of which has moved since they were drawn, is
+    now so near tangent to the surface that no corner can be found on it."""
+    first, second, row = (np.array([i]) for i in triple)
+    moved = bool(table.ring_shifts(np.array(triple)).max() > _AGAIN)
+    return moved and bool(np.isnan(corners_on(table, row, first, second)).any())
+
+
+def _apart(tiling: Tiling, found: list[Tiling]):
+    """Triples with a corner, and pairs with a boundary, in all of the tilings found but not in one,
+    or in none of them but in it."""
+    corners = [set(one.corners) for one in (tiling, *found)]
     # Whether three cores leave a corner or a gap is a matter of a share of their power.
-    apart = (set(fresh.corners) ^ set(tiling.corners)) - fresh.gaps.keys() - tiling.gaps.keys()
-    if apart:
-        fresh.mend()
-        apart &= set(fresh.corners) ^ set(tiling.corners)
-    yield from (f"corner {triple} is missing, or is none" for triple in sorted(apart))
-    if set(map(frozenset, fresh.graph.edges)) != set(map(frozenset, tiling.graph.edges)):
-        yield "the tiling has other edges than its patches have boundaries"
-        return
-    for first, second, data in tiling.graph.edges(data=True):
-        mine, new = data["boundary"], fresh.graph.edges[first, second]["boundary"]
-        if mine.points.shape != new.points.shape or not _alike(atlas, mine.points, new.points):
-            yield f"the boundary of {first} and {second} is not where they meet"
+    unsure = (
+        set().union(*corners).intersection(set().union(*(one.gaps for one in (tiling, *found))))
+    )
+    edges = [set(map(tuple, map(sorted, one.graph.edges))) for one in (tiling, *found)]
+    triples, pairs = (
+        (set.intersection(*others) - mine) | (mine - set().union(*others))
+        for mine, *others in (corners, edges)
+    )
+    near = {pair for triple in unsure for pair in combinations(triple, 2)}
+    return sorted(triples - unsure), sorted(pairs - near)
 
 
 def _graph(atlas: "Atlas") -> Iterator[str]:
