@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 # Samples of one square are merged; so wide that no more than 224 squares meet the unit disc.
-_SIDE = 2.0 / 16.0
+SIDE = 2.0 / 16.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,21 +53,21 @@ class PatchSamples:
         return self.weight > 0
 
 
-def merged(samples: PatchSamples) -> PatchSamples:
-    """The samples of each small square of a patch as one, at their mean: some 200 a patch.
+def merged(samples: PatchSamples, side: np.ndarray) -> PatchSamples:
+    """The samples of each square, of a side (m,), scaled, of a patch as one, at their mean.
 
     Monomials and heights are averaged with the samples, so a polynomial loses nothing by it;
     detail finer than a square is smoothed. The noise of a merged sample is that of a mean.
     """
     used = samples.used
-    square = np.floor(samples.feet[..., :2] / _SIDE).astype(int)
+    square = np.floor(samples.feet[..., :2] / side[:, None, None]).astype(int)
     square -= square.min(initial=0)
-    side = square.max(initial=0) + 1
-    first = np.arange(len(square))[:, None] * side**2
+    count = square.max(initial=0) + 1
+    first = np.arange(len(square))[:, None] * count**2
     keys, place = np.unique(
-        (first + square[..., 0] * side + square[..., 1])[used], return_inverse=True
+        (first + square[..., 0] * count + square[..., 1])[used], return_inverse=True
     )
-    patch = keys // side**2
+    patch = keys // count**2
     column = np.arange(len(keys)) - np.searchsorted(patch, patch)
     shape = len(square), int(column.max(initial=-1)) + 1
     weight = np.zeros(shape)

@@ -6,7 +6,7 @@ import numpy as np
 
 from touchatlas.atlas.learning import Learning
 from touchatlas.atlas.moments import solve
-from touchatlas.atlas.patch_samples import PatchSamples, merged
+from touchatlas.atlas.patch_samples import SIDE, PatchSamples, merged
 from touchatlas.atlas.residual import Residual, solve_residual
 from touchatlas.atlas.table import Table
 from touchatlas.atlas.texture import Texture, learn_texture, roughness
@@ -19,6 +19,9 @@ from touchatlas.patch.smoothness import (
 
 # The texture is learned from so many patches at most, and residuals so many at once.
 _ASKED, _AT_ONCE = 12, 32
+# A residual is solved from squares as wide as this share of the texture's length: wider ones would
+# smooth what it is there for, narrower ones than the last make matrices too large.
+_FINE, _FINEST = 1.0 / 3.0, SIDE / 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,16 +79,20 @@ def learn_residuals(table: Table, learning: Learning, prior: SmoothnessPrior) ->
     if not texture.amplitude > 0:
         return texture
     for some in np.array_split(rows, -(-len(rows) // _AT_ONCE)):
-        _learn(table, some, samples_of(table, learning, some), texture, prior)
+        _learn(table, learning, some, texture, prior)
     return texture
 
 
-def _learn(table: Table, rows, samples: PatchSamples, texture: Texture, prior) -> None:
+def _learn(table: Table, learning: Learning, rows, texture: Texture, prior) -> None:
+    samples = samples_of(table, learning, rows)
     found = roughness(table.basis, samples, texture, table.radius[rows], prior)
     length = texture.length / table.radius[rows]
     shapes = np.stack([found.amplitude, length, found.turn, found.bend], axis=1)
-    for i in np.flatnonzero(found.rough).tolist():
-        enter(table, int(rows[i]), rough_patch(table.basis, samples.only(i), shapes[i]))
+    rows, shapes = rows[found.rough], shapes[found.rough]
+    if len(rows):
+        fine = samples_of(table, learning, rows, texture)
+        for i, row in enumerate(rows.tolist()):
+            enter(table, row, rough_patch(table.basis, fine.only(i), shapes[i]))
 
 
 def enter(table: Table, row: int, rough: RoughPatch) -> None:
@@ -94,8 +101,11 @@ def enter(table: Table, row: int, rough: RoughPatch) -> None:
     table.mean[row], table.variance[row] = rough.mean, table.products.folded(rough.covariance)
 
 
-def samples_of(table: Table, learning: Learning, rows) -> PatchSamples:
-    """What the rows' patches learned from, at its feet on them."""
+def samples_of(
+    table: Table, learning: Learning, rows, texture: Texture | None = None
+) -> PatchSamples:
+    """What the rows' patches learned from, at its feet on them, merged: some 200 a patch, or as
+    many as a texture asks for."""
     parts = [
         _feet(table, row, learning.pool.points[learning.members[row]]) for row in rows.tolist()
     ]
@@ -107,7 +117,10 @@ def samples_of(table: Table, learning: Learning, rows) -> PatchSamples:
             array[i, : len(values)] = values
     terms = monomials(table.basis, *np.moveaxis(feet, -1, 0))[: table.basis.size]
     noise = scaled_noise(table.sensor[rows], table.radius[rows])
-    return merged(PatchSamples(feet, terms, feet[..., 2] + lift, weight, noise))
+    side = np.full(len(rows), SIDE)
+    if texture is not None:
+        side = np.clip(_FINE * texture.length / table.radius[rows], _FINEST, SIDE)
+    return merged(PatchSamples(feet, terms, feet[..., 2] + lift, weight, noise), side)
 
 
 def _feet(table: Table, row: int, points):

@@ -105,7 +105,9 @@ def _residuals(atlas: "Atlas") -> Iterator[str]:
     elif rows:
         if not atlas.texture.amplitude > 0:
             yield "there are residuals but no texture"
-        learned = samples_of(without_residuals(table), atlas.learning, np.array(rows))
+        learned = samples_of(
+            without_residuals(table), atlas.learning, np.array(rows), atlas.texture
+        )
         for i, row in enumerate(rows):
             rough, samples = table.rough[row], learned.only(i)
             if not all(

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from scipy.stats import chi2, multivariate_normal
 
-from touchatlas.atlas.patch_samples import PatchSamples, merged
+from tests.explored import explored
+from touchatlas.atlas.patch_samples import SIDE, PatchSamples, merged
 from touchatlas.atlas.residual import (
     correlation,
     joint_variance,
@@ -14,6 +15,7 @@ from touchatlas.atlas.residual import (
     solve_residual,
     trend_equations,
 )
+from touchatlas.atlas.rough import samples_of
 from touchatlas.atlas.texture import Texture, independent_equations, learn_texture, roughness
 from touchatlas.patch.polynomial import graded_basis, monomials
 from touchatlas.patch.smoothness import coefficient_precision, log_evidence, posterior
@@ -191,7 +193,9 @@ def test_merged_samples_keep_polynomials_and_weight():
     height = np.einsum("mt,tmn->mn", coefficients, samples.terms)
     weight = rng.uniform(0.5, 1.0, (3, 3000))
     weight[2, 100:] = 0.0
-    few = merged(PatchSamples(feet, samples.terms, height, weight, samples.noise))
+    few = merged(
+        PatchSamples(feet, samples.terms, height, weight, samples.noise), np.full(len(feet), SIDE)
+    )
     assert few.weight.shape[1] <= 224 and np.count_nonzero(few.weight[2]) <= 100
     assert few.weight.sum(axis=1) == pytest.approx(weight.sum(axis=1))
     fitted = np.einsum("mt,tmn->mn", coefficients, few.terms)
@@ -265,3 +269,18 @@ def test_roughness_of_no_texture_is_refused():
     samples, _ = drawn(np.random.default_rng(14), 1, 30)
     with pytest.raises(ValueError, match="amplitude 0"):
         roughness(BASIS, samples, Texture(), full(1, 1))
+
+
+def test_a_fine_texture_takes_more_samples_and_a_coarse_one_as_many():
+    """Squares are a third of the texture's length, between a sixteenth and an eighth of a radius."""
+    atlas = explored("torus").atlas
+    table, rows = atlas.table, atlas.table.rows[:20]
+    radius = float(table.radius[rows].max())
+
+    def count(texture):
+        return np.count_nonzero(samples_of(table, atlas.learning, rows, texture).used, axis=1)
+
+    usual, long = count(None), count(Texture(1.0, radius))
+    assert (usual == long).all()
+    fine, finest = count(Texture(1.0, 0.28 * radius)), count(Texture(1.0, 1e-3 * radius))
+    assert usual.sum() < fine.sum() < finest.sum()
