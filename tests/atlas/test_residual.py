@@ -272,7 +272,7 @@ def test_roughness_of_no_texture_is_refused():
 
 
 def test_a_fine_texture_takes_more_samples_and_a_coarse_one_as_many():
-    """Squares are a third of the texture's length, between a sixteenth and an eighth of a radius."""
+    """Squares are a third of the length of the texture: a sixteenth to an eighth of a radius."""
     atlas = explored("torus").atlas
     table, rows = atlas.table, atlas.table.rows[:20]
     radius = float(table.radius[rows].max())
