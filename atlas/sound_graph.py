@@ -179,11 +179,12 @@ def _corners(atlas: "Atlas") -> Iterator[str]:
         if not all(graph.has_edge(*pair) for pair in pairs):
             yield f"corner {triple} lacks one of its boundaries"
         scale = np.sqrt(table.power[list(triple)].max())
+        said = voices(table, atlas.kin, np.array(triple), np.tile(point, (3, 1)), np.inf)
+        # Kin agree within the tolerance, if all know, and the point is on one of them.
+        borne = atlas.tolerance + _UNSURE * np.sqrt(said.numbers[:, 1].max())
+        off = dict(zip(triple, np.abs(said.distance), strict=True))
         for pair in filter(lambda pair: atlas.creases.sign(*pair), pairs):
-            said = voices(table, atlas.kin, np.array(pair), np.tile(point, (2, 1)), np.inf)
-            # Kin agree within the tolerance, if they know, and the point is on one of them.
-            borne = atlas.tolerance + _UNSURE * np.sqrt(said.numbers[:, 1].max())
-            if np.abs(said.distance).max() > _CORNER * scale + borne:
+            if max(off[i] for i in pair) > _CORNER * scale + borne:
                 yield f"corner {triple} is not on the crease of {pair}"
 
 
