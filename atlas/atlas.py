@@ -233,8 +233,8 @@ class Atlas:
         return AtlasChange(added, tuple(sorted(self.kin[row])), gone, (), gone)
 
     def split(self, patch_id: int) -> AtlasChange:
-        """Seven patches of half the radius in the place of one; refused where the samples do not
-        determine all of them."""
+        """Patches of half the radius in the place of one: seven, but for those that lie beyond
+        edges or have no cell; refused where the samples do not determine all of them."""
         self._check(patch_id)
         parts = parts_of(self, patch_id)
         if parts is None:

@@ -39,8 +39,8 @@ def learn(atlas: "Atlas", touch: Touch) -> AtlasChange:
     contours = tuple(c for c in touch.contours if len(c.points) >= LEAST_POINTS)
     if len(contours) < LEAST_CONTOURS:
         return AtlasChange(
-            refused=f"{len(contours)} contours have {LEAST_POINTS} points or more; a patch "
-            f"needs {LEAST_CONTOURS}: sample more finely"
+            refused=f"contours of {LEAST_POINTS} points or more: {len(contours)}; a patch needs "
+            f"{LEAST_CONTOURS}: track more planes, or sample more finely"
         )
     if learned_before(atlas, touch.contact, contours):
         return AtlasChange(

@@ -3,6 +3,7 @@
 import io
 import json
 import os
+import tokenize
 import zipfile
 from dataclasses import asdict
 from pathlib import Path
@@ -27,6 +28,8 @@ _DAMAGE = (
     ValueError,
     LookupError,
     TypeError,
+    SyntaxError,
+    tokenize.TokenError,
     EOFError,
     OSError,
 )
@@ -74,6 +77,8 @@ def load_atlas(path) -> Atlas:
     ValueError
         When the file is missing, cut off, altered, or of a later format.
     """
+    if Path(path).exists() and not Path(path).is_file():
+        raise ValueError(f"{path} is a folder or device; give the atlas.npz of a run")
     try:
         data = io.BytesIO(Path(path).read_bytes())
         if not zipfile.is_zipfile(data):

@@ -127,7 +127,8 @@ def grow_surface(atlas: Atlas, edge: float | None = None) -> GrownSurface:
 
 
 def renew_surface(grown: GrownSurface, atlas: Atlas, change: AtlasChange) -> GrownSurface:
-    """The surface after one more change of the atlas: as if it were extracted anew.
+    """The surface after one more change of the atlas: as if it were extracted anew, with triangles
+    of ``grown.edge`` while that holds.
 
     Only where a changed patch reaches is anything asked; all is, where the resolution no
     longer holds.

@@ -40,7 +40,8 @@ def main(run: str | None = None, out: str = "run.png") -> None:
     atlas = load_atlas(Path(run) / "atlas.npz")
     surface = extract_surface(atlas, edge=float(np.ptp(atlas.table.origin, axis=0).max()) / 110)
     figure = plt.figure(figsize=(11, 4.6), layout="constrained")
-    palette = plt.get_cmap("tab20")(np.arange(len(atlas)) * 7 % 20)
+    # Numbers of patches that are no more are not given again.
+    palette = plt.get_cmap("tab20")(np.arange(atlas.table.size) * 7 % 20)
     patch = surface.patch[surface.faces[:, 0]]
     draw(figure.add_subplot(131, projection="3d"), surface, palette[patch], f"{len(atlas)} patches")
     deviation = surface.deviation[surface.faces].mean(axis=1)

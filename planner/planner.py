@@ -6,7 +6,7 @@ import numpy as np
 
 from touchatlas.atlas.atlas import Atlas, AtlasChange
 from touchatlas.atlas.touch import Touch, TouchStatus
-from touchatlas.patch.arrays import check_unit, cross, frozen_array
+from touchatlas.patch.arrays import check_unit, cross, frozen_array, real
 from touchatlas.patch.contour import ContourEnd
 from touchatlas.patch.frame import any_tangent
 from touchatlas.planner.candidates import (
@@ -49,6 +49,19 @@ class PlannerOptions:
     max_turn: float = np.pi / 4
     reach: float = 200.0
     least_reach: float = 60.0
+
+    def __post_init__(self) -> None:
+        for name, least in (("curves", 3), ("samples", 2)):
+            value = getattr(self, name)
+            if not (isinstance(value, int | np.integer) and value >= least):
+                raise ValueError(f"{name} is {value!r}; it must be a whole number >= {least}")
+        if not 0.0 < real(self.max_turn) < np.pi / 2:
+            raise ValueError(f"max_turn is {self.max_turn!r}; it must be an angle in (0, pi/2) rad")
+        if not 0.0 < real(self.least_reach) <= real(self.reach) < np.inf:
+            raise ValueError(
+                f"least_reach, reach are {self.least_reach!r}, {self.reach!r}; they must be "
+                "numbers of tolerances, 0 < least_reach <= reach"
+            )
 
 
 class Planner:

@@ -101,6 +101,8 @@ def make_object(name: str, seed: int = 0) -> ImplicitObject | MeshObject:
     """
     if name in _CATALOGUE:
         return _CATALOGUE[name](seed)
+    if Path(name).is_dir():
+        raise ValueError(f"{name!r} is a folder; give a mesh file in it, or a built-in object")
     if not Path(name).is_file():
         near = difflib.get_close_matches(name, object_names(), 1)
         hint = f"; did you mean {near[0]}?" if near else "; give one of these, or a file"

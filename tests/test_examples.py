@@ -7,6 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from touchatlas.atlas.store import load_atlas
+from touchatlas.sim.objects import make_object
+from touchatlas.sim.run import RunOptions, run_exploration
+
 EXAMPLES = Path(__file__).parent.parent / "examples"
 # Small stand-ins for the arguments that a reader would give.
 ARGUMENTS = {
@@ -27,3 +31,17 @@ def test_examples_run(name, tmp_path):
     )
     assert done.returncode == 0, done.stderr
     assert done.stdout
+
+
+def test_a_run_whose_patches_were_merged_is_drawn(tmp_path):
+    """Numbers of patches that are no more leave holes: there are more numbers than patches."""
+    options = RunOptions(None, None, 25, None, 0)
+    run_exploration(make_object("sphere", 0), tmp_path / "run", options)
+    atlas = load_atlas(tmp_path / "run" / "atlas.npz")
+    assert len(atlas) < atlas.table.size
+    picture = [EXAMPLES / "picture_of_a_run.py", tmp_path / "run", tmp_path / "run.png"]
+    done = subprocess.run(
+        [sys.executable, "-W", "error", *picture], capture_output=True, text=True, env=os.environ
+    )
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "run.png").stat().st_size > 1000

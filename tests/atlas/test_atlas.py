@@ -1,5 +1,7 @@
 """The atlas against theorems, invariances and its own deviations, on a ball touched all over."""
 
+import io
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -207,6 +209,27 @@ def test_variance_is_that_of_the_covariance(ball):
         covariance = ball.atlas.patch(row).covariance
         expected = np.einsum("tn,ts,sn->n", terms[i], covariance, terms[i])
         assert np.abs(variance[i] - expected).max() <= 441 * 2.3e-16 * np.abs(covariance).max()
+
+
+def test_an_open_bracket_in_a_header_is_damage(ball, tmp_path):
+    """Arrays say their shapes in a line of Python, which numpy reads by Python's own tokenizer."""
+    save_atlas(tmp_path / "a.npz", ball.atlas)
+    with np.load(tmp_path / "a.npz") as file:
+        arrays = {name: file[name] for name in file.files}
+    with zipfile.ZipFile(tmp_path / "bad.npz", "w") as out:
+        for name, array in arrays.items():
+            buffer = io.BytesIO()
+            np.save(buffer, array)
+            data = buffer.getvalue()
+            out.writestr(f"{name}.npy", data.replace(b"), }", b"(, }", 1))
+    with pytest.raises(ValueError, match="no whole atlas file"):
+        load_atlas(tmp_path / "bad.npz")
+
+
+@pytest.mark.parametrize("path", ["/dev/zero", "."])
+def test_what_is_no_file_is_not_read(path):
+    with pytest.raises(ValueError, match="folder or device"):
+        load_atlas(path)
 
 
 @pytest.mark.parametrize("damage", ["cut", "flip"])

@@ -9,7 +9,7 @@ from touchatlas.atlas.touch import Touch, TouchStatus
 from touchatlas.patch.curvature import curvatures_from_sections
 from touchatlas.planner.explore import explore
 from touchatlas.planner.planes import concurrent_planes
-from touchatlas.planner.planner import Planner
+from touchatlas.planner.planner import Planner, PlannerOptions
 from touchatlas.planner.probe_plan import Reason
 from touchatlas.sim.objects import make_object
 from touchatlas.sim.probe import Probe
@@ -102,3 +102,21 @@ def test_short_contours_are_tried_again_closer():
     assert found[0].change.refused
     assert found[1].plan.reach < found[0].plan.reach
     assert found[1].plan.reference_point == pytest.approx(found[0].plan.reference_point)
+
+
+@pytest.mark.parametrize(
+    ("options", "word"),
+    [
+        ({"curves": 2}, "curves"),
+        ({"curves": 2.5}, "curves"),
+        ({"samples": 0}, "samples"),
+        ({"max_turn": 0.0}, "max_turn"),
+        ({"max_turn": np.nan}, "max_turn"),
+        ({"reach": -5.0}, "reach"),
+        ({"least_reach": 300.0}, "least_reach"),
+        ({"reach": np.inf}, "reach"),
+    ],
+)
+def test_options_that_plan_nothing_are_refused_by_name(options, word):
+    with pytest.raises(ValueError, match=word):
+        PlannerOptions(**options)
