@@ -28,8 +28,9 @@ class AtlasOptions:
     least_radius : float
         No patch is made smaller than this for its contours' sake, in tolerances.
     trust : float
-        The surface is drawn among its samples, where its predicted deviation is no more, in
-        tolerances; infinite: wherever patches reach.
+        Where nothing was touched beyond, the surface is drawn among its samples as far as its
+        predicted deviation is no more, in tolerances; amid covered patches up to three times that.
+        Infinite: wherever patches reach.
     """
 
     fit: FitOptions = FitOptions(adaptive=False)

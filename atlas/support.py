@@ -14,19 +14,28 @@ if TYPE_CHECKING:
 # In so many directions it is asked how far samples reach: what lies among these half planes is
 # within the hull of the samples, but for 0.9 % of the radius.
 _DIRECTIONS = 24
+# Amid others a patch may be so many times as unsure as at a rim: no other surface can be there.
+_WITHIN = 3.0
 _ANGLES = 2.0 * np.pi / _DIRECTIONS * np.arange(_DIRECTIONS)
 _ALONG = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)])
 
 
-def among_samples(atlas: "Atlas", patch, points) -> np.ndarray:
-    """(n,) whether points (n, 3) of patches (n,) lie within the convex hull of the samples in the
-    patch's equations, over its tangent plane.
+def supported(atlas: "Atlas", patch, points, deviation) -> np.ndarray:
+    """(n,) whether the surface is to be drawn at points (n, 3) of patches (n,), with deviations
+    (n,): at a rim within the convex hull of the samples in the patch's equations, over its tangent
+    plane, and as sure as is trusted; within, as far as three times that.
 
-    Patches whose outlines others cover, and those of their kin too, lie within what was touched;
-    and creases end patches where their samples end.
+    Patches whose outlines others cover, and those of their kin too, lie within what was touched:
+    there the surface goes on, how well it is known or not. Creases end patches where their samples
+    end.
     """
-    at_rim = np.isin(np.arange(atlas.table.size), rim(atlas))
-    out, doubt = np.ones(len(points), bool), np.flatnonzero(at_rim[patch])
+    trusted = atlas.options.trust * atlas.tolerance
+    out = deviation <= _WITHIN * trusted
+    if not np.isfinite(trusted):
+        return out
+    at_rim = np.isin(np.arange(atlas.table.size), rim(atlas))[patch]
+    out &= ~at_rim | (deviation <= trusted)
+    doubt = np.flatnonzero(out & at_rim)
     for row in np.unique(patch[doubt]).tolist():
         here = doubt[patch[doubt] == row]
         reach = _over(atlas, row, _samples(atlas, row)).max(axis=0, initial=-np.inf)

@@ -27,7 +27,7 @@ from touchatlas.atlas.resolution import (
 )
 from touchatlas.atlas.sharpen import sharpen
 from touchatlas.atlas.skin import Skin, grow_skin, renew_skin
-from touchatlas.atlas.support import among_samples
+from touchatlas.atlas.support import supported
 from touchatlas.atlas.table import Table
 from touchatlas.atlas.voices import COVER_MARGIN
 
@@ -168,7 +168,7 @@ def _holds(grown: GrownSurface, atlas: Atlas, deviation: float, gaps) -> bool:
 def smooth_surface(atlas: Atlas, skin: Skin, count: int) -> Surface:
     """The skin's triangles cut into ``count`` x ``count`` curved ones, where they are known: where
     patches reach, among their samples, and expect to be off by no more than is trusted."""
-    table, kin, old, trust = atlas.table, atlas.kin, skin.vertices, atlas.options.trust
+    table, kin, old = atlas.table, atlas.kin, skin.vertices
     cut = Subdivision(len(old.keys), skin.faces, count)
     points, faces = cut.points(old.points, old.normals), cut.faces()
     patch = _nearest(table, cut, old.patch, points)
@@ -180,9 +180,7 @@ def smooth_surface(atlas: Atlas, skin: Skin, count: int) -> Surface:
             cut.linear(mean_height(cut.edges, old.points, old.normals, count))[:, None] * normals
         )
     deviation, curvature = np.sqrt(cut.linear(old.variance)), cut.linear(old.curvature)
-    known &= deviation <= trust * atlas.tolerance
-    if np.isfinite(trust):
-        known &= among_samples(atlas, patch, points)
+    known &= supported(atlas, patch, points, deviation)
     kept = _unfolded(faces, normals, skin.faces, old.normals)
     whole = Surface(points, kept, normals, deviation, patch, curvature)
     if not known.all() or len(whole.faces) < len(faces):

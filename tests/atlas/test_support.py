@@ -9,7 +9,7 @@ from tests.atlas.test_merging import plane
 from tests.explored import explored
 from tests.sharp import explored_sharp, sharp_object
 from touchatlas.atlas.atlas import Atlas
-from touchatlas.atlas.support import among_samples
+from touchatlas.atlas.support import rim, supported
 from touchatlas.atlas.surface import extract_surface
 from touchatlas.sim.triangles import areas_of
 
@@ -43,17 +43,17 @@ def test_among_samples_is_within_their_hull():
     table, learning = atlas.table, atlas.learning
     row = int(table.rows[table.ring_open[table.rows].any(axis=1)][0])
     points = learning.pool.points[learning.members[row]]
-    assert among_samples(atlas, np.full(len(points), row), points).all()
+    assert supported(atlas, np.full(len(points), row), points, np.zeros(len(points))).all()
     along = (points - table.origin[row]) @ table.axes[row, 0]
     farther = points[along.argmax()] + 0.01 * table.radius[row] * table.axes[row, 0]
-    assert not among_samples(atlas, np.array([row]), farther[None]).any()
+    assert not supported(atlas, np.array([row]), farther[None], np.zeros(1)).any()
 
 
 def test_whole_objects_are_asked_nothing():
     """No outline is bare: far from all samples, too, the answer is yes."""
     atlas = explored("sphere").atlas
     far = np.full((1, 3), 1e3)
-    assert among_samples(atlas, atlas.table.rows[:1], far).all()
+    assert supported(atlas, atlas.table.rows[:1], far, np.zeros(1)).all()
 
 
 def test_one_touch_of_a_plane_draws_the_hexagon_of_its_arms():
@@ -70,3 +70,16 @@ def test_one_touch_of_a_plane_draws_the_hexagon_of_its_arms():
     surface = extract_surface(atlas, 0.05)
     disc = areas_of(surface.vertices, surface.faces).sum()
     assert hexagon < disc <= np.pi * 0.98**2
+
+
+def test_amid_others_the_surface_is_drawn_three_times_as_unsure_as_at_a_rim():
+    """Deviations of two tolerances are too much at a rim, and cut no hole where all is covered."""
+    whole = explored("sphere").atlas
+    rows = whole.table.rows[:5]
+    centres = whole.table.origin[rows]
+    two, four = (np.full(5, share * whole.tolerance) for share in (2.0, 4.0))
+    assert supported(whole, rows, centres, two).all()
+    assert not supported(whole, rows, centres, four).any()
+    part = half(explored("sphere").touches, 0.1, 0)
+    rows = np.array(rim(part)[:5])
+    assert not supported(part, rows, part.table.origin[rows], two).any()

@@ -13,7 +13,8 @@ from touchatlas.atlas.curved_triangles import Subdivision
 from touchatlas.atlas.lattice import CORNERS, ends_of, key, triangles, unkey
 from touchatlas.atlas.resolution import cube_edge, gaps_of, patch_resolution, resolution
 from touchatlas.atlas.skin import grow_skin
-from touchatlas.atlas.support import among_samples
+from touchatlas.atlas.support import rim as bare
+from touchatlas.atlas.support import supported
 from touchatlas.atlas.surface import (
     extract_surface,
     grow_surface,
@@ -137,15 +138,17 @@ def test_surface_is_open_at_the_frontier_and_nowhere_else(half):
     # sagitta. At the rim they hang on to corners that a single patch holds, beyond its core.
     off = np.abs(seen.distance) / atlas.tolerance
     assert np.quantile(off, 0.95) < 0.02 and np.quantile(off, 0.999) < 1.0 and off.max() < 3.0
-    assert surface.deviation.max() <= atlas.tolerance
+    # Amid others, patches may be three times as unsure as at the rim.
+    at_rim = np.isin(surface.patch, bare(atlas))
+    assert surface.deviation[at_rim].max() <= atlas.tolerance
+    assert surface.deviation.max() <= 3.0 * atlas.tolerance
     # And all that is known of the torus is there, up to the edge of a triangle at the rim.
     points, _ = make_object("torus").sample(5000, np.random.default_rng(0))
     on = atlas.blend(points)
     feet = (points - on.distance[:, None] * on.normal)[on.known]
     there = atlas.blend(feet)
-    sure = there.known & (np.nan_to_num(there.deviation, nan=np.inf) <= atlas.tolerance)
-    feet, patch = feet[sure], there.patch[sure]
-    feet = feet[among_samples(atlas, patch, feet)]
+    feet, patch, deviation = (x[there.known] for x in (feet, there.patch, there.deviation))
+    feet = feet[supported(atlas, patch, feet, deviation)]
     missed = distances(surface.vertices, surface.faces, feet)
     assert missed.max() < 2.0 * edge and np.quantile(missed, 0.98) < 0.5 * edge
 
@@ -156,7 +159,9 @@ def test_surface_is_drawn_as_far_as_it_is_trusted(half):
     for trust in (0.1, 0.3, np.inf):
         atlas.options = replace(atlas.options, trust=trust)
         surface = extract_surface(atlas)
-        assert surface.deviation.max() <= trust * atlas.tolerance
+        at_rim = np.isin(surface.patch, bare(atlas))
+        assert surface.deviation[at_rim].max() <= trust * atlas.tolerance
+        assert surface.deviation.max() <= 3.0 * trust * atlas.tolerance
         areas.append(trimesh.Trimesh(surface.vertices, surface.faces, process=False).area)
     assert areas[0] < areas[1] < areas[2]
 
