@@ -10,7 +10,7 @@ from touchatlas.atlas.change import AtlasChange
 from touchatlas.atlas.crease_tiling import crease_corners, folded_graph, visible
 from touchatlas.atlas.creases import Creases
 from touchatlas.atlas.edge_ends import EdgeEnds
-from touchatlas.atlas.folding import fold, follow
+from touchatlas.atlas.folding import fold
 from touchatlas.atlas.frontier import Frontier
 from touchatlas.atlas.insertion import learn
 from touchatlas.atlas.kin import Kin
@@ -264,8 +264,7 @@ class Atlas:
         before = set(self.table.rough)
         self.texture = learn_residuals(self.table, self.learning, self.prior)
         if changed := before | set(self.table.rough):
-            self.creases.renew(sorted(changed))
-            follow(self, sorted(changed))
+            fold(self, sorted(changed))
             self.tiling.retile()
             self.tiling.mend()
         return len(self.table.rough)

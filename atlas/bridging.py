@@ -11,7 +11,7 @@ from touchatlas.atlas.learning import OFFER_REACH
 from touchatlas.atlas.merging import is_upright, remove_hidden, take_place
 from touchatlas.atlas.moments import SHEET_COSINE, of_patch
 from touchatlas.patch.fit import PatchFit
-from touchatlas.patch.frame import DarbouxFrame, any_tangent, axes_from_normal
+from touchatlas.patch.frame import DarbouxFrame, axes_from_normal
 from touchatlas.patch.patch import Patch
 from touchatlas.patch.refit import refit_patch
 from touchatlas.patch.start import UnfitError
@@ -74,7 +74,7 @@ def _fit(atlas: "Atlas", beside: int, point, normal, index) -> PatchFit | None:
     """A patch about a point that holds the samples there, as large as the one beside it if it need
     not turn too far for that."""
     table, pool = atlas.table, atlas.learning.pool
-    frame = DarbouxFrame(point, axes_from_normal(normal, any_tangent(normal)))
+    frame = DarbouxFrame(point, axes_from_normal(normal, table.axes[beside, 0]))
     samples = pool.points[index], pool.across[index], float(table.noise[beside])
     for share in _SHARES:
         radius = share * float(table.radius[beside])

@@ -212,6 +212,8 @@ def _link(atlas: "Atlas", owner: int, kin: np.ndarray) -> None:
     power = power_at(table, sorted(atlas.kin[owner]), table.ring[owner])
     table.ring_open[owner] *= power.min(axis=1, initial=np.inf) > 0
     atlas.tiling.conquer(owner, others)
+    # Its new kin may have less power than it at corners of its own.
+    atlas.tiling.renew({owner})
 
 
 def _join(atlas: "Atlas", row: int, kin: np.ndarray, index) -> None:

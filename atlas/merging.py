@@ -204,7 +204,8 @@ def remove_hidden(atlas: "Atlas", rows: set[int]) -> list[int]:
             learning.brought[owner] = np.append(learning.brought[owner], learning.brought[i])
             atlas.frontier.move_home(table, [i], owner)
             atlas.edge_ends.move_home([i], owner)
-            beside |= atlas.kin[i]
+            across = atlas.creases.of(i)
+            beside = beside.union(atlas.kin[i], across, *(atlas.kin[j] for j in across))
             remove_patches(atlas, [i])
             hidden.append(i)
     if hidden:

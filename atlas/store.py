@@ -23,11 +23,11 @@ FORMAT = 3
 # What reading raises when a file is not as it was written.
 _DAMAGE = (
     zipfile.BadZipFile,
-    NotImplementedError,
     ArithmeticError,
     ValueError,
     LookupError,
     TypeError,
+    RuntimeError,
     SyntaxError,
     tokenize.TokenError,
     EOFError,

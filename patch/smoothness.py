@@ -142,7 +142,7 @@ def log_evidence(equations: NormalEquations, noise, prior_precision):
     diagonal += prior_precision
     factor = np.linalg.cholesky(bordered)
     roots = np.einsum("...ii->...i", factor)
-    chi_square = roots[..., t] ** 2 - 1.0
+    chi_square = np.maximum(roots[..., t] ** 2 - 1.0, 0.0)
     evidence = 0.5 * (np.log(prior_precision).sum(axis=-1) - chi_square)
     evidence -= np.log(roots[..., :t]).sum(axis=-1)
     return evidence + 0.5 * equations.count * np.log(weight), chi_square

@@ -1,11 +1,16 @@
 """Bridging: patches where samples lie between the places that were touched."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from tests.real import real_mesh
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.change import AtlasChange
+from touchatlas.atlas.touch import Touch
+from touchatlas.patch.contour import SamplingPlane
 from touchatlas.sim.objects import make_object
 from touchatlas.sim.probe import Probe
 from touchatlas.sim.surface_peers import spread_plans
@@ -15,11 +20,30 @@ def sparse(obj, count: int):
     """An object, or a built-in one's name, and an atlas of a few touches spread over it, whose arms
     reach beyond their patches."""
     obj = make_object(obj) if isinstance(obj, str) else obj
-    rng = np.random.default_rng(3)
-    atlas, probe = Atlas(obj.tolerance), Probe(obj, obj.noise_std, rng)
-    for plan in spread_plans(*obj.sample(4000, rng), count):
-        atlas.add(probe(plan))
+    atlas = Atlas(obj.tolerance)
+    for touch in touches_of(obj, count):
+        atlas.add(touch)
     return obj, atlas
+
+
+def touches_of(obj, count: int) -> list[Touch]:
+    rng = np.random.default_rng(3)
+    probe = Probe(obj, obj.noise_std, rng)
+    return [probe(plan) for plan in spread_plans(*obj.sample(4000, rng), count)]
+
+
+def turned(touch: Touch, turn) -> Touch:
+    """A touch in a frame of the world that is turned by a matrix (3, 3)."""
+    contours = tuple(
+        replace(
+            contour,
+            points=contour.points @ turn.T,
+            plane=SamplingPlane(turn @ contour.plane.point, turn @ contour.plane.normal),
+        )
+        for contour in touch.contours
+    )
+    contact, approach = turn @ touch.contact, turn @ touch.approach
+    return replace(touch, contact=contact, approach=approach, contours=contours)
 
 
 @pytest.mark.parametrize(("name", "count"), [("torus", 25), ("bottle", 18), ("mouse", 18)])
@@ -70,3 +94,22 @@ def test_every_bridge_has_learned_of_the_samples_about_it():
     assert len(added) > 20
     assert all(len(atlas.learning.members[i]) for i in added)
     atlas.validate()
+
+
+@pytest.mark.parametrize("name", ["torus", "mouse"])
+def test_bridges_turn_with_their_touches(name):
+    """The same touches in another frame of the world give the same bridges: to 1e-7 tolerances, of
+    which most is rounding that fits pass on."""
+    obj, atlas = sparse(name, 20)
+    turn = Rotation.from_rotvec([0.7, -1.1, 0.4]).as_matrix()
+    moved = Atlas(obj.tolerance)
+    for touch in touches_of(obj, 20):
+        moved.add(turned(touch, turn))
+    for one in (atlas, moved):
+        one.settle()
+        assert one.bridge().added
+    truth, _ = obj.sample(2000, np.random.default_rng(4))
+    first, second = atlas.blend(truth), moved.blend(truth @ turn.T)
+    assert (first.known == second.known).mean() > 0.999
+    both = first.known & second.known
+    assert np.abs(first.distance - second.distance)[both].max() < 1e-7 * obj.tolerance

@@ -5,7 +5,7 @@ from copy import deepcopy
 import numpy as np
 import pytest
 
-from tests.explored import explored
+from tests.explored import explored, touched_again
 from tests.sharp import explored_sharp
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.crease_curves import crease_curves, sources_of
@@ -123,11 +123,16 @@ def test_curves_are_drawn_anew_where_a_patch_moved_and_nowhere_else():
 
 
 def test_saved_creases_come_back(tmp_path):
-    atlas = explored_sharp("step").atlas
+    atlas = explored_sharp("step", max_touches=30).atlas
     save_atlas(tmp_path / "atlas.npz", atlas)
     again = load_atlas(tmp_path / "atlas.npz")
     assert set(again.creases.pairs) == set(atlas.creases.pairs)
-    assert len(again.edge_ends) == len(atlas.edge_ends)
+    for mine, theirs in ((atlas.edge_ends, again.edge_ends), (atlas.frontier, again.frontier)):
+        assert all(np.array_equal(vars(theirs)[name], mine) for name, mine in vars(mine).items())
+    pool, saved = atlas.learning.pool, again.learning.pool
+    for name in ("points", "normals", "across", "edges"):
+        assert np.array_equal(getattr(pool, name), getattr(saved, name))
+    assert pool.edges.any() and len(atlas.frontier) + len(atlas.edge_ends)
     save_atlas(tmp_path / "again.npz", again)
     assert (tmp_path / "again.npz").read_bytes() == (tmp_path / "atlas.npz").read_bytes()
 
@@ -154,3 +159,15 @@ def test_graph_of_an_explored_body_is_a_sphere_but_for_its_gaps(name):
     atlas = explored_sharp(name).atlas
     assert atlas.euler_characteristic() + len(atlas.gaps) == 2
     atlas.validate()
+
+
+def test_what_a_removed_face_had_closed_is_open_again():
+    """A patch that is hidden takes its creases along: outlines that ended there are bare then."""
+    whole = explored_sharp("step", max_touches=40, seed=2)
+    for seed in range(3):
+        atlas, rng = deepcopy(whole.atlas), np.random.default_rng(seed)
+        for index in rng.permutation(40)[:6]:
+            atlas.add(touched_again(whole.touches[index], rng))
+            atlas.validate()
+        atlas.simplify()
+        atlas.validate()
