@@ -91,7 +91,9 @@ def follow(atlas: "Atlas", rows) -> None:
     shifts = atlas.table.ring_shifts(rows)
     moved = [i for i, shift in zip(rows, shifts, strict=True) if shift > OUTLINE_MOVED]
     if moved:
-        reopen(atlas, moved)
+        reopen(
+            atlas, [i for i, fits in zip(moved, atlas.table.ring_fits(moved), strict=True) if fits]
+        )
         atlas.tiling.renew(set(moved))
 
 

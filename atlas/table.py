@@ -12,6 +12,9 @@ from touchatlas.patch.smoothness import NormalEquations, scaled_noise
 # Rows that there is room for at first; later an eighth more at a time.
 _ROOM = 64
 
+# An outline is laid anew where it stays within this share of the squared core radius.
+_OWN = 1.05
+
 
 class Table:
     """Columns over all patches of an atlas, so that many are handled in one numpy call.
@@ -187,6 +190,12 @@ class Table:
         """(m,) by how much, in radii, the outlines of rows would move if they were laid now."""
         offset = self._fresh_rings(rows) - self.ring[rows]
         return np.sqrt((offset * offset).sum(axis=-1)).max(axis=1) / self.radius[rows]
+
+    def ring_fits(self, rows) -> np.ndarray:
+        """(m,) whether outlines of rows would lie within their cores if they were laid now: origins
+        move, sites do not, and what is beyond a core is not its patch's to cover."""
+        out = self._fresh_rings(rows) - self.site[rows][:, None]
+        return (out * out).sum(axis=-1).max(axis=1) <= _OWN * self.power[rows]
 
     def _fresh_rings(self, rows) -> np.ndarray:
         scaled = rings(self.basis, self.mean[rows], self.core) * self.radius[rows][:, None, None]

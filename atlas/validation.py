@@ -88,7 +88,8 @@ def _index(atlas: "Atlas") -> Iterator[str]:
 def _outlines(atlas: "Atlas") -> Iterator[str]:
     """Outlines lie about their cores, and are open where no kin covers them and no crease is."""
     table, rows = atlas.table, atlas.table.rows
-    for row in rows[table.ring_shifts(rows) > OUTLINE_MOVED * (1.0 + _ROUNDING)].tolist():
+    moved = table.ring_shifts(rows) > OUTLINE_MOVED * (1.0 + _ROUNDING)
+    for row in rows[moved & table.ring_fits(rows)].tolist():
         yield f"the outline (ring) of patch {row} is not at its core"
     for row in rows.tolist():
         kin = sorted(atlas.kin[row])
