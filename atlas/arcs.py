@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from touchatlas.patch.bezier import chebyshev_points
-from touchatlas.patch.patch import Patch
+from touchatlas.atlas.cad.bezier import chebyshev_points
+from touchatlas.patch.geometry.patch import Patch
 
 ARC_DEGREE = 8
 _NEWTON_STEPS, _END_STEPS = 6, 20

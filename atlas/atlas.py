@@ -27,10 +27,10 @@ from touchatlas.atlas.texture import Texture
 from touchatlas.atlas.tiling import Tiling, Triple
 from touchatlas.atlas.touch import Touch
 from touchatlas.atlas.validation import violations
-from touchatlas.patch.frame import DarbouxFrame
-from touchatlas.patch.patch import Patch
-from touchatlas.patch.polynomial import LocalPolynomial
-from touchatlas.patch.smoothness import SmoothnessPrior, leftover
+from touchatlas.patch.fit.smoothness import SmoothnessPrior, leftover
+from touchatlas.patch.geometry.frame import DarbouxFrame
+from touchatlas.patch.geometry.patch import Patch
+from touchatlas.patch.geometry.polynomial import LocalPolynomial
 
 
 class Atlas:

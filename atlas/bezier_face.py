@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from touchatlas.atlas.arcs import ARC_DEGREE
+from touchatlas.atlas.cad.bezier import bernstein, curve_poles, fitting_height, tensor_height
 from touchatlas.atlas.patchwork import PatchworkFace
-from touchatlas.patch.bezier import bernstein, curve_poles, fitting_height, tensor_height
 
 # The rectangle reaches past its cell by this share of its edges.
 _MARGIN = 0.01

@@ -14,7 +14,7 @@ from touchatlas.atlas.edge_blend import lead_off_edges
 from touchatlas.atlas.kin import Kin, are_kin
 from touchatlas.atlas.table import Table
 from touchatlas.atlas.voices import voices
-from touchatlas.patch.arrays import frozen_array
+from touchatlas.patch.geometry.arrays import frozen_array
 
 # Points that are looked at in one go.
 _AT_ONCE = 1 << 14

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from touchatlas.atlas.table import Table
-from touchatlas.patch.arrays import cross
+from touchatlas.patch.geometry.arrays import cross
 
 _ALONG = np.linspace(-1.0, 1.0, 9)
 # Cells reach past their cores by this share of the squared core radius: what three cores leave

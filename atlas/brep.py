@@ -11,7 +11,7 @@ from contextlib import contextmanager
 import numpy as np
 
 from touchatlas.atlas.bezier_face import BezierFace
-from touchatlas.patch.bezier import curve_poles
+from touchatlas.atlas.cad.bezier import curve_poles
 
 
 def need_kernel() -> None:

@@ -10,11 +10,11 @@ from touchatlas.atlas.folding import fold, kin_beside, reopen
 from touchatlas.atlas.learning import OFFER_REACH
 from touchatlas.atlas.merging import is_upright, remove_hidden, take_place
 from touchatlas.atlas.moments import SHEET_COSINE, of_patch
-from touchatlas.patch.fit import PatchFit
-from touchatlas.patch.frame import DarbouxFrame, axes_from_normal
-from touchatlas.patch.patch import Patch
-from touchatlas.patch.refit import refit_patch
-from touchatlas.patch.start import UnfitError
+from touchatlas.patch.fit.fit_patch import PatchFit
+from touchatlas.patch.fit.refit_patch import refit_patch
+from touchatlas.patch.fit.start import UnfitError
+from touchatlas.patch.geometry.frame import DarbouxFrame, axes_from_normal
+from touchatlas.patch.geometry.patch import Patch
 
 if TYPE_CHECKING:
     from touchatlas.atlas.atlas import Atlas

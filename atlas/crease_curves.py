@@ -7,7 +7,7 @@ import numpy as np
 
 from touchatlas.atlas.meeting import look, meet
 from touchatlas.atlas.table import Table
-from touchatlas.patch.arrays import cross
+from touchatlas.patch.geometry.arrays import cross
 
 if TYPE_CHECKING:
     from touchatlas.atlas.creases import Creases

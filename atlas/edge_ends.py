@@ -6,7 +6,7 @@ import numpy as np
 
 from touchatlas.atlas.meeting import look
 from touchatlas.atlas.table import Table
-from touchatlas.patch.contour import Contour, ContourEnd
+from touchatlas.patch.geometry.contour import Contour, ContourEnd
 
 # A patch passes an end when it is no farther from it than this many sampling steps: the last
 # sample is up to one short of the edge.

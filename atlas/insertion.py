@@ -13,10 +13,10 @@ from touchatlas.atlas.folding import fold, kin_beside, part
 from touchatlas.atlas.merging import remove_hidden
 from touchatlas.atlas.repetition import learned_before
 from touchatlas.atlas.touch import LEAST_POINTS, Touch, TouchStatus
-from touchatlas.patch.contour import Contour, ContourEnd
-from touchatlas.patch.fit import PatchFit, fit_patch
-from touchatlas.patch.section import contour_normals
-from touchatlas.patch.start import UnfitError
+from touchatlas.patch.fit.fit_patch import PatchFit, fit_patch
+from touchatlas.patch.fit.start import UnfitError
+from touchatlas.patch.geometry.contour import Contour, ContourEnd
+from touchatlas.patch.geometry.section import contour_normals
 
 if TYPE_CHECKING:
     from touchatlas.atlas.atlas import Atlas

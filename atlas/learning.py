@@ -5,10 +5,10 @@ import numpy as np
 from touchatlas.atlas.moments import absorb, of_patch, solve
 from touchatlas.atlas.samples import SamplePool
 from touchatlas.atlas.table import Table
-from touchatlas.patch.fit import PatchFit
-from touchatlas.patch.refit import refit_patches
-from touchatlas.patch.smoothness import SmoothnessPrior
-from touchatlas.patch.start import Stack, UnfitError
+from touchatlas.patch.fit.fit_patch import PatchFit
+from touchatlas.patch.fit.refit_patch import refit_patches
+from touchatlas.patch.fit.smoothness import SmoothnessPrior
+from touchatlas.patch.fit.start import Stack, UnfitError
 
 # A patch is framed anew when it knows this many times the samples of its last frame; or so many
 # times, if its tangent plane at the origin has turned by so much (radians): where no polynomial

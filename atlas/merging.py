@@ -10,12 +10,12 @@ from touchatlas.atlas.learning import OFFER_REACH, Offer
 from touchatlas.atlas.moments import SHEET_COSINE
 from touchatlas.atlas.table import Table
 from touchatlas.atlas.voices import COVER_MARGIN
-from touchatlas.patch.fit import BORNE, PatchFit
-from touchatlas.patch.frame import DarbouxFrame, axes_from_normal
-from touchatlas.patch.patch import Patch
-from touchatlas.patch.polynomial import scaled_height
-from touchatlas.patch.refit import refit_patch
-from touchatlas.patch.start import UnfitError
+from touchatlas.patch.fit.fit_patch import BORNE, PatchFit
+from touchatlas.patch.fit.refit_patch import refit_patch
+from touchatlas.patch.fit.start import UnfitError
+from touchatlas.patch.geometry.frame import DarbouxFrame, axes_from_normal
+from touchatlas.patch.geometry.patch import Patch
+from touchatlas.patch.geometry.polynomial import scaled_height
 
 if TYPE_CHECKING:
     from touchatlas.atlas.atlas import Atlas

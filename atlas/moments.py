@@ -9,14 +9,14 @@ import numpy as np
 
 from touchatlas.atlas.samples import SamplePool
 from touchatlas.atlas.table import Table
-from touchatlas.patch.polynomial import GRADIENT, evaluate_batch, monomials
-from touchatlas.patch.smoothness import (
+from touchatlas.patch.fit.smoothness import (
     coefficient_precision,
     effective_parameters,
     leftover,
     posterior,
     residual_square,
 )
+from touchatlas.patch.geometry.polynomial import GRADIENT, evaluate_batch, monomials
 
 # A sample is of a patch's sheet when it lies this near to it, in patch radii, and its own
 # normal is within 60 degrees of the patch's there.

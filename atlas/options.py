@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
-from touchatlas.patch.arrays import real
-from touchatlas.patch.fit import FitOptions
+from touchatlas.patch.fit.fit_patch import FitOptions
+from touchatlas.patch.geometry.arrays import real
 
 # A patch that bears more tolerances than this, or is no smaller, shows nothing of its surface.
 _MOST = 1e3

@@ -15,8 +15,8 @@ import numpy as np
 from touchatlas.atlas.arcs import ARC_DEGREE, Meeting, meeting, rim_arcs
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.boundary import power_at
-from touchatlas.patch.bezier import bernstein, bernstein_slopes, curve_poles
-from touchatlas.patch.patch import Patch
+from touchatlas.atlas.cad.bezier import bernstein, bernstein_slopes, curve_poles
+from touchatlas.patch.geometry.patch import Patch
 
 _GAUSS = 12
 

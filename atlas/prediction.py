@@ -3,7 +3,7 @@
 import numpy as np
 
 from touchatlas.atlas.table import Table
-from touchatlas.patch.polynomial import monomials
+from touchatlas.patch.geometry.polynomial import monomials
 
 _HALF_WAY = 0.5
 

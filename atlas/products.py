@@ -10,7 +10,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from touchatlas.patch.polynomial import Basis
+from touchatlas.patch.geometry.polynomial import Basis
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +57,7 @@ class Products:
     def gram(self, moments) -> np.ndarray:
         """(..., t, t) sums of phi phi^t of moments (..., p).
 
-        >>> from touchatlas.patch.polynomial import monge_basis
+        >>> from touchatlas.patch.geometry.polynomial import monge_basis
         >>> products(monge_basis(1)).gram(np.array([9, 1, 2, 3, 4, 5])).tolist()
         [[9, 3, 1], [3, 5, 4], [1, 4, 2]]
         """
@@ -72,7 +72,7 @@ class Products:
 def products(basis: Basis) -> Products:
     """The products of a basis's monomials.
 
-    >>> from touchatlas.patch.polynomial import graded_basis
+    >>> from touchatlas.patch.geometry.polynomial import graded_basis
     >>> of = products(graded_basis(4))
     >>> len(of.starts), graded_basis(4).exponents[of.heads].tolist()[:4]
     (93, [[0, 0, 0], [4, 0, 0], [0, 4, 0], [0, 0, 2]])

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from touchatlas.patch.contour import Contour
+from touchatlas.patch.geometry.contour import Contour
 
 if TYPE_CHECKING:
     from touchatlas.atlas.atlas import Atlas

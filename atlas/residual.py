@@ -15,7 +15,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from touchatlas.atlas.patch_samples import PatchSamples
-from touchatlas.patch.smoothness import NormalEquations, posterior
+from touchatlas.patch.fit.smoothness import NormalEquations, posterior
 
 # No sample is better than this share of the amplitude: below, rounding would be all there is.
 _NUGGET = 1e-3

@@ -6,7 +6,7 @@ from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.kin import Kin, are_kin
 from touchatlas.atlas.table import Table
 from touchatlas.atlas.voices import distances
-from touchatlas.patch.arrays import real
+from touchatlas.patch.geometry.arrays import real
 
 # Height of the arc over its chord that the triangles may have, in tolerances.
 _SAGITTA = 0.02

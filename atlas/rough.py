@@ -10,12 +10,12 @@ from touchatlas.atlas.patch_samples import SIDE, PatchSamples, merged
 from touchatlas.atlas.residual import Residual, solve_residual
 from touchatlas.atlas.table import Table
 from touchatlas.atlas.texture import Texture, learn_texture, roughness
-from touchatlas.patch.polynomial import Basis, monomials
-from touchatlas.patch.smoothness import (
+from touchatlas.patch.fit.smoothness import (
     SmoothnessPrior,
     coefficient_precision,
     scaled_noise,
 )
+from touchatlas.patch.geometry.polynomial import Basis, monomials
 
 # The texture is learned from so many patches at most, and residuals so many at once.
 _ASKED, _AT_ONCE = 12, 32

@@ -7,7 +7,7 @@ import numpy as np
 
 from touchatlas.atlas.change import AtlasChange
 from touchatlas.atlas.merging import LEAST_COSINE, enclosing_balls, middles, noise_of
-from touchatlas.patch.smoothness import leftover
+from touchatlas.patch.fit.smoothness import leftover
 
 if TYPE_CHECKING:
     from touchatlas.atlas.atlas import Atlas

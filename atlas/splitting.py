@@ -16,11 +16,11 @@ from touchatlas.atlas.merging import (
     take_place,
 )
 from touchatlas.atlas.moments import of_patch
-from touchatlas.patch.fit import PatchFit
-from touchatlas.patch.frame import DarbouxFrame, axes_from_normal
-from touchatlas.patch.polynomial import scaled_height
-from touchatlas.patch.refit import refit_patch
-from touchatlas.patch.start import UnfitError
+from touchatlas.patch.fit.fit_patch import PatchFit
+from touchatlas.patch.fit.refit_patch import refit_patch
+from touchatlas.patch.fit.start import UnfitError
+from touchatlas.patch.geometry.frame import DarbouxFrame, axes_from_normal
+from touchatlas.patch.geometry.polynomial import scaled_height
 
 if TYPE_CHECKING:
     from touchatlas.atlas.atlas import Atlas

@@ -17,7 +17,7 @@ from touchatlas.atlas.patch_samples import PatchSamples
 from touchatlas.atlas.rough import enter, rough_patch
 from touchatlas.atlas.table import Table
 from touchatlas.atlas.texture import Texture
-from touchatlas.patch.fit import FitOptions
+from touchatlas.patch.fit.fit_patch import FitOptions
 
 FORMAT = 3
 # What reading raises when a file is not as it was written.

@@ -4,10 +4,10 @@ import numpy as np
 
 from touchatlas.atlas.products import products
 from touchatlas.atlas.spatial_index import BallIndex
-from touchatlas.patch.fit import PatchFit
-from touchatlas.patch.patch import OUTLINE_COUNT, rings
-from touchatlas.patch.polynomial import GRADIENT, Basis, evaluate_batch, monomials
-from touchatlas.patch.smoothness import NormalEquations, scaled_noise
+from touchatlas.patch.fit.fit_patch import PatchFit
+from touchatlas.patch.fit.smoothness import NormalEquations, scaled_noise
+from touchatlas.patch.geometry.patch import OUTLINE_COUNT, rings
+from touchatlas.patch.geometry.polynomial import GRADIENT, Basis, evaluate_batch, monomials
 
 # Rows that there is room for at first; later an eighth more at a time.
 _ROOM = 64

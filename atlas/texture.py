@@ -10,14 +10,14 @@ import numpy as np
 
 from touchatlas.atlas.patch_samples import PatchSamples
 from touchatlas.atlas.residual import correlation, trend_equations
-from touchatlas.patch.darboux import LinearSystem
-from touchatlas.patch.polynomial import Basis
-from touchatlas.patch.smoothness import (
+from touchatlas.patch.fit.darboux_fit import LinearSystem
+from touchatlas.patch.fit.smoothness import (
     SmoothnessPrior,
     log_evidence,
     log_prior,
     smoothness_grid,
 )
+from touchatlas.patch.geometry.polynomial import Basis
 
 # A patch has a residual where log evidence speaks for it so strongly, 20 to 1: Kass and Raftery,
 # Bayes factors, 1995.

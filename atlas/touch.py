@@ -5,8 +5,8 @@ from enum import Enum
 
 import numpy as np
 
-from touchatlas.patch.arrays import check_unit, frozen_array, real
-from touchatlas.patch.contour import Contour
+from touchatlas.patch.geometry.arrays import check_unit, frozen_array, real
+from touchatlas.patch.geometry.contour import Contour
 
 # Contours with fewer points are left out.
 LEAST_POINTS = 5

@@ -14,7 +14,7 @@ from touchatlas.atlas.kin import Kin
 from touchatlas.atlas.moments import left_out
 from touchatlas.atlas.residual import joint_variance, residual_at
 from touchatlas.atlas.table import Table
-from touchatlas.patch.polynomial import (
+from touchatlas.patch.geometry.polynomial import (
     GRADIENT,
     XX,
     XY,

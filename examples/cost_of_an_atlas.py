@@ -20,7 +20,7 @@ import numpy as np
 
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.touch import Touch, TouchStatus
-from touchatlas.patch.contour import Contour, ContourEnd
+from touchatlas.patch.geometry.contour import Contour, ContourEnd
 from touchatlas.planner.planes import concurrent_planes
 
 HEIGHT, REACH, SPACING, TOLERANCE, NOISE = 0.2, 0.6, 0.62, 5e-3, 1e-3

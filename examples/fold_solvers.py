@@ -18,9 +18,9 @@ os.environ["OPENBLAS_NUM_THREADS"] = "1"
 import numpy as np
 from scipy.optimize import minimize
 
-from touchatlas.patch.descent import sign_frozen_descent
-from touchatlas.patch.fold_newton import newton_minimum
-from touchatlas.patch.total_curvature import fold_problem, frozen_objective
+from touchatlas.patch.paper.newton import newton_minimum
+from touchatlas.patch.paper.steepest_descent import sign_frozen_descent
+from touchatlas.patch.paper.total_curvature import fold_problem, frozen_objective
 
 # Height over the tangent plane, k1, k2 and half the length of a curve; millimetres.
 SURFACES = {

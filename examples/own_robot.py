@@ -9,7 +9,7 @@ import numpy as np
 
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.touch import Touch, TouchStatus
-from touchatlas.patch.contour import Contour, ContourEnd, SamplingPlane
+from touchatlas.patch.geometry.contour import Contour, ContourEnd, SamplingPlane
 from touchatlas.planner.planner import Planner
 
 RADIUS, NOISE = 33.0, 0.02

@@ -11,8 +11,8 @@ import sys
 
 import numpy as np
 
-from touchatlas.patch.fit import FitOptions, fit_patch
-from touchatlas.patch.patch import Patch
+from touchatlas.patch.fit.fit_patch import FitOptions, fit_patch
+from touchatlas.patch.geometry.patch import Patch
 from touchatlas.sim.scenes import Scene, draw_scene
 
 SURFACES = ("ball", "torus", "ellipsoid")

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from touchatlas.atlas.atlas import Atlas
-from touchatlas.patch.curvature import principal_directions
-from touchatlas.patch.polynomial import (
+from touchatlas.patch.geometry.curvature import principal_directions
+from touchatlas.patch.geometry.polynomial import (
     SECOND_ORDER,
     evaluate,
     graph_derivatives,

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from touchatlas.patch.contour import SamplingPlane
-from touchatlas.patch.frame import axes_from_normal
+from touchatlas.patch.geometry.contour import SamplingPlane
+from touchatlas.patch.geometry.frame import axes_from_normal
 
 
 def concurrent_planes(point, normal, heading, count: int) -> tuple[SamplingPlane, ...]:

@@ -6,9 +6,9 @@ import numpy as np
 
 from touchatlas.atlas.atlas import Atlas, AtlasChange
 from touchatlas.atlas.touch import Touch, TouchStatus
-from touchatlas.patch.arrays import check_unit, cross, frozen_array, real
-from touchatlas.patch.contour import ContourEnd
-from touchatlas.patch.frame import any_tangent
+from touchatlas.patch.geometry.arrays import check_unit, cross, frozen_array, real
+from touchatlas.patch.geometry.contour import ContourEnd
+from touchatlas.patch.geometry.frame import any_tangent
 from touchatlas.planner.candidates import (
     Candidate,
     frontier_candidate,

@@ -5,8 +5,8 @@ from enum import Enum
 
 import numpy as np
 
-from touchatlas.patch.arrays import check_unit, frozen_array
-from touchatlas.patch.contour import SamplingPlane
+from touchatlas.patch.geometry.arrays import check_unit, frozen_array
+from touchatlas.patch.geometry.contour import SamplingPlane
 
 
 class Reason(Enum):

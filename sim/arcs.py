@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from touchatlas.patch.contour import ContourEnd
+from touchatlas.patch.geometry.contour import ContourEnd
 from touchatlas.sim.contour_file import LEAST_POINTS
 from touchatlas.sim.kinks import smooth_part
 

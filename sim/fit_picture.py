@@ -5,8 +5,8 @@ import io
 import numpy as np
 
 from touchatlas.atlas.surface import Surface
-from touchatlas.patch.arrays import cross
-from touchatlas.patch.patch import Patch
+from touchatlas.patch.geometry.arrays import cross
+from touchatlas.patch.geometry.patch import Patch
 from touchatlas.sim.recording import Recording
 
 _RINGS, _SPOKES = 24, 72

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from touchatlas.atlas.store import write_whole
-from touchatlas.patch.fit import FitOptions, fit_patch
-from touchatlas.patch.paper_fit import Penalty, fit_paper
-from touchatlas.patch.patch import Patch
+from touchatlas.patch.fit.fit_patch import FitOptions, fit_patch
+from touchatlas.patch.geometry.patch import Patch
+from touchatlas.patch.paper.fit_paper import Penalty, fit_paper
 from touchatlas.sim.contour_file import read_curves
 from touchatlas.sim.fit_picture import patch_surface, png_bytes
 from touchatlas.sim.ply import ply_bytes

@@ -5,8 +5,8 @@ from functools import cached_property
 import igl
 import numpy as np
 
-from touchatlas.patch.arrays import cross
-from touchatlas.patch.contour import ContourEnd
+from touchatlas.patch.geometry.arrays import cross
+from touchatlas.patch.geometry.contour import ContourEnd
 from touchatlas.sim.fields import Field
 from touchatlas.sim.triangles import areas_of, sample_triangles, top_sample
 

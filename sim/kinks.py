@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from touchatlas.patch.arrays import cross
+from touchatlas.patch.geometry.arrays import cross
 
 # Samples on either side: so many, or this share of those of a dense curve; and the least.
 _SIDE, _SHARE, _LEAST_SIDE = 8, 1.0 / 12.0, 3

@@ -8,7 +8,7 @@ import igl
 import numpy as np
 import trimesh
 
-from touchatlas.patch.contour import ContourEnd
+from touchatlas.patch.geometry.contour import ContourEnd
 from touchatlas.sim.triangles import areas_of, face_normals, sample_triangles, top_sample
 
 _NOISE_SHARE = 2e-4

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.special import gammaincinv
 
-from touchatlas.patch.arrays import cross
+from touchatlas.patch.geometry.arrays import cross
 
 _WINDOW = 7
 # Of more points than this a curve's windows take every second, third and so on: points closer

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from touchatlas.patch.curvature import curvatures_from_sections, normal_from_tangents
-from touchatlas.patch.frame import any_tangent, axes_from_normal
-from touchatlas.patch.section import fit_sections
+from touchatlas.patch.geometry.curvature import curvatures_from_sections, normal_from_tangents
+from touchatlas.patch.geometry.frame import any_tangent, axes_from_normal
+from touchatlas.patch.geometry.section import fit_sections
 from touchatlas.sim.paper_fits import (
     CURVES,
     DATA,

@@ -5,7 +5,7 @@ import io
 import numpy as np
 
 from touchatlas.atlas.touch import Touch
-from touchatlas.patch.patch import Patch
+from touchatlas.patch.geometry.patch import Patch
 from touchatlas.sim.paper_fits import (
     CURVES,
     DESCENT,

@@ -5,13 +5,13 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from touchatlas.atlas.touch import Touch
-from touchatlas.patch.contour import Contour
-from touchatlas.patch.descent import sign_frozen_descent
-from touchatlas.patch.domain_grid import convex_hull
-from touchatlas.patch.fit import fit_patch
-from touchatlas.patch.paper_fit import Penalty, fit_paper
-from touchatlas.patch.patch import Patch
-from touchatlas.patch.total_curvature import FoldProblem, fold_problem, objective
+from touchatlas.patch.fit.fit_patch import fit_patch
+from touchatlas.patch.geometry.contour import Contour
+from touchatlas.patch.geometry.patch import Patch
+from touchatlas.patch.paper.curvature_on_grid import convex_hull
+from touchatlas.patch.paper.fit_paper import Penalty, fit_paper
+from touchatlas.patch.paper.steepest_descent import sign_frozen_descent
+from touchatlas.patch.paper.total_curvature import FoldProblem, fold_problem, objective
 from touchatlas.sim.tradeoff_methods import PAPER_MULTIPLIER, height_error
 
 # Of twelve curves, 15 degrees apart: those to fit, and those of the third row of table 1.

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from touchatlas.patch.gauss_map import GaussMap, gauss_map
-from touchatlas.patch.patch import Patch
+from touchatlas.patch.geometry.patch import Patch
+from touchatlas.patch.paper.gauss_map import GaussMap, gauss_map
 from touchatlas.sim.paper_fits import DATA, DESCENT, PLAIN, contours_of, fitted, fold_of, spreads
 from touchatlas.sim.paper_scenes import Place, neck, plan_at, touches
 

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from touchatlas.patch.domain_grid import convex_hull
-from touchatlas.patch.patch import Patch
+from touchatlas.patch.geometry.patch import Patch
+from touchatlas.patch.paper.curvature_on_grid import convex_hull
 from touchatlas.sim.implicit import ImplicitObject
 from touchatlas.sim.tradeoff_methods import height_error
 from touchatlas.sim.triangles import face_normals

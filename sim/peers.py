@@ -7,7 +7,7 @@ import igl
 import numpy as np
 from scipy.spatial import Delaunay
 
-from touchatlas.patch.frame import any_tangent, axes_from_normal
+from touchatlas.patch.geometry.frame import any_tangent, axes_from_normal
 from touchatlas.sim.scenes import POINTS_PER_ARM, Scene
 
 

@@ -3,8 +3,8 @@
 import numpy as np
 
 from touchatlas.atlas.touch import Touch, TouchStatus
-from touchatlas.patch.arrays import cross
-from touchatlas.patch.contour import Contour, ContourEnd, SamplingPlane
+from touchatlas.patch.geometry.arrays import cross
+from touchatlas.patch.geometry.contour import Contour, ContourEnd, SamplingPlane
 from touchatlas.planner.probe_plan import ProbePlan
 from touchatlas.sim.implicit import ImplicitObject
 from touchatlas.sim.mesh_object import MeshObject

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from touchatlas.patch.arrays import cross
-from touchatlas.patch.contour import Contour, ContourEnd, SamplingPlane
-from touchatlas.patch.curvature import normal_from_tangents
+from touchatlas.patch.geometry.arrays import cross
+from touchatlas.patch.geometry.contour import Contour, ContourEnd, SamplingPlane
+from touchatlas.patch.geometry.curvature import normal_from_tangents
 from touchatlas.sim.arcs import binding_ends, near_arc, this_side
 from touchatlas.sim.contour_file import LEAST_POINTS, Curve
 from touchatlas.sim.noise_estimate import estimate_noise

@@ -5,8 +5,8 @@ from functools import cache
 
 import numpy as np
 
-from touchatlas.patch.arrays import cross
-from touchatlas.patch.contour import Contour, ContourEnd, SamplingPlane
+from touchatlas.patch.geometry.arrays import cross
+from touchatlas.patch.geometry.contour import Contour, ContourEnd, SamplingPlane
 from touchatlas.planner.planes import concurrent_planes
 from touchatlas.sim.implicit import ImplicitObject
 from touchatlas.sim.objects import make_object

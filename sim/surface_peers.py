@@ -14,7 +14,7 @@ from scipy.interpolate import RBFInterpolator
 from scipy.spatial import cKDTree
 
 from touchatlas.atlas.atlas import Atlas
-from touchatlas.patch.frame import any_tangent
+from touchatlas.patch.geometry.frame import any_tangent
 from touchatlas.planner.planes import concurrent_planes
 from touchatlas.planner.probe_plan import ProbePlan, Reason
 from touchatlas.sim.implicit import ImplicitObject

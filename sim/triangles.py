@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from touchatlas.patch.arrays import cross
+from touchatlas.patch.geometry.arrays import cross
 
 _TOP = 2e-3
 

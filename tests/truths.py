@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from touchatlas.patch.contour import Contour, ContourEnd, SamplingPlane
+from touchatlas.patch.geometry.contour import Contour, ContourEnd, SamplingPlane
 
 BALL_RADIUS = 33.0
 

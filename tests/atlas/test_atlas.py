@@ -15,7 +15,7 @@ from touchatlas.atlas.options import AtlasOptions
 from touchatlas.atlas.store import load_atlas, save_atlas
 from touchatlas.atlas.surface import extract_surface
 from touchatlas.atlas.touch import Touch, TouchStatus
-from touchatlas.patch.polynomial import monomials
+from touchatlas.patch.geometry.polynomial import monomials
 from touchatlas.planner.explore import explore
 from touchatlas.planner.planner import Planner
 from touchatlas.sim.objects import make_object

@@ -10,7 +10,7 @@ from tests.real import real_mesh
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.change import AtlasChange
 from touchatlas.atlas.touch import Touch
-from touchatlas.patch.contour import SamplingPlane
+from touchatlas.patch.geometry.contour import SamplingPlane
 from touchatlas.sim.objects import make_object
 from touchatlas.sim.probe import Probe
 from touchatlas.sim.surface_peers import spread_plans

@@ -11,7 +11,7 @@ from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.crease_curves import crease_curves, sources_of
 from touchatlas.atlas.store import load_atlas, save_atlas
 from touchatlas.atlas.touch import Touch, TouchStatus
-from touchatlas.patch.contour import Contour, ContourEnd, SamplingPlane
+from touchatlas.patch.geometry.contour import Contour, ContourEnd, SamplingPlane
 
 NOISE = 0.02
 

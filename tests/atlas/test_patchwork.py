@@ -9,10 +9,10 @@ from tests.explored import explored
 from touchatlas.atlas.arcs import meeting
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.boundary import power_at
+from touchatlas.atlas.cad.bezier import bernstein, curve_poles
 from touchatlas.atlas.patchwork import patchwork
 from touchatlas.atlas.surface import extract_surface
-from touchatlas.patch.bezier import bernstein, curve_poles
-from touchatlas.patch.polynomial import gaussian_curvature
+from touchatlas.patch.geometry.polynomial import gaussian_curvature
 
 RADIUS = 33.0
 

@@ -17,8 +17,8 @@ from touchatlas.atlas.residual import (
 )
 from touchatlas.atlas.rough import samples_of
 from touchatlas.atlas.texture import Texture, independent_equations, learn_texture, roughness
-from touchatlas.patch.polynomial import graded_basis, monomials
-from touchatlas.patch.smoothness import coefficient_precision, log_evidence, posterior
+from touchatlas.patch.fit.smoothness import coefficient_precision, log_evidence, posterior
+from touchatlas.patch.geometry.polynomial import graded_basis, monomials
 
 BASIS = graded_basis(4)
 NOISE, AMPLITUDE, LENGTH = 1e-3, 8e-3, 0.35

@@ -9,10 +9,10 @@ import pytest
 from tests.explored import explored
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.bezier_face import bezier_face
+from touchatlas.atlas.cad.bezier import bernstein
 from touchatlas.atlas.patchwork import patchwork
 from touchatlas.atlas.step_export import save_step
-from touchatlas.patch.bezier import bernstein
-from touchatlas.patch.polynomial import shape_operator
+from touchatlas.patch.geometry.polynomial import shape_operator
 
 RADIUS = 33.0
 ORIGIN = np.zeros((1, 2))

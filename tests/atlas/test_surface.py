@@ -23,7 +23,7 @@ from touchatlas.atlas.surface import (
     smooth_surface,
 )
 from touchatlas.atlas.touch import Touch, TouchStatus
-from touchatlas.patch.contour import Contour, ContourEnd
+from touchatlas.patch.geometry.contour import Contour, ContourEnd
 from touchatlas.planner.planes import concurrent_planes
 from touchatlas.sim.objects import make_object
 from touchatlas.sim.surface_peers import distances

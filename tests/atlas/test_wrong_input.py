@@ -15,8 +15,8 @@ from touchatlas.atlas.options import AtlasOptions
 from touchatlas.atlas.store import load_atlas, save_atlas
 from touchatlas.atlas.surface import extract_surface
 from touchatlas.atlas.touch import Touch, TouchStatus
-from touchatlas.patch.contour import Contour, ContourEnd, SamplingPlane
-from touchatlas.patch.fit import FitOptions
+from touchatlas.patch.fit.fit_patch import FitOptions
+from touchatlas.patch.geometry.contour import Contour, ContourEnd, SamplingPlane
 
 UP, REACH, NOISE = [0.0, 0.0, 1.0], 10.0, 0.02
 SOFT = (ContourEnd.LENGTH_REACHED,) * 2

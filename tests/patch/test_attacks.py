@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from tests.truths import graph_contours
-from touchatlas.patch.contour import Contour, ContourEnd, SamplingPlane
-from touchatlas.patch.fit import FitOptions, fit_patch, fit_patches
-from touchatlas.patch.paper_fit import Penalty, fit_paper
-from touchatlas.patch.patch import rings
-from touchatlas.patch.polynomial import graded_basis
-from touchatlas.patch.smoothness import SmoothnessPrior
-from touchatlas.patch.start import UnfitError
+from touchatlas.patch.fit.fit_patch import FitOptions, fit_patch, fit_patches
+from touchatlas.patch.fit.smoothness import SmoothnessPrior
+from touchatlas.patch.fit.start import UnfitError
+from touchatlas.patch.geometry.contour import Contour, ContourEnd, SamplingPlane
+from touchatlas.patch.geometry.patch import rings
+from touchatlas.patch.geometry.polynomial import graded_basis
+from touchatlas.patch.paper.fit_paper import Penalty, fit_paper
 
 UP, ORIGIN = np.array([0.0, 0.0, 1.0]), np.zeros(3)
 SOFT = (ContourEnd.LENGTH_REACHED,) * 2

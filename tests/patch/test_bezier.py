@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from touchatlas.patch.bezier import (
+from touchatlas.atlas.cad.bezier import (
     bernstein,
     bernstein_slopes,
     chebyshev_points,
@@ -12,7 +12,7 @@ from touchatlas.patch.bezier import (
     height_poles,
     tensor_height,
 )
-from touchatlas.patch.polynomial import LocalPolynomial, graded_basis, monge_basis
+from touchatlas.patch.geometry.polynomial import LocalPolynomial, graded_basis, monge_basis
 
 
 def test_bernstein_polynomials_sum_to_one_and_their_slopes_to_nothing():

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from tests.truths import ball_height, graph_contours, quadric_height
-from touchatlas.patch.contacts import without_bad_contacts
-from touchatlas.patch.fit import fit_patch, fit_patches
+from touchatlas.patch.fit.bad_contacts import without_bad_contacts
+from touchatlas.patch.fit.fit_patch import fit_patch, fit_patches
 
 UP = np.array([0.0, 0.0, 1.0])
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from touchatlas.patch.curvature import (
+from touchatlas.patch.geometry.curvature import (
     curvatures_from_sections,
     curvatures_of_three_sections,
     normal_curvature,

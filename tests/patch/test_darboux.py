@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from tests.truths import graph_contours
-from touchatlas.patch.fit import FitOptions, fit_patch
-from touchatlas.patch.smoothness import scaled_noise
+from touchatlas.patch.fit.fit_patch import FitOptions, fit_patch
+from touchatlas.patch.fit.smoothness import scaled_noise
 
 UP, ORIGIN = np.array([0.0, 0.0, 1.0]), np.zeros(3)
 # Of x, y and x y; the last is bound ten times less well.

@@ -11,9 +11,9 @@ from tests.truths import (
     quadric_height,
     random_rotation,
 )
-from touchatlas.patch.contour import Contour, ContourEnd, SamplingPlane
-from touchatlas.patch.fit import FitOptions, fit_patch
-from touchatlas.patch.start import contour_extent
+from touchatlas.patch.fit.fit_patch import FitOptions, fit_patch
+from touchatlas.patch.fit.start import contour_extent
+from touchatlas.patch.geometry.contour import Contour, ContourEnd, SamplingPlane
 
 UP = np.array([0.0, 0.0, 1.0])
 

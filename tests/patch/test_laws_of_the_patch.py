@@ -7,16 +7,16 @@ import pytest
 from scipy.linalg import eigh, subspace_angles
 
 from tests.truths import ball_height, graph_contours, moved, random_rotation
-from touchatlas.patch.contour import Contour, SamplingPlane
-from touchatlas.patch.curvature import (
+from touchatlas.patch.fit.fit_patch import FitOptions, PatchFit, fit_patch, fit_patches
+from touchatlas.patch.fit.smoothness import coefficient_precision
+from touchatlas.patch.geometry.contour import Contour, SamplingPlane
+from touchatlas.patch.geometry.curvature import (
     UMBILIC_FALSE_ALARM,
     curvatures_from_sections,
     curvatures_of_three_sections,
 )
-from touchatlas.patch.fit import FitOptions, PatchFit, fit_patch, fit_patches
-from touchatlas.patch.polynomial import Z, evaluate, monge_basis, monomials
-from touchatlas.patch.section import fit_sections
-from touchatlas.patch.smoothness import coefficient_precision
+from touchatlas.patch.geometry.polynomial import Z, evaluate, monge_basis, monomials
+from touchatlas.patch.geometry.section import fit_sections
 from touchatlas.sim.scenes import POINTS_PER_ARM, SURFACES, Scene, draw_scene
 
 UP = np.array([0.0, 0.0, 1.0])

@@ -11,7 +11,7 @@ from tests.truths import (
     quadric_height,
     random_rotation,
 )
-from touchatlas.patch.paper_fit import (
+from touchatlas.patch.paper.fit_paper import (
     MULTIPLIER_SHARE,
     Penalty,
     fit_paper,

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from touchatlas.patch.curvature import principal_directions
-from touchatlas.patch.polynomial import (
+from touchatlas.patch.geometry.curvature import principal_directions
+from touchatlas.patch.geometry.polynomial import (
     VALUE,
     XX,
     XY,

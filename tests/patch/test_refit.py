@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from touchatlas.patch.fit import FitOptions
-from touchatlas.patch.frame import DarbouxFrame
-from touchatlas.patch.refit import refit_patch, refit_patches
-from touchatlas.patch.smoothness import SmoothnessPrior
-from touchatlas.patch.start import Stack, UnfitError
+from touchatlas.patch.fit.fit_patch import FitOptions
+from touchatlas.patch.fit.refit_patch import refit_patch, refit_patches
+from touchatlas.patch.fit.smoothness import SmoothnessPrior
+from touchatlas.patch.fit.start import Stack, UnfitError
+from touchatlas.patch.geometry.frame import DarbouxFrame
 
 NOISE = 1e-3
 FRAME = DarbouxFrame(np.zeros(3), np.eye(3))

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from tests.truths import BALL_RADIUS, ball_height, graph_contours, moved, random_rotation
-from touchatlas.patch.contour import Contour, ContourEnd, SamplingPlane
-from touchatlas.patch.section import fit_sections
+from touchatlas.patch.geometry.contour import Contour, ContourEnd, SamplingPlane
+from touchatlas.patch.geometry.section import fit_sections
 
 
 def parabola(curvature, reach, count, noise, rng):

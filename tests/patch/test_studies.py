@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from touchatlas.patch.contour import Contour
-from touchatlas.patch.curvature import UMBILIC_FALSE_ALARM
-from touchatlas.patch.fit import FitOptions, PatchFit, fit_patch
+from touchatlas.patch.fit.fit_patch import FitOptions, PatchFit, fit_patch
+from touchatlas.patch.geometry.contour import Contour
+from touchatlas.patch.geometry.curvature import UMBILIC_FALSE_ALARM
 from touchatlas.sim.peers import fit_jet, mesh_around, mesh_curvatures
 from touchatlas.sim.scenes import Scene, draw_scene
 

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from numpy.polynomial.polynomial import polyder, polyval2d
 
-from touchatlas.patch.descent import LineEight, sign_frozen_descent
-from touchatlas.patch.domain_grid import curvature_derivatives
-from touchatlas.patch.fold_newton import newton_minimum
-from touchatlas.patch.gauss_map import gauss_map
-from touchatlas.patch.polynomial import gaussian_curvature, monge_basis
-from touchatlas.patch.total_curvature import (
+from touchatlas.patch.geometry.polynomial import gaussian_curvature, monge_basis
+from touchatlas.patch.paper.curvature_on_grid import curvature_derivatives
+from touchatlas.patch.paper.gauss_map import gauss_map
+from touchatlas.patch.paper.newton import newton_minimum
+from touchatlas.patch.paper.steepest_descent import LineEight, sign_frozen_descent
+from touchatlas.patch.paper.total_curvature import (
     fold_problem,
     frozen_objective,
     least_squares_coefficients,

@@ -18,7 +18,7 @@ from tests.truths import (
     quadric_height,
     random_rotation,
 )
-from touchatlas.patch.arrays import cross
+from touchatlas.patch.geometry.arrays import cross
 from touchatlas.sim.fit_picture import _draw_patch, patch_surface
 from touchatlas.sim.fit_report import FILES, MEANING, METHODS, fit_file, parse_vector
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.sharp import sharp_object
-from touchatlas.patch.contour import ContourEnd
+from touchatlas.patch.geometry.contour import ContourEnd
 from touchatlas.sim.objects import make_object, object_names
 from touchatlas.sim.probe import Probe
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.truths import BALL_RADIUS, graph_contours
-from touchatlas.patch.fit import fit_patch
+from touchatlas.patch.fit.fit_patch import fit_patch
 from touchatlas.sim.peers import fit_jet, mesh_around, mesh_curvatures
 from touchatlas.sim.scenes import draw_scene
 from touchatlas.sim.tradeoff import (

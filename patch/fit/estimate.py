@@ -5,8 +5,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from touchatlas.patch.choice import Choice, candidates_of, choose_terms
-from touchatlas.patch.darboux import (
+from touchatlas.patch.fit.darboux_fit import (
     Solution,
     joined,
     map_coefficients,
@@ -14,8 +13,7 @@ from touchatlas.patch.darboux import (
     reframed,
     solve_in_darboux_frame,
 )
-from touchatlas.patch.polynomial import Basis, monge_basis
-from touchatlas.patch.smoothness import (
+from touchatlas.patch.fit.smoothness import (
     SmoothnessPrior,
     coefficient_precision,
     leftover,
@@ -24,7 +22,9 @@ from touchatlas.patch.smoothness import (
     scaled_noise,
     smoothness_grid,
 )
-from touchatlas.patch.start import Stack, UnfitError
+from touchatlas.patch.fit.start import Stack, UnfitError
+from touchatlas.patch.fit.term_choice import Choice, candidates_of, choose_terms
+from touchatlas.patch.geometry.polynomial import Basis, monge_basis
 
 # Chi-square a sample beyond which the noise is taken to be larger than stated.
 _MISFIT = 1.3

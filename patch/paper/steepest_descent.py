@@ -13,7 +13,7 @@ from enum import Enum
 
 import numpy as np
 
-from touchatlas.patch.total_curvature import (
+from touchatlas.patch.paper.total_curvature import (
     FoldProblem,
     checked_start,
     frozen_objective,
@@ -108,7 +108,7 @@ def sign_frozen_descent(
     --------
     Plane curves on a plane are met at once:
 
-    >>> from touchatlas.patch.total_curvature import fold_problem
+    >>> from touchatlas.patch.paper.total_curvature import fold_problem
     >>> t = np.linspace(-2.0, 2.0, 5)
     >>> lines = [np.outer(t, [np.cos(a), np.sin(a), 0.0]) for a in (0.0, 1.0, 2.0)]
     >>> sign_frozen_descent(fold_problem(np.concatenate(lines), 0.0, 0.0, 0.3)).reason

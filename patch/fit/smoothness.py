@@ -16,7 +16,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from touchatlas.patch.polynomial import Basis
+from touchatlas.patch.geometry.polynomial import Basis
 
 AMPLITUDE, DECAY = 0.5, 0.4
 # Height, slope and curvature are left to the data: one patch radius, 45 degrees, ...

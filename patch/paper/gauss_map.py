@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from touchatlas.patch.total_curvature import FoldProblem
+from touchatlas.patch.paper.total_curvature import FoldProblem
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +54,7 @@ def gauss_map(problem: FoldProblem, coefficients) -> GaussMap:
     --------
     The lower cap of a parabolic bowl, nearly half a cap of the unit sphere:
 
-    >>> from touchatlas.patch.total_curvature import fold_problem
+    >>> from touchatlas.patch.paper.total_curvature import fold_problem
     >>> a = np.linspace(0.0, 2.0 * np.pi, 60)
     >>> rim = np.stack([np.cos(a), np.sin(a), 0.5 + 0.0 * a], axis=1)
     >>> bowl = gauss_map(fold_problem(rim, 1.0, 1.0, 0.0), np.zeros(9))

@@ -11,7 +11,7 @@ from math import comb
 
 import numpy as np
 
-from touchatlas.patch.polynomial import LocalPolynomial
+from touchatlas.patch.geometry.polynomial import LocalPolynomial
 
 # The change to poles loses some 0.4 digits a degree, and solvers their time.
 _MOST_DEGREE = 14
@@ -79,7 +79,7 @@ def height_poles(polynomial: LocalPolynomial, low, high, degree: int) -> np.ndar
     --------
     The poles of z = x y over the unit square are products of those of x and y:
 
-    >>> from touchatlas.patch.polynomial import monge_basis
+    >>> from touchatlas.patch.geometry.polynomial import monge_basis
     >>> flat = LocalPolynomial(monge_basis(2), np.array([0, 0, 0, 0, 1.0, 0]), 1.0)
     >>> height_poles(flat, [0.0, 0.0], [1.0, 1.0], 2).round(12) + 0.0
     array([[0.  , 0.  , 0.  ],

@@ -5,13 +5,13 @@ from functools import cached_property
 
 import numpy as np
 
-from touchatlas.patch.curvature import (
+from touchatlas.patch.geometry.curvature import (
     UMBILIC_LIMIT,
     PrincipalCurvatures,
     principal_directions,
 )
-from touchatlas.patch.frame import DarbouxFrame
-from touchatlas.patch.polynomial import (
+from touchatlas.patch.geometry.frame import DarbouxFrame
+from touchatlas.patch.geometry.polynomial import (
     GRADIENT,
     XX,
     XY,

@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from touchatlas.patch.arrays import check_points, check_unit, frozen_array, real
+from touchatlas.patch.geometry.arrays import check_points, check_unit, frozen_array, real
 
 # Half the points of a contour may be farther from its plane than this share of how far half of
 # them are from their middle: the sine of 30 degrees. A straight curve that runs at a wider angle

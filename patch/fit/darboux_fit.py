@@ -4,22 +4,22 @@ from dataclasses import dataclass, fields, is_dataclass
 
 import numpy as np
 
-from touchatlas.patch.arrays import cross
-from touchatlas.patch.polynomial import (
-    GRADIENT,
-    Basis,
-    evaluate_batch,
-    graph_derivatives,
-    monomials,
-)
-from touchatlas.patch.smoothness import (
+from touchatlas.patch.fit.smoothness import (
     NormalEquations,
     coefficient_precision,
     effective_parameters,
     posterior,
     scaled_noise,
 )
-from touchatlas.patch.start import Stack
+from touchatlas.patch.fit.start import Stack
+from touchatlas.patch.geometry.arrays import cross
+from touchatlas.patch.geometry.polynomial import (
+    GRADIENT,
+    Basis,
+    evaluate_batch,
+    graph_derivatives,
+    monomials,
+)
 
 # A frame is level where the slopes of its polynomial at the origin are this share of what the
 # noise leaves uncertain of them, or rounding is reached.

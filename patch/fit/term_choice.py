@@ -10,13 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from touchatlas.patch.polynomial import (
-    Basis,
-    graded_basis,
-    monge_basis,
-    monomials,
-)
-from touchatlas.patch.smoothness import (
+from touchatlas.patch.fit.smoothness import (
     NormalEquations,
     SmoothnessPrior,
     coefficient_precision,
@@ -24,6 +18,12 @@ from touchatlas.patch.smoothness import (
     log_evidence,
     log_prior,
     smoothness_grid,
+)
+from touchatlas.patch.geometry.polynomial import (
+    Basis,
+    graded_basis,
+    monge_basis,
+    monomials,
 )
 
 _DEGREES = (2, 3, 4, 5, 6)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
-from touchatlas.patch.polynomial import monge_basis
+from touchatlas.patch.geometry.polynomial import monge_basis
 
 # Orders of d/dx and d/dy of p, q, r, s, t.
 _ORDERS = ((1, 0), (0, 1), (2, 0), (1, 1), (0, 2))

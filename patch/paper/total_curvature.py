@@ -15,8 +15,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from touchatlas.patch.arrays import check_points, frozen_array
-from touchatlas.patch.domain_grid import (
+from touchatlas.patch.geometry.arrays import check_points, frozen_array
+from touchatlas.patch.geometry.polynomial import monge_basis
+from touchatlas.patch.paper.curvature_on_grid import (
     GridCurvature,
     convex_hull,
     domain_radius,
@@ -26,7 +27,6 @@ from touchatlas.patch.domain_grid import (
     hull_grid,
     weighted_slopes,
 )
-from touchatlas.patch.polynomial import monge_basis
 
 GRID_POINTS = 400
 

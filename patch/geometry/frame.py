@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from touchatlas.patch.arrays import frozen_array
+from touchatlas.patch.geometry.arrays import frozen_array
 
 _ORTHONORMAL_TOLERANCE = 1e-8
 _IDENTITY = np.eye(3)

@@ -4,17 +4,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from touchatlas.patch.estimate import (
+from touchatlas.patch.fit.estimate import (
     first_choices,
     shrunk,
     solve_choices,
     with_smoothness_chosen,
 )
-from touchatlas.patch.fit import FitOptions, PatchFit, records, unsolvable_is_unfit
-from touchatlas.patch.frame import DarbouxFrame
-from touchatlas.patch.polynomial import Basis
-from touchatlas.patch.smoothness import SmoothnessPrior
-from touchatlas.patch.start import Stack, UnfitError
+from touchatlas.patch.fit.fit_patch import FitOptions, PatchFit, records, unsolvable_is_unfit
+from touchatlas.patch.fit.smoothness import SmoothnessPrior
+from touchatlas.patch.fit.start import Stack, UnfitError
+from touchatlas.patch.geometry.frame import DarbouxFrame
+from touchatlas.patch.geometry.polynomial import Basis
 
 _UNFIT = "no one polynomial holds the samples; make the patch smaller"
 # So many samples a coefficient show misfits of this share of the noise, and more, without the

@@ -17,9 +17,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg.lapack import dposv
 
-from touchatlas.patch.descent import LIMIT, Descent
-from touchatlas.patch.domain_grid import GridCurvature, curvature_derivatives
-from touchatlas.patch.total_curvature import (
+from touchatlas.patch.paper.curvature_on_grid import GridCurvature, curvature_derivatives
+from touchatlas.patch.paper.steepest_descent import LIMIT, Descent
+from touchatlas.patch.paper.total_curvature import (
     FoldProblem,
     checked_start,
 )
@@ -77,7 +77,7 @@ def newton_minimum(
 
     Examples
     --------
-    >>> from touchatlas.patch.total_curvature import fold_problem
+    >>> from touchatlas.patch.paper.total_curvature import fold_problem
     >>> t = np.linspace(-2.0, 2.0, 5)
     >>> lines = [np.outer(t, [np.cos(a), np.sin(a), 0.0]) for a in (0.0, 1.0, 2.0)]
     >>> newton_minimum(fold_problem(np.concatenate(lines), 0.0, 0.0, 0.3)).objective

@@ -6,23 +6,23 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from touchatlas.patch.arrays import frozen_array, real
-from touchatlas.patch.choice import candidates_of
-from touchatlas.patch.contacts import without_bad_contacts
-from touchatlas.patch.contour import Contour
-from touchatlas.patch.darboux import Solution
-from touchatlas.patch.estimate import (
+from touchatlas.patch.fit.bad_contacts import without_bad_contacts
+from touchatlas.patch.fit.darboux_fit import Solution
+from touchatlas.patch.fit.estimate import (
     Choices,
     first_choices,
     shrunk,
     solve_choices,
     with_terms_chosen,
 )
-from touchatlas.patch.frame import DarbouxFrame
-from touchatlas.patch.patch import Patch
-from touchatlas.patch.polynomial import Basis, LocalPolynomial, graded_basis, monge_basis
-from touchatlas.patch.smoothness import NormalEquations, SmoothnessPrior, leftover
-from touchatlas.patch.start import Stack, UnfitError, start_stack
+from touchatlas.patch.fit.smoothness import NormalEquations, SmoothnessPrior, leftover
+from touchatlas.patch.fit.start import Stack, UnfitError, start_stack
+from touchatlas.patch.fit.term_choice import candidates_of
+from touchatlas.patch.geometry.arrays import frozen_array, real
+from touchatlas.patch.geometry.contour import Contour
+from touchatlas.patch.geometry.frame import DarbouxFrame
+from touchatlas.patch.geometry.patch import Patch
+from touchatlas.patch.geometry.polynomial import Basis, LocalPolynomial, graded_basis, monge_basis
 
 # Share of the bias that is borne that counts as noise.
 BORNE = 0.25

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from touchatlas.patch.contour import Contour
+from touchatlas.patch.geometry.contour import Contour
 
 _DEGREE = 6
 # A contact this many deviations off is bad: one in 1.7 million good ones.
@@ -34,7 +34,7 @@ def without_bad_contacts(contour: Contour) -> Contour:
 
     Examples
     --------
-    >>> from touchatlas.patch.contour import ContourEnd, SamplingPlane
+    >>> from touchatlas.patch.geometry.contour import ContourEnd, SamplingPlane
     >>> points = np.zeros((21, 3))
     >>> points[:, 0], points[0, 2] = np.linspace(-1, 1, 21), 0.5
     >>> plane = SamplingPlane(np.zeros(3), np.array([0.0, 1.0, 0.0]))

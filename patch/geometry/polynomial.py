@@ -11,7 +11,7 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from touchatlas.patch.arrays import frozen_array
+from touchatlas.patch.geometry.arrays import frozen_array
 
 VALUE, X, Y, XX, XY, YY, Z, XZ, YZ, ZZ = range(10)
 GRADIENT = (VALUE, X, Y, Z)

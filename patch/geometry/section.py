@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from touchatlas.patch.arrays import cross
+from touchatlas.patch.geometry.arrays import cross
 
 _WINDOWS = np.array([1.0, 0.7, 0.5, 0.35])
 _LEAST_POINTS = 5

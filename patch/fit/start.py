@@ -8,8 +8,8 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from touchatlas.patch.arrays import cross, frozen_array
-from touchatlas.patch.contour import Contour, ContourEnd
+from touchatlas.patch.geometry.arrays import cross, frozen_array
+from touchatlas.patch.geometry.contour import Contour, ContourEnd
 
 _LEAST_POINTS = 5
 # Beyond these the surface was seen to stop or to break: the patch need not end before them.

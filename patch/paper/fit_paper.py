@@ -5,18 +5,18 @@ from enum import Enum
 
 import numpy as np
 
-from touchatlas.patch.arrays import frozen_array
-from touchatlas.patch.contour import Contour
-from touchatlas.patch.curvature import curvatures_from_sections, normal_from_tangents
-from touchatlas.patch.descent import Descent
-from touchatlas.patch.fit import FitOptions
-from touchatlas.patch.fold_newton import newton_minimum
-from touchatlas.patch.frame import DarbouxFrame, any_tangent, axes_from_normal
-from touchatlas.patch.patch import Patch
-from touchatlas.patch.polynomial import LocalPolynomial, monge_basis
-from touchatlas.patch.section import fit_sections
-from touchatlas.patch.smoothness import scaled_noise
-from touchatlas.patch.total_curvature import (
+from touchatlas.patch.fit.fit_patch import FitOptions
+from touchatlas.patch.fit.smoothness import scaled_noise
+from touchatlas.patch.geometry.arrays import frozen_array
+from touchatlas.patch.geometry.contour import Contour
+from touchatlas.patch.geometry.curvature import curvatures_from_sections, normal_from_tangents
+from touchatlas.patch.geometry.frame import DarbouxFrame, any_tangent, axes_from_normal
+from touchatlas.patch.geometry.patch import Patch
+from touchatlas.patch.geometry.polynomial import LocalPolynomial, monge_basis
+from touchatlas.patch.geometry.section import fit_sections
+from touchatlas.patch.paper.newton import newton_minimum
+from touchatlas.patch.paper.steepest_descent import Descent
+from touchatlas.patch.paper.total_curvature import (
     FoldProblem,
     fold_problem,
     least_squares_coefficients,

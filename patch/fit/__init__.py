@@ -1,0 +1,1 @@
+"""The default estimator: from contours, or from samples, to the most probable patch."""

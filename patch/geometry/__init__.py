@@ -1,0 +1,1 @@
+"""Differential geometry on arrays: frames, plane sections, curvatures, polynomials, patches."""
