@@ -3,30 +3,30 @@
 import networkx as nx
 import numpy as np
 
-from touchatlas.atlas.blend import Blend, blend
-from touchatlas.atlas.boundary import Boundary
-from touchatlas.atlas.bridging import bridge
-from touchatlas.atlas.change import AtlasChange
-from touchatlas.atlas.crease_tiling import crease_corners, folded_graph, visible
-from touchatlas.atlas.creases import Creases
-from touchatlas.atlas.edge_ends import EdgeEnds
-from touchatlas.atlas.folding import fold
-from touchatlas.atlas.frontier import Frontier
-from touchatlas.atlas.insertion import learn
-from touchatlas.atlas.kin import Kin
-from touchatlas.atlas.learning import Learning, prior_of
-from touchatlas.atlas.merging import merged_fit, replace_by
-from touchatlas.atlas.moments import covariance_of, solve
-from touchatlas.atlas.options import AtlasOptions, check_tolerance
-from touchatlas.atlas.prediction import half_way_deviation
-from touchatlas.atlas.rough import learn_residuals
-from touchatlas.atlas.simplifying import simplify
-from touchatlas.atlas.splitting import divide, parts_of
-from touchatlas.atlas.table import Table
-from touchatlas.atlas.texture import Texture
-from touchatlas.atlas.tiling import Tiling, Triple
-from touchatlas.atlas.touch import Touch
-from touchatlas.atlas.validation import violations
+from touchatlas.atlas.check.invariants import violations
+from touchatlas.atlas.edit.fill import bridge
+from touchatlas.atlas.edit.insert import learn
+from touchatlas.atlas.edit.merge import merged_fit, replace_by
+from touchatlas.atlas.edit.refresh import fold
+from touchatlas.atlas.edit.simplify import simplify
+from touchatlas.atlas.edit.split import divide, parts_of
+from touchatlas.atlas.field.blend import Blend, blend
+from touchatlas.atlas.graph.cells import Tiling, Triple
+from touchatlas.atlas.graph.crease_cells import crease_corners, folded_graph, visible
+from touchatlas.atlas.graph.creases import Creases
+from touchatlas.atlas.graph.edge_ends import EdgeEnds
+from touchatlas.atlas.graph.frontier import Frontier
+from touchatlas.atlas.graph.power_diagram import Boundary
+from touchatlas.atlas.graph.sheets import Kin
+from touchatlas.atlas.patches.normal_equations import covariance_of, solve
+from touchatlas.atlas.patches.patch_table import Table
+from touchatlas.atlas.patches.prediction import half_way_deviation
+from touchatlas.atlas.patches.sample_membership import Learning, prior_of
+from touchatlas.atlas.records.change import AtlasChange
+from touchatlas.atlas.records.options import AtlasOptions, check_tolerance
+from touchatlas.atlas.records.touch import Touch
+from touchatlas.atlas.residual.hyperparameters import Texture
+from touchatlas.atlas.residual.learn_residuals import learn_residuals
 from touchatlas.patch.fit.smoothness import SmoothnessPrior, leftover
 from touchatlas.patch.geometry.frame import DarbouxFrame
 from touchatlas.patch.geometry.patch import Patch

@@ -11,12 +11,12 @@ from pathlib import Path
 import numpy as np
 
 from touchatlas.atlas.atlas import Atlas
-from touchatlas.atlas.creases import Crease
-from touchatlas.atlas.options import AtlasOptions
-from touchatlas.atlas.patch_samples import PatchSamples
-from touchatlas.atlas.rough import enter, rough_patch
-from touchatlas.atlas.table import Table
-from touchatlas.atlas.texture import Texture
+from touchatlas.atlas.graph.creases import Crease
+from touchatlas.atlas.patches.patch_table import Table
+from touchatlas.atlas.records.options import AtlasOptions
+from touchatlas.atlas.residual.binned_samples import PatchSamples
+from touchatlas.atlas.residual.hyperparameters import Texture
+from touchatlas.atlas.residual.learn_residuals import enter, rough_patch
 from touchatlas.patch.fit.fit_patch import FitOptions
 
 FORMAT = 3

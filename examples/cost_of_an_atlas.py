@@ -19,7 +19,7 @@ os.environ.update(dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"), "1"
 import numpy as np
 
 from touchatlas.atlas.atlas import Atlas
-from touchatlas.atlas.touch import Touch, TouchStatus
+from touchatlas.atlas.records.touch import Touch, TouchStatus
 from touchatlas.patch.geometry.contour import Contour, ContourEnd
 from touchatlas.planner.planes import concurrent_planes
 

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from touchatlas.atlas.atlas import Atlas
-from touchatlas.atlas.surface import extract_surface
+from touchatlas.atlas.mesh.extract import extract_surface
 from touchatlas.planner.explore import explore
 from touchatlas.planner.planner import Planner
 from touchatlas.sim.objects import make_object, object_names

@@ -8,7 +8,7 @@ Here the "robot" tracks great circles of a ball that only it knows.
 import numpy as np
 
 from touchatlas.atlas.atlas import Atlas
-from touchatlas.atlas.touch import Touch, TouchStatus
+from touchatlas.atlas.records.touch import Touch, TouchStatus
 from touchatlas.patch.geometry.contour import Contour, ContourEnd, SamplingPlane
 from touchatlas.planner.planner import Planner
 

@@ -14,8 +14,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
+from touchatlas.atlas.mesh.extract import Surface, extract_surface
 from touchatlas.atlas.store import load_atlas
-from touchatlas.atlas.surface import Surface, extract_surface
 
 
 def draw(axes, surface: Surface, colours, title: str) -> None:

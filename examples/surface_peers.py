@@ -20,8 +20,8 @@ os.environ.update(dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"), "1"
 import numpy as np
 
 from touchatlas.atlas.atlas import Atlas
-from touchatlas.atlas.options import AtlasOptions
-from touchatlas.atlas.surface import extract_surface
+from touchatlas.atlas.mesh.extract import extract_surface
+from touchatlas.atlas.records.options import AtlasOptions
 from touchatlas.planner.explore import explore
 from touchatlas.planner.planner import Planner
 from touchatlas.sim import surface_peers as others

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 from touchatlas.atlas.atlas import Atlas, AtlasChange
-from touchatlas.atlas.touch import Touch
+from touchatlas.atlas.records.touch import Touch
 from touchatlas.planner.planner import Planner
 from touchatlas.planner.probe_plan import ProbePlan
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from touchatlas.atlas.atlas import Atlas, AtlasChange
-from touchatlas.atlas.touch import Touch, TouchStatus
+from touchatlas.atlas.records.touch import Touch, TouchStatus
 from touchatlas.patch.geometry.arrays import check_unit, cross, frozen_array, real
 from touchatlas.patch.geometry.contour import ContourEnd
 from touchatlas.patch.geometry.frame import any_tangent

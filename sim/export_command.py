@@ -31,7 +31,7 @@ def export(
     json_
         Print numbers as JSON on standard output.
     """
-    from touchatlas.atlas.step_export import save_step
+    from touchatlas.atlas.cad.step_file import save_step
     from touchatlas.atlas.store import load_atlas
 
     _check(run, file)

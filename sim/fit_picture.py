@@ -4,7 +4,7 @@ import io
 
 import numpy as np
 
-from touchatlas.atlas.surface import Surface
+from touchatlas.atlas.mesh.extract import Surface
 from touchatlas.patch.geometry.arrays import cross
 from touchatlas.patch.geometry.patch import Patch
 from touchatlas.sim.recording import Recording

@@ -4,7 +4,7 @@ import io
 
 import numpy as np
 
-from touchatlas.atlas.touch import Touch
+from touchatlas.atlas.records.touch import Touch
 from touchatlas.patch.geometry.patch import Patch
 from touchatlas.sim.paper_fits import (
     CURVES,

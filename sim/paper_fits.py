@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from touchatlas.atlas.touch import Touch
+from touchatlas.atlas.records.touch import Touch
 from touchatlas.patch.fit.fit_patch import fit_patch
 from touchatlas.patch.geometry.contour import Contour
 from touchatlas.patch.geometry.patch import Patch

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from touchatlas.atlas.touch import Touch
+from touchatlas.atlas.records.touch import Touch
 from touchatlas.patch.geometry.arrays import cross
 from touchatlas.planner.planes import concurrent_planes
 from touchatlas.planner.probe_plan import ProbePlan, Reason

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from touchatlas.atlas.touch import Touch, TouchStatus
+from touchatlas.atlas.records.touch import Touch, TouchStatus
 from touchatlas.patch.geometry.arrays import cross
 from touchatlas.patch.geometry.contour import Contour, ContourEnd, SamplingPlane
 from touchatlas.planner.probe_plan import ProbePlan

@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from touchatlas.atlas.atlas import Atlas
+from touchatlas.atlas.mesh.extract import Surface, extract_surface
 from touchatlas.atlas.store import save_atlas, write_whole
-from touchatlas.atlas.surface import Surface, extract_surface
 from touchatlas.planner.explore import Step, explore
 from touchatlas.planner.planner import Planner
 from touchatlas.sim.evaluate import EvaluateOptions, Evaluation, Truth, evaluate_surface

@@ -6,7 +6,7 @@ from functools import lru_cache
 import numpy as np
 
 from touchatlas.atlas.atlas import Atlas
-from touchatlas.atlas.touch import Touch
+from touchatlas.atlas.records.touch import Touch
 from touchatlas.planner.explore import explore
 from touchatlas.planner.planner import Planner
 from touchatlas.sim.fields import quadric_with_bumps

@@ -10,11 +10,11 @@ import trimesh
 
 from tests.explored import explored
 from touchatlas.atlas.atlas import Atlas
-from touchatlas.atlas.moments import solve
-from touchatlas.atlas.options import AtlasOptions
+from touchatlas.atlas.mesh.extract import extract_surface
+from touchatlas.atlas.patches.normal_equations import solve
+from touchatlas.atlas.records.options import AtlasOptions
+from touchatlas.atlas.records.touch import Touch, TouchStatus
 from touchatlas.atlas.store import load_atlas, save_atlas
-from touchatlas.atlas.surface import extract_surface
-from touchatlas.atlas.touch import Touch, TouchStatus
 from touchatlas.patch.geometry.polynomial import monomials
 from touchatlas.planner.explore import explore
 from touchatlas.planner.planner import Planner

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from tests.explored import explored
-from touchatlas.atlas.boundary import CELL_MARGIN
-from touchatlas.atlas.kin import Kin, are_kin
-from touchatlas.atlas.voices import COVER_MARGIN, groups
+from touchatlas.atlas.field.patch_values import COVER_MARGIN, groups
+from touchatlas.atlas.graph.power_diagram import CELL_MARGIN
+from touchatlas.atlas.graph.sheets import Kin, are_kin
 
 
 @pytest.fixture(scope="module")

@@ -8,8 +8,8 @@ from scipy.spatial.transform import Rotation
 
 from tests.real import real_mesh
 from touchatlas.atlas.atlas import Atlas
-from touchatlas.atlas.change import AtlasChange
-from touchatlas.atlas.touch import Touch
+from touchatlas.atlas.records.change import AtlasChange
+from touchatlas.atlas.records.touch import Touch
 from touchatlas.patch.geometry.contour import SamplingPlane
 from touchatlas.sim.objects import make_object
 from touchatlas.sim.probe import Probe

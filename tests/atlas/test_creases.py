@@ -8,9 +8,9 @@ import pytest
 from tests.explored import explored, touched_again
 from tests.sharp import explored_sharp
 from touchatlas.atlas.atlas import Atlas
-from touchatlas.atlas.crease_curves import crease_curves, sources_of
+from touchatlas.atlas.graph.crease_curves import crease_curves, sources_of
+from touchatlas.atlas.records.touch import Touch, TouchStatus
 from touchatlas.atlas.store import load_atlas, save_atlas
-from touchatlas.atlas.touch import Touch, TouchStatus
 from touchatlas.patch.geometry.contour import Contour, ContourEnd, SamplingPlane
 
 NOISE = 0.02

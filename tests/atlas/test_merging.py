@@ -5,7 +5,7 @@ import pytest
 
 from tests.explored import explored
 from touchatlas.atlas.atlas import Atlas
-from touchatlas.atlas.touch import Touch, TouchStatus
+from touchatlas.atlas.records.touch import Touch, TouchStatus
 from touchatlas.patch.geometry.contour import Contour, ContourEnd
 from touchatlas.planner.planes import concurrent_planes
 from touchatlas.sim.objects import make_object

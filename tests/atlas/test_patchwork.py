@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from tests.explored import explored
-from touchatlas.atlas.arcs import meeting
 from touchatlas.atlas.atlas import Atlas
-from touchatlas.atlas.boundary import power_at
 from touchatlas.atlas.cad.bezier import bernstein, curve_poles
-from touchatlas.atlas.patchwork import patchwork
-from touchatlas.atlas.surface import extract_surface
+from touchatlas.atlas.cad.trim_curves import meeting
+from touchatlas.atlas.cad.trimmed_patches import patchwork
+from touchatlas.atlas.graph.power_diagram import power_at
+from touchatlas.atlas.mesh.extract import extract_surface
 from touchatlas.patch.geometry.polynomial import gaussian_curvature
 
 RADIUS = 33.0

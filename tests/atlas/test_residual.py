@@ -5,8 +5,8 @@ import pytest
 from scipy.stats import chi2, multivariate_normal
 
 from tests.explored import explored
-from touchatlas.atlas.patch_samples import SIDE, PatchSamples, merged
-from touchatlas.atlas.residual import (
+from touchatlas.atlas.residual.binned_samples import SIDE, PatchSamples, merged
+from touchatlas.atlas.residual.gaussian_process import (
     correlation,
     joint_variance,
     matern,
@@ -15,8 +15,13 @@ from touchatlas.atlas.residual import (
     solve_residual,
     trend_equations,
 )
-from touchatlas.atlas.rough import samples_of
-from touchatlas.atlas.texture import Texture, independent_equations, learn_texture, roughness
+from touchatlas.atlas.residual.hyperparameters import (
+    Texture,
+    independent_equations,
+    learn_texture,
+    roughness,
+)
+from touchatlas.atlas.residual.learn_residuals import samples_of
 from touchatlas.patch.fit.smoothness import coefficient_precision, log_evidence, posterior
 from touchatlas.patch.geometry.polynomial import graded_basis, monomials
 

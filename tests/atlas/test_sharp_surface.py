@@ -8,7 +8,7 @@ import pytest
 
 from tests.explored import explored
 from tests.sharp import explored_sharp, sharp_object
-from touchatlas.atlas.surface import extract_surface
+from touchatlas.atlas.mesh.extract import extract_surface
 
 NOISE = 0.02
 # Faces, edges and corners of convex bodies, counted by hand.

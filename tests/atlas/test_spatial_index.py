@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from touchatlas.atlas.spatial_index import BallIndex
+from touchatlas.atlas.patches.ball_index import BallIndex
 
 
 def by_looking_at_all(balls: dict, points) -> set:

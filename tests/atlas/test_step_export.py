@@ -8,10 +8,10 @@ import pytest
 
 from tests.explored import explored
 from touchatlas.atlas.atlas import Atlas
-from touchatlas.atlas.bezier_face import bezier_face
 from touchatlas.atlas.cad.bezier import bernstein
-from touchatlas.atlas.patchwork import patchwork
-from touchatlas.atlas.step_export import save_step
+from touchatlas.atlas.cad.bezier_face import bezier_face
+from touchatlas.atlas.cad.step_file import save_step
+from touchatlas.atlas.cad.trimmed_patches import patchwork
 from touchatlas.patch.geometry.polynomial import shape_operator
 
 RADIUS = 33.0
@@ -153,7 +153,7 @@ def test_missing_extra_is_named(half, monkeypatch, tmp_path):
 
 
 def test_kernel_is_imported_only_when_it_is_needed():
-    script = "import sys, touchatlas.atlas.step_export; sys.exit('OCP' in sys.modules)"
+    script = "import sys, touchatlas.atlas.cad.step_file; sys.exit('OCP' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", script]).returncode == 0
 
 

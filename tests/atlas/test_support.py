@@ -9,8 +9,8 @@ from tests.atlas.test_merging import plane
 from tests.explored import explored
 from tests.sharp import explored_sharp, sharp_object
 from touchatlas.atlas.atlas import Atlas
-from touchatlas.atlas.support import rim, supported
-from touchatlas.atlas.surface import extract_surface
+from touchatlas.atlas.mesh.extract import extract_surface
+from touchatlas.atlas.mesh.trim import rim, supported
 from touchatlas.sim.triangles import areas_of
 
 

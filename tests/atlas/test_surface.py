@@ -9,20 +9,20 @@ import trimesh
 
 from tests.explored import explored
 from touchatlas.atlas.atlas import Atlas, AtlasChange
-from touchatlas.atlas.curved_triangles import Subdivision
-from touchatlas.atlas.lattice import CORNERS, ends_of, key, triangles, unkey
-from touchatlas.atlas.resolution import cube_edge, gaps_of, patch_resolution, resolution
-from touchatlas.atlas.skin import grow_skin
-from touchatlas.atlas.support import rim as bare
-from touchatlas.atlas.support import supported
-from touchatlas.atlas.surface import (
+from touchatlas.atlas.mesh.coarse_mesh import grow_skin
+from touchatlas.atlas.mesh.extract import (
     extract_surface,
     grow_surface,
     mean_height,
     renew_surface,
     smooth_surface,
 )
-from touchatlas.atlas.touch import Touch, TouchStatus
+from touchatlas.atlas.mesh.marching_cubes import CORNERS, ends_of, key, triangles, unkey
+from touchatlas.atlas.mesh.pn_triangles import Subdivision
+from touchatlas.atlas.mesh.resolution import cube_edge, gaps_of, patch_resolution, resolution
+from touchatlas.atlas.mesh.trim import rim as bare
+from touchatlas.atlas.mesh.trim import supported
+from touchatlas.atlas.records.touch import Touch, TouchStatus
 from touchatlas.patch.geometry.contour import Contour, ContourEnd
 from touchatlas.planner.planes import concurrent_planes
 from touchatlas.sim.objects import make_object

@@ -8,7 +8,7 @@ import pytest
 
 from tests.explored import explored
 from tests.sharp import explored_sharp
-from touchatlas.atlas.creases import Crease
+from touchatlas.atlas.graph.creases import Crease
 
 PATCH, SAMPLE = 5, 40
 

@@ -11,10 +11,10 @@ import pytest
 from tests.explored import explored
 from tests.truths import BALL_RADIUS, ball_height, graph_contours
 from touchatlas.atlas.atlas import Atlas
-from touchatlas.atlas.options import AtlasOptions
+from touchatlas.atlas.mesh.extract import extract_surface
+from touchatlas.atlas.records.options import AtlasOptions
+from touchatlas.atlas.records.touch import Touch, TouchStatus
 from touchatlas.atlas.store import load_atlas, save_atlas
-from touchatlas.atlas.surface import extract_surface
-from touchatlas.atlas.touch import Touch, TouchStatus
 from touchatlas.patch.fit.fit_patch import FitOptions
 from touchatlas.patch.geometry.contour import Contour, ContourEnd, SamplingPlane
 

@@ -5,7 +5,7 @@ import pytest
 
 from tests.explored import explored
 from touchatlas.atlas.atlas import Atlas, AtlasChange
-from touchatlas.atlas.touch import Touch, TouchStatus
+from touchatlas.atlas.records.touch import Touch, TouchStatus
 from touchatlas.patch.geometry.curvature import curvatures_from_sections
 from touchatlas.planner.explore import explore
 from touchatlas.planner.planes import concurrent_planes

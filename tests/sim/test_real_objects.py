@@ -6,7 +6,7 @@ import pytest
 
 from tests.real import real_mesh
 from touchatlas.atlas.atlas import Atlas
-from touchatlas.atlas.surface import extract_surface
+from touchatlas.atlas.mesh.extract import extract_surface
 from touchatlas.planner.explore import explore
 from touchatlas.planner.planner import Planner
 from touchatlas.sim.probe import Probe

@@ -1,0 +1,264 @@
+"""The patchwork: every patch of an atlas trimmed to its own cell, so that together they tile.
+
+Around each corner three patches come in an order, seen from outside. So each corner ends one
+side of each of its patches and begins the next: the sides chain up to loops by their ends alone,
+without any search in space. What begins or ends at no corner runs out to the rims of the two
+cores, and there the loop goes on along the rim of its own patch: the frontier.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import count, pairwise
+
+import numpy as np
+
+from touchatlas.atlas.atlas import Atlas
+from touchatlas.atlas.cad.bezier import bernstein, bernstein_slopes, curve_poles
+from touchatlas.atlas.cad.trim_curves import ARC_DEGREE, Meeting, meeting, rim_arcs
+from touchatlas.atlas.graph.power_diagram import power_at
+from touchatlas.patch.geometry.patch import Patch
+
+_GAUSS = 12
+
+
+@dataclass(frozen=True, eq=False)
+class Side:
+    """One side of a patch's cell.
+
+    Parameters
+    ----------
+    number : int
+        Of the arc; the neighbour's side on the same arc has the same number.
+    neighbour : int or None
+        Patch beyond the arc; None on the frontier.
+    points : (9, 3) float, length, world
+        Along the arc, counter-clockwise seen from outside: the polynomial curve through them,
+        at the Chebyshev points of its parameter, is the arc. The neighbour has the same points
+        in the other order, and sides that follow each other share their end, bit for bit.
+    """
+
+    number: int
+    neighbour: int | None
+    points: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class PatchworkFace:
+    """A patch trimmed to its own cell.
+
+    Parameters
+    ----------
+    patch : Patch
+    sides : tuple of Side
+        In order, counter-clockwise seen from outside.
+    """
+
+    patch: Patch
+    sides: tuple[Side, ...]
+
+    @property
+    def loop(self) -> np.ndarray:
+        """(n, 3) points of all sides in order, world; the last is followed by the first."""
+        return np.concatenate([side.points[:-1] for side in self.sides])
+
+    @cached_property
+    def traces(self) -> tuple[np.ndarray, ...]:
+        """(9, 2) local x, y of each side's feet on the patch: what trims its domain.
+
+        The side itself is off the patch by half the gap to the neighbour. One step along the
+        normal leaves no more than the square of that times the curvature.
+        """
+        points = np.concatenate([side.points for side in self.sides])
+        offset = self.patch.signed_distance(points)[:, None] * self.patch.normal(points)
+        feet = self.patch.frame.to_local(points - offset)[:, :2]
+        return tuple(np.split(feet, len(self.sides)))
+
+    @property
+    def loop_local(self) -> np.ndarray:
+        """(n, 2) the feet of the loop on the patch, over the tangent plane of its frame."""
+        return np.concatenate([trace[:-1] for trace in self.traces])
+
+    @property
+    def neighbours(self) -> tuple[int | None, ...]:
+        """The patch beyond each side; None on the frontier."""
+        return tuple(side.neighbour for side in self.sides)
+
+    @property
+    def closed(self) -> bool:
+        """Whether the patch has neighbours all around."""
+        return None not in self.neighbours
+
+    def quadrature(self) -> tuple[np.ndarray, np.ndarray]:
+        """Points (q, 2), local, and weights (q,), length^2, that integrate over the cell.
+
+        Gauss's rule on the fan of triangles from the origin to the sides, areas with their
+        signs: the integral over the tangent plane of any function that is smooth on the fan,
+        whatever the shape of the loop.
+        """
+        node, weight = np.polynomial.legendre.leggauss(_GAUSS)
+        node, weight = 0.5 * (node + 1.0), 0.5 * weight
+        value, slope = bernstein(ARC_DEGREE, node), bernstein_slopes(ARC_DEGREE, node)
+        poles = [curve_poles(trace) for trace in self.traces]
+        rim = np.concatenate([value @ p for p in poles])
+        run = np.concatenate([slope @ p for p in poles])
+        swept = rim[:, 0] * run[:, 1] - rim[:, 1] * run[:, 0]
+        swept = swept * np.tile(weight, len(poles))
+        points = node[:, None, None] * rim
+        return points.reshape(-1, 2), np.outer(node * weight, swept).ravel()
+
+    @property
+    def area(self) -> float:
+        """Of the trimmed patch, length^2: the integral of sqrt(1 + zx^2 + zy^2).
+
+        NaN where the patch stands upright within its cell.
+        """
+        points, weights = self.quadrature()
+        slope = self.patch.polynomial.gradient(points)
+        return float(weights @ np.sqrt(1.0 + (slope * slope).sum(axis=1)))
+
+
+@dataclass(frozen=True, eq=False)
+class _Half:
+    """A side before it is chained: between two ends that have names."""
+
+    start: tuple
+    end: tuple
+    side: Side
+
+
+def patchwork(atlas: Atlas) -> list[PatchworkFace]:
+    """Every patch of an atlas trimmed to its own cell, by ascending patch id.
+
+    Parameters
+    ----------
+    atlas : Atlas
+        Best after ``settle``.
+
+    Returns
+    -------
+    list of PatchworkFace
+        One for each patch with a cell of its own; more where contradictions among its
+        neighbours leave it in pieces.
+
+    Raises
+    ------
+    ValueError
+        When the atlas has no patch.
+
+    Notes
+    -----
+    The cells are those of the power diagram of the cores restricted to the surface (see
+    ``atlas/boundary.py``). Aurenhammer, Power diagrams: properties, algorithms and
+    applications, SIAM Journal on Computing 16, 1987.
+    """
+    if not len(atlas.graph):
+        raise ValueError("the atlas has no patch yet; add a touch with three contours first")
+    patches = {i: atlas.patch(i) for i in sorted(atlas.graph.nodes)}
+    numbers = count()
+    table = atlas.table
+    halves: dict[int, list[_Half]] = {i: [] for i in patches}
+    begins, finishes = _corner_ends(atlas, patches)
+    for i, j in sorted(tuple(sorted(edge)) for edge in atlas.graph.edges):
+        curve = meeting(patches[i], patches[j], table.site[[i, j]], table.power[[i, j]])
+        seen = bool(len(atlas.boundary(i, j).points))
+        for start, end in _spans(curve, begins.get((i, j), []), finishes.get((i, j), []), seen):
+            points, number = curve.arc(start[1], end[1]), next(numbers)
+            halves[i].append(_Half(start[0], end[0], Side(number, j, points)))
+            halves[j].append(_Half(end[0], start[0], Side(number, i, points[::-1])))
+    faces = []
+    for i, patch in patches.items():
+        if halves[i] or _owns_its_centre(atlas, i):
+            loops = _loops(patch, float(atlas.table.power[i]), halves[i], numbers)
+            found = [PatchworkFace(patch, sides) for sides in loops]
+            # A loop that runs clockwise holds nothing.
+            faces += [face for face in found if face.quadrature()[1].sum() > 0.0]
+    return faces
+
+
+def _corner_ends(atlas: Atlas, patches):
+    """For each pair (i, j): the corners where i's side toward j begins, and where it ends.
+
+    Each is a list of (name, point). In the order in which the three patches come around a
+    corner, counter-clockwise from outside, i's side toward the next one ends there and its side
+    toward the last one begins there.
+    """
+    begins: dict[tuple, list] = {}
+    finishes: dict[tuple, list] = {}
+    for triple, point in sorted(atlas.tiling.corners.items()):
+        i, j, k = triple
+        normal = sum(patches[m].normal(point[None])[0] for m in triple)
+        origin = patches[i].frame.origin
+        turn = np.cross(patches[j].frame.origin - origin, patches[k].frame.origin - origin)
+        ring = (i, j, k) if turn @ normal > 0 else (i, k, j)
+        for first, second, third in (ring, ring[1:] + ring[:1], ring[2:] + ring[:2]):
+            finishes.setdefault((first, second), []).append((triple, point))
+            begins.setdefault((first, third), []).append((triple, point))
+    return begins, finishes
+
+
+def _spans(curve: Meeting, begins, finishes, seen: bool):
+    """Pairs of named ends between which a curve bounds both of its patches' cells.
+
+    Corners where the third patch gives way, and where it takes over, come in turn along the
+    curve; before the first and after the last it runs out of both cores.
+    """
+    events = [(curve.abscissa(end[1]), 0, end) for end in begins]
+    events += [(curve.abscissa(end[1]), 1, end) for end in finishes]
+    events.sort(key=lambda event: event[:2])
+    turns = [(finish, end) for _, finish, end in events]
+    runs_out = curve.half_square > 0.0 and (seen or bool(turns))
+    if runs_out and (not turns or turns[0][0]):
+        turns = [(0, _free_end(curve, -1)), *turns]
+    if runs_out and not turns[-1][0]:
+        turns.append((1, _free_end(curve, 1)))
+    spans = [(a, b) for (x, a), (y, b) in pairwise(turns) if not x and y]
+    # A corner just outside the cores begins nothing that runs out of them.
+    return [(a, b) for a, b in spans if curve.abscissa(a[1]) < curve.abscissa(b[1])]
+
+
+def _free_end(curve: Meeting, side: int):
+    first, second = (patch.id for patch in curve.patches)
+    return (first, second, side, "rim"), curve.free_end(side)
+
+
+def _loops(patch: Patch, power: float, halves: list[_Half], numbers) -> list[tuple[Side, ...]]:
+    """The sides of one patch chained up, with those on its own rim between loose ends."""
+
+    def rim(start=None, end=None):
+        return [Side(next(numbers), None, p) for p in rim_arcs(patch, power, start, end)]
+
+    if not halves:
+        return [tuple(rim())]
+    after = {half.start: half for half in halves}
+    ends = {half.end for half in halves}
+    loose = [half for half in halves if half.start not in ends]
+    left = dict.fromkeys([*loose, *halves])
+    loops = []
+    while left:
+        half = first = next(iter(left))
+        sides: list[Side] = []
+        while half in left:
+            del left[half]
+            sides.append(half.side)
+            point = half.side.points[-1]
+            if half.end in after:
+                half = after[half.end]
+            else:
+                half = _next_around(patch, point, [h for h in loose if h in left or h is first])
+                sides += rim(point, half.side.points[0])
+        loops.append(tuple(sides))
+    return loops
+
+
+def _next_around(patch: Patch, point, loose: list[_Half]) -> _Half:
+    """Of the sides that begin on the rim, the first one counter-clockwise after a point."""
+    ends = patch.frame.to_local(np.array([point, *(half.side.points[0] for half in loose)]))
+    angle = np.arctan2(ends[:, 1], ends[:, 0])
+    return loose[int(np.argmin((angle[1:] - angle[0]) % (2.0 * np.pi)))]
+
+
+def _owns_its_centre(atlas: Atlas, row: int) -> bool:
+    if not atlas.kin[row]:
+        return True
+    rivals = power_at(atlas.table, sorted(atlas.kin[row]), atlas.table.site[row])
+    return bool(-atlas.table.power[row] <= rivals.min())

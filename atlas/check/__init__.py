@@ -1,0 +1,1 @@
+"""What must hold of every atlas, checked from its parts."""

@@ -1,0 +1,156 @@
+"""What must hold of an atlas's samples: whose they are, their sums, what is solved from them."""
+
+from collections.abc import Iterator
+from copy import deepcopy
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from touchatlas.atlas.patches.normal_equations import covariance_of, solve, sums_of
+from touchatlas.atlas.patches.patch_table import Table
+from touchatlas.atlas.residual.learn_residuals import rough_patch, samples_of
+
+if TYPE_CHECKING:
+    from touchatlas.atlas.atlas import Atlas
+
+# Of sums over the same samples in another order, over the largest of them.
+_ROUNDING = 1e-9
+# Of what is solved from these, in standard deviations: the sums' rounding times their condition.
+_SOLVED = 1e-6
+
+
+def learning_violations(atlas: "Atlas") -> list[str]:
+    """What does not hold, a sentence each."""
+    found = list(_samples(atlas))
+    # Sums and solutions of samples that are not there make no sense.
+    checks = () if found else (_equations, _solutions, _residuals, _frontier, _edge_ends)
+    return found + [sentence for check in checks for sentence in check(atlas)]
+
+
+def _samples(atlas: "Atlas") -> Iterator[str]:
+    learning, pool, alive = atlas.learning, atlas.learning.pool, set(atlas.table.rows.tolist())
+    brought = np.concatenate([np.zeros(0, int), *learning.brought])
+    if not np.array_equal(np.sort(brought), np.arange(len(pool))):
+        yield "a sample is brought by none, or by two"
+    for row, (members, own) in enumerate(zip(learning.members, learning.brought, strict=True)):
+        if len(members) != len(np.unique(members)):
+            yield f"patch {row} learned a sample twice"
+        if len(members) and not (members.min() >= 0 and members.max() < len(pool)):
+            yield f"patch {row} learned a sample that is not there"
+        if row in alive and not len(members):
+            yield f"patch {row} knows no sample"
+        if row not in alive and len(members) + len(own):
+            yield f"patch {row} is removed but has samples"
+    if not np.isfinite(pool.points).all():
+        yield "a sample's point is not finite"
+    if not _are_unit(pool.normals):
+        yield "a sample's normal is not of unit length"
+    if not _are_unit(pool.across[pool.across.any(axis=1)]):
+        yield "the normal of a sample's plane is not of unit length"
+
+
+def _are_unit(vectors) -> bool:
+    return bool(np.allclose((vectors * vectors).sum(axis=1), 1.0, atol=_SOLVED))
+
+
+def _equations(atlas: "Atlas") -> Iterator[str]:
+    table, learning = atlas.table, atlas.learning
+    for row in table.rows.tolist():
+        index = learning.members[row]
+        every = np.ones((1, len(index)), bool)
+        moments, right, square = sums_of(table, np.array([row]), learning.pool, index, every)
+        scale = _ROUNDING * np.abs(moments).max()
+        if table.count[row] != len(index):
+            yield f"patch {row} counts other samples than it learned"
+        elif np.abs(moments[0] - table.moments[row]).max() > scale:
+            yield f"the equations (moments) of patch {row} are not those of its samples"
+        elif np.abs(right[0] - table.right[row]).max() > scale:
+            yield f"the right side of patch {row} is not that of its samples"
+        elif abs(square[0] - table.square[row]) > scale:
+            yield f"the square of patch {row} is not that of its samples"
+
+
+def without_residuals(table: Table) -> Table:
+    """A copy of a table with its patches solved from their equations alone."""
+    plain = deepcopy(table)
+    solve(plain, table.rows)
+    return plain
+
+
+def _solutions(atlas: "Atlas") -> Iterator[str]:
+    """Coefficients, variance and residual are those of the equations, or of the residual."""
+    table, plain = atlas.table, without_residuals(atlas.table)
+    for row in table.rows.tolist():
+        rough = table.rough.get(row)
+        mean = plain.mean[row] if rough is None else rough.mean
+        covariance = covariance_of(plain, row) if rough is None else rough.covariance
+        deviation = np.sqrt(np.diagonal(covariance))
+        if (np.abs(mean - table.mean[row]) > _SOLVED * deviation).any():
+            yield f"the coefficients (mean) of patch {row} do not solve its equations"
+        fold = table.products.folded
+        apart = np.abs(fold(covariance) - table.variance[row])
+        if (apart > _SOLVED * fold(np.outer(deviation, deviation))).any():
+            yield f"the variance of patch {row} does not follow from its equations"
+        # Without noise it is what rounding of the sums leaves.
+        least = 10.0 * np.sqrt(np.finfo(float).eps) * table.radius[row]
+        if abs(plain.residual[row] - table.residual[row]) > _SOLVED * plain.residual[row] + least:
+            yield f"the residual of patch {row} is not that of its samples"
+
+
+def _residuals(atlas: "Atlas") -> Iterator[str]:
+    """Rough patches are in use, hold what they learned, and solve again to what they say."""
+    table, rows = atlas.table, sorted(atlas.table.rough)
+    if not set(rows) <= set(table.rows.tolist()):
+        yield "a residual is of a removed patch"
+    elif rows:
+        if not atlas.texture.amplitude > 0:
+            yield "there are residuals but no texture"
+        learned = samples_of(
+            without_residuals(table), atlas.learning, np.array(rows), atlas.texture
+        )
+        for i, row in enumerate(rows):
+            rough, samples = table.rough[row], learned.only(i)
+            if not all(
+                (mine := getattr(rough.samples, name)).shape == theirs.shape
+                and np.allclose(mine, theirs, rtol=_SOLVED, atol=_SOLVED)
+                for name, theirs in vars(samples).items()
+            ):
+                yield f"the residual of patch {row} is of other samples than the patch"
+            again = rough_patch(table.basis, rough.samples, rough.shape)
+            if not all(
+                np.allclose(mine, vars(again.residual)[name], rtol=_SOLVED, atol=0.0)
+                for name, mine in vars(rough.residual).items()
+            ) or not np.allclose(rough.mean, again.mean, rtol=_SOLVED):
+                yield f"the residual of patch {row} does not follow from its samples"
+
+
+def _frontier(atlas: "Atlas") -> Iterator[str]:
+    """Frontier places are samples, at home in a patch that does not cover them."""
+    table, frontier = atlas.table, atlas.frontier
+    if not set(frontier.home.tolist()) <= set(table.rows.tolist()):
+        yield "the frontier has a sample of a removed patch"
+        return
+    if not _among(frontier.points, atlas.learning.pool.points) or not _are_unit(frontier.normals):
+        yield "the frontier has a place that is no sample, or a normal not of unit length"
+    offset = frontier.points - table.site[frontier.home]
+    share = np.sqrt((offset * offset).sum(axis=1) / table.power[frontier.home])
+    if (frontier.depth <= 1.0).any() or (frontier.depth > share * (1.0 + _ROUNDING)).any():
+        yield "the frontier has a covered sample, or one deeper than its patch lets it be"
+
+
+def _edge_ends(atlas: "Atlas") -> Iterator[str]:
+    ends = atlas.edge_ends
+    if not set(ends.home.tolist()) <= set(atlas.table.rows.tolist()):
+        yield "an end at an edge is at home at a removed patch"
+    if not _among(ends.points, atlas.learning.pool.points):
+        yield "an end at an edge is no sample"
+    level = np.abs((ends.tangents * ends.normals).sum(axis=1)) <= _SOLVED
+    if not (_are_unit(ends.tangents) and _are_unit(ends.normals) and level.all()):
+        yield "tangent and normal of an end at an edge are no frame"
+    if (ends.steps <= 0).any():
+        yield "an end at an edge has no sampling step"
+
+
+def _among(points, others) -> bool:
+    """Whether all of points (n, 3) are among others (m, 3), to the last bit."""
+    return {p.tobytes() for p in points} <= {p.tobytes() for p in others} if len(points) else True

@@ -1,0 +1,1 @@
+"""The blended surface as seen from any point: distance, normal, deviation."""

@@ -1,0 +1,131 @@
+"""Partition of unity: many patches, one signed distance with its normal and deviation.
+
+At a query point every patch of one sheet that reaches it has a say, weighted by how near
+its centre is and how sure it is. Which sheet: the nearest one of those whose foot point
+lies in the cell of its own patch. So a patch has no say where its kin know better, and
+strangers (the far side of a thin wall) are never averaged with.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from touchatlas.atlas.field.blend_at_edges import lead_off_edges
+from touchatlas.atlas.field.patch_values import voices
+from touchatlas.atlas.graph.sheets import Kin, are_kin
+from touchatlas.atlas.patches.patch_table import Table
+from touchatlas.patch.geometry.arrays import frozen_array
+
+# Points that are looked at in one go.
+_AT_ONCE = 1 << 14
+
+
+@dataclass(frozen=True, eq=False)
+class Blend:
+    """The blended surface as seen from n query points.
+
+    Parameters
+    ----------
+    distance : (n,) float, length
+        Signed, first order, positive outside; NaN where unknown.
+    known : (n,) bool
+        Whether any patch covers the surface near the point.
+    normal : (n, 3) float, unit, world
+    deviation : (n,) float, length
+        Predicted standard deviation of the surface along the normal.
+    gaussian_curvature : (n,) float, 1/length^2
+    patch : (n,) int
+        The patch in whose cell the foot point lies; -1 where unknown.
+    """
+
+    distance: np.ndarray
+    known: np.ndarray
+    normal: np.ndarray
+    deviation: np.ndarray
+    gaussian_curvature: np.ndarray
+    patch: np.ndarray
+
+
+def blend(table: Table, kin: Kin, points, reach: float = np.inf) -> Blend:
+    """Blend of all patches at world points (n, 3).
+
+    Parameters
+    ----------
+    table : Table
+    kin : Kin
+    points : (n, 3) float, length, world
+    reach : float, length
+        Patches farther than this from a point are not considered there.
+
+    Raises
+    ------
+    ValueError
+        Points not finite or not (n, 3).
+
+    Notes
+    -----
+    The time a point takes depends on how many patches reach it, not on how many there are.
+    """
+    points = frozen_array(points, (None, 3), "points")
+    count = len(points)
+    out, patch = np.full((count, 6), np.nan), np.full(count, -1)
+    if table.size:
+        for first in range(0, count, _AT_ONCE):
+            some = slice(first, first + _AT_ONCE)
+            out[some], patch[some] = _means(table, kin, points[some], reach)
+    normal = out[:, 3:] / np.sqrt((out[:, 3:] ** 2).sum(axis=1))[:, None]
+    return Blend(out[:, 0], patch >= 0, normal, np.sqrt(out[:, 1]), out[:, 2], patch)
+
+
+def _means(table: Table, kin: Kin, points, reach):
+    """Means (n, 6) of distance, variance, curvature and normal over the patches kin to the
+    leader of each point, NaN without one, and the leaders (n,), -1 without one."""
+    out, patch = np.full((len(points), 6), np.nan), np.full(len(points), -1)
+    rows, which = table.index.near(points)
+    if not len(rows):
+        return out, patch
+    said = voices(table, kin, rows, points[which], reach)
+    starts, sizes, leader, led = leaders(rows, which, said.distance, said.own)
+    if kin.creases and said.covers is not None:
+        feet = points[which] - said.distance[:, None] * said.numbers[:, 3:]
+        feet[~said.covers] = np.nan
+        pairs = rows, starts, sizes, said.distance, feet
+        lead_off_edges(kin.creases, *pairs, leader, led)
+    weight = said.weight * are_kin(kin, np.repeat(leader, sizes), rows)
+    total = np.add.reduceat(weight, starts)
+    led &= total > 0.0
+    means = np.add.reduceat(said.numbers * weight[:, None], starts, axis=0)
+    at = which[starts][led]
+    out[at] = means[led] / total[led, None]
+    patch[at] = leader[led]
+    return out, patch
+
+
+def leaders(rows, which, distance, own):
+    """The nearest patch of each point among those whose own cell its foot is in.
+
+    Parameters
+    ----------
+    rows, which : (m,) int
+        Pairs of a patch and a point, by point.
+    distance : (m,) float, length
+    own : (m,) bool
+
+    Returns
+    -------
+    starts, sizes : (n,) int
+        Where the pairs of each point begin, and how many they are.
+    leader : (n,) int
+    led : (n,) bool
+        Whether there is such a patch.
+    """
+    starts = np.flatnonzero(np.r_[True, which[1:] != which[:-1]][: len(which)])
+    sizes = np.diff(np.r_[starts, len(which)])
+    rank = np.where(own, np.abs(distance), np.inf)
+    least = np.minimum.reduceat(rank, starts) if len(starts) else rank
+    first = np.flatnonzero(rank == np.repeat(least, sizes))
+    place = np.repeat(np.arange(len(starts)), sizes)[first]
+    leader = np.empty(len(starts), np.int64)
+    # Of equals the first, that is of the lowest row, is written last.
+    leader[place[::-1]] = rows[first[::-1]]
+    return starts, sizes, leader, np.isfinite(least)

@@ -1,0 +1,1 @@
+"""Which patches meet, and where: sheets, cells, creases, frontier."""

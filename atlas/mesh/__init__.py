@@ -1,0 +1,1 @@
+"""Triangles of the blended surface."""

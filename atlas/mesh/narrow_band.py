@@ -1,0 +1,170 @@
+"""The cubes of a lattice that the surface passes, and its side at their corners.
+
+Every patch names the cubes that its core passes; two waves through crossed faces fill what
+is between them. So a cube depends on the patches about it alone, and after a change only the
+corners that a changed patch reaches are asked again.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from touchatlas.atlas.field.blend import leaders
+from touchatlas.atlas.field.blend_at_edges import lead_off_edges, speakers
+from touchatlas.atlas.field.patch_values import COVER_MARGIN, distances
+from touchatlas.atlas.graph.sheets import Kin
+from touchatlas.atlas.mesh.marching_cubes import corners_of, crossed_neighbours, key, unkey
+from touchatlas.atlas.patches.patch_table import Table
+
+# Points of a core, in edges apart over its tangent plane: no more than one on a slope of 45
+# degrees. And how often the cubes grow beyond those that hold such a point.
+_APART, _WAVES = 0.7, 2
+_NEWTON_STEPS, _LEAST_UPRIGHT, _AT_ONCE = 3, 0.2, 2048
+# Patches farther than this from a corner, in edges, are not considered there.
+REACH = 2.0
+
+
+@dataclass(frozen=True, eq=False)
+class Corners:
+    """What is known at corners of the lattice.
+
+    Parameters
+    ----------
+    keys : (g,) int
+        Ascending.
+    values : (g,) float, length
+        Signed distance; NaN where no patch knows the surface.
+    leaders : (g,) int
+        The patch in whose cell the foot lies; -1 where unknown.
+    """
+
+    keys: np.ndarray
+    values: np.ndarray
+    leaders: np.ndarray
+
+    def only(self, keep) -> "Corners":
+        """Those that are kept (g,)."""
+        return Corners(self.keys[keep], self.values[keep], self.leaders[keep])
+
+    def at(self, keys) -> np.ndarray:
+        """Where keys (...) stand; all of them must be there."""
+        return np.searchsorted(self.keys, keys)
+
+    def has(self, keys) -> np.ndarray:
+        """Whether keys (...) are there."""
+        if not len(self.keys):
+            return np.zeros(np.shape(keys), bool)
+        return self.keys[np.minimum(self.at(keys), len(self.keys) - 1)] == keys
+
+    def joined(self, other: "Corners") -> "Corners":
+        """These and others, of other keys."""
+        if not len(other.keys):
+            return self
+        at, pairs = self.at(other.keys), zip(vars(self).values(), vars(other).values(), strict=True)
+        return Corners(*(np.insert(column, at, new) for column, new in pairs))
+
+
+NO_CORNERS = Corners(np.zeros(0, np.int64), np.zeros(0), np.zeros(0, np.int64))
+
+
+def core_cubes(table: Table, rows, start, edge: float) -> dict[int, np.ndarray]:
+    """For each of some rows the keys of the cubes that the patch's core passes."""
+    rows, core = np.asarray(rows, int), table.core * np.sqrt(1.0 + COVER_MARGIN)
+    counts = np.ceil(core * table.radius[rows] / (_APART * edge)).astype(int)
+    out: dict[int, np.ndarray] = {}
+    for count in np.unique(counts).tolist():
+        side = core / count * np.arange(-count, count + 1)
+        flat = np.stack(np.meshgrid(side, side, [0.0]), axis=-1).reshape(-1, 3)
+        flat = flat[(flat * flat).sum(axis=1) <= core * core]
+        alike, step = rows[counts == count], 1 + _AT_ONCE // len(flat)
+        for first in range(0, len(alike), step):
+            some = alike[first : first + step]
+            points = _on_patches(table, some, np.tile(flat, (len(some), 1, 1)), core)
+            keys = key(np.floor((points - start) / edge).astype(np.int64))
+            out |= {row: np.unique(k) for row, k in zip(some.tolist(), keys, strict=True)}
+    return out
+
+
+def _on_patches(table: Table, rows, scaled, core: float) -> np.ndarray:
+    """World points (m, k, 3) of the patches over scaled points (m, k, 3) of tangent planes."""
+    for _ in range(_NEWTON_STEPS):
+        height, upward = table.surface(rows, scaled)
+        # A patch is no steeper than this where it claims to cover.
+        scaled[..., 2] -= height / np.maximum(upward[..., 2], _LEAST_UPRIGHT)
+        scaled[..., 2] = np.clip(scaled[..., 2], -core, core)
+    origin, radius = table.origin[rows][:, None], table.radius[rows][:, None, None]
+    return scaled * radius @ table.axes[rows] + origin
+
+
+def find_cubes(table: Table, kin: Kin, first, start, edge: float, known: Corners):
+    """Cubes that the surface may pass, from the cubes of all cores ``first`` (c,).
+
+    Returns
+    -------
+    cubes : (c,) int
+        Keys of those with a corner that is known, ascending.
+    corners : Corners
+        ``known`` ones, which are not asked again, and all others of these cubes.
+    """
+    cubes, fresh, corners = first, first, known
+    for wave in range(_WAVES + 1):
+        needed = corners_of(fresh)
+        new = np.unique(needed[~corners.has(needed)])
+        corners = corners.joined(ask(table, kin, new, start, edge))
+        if wave < _WAVES:
+            inside = corners.values[corners.at(needed)]
+            whole = ~np.isnan(inside).any(axis=1)
+            fresh = np.unique(crossed_neighbours(fresh[whole], inside[whole] < 0.0))
+            fresh = np.setdiff1d(fresh, cubes, assume_unique=True)
+            cubes = np.union1d(cubes, fresh)
+    values = corners.values[corners.at(corners_of(cubes))]
+    return cubes[~np.isnan(values).all(axis=1)], corners
+
+
+def ask(table: Table, kin: Kin, keys, start, edge: float) -> Corners:
+    """The corners of some keys (g,), ascending, by the patch that leads there."""
+    points = unkey(keys) * edge + start
+    values, lead = np.full(len(keys), np.nan), np.full(len(keys), -1)
+    rows, which = table.index.near(points)
+    distance, normals, covers = distances(
+        table, kin, rows, points[which], REACH * edge, False, plain=True
+    )
+    feet, own = points[which] - distance[:, None] * normals, covers
+    if kin.creases:
+        own = kin.creases.sees(rows, feet, covers)
+    starts, sizes, leader, led = leaders(rows, which, distance, own)
+    if kin.creases:
+        feet[~covers] = np.nan
+        lead_off_edges(kin.creases, rows, starts, sizes, distance, feet, leader, led)
+    lead[which[starts][led]] = leader[led]
+    mine = rows == lead[which]
+    values[which[mine]] = distance[mine]
+    return Corners(keys, values, lead)
+
+
+def extend(table: Table, kin: Kin, at, corners: Corners, start, edge: float) -> Corners:
+    """The corners with those that no patch knows taken from a patch that leads at another corner
+    of the same cube: the one that puts the surface nearest.
+
+    ``at`` (c, 8) tells where among the corners those of the cubes stand.
+    """
+    at = at[(corners.leaders[at] < 0).any(axis=1)]
+    if not len(at):
+        return corners
+    lead = corners.leaders[at]
+    cube, corner = np.nonzero(lead < 0)
+    who = lead[cube]
+    pairs = np.repeat(at[cube, corner], who.shape[1])[who.ravel() >= 0]
+    who = who[who >= 0]
+    pairs, who = np.divmod(np.unique(pairs * table.size + who), table.size)
+    points = unkey(corners.keys[pairs]) * edge + start
+    distance, _, _ = distances(table, kin, who, points, np.inf, plain=True)
+    if kin.creases:
+        keep = speakers(kin.creases, who, pairs, distance)
+        pairs, who, distance = pairs[keep], who[keep], distance[keep]
+    order = np.lexsort((who, np.abs(distance), pairs))
+    pairs, first = np.unique(pairs[order], return_index=True)
+    values, lead = corners.values.copy(), corners.leaders.copy()
+    values[pairs] = distance[order][first]
+    lead[pairs] = who[order][first]
+    return Corners(corners.keys, values, lead)

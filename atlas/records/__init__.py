@@ -1,0 +1,1 @@
+"""What goes into an atlas and what comes out: touches, changes, options."""
