@@ -16,10 +16,10 @@ import sys
 import numpy as np
 
 from touchatlas.atlas.atlas import Atlas
-from touchatlas.planner.explore import explore
+from touchatlas.planner.loop import explore
 from touchatlas.planner.planner import Planner
-from touchatlas.sim.objects import make_object
-from touchatlas.sim.probe import Probe
+from touchatlas.sim.world.objects import make_object
+from touchatlas.sim.world.probe import Probe
 
 KERSHNER, LEAST_COSINE = 1.209, np.sqrt(0.5)
 POINTS, LINES, NEWTON_STEPS = 300, 6, 6

@@ -17,12 +17,12 @@ import numpy as np
 
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.mesh.extract import extract_surface
-from touchatlas.planner.explore import explore
+from touchatlas.planner.loop import explore
 from touchatlas.planner.planner import Planner
-from touchatlas.sim.objects import make_object, object_names
-from touchatlas.sim.probe import Probe
-from touchatlas.sim.surface_peers import distances
-from touchatlas.sim.triangles import areas_of
+from touchatlas.sim.study.surface_peers import distances
+from touchatlas.sim.world.objects import make_object, object_names
+from touchatlas.sim.world.probe import Probe
+from touchatlas.sim.world.triangles import areas_of
 
 FOLDER = os.environ.get("TOUCHATLAS_OBJECTS", Path(__file__).parents[2] / "shared" / "objects")
 NOISE, MOST_TOUCHES = 2e-4, 400

@@ -16,8 +16,8 @@ import time
 from pathlib import Path
 
 from touchatlas.atlas.store import load_atlas
-from touchatlas.sim.objects import make_object, object_names
-from touchatlas.sim.run import RunOptions, run_exploration
+from touchatlas.sim.run.exploration import RunOptions, run_exploration
+from touchatlas.sim.world.objects import make_object, object_names
 
 FOLDER = os.environ.get("TOUCHATLAS_OBJECTS", Path(__file__).parents[2] / "shared" / "objects")
 OBJECTS = "bottle", "torus", "cube", "blob", "lemon_ycb:60"

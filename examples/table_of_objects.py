@@ -9,8 +9,8 @@ import time
 
 import numpy as np
 
-from touchatlas.sim.objects import make_object
-from touchatlas.sim.run import RunOptions, run_exploration
+from touchatlas.sim.run.exploration import RunOptions, run_exploration
+from touchatlas.sim.world.objects import make_object
 
 HEAD = (
     "| object | coverage | mean/noise | mean/diagonal | p95/diagonal | watertight | chi (true) "

@@ -13,10 +13,10 @@ import time
 import numpy as np
 
 from touchatlas.atlas.atlas import Atlas
-from touchatlas.planner.explore import explore
+from touchatlas.planner.loop import explore
 from touchatlas.planner.planner import Planner
-from touchatlas.sim.objects import make_object
-from touchatlas.sim.probe import Probe
+from touchatlas.sim.world.objects import make_object
+from touchatlas.sim.world.probe import Probe
 
 WINDOW = 15
 

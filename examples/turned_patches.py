@@ -13,7 +13,7 @@ import numpy as np
 
 from touchatlas.patch.fit.fit_patch import FitOptions, fit_patch
 from touchatlas.patch.geometry.patch import Patch
-from touchatlas.sim.scenes import Scene, draw_scene
+from touchatlas.sim.study.scenes import Scene, draw_scene
 
 SURFACES = ("ball", "torus", "ellipsoid")
 TURNS = (30, 60, 80)

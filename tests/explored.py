@@ -7,12 +7,12 @@ import numpy as np
 
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.records.touch import Touch
-from touchatlas.planner.explore import explore
+from touchatlas.planner.loop import explore
 from touchatlas.planner.planner import Planner
-from touchatlas.sim.fields import quadric_with_bumps
-from touchatlas.sim.implicit import ImplicitObject
-from touchatlas.sim.objects import make_object
-from touchatlas.sim.probe import Probe
+from touchatlas.sim.world.implicit_fields import quadric_with_bumps
+from touchatlas.sim.world.implicit_object import ImplicitObject
+from touchatlas.sim.world.objects import make_object
+from touchatlas.sim.world.probe import Probe
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from touchatlas.sim.mesh_object import MeshObject
-from touchatlas.sim.objects import make_object
+from touchatlas.sim.world.mesh_object import MeshObject
+from touchatlas.sim.world.objects import make_object
 
 FOLDER = Path(
     os.environ.get("TOUCHATLAS_OBJECTS", Path(__file__).parents[2] / "shared" / "objects")

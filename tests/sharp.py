@@ -6,12 +6,12 @@ import numpy as np
 
 from tests.explored import Explored
 from touchatlas.atlas.atlas import Atlas
-from touchatlas.planner.explore import explore
+from touchatlas.planner.loop import explore
 from touchatlas.planner.planner import Planner
-from touchatlas.sim.fields import polyhedron, union
-from touchatlas.sim.implicit import ImplicitObject
-from touchatlas.sim.objects import make_object
-from touchatlas.sim.probe import Probe
+from touchatlas.sim.world.implicit_fields import polyhedron, union
+from touchatlas.sim.world.implicit_object import ImplicitObject
+from touchatlas.sim.world.objects import make_object
+from touchatlas.sim.world.probe import Probe
 
 
 def box(low, high):

@@ -7,6 +7,7 @@ import os
 import pkgutil
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -27,10 +28,24 @@ def run(*command):
 
 
 def modules():
+    """Names of all modules, those in sub-folders too."""
     for storey in STOREYS:
         package = importlib.import_module(f"touchatlas.{storey}")
-        for info in pkgutil.iter_modules(package.__path__):
-            yield f"touchatlas.{storey}.{info.name}"
+        for info in pkgutil.walk_packages(package.__path__, f"touchatlas.{storey}."):
+            yield info.name
+
+
+def test_every_file_is_a_module_and_every_folder_is_installed():
+    """What no test would import, and no wheel would hold, is found by its path."""
+    files = {p for storey in STOREYS for p in (ROOT / storey).rglob("*.py")}
+    names = {"touchatlas." + ".".join(p.relative_to(ROOT).with_suffix("").parts) for p in files}
+    packages = {name.removesuffix(".__init__") for name in names if name.endswith(".__init__")}
+    assert {name for name in names if not name.endswith(".__init__")} | packages == {
+        *modules(),
+        *(f"touchatlas.{storey}" for storey in STOREYS),
+    }
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text())
+    assert set(settings["tool"]["setuptools"]["packages"]) == packages
 
 
 @pytest.mark.parametrize("name", list(modules()))
@@ -51,7 +66,7 @@ def imports_of(path: Path) -> set[str]:
 @pytest.mark.parametrize("storey", STOREYS)
 def test_imports_point_down(storey):
     above = [f"touchatlas.{s}" for s in STOREYS[STOREYS.index(storey) + 1 :]]
-    for path in (ROOT / storey).glob("*.py"):
+    for path in (ROOT / storey).rglob("*.py"):
         for name in imports_of(path):
             assert not any(name.startswith(a) for a in above), f"{path.name} imports {name}"
 
@@ -66,7 +81,7 @@ def test_import_linter_agrees():
 def test_truth_never_reaches_the_planner():
     """Below sim nothing can name an object: neither imported nor taken as an argument."""
     for storey in STOREYS[:3]:
-        for path in (ROOT / storey).glob("*.py"):
+        for path in (ROOT / storey).rglob("*.py"):
             text = path.read_text()
             assert "touchatlas.sim" not in text
             assert "truth" not in text.replace("no truth", "")

@@ -16,11 +16,11 @@ from touchatlas.atlas.records.options import AtlasOptions
 from touchatlas.atlas.records.touch import Touch, TouchStatus
 from touchatlas.atlas.store import load_atlas, save_atlas
 from touchatlas.patch.geometry.polynomial import monomials
-from touchatlas.planner.explore import explore
+from touchatlas.planner.loop import explore
 from touchatlas.planner.planner import Planner
-from touchatlas.sim.objects import make_object
-from touchatlas.sim.probe import Probe
-from touchatlas.sim.surface_peers import spread_plans
+from touchatlas.sim.study.surface_peers import spread_plans
+from touchatlas.sim.world.objects import make_object
+from touchatlas.sim.world.probe import Probe
 
 DATA = Path(__file__).parents[1] / "data"
 

@@ -11,9 +11,9 @@ from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.records.change import AtlasChange
 from touchatlas.atlas.records.touch import Touch
 from touchatlas.patch.geometry.contour import SamplingPlane
-from touchatlas.sim.objects import make_object
-from touchatlas.sim.probe import Probe
-from touchatlas.sim.surface_peers import spread_plans
+from touchatlas.sim.study.surface_peers import spread_plans
+from touchatlas.sim.world.objects import make_object
+from touchatlas.sim.world.probe import Probe
 
 
 def sparse(obj, count: int):

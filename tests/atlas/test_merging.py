@@ -8,7 +8,7 @@ from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.records.touch import Touch, TouchStatus
 from touchatlas.patch.geometry.contour import Contour, ContourEnd
 from touchatlas.planner.planes import concurrent_planes
-from touchatlas.sim.objects import make_object
+from touchatlas.sim.world.objects import make_object
 
 ROW = [(i, 0) for i in range(6)]
 PLACES = {

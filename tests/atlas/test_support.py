@@ -11,7 +11,7 @@ from tests.sharp import explored_sharp, sharp_object
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.mesh.extract import extract_surface
 from touchatlas.atlas.mesh.trim import rim, supported
-from touchatlas.sim.triangles import areas_of
+from touchatlas.sim.world.triangles import areas_of
 
 
 def half(touches, tolerance: float, side: int) -> Atlas:

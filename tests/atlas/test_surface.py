@@ -25,8 +25,8 @@ from touchatlas.atlas.mesh.trim import supported
 from touchatlas.atlas.records.touch import Touch, TouchStatus
 from touchatlas.patch.geometry.contour import Contour, ContourEnd
 from touchatlas.planner.planes import concurrent_planes
-from touchatlas.sim.objects import make_object
-from touchatlas.sim.surface_peers import distances
+from touchatlas.sim.study.surface_peers import distances
+from touchatlas.sim.world.objects import make_object
 
 
 def boundary_edges(faces) -> np.ndarray:

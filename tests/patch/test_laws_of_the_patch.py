@@ -17,7 +17,7 @@ from touchatlas.patch.geometry.curvature import (
 )
 from touchatlas.patch.geometry.polynomial import Z, evaluate, monge_basis, monomials
 from touchatlas.patch.geometry.section import fit_sections
-from touchatlas.sim.scenes import POINTS_PER_ARM, SURFACES, Scene, draw_scene
+from touchatlas.sim.study.scenes import POINTS_PER_ARM, SURFACES, Scene, draw_scene
 
 UP = np.array([0.0, 0.0, 1.0])
 LENGTH = 20.0

@@ -10,8 +10,8 @@ import pytest
 from touchatlas.patch.fit.fit_patch import FitOptions, PatchFit, fit_patch
 from touchatlas.patch.geometry.contour import Contour
 from touchatlas.patch.geometry.curvature import UMBILIC_FALSE_ALARM
-from touchatlas.sim.peers import fit_jet, mesh_around, mesh_curvatures
-from touchatlas.sim.scenes import Scene, draw_scene
+from touchatlas.sim.study.peers import fit_jet, mesh_around, mesh_curvatures
+from touchatlas.sim.study.scenes import Scene, draw_scene
 
 pytestmark = pytest.mark.slow
 TURNED = runpy.run_path(str(Path(__file__).parents[2] / "examples" / "turned_patches.py"))

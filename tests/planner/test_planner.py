@@ -7,12 +7,12 @@ from tests.explored import explored
 from touchatlas.atlas.atlas import Atlas, AtlasChange
 from touchatlas.atlas.records.touch import Touch, TouchStatus
 from touchatlas.patch.geometry.curvature import curvatures_from_sections
-from touchatlas.planner.explore import explore
+from touchatlas.planner.loop import explore
 from touchatlas.planner.planes import concurrent_planes
 from touchatlas.planner.planner import Planner, PlannerOptions
 from touchatlas.planner.probe_plan import Reason
-from touchatlas.sim.objects import make_object
-from touchatlas.sim.probe import Probe
+from touchatlas.sim.world.objects import make_object
+from touchatlas.sim.world.probe import Probe
 
 
 def planner():

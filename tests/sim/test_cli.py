@@ -14,9 +14,9 @@ import pytest
 import trimesh
 
 from touchatlas.atlas.store import load_atlas
-from touchatlas.sim.journal import Journal
+from touchatlas.sim.run.journal import Journal
 
-RUN = [sys.executable, "-c", "from touchatlas.sim.cli import main; main()"]
+RUN = [sys.executable, "-c", "from touchatlas.sim.command.cli import main; main()"]
 
 
 def touchatlas(*arguments, cwd):

@@ -7,12 +7,12 @@ import pytest
 
 from tests.truths import BALL_RADIUS, ball_height, graph_contours
 from touchatlas.patch.geometry.contour import ContourEnd
-from touchatlas.sim.arcs import near_arc
-from touchatlas.sim.contour_file import Curve, read_curves
-from touchatlas.sim.kinks import smooth_part
-from touchatlas.sim.noise_estimate import estimate_noise
-from touchatlas.sim.recording import meeting_point, prepare
-from touchatlas.sim.scenes import SURFACES, draw_scene
+from touchatlas.sim.recorded.arcs import near_arc
+from touchatlas.sim.recorded.contour_file import Curve, read_curves
+from touchatlas.sim.recorded.kinks import smooth_part
+from touchatlas.sim.recorded.noise_estimate import estimate_noise
+from touchatlas.sim.recorded.recording import meeting_point, prepare
+from touchatlas.sim.study.scenes import SURFACES, draw_scene
 
 LINES = [f"{c},{x},{k},{x * x}" for k, c in enumerate("abc") for x in range(6)]
 HEADER = "curve,x,y,z"

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from touchatlas.sim.evaluate import (
+from touchatlas.sim.run.evaluate import (
     EvaluateOptions,
     evaluate_surface,
     load_surface,

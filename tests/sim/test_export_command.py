@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-RUN = [sys.executable, "-c", "from touchatlas.sim.cli import main; main()"]
+RUN = [sys.executable, "-c", "from touchatlas.sim.command.cli import main; main()"]
 
 
 def touchatlas(*arguments, cwd, run=RUN):

@@ -19,10 +19,10 @@ from tests.truths import (
     random_rotation,
 )
 from touchatlas.patch.geometry.arrays import cross
-from touchatlas.sim.fit_picture import _draw_patch, patch_surface
-from touchatlas.sim.fit_report import FILES, MEANING, METHODS, fit_file, parse_vector
+from touchatlas.sim.recorded.fit_picture import _draw_patch, patch_surface
+from touchatlas.sim.recorded.fit_report import FILES, MEANING, METHODS, fit_file, parse_vector
 
-RUN = [sys.executable, "-c", "from touchatlas.sim.cli import main; main()"]
+RUN = [sys.executable, "-c", "from touchatlas.sim.command.cli import main; main()"]
 K1, K2, ANGLE = -0.017, -0.042, 0.4
 ROTATION = random_rotation(np.random.default_rng(5))
 SHIFT = np.array([5.0, 80.0, -3.0])

@@ -5,7 +5,7 @@ import pytest
 import trimesh
 
 from touchatlas.patch.geometry.contour import ContourEnd
-from touchatlas.sim.mesh_object import MeshObject, load_mesh
+from touchatlas.sim.world.mesh_object import MeshObject, load_mesh
 
 
 def ball(scale=1.0):

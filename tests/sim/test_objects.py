@@ -5,8 +5,8 @@ import pytest
 
 from tests.sharp import sharp_object
 from touchatlas.patch.geometry.contour import ContourEnd
-from touchatlas.sim.objects import make_object, object_names
-from touchatlas.sim.probe import Probe
+from touchatlas.sim.world.objects import make_object, object_names
+from touchatlas.sim.world.probe import Probe
 
 SMOOTH = [name for name in object_names() if name != "cube"]
 

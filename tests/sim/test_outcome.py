@@ -6,8 +6,8 @@ import signal
 import pytest
 from cyclopts import CycloptsError
 
-from touchatlas.sim.interrupt import late_interrupt
-from touchatlas.sim.outcome import exit_code
+from touchatlas.sim.command.outcome import exit_code
+from touchatlas.sim.run.interrupt import late_interrupt
 
 
 def raising(error):

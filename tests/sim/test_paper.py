@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from touchatlas.sim.paper_curvatures import QUADRANT_POINTS, section_curvatures
-from touchatlas.sim.paper_fits import (
+from touchatlas.sim.study.paper.curvatures import QUADRANT_POINTS, section_curvatures
+from touchatlas.sim.study.paper.fits import (
     CURVES,
     DATA,
     DESCENT,
@@ -26,9 +26,9 @@ from touchatlas.sim.paper_fits import (
     spread,
     verifying_points,
 )
-from touchatlas.sim.paper_gauss import gauss_map_of, true_areas
-from touchatlas.sim.paper_report import csv_bytes, repeat_paper, terminal_tables
-from touchatlas.sim.paper_scenes import (
+from touchatlas.sim.study.paper.gauss_maps import gauss_map_of, true_areas
+from touchatlas.sim.study.paper.report import csv_bytes, repeat_paper, terminal_tables
+from touchatlas.sim.study.paper.scenes import (
     TURN,
     ball,
     mouse_back,
@@ -38,8 +38,8 @@ from touchatlas.sim.paper_scenes import (
     shoulder,
     touches,
 )
-from touchatlas.sim.paper_sheets import before_patch, sheet_of
-from touchatlas.sim.paper_tables import ROWS, TABLES, paper_tables, table1
+from touchatlas.sim.study.paper.sheets import before_patch, sheet_of
+from touchatlas.sim.study.paper.tables import ROWS, TABLES, paper_tables, table1
 
 FILES = {"paper.json", "table1.csv", "figure4.png", "figure5.png", "figure6.png", "figure8.png"}
 BALL_RADIUS = 33.0
@@ -256,7 +256,7 @@ def test_all_files_are_written(folder):
 )
 def test_the_command_refuses_in_one_sentence(tmp_path, options, code, words):
     (tmp_path / "held").write_text("")
-    main = "from touchatlas.sim.cli import main; main()"
+    main = "from touchatlas.sim.command.cli import main; main()"
     paper = [sys.executable, "-c", main, "paper", *options]
     done = subprocess.run(paper, cwd=tmp_path, capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (code, f"touchatlas: {words}\n")

@@ -7,9 +7,9 @@ import pytest
 from tests.real import real_mesh
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.mesh.extract import extract_surface
-from touchatlas.planner.explore import explore
+from touchatlas.planner.loop import explore
 from touchatlas.planner.planner import Planner
-from touchatlas.sim.probe import Probe
+from touchatlas.sim.world.probe import Probe
 
 MESHES = (
     *("lemon_ycb", "mustard_ycb", "spot", "wingnut_ode", "torus_ode", "featuretype"),

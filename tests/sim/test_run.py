@@ -16,10 +16,10 @@ import trimesh
 
 from touchatlas.atlas import insertion
 from touchatlas.atlas.atlas import Atlas
-from touchatlas.sim.journal import Journal
-from touchatlas.sim.mesh_object import MeshObject
-from touchatlas.sim.run import RunOptions, random_streams, run_exploration, truth_of
-from touchatlas.sim.run_folder import RUN_FILES, read_settings
+from touchatlas.sim.run.exploration import RunOptions, random_streams, run_exploration, truth_of
+from touchatlas.sim.run.journal import Journal
+from touchatlas.sim.run.run_folder import RUN_FILES, read_settings
+from touchatlas.sim.world.mesh_object import MeshObject
 
 FEW = RunOptions(max_touches=7)
 
@@ -221,7 +221,7 @@ def test_streams_of_one_seed_are_their_own(tmp_path):
 FULL_DISK = """
 import resource, sys
 resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, 60_000))
-from touchatlas.sim.cli import main
+from touchatlas.sim.command.cli import main
 main()
 """
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from touchatlas.sim.scenes import SURFACES, draw_scene
+from touchatlas.sim.study.scenes import SURFACES, draw_scene
 
 
 def scene_of(surface, noise_std=0.0, tilt=0.0, seed=0, **options):

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from touchatlas.sim.objects import make_object
-from touchatlas.sim.surface_peers import (
+from touchatlas.sim.study.surface_peers import (
     PEERS,
     Peer,
     best_surface,
@@ -15,6 +14,7 @@ from touchatlas.sim.surface_peers import (
     spread_plans,
     zero_set,
 )
+from touchatlas.sim.world.objects import make_object
 
 RADIUS = 33.0
 

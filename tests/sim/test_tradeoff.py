@@ -10,9 +10,9 @@ import pytest
 
 from tests.truths import BALL_RADIUS, graph_contours
 from touchatlas.patch.fit.fit_patch import fit_patch
-from touchatlas.sim.peers import fit_jet, mesh_around, mesh_curvatures
-from touchatlas.sim.scenes import draw_scene
-from touchatlas.sim.tradeoff import (
+from touchatlas.sim.study.peers import fit_jet, mesh_around, mesh_curvatures
+from touchatlas.sim.study.scenes import draw_scene
+from touchatlas.sim.study.tradeoff import (
     CELLS,
     Cell,
     measure,
@@ -21,8 +21,8 @@ from touchatlas.sim.tradeoff import (
     overall,
     timed,
 )
-from touchatlas.sim.tradeoff_chart import csv_bytes, make_folder, pareto_front, write_chart
-from touchatlas.sim.tradeoff_methods import METHODS, PAPER, height_error
+from touchatlas.sim.study.tradeoff_chart import csv_bytes, make_folder, pareto_front, write_chart
+from touchatlas.sim.study.tradeoff_methods import METHODS, PAPER, height_error
 
 TWO_CELLS = (Cell("ball", 0.02, False), Cell("torus", 0.0, True))
 
@@ -107,7 +107,7 @@ def test_a_file_in_place_of_the_folder_is_refused(tmp_path):
 
 
 def test_the_command_refuses_in_one_sentence(tmp_path):
-    main = "from touchatlas.sim.cli import main; main()"
+    main = "from touchatlas.sim.command.cli import main; main()"
     chart = [sys.executable, "-c", main, "chart", "--draws", "0"]
     done = subprocess.run(chart, cwd=tmp_path, capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (2, "touchatlas: draws is 0; it must be >= 1\n")

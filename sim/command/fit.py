@@ -1,0 +1,65 @@
+"""touchatlas fit: the command."""
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+Vector = Annotated[str | None, Parameter(allow_leading_hyphen=True)]
+
+
+def fit(
+    contours: Path,
+    /,
+    *,
+    noise: float | None = None,
+    method: str = "map",
+    point: Vector = None,
+    outward: Vector = None,
+    out: Path | None = None,
+    force: Annotated[bool, Parameter(negative="")] = False,
+    json_: Annotated[bool, Parameter(name="--json", negative="")] = False,
+) -> int:
+    """Fit a patch to recorded contours: three or more curves through one point.
+
+    Parameters
+    ----------
+    contours
+        A CSV file with the columns curve, x, y, z, and nx, ny, nz of the sampling planes if known.
+    noise
+        Standard deviation of each coordinate, in the file's unit; estimated by default.
+    method
+        map, monge, total_curvature, excess_curvature or least_squares.
+    point
+        Reference point, as X,Y,Z; where the curves meet by default.
+    outward
+        A direction out of the body, as X,Y,Z; by default the side to which the surface bulges.
+    out
+        Folder for patch.json, patch.ply and patch.png.
+    force
+        Replace such files that the folder holds.
+    json_
+        Print numbers as JSON on standard output.
+    """
+    from touchatlas.sim.recorded.fit_report import MEANING, check_folder, fit_file, parse_vector
+
+    at = None if point is None else parse_vector(point, "--point")
+    side = None if outward is None else parse_vector(outward, "--outward")
+    folder = None if out is None else check_folder(out, force)
+    report = fit_file(contours, method, noise, at, side)
+    if folder is not None:
+        report.write(folder)
+    if json_:
+        print(report.json())
+        return 0
+    table = Table("quantity", "value", title=escape(f"{contours}: {method}"))
+    for name, value in report.summary().items():
+        table.add_row(name, value)
+    console = Console()
+    console.print(table)
+    for flag in report.flags:
+        console.print(f"{flag}: {MEANING[flag]}", markup=False, highlight=False)
+    return 0

@@ -1,0 +1,90 @@
+"""Arcs: the part of a recorded curve that belongs to one reference point."""
+
+import numpy as np
+
+from touchatlas.patch.geometry.contour import ContourEnd
+from touchatlas.sim.recorded.contour_file import LEAST_POINTS
+from touchatlas.sim.recorded.kinks import smooth_part
+
+# tan 22.5 degrees: the chord of an arc that has turned by 45 degrees, as far as a touch goes.
+_TURNED = np.sqrt(2.0) - 1.0
+# A curve that ends nearer than this share of its length says little about how far to fit; nor
+# does an end nearer than this share of the median one: what the others tell is worth more.
+_SHORT_SIDE, _SHORT_ARM = 0.1, 0.5
+_FREE_ENDS = (ContourEnd.UNREACHABLE, ContourEnd.LENGTH_REACHED)
+
+
+def near_arc(points, point):
+    """The part of a curve around a point, until it has turned by 45 degrees either way.
+
+    An arc of a circle that turns by 45 degrees lies under a chord at 22.5 degrees to its
+    tangent: chords bear noise that directions do not.
+
+    Parameters
+    ----------
+    points : (n, 3) float, length, world
+        In order of travel.
+    point : (3,) float, length, world
+
+    Returns
+    -------
+    points : (m, 3) float
+    ends : pair of ContourEnd
+        TURNED_AWAY where it was cut; UNREACHABLE where the recording ends near the point.
+    """
+    points = _opened_loop(points, point)
+    nearest = int(((points - point) ** 2).sum(axis=1).argmin())
+    half = max(2, len(points) // 8)
+    low, high = max(nearest - half, 0), min(nearest + half, len(points) - 1)
+    chord = points[high] - points[low]
+    chord = chord / np.sqrt(max(chord @ chord, np.finfo(float).tiny))
+    offset = points - points[nearest]
+    along = (offset @ chord) * np.sign(np.arange(len(points)) - nearest)
+    across = np.sqrt(np.maximum((offset * offset).sum(axis=1) - along**2, 0.0))
+    turned = _not_alone(across > _TURNED * along)
+    before, after = turned[turned < low], turned[turned > high]
+    first = before[-1] + 1 if len(before) else 0
+    last = after[0] - 1 if len(after) else len(points) - 1
+    sides = np.sqrt((offset[[first, last]] ** 2).sum(axis=1))
+    soft = sides >= _SHORT_SIDE * sides.sum()
+    ends = tuple(
+        ContourEnd.TURNED_AWAY if cut else _FREE_ENDS[int(long)]
+        for cut, long in zip((len(before), len(after)), soft, strict=True)
+    )
+    return points[first : last + 1], ends
+
+
+def this_side(points, normal, noise: float, point, ends):
+    """The part of an arc on the point's side of any edge, and its ends."""
+    first, last = smooth_part(points, normal, noise, point)
+    crossed = first > 0, last < len(points) - 1
+    ends = tuple(ContourEnd.EDGE if c else e for c, e in zip(crossed, ends, strict=True))
+    return points[first : last + 1], ends
+
+
+def binding_ends(point, points, ends):
+    """Ends of arcs; free ones much nearer than most do not decide how far the patch goes."""
+    sides = np.array([((p[[0, -1]] - point) ** 2).sum(axis=1) for p in points])
+    near = sides < _SHORT_ARM**2 * np.median(sides)
+    free = ContourEnd.LENGTH_REACHED
+    return [
+        tuple(ContourEnd.UNREACHABLE if n and e is free else e for n, e in zip(*both, strict=True))
+        for both in zip(near, ends, strict=True)
+    ]
+
+
+def _not_alone(turned) -> np.ndarray:
+    """Where a curve has turned, but for single points: those are bad contacts."""
+    around = np.concatenate([turned[:1], turned, turned[-1:]])
+    return np.flatnonzero(turned & (around[:-2] | around[2:]))
+
+
+def _opened_loop(points, point) -> np.ndarray:
+    """A closed curve cut open opposite to the point; any other as it is."""
+    step = np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1))
+    gap = np.sqrt(((points[-1] - points[0]) ** 2).sum())
+    if len(points) <= 2 * LEAST_POINTS or gap > 1.5 * np.median(step):
+        return points
+    points = points[:-1] if gap == 0.0 else points
+    nearest = int(((points - point) ** 2).sum(axis=1).argmin())
+    return np.roll(points, len(points) // 2 - nearest, axis=0)

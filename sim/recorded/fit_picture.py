@@ -1,0 +1,141 @@
+"""A fitted patch to look at: its triangles, and patch.png."""
+
+import io
+
+import numpy as np
+
+from touchatlas.atlas.mesh.extract import Surface
+from touchatlas.patch.geometry.arrays import cross
+from touchatlas.patch.geometry.patch import Patch
+from touchatlas.sim.recorded.recording import Recording
+
+_RINGS, _SPOKES = 24, 72
+# A vertex that ends farther from the surface than this, in radii, did not find it.
+_LOST = 1e-3
+_LEAST_HEIGHT = 0.3
+_MOST_NAMES = 8
+# Of scattered contacts; more would hide the patch.
+_MOST_CROSSES = 300
+_LIGHT = np.array([-0.6, -0.3, 0.74])
+
+
+def patch_surface(patch: Patch) -> Surface:
+    """Triangles of a patch within its radius, measured along the surface from its origin.
+
+    Each spoke goes out from the origin in short steps along the tangent plane, and back onto the
+    surface along the normal. Where the surface is lost the triangles end.
+    """
+    angles = 2.0 * np.pi * np.arange(_SPOKES) / _SPOKES
+    side = np.stack([-np.sin(angles), np.cos(angles)], axis=1) @ patch.frame.axes[:2]
+    centre = _onto(patch, patch.frame.origin[None])
+    ring = np.repeat(centre, _SPOKES, axis=0)
+    rings = [centre]
+    for _ in range(_RINGS):
+        ahead = cross(side, patch.normal(ring))
+        length = np.sqrt((ahead**2).sum(axis=1, keepdims=True))
+        ahead /= np.maximum(length, np.finfo(float).tiny)
+        ring = _onto(patch, ring + patch.radius / _RINGS * ahead)
+        rings.append(ring)
+    vertices = np.concatenate(rings)
+    found = np.abs(patch.signed_distance(vertices)) < _LOST * patch.radius
+    faces = _disc_faces()
+    faces = faces[found[faces].all(axis=1)]
+    used, faces = np.unique(faces, return_inverse=True)
+    vertices = vertices[used]
+    return Surface(
+        vertices,
+        faces.reshape(-1, 3),
+        patch.normal(vertices),
+        patch.deviation(vertices),
+        np.zeros(len(used), int),
+        np.zeros(len(used)),
+    )
+
+
+def _onto(patch: Patch, points) -> np.ndarray:
+    """Points moved onto the patch along its normals, where it is not too far off."""
+    for _ in range(4):
+        step = np.clip(patch.signed_distance(points), -patch.radius, patch.radius)
+        points = points - step[:, None] * patch.normal(points)
+    return points
+
+
+def _disc_faces() -> np.ndarray:
+    """(f, 3) triangles of a centre and rings of spokes, counter-clockwise."""
+    spoke = np.arange(_SPOKES)
+    follow = (spoke + 1) % _SPOKES
+    fan = np.stack([np.zeros(_SPOKES, int), 1 + spoke, 1 + follow], axis=1)
+    first = 1 + _SPOKES * np.arange(_RINGS - 1)[:, None]
+    a, b = first + spoke, first + follow
+    c, d = a + _SPOKES, b + _SPOKES
+    lower, upper = np.stack([a, c, d], axis=-1), np.stack([a, d, b], axis=-1)
+    return np.concatenate([fan, lower.reshape(-1, 3), upper.reshape(-1, 3)])
+
+
+def png_bytes(recording: Recording, patch: Patch, surface: Surface, title: str) -> bytes:
+    """The patch with its contours in its own frame, and the residuals along each contour."""
+    # Not through pyplot, whose choice of back end is the caller's own.
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(13, 5.5), layout="constrained")
+    FigureCanvasAgg(figure)
+    grid = figure.add_gridspec(1, 2, width_ratios=(1.1, 1.0))
+    figure.suptitle(title, parse_math=False)
+    _draw_patch(figure, figure.add_subplot(grid[0], projection="3d"), recording, patch, surface)
+    _draw_residuals(figure.add_subplot(grid[1]), recording, patch)
+    image = io.BytesIO()
+    figure.savefig(image, dpi=110, metadata={"Software": None})
+    return image.getvalue()
+
+
+def _draw_patch(figure, axes, recording: Recording, patch: Patch, surface: Surface) -> None:
+    """3-D view, coloured by predicted deviation; the contours lie on top."""
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+
+    local = patch.frame.to_local(surface.vertices)
+    deviation = surface.deviation[surface.faces].mean(axis=1)
+    scale = ScalarMappable(Normalize(0.0, float(deviation.max()) or 1.0), "viridis")
+    colours = scale.to_rgba(deviation)
+    lit = (surface.normals @ patch.frame.axes.T @ _LIGHT)[surface.faces].mean(axis=1)
+    colours[:, :3] *= 0.55 + 0.45 * np.clip(lit, 0.0, 1.0)[:, None]
+    axes.computed_zorder = False
+    sheet = axes.plot_trisurf(*local.T, triangles=surface.faces, linewidth=0, antialiased=False)
+    sheet.set_facecolor(colours)
+    sheet.set_zorder(1)
+    for number, contour in enumerate(recording.contours):
+        points = patch.frame.to_local(contour.points)
+        axes.plot(*points.T, "o-", ms=2.5, lw=1, color=f"C{number % 10}", zorder=2)
+    if len(recording.scattered):
+        every = -(-len(recording.scattered) // _MOST_CROSSES)
+        points = patch.frame.to_local(recording.scattered[::every])
+        axes.plot(*points.T, "kx", ms=4, zorder=2)
+    low, high = np.array([axes.get_xlim3d(), axes.get_ylim3d(), axes.get_zlim3d()]).T
+    size = (high - low) / max(high[:2] - low[:2])
+    stretch = max(1.0, _LEAST_HEIGHT / size[2])
+    axes.set_box_aspect((size[0], size[1], stretch * size[2]), zoom=1.1)
+    axes.locator_params(nbins=5)
+    digits = ".2g" if stretch < 10.0 else ".0f"
+    note = f" (drawn {stretch:{digits}} x)" if stretch > 1.0 else ""
+    axes.set(xlabel="along e1", ylabel="along e2", zlabel=f"height{note}")
+    figure.colorbar(scale, ax=axes, label="predicted deviation", shrink=0.6, pad=0.1)
+
+
+def _draw_residuals(axes, recording: Recording, patch: Patch) -> None:
+    """Signed distance of the points from the patch against their place along the contour."""
+    band = 2.0 * patch.noise_std
+    axes.axhspan(-band, band, color="0.9", label="noise, two deviations")
+    axes.axhline(0.0, color="0.6", lw=0.8)
+    for number, (name, contour) in enumerate(zip(recording.names, recording.contours, strict=True)):
+        offset = contour.points - patch.frame.origin
+        away = np.sqrt((offset**2).sum(axis=1))
+        step = np.sqrt((np.diff(contour.points, axis=0) ** 2).sum(axis=1))
+        place = np.concatenate([[0.0], np.cumsum(step)])
+        place -= place[away.argmin()]
+        residual = np.where(away <= patch.radius, patch.signed_distance(contour.points), np.nan)
+        label = name.replace("$", r"\$") if number < _MOST_NAMES else None
+        axes.plot(place, residual, "o-", ms=3, lw=0.8, color=f"C{number % 10}", label=label)
+    axes.set(xlabel="along the contour from the reference point")
+    axes.set(ylabel="residual, within the patch radius")
+    axes.legend(fontsize="small", ncols=5, loc="lower center", bbox_to_anchor=(0.5, 1.0))

@@ -1,0 +1,1 @@
+"""One exploration of a simulated object: its loop, its folder, its judge."""

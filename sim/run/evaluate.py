@@ -1,0 +1,293 @@
+"""The judge: any triangle surface against any ground truth, both ways."""
+
+from dataclasses import asdict, dataclass
+
+import igl
+import numpy as np
+import trimesh
+
+from touchatlas.sim.world.mesh_object import load_mesh
+from touchatlas.sim.world.triangles import areas_of, face_normals, sample_triangles
+
+_CALIBRATION = 1.96
+# A vertex whose normal is farther than this from that of a triangle there is on an edge.
+_EDGE_COSINE = np.cos(np.deg2rad(20.0))
+
+
+@dataclass(frozen=True)
+class EvaluateOptions:
+    """How a surface is judged.
+
+    Parameters
+    ----------
+    samples : int
+        Area-uniform points each way.
+    """
+
+    samples: int = 40_000
+
+    def __post_init__(self) -> None:
+        if self.samples < 1:
+            raise ValueError(f"samples is {self.samples}; at least one point each way is needed")
+
+
+@dataclass(frozen=True, eq=False)
+class Truth:
+    """What the surface should be.
+
+    Parameters
+    ----------
+    vertices : (v, 3) float, length
+    faces : (f, 3) int
+    points, normals : (n, 3) float
+        Area-uniform points exactly on the true surface, with outward unit normals.
+    closed : bool
+    euler_characteristic : int
+    """
+
+    vertices: np.ndarray
+    faces: np.ndarray
+    points: np.ndarray
+    normals: np.ndarray
+    closed: bool
+    euler_characteristic: int
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """How far a surface is from the truth; lengths in the object's unit.
+
+    ``accuracy`` is surface to truth, ``completeness`` truth to surface; ``coverage`` the share
+    of the true area within three tolerances of the surface; ``f_score`` the harmonic mean of
+    precision and recall at one tolerance; ``deviation_calibration`` the share of true points
+    whose error is within 1.96 predicted deviations (None when none are predicted).
+    """
+
+    coverage: float
+    accuracy_mean: float
+    accuracy_rms: float
+    accuracy_p95: float
+    accuracy_max: float
+    completeness_mean: float
+    completeness_rms: float
+    completeness_p95: float
+    completeness_max: float
+    chamfer: float
+    hausdorff: float
+    f_score: float
+    normal_error_deg_mean: float
+    normal_error_deg_p95: float
+    deviation_calibration: float | None
+    watertight: bool
+    euler_characteristic: int
+    true_euler_characteristic: int | None
+    tolerance: float
+    diagonal: float
+
+    def as_dict(self) -> dict:
+        """Field names to plain numbers."""
+        return asdict(self)
+
+
+def check_triangles(vertices, faces, name: str):
+    """Vertices and faces as arrays, refused in one sentence when they are no surface."""
+    vertices, faces = np.asarray(vertices, dtype=float), np.asarray(faces)
+    if vertices.ndim != 2 or vertices.shape[1] != 3 or faces.ndim != 2 or faces.shape[1] != 3:
+        raise ValueError(
+            f"{name} has vertices of shape {vertices.shape} and faces of shape {faces.shape}; "
+            "both must be (n, 3)"
+        )
+    if len(faces) == 0:
+        raise ValueError(f"{name} has no triangles; there is nothing to compare")
+    if not np.issubdtype(faces.dtype, np.integer):
+        raise ValueError(f"{name} has faces of type {faces.dtype}; they must be vertex indices")
+    if not np.isfinite(vertices).all():
+        raise ValueError(f"{name} holds NaN or infinite vertices; repair it first")
+    if faces.min() < 0 or faces.max() >= len(vertices):
+        raise ValueError(f"{name} has faces that name vertices it does not have")
+    if not areas_of(vertices, faces).any():
+        raise ValueError(f"{name} has no area: all its triangles are degenerate")
+    return vertices, faces.astype(np.int64)
+
+
+def truth_from_mesh(vertices, faces, rng, options: EvaluateOptions = EvaluateOptions()) -> Truth:
+    """A mesh as the truth, sampled uniformly by area."""
+    vertices, faces = check_triangles(vertices, faces, "the true mesh")
+    mesh = trimesh.Trimesh(vertices, faces, process=False)
+    points, index = sample_triangles(vertices, faces, options.samples, rng)
+    return Truth(
+        vertices,
+        faces,
+        points,
+        face_normals(vertices, faces)[index],
+        bool(mesh.is_watertight),
+        int(mesh.euler_number),
+    )
+
+
+def evaluate_surface(
+    vertices,
+    faces,
+    truth: Truth,
+    tolerance: float,
+    rng,
+    deviation=None,
+    options: EvaluateOptions = EvaluateOptions(),
+) -> Evaluation:
+    """Distances between a surface and the truth, both ways, and the surface's topology.
+
+    Parameters
+    ----------
+    vertices : (v, 3) float, length
+    faces : (f, 3) int
+    truth : Truth
+    tolerance : float, length, > 0
+    rng : numpy.random.Generator
+        Samples the surface.
+    deviation : (v,) float, length, optional
+        Predicted standard deviation at each vertex, >= 0.
+    options : EvaluateOptions
+
+    Raises
+    ------
+    ValueError
+        No triangles, no area, NaN, wrong shapes, tolerance not positive.
+
+    Examples
+    --------
+    A unit square a quarter above another:
+
+    >>> square = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    >>> faces, rng = np.array([[0, 1, 2], [0, 2, 3]]), np.random.default_rng(0)
+    >>> truth = truth_from_mesh(square, faces, rng)
+    >>> evaluate_surface(square + [0, 0, 0.25], faces, truth, 0.1, rng).chamfer
+    0.25
+    """
+    vertices, faces = check_triangles(vertices, faces, "the surface")
+    if not (np.isfinite(tolerance) and tolerance > 0):
+        raise ValueError(f"tolerance is {tolerance}; it must be a length > 0")
+    deviation = None if deviation is None else _check_deviation(deviation, len(vertices))
+    sampled, _ = sample_triangles(vertices, faces, options.samples, rng)
+    accuracy, _, _ = _closest(truth.vertices, truth.faces, sampled)
+    completeness, index, feet = _closest(vertices, faces, truth.points)
+    precision = float(np.mean(accuracy <= tolerance))
+    recall = float(np.mean(completeness <= tolerance))
+    corners = faces[index]
+    normals = _corner_normals(vertices, faces)[index]
+    weights = _barycentric(feet, *vertices[corners].transpose(1, 0, 2))
+    angles = _angles_deg((weights[:, :, None] * normals).sum(axis=1), truth.normals)
+    calibration = None
+    if deviation is not None:
+        predicted = (weights * deviation[corners]).sum(axis=1)
+        calibration = float(np.mean(completeness <= _CALIBRATION * predicted))
+    mesh = trimesh.Trimesh(vertices, faces, process=False)
+    extent = truth.vertices[np.unique(truth.faces)]
+    return Evaluation(
+        float(np.mean(completeness <= 3.0 * tolerance)),
+        *_statistics(accuracy),
+        *_statistics(completeness),
+        0.5 * float(accuracy.mean() + completeness.mean()),
+        float(max(accuracy.max(), completeness.max())),
+        2.0 * precision * recall / (precision + recall) if precision + recall > 0 else 0.0,
+        float(angles.mean()),
+        float(np.quantile(angles, 0.95)),
+        calibration,
+        bool(mesh.is_watertight and mesh.is_winding_consistent),
+        int(mesh.euler_number),
+        truth.euler_characteristic if truth.closed else None,
+        float(tolerance),
+        float(np.linalg.norm(np.ptp(extent, axis=0))),
+    )
+
+
+def load_surface(path):
+    """A surface file for the judge: vertices (v, 3), faces (f, 3), deviation (v,) or None.
+
+    A surface with the vertex property ``deviation`` is one of ours and kept vertex for vertex;
+    of any other file equal vertices are merged, as ``load_mesh`` does.
+
+    Raises
+    ------
+    ValueError
+        In one sentence: missing or unreadable file, no triangles, NaN, no extent.
+    """
+    vertices, faces = load_mesh(path)
+    mesh = trimesh.load(path, force="mesh", process=False)
+    # trimesh keeps what a PLY says beyond the geometry here, whatever its encoding.
+    table = mesh.metadata.get("_ply_raw", {}).get("vertex", {}).get("data")
+    names = table.dtype.names if isinstance(table, np.ndarray) else (table or ())
+    if "deviation" not in names:
+        return vertices, faces, None
+    vertices, faces = check_triangles(mesh.vertices, mesh.faces, str(path))
+    return vertices, faces, _check_deviation(np.ravel(table["deviation"]), len(vertices))
+
+
+def _check_deviation(deviation, count: int) -> np.ndarray:
+    """(count,) predicted deviations, all finite and not negative."""
+    deviation = np.array(deviation, dtype=float)
+    if deviation.shape != (count,):
+        raise ValueError(
+            f"deviation has shape {deviation.shape}; one number a vertex is needed: ({count},)"
+        )
+    if not (np.isfinite(deviation).all() and (deviation >= 0.0).all()):
+        raise ValueError("deviation holds NaN, infinite or negative values; it must be >= 0")
+    return deviation
+
+
+def _closest(vertices, faces, points):
+    """Distances (n,), faces (n,) and feet (n, 3) on a mesh."""
+    tree = igl.AABB()
+    tree.init(vertices, faces)
+    square, index, feet = tree.squared_distance(vertices, faces, np.ascontiguousarray(points))
+    return np.sqrt(np.ravel(square)), np.ravel(index), feet.reshape(-1, 3)
+
+
+def _statistics(distance) -> tuple[float, float, float, float]:
+    """Mean, rms, 95th percentile and maximum."""
+    return (
+        float(distance.mean()),
+        float(np.sqrt(np.mean(distance**2))),
+        float(np.quantile(distance, 0.95)),
+        float(distance.max()),
+    )
+
+
+def _vertex_normals(vertices, faces) -> np.ndarray:
+    """(v, 3) area-weighted vertex normals."""
+    a, b, c = vertices[faces].transpose(1, 0, 2)
+    weighted = np.cross(b - a, c - a)
+    normals = np.zeros_like(vertices)
+    for m in range(3):
+        np.add.at(normals, faces[:, m], weighted)
+    length = np.sqrt((normals**2).sum(axis=1))
+    return normals / np.where(length > 0.0, length, 1.0)[:, None]
+
+
+def _corner_normals(vertices, faces) -> np.ndarray:
+    """(f, 3, 3) normals at the corners of triangles: of the vertex, but on an edge of the surface
+    those of the triangles."""
+    flat = face_normals(vertices, faces)[:, None]
+    smooth = _vertex_normals(vertices, faces)[faces]
+    at_edge = np.zeros(len(vertices), bool)
+    at_edge[faces[(smooth * flat).sum(axis=2) < _EDGE_COSINE]] = True
+    return np.where(at_edge[faces][..., None], flat, smooth)
+
+
+def _barycentric(p, a, b, c) -> np.ndarray:
+    """(n, 3) barycentric coordinates of points in their triangles; thirds where degenerate."""
+    u, v, w = b - a, c - a, p - a
+    uu, uv, vv = (u * u).sum(axis=1), (u * v).sum(axis=1), (v * v).sum(axis=1)
+    wu, wv = (w * u).sum(axis=1), (w * v).sum(axis=1)
+    determinant = uu * vv - uv * uv
+    safe = np.where(determinant > 0.0, determinant, 1.0)
+    s, t = (vv * wu - uv * wv) / safe, (uu * wv - uv * wu) / safe
+    weights = np.stack([1.0 - s - t, s, t], axis=1)
+    return np.where((determinant > 0.0)[:, None], weights, 1.0 / 3.0)
+
+
+def _angles_deg(a, b) -> np.ndarray:
+    """(n,) angles between vectors, degrees."""
+    cosine = (a * b).sum(axis=1) / np.maximum(
+        np.sqrt((a**2).sum(axis=1) * (b**2).sum(axis=1)), np.finfo(float).tiny
+    )
+    return np.rad2deg(np.arccos(np.clip(cosine, -1.0, 1.0)))

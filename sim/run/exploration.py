@@ -1,0 +1,262 @@
+"""A run: explore a simulated object, judge what was learned, and keep everything."""
+
+import json
+import sqlite3
+import time
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import asdict, dataclass, fields, replace
+from pathlib import Path
+
+import numpy as np
+
+from touchatlas.atlas.atlas import Atlas
+from touchatlas.atlas.mesh.extract import Surface, extract_surface
+from touchatlas.atlas.store import save_atlas, write_whole
+from touchatlas.planner.loop import Step, explore
+from touchatlas.planner.planner import Planner
+from touchatlas.sim.run.evaluate import EvaluateOptions, Evaluation, Truth, evaluate_surface
+from touchatlas.sim.run.interrupt import held_interrupt
+from touchatlas.sim.run.journal import Journal
+from touchatlas.sim.run.ply import ply_bytes
+from touchatlas.sim.run.progress import Progress
+from touchatlas.sim.run.run_folder import create_folder, write_settings
+from touchatlas.sim.world.implicit_object import ImplicitObject
+from touchatlas.sim.world.mesh_object import MeshObject
+from touchatlas.sim.world.probe import Probe
+
+# Truth triangles may be off the true surface by this share of the tolerance.
+_TRUTH_SAGITTA = 0.01
+# In tolerances; a surface would be spread over so many of them that its grid has no end.
+_NOISIEST = 1000
+# Of an object's diagonal: rounding of its points, with three digits of slack.
+_FINEST = 1e-12
+# The true progress is looked at at this many points.
+_LOOK_POINTS = 2000
+
+
+@dataclass(frozen=True)
+class RunOptions:
+    """What is asked of one exploration.
+
+    Parameters
+    ----------
+    noise : float, length, optional
+        Standard deviation of each coordinate of each point; the object's own when None.
+    tolerance : float, length, optional
+        How well the surface is wanted; the object's own when None.
+    max_touches : int, optional
+    max_length : float, length, optional
+        Of tracking in contact.
+    seed : int
+    """
+
+    noise: float | None = None
+    tolerance: float | None = None
+    max_touches: int | None = None
+    max_length: float | None = None
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        _check("noise", self.noise, 0)
+        _check("tolerance", self.tolerance)
+        _check("max-touches", self.max_touches, 1)
+        _check("max-length", self.max_length)
+        _check("seed", self.seed, 0)
+
+
+def _check(name: str, value: float | None, least: int | None = None) -> None:
+    """Refuse a number that is not finite, or below ``least``, or not positive without one."""
+    if value is not None:
+        good = value > 0 if least is None else value >= least
+        # Not isfinite, which knows no whole numbers beyond 64 bits.
+        if not (good and value < np.inf):
+            need = "> 0" if least is None else f">= {least}"
+            raise ValueError(f"{name} is {value}; it must be finite and {need}")
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """What came of a run: the atlas, its surface, and the numbers of evaluation.json."""
+
+    atlas: Atlas
+    surface: Surface | None
+    numbers: dict
+    interrupted: bool
+
+
+def random_streams(seed: int) -> list[np.random.Generator]:
+    """Independent generators of one seed: the probe's noise, the judge, the true progress."""
+    return [np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(3)]
+
+
+def run_exploration(
+    obj: ImplicitObject | MeshObject,
+    out,
+    options: RunOptions = RunOptions(),
+    force: bool = False,
+    watch: Callable[[Step, Atlas], None] = lambda step, atlas: None,
+) -> Result:
+    """Explore an object, write the run folder, evaluate.
+
+    Parameters
+    ----------
+    obj : the object; only the probe and the judge see it
+    out : path of the run folder
+    options : RunOptions
+    force : bool
+        Replace the run that the folder holds.
+    watch : called after each touch, for progress
+
+    Notes
+    -----
+    An interrupt (Ctrl-C) ends the exploration after the touch that is under way, not the
+    evaluation of what was learned; a second one ends all at once. Touches already in the journal
+    stay there, whatever happens.
+    """
+    noise = float(obj.noise_std if options.noise is None else options.noise)
+    tolerance = float(obj.tolerance if options.tolerance is None else options.tolerance)
+    _check_scale(noise, tolerance, obj.diagonal)
+    probe_rng, judge_rng, look_rng = random_streams(options.seed)
+    atlas, planner = Atlas(tolerance), Planner(*obj.start())
+    probe = Probe(obj, noise, probe_rng)
+    folder = create_folder(out, force)
+    settings = asdict(replace(options, noise=noise, tolerance=tolerance))
+    parts = {"atlas": asdict(atlas.options), "planner": asdict(planner.options)}
+    write_settings(folder, {"object": obj.source, **settings, **parts})
+    progress = Progress(atlas, obj.sample(_LOOK_POINTS, look_rng)[0])
+    steps = explore(atlas, planner, probe, options.max_touches, options.max_length)
+    stopped = _take(steps, folder, progress, lambda step: watch(step, atlas))
+    surface, numbers = _conclude(obj, atlas, progress, folder, noise, judge_rng)
+    return Result(atlas, surface, numbers, stopped)
+
+
+def check_tolerance(tolerance: float, diagonal: float) -> None:
+    """ValueError for what is no tolerance for an object of a size."""
+    _check("tolerance", tolerance)
+    if tolerance > diagonal:
+        raise ValueError(
+            f"tolerance is {tolerance:g}, but the object is only {diagonal:.4g} across; "
+            "give a smaller --tolerance"
+        )
+    if tolerance < _FINEST * diagonal:
+        raise ValueError(
+            f"tolerance is {tolerance:g}, but an object {diagonal:.4g} across has coordinates that "
+            f"are rounded; give a --tolerance of {_FINEST * diagonal:.2g} or more"
+        )
+
+
+def _check_scale(noise: float, tolerance: float, diagonal: float) -> None:
+    """Refuse what no surface can come of, before a file is written."""
+    check_tolerance(tolerance, diagonal)
+    if noise > _NOISIEST * tolerance:
+        raise ValueError(
+            f"noise is {noise:g}, more than {_NOISIEST} times the tolerance {tolerance:g}; "
+            "give a smaller --noise or a larger --tolerance"
+        )
+
+
+def _take(steps: Iterable[Step], folder: Path, progress: Progress, watch) -> bool:
+    """Take the steps one by one, each kept before the next; true when interrupted."""
+    # The atlas must not be left in the midst of a touch.
+    with _kept(folder, progress) as journal, held_interrupt() as interrupted:
+        for step in steps:
+            journal.append(step.plan, step.touch)
+            progress.add(step)
+            watch(step)
+            if interrupted():
+                break
+        progress.look()
+        return interrupted()
+
+
+@contextmanager
+def _kept(folder: Path, progress: Progress) -> Iterator[Journal]:
+    """The journal of a run; steps.csv is written however the exploration ends."""
+    path, steps = folder / "journal.sqlite", folder / "steps.csv"
+    journal = None
+    try:
+        journal = Journal(path)
+        yield journal
+    except sqlite3.Error as error:
+        with suppress(OSError):
+            write_whole(steps, progress.csv_bytes())
+        raise OSError(
+            f"{path} cannot be written ({error}) after {len(progress.rows)} touches, which are "
+            "kept; free some space or choose another --out"
+        ) from None
+    except BaseException:
+        with suppress(OSError):
+            write_whole(steps, progress.csv_bytes())
+        raise
+    finally:
+        if journal is not None:
+            journal.close()
+    write_whole(steps, progress.csv_bytes())
+
+
+def truth_of(obj, tolerance: float, rng, options: EvaluateOptions = EvaluateOptions()) -> Truth:
+    """The object as the judge sees it."""
+    _check("tolerance", tolerance)
+    points, normals = obj.sample(options.samples, rng)
+    vertices, faces = obj.mesh(_TRUTH_SAGITTA * tolerance)
+    return Truth(vertices, faces, points, normals, obj.closed, obj.euler_characteristic)
+
+
+def _conclude(obj, atlas: Atlas, progress: Progress, folder: Path, noise: float, rng):
+    """Surface and numbers of a run, and the files of what was learned."""
+    atlas.settle()
+    atlas.bridge()
+    atlas.simplify()
+    rough = atlas.learn_residuals()
+    save_atlas(folder / "atlas.npz", atlas)
+    start = time.perf_counter()
+    surface = extract_surface(atlas) if len(atlas) else None
+    seconds = time.perf_counter() - start
+    numbers = _quality(obj, atlas, surface, rng)
+    numbers |= {"noise_std": noise} | _expense(atlas, progress, seconds)
+    numbers["rough_patches"] = rough
+    if surface is not None:
+        write_whole(folder / "surface.ply", ply_bytes(surface))
+    write_whole(folder / "evaluation.json", (json.dumps(numbers, indent=2) + "\n").encode())
+    if progress.rows:
+        write_whole(folder / "progress.png", progress.png_bytes(obj.name))
+    return surface, numbers
+
+
+def _quality(obj, atlas: Atlas, surface: Surface | None, rng) -> dict:
+    """How good the surface is: None, or nothing, what no surface has."""
+    numbers: dict = dict.fromkeys(field.name for field in fields(Evaluation))
+    numbers |= {"coverage": 0.0, "f_score": 0.0, "watertight": False}
+    numbers["true_euler_characteristic"] = obj.euler_characteristic if obj.closed else None
+    numbers["total_curvature_over_2pi"] = None
+    if surface is not None and len(surface.faces):
+        evaluation = evaluate_surface(
+            surface.vertices,
+            surface.faces,
+            truth_of(obj, atlas.tolerance, rng),
+            atlas.tolerance,
+            rng,
+            surface.deviation,
+        )
+        numbers |= evaluation.as_dict()
+        numbers["total_curvature_over_2pi"] = surface.total_curvature() / (2.0 * np.pi)
+    return numbers | {"tolerance": atlas.tolerance, "diagonal": obj.diagonal}
+
+
+def _expense(atlas: Atlas, progress: Progress, seconds_surface: float) -> dict:
+    """What was touched, tracked and kept, and the seconds it took."""
+    return {
+        "touches": len(progress.rows),
+        "contours": progress.sum("contours"),
+        "points": atlas.point_count,
+        "patches": len(atlas),
+        "parameters": atlas.parameter_count,
+        "patch_euler_characteristic": atlas.euler_characteristic(),
+        "tracked_length": progress.last("tracked_length"),
+        "travel_length": progress.last("travel_length"),
+        "seconds_fit": progress.sum("seconds_fit"),
+        "seconds_plan": progress.sum("seconds_plan"),
+        "seconds_surface": seconds_surface,
+        "seconds_sim": progress.sum("seconds_sim"),
+    }

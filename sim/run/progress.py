@@ -1,0 +1,131 @@
+"""How a run goes on, touch by touch: the rows of steps.csv and the curves of progress.png."""
+
+import csv
+import io
+import warnings
+
+import numpy as np
+
+from touchatlas.atlas.atlas import Atlas
+from touchatlas.planner.loop import Step
+
+_COLUMNS = (
+    "touch",
+    "reason",
+    "x",
+    "y",
+    "z",
+    "contours",
+    "tracked_length",
+    "travel_length",
+    "patches",
+    "parameters",
+    "predicted_coverage",
+    "predicted_deviation",
+    "coverage",
+    "completeness_mean",
+    "seconds_plan",
+    "seconds_fit",
+    "seconds_sim",
+)
+# The true progress is looked at this often, in touches.
+_LOOK_EVERY = 5
+
+
+class Progress:
+    """What each touch cost and what was known after it.
+
+    Parameters
+    ----------
+    atlas : Atlas
+        That grows.
+    points : (n, 3) float, length
+        Of the true surface; every few touches the atlas is held against them.
+    """
+
+    def __init__(self, atlas: Atlas, points) -> None:
+        self._atlas, self._points = atlas, points
+        self.rows: list[dict] = []
+
+    def add(self, step: Step) -> None:
+        """A row for one touch; the truth's columns are blank unless it is looked at."""
+        atlas, touch = self._atlas, step.touch
+        values = (
+            step.plan.number,
+            step.plan.reason.value,
+            *touch.contact.tolist(),
+            len(touch.contours),
+            self.last("tracked_length") + touch.tracked_length,
+            self.last("travel_length") + touch.travel_length,
+            len(atlas),
+            atlas.parameter_count,
+            atlas.predicted_coverage(),
+            atlas.predicted_deviation() if len(atlas) else "",
+            "",
+            "",
+            step.seconds_plan,
+            step.seconds_fit,
+            step.seconds_touch,
+        )
+        self.rows.append(dict(zip(_COLUMNS, values, strict=True)))
+        if step.plan.number % _LOOK_EVERY == 0:
+            self.look()
+
+    def look(self) -> None:
+        """Fill the truth's columns of the last row: the share of true points that the atlas has
+        within three tolerances, and their mean error."""
+        if not self.rows:
+            return
+        distance = np.abs(self._atlas.blend(self._points).distance)
+        near = distance <= 3.0 * self._atlas.tolerance
+        error = float(distance[near].mean()) if near.any() else ""
+        self.rows[-1] |= {"coverage": float(near.mean()), "completeness_mean": error}
+
+    def last(self, column: str) -> float:
+        """A column of the last row, 0 before the first."""
+        return self.rows[-1][column] if self.rows else 0.0
+
+    def sum(self, column: str) -> float:
+        """A column summed over the rows."""
+        return sum(row[column] for row in self.rows)
+
+    def csv_bytes(self) -> bytes:
+        """The rows as steps.csv."""
+        text = io.StringIO()
+        writer = csv.DictWriter(text, fieldnames=_COLUMNS)
+        writer.writeheader()
+        writer.writerows(self.rows)
+        return text.getvalue().encode()
+
+    def png_bytes(self, name: str) -> bytes:
+        """Coverage and mean error against tracked length, as progress.png."""
+        # Not through pyplot, whose choice of back end is the caller's own.
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure
+
+        figure = Figure(figsize=(10, 4), layout="constrained")
+        FigureCanvasAgg(figure)
+        left, right = figure.subplots(1, 2)
+        self._curve(left, "predicted_coverage", "outlines closed", "-")
+        self._curve(left, "coverage", "true coverage", "o-")
+        left.set(xlabel="tracked length", ylabel="coverage", ylim=(0, 1.02))
+        left.set_title(name, parse_math=False)
+        left.legend()
+        self._curve(right, "predicted_deviation", "predicted deviation", "-")
+        self._curve(right, "completeness_mean", "true mean error", "o-")
+        right.set(xlabel="tracked length", ylabel="length", title="where it is covered")
+        if any(y > 0.0 for line in right.lines for y in line.get_ydata()):
+            right.set_yscale("log")
+        right.legend()
+        image = io.BytesIO()
+        with warnings.catch_warnings():
+            # A letter that the font lacks is drawn as a box, which is good enough.
+            warnings.filterwarnings("ignore", "Glyph .* missing")
+            figure.savefig(image, dpi=110, metadata={"Software": None})
+        return image.getvalue()
+
+    def _curve(self, axes, column: str, label: str, style: str) -> None:
+        """A column against tracked length, where it is filled."""
+        seen = [row for row in self.rows if row[column] != ""]
+        length = [row["tracked_length"] for row in seen]
+        axes.plot(length, [row[column] for row in seen], style, ms=3, label=label)

@@ -1,0 +1,1 @@
+"""Studies: accuracy against speed, ours and peers'."""

@@ -1,0 +1,242 @@
+"""An object given by an implicit function: exact normals, curvatures, contours, contacts."""
+
+from functools import cached_property
+
+import igl
+import numpy as np
+
+from touchatlas.patch.geometry.arrays import cross
+from touchatlas.patch.geometry.contour import ContourEnd
+from touchatlas.sim.world.implicit_fields import Field
+from touchatlas.sim.world.triangles import areas_of, sample_triangles, top_sample
+
+_NEWTON_STEPS = 6
+# A normal that turns this much within 1/256 of a step turns at an edge.
+_EDGE_TURN = np.deg2rad(15.0)
+# A chord is no longer than its arc. Beyond an edge a face may be nearly upright to the plane of
+# the curve, and what steps on it lands anywhere.
+_LONGEST_CHORD = 1.5
+_GRID_LIMIT = 320
+_ROUNDING = 1e-12
+
+
+class ImplicitObject:
+    """A body f < 0 with the surface f = 0.
+
+    Parameters
+    ----------
+    name, description : str
+    field : Field
+        Value, gradient and Hessian of f.
+    half_extent : (3,) float, length
+        The surface lies within this box about the origin.
+    noise_std, tolerance : float, length
+        Defaults for exploring it.
+    euler_characteristic : int
+    """
+
+    closed = True
+
+    def __init__(
+        self,
+        name,
+        description,
+        field: Field,
+        half_extent,
+        noise_std,
+        tolerance,
+        euler_characteristic=2,
+    ) -> None:
+        self.name, self.source, self.description, self.field = name, name, description, field
+        self._half_extent = np.asarray(half_extent, dtype=float)
+        self.noise_std, self.tolerance = float(noise_std), float(tolerance)
+        self.euler_characteristic = euler_characteristic
+        self._meshes: dict[float, tuple[np.ndarray, np.ndarray]] = {}
+
+    @cached_property
+    def bounds(self) -> np.ndarray:
+        """(2, 3) lowest and highest corner of the bounding box, length."""
+        vertices, _ = self.mesh(self.tolerance)
+        return np.array([vertices.min(axis=0), vertices.max(axis=0)])
+
+    @property
+    def diagonal(self) -> float:
+        """Of the bounding box, length."""
+        return float(np.linalg.norm(self.bounds[1] - self.bounds[0]))
+
+    @cached_property
+    def area(self) -> float:
+        """Of the surface, length^2, from the truth mesh."""
+        return float(areas_of(*self.mesh(0.05 * self.tolerance)).sum())
+
+    def value(self, points) -> np.ndarray:
+        """(n,) f at points (n, 3)."""
+        return self.field(points)[0]
+
+    def normal(self, points) -> np.ndarray:
+        """(n, 3) outward unit normals at surface points."""
+        gradient = self.field(points)[1]
+        return gradient / np.sqrt((gradient**2).sum(axis=1))[:, None]
+
+    def principal_curvatures(self, points):
+        """k1, k2 (n,) and directions (n, 2, 3) at surface points.
+
+        Eigenvalues of the shape operator -P H P / |grad f| on the tangent plane, P the
+        projection on it: positive where the surface bends toward the outward normal.
+        """
+        _, gradient, hessian = self.field(points)
+        length = np.sqrt((gradient**2).sum(axis=1))
+        normal = gradient / length[:, None]
+        along = np.eye(3)[np.abs(normal).argmin(axis=1)]
+        e1 = along - (along * normal).sum(axis=1)[:, None] * normal
+        e1 /= np.sqrt((e1**2).sum(axis=1))[:, None]
+        tangents = np.stack([e1, cross(normal, e1)], axis=1)
+        shape = -tangents @ hessian @ tangents.transpose(0, 2, 1) / length[:, None, None]
+        values, vectors = np.linalg.eigh(shape)
+        directions = vectors.transpose(0, 2, 1)[:, ::-1] @ tangents
+        return values[:, 1], values[:, 0], directions
+
+    def project(self, points) -> np.ndarray:
+        """(n, 3) points moved onto the surface along the gradient (Newton)."""
+        for _ in range(_NEWTON_STEPS):
+            value, gradient, _ = self.field(points)
+            points = points - (value / (gradient**2).sum(axis=1))[:, None] * gradient
+        return points
+
+    def start(self):
+        """Point where a flat plate lowered on the object meets it, and the direction up."""
+        return top_sample(self.sample(4000, np.random.default_rng(0))[0]), np.array([0.0, 0.0, 1.0])
+
+    def contact(self, origin, direction, length: float):
+        """First point where a segment enters the body, (3,), or None."""
+        low, high = 0.0, length
+        for _ in range(3):
+            t = np.linspace(low, high, 65)
+            inside = self.value(origin + t[:, None] * direction) < 0.0
+            if inside[0] and low == 0.0:
+                return None
+            if not inside.any():
+                return None
+            first = int(inside.argmax())
+            low, high = t[max(first - 1, 0)], t[first]
+        at = 0.5 * float(low + high)
+        for _ in range(4):
+            value, gradient, _ = self.field((origin + at * direction)[None])
+            at = float(np.clip(at - float(value[0] / (gradient[0] @ direction)), low, high))
+        return origin + at * direction
+
+    def trace_arms(self, point, plane_normals, directions, reach, step, max_turn):
+        """Curves from a surface point in several planes at once, in lockstep.
+
+        Parameters
+        ----------
+        point : (3,) float, length
+        plane_normals, directions : (m, 3) float
+            Of each arm: its plane, and which way it starts.
+        reach, step : float, length
+            Arc length of an arm and between its points.
+        max_turn : float, rad
+            Of the tangent from its direction at the start.
+
+        Returns
+        -------
+        list of m pairs: points (k, 3) at arc lengths step, 2 step, ..., and a ContourEnd
+        """
+        normals = np.array(plane_normals)
+        first = self._tangents(np.broadcast_to(point, normals.shape), normals)
+        normals = np.where(((first * directions).sum(axis=1) < 0.0)[:, None], -normals, normals)
+        first = self._tangents(np.broadcast_to(point, normals.shape), normals)
+        x, paths = np.broadcast_to(point, normals.shape).copy(), []
+        outward = self.normal(x)
+        ends = [ContourEnd.LENGTH_REACHED] * len(normals)
+        counts = np.zeros(len(normals), int)
+        active = np.ones(len(normals), bool)
+        for number in range(int(reach / step + 1e-9)):
+            ahead = self._advance(x, normals, step)
+            tangents = self._tangents(ahead, normals)
+            cosine = (tangents * first).sum(axis=1)
+            offset = ahead - point
+            home = (number > 2) & ((offset * offset).sum(axis=1) < (0.5 * step) ** 2)
+            for arm in np.flatnonzero(
+                active & ((cosine < np.cos(min(max_turn, np.pi)) - _ROUNDING) | home)
+            ):
+                active[arm] = False
+                ends[arm] = (
+                    ContourEnd.CLOSED_LOOP if home[arm] else self._why(x[arm], normals[arm], step)
+                )
+            # A blunt edge, or one that is crossed slantwise, turns the curve by less.
+            before, outward = outward, self.normal(ahead)
+            turned = _breaks(x, ahead, before, outward, step)
+            for arm in np.flatnonzero(active & turned):
+                if self._why(x[arm], normals[arm], step) is ContourEnd.EDGE:
+                    active[arm], ends[arm] = False, ContourEnd.EDGE
+            counts += active
+            x = np.where(active[:, None], ahead, x)
+            paths.append(x)
+            if not active.any():
+                break
+        path = np.array(paths).reshape(len(paths), len(normals), 3)
+        return [(path[: counts[arm], arm], ends[arm]) for arm in range(len(normals))]
+
+    def _why(self, x, normal, step) -> ContourEnd:
+        """EDGE where the normal ahead of x turns at a point, TURNED_AWAY where along an arc."""
+        x, normal = x[None], normal[None]
+        for _ in range(8):
+            step *= 0.5
+            ahead = self._advance(x, normal, step)
+            if not _breaks(x, ahead, self.normal(x), self.normal(ahead), step)[0]:
+                x = ahead
+        ahead = self._advance(x, normal, 2.0 * step)
+        breaks = _breaks(x, ahead, self.normal(x), self.normal(ahead), 2.0 * step)[0]
+        return ContourEnd.EDGE if breaks else ContourEnd.TURNED_AWAY
+
+    def _tangents(self, x, normals) -> np.ndarray:
+        """Unit tangents (m, 3) of the curve through each x in each plane."""
+        tangents = cross(self.field(x)[1], normals)
+        return tangents / np.sqrt((tangents**2).sum(axis=1))[:, None]
+
+    def _advance(self, x, normals, step) -> np.ndarray:
+        """One step of arc length along each curve: Runge-Kutta, then Newton in the plane."""
+        a = self._tangents(x, normals)
+        b = self._tangents(x + 0.5 * step * a, normals)
+        c = self._tangents(x + 0.5 * step * b, normals)
+        d = self._tangents(x + step * c, normals)
+        ahead = x + step / 6.0 * (a + 2.0 * b + 2.0 * c + d)
+        for _ in range(3):
+            value, gradient, _ = self.field(ahead)
+            gradient = gradient - (gradient * normals).sum(axis=1)[:, None] * normals
+            square = np.maximum((gradient**2).sum(axis=1), np.finfo(float).tiny)
+            ahead = ahead - (value / square)[:, None] * gradient
+        return ahead
+
+    def mesh(self, sagitta: float):
+        """Triangles (v, 3), (f, 3) with vertices on the surface, chords off it by about
+        ``sagitta`` where it bends like a tenth of its extent."""
+        if sagitta not in self._meshes:
+            edge = np.sqrt(8.0 * sagitta * 0.2 * self._half_extent.min())
+            edge = max(edge, 2.0 * self._half_extent.max() / _GRID_LIMIT)
+            axes = [np.arange(-h - 1.5 * edge, h + 2.5 * edge, edge) for h in self._half_extent]
+            grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+            grid = grid.transpose(2, 1, 0, 3).reshape(-1, 3)
+            values = np.concatenate([self.value(part) for part in np.array_split(grid, 64)])
+            vertices, faces, _ = igl.marching_cubes(values, grid, *map(len, axes))
+            vertices = self.project(vertices)
+            a, b, c = vertices[faces].transpose(1, 0, 2)
+            if (cross(b - a, c - a) * self.normal(a)).sum() < 0:
+                faces = np.ascontiguousarray(faces[:, ::-1])
+            self._meshes[sagitta] = (vertices, faces)
+        return self._meshes[sagitta]
+
+    def sample(self, count: int, rng):
+        """Area-uniform points (count, 3) exactly on the surface, and outward unit normals."""
+        points, _ = sample_triangles(*self.mesh(0.5 * self.tolerance), count, rng)
+        points = self.project(points)
+        return points, self.normal(points)
+
+
+def _breaks(x, ahead, before, after, step: float) -> np.ndarray:
+    """(m,) whether steps from points x (m, 3) with normals ``before`` were no steps along one
+    smooth face: the normal turned at an edge, or they led away."""
+    turned = (before * after).sum(axis=1) < np.cos(_EDGE_TURN)
+    chord = ahead - x
+    return turned | ((chord * chord).sum(axis=1) > (_LONGEST_CHORD * step) ** 2)

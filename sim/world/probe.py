@@ -1,0 +1,82 @@
+"""The simulated touch probe: carries out a ProbePlan on an object."""
+
+import numpy as np
+
+from touchatlas.atlas.records.touch import Touch, TouchStatus
+from touchatlas.patch.geometry.arrays import cross
+from touchatlas.patch.geometry.contour import Contour, ContourEnd, SamplingPlane
+from touchatlas.planner.probe_plan import ProbePlan
+from touchatlas.sim.world.implicit_object import ImplicitObject
+from touchatlas.sim.world.mesh_object import MeshObject
+
+# The approach starts this far above the reference point and ends this far below, in reaches.
+_APPROACH = 0.5
+
+
+class Probe:
+    """A probe with Gaussian position noise.
+
+    Parameters
+    ----------
+    obj : ImplicitObject or MeshObject
+    noise_std : float, length, >= 0
+        Of each coordinate of each reported point.
+    rng : numpy.random.Generator
+    """
+
+    def __init__(self, obj: ImplicitObject | MeshObject, noise_std: float, rng) -> None:
+        if not (np.isfinite(noise_std) and noise_std >= 0):
+            raise ValueError(f"noise is {noise_std}; it must be a length >= 0")
+        self._object, self._noise, self._rng = obj, float(noise_std), rng
+        self._position: np.ndarray | None = None
+
+    def __call__(self, plan: ProbePlan) -> Touch:
+        """Approach along the planned normal, then track in every planned plane."""
+        lift = _APPROACH * plan.reach
+        origin = plan.reference_point + lift * plan.normal
+        travel = 0.0
+        if self._position is not None:
+            travel = float(np.linalg.norm(origin - self._position))
+        contact = self._object.contact(origin, -plan.normal, 2.0 * lift)
+        if contact is None:
+            self._position = origin
+            return Touch(
+                plan.number,
+                plan.reference_point,
+                plan.normal,
+                (),
+                TouchStatus.NO_CONTACT,
+                0.0,
+                travel,
+            )
+        travel += float(np.linalg.norm(contact - origin))
+        self._position = contact
+        contours, tracked = self._track(contact, plan)
+        measured = contact + self._noise * self._rng.normal(size=3)
+        return Touch(
+            plan.number, measured, plan.normal, contours, TouchStatus.TOUCHED, tracked, travel
+        )
+
+    def _track(self, contact, plan: ProbePlan):
+        normals = np.array([plane.normal for plane in plan.planes])
+        forward = cross(plan.normal[None], normals)
+        arms = self._object.trace_arms(
+            contact,
+            np.concatenate([normals, normals]),
+            np.concatenate([forward, -forward]),
+            plan.reach,
+            plan.step,
+            plan.max_turn,
+        )
+        contours, tracked = [], 0.0
+        count = len(normals)
+        for ahead, behind, normal in zip(arms[:count], arms[count:], normals, strict=True):
+            points = np.concatenate([behind[0][::-1], contact[None], ahead[0]])
+            if ahead[1] is ContourEnd.CLOSED_LOOP:
+                points = points[len(behind[0]) :]
+            points = points + self._noise * self._rng.normal(size=points.shape)
+            contours.append(
+                Contour(points, SamplingPlane(contact, normal), self._noise, (behind[1], ahead[1]))
+            )
+            tracked += (len(points) - 1) * plan.step
+        return tuple(contours), tracked
