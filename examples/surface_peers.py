@@ -24,9 +24,9 @@ from touchatlas.atlas.mesh.extract import extract_surface
 from touchatlas.atlas.records.options import AtlasOptions
 from touchatlas.planner.loop import explore
 from touchatlas.planner.planner import Planner
-from touchatlas.sim import surface_peers as others
 from touchatlas.sim.run.evaluate import evaluate_surface
 from touchatlas.sim.run.exploration import truth_of
+from touchatlas.sim.study import surface_peers as others
 from touchatlas.sim.study.tradeoff import timed
 from touchatlas.sim.world.objects import make_object, object_names
 from touchatlas.sim.world.probe import Probe

@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from touchatlas.atlas import insertion
 from touchatlas.atlas.atlas import Atlas
+from touchatlas.atlas.edit import insert
 from touchatlas.sim.run.exploration import RunOptions, random_streams, run_exploration, truth_of
 from touchatlas.sim.run.journal import Journal
 from touchatlas.sim.run.run_folder import RUN_FILES, read_settings
@@ -129,14 +129,14 @@ def test_settings_survive_numpy_numbers_and_any_name(ball, tmp_path):
 
 
 def test_an_interrupt_in_the_midst_of_a_touch_lets_it_finish(ball, tmp_path, monkeypatch):
-    join = insertion._join
+    join = insert._join
 
     def interrupted_join(atlas, row, *rest):
         if row == 2:
             signal.raise_signal(signal.SIGINT)
         join(atlas, row, *rest)
 
-    monkeypatch.setattr(insertion, "_join", interrupted_join)
+    monkeypatch.setattr(insert, "_join", interrupted_join)
     before = signal.getsignal(signal.SIGINT)
     result = run_exploration(ball, tmp_path / "r", FEW)
     assert signal.getsignal(signal.SIGINT) is before

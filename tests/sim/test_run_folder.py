@@ -4,7 +4,7 @@ import errno
 
 import pytest
 
-from touchatlas.sim import run_folder
+from touchatlas.sim.run import run_folder
 from touchatlas.sim.run.run_folder import RUN_FILES, create_folder, read_settings, write_settings
 
 GOOD = {"object": "sphere", "tolerance": 0.1, "seed": 0}
