@@ -4,28 +4,28 @@ import networkx as nx
 import numpy as np
 
 from touchatlas.atlas.check.invariants import violations
-from touchatlas.atlas.edit.fill import bridge
+from touchatlas.atlas.edit.fill import fill
 from touchatlas.atlas.edit.insert import learn
 from touchatlas.atlas.edit.merge import merged_fit, replace_by
-from touchatlas.atlas.edit.refresh import fold
+from touchatlas.atlas.edit.refresh import update_creases
 from touchatlas.atlas.edit.simplify import simplify
 from touchatlas.atlas.edit.split import divide, parts_of
 from touchatlas.atlas.field.blend import Blend, blend
-from touchatlas.atlas.graph.cells import Tiling, Triple
-from touchatlas.atlas.graph.crease_cells import crease_corners, folded_graph, visible
+from touchatlas.atlas.graph.cells import Cells, Triple
+from touchatlas.atlas.graph.crease_cells import crease_corners, graph_with_creases, visible
 from touchatlas.atlas.graph.creases import Creases
 from touchatlas.atlas.graph.edge_ends import EdgeEnds
 from touchatlas.atlas.graph.frontier import Frontier
 from touchatlas.atlas.graph.power_diagram import Boundary
-from touchatlas.atlas.graph.sheets import Kin
+from touchatlas.atlas.graph.sheets import SheetNeighbours
 from touchatlas.atlas.patches.normal_equations import covariance_of, solve
 from touchatlas.atlas.patches.patch_table import Table
 from touchatlas.atlas.patches.prediction import half_way_deviation
-from touchatlas.atlas.patches.sample_membership import Learning, prior_of
+from touchatlas.atlas.patches.sample_membership import SampleMembership, prior_of
 from touchatlas.atlas.records.change import AtlasChange
 from touchatlas.atlas.records.options import AtlasOptions, check_tolerance
 from touchatlas.atlas.records.touch import Touch
-from touchatlas.atlas.residual.hyperparameters import Texture
+from touchatlas.atlas.residual.hyperparameters import ResidualScale
 from touchatlas.atlas.residual.learn_residuals import learn_residuals
 from touchatlas.patch.fit.smoothness import SmoothnessPrior, leftover
 from touchatlas.patch.geometry.frame import DarbouxFrame
@@ -46,11 +46,11 @@ class Atlas:
     ----------
     table : Table
         The patches' numbers, a row an id.
-    kin : list of set of int
+    neighbours : list of set of int
         For each patch, the patches that continue its sheet within reach.
     creases : Creases
         Which patches meet at an edge.
-    tiling : Tiling
+    cells : Tiling
         Boundaries, corners and gaps.
     frontier : Frontier
     edge_ends : EdgeEnds
@@ -63,14 +63,14 @@ class Atlas:
         self.tolerance = check_tolerance(tolerance)
         self.options = options
         self.table = Table(options.fit.basis, options.fit.core)
-        self.kin = Kin()
-        self.creases = self.kin.creases = Creases(self.table, self.kin)
-        self.tiling = Tiling(self.table, self.kin)
-        self.learning = Learning(self.table)
+        self.neighbours = SheetNeighbours()
+        self.creases = self.neighbours.creases = Creases(self.table, self.neighbours)
+        self.cells = Cells(self.table, self.neighbours)
+        self.membership = SampleMembership(self.table)
         self.frontier = Frontier()
         self.edge_ends = EdgeEnds()
         self.touches = 0
-        self.texture = Texture()
+        self.residual_scale = ResidualScale()
 
     def __len__(self) -> int:
         return len(self.table.rows)
@@ -80,25 +80,27 @@ class Atlas:
         """Nodes are patch ids (see ``patch``); edges carry a ``boundary`` (Boundary). To be read:
         networkx refuses to change it, but its ``copy()``."""
         if not self.creases:
-            return self.tiling.graph.copy(as_view=True)
-        table, kin = self.table, self.kin
-        return nx.freeze(folded_graph(table, kin, self.creases, self.tiling, self.corners))
+            return self.cells.graph.copy(as_view=True)
+        table, neighbours = self.table, self.neighbours
+        return nx.freeze(
+            graph_with_creases(table, neighbours, self.creases, self.cells, self.corners)
+        )
 
     @property
     def corners(self) -> dict[Triple, np.ndarray]:
         """Ascending triples of ids to the point (3,) where three boundaries meet."""
-        smooth = visible(self.creases, self.tiling.corners)
+        smooth = visible(self.creases, self.cells.corners)
         if not self.creases:
             return smooth
-        return smooth | crease_corners(self.table, self.kin, self.creases)[0]
+        return smooth | crease_corners(self.table, self.neighbours, self.creases)[0]
 
     @property
     def gaps(self) -> dict[Triple, np.ndarray]:
         """Triples of ids to the point (3,) that their three cores leave uncovered."""
-        gaps = visible(self.creases, self.tiling.gaps)
+        gaps = visible(self.creases, self.cells.gaps)
         if not self.creases:
             return gaps
-        return gaps | crease_corners(self.table, self.kin, self.creases)[1]
+        return gaps | crease_corners(self.table, self.neighbours, self.creases)[1]
 
     @property
     def bias(self) -> float:
@@ -113,7 +115,7 @@ class Atlas:
     @property
     def point_count(self) -> int:
         """Samples over all touches."""
-        return len(self.learning.pool)
+        return len(self.membership.pool)
 
     @property
     def prior(self) -> SmoothnessPrior:
@@ -135,7 +137,7 @@ class Atlas:
             float(table.residual[i]),
             int(table.count[i]),
             float(table.condition[i]),
-            float(leftover(table.basis, table.turn[i])),
+            float(leftover(table.basis, table.length_ratio[i])),
         )
 
     def _check(self, *patch_ids: int) -> None:
@@ -146,12 +148,12 @@ class Atlas:
 
     def blend(self, points) -> Blend:
         """Signed distance, normal, deviation and curvature at world points (n, 3)."""
-        return blend(self.table, self.kin, points)
+        return blend(self.table, self.neighbours, points)
 
     def predicted_coverage(self) -> float:
         """Share of the patches' outlines that other patches cover: 1 when nothing is open."""
         rows = self.table.rows
-        return float(1.0 - self.table.ring_open[rows].mean()) if len(rows) else 0.0
+        return float(1.0 - self.table.outline_open[rows].mean()) if len(rows) else 0.0
 
     def predicted_deviation(self) -> float:
         """Root mean square over the patches of their deviation half-way to the rim, length."""
@@ -183,15 +185,15 @@ class Atlas:
         self.touches += 1
         return change
 
-    def enter(self, row: int, kin: list[int]) -> None:
+    def enter(self, row: int, neighbours: list[int]) -> None:
         """Make a row of the table a node, kin to others."""
         nothing = np.zeros(0, np.int32)
-        self.kin.append(set(kin))
-        for i in kin:
-            self.kin[i].add(row)
-        self.learning.members.append(nothing)
-        self.learning.brought.append(nothing)
-        self.tiling.add(row)
+        self.neighbours.append(set(neighbours))
+        for i in neighbours:
+            self.neighbours[i].add(row)
+        self.membership.fitted.append(nothing)
+        self.membership.owned.append(nothing)
+        self.cells.add(row)
 
     def learned(self, rows: np.ndarray) -> tuple[int, ...]:
         """Solve rows that learned new samples; frame anew those that are due.
@@ -200,21 +202,25 @@ class Atlas:
         a residual is to explain.
         """
         solve(self.table, rows)
-        due = self.learning.outgrown(rows)
+        due = self.membership.outgrown(rows)
         self.refit(due)
-        self.tiling.touch(rows.tolist())
+        self.cells.touch(rows.tolist())
         return self._too_large(due)
 
     def _too_large(self, rows: np.ndarray) -> tuple[int, ...]:
         table = self.table
-        rim = leftover(table.basis, table.turn[rows]) * table.core ** (table.basis.degree + 1)
+        rim = leftover(table.basis, table.length_ratio[rows]) * table.core ** (
+            table.basis.degree + 1
+        )
         most = self.options.detail * self.tolerance
         return tuple(rows[rim * table.radius[rows] > most].tolist())
 
     def refit(self, rows) -> None:
         """Choose frames and priors of patches anew, from all samples about them."""
-        offered = [self.learning.known_about(row, self.kin[row]) for row in rows.tolist()]
-        self.learning.refit(rows, offered, self.bias, self.prior, self.options.fit)
+        candidates = [
+            self.membership.known_about(row, self.neighbours[row]) for row in rows.tolist()
+        ]
+        self.membership.refit(rows, candidates, self.bias, self.prior, self.options.fit)
 
     def merge(self, first: int, second: int) -> AtlasChange:
         """One patch in the place of two that meet, and of all that it covers, when one polynomial
@@ -222,7 +228,7 @@ class Atlas:
         self._check(first, second)
         if first == second:
             raise ValueError(f"both patches are {first}; give two that meet")
-        if second not in self.kin[first]:
+        if second not in self.neighbours[first]:
             return AtlasChange(refused=f"patches {first} and {second} are not of one sheet")
         fit = merged_fit(self, first, second)
         merged = None if fit is None else replace_by(self, fit)
@@ -230,7 +236,7 @@ class Atlas:
             return AtlasChange(refused=f"no one polynomial holds patches {first} and {second}")
         row, gone = merged
         added = () if row in gone else (row,)
-        return AtlasChange(added, tuple(sorted(self.kin[row])), gone, (), gone)
+        return AtlasChange(added, tuple(sorted(self.neighbours[row])), gone, (), gone)
 
     def split(self, patch_id: int) -> AtlasChange:
         """Patches of half the radius in the place of one: seven, but for those that lie beyond
@@ -246,10 +252,10 @@ class Atlas:
         """Merge whatever one patch explains, pair by pair, until nothing more can be."""
         return simplify(self)
 
-    def bridge(self) -> AtlasChange:
+    def fill(self) -> AtlasChange:
         """Patches where samples lie between patches, though no touch had its place there: for a
-        surface of few touches. After ``settle``, which chooses again what they lean on."""
-        return bridge(self)
+        surface of few touches. After ``refit_all``, which chooses again what they lean on."""
+        return fill(self)
 
     def euler_characteristic(self) -> int:
         """V - E + F of the patch graph: patches, boundaries and corners."""
@@ -261,19 +267,19 @@ class Atlas:
         To be called when the surface is wanted: a patch that learns from a later touch loses its
         residual.
         """
-        before = set(self.table.rough)
-        self.texture = learn_residuals(self.table, self.learning, self.prior)
-        if changed := before | set(self.table.rough):
-            fold(self, sorted(changed))
-            self.tiling.retile()
-            self.tiling.mend()
-        return len(self.table.rough)
+        before = set(self.table.residuals)
+        self.residual_scale = learn_residuals(self.table, self.membership, self.prior)
+        if changed := before | set(self.table.residuals):
+            update_creases(self, sorted(changed))
+            self.cells.retile()
+            self.cells.mend()
+        return len(self.table.residuals)
 
     @property
     def closed(self) -> bool:
         """Whether the patches cover all that they border on: nothing is left to be touched."""
         places = len(self.frontier) + len(self.edge_ends) + len(self.gaps)
-        return bool(len(self) and not (places or self.table.ring_open[self.table.rows].any()))
+        return bool(len(self) and not (places or self.table.outline_open[self.table.rows].any()))
 
     def validate(self) -> None:
         """Prove what must hold: samples belong, equations are their sums, patches solve them, the
@@ -287,13 +293,13 @@ class Atlas:
         if broken := violations(self):
             raise AssertionError("; ".join(broken))
 
-    def settle(self) -> None:
+    def refit_all(self) -> None:
         """Refit all patches from all they could have learned from, split those that do not hold,
         and draw boundaries and corners anew: what an exploration ends with."""
         self.refit(self.table.rows)
         for row in self._too_large(self.table.rows):
             if self.table.alive[row]:
                 self.split(row)
-        fold(self, self.table.rows.tolist())
-        self.tiling.retile()
-        self.tiling.mend()
+        update_creases(self, self.table.rows.tolist())
+        self.cells.retile()
+        self.cells.mend()

@@ -15,8 +15,8 @@ from touchatlas.atlas.graph.creases import Crease
 from touchatlas.atlas.patches.patch_table import Table
 from touchatlas.atlas.records.options import AtlasOptions
 from touchatlas.atlas.residual.binned_samples import PatchSamples
-from touchatlas.atlas.residual.hyperparameters import Texture
-from touchatlas.atlas.residual.learn_residuals import enter, rough_patch
+from touchatlas.atlas.residual.hyperparameters import ResidualScale
+from touchatlas.atlas.residual.learn_residuals import enter, solve_patch_residual
 from touchatlas.patch.fit.fit_patch import FitOptions
 
 FORMAT = 3
@@ -42,9 +42,9 @@ def save_atlas(path, atlas: Atlas) -> None:
         "tolerance": atlas.tolerance,
         "touches": atlas.touches,
         "options": asdict(atlas.options),
-        "texture": asdict(atlas.texture),
+        "texture": asdict(atlas.residual_scale),
     }
-    pool, learning = atlas.learning.pool, atlas.learning
+    pool, membership = atlas.membership.pool, atlas.membership
     arrays = {
         "header": np.frombuffer(json.dumps(header, sort_keys=True).encode(), np.uint8),
         "sample_points": pool.points,
@@ -52,9 +52,9 @@ def save_atlas(path, atlas: Atlas) -> None:
         "sample_across": pool.across,
         "lengths": atlas.table.lengths,
         "sample_edges": pool.edges,
-        **_packed("members", learning.members),
-        **_packed("brought", learning.brought),
-        **_packed("kin", [sorted(k) for k in atlas.kin]),
+        **_packed("members", membership.fitted),
+        **_packed("brought", membership.owned),
+        **_packed("kin", [sorted(k) for k in atlas.neighbours]),
         "frontier_points": atlas.frontier.points,
         "frontier_normals": atlas.frontier.normals,
         "frontier_home": atlas.frontier.home,
@@ -63,7 +63,7 @@ def save_atlas(path, atlas: Atlas) -> None:
     }
     arrays |= {f"ends_{name}": column for name, column in vars(atlas.edge_ends).items()}
     arrays |= {f"table_{name}": getattr(atlas.table, name) for name in atlas.table.names}
-    arrays |= _rough_arrays(atlas.table)
+    arrays |= _residual_arrays(atlas.table)
     buffer = io.BytesIO()
     np.savez(buffer, **arrays)
     write_whole(path, buffer.getvalue())
@@ -117,18 +117,18 @@ def _restored(arrays, header) -> Atlas:
     )
     if header["format"] < 3:
         arrays["table_moments"] = atlas.table.products.moments_of(arrays["table_gram"])
-        arrays["table_variance"] = atlas.table.products.folded(arrays["table_covariance"])
+        arrays["table_variance"] = atlas.table.products.quadratic_forms(arrays["table_covariance"])
     _check_lengths(arrays)
     _fill(atlas, arrays, header)
     if header["format"] == 1:
-        atlas.settle()
+        atlas.refit_all()
     return atlas
 
 
-def _rough_arrays(table: Table) -> dict[str, np.ndarray]:
+def _residual_arrays(table: Table) -> dict[str, np.ndarray]:
     """What the residuals were solved from: they are solved again when read."""
-    rows = sorted(table.rough)
-    parts = [table.rough[row] for row in rows]
+    rows = sorted(table.residuals)
+    parts = [table.residuals[row] for row in rows]
     samples = [part.samples for part in parts]
     columns = [np.concatenate([s.feet[0].T, s.terms[:, 0], s.height, s.weight]) for s in samples]
     width = table.basis.size + 5
@@ -141,7 +141,7 @@ def _rough_arrays(table: Table) -> dict[str, np.ndarray]:
     }
 
 
-def _fill_rough(table: Table, arrays) -> None:
+def _fill_residuals(table: Table, arrays) -> None:
     ends = np.cumsum(arrays["rough_counts"])[:-1]
     parts = np.split(arrays["rough_samples"], ends, axis=1)
     for i, row in enumerate(arrays["rough"].tolist()):
@@ -150,7 +150,7 @@ def _fill_rough(table: Table, arrays) -> None:
             *(feet[None], np.array(terms)[:, None], height[None], weight[None]),
             arrays["rough_noise"][[i]],
         )
-        enter(table, row, rough_patch(table.basis, samples, arrays["rough_shapes"][i]))
+        enter(table, row, solve_patch_residual(table.basis, samples, arrays["rough_shapes"][i]))
 
 
 def _check_lengths(arrays) -> None:
@@ -175,22 +175,22 @@ def _check_lengths(arrays) -> None:
 def _fill(atlas: Atlas, arrays, header) -> None:
     atlas.touches = header["touches"]
     atlas.table.extend({name: arrays[f"table_{name}"] for name in atlas.table.names})
-    atlas.texture = Texture(**header["texture"])
+    atlas.residual_scale = ResidualScale(**header["texture"])
     atlas.table.lengths = arrays["lengths"]
-    _fill_rough(atlas.table, arrays)
-    learning = atlas.learning
+    _fill_residuals(atlas.table, arrays)
+    membership = atlas.membership
     columns = [arrays[f"sample_{name}"] for name in ("points", "normals", "across")]
-    learning.pool.add(*columns, arrays.get("sample_edges", False))
-    learning.members.extend(_unpacked("members", arrays))
-    learning.brought.extend(_unpacked("brought", arrays))
-    atlas.kin.extend(set(k.tolist()) for k in _unpacked("kin", arrays))
+    membership.pool.add(*columns, arrays.get("sample_edges", False))
+    membership.fitted.extend(_unpacked("members", arrays))
+    membership.owned.extend(_unpacked("brought", arrays))
+    atlas.neighbours.extend(set(k.tolist()) for k in _unpacked("kin", arrays))
     for name in ("points", "normals", "home", "depth"):
         setattr(atlas.frontier, name, arrays[f"frontier_{name}"])
     if header["format"] > 1:
         _fill_creases(atlas, arrays)
     for row in range(atlas.table.size):
-        atlas.tiling.add(row, bool(atlas.table.alive[row]))
-    atlas.tiling.retile()
+        atlas.cells.add(row, bool(atlas.table.alive[row]))
+    atlas.cells.retile()
 
 
 def _packed_creases(atlas: Atlas) -> dict[str, np.ndarray]:

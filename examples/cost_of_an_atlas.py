@@ -85,10 +85,10 @@ def main(*sizes: int) -> None:
     (atlas, _), where = grow([min(1000, max(sizes))]), Counter()
     for entry in tracemalloc.take_snapshot().statistics("filename"):
         where[Path(entry.traceback[0].filename).stem] += entry.size // len(atlas)
-    pool, learning = atlas.learning.pool, atlas.learning
+    pool, membership = atlas.membership.pool, atlas.membership
     own = (pool.points, pool.normals, pool.across, pool.edges)
     samples = sum(column.nbytes for column in own) // len(atlas)
-    lists = sum(i.nbytes for part in (learning.members, learning.brought) for i in part)
+    lists = sum(i.nbytes for part in (membership.fitted, membership.owned) for i in part)
     rest, lists = sum(where.values()) - samples, lists // len(atlas)
     print(f"bytes a patch: {rest + samples}; {where.most_common(7)}")
     print(f"samples (points, normals, planes, edges): {samples}; besides them: {rest}")

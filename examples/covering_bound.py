@@ -79,7 +79,7 @@ def main(*names) -> None:
         for _ in explore(atlas, Planner(*obj.start()), probe):
             pass
         explored = len(atlas)
-        atlas.settle()
+        atlas.refit_all()
         atlas.simplify()
         cells = [f"{count} | {count / bound:.2f}" for count in (explored, len(atlas))]
         print(f"| {name} | {bound:.1f} | {' | '.join(cells)} |", flush=True)

@@ -58,8 +58,8 @@ def learn(touches, tolerance: float, trust: float):
     atlas = Atlas(tolerance, AtlasOptions(trust=trust))
     for one in touches:
         atlas.add(one)
-    atlas.settle()
-    atlas.bridge()
+    atlas.refit_all()
+    atlas.fill()
     atlas.simplify()
     atlas.learn_residuals()
     return atlas, extract_surface(atlas)

@@ -67,9 +67,9 @@ def frontier_candidate(atlas: Atlas, position, spent) -> Candidate | None:
 def gap_candidate(atlas: Atlas, position, spent) -> Candidate | None:
     """The nearest point that no core covers: of the patches' outlines, and between three."""
     table = atlas.table
-    table.renew_rings(np.flatnonzero(table.ring_open.any(axis=1)))
-    rows, places = np.nonzero(table.ring_open)
-    points = table.ring[rows, places]
+    table.renew_rings(np.flatnonzero(table.outline_open.any(axis=1)))
+    rows, places = np.nonzero(table.outline_open)
+    points = table.outline[rows, places]
     if gaps := atlas.gaps:
         points = np.concatenate([points, list(gaps.values())])
         rows = np.concatenate([rows, [triple[2] for triple in gaps]])
@@ -89,13 +89,15 @@ def weak_candidate(atlas: Atlas, position, spent) -> Candidate | None:
     """The nearest point, of the patches' outlines and of half-way there, whose predicted deviation
     exceeds the tolerance."""
     table, rows = atlas.table, atlas.table.rows
-    points = np.concatenate([table.ring[rows], 0.5 * (table.ring[rows] + table.origin[rows, None])])
+    points = np.concatenate(
+        [table.outline[rows], 0.5 * (table.outline[rows] + table.origin[rows, None])]
+    )
     points = points.reshape(-1, 3)
     seen = atlas.blend(points)
     weak = np.flatnonzero(seen.known & (np.nan_to_num(seen.deviation) > atlas.tolerance))
     if len(atlas.creases):
         # What of an outline lies beyond an edge is not there.
-        homes = np.tile(np.repeat(rows, table.ring.shape[1]), 2)
+        homes = np.tile(np.repeat(rows, table.outline.shape[1]), 2)
         weak = weak[~atlas.creases.beyond(homes[weak], points[weak])]
     # A point half-way is on the chord, not on the surface.
     points = points[weak] - seen.distance[weak, None] * seen.normal[weak]

@@ -11,7 +11,7 @@ import numpy as np
 
 from touchatlas.atlas.cad.bezier import bernstein, curve_poles, fitting_height, tensor_height
 from touchatlas.atlas.cad.trim_curves import ARC_DEGREE
-from touchatlas.atlas.cad.trimmed_patches import PatchworkFace
+from touchatlas.atlas.cad.trimmed_patches import TrimmedPatch
 
 # The rectangle reaches past its cell by this share of its edges.
 _MARGIN = 0.01
@@ -37,7 +37,7 @@ class BezierFace:
         Largest distance of each side from its trace on the surface.
     """
 
-    face: PatchworkFace
+    face: TrimmedPatch
     low: np.ndarray
     high: np.ndarray
     height: np.ndarray
@@ -58,7 +58,7 @@ class BezierFace:
         return [(curve_poles(t) - self.low) / (self.high - self.low) for t in self.face.traces]
 
 
-def bezier_face(face: PatchworkFace, tolerance: float) -> BezierFace | None:
+def bezier_face(face: TrimmedPatch, tolerance: float) -> BezierFace | None:
     """The Bezier surface of a trimmed patch, its height within ``tolerance`` where it can be.
 
     A Monge polynomial is one exactly. One with terms in z is met at Chebyshev points, by the

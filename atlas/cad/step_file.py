@@ -13,7 +13,7 @@ import networkx as nx
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.cad.bezier_face import BezierFace, bezier_face
 from touchatlas.atlas.cad.occ_kernel import is_closed, need_kernel, step_bytes
-from touchatlas.atlas.cad.trimmed_patches import patchwork
+from touchatlas.atlas.cad.trimmed_patches import trimmed_patches
 from touchatlas.atlas.store import write_whole
 
 # Heights hold to this share of the atlas's tolerance.
@@ -66,7 +66,7 @@ def save_step(atlas: Atlas, path) -> StepReport:
         When the file cannot be written; an old one is left as it was.
     """
     need_kernel()
-    found = [bezier_face(face, _HOLD * atlas.tolerance) for face in patchwork(atlas)]
+    found = [bezier_face(face, _HOLD * atlas.tolerance) for face in trimmed_patches(atlas)]
     faces = [face for face in found if face is not None]
     if not faces:
         raise ValueError("every patch stands upright within its own cell; touch more closely")

@@ -19,7 +19,7 @@ _RIM_SPAN = np.pi / 4.0
 
 
 @dataclass(frozen=True, eq=False)
-class Meeting:
+class SharedCurve:
     """The whole curve in which two patches meet, a height over a chord in its plane.
 
     Parameters
@@ -81,7 +81,7 @@ class Meeting:
         return _tied(points, share, start, end)
 
 
-def meeting(first: Patch, second: Patch, sites, powers) -> Meeting:
+def shared_curve(first: Patch, second: Patch, sites, powers) -> SharedCurve:
     """The curve in which two kin patches meet whose cores are balls about ``sites`` (2, 3) of
     squared radii ``powers`` (2,)."""
     offset = sites[1] - sites[0]
@@ -92,7 +92,7 @@ def meeting(first: Patch, second: Patch, sites, powers) -> Meeting:
     across = across / np.sqrt(across @ across)
     along = np.cross(across, offset / np.sqrt(square))
     base = sites[0] + share * offset
-    return Meeting((first, second), base, along, across, float(powers[0] - share**2 * square))
+    return SharedCurve((first, second), base, along, across, float(powers[0] - share**2 * square))
 
 
 def rim_arcs(patch: Patch, power: float, start=None, end=None) -> list[np.ndarray]:

@@ -14,7 +14,7 @@ import numpy as np
 
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.cad.bezier import bernstein, bernstein_slopes, curve_poles
-from touchatlas.atlas.cad.trim_curves import ARC_DEGREE, Meeting, meeting, rim_arcs
+from touchatlas.atlas.cad.trim_curves import ARC_DEGREE, SharedCurve, rim_arcs, shared_curve
 from touchatlas.atlas.graph.power_diagram import power_at
 from touchatlas.patch.geometry.patch import Patch
 
@@ -43,7 +43,7 @@ class Side:
 
 
 @dataclass(frozen=True, eq=False)
-class PatchworkFace:
+class TrimmedPatch:
     """A patch trimmed to its own cell.
 
     Parameters
@@ -126,7 +126,7 @@ class _Half:
     side: Side
 
 
-def patchwork(atlas: Atlas) -> list[PatchworkFace]:
+def trimmed_patches(atlas: Atlas) -> list[TrimmedPatch]:
     """Every patch of an atlas trimmed to its own cell, by ascending patch id.
 
     Parameters
@@ -159,7 +159,7 @@ def patchwork(atlas: Atlas) -> list[PatchworkFace]:
     halves: dict[int, list[_Half]] = {i: [] for i in patches}
     begins, finishes = _corner_ends(atlas, patches)
     for i, j in sorted(tuple(sorted(edge)) for edge in atlas.graph.edges):
-        curve = meeting(patches[i], patches[j], table.site[[i, j]], table.power[[i, j]])
+        curve = shared_curve(patches[i], patches[j], table.site[[i, j]], table.weight[[i, j]])
         seen = bool(len(atlas.boundary(i, j).points))
         for start, end in _spans(curve, begins.get((i, j), []), finishes.get((i, j), []), seen):
             points, number = curve.arc(start[1], end[1]), next(numbers)
@@ -168,8 +168,8 @@ def patchwork(atlas: Atlas) -> list[PatchworkFace]:
     faces = []
     for i, patch in patches.items():
         if halves[i] or _owns_its_centre(atlas, i):
-            loops = _loops(patch, float(atlas.table.power[i]), halves[i], numbers)
-            found = [PatchworkFace(patch, sides) for sides in loops]
+            loops = _loops(patch, float(atlas.table.weight[i]), halves[i], numbers)
+            found = [TrimmedPatch(patch, sides) for sides in loops]
             # A loop that runs clockwise holds nothing.
             faces += [face for face in found if face.quadrature()[1].sum() > 0.0]
     return faces
@@ -184,7 +184,7 @@ def _corner_ends(atlas: Atlas, patches):
     """
     begins: dict[tuple, list] = {}
     finishes: dict[tuple, list] = {}
-    for triple, point in sorted(atlas.tiling.corners.items()):
+    for triple, point in sorted(atlas.cells.corners.items()):
         i, j, k = triple
         normal = sum(patches[m].normal(point[None])[0] for m in triple)
         origin = patches[i].frame.origin
@@ -196,7 +196,7 @@ def _corner_ends(atlas: Atlas, patches):
     return begins, finishes
 
 
-def _spans(curve: Meeting, begins, finishes, seen: bool):
+def _spans(curve: SharedCurve, begins, finishes, seen: bool):
     """Pairs of named ends between which a curve bounds both of its patches' cells.
 
     Corners where the third patch gives way, and where it takes over, come in turn along the
@@ -216,7 +216,7 @@ def _spans(curve: Meeting, begins, finishes, seen: bool):
     return [(a, b) for a, b in spans if curve.abscissa(a[1]) < curve.abscissa(b[1])]
 
 
-def _free_end(curve: Meeting, side: int):
+def _free_end(curve: SharedCurve, side: int):
     first, second = (patch.id for patch in curve.patches)
     return (first, second, side, "rim"), curve.free_end(side)
 
@@ -258,7 +258,7 @@ def _next_around(patch: Patch, point, loose: list[_Half]) -> _Half:
 
 
 def _owns_its_centre(atlas: Atlas, row: int) -> bool:
-    if not atlas.kin[row]:
+    if not atlas.neighbours[row]:
         return True
-    rivals = power_at(atlas.table, sorted(atlas.kin[row]), atlas.table.site[row])
-    return bool(-atlas.table.power[row] <= rivals.min())
+    rivals = power_at(atlas.table, sorted(atlas.neighbours[row]), atlas.table.site[row])
+    return bool(-atlas.table.weight[row] <= rivals.min())

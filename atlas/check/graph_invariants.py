@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from touchatlas.atlas.edit.refresh import OUTLINE_MOVED
-from touchatlas.atlas.field.patch_values import voices
-from touchatlas.atlas.graph.cells import Tiling
+from touchatlas.atlas.field.patch_values import patch_values
+from touchatlas.atlas.graph.cells import Cells
 from touchatlas.atlas.graph.crease_curves import crease_curves, sources_of
 from touchatlas.atlas.graph.power_diagram import corners_on, power_at
-from touchatlas.atlas.patches.intersect import look
+from touchatlas.atlas.patches.intersect import patches_at
 from touchatlas.atlas.patches.normal_equations import SHEET_GAP
 from touchatlas.atlas.patches.patch_table import Table
 
@@ -39,24 +39,24 @@ def graph_violations(atlas: "Atlas") -> list[str]:
 
 def _creasing(atlas: "Atlas") -> Iterator[str]:
     """Creased patches are in use, of two sheets, and meet at their anchor at an angle."""
-    table, creases, pool = atlas.table, atlas.creases, atlas.learning.pool
+    table, creases, pool = atlas.table, atlas.creases, atlas.membership.pool
     alive = set(table.rows.tolist())
     for row in range(table.size):
         if any(not creases.between(row, j) for j in creases.of(row)):
             yield f"patch {row} is creased with one that is not creased with it"
     for (i, j), crease in creases.pairs.items():
-        if not i < j or not {i, j} <= alive or j in atlas.kin[i]:
+        if not i < j or not {i, j} <= alive or j in atlas.neighbours[i]:
             yield f"patches {i} and {j} are creased, but one is removed or they are kin"
             continue
         if i not in creases.of(j) or j not in creases.of(i) or abs(crease.sign) != 1:
             yield f"the crease of {i} and {j} is not mutual"
-        seen = look(table, np.array([[i, j]]), crease.anchor[None])
+        seen = patches_at(table, np.array([[i, j]]), crease.anchor[None])
         if np.abs(seen.distance).max() > _CORNER * table.radius[[i, j]].min():
             yield f"patches {i} and {j} do not meet at the anchor of their crease"
         for k, normal in zip((j, i), seen.normals[0], strict=True):
-            offset = pool.points[atlas.learning.members[k]] - crease.anchor
+            offset = pool.points[atlas.membership.fitted[k]] - crease.anchor
             near = np.argsort((offset * offset).sum(axis=1))[:_NEAREST]
-            slack = _NOISES * table.sensor[k] + atlas.bias
+            slack = _NOISES * table.measurement_std[k] + atlas.bias
             if not (crease.sign * (offset[near] @ normal)).min(initial=0.0) < -slack:
                 yield f"the crease of {i} and {j} has the wrong sign"
 
@@ -77,41 +77,43 @@ def _alike(atlas: "Atlas", points, others) -> bool:
 
 def _places(atlas: "Atlas") -> Iterator[str]:
     """Corners and gaps of kin are of equal power, on their patches, and known to each of them."""
-    table, tiling = atlas.table, atlas.tiling
-    known = {t for row in range(table.size) for t in tiling.corners_of(row)}
-    if known != set(tiling.corners) or any(
-        t not in tiling.corners_of(i) for t in tiling.corners for i in t
+    table, cells = atlas.table, atlas.cells
+    known = {t for row in range(table.size) for t in cells.corners_of(row)}
+    if known != set(cells.corners) or any(
+        t not in cells.corners_of(i) for t in cells.corners for i in t
     ):
         yield "the patches know other corners than there are"
-    for triple, point in (*tiling.corners.items(), *tiling.gaps.items()):
+    for triple, point in (*cells.corners.items(), *cells.gaps.items()):
         rows = list(triple)
-        if not all(j in atlas.kin[i] for i, j in combinations(triple, 2)):
+        if not all(j in atlas.neighbours[i] for i, j in combinations(triple, 2)):
             yield f"corner or gap {triple} is not of kin"
             continue
-        said = voices(table, atlas.kin, np.array(rows), np.tile(point, (3, 1)), np.inf)
-        borne = atlas.tolerance + _UNSURE * np.sqrt(said.numbers[:, 1].max())
-        if np.ptp(power_at(table, rows, point)) > _CORNER * table.power[rows].max():
+        found = patch_values(
+            table, atlas.neighbours, np.array(rows), np.tile(point, (3, 1)), np.inf
+        )
+        borne = atlas.tolerance + _UNSURE * np.sqrt(found.numbers[:, 1].max())
+        if np.ptp(power_at(table, rows, point)) > _CORNER * table.weight[rows].max():
             yield f"corner or gap {triple} is not of equal power"
-        elif (np.abs(said.distance) > _MOVED * table.radius[rows] + borne).any():
+        elif (np.abs(found.distance) > _MOVED * table.radius[rows] + borne).any():
             yield f"corner or gap {triple} is not on its patches"
 
 
 def _tiling(atlas: "Atlas") -> Iterator[str]:
     """Corners and boundaries are those of the patches, as they are now or before they moved by as
     much as is borne."""
-    tiling = atlas.tiling
+    cells = atlas.cells
     fresh = _fresh_tiling(atlas)
     found = [fresh]
-    if any(_apart(tiling, found)):
+    if any(_apart(cells, found)):
         fresh.mend()
         found += [_fresh_tiling(atlas, share) for share in (-OUTLINE_MOVED, OUTLINE_MOVED)]
-    triples, pairs = _apart(tiling, found)
+    triples, pairs = _apart(cells, found)
     triples = [triple for triple in triples if not _is_tangent(atlas.table, triple)]
     yield from (f"corner {triple} is missing, or is none" for triple in triples)
     if pairs:
         yield "the tiling has other edges than its patches have boundaries"
         return
-    for first, second, data in tiling.graph.edges(data=True):
+    for first, second, data in cells.graph.edges(data=True):
         if not fresh.graph.has_edge(first, second):
             continue
         mine, new = data["boundary"], fresh.graph.edges[first, second]["boundary"]
@@ -119,13 +121,13 @@ def _tiling(atlas: "Atlas") -> Iterator[str]:
             yield f"the boundary of {first} and {second} is not where they meet"
 
 
-def _fresh_tiling(atlas: "Atlas", share: float = 0.0) -> Tiling:
+def _fresh_tiling(atlas: "Atlas", share: float = 0.0) -> Cells:
     """What ``retile`` makes of the patches when all are raised by a share of their radii."""
     table = atlas.table
     if share:
         table = deepcopy(table)
         table.mean[table.rows, 0] += share
-    fresh = Tiling(table, atlas.kin)
+    fresh = Cells(table, atlas.neighbours)
     for row in range(table.size):
         fresh.add(row, bool(table.alive[row]))
     fresh.retile()
@@ -140,15 +142,13 @@ def _is_tangent(table: Table, triple) -> bool:
     return moved and bool(np.isnan(corners_on(table, row, first, second)).any())
 
 
-def _apart(tiling: Tiling, found: list[Tiling]):
+def _apart(cells: Cells, found: list[Cells]):
     """Triples with a corner, and pairs with a boundary, in all of the tilings found but not in one,
     or in none of them but in it."""
-    corners = [set(one.corners) for one in (tiling, *found)]
+    corners = [set(one.corners) for one in (cells, *found)]
     # Whether three cores leave a corner or a gap is a matter of a share of their power.
-    unsure = (
-        set().union(*corners).intersection(set().union(*(one.gaps for one in (tiling, *found))))
-    )
-    edges = [set(map(tuple, map(sorted, one.graph.edges))) for one in (tiling, *found)]
+    unsure = set().union(*corners).intersection(set().union(*(one.gaps for one in (cells, *found))))
+    edges = [set(map(tuple, map(sorted, one.graph.edges))) for one in (cells, *found)]
     triples, pairs = (
         (set.intersection(*others) - mine) | (mine - set().union(*others))
         for mine, *others in (corners, edges)
@@ -163,7 +163,7 @@ def _graph(atlas: "Atlas") -> Iterator[str]:
         yield "the graph's nodes are not the patches"
     for first, second, data in graph.edges(data=True):
         boundary = data["boundary"]
-        if second not in atlas.kin[first] and not atlas.creases.sign(first, second):
+        if second not in atlas.neighbours[first] and not atlas.creases.sign(first, second):
             yield f"patches {first} and {second} meet but are neither kin nor creased"
         if atlas.creases.sign(first, second) and not boundary.crease:
             yield f"the boundary of {first} and {second} is a crease and does not say so"
@@ -178,11 +178,13 @@ def _corners(atlas: "Atlas") -> Iterator[str]:
         pairs = list(combinations(triple, 2))
         if not all(graph.has_edge(*pair) for pair in pairs):
             yield f"corner {triple} lacks one of its boundaries"
-        scale = np.sqrt(table.power[list(triple)].max())
-        said = voices(table, atlas.kin, np.array(triple), np.tile(point, (3, 1)), np.inf)
+        scale = np.sqrt(table.weight[list(triple)].max())
+        found = patch_values(
+            table, atlas.neighbours, np.array(triple), np.tile(point, (3, 1)), np.inf
+        )
         # Kin agree within the tolerance, if all know, and the point is on one of them.
-        borne = atlas.tolerance + _UNSURE * np.sqrt(said.numbers[:, 1].max())
-        off = dict(zip(triple, np.abs(said.distance), strict=True))
+        borne = atlas.tolerance + _UNSURE * np.sqrt(found.numbers[:, 1].max())
+        off = dict(zip(triple, np.abs(found.distance), strict=True))
         for pair in filter(lambda pair: atlas.creases.sign(*pair), pairs):
             if max(off[i] for i in pair) > _CORNER * scale + borne:
                 yield f"corner {triple} is not on the crease of {pair}"

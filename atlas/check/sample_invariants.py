@@ -8,7 +8,7 @@ import numpy as np
 
 from touchatlas.atlas.patches.normal_equations import covariance_of, solve, sums_of
 from touchatlas.atlas.patches.patch_table import Table
-from touchatlas.atlas.residual.learn_residuals import rough_patch, samples_of
+from touchatlas.atlas.residual.learn_residuals import samples_of, solve_patch_residual
 
 if TYPE_CHECKING:
     from touchatlas.atlas.atlas import Atlas
@@ -28,11 +28,15 @@ def learning_violations(atlas: "Atlas") -> list[str]:
 
 
 def _samples(atlas: "Atlas") -> Iterator[str]:
-    learning, pool, alive = atlas.learning, atlas.learning.pool, set(atlas.table.rows.tolist())
-    brought = np.concatenate([np.zeros(0, int), *learning.brought])
+    membership, pool, alive = (
+        atlas.membership,
+        atlas.membership.pool,
+        set(atlas.table.rows.tolist()),
+    )
+    brought = np.concatenate([np.zeros(0, int), *membership.owned])
     if not np.array_equal(np.sort(brought), np.arange(len(pool))):
         yield "a sample is brought by none, or by two"
-    for row, (members, own) in enumerate(zip(learning.members, learning.brought, strict=True)):
+    for row, (members, own) in enumerate(zip(membership.fitted, membership.owned, strict=True)):
         if len(members) != len(np.unique(members)):
             yield f"patch {row} learned a sample twice"
         if len(members) and not (members.min() >= 0 and members.max() < len(pool)):
@@ -54,19 +58,19 @@ def _are_unit(vectors) -> bool:
 
 
 def _equations(atlas: "Atlas") -> Iterator[str]:
-    table, learning = atlas.table, atlas.learning
+    table, membership = atlas.table, atlas.membership
     for row in table.rows.tolist():
-        index = learning.members[row]
+        index = membership.fitted[row]
         every = np.ones((1, len(index)), bool)
-        moments, right, square = sums_of(table, np.array([row]), learning.pool, index, every)
+        moments, right, square = sums_of(table, np.array([row]), membership.pool, index, every)
         scale = _ROUNDING * np.abs(moments).max()
         if table.count[row] != len(index):
             yield f"patch {row} counts other samples than it learned"
         elif np.abs(moments[0] - table.moments[row]).max() > scale:
             yield f"the equations (moments) of patch {row} are not those of its samples"
-        elif np.abs(right[0] - table.right[row]).max() > scale:
+        elif np.abs(right[0] - table.rhs[row]).max() > scale:
             yield f"the right side of patch {row} is not that of its samples"
-        elif abs(square[0] - table.square[row]) > scale:
+        elif abs(square[0] - table.sum_of_squares[row]) > scale:
             yield f"the square of patch {row} is not that of its samples"
 
 
@@ -81,15 +85,15 @@ def _solutions(atlas: "Atlas") -> Iterator[str]:
     """Coefficients, variance and residual are those of the equations, or of the residual."""
     table, plain = atlas.table, without_residuals(atlas.table)
     for row in table.rows.tolist():
-        rough = table.rough.get(row)
+        rough = table.residuals.get(row)
         mean = plain.mean[row] if rough is None else rough.mean
         covariance = covariance_of(plain, row) if rough is None else rough.covariance
         deviation = np.sqrt(np.diagonal(covariance))
         if (np.abs(mean - table.mean[row]) > _SOLVED * deviation).any():
             yield f"the coefficients (mean) of patch {row} do not solve its equations"
-        fold = table.products.folded
-        apart = np.abs(fold(covariance) - table.variance[row])
-        if (apart > _SOLVED * fold(np.outer(deviation, deviation))).any():
+        update_creases = table.products.quadratic_forms
+        apart = np.abs(update_creases(covariance) - table.variance[row])
+        if (apart > _SOLVED * update_creases(np.outer(deviation, deviation))).any():
             yield f"the variance of patch {row} does not follow from its equations"
         # Without noise it is what rounding of the sums leaves.
         least = 10.0 * np.sqrt(np.finfo(float).eps) * table.radius[row]
@@ -99,24 +103,24 @@ def _solutions(atlas: "Atlas") -> Iterator[str]:
 
 def _residuals(atlas: "Atlas") -> Iterator[str]:
     """Rough patches are in use, hold what they learned, and solve again to what they say."""
-    table, rows = atlas.table, sorted(atlas.table.rough)
+    table, rows = atlas.table, sorted(atlas.table.residuals)
     if not set(rows) <= set(table.rows.tolist()):
         yield "a residual is of a removed patch"
     elif rows:
-        if not atlas.texture.amplitude > 0:
+        if not atlas.residual_scale.amplitude > 0:
             yield "there are residuals but no texture"
         learned = samples_of(
-            without_residuals(table), atlas.learning, np.array(rows), atlas.texture
+            without_residuals(table), atlas.membership, np.array(rows), atlas.residual_scale
         )
         for i, row in enumerate(rows):
-            rough, samples = table.rough[row], learned.only(i)
+            rough, samples = table.residuals[row], learned.only(i)
             if not all(
                 (mine := getattr(rough.samples, name)).shape == theirs.shape
                 and np.allclose(mine, theirs, rtol=_SOLVED, atol=_SOLVED)
                 for name, theirs in vars(samples).items()
             ):
                 yield f"the residual of patch {row} is of other samples than the patch"
-            again = rough_patch(table.basis, rough.samples, rough.shape)
+            again = solve_patch_residual(table.basis, rough.samples, rough.shape)
             if not all(
                 np.allclose(mine, vars(again.residual)[name], rtol=_SOLVED, atol=0.0)
                 for name, mine in vars(rough.residual).items()
@@ -130,10 +134,10 @@ def _frontier(atlas: "Atlas") -> Iterator[str]:
     if not set(frontier.home.tolist()) <= set(table.rows.tolist()):
         yield "the frontier has a sample of a removed patch"
         return
-    if not _among(frontier.points, atlas.learning.pool.points) or not _are_unit(frontier.normals):
+    if not _among(frontier.points, atlas.membership.pool.points) or not _are_unit(frontier.normals):
         yield "the frontier has a place that is no sample, or a normal not of unit length"
     offset = frontier.points - table.site[frontier.home]
-    share = np.sqrt((offset * offset).sum(axis=1) / table.power[frontier.home])
+    share = np.sqrt((offset * offset).sum(axis=1) / table.weight[frontier.home])
     if (frontier.depth <= 1.0).any() or (frontier.depth > share * (1.0 + _ROUNDING)).any():
         yield "the frontier has a covered sample, or one deeper than its patch lets it be"
 
@@ -142,7 +146,7 @@ def _edge_ends(atlas: "Atlas") -> Iterator[str]:
     ends = atlas.edge_ends
     if not set(ends.home.tolist()) <= set(atlas.table.rows.tolist()):
         yield "an end at an edge is at home at a removed patch"
-    if not _among(ends.points, atlas.learning.pool.points):
+    if not _among(ends.points, atlas.membership.pool.points):
         yield "an end at an edge is no sample"
     level = np.abs((ends.tangents * ends.normals).sum(axis=1)) <= _SOLVED
     if not (_are_unit(ends.tangents) and _are_unit(ends.normals) and level.all()):

@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from touchatlas.atlas.edit.merge import is_upright, remove_hidden, take_place
-from touchatlas.atlas.edit.refresh import fold, kin_beside, reopen
+from touchatlas.atlas.edit.refresh import reopen, smooth_neighbours, update_creases
 from touchatlas.atlas.graph.power_diagram import power_at
 from touchatlas.atlas.patches.normal_equations import SHEET_COSINE, of_patch
-from touchatlas.atlas.patches.sample_membership import OFFER_REACH
+from touchatlas.atlas.patches.sample_membership import CANDIDATE_REACH
 from touchatlas.atlas.records.change import AtlasChange
 from touchatlas.patch.fit.fit_patch import PatchFit
 from touchatlas.patch.fit.refit_patch import refit_patch
@@ -25,7 +25,7 @@ _SHARES = 1.0, 0.7, 0.5
 _HELD = 0.5
 
 
-def bridge(atlas: "Atlas") -> AtlasChange:
+def fill(atlas: "Atlas") -> AtlasChange:
     """Patches about the samples that no core covers, those with most others near first, each of
     all samples there.
 
@@ -50,8 +50,8 @@ def bridge(atlas: "Atlas") -> AtlasChange:
         if fit is not None:
             _enter(atlas, fit, _about(atlas, fit.patch))
     if set(table.rows.tolist()) != before:
-        atlas.tiling.retile()
-        atlas.tiling.mend()
+        atlas.cells.retile()
+        atlas.cells.mend()
     after = set(table.rows.tolist())
     return AtlasChange(added=tuple(sorted(after - before)), removed=tuple(sorted(before - after)))
 
@@ -59,9 +59,9 @@ def bridge(atlas: "Atlas") -> AtlasChange:
 def _around(atlas: "Atlas", point, normal, radius: float) -> np.ndarray:
     """Indices of the samples, ascending, that a patch about a point may learn from: touches from
     beyond its kin may have brought them."""
-    pool = atlas.learning.pool
+    pool = atlas.membership.pool
     offset = pool.points - point
-    near = np.flatnonzero((offset * offset).sum(axis=1) <= (OFFER_REACH * radius) ** 2)
+    near = np.flatnonzero((offset * offset).sum(axis=1) <= (CANDIDATE_REACH * radius) ** 2)
     return near[pool.normals[near] @ normal >= SHEET_COSINE]
 
 
@@ -73,7 +73,7 @@ def _about(atlas: "Atlas", patch: Patch) -> np.ndarray:
 def _fit(atlas: "Atlas", beside: int, point, normal, index) -> PatchFit | None:
     """A patch about a point that holds the samples there, as large as the one beside it if it need
     not turn too far for that."""
-    table, pool = atlas.table, atlas.learning.pool
+    table, pool = atlas.table, atlas.membership.pool
     frame = DarbouxFrame(point, axes_from_normal(normal, table.axes[beside, 0]))
     samples = pool.points[index], pool.across[index], float(table.noise[beside])
     for share in _SHARES:
@@ -93,21 +93,21 @@ def _enter(atlas: "Atlas", fit: PatchFit, index) -> None:
     """Enter a patch among its kin, if it has any and is not hidden by them."""
     table = atlas.table
     row = table.append(fit)
-    kin = kin_beside(atlas, row, set())
-    least = power_at(table, kin, table.site[row]).min(initial=np.inf)
-    if not -table.power[row] < least < np.inf:
+    neighbours = smooth_neighbours(atlas, row, set())
+    least = power_at(table, neighbours, table.site[row]).min(initial=np.inf)
+    if not -table.weight[row] < least < np.inf:
         table.drop_last()
         return
-    table.sensor[row] = np.sqrt((table.sensor[kin] ** 2).mean())
-    take_place(atlas, row, fit, kin, index)
-    fold(atlas, [row])
-    changed = {row, *kin.tolist()}
+    table.measurement_std[row] = np.sqrt((table.measurement_std[neighbours] ** 2).mean())
+    take_place(atlas, row, fit, neighbours, index)
+    update_creases(atlas, [row])
+    changed = {row, *neighbours.tolist()}
     reopen(atlas, sorted(changed - set(remove_hidden(atlas, changed))))
 
 
 def _holds(atlas: "Atlas", fit: PatchFit, index) -> bool:
     """Whether samples ``index`` (n,) within a patch are mostly of its sheet."""
-    table, pool = atlas.table, atlas.learning.pool
+    table, pool = atlas.table, atlas.membership.pool
     offset = pool.points[index] - fit.patch.frame.origin
     within = index[(offset * offset).sum(axis=1) <= fit.patch.radius**2]
     row = np.array([table.append(fit)])

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from touchatlas.atlas.edit.merge import remove_hidden
-from touchatlas.atlas.edit.refresh import fold, kin_beside, part
+from touchatlas.atlas.edit.refresh import separate_sheets, smooth_neighbours, update_creases
 from touchatlas.atlas.edit.repeated_contours import learned_before
 from touchatlas.atlas.graph.creases import Crease
 from touchatlas.atlas.graph.find_creases import find_creases
@@ -94,7 +94,7 @@ def _radius_limit(atlas: "Atlas", touch: Touch) -> float:
     rows = table.index.rows_near(touch.contact, table.core * float(reach) / _CLEAR)
     rows = rows[table.axes[rows, 2] @ touch.approach > 0]
     offset = table.site[rows] - touch.contact
-    square = (offset * offset).sum(axis=1) + table.power[rows]
+    square = (offset * offset).sum(axis=1) + table.weight[rows]
     return float(_CLEAR * np.sqrt(square.min()) / table.core) if len(rows) else np.inf
 
 
@@ -103,39 +103,39 @@ def insert(atlas: "Atlas", fit: PatchFit, contours) -> AtlasChange:
 
     One whose centre lies in the cell of another adds its samples alone.
     """
-    table, learning = atlas.table, atlas.learning
+    table, membership = atlas.table, atlas.membership
     row = table.append(fit)
-    table.sensor[row] = np.sqrt(np.mean([contour.noise_std**2 for contour in contours]))
+    table.measurement_std[row] = np.sqrt(np.mean([contour.noise_std**2 for contour in contours]))
     index = _enter_samples(atlas, row, contours)
     creases = _new_creases(atlas, row, index)
-    kin = kin_beside(atlas, row, set(creases))
-    if len(kin):
-        learning.teach(kin, index)
-    owner = _owner(atlas, row, kin)
+    neighbours = smooth_neighbours(atlas, row, set(creases))
+    if len(neighbours):
+        membership.learn(neighbours, index)
+    owner = _owner(atlas, row, neighbours)
     if owner != row:
         table.drop_last()
-        learning.brought[owner] = np.concatenate([learning.brought[owner], index])
+        membership.owned[owner] = np.concatenate([membership.owned[owner], index])
         atlas.frontier.cover(table, owner, atlas.creases.of(owner))
         atlas.edge_ends.extend(table, owner, contours)
         frame = fit.patch.frame
         atlas.frontier.visit(frame.origin, frame.normal, 0.5 * fit.patch.radius)
-        _link(atlas, owner, kin)
-        too_large = atlas.learned(kin)
-        fold(atlas, kin.tolist())
-        return _tidy(atlas, too_large, AtlasChange(changed=tuple(kin.tolist())))
-    _join(atlas, row, kin, index)
+        _link(atlas, owner, neighbours)
+        too_large = atlas.learned(neighbours)
+        update_creases(atlas, neighbours.tolist())
+        return _tidy(atlas, too_large, AtlasChange(changed=tuple(neighbours.tolist())))
+    _join(atlas, row, neighbours, index)
     for other, crease in creases.items():
         atlas.creases.enter(row, other, crease)
-    too_large = atlas.learned(np.append(kin, row))
+    too_large = atlas.learned(np.append(neighbours, row))
     table.renew_rings([row])
-    _close_frontier(atlas, row, kin, index)
-    fold(atlas, [row, *kin.tolist()])
+    _close_frontier(atlas, row, neighbours, index)
+    update_creases(atlas, [row, *neighbours.tolist()])
     atlas.edge_ends.extend(table, row, contours)
-    atlas.edge_ends.settle(table)
-    atlas.tiling.meet(row, kin)
+    atlas.edge_ends.drop_passed(table)
+    atlas.cells.meet(row, neighbours)
     for other in creases:
-        part(atlas, row, other)
-    return _tidy(atlas, too_large, AtlasChange(added=(row,), changed=tuple(kin.tolist())))
+        separate_sheets(atlas, row, other)
+    return _tidy(atlas, too_large, AtlasChange(added=(row,), changed=tuple(neighbours.tolist())))
 
 
 def _tidy(atlas: "Atlas", rows: tuple[int, ...], change: AtlasChange) -> AtlasChange:
@@ -168,7 +168,7 @@ def _enter_samples(atlas: "Atlas", row: int, contours) -> np.ndarray:
     inside = (scaled[0, :, :2] ** 2).sum(axis=1) <= 1.0
     edges = np.concatenate([_at_edge(c) for c in contours])
     normals = np.where(inside[:, None], upward, normals)
-    return atlas.learning.pool.add(points, normals, across, edges)
+    return atlas.membership.pool.add(points, normals, across, edges)
 
 
 def _at_edge(contour: Contour) -> np.ndarray:
@@ -181,56 +181,58 @@ def _at_edge(contour: Contour) -> np.ndarray:
 def _new_creases(atlas: "Atlas", row: int, index) -> dict[int, Crease]:
     """The rows that a new one, which learned nothing yet but its own samples, is creased with."""
     table = atlas.table
-    if not atlas.learning.pool.edges[index].any():
+    if not atlas.membership.pool.edges[index].any():
         return {}
     near = table.index.rows_near(table.origin[row], table.radius[row])
     pairs = [(i, row) for i in near.tolist() if i != row]
-    found = find_creases(table, atlas.learning, pairs, atlas.bias, index)
+    found = find_creases(table, atlas.membership, pairs, atlas.bias, index)
     return {i: crease for (i, _), crease in found.items()}
 
 
-def _owner(atlas: "Atlas", row: int, kin: np.ndarray) -> int:
+def _owner(atlas: "Atlas", row: int, neighbours: np.ndarray) -> int:
     """The patch in whose cell the centre of ``row`` lies: itself, unless it is hidden."""
-    if not len(kin):
+    if not len(neighbours):
         return row
-    power = power_at(atlas.table, kin, atlas.table.site[row])
-    return row if -atlas.table.power[row] < power.min() else int(kin[power.argmin()])
+    power = power_at(atlas.table, neighbours, atlas.table.site[row])
+    return row if -atlas.table.weight[row] < power.min() else int(neighbours[power.argmin()])
 
 
-def _link(atlas: "Atlas", owner: int, kin: np.ndarray) -> None:
+def _link(atlas: "Atlas", owner: int, neighbours: np.ndarray) -> None:
     """One touch was of the sheet of all these: so they are kin to its owner, and what its
     core covers of them, and theirs of it, is closed."""
     table = atlas.table
-    others = kin[kin != owner]
+    others = neighbours[neighbours != owner]
     offset = table.origin[others] - table.origin[owner]
     reach = table.radius[others] + table.radius[owner]
     near = others[(offset * offset).sum(axis=1) < reach**2].tolist()
     for i in set(near) - atlas.creases.of(owner):
-        atlas.kin[owner].add(i)
-        atlas.kin[i].add(owner)
-    table.ring_open[others] *= power_at(table, [owner], table.ring[others])[..., 0] > 0
-    power = power_at(table, sorted(atlas.kin[owner]), table.ring[owner])
-    table.ring_open[owner] *= power.min(axis=1, initial=np.inf) > 0
-    atlas.tiling.conquer(owner, others)
+        atlas.neighbours[owner].add(i)
+        atlas.neighbours[i].add(owner)
+    table.outline_open[others] *= power_at(table, [owner], table.outline[others])[..., 0] > 0
+    power = power_at(table, sorted(atlas.neighbours[owner]), table.outline[owner])
+    table.outline_open[owner] *= power.min(axis=1, initial=np.inf) > 0
+    atlas.cells.conquer(owner, others)
     # Its new kin may have less power than it at corners of its own.
-    atlas.tiling.renew({owner})
+    atlas.cells.renew({owner})
 
 
-def _join(atlas: "Atlas", row: int, kin: np.ndarray, index) -> None:
+def _join(atlas: "Atlas", row: int, neighbours: np.ndarray, index) -> None:
     """Enter ``row`` among its kin, and learn from their samples."""
-    members = kin.tolist()
+    members = neighbours.tolist()
     atlas.enter(row, members)
-    atlas.learning.brought[row] = index
-    atlas.learning.teach(np.array([row]), atlas.learning.brought_by([row, *members]))
+    atlas.membership.owned[row] = index
+    atlas.membership.learn(np.array([row]), atlas.membership.owned_by([row, *members]))
     atlas.table.learned[row] = atlas.table.count[row]
 
 
-def _close_frontier(atlas: "Atlas", row: int, kin: np.ndarray, index) -> None:
-    table, pool, frontier = atlas.table, atlas.learning.pool, atlas.frontier
+def _close_frontier(atlas: "Atlas", row: int, neighbours: np.ndarray, index) -> None:
+    table, pool, frontier = atlas.table, atlas.membership.pool, atlas.frontier
     frontier.cover(table, row, atlas.creases.of(row))
     # On an edge itself no patch should have its centre: half of what it claims would be beyond.
     inner = index[~pool.edges[index]]
-    frontier.extend(table, row, kin, pool.points[inner], pool.normals[inner])
-    if len(kin):
-        table.ring_open[kin] *= power_at(table, [row], table.ring[kin])[..., 0] > 0
-        table.ring_open[row] *= power_at(table, kin, table.ring[row]).min(axis=1) > 0
+    frontier.extend(table, row, neighbours, pool.points[inner], pool.normals[inner])
+    if len(neighbours):
+        table.outline_open[neighbours] *= (
+            power_at(table, [row], table.outline[neighbours])[..., 0] > 0
+        )
+        table.outline_open[row] *= power_at(table, neighbours, table.outline[row]).min(axis=1) > 0

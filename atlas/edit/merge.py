@@ -4,12 +4,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from touchatlas.atlas.edit.refresh import fold, inherit, kin_beside, reopen
+from touchatlas.atlas.edit.refresh import inherit, reopen, smooth_neighbours, update_creases
 from touchatlas.atlas.field.patch_values import COVER_MARGIN
 from touchatlas.atlas.graph.power_diagram import power_at
 from touchatlas.atlas.patches.normal_equations import SHEET_COSINE
 from touchatlas.atlas.patches.patch_table import Table
-from touchatlas.atlas.patches.sample_membership import OFFER_REACH, Offer
+from touchatlas.atlas.patches.sample_membership import CANDIDATE_REACH, CandidateSamples
 from touchatlas.patch.fit.fit_patch import BORNE, PatchFit
 from touchatlas.patch.fit.refit_patch import refit_patch
 from touchatlas.patch.fit.start import UnfitError
@@ -57,9 +57,9 @@ def merged_fit(atlas: "Atlas", first: int, second: int) -> PatchFit | None:
     rows = _within(atlas, first, centre, radius, normal)
     if _turn_away(table, rows, centre, core, normal):
         return None
-    pool, index = atlas.learning.pool, atlas.learning.members_of(rows)
+    pool, index = atlas.membership.pool, atlas.membership.fitted_by(rows)
     offset = pool.points[index] - centre
-    index = index[(offset * offset).sum(axis=1) <= (OFFER_REACH * radius) ** 2]
+    index = index[(offset * offset).sum(axis=1) <= (CANDIDATE_REACH * radius) ** 2]
     try:
         fit = refit_patch(
             DarbouxFrame(centre, axes_from_normal(normal, table.axes[first, 0])),
@@ -83,7 +83,7 @@ def merged_fit(atlas: "Atlas", first: int, second: int) -> PatchFit | None:
 def noise_of(atlas: "Atlas", rows):
     """(...) of the probe, and of what lack of fit is borne, over rows (..., k): detail is none, it
     would be smoothed away."""
-    sensor = np.sqrt((atlas.table.sensor[rows] ** 2).mean(axis=-1))
+    sensor = np.sqrt((atlas.table.measurement_std[rows] ** 2).mean(axis=-1))
     return np.hypot(sensor, BORNE * atlas.bias)
 
 
@@ -96,10 +96,10 @@ def is_upright(patch: Patch) -> bool:
 def middles(table: Table, pairs, normals):
     """Points (m, 3) of the surface midway between pairs of patches (m, 2), along normals (m, 3),
     and the radii (m,) of the balls about them that hold the cores of both."""
-    cores, sites = np.sqrt(table.power[pairs]), table.site[pairs]
+    cores, sites = np.sqrt(table.weight[pairs]), table.site[pairs]
     centre, _ = enclosing_balls(sites[:, 0], cores[:, 0], sites[:, 1], cores[:, 1])
     offset = sites - centre[:, None]
-    nearer = ((offset * offset).sum(axis=2) - table.power[pairs]).argmin(axis=1)
+    nearer = ((offset * offset).sum(axis=2) - table.weight[pairs]).argmin(axis=1)
     rows = pairs[np.arange(len(pairs)), nearer]
     for _ in range(3):
         height, upward = table.surface(rows, table.scaled_local(rows, centre[:, None]))
@@ -114,7 +114,7 @@ def _within(atlas: "Atlas", start: int, centre, radius: float, normal) -> list[i
     """Rows that reach into a ball and face about as ``normal``, from kin to kin."""
     table, found, todo = atlas.table, {start}, [start]
     while todo:
-        near = np.array(sorted(set().union(*(atlas.kin[i] for i in todo)) - found), int)
+        near = np.array(sorted(set().union(*(atlas.neighbours[i] for i in todo)) - found), int)
         offset = table.origin[near] - centre
         reach = (offset * offset).sum(axis=1) < (radius + table.radius[near]) ** 2
         todo = near[reach & (table.axes[near, 2] @ normal >= SHEET_COSINE)].tolist()
@@ -126,7 +126,7 @@ def _turn_away(table: Table, rows, centre, core: float, normal) -> bool:
     """Whether outlines of rows turn away from ``normal`` by more than 45 degrees within a ball:
     a patch that held their samples would do so up to its core."""
     rows = np.array(rows)
-    ring = table.ring[rows]
+    ring = table.outline[rows]
     upward = table.surface(rows, table.scaled_local(rows, ring))[1]
     rise = (upward * (table.axes[rows] @ normal)[:, None]).sum(axis=-1)
     steep = rise < LEAST_COSINE * np.sqrt((upward * upward).sum(axis=-1))
@@ -141,88 +141,92 @@ def replace_by(atlas: "Atlas", fit: PatchFit) -> tuple[int, tuple[int, ...]] | N
     when a crease would hide a part of them from its centre; or when it would reach where no patch
     did.
     """
-    table, learning = atlas.table, atlas.learning
+    table, membership = atlas.table, atlas.membership
     row = table.append(fit)
-    kin = kin_beside(atlas, row, set())
-    offset = table.site[kin] - table.site[row]
-    core = np.sqrt(table.power[kin])
+    neighbours = smooth_neighbours(atlas, row, set())
+    offset = table.site[neighbours] - table.site[row]
+    core = np.sqrt(table.weight[neighbours])
     distance = np.sqrt((offset * offset).sum(axis=1))
-    held = distance + core <= np.sqrt(table.power[row]) * (1.0 + 1e-9)
-    gone, stay = kin[held].tolist(), kin[~held].tolist()
+    held = distance + core <= np.sqrt(table.weight[row]) * (1.0 + 1e-9)
+    gone, stay = neighbours[held].tolist(), neighbours[~held].tolist()
     lost = atlas.creases.hides(row, gone)
-    lost = lost or not atlas.tiling.neighbours(gone) <= set(kin.tolist())
-    if lost or _spreads(atlas, row, kin, gone):
+    lost = lost or not atlas.cells.sharing_corners(gone) <= set(neighbours.tolist())
+    if lost or _spreads(atlas, row, neighbours, gone):
         table.drop_last()
         return None
-    table.sensor[row] = np.sqrt((table.sensor[gone] ** 2).mean())
+    table.measurement_std[row] = np.sqrt((table.measurement_std[gone] ** 2).mean())
     creases = atlas.creases.of_all(gone)
-    take_place(atlas, row, fit, np.array(stay, int), learning.members_of(kin.tolist()))
-    learning.brought[row] = learning.brought_by(gone)
+    take_place(atlas, row, fit, np.array(stay, int), membership.fitted_by(neighbours.tolist()))
+    membership.owned[row] = membership.owned_by(gone)
     atlas.frontier.move_home(table, gone, row)
     atlas.edge_ends.move_home(gone, row)
-    around = {row, *stay} | set().union(*(atlas.kin[i] for i in gone)) - set(gone)
+    around = {row, *stay} | set().union(*(atlas.neighbours[i] for i in gone)) - set(gone)
     remove_patches(atlas, gone)
     inherit(atlas, row, creases)
-    atlas.tiling.remove(gone, around)
+    atlas.cells.remove(gone, around)
     gone += remove_hidden(atlas, around)
     if row not in gone:
-        fold(atlas, [row])
+        update_creases(atlas, [row])
     reopen(atlas, sorted(around - set(gone)))
     return row, tuple(gone)
 
 
-def _spreads(atlas: "Atlas", row: int, kin, gone: list[int]) -> bool:
+def _spreads(atlas: "Atlas", row: int, neighbours, gone: list[int]) -> bool:
     """Whether a new row would be asked where none was of its kin (m,), of theirs, and of the rows
     ``gone`` in its place: at the rim of what was touched it would claim what nobody touched."""
     table, reach = atlas.table, np.sqrt(1.0 + COVER_MARGIN)
     points = points_over(table, row, DISC * table.core * reach)
     points = points[atlas.creases.seen_instead(row, gone, points)]
-    before = sorted(set(kin.tolist()).union(*(atlas.kin[i] for i in kin.tolist())))
+    before = sorted(
+        set(neighbours.tolist()).union(*(atlas.neighbours[i] for i in neighbours.tolist()))
+    )
     offset = points[:, None] - table.site[before]
-    beyond = (offset * offset).sum(axis=-1) > (1.0 + COVER_MARGIN) * table.power[before]
+    beyond = (offset * offset).sum(axis=-1) > (1.0 + COVER_MARGIN) * table.weight[before]
     return bool(beyond.all(axis=1).any())
 
 
-def take_place(atlas: "Atlas", row: int, fit: PatchFit, kin: np.ndarray, offered) -> None:
+def take_place(atlas: "Atlas", row: int, fit: PatchFit, neighbours: np.ndarray, candidates) -> None:
     """A row that was appended becomes a node among its kin (m,), and learns samples (n,)."""
-    atlas.enter(row, kin.tolist())
-    atlas.learning.settle(np.array([row]), [fit], Offer([offered]))
+    atlas.enter(row, neighbours.tolist())
+    atlas.membership.enter_fits(np.array([row]), [fit], CandidateSamples([candidates]))
     atlas.table.renew_rings([row])
-    atlas.tiling.meet(row, kin)
+    atlas.cells.meet(row, neighbours)
     atlas.frontier.cover(atlas.table, row)
 
 
 def remove_hidden(atlas: "Atlas", rows: set[int]) -> list[int]:
     """Remove those of the rows that have no cell left; their samples go to the cells' owners, and
     what they alone covered of others' outlines is open again."""
-    table, learning, hidden = atlas.table, atlas.learning, []
+    table, membership, hidden = atlas.table, atlas.membership, []
     beside: set[int] = set()
     for i in sorted(rows):
-        kin = np.array(sorted(atlas.kin[i]), int)
-        if len(kin) and _is_hidden(atlas, i, kin):
-            owner = int(kin[power_at(table, kin, table.site[i]).argmin()])
-            learning.brought[owner] = np.append(learning.brought[owner], learning.brought[i])
+        neighbours = np.array(sorted(atlas.neighbours[i]), int)
+        if len(neighbours) and _is_hidden(atlas, i, neighbours):
+            owner = int(neighbours[power_at(table, neighbours, table.site[i]).argmin()])
+            membership.owned[owner] = np.append(membership.owned[owner], membership.owned[i])
             atlas.frontier.move_home(table, [i], owner)
             atlas.edge_ends.move_home([i], owner)
             across = atlas.creases.of(i)
-            beside = beside.union(atlas.kin[i], across, *(atlas.kin[j] for j in across))
+            beside = beside.union(
+                atlas.neighbours[i], across, *(atlas.neighbours[j] for j in across)
+            )
             remove_patches(atlas, [i])
             hidden.append(i)
     if hidden:
-        atlas.tiling.remove(hidden, rows - set(hidden))
+        atlas.cells.remove(hidden, rows - set(hidden))
         reopen(atlas, sorted(beside - set(hidden)))
     return hidden
 
 
-def _is_hidden(atlas: "Atlas", row: int, kin) -> bool:
+def _is_hidden(atlas: "Atlas", row: int, neighbours) -> bool:
     """Whether the kin (m,) of a row, and the creases of its sheet, leave it no cell."""
     table, rows = atlas.table, np.array([row])
-    if not atlas.tiling.corners_of(row):
-        return bool(power_at(table, kin, table.site[row]).min() < -table.power[row])
+    if not atlas.cells.corners_of(row):
+        return bool(power_at(table, neighbours, table.site[row]).min() < -table.weight[row])
     if not atlas.creases.behind(row):
         return False
     points = points_over(table, row, DISC * table.core)
-    own = power_at(table, kin, points).min(axis=1) >= power_at(table, rows, points)[:, 0]
+    own = power_at(table, neighbours, points).min(axis=1) >= power_at(table, rows, points)[:, 0]
     points = points[own]
     return bool(atlas.creases.beyond(np.tile(rows, len(points)), points).all())
 
@@ -238,9 +242,9 @@ def points_over(table: Table, row: int, xy) -> np.ndarray:
 def remove_patches(atlas: "Atlas", rows: list[int]) -> None:
     """Take patches out of use; their samples are others' by now."""
     for i in rows:
-        for j in atlas.kin[i]:
-            atlas.kin[j].discard(i)
-        atlas.kin[i] = set()
-        atlas.learning.forget(i)
+        for j in atlas.neighbours[i]:
+            atlas.neighbours[j].discard(i)
+        atlas.neighbours[i] = set()
+        atlas.membership.forget(i)
     atlas.creases.forget(rows)
     atlas.table.remove(rows)

@@ -22,14 +22,14 @@ def learned_before(atlas: "Atlas", contact, contours: tuple[Contour, ...]) -> bo
     ----------
     contact : (3,) float, length, world
     """
-    table, learning = atlas.table, atlas.learning
+    table, membership = atlas.table, atlas.membership
     paths = [contour.points_in_plane for contour in contours]
     away = [((path - contact) ** 2).sum(axis=1) for path in paths]
     middles = [int(square.argmin()) for square in away]
     reach = np.sqrt(max(square[k] for square, k in zip(away, middles, strict=True)))
     rows = table.index.rows_near(contact, float(reach)).tolist()
-    index = learning.brought_by(set(rows).union(*(atlas.kin[row] for row in rows)))
-    samples = learning.pool.points
+    index = membership.owned_by(set(rows).union(*(atlas.neighbours[row] for row in rows)))
+    samples = membership.pool.points
     first_of = samples[index, 0]
     for path, middle in zip(paths, middles, strict=True):
         for start in (index[first_of == path[middle, 0]] - middle).tolist():

@@ -22,16 +22,16 @@ def simplify(atlas: "Atlas") -> AtlasChange:
     """Merge whatever one patch explains, pair by pair, until nothing more can be."""
     added: set[int] = set()
     removed: set[int] = set()
-    todo = mergeable(atlas, atlas.tiling.graph.edges)
+    todo = mergeable(atlas, atlas.cells.graph.edges)
     while todo:
         first, second = todo.pop(0)
-        if second in atlas.kin[first]:
+        if second in atlas.neighbours[first]:
             change = atlas.merge(first, second)
             added.update(change.added)
             removed.update(change.removed)
-            beside = [(row, other) for row in change.added for other in atlas.kin[row]]
+            beside = [(row, other) for row in change.added for other in atlas.neighbours[row]]
             todo += mergeable(atlas, beside)
-    atlas.tiling.mend()
+    atlas.cells.mend()
     gone = tuple(sorted(removed))
     return AtlasChange(tuple(sorted(added - removed)), (), gone, (), gone)
 
@@ -43,7 +43,7 @@ def mergeable(atlas: "Atlas", pairs: Iterable[tuple[int, int]]) -> list[tuple[in
     if not len(rows):
         return []
     bend = (2.0 * np.abs(table.mean[rows, 3:6]).max(axis=2) / table.radius[rows]).min(axis=1)
-    turn = (table.turn[rows] / table.radius[rows]).min(axis=1)
+    turn = (table.length_ratio[rows] / table.radius[rows]).min(axis=1)
     borne = np.maximum(noise_of(atlas, rows), atlas.bias)
 
     def bears(core):
@@ -51,7 +51,7 @@ def mergeable(atlas: "Atlas", pairs: Iterable[tuple[int, int]]) -> list[tuple[in
         left = leftover(table.basis, turn * radius) * radius
         return (core * bend <= _MOST_RISE) & (left <= _NOTICEABLE * borne)
 
-    (a, b), (c, d) = table.site[rows].transpose(1, 0, 2), np.sqrt(table.power[rows]).T
+    (a, b), (c, d) = table.site[rows].transpose(1, 0, 2), np.sqrt(table.weight[rows]).T
     # No ball that holds both cores is smaller than this, wherever on the surface its centre is.
     least = enclosing_balls(a, c, b, d)[1]
     good = bears(least) & bears(middles(table, rows, table.axes[rows[:, 0], 2])[1])

@@ -11,11 +11,11 @@ from touchatlas.atlas.edit.merge import (
     remove_patches,
     take_place,
 )
-from touchatlas.atlas.edit.refresh import fold, inherit, kin_beside, reopen
+from touchatlas.atlas.edit.refresh import inherit, reopen, smooth_neighbours, update_creases
 from touchatlas.atlas.graph.creases import Crease
 from touchatlas.atlas.graph.power_diagram import power_at
 from touchatlas.atlas.patches.normal_equations import of_patch
-from touchatlas.atlas.patches.sample_membership import OFFER_REACH
+from touchatlas.atlas.patches.sample_membership import CANDIDATE_REACH
 from touchatlas.patch.fit.fit_patch import PatchFit
 from touchatlas.patch.fit.refit_patch import refit_patch
 from touchatlas.patch.fit.start import UnfitError
@@ -34,15 +34,15 @@ _LEAST_SAMPLES = 2
 def parts_of(atlas: "Atlas", row: int) -> list[PatchFit] | None:
     """Seven patches that cover the core of a row, from the samples that it knows, without those
     that lie beyond its creases; None when the samples do not determine all of them."""
-    table, pool, learning = atlas.table, atlas.learning.pool, atlas.learning
-    index = learning.members_of([row, *atlas.kin[row]])
+    table, pool, membership = atlas.table, atlas.membership.pool, atlas.membership
+    index = membership.fitted_by([row, *atlas.neighbours[row]])
     samples = pool.points[index], pool.normals[index]
-    near = of_patch(table, np.array([row]), *samples, OFFER_REACH)[0]
+    near = of_patch(table, np.array([row]), *samples, CANDIDATE_REACH)[0]
     index, radius = index[near], _SLACK * _SHARE * table.radius[row]
     parts = []
     for frame in _frames(atlas, row):
         offset = pool.points[index] - frame.origin
-        inside = index[(offset * offset).sum(axis=1) <= (OFFER_REACH * radius) ** 2]
+        inside = index[(offset * offset).sum(axis=1) <= (CANDIDATE_REACH * radius) ** 2]
         if len(inside) < _LEAST_SAMPLES * table.basis.size:
             return None
         given = (pool.points[inside], pool.across[inside], float(table.noise[row]))
@@ -95,31 +95,37 @@ def _within(atlas: "Atlas", part: int, creases, lines) -> dict[int, Crease]:
 
 def divide(atlas: "Atlas", row: int, parts: list[PatchFit]) -> tuple[int, ...]:
     """Put patches in the place of a row, and share its samples out among them; their rows."""
-    table, learning = atlas.table, atlas.learning
-    brought, known = learning.brought[row], learning.members[row]
-    sensor = float(table.sensor[row])
-    around, creases = set(atlas.kin[row]), atlas.creases.of_all([row])
+    table, membership = atlas.table, atlas.membership
+    brought, known = membership.owned[row], membership.fitted[row]
+    sensor = float(table.measurement_std[row])
+    around, creases = set(atlas.neighbours[row]), atlas.creases.of_all([row])
     lines = {other: atlas.creases.curve(row, other) for other in creases}
     remove_patches(atlas, [row])
-    atlas.tiling.remove([row], around)
+    atlas.cells.remove([row], around)
     rows = []
     for fit in parts:
         part = table.append(fit)
-        table.sensor[part] = sensor
-        kin = np.setdiff1d(kin_beside(atlas, part, set()), list(creases))
-        take_place(atlas, part, fit, kin, np.union1d(known, learning.brought_by(kin.tolist())))
+        table.measurement_std[part] = sensor
+        neighbours = np.setdiff1d(smooth_neighbours(atlas, part, set()), list(creases))
+        take_place(
+            atlas,
+            part,
+            fit,
+            neighbours,
+            np.union1d(known, membership.owned_by(neighbours.tolist())),
+        )
         rows.append(part)
-    owner = np.array(rows)[power_at(table, rows, learning.pool.points[brought]).argmin(axis=1)]
+    owner = np.array(rows)[power_at(table, rows, membership.pool.points[brought]).argmin(axis=1)]
     for part in rows:
-        learning.brought[part] = brought[owner == part]
+        membership.owned[part] = brought[owner == part]
     atlas.frontier.move_home(table, [row], rows[0])
     atlas.edge_ends.move_home([row], rows[0])
     for part in rows:
         inherit(atlas, part, _within(atlas, part, creases, lines))
-    fold(atlas, rows)
+    update_creases(atlas, rows)
     # A neighbour may cover more of the row than its parts do, or they more than a neighbour, which
     # may be new to them.
-    around = around.union(rows, *(atlas.kin[i] for i in rows))
+    around = around.union(rows, *(atlas.neighbours[i] for i in rows))
     around -= set(remove_hidden(atlas, around))
     # The edges have moved, for those across them too.
     reopen(atlas, sorted(around.union(*(atlas.creases.of(i) for i in around))))

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from touchatlas.atlas.field.blend_at_edges import lead_off_edges
-from touchatlas.atlas.field.patch_values import voices
-from touchatlas.atlas.graph.sheets import Kin, are_kin
+from touchatlas.atlas.field.blend_at_edges import own_beyond_edges
+from touchatlas.atlas.field.patch_values import patch_values
+from touchatlas.atlas.graph.sheets import SheetNeighbours, same_sheet
 from touchatlas.atlas.patches.patch_table import Table
 from touchatlas.patch.geometry.arrays import frozen_array
 
@@ -46,13 +46,13 @@ class Blend:
     patch: np.ndarray
 
 
-def blend(table: Table, kin: Kin, points, reach: float = np.inf) -> Blend:
+def blend(table: Table, neighbours: SheetNeighbours, points, reach: float = np.inf) -> Blend:
     """Blend of all patches at world points (n, 3).
 
     Parameters
     ----------
     table : Table
-    kin : Kin
+    neighbours : Kin
     points : (n, 3) float, length, world
     reach : float, length
         Patches farther than this from a point are not considered there.
@@ -72,36 +72,36 @@ def blend(table: Table, kin: Kin, points, reach: float = np.inf) -> Blend:
     if table.size:
         for first in range(0, count, _AT_ONCE):
             some = slice(first, first + _AT_ONCE)
-            out[some], patch[some] = _means(table, kin, points[some], reach)
+            out[some], patch[some] = _means(table, neighbours, points[some], reach)
     normal = out[:, 3:] / np.sqrt((out[:, 3:] ** 2).sum(axis=1))[:, None]
     return Blend(out[:, 0], patch >= 0, normal, np.sqrt(out[:, 1]), out[:, 2], patch)
 
 
-def _means(table: Table, kin: Kin, points, reach):
+def _means(table: Table, neighbours: SheetNeighbours, points, reach):
     """Means (n, 6) of distance, variance, curvature and normal over the patches kin to the
     leader of each point, NaN without one, and the leaders (n,), -1 without one."""
     out, patch = np.full((len(points), 6), np.nan), np.full(len(points), -1)
     rows, which = table.index.near(points)
     if not len(rows):
         return out, patch
-    said = voices(table, kin, rows, points[which], reach)
-    starts, sizes, leader, led = leaders(rows, which, said.distance, said.own)
-    if kin.creases and said.covers is not None:
-        feet = points[which] - said.distance[:, None] * said.numbers[:, 3:]
-        feet[~said.covers] = np.nan
-        pairs = rows, starts, sizes, said.distance, feet
-        lead_off_edges(kin.creases, *pairs, leader, led)
-    weight = said.weight * are_kin(kin, np.repeat(leader, sizes), rows)
+    found = patch_values(table, neighbours, rows, points[which], reach)
+    starts, sizes, owner, is_owned = owners(rows, which, found.distance, found.own)
+    if neighbours.creases and found.covers is not None:
+        feet = points[which] - found.distance[:, None] * found.numbers[:, 3:]
+        feet[~found.covers] = np.nan
+        pairs = rows, starts, sizes, found.distance, feet
+        own_beyond_edges(neighbours.creases, *pairs, owner, is_owned)
+    weight = found.weight * same_sheet(neighbours, np.repeat(owner, sizes), rows)
     total = np.add.reduceat(weight, starts)
-    led &= total > 0.0
-    means = np.add.reduceat(said.numbers * weight[:, None], starts, axis=0)
-    at = which[starts][led]
-    out[at] = means[led] / total[led, None]
-    patch[at] = leader[led]
+    is_owned &= total > 0.0
+    means = np.add.reduceat(found.numbers * weight[:, None], starts, axis=0)
+    at = which[starts][is_owned]
+    out[at] = means[is_owned] / total[is_owned, None]
+    patch[at] = owner[is_owned]
     return out, patch
 
 
-def leaders(rows, which, distance, own):
+def owners(rows, which, distance, own):
     """The nearest patch of each point among those whose own cell its foot is in.
 
     Parameters
@@ -115,8 +115,8 @@ def leaders(rows, which, distance, own):
     -------
     starts, sizes : (n,) int
         Where the pairs of each point begin, and how many they are.
-    leader : (n,) int
-    led : (n,) bool
+    owner : (n,) int
+    is_owned : (n,) bool
         Whether there is such a patch.
     """
     starts = np.flatnonzero(np.r_[True, which[1:] != which[:-1]][: len(which)])
@@ -125,7 +125,7 @@ def leaders(rows, which, distance, own):
     least = np.minimum.reduceat(rank, starts) if len(starts) else rank
     first = np.flatnonzero(rank == np.repeat(least, sizes))
     place = np.repeat(np.arange(len(starts)), sizes)[first]
-    leader = np.empty(len(starts), np.int64)
+    owner = np.empty(len(starts), np.int64)
     # Of equals the first, that is of the lowest row, is written last.
-    leader[place[::-1]] = rows[first[::-1]]
-    return starts, sizes, leader, np.isfinite(least)
+    owner[place[::-1]] = rows[first[::-1]]
+    return starts, sizes, owner, np.isfinite(least)

@@ -15,7 +15,9 @@ from touchatlas.atlas.graph.creases import Creases
 _NEARER = 0.5
 
 
-def lead_off_edges(creases: Creases, rows, starts, sizes, distance, feet, leader, led) -> None:
+def own_beyond_edges(
+    creases: Creases, rows, starts, sizes, distance, feet, owner, is_owned
+) -> None:
     """Let the patch lead, at points without a leader (n,), or with one much farther off, whose
     distance is that of the intersection or union of the faces at an edge.
 
@@ -31,19 +33,19 @@ def lead_off_edges(creases: Creases, rows, starts, sizes, distance, feet, leader
     feet : (m, 3) float, length, world
         Of the points on the patches; NaN where they are not in the patch's own cell, creases
         apart.
-    leader : (n,) int
-    led : (n,) bool
+    owner : (n,) int
+    is_owned : (n,) bool
         Both are changed in place.
     """
     height = np.abs(distance)
     place = np.repeat(np.arange(len(starts)), sizes)
     covers = np.isfinite(feet[:, 0])
-    led_by = np.where((rows == leader[place]) & led[place], height, np.inf)
+    led_by = np.where((rows == owner[place]) & is_owned[place], height, np.inf)
     far = np.minimum.reduceat(led_by, starts)
     near = np.minimum.reduceat(np.where(covers, height, np.inf), starts)
     # Creases are known within a deviation or two: beside an edge a foot at its far end may pass for
     # one on the body.
-    some = np.flatnonzero(covers & (~led | (near < _NEARER * far))[place])
+    some = np.flatnonzero(covers & (~is_owned | (near < _NEARER * far))[place])
     if not len(some):
         return
     behind, place = creases.crossed(rows[some], feet[some]), place[some]
@@ -52,7 +54,7 @@ def lead_off_edges(creases: Creases, rows, starts, sizes, distance, feet, leader
         patches, point = rows[some[first:last]].tolist(), place[first]
         heights = distance[some[first:last]].tolist()
         # Who lies beyond an edge speaks only together with the face behind it.
-        known = set(patches).union(*(creases.kin_of(i) for i in patches))
+        known = set(patches).union(*(creases.neighbours_of(i) for i in patches))
         order = sorted(range(len(patches)), key=lambda i: abs(heights[i]))
         for i in order:
             partners = creases.of(patches[i])
@@ -63,12 +65,12 @@ def lead_off_edges(creases: Creases, rows, starts, sizes, distance, feet, leader
             crossed = [j for j in together if patches[j] in behind[first + i]]
             crossed = crossed or [j for j in together if patches[i] in behind[first + j]]
             best = _winner(creases, patches, heights, i, crossed)
-            if not led[point] or abs(heights[best]) < _NEARER * far[point]:
-                leader[point], led[point] = patches[best], True
+            if not is_owned[point] or abs(heights[best]) < _NEARER * far[point]:
+                owner[point], is_owned[point] = patches[best], True
             break
 
 
-def speakers(creases: Creases, rows, which, distance) -> np.ndarray:
+def nearest_at_edges(creases: Creases, rows, which, distance) -> np.ndarray:
     """(n,) of the pairs (m,) of a patch and a point, by point, the one whose distance is that of
     the body: of faces at one edge their intersection or union, of others the nearest."""
     starts = np.flatnonzero(np.r_[True, which[1:] != which[:-1]][: len(which)])

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from touchatlas.atlas.graph.power_diagram import CELL_MARGIN
-from touchatlas.atlas.graph.sheets import Kin
+from touchatlas.atlas.graph.sheets import SheetNeighbours
 from touchatlas.atlas.patches.normal_equations import left_out
 from touchatlas.atlas.patches.patch_table import Table
 from touchatlas.atlas.residual.gaussian_process import joint_variance, residual_at
@@ -38,7 +38,7 @@ _ALL = (*GRADIENT, XX, XY, YY, XZ, YZ, ZZ)
 
 
 @dataclass(frozen=True, eq=False)
-class Voices:
+class PatchValues:
     """What patches say at points, a pair each (m,).
 
     Parameters
@@ -89,52 +89,62 @@ def groups(rows: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
             yield ordered[starts[chosen]], order[starts[chosen, None] + inside]
 
 
-def voices(table: Table, kin: Kin, rows, points, reach: float) -> Voices:
+def patch_values(
+    table: Table, neighbours: SheetNeighbours, rows, points, reach: float
+) -> PatchValues:
     """What the patches ``rows`` (m,) say at world points (m, 3), a pair each.
 
     Patches farther than ``reach`` from a point have no say there.
     """
-    count, lines = len(rows), kin.lines()
-    out = Voices(np.empty(count), np.empty(count), np.empty((count, 6)), np.empty(count, bool))
+    count, lines = len(rows), neighbours.lines()
+    out = PatchValues(np.empty(count), np.empty(count), np.empty((count, 6)), np.empty(count, bool))
     for patches, index in groups(rows):
-        _speak(table, lines, patches, index, points[index], reach, out)
-    if kin.creases:
-        seen = kin.creases.sees(rows, points - out.distance[:, None] * out.numbers[:, 3:], out.own)
+        _fill_values(table, lines, patches, index, points[index], reach, out)
+    if neighbours.creases:
+        seen = neighbours.creases.sees(
+            rows, points - out.distance[:, None] * out.numbers[:, 3:], out.own
+        )
         return replace(out, own=seen, covers=out.own)
     return out
 
 
 def distances(
-    table: Table, kin: Kin, rows, points, reach: float, trimmed: bool = True, plain: bool = False
+    table: Table,
+    neighbours: SheetNeighbours,
+    rows,
+    points,
+    reach: float,
+    trimmed: bool = True,
+    plain: bool = False,
 ):
     """Of the same pairs only the distance (m,), the unit normal (m, 3), and whether the foot is
     in the patch's own cell (m,): if ``trimmed``, as it ends at creases; if ``plain``, by the
     polynomials alone, which hold farther off the surface than those that residuals go with."""
-    count, lines = len(rows), kin.lines()
+    count, lines = len(rows), neighbours.lines()
     distance, normals, own = np.empty(count), np.empty((count, 3)), np.empty(count, bool)
     for patches, index in groups(rows):
-        here = _Place(table, patches, points[index], GRADIENT, plain)
+        here = _PatchesAtPoints(table, patches, points[index], GRADIENT, plain)
         distance[index], normals[index] = here.distance, here.normals
         own[index] = here.own(table, lines, patches, here.inside(reach))
-    if kin.creases and trimmed:
-        own = kin.creases.sees(rows, points - distance[:, None] * normals, own)
+    if neighbours.creases and trimmed:
+        own = neighbours.creases.sees(rows, points - distance[:, None] * normals, own)
     return distance, normals, own
 
 
-def _speak(table: Table, lines, rows, index, points, reach, out: Voices) -> None:
+def _fill_values(table: Table, lines, rows, index, points, reach, out: PatchValues) -> None:
     """Fill in what the patches ``rows`` (m,) say at points (m, k, 3), pairs ``index`` (m, k)."""
-    radius, here = table.radius[rows][:, None], _Place(table, rows, points, _ALL)
+    radius, here = table.radius[rows][:, None], _PatchesAtPoints(table, rows, points, _ALL)
     inside = here.inside(reach)
     terms = here.terms[:, : table.basis.size]
     variance = table.variance_at(rows, terms)
     beyond = left_out(table, rows, here.scaled)
-    for i, rough, shared in here.rough:
+    for i, rough, shared in here.residuals:
         here_only = terms[[i]].transpose(1, 0, 2)
         variance[i] = joint_variance(rough.residual, rough.covariance[None], here_only, shared)[0]
         # A residual leaves nothing out but what it says itself.
         beyond[i] = 0.0
     variance = (radius / here.stretch) ** 2 * variance + np.finfo(float).tiny
-    closeness = np.where(inside, np.maximum(1.0 - here.square, 0.0), 0.0)
+    closeness = np.where(inside, np.maximum(1.0 - here.sum_of_squares, 0.0), 0.0)
     out.distance[index] = here.distance
     out.weight[index] = closeness * closeness * closeness / variance
     beyond *= (radius / here.stretch) ** 2
@@ -149,7 +159,7 @@ def _speak(table: Table, lines, rows, index, points, reach, out: Voices) -> None
     out.own[index] = here.own(table, lines, rows, inside)
 
 
-class _Place:
+class _PatchesAtPoints:
     """Points (m, k, 3) as seen from patches (m,): what several questions about them share."""
 
     def __init__(self, table: Table, rows, points, which, plain: bool = False) -> None:
@@ -158,20 +168,22 @@ class _Place:
         self.scaled = table.scaled_local(rows, points)
         x, y, z = np.ascontiguousarray(np.moveaxis(self.scaled, -1, 0))
         self.terms = monomials(table.basis, x, y, z).transpose(1, 0, 2)
-        is_rough = np.isin(rows, list(table.rough)) if table.rough else np.zeros(len(rows), bool)
+        is_rough = (
+            np.isin(rows, list(table.residuals)) if table.residuals else np.zeros(len(rows), bool)
+        )
         mean = table.mean[rows]
         if plain:
-            mean[is_rough] = table.anchor[rows[is_rough]]
+            mean[is_rough] = table.linearisation_point[rows[is_rough]]
         rows_of = derivative_coefficients(table.basis, mean, list(which))
         phi, *self.derivatives = np.ascontiguousarray(np.moveaxis(rows_of @ self.terms, 1, 0))
         px, py, pz = self.derivatives[:3]
-        self.rough = []
+        self.residuals = []
         for i in () if plain else np.flatnonzero(is_rough).tolist():
-            rough = table.rough[int(rows[i])]
+            rough = table.residuals[int(rows[i])]
             detail, slope, shared = residual_at(rough.residual, self.scaled[[i]])
             phi[i] += detail[0]
             px[i], py[i], pz[i] = (d[i] + s for d, s in zip((px, py, pz), slope[0].T, strict=True))
-            self.rough.append((i, rough, shared))
+            self.residuals.append((i, rough, shared))
         upward = np.stack([-px, -py, 1.0 - pz], axis=-1)
         length = np.sqrt(_square(upward))
         self.stretch = np.maximum(length, np.finfo(float).tiny)
@@ -180,7 +192,7 @@ class _Place:
         self._across = x * x + y * y
         # Where f = z - phi falls with z the next zero is of another sheet than the samples'.
         self._rising = pz < 1.0
-        self.square = self._across + z * z
+        self.sum_of_squares = self._across + z * z
 
     def inside(self, reach: float) -> np.ndarray:
         """(m, k) whether the patch has a say at all."""
@@ -189,7 +201,7 @@ class _Place:
 
     def own(self, table: Table, lines, rows, inside) -> np.ndarray:
         """(m, k) whether the feet of points ``inside`` lie in the patches' own cells."""
-        power = table.power[rows][:, None]
+        power = table.weight[rows][:, None]
         feet = self._offset - self.distance[..., None] * self.normals
         own = inside & (_square(feet) <= (1.0 + COVER_MARGIN) * power)
         some = own.any(axis=1)
@@ -197,14 +209,14 @@ class _Place:
         return own
 
 
-def _is_lowest(table: Table, kin, rows, feet) -> np.ndarray:
+def _is_lowest(table: Table, neighbours, rows, feet) -> np.ndarray:
     """(m, k) whether at feet (m, k, 3), from the patches' sites, no kin (m, w) of the rows (m,)
     has less power than they, or hardly less."""
-    power = table.power[rows]
-    kin = kin[:, : max(1, int((kin != rows[:, None]).any(axis=0).sum()))]
+    power = table.weight[rows]
+    neighbours = neighbours[:, : max(1, int((neighbours != rows[:, None]).any(axis=0).sum()))]
     # What a rival's power is above one's own: linear in the foot.
-    apart = table.site[kin] - table.site[rows][:, None]
-    excess = _square(apart) - table.power[kin] + power[:, None]
+    apart = table.site[neighbours] - table.site[rows][:, None]
+    excess = _square(apart) - table.weight[neighbours] + power[:, None]
     above = excess[:, None] - 2.0 * (feet @ apart.transpose(0, 2, 1))
     return above.min(axis=-1) >= -CELL_MARGIN * power[:, None]
 

@@ -19,13 +19,13 @@ from touchatlas.atlas.patches.patch_table import Table
 Triple = tuple[int, int, int]
 
 
-class Tiling:
+class Cells:
     """The power diagram of the patches restricted to the surface, and its dual graph.
 
     Parameters
     ----------
     table : Table
-    kin : list of set of int
+    neighbours : list of set of int
         Of the atlas; read, never written.
 
     Attributes
@@ -38,8 +38,8 @@ class Tiling:
         Triples of ids to the point (3,) that their three cores leave uncovered between them.
     """
 
-    def __init__(self, table: Table, kin: list[set[int]]) -> None:
-        self._table, self._kin = table, kin
+    def __init__(self, table: Table, neighbours: list[set[int]]) -> None:
+        self._table, self._kin = table, neighbours
         self._graph = nx.Graph()
         # Rows whose boundaries are to be drawn anew.
         self._stale: set[int] = set()
@@ -88,7 +88,7 @@ class Tiling:
             self._find_around(around)
         self.touch(around)
 
-    def part(self, first: int, second: int) -> None:
+    def separate_sheets(self, first: int, second: int) -> None:
         """Two rows are no longer kin: they do not meet."""
         for triple in self.corners_of(first, second):
             self._drop(triple)
@@ -104,7 +104,7 @@ class Tiling:
         for triple in [t for t in self.gaps if not rows.isdisjoint(t)]:
             del self.gaps[triple]
 
-    def neighbours(self, rows) -> set[int]:
+    def sharing_corners(self, rows) -> set[int]:
         """Rows that share a corner with any of some rows, and these."""
         return set(rows).union(*(t for i in rows for t in self._corners_of[i]))
 
@@ -123,14 +123,16 @@ class Tiling:
         for i in triple:
             self._corners_of[i].remove(triple)
 
-    def meet(self, row: int, kin: np.ndarray) -> None:
+    def meet(self, row: int, neighbours: np.ndarray) -> None:
         """Corners and boundaries around a new patch."""
-        changed = self._drop_conquered(row, kin) + self._find_corners({row: kin.tolist()})
+        changed = self._drop_conquered(row, neighbours) + self._find_corners(
+            {row: neighbours.tolist()}
+        )
         self.touch({row}.union(*changed))
 
-    def conquer(self, row: int, kin: np.ndarray) -> None:
+    def conquer(self, row: int, neighbours: np.ndarray) -> None:
         """Give ``row`` the corners of new kin at which it has less power."""
-        self.touch(set().union(*self._drop_conquered(row, kin)))
+        self.touch(set().union(*self._drop_conquered(row, neighbours)))
         self._find_around({row})
 
     def _find_around(self, rows: set[int]) -> None:
@@ -158,9 +160,9 @@ class Tiling:
             found.append(triple)
         return found
 
-    def _drop_conquered(self, row: int, kin: np.ndarray) -> list[Triple]:
+    def _drop_conquered(self, row: int, neighbours: np.ndarray) -> list[Triple]:
         """Remove, and return, the corners of the kin at which ``row`` has less power."""
-        triples = sorted({t for i in kin.tolist() for t in self._corners_of[i]})
+        triples = sorted({t for i in neighbours.tolist() for t in self._corners_of[i]})
         near = self._kin[row]
         triples += [t for t in self.gaps if not near.isdisjoint(t)]
         # Of its own corners rounding alone would say which it has.
@@ -170,7 +172,7 @@ class Tiling:
         points = np.array([self.gaps.get(t, self.corners.get(t)) for t in triples])
         table = self._table
         offset = points - table.site[[t[0] for t in triples]]
-        own = (offset * offset).sum(axis=1) - table.power[[t[0] for t in triples]]
+        own = (offset * offset).sum(axis=1) - table.weight[[t[0] for t in triples]]
         conquered = power_at(table, [row], points)[:, 0] < own
         dropped = [triple for triple, lost in zip(triples, conquered, strict=True) if lost]
         for triple in dropped:
@@ -214,12 +216,12 @@ class Tiling:
             [r + [i] * (width - len(r)) for r, (i, _) in zip(rivals, pairs, strict=True)]
         )
         offset = points[:, :, None] - table.site[rows][:, None]
-        rival = (offset * offset).sum(axis=-1) - table.power[rows][:, None]
+        rival = (offset * offset).sum(axis=-1) - table.weight[rows][:, None]
         first = [i for i, _ in pairs]
         offset = points - table.site[first][:, None]
-        own = (offset * offset).sum(axis=-1) - table.power[first][:, None]
-        return (own <= CELL_MARGIN * table.power[first][:, None]) & (
-            own <= rival.min(axis=2) + 1e-12 * table.power[first][:, None]
+        own = (offset * offset).sum(axis=-1) - table.weight[first][:, None]
+        return (own <= CELL_MARGIN * table.weight[first][:, None]) & (
+            own <= rival.min(axis=2) + 1e-12 * table.weight[first][:, None]
         )
 
     def mend(self) -> None:

@@ -10,11 +10,11 @@ from itertools import combinations
 import networkx as nx
 import numpy as np
 
-from touchatlas.atlas.graph.cells import Tiling, Triple
+from touchatlas.atlas.graph.cells import Cells, Triple
 from touchatlas.atlas.graph.creases import Creases
 from touchatlas.atlas.graph.power_diagram import CELL_MARGIN, Boundary, power_at
-from touchatlas.atlas.graph.sheets import Kin, radical_share
-from touchatlas.atlas.patches.intersect import look, meet
+from touchatlas.atlas.graph.sheets import SheetNeighbours, radical_share
+from touchatlas.atlas.patches.intersect import intersect, patches_at
 from touchatlas.atlas.patches.patch_table import Table
 
 # Patches meet, and a corner is an end of a crease, as far as this share of their radii.
@@ -32,7 +32,7 @@ def visible(creases: Creases, places: dict[Triple, np.ndarray]) -> dict[Triple, 
     return {t: p for (t, p), keep in zip(places.items(), kept, strict=True) if keep}
 
 
-def crease_corners(table: Table, kin: Kin, creases: Creases):
+def crease_corners(table: Table, neighbours: SheetNeighbours, creases: Creases):
     """Where two kin and a patch across a crease of both meet, and three creased patches.
 
     Returns
@@ -41,12 +41,12 @@ def crease_corners(table: Table, kin: Kin, creases: Creases):
         Triples of rows to the point (3,). At a gap one of the three does not cover the point:
         the last of the triple.
     """
-    two, three = _triples(kin, creases)
+    two, three = _triples(neighbours, creases)
     found = {**_on_radicals(table, creases, two), **_of_three(table, creases, three)}
     corners: dict[Triple, np.ndarray] = {}
     gaps: dict[Triple, np.ndarray] = {}
     for triple, point in found.items():
-        over = _excess(table, kin, triple, point)
+        over = _excess(table, neighbours, triple, point)
         if over is not None and over[1] <= CELL_MARGIN:
             corners[triple] = point
         elif over is not None:
@@ -55,15 +55,15 @@ def crease_corners(table: Table, kin: Kin, creases: Creases):
     return corners, gaps
 
 
-def _triples(kin: Kin, creases: Creases):
+def _triples(neighbours: SheetNeighbours, creases: Creases):
     """Triples of two kin and one that both are creased with (m, 3), in this order, and triples
     of three that are creased (n, 3), ascending."""
     two, three = set[Triple](), set[Triple]()
     for i, j in creases.pairs:
         for k in creases.of(i) & creases.of(j):
             three.add(tuple(sorted((i, j, k))))
-        two.update((min(i, k), max(i, k), j) for k in creases.of(j) & kin[i])
-        two.update((min(j, k), max(j, k), i) for k in creases.of(i) & kin[j])
+        two.update((min(i, k), max(i, k), j) for k in creases.of(j) & neighbours[i])
+        two.update((min(j, k), max(j, k), i) for k in creases.of(i) & neighbours[j])
     return (np.array(sorted(some), int).reshape(-1, 3) for some in (two, three))
 
 
@@ -111,7 +111,7 @@ def _met(table: Table, triples, rows, start, planes=None, within=None) -> dict[T
     """Points where patches ``rows`` (m, k) meet, of the triples where they do."""
     if not len(triples):
         return {}
-    seen = meet(table, rows, start, planes)
+    seen = intersect(table, rows, start, planes)
     good = (np.abs(seen.distance) <= _MEETS * table.radius[rows]).all(axis=1)
     good &= (seen.across <= 1.0).all(axis=1)
     if within is not None:
@@ -121,27 +121,33 @@ def _met(table: Table, triples, rows, start, planes=None, within=None) -> dict[T
     return {(i, j, k): p for (i, j, k), p in zip(triples, seen.points[good], strict=True)}
 
 
-def _excess(table: Table, kin: Kin, triple: Triple, point) -> tuple[int, float] | None:
+def _excess(
+    table: Table, neighbours: SheetNeighbours, triple: Triple, point
+) -> tuple[int, float] | None:
     """The patch of three that covers a point the least, and its power there over its squared
     core radius; None where another patch of a sheet has less power."""
     worst = triple[0], -np.inf
     for i in triple:
         own = float(power_at(table, [i], point)[0])
-        rivals = [j for j in kin[i] if j not in triple]
-        if rivals and power_at(table, rivals, point).min() < own - 1e-9 * table.power[i]:
+        rivals = [j for j in neighbours[i] if j not in triple]
+        if rivals and power_at(table, rivals, point).min() < own - 1e-9 * table.weight[i]:
             return None
-        worst = max(worst, (i, own / float(table.power[i])), key=lambda pair: pair[1])
+        worst = max(worst, (i, own / float(table.weight[i])), key=lambda pair: pair[1])
     return worst
 
 
-def folded_graph(
-    table: Table, kin: Kin, creases: Creases, tiling: Tiling, corners: dict[Triple, np.ndarray]
+def graph_with_creases(
+    table: Table,
+    neighbours: SheetNeighbours,
+    creases: Creases,
+    cells: Cells,
+    corners: dict[Triple, np.ndarray],
 ) -> nx.Graph:
     """The dual graph: boundaries on this side of the creases, and the creases themselves."""
     graph: nx.Graph = nx.Graph()
-    graph.add_nodes_from(tiling.graph)
+    graph.add_nodes_from(cells.graph)
     ended = {pair for triple in corners for pair in combinations(triple, 2)}
-    for i, j, data in tiling.graph.edges(data=True):
+    for i, j, data in cells.graph.edges(data=True):
         boundary = data["boundary"]
         points = boundary.points
         for row in (i, j):
@@ -152,26 +158,26 @@ def folded_graph(
             kept = Boundary(pair, points, boundary.gap_rms, boundary.normal_gap, boundary.crease)
             graph.add_edge(*pair, boundary=kept)
     for pair in creases.pairs:
-        points = _owned_points(table, kin, pair, creases.curve(*pair))
+        points = _owned_points(table, neighbours, pair, creases.curve(*pair))
         if len(points) or pair in ended:
             graph.add_edge(*pair, boundary=_crease_boundary(table, pair, points, creases))
     return graph
 
 
-def _owned_points(table: Table, kin: Kin, pair, points) -> np.ndarray:
+def _owned_points(table: Table, neighbours: SheetNeighbours, pair, points) -> np.ndarray:
     """Those of points (n, 3) of a crease at which both patches have the least power of their
     sheets."""
     keep = np.ones(len(points), bool)
     for i in pair:
         own = power_at(table, [i], points)[:, 0]
-        rivals = power_at(table, sorted(kin[i]), points).min(axis=1, initial=np.inf)
-        keep &= (own <= rivals) & (own <= CELL_MARGIN * table.power[i])
+        rivals = power_at(table, sorted(neighbours[i]), points).min(axis=1, initial=np.inf)
+        keep &= (own <= rivals) & (own <= CELL_MARGIN * table.weight[i])
     return points[keep]
 
 
 def _crease_boundary(table: Table, pair, points, creases: Creases) -> Boundary:
     where = points if len(points) else creases.pairs[pair].anchor[None]
-    normals = look(table, np.tile(pair, (len(where), 1)), where).normals
+    normals = patches_at(table, np.tile(pair, (len(where), 1)), where).normals
     cosine = (normals[:, 0] * normals[:, 1]).sum(axis=1)
     angle = float(np.arccos(np.clip(cosine, -1.0, 1.0)).max())
     return Boundary(pair, points, 0.0, angle, True)

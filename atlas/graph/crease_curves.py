@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from touchatlas.atlas.patches.intersect import look, meet
+from touchatlas.atlas.patches.intersect import intersect, patches_at
 from touchatlas.atlas.patches.patch_table import Table
 from touchatlas.patch.geometry.arrays import cross
 
@@ -84,7 +84,7 @@ def crease_curves(table: Table, sources: list[Source]) -> list[np.ndarray]:
 def _sampled(table: Table, both, anchor):
     """Points (m, c, 3) where pairs of patches (m, 2) meet, evenly along their common tangent at
     the anchor as far as both balls reach; which are good (m, c); the one at the anchor (m,)."""
-    seen = meet(table, both, anchor)
+    seen = intersect(table, both, anchor)
     along = cross(seen.normals[:, 0], seen.normals[:, 1])
     along /= np.maximum(np.sqrt((along * along).sum(axis=1)), np.finfo(float).tiny)[:, None]
     offset = seen.points[:, None] - table.origin[both]
@@ -97,7 +97,7 @@ def _sampled(table: Table, both, anchor):
     start = seen.points[:, None] + way[..., None] * along[:, None]
     planes = np.repeat(along, _COUNT, axis=0)[:, None], np.einsum("mci,mi->mc", start, along)
     many = np.repeat(both, _COUNT, axis=0)
-    found = meet(table, many, start.reshape(-1, 3), (planes[0], planes[1].reshape(-1, 1)))
+    found = intersect(table, many, start.reshape(-1, 3), (planes[0], planes[1].reshape(-1, 1)))
     sine = np.sqrt((cross(found.normals[:, 0], found.normals[:, 1]) ** 2).sum(axis=1))
     good = (np.abs(found.distance) <= _MEETS * table.radius[many]).all(axis=1)
     good &= (found.across <= 1.0 + _MEETS).all(axis=1) & (sine >= _LEAST_SINE)
@@ -111,7 +111,7 @@ def _cut(table: Table, source: Source, points):
     beyond, share = np.zeros(len(points), bool), np.ones((2, len(points)))
     if not source.thirds:
         return beyond, share
-    seen = look(table, np.tile(source.thirds, (len(points), 1)), points)
+    seen = patches_at(table, np.tile(source.thirds, (len(points), 1)), points)
     height = np.array(source.sides) * seen.distance
     reached = seen.across <= 1.0
     beyond = (reached & (height > 0.0)).any(axis=1)

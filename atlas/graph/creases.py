@@ -11,8 +11,8 @@ import numpy as np
 
 from touchatlas.atlas.graph.crease_curves import Source, crease_curves, sources_of
 from touchatlas.atlas.graph.power_diagram import CREASE_ANGLE
-from touchatlas.atlas.graph.sheets import Kin
-from touchatlas.atlas.patches.intersect import look, meet
+from touchatlas.atlas.graph.sheets import SheetNeighbours
+from touchatlas.atlas.patches.intersect import intersect, patches_at
 from touchatlas.atlas.patches.patch_table import Table
 
 # Patches that were once creased stay so down to this share of the angle, and this far beyond
@@ -44,16 +44,16 @@ class Crease:
 
 
 class Creases:
-    """Which patches meet at sharp edges, kept beside ``kin``.
+    """Which patches meet at sharp edges, kept beside ``neighbours``.
 
     Parameters
     ----------
     table : Table
-    kin : Kin
+    neighbours : Kin
     """
 
-    def __init__(self, table: Table, kin: Kin) -> None:
-        self._table, self._kin = table, kin
+    def __init__(self, table: Table, neighbours: SheetNeighbours) -> None:
+        self._table, self._kin = table, neighbours
         self._pairs: dict[tuple[int, int], Crease] = {}
         self._partners: dict[int, set[int]] = {}
         self._curves: dict[tuple[int, int], np.ndarray] = {}
@@ -74,7 +74,7 @@ class Creases:
         """The rows that a row is creased with."""
         return self._partners.get(row, set())
 
-    def kin_of(self, row: int) -> set[int]:
+    def neighbours_of(self, row: int) -> set[int]:
         """The kin of a row."""
         return self._kin[row]
 
@@ -96,11 +96,11 @@ class Creases:
     def behind(self, row: int) -> dict[int, int]:
         """The rows that the sheet of a row is creased with, it or one of its kin, and the sign
         with each: that of the row itself where it is creased with it."""
-        kin, signs = self._kin[row], dict[int, int]()
-        for i in (row, *sorted(kin)):
+        neighbours, signs = self._kin[row], dict[int, int]()
+        for i in (row, *sorted(neighbours)):
             for j in self.of(i) - signs.keys():
                 signs[j] = self.sign(i, j)
-        return {j: sign for j, sign in signs.items() if j != row and j not in kin}
+        return {j: sign for j, sign in signs.items() if j != row and j not in neighbours}
 
     def enter(self, first: int, second: int, crease: Crease) -> None:
         """Make two rows creased."""
@@ -131,7 +131,7 @@ class Creases:
         if not pairs:
             return
         table, both = self._table, np.array(pairs)
-        seen = meet(table, both, np.array([self._pairs[pair].anchor for pair in pairs]))
+        seen = intersect(table, both, np.array([self._pairs[pair].anchor for pair in pairs]))
         cosine = (seen.normals[:, 0] * seen.normals[:, 1]).sum(axis=1)
         holds = np.abs(cosine) <= np.cos(_HOLDS * CREASE_ANGLE)
         holds &= (seen.across <= _REACH).all(axis=1)
@@ -215,7 +215,7 @@ class Creases:
             return False
         places = []
         for i in rows:
-            ring = self._table.ring[i]
+            ring = self._table.outline[i]
             beyond = self._behind(i, ring, pieces)
             places.append(np.concatenate([ring[~beyond], self._centre(i)[None]]))
         hidden = self._behind(row, np.concatenate(places), pieces, _INNER).any()
@@ -257,7 +257,7 @@ class Creases:
         if row not in self._centres:
             table, centre = self._table, self._table.site[row].copy()
             for j in sorted(self.of(row)):
-                seen = look(table, np.array([[j]]), centre[None])
+                seen = patches_at(table, np.array([[j]]), centre[None])
                 sign, off = self.sign(row, j), float(seen.distance[0, 0])
                 inside = sign * off + _CLEAR * table.radius[row]
                 if inside > 0.0 and seen.across[0, 0] <= 1.0:

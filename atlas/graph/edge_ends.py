@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from touchatlas.atlas.patches.intersect import look
+from touchatlas.atlas.patches.intersect import patches_at
 from touchatlas.atlas.patches.patch_table import Table
 from touchatlas.patch.geometry.contour import Contour, ContourEnd
 
@@ -50,7 +50,7 @@ class EdgeEnds:
         if not found:
             return
         points, tangents, steps = (np.array(column) for column in zip(*found, strict=True))
-        normals = look(table, np.full((len(points), 1), row), points).normals[:, 0]
+        normals = patches_at(table, np.full((len(points), 1), row), points).normals[:, 0]
         tangents -= (tangents * normals).sum(axis=1)[:, None] * normals
         tangents /= np.sqrt((tangents * tangents).sum(axis=1))[:, None]
         self.points = np.concatenate([self.points, points])
@@ -58,14 +58,14 @@ class EdgeEnds:
         self.normals = np.concatenate([self.normals, normals])
         self.steps = np.concatenate([self.steps, steps])
         self.home = np.concatenate([self.home, np.full(len(points), row)])
-        self.settle(table)
+        self.drop_passed(table)
 
-    def settle(self, table: Table) -> None:
+    def drop_passed(self, table: Table) -> None:
         """Drop the ends that a patch of another face passes."""
         if not len(self):
             return
         rows, which = table.index.near(self.points)
-        seen = look(table, rows[:, None], self.points[which])
+        seen = patches_at(table, rows[:, None], self.points[which])
         passes = np.abs(seen.distance[:, 0]) <= _NEAR * self.steps[which]
         passes &= seen.across[:, 0] <= 1.0
         passes &= (seen.normals[:, 0] * self.normals[which]).sum(axis=1) < _OTHER_FACE

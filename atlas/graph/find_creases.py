@@ -6,9 +6,9 @@ from scipy.spatial import cKDTree
 from touchatlas.atlas.graph.creases import Crease
 from touchatlas.atlas.graph.power_diagram import CREASE_ANGLE
 from touchatlas.atlas.graph.sheets import radical_share
-from touchatlas.atlas.patches.intersect import meet
+from touchatlas.atlas.patches.intersect import intersect
 from touchatlas.atlas.patches.patch_table import Table
-from touchatlas.atlas.patches.sample_membership import Learning
+from touchatlas.atlas.patches.sample_membership import SampleMembership
 from touchatlas.atlas.patches.sample_pool import SamplePool
 
 # A sheet was touched up to its edge when a contour ended at one no farther away than this many
@@ -24,14 +24,14 @@ _APART, _ABOUT = 0.75, 0.25
 
 
 def find_creases(
-    table: Table, learning: Learning, pairs, bias: float, new: np.ndarray | None = None
+    table: Table, membership: SampleMembership, pairs, bias: float, new: np.ndarray | None = None
 ) -> dict[tuple[int, int], Crease]:
     """Which of some pairs of patches are creased, and how.
 
     Parameters
     ----------
     table : Table
-    learning : Learning
+    membership : Learning
     pairs : (m, 2) int
     bias : float, length
         Lack of fit that patches may have.
@@ -50,7 +50,7 @@ def find_creases(
     first, second = both.T
     offset, _, share = radical_share(table, first, second)
     start = table.site[first] + np.clip(share, 0.0, 1.0)[:, None] * offset
-    seen = meet(table, both, start)
+    seen = intersect(table, both, start)
     good = (np.abs(seen.distance) <= MEETS * table.radius[both]).all(axis=1)
     good &= (seen.across <= 1.0).all(axis=1)
     cosine = (seen.normals[:, 0] * seen.normals[:, 1]).sum(axis=1)
@@ -59,10 +59,10 @@ def find_creases(
     for at in np.flatnonzero(good).tolist():
         i, j = both[at].tolist()
         samples = [
-            new if new is not None and k == table.size - 1 else learning.members[k] for k in (i, j)
+            new if new is not None and k == table.size - 1 else membership.fitted[k] for k in (i, j)
         ]
         sine = float(np.sqrt(1.0 - cosine[at] ** 2))
-        crease = _crease(table, learning.pool, (i, j), samples, sine, bias)
+        crease = _crease(table, membership.pool, (i, j), samples, sine, bias)
         if crease is not None:
             out[min(i, j), max(i, j)] = crease
     return out
@@ -70,7 +70,7 @@ def find_creases(
 
 def _crease(table: Table, pool: SamplePool, pair, samples, sine, bias) -> Crease | None:
     """How two patches, which cross at an angle, are creased, as far as their samples tell."""
-    slack = _NOISES * float(table.sensor[list(pair)].max()) + bias
+    slack = _NOISES * float(table.measurement_std[list(pair)].max()) + bias
     off = [_heights(table, k, pool.points[n]) for k, n in zip(pair[::-1], samples, strict=True)]
     last = []
     for height, index in zip(off, samples, strict=True):
@@ -85,7 +85,7 @@ def _crease(table: Table, pool: SamplePool, pair, samples, sine, bias) -> Crease
         if apart[best] > _APART * radius:
             break
         start = 0.5 * (last[0][best] + last[1][nearest[best]])
-        anchor = meet(table, np.array([pair]), start[None])
+        anchor = intersect(table, np.array([pair]), start[None])
         sides = set()
         for height, index in zip(off, samples, strict=True):
             offset = pool.points[index] - anchor.points[0]

@@ -37,7 +37,7 @@ class Frontier:
         """Drop the samples of its sheet that the core of ``row`` covers: none of those that are
         at home at the rows ``apart``, across an edge."""
         offset = self.points - table.site[row]
-        share = np.sqrt((offset * offset).sum(axis=1) / table.power[row])
+        share = np.sqrt((offset * offset).sum(axis=1) / table.weight[row])
         near = np.flatnonzero(share < _REACH / table.core)
         near = near[~np.isin(self.home[near], list(apart))]
         near = near[on_sheet(table, np.array([row]), self.points[near], self.normals[near])[0]]
@@ -45,11 +45,11 @@ class Frontier:
         depth[near] = np.minimum(depth[near], share[near])
         self._keep(depth > 1.0, depth)
 
-    def extend(self, table: Table, row: int, kin: np.ndarray, points, normals) -> None:
+    def extend(self, table: Table, row: int, neighbours: np.ndarray, points, normals) -> None:
         """Add those of the new samples of ``row`` that neither it nor its kin cover."""
-        rows = np.append(kin, row)
+        rows = np.append(neighbours, row)
         offset = points[:, None, :] - table.site[rows]
-        depth = np.sqrt(((offset * offset).sum(axis=-1) / table.power[rows]).min(axis=1))
+        depth = np.sqrt(((offset * offset).sum(axis=-1) / table.weight[rows]).min(axis=1))
         out = depth > 1.0
         self.points = np.concatenate([self.points, points[out]])
         self.normals = np.concatenate([self.normals, normals[out]])
@@ -69,7 +69,7 @@ class Frontier:
         self.home[moved] = row
         offset = self.points[moved] - table.site[row]
         depth = self.depth.copy()
-        share = np.sqrt((offset * offset).sum(axis=1) / table.power[row])
+        share = np.sqrt((offset * offset).sum(axis=1) / table.weight[row])
         depth[moved] = np.minimum(depth[moved], share)
         self._keep(depth > 1.0, depth)
 

@@ -67,8 +67,8 @@ def boundary_curves(table: Table, first: np.ndarray, second: np.ndarray):
     """
     offset = table.site[second] - table.site[first]
     square = np.maximum((offset * offset).sum(axis=1), np.finfo(float).tiny)
-    share = 0.5 * (1.0 + (table.power[first] - table.power[second]) / square)
-    half_square = table.power[first] - share * share * square
+    share = 0.5 * (1.0 + (table.weight[first] - table.weight[second]) / square)
+    half_square = table.weight[first] - share * share * square
     across = table.axes[first, 2] + table.axes[second, 2]
     across = across - ((across * offset).sum(axis=1) / square)[:, None] * offset
     across /= np.sqrt((across * across).sum(axis=1))[:, None]
@@ -108,7 +108,7 @@ def _lift(table: Table, rows, base, across):
 def power_at(table: Table, rows, points) -> np.ndarray:
     """(..., m) power |x - p|^2 - c^2 of the rows (m,), or (..., m), at world points (..., 3)."""
     offset = points[..., None, :] - table.site[rows]
-    return (offset * offset).sum(axis=-1) - table.power[rows]
+    return (offset * offset).sum(axis=-1) - table.weight[rows]
 
 
 def corners_on(table: Table, rows, first, second) -> np.ndarray:
@@ -127,7 +127,7 @@ def corners_on(table: Table, rows, first, second) -> np.ndarray:
     for others in (first, second):
         centre = scaled(table.site[others] - table.site[rows])
         planes.append(centre)
-        excess = (table.power[rows] - table.power[others]) / radius**2
+        excess = (table.weight[rows] - table.weight[others]) / radius**2
         levels.append(0.5 * ((centre * centre).sum(axis=1) + excess) + (centre * site).sum(axis=1))
     (a, b), (alpha, beta) = planes, levels
     axis = cross(a, b)
@@ -152,14 +152,16 @@ def corners_on(table: Table, rows, first, second) -> np.ndarray:
     return np.where(inside[:, None], point, np.nan)
 
 
-def pairs_of(rows, kin: list[set[int]], about=None) -> list[tuple[int, int]]:
+def pairs_of(rows, neighbours: list[set[int]], about=None) -> list[tuple[int, int]]:
     """All pairs (a, b), a < b, of the rows that are kin to each other; of these those with a row
     in the set ``about``, if there is one."""
-    pairs = [(a, b) for a in rows for b in sorted(kin[a].intersection(rows)) if a < b]
+    pairs = [(a, b) for a in rows for b in sorted(neighbours[a].intersection(rows)) if a < b]
     return [(a, b) for a, b in pairs if about is None or a in about or b in about]
 
 
-def corners_with(table: Table, around: dict[int, list[int]], kin: list[set[int]], about=None):
+def corners_with(
+    table: Table, around: dict[int, list[int]], neighbours: list[set[int]], about=None
+):
     """Places where a row and two older ones of those around it have equal power and no kin of any
     of the three has less; one of the three is in the set ``about``, if there is one.
 
@@ -168,7 +170,7 @@ def corners_with(table: Table, around: dict[int, list[int]], kin: list[set[int]]
     table : Table
     around : dict
         Of rows: their kin.
-    kin : list of set of int
+    neighbours : list of set of int
     about : set of int, optional
 
     Returns
@@ -181,7 +183,11 @@ def corners_with(table: Table, around: dict[int, list[int]], kin: list[set[int]]
         boundaries up to CELL_MARGIN, a gap between the three cores beyond.
     """
     pairs = [
-        pairs_of([i for i in others if i < row], kin, about if about and row not in about else None)
+        pairs_of(
+            [i for i in others if i < row],
+            neighbours,
+            about if about and row not in about else None,
+        )
         for row, others in around.items()
     ]
     found = [(*pair, row) for row, some in zip(around, pairs, strict=True) for pair in some]
@@ -202,8 +208,8 @@ def corners_with(table: Table, around: dict[int, list[int]], kin: list[set[int]]
     triples = np.stack([first, second, rows], axis=1)
     for k in np.flatnonzero(lowest):
         i, j, row = triples[k].tolist()
-        strangers = (kin[i] | kin[j]) - kin[row] - {row}
+        strangers = (neighbours[i] | neighbours[j]) - neighbours[row] - {row}
         if strangers:
             lowest[k] = own[k] <= power_at(table, sorted(strangers), points[k]).min()
-    excess = own / table.power[triples].max(axis=1)
+    excess = own / table.weight[triples].max(axis=1)
     return triples[lowest], points[lowest], excess[lowest]

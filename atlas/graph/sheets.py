@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from touchatlas.atlas.graph.creases import Creases
 
 
-class Kin(list[set[int]]):
+class SheetNeighbours(list[set[int]]):
     """For each patch the set of its kin, and the same as one array for many at once.
 
     A set that was handed out may be changed by who asked for it: its line of the array is
@@ -30,7 +30,7 @@ class Kin(list[set[int]]):
 
     Examples
     --------
-    >>> Kin([{1}, {0, 2}, {1}]).lines()[:, :3].tolist()
+    >>> SheetNeighbours([{1}, {0, 2}, {1}]).lines()[:, :3].tolist()
     [[1, 0, 0], [0, 2, 1], [1, 2, 2]]
     """
 
@@ -73,9 +73,9 @@ class Kin(list[set[int]]):
         return self._array[:size]
 
 
-def are_kin(kin: Kin, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+def same_sheet(neighbours: SheetNeighbours, first: np.ndarray, second: np.ndarray) -> np.ndarray:
     """(m,) whether patches (m,) are kin to, or the same as, patches (m,)."""
-    lines = kin.lines()
+    lines = neighbours.lines()
     if len(lines) ** 2 <= 8 * len(first):
         square = np.eye(len(lines), dtype=bool)
         np.put_along_axis(square, lines.astype(np.int64), True, axis=1)
@@ -88,11 +88,11 @@ def radical_share(table: Table, row, others: np.ndarray):
     at which both cores have equal power: the radical plane."""
     offset = table.site[others] - table.site[row]
     square = np.maximum((offset * offset).sum(axis=1), np.finfo(float).tiny)
-    share = 0.5 * (1.0 + (table.power[row] - table.power[others]) / square)
+    share = 0.5 * (1.0 + (table.weight[row] - table.weight[others]) / square)
     return offset, square, share
 
 
-def kin_of(table: Table, row: int, cosine: float = SHEET_COSINE) -> np.ndarray:
+def sheet_neighbours(table: Table, row: int, cosine: float = SHEET_COSINE) -> np.ndarray:
     """Rows of the patches that continue the same sheet as ``row``, ascending: their normals
     agree up to an angle of a given cosine."""
     others = table.index.rows_near(table.origin[row], table.radius[row])

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from touchatlas.atlas.field.blend import blend
-from touchatlas.atlas.field.patch_values import voices
-from touchatlas.atlas.graph.sheets import Kin
+from touchatlas.atlas.field.patch_values import patch_values
+from touchatlas.atlas.graph.sheets import SheetNeighbours
 from touchatlas.atlas.mesh.marching_cubes import corners_of, ends_of, triangles, unkey
 from touchatlas.atlas.mesh.narrow_band import (
     NO_CORNERS,
@@ -56,7 +56,7 @@ class Vertices:
 
 
 @dataclass(frozen=True, eq=False)
-class Skin:
+class CoarseMesh:
     """Coarse triangles of the surface, and what it takes to renew them.
 
     Parameters
@@ -85,34 +85,40 @@ class Skin:
     faces: np.ndarray
 
 
-def grow_skin(table: Table, kin: Kin, edge: float) -> Skin:
+def grow_coarse_mesh(table: Table, neighbours: SheetNeighbours, edge: float) -> CoarseMesh:
     """The skin of all patches on a lattice of a given edge."""
     rows = table.rows
     start = table.origin[rows[0]].copy()
-    if kin.creases:
+    if neighbours.creases:
         # No plane of the lattice lies in a flat face.
         start += _ASIDE * edge
-    return _knit(table, kin, Skin(start, edge, {}, {}, NO_CORNERS, NO_VERTICES, NO_FACES), rows)
+    return _triangulate(
+        table, neighbours, CoarseMesh(start, edge, {}, {}, NO_CORNERS, NO_VERTICES, NO_FACES), rows
+    )
 
 
-def renew_skin(table: Table, kin: Kin, skin: Skin, rows) -> Skin:
+def update_coarse_mesh(
+    table: Table, neighbours: SheetNeighbours, coarse: CoarseMesh, rows
+) -> CoarseMesh:
     """The skin after the patches ``rows`` have come, changed or gone: the same as one that is
     grown anew from the same start."""
     now = _balls(table, [row for row in rows if row in table.index])
     # Most that changed are where they were.
-    balls = {skin.balls[i] for i in rows if i in skin.balls} | set(now.values())
-    stale = _within(balls, unkey(skin.corners.keys) * skin.edge + skin.start, REACH * skin.edge)
-    gone = set(rows) - set(now)
-    kept = Skin(
-        skin.start,
-        skin.edge,
-        {i: c for i, c in skin.cubes.items() if i not in gone},
-        {i: b for i, b in skin.balls.items() if i not in gone},
-        skin.corners.only(~stale),
-        skin.vertices,
-        skin.faces,
+    balls = {coarse.balls[i] for i in rows if i in coarse.balls} | set(now.values())
+    stale = _within(
+        balls, unkey(coarse.corners.keys) * coarse.edge + coarse.start, REACH * coarse.edge
     )
-    return _knit(table, kin, kept, sorted(now))
+    gone = set(rows) - set(now)
+    kept = CoarseMesh(
+        coarse.start,
+        coarse.edge,
+        {i: c for i, c in coarse.cubes.items() if i not in gone},
+        {i: b for i, b in coarse.balls.items() if i not in gone},
+        coarse.corners.only(~stale),
+        coarse.vertices,
+        coarse.faces,
+    )
+    return _triangulate(table, neighbours, kept, sorted(now))
 
 
 def _balls(table: Table, rows) -> dict[int, tuple[float, ...]]:
@@ -128,15 +134,15 @@ def _within(balls, points, margin: float) -> np.ndarray:
     return out
 
 
-def _knit(table: Table, kin: Kin, old: Skin, rows) -> Skin:
+def _triangulate(table: Table, neighbours: SheetNeighbours, old: CoarseMesh, rows) -> CoarseMesh:
     """The skin when the patches ``rows`` are new, and the old corners still hold."""
     start, edge = old.start, old.edge
     cubes = old.cubes | core_cubes(table, rows, start, edge)
     balls = old.balls | _balls(table, rows)
     first = np.unique(np.concatenate([NO_CORNERS.keys, *cubes.values()]))
-    found, corners = find_cubes(table, kin, first, start, edge, old.corners)
+    found, corners = find_cubes(table, neighbours, first, start, edge, old.corners)
     at = corners.at(corners_of(found))
-    whole = extend(table, kin, at, corners, start, edge)
+    whole = extend(table, neighbours, at, corners, start, edge)
     inside = whole.values[at] < 0.0
     crossed = inside.any(axis=1) & ~inside.all(axis=1)
     keys, faces = np.unique(triangles(found[crossed], inside[crossed]), return_inverse=True)
@@ -144,11 +150,11 @@ def _knit(table: Table, kin: Kin, old: Skin, rows) -> Skin:
     # A vertex between two corners that still hold, holds.
     held = np.isin(keys, old.vertices.keys)
     held &= old.corners.has(whole.keys[low]) & old.corners.has(whole.keys[high])
-    held &= (corners.leaders[low] >= 0) & (corners.leaders[high] >= 0)
-    points, leaders = _crossings(whole, low[~held], high[~held], start, edge)
-    fresh = _settle(table, kin, keys[~held], points, leaders, edge)
+    held &= (corners.owners[low] >= 0) & (corners.owners[high] >= 0)
+    points, owners = _crossings(whole, low[~held], high[~held], start, edge)
+    fresh = _project(table, neighbours, keys[~held], points, owners, edge)
     vertices = _merged(old.vertices, fresh, keys, held)
-    return Skin(start, edge, cubes, balls, corners, vertices, faces.reshape(-1, 3))
+    return CoarseMesh(start, edge, cubes, balls, corners, vertices, faces.reshape(-1, 3))
 
 
 def _merged(old: Vertices, fresh: Vertices, keys, held) -> Vertices:
@@ -169,33 +175,35 @@ def _crossings(corners: Corners, low, high, start, edge: float):
     share = np.clip(a / (a - b), _CLEAR, 1.0 - _CLEAR)[:, None]
     ends = (unkey(corners.keys[i]) * edge + start for i in (low, high))
     first, second = ends
-    nearer = np.where(np.abs(a) <= np.abs(b), corners.leaders[low], corners.leaders[high])
+    nearer = np.where(np.abs(a) <= np.abs(b), corners.owners[low], corners.owners[high])
     return first + share * (second - first), nearer
 
 
-def _settle(table: Table, kin: Kin, keys, points, leaders, edge: float) -> Vertices:
+def _project(
+    table: Table, neighbours: SheetNeighbours, keys, points, owners, edge: float
+) -> Vertices:
     """Vertices moved onto the zero set, with what is known there; where nothing is, onto the
     patch that leads next to it."""
-    columns = _look(table, kin, points, leaders, edge)
+    columns = _look(table, neighbours, points, owners, edge)
     far = np.abs(columns[0]) > _NEAR * edge
     points = points - np.clip(columns[0], -edge, edge)[:, None] * columns[1]
-    again = _look(table, kin, points[far], leaders[far], edge)
+    again = _look(table, neighbours, points[far], owners[far], edge)
     points[far] -= np.clip(again[0], -edge, edge)[:, None] * again[1]
     for column, new in zip(columns, again, strict=True):
         column[far] = new
     return Vertices(keys, points, *columns[1:])
 
 
-def _look(table: Table, kin: Kin, points, leaders, edge: float):
+def _look(table: Table, neighbours: SheetNeighbours, points, owners, edge: float):
     """Distance, normal, variance, curvature, patch, known at points (n, 3)."""
-    seen = blend(table, kin, points, REACH * edge)
+    seen = blend(table, neighbours, points, REACH * edge)
     out = seen.distance, seen.normal, seen.deviation**2, seen.gaussian_curvature, seen.patch
     blind = np.flatnonzero(~seen.known)
     if len(blind):
-        alone = voices(table, kin, leaders[blind], points[blind], np.inf)
+        alone = patch_values(table, neighbours, owners[blind], points[blind], np.inf)
         _, variance, curvature = alone.numbers[:, :3].T
-        said = alone.distance, alone.numbers[:, 3:], variance, curvature, leaders[blind]
-        for column, value in zip(out, said, strict=True):
+        found = alone.distance, alone.numbers[:, 3:], variance, curvature, owners[blind]
+        for column, value in zip(out, found, strict=True):
             column[blind] = value
     return *out, seen.known
 

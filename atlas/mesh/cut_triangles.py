@@ -5,10 +5,10 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from touchatlas.atlas.graph.sheets import Kin
+from touchatlas.atlas.graph.sheets import SheetNeighbours
 
 
-def cut_faces(faces, cut: dict[tuple[int, int], int], sheets, kin: Kin):
+def cut_faces(faces, cut: dict[tuple[int, int], int], sheets, neighbours: SheetNeighbours):
     """Triangles (g, 3) in the place of triangles (f, 3), some edges of which were cut.
 
     Parameters
@@ -18,7 +18,7 @@ def cut_faces(faces, cut: dict[tuple[int, int], int], sheets, kin: Kin):
         Ascending pairs of vertices to the vertex between them.
     sheets : (v, 3) int
         Patches whose sheets a vertex lies on, filled up with -1.
-    kin : Kin
+    neighbours : Kin
 
     Returns
     -------
@@ -43,9 +43,9 @@ def cut_faces(faces, cut: dict[tuple[int, int], int], sheets, kin: Kin):
             ring.append(u)
             if (middle := cut.get((min(u, v), max(u, v)))) is not None:
                 ring.append(middle)
-        three = _three_sheets(ring, sheets, kin)
+        three = _three_sheets(ring, sheets, neighbours)
         if three is None:
-            out += _fan(ring, face, sheets, kin)
+            out += _fan(ring, face, sheets, neighbours)
         else:
             centre = len(sheets) + len(middles)
             middles.append((face, three))
@@ -53,23 +53,23 @@ def cut_faces(faces, cut: dict[tuple[int, int], int], sheets, kin: Kin):
     return np.concatenate([faces[~mixed], np.array(out, int).reshape(-1, 3)]), middles
 
 
-def _three_sheets(ring: list[int], sheets, kin: Kin) -> list[int] | None:
+def _three_sheets(ring: list[int], sheets, neighbours: SheetNeighbours) -> list[int] | None:
     """Three patches of different sheets, pairwise creased, among those of a ring of vertices of
     which none lies on all three."""
     found: list[int] = []
     for i in dict.fromkeys(int(i) for v in ring for i in sheets[v] if i >= 0):
-        if all(i != j and i not in kin[j] for j in found):
+        if all(i != j and i not in neighbours[j] for j in found):
             found.append(i)
     if len(found) != 3:
         return None
     for v in ring:
         mine = {int(i) for i in sheets[v] if i >= 0}
-        if all(any(i == j or i in kin[j] for j in mine) for i in found):
+        if all(any(i == j or i in neighbours[j] for j in mine) for i in found):
             return None
     return found
 
 
-def _fan(ring: list[int], face: list[int], sheets, kin: Kin) -> list[list[int]]:
+def _fan(ring: list[int], face: list[int], sheets, neighbours: SheetNeighbours) -> list[list[int]]:
     """Triangles of a ring of three, four or five vertices: an ear with one old vertex first."""
     if len(ring) == 3:
         return [ring]
@@ -107,7 +107,9 @@ def weld(points, faces, may, tolerance: float):
     one, two, three = faces.T
     faces = faces[(one != two) & (two != three) & (three != one)]
     # Two triangles of the same vertices lie on each other: a fold that encloses nothing.
-    _, fold, count = np.unique(np.sort(faces), axis=0, return_inverse=True, return_counts=True)
-    faces = faces[count[fold.ravel()] == 1]
+    _, update_creases, count = np.unique(
+        np.sort(faces), axis=0, return_inverse=True, return_counts=True
+    )
+    faces = faces[count[update_creases.ravel()] == 1]
     kept, faces = np.unique(faces, return_inverse=True)
     return faces.reshape(-1, 3), kept

@@ -13,8 +13,8 @@ import numpy as np
 from touchatlas.atlas.atlas import Atlas, AtlasChange
 from touchatlas.atlas.field.blend import blend
 from touchatlas.atlas.field.patch_values import COVER_MARGIN
-from touchatlas.atlas.graph.sheets import Kin
-from touchatlas.atlas.mesh.coarse_mesh import Skin, grow_skin, renew_skin
+from touchatlas.atlas.graph.sheets import SheetNeighbours
+from touchatlas.atlas.mesh.coarse_mesh import CoarseMesh, grow_coarse_mesh, update_coarse_mesh
 from touchatlas.atlas.mesh.narrow_band import REACH
 from touchatlas.atlas.mesh.pn_triangles import Subdivision
 from touchatlas.atlas.mesh.resolution import (
@@ -101,7 +101,7 @@ class GrownSurface:
         Of its triangles, about.
     borne : float, length
         The edge that the patches bore, wherever other sheets were.
-    skin : Skin
+    coarse : Skin
         Its coarse triangles.
     deviation : float, length
         What its patches usually expected to be off when it was begun.
@@ -110,7 +110,7 @@ class GrownSurface:
     surface: Surface
     edge: float
     borne: float
-    skin: Skin
+    coarse: CoarseMesh
     deviation: float
 
 
@@ -118,12 +118,12 @@ def grow_surface(atlas: Atlas, edge: float | None = None) -> GrownSurface:
     """The same surface as ``extract_surface``, to be renewed with every change of the atlas."""
     if not len(atlas.table.index):
         raise ValueError("the atlas has no patch yet; add a touch with three contours first")
-    table, kin, deviation = atlas.table, atlas.kin, usual_deviation(atlas)
-    borne, gaps = patch_resolution(atlas, deviation), gaps_of(table, kin, table.rows)
+    table, neighbours, deviation = atlas.table, atlas.neighbours, usual_deviation(atlas)
+    borne, gaps = patch_resolution(atlas, deviation), gaps_of(table, neighbours, table.rows)
     edge = check_edge(atlas, parting_edge(table, borne, gaps) if edge is None else edge)
-    skin = grow_skin(table, kin, cube_edge(table, kin, edge, gaps))
-    surface = smooth_surface(atlas, skin, round(skin.edge / edge))
-    return GrownSurface(surface, edge, borne, skin, deviation)
+    coarse = grow_coarse_mesh(table, neighbours, cube_edge(table, neighbours, edge, gaps))
+    surface = smooth_surface(atlas, coarse, round(coarse.edge / edge))
+    return GrownSurface(surface, edge, borne, coarse, deviation)
 
 
 def renew_surface(grown: GrownSurface, atlas: Atlas, change: AtlasChange) -> GrownSurface:
@@ -141,17 +141,17 @@ def renew_surface(grown: GrownSurface, atlas: Atlas, change: AtlasChange) -> Gro
         As it is after the change.
     change : AtlasChange
     """
-    table, kin = atlas.table, atlas.kin
+    table, neighbours = atlas.table, atlas.neighbours
     rows = change.added + change.changed + change.merged + change.split + change.removed
     rows = sorted(set(rows))
     left = [row for row in rows if row in table.index]
-    deviation, gaps = usual_deviation(atlas, grown.deviation), gaps_of(table, kin, left)
-    same_cubes = cube_edge(table, kin, grown.edge, gaps, left) >= grown.skin.edge
+    deviation, gaps = usual_deviation(atlas, grown.deviation), gaps_of(table, neighbours, left)
+    same_cubes = cube_edge(table, neighbours, grown.edge, gaps, left) >= grown.coarse.edge
     if not (same_cubes and _holds(grown, atlas, deviation, gaps)):
         return grow_surface(atlas)
-    skin = renew_skin(table, kin, grown.skin, rows)
-    surface = smooth_surface(atlas, skin, round(skin.edge / grown.edge))
-    return GrownSurface(surface, grown.edge, grown.borne, skin, deviation)
+    coarse = update_coarse_mesh(table, neighbours, grown.coarse, rows)
+    surface = smooth_surface(atlas, coarse, round(coarse.edge / grown.edge))
+    return GrownSurface(surface, grown.edge, grown.borne, coarse, deviation)
 
 
 def _holds(grown: GrownSurface, atlas: Atlas, deviation: float, gaps) -> bool:
@@ -165,27 +165,27 @@ def _holds(grown: GrownSurface, atlas: Atlas, deviation: float, gaps) -> bool:
     return parting_edge(atlas.table, borne, gaps) >= least or resolution(atlas, deviation) >= least
 
 
-def smooth_surface(atlas: Atlas, skin: Skin, count: int) -> Surface:
+def smooth_surface(atlas: Atlas, coarse: CoarseMesh, count: int) -> Surface:
     """The skin's triangles cut into ``count`` x ``count`` curved ones, where they are known: where
     patches reach, among their samples, and expect to be off by no more than is trusted."""
-    table, kin, old = atlas.table, atlas.kin, skin.vertices
-    cut = Subdivision(len(old.keys), skin.faces, count)
+    table, neighbours, old = atlas.table, atlas.neighbours, coarse.vertices
+    cut = Subdivision(len(old.keys), coarse.faces, count)
     points, faces = cut.points(old.points, old.normals), cut.faces()
     patch = _nearest(table, cut, old.patch, points)
-    known = _known(table, kin, patch, points, REACH * skin.edge)
+    known = _known(table, neighbours, patch, points, REACH * coarse.edge)
     normals: np.ndarray = cut.linear(old.normals)
     normals /= np.sqrt(np.einsum("ij,ij->i", normals, normals))[:, None]
-    if not kin.creases:
+    if not neighbours.creases:
         points += (
             cut.linear(mean_height(cut.edges, old.points, old.normals, count))[:, None] * normals
         )
     deviation, curvature = np.sqrt(cut.linear(old.variance)), cut.linear(old.curvature)
     known &= supported(atlas, patch, points, deviation)
-    kept = _unfolded(faces, normals, skin.faces, old.normals)
+    kept = _without_bridging_triangles(faces, normals, coarse.faces, old.normals)
     whole = Surface(points, kept, normals, deviation, patch, curvature)
     if not known.all() or len(whole.faces) < len(faces):
         whole = _only(whole, known)
-    return sharpen(table, kin, whole, REACH * skin.edge)
+    return sharpen(table, neighbours, whole, REACH * coarse.edge)
 
 
 def mean_height(edges, points, normals, count: int) -> np.ndarray:
@@ -211,7 +211,7 @@ def mean_height(edges, points, normals, count: int) -> np.ndarray:
     return total / np.maximum(times, 1.0) / (8.0 * count * count)
 
 
-def _unfolded(faces, normals, coarse, coarse_normals) -> np.ndarray:
+def _without_bridging_triangles(faces, normals, coarse, coarse_normals) -> np.ndarray:
     """Those of the triangles (f, 3) that do not join two sheets which turn their backs, or faces,
     to each other: at the rim of a thin wall that is known on one side only.
 
@@ -253,20 +253,20 @@ def _nearest(table: Table, cut: Subdivision, patch, points) -> np.ndarray:
     least, out[mixed] = np.full(len(mixed), np.inf), some[0]
     for rows in some:
         offset = here - table.site[rows]
-        power = np.einsum("ij,ij->i", offset, offset) - table.power[rows]
+        power = np.einsum("ij,ij->i", offset, offset) - table.weight[rows]
         out[mixed] = np.where(power < least, rows, out[mixed])
         least = np.minimum(power, least)
     return out
 
 
-def _known(table: Table, kin: Kin, patch, points, reach: float) -> np.ndarray:
+def _known(table: Table, neighbours: SheetNeighbours, patch, points, reach: float) -> np.ndarray:
     """(w,) whether the surface is known at points (w, 3) of it, which lie with the patches (w,):
     as ``blend`` says, which is asked only where the patch does not cover."""
     offset = points - table.site[patch]
     square = np.einsum("ij,ij->i", offset, offset)
-    known = square <= (1.0 + COVER_MARGIN) * table.power[patch]
-    if kin.creases:
-        known = kin.creases.sees(patch, points, known)
+    known = square <= (1.0 + COVER_MARGIN) * table.weight[patch]
+    if neighbours.creases:
+        known = neighbours.creases.sees(patch, points, known)
     doubt = np.flatnonzero(~known)
-    known[doubt] = blend(table, kin, points[doubt], reach).known
+    known[doubt] = blend(table, neighbours, points[doubt], reach).known
     return known

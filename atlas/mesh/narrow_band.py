@@ -9,16 +9,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from touchatlas.atlas.field.blend import leaders
-from touchatlas.atlas.field.blend_at_edges import lead_off_edges, speakers
+from touchatlas.atlas.field.blend import owners
+from touchatlas.atlas.field.blend_at_edges import nearest_at_edges, own_beyond_edges
 from touchatlas.atlas.field.patch_values import COVER_MARGIN, distances
-from touchatlas.atlas.graph.sheets import Kin
+from touchatlas.atlas.graph.sheets import SheetNeighbours
 from touchatlas.atlas.mesh.marching_cubes import corners_of, crossed_neighbours, key, unkey
 from touchatlas.atlas.patches.patch_table import Table
 
 # Points of a core, in edges apart over its tangent plane: no more than one on a slope of 45
 # degrees. And how often the cubes grow beyond those that hold such a point.
-_APART, _WAVES = 0.7, 2
+_APART, _FLOODS = 0.7, 2
 _NEWTON_STEPS, _LEAST_UPRIGHT, _AT_ONCE = 3, 0.2, 2048
 # Patches farther than this from a corner, in edges, are not considered there.
 REACH = 2.0
@@ -34,17 +34,17 @@ class Corners:
         Ascending.
     values : (g,) float, length
         Signed distance; NaN where no patch knows the surface.
-    leaders : (g,) int
+    owners : (g,) int
         The patch in whose cell the foot lies; -1 where unknown.
     """
 
     keys: np.ndarray
     values: np.ndarray
-    leaders: np.ndarray
+    owners: np.ndarray
 
     def only(self, keep) -> "Corners":
         """Those that are kept (g,)."""
-        return Corners(self.keys[keep], self.values[keep], self.leaders[keep])
+        return Corners(self.keys[keep], self.values[keep], self.owners[keep])
 
     def at(self, keys) -> np.ndarray:
         """Where keys (...) stand; all of them must be there."""
@@ -96,7 +96,9 @@ def _on_patches(table: Table, rows, scaled, core: float) -> np.ndarray:
     return scaled * radius @ table.axes[rows] + origin
 
 
-def find_cubes(table: Table, kin: Kin, first, start, edge: float, known: Corners):
+def find_cubes(
+    table: Table, neighbours: SheetNeighbours, first, start, edge: float, known: Corners
+):
     """Cubes that the surface may pass, from the cubes of all cores ``first`` (c,).
 
     Returns
@@ -107,11 +109,11 @@ def find_cubes(table: Table, kin: Kin, first, start, edge: float, known: Corners
         ``known`` ones, which are not asked again, and all others of these cubes.
     """
     cubes, fresh, corners = first, first, known
-    for wave in range(_WAVES + 1):
+    for flood in range(_FLOODS + 1):
         needed = corners_of(fresh)
         new = np.unique(needed[~corners.has(needed)])
-        corners = corners.joined(ask(table, kin, new, start, edge))
-        if wave < _WAVES:
+        corners = corners.joined(ask(table, neighbours, new, start, edge))
+        if flood < _FLOODS:
             inside = corners.values[corners.at(needed)]
             whole = ~np.isnan(inside).any(axis=1)
             fresh = np.unique(crossed_neighbours(fresh[whole], inside[whole] < 0.0))
@@ -121,50 +123,52 @@ def find_cubes(table: Table, kin: Kin, first, start, edge: float, known: Corners
     return cubes[~np.isnan(values).all(axis=1)], corners
 
 
-def ask(table: Table, kin: Kin, keys, start, edge: float) -> Corners:
+def ask(table: Table, neighbours: SheetNeighbours, keys, start, edge: float) -> Corners:
     """The corners of some keys (g,), ascending, by the patch that leads there."""
     points = unkey(keys) * edge + start
-    values, lead = np.full(len(keys), np.nan), np.full(len(keys), -1)
+    values, patch = np.full(len(keys), np.nan), np.full(len(keys), -1)
     rows, which = table.index.near(points)
     distance, normals, covers = distances(
-        table, kin, rows, points[which], REACH * edge, False, plain=True
+        table, neighbours, rows, points[which], REACH * edge, False, plain=True
     )
     feet, own = points[which] - distance[:, None] * normals, covers
-    if kin.creases:
-        own = kin.creases.sees(rows, feet, covers)
-    starts, sizes, leader, led = leaders(rows, which, distance, own)
-    if kin.creases:
+    if neighbours.creases:
+        own = neighbours.creases.sees(rows, feet, covers)
+    starts, sizes, owner, is_owned = owners(rows, which, distance, own)
+    if neighbours.creases:
         feet[~covers] = np.nan
-        lead_off_edges(kin.creases, rows, starts, sizes, distance, feet, leader, led)
-    lead[which[starts][led]] = leader[led]
-    mine = rows == lead[which]
+        own_beyond_edges(neighbours.creases, rows, starts, sizes, distance, feet, owner, is_owned)
+    patch[which[starts][is_owned]] = owner[is_owned]
+    mine = rows == patch[which]
     values[which[mine]] = distance[mine]
-    return Corners(keys, values, lead)
+    return Corners(keys, values, patch)
 
 
-def extend(table: Table, kin: Kin, at, corners: Corners, start, edge: float) -> Corners:
+def extend(
+    table: Table, neighbours: SheetNeighbours, at, corners: Corners, start, edge: float
+) -> Corners:
     """The corners with those that no patch knows taken from a patch that leads at another corner
     of the same cube: the one that puts the surface nearest.
 
     ``at`` (c, 8) tells where among the corners those of the cubes stand.
     """
-    at = at[(corners.leaders[at] < 0).any(axis=1)]
+    at = at[(corners.owners[at] < 0).any(axis=1)]
     if not len(at):
         return corners
-    lead = corners.leaders[at]
-    cube, corner = np.nonzero(lead < 0)
-    who = lead[cube]
+    owner = corners.owners[at]
+    cube, corner = np.nonzero(owner < 0)
+    who = owner[cube]
     pairs = np.repeat(at[cube, corner], who.shape[1])[who.ravel() >= 0]
     who = who[who >= 0]
     pairs, who = np.divmod(np.unique(pairs * table.size + who), table.size)
     points = unkey(corners.keys[pairs]) * edge + start
-    distance, _, _ = distances(table, kin, who, points, np.inf, plain=True)
-    if kin.creases:
-        keep = speakers(kin.creases, who, pairs, distance)
+    distance, _, _ = distances(table, neighbours, who, points, np.inf, plain=True)
+    if neighbours.creases:
+        keep = nearest_at_edges(neighbours.creases, who, pairs, distance)
         pairs, who, distance = pairs[keep], who[keep], distance[keep]
     order = np.lexsort((who, np.abs(distance), pairs))
     pairs, first = np.unique(pairs[order], return_index=True)
-    values, lead = corners.values.copy(), corners.leaders.copy()
+    values, owner = corners.values.copy(), corners.owners.copy()
     values[pairs] = distance[order][first]
-    lead[pairs] = who[order][first]
-    return Corners(corners.keys, values, lead)
+    owner[pairs] = who[order][first]
+    return Corners(corners.keys, values, owner)

@@ -4,7 +4,7 @@ import numpy as np
 
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.field.patch_values import distances
-from touchatlas.atlas.graph.sheets import Kin, are_kin
+from touchatlas.atlas.graph.sheets import SheetNeighbours, same_sheet
 from touchatlas.atlas.patches.patch_table import Table
 from touchatlas.patch.geometry.arrays import real
 
@@ -29,7 +29,7 @@ _NEAREST, _MOST_SQUARES = 0.02, 2e5
 
 def resolution(atlas: Atlas, deviation: float | None = None) -> float:
     """Edge of the triangles: as long as the patches bear, and short enough to part sheets."""
-    gaps = gaps_of(atlas.table, atlas.kin, atlas.table.rows)
+    gaps = gaps_of(atlas.table, atlas.neighbours, atlas.table.rows)
     return parting_edge(atlas.table, patch_resolution(atlas, deviation), gaps)
 
 
@@ -37,7 +37,7 @@ def parting_edge(table: Table, edge: float, gaps) -> float:
     """An edge, or the one whose cubes are passed by one of two sheets at most, where these are
     ``gaps`` (m,) apart, if that is shorter."""
     parting = gaps / np.sqrt(3.0)
-    parting = parting[np.pi * table.power[table.rows].sum() <= _MOST_SQUARES * parting**2]
+    parting = parting[np.pi * table.weight[table.rows].sum() <= _MOST_SQUARES * parting**2]
     return min(edge, float(np.quantile(parting, _NEAREST))) if len(parting) else edge
 
 
@@ -51,11 +51,13 @@ def patch_resolution(atlas: Atlas, deviation: float | None = None) -> float:
     deviation = usual_deviation(atlas) if deviation is None else deviation
     table, rows = atlas.table, atlas.table.rows
     second = 2.0 * np.abs(table.mean[rows, 3:6]).max(axis=1) / table.radius[rows]
-    if table.rough:
+    if table.residuals:
         # Of residuals, too: the second derivative of a Matern process of smoothness 5/2 has the
         # standard deviation 5 a / l^2.
-        rough, texture = np.isin(rows, list(table.rough)), atlas.texture
-        second[rough] = np.hypot(second[rough], 5.0 * texture.amplitude / texture.length**2)
+        rough, residual_scale = np.isin(rows, list(table.residuals)), atlas.residual_scale
+        second[rough] = np.hypot(
+            second[rough], 5.0 * residual_scale.amplitude / residual_scale.length**2
+        )
     curvature = np.quantile(second, _CURVATURE_QUANTILE)
     sagitta = max(_SAGITTA * atlas.tolerance, _UNSURE * deviation)
     chord = np.sqrt(8.0 * sagitta / max(curvature, np.finfo(float).tiny))
@@ -82,7 +84,7 @@ def check_edge(atlas: Atlas, edge: float) -> float:
             f"edge is {edge}; it must be a length > 0 and no more than the {most:.4g} that the "
             "patches span: leave it out for a fitting one"
         )
-    area = np.pi * table.power[rows].sum()
+    area = np.pi * table.weight[rows].sum()
     need = (_BYTES_CREASED if atlas.creases else _BYTES) * area / (0.25 * np.sqrt(3.0))
     least = float(np.sqrt(need / _MOST_BYTES))
     if edge < least:
@@ -100,7 +102,7 @@ def usual_deviation(atlas: Atlas, before: float = np.inf) -> float:
         return before
     rows = atlas.table.rows
     some = rows[:: max(1, len(rows) // _ASKED)]
-    points = 0.5 * (atlas.table.ring[some] + atlas.table.origin[some, None])
+    points = 0.5 * (atlas.table.outline[some] + atlas.table.origin[some, None])
     # Off the surface patches are less sure than on it.
     seen = atlas.blend(_on_surface(atlas, points[:, ::4].reshape(-1, 3)))
     return float(np.median(seen.deviation[seen.known])) if seen.known.any() else 0.0
@@ -112,10 +114,10 @@ def _on_surface(atlas: Atlas, points) -> np.ndarray:
     return (points - seen.distance[:, None] * seen.normal)[seen.known]
 
 
-def cube_edge(table: Table, kin: Kin, edge: float, gaps, rows=None) -> float:
+def cube_edge(table: Table, neighbours: SheetNeighbours, edge: float, gaps, rows=None) -> float:
     """Edge of the cubes: a multiple of the triangles', as many as the patches, or some of them,
     bear, and the ``gaps`` (m,) between their sheets; with creases the triangles' own."""
-    if kin.creases:
+    if neighbours.creases:
         return edge
     rows = table.rows if rows is None else np.array(rows, int)
     most = _SHARE * table.radius[rows].min(initial=np.inf) / edge
@@ -125,18 +127,18 @@ def cube_edge(table: Table, kin: Kin, edge: float, gaps, rows=None) -> float:
     return edge * max(1, int(min(_MOST, most, apart)))
 
 
-def gaps_of(table: Table, kin: Kin, rows) -> np.ndarray:
+def gaps_of(table: Table, neighbours: SheetNeighbours, rows) -> np.ndarray:
     """(m,) distances between two sheets that turn their backs, or faces, to each other: from
     outlines and centres of the patches ``rows`` to the cores of strangers that they lie under or
     over."""
     rows = np.array(rows, int)
-    places = np.concatenate([table.ring[rows], table.origin[rows][:, None]], axis=1)
+    places = np.concatenate([table.outline[rows], table.origin[rows][:, None]], axis=1)
     home = np.repeat(rows, places.shape[1])
     places = places.reshape(-1, 3)
     who, which = table.index.near(places)
     mine = home[which]
     opposed = (table.axes[who, 2] * table.axes[mine, 2]).sum(axis=1) < OPPOSED
-    opposed[opposed] &= ~are_kin(kin, mine[opposed], who[opposed])
+    opposed[opposed] &= ~same_sheet(neighbours, mine[opposed], who[opposed])
     who, which = who[opposed], which[opposed]
-    distance, _, own = distances(table, kin, who, places[which], np.inf)
+    distance, _, own = distances(table, neighbours, who, places[which], np.inf)
     return np.abs(distance[own])

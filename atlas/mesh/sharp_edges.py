@@ -13,9 +13,9 @@ import numpy as np
 from touchatlas.atlas.field.blend import blend
 from touchatlas.atlas.graph.crease_curves import side_of
 from touchatlas.atlas.graph.creases import Creases
-from touchatlas.atlas.graph.sheets import Kin, are_kin
+from touchatlas.atlas.graph.sheets import SheetNeighbours, same_sheet
 from touchatlas.atlas.mesh.cut_triangles import cut_faces, weld
-from touchatlas.atlas.patches.intersect import look, meet
+from touchatlas.atlas.patches.intersect import intersect, patches_at
 from touchatlas.atlas.patches.patch_table import Table
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 # A vertex this near to the crease, as a share of its edge, or to a corner is put on it.
 _SNAP = 0.2
-_SETTLE = 3
+_PROJECTIONS = 3
 # A point of a crease this far from the edge that it cuts, in its lengths, is not taken.
 _FAR = 1.5
 
@@ -46,42 +46,48 @@ class _Mesh:
     parents: np.ndarray
 
 
-def sharpen(table: Table, kin: Kin, surface: "Surface", reach: float) -> "Surface":
+def sharpen(
+    table: Table, neighbours: SheetNeighbours, surface: "Surface", reach: float
+) -> "Surface":
     """The surface with its triangles cut along the creases.
 
     Parameters
     ----------
     table : Table
-    kin : Kin
+    neighbours : Kin
     surface : Surface
     reach : float, length
         Patches farther than this from a vertex are not considered there.
     """
-    creases = kin.creases
+    creases = neighbours.creases
     if not creases:
         return surface
-    points, patch = _settled(table, kin, surface, reach)
+    points, patch = _projected(table, neighbours, surface, reach)
     sheets = np.full((len(points), 3), -1)
     sheets[:, 0] = patch
     mesh = _Mesh(points, sheets, np.repeat(np.arange(len(points))[:, None], 2, axis=1))
-    ends, pairs = _crossing(kin, surface.faces, patch)
+    ends, pairs = _crossing(neighbours, surface.faces, patch)
     if not len(ends):
         return replace(surface, vertices=points, patch=patch)
-    cut = _cut_edges(table, kin, creases, mesh, ends, pairs)
-    faces, middles = cut_faces(surface.faces, cut, mesh.sheets, kin)
+    cut = _cut_edges(table, neighbours, creases, mesh, ends, pairs)
+    faces, middles = cut_faces(surface.faces, cut, mesh.sheets, neighbours)
     _fill_middles(table, creases, mesh, middles)
     return _finished(table, surface, mesh, faces)
 
 
-def _settled(table: Table, kin: Kin, surface: "Surface", reach: float):
+def _projected(table: Table, neighbours: SheetNeighbours, surface: "Surface", reach: float):
     """Vertices (v, 3) next to the creases moved onto the surface, and the patches (v,) they lie
     in."""
     points, patch = surface.vertices.copy(), surface.patch.copy()
     one, two, three = patch[surface.faces].T
-    mixed = ~(are_kin(kin, one, two) & are_kin(kin, two, three) & are_kin(kin, three, one))
+    mixed = ~(
+        same_sheet(neighbours, one, two)
+        & same_sheet(neighbours, two, three)
+        & same_sheet(neighbours, three, one)
+    )
     zone = np.unique(surface.faces[mixed])
-    for _ in range(_SETTLE):
-        seen = blend(table, kin, points[zone], reach)
+    for _ in range(_PROJECTIONS):
+        seen = blend(table, neighbours, points[zone], reach)
         zone = zone[seen.known]
         step = np.clip(seen.distance[seen.known], -0.5 * reach, 0.5 * reach)
         points[zone] -= step[:, None] * seen.normal[seen.known]
@@ -89,34 +95,36 @@ def _settled(table: Table, kin: Kin, surface: "Surface", reach: float):
     return points, patch
 
 
-def _crossing(kin: Kin, faces, patch):
+def _crossing(neighbours: SheetNeighbours, faces, patch):
     """Edges of the mesh (e, 2) between two sheets, and creased patches (e, 2) of these."""
     ends = np.sort(np.concatenate([faces, np.roll(faces, -1, axis=1)], axis=0).reshape(2, -1).T)
     ends = np.unique(ends, axis=0)
     first, second = patch[ends].T
-    ends = ends[~are_kin(kin, first, second)]
+    ends = ends[~same_sheet(neighbours, first, second)]
     found: dict[tuple[int, int], tuple[int, int] | None] = {}
     for pair in map(tuple, patch[ends].tolist()):
         if pair not in found:
-            found[pair] = _creased(kin, *pair)
+            found[pair] = _creased(neighbours, *pair)
     pairs = [found[pair] for pair in map(tuple, patch[ends].tolist())]
     keep = np.array([pair is not None for pair in pairs], bool)
     both = np.array([pair for pair in pairs if pair is not None], int).reshape(-1, 2)
     return ends[keep], both
 
 
-def _creased(kin: Kin, first: int, second: int) -> tuple[int, int] | None:
+def _creased(neighbours: SheetNeighbours, first: int, second: int) -> tuple[int, int] | None:
     """Creased patches of the sheets of two patches: these themselves, if they are."""
-    creases = kin.creases
+    creases = neighbours.creases
     assert creases is not None
-    for i in (first, *sorted(kin[first])):
-        for j in (second, *sorted(kin[second])):
+    for i in (first, *sorted(neighbours[first])):
+        for j in (second, *sorted(neighbours[second])):
             if creases.sign(i, j):
                 return i, j
     return None
 
 
-def _cut_edges(table: Table, kin: Kin, creases: Creases, mesh: _Mesh, ends, pairs) -> dict:
+def _cut_edges(
+    table: Table, neighbours: SheetNeighbours, creases: Creases, mesh: _Mesh, ends, pairs
+) -> dict:
     """Put a vertex on the crease on every edge (e, 2), or one of its ends where that is near.
 
     Returns
@@ -139,7 +147,9 @@ def _cut_edges(table: Table, kin: Kin, creases: Creases, mesh: _Mesh, ends, pair
         at = int(snapped[e])
         if near[e] < _SNAP and mesh.sheets[at, 1] < 0:
             mesh.points[at], mesh.sheets[at, :2] = points[e], pairs[e]
-    fresh = [e for e, (one, other) in enumerate(ends) if not _share(kin, mesh.sheets, one, other)]
+    fresh = [
+        e for e, (one, other) in enumerate(ends) if not _share(neighbours, mesh.sheets, one, other)
+    ]
     size = len(mesh.points)
     for place, e in enumerate(fresh):
         cut[int(u[e]), int(v[e])] = size + place
@@ -147,28 +157,28 @@ def _cut_edges(table: Table, kin: Kin, creases: Creases, mesh: _Mesh, ends, pair
     return cut
 
 
-def _share(kin: Kin, sheets, first: int, second: int) -> bool:
+def _share(neighbours: SheetNeighbours, sheets, first: int, second: int) -> bool:
     """Whether two vertices lie on a common sheet."""
     mine, theirs = ([int(i) for i in sheets[v] if i >= 0] for v in (first, second))
-    return any(i == j or i in kin[j] for i in mine for j in theirs)
+    return any(i == j or i in neighbours[j] for i in mine for j in theirs)
 
 
 def _distance(table: Table, rows, points) -> np.ndarray:
     """(m,) signed distance of points (m, 3) from patches (m,)."""
-    return look(table, np.asarray(rows)[:, None], points).distance[:, 0]
+    return patches_at(table, np.asarray(rows)[:, None], points).distance[:, 0]
 
 
 def _on_crease(table: Table, creases: Creases, pairs, points, length) -> np.ndarray:
     """Points (m, 3) moved onto both patches of pairs (m, 2), and to the corner where a third
     sheet cuts the crease off, or is near."""
-    found = meet(table, pairs, points).points
+    found = intersect(table, pairs, points).points
     out = np.where((_away(found, points) <= _FAR * length)[:, None], found, points)
     thirds = [sorted(creases.of(i) & creases.of(j)) for i, j in pairs.tolist()]
     which = np.repeat(np.arange(len(pairs)), [len(third) for third in thirds])
     if not len(which):
         return out
     third = np.concatenate([np.array(t, int) for t in thirds])
-    corner = meet(table, np.column_stack([pairs[which], third]), out[which])
+    corner = intersect(table, np.column_stack([pairs[which], third]), out[which])
     side = np.array(
         [
             side_of(creases.sign(i, k), creases.sign(j, k), creases.sign(i, j))
@@ -203,7 +213,7 @@ def _fill_middles(table: Table, creases: Creases, mesh: _Mesh, middles) -> None:
     rows = np.array([sheets for _, sheets in middles])
     start = mesh.points[corners].mean(axis=1)
     length = np.sqrt(((mesh.points[corners] - start[:, None]) ** 2).sum(axis=2)).max(axis=1)
-    found = meet(table, rows, start).points
+    found = intersect(table, rows, start).points
     points = np.where((_away(found, start) <= _FAR * length)[:, None], found, start)
     _append(mesh, points, rows, corners[:, :2])
 
@@ -235,5 +245,5 @@ def _finished(table: Table, surface: "Surface", mesh: _Mesh, faces) -> "Surface"
 def _normals(table: Table, sheets, points) -> np.ndarray:
     """(m, 3) sums of the unit normals of the sheets (m, 3), where not -1, at points (m, 3)."""
     rows = np.where(sheets >= 0, sheets, sheets[:, :1])
-    normals = look(table, rows, points).normals
+    normals = patches_at(table, rows, points).normals
     return (normals * (sheets >= 0)[..., None]).sum(axis=1)

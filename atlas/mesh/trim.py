@@ -46,15 +46,15 @@ def supported(atlas: "Atlas", patch, points, deviation) -> np.ndarray:
 def rim(atlas: "Atlas") -> list[int]:
     """Rows whose outlines, or those of kin of theirs, no patch covers everywhere."""
     table, rows = atlas.table, atlas.table.rows
-    bare = rows[table.ring_open[rows].any(axis=1)].tolist()
-    return sorted(set(bare).union(*(atlas.kin[i] for i in bare)))
+    bare = rows[table.outline_open[rows].any(axis=1)].tolist()
+    return sorted(set(bare).union(*(atlas.neighbours[i] for i in bare)))
 
 
 def _samples(atlas: "Atlas", row: int) -> np.ndarray:
     """(n, 3) what a row learned from, and the creases of its sheet: the surface reaches them."""
-    creases, members = atlas.creases, atlas.learning.members[row]
+    creases, members = atlas.creases, atlas.membership.fitted[row]
     lines = [creases.curve(row, j) for j in sorted(creases.of(row))]
-    return np.concatenate([atlas.learning.pool.points[members], *lines])
+    return np.concatenate([atlas.membership.pool.points[members], *lines])
 
 
 def _over(atlas: "Atlas", row: int, points) -> np.ndarray:

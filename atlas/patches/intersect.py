@@ -14,7 +14,7 @@ _SINGULAR = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
-class Meeting:
+class Intersection:
     """Points (m, 3) that are looked at by k patches each.
 
     Parameters
@@ -33,7 +33,7 @@ class Meeting:
     across: np.ndarray
 
 
-def look(table: Table, rows, points) -> Meeting:
+def patches_at(table: Table, rows, points) -> Intersection:
     """What patches ``rows`` (m, k) say at world points (m, 3)."""
     count, kinds = rows.shape
     flat = rows.ravel()
@@ -44,12 +44,12 @@ def look(table: Table, rows, points) -> Meeting:
     normals = (upward / length[..., None]) @ table.axes[flat]
     across = np.sqrt((scaled[:, 0, :2] ** 2).sum(axis=1))
     shape = (count, kinds)
-    return Meeting(
+    return Intersection(
         points, distance.reshape(shape), normals.reshape(*shape, 3), across.reshape(shape)
     )
 
 
-def meet(table: Table, rows, points, planes=None) -> Meeting:
+def intersect(table: Table, rows, points, planes=None) -> Intersection:
     """Points on all of k patches each, nearest by first order to where they start.
 
     Parameters
@@ -73,7 +73,7 @@ def meet(table: Table, rows, points, planes=None) -> Meeting:
     """
     longest = _LONGEST * table.radius[rows].min(axis=1, initial=np.inf)
     for _ in range(_STEPS):
-        seen = look(table, rows, points)
+        seen = patches_at(table, rows, points)
         rises, values = seen.normals, seen.distance
         if planes is not None:
             normals, levels = planes
@@ -85,4 +85,4 @@ def meet(table: Table, rows, points, planes=None) -> Meeting:
         length = np.sqrt((step * step).sum(axis=1))
         share = longest / np.maximum(length, longest)
         points = points - share[:, None] * step
-    return look(table, rows, points)
+    return patches_at(table, rows, points)

@@ -37,7 +37,7 @@ class Products:
     heads: np.ndarray
     slots: np.ndarray
 
-    def folded(self, matrices) -> np.ndarray:
+    def quadratic_forms(self, matrices) -> np.ndarray:
         """(..., p) coefficients of the polynomials phi^t A phi of matrices A (..., t, t)."""
         flat = matrices.reshape(*matrices.shape[:-2], len(self.pairs))
         return np.add.reduceat(flat[..., self.pairs], self.starts, axis=-1)

@@ -58,8 +58,8 @@ def absorb(table: Table, rows: np.ndarray, pool: SamplePool, index, member) -> N
     (m, n) says they belong to."""
     moments, right, square = sums_of(table, rows, pool, index, member)
     table.moments[rows] += moments
-    table.right[rows] += right
-    table.square[rows] += square
+    table.rhs[rows] += right
+    table.sum_of_squares[rows] += square
     table.count[rows] += member.sum(axis=1)
 
 
@@ -68,7 +68,7 @@ def sums_of(table: Table, rows, pool: SamplePool, index, member):
     w z^2 (m,)."""
     scaled = table.scaled_local(rows, pool.points[index])
     terms = monomials(table.basis, scaled[..., 0], scaled[..., 1], scaled[..., 2])
-    phi, px, py, pz = evaluate_batch(table.basis, table.anchor[rows], terms, GRADIENT)
+    phi, px, py, pz = evaluate_batch(table.basis, table.linearisation_point[rows], terms, GRADIENT)
     value = scaled[..., 2] - phi
     gradient = np.empty_like(scaled)
     gradient[..., 0], gradient[..., 1], gradient[..., 2] = -px, -py, 1.0 - pz
@@ -93,7 +93,7 @@ def sums_of(table: Table, rows, pool: SamplePool, index, member):
 def left_out(table: Table, rows, scaled) -> np.ndarray:
     """(m, n) variance, scaled, of what the degree of the rows leaves out at points (m, n, 3)."""
     square = (scaled[..., :2] ** 2).sum(axis=-1)
-    rim = leftover(table.basis, table.turn[rows])
+    rim = leftover(table.basis, table.length_ratio[rows])
     return (rim * rim)[:, None] * square ** (table.basis.degree + 1)
 
 
@@ -105,25 +105,25 @@ def solve(table: Table, rows: np.ndarray) -> None:
     """
     mean, covariance, residual = _solution(table, rows)
     table.mean[rows] = mean
-    table.variance[rows] = table.products.folded(covariance)
+    table.variance[rows] = table.products.quadratic_forms(covariance)
     table.residual[rows] = residual * table.radius[rows]
     for row in rows.tolist():
-        table.rough.pop(row, None)
+        table.residuals.pop(row, None)
 
 
 def covariance_of(table: Table, row: int) -> np.ndarray:
     """(t, t) covariance of a row's coefficients, as they were last solved for."""
-    if row in table.rough:
-        return table.rough[row].covariance
+    if row in table.residuals:
+        return table.residuals[row].covariance
     return _solution(table, np.array([row]))[1][0]
 
 
 def _solution(table: Table, rows):
     """Means (m, t), covariances (m, t, t) and scaled residuals (m,) of the rows' equations."""
     noise = table.noise_scaled(rows)
-    precision = coefficient_precision(table.basis, table.turn[rows], table.bend[rows])
+    precision = coefficient_precision(table.basis, table.length_ratio[rows], table.z_scale[rows])
     equations = table.equations(rows)
-    mean, covariance = posterior(equations.gram, equations.right, noise, precision)
+    mean, covariance = posterior(equations.gram, equations.rhs, noise, precision)
     freedom = equations.count - effective_parameters(covariance, precision)
     residual = np.sqrt(residual_square(equations, mean) / np.maximum(freedom, 1.0))
     covariance *= np.maximum(1.0, (residual / noise) ** 2)[:, None, None]

@@ -31,7 +31,7 @@ class Table:
     index : BallIndex
         The balls of the patch radii about the patch origins.
     rough : dict
-        Of rows: what is known of patches that have a residual (``rough.RoughPatch``).
+        Of rows: what is known of patches that have a residual (``rough.PatchResidual``).
     lengths : (3,) float
         How many patches there are, and the sums of their log feature lengths and of the squares.
     products : Products
@@ -43,7 +43,7 @@ class Table:
         self.core = core
         self.size = 0
         self.index = BallIndex()
-        self.rough: dict = {}
+        self.residuals: dict = {}
         self.lengths = np.zeros(3)
         self.products = products(basis)
         t, p = basis.size, len(self.products.starts)
@@ -53,25 +53,25 @@ class Table:
             "origin": (3,),
             "axes": (3, 3),
             "radius": (),
-            "power": (),
+            "weight": (),
             "noise": (),
-            "sensor": (),
-            "turn": (),
-            "bend": (),
+            "measurement_std": (),
+            "length_ratio": (),
+            "z_scale": (),
             "condition": (),
             "moments": (p,),
-            "right": (t,),
-            "square": (),
+            "rhs": (t,),
+            "sum_of_squares": (),
             "count": (),
             "learned": (),
-            "anchor": (t,),
+            "linearisation_point": (t,),
             "mean": (t,),
             "variance": (p,),
             "residual": (),
-            "ring": (OUTLINE_COUNT, 3),
-            "ring_open": (OUTLINE_COUNT,),
+            "outline": (OUTLINE_COUNT, 3),
+            "outline_open": (OUTLINE_COUNT,),
         }
-        kinds = {"alive": bool, "ring_open": bool}
+        kinds = {"alive": bool, "outline_open": bool}
         self._columns = {
             name: np.zeros((_ROOM, *shape), kinds.get(name, float))
             for name, shape in shapes.items()
@@ -97,8 +97,8 @@ class Table:
                 self._columns[name] = np.concatenate([column, more])
         self.size += 1
         self.site[row] = patch.frame.origin
-        self.alive[row] = self.ring_open[row] = True
-        self.power[row] = (self.core * patch.radius) ** 2
+        self.alive[row] = self.outline_open[row] = True
+        self.weight[row] = (self.core * patch.radius) ** 2
         self.condition[row] = patch.condition
         self.index.insert(row, patch.frame.origin, patch.radius)
         self._fill(row, fit)
@@ -118,15 +118,15 @@ class Table:
             "axes": patch.frame.axes,
             "radius": patch.radius,
             "noise": patch.noise_std,
-            "turn": fit.turn,
-            "bend": fit.bend,
+            "length_ratio": fit.length_ratio,
+            "z_scale": fit.z_scale,
             "moments": 0.0,
-            "right": 0.0,
-            "square": 0.0,
+            "rhs": 0.0,
+            "sum_of_squares": 0.0,
             "count": 0.0,
-            "anchor": patch.polynomial.coefficients,
+            "linearisation_point": patch.polynomial.coefficients,
             "mean": patch.polynomial.coefficients,
-            "variance": self.products.folded(patch.covariance),
+            "variance": self.products.quadratic_forms(patch.covariance),
             "residual": patch.residual_rms,
         }
         for name, value in values.items():
@@ -147,20 +147,20 @@ class Table:
 
     def _count_length(self, row: int, sign: float) -> None:
         """Enter the feature length of a row into the sums, or take it out."""
-        if self.turn[row] > 0.0:
-            length = np.log(self.radius[row] / self.turn[row])
+        if self.length_ratio[row] > 0.0:
+            length = np.log(self.radius[row] / self.length_ratio[row])
             self.lengths += sign * np.array([1.0, length, length * length])
 
     def remove(self, rows) -> None:
         """Take rows out of use; their numbers are never given again."""
         for row in rows:
             self._count_length(row, -1.0)
-        self.alive[rows] = self.ring_open[rows] = False
+        self.alive[rows] = self.outline_open[rows] = False
         self.radius[rows] = 0.0
-        self.power[rows] = -np.inf
+        self.weight[rows] = -np.inf
         for row in rows:
             self.index.remove(row)
-            self.rough.pop(row, None)
+            self.residuals.pop(row, None)
 
     def drop_last(self) -> None:
         """Take back the last row."""
@@ -184,18 +184,18 @@ class Table:
 
     def renew_rings(self, rows) -> None:
         """Lay the outlines of rows on their polynomials as they are now."""
-        self.ring[rows] = self._fresh_rings(rows)
+        self.outline[rows] = self._fresh_rings(rows)
 
     def ring_shifts(self, rows) -> np.ndarray:
         """(m,) by how much, in radii, the outlines of rows would move if they were laid now."""
-        offset = self._fresh_rings(rows) - self.ring[rows]
+        offset = self._fresh_rings(rows) - self.outline[rows]
         return np.sqrt((offset * offset).sum(axis=-1)).max(axis=1) / self.radius[rows]
 
     def ring_fits(self, rows) -> np.ndarray:
         """(m,) whether outlines of rows would lie within their cores if they were laid now: origins
         move, sites do not, and what is beyond a core is not its patch's to cover."""
         out = self._fresh_rings(rows) - self.site[rows][:, None]
-        return (out * out).sum(axis=-1).max(axis=1) <= _OWN * self.power[rows]
+        return (out * out).sum(axis=-1).max(axis=1) <= _OWN * self.weight[rows]
 
     def _fresh_rings(self, rows) -> np.ndarray:
         scaled = rings(self.basis, self.mean[rows], self.core) * self.radius[rows][:, None, None]
@@ -219,7 +219,7 @@ class Table:
     def equations(self, rows) -> NormalEquations:
         """The rows' normal equations, a stack."""
         gram = self.products.gram(self.moments[rows])
-        return NormalEquations(gram, self.right[rows], self.square[rows], self.count[rows])
+        return NormalEquations(gram, self.rhs[rows], self.sum_of_squares[rows], self.count[rows])
 
     def variance_at(self, rows, terms) -> np.ndarray:
         """(m, n) variance, scaled, of each row's phi at points with monomials (m, t, n)."""

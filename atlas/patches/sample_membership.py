@@ -15,7 +15,7 @@ from touchatlas.patch.fit.start import Stack, UnfitError
 # holds all samples a new frame may be as askew as the last, and another touch does not mend it.
 _GROWN, _GROWN_TURNED, _TURNED = 3.0, 1.2, 0.02
 # Samples this much farther out than a patch reaches are offered to a fit of it.
-OFFER_REACH = 1.25
+CANDIDATE_REACH = 1.25
 # Offered samples of rows that are fitted in one go, for the caches.
 _AT_ONCE = 1 << 14
 # Feature lengths within one object differ by no less than this, as a standard deviation of
@@ -34,7 +34,7 @@ def prior_of(lengths: np.ndarray) -> SmoothnessPrior:
     return SmoothnessPrior(mean, max(float(spread), _LEAST_LOG_STD))
 
 
-class Learning:
+class SampleMembership:
     """The samples of an atlas, and for each patch those in its equations.
 
     Parameters
@@ -53,44 +53,44 @@ class Learning:
     def __init__(self, table: Table) -> None:
         self._table = table
         self.pool = SamplePool()
-        self.members: list[np.ndarray] = []
-        self.brought: list[np.ndarray] = []
+        self.fitted: list[np.ndarray] = []
+        self.owned: list[np.ndarray] = []
 
-    def brought_by(self, rows) -> np.ndarray:
+    def owned_by(self, rows) -> np.ndarray:
         """Indices of all samples that touches of the rows brought, ascending."""
-        parts = [self.brought[i] for i in rows]
+        parts = [self.owned[i] for i in rows]
         return np.sort(np.concatenate(parts)) if parts else np.zeros(0, np.int32)
 
-    def members_of(self, rows) -> np.ndarray:
+    def fitted_by(self, rows) -> np.ndarray:
         """Indices of all samples in the equations of any of the rows, ascending."""
         found = np.zeros(len(self.pool), bool)
         for i in rows:
-            found[self.members[i]] = True
+            found[self.fitted[i]] = True
         return np.flatnonzero(found)
 
-    def known_about(self, row: int, kin) -> np.ndarray:
+    def known_about(self, row: int, neighbours) -> np.ndarray:
         """Indices of what touches of a row and its kin brought, ascending; of a bridge, which
         brought nothing, also what it learned from touches beyond its kin."""
-        brought = self.brought_by([row, *kin])
-        return brought if len(self.brought[row]) else np.union1d(self.members[row], brought)
+        brought = self.owned_by([row, *neighbours])
+        return brought if len(self.owned[row]) else np.union1d(self.fitted[row], brought)
 
-    def teach(self, rows: np.ndarray, index: np.ndarray) -> None:
+    def learn(self, rows: np.ndarray, index: np.ndarray) -> None:
         """Let every row (m,) learn those of new samples (n,) that are of its sheet."""
         member = of_patch(self._table, rows, self.pool.points[index], self.pool.normals[index])
         absorb(self._table, rows, self.pool, index, member)
         for i, mine in zip(rows.tolist(), member, strict=True):
-            self.members[i] = np.concatenate([self.members[i], index[mine]])
+            self.fitted[i] = np.concatenate([self.fitted[i], index[mine]])
 
     def forget(self, row: int) -> None:
         """A row that is no more has no samples."""
-        self.members[row] = self.brought[row] = np.zeros(0, np.int32)
+        self.fitted[row] = self.owned[row] = np.zeros(0, np.int32)
 
     def rebuild(self, row: int) -> None:
         """Equations of a row from scratch, of the same samples."""
         table, rows = self._table, np.array([row])
-        for name in ("moments", "right", "square", "count"):
+        for name in ("moments", "rhs", "sum_of_squares", "count"):
             getattr(table, name)[row] = 0.0
-        index = self.members[row]
+        index = self.fitted[row]
         absorb(table, rows, self.pool, index, np.ones((1, len(index)), bool))
 
     def outgrown(self, rows: np.ndarray) -> np.ndarray:
@@ -100,13 +100,13 @@ class Learning:
         grown = table.count[rows] / table.learned[rows]
         return rows[(grown >= _GROWN) | ((grown >= _GROWN_TURNED) & (slope > _TURNED))]
 
-    def refit(self, rows, offered, bias: float, prior: SmoothnessPrior, options) -> None:
+    def refit(self, rows, candidates, bias: float, prior: SmoothnessPrior, options) -> None:
         """Choose frames and priors of rows anew, from samples offered to each of them.
 
         Parameters
         ----------
         rows : (m,) int
-        offered : m arrays of int
+        candidates : m arrays of int
             Samples that may be of each row's sheet; those that are, are learned.
         bias : float, length
             Residuals beyond the noise that are borne.
@@ -117,34 +117,37 @@ class Learning:
         -----
         Rows that no polynomial fits, or none that faces any sample, stay as they are.
         """
-        counts = np.array([len(index) for index in offered], int)
+        counts = np.array([len(index) for index in candidates], int)
         order = np.argsort(counts, kind="stable")
         while len(order):
             step = max(1, _AT_ONCE // max(1, counts[order[0]]))
             some, order = order[:step], order[step:]
-            mine, index = np.asarray(rows)[some], Offer([offered[i] for i in some.tolist()])
+            mine, index = (
+                np.asarray(rows)[some],
+                CandidateSamples([candidates[i] for i in some.tolist()]),
+            )
             fits = self._fits(mine, index, bias, prior, options)
             good = [i for i, fit in enumerate(fits) if fit is not None]
             if good:
                 some = mine[good]
-                before = [(self._table.copy_of(row), self.members[row]) for row in some.tolist()]
-                self.settle(some, [fits[i] for i in good], index.only(good))
+                before = [(self._table.copy_of(row), self.fitted[row]) for row in some.tolist()]
+                self.enter_fits(some, [fits[i] for i in good], index.only(good))
                 self._take_back(some, before)
 
     def _take_back(self, rows, before) -> None:
         """Rows that know no sample any more are again what they were."""
-        lost = [row for row in rows.tolist() if not len(self.members[row])]
+        lost = [row for row in rows.tolist() if not len(self.fitted[row])]
         for row, (values, members) in zip(rows.tolist(), before, strict=True):
             if row in lost:
                 self._table.put_back(row, values)
-                self.members[row] = members
+                self.fitted[row] = members
         if lost:
             solve(self._table, np.array(lost))
 
-    def _fits(self, rows, offer: "Offer", bias, prior, options) -> list[PatchFit | None]:
+    def _fits(self, rows, offer: "CandidateSamples", bias, prior, options) -> list[PatchFit | None]:
         """The patches in the place of rows that offered samples make; None where they make none."""
         table, pool = self._table, self.pool
-        close = self._of_rows(rows, offer, OFFER_REACH)
+        close = self._of_rows(rows, offer, CANDIDATE_REACH)
         stack = Stack(
             table.origin[rows],
             table.axes[rows],
@@ -165,7 +168,7 @@ class Learning:
         ]
         return [fit for part in parts for fit in part]
 
-    def settle(self, rows, fits: list[PatchFit], offer: "Offer") -> None:
+    def enter_fits(self, rows, fits: list[PatchFit], offer: "CandidateSamples") -> None:
         """Enter fits in the places of rows, with equations of the samples offered to them."""
         table = self._table
         for row, fit in zip(rows.tolist(), fits, strict=True):
@@ -173,11 +176,11 @@ class Learning:
         mine = self._of_rows(rows, offer, 1.0)
         absorb(table, rows, self.pool, mine.index, mine.present)
         for i, index, present in zip(rows.tolist(), mine.index, mine.present, strict=True):
-            self.members[i] = index[present]
+            self.fitted[i] = index[present]
         table.learned[rows] = table.count[rows]
         solve(table, rows)
 
-    def _of_rows(self, rows, offer: "Offer", reach: float) -> "Offer":
+    def _of_rows(self, rows, offer: "CandidateSamples", reach: float) -> "CandidateSamples":
         """Those of the samples offered to rows that they may learn from: see ``of_patch``."""
         table, pool = self._table, self.pool
         across = table.scaled_local(rows, pool.points[offer.index])[..., :2]
@@ -188,7 +191,7 @@ class Learning:
         return close.only_where(member)
 
 
-class Offer:
+class CandidateSamples:
     """Samples offered to each of m rows, as one array.
 
     Parameters
@@ -209,10 +212,12 @@ class Offer:
         self.index = np.zeros(self.present.shape, np.int32)
         self.index[self.present] = np.concatenate(parts)
 
-    def only(self, rows: list[int]) -> "Offer":
+    def only(self, rows: list[int]) -> "CandidateSamples":
         """Those to some of the rows."""
-        return Offer([self.index[i][self.present[i]] for i in rows])
+        return CandidateSamples([self.index[i][self.present[i]] for i in rows])
 
-    def only_where(self, chosen) -> "Offer":
+    def only_where(self, chosen) -> "CandidateSamples":
         """Those of the samples that are chosen (m, n)."""
-        return Offer([i[keep] for i, keep in zip(self.index, chosen & self.present, strict=True)])
+        return CandidateSamples(
+            [i[keep] for i, keep in zip(self.index, chosen & self.present, strict=True)]
+        )

@@ -34,7 +34,7 @@ _AT_ONCE = 8
 
 
 @dataclass(frozen=True)
-class Texture:
+class ResidualScale:
     """Detail of a surface beyond polynomials.
 
     Parameters
@@ -57,7 +57,7 @@ class Texture:
 
 
 @dataclass(frozen=True, eq=False)
-class Roughness:
+class ResidualEvidence:
     """What the evidence says of m patches and their residuals.
 
     Parameters
@@ -66,60 +66,62 @@ class Roughness:
         Log of how much likelier trend plus residual makes the samples than a trend alone.
     amplitude : (m,) float, scaled
         The likeliest of those that the texture allows.
-    turn, bend : (m,) float
+    length_ratio, z_scale : (m,) float
         Smoothness of the trend that goes with it.
     """
 
     gain: np.ndarray
     amplitude: np.ndarray
-    turn: np.ndarray
-    bend: np.ndarray
+    length_ratio: np.ndarray
+    z_scale: np.ndarray
 
     @property
-    def rough(self) -> np.ndarray:
+    def needed(self) -> np.ndarray:
         """(m,) bool: whether a patch is to have a residual."""
         return self.gain > STRONG
 
 
-def roughness(
+def residual_evidence(
     basis: Basis,
     samples: PatchSamples,
-    texture: Texture,
+    residual_scale: ResidualScale,
     radius,
     prior: SmoothnessPrior = SmoothnessPrior(),
-) -> Roughness:
+) -> ResidualEvidence:
     """Whether patches are rough, and how rough, given the texture of their surface.
 
     Parameters
     ----------
     basis : Basis
     samples : PatchSamples
-    texture : Texture
+    residual_scale : Texture
         Of an amplitude > 0.
     radius : (m,) float, length
     prior : SmoothnessPrior
     """
-    if not texture.amplitude > 0:
+    if not residual_scale.amplitude > 0:
         raise ValueError("the texture has amplitude 0: there is no residual to ask for")
     believed = -0.5 * (np.log(_ROUGHER) / _ROUGHER_STD) ** 2
     parts = []
     for rows in _few(len(radius)):
         some, r = samples[rows], radius[rows]
         alone, _, _ = _best_trend(basis, independent_equations(some), r, prior)
-        alike = correlation(some, texture.length / r)
-        sums = (trend_equations(some, k * texture.amplitude / r, alike) for k in _ROUGHER)
+        alike = correlation(some, residual_scale.length / r)
+        sums = (trend_equations(some, k * residual_scale.amplitude / r, alike) for k in _ROUGHER)
         tried = [_best_trend(basis, one, r, prior) for one in sums]
         scores = np.array([evidence for evidence, *_ in tried]) + believed[:, None]
         best = scores.argmax(axis=0), np.arange(len(r))
-        turn, bend = (np.array(values)[best] for values in list(zip(*tried, strict=True))[1:])
-        amplitude = _ROUGHER[best[0]] * texture.amplitude / r
-        parts.append((scores[best] - alone, amplitude, turn, bend))
-    return Roughness(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+        length_ratio, z_scale = (
+            np.array(values)[best] for values in list(zip(*tried, strict=True))[1:]
+        )
+        amplitude = _ROUGHER[best[0]] * residual_scale.amplitude / r
+        parts.append((scores[best] - alone, amplitude, length_ratio, z_scale))
+    return ResidualEvidence(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
 
-def learn_texture(
+def learn_residual_scale(
     basis: Basis, samples: PatchSamples, radius, prior: SmoothnessPrior = SmoothnessPrior()
-) -> Texture:
+) -> ResidualScale:
     """Texture of a surface from some of its patches.
 
     Parameters
@@ -142,12 +144,12 @@ def learn_texture(
     )
     rough = gain.max(axis=(1, 2)) > STRONG
     if not rough.any():
-        return Texture()
+        return ResidualScale()
     gain, radius = gain[rough], radius[rough]
     length = float(np.median(_LENGTHS[gain.max(axis=1).argmax(axis=1)] * radius))
     nearest = np.abs(np.log(np.outer(radius, _LENGTHS) / length)).argmin(axis=1)
     at_length = gain[np.arange(len(radius)), :, nearest]
-    return Texture(float(np.median(_AMPLITUDES[at_length.argmax(axis=1)] * radius)), length)
+    return ResidualScale(float(np.median(_AMPLITUDES[at_length.argmax(axis=1)] * radius)), length)
 
 
 def independent_equations(samples: PatchSamples):
@@ -161,11 +163,11 @@ def independent_equations(samples: PatchSamples):
 def _best_trend(basis: Basis, sums, radius, prior):
     """Log evidence (m,) with the smoothness of the trend that suits it best; that turn, bend."""
     equations, log_scale = sums
-    turns, bends, precisions = smoothness_grid(basis)
+    length_ratios, z_scales, precisions = smoothness_grid(basis)
     evidence, _ = log_evidence(equations[:, None], np.ones(1), precisions)
-    evidence = evidence + log_prior(prior, turns, radius[:, None])
+    evidence = evidence + log_prior(prior, length_ratios, radius[:, None])
     best = evidence.argmax(axis=1)
-    return evidence[np.arange(len(best)), best] + log_scale, turns[best], bends[best]
+    return evidence[np.arange(len(best)), best] + log_scale, length_ratios[best], z_scales[best]
 
 
 def _gains(basis: Basis, samples: PatchSamples, radius, prior) -> np.ndarray:

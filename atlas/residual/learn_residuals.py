@@ -6,10 +6,14 @@ import numpy as np
 
 from touchatlas.atlas.patches.normal_equations import solve
 from touchatlas.atlas.patches.patch_table import Table
-from touchatlas.atlas.patches.sample_membership import Learning
+from touchatlas.atlas.patches.sample_membership import SampleMembership
 from touchatlas.atlas.residual.binned_samples import SIDE, PatchSamples, merged
 from touchatlas.atlas.residual.gaussian_process import Residual, solve_residual
-from touchatlas.atlas.residual.hyperparameters import Texture, learn_texture, roughness
+from touchatlas.atlas.residual.hyperparameters import (
+    ResidualScale,
+    learn_residual_scale,
+    residual_evidence,
+)
 from touchatlas.patch.fit.smoothness import (
     SmoothnessPrior,
     coefficient_precision,
@@ -25,7 +29,7 @@ _FINE, _FINEST = 1.0 / 3.0, SIDE / 2.0
 
 
 @dataclass(frozen=True, eq=False)
-class RoughPatch:
+class PatchResidual:
     """A patch with a residual: what it was solved from, and the solution. Stacks of one.
 
     Parameters
@@ -46,68 +50,75 @@ class RoughPatch:
     residual: Residual
 
 
-def rough_patch(basis: Basis, samples: PatchSamples, shape) -> RoughPatch:
+def solve_patch_residual(basis: Basis, samples: PatchSamples, shape) -> PatchResidual:
     """Trend and residual of one patch (a stack of one) from its samples."""
     # Of one layout in memory, so that what is read from a file is solved to the last bit.
     samples = PatchSamples(
         *(np.ascontiguousarray(getattr(samples, field.name)) for field in fields(samples))
     )
-    amplitude, length, turn, bend = shape[:, None]
-    precision = coefficient_precision(basis, turn, bend)
+    amplitude, length, length_ratio, z_scale = shape[:, None]
+    precision = coefficient_precision(basis, length_ratio, z_scale)
     mean, covariance, residual = solve_residual(samples, amplitude, length, precision)
-    return RoughPatch(samples, shape, mean[0], covariance[0], residual)
+    return PatchResidual(samples, shape, mean[0], covariance[0], residual)
 
 
-def learn_residuals(table: Table, learning: Learning, prior: SmoothnessPrior) -> Texture:
+def learn_residuals(
+    table: Table, membership: SampleMembership, prior: SmoothnessPrior
+) -> ResidualScale:
     """Give every patch a residual that the evidence asks for; returns the surface's texture.
 
     Parameters
     ----------
     table : Table
         Its ``rough`` is filled, and of these patches mean and variance become the trend's.
-    learning : Learning
+    membership : Learning
         The samples of each patch.
     prior : SmoothnessPrior
     """
-    solve(table, np.array(sorted(table.rough), int))
+    solve(table, np.array(sorted(table.residuals), int))
     rows = table.rows
     asked = rows[:: max(1, -(-len(rows) // _ASKED))]
-    texture = Texture()
+    residual_scale = ResidualScale()
     if len(rows):
-        some = samples_of(table, learning, asked)
-        texture = learn_texture(table.basis, some, table.radius[asked], prior)
-    if not texture.amplitude > 0:
-        return texture
+        some = samples_of(table, membership, asked)
+        residual_scale = learn_residual_scale(table.basis, some, table.radius[asked], prior)
+    if not residual_scale.amplitude > 0:
+        return residual_scale
     for some in np.array_split(rows, -(-len(rows) // _AT_ONCE)):
-        _learn(table, learning, some, texture, prior)
-    return texture
+        _learn(table, membership, some, residual_scale, prior)
+    return residual_scale
 
 
-def _learn(table: Table, learning: Learning, rows, texture: Texture, prior) -> None:
-    samples = samples_of(table, learning, rows)
-    found = roughness(table.basis, samples, texture, table.radius[rows], prior)
-    length = texture.length / table.radius[rows]
-    shapes = np.stack([found.amplitude, length, found.turn, found.bend], axis=1)
-    rows, shapes = rows[found.rough], shapes[found.rough]
+def _learn(
+    table: Table, membership: SampleMembership, rows, residual_scale: ResidualScale, prior
+) -> None:
+    samples = samples_of(table, membership, rows)
+    found = residual_evidence(table.basis, samples, residual_scale, table.radius[rows], prior)
+    length = residual_scale.length / table.radius[rows]
+    shapes = np.stack([found.amplitude, length, found.length_ratio, found.z_scale], axis=1)
+    rows, shapes = rows[found.needed], shapes[found.needed]
     if len(rows):
-        fine = samples_of(table, learning, rows, texture)
+        fine = samples_of(table, membership, rows, residual_scale)
         for i, row in enumerate(rows.tolist()):
-            enter(table, row, rough_patch(table.basis, fine.only(i), shapes[i]))
+            enter(table, row, solve_patch_residual(table.basis, fine.only(i), shapes[i]))
 
 
-def enter(table: Table, row: int, rough: RoughPatch) -> None:
+def enter(table: Table, row: int, rough: PatchResidual) -> None:
     """Make a patch of the table a rough one."""
-    table.rough[row] = rough
-    table.mean[row], table.variance[row] = rough.mean, table.products.folded(rough.covariance)
+    table.residuals[row] = rough
+    table.mean[row], table.variance[row] = (
+        rough.mean,
+        table.products.quadratic_forms(rough.covariance),
+    )
 
 
 def samples_of(
-    table: Table, learning: Learning, rows, texture: Texture | None = None
+    table: Table, membership: SampleMembership, rows, residual_scale: ResidualScale | None = None
 ) -> PatchSamples:
     """What the rows' patches learned from, at its feet on them, merged: some 200 a patch, or as
     many as a texture asks for."""
     parts = [
-        _feet(table, row, learning.pool.points[learning.members[row]]) for row in rows.tolist()
+        _feet(table, row, membership.pool.points[membership.fitted[row]]) for row in rows.tolist()
     ]
     width = max(len(lift) for _, lift, _ in parts)
     feet = np.zeros((len(parts), width, 3))
@@ -116,10 +127,10 @@ def samples_of(
         for array, values in zip((feet, lift, weight), part, strict=True):
             array[i, : len(values)] = values
     terms = monomials(table.basis, *np.moveaxis(feet, -1, 0))[: table.basis.size]
-    noise = scaled_noise(table.sensor[rows], table.radius[rows])
+    noise = scaled_noise(table.measurement_std[rows], table.radius[rows])
     side = np.full(len(rows), SIDE)
-    if texture is not None:
-        side = np.clip(_FINE * texture.length / table.radius[rows], _FINEST, SIDE)
+    if residual_scale is not None:
+        side = np.clip(_FINE * residual_scale.length / table.radius[rows], _FINEST, SIDE)
     return merged(PatchSamples(feet, terms, feet[..., 2] + lift, weight, noise), side)
 
 

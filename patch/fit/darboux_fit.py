@@ -43,7 +43,7 @@ class Solution:
         In the frames; ``reach`` is the patch radius.
     basis : Basis
     equations : NormalEquations
-    turn, bend : (m,) float
+    length_ratio, z_scale : (m,) float
     mean : (m, t) float
     covariance : (m, t, t) float
         With what lack of fit adds.
@@ -53,8 +53,8 @@ class Solution:
     stack: Stack
     basis: Basis
     equations: NormalEquations
-    turn: np.ndarray
-    bend: np.ndarray
+    length_ratio: np.ndarray
+    z_scale: np.ndarray
     mean: np.ndarray
     covariance: np.ndarray
     residual: np.ndarray
@@ -62,8 +62,8 @@ class Solution:
     def __getitem__(self, rows) -> "Solution":
         """Some of them."""
         return Solution(
-            *(self.stack[rows], self.basis, self.equations[rows], self.turn[rows]),
-            *(self.bend[rows], self.mean[rows], self.covariance[rows], self.residual[rows]),
+            *(self.stack[rows], self.basis, self.equations[rows], self.length_ratio[rows]),
+            *(self.z_scale[rows], self.mean[rows], self.covariance[rows], self.residual[rows]),
         )
 
 
@@ -191,7 +191,9 @@ def _darboux_axes(basis: Basis, mean, share: float):
     return local, height, (1.0 + fx * gx + fy * gy) / length
 
 
-def solve_in_darboux_frame(stack: Stack, basis: Basis, mean, weight, turn, bend) -> Solution:
+def solve_in_darboux_frame(
+    stack: Stack, basis: Basis, mean, weight, length_ratio, z_scale
+) -> Solution:
     """Reframe and refit until the linear and cross terms vanish.
 
     Parameters
@@ -203,14 +205,14 @@ def solve_in_darboux_frame(stack: Stack, basis: Basis, mean, weight, turn, bend)
     weight : (m, n) float
         Of the squares of F: those of the distances over the squared gradient of F. It stays as it
         is, for a gradient that may grow where it lowers the weight of misfits would do so.
-    turn, bend : (m,) float
+    length_ratio, z_scale : (m,) float
         Of the smoothness prior.
     """
-    precision = coefficient_precision(basis, turn, bend)
+    precision = coefficient_precision(basis, length_ratio, z_scale)
     noise = scaled_noise(stack.noise, stack.reach)
     count = np.maximum(np.count_nonzero(weight, axis=1), 1)
     level = np.maximum(_ROUNDING, _LEVEL * noise / np.sqrt(count))
-    rows, parts, solutions = np.arange(len(turn)), [], []
+    rows, parts, solutions = np.arange(len(length_ratio)), [], []
     for number in range(_MOST_FRAMES):
         share = 1.0 if number < _WHOLE_TURNS else _HALF
         stack, samples = reframed(stack, basis, mean, share)
@@ -226,7 +228,7 @@ def solve_in_darboux_frame(stack: Stack, basis: Basis, mean, weight, turn, bend)
             parts.append(i)
             solutions.append(
                 _solution(
-                    *(stack[level_ones], basis, equations[level_ones], turn[i], bend[i]),
+                    *(stack[level_ones], basis, equations[level_ones], length_ratio[i], z_scale[i]),
                     *(mean[level_ones], system[level_ones], noise[i], precision[i]),
                 )
             )
@@ -260,7 +262,7 @@ def _together(records, order):
 
 
 def _solution(
-    stack, basis, equations, turn, bend, mean, system: LinearSystem, noise, precision
+    stack, basis, equations, length_ratio, z_scale, mean, system: LinearSystem, noise, precision
 ) -> Solution:
     """Covariance and residuals of solved normal equations, and coefficients to the last digits.
 
@@ -268,7 +270,7 @@ def _solution(
     only the prior says. One step with the misfit of the samples themselves brings these back
     (iterative refinement: Golub and Van Loan, Matrix Computations, section 3.5.3).
     """
-    covariance = posterior(equations.gram, equations.right, noise, precision)[1]
+    covariance = posterior(equations.gram, equations.rhs, noise, precision)[1]
     pull = system.phi @ (system.weight * system.misfit(mean))[..., None]
     pull = pull[..., 0] * (noise**-2.0)[:, None] - precision * mean
     mean = mean + (covariance @ pull[..., None])[..., 0]
@@ -276,7 +278,7 @@ def _solution(
     left = np.einsum("mn,mn->m", system.weight, system.misfit(mean) ** 2)
     residual = np.sqrt(left / freedom)
     covariance *= np.maximum(1.0, (residual / noise) ** 2)[:, None, None]
-    return Solution(stack, basis, equations, turn, bend, mean, covariance, residual)
+    return Solution(stack, basis, equations, length_ratio, z_scale, mean, covariance, residual)
 
 
 def map_coefficients(equations: NormalEquations, noise, precision):
@@ -284,4 +286,4 @@ def map_coefficients(equations: NormalEquations, noise, precision):
     matrix = equations.gram.copy()
     diagonal = np.einsum("...ii->...i", matrix)
     diagonal += precision * (noise * noise)[:, None]
-    return np.linalg.solve(matrix, equations.right[..., None])[..., 0]
+    return np.linalg.solve(matrix, equations.rhs[..., None])[..., 0]

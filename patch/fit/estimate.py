@@ -52,7 +52,7 @@ class Choices:
         In the frames of first polynomials; weights are of the squares of F.
     mean : (m, t) float
         Coefficients there.
-    turn, bend : (m,) float
+    length_ratio, z_scale : (m,) float
         Of highest evidence.
     doubtful : (m,) bool
         Whether chi-square speaks against them.
@@ -60,14 +60,14 @@ class Choices:
 
     stack: Stack
     mean: np.ndarray
-    turn: np.ndarray
-    bend: np.ndarray
+    length_ratio: np.ndarray
+    z_scale: np.ndarray
     doubtful: np.ndarray
 
     def __getitem__(self, rows) -> "Choices":
         """Some of them."""
         return Choices(
-            *(self.stack[rows], self.mean[rows], self.turn[rows], self.bend[rows]),
+            *(self.stack[rows], self.mean[rows], self.length_ratio[rows], self.z_scale[rows]),
             self.doubtful[rows],
         )
 
@@ -105,8 +105,8 @@ def first_choices(
     stack = replace(stack, weight=stack.weight / samples.stretch)
     equations = samples.system(basis, stack.weight).equations()
 
-    turns, bends, precisions = smoothness_grid(basis)
-    believed = log_prior(prior, turns, stack.reach[:, None])
+    length_ratios, z_scales, precisions = smoothness_grid(basis)
+    believed = log_prior(prior, length_ratios, stack.reach[:, None])
     evidence, chi_square = log_evidence(equations[:, None], noise[:, None], precisions)
     best = (evidence + believed).argmax(axis=1)
     chi_square = chi_square[np.arange(len(best)), best]
@@ -117,16 +117,16 @@ def first_choices(
         rough = misfit > _MISFIT
         spread = (noise * np.sqrt(misfit))[rough]
         evidence, _ = log_evidence(equations[rough][:, None], spread[:, None], precisions)
-        straight = np.where(bends > bends.min(), -np.inf, 0.0)
-        believed = np.broadcast_to(believed, (len(rough), len(turns)))[rough]
+        straight = np.where(z_scales > z_scales.min(), -np.inf, 0.0)
+        believed = np.broadcast_to(believed, (len(rough), len(length_ratios)))[rough]
         best[rough] = (evidence + believed + straight).argmax(axis=1)
     borne = (bias / (noise * stack.reach)) ** 2 if np.isfinite(bias) else 0.0
     limit = equations.count * (1.0 + borne) + _DOUBT * np.sqrt(2.0 * equations.count)
     doubtful = chi_square > limit
     mean = map_coefficients(equations, noise, precisions[best])
     if strict:
-        doubtful |= leftover(basis, turns[best]) > _DOUBTFUL_LEFTOVER * noise
-    return Choices(stack, mean, turns[best], bends[best], doubtful)
+        doubtful |= leftover(basis, length_ratios[best]) > _DOUBTFUL_LEFTOVER * noise
+    return Choices(stack, mean, length_ratios[best], z_scales[best], doubtful)
 
 
 @lru_cache
@@ -152,7 +152,7 @@ def solve_choices(choices: Choices, basis: Basis) -> Solution:
     """
     stack = choices.stack
     solution = solve_in_darboux_frame(
-        stack, basis, choices.mean, stack.weight, choices.turn, choices.bend
+        stack, basis, choices.mean, stack.weight, choices.length_ratio, choices.z_scale
     )
     gone = _ran_away(stack, solution.stack)
     if not gone.any():
@@ -226,5 +226,5 @@ def _chosen(choices: Choices, basis: Basis, prior, candidates) -> tuple[Choices,
         samples.feet[0], samples.lift[0], stack.weight[0], noise, radius, prior, candidates
     )
     stack = replace(stack, weight=choice.weight[None])
-    turn, bend = np.array([choice.turn]), np.array([choice.bend])
-    return Choices(stack, choice.mean[None], turn, bend, choices.doubtful), choice
+    length_ratio, z_scale = np.array([choice.length_ratio]), np.array([choice.z_scale])
+    return Choices(stack, choice.mean[None], length_ratio, z_scale, choices.doubtful), choice

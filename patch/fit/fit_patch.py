@@ -80,7 +80,7 @@ class PatchFit:
     patch : Patch
     equations : NormalEquations
         In coordinates scaled by the patch radius.
-    turn, bend : float
+    length_ratio, z_scale : float
         Of its smoothness prior.
     outliers : int
         Samples that were left out as bad contacts.
@@ -88,8 +88,8 @@ class PatchFit:
 
     patch: Patch
     equations: NormalEquations
-    turn: float
-    bend: float
+    length_ratio: float
+    z_scale: float
     outliers: int
 
 
@@ -255,7 +255,7 @@ def fit_patches(
 def records(solution: Solution, options: FitOptions) -> list[PatchFit]:
     """The records of a solution."""
     stack, basis = solution.stack, solution.basis
-    beyond = leftover(basis, solution.turn)
+    beyond = leftover(basis, solution.length_ratio)
     return [
         PatchFit(
             Patch(
@@ -272,8 +272,8 @@ def records(solution: Solution, options: FitOptions) -> list[PatchFit]:
                 float(beyond[i]),
             ),
             solution.equations[i],
-            float(solution.turn[i]),
-            float(solution.bend[i]),
+            float(solution.length_ratio[i]),
+            float(solution.z_scale[i]),
             0,
         )
         for i, radius in enumerate(stack.reach.tolist())

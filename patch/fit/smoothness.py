@@ -5,9 +5,9 @@ product of the three lines), and plain least squares folds there. A prior on the
 of order 3 and more, and on all terms in z, fills them by one linear solve. Two numbers shape
 it, and the evidence of the data chooses both from a fixed grid:
 
-* ``turn`` = R / l, l the feature length of the surface. The standard deviation of an order-m
-  coefficient is AMPLITUDE turn^2 DECAY^(m - 3), in scaled coordinates.
-* ``bend``, by which each power of z multiplies it: near zero for a height polynomial, large
+* ``length_ratio`` = R / l, l the feature length of the surface. The standard deviation of an
+  order-m coefficient is AMPLITUDE (R / l)^2 DECAY^(m - 3), in scaled coordinates.
+* ``z_scale``, by which each power of z multiplies it: near zero for a height polynomial, large
   where the surface turns on as a quadric does.
 """
 
@@ -59,37 +59,40 @@ class NormalEquations:
     ----------
     gram : (..., t, t) float
         Sum of w phi phi^t.
-    right : (..., t) float
+    rhs : (..., t) float
         Sum of w phi z/R.
-    square : (...) float
+    sum_of_squares : (...) float
         Sum of w (z/R)^2.
     count : (...) float
         Samples with any weight.
     """
 
     gram: np.ndarray
-    right: np.ndarray
-    square: np.ndarray
+    rhs: np.ndarray
+    sum_of_squares: np.ndarray
     count: np.ndarray
 
     def part(self, count: int) -> "NormalEquations":
         """Those of the first ``count`` coefficients alone."""
         return NormalEquations(
-            self.gram[..., :count, :count], self.right[..., :count], self.square, self.count
+            self.gram[..., :count, :count], self.rhs[..., :count], self.sum_of_squares, self.count
         )
 
     def __getitem__(self, index) -> "NormalEquations":
         """Those of some of a stack."""
         return NormalEquations(
-            self.gram[index], self.right[index], self.square[index], self.count[index]
+            self.gram[index], self.rhs[index], self.sum_of_squares[index], self.count[index]
         )
 
 
-def coefficient_precision(basis: Basis, turn, bend) -> np.ndarray:
+def coefficient_precision(basis: Basis, length_ratio, z_scale) -> np.ndarray:
     """(..., t) prior precision of scaled coefficients for turn and bend (...)."""
-    turn, bend = np.asarray(turn, dtype=float)[..., None], np.asarray(bend, dtype=float)[..., None]
+    length_ratio, z_scale = (
+        np.asarray(length_ratio, dtype=float)[..., None],
+        np.asarray(z_scale, dtype=float)[..., None],
+    )
     orders, powers = basis.orders, basis.exponents[:, 2]
-    std = AMPLITUDE * turn**2 * DECAY ** (orders - 3.0) * bend**powers
+    std = AMPLITUDE * length_ratio**2 * DECAY ** (orders - 3.0) * z_scale**powers
     # Nothing is looser than slope and curvature are: coefficients stay of the size of one.
     std = np.where((orders >= 3) | (powers > 0), np.minimum(std, _LOOSE_STD), _LOOSE_STD)
     return 1.0 / (std * std)
@@ -98,9 +101,9 @@ def coefficient_precision(basis: Basis, turn, bend) -> np.ndarray:
 @lru_cache
 def smoothness_grid(basis: Basis) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Turns (g,), bends (g,) and prior precisions (g, t) that the evidence chooses from."""
-    bends = _BENDS if basis.has_z else np.ones(1)
-    turn, bend = (a.ravel() for a in np.meshgrid(_TURNS, bends, indexing="ij"))
-    return turn, bend, coefficient_precision(basis, turn, bend)
+    z_scales = _BENDS if basis.has_z else np.ones(1)
+    length_ratio, z_scale = (a.ravel() for a in np.meshgrid(_TURNS, z_scales, indexing="ij"))
+    return length_ratio, z_scale, coefficient_precision(basis, length_ratio, z_scale)
 
 
 def scaled_noise(noise_std, radius):
@@ -131,13 +134,13 @@ def log_evidence(equations: NormalEquations, noise, prior_precision):
     """
     weight = np.asarray(noise, dtype=float) ** -2.0
     t = prior_precision.shape[-1]
-    gram, right = equations.gram, equations.right
+    gram, right = equations.gram, equations.rhs
     shape = np.broadcast_shapes(prior_precision.shape[:-1], weight.shape, gram.shape[:-2])
     bordered = np.empty((*shape, t + 1, t + 1))
     bordered[..., :t, :t] = gram * weight[..., None, None]
     bordered[..., t, :t] = right * weight[..., None]
     # One more, so that rounding leaves it positive.
-    bordered[..., t, t] = equations.square * weight + 1.0
+    bordered[..., t, t] = equations.sum_of_squares * weight + 1.0
     diagonal = np.einsum("...ii->...i", bordered)[..., :t]
     diagonal += prior_precision
     factor = np.linalg.cholesky(bordered)
@@ -148,20 +151,20 @@ def log_evidence(equations: NormalEquations, noise, prior_precision):
     return evidence + 0.5 * equations.count * np.log(weight), chi_square
 
 
-def leftover(basis: Basis, turn) -> np.ndarray:
+def leftover(basis: Basis, length_ratio) -> np.ndarray:
     """(...) standard deviation of what the degree leaves out at distance R, scaled.
 
     The next order of the prior, and of it what the orders that are there cannot take over. At
     distance r it is (r/R)^(degree + 1) of this.
     """
-    return _LEFTOVER * AMPLITUDE * np.square(turn) * DECAY ** (basis.degree - 2.0)
+    return _LEFTOVER * AMPLITUDE * np.square(length_ratio) * DECAY ** (basis.degree - 2.0)
 
 
-def log_prior(prior: SmoothnessPrior, turn, radius):
+def log_prior(prior: SmoothnessPrior, length_ratio, radius):
     """Log belief (...) in turns = radius / feature length, up to a constant: 0 without any."""
     if not np.isfinite(prior.log_std):
         return np.zeros(1)
-    return -0.5 * ((np.log(radius / turn) - prior.log_length) / prior.log_std) ** 2
+    return -0.5 * ((np.log(radius / length_ratio) - prior.log_length) / prior.log_std) ** 2
 
 
 def posterior(gram, right, noise, prior_precision):
@@ -184,7 +187,7 @@ def residual_square(equations: NormalEquations, mean):
     """Weighted sum of squared residuals (...) of coefficients (..., t), in scaled units."""
     fitted = (equations.gram @ mean[..., None])[..., 0]
     return np.maximum(
-        equations.square + (mean * (fitted - 2.0 * equations.right)).sum(axis=-1), 0.0
+        equations.sum_of_squares + (mean * (fitted - 2.0 * equations.rhs)).sum(axis=-1), 0.0
     )
 
 

@@ -42,7 +42,7 @@ class Choice:
     Parameters
     ----------
     basis : Basis
-    turn, bend : float
+    length_ratio, z_scale : float
     weight : (n,) float
         Of each sample's distance: 1 where noise is all of it, 0 for outliers.
     mean : (t,) float
@@ -53,8 +53,8 @@ class Choice:
     """
 
     basis: Basis
-    turn: float
-    bend: float
+    length_ratio: float
+    z_scale: float
     weight: np.ndarray
     mean: np.ndarray
     residual_rms: float
@@ -94,15 +94,17 @@ def choose_terms(
     for _ in range(2):
         # The second time without outliers, of the winner alone.
         scores = [_best(b, terms[b], z, keep, reach, sigmas, radius, prior) for b in candidates]
-        basis, (_, turn, bend, sigma) = max(
+        basis, (_, length_ratio, z_scale, sigma) = max(
             zip(candidates, scores, strict=True), key=lambda pair: pair[1][0]
         )
         candidates = (basis,)
-        variance = sigma**2 + (leftover(basis, turn) * reach ** (basis.degree + 1)) ** 2
-        mean, keep, residual = _robust(basis, terms[basis], z, weight, variance, turn, bend)
+        variance = sigma**2 + (leftover(basis, length_ratio) * reach ** (basis.degree + 1)) ** 2
+        mean, keep, residual = _robust(
+            basis, terms[basis], z, weight, variance, length_ratio, z_scale
+        )
     outliers = int((weight > 0).sum() - (keep > 0).sum())
     final = keep * noise**2 / np.maximum(variance, noise**2)
-    return Choice(basis, turn, bend, final, mean, residual, outliers)
+    return Choice(basis, length_ratio, z_scale, final, mean, residual, outliers)
 
 
 def candidates_of(height_only: bool) -> tuple[Basis, ...]:
@@ -113,9 +115,9 @@ def candidates_of(height_only: bool) -> tuple[Basis, ...]:
 
 def _best(basis, terms, z, weight, reach, sigmas, radius, prior):
     """Highest score of a basis and the turn, bend and noise that reach it."""
-    turn, bend, precision = smoothness_grid(basis)
-    turns, place = np.unique(turn, return_inverse=True)
-    beyond = np.multiply.outer(leftover(basis, turns), reach ** (basis.degree + 1))
+    length_ratio, z_scale, precision = smoothness_grid(basis)
+    length_ratios, place = np.unique(length_ratio, return_inverse=True)
+    beyond = np.multiply.outer(leftover(basis, length_ratios), reach ** (basis.degree + 1))
     variance = sigmas[:, None, None] ** 2 + beyond**2
     w = weight / variance
     phi = terms[: basis.size]
@@ -126,17 +128,17 @@ def _best(basis, terms, z, weight, reach, sigmas, radius, prior):
     evidence, _ = log_evidence(sums[:, place], np.ones(1), precision)
     used = weight > 0
     evidence += 0.5 * np.log(w[:, :, used]).sum(axis=-1)[:, place]
-    score = evidence + log_prior(prior, turn, radius)
+    score = evidence + log_prior(prior, length_ratio, radius)
     s, g = np.unravel_index(score.argmax(), score.shape)
-    return float(score[s, g]), float(turn[g]), float(bend[g]), float(sigmas[s])
+    return float(score[s, g]), float(length_ratio[g]), float(z_scale[g]), float(sigmas[s])
 
 
-def _robust(basis, terms, z, weight, variance, turn, bend):
+def _robust(basis, terms, z, weight, variance, length_ratio, z_scale):
     """Coefficients by reweighting, weights of what is kept, residual rms.
 
     Weights of Cauchy's distribution first, then a cut: what lies far off is no contact.
     """
-    precision = coefficient_precision(basis, turn, bend)
+    precision = coefficient_precision(basis, length_ratio, z_scale)
     phi = terms[: basis.size]
     keep = weight
     for step in range(_REWEIGHTINGS):

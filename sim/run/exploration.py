@@ -205,8 +205,8 @@ def truth_of(obj, tolerance: float, rng, options: EvaluateOptions = EvaluateOpti
 
 def _conclude(obj, atlas: Atlas, progress: Progress, folder: Path, noise: float, rng):
     """Surface and numbers of a run, and the files of what was learned."""
-    atlas.settle()
-    atlas.bridge()
+    atlas.refit_all()
+    atlas.fill()
     atlas.simplify()
     rough = atlas.learn_residuals()
     save_atlas(folder / "atlas.npz", atlas)

@@ -39,8 +39,8 @@ def test_patch_graph_of_a_ball_has_euler_characteristic_two(ball):
     atlas = ball.atlas
     assert atlas.euler_characteristic() == 2
     # Every boundary of a closed surface ends in two corners, every corner joins three.
-    assert 2 * atlas.graph.number_of_edges() == 3 * len(atlas.tiling.corners)
-    assert not atlas.tiling.gaps and len(atlas.frontier) == 0
+    assert 2 * atlas.graph.number_of_edges() == 3 * len(atlas.cells.corners)
+    assert not atlas.cells.gaps and len(atlas.frontier) == 0
 
 
 def test_patch_graph_of_a_torus_has_euler_characteristic_zero():
@@ -53,7 +53,7 @@ def test_exact_contacts_close_an_atlas_too():
     atlas, planner = Atlas(obj.tolerance), Planner(*obj.start())
     for _ in explore(atlas, planner, Probe(obj, 0.0, np.random.default_rng(0)), 400):
         pass
-    atlas.settle()
+    atlas.refit_all()
     assert atlas.euler_characteristic() == 0 and atlas.touches < 400
     surface = extract_surface(atlas)
     # A residual of 0.2 tolerances rms is borne; its largest on the surface is some 2.5 of it.
@@ -86,9 +86,9 @@ def test_boundary_lies_on_the_radical_plane_and_on_both_patches(ball):
             continue
         offset_i = boundary.points - atlas.table.site[i]
         offset_j = boundary.points - atlas.table.site[j]
-        power_i = (offset_i**2).sum(axis=1) - atlas.table.power[i]
-        power_j = (offset_j**2).sum(axis=1) - atlas.table.power[j]
-        assert power_i == pytest.approx(power_j, abs=1e-8 * atlas.table.power[i])
+        power_i = (offset_i**2).sum(axis=1) - atlas.table.weight[i]
+        power_j = (offset_j**2).sum(axis=1) - atlas.table.weight[j]
+        assert power_i == pytest.approx(power_j, abs=1e-8 * atlas.table.weight[i])
         # Midway between two patches that are a noise or two apart.
         gap = max(np.abs(atlas.patch(k).signed_distance(boundary.points)).max() for k in (i, j))
         assert gap < 0.2
@@ -97,17 +97,19 @@ def test_boundary_lies_on_the_radical_plane_and_on_both_patches(ball):
 
 def test_corners_have_equal_power_of_three(ball):
     table = ball.atlas.table
-    for triple, point in list(ball.atlas.tiling.corners.items())[:60]:
-        power = [((point - table.site[i]) ** 2).sum() - table.power[i] for i in triple]
-        assert np.ptp(power) < 1e-6 * table.power[triple[0]]
+    for triple, point in list(ball.atlas.cells.corners.items())[:60]:
+        power = [((point - table.site[i]) ** 2).sum() - table.weight[i] for i in triple]
+        assert np.ptp(power) < 1e-6 * table.weight[triple[0]]
 
 
 def assert_equations_are_those_of_the_samples(atlas: Atlas) -> None:
     """Sums and solutions, made from scratch of the same samples: rounding apart (1e-9)."""
     table, rows = atlas.table, np.arange(atlas.table.size)
-    learned = {name: getattr(table, name).copy() for name in ("moments", "right", "square", "mean")}
+    learned = {
+        name: getattr(table, name).copy() for name in ("moments", "rhs", "sum_of_squares", "mean")
+    }
     for row in rows:
-        atlas.learning.rebuild(row)
+        atlas.membership.rebuild(row)
     solve(table, rows)
     for name, before in learned.items():
         scale = np.abs(before).reshape(len(rows), -1).max(axis=1)
@@ -162,7 +164,7 @@ def test_saved_atlas_comes_back_whole(ball, tmp_path):
     again = load_atlas(path)
     for name in again.table.names:
         assert (getattr(again.table, name) == getattr(ball.atlas.table, name)).all(), name
-    assert again.kin == ball.atlas.kin
+    assert again.neighbours == ball.atlas.neighbours
     save_atlas(tmp_path / "again.npz", again)
     assert (tmp_path / "again.npz").read_bytes() == path.read_bytes()
 
@@ -179,8 +181,8 @@ def test_loaded_atlas_goes_on_learning(tmp_path):
 def test_file_of_an_earlier_format_is_read():
     """Four touches of the ball, written by the version that knew no sample planes."""
     atlas = load_atlas(DATA / "atlas_format_1.npz")
-    assert len(atlas) == len(atlas.kin) == 4
-    assert atlas.point_count == sum(map(len, atlas.learning.brought))
+    assert len(atlas) == len(atlas.neighbours) == 4
+    assert atlas.point_count == sum(map(len, atlas.membership.owned))
     radii = np.linalg.norm(atlas.table.origin, axis=1)
     assert radii == pytest.approx(33.0, abs=5 * 0.02)
     assert_equations_are_those_of_the_samples(atlas)
@@ -326,7 +328,10 @@ def test_saved_residuals_come_back_whole(bumpy, tmp_path):
     atlas, points, _, count = bumpy
     save_atlas(tmp_path / "atlas.npz", atlas)
     again = load_atlas(tmp_path / "atlas.npz")
-    assert sorted(again.table.rough) == sorted(atlas.table.rough) and again.texture == atlas.texture
+    assert (
+        sorted(again.table.residuals) == sorted(atlas.table.residuals)
+        and again.residual_scale == atlas.residual_scale
+    )
     for name in ("distance", "normal", "deviation"):
         now, then = (getattr(a.blend(points), name) for a in (again, atlas))
         assert (np.isnan(now) == np.isnan(then)).all() and (now == then)[~np.isnan(now)].all()
@@ -338,9 +343,12 @@ def test_a_patch_that_learns_loses_its_residual(bumpy, tmp_path):
     atlas, _, _, _ = bumpy
     save_atlas(tmp_path / "atlas.npz", atlas)
     again = load_atlas(tmp_path / "atlas.npz")
-    row = min(again.table.rough)
+    row = min(again.table.residuals)
     solve(again.table, np.array([row]))
-    assert row not in again.table.rough and len(again.table.rough) == len(atlas.table.rough) - 1
+    assert (
+        row not in again.table.residuals
+        and len(again.table.residuals) == len(atlas.table.residuals) - 1
+    )
 
 
 def test_blend_gradient_with_residuals_is_its_normal(bumpy):

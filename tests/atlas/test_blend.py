@@ -8,7 +8,7 @@ import pytest
 from tests.explored import explored
 from touchatlas.atlas.field.patch_values import COVER_MARGIN, groups
 from touchatlas.atlas.graph.power_diagram import CELL_MARGIN
-from touchatlas.atlas.graph.sheets import Kin, are_kin
+from touchatlas.atlas.graph.sheets import SheetNeighbours, same_sheet
 
 
 @pytest.fixture(scope="module")
@@ -24,12 +24,12 @@ def near_the_surface(atlas, rng, count, share):
 
 
 def powers(atlas, rows, point):
-    return ((point - atlas.table.site[rows]) ** 2).sum(axis=1) - atlas.table.power[rows]
+    return ((point - atlas.table.site[rows]) ** 2).sum(axis=1) - atlas.table.weight[rows]
 
 
 def blend_by_definition(atlas, point):
     """Distance, normal, deviation and leader at a point, a patch at a time."""
-    said, own = {}, {}
+    found, own = {}, {}
     for i in sorted(atlas.graph):
         patch = atlas.patch(i)
         local = patch.frame.to_local(point[None])[0] / patch.radius
@@ -39,20 +39,20 @@ def blend_by_definition(atlas, point):
         normal, deviation = patch.normal(point[None])[0], patch.deviation(point[None])[0]
         # What the degree leaves out is in the deviation, but weighs on no patch's say.
         alone = replace(patch, leftover=0.0).deviation(point[None])[0]
-        said[i] = (distance, normal, deviation**2, (1.0 - local @ local) ** 3 / alone**2)
-        foot, size = point - distance * normal, atlas.table.power[i]
-        here, rivals = powers(atlas, [i], foot)[0], powers(atlas, sorted(atlas.kin[i]), foot)
+        found[i] = (distance, normal, deviation**2, (1.0 - local @ local) ** 3 / alone**2)
+        foot, size = point - distance * normal, atlas.table.weight[i]
+        here, rivals = powers(atlas, [i], foot)[0], powers(atlas, sorted(atlas.neighbours[i]), foot)
         if here <= COVER_MARGIN * size and here <= rivals.min() + CELL_MARGIN * size:
             own[i] = abs(distance)
     if not own:
         return None
-    leader = min(own, key=own.__getitem__)
-    voices = [said[i] for i in said if i == leader or i in atlas.kin[leader]]
-    weights = np.array([w for *_, w in voices]) / sum(w for *_, w in voices)
+    owner = min(own, key=own.__getitem__)
+    patch_values = [found[i] for i in found if i == owner or i in atlas.neighbours[owner]]
+    weights = np.array([w for *_, w in patch_values]) / sum(w for *_, w in patch_values)
     distance, normal, variance = (
-        sum(w * v[n] for w, v in zip(weights, voices, strict=True)) for n in range(3)
+        sum(w * v[n] for w, v in zip(weights, patch_values, strict=True)) for n in range(3)
     )
-    return distance, normal / np.linalg.norm(normal), np.sqrt(variance), leader
+    return distance, normal / np.linalg.norm(normal), np.sqrt(variance), owner
 
 
 def test_blend_is_its_definition_patch_by_patch(torus):
@@ -119,19 +119,21 @@ def test_padded_groups_hold_every_pair_and_no_other():
 
 def test_array_of_kin_follows_the_sets():
     rng = np.random.default_rng(0)
-    kin = Kin()
+    neighbours = SheetNeighbours()
     for step in range(400):
-        if step % 3 == 0 or len(kin) < 2:
-            kin.append(set())
+        if step % 3 == 0 or len(neighbours) < 2:
+            neighbours.append(set())
         else:
-            i, j = rng.choice(len(kin), 2, replace=False).tolist()
+            i, j = rng.choice(len(neighbours), 2, replace=False).tolist()
             for a, b in ((i, j), (j, i)):
-                (kin[a].discard if step % 7 == 0 else kin[a].add)(b)
+                (neighbours[a].discard if step % 7 == 0 else neighbours[a].add)(b)
         if step % 5 == 0:
-            for i, line in enumerate(kin.lines().tolist()):
-                assert set(line) - {i} == kin[i] and len(kin[i]) < len(line) + 1
-    first, second = np.divmod(np.arange(len(kin) ** 2), len(kin))
-    expected = [j in kin[i] or i == j for i, j in zip(first.tolist(), second.tolist(), strict=True)]
+            for i, line in enumerate(neighbours.lines().tolist()):
+                assert set(line) - {i} == neighbours[i] and len(neighbours[i]) < len(line) + 1
+    first, second = np.divmod(np.arange(len(neighbours) ** 2), len(neighbours))
+    expected = [
+        j in neighbours[i] or i == j for i, j in zip(first.tolist(), second.tolist(), strict=True)
+    ]
     # Few pairs are looked up line by line, many in a square.
-    assert are_kin(kin, first, second).tolist() == expected
-    assert are_kin(kin, first[:50], second[:50]).tolist() == expected[:50]
+    assert same_sheet(neighbours, first, second).tolist() == expected
+    assert same_sheet(neighbours, first[:50], second[:50]).tolist() == expected[:50]

@@ -54,7 +54,7 @@ def test_bridges_cover_what_the_arms_of_touches_know(name, count):
     truth, _ = obj.sample(3000, np.random.default_rng(4))
     before = atlas.blend(truth).known
     assert before.mean() < 0.98
-    change = atlas.bridge()
+    change = atlas.fill()
     atlas.validate()
     assert change.added and set(change.added) <= set(atlas.graph)
     after = atlas.blend(truth)
@@ -70,10 +70,10 @@ def test_bridges_reach_no_farther_than_samples():
     for plan in spread_plans(*obj.sample(4000, np.random.default_rng(3)), 40):
         if plan.reference_point[2] > 0.2 * obj.diagonal:
             atlas.add(probe(plan))
-    atlas.bridge()
+    atlas.fill()
     truth, _ = obj.sample(3000, np.random.default_rng(4))
     known = truth[atlas.blend(truth).known]
-    samples = atlas.learning.pool.points
+    samples = atlas.membership.pool.points
     apart = np.sqrt(((known[:, None] - samples) ** 2).sum(axis=-1).min(axis=1))
     assert apart.max() <= atlas.table.radius[atlas.table.rows].max()
     atlas.validate()
@@ -81,18 +81,18 @@ def test_bridges_reach_no_farther_than_samples():
 
 def test_a_finished_atlas_needs_no_bridge():
     _, atlas = sparse("sphere", 80)
-    atlas.bridge()
+    atlas.fill()
     assert not len(atlas.frontier)
-    assert atlas.bridge() == AtlasChange()
+    assert atlas.fill() == AtlasChange()
 
 
 def test_every_bridge_has_learned_of_the_samples_about_it():
     """Where samples of one ball face all ways a patch may be of no sheet: on this mesh one had
     learned from none of them."""
     _, atlas = sparse(real_mesh("spot"), 40)
-    added = atlas.bridge().added
+    added = atlas.fill().added
     assert len(added) > 20
-    assert all(len(atlas.learning.members[i]) for i in added)
+    assert all(len(atlas.membership.fitted[i]) for i in added)
     atlas.validate()
 
 
@@ -106,8 +106,8 @@ def test_bridges_turn_with_their_touches(name):
     for touch in touches_of(obj, 20):
         moved.add(turned(touch, turn))
     for one in (atlas, moved):
-        one.settle()
-        assert one.bridge().added
+        one.refit_all()
+        assert one.fill().added
     truth, _ = obj.sample(2000, np.random.default_rng(4))
     first, second = atlas.blend(truth), moved.blend(truth @ turn.T)
     assert (first.known == second.known).mean() > 0.999

@@ -62,7 +62,7 @@ def test_blunt_ridge_is_a_crease_and_not_one_sheet():
         for n in np.array([[-0.4226, 0, 0.9063], [0.4226, 0, 0.9063]])
     )
     across = [(i, j) for i, j in atlas.creases.pairs if {i, j} & left and {i, j} & right]
-    assert across and not any(atlas.kin[i] & right for i in left)
+    assert across and not any(atlas.neighbours[i] & right for i in left)
     off = [abs(atlas.creases.pairs[pair].anchor[0]) for pair in across]
     # Most patches know their plane there within a few of the noise, seen at 25 degrees.
     assert np.median(off) < 5 * NOISE / np.sin(np.deg2rad(25.0))
@@ -129,7 +129,7 @@ def test_saved_creases_come_back(tmp_path):
     assert set(again.creases.pairs) == set(atlas.creases.pairs)
     for mine, theirs in ((atlas.edge_ends, again.edge_ends), (atlas.frontier, again.frontier)):
         assert all(np.array_equal(vars(theirs)[name], mine) for name, mine in vars(mine).items())
-    pool, saved = atlas.learning.pool, again.learning.pool
+    pool, saved = atlas.membership.pool, again.membership.pool
     for name in ("points", "normals", "across", "edges"):
         assert np.array_equal(getattr(pool, name), getattr(saved, name))
     assert pool.edges.any() and len(atlas.frontier) + len(atlas.edge_ends)

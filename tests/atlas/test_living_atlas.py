@@ -29,7 +29,7 @@ def finished(name: str) -> Atlas:
     atlas = Atlas(explored(name).atlas.tolerance)
     for touch in explored(name).touches:
         atlas.add(touch)
-    atlas.settle()
+    atlas.refit_all()
     atlas.simplify()
     return atlas
 
@@ -93,7 +93,7 @@ class LivingAtlas(RuleBasedStateMachine):
     @rule()
     def learn_residuals(self):
         count = self.atlas.learn_residuals()
-        assert count == len(self.atlas.table.rough)
+        assert count == len(self.atlas.table.residuals)
         self.sound("learn_residuals", count)
 
     @rule()
@@ -104,16 +104,16 @@ class LivingAtlas(RuleBasedStateMachine):
         save_atlas(self.folder / "again.npz", again)
         assert (self.folder / "again.npz").read_bytes() == path.read_bytes()
         self.atlas = again
-        self.sound("save", again.table.rough)
+        self.sound("save", again.table.residuals)
 
     @rule()
     def settle(self):
-        self.atlas.settle()
+        self.atlas.refit_all()
         self.sound("settle")
 
     @rule()
     def bridge(self):
-        change = self.atlas.bridge()
+        change = self.atlas.fill()
         assert all(i in self.atlas.graph for i in change.added)
         self.sound("bridge", change.added)
 
@@ -182,7 +182,7 @@ def test_parts_of_a_face_stay_within_its_edges():
     for face in sorted(finished("cube").graph)[:3]:
         atlas = deepcopy(finished("cube"))
         assert not atlas.split(face).refused
-        for change in (Atlas.settle, Atlas.simplify):
+        for change in (Atlas.refit_all, Atlas.simplify):
             change(atlas)
             atlas.validate()
             assert atlas.closed and atlas.euler_characteristic() == 2
@@ -191,28 +191,28 @@ def test_parts_of_a_face_stay_within_its_edges():
 def test_residuals_leave_the_equations_as_they_are():
     """What a residual holds is not left out of the surface, but of the sums it still is."""
     atlas = deepcopy(explored("torus").atlas)
-    atlas.settle()
+    atlas.refit_all()
     assert atlas.learn_residuals()
     atlas.validate()
     rng = np.random.default_rng(0)
     for touch in explored("torus").touches[:5]:
         assert not atlas.add(touched_again(touch, rng)).refused
         atlas.validate()
-    atlas.settle()
+    atlas.refit_all()
     atlas.validate()
 
 
 def test_a_settled_torus_is_closed():
     """Where three radical planes meet along a line that runs beside the surface is no gap."""
     atlas = deepcopy(explored("torus").atlas)
-    atlas.settle()
+    atlas.refit_all()
     assert not atlas.gaps and atlas.closed and atlas.euler_characteristic() == 0
 
 
 def test_patches_that_do_not_meet_are_not_merged():
     atlas = explored("torus").atlas
     first = min(atlas.graph)
-    second = next(i for i in atlas.graph if i not in atlas.kin[first] and i != first)
+    second = next(i for i in atlas.graph if i not in atlas.neighbours[first] and i != first)
     count = len(atlas)
     assert "sheet" in atlas.merge(first, second).refused
     assert len(atlas) == count

@@ -8,8 +8,8 @@ import pytest
 from tests.explored import explored
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.cad.bezier import bernstein, curve_poles
-from touchatlas.atlas.cad.trim_curves import meeting
-from touchatlas.atlas.cad.trimmed_patches import patchwork
+from touchatlas.atlas.cad.trim_curves import shared_curve
+from touchatlas.atlas.cad.trimmed_patches import trimmed_patches
 from touchatlas.atlas.graph.power_diagram import power_at
 from touchatlas.atlas.mesh.extract import extract_surface
 from touchatlas.patch.geometry.polynomial import gaussian_curvature
@@ -20,15 +20,15 @@ RADIUS = 33.0
 @pytest.fixture(scope="module")
 def ball():
     atlas = explored("sphere").atlas
-    return atlas, patchwork(atlas)
+    return atlas, trimmed_patches(atlas)
 
 
 @pytest.fixture(scope="module")
 def half():
     """A ball of which some 25 touches leave much open."""
     atlas = explored("sphere", max_touches=25).atlas
-    atlas.settle()
-    return atlas, patchwork(atlas)
+    atlas.refit_all()
+    return atlas, trimmed_patches(atlas)
 
 
 def test_every_side_is_shared_by_two_faces_point_by_point(ball):
@@ -46,7 +46,7 @@ def test_every_side_is_shared_by_two_faces_point_by_point(ball):
 @pytest.mark.parametrize("which", ["ball", "half"])
 def test_loops_are_closed_and_their_corners_are_those_of_the_tiling(which, request):
     atlas, faces = request.getfixturevalue(which)
-    corners = {point.tobytes() for point in atlas.tiling.corners.values()}
+    corners = {point.tobytes() for point in atlas.cells.corners.values()}
     seen = set()
     for face in faces:
         for side, following in zip(face.sides, face.sides[1:] + face.sides[:1], strict=True):
@@ -67,10 +67,10 @@ def test_sides_lie_where_powers_are_equal_or_nothing(which, request):
         for side in face.sides:
             own = power_at(table, [i], side.points)[:, 0]
             if side.neighbour is None:
-                assert np.abs(own).max() < 0.05 * table.power[i]
+                assert np.abs(own).max() < 0.05 * table.weight[i]
             else:
                 other = power_at(table, [side.neighbour], side.points)[:, 0]
-                assert own == pytest.approx(other, abs=1e-6 * table.power[i])
+                assert own == pytest.approx(other, abs=1e-6 * table.weight[i])
 
 
 def test_arc_is_its_curve_between_its_points_too(ball):
@@ -85,7 +85,7 @@ def test_arc_is_its_curve_between_its_points_too(ball):
                 continue
             pair = (face.patch, atlas.patch(side.neighbour))
             ids = [p.id for p in pair]
-            curve = meeting(*pair, atlas.table.site[ids], atlas.table.power[ids])
+            curve = shared_curve(*pair, atlas.table.site[ids], atlas.table.weight[ids])
             points = along @ curve_poles(side.points)
             abscissa = (points - curve.base) @ curve.along
             first, last = side.points[[0, -1]]
@@ -123,9 +123,9 @@ def test_face_holds_just_the_points_of_its_cell(which, request):
         xy = rng.uniform(-reach, reach, (1000, 2))
         points = patch.frame.to_world(np.column_stack([xy, patch.polynomial.height(xy)]))
         own = power_at(table, [i], points)[:, 0]
-        cell = own <= (0.05 * table.power[i] if face.closed else 0.0)
-        if atlas.kin[i]:
-            cell &= own <= power_at(table, sorted(atlas.kin[i]), points).min(axis=1)
+        cell = own <= (0.05 * table.weight[i] if face.closed else 0.0)
+        if atlas.neighbours[i]:
+            cell &= own <= power_at(table, sorted(atlas.neighbours[i]), points).min(axis=1)
         loop = np.concatenate([along @ curve_poles(trace) for trace in face.traces])
         wrong += int((cell != inside(loop, xy)).sum())
         total += int(cell.sum())
@@ -173,24 +173,24 @@ def test_first_patch_is_trimmed_by_its_whole_rim():
     """Its core is a sphere of radius c: on a ball of radius r it cuts a cap of area pi c^2
     (Archimedes). One touch leaves the curvature known to some 2 %, which tells as c^2/(8 r^2)."""
     atlas = explored("sphere", max_touches=1).atlas
-    (face,) = patchwork(atlas)
+    (face,) = trimmed_patches(atlas)
     assert set(face.neighbours) == {None}
-    assert face.area == pytest.approx(np.pi * atlas.table.power[0], rel=0.01)
+    assert face.area == pytest.approx(np.pi * atlas.table.weight[0], rel=0.01)
 
 
 def test_scaling_all_input_scales_the_patchwork(ball):
-    twice = patchwork(explored("sphere", scale=2.0).atlas)
+    twice = trimmed_patches(explored("sphere", scale=2.0).atlas)
     for face, other in zip(ball[1], twice, strict=True):
         assert face.neighbours == other.neighbours
         assert other.area == pytest.approx(4.0 * face.area, rel=1e-7)
 
 
 def test_torus_closes_without_a_hole():
-    faces = patchwork(explored("torus").atlas)
+    faces = trimmed_patches(explored("torus").atlas)
     assert all(face.closed for face in faces)
     assert set(Counter(s.number for f in faces for s in f.sides).values()) == {2}
 
 
 def test_patchwork_of_nothing_is_refused():
     with pytest.raises(ValueError, match="no patch yet"):
-        patchwork(Atlas(0.1))
+        trimmed_patches(Atlas(0.1))

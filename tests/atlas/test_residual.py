@@ -16,10 +16,10 @@ from touchatlas.atlas.residual.gaussian_process import (
     trend_equations,
 )
 from touchatlas.atlas.residual.hyperparameters import (
-    Texture,
+    ResidualScale,
     independent_equations,
-    learn_texture,
-    roughness,
+    learn_residual_scale,
+    residual_evidence,
 )
 from touchatlas.atlas.residual.learn_residuals import samples_of
 from touchatlas.patch.fit.smoothness import coefficient_precision, log_evidence, posterior
@@ -75,7 +75,7 @@ def test_zero_amplitude_leaves_the_trend_alone():
     precision = prior_precision(3)
     mean, covariance, residual = solve_residual(samples, full(3, 0), full(3, LENGTH), precision)
     alone, log_scale = independent_equations(samples)
-    expected = posterior(alone.gram, alone.right, np.ones(3), precision)
+    expected = posterior(alone.gram, alone.rhs, np.ones(3), precision)
     assert mean == pytest.approx(expected[0], rel=1e-7, abs=1e-9)
     assert covariance == pytest.approx(expected[1], rel=1e-7, abs=1e-12)
     g, gradient, shared = residual_at(residual, samples.feet)
@@ -83,7 +83,9 @@ def test_zero_amplitude_leaves_the_trend_alone():
     trend = np.einsum("tmq,mts,smq->mq", samples.terms, covariance, samples.terms)
     assert joint_variance(residual, covariance, samples.terms, shared) == pytest.approx(trend)
     equations, scale = trend_equations(samples, full(3, 0), correlation(samples, full(3, LENGTH)))
-    assert scale == pytest.approx(log_scale) and equations.square == pytest.approx(alone.square)
+    assert scale == pytest.approx(log_scale) and equations.sum_of_squares == pytest.approx(
+        alone.sum_of_squares
+    )
 
 
 def test_evidence_is_the_density_of_the_joint_gaussian():
@@ -211,17 +213,19 @@ def test_texture_is_learned_from_its_own_surfaces():
     """Medians of 12 patches; one patch of so few waves knows them within a factor of two, and
     the grids have steps of 2.2 and 2."""
     samples, _ = drawn(np.random.default_rng(9), 12, 160)
-    texture = learn_texture(BASIS, samples, full(12, 1))
-    assert AMPLITUDE / 2.5 < texture.amplitude < 2.5 * AMPLITUDE
-    assert LENGTH / 2.1 < texture.length < 2.1 * LENGTH
+    residual_scale = learn_residual_scale(BASIS, samples, full(12, 1))
+    assert AMPLITUDE / 2.5 < residual_scale.amplitude < 2.5 * AMPLITUDE
+    assert LENGTH / 2.1 < residual_scale.length < 2.1 * LENGTH
 
 
 def test_scaling_the_radius_scales_the_texture():
     samples, _ = drawn(np.random.default_rng(10), 2, 60)
-    one, twice = (learn_texture(BASIS, samples, full(2, radius)) for radius in (1.0, 2.0))
+    one, twice = (learn_residual_scale(BASIS, samples, full(2, radius)) for radius in (1.0, 2.0))
     assert twice.amplitude == pytest.approx(2.0 * one.amplitude, rel=1e-12)
     assert twice.length == pytest.approx(2.0 * one.length, rel=1e-12)
-    rough = [roughness(BASIS, samples, t, full(2, r)) for t, r in ((one, 1.0), (twice, 2.0))]
+    rough = [
+        residual_evidence(BASIS, samples, t, full(2, r)) for t, r in ((one, 1.0), (twice, 2.0))
+    ]
     assert rough[0].gain == pytest.approx(rough[1].gain, rel=1e-9)
 
 
@@ -231,15 +235,15 @@ def test_quadrics_with_noise_get_no_residual(amplitude):
     rng = np.random.default_rng(11)
     feet = places(rng, 80, 120)
     samples = samples_at(feet, feet[..., 2] + NOISE * rng.normal(size=(80, 120)))
-    found = roughness(BASIS, samples, Texture(amplitude * NOISE, LENGTH), full(80, 1))
-    assert np.mean(found.rough) <= 0.025
+    found = residual_evidence(BASIS, samples, ResidualScale(amplitude * NOISE, LENGTH), full(80, 1))
+    assert np.mean(found.needed) <= 0.025
 
 
 def test_smooth_surfaces_teach_no_texture():
     rng = np.random.default_rng(12)
     feet = places(rng, 12, 120)
     samples = samples_at(feet, feet[..., 2] + NOISE * rng.normal(size=(12, 120)))
-    assert learn_texture(BASIS, samples, full(12, 1)).amplitude < 2.0 * NOISE
+    assert learn_residual_scale(BASIS, samples, full(12, 1)).amplitude < 2.0 * NOISE
 
 
 def test_bumps_finer_than_the_patch_get_a_residual():
@@ -248,15 +252,15 @@ def test_bumps_finer_than_the_patch_get_a_residual():
     bumps = 5.0 * NOISE * np.sin(9.0 * feet[..., 0]) * np.cos(8.0 * feet[..., 1])
     exact = feet[..., 2] + bumps
     samples = samples_at(feet, exact + NOISE * rng.normal(size=exact.shape))
-    texture = learn_texture(BASIS, samples, full(8, 1))
-    found = roughness(BASIS, samples, texture, full(8, 1))
-    assert found.rough.all()
-    precision = coefficient_precision(BASIS, found.turn, found.bend)
+    residual_scale = learn_residual_scale(BASIS, samples, full(8, 1))
+    found = residual_evidence(BASIS, samples, residual_scale, full(8, 1))
+    assert found.needed.all()
+    precision = coefficient_precision(BASIS, found.length_ratio, found.z_scale)
     with_residual, _, residual = solve_residual(
-        samples, found.amplitude, full(8, texture.length), precision
+        samples, found.amplitude, full(8, residual_scale.length), precision
     )
     alone, _ = independent_equations(samples)
-    trend, _ = posterior(alone.gram, alone.right, np.ones(8), precision)
+    trend, _ = posterior(alone.gram, alone.rhs, np.ones(8), precision)
 
     def error(mean, g=0.0):
         return np.sqrt(np.mean((np.einsum("mt,tmn->mn", mean, samples.terms) + g - exact) ** 2))
@@ -267,13 +271,13 @@ def test_bumps_finer_than_the_patch_get_a_residual():
 @pytest.mark.parametrize("amplitude, length", [(-1.0, 1.0), (1.0, 0.0), (np.nan, 1.0)])
 def test_texture_is_of_lengths(amplitude, length):
     with pytest.raises(ValueError, match="amplitude, length"):
-        Texture(amplitude, length)
+        ResidualScale(amplitude, length)
 
 
 def test_roughness_of_no_texture_is_refused():
     samples, _ = drawn(np.random.default_rng(14), 1, 30)
     with pytest.raises(ValueError, match="amplitude 0"):
-        roughness(BASIS, samples, Texture(), full(1, 1))
+        residual_evidence(BASIS, samples, ResidualScale(), full(1, 1))
 
 
 def test_a_fine_texture_takes_more_samples_and_a_coarse_one_as_many():
@@ -282,10 +286,15 @@ def test_a_fine_texture_takes_more_samples_and_a_coarse_one_as_many():
     table, rows = atlas.table, atlas.table.rows[:20]
     radius = float(table.radius[rows].max())
 
-    def count(texture):
-        return np.count_nonzero(samples_of(table, atlas.learning, rows, texture).used, axis=1)
+    def count(residual_scale):
+        return np.count_nonzero(
+            samples_of(table, atlas.membership, rows, residual_scale).used, axis=1
+        )
 
-    usual, long = count(None), count(Texture(1.0, radius))
+    usual, long = count(None), count(ResidualScale(1.0, radius))
     assert (usual == long).all()
-    fine, finest = count(Texture(1.0, 0.28 * radius)), count(Texture(1.0, 1e-3 * radius))
+    fine, finest = (
+        count(ResidualScale(1.0, 0.28 * radius)),
+        count(ResidualScale(1.0, 1e-3 * radius)),
+    )
     assert usual.sum() < fine.sum() < finest.sum()

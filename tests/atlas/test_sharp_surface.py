@@ -18,7 +18,7 @@ CONVEX = {"cube": (6, 12, 8), "roof": (7, 15, 10), "wall": (6, 12, 8)}
 @lru_cache
 def merged(name: str, noise: float = NOISE, seed: int = 0):
     atlas = deepcopy(explored_sharp(name, noise, seed=seed).atlas)
-    atlas.settle()
+    atlas.refit_all()
     atlas.simplify()
     return atlas
 
@@ -136,5 +136,5 @@ def test_nothing_is_known_beyond_an_edge():
 def test_bodies_without_edges_blend_as_ever():
     """Their kin carry creases, but none: nothing is looked at or trimmed."""
     atlas = explored("sphere").atlas
-    assert not atlas.kin.creases
-    assert atlas.corners is atlas.tiling.corners and atlas.gaps is atlas.tiling.gaps
+    assert not atlas.neighbours.creases
+    assert atlas.corners is atlas.cells.corners and atlas.gaps is atlas.cells.gaps

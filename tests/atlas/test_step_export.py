@@ -11,7 +11,7 @@ from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.cad.bezier import bernstein
 from touchatlas.atlas.cad.bezier_face import bezier_face
 from touchatlas.atlas.cad.step_file import save_step
-from touchatlas.atlas.cad.trimmed_patches import patchwork
+from touchatlas.atlas.cad.trimmed_patches import trimmed_patches
 from touchatlas.patch.geometry.polynomial import shape_operator
 
 RADIUS = 33.0
@@ -26,7 +26,7 @@ def ball():
 @pytest.fixture(scope="module")
 def half():
     atlas = explored("sphere", max_touches=25).atlas
-    atlas.settle()
+    atlas.refit_all()
     return atlas
 
 
@@ -55,7 +55,7 @@ def read(gmsh, path):
 def test_bezier_face_goes_through_its_sides_as_near_as_the_patches_are(ball):
     """A side is midway between two patches: half their gap off each, and the heights hold to
     1e-5 besides. The gap of the ball's patches is nowhere a quarter of the tolerance."""
-    for face in patchwork(ball)[:20]:
+    for face in trimmed_patches(ball)[:20]:
         bezier = bezier_face(face, 1e-4 * ball.tolerance)
         assert bezier.error <= 1e-4 * ball.tolerance
         assert bezier.gaps.max() < 0.25 * ball.tolerance
@@ -75,7 +75,7 @@ def test_other_programs_find_the_same_areas(which, request, gmsh, tmp_path):
     gap times the curvature, 0.01^2/33, are less."""
     atlas = request.getfixturevalue(which)
     report = save_step(atlas, tmp_path / "a.step")
-    faces = patchwork(atlas)
+    faces = trimmed_patches(atlas)
     tags, _ = read(gmsh, tmp_path / "a.step")
     areas = np.array([gmsh.model.occ.getMass(2, tag) for tag in tags])
     assert report.faces == len(tags) == len(faces) and report.left_out == 0
@@ -92,7 +92,7 @@ def test_closed_atlas_is_one_solid_of_the_balls_volume(ball, gmsh, tmp_path):
     assert volume == pytest.approx(4.0 / 3.0 * np.pi * RADIUS**3, rel=2e-4)
     # The ball's sides and corners, each once.
     counts = [len(gmsh.model.getEntities(dimension)) for dimension in (1, 0)]
-    assert counts == [ball.graph.number_of_edges(), len(ball.tiling.corners)]
+    assert counts == [ball.graph.number_of_edges(), len(ball.cells.corners)]
 
 
 def test_other_programs_find_the_same_curvatures_and_normals(ball, gmsh, tmp_path):
@@ -103,7 +103,7 @@ def test_other_programs_find_the_same_curvatures_and_normals(ball, gmsh, tmp_pat
     """
     save_step(ball, tmp_path / "a.step")
     tags, _ = read(gmsh, tmp_path / "a.step")
-    for face, tag in zip(patchwork(ball), tags, strict=True):
+    for face, tag in zip(trimmed_patches(ball), tags, strict=True):
         polynomial, frame = face.patch.polynomial, face.patch.frame
         slope, second = polynomial.gradient(ORIGIN)[0], polynomial.hessian(ORIGIN)[0]
         point = frame.to_world(np.append(ORIGIN, polynomial.height(ORIGIN))[None])[0]

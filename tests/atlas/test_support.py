@@ -20,7 +20,7 @@ def half(touches, tolerance: float, side: int) -> Atlas:
     for touch in touches:
         if touch.contact[side] > 0.0:
             atlas.add(touch)
-    atlas.settle()
+    atlas.refit_all()
     return atlas
 
 
@@ -29,7 +29,7 @@ def test_half_touched_bodies_with_edges_have_no_flaps(name, side):
     """A face whose neighbour was not touched ends at its samples, with no crease to end it: nothing
     lies farther than three tolerances off the body, where flaps were 0.4 % of the wall's."""
     atlas, obj = half(explored_sharp(name).touches, 0.1, side), sharp_object(name)
-    for change in (Atlas.settle, Atlas.simplify):
+    for change in (Atlas.refit_all, Atlas.simplify):
         change(atlas)
         surface = extract_surface(atlas)
         areas = areas_of(surface.vertices, surface.faces)
@@ -40,9 +40,9 @@ def test_half_touched_bodies_with_edges_have_no_flaps(name, side):
 def test_among_samples_is_within_their_hull():
     """Samples themselves are; places a little farther out than the farthest are not."""
     atlas = half(explored("sphere").touches, 0.1, 0)
-    table, learning = atlas.table, atlas.learning
-    row = int(table.rows[table.ring_open[table.rows].any(axis=1)][0])
-    points = learning.pool.points[learning.members[row]]
+    table, membership = atlas.table, atlas.membership
+    row = int(table.rows[table.outline_open[table.rows].any(axis=1)][0])
+    points = membership.pool.points[membership.fitted[row]]
     assert supported(atlas, np.full(len(points), row), points, np.zeros(len(points))).all()
     along = (points - table.origin[row]) @ table.axes[row, 0]
     farther = points[along.argmax()] + 0.01 * table.radius[row] * table.axes[row, 0]

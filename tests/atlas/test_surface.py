@@ -9,7 +9,7 @@ import trimesh
 
 from tests.explored import explored
 from touchatlas.atlas.atlas import Atlas, AtlasChange
-from touchatlas.atlas.mesh.coarse_mesh import grow_skin
+from touchatlas.atlas.mesh.coarse_mesh import grow_coarse_mesh
 from touchatlas.atlas.mesh.extract import (
     extract_surface,
     grow_surface,
@@ -167,8 +167,8 @@ def test_surface_is_drawn_as_far_as_it_is_trusted(half):
 
 
 def assert_renewed_as_whole(grown, atlas):
-    skin = grow_skin(atlas.table, atlas.kin, grown.skin.edge)
-    whole = smooth_surface(atlas, skin, round(skin.edge / grown.edge))
+    coarse = grow_coarse_mesh(atlas.table, atlas.neighbours, grown.coarse.edge)
+    whole = smooth_surface(atlas, coarse, round(coarse.edge / grown.edge))
     assert (whole.faces == grown.surface.faces).all()
     # To rounding: other points were asked in the same numpy calls.
     scale = 1e-12 * np.ptp(whole.vertices)
@@ -192,10 +192,10 @@ def test_surface_renewed_touch_by_touch_is_the_whole_one():
 def test_surface_is_renewed_where_a_patch_goes(half):
     atlas = explored("torus", max_touches=60).atlas
     grown, row = grow_surface(atlas), 20
-    others = sorted(atlas.kin[row])
+    others = sorted(atlas.neighbours[row])
     for other in others:
-        atlas.kin[other].discard(row)
-    atlas.kin[row].clear()
+        atlas.neighbours[other].discard(row)
+    atlas.neighbours[row].clear()
     atlas.table.index.remove(row)
     renewed = renew_surface(grown, atlas, AtlasChange(changed=tuple(others), removed=(row,)))
     assert not (renewed.surface.patch == row).any()
@@ -240,9 +240,9 @@ def test_two_sides_of_a_thin_slab_stay_two_sheets(thickness):
     atlas = slab(thickness, np.random.default_rng(0))
     table, edge = atlas.table, 0.5 * thickness
     # The noise of a flat patch, a few at most.
-    gaps = gaps_of(table, atlas.kin, table.index.rows())
+    gaps = gaps_of(table, atlas.neighbours, table.index.rows())
     assert len(gaps) and gaps == pytest.approx(thickness, abs=5e-3)
-    assert edge <= cube_edge(table, atlas.kin, edge, gaps) <= gaps.min()
+    assert edge <= cube_edge(table, atlas.neighbours, edge, gaps) <= gaps.min()
     surface = extract_surface(atlas, edge)
     up = surface.vertices[:, 2] > 0.0
     assert np.abs(surface.vertices[:, 2]) == pytest.approx(0.5 * thickness, abs=5e-3)

@@ -21,7 +21,7 @@ def sound(name: str):
     if name == "edges":
         return explored_sharp("cube", max_touches=40).atlas
     atlas = deepcopy(explored("torus").atlas)
-    atlas.settle()
+    atlas.refit_all()
     atlas.learn_residuals()
     return atlas
 
@@ -47,7 +47,7 @@ def nudged(values):
 
 def member(change):
     def corrupt(atlas):
-        atlas.learning.members[PATCH] = change(atlas.learning.members[PATCH].copy())
+        atlas.membership.fitted[PATCH] = change(atlas.membership.fitted[PATCH].copy())
 
     return corrupt
 
@@ -65,7 +65,7 @@ def of(path, change):
 
 
 def rough_of(atlas):
-    return atlas.table.rough[min(atlas.table.rough)]
+    return atlas.table.residuals[min(atlas.table.residuals)]
 
 
 def crease_of(atlas, sign=1, shift=0.0):
@@ -83,40 +83,40 @@ def bend_curve(atlas):
 
 
 def boundary_of(atlas):
-    return atlas.tiling.graph.edges[min(atlas.tiling.graph.edges)]["boundary"]
+    return atlas.cells.graph.edges[min(atlas.cells.graph.edges)]["boundary"]
 
 
 def drop_edge(atlas):
-    atlas.tiling.graph.remove_edge(*min(atlas.tiling.graph.edges))
+    atlas.cells.graph.remove_edge(*min(atlas.cells.graph.edges))
 
 
 def move_corner(atlas):
-    atlas.tiling.corners[min(atlas.tiling.corners)] += 0.5
+    atlas.cells.corners[min(atlas.cells.corners)] += 0.5
 
 
 def drop_corner(atlas):
-    atlas.tiling._drop(min(atlas.tiling.corners))
+    atlas.cells._drop(min(atlas.cells.corners))
 
 
 def forget_corner(atlas):
-    atlas.tiling._corners_of[min(atlas.tiling.corners)[0]].clear()
+    atlas.cells._corners_of[min(atlas.cells.corners)[0]].clear()
 
 
 def one_sided_kin(atlas):
-    kin = sorted(atlas.kin[PATCH])
-    atlas.kin[PATCH].discard(kin[0])
+    neighbours = sorted(atlas.neighbours[PATCH])
+    atlas.neighbours[PATCH].discard(neighbours[0])
 
 
 def stale_kin_line(atlas):
-    atlas.kin.lines()[PATCH, 0] = PATCH
+    atlas.neighbours.lines()[PATCH, 0] = PATCH
 
 
 def bring_twice(atlas):
-    atlas.learning.brought[PATCH] = np.append(atlas.learning.brought[PATCH], 0)
+    atlas.membership.owned[PATCH] = np.append(atlas.membership.owned[PATCH], 0)
 
 
 def lose(atlas):
-    atlas.learning.brought[PATCH] = atlas.learning.brought[PATCH][1:]
+    atlas.membership.owned[PATCH] = atlas.membership.owned[PATCH][1:]
 
 
 CORRUPTIONS = {
@@ -126,24 +126,24 @@ CORRUPTIONS = {
     "axes": ("closed", column("axes", nudged), "orthonormal"),
     "axes, turned": ("closed", column("axes", lambda v: v[[1, 2, 0]]), "equations"),
     "radius": ("closed", column("radius", nudged), "equations"),
-    "power": ("closed", column("power", nudged), "corner|boundary"),
+    "power": ("closed", column("weight", nudged), "corner|boundary"),
     "noise": ("closed", column("noise", nudged), "coefficients|equations|variance"),
-    "sensor": ("closed", column("sensor", lambda v: -v), "sensor"),
-    "turn": ("closed", column("turn", nudged), "equations|coefficients"),
-    "bend": ("closed", column("bend", lambda v: 1.5 * v), "coefficients"),
+    "sensor": ("closed", column("measurement_std", lambda v: -v), "sensor"),
+    "turn": ("closed", column("length_ratio", nudged), "equations|coefficients"),
+    "bend": ("closed", column("z_scale", lambda v: 1.5 * v), "coefficients"),
     "condition": ("closed", column("condition", lambda v: 0.5), "condition"),
     "moments": ("closed", column("moments", nudged), "moments"),
-    "right": ("closed", column("right", nudged), "right side"),
-    "square": ("closed", column("square", nudged), "square"),
+    "right": ("closed", column("rhs", nudged), "right side"),
+    "square": ("closed", column("sum_of_squares", nudged), "square"),
     "count": ("closed", column("count", lambda v: v + 1), "counts"),
     "learned": ("closed", column("learned", lambda v: v + 1000), "framed"),
-    "anchor": ("closed", column("anchor", nudged), "equations|right side"),
+    "anchor": ("closed", column("linearisation_point", nudged), "equations|right side"),
     "mean": ("closed", column("mean", nudged), "mean"),
     "variance": ("closed", column("variance", nudged), "variance"),
     "residual": ("closed", column("residual", nudged), "residual"),
-    "ring": ("closed", column("ring", lambda v: first(v, lambda x: x + 9.0)), "ring"),
-    "ring_open, opened": ("closed", column("ring_open", np.ones_like), "ring_open"),
-    "ring_open, closed": ("begun", column("ring_open", np.zeros_like), "ring_open"),
+    "ring": ("closed", column("outline", lambda v: first(v, lambda x: x + 9.0)), "ring"),
+    "ring_open, opened": ("closed", column("outline_open", np.ones_like), "ring_open"),
+    "ring_open, closed": ("begun", column("outline_open", np.zeros_like), "ring_open"),
     "not a number": ("closed", column("mean", lambda v: v * np.nan), "mean is not finite"),
     "index": ("closed", lambda a: a.table.index.move(PATCH, a.table.origin[PATCH], 1.0), "index"),
     "index, removed": ("closed", lambda a: a.table.index.remove(PATCH), "index"),
@@ -179,12 +179,16 @@ CORRUPTIONS = {
     "corner unknown": ("closed", forget_corner, "corners"),
     "boundary lost": ("closed", drop_edge, "edges"),
     "boundary's points": ("closed", lambda a: boundary_of(a).points.__iadd__(0.1), "boundary"),
-    "residual of none": ("closed", lambda a: a.table.rough.update({10**6: rough_of(a)}), "removed"),
+    "residual of none": (
+        "closed",
+        lambda a: a.table.residuals.update({10**6: rough_of(a)}),
+        "removed",
+    ),
     "residual's samples": ("closed", lambda a: nudge(rough_of(a).samples.height), "other samples"),
     "residual's shape": ("closed", lambda a: nudge(rough_of(a).shape), "does not follow"),
     "residual's force": ("closed", lambda a: nudge(rough_of(a).residual.force), "does not follow"),
     "residual's mean": ("closed", lambda a: nudge(rough_of(a).mean), "mean"),
-    "texture": ("closed", lambda a: setattr(a, "texture", type(a.texture)()), "texture"),
+    "texture": ("closed", lambda a: setattr(a, "texture", type(a.residual_scale)()), "texture"),
 }
 
 
@@ -205,7 +209,7 @@ def test_a_corrupted_number_is_found_and_named(kind):
 def test_atlases_to_be_corrupted_are_sound_and_have_all_that_is_corrupted(name):
     atlas = sound(name)
     atlas.validate()
-    begun = len(atlas.frontier) > 0 and atlas.table.ring_open.any()
+    begun = len(atlas.frontier) > 0 and atlas.table.outline_open.any()
     edges = len(atlas.edge_ends) > 0 and len(atlas.creases) > 0
-    closed = atlas.closed and len(atlas.table.rough) > 0
+    closed = atlas.closed and len(atlas.table.residuals) > 0
     assert {"begun": begun, "edges": edges, "closed": closed}[name]

@@ -142,7 +142,7 @@ def test_no_touch_is_learned_again_whatever_became_of_its_patch(name, tmp_path):
     """Merged, split, hidden, saved or not: samples are found where they were touched."""
     atlas, touches = deepcopy(explored(name).atlas), explored(name).touches
     learned = [t for t in touches if not Atlas(atlas.tolerance).add(t).refused]
-    for change in (Atlas.settle, Atlas.bridge, Atlas.simplify):
+    for change in (Atlas.refit_all, Atlas.fill, Atlas.simplify):
         change(atlas)
         assert all("learned before" in atlas.add(t).refused for t in learned)
     save_atlas(tmp_path / "atlas.npz", atlas)
@@ -306,7 +306,7 @@ def test_what_is_accepted_keeps_an_atlas_sound(kind):
     for one in begun().touches:
         atlas.add(one)
     atlas.validate()
-    for change in (Atlas.settle, Atlas.simplify, Atlas.bridge, Atlas.learn_residuals):
+    for change in (Atlas.refit_all, Atlas.simplify, Atlas.fill, Atlas.learn_residuals):
         change(atlas)
         atlas.validate()
     assert np.isfinite(extract_surface(atlas).vertices).all()

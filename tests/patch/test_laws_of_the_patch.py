@@ -316,7 +316,7 @@ def heights_covariance(fit: PatchFit):
     upright = 1.0 - evaluate(basis, coefficients, x, y, z, (Z,))[0]
     raised = (monomials(basis, x, y, z)[: basis.size] / upright).T
     taylor = np.linalg.lstsq(monomials(monge_basis(8), x, y, z).T, raised, rcond=None)[0][:15]
-    prior = np.diag(1.0 / coefficient_precision(basis, fit.turn, fit.bend))
+    prior = np.diag(1.0 / coefficient_precision(basis, fit.length_ratio, fit.z_scale))
     return taylor @ fit.patch.covariance @ taylor.T, taylor @ prior @ taylor.T
 
 

@@ -33,7 +33,7 @@ def test_many_refits_are_what_each_is_alone():
     together = refit_patches(stack, 0.0, SmoothnessPrior(), FitOptions())
     for points, fit in zip(parts, together, strict=True):
         alone = refit_patch(FRAME, points, 0.0 * points, NOISE, 1.0, 0.0, 1.0)
-        assert (fit.turn, fit.bend) == (alone.turn, alone.bend)
+        assert (fit.length_ratio, fit.z_scale) == (alone.length_ratio, alone.z_scale)
         places = points[::10]
         gap = fit.patch.signed_distance(places) - alone.patch.signed_distance(places)
         assert np.abs(gap).max() < 1e-9

@@ -45,7 +45,7 @@ def test_an_atlas_of_a_real_mesh_stays_sound_and_lies_on_it(name):
     surface is drawn where it is known to the tolerance: nearly all of it is within three."""
     obj, atlas, contacts = explored(name)
     assert distances(obj, contacts).max() < 6.0 * NOISE * obj.diagonal
-    changes = (Atlas.settle, Atlas.bridge, Atlas.settle, Atlas.simplify, Atlas.learn_residuals)
+    changes = (Atlas.refit_all, Atlas.fill, Atlas.refit_all, Atlas.simplify, Atlas.learn_residuals)
     for change in changes:
         change(atlas)
         atlas.validate()
