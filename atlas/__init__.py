@@ -1,1 +1,49 @@
 """Many pieces of surface: the one mutable object, a graph of Darboux-frame patches."""
+
+from typing import TYPE_CHECKING
+
+from touchatlas.patch.lazy_names import lazy_names
+
+if TYPE_CHECKING:
+    from touchatlas.atlas.atlas import Atlas
+    from touchatlas.atlas.cad.step_file import StepReport, save_step
+    from touchatlas.atlas.field.blend import Blend
+    from touchatlas.atlas.graph.power_diagram import Boundary
+    from touchatlas.atlas.mesh.extract import Surface, extract_surface
+    from touchatlas.atlas.records.change import AtlasChange
+    from touchatlas.atlas.records.options import AtlasOptions
+    from touchatlas.atlas.records.touch import Touch, TouchStatus
+    from touchatlas.atlas.store import load_atlas, save_atlas
+
+__all__ = [
+    "Atlas",
+    "AtlasChange",
+    "AtlasOptions",
+    "Blend",
+    "Boundary",
+    "StepReport",
+    "Surface",
+    "Touch",
+    "TouchStatus",
+    "extract_surface",
+    "load_atlas",
+    "save_atlas",
+    "save_step",
+]
+__getattr__ = lazy_names(
+    {
+        "Atlas": "touchatlas.atlas.atlas",
+        "AtlasChange": "touchatlas.atlas.records.change",
+        "AtlasOptions": "touchatlas.atlas.records.options",
+        "Blend": "touchatlas.atlas.field.blend",
+        "Boundary": "touchatlas.atlas.graph.power_diagram",
+        "StepReport": "touchatlas.atlas.cad.step_file",
+        "Surface": "touchatlas.atlas.mesh.extract",
+        "Touch": "touchatlas.atlas.records.touch",
+        "TouchStatus": "touchatlas.atlas.records.touch",
+        "extract_surface": "touchatlas.atlas.mesh.extract",
+        "load_atlas": "touchatlas.atlas.store",
+        "save_atlas": "touchatlas.atlas.store",
+        "save_step": "touchatlas.atlas.cad.step_file",
+    }
+)

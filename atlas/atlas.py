@@ -19,7 +19,7 @@ from touchatlas.atlas.graph.frontier import Frontier
 from touchatlas.atlas.graph.power_diagram import Boundary
 from touchatlas.atlas.graph.sheets import SheetNeighbours
 from touchatlas.atlas.patches.normal_equations import covariance_of, solve
-from touchatlas.atlas.patches.patch_table import Table
+from touchatlas.atlas.patches.patch_table import PatchTable
 from touchatlas.atlas.patches.prediction import half_way_deviation
 from touchatlas.atlas.patches.sample_membership import SampleMembership, prior_of
 from touchatlas.atlas.records.change import AtlasChange
@@ -62,7 +62,7 @@ class Atlas:
             raise ValueError(f"options are {options!r}; they must be AtlasOptions")
         self.tolerance = check_tolerance(tolerance)
         self.options = options
-        self.table = Table(options.fit.basis, options.fit.core)
+        self.table = PatchTable(options.fit.basis, options.fit.core)
         self.neighbours = SheetNeighbours()
         self.creases = self.neighbours.creases = Creases(self.table, self.neighbours)
         self.cells = Cells(self.table, self.neighbours)

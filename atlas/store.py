@@ -12,7 +12,7 @@ import numpy as np
 
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.graph.creases import Crease
-from touchatlas.atlas.patches.patch_table import Table
+from touchatlas.atlas.patches.patch_table import PatchTable
 from touchatlas.atlas.records.options import AtlasOptions
 from touchatlas.atlas.residual.binned_samples import PatchSamples
 from touchatlas.atlas.residual.hyperparameters import ResidualScale
@@ -65,7 +65,7 @@ def save_atlas(path, atlas: Atlas) -> None:
     arrays |= {f"table_{name}": getattr(atlas.table, name) for name in atlas.table.names}
     arrays |= _residual_arrays(atlas.table)
     buffer = io.BytesIO()
-    np.savez(buffer, **arrays)
+    np.savez(buffer, allow_pickle=False, **arrays)
     write_whole(path, buffer.getvalue())
 
 
@@ -125,7 +125,7 @@ def _restored(arrays, header) -> Atlas:
     return atlas
 
 
-def _residual_arrays(table: Table) -> dict[str, np.ndarray]:
+def _residual_arrays(table: PatchTable) -> dict[str, np.ndarray]:
     """What the residuals were solved from: they are solved again when read."""
     rows = sorted(table.residuals)
     parts = [table.residuals[row] for row in rows]
@@ -141,7 +141,7 @@ def _residual_arrays(table: Table) -> dict[str, np.ndarray]:
     }
 
 
-def _fill_residuals(table: Table, arrays) -> None:
+def _fill_residuals(table: PatchTable, arrays) -> None:
     ends = np.cumsum(arrays["rough_counts"])[:-1]
     parts = np.split(arrays["rough_samples"], ends, axis=1)
     for i, row in enumerate(arrays["rough"].tolist()):
@@ -179,8 +179,8 @@ def _fill(atlas: Atlas, arrays, header) -> None:
     atlas.table.lengths = arrays["lengths"]
     _fill_residuals(atlas.table, arrays)
     membership = atlas.membership
-    columns = [arrays[f"sample_{name}"] for name in ("points", "normals", "across")]
-    membership.pool.add(*columns, arrays.get("sample_edges", False))
+    points, normals, across = (arrays[f"sample_{name}"] for name in ("points", "normals", "across"))
+    membership.pool.add(points, normals, across, arrays.get("sample_edges", False))
     membership.fitted.extend(_unpacked("members", arrays))
     membership.owned.extend(_unpacked("brought", arrays))
     atlas.neighbours.extend(set(k.tolist()) for k in _unpacked("kin", arrays))

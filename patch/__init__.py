@@ -13,3 +13,44 @@ Conventions, for the whole package
 * World frame unless the name ends in ``_local``.
 * At an umbilic point directions are chosen, not measured, and ``umbilic`` is true.
 """
+
+from typing import TYPE_CHECKING
+
+from touchatlas.patch.lazy_names import lazy_names
+
+if TYPE_CHECKING:
+    from touchatlas.patch.fit.fit_patch import FitOptions, PatchFit, fit_patch
+    from touchatlas.patch.fit.start import UnfitError
+    from touchatlas.patch.geometry.contour import Contour, ContourEnd, SamplingPlane
+    from touchatlas.patch.geometry.frame import DarbouxFrame
+    from touchatlas.patch.geometry.patch import Patch
+    from touchatlas.patch.paper.fit_paper import Penalty, fit_paper
+
+__all__ = [
+    "Contour",
+    "ContourEnd",
+    "DarbouxFrame",
+    "FitOptions",
+    "Patch",
+    "PatchFit",
+    "Penalty",
+    "SamplingPlane",
+    "UnfitError",
+    "fit_paper",
+    "fit_patch",
+]
+__getattr__ = lazy_names(
+    {
+        "Contour": "touchatlas.patch.geometry.contour",
+        "ContourEnd": "touchatlas.patch.geometry.contour",
+        "DarbouxFrame": "touchatlas.patch.geometry.frame",
+        "FitOptions": "touchatlas.patch.fit.fit_patch",
+        "Patch": "touchatlas.patch.geometry.patch",
+        "PatchFit": "touchatlas.patch.fit.fit_patch",
+        "Penalty": "touchatlas.patch.paper.fit_paper",
+        "SamplingPlane": "touchatlas.patch.geometry.contour",
+        "UnfitError": "touchatlas.patch.fit.start",
+        "fit_paper": "touchatlas.patch.paper.fit_paper",
+        "fit_patch": "touchatlas.patch.fit.fit_patch",
+    }
+)

@@ -1,1 +1,29 @@
 """What to touch next: ask/tell."""
+
+from typing import TYPE_CHECKING
+
+from touchatlas.patch.lazy_names import lazy_names
+
+if TYPE_CHECKING:
+    from touchatlas.planner.loop import Step, explore
+    from touchatlas.planner.planner import Planner, PlannerOptions
+    from touchatlas.planner.probe_plan import ProbePlan, Reason
+
+__all__ = [
+    "Planner",
+    "PlannerOptions",
+    "ProbePlan",
+    "Reason",
+    "Step",
+    "explore",
+]
+__getattr__ = lazy_names(
+    {
+        "Planner": "touchatlas.planner.planner",
+        "PlannerOptions": "touchatlas.planner.planner",
+        "ProbePlan": "touchatlas.planner.probe_plan",
+        "Reason": "touchatlas.planner.probe_plan",
+        "Step": "touchatlas.planner.loop",
+        "explore": "touchatlas.planner.loop",
+    }
+)

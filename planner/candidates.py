@@ -125,8 +125,9 @@ def predicted_curvature(atlas: Atlas, point, home: int) -> float:
     table = atlas.table
     x, y, z = (point - table.origin[home]) @ table.axes[home].T / table.radius[home]
     beyond = max(1.0, float(np.hypot(x, y)))
-    at = np.array([[x, 0.0], [y, 0.0], [z, 0.0]]) / beyond
-    derivatives = evaluate(table.basis, table.mean[home], *at, SECOND_ORDER)
+    # The first column is the point, or the nearest one of the rim, the second the centre.
+    x, y, z = np.array([[x, 0.0], [y, 0.0], [z, 0.0]]) / beyond
+    derivatives = evaluate(table.basis, table.mean[home], x, y, z, SECOND_ORDER)
     bends = [
         np.abs(principal_directions(shape_operator(*graph_derivatives(*column)))[:2]).max()
         for column in derivatives.T

@@ -1,1 +1,40 @@
 """A world to touch, and the judge."""
+
+from typing import TYPE_CHECKING
+
+from touchatlas.patch.lazy_names import lazy_names
+
+if TYPE_CHECKING:
+    from touchatlas.sim.run.evaluate import EvaluateOptions, Evaluation, Truth, evaluate_surface
+    from touchatlas.sim.run.exploration import Result, RunOptions, run_exploration, truth_of
+    from touchatlas.sim.world.objects import make_object, object_names
+    from touchatlas.sim.world.probe import Probe
+
+__all__ = [
+    "EvaluateOptions",
+    "Evaluation",
+    "Probe",
+    "Result",
+    "RunOptions",
+    "Truth",
+    "evaluate_surface",
+    "make_object",
+    "object_names",
+    "run_exploration",
+    "truth_of",
+]
+__getattr__ = lazy_names(
+    {
+        "EvaluateOptions": "touchatlas.sim.run.evaluate",
+        "Evaluation": "touchatlas.sim.run.evaluate",
+        "Probe": "touchatlas.sim.world.probe",
+        "Result": "touchatlas.sim.run.exploration",
+        "RunOptions": "touchatlas.sim.run.exploration",
+        "Truth": "touchatlas.sim.run.evaluate",
+        "evaluate_surface": "touchatlas.sim.run.evaluate",
+        "make_object": "touchatlas.sim.world.objects",
+        "object_names": "touchatlas.sim.world.objects",
+        "run_exploration": "touchatlas.sim.run.exploration",
+        "truth_of": "touchatlas.sim.run.exploration",
+    }
+)

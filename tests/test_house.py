@@ -16,13 +16,13 @@ ROOT = Path(__file__).parent.parent
 STOREYS = ("patch", "atlas", "planner", "sim")
 
 
-def run(*command):
+def run(*command, cwd=ROOT, **environment):
     done = subprocess.run(
         [sys.executable, "-m", *command],
-        cwd=ROOT,
+        cwd=cwd,
         capture_output=True,
         text=True,
-        env={**os.environ, "PYTHONWARNINGS": "default"},
+        env={**os.environ, "PYTHONWARNINGS": "default", **environment},
     )
     assert done.returncode == 0, done.stdout + done.stderr
 
@@ -92,5 +92,30 @@ def test_ruff_finds_nothing():
     run("ruff", "format", "--check", ".")
 
 
-def test_types_hold():
-    run("mypy", *STOREYS)
+ROBOT_LOOP = """
+from touchatlas.atlas import Atlas, Blend, Touch, extract_surface
+from touchatlas.planner import Planner, ProbePlan
+
+
+def explore_with(robot: Callable[[ProbePlan], Touch]) -> Blend:
+    atlas = Atlas(tolerance=0.1)
+    planner = Planner(start=[0, 0, 90], outward=[0, 0, 1])
+    while (plan := planner.ask(atlas)) is not None:
+        touch = robot(plan)
+        planner.tell(touch, atlas.add(touch))
+    return atlas.blend(extract_surface(atlas).vertices)
+"""
+
+
+def test_types_hold_and_a_script_of_public_names_passes_strictly(tmp_path):
+    """mypy does not follow an editable install: a tree of links stands for an ordinary one."""
+    (tmp_path / "touchatlas").mkdir()
+    for storey in STOREYS:
+        (tmp_path / "touchatlas" / storey).symlink_to(ROOT / storey)
+    script = tmp_path / "script.py"
+    script.write_text("from collections.abc import Callable\n" + ROBOT_LOOP)
+    packages = [word for storey in STOREYS for word in ("-p", f"touchatlas.{storey}")]
+    setting = ["--config-file", str(ROOT / "pyproject.toml"), "--namespace-packages"]
+    path = {"MYPYPATH": str(tmp_path)}
+    run("mypy", *setting, "--explicit-package-bases", *packages, cwd=tmp_path, **path)
+    run("mypy", *setting, "--strict", "--follow-imports=silent", str(script), cwd=tmp_path, **path)

@@ -14,7 +14,7 @@ from touchatlas.atlas.graph.crease_curves import crease_curves, sources_of
 from touchatlas.atlas.graph.power_diagram import corners_on, power_at
 from touchatlas.atlas.patches.intersect import patches_at
 from touchatlas.atlas.patches.normal_equations import SHEET_GAP
-from touchatlas.atlas.patches.patch_table import Table
+from touchatlas.atlas.patches.patch_table import PatchTable
 
 if TYPE_CHECKING:
     from touchatlas.atlas.atlas import Atlas
@@ -134,7 +134,7 @@ def _fresh_tiling(atlas: "Atlas", share: float = 0.0) -> Cells:
     return fresh
 
 
-def _is_tangent(table: Table, triple) -> bool:
+def _is_tangent(table: PatchTable, triple) -> bool:
     """Whether the radical axis of three patches, one of which has moved since they were drawn, is
     now so near tangent to the surface that no corner can be found on it."""
     first, second, row = (np.array([i]) for i in triple)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from touchatlas.atlas.patches.normal_equations import covariance_of, solve, sums_of
-from touchatlas.atlas.patches.patch_table import Table
+from touchatlas.atlas.patches.patch_table import PatchTable
 from touchatlas.atlas.residual.learn_residuals import samples_of, solve_patch_residual
 
 if TYPE_CHECKING:
@@ -74,7 +74,7 @@ def _equations(atlas: "Atlas") -> Iterator[str]:
             yield f"the square of patch {row} is not that of its samples"
 
 
-def without_residuals(table: Table) -> Table:
+def without_residuals(table: PatchTable) -> PatchTable:
     """A copy of a table with its patches solved from their equations alone."""
     plain = deepcopy(table)
     solve(plain, table.rows)

@@ -75,12 +75,20 @@ def _fit(atlas: "Atlas", beside: int, point, normal, index) -> PatchFit | None:
     not turn too far for that."""
     table, pool = atlas.table, atlas.membership.pool
     frame = DarbouxFrame(point, axes_from_normal(normal, table.axes[beside, 0]))
-    samples = pool.points[index], pool.across[index], float(table.noise[beside])
     for share in _SHARES:
         radius = share * float(table.radius[beside])
-        options = radius, atlas.bias, radius, atlas.prior, atlas.options.fit
         try:
-            fit = refit_patch(frame, *samples, *options)
+            fit = refit_patch(
+                frame,
+                pool.points[index],
+                pool.across[index],
+                float(table.noise[beside]),
+                radius,
+                atlas.bias,
+                radius,
+                atlas.prior,
+                atlas.options.fit,
+            )
         except UnfitError:
             continue
         held = (_holds(atlas, fit, some) for some in (index, _about(atlas, fit.patch)))

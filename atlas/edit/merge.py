@@ -8,7 +8,7 @@ from touchatlas.atlas.edit.refresh import inherit, reopen, smooth_neighbours, up
 from touchatlas.atlas.field.patch_values import COVER_MARGIN
 from touchatlas.atlas.graph.power_diagram import power_at
 from touchatlas.atlas.patches.normal_equations import SHEET_COSINE
-from touchatlas.atlas.patches.patch_table import Table
+from touchatlas.atlas.patches.patch_table import PatchTable
 from touchatlas.atlas.patches.sample_membership import CANDIDATE_REACH, CandidateSamples
 from touchatlas.patch.fit.fit_patch import BORNE, PatchFit
 from touchatlas.patch.fit.refit_patch import refit_patch
@@ -93,7 +93,7 @@ def is_upright(patch: Patch) -> bool:
     return bool(((normals @ patch.frame.normal) >= LEAST_COSINE).all())
 
 
-def middles(table: Table, pairs, normals):
+def middles(table: PatchTable, pairs, normals):
     """Points (m, 3) of the surface midway between pairs of patches (m, 2), along normals (m, 3),
     and the radii (m,) of the balls about them that hold the cores of both."""
     cores, sites = np.sqrt(table.weight[pairs]), table.site[pairs]
@@ -122,7 +122,7 @@ def _within(atlas: "Atlas", start: int, centre, radius: float, normal) -> list[i
     return sorted(found)
 
 
-def _turn_away(table: Table, rows, centre, core: float, normal) -> bool:
+def _turn_away(table: PatchTable, rows, centre, core: float, normal) -> bool:
     """Whether outlines of rows turn away from ``normal`` by more than 45 degrees within a ball:
     a patch that held their samples would do so up to its core."""
     rows = np.array(rows)
@@ -231,7 +231,7 @@ def _is_hidden(atlas: "Atlas", row: int, neighbours) -> bool:
     return bool(atlas.creases.beyond(np.tile(rows, len(points)), points).all())
 
 
-def points_over(table: Table, row: int, xy) -> np.ndarray:
+def points_over(table: PatchTable, row: int, xy) -> np.ndarray:
     """(n, 3) points of a patch over places (m, 2) of its tangent plane, scaled; without those
     where it folds."""
     z = scaled_height(table.basis, table.mean[row], *xy.T)

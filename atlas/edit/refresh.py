@@ -9,7 +9,7 @@ from touchatlas.atlas.graph.find_creases import MEETS, find_creases
 from touchatlas.atlas.graph.power_diagram import CELL_MARGIN, CREASE_ANGLE, power_at
 from touchatlas.atlas.graph.sheets import sheet_neighbours
 from touchatlas.atlas.patches.intersect import intersect, patches_at
-from touchatlas.atlas.patches.patch_table import Table
+from touchatlas.atlas.patches.patch_table import PatchTable
 
 if TYPE_CHECKING:
     from touchatlas.atlas.atlas import Atlas
@@ -108,11 +108,12 @@ def reopen(atlas: "Atlas", rows) -> None:
     trim(atlas, rows)
 
 
-def uncovered(table: Table, neighbours: list[int], points) -> np.ndarray:
+def uncovered(table: PatchTable, neighbours: list[int], points) -> np.ndarray:
     """(n,) whether no cell of a patch's kin covers points (n, 3) of its outline."""
-    return (power_at(table, neighbours, points) > CELL_MARGIN * table.weight[neighbours]).all(
-        axis=1
+    beyond: np.ndarray = (
+        power_at(table, neighbours, points) > CELL_MARGIN * table.weight[neighbours]
     )
+    return np.asarray(beyond.all(axis=1))
 
 
 def smooth_neighbours(atlas: "Atlas", row: int, partners: set[int]) -> np.ndarray:

@@ -13,7 +13,7 @@ import numpy as np
 from touchatlas.atlas.field.blend_at_edges import own_beyond_edges
 from touchatlas.atlas.field.patch_values import patch_values
 from touchatlas.atlas.graph.sheets import SheetNeighbours, same_sheet
-from touchatlas.atlas.patches.patch_table import Table
+from touchatlas.atlas.patches.patch_table import PatchTable
 from touchatlas.patch.geometry.arrays import frozen_array
 
 # Points that are looked at in one go.
@@ -46,7 +46,7 @@ class Blend:
     patch: np.ndarray
 
 
-def blend(table: Table, neighbours: SheetNeighbours, points, reach: float = np.inf) -> Blend:
+def blend(table: PatchTable, neighbours: SheetNeighbours, points, reach: float = np.inf) -> Blend:
     """Blend of all patches at world points (n, 3).
 
     Parameters
@@ -77,7 +77,7 @@ def blend(table: Table, neighbours: SheetNeighbours, points, reach: float = np.i
     return Blend(out[:, 0], patch >= 0, normal, np.sqrt(out[:, 1]), out[:, 2], patch)
 
 
-def _means(table: Table, neighbours: SheetNeighbours, points, reach):
+def _means(table: PatchTable, neighbours: SheetNeighbours, points, reach):
     """Means (n, 6) of distance, variance, curvature and normal over the patches kin to the
     leader of each point, NaN without one, and the leaders (n,), -1 without one."""
     out, patch = np.full((len(points), 6), np.nan), np.full(len(points), -1)

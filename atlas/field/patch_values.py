@@ -12,7 +12,7 @@ import numpy as np
 from touchatlas.atlas.graph.power_diagram import CELL_MARGIN
 from touchatlas.atlas.graph.sheets import SheetNeighbours
 from touchatlas.atlas.patches.normal_equations import left_out
-from touchatlas.atlas.patches.patch_table import Table
+from touchatlas.atlas.patches.patch_table import PatchTable
 from touchatlas.atlas.residual.gaussian_process import joint_variance, residual_at
 from touchatlas.patch.geometry.polynomial import (
     GRADIENT,
@@ -90,7 +90,7 @@ def groups(rows: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
 
 
 def patch_values(
-    table: Table, neighbours: SheetNeighbours, rows, points, reach: float
+    table: PatchTable, neighbours: SheetNeighbours, rows, points, reach: float
 ) -> PatchValues:
     """What the patches ``rows`` (m,) say at world points (m, 3), a pair each.
 
@@ -109,7 +109,7 @@ def patch_values(
 
 
 def distances(
-    table: Table,
+    table: PatchTable,
     neighbours: SheetNeighbours,
     rows,
     points,
@@ -131,7 +131,7 @@ def distances(
     return distance, normals, own
 
 
-def _fill_values(table: Table, lines, rows, index, points, reach, out: PatchValues) -> None:
+def _fill_values(table: PatchTable, lines, rows, index, points, reach, out: PatchValues) -> None:
     """Fill in what the patches ``rows`` (m,) say at points (m, k, 3), pairs ``index`` (m, k)."""
     radius, here = table.radius[rows][:, None], _PatchesAtPoints(table, rows, points, _ALL)
     inside = here.inside(reach)
@@ -162,7 +162,7 @@ def _fill_values(table: Table, lines, rows, index, points, reach, out: PatchValu
 class _PatchesAtPoints:
     """Points (m, k, 3) as seen from patches (m,): what several questions about them share."""
 
-    def __init__(self, table: Table, rows, points, which, plain: bool = False) -> None:
+    def __init__(self, table: PatchTable, rows, points, which, plain: bool = False) -> None:
         self._radius = radius = table.radius[rows][:, None]
         self._offset = points - table.site[rows][:, None]
         self.scaled = table.scaled_local(rows, points)
@@ -199,7 +199,7 @@ class _PatchesAtPoints:
         near = np.abs(self.distance) <= np.minimum(reach, 0.5 * self._radius)
         return near & (self._across <= 1.0) & self._rising
 
-    def own(self, table: Table, lines, rows, inside) -> np.ndarray:
+    def own(self, table: PatchTable, lines, rows, inside) -> np.ndarray:
         """(m, k) whether the feet of points ``inside`` lie in the patches' own cells."""
         power = table.weight[rows][:, None]
         feet = self._offset - self.distance[..., None] * self.normals
@@ -209,7 +209,7 @@ class _PatchesAtPoints:
         return own
 
 
-def _is_lowest(table: Table, neighbours, rows, feet) -> np.ndarray:
+def _is_lowest(table: PatchTable, neighbours, rows, feet) -> np.ndarray:
     """(m, k) whether at feet (m, k, 3), from the patches' sites, no kin (m, w) of the rows (m,)
     has less power than they, or hardly less."""
     power = table.weight[rows]

@@ -14,7 +14,7 @@ from touchatlas.atlas.graph.power_diagram import (
     corners_with,
     power_at,
 )
-from touchatlas.atlas.patches.patch_table import Table
+from touchatlas.atlas.patches.patch_table import PatchTable
 
 Triple = tuple[int, int, int]
 
@@ -38,7 +38,7 @@ class Cells:
         Triples of ids to the point (3,) that their three cores leave uncovered between them.
     """
 
-    def __init__(self, table: Table, neighbours: list[set[int]]) -> None:
+    def __init__(self, table: PatchTable, neighbours: list[set[int]]) -> None:
         self._table, self._kin = table, neighbours
         self._graph = nx.Graph()
         # Rows whose boundaries are to be drawn anew.

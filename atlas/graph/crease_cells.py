@@ -15,7 +15,7 @@ from touchatlas.atlas.graph.creases import Creases
 from touchatlas.atlas.graph.power_diagram import CELL_MARGIN, Boundary, power_at
 from touchatlas.atlas.graph.sheets import SheetNeighbours, radical_share
 from touchatlas.atlas.patches.intersect import intersect, patches_at
-from touchatlas.atlas.patches.patch_table import Table
+from touchatlas.atlas.patches.patch_table import PatchTable
 
 # Patches meet, and a corner is an end of a crease, as far as this share of their radii.
 _MEETS, _END = 1e-6, 0.05
@@ -28,11 +28,11 @@ def visible(creases: Creases, places: dict[Triple, np.ndarray]) -> dict[Triple, 
     triples, points = np.array(list(places)), np.array(list(places.values()))
     rows = triples.ravel()
     seen = creases.sees(rows, np.repeat(points, 3, axis=0), np.ones(len(rows), bool))
-    kept = seen.reshape(-1, 3).all(axis=1)
+    kept = np.asarray(seen.reshape(-1, 3).all(axis=1))
     return {t: p for (t, p), keep in zip(places.items(), kept, strict=True) if keep}
 
 
-def crease_corners(table: Table, neighbours: SheetNeighbours, creases: Creases):
+def crease_corners(table: PatchTable, neighbours: SheetNeighbours, creases: Creases):
     """Where two kin and a patch across a crease of both meet, and three creased patches.
 
     Returns
@@ -61,13 +61,13 @@ def _triples(neighbours: SheetNeighbours, creases: Creases):
     two, three = set[Triple](), set[Triple]()
     for i, j in creases.pairs:
         for k in creases.of(i) & creases.of(j):
-            three.add(tuple(sorted((i, j, k))))
+            three.add((min(i, j, k), i + j + k - min(i, j, k) - max(i, j, k), max(i, j, k)))
         two.update((min(i, k), max(i, k), j) for k in creases.of(j) & neighbours[i])
         two.update((min(j, k), max(j, k), i) for k in creases.of(i) & neighbours[j])
     return (np.array(sorted(some), int).reshape(-1, 3) for some in (two, three))
 
 
-def _on_radicals(table: Table, creases: Creases, triples) -> dict[Triple, np.ndarray]:
+def _on_radicals(table: PatchTable, creases: Creases, triples) -> dict[Triple, np.ndarray]:
     """Where the boundaries of two kin run into their crease with a third."""
     if not len(triples):
         return {}
@@ -81,7 +81,7 @@ def _on_radicals(table: Table, creases: Creases, triples) -> dict[Triple, np.nda
     return {t: p for t, p in found.items() if _on_lines(table, creases, t, p)}
 
 
-def _on_lines(table: Table, creases: Creases, triple: Triple, point) -> bool:
+def _on_lines(table: PatchTable, creases: Creases, triple: Triple, point) -> bool:
     """Whether a point is on the crease of two of three patches, between its ends."""
     for pair in combinations(triple, 2):
         line = creases.curve(*pair) if creases.sign(*pair) else np.zeros((0, 3))
@@ -94,7 +94,7 @@ def _on_lines(table: Table, creases: Creases, triple: Triple, point) -> bool:
     return False
 
 
-def _of_three(table: Table, creases: Creases, triples) -> dict[Triple, np.ndarray]:
+def _of_three(table: PatchTable, creases: Creases, triples) -> dict[Triple, np.ndarray]:
     """Where three patches meet, if that is an end of the crease of two of them."""
     ends = [line[[0, -1]] if len(line := creases.curve(i, j)) else None for i, j, _ in triples]
     keep = [e is not None for e in ends]
@@ -107,7 +107,9 @@ def _of_three(table: Table, creases: Creases, triples) -> dict[Triple, np.ndarra
     return found
 
 
-def _met(table: Table, triples, rows, start, planes=None, within=None) -> dict[Triple, np.ndarray]:
+def _met(
+    table: PatchTable, triples, rows, start, planes=None, within=None
+) -> dict[Triple, np.ndarray]:
     """Points where patches ``rows`` (m, k) meet, of the triples where they do."""
     if not len(triples):
         return {}
@@ -122,7 +124,7 @@ def _met(table: Table, triples, rows, start, planes=None, within=None) -> dict[T
 
 
 def _excess(
-    table: Table, neighbours: SheetNeighbours, triple: Triple, point
+    table: PatchTable, neighbours: SheetNeighbours, triple: Triple, point
 ) -> tuple[int, float] | None:
     """The patch of three that covers a point the least, and its power there over its squared
     core radius; None where another patch of a sheet has less power."""
@@ -137,7 +139,7 @@ def _excess(
 
 
 def graph_with_creases(
-    table: Table,
+    table: PatchTable,
     neighbours: SheetNeighbours,
     creases: Creases,
     cells: Cells,
@@ -164,7 +166,7 @@ def graph_with_creases(
     return graph
 
 
-def _owned_points(table: Table, neighbours: SheetNeighbours, pair, points) -> np.ndarray:
+def _owned_points(table: PatchTable, neighbours: SheetNeighbours, pair, points) -> np.ndarray:
     """Those of points (n, 3) of a crease at which both patches have the least power of their
     sheets."""
     keep = np.ones(len(points), bool)
@@ -175,7 +177,7 @@ def _owned_points(table: Table, neighbours: SheetNeighbours, pair, points) -> np
     return points[keep]
 
 
-def _crease_boundary(table: Table, pair, points, creases: Creases) -> Boundary:
+def _crease_boundary(table: PatchTable, pair, points, creases: Creases) -> Boundary:
     where = points if len(points) else creases.pairs[pair].anchor[None]
     normals = patches_at(table, np.tile(pair, (len(where), 1)), where).normals
     cosine = (normals[:, 0] * normals[:, 1]).sum(axis=1)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from touchatlas.atlas.patches.intersect import intersect, patches_at
-from touchatlas.atlas.patches.patch_table import Table
+from touchatlas.atlas.patches.patch_table import PatchTable
 from touchatlas.patch.geometry.arrays import cross
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ class Source:
     numbers: tuple[bytes, ...]
 
 
-def sources_of(table: Table, creases: "Creases", pairs) -> list[Source]:
+def sources_of(table: PatchTable, creases: "Creases", pairs) -> list[Source]:
     """For each creased pair of rows what its curve is drawn from."""
     numbers, out = _Numbers(table), []
     behind = {i: creases.behind(i) for i in {i for pair in pairs for i in pair}}
@@ -57,7 +57,7 @@ def sources_of(table: Table, creases: "Creases", pairs) -> list[Source]:
 class _Numbers(dict[int, bytes]):
     """Of each row asked for, what its polynomial and frame are now."""
 
-    def __init__(self, table: Table) -> None:
+    def __init__(self, table: PatchTable) -> None:
         super().__init__()
         self._columns = table.origin, table.axes, table.radius, table.mean
 
@@ -66,7 +66,7 @@ class _Numbers(dict[int, bytes]):
         return self[row]
 
 
-def crease_curves(table: Table, sources: list[Source]) -> list[np.ndarray]:
+def crease_curves(table: PatchTable, sources: list[Source]) -> list[np.ndarray]:
     """For each source points (n, 3) along its crease, in order; two or more, or none. World,
     length."""
     if not sources:
@@ -81,7 +81,7 @@ def crease_curves(table: Table, sources: list[Source]) -> list[np.ndarray]:
     return out
 
 
-def _sampled(table: Table, both, anchor):
+def _sampled(table: PatchTable, both, anchor):
     """Points (m, c, 3) where pairs of patches (m, 2) meet, evenly along their common tangent at
     the anchor as far as both balls reach; which are good (m, c); the one at the anchor (m,)."""
     seen = intersect(table, both, anchor)
@@ -105,7 +105,7 @@ def _sampled(table: Table, both, anchor):
     return found.points.reshape(*shape, 3), good.reshape(shape), np.abs(way).argmin(axis=1)
 
 
-def _cut(table: Table, source: Source, points):
+def _cut(table: PatchTable, source: Source, points):
     """Which points (c, 3) of a crease a third sheet cuts off (c,), and on the way from each of
     them to the next the least share (2, c) at which it does, forward and backward."""
     beyond, share = np.zeros(len(points), bool), np.ones((2, len(points)))

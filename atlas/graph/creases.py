@@ -13,7 +13,7 @@ from touchatlas.atlas.graph.crease_curves import Source, crease_curves, sources_
 from touchatlas.atlas.graph.power_diagram import CREASE_ANGLE
 from touchatlas.atlas.graph.sheets import SheetNeighbours
 from touchatlas.atlas.patches.intersect import intersect, patches_at
-from touchatlas.atlas.patches.patch_table import Table
+from touchatlas.atlas.patches.patch_table import PatchTable
 
 # Patches that were once creased stay so down to this share of the angle, and this far beyond
 # their radii: else they would flicker as they learn.
@@ -52,7 +52,7 @@ class Creases:
     neighbours : Kin
     """
 
-    def __init__(self, table: Table, neighbours: SheetNeighbours) -> None:
+    def __init__(self, table: PatchTable, neighbours: SheetNeighbours) -> None:
         self._table, self._kin = table, neighbours
         self._pairs: dict[tuple[int, int], Crease] = {}
         self._partners: dict[int, set[int]] = {}

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from touchatlas.atlas.patches.intersect import patches_at
-from touchatlas.atlas.patches.patch_table import Table
+from touchatlas.atlas.patches.patch_table import PatchTable
 from touchatlas.patch.geometry.contour import Contour, ContourEnd
 
 # A patch passes an end when it is no farther from it than this many sampling steps: the last
@@ -44,7 +44,7 @@ class EdgeEnds:
     def __len__(self) -> int:
         return len(self.home)
 
-    def extend(self, table: Table, row: int, contours: Sequence[Contour]) -> None:
+    def extend(self, table: PatchTable, row: int, contours: Sequence[Contour]) -> None:
         """Add the ends of the contours of patch ``row`` that no patch settles yet."""
         found = [end for contour in contours for end in _ends_of(contour)]
         if not found:
@@ -60,7 +60,7 @@ class EdgeEnds:
         self.home = np.concatenate([self.home, np.full(len(points), row)])
         self.drop_passed(table)
 
-    def drop_passed(self, table: Table) -> None:
+    def drop_passed(self, table: PatchTable) -> None:
         """Drop the ends that a patch of another face passes."""
         if not len(self):
             return

@@ -7,7 +7,7 @@ from touchatlas.atlas.graph.creases import Crease
 from touchatlas.atlas.graph.power_diagram import CREASE_ANGLE
 from touchatlas.atlas.graph.sheets import radical_share
 from touchatlas.atlas.patches.intersect import intersect
-from touchatlas.atlas.patches.patch_table import Table
+from touchatlas.atlas.patches.patch_table import PatchTable
 from touchatlas.atlas.patches.sample_membership import SampleMembership
 from touchatlas.atlas.patches.sample_pool import SamplePool
 
@@ -24,7 +24,11 @@ _APART, _ABOUT = 0.75, 0.25
 
 
 def find_creases(
-    table: Table, membership: SampleMembership, pairs, bias: float, new: np.ndarray | None = None
+    table: PatchTable,
+    membership: SampleMembership,
+    pairs,
+    bias: float,
+    new: np.ndarray | None = None,
 ) -> dict[tuple[int, int], Crease]:
     """Which of some pairs of patches are creased, and how.
 
@@ -68,7 +72,7 @@ def find_creases(
     return out
 
 
-def _crease(table: Table, pool: SamplePool, pair, samples, sine, bias) -> Crease | None:
+def _crease(table: PatchTable, pool: SamplePool, pair, samples, sine, bias) -> Crease | None:
     """How two patches, which cross at an angle, are creased, as far as their samples tell."""
     slack = _NOISES * float(table.measurement_std[list(pair)].max()) + bias
     off = [_heights(table, k, pool.points[n]) for k, n in zip(pair[::-1], samples, strict=True)]
@@ -108,7 +112,7 @@ def _side(height, slack: float) -> int:
     return -1 if low >= -slack and high > slack else 0
 
 
-def _heights(table: Table, row: int, points) -> np.ndarray:
+def _heights(table: PatchTable, row: int, points) -> np.ndarray:
     """(n,) first-order distances of points (n, 3) from a patch; infinite out of its reach."""
     rows = np.array([row])
     scaled = table.scaled_local(rows, points)

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from touchatlas.atlas.patches.normal_equations import SHEET_COSINE, on_sheet
-from touchatlas.atlas.patches.patch_table import Table
+from touchatlas.atlas.patches.patch_table import PatchTable
 
 # Beyond this, in patch radii, a polynomial says nothing about whose sheet a sample is of.
 _REACH = 1.2
@@ -33,7 +33,7 @@ class Frontier:
     def __len__(self) -> int:
         return len(self.home)
 
-    def cover(self, table: Table, row: int, apart: Iterable[int] = ()) -> None:
+    def cover(self, table: PatchTable, row: int, apart: Iterable[int] = ()) -> None:
         """Drop the samples of its sheet that the core of ``row`` covers: none of those that are
         at home at the rows ``apart``, across an edge."""
         offset = self.points - table.site[row]
@@ -45,7 +45,7 @@ class Frontier:
         depth[near] = np.minimum(depth[near], share[near])
         self._keep(depth > 1.0, depth)
 
-    def extend(self, table: Table, row: int, neighbours: np.ndarray, points, normals) -> None:
+    def extend(self, table: PatchTable, row: int, neighbours: np.ndarray, points, normals) -> None:
         """Add those of the new samples of ``row`` that neither it nor its kin cover."""
         rows = np.append(neighbours, row)
         offset = points[:, None, :] - table.site[rows]
@@ -62,7 +62,7 @@ class Frontier:
         there = (offset * offset).sum(axis=1) <= distance**2
         self._keep(~(there & (self.normals @ normal >= SHEET_COSINE)), self.depth)
 
-    def move_home(self, table: Table, rows: list[int], row: int) -> None:
+    def move_home(self, table: PatchTable, rows: list[int], row: int) -> None:
         """The samples of rows that are no more are at home at ``row``, as far as it does not cover
         them."""
         moved = np.isin(self.home, rows)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from touchatlas.atlas.patches.patch_table import Table
+from touchatlas.atlas.patches.patch_table import PatchTable
 from touchatlas.patch.geometry.arrays import cross
 
 _ALONG = np.linspace(-1.0, 1.0, 9)
@@ -50,7 +50,7 @@ class Boundary:
     crease: bool
 
 
-def boundary_curves(table: Table, first: np.ndarray, second: np.ndarray):
+def boundary_curves(table: PatchTable, first: np.ndarray, second: np.ndarray):
     """Sampled boundary curves of the pairs (first, second), before third patches cut them.
 
     Returns
@@ -85,7 +85,7 @@ def boundary_curves(table: Table, first: np.ndarray, second: np.ndarray):
     return points, gap, np.arccos(np.clip(cosine, -1.0, 1.0)), half_square > 0
 
 
-def _lift(table: Table, rows, base, across):
+def _lift(table: PatchTable, rows, base, across):
     """Distances (2, e, b) from base points along ``across`` to the patches of the 2 e rows,
     and their unit normals (2, e, b, 3) there, world."""
     base, across = np.concatenate([base, base]), np.concatenate([across, across])[:, None]
@@ -105,13 +105,13 @@ def _lift(table: Table, rows, base, across):
     return lift.reshape(shape), normals.reshape(*shape, 3)
 
 
-def power_at(table: Table, rows, points) -> np.ndarray:
+def power_at(table: PatchTable, rows, points) -> np.ndarray:
     """(..., m) power |x - p|^2 - c^2 of the rows (m,), or (..., m), at world points (..., 3)."""
     offset = points[..., None, :] - table.site[rows]
     return (offset * offset).sum(axis=-1) - table.weight[rows]
 
 
-def corners_on(table: Table, rows, first, second) -> np.ndarray:
+def corners_on(table: PatchTable, rows, first, second) -> np.ndarray:
     """Points (m, 3) of the surfaces of rows (m,) with equal power to row, first and second.
 
     The radical axis of the three, cut with the polynomial of the row by Newton's method; NaN
@@ -160,7 +160,7 @@ def pairs_of(rows, neighbours: list[set[int]], about=None) -> list[tuple[int, in
 
 
 def corners_with(
-    table: Table, around: dict[int, list[int]], neighbours: list[set[int]], about=None
+    table: PatchTable, around: dict[int, list[int]], neighbours: list[set[int]], about=None
 ):
     """Places where a row and two older ones of those around it have equal power and no kin of any
     of the three has less; one of the three is in the set ``about``, if there is one.

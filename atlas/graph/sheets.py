@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from touchatlas.atlas.patches.normal_equations import SHEET_COSINE, SHEET_GAP
-from touchatlas.atlas.patches.patch_table import Table
+from touchatlas.atlas.patches.patch_table import PatchTable
 
 if TYPE_CHECKING:
     from touchatlas.atlas.graph.creases import Creases
@@ -83,7 +83,7 @@ def same_sheet(neighbours: SheetNeighbours, first: np.ndarray, second: np.ndarra
     return (first == second) | (lines[first] == second[:, None]).any(axis=1)
 
 
-def radical_share(table: Table, row, others: np.ndarray):
+def radical_share(table: PatchTable, row, others: np.ndarray):
     """Offsets (m, 3) to other centres, squared distances (m,), and the share (m,) of the way
     at which both cores have equal power: the radical plane."""
     offset = table.site[others] - table.site[row]
@@ -92,7 +92,7 @@ def radical_share(table: Table, row, others: np.ndarray):
     return offset, square, share
 
 
-def sheet_neighbours(table: Table, row: int, cosine: float = SHEET_COSINE) -> np.ndarray:
+def sheet_neighbours(table: PatchTable, row: int, cosine: float = SHEET_COSINE) -> np.ndarray:
     """Rows of the patches that continue the same sheet as ``row``, ascending: their normals
     agree up to an angle of a given cosine."""
     others = table.index.rows_near(table.origin[row], table.radius[row])

@@ -16,7 +16,7 @@ from touchatlas.atlas.mesh.narrow_band import (
     extend,
     find_cubes,
 )
-from touchatlas.atlas.patches.patch_table import Table
+from touchatlas.atlas.patches.patch_table import PatchTable
 
 # A vertex is moved a second time when it was farther off than this, in edges: then what the
 # first-order distance errs is less than a sixth of the sagitta.
@@ -85,7 +85,7 @@ class CoarseMesh:
     faces: np.ndarray
 
 
-def grow_coarse_mesh(table: Table, neighbours: SheetNeighbours, edge: float) -> CoarseMesh:
+def grow_coarse_mesh(table: PatchTable, neighbours: SheetNeighbours, edge: float) -> CoarseMesh:
     """The skin of all patches on a lattice of a given edge."""
     rows = table.rows
     start = table.origin[rows[0]].copy()
@@ -98,7 +98,7 @@ def grow_coarse_mesh(table: Table, neighbours: SheetNeighbours, edge: float) -> 
 
 
 def update_coarse_mesh(
-    table: Table, neighbours: SheetNeighbours, coarse: CoarseMesh, rows
+    table: PatchTable, neighbours: SheetNeighbours, coarse: CoarseMesh, rows
 ) -> CoarseMesh:
     """The skin after the patches ``rows`` have come, changed or gone: the same as one that is
     grown anew from the same start."""
@@ -121,7 +121,7 @@ def update_coarse_mesh(
     return _triangulate(table, neighbours, kept, sorted(now))
 
 
-def _balls(table: Table, rows) -> dict[int, tuple[float, ...]]:
+def _balls(table: PatchTable, rows) -> dict[int, tuple[float, ...]]:
     return {int(i): (*table.origin[i].tolist(), float(table.radius[i])) for i in rows}
 
 
@@ -134,7 +134,9 @@ def _within(balls, points, margin: float) -> np.ndarray:
     return out
 
 
-def _triangulate(table: Table, neighbours: SheetNeighbours, old: CoarseMesh, rows) -> CoarseMesh:
+def _triangulate(
+    table: PatchTable, neighbours: SheetNeighbours, old: CoarseMesh, rows
+) -> CoarseMesh:
     """The skin when the patches ``rows`` are new, and the old corners still hold."""
     start, edge = old.start, old.edge
     cubes = old.cubes | core_cubes(table, rows, start, edge)
@@ -180,7 +182,7 @@ def _crossings(corners: Corners, low, high, start, edge: float):
 
 
 def _project(
-    table: Table, neighbours: SheetNeighbours, keys, points, owners, edge: float
+    table: PatchTable, neighbours: SheetNeighbours, keys, points, owners, edge: float
 ) -> Vertices:
     """Vertices moved onto the zero set, with what is known there; where nothing is, onto the
     patch that leads next to it."""
@@ -194,7 +196,7 @@ def _project(
     return Vertices(keys, points, *columns[1:])
 
 
-def _look(table: Table, neighbours: SheetNeighbours, points, owners, edge: float):
+def _look(table: PatchTable, neighbours: SheetNeighbours, points, owners, edge: float):
     """Distance, normal, variance, curvature, patch, known at points (n, 3)."""
     seen = blend(table, neighbours, points, REACH * edge)
     out = seen.distance, seen.normal, seen.deviation**2, seen.gaussian_curvature, seen.patch

@@ -29,7 +29,7 @@ from touchatlas.atlas.mesh.resolution import (
 )
 from touchatlas.atlas.mesh.sharp_edges import sharpen
 from touchatlas.atlas.mesh.trim import supported
-from touchatlas.atlas.patches.patch_table import Table
+from touchatlas.atlas.patches.patch_table import PatchTable
 
 # Cosine of normals above which two neighbours are of one sheet.
 _ALIKE = 0.5
@@ -142,8 +142,8 @@ def renew_surface(grown: GrownSurface, atlas: Atlas, change: AtlasChange) -> Gro
     change : AtlasChange
     """
     table, neighbours = atlas.table, atlas.neighbours
-    rows = change.added + change.changed + change.merged + change.split + change.removed
-    rows = sorted(set(rows))
+    ids = change.added + change.changed + change.merged + change.split + change.removed
+    rows = sorted(set(ids))
     left = [row for row in rows if row in table.index]
     deviation, gaps = usual_deviation(atlas, grown.deviation), gaps_of(table, neighbours, left)
     same_cubes = cube_edge(table, neighbours, grown.edge, gaps, left) >= grown.coarse.edge
@@ -244,7 +244,7 @@ def _only(surface: Surface, known) -> Surface:
     return Surface(faces=(np.cumsum(used) - 1)[faces], **columns)
 
 
-def _nearest(table: Table, cut: Subdivision, patch, points) -> np.ndarray:
+def _nearest(table: PatchTable, cut: Subdivision, patch, points) -> np.ndarray:
     """(w,) at points (w, 3) the patch with least power of those (v,) of the old vertices next to
     them."""
     out = cut.shared(patch)
@@ -259,7 +259,9 @@ def _nearest(table: Table, cut: Subdivision, patch, points) -> np.ndarray:
     return out
 
 
-def _known(table: Table, neighbours: SheetNeighbours, patch, points, reach: float) -> np.ndarray:
+def _known(
+    table: PatchTable, neighbours: SheetNeighbours, patch, points, reach: float
+) -> np.ndarray:
     """(w,) whether the surface is known at points (w, 3) of it, which lie with the patches (w,):
     as ``blend`` says, which is asked only where the patch does not cover."""
     offset = points - table.site[patch]

@@ -14,7 +14,7 @@ from touchatlas.atlas.field.blend_at_edges import nearest_at_edges, own_beyond_e
 from touchatlas.atlas.field.patch_values import COVER_MARGIN, distances
 from touchatlas.atlas.graph.sheets import SheetNeighbours
 from touchatlas.atlas.mesh.marching_cubes import corners_of, crossed_neighbours, key, unkey
-from touchatlas.atlas.patches.patch_table import Table
+from touchatlas.atlas.patches.patch_table import PatchTable
 
 # Points of a core, in edges apart over its tangent plane: no more than one on a slope of 45
 # degrees. And how often the cubes grow beyond those that hold such a point.
@@ -67,7 +67,7 @@ class Corners:
 NO_CORNERS = Corners(np.zeros(0, np.int64), np.zeros(0), np.zeros(0, np.int64))
 
 
-def core_cubes(table: Table, rows, start, edge: float) -> dict[int, np.ndarray]:
+def core_cubes(table: PatchTable, rows, start, edge: float) -> dict[int, np.ndarray]:
     """For each of some rows the keys of the cubes that the patch's core passes."""
     rows, core = np.asarray(rows, int), table.core * np.sqrt(1.0 + COVER_MARGIN)
     counts = np.ceil(core * table.radius[rows] / (_APART * edge)).astype(int)
@@ -85,7 +85,7 @@ def core_cubes(table: Table, rows, start, edge: float) -> dict[int, np.ndarray]:
     return out
 
 
-def _on_patches(table: Table, rows, scaled, core: float) -> np.ndarray:
+def _on_patches(table: PatchTable, rows, scaled, core: float) -> np.ndarray:
     """World points (m, k, 3) of the patches over scaled points (m, k, 3) of tangent planes."""
     for _ in range(_NEWTON_STEPS):
         height, upward = table.surface(rows, scaled)
@@ -97,7 +97,7 @@ def _on_patches(table: Table, rows, scaled, core: float) -> np.ndarray:
 
 
 def find_cubes(
-    table: Table, neighbours: SheetNeighbours, first, start, edge: float, known: Corners
+    table: PatchTable, neighbours: SheetNeighbours, first, start, edge: float, known: Corners
 ):
     """Cubes that the surface may pass, from the cubes of all cores ``first`` (c,).
 
@@ -123,7 +123,7 @@ def find_cubes(
     return cubes[~np.isnan(values).all(axis=1)], corners
 
 
-def ask(table: Table, neighbours: SheetNeighbours, keys, start, edge: float) -> Corners:
+def ask(table: PatchTable, neighbours: SheetNeighbours, keys, start, edge: float) -> Corners:
     """The corners of some keys (g,), ascending, by the patch that leads there."""
     points = unkey(keys) * edge + start
     values, patch = np.full(len(keys), np.nan), np.full(len(keys), -1)
@@ -145,7 +145,7 @@ def ask(table: Table, neighbours: SheetNeighbours, keys, start, edge: float) -> 
 
 
 def extend(
-    table: Table, neighbours: SheetNeighbours, at, corners: Corners, start, edge: float
+    table: PatchTable, neighbours: SheetNeighbours, at, corners: Corners, start, edge: float
 ) -> Corners:
     """The corners with those that no patch knows taken from a patch that leads at another corner
     of the same cube: the one that puts the surface nearest.

@@ -5,7 +5,7 @@ import numpy as np
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.field.patch_values import distances
 from touchatlas.atlas.graph.sheets import SheetNeighbours, same_sheet
-from touchatlas.atlas.patches.patch_table import Table
+from touchatlas.atlas.patches.patch_table import PatchTable
 from touchatlas.patch.geometry.arrays import real
 
 # Height of the arc over its chord that the triangles may have, in tolerances.
@@ -33,7 +33,7 @@ def resolution(atlas: Atlas, deviation: float | None = None) -> float:
     return parting_edge(atlas.table, patch_resolution(atlas, deviation), gaps)
 
 
-def parting_edge(table: Table, edge: float, gaps) -> float:
+def parting_edge(table: PatchTable, edge: float, gaps) -> float:
     """An edge, or the one whose cubes are passed by one of two sheets at most, where these are
     ``gaps`` (m,) apart, if that is shorter."""
     parting = gaps / np.sqrt(3.0)
@@ -114,7 +114,9 @@ def _on_surface(atlas: Atlas, points) -> np.ndarray:
     return (points - seen.distance[:, None] * seen.normal)[seen.known]
 
 
-def cube_edge(table: Table, neighbours: SheetNeighbours, edge: float, gaps, rows=None) -> float:
+def cube_edge(
+    table: PatchTable, neighbours: SheetNeighbours, edge: float, gaps, rows=None
+) -> float:
     """Edge of the cubes: a multiple of the triangles', as many as the patches, or some of them,
     bear, and the ``gaps`` (m,) between their sheets; with creases the triangles' own."""
     if neighbours.creases:
@@ -127,7 +129,7 @@ def cube_edge(table: Table, neighbours: SheetNeighbours, edge: float, gaps, rows
     return edge * max(1, int(min(_MOST, most, apart)))
 
 
-def gaps_of(table: Table, neighbours: SheetNeighbours, rows) -> np.ndarray:
+def gaps_of(table: PatchTable, neighbours: SheetNeighbours, rows) -> np.ndarray:
     """(m,) distances between two sheets that turn their backs, or faces, to each other: from
     outlines and centres of the patches ``rows`` to the cores of strangers that they lie under or
     over."""

@@ -16,7 +16,7 @@ from touchatlas.atlas.graph.creases import Creases
 from touchatlas.atlas.graph.sheets import SheetNeighbours, same_sheet
 from touchatlas.atlas.mesh.cut_triangles import cut_faces, weld
 from touchatlas.atlas.patches.intersect import intersect, patches_at
-from touchatlas.atlas.patches.patch_table import Table
+from touchatlas.atlas.patches.patch_table import PatchTable
 
 if TYPE_CHECKING:
     from touchatlas.atlas.mesh.extract import Surface
@@ -47,7 +47,7 @@ class _Mesh:
 
 
 def sharpen(
-    table: Table, neighbours: SheetNeighbours, surface: "Surface", reach: float
+    table: PatchTable, neighbours: SheetNeighbours, surface: "Surface", reach: float
 ) -> "Surface":
     """The surface with its triangles cut along the creases.
 
@@ -75,7 +75,7 @@ def sharpen(
     return _finished(table, surface, mesh, faces)
 
 
-def _projected(table: Table, neighbours: SheetNeighbours, surface: "Surface", reach: float):
+def _projected(table: PatchTable, neighbours: SheetNeighbours, surface: "Surface", reach: float):
     """Vertices (v, 3) next to the creases moved onto the surface, and the patches (v,) they lie
     in."""
     points, patch = surface.vertices.copy(), surface.patch.copy()
@@ -123,7 +123,7 @@ def _creased(neighbours: SheetNeighbours, first: int, second: int) -> tuple[int,
 
 
 def _cut_edges(
-    table: Table, neighbours: SheetNeighbours, creases: Creases, mesh: _Mesh, ends, pairs
+    table: PatchTable, neighbours: SheetNeighbours, creases: Creases, mesh: _Mesh, ends, pairs
 ) -> dict:
     """Put a vertex on the crease on every edge (e, 2), or one of its ends where that is near.
 
@@ -163,12 +163,12 @@ def _share(neighbours: SheetNeighbours, sheets, first: int, second: int) -> bool
     return any(i == j or i in neighbours[j] for i in mine for j in theirs)
 
 
-def _distance(table: Table, rows, points) -> np.ndarray:
+def _distance(table: PatchTable, rows, points) -> np.ndarray:
     """(m,) signed distance of points (m, 3) from patches (m,)."""
     return patches_at(table, np.asarray(rows)[:, None], points).distance[:, 0]
 
 
-def _on_crease(table: Table, creases: Creases, pairs, points, length) -> np.ndarray:
+def _on_crease(table: PatchTable, creases: Creases, pairs, points, length) -> np.ndarray:
     """Points (m, 3) moved onto both patches of pairs (m, 2), and to the corner where a third
     sheet cuts the crease off, or is near."""
     found = intersect(table, pairs, points).points
@@ -205,7 +205,7 @@ def _append(mesh: _Mesh, points, pairs, parents) -> None:
     mesh.parents = np.concatenate([mesh.parents, parents])
 
 
-def _fill_middles(table: Table, creases: Creases, mesh: _Mesh, middles) -> None:
+def _fill_middles(table: PatchTable, creases: Creases, mesh: _Mesh, middles) -> None:
     """Add the vertices inside triangles between three sheets: on all three, if they meet."""
     if not middles:
         return
@@ -218,7 +218,7 @@ def _fill_middles(table: Table, creases: Creases, mesh: _Mesh, middles) -> None:
     _append(mesh, points, rows, corners[:, :2])
 
 
-def _finished(table: Table, surface: "Surface", mesh: _Mesh, faces) -> "Surface":
+def _finished(table: PatchTable, surface: "Surface", mesh: _Mesh, faces) -> "Surface":
     """The surface of the cut mesh, with its corners welded."""
     count = len(surface.vertices)
     edge = np.median(_away(mesh.points[faces[:, 0]], mesh.points[faces[:, 1]]))
@@ -242,7 +242,7 @@ def _finished(table: Table, surface: "Surface", mesh: _Mesh, faces) -> "Surface"
     )
 
 
-def _normals(table: Table, sheets, points) -> np.ndarray:
+def _normals(table: PatchTable, sheets, points) -> np.ndarray:
     """(m, 3) sums of the unit normals of the sheets (m, 3), where not -1, at points (m, 3)."""
     rows = np.where(sheets >= 0, sheets, sheets[:, :1])
     normals = patches_at(table, rows, points).normals

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from touchatlas.atlas.patches.patch_table import Table
+from touchatlas.atlas.patches.patch_table import PatchTable
 
 # One step goes no farther than this share of the smallest patch radius.
 _LONGEST = 0.5
@@ -33,7 +33,7 @@ class Intersection:
     across: np.ndarray
 
 
-def patches_at(table: Table, rows, points) -> Intersection:
+def patches_at(table: PatchTable, rows, points) -> Intersection:
     """What patches ``rows`` (m, k) say at world points (m, 3)."""
     count, kinds = rows.shape
     flat = rows.ravel()
@@ -49,7 +49,7 @@ def patches_at(table: Table, rows, points) -> Intersection:
     )
 
 
-def intersect(table: Table, rows, points, planes=None) -> Intersection:
+def intersect(table: PatchTable, rows, points, planes=None) -> Intersection:
     """Points on all of k patches each, nearest by first order to where they start.
 
     Parameters

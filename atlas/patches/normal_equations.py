@@ -7,7 +7,7 @@ what a sample adds does not depend on when it came, and the sums equal those mad
 
 import numpy as np
 
-from touchatlas.atlas.patches.patch_table import Table
+from touchatlas.atlas.patches.patch_table import PatchTable
 from touchatlas.atlas.patches.sample_pool import SamplePool
 from touchatlas.patch.fit.smoothness import (
     coefficient_precision,
@@ -26,7 +26,7 @@ SHEET_COSINE = 0.5
 _LEAST_STRETCH = 0.05
 
 
-def on_sheet(table: Table, rows: np.ndarray, points, normals) -> np.ndarray:
+def on_sheet(table: PatchTable, rows: np.ndarray, points, normals) -> np.ndarray:
     """(m, n) whether samples (n, 3) may be of each row's sheet: near it and facing as it does.
 
     Weaker than what it takes to be learned from: samples far from their own patch know their
@@ -36,7 +36,7 @@ def on_sheet(table: Table, rows: np.ndarray, points, normals) -> np.ndarray:
     return _faces(table, rows, height, upward, normals, 0.0)
 
 
-def _faces(table: Table, rows, height, upward, normals, cosine) -> np.ndarray:
+def _faces(table: PatchTable, rows, height, upward, normals, cosine) -> np.ndarray:
     normals_local = normals @ table.axes[rows].transpose(0, 2, 1)
     length = np.sqrt((upward**2).sum(axis=-1))
     return (np.abs(height) <= SHEET_GAP * length) & (
@@ -44,7 +44,9 @@ def _faces(table: Table, rows, height, upward, normals, cosine) -> np.ndarray:
     )
 
 
-def of_patch(table: Table, rows: np.ndarray, points, normals, reach: float = 1.0) -> np.ndarray:
+def of_patch(
+    table: PatchTable, rows: np.ndarray, points, normals, reach: float = 1.0
+) -> np.ndarray:
     """(m, n) whether each row may learn from samples (n, 3) with outward normals (n, 3): those
     of its sheet within ``reach`` patch radii."""
     scaled = table.scaled_local(rows, points)
@@ -53,7 +55,7 @@ def of_patch(table: Table, rows: np.ndarray, points, normals, reach: float = 1.0
     return near & _faces(table, rows, height, upward, normals, SHEET_COSINE)
 
 
-def absorb(table: Table, rows: np.ndarray, pool: SamplePool, index, member) -> None:
+def absorb(table: PatchTable, rows: np.ndarray, pool: SamplePool, index, member) -> None:
     """Add samples ``index`` (n,) of the pool to the equations of the rows (m,) that ``member``
     (m, n) says they belong to."""
     moments, right, square = sums_of(table, rows, pool, index, member)
@@ -63,7 +65,7 @@ def absorb(table: Table, rows: np.ndarray, pool: SamplePool, index, member) -> N
     table.count[rows] += member.sum(axis=1)
 
 
-def sums_of(table: Table, rows, pool: SamplePool, index, member):
+def sums_of(table: PatchTable, rows, pool: SamplePool, index, member):
     """Sums over the members: of w phi phi^t its moments (m, p), of w phi z (m, t), and of
     w z^2 (m,)."""
     scaled = table.scaled_local(rows, pool.points[index])
@@ -90,14 +92,14 @@ def sums_of(table: Table, rows, pool: SamplePool, index, member):
     )
 
 
-def left_out(table: Table, rows, scaled) -> np.ndarray:
+def left_out(table: PatchTable, rows, scaled) -> np.ndarray:
     """(m, n) variance, scaled, of what the degree of the rows leaves out at points (m, n, 3)."""
     square = (scaled[..., :2] ** 2).sum(axis=-1)
     rim = leftover(table.basis, table.length_ratio[rows])
     return (rim * rim)[:, None] * square ** (table.basis.degree + 1)
 
 
-def solve(table: Table, rows: np.ndarray) -> None:
+def solve(table: PatchTable, rows: np.ndarray) -> None:
     """Coefficients, variance and residual of the rows from their equations.
 
     Where the residuals exceed the noise the variance grows with them: lack of fit is
@@ -111,14 +113,14 @@ def solve(table: Table, rows: np.ndarray) -> None:
         table.residuals.pop(row, None)
 
 
-def covariance_of(table: Table, row: int) -> np.ndarray:
+def covariance_of(table: PatchTable, row: int) -> np.ndarray:
     """(t, t) covariance of a row's coefficients, as they were last solved for."""
     if row in table.residuals:
         return table.residuals[row].covariance
     return _solution(table, np.array([row]))[1][0]
 
 
-def _solution(table: Table, rows):
+def _solution(table: PatchTable, rows):
     """Means (m, t), covariances (m, t, t) and scaled residuals (m,) of the rows' equations."""
     noise = table.noise_scaled(rows)
     precision = coefficient_precision(table.basis, table.length_ratio[rows], table.z_scale[rows])

@@ -16,7 +16,7 @@ _ROOM = 64
 _OWN = 1.05
 
 
-class Table:
+class PatchTable:
     """Columns over all patches of an atlas, so that many are handled in one numpy call.
 
     Parameters

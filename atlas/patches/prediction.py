@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from touchatlas.atlas.patches.patch_table import Table
+from touchatlas.atlas.patches.patch_table import PatchTable
 from touchatlas.patch.geometry.polynomial import monomials
 
 _HALF_WAY = 0.5
 
 
-def half_way_deviation(table: Table, rows: np.ndarray) -> float:
+def half_way_deviation(table: PatchTable, rows: np.ndarray) -> float:
     """Root mean square over rows of their standard deviation half-way to the rim, length."""
     angles = np.pi / 4.0 * np.arange(8) + 0.2
     x, y = _HALF_WAY * np.cos(angles), _HALF_WAY * np.sin(angles)

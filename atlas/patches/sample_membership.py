@@ -3,7 +3,7 @@
 import numpy as np
 
 from touchatlas.atlas.patches.normal_equations import absorb, of_patch, solve
-from touchatlas.atlas.patches.patch_table import Table
+from touchatlas.atlas.patches.patch_table import PatchTable
 from touchatlas.atlas.patches.sample_pool import SamplePool
 from touchatlas.patch.fit.fit_patch import PatchFit
 from touchatlas.patch.fit.refit_patch import refit_patches
@@ -50,7 +50,7 @@ class SampleMembership:
         Indices of the samples that the touches of each row brought.
     """
 
-    def __init__(self, table: Table) -> None:
+    def __init__(self, table: PatchTable) -> None:
         self._table = table
         self.pool = SamplePool()
         self.fitted: list[np.ndarray] = []
@@ -131,7 +131,7 @@ class SampleMembership:
             if good:
                 some = mine[good]
                 before = [(self._table.copy_of(row), self.fitted[row]) for row in some.tolist()]
-                self.enter_fits(some, [fits[i] for i in good], index.only(good))
+                self.enter_fits(some, [fit for fit in fits if fit is not None], index.only(good))
                 self._take_back(some, before)
 
     def _take_back(self, rows, before) -> None:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from touchatlas.atlas.patches.normal_equations import solve
-from touchatlas.atlas.patches.patch_table import Table
+from touchatlas.atlas.patches.patch_table import PatchTable
 from touchatlas.atlas.patches.sample_membership import SampleMembership
 from touchatlas.atlas.residual.binned_samples import SIDE, PatchSamples, merged
 from touchatlas.atlas.residual.gaussian_process import Residual, solve_residual
@@ -63,7 +63,7 @@ def solve_patch_residual(basis: Basis, samples: PatchSamples, shape) -> PatchRes
 
 
 def learn_residuals(
-    table: Table, membership: SampleMembership, prior: SmoothnessPrior
+    table: PatchTable, membership: SampleMembership, prior: SmoothnessPrior
 ) -> ResidualScale:
     """Give every patch a residual that the evidence asks for; returns the surface's texture.
 
@@ -80,8 +80,8 @@ def learn_residuals(
     asked = rows[:: max(1, -(-len(rows) // _ASKED))]
     residual_scale = ResidualScale()
     if len(rows):
-        some = samples_of(table, membership, asked)
-        residual_scale = learn_residual_scale(table.basis, some, table.radius[asked], prior)
+        samples = samples_of(table, membership, asked)
+        residual_scale = learn_residual_scale(table.basis, samples, table.radius[asked], prior)
     if not residual_scale.amplitude > 0:
         return residual_scale
     for some in np.array_split(rows, -(-len(rows) // _AT_ONCE)):
@@ -90,7 +90,7 @@ def learn_residuals(
 
 
 def _learn(
-    table: Table, membership: SampleMembership, rows, residual_scale: ResidualScale, prior
+    table: PatchTable, membership: SampleMembership, rows, residual_scale: ResidualScale, prior
 ) -> None:
     samples = samples_of(table, membership, rows)
     found = residual_evidence(table.basis, samples, residual_scale, table.radius[rows], prior)
@@ -103,7 +103,7 @@ def _learn(
             enter(table, row, solve_patch_residual(table.basis, fine.only(i), shapes[i]))
 
 
-def enter(table: Table, row: int, rough: PatchResidual) -> None:
+def enter(table: PatchTable, row: int, rough: PatchResidual) -> None:
     """Make a patch of the table a rough one."""
     table.residuals[row] = rough
     table.mean[row], table.variance[row] = (
@@ -113,7 +113,10 @@ def enter(table: Table, row: int, rough: PatchResidual) -> None:
 
 
 def samples_of(
-    table: Table, membership: SampleMembership, rows, residual_scale: ResidualScale | None = None
+    table: PatchTable,
+    membership: SampleMembership,
+    rows,
+    residual_scale: ResidualScale | None = None,
 ) -> PatchSamples:
     """What the rows' patches learned from, at its feet on them, merged: some 200 a patch, or as
     many as a texture asks for."""
@@ -134,7 +137,7 @@ def samples_of(
     return merged(PatchSamples(feet, terms, feet[..., 2] + lift, weight, noise), side)
 
 
-def _feet(table: Table, row: int, points):
+def _feet(table: PatchTable, row: int, points):
     """Feet (n, 3), F (n,) and weights (n,) of points (n, 3) on a patch, scaled."""
     scaled = table.scaled_local(np.array([row]), points)
     value, upward = (values[0] for values in table.surface(np.array([row]), scaled))

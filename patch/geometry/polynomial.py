@@ -6,6 +6,7 @@ are kept in scaled coordinates (x/R, y/R, z/R), R the patch radius, so that they
 Monomials come first in every array, (t, ...).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
@@ -160,7 +161,9 @@ def derivative_coefficients(basis: Basis, coefficients: np.ndarray, which) -> np
     return np.take(coefficients, source[which], axis=-1) * factor[which]
 
 
-def evaluate(basis: Basis, coefficients: np.ndarray, x, y, z=0.0, which=(VALUE,)) -> np.ndarray:
+def evaluate(
+    basis: Basis, coefficients: np.ndarray, x, y, z=0.0, which: Sequence[int] = (VALUE,)
+) -> np.ndarray:
     """(len(which), n) derivatives of phi at n scaled points.
 
     >>> evaluate(monge_basis(2), np.array([0, 0, 0, 1, 0, 0.5]), np.array([2.0]), np.array([2.0]))

@@ -3,7 +3,7 @@
 import json
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from cyclopts import App, Parameter
 from rich.console import Console
@@ -49,7 +49,7 @@ def objects(*, json_: Annotated[Json, Parameter(name="--json")] = False) -> int:
     from touchatlas.sim.world.objects import make_object, object_names
 
     found = [make_object(name) for name in object_names()]
-    rows = [
+    rows: list[dict[str, Any]] = [
         {
             "name": obj.name,
             "description": obj.description,

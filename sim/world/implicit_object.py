@@ -209,7 +209,7 @@ class ImplicitObject:
             ahead = ahead - (value / square)[:, None] * gradient
         return ahead
 
-    def mesh(self, sagitta: float):
+    def mesh(self, sagitta: float) -> tuple[np.ndarray, np.ndarray]:
         """Triangles (v, 3), (f, 3) with vertices on the surface, chords off it by about
         ``sagitta`` where it bends like a tenth of its extent."""
         if sagitta not in self._meshes:

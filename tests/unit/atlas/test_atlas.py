@@ -22,7 +22,7 @@ from touchatlas.sim.study.surface_peers import spread_plans
 from touchatlas.sim.world.objects import make_object
 from touchatlas.sim.world.probe import Probe
 
-DATA = Path(__file__).parents[1] / "data"
+DATA = Path(__file__).parents[2] / "data"
 
 
 @pytest.fixture(scope="module")

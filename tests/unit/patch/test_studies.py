@@ -14,7 +14,7 @@ from touchatlas.sim.study.peers import fit_jet, mesh_around, mesh_curvatures
 from touchatlas.sim.study.scenes import Scene, draw_scene
 
 pytestmark = pytest.mark.slow
-TURNED = runpy.run_path(str(Path(__file__).parents[2] / "examples" / "turned_patches.py"))
+TURNED = runpy.run_path(str(Path(__file__).parents[3] / "examples" / "turned_patches.py"))
 NOISE = 0.02
 SURFACES = ("ball", "ellipsoid", "torus", "bottle_neck", "mouse")
 DEVIATIONS = 1.96
