@@ -1,8 +1,10 @@
-"""Save and load an atlas: one packed .npz, no pickle, whole or not at all."""
+"""Save and load an atlas: one packed .npz, no pickle, whole or not at all.
+
+What is saved is what was learned. What follows from it, such as cells, is worked out when read.
+"""
 
 import io
 import json
-import os
 import tokenize
 import zipfile
 from dataclasses import asdict
@@ -11,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from touchatlas.atlas.atlas import Atlas
+from touchatlas.atlas.files import write_whole
 from touchatlas.atlas.graph.creases import Crease
 from touchatlas.atlas.patches.patch_table import PatchTable
 from touchatlas.atlas.records.options import AtlasOptions
@@ -19,7 +22,8 @@ from touchatlas.atlas.residual.hyperparameters import ResidualScale
 from touchatlas.atlas.residual.learn_residuals import enter, solve_patch_residual
 from touchatlas.patch.fit.fit_patch import FitOptions
 
-FORMAT = 3
+FORMAT = 4
+_POOL = "points", "normals", "across", "edges", "visited"
 # What reading raises when a file is not as it was written.
 _DAMAGE = (
     zipfile.BadZipFile,
@@ -35,47 +39,46 @@ _DAMAGE = (
 )
 
 
-def save_atlas(path, atlas: Atlas) -> None:
-    """Write an atlas to a file: all of it, or the file stays as it was."""
+def atlas_bytes(atlas: Atlas) -> bytes:
+    """What ``save_atlas`` writes: equal bytes for atlases that learned the same."""
     header = {
         "format": FORMAT,
         "tolerance": atlas.tolerance,
         "touches": atlas.touches,
         "options": asdict(atlas.options),
-        "texture": asdict(atlas.residual_scale),
+        "residual_scale": asdict(atlas.residual_scale),
     }
-    pool, membership = atlas.membership.pool, atlas.membership
+    table, membership = atlas.table, atlas.membership
+    neighbours = [sorted(atlas.neighbours[row]) for row in range(len(atlas.neighbours))]
     arrays = {
         "header": np.frombuffer(json.dumps(header, sort_keys=True).encode(), np.uint8),
-        "sample_points": pool.points,
-        "sample_normals": pool.normals,
-        "sample_across": pool.across,
-        "lengths": atlas.table.lengths,
-        "sample_edges": pool.edges,
-        **_packed("members", membership.fitted),
-        **_packed("brought", membership.owned),
-        **_packed("kin", [sorted(k) for k in atlas.neighbours]),
-        "frontier_points": atlas.frontier.points,
-        "frontier_normals": atlas.frontier.normals,
-        "frontier_home": atlas.frontier.home,
-        "frontier_depth": atlas.frontier.depth,
-        **_packed_creases(atlas),
+        "lengths": table.lengths,
+        **{f"table_{name}": getattr(table, name) for name in table.names},
+        **{f"sample_{name}": getattr(membership.pool, name) for name in _POOL},
+        **_packed("fitted", membership.fitted),
+        **_packed("owned", membership.owned),
+        **_packed("neighbours", neighbours),
+        **_crease_arrays(atlas),
+        **{f"ends_{name}": column for name, column in vars(atlas.edge_ends).items()},
+        **_residual_arrays(table),
     }
-    arrays |= {f"ends_{name}": column for name, column in vars(atlas.edge_ends).items()}
-    arrays |= {f"table_{name}": getattr(atlas.table, name) for name in atlas.table.names}
-    arrays |= _residual_arrays(atlas.table)
     buffer = io.BytesIO()
     np.savez(buffer, allow_pickle=False, **arrays)
-    write_whole(path, buffer.getvalue())
+    return buffer.getvalue()
+
+
+def save_atlas(path, atlas: Atlas) -> None:
+    """Write an atlas to a file: all of it, or the file stays as it was."""
+    write_whole(path, atlas_bytes(atlas))
 
 
 def load_atlas(path) -> Atlas:
-    """Read an atlas written by ``save_atlas``; boundaries are drawn anew from the patches.
+    """Read an atlas written by ``save_atlas``; what follows from it is worked out anew.
 
     Raises
     ------
     ValueError
-        When the file is missing, cut off, altered, or of a later format.
+        When the file is missing, cut off, altered, or of another format.
     """
     if Path(path).exists() and not Path(path).is_file():
         raise ValueError(f"{path} is a folder or device; give the atlas.npz of a run")
@@ -90,9 +93,10 @@ def load_atlas(path) -> Atlas:
         raise ValueError(f"{path} does not exist; give the atlas.npz of a run") from None
     except _DAMAGE as error:
         raise _damaged(path, error) from None
-    if isinstance(header, dict) and header.get("format", 0) > FORMAT:
+    if isinstance(header, dict) and header.get("format") != FORMAT:
         raise ValueError(
-            f"{path} has format {header['format']}; this version reads up to {FORMAT}: update it"
+            f"{path} has format {header.get('format')}; this version reads {FORMAT}: use "
+            "the version that wrote it, or explore again"
         )
     try:
         return _restored(arrays, header)
@@ -107,50 +111,28 @@ def _damaged(path, error: Exception) -> ValueError:
 
 
 def _restored(arrays, header) -> Atlas:
-    """The atlas of what a file holds, of any format up to this one."""
-    if header["format"] == 1:
-        arrays |= _from_format_1(arrays)
-        header["texture"] = {}
+    """The atlas of what a file holds."""
     options = header["options"]
     atlas = Atlas(
         header["tolerance"], AtlasOptions(**{**options, "fit": FitOptions(**options["fit"])})
     )
-    if header["format"] < 3:
-        arrays["table_moments"] = atlas.table.products.moments_of(arrays["table_gram"])
-        arrays["table_variance"] = atlas.table.products.quadratic_forms(arrays["table_covariance"])
     _check_lengths(arrays)
-    _fill(atlas, arrays, header)
-    if header["format"] == 1:
-        atlas.refit_all()
+    atlas.touches = header["touches"]
+    atlas.residual_scale = ResidualScale(**header["residual_scale"])
+    table, membership = atlas.table, atlas.membership
+    table.extend({name: arrays[f"table_{name}"] for name in table.names})
+    table.lengths = arrays["lengths"]
+    _fill_residuals(table, arrays)
+    membership.pool.add(*(arrays[f"sample_{name}"] for name in _POOL))
+    membership.fitted.extend(_unpacked("fitted", arrays))
+    membership.owned.extend(_unpacked("owned", arrays))
+    for row, neighbours in enumerate(_unpacked("neighbours", arrays)):
+        atlas.neighbours.append(i for i in neighbours.tolist() if i < row)
+    _fill_creases(atlas, arrays)
+    for name in vars(atlas.edge_ends):
+        setattr(atlas.edge_ends, name, arrays[f"ends_{name}"])
+    atlas.mark_stale(table.rows.tolist())
     return atlas
-
-
-def _residual_arrays(table: PatchTable) -> dict[str, np.ndarray]:
-    """What the residuals were solved from: they are solved again when read."""
-    rows = sorted(table.residuals)
-    parts = [table.residuals[row] for row in rows]
-    samples = [part.samples for part in parts]
-    columns = [np.concatenate([s.feet[0].T, s.terms[:, 0], s.height, s.weight]) for s in samples]
-    width = table.basis.size + 5
-    return {
-        "rough": np.array(rows, np.int64),
-        "rough_counts": np.array([s.weight.shape[1] for s in samples], np.int64),
-        "rough_shapes": np.array([part.shape for part in parts]).reshape(-1, 4),
-        "rough_noise": np.array([s.noise[0] for s in samples]),
-        "rough_samples": np.concatenate([np.zeros((width, 0)), *columns], axis=1),
-    }
-
-
-def _fill_residuals(table: PatchTable, arrays) -> None:
-    ends = np.cumsum(arrays["rough_counts"])[:-1]
-    parts = np.split(arrays["rough_samples"], ends, axis=1)
-    for i, row in enumerate(arrays["rough"].tolist()):
-        feet, (*terms, height, weight) = parts[i][:3].T, parts[i][3:]
-        samples = PatchSamples(
-            *(feet[None], np.array(terms)[:, None], height[None], weight[None]),
-            arrays["rough_noise"][[i]],
-        )
-        enter(table, row, solve_patch_residual(table.basis, samples, arrays["rough_shapes"][i]))
 
 
 def _check_lengths(arrays) -> None:
@@ -161,39 +143,17 @@ def _check_lengths(arrays) -> None:
     ValueError
         Naming those that are not.
     """
-    for kind in ("table", "sample", "frontier", "ends", "crease"):
+    for kind in ("table", "sample", "ends", "crease"):
         counts = {n: len(a) for n, a in arrays.items() if n.startswith(f"{kind}_")}
-        counts.pop("sample_counts", None)
         if len(set(counts.values())) > 1:
             raise ValueError(f"columns are not equally long: {counts}")
-    for kind in ("members", "brought", "kin"):
+    for kind in ("fitted", "owned", "neighbours"):
         counts = arrays[f"{kind}_counts"]
         if len(counts) != len(arrays["table_alive"]) or counts.sum() != len(arrays[kind]):
             raise ValueError(f"{kind} and {kind}_counts do not agree")
 
 
-def _fill(atlas: Atlas, arrays, header) -> None:
-    atlas.touches = header["touches"]
-    atlas.table.extend({name: arrays[f"table_{name}"] for name in atlas.table.names})
-    atlas.residual_scale = ResidualScale(**header["texture"])
-    atlas.table.lengths = arrays["lengths"]
-    _fill_residuals(atlas.table, arrays)
-    membership = atlas.membership
-    points, normals, across = (arrays[f"sample_{name}"] for name in ("points", "normals", "across"))
-    membership.pool.add(points, normals, across, arrays.get("sample_edges", False))
-    membership.fitted.extend(_unpacked("members", arrays))
-    membership.owned.extend(_unpacked("brought", arrays))
-    atlas.neighbours.extend(set(k.tolist()) for k in _unpacked("kin", arrays))
-    for name in ("points", "normals", "home", "depth"):
-        setattr(atlas.frontier, name, arrays[f"frontier_{name}"])
-    if header["format"] > 1:
-        _fill_creases(atlas, arrays)
-    for row in range(atlas.table.size):
-        atlas.cells.add(row, bool(atlas.table.alive[row]))
-    atlas.cells.retile()
-
-
-def _packed_creases(atlas: Atlas) -> dict[str, np.ndarray]:
+def _crease_arrays(atlas: Atlas) -> dict[str, np.ndarray]:
     pairs = sorted(atlas.creases.pairs)
     creases = [atlas.creases.pairs[pair] for pair in pairs]
     return {
@@ -207,39 +167,34 @@ def _fill_creases(atlas: Atlas, arrays) -> None:
     names = ("crease_pairs", "crease_sign", "crease_anchor")
     for (i, j), sign, anchor in zip(*(arrays[name] for name in names), strict=True):
         atlas.creases.enter(int(i), int(j), Crease(int(sign), anchor))
-    for name in vars(atlas.edge_ends):
-        setattr(atlas.edge_ends, name, arrays[f"ends_{name}"])
 
 
-def _from_format_1(arrays) -> dict[str, np.ndarray]:
-    """What a file of format 1 lacks: which samples a patch learned from, their planes, the
-    sites and anchors. The patches have to be fitted anew from the samples they brought."""
-    count = len(arrays["sample_counts"])
-    index = np.arange(len(arrays["sample_points"]), dtype=np.int32)
-    split = np.split(index, np.cumsum(arrays["sample_counts"])[:-1]) if count else []
-    nothing = [index[:0]] * count
+def _residual_arrays(table: PatchTable) -> dict[str, np.ndarray]:
+    """What the residuals were solved from: they are solved again when read."""
+    rows = sorted(table.residuals)
+    parts = [table.residuals[row] for row in rows]
+    samples = [part.samples for part in parts]
+    columns = [np.concatenate([s.feet[0].T, s.terms[:, 0], s.height, s.weight]) for s in samples]
+    width = table.basis.size + 5
     return {
-        "table_alive": np.ones(count),
-        "table_site": arrays["table_origin"],
-        "table_anchor": arrays["table_mean"],
-        "table_learned": arrays["table_count"],
-        "table_sensor": arrays["table_noise"],
-        "lengths": _lengths(arrays),
-        "rough": np.zeros(0, np.int64),
-        "rough_counts": np.zeros(0, np.int64),
-        "rough_shapes": np.zeros((0, 4)),
-        "rough_noise": np.zeros(0),
-        "rough_samples": np.zeros((0, 0)),
-        "sample_across": np.zeros_like(arrays["sample_points"]),
-        **_packed("members", nothing),
-        **_packed("brought", split),
+        "residual_rows": np.array(rows, np.int64),
+        "residual_counts": np.array([s.weight.shape[1] for s in samples], np.int64),
+        "residual_shapes": np.array([part.shape for part in parts]).reshape(-1, 4),
+        "residual_noise": np.array([s.noise[0] for s in samples]),
+        "residual_samples": np.concatenate([np.zeros((width, 0)), *columns], axis=1),
     }
 
 
-def _lengths(arrays) -> np.ndarray:
-    """Sums over the log feature lengths of the patches of a file of format 1."""
-    lengths = np.log(arrays["table_radius"] / arrays["table_turn"])
-    return np.array([float(len(lengths)), lengths.sum(), (lengths * lengths).sum()])
+def _fill_residuals(table: PatchTable, arrays) -> None:
+    ends = np.cumsum(arrays["residual_counts"])[:-1]
+    parts = np.split(arrays["residual_samples"], ends, axis=1)
+    for i, row in enumerate(arrays["residual_rows"].tolist()):
+        feet, (*terms, height, weight) = parts[i][:3].T, parts[i][3:]
+        samples = PatchSamples(
+            *(feet[None], np.array(terms)[:, None], height[None], weight[None]),
+            arrays["residual_noise"][[i]],
+        )
+        enter(table, row, solve_patch_residual(table.basis, samples, arrays["residual_shapes"][i]))
 
 
 def _packed(name: str, parts) -> dict[str, np.ndarray]:
@@ -252,21 +207,3 @@ def _packed(name: str, parts) -> dict[str, np.ndarray]:
 def _unpacked(name: str, arrays) -> list[np.ndarray]:
     counts = arrays[f"{name}_counts"]
     return np.split(arrays[name], np.cumsum(counts)[:-1]) if len(counts) else []
-
-
-def write_whole(path, data: bytes) -> None:
-    """Write a file so that a crash or a full disk leaves the old one or the new one."""
-    path = Path(path)
-    if path.exists() and not path.is_file():
-        raise OSError(f"{path} is a folder or a device; give the path of a file")
-    part = path.with_name(path.name + ".part")
-    try:
-        with open(part, "wb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(part, path)
-    except OSError as error:
-        part.unlink(missing_ok=True)
-        error.filename = str(path)
-        raise

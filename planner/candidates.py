@@ -17,6 +17,8 @@ from touchatlas.planner.probe_plan import Reason
 
 # A point this far out, in core radii, leaves little overlap: farther gains nothing more.
 _FAR_ENOUGH = 1.25
+# Samples of the frontier that are checked at once: mostly the first is open, else many are not.
+_FIRST, _AT_ONCE = 16, 256
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,26 +52,27 @@ def frontier_candidate(atlas: Atlas, position, spent) -> Candidate | None:
     spent : (m, 3) float, length, world
         Points that were tried in vain.
     """
-    frontier = atlas.frontier
-    depth = np.where(is_spent(frontier.points, spent, atlas.tolerance), 0.0, frontier.depth)
-    if not len(depth) or depth.max() <= 0.0:
-        return None
-    offset = frontier.points - position
-    distance = np.where(
-        depth >= min(_FAR_ENOUGH, 0.98 * depth.max()), (offset**2).sum(axis=1), np.inf
-    )
-    best = int(distance.argmin())
-    return Candidate(
-        frontier.points[best], int(frontier.home[best]), frontier.normals[best], Reason.EXPAND
-    )
+    frontier, pool = atlas.frontier, atlas.membership.pool
+    samples = frontier.candidates()
+    samples = samples[~is_spent(pool.points[samples], spent, atlas.tolerance)]
+    depth, offset = frontier.depth(samples), pool.points[samples] - position
+    far = np.minimum(depth, _FAR_ENOUGH)
+    order = samples[np.lexsort(((offset * offset).sum(axis=1), -far))]
+    for some in np.split(order, range(_FIRST, len(order), _AT_ONCE)):
+        left = some[frontier.is_open(some)]
+        if len(left):
+            best = int(left[0])
+            home = int(frontier.owners(best))
+            return Candidate(pool.points[best], home, pool.normals[best], Reason.EXPAND)
+    return None
 
 
 def gap_candidate(atlas: Atlas, position, spent) -> Candidate | None:
     """The nearest point that no core covers: of the patches' outlines, and between three."""
     table = atlas.table
-    table.renew_rings(np.flatnonzero(table.outline_open.any(axis=1)))
-    rows, places = np.nonzero(table.outline_open)
-    points = table.outline[rows, places]
+    which, places = np.nonzero(atlas.open_outlines())
+    rows = table.rows[which]
+    points = atlas.surface_graph.outlines.points(table.rows)[which, places]
     if gaps := atlas.gaps:
         points = np.concatenate([points, list(gaps.values())])
         rows = np.concatenate([rows, [triple[2] for triple in gaps]])
@@ -89,16 +92,15 @@ def weak_candidate(atlas: Atlas, position, spent) -> Candidate | None:
     """The nearest point, of the patches' outlines and of half-way there, whose predicted deviation
     exceeds the tolerance."""
     table, rows = atlas.table, atlas.table.rows
-    points = np.concatenate(
-        [table.outline[rows], 0.5 * (table.outline[rows] + table.origin[rows, None])]
-    )
+    outlines = atlas.surface_graph.outlines.points(rows)
+    points = np.concatenate([outlines, 0.5 * (outlines + table.origin[rows, None])])
     points = points.reshape(-1, 3)
     seen = atlas.blend(points)
     weak = np.flatnonzero(seen.known & (np.nan_to_num(seen.deviation) > atlas.tolerance))
     if len(atlas.creases):
         # What of an outline lies beyond an edge is not there.
-        homes = np.tile(np.repeat(rows, table.outline.shape[1]), 2)
-        weak = weak[~atlas.creases.beyond(homes[weak], points[weak])]
+        homes = np.tile(np.repeat(rows, outlines.shape[1]), 2)
+        weak = weak[~atlas.surface_graph.visibility.beyond(homes[weak], points[weak])]
     # A point half-way is on the chord, not on the surface.
     points = points[weak] - seen.distance[weak, None] * seen.normal[weak]
     free = ~is_spent(points, spent, atlas.tolerance)

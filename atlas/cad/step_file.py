@@ -10,11 +10,11 @@ from pathlib import Path
 
 import networkx as nx
 
-from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.cad.bezier_face import BezierFace, bezier_face
 from touchatlas.atlas.cad.occ_kernel import is_closed, need_kernel, step_bytes
 from touchatlas.atlas.cad.trimmed_patches import trimmed_patches
-from touchatlas.atlas.store import write_whole
+from touchatlas.atlas.files import write_whole
+from touchatlas.atlas.state import AtlasState
 
 # Heights hold to this share of the atlas's tolerance.
 _HOLD = 1e-4
@@ -43,12 +43,12 @@ class StepReport:
     gap: float
 
 
-def save_step(atlas: Atlas, path) -> StepReport:
+def save_step(state: AtlasState, path) -> StepReport:
     """Write an atlas as a STEP file, one trimmed Bezier face a patch: all of it or nothing.
 
     Parameters
     ----------
-    atlas : Atlas
+    state : AtlasState
     path : path
         The file. One unit of length of the atlas is a millimetre there, for want of another.
         Equal atlases give equal bytes: the header has no date.
@@ -66,7 +66,7 @@ def save_step(atlas: Atlas, path) -> StepReport:
         When the file cannot be written; an old one is left as it was.
     """
     need_kernel()
-    found = [bezier_face(face, _HOLD * atlas.tolerance) for face in trimmed_patches(atlas)]
+    found = [bezier_face(face, _HOLD * state.tolerance) for face in trimmed_patches(state)]
     faces = [face for face in found if face is not None]
     if not faces:
         raise ValueError("every patch stands upright within its own cell; touch more closely")

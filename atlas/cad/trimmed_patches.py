@@ -12,10 +12,10 @@ from itertools import count, pairwise
 
 import numpy as np
 
-from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.cad.bezier import bernstein, bernstein_slopes, curve_poles
 from touchatlas.atlas.cad.trim_curves import ARC_DEGREE, SharedCurve, rim_arcs, shared_curve
 from touchatlas.atlas.graph.power_diagram import power_at
+from touchatlas.atlas.state import AtlasState
 from touchatlas.patch.geometry.patch import Patch
 
 _GAUSS = 12
@@ -126,17 +126,17 @@ class _Half:
     side: Side
 
 
-def trimmed_patches(atlas: Atlas) -> list[TrimmedPatch]:
+def trimmed_patches(state: AtlasState) -> list[TrimmedPatch]:
     """Every patch of an atlas trimmed to its own cell, by ascending patch id.
 
     Parameters
     ----------
-    atlas : Atlas
-        Best after ``settle``.
+    state : AtlasState
+        Best after ``finish``.
 
     Returns
     -------
-    list of PatchworkFace
+    list of TrimmedPatch
         One for each patch with a cell of its own; more where contradictions among its
         neighbours leave it in pieces.
 
@@ -148,34 +148,33 @@ def trimmed_patches(atlas: Atlas) -> list[TrimmedPatch]:
     Notes
     -----
     The cells are those of the power diagram of the cores restricted to the surface (see
-    ``atlas/boundary.py``). Aurenhammer, Power diagrams: properties, algorithms and
+    ``graph/power_diagram.py``). Aurenhammer, Power diagrams: properties, algorithms and
     applications, SIAM Journal on Computing 16, 1987.
     """
-    if not len(atlas.graph):
+    if not len(state):
         raise ValueError("the atlas has no patch yet; add a touch with three contours first")
-    patches = {i: atlas.patch(i) for i in sorted(atlas.graph.nodes)}
-    numbers = count()
-    table = atlas.table
+    table, graph, numbers = state.table, state.graph, count()
+    patches = {i: state.patch(i) for i in sorted(graph)}
     halves: dict[int, list[_Half]] = {i: [] for i in patches}
-    begins, finishes = _corner_ends(atlas, patches)
-    for i, j in sorted(tuple(sorted(edge)) for edge in atlas.graph.edges):
+    begins, finishes = _corner_ends(state, patches)
+    for i, j in sorted(tuple(sorted(edge)) for edge in graph.edges):
         curve = shared_curve(patches[i], patches[j], table.site[[i, j]], table.weight[[i, j]])
-        seen = bool(len(atlas.boundary(i, j).points))
+        seen = bool(len(graph.edges[i, j]["boundary"].points))
         for start, end in _spans(curve, begins.get((i, j), []), finishes.get((i, j), []), seen):
             points, number = curve.arc(start[1], end[1]), next(numbers)
             halves[i].append(_Half(start[0], end[0], Side(number, j, points)))
             halves[j].append(_Half(end[0], start[0], Side(number, i, points[::-1])))
     faces = []
     for i, patch in patches.items():
-        if halves[i] or _owns_its_centre(atlas, i):
-            loops = _loops(patch, float(atlas.table.weight[i]), halves[i], numbers)
+        if halves[i] or _owns_its_centre(state, i):
+            loops = _loops(patch, float(state.table.weight[i]), halves[i], numbers)
             found = [TrimmedPatch(patch, sides) for sides in loops]
             # A loop that runs clockwise holds nothing.
             faces += [face for face in found if face.quadrature()[1].sum() > 0.0]
     return faces
 
 
-def _corner_ends(atlas: Atlas, patches):
+def _corner_ends(state: AtlasState, patches):
     """For each pair (i, j): the corners where i's side toward j begins, and where it ends.
 
     Each is a list of (name, point). In the order in which the three patches come around a
@@ -184,7 +183,7 @@ def _corner_ends(atlas: Atlas, patches):
     """
     begins: dict[tuple, list] = {}
     finishes: dict[tuple, list] = {}
-    for triple, point in sorted(atlas.cells.corners.items()):
+    for triple, point in sorted(state.surface_graph.cells.corners.items()):
         i, j, k = triple
         normal = sum(patches[m].normal(point[None])[0] for m in triple)
         origin = patches[i].frame.origin
@@ -257,8 +256,8 @@ def _next_around(patch: Patch, point, loose: list[_Half]) -> _Half:
     return loose[int(np.argmin((angle[1:] - angle[0]) % (2.0 * np.pi)))]
 
 
-def _owns_its_centre(atlas: Atlas, row: int) -> bool:
-    if not atlas.neighbours[row]:
+def _owns_its_centre(state: AtlasState, row: int) -> bool:
+    if not state.neighbours[row]:
         return True
-    rivals = power_at(atlas.table, sorted(atlas.neighbours[row]), atlas.table.site[row])
-    return bool(-atlas.table.weight[row] <= rivals.min())
+    rivals = power_at(state.table, sorted(state.neighbours[row]), state.table.site[row])
+    return bool(-state.table.weight[row] <= rivals.min())

@@ -1,53 +1,48 @@
-"""Validation: what must hold of every atlas, checked from its parts.
-
-Whatever is kept beside what it follows from is made again and compared.
-"""
+"""Invariants: what must hold of every atlas, checked from its parts."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from touchatlas.atlas.check.graph_invariants import graph_violations
-from touchatlas.atlas.check.sample_invariants import learning_violations
-from touchatlas.atlas.edit.refresh import OUTLINE_MOVED
-from touchatlas.atlas.graph.power_diagram import CELL_MARGIN, power_at
+from touchatlas.atlas.check.sample_invariants import sample_violations
+from touchatlas.atlas.graph.frontier import Frontier
+from touchatlas.atlas.graph.surface_graph import SurfaceGraph
+from touchatlas.atlas.state import AtlasState
 
-if TYPE_CHECKING:
-    from touchatlas.atlas.atlas import Atlas
-
-# Of unit vectors, and of sums over the same numbers in another order.
+# Of unit vectors, and of sums over the same numbers in another order. A thousandfold of rounding.
 _ROUNDING = 1e-9
-# So far beside a crease, in core radii, an outline is closed: creases move as patches learn.
-_BESIDE = 0.05
 
 
-def violations(atlas: "Atlas") -> list[str]:
+def violations(state: AtlasState) -> list[str]:
     """What does not hold, a sentence each; empty for a sound atlas."""
-    found = [s for check in (_neighbours_are_mutual, _numbers) for s in check(atlas)]
+    found = [s for check in (_neighbours_are_mutual, _numbers) for s in check(state)]
     # What follows would stumble over these.
     if not found:
-        found = [*learning_violations(atlas), *graph_violations(atlas)]
-    return found or [s for check in (_index, _outlines) for s in check(atlas)]
+        found = [*sample_violations(state), *graph_violations(state)]
+    return found or [s for check in (_index, _kept) for s in check(state)]
 
 
-def _neighbours_are_mutual(atlas: "Atlas") -> Iterator[str]:
-    """Kin are mutual and in use; their lines are looked at first, since asking renews them."""
-    lines = [set(line) - {row} for row, line in enumerate(atlas.neighbours.lines().tolist())]
-    if lines != list(atlas.neighbours):
-        yield "the lines of the kin are not the kin"
-    alive = set(atlas.table.rows.tolist())
-    for row, neighbours in enumerate(atlas.neighbours):
-        if not neighbours <= alive or (neighbours and row not in alive):
-            yield f"patch {row} is kin to a removed one, or is one"
-        elif row in neighbours or any(row not in atlas.neighbours[i] for i in neighbours):
-            yield f"kinship of patch {row} is not mutual"
+def _neighbours_are_mutual(state: AtlasState) -> Iterator[str]:
+    neighbours, alive = state.neighbours, set(state.table.rows.tolist())
+    if len(neighbours) != state.table.size:
+        yield "there are more, or fewer, sets of neighbours than patches"
+        return
+    for row in range(len(neighbours)):
+        beside = neighbours[row]
+        if not beside <= alive or (beside and row not in alive):
+            yield f"patch {row} is a neighbour of a removed one, or is one"
+        elif row in beside or any(row not in neighbours[i] for i in beside):
+            yield f"the neighbours of patch {row} are not mutual"
+    for row, line in enumerate(neighbours.lines().tolist()):
+        if set(line) - {row} != neighbours[row]:
+            yield f"the line of patch {row} does not hold its neighbours"
 
 
-def _numbers(atlas: "Atlas") -> Iterator[str]:
-    table, rows = atlas.table, atlas.table.rows
+def _numbers(state: AtlasState) -> Iterator[str]:
+    table, rows = state.table, state.table.rows
     for name in table.names:
-        if name != "outline" and not np.isfinite(getattr(table, name)[rows]).all():
+        if not np.isfinite(getattr(table, name)[rows]).all():
             yield f"{name} is not finite"
     axes = table.axes[rows]
     if not np.allclose(axes @ axes.transpose(0, 2, 1), np.eye(3), atol=_ROUNDING):
@@ -59,19 +54,14 @@ def _numbers(atlas: "Atlas") -> Iterator[str]:
         yield "a sensor's noise is negative, or a condition is less than one"
     if ((table.learned[rows] < 0) | (table.learned[rows] > table.count[rows])).any():
         yield "a patch was framed with more samples learned than it knows"
-    if (
-        not np.isin(table.outline_open, (0.0, 1.0)).all()
-        or not np.isin(table.alive, (0.0, 1.0)).all()
-    ):
-        yield "ring_open or alive is neither 0 nor 1"
     gone = np.setdiff1d(np.arange(table.size), rows)
-    if table.radius[gone].any() or table.outline_open[gone].any() or (table.weight[gone] > 0).any():
-        yield "a removed patch has a radius, a power or an open outline"
+    if table.radius[gone].any() or (table.weight[gone] > 0).any():
+        yield "a removed patch has a radius or a weight"
 
 
-def _index(atlas: "Atlas") -> Iterator[str]:
+def _index(state: AtlasState) -> Iterator[str]:
     """The index holds the balls of the patches, and the running sums are those of their lengths."""
-    table, rows = atlas.table, atlas.table.rows
+    table, rows = state.table, state.table.rows
     if not np.array_equal(table.index.rows(), rows):
         yield "the index holds other balls than the patches'"
         return
@@ -88,25 +78,25 @@ def _index(atlas: "Atlas") -> Iterator[str]:
         yield "the sums of the lengths are not those of the patches"
 
 
-def _outlines(atlas: "Atlas") -> Iterator[str]:
-    """Outlines lie about their cores, and are open where no kin covers them and no crease is."""
-    table, rows = atlas.table, atlas.table.rows
-    moved = table.ring_shifts(rows) > OUTLINE_MOVED * (1.0 + _ROUNDING)
-    for row in rows[moved & table.ring_fits(rows)].tolist():
-        yield f"the outline (ring) of patch {row} is not at its core"
-    for row in rows.tolist():
-        neighbours = sorted(atlas.neighbours[row])
-        power = power_at(table, neighbours, table.outline[row])
-        # Touches close what a core covers; what is laid anew is closed by cells, which are wider.
-        free = power.min(axis=1, initial=np.inf) > -_ROUNDING * table.weight[row]
-        wide = (power > (CELL_MARGIN + _ROUNDING) * table.weight[neighbours]).all(axis=1)
-        is_open = table.outline_open[row] > 0
-        rows_of, site = np.full(len(free), row), table.site[row]
-        beyond, beside = (
-            atlas.creases.beyond(rows_of, site + share * (table.outline[row] - site))
-            for share in (1.0, 1.0 + _BESIDE)
-        )
-        if (is_open & (~free | beyond)).any():
-            yield f"the outline of patch {row} is open (ring_open) where it is covered"
-        if (~is_open & wide & ~beyond & ~beside).any():
-            yield f"the outline of patch {row} is closed (ring_open) where nothing covers it"
+def _kept(state: AtlasState) -> Iterator[str]:
+    """What is kept of outlines, corners and frontier is what follows from the atlas now."""
+    table, kept, rows = state.table, state.surface_graph, state.table.rows
+    fresh = SurfaceGraph(table, kept.neighbours, kept.creases)
+    fresh.mark_stale(rows.tolist())
+    near = _ROUNDING * np.sqrt(table.weight[rows].max(initial=0.0))
+    if not np.allclose(kept.outlines.points(rows), fresh.outlines.points(rows), atol=near):
+        yield "an outline is not where its patch has it"
+    if not np.array_equal(kept.outlines.open(rows), fresh.outlines.open(rows)):
+        yield "an outline is open where it is covered, or closed where nothing covers it"
+    for name in ("corners", "gaps"):
+        mine, others = getattr(kept, name), getattr(fresh, name)
+        if mine.keys() != others.keys() or not all(
+            np.allclose(mine[triple], others[triple], atol=near) for triple in mine
+        ):
+            yield f"the {name} are not those of the patches"
+    if kept.cells.boundaries.keys() != fresh.cells.boundaries.keys():
+        yield "the boundaries are not those of the cells"
+    frontier = Frontier(table, state.neighbours, state.creases, state.membership)
+    frontier.mark_stale(rows.tolist())
+    if not np.array_equal(frontier.samples, state.frontier.samples):
+        yield "the frontier is not that of the samples"

@@ -2,16 +2,13 @@
 
 from collections.abc import Iterator
 from copy import deepcopy
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from touchatlas.atlas.patches.normal_equations import covariance_of, solve, sums_of
 from touchatlas.atlas.patches.patch_table import PatchTable
 from touchatlas.atlas.residual.learn_residuals import samples_of, solve_patch_residual
-
-if TYPE_CHECKING:
-    from touchatlas.atlas.atlas import Atlas
+from touchatlas.atlas.state import AtlasState
 
 # Of sums over the same samples in another order, over the largest of them.
 _ROUNDING = 1e-9
@@ -19,19 +16,19 @@ _ROUNDING = 1e-9
 _SOLVED = 1e-6
 
 
-def learning_violations(atlas: "Atlas") -> list[str]:
+def sample_violations(state: AtlasState) -> list[str]:
     """What does not hold, a sentence each."""
-    found = list(_samples(atlas))
+    found = list(_samples(state))
     # Sums and solutions of samples that are not there make no sense.
-    checks = () if found else (_equations, _solutions, _residuals, _frontier, _edge_ends)
-    return found + [sentence for check in checks for sentence in check(atlas)]
+    checks = () if found else (_equations, _solutions, _residuals, _edge_ends)
+    return found + [sentence for check in checks for sentence in check(state)]
 
 
-def _samples(atlas: "Atlas") -> Iterator[str]:
+def _samples(state: AtlasState) -> Iterator[str]:
     membership, pool, alive = (
-        atlas.membership,
-        atlas.membership.pool,
-        set(atlas.table.rows.tolist()),
+        state.membership,
+        state.membership.pool,
+        set(state.table.rows.tolist()),
     )
     brought = np.concatenate([np.zeros(0, int), *membership.owned])
     if not np.array_equal(np.sort(brought), np.arange(len(pool))):
@@ -57,8 +54,8 @@ def _are_unit(vectors) -> bool:
     return bool(np.allclose((vectors * vectors).sum(axis=1), 1.0, atol=_SOLVED))
 
 
-def _equations(atlas: "Atlas") -> Iterator[str]:
-    table, membership = atlas.table, atlas.membership
+def _equations(state: AtlasState) -> Iterator[str]:
+    table, membership = state.table, state.membership
     for row in table.rows.tolist():
         index = membership.fitted[row]
         every = np.ones((1, len(index)), bool)
@@ -81,9 +78,9 @@ def without_residuals(table: PatchTable) -> PatchTable:
     return plain
 
 
-def _solutions(atlas: "Atlas") -> Iterator[str]:
+def _solutions(state: AtlasState) -> Iterator[str]:
     """Coefficients, variance and residual are those of the equations, or of the residual."""
-    table, plain = atlas.table, without_residuals(atlas.table)
+    table, plain = state.table, without_residuals(state.table)
     for row in table.rows.tolist():
         rough = table.residuals.get(row)
         mean = plain.mean[row] if rough is None else rough.mean
@@ -101,16 +98,16 @@ def _solutions(atlas: "Atlas") -> Iterator[str]:
             yield f"the residual of patch {row} is not that of its samples"
 
 
-def _residuals(atlas: "Atlas") -> Iterator[str]:
+def _residuals(state: AtlasState) -> Iterator[str]:
     """Rough patches are in use, hold what they learned, and solve again to what they say."""
-    table, rows = atlas.table, sorted(atlas.table.residuals)
+    table, rows = state.table, sorted(state.table.residuals)
     if not set(rows) <= set(table.rows.tolist()):
         yield "a residual is of a removed patch"
     elif rows:
-        if not atlas.residual_scale.amplitude > 0:
+        if not state.residual_scale.amplitude > 0:
             yield "there are residuals but no texture"
         learned = samples_of(
-            without_residuals(table), atlas.membership, np.array(rows), atlas.residual_scale
+            without_residuals(table), state.membership, np.array(rows), state.residual_scale
         )
         for i, row in enumerate(rows):
             rough, samples = table.residuals[row], learned.only(i)
@@ -128,25 +125,11 @@ def _residuals(atlas: "Atlas") -> Iterator[str]:
                 yield f"the residual of patch {row} does not follow from its samples"
 
 
-def _frontier(atlas: "Atlas") -> Iterator[str]:
-    """Frontier places are samples, at home in a patch that does not cover them."""
-    table, frontier = atlas.table, atlas.frontier
-    if not set(frontier.home.tolist()) <= set(table.rows.tolist()):
-        yield "the frontier has a sample of a removed patch"
-        return
-    if not _among(frontier.points, atlas.membership.pool.points) or not _are_unit(frontier.normals):
-        yield "the frontier has a place that is no sample, or a normal not of unit length"
-    offset = frontier.points - table.site[frontier.home]
-    share = np.sqrt((offset * offset).sum(axis=1) / table.weight[frontier.home])
-    if (frontier.depth <= 1.0).any() or (frontier.depth > share * (1.0 + _ROUNDING)).any():
-        yield "the frontier has a covered sample, or one deeper than its patch lets it be"
-
-
-def _edge_ends(atlas: "Atlas") -> Iterator[str]:
-    ends = atlas.edge_ends
-    if not set(ends.home.tolist()) <= set(atlas.table.rows.tolist()):
+def _edge_ends(state: AtlasState) -> Iterator[str]:
+    ends = state.edge_ends
+    if not set(ends.home.tolist()) <= set(state.table.rows.tolist()):
         yield "an end at an edge is at home at a removed patch"
-    if not _among(ends.points, atlas.membership.pool.points):
+    if not _among(ends.points, state.membership.pool.points):
         yield "an end at an edge is no sample"
     level = np.abs((ends.tangents * ends.normals).sum(axis=1)) <= _SOLVED
     if not (_are_unit(ends.tangents) and _are_unit(ends.normals) and level.all()):

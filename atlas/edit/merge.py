@@ -1,33 +1,52 @@
 """Merging: one patch in the place of several, where one polynomial holds all that they know."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-from touchatlas.atlas.edit.refresh import inherit, reopen, smooth_neighbours, update_creases
+from touchatlas.atlas.edit.refresh import inherit_creases, smooth_neighbours, update_creases
+from touchatlas.atlas.edit.replace import (
+    DISC,
+    LEAST_COSINE,
+    enter_fit,
+    give_samples,
+    is_upright,
+    points_over,
+    remove_hidden,
+)
 from touchatlas.atlas.field.patch_values import COVER_MARGIN
-from touchatlas.atlas.graph.power_diagram import power_at
+from touchatlas.atlas.graph.visibility import is_behind
+from touchatlas.atlas.patches.intersect import lift
 from touchatlas.atlas.patches.normal_equations import SHEET_COSINE
 from touchatlas.atlas.patches.patch_table import PatchTable
-from touchatlas.atlas.patches.sample_membership import CANDIDATE_REACH, CandidateSamples
+from touchatlas.atlas.patches.sample_membership import CANDIDATE_REACH
+from touchatlas.atlas.records.change import AtlasChange
+from touchatlas.atlas.state import AtlasState
 from touchatlas.patch.fit.fit_patch import BORNE, PatchFit
 from touchatlas.patch.fit.refit_patch import refit_patch
 from touchatlas.patch.fit.start import UnfitError
 from touchatlas.patch.geometry.frame import DarbouxFrame, axes_from_normal
-from touchatlas.patch.geometry.patch import Patch
-from touchatlas.patch.geometry.polynomial import scaled_height
 
-if TYPE_CHECKING:
-    from touchatlas.atlas.atlas import Atlas
-
-# The core of a merged patch is wider by this than what holds both: its origin moves in the fit.
+# The core of a merged patch is wider by this factor than what holds both: its origin moves in the
+# fit. Doubling the excess makes merged patches 2 % larger than they need be.
 _SLACK = 1.02
-# Corners are found on patches as steep as this, and distances are of first order.
-LEAST_COSINE = np.sqrt(0.5)
-# Where a disc is looked at: its middle and six rings of 24 points.
-_RINGS, _TURNS = np.linspace(0.0, 1.0, 7), np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
-DISC = np.stack([np.outer(_RINGS, np.cos(_TURNS)), np.outer(_RINGS, np.sin(_TURNS))], -1)
-DISC = DISC.reshape(-1, 2)[23:]
+# Outlines are looked at so far out, as a fraction: on the crease itself either answer is right.
+_INNER = 0.95
+
+
+def merge(state: AtlasState, first: int, second: int) -> AtlasChange:
+    """One patch in the place of two that meet, and of all that it covers, when one polynomial
+    holds their samples within the noise; refused otherwise."""
+    state.check(first, second)
+    if first == second:
+        raise ValueError(f"both patches are {first}; give two that meet")
+    if second not in state.neighbours[first]:
+        return AtlasChange(refused=f"patches {first} and {second} are not of one sheet")
+    fit = merged_fit(state, first, second)
+    merged = None if fit is None else _put_in_place(state, fit)
+    if merged is None:
+        return AtlasChange(refused=f"no one polynomial holds patches {first} and {second}")
+    row, gone = merged
+    added = () if row in gone else (row,)
+    return AtlasChange(added, tuple(sorted(state.neighbours[row])), gone, (), gone)
 
 
 def enclosing_balls(first, first_radius, second, second_radius):
@@ -45,19 +64,19 @@ def enclosing_balls(first, first_radius, second, second_radius):
     return first + np.minimum(share, 1.0)[:, None] * offset, radius
 
 
-def merged_fit(atlas: "Atlas", first: int, second: int) -> PatchFit | None:
+def merged_fit(state: AtlasState, first: int, second: int) -> PatchFit | None:
     """The patch that holds the samples of two kin patches and of all between; None when no one
     polynomial does, within the noise."""
-    table = atlas.table
+    table = state.table
     normal = table.axes[first, 2] + table.axes[second, 2]
     normal /= np.sqrt(normal @ normal)
     centres, cores = middles(table, np.array([[first, second]]), normal[None])
     centre, core = centres[0], float(cores[0])
     radius = _SLACK * core / table.core
-    rows = _within(atlas, first, centre, radius, normal)
-    if _turn_away(table, rows, centre, core, normal):
+    rows = _within(state, first, centre, radius, normal)
+    if _turn_away(state, rows, centre, core, normal):
         return None
-    pool, index = atlas.membership.pool, atlas.membership.fitted_by(rows)
+    pool, index = state.membership.pool, state.membership.fitted_by(rows)
     offset = pool.points[index] - centre
     index = index[(offset * offset).sum(axis=1) <= (CANDIDATE_REACH * radius) ** 2]
     try:
@@ -65,12 +84,12 @@ def merged_fit(atlas: "Atlas", first: int, second: int) -> PatchFit | None:
             DarbouxFrame(centre, axes_from_normal(normal, table.axes[first, 0])),
             pool.points[index],
             pool.across[index],
-            noise_of(atlas, rows),
+            noise_of(state, rows),
             radius,
             0.0,
             None,
-            atlas.prior,
-            atlas.options.fit,
+            state.prior,
+            state.options.fit,
             float(table.condition[[first, second]].min()),
         )
     except UnfitError:
@@ -80,17 +99,11 @@ def merged_fit(atlas: "Atlas", first: int, second: int) -> PatchFit | None:
     return fit if stays and is_upright(fit.patch) else None
 
 
-def noise_of(atlas: "Atlas", rows):
+def noise_of(state: AtlasState, rows):
     """(...) of the probe, and of what lack of fit is borne, over rows (..., k): detail is none, it
     would be smoothed away."""
-    sensor = np.sqrt((atlas.table.measurement_std[rows] ** 2).mean(axis=-1))
-    return np.hypot(sensor, BORNE * atlas.bias)
-
-
-def is_upright(patch: Patch) -> bool:
-    """Whether a patch turns by less than 45 degrees up to its core radius."""
-    normals = patch.normal(patch.outline)
-    return bool(((normals @ patch.frame.normal) >= LEAST_COSINE).all())
+    sensor = np.sqrt((state.table.measurement_std[rows] ** 2).mean(axis=-1))
+    return np.hypot(sensor, BORNE * state.bias)
 
 
 def middles(table: PatchTable, pairs, normals):
@@ -101,20 +114,16 @@ def middles(table: PatchTable, pairs, normals):
     offset = sites - centre[:, None]
     nearer = ((offset * offset).sum(axis=2) - table.weight[pairs]).argmin(axis=1)
     rows = pairs[np.arange(len(pairs)), nearer]
-    for _ in range(3):
-        height, upward = table.surface(rows, table.scaled_local(rows, centre[:, None]))
-        slope = ((upward @ table.axes[rows])[:, 0] * normals).sum(axis=1)
-        step = height[:, 0] * table.radius[rows] / np.maximum(slope, 0.2)
-        centre = centre - step[:, None] * normals
+    centre = centre + lift(table, rows, centre[:, None], normals) * normals
     offset = sites - centre[:, None]
     return centre, (np.sqrt((offset * offset).sum(axis=2)) + cores).max(axis=1)
 
 
-def _within(atlas: "Atlas", start: int, centre, radius: float, normal) -> list[int]:
-    """Rows that reach into a ball and face about as ``normal``, from kin to kin."""
-    table, found, todo = atlas.table, {start}, [start]
+def _within(state: AtlasState, start: int, centre, radius: float, normal) -> list[int]:
+    """Rows that reach into a ball and face about as ``normal``, from neighbour to neighbour."""
+    table, found, todo = state.table, {start}, [start]
     while todo:
-        near = np.array(sorted(set().union(*(atlas.neighbours[i] for i in todo)) - found), int)
+        near = np.array(sorted(set().union(*(state.neighbours[i] for i in todo)) - found), int)
         offset = table.origin[near] - centre
         reach = (offset * offset).sum(axis=1) < (radius + table.radius[near]) ** 2
         todo = near[reach & (table.axes[near, 2] @ normal >= SHEET_COSINE)].tolist()
@@ -122,129 +131,80 @@ def _within(atlas: "Atlas", start: int, centre, radius: float, normal) -> list[i
     return sorted(found)
 
 
-def _turn_away(table: PatchTable, rows, centre, core: float, normal) -> bool:
+def _turn_away(state: AtlasState, rows, centre, core: float, normal) -> bool:
     """Whether outlines of rows turn away from ``normal`` by more than 45 degrees within a ball:
     a patch that held their samples would do so up to its core."""
-    rows = np.array(rows)
-    ring = table.outline[rows]
-    upward = table.surface(rows, table.scaled_local(rows, ring))[1]
+    table, rows = state.table, np.array(rows)
+    points = state.surface_graph.outlines.points(rows)
+    upward = table.surface(rows, table.scaled_local(rows, points))[1]
     rise = (upward * (table.axes[rows] @ normal)[:, None]).sum(axis=-1)
     steep = rise < LEAST_COSINE * np.sqrt((upward * upward).sum(axis=-1))
-    offset = ring - centre
+    offset = points - centre
     return bool((steep & ((offset * offset).sum(axis=-1) <= core * core)).any())
 
 
-def replace_by(atlas: "Atlas", fit: PatchFit) -> tuple[int, tuple[int, ...]] | None:
+def _put_in_place(state: AtlasState, fit: PatchFit) -> tuple[int, tuple[int, ...]] | None:
     """Enter a merged patch and remove those whose cores it holds; its row, and theirs.
 
-    None, and nothing changed, when a neighbour of these would not be kin to it: it turns too far;
-    when a crease would hide a part of them from its centre; or when it would reach where no patch
-    did.
+    None, and nothing changed, when a patch that shares a corner with these would not be a
+    neighbour of it: it turns too far; when a crease would hide a part of them from its centre; or
+    when it would reach where no patch did.
     """
-    table, membership = atlas.table, atlas.membership
-    row = table.append(fit)
-    neighbours = smooth_neighbours(atlas, row, set())
-    offset = table.site[neighbours] - table.site[row]
-    core = np.sqrt(table.weight[neighbours])
+    trial, row = state.table.with_candidate(fit)
+    neighbours = smooth_neighbours(state, trial, row, set())
+    offset = trial.site[neighbours] - trial.site[row]
+    core = np.sqrt(trial.weight[neighbours])
     distance = np.sqrt((offset * offset).sum(axis=1))
-    held = distance + core <= np.sqrt(table.weight[row]) * (1.0 + 1e-9)
-    gone, stay = neighbours[held].tolist(), neighbours[~held].tolist()
-    lost = atlas.creases.hides(row, gone)
-    lost = lost or not atlas.cells.sharing_corners(gone) <= set(neighbours.tolist())
-    if lost or _spreads(atlas, row, neighbours, gone):
-        table.drop_last()
+    held = distance + core <= np.sqrt(trial.weight[row]) * (1.0 + 1e-9)
+    gone, stay = neighbours[held].tolist(), neighbours[~held]
+    cells = state.surface_graph.cells
+    if (
+        _hides(state, trial, row, gone)
+        or not cells.sharing_corners(gone) <= set(neighbours.tolist())
+        or _spreads(state, trial, row, neighbours, gone)
+    ):
         return None
-    table.measurement_std[row] = np.sqrt((table.measurement_std[gone] ** 2).mean())
-    creases = atlas.creases.of_all(gone)
-    take_place(atlas, row, fit, np.array(stay, int), membership.fitted_by(neighbours.tolist()))
-    membership.owned[row] = membership.owned_by(gone)
-    atlas.frontier.move_home(table, gone, row)
-    atlas.edge_ends.move_home(gone, row)
-    around = {row, *stay} | set().union(*(atlas.neighbours[i] for i in gone)) - set(gone)
-    remove_patches(atlas, gone)
-    inherit(atlas, row, creases)
-    atlas.cells.remove(gone, around)
-    gone += remove_hidden(atlas, around)
+    std = np.sqrt((state.table.measurement_std[gone] ** 2).mean())
+    creases = state.creases.of_all(gone)
+    enter_fit(state, fit, stay, state.membership.fitted_by(neighbours.tolist()))
+    state.table.measurement_std[row] = std
+    give_samples(state, gone, row)
+    around = {row, *stay.tolist()} | state.neighbours.around(gone) - set(gone)
+    state.remove(gone)
+    inherit_creases(state, row, creases)
+    gone += remove_hidden(state, around)
     if row not in gone:
-        update_creases(atlas, [row])
-    reopen(atlas, sorted(around - set(gone)))
+        update_creases(state, [row])
     return row, tuple(gone)
 
 
-def _spreads(atlas: "Atlas", row: int, neighbours, gone: list[int]) -> bool:
-    """Whether a new row would be asked where none was of its kin (m,), of theirs, and of the rows
-    ``gone`` in its place: at the rim of what was touched it would claim what nobody touched."""
-    table, reach = atlas.table, np.sqrt(1.0 + COVER_MARGIN)
-    points = points_over(table, row, DISC * table.core * reach)
-    points = points[atlas.creases.seen_instead(row, gone, points)]
-    before = sorted(
-        set(neighbours.tolist()).union(*(atlas.neighbours[i] for i in neighbours.tolist()))
-    )
+def _hides(state: AtlasState, table: PatchTable, row: int, gone: list[int]) -> bool:
+    """Whether a part of the outlines of rows ``gone`` that are creased cannot be seen from the
+    centre of a candidate ``row`` that is to take their place."""
+    visibility, outlines = state.surface_graph.visibility, state.surface_graph.outlines
+    segments = visibility.segments_about(gone)
+    if not len(segments):
+        return False
+    places = []
+    for i in gone:
+        points, centre = outlines.points([i])[0], visibility.centre(i)
+        beyond = is_behind(table, i, centre, points, segments)
+        places.append(np.concatenate([points[~beyond], centre[None]]))
+    hidden = is_behind(table, row, table.site[row], np.concatenate(places), segments, _INNER)
+    return bool(hidden.any())
+
+
+def _spreads(
+    state: AtlasState, table: PatchTable, row: int, neighbours: np.ndarray, gone: list[int]
+) -> bool:
+    """Whether a candidate ``row`` would be asked where none was of its neighbours (m,), of theirs,
+    and of the rows ``gone`` in its place: at the rim of what was touched it would claim what nobody
+    touched."""
+    points = points_over(table, row, DISC * table.core * np.sqrt(1.0 + COVER_MARGIN))
+    segments = state.surface_graph.visibility.segments_about(gone)
+    if len(segments):
+        points = points[~is_behind(table, row, table.site[row], points, segments)]
+    before = sorted(state.neighbours.around(neighbours.tolist()))
     offset = points[:, None] - table.site[before]
     beyond = (offset * offset).sum(axis=-1) > (1.0 + COVER_MARGIN) * table.weight[before]
     return bool(beyond.all(axis=1).any())
-
-
-def take_place(atlas: "Atlas", row: int, fit: PatchFit, neighbours: np.ndarray, candidates) -> None:
-    """A row that was appended becomes a node among its kin (m,), and learns samples (n,)."""
-    atlas.enter(row, neighbours.tolist())
-    atlas.membership.enter_fits(np.array([row]), [fit], CandidateSamples([candidates]))
-    atlas.table.renew_rings([row])
-    atlas.cells.meet(row, neighbours)
-    atlas.frontier.cover(atlas.table, row)
-
-
-def remove_hidden(atlas: "Atlas", rows: set[int]) -> list[int]:
-    """Remove those of the rows that have no cell left; their samples go to the cells' owners, and
-    what they alone covered of others' outlines is open again."""
-    table, membership, hidden = atlas.table, atlas.membership, []
-    beside: set[int] = set()
-    for i in sorted(rows):
-        neighbours = np.array(sorted(atlas.neighbours[i]), int)
-        if len(neighbours) and _is_hidden(atlas, i, neighbours):
-            owner = int(neighbours[power_at(table, neighbours, table.site[i]).argmin()])
-            membership.owned[owner] = np.append(membership.owned[owner], membership.owned[i])
-            atlas.frontier.move_home(table, [i], owner)
-            atlas.edge_ends.move_home([i], owner)
-            across = atlas.creases.of(i)
-            beside = beside.union(
-                atlas.neighbours[i], across, *(atlas.neighbours[j] for j in across)
-            )
-            remove_patches(atlas, [i])
-            hidden.append(i)
-    if hidden:
-        atlas.cells.remove(hidden, rows - set(hidden))
-        reopen(atlas, sorted(beside - set(hidden)))
-    return hidden
-
-
-def _is_hidden(atlas: "Atlas", row: int, neighbours) -> bool:
-    """Whether the kin (m,) of a row, and the creases of its sheet, leave it no cell."""
-    table, rows = atlas.table, np.array([row])
-    if not atlas.cells.corners_of(row):
-        return bool(power_at(table, neighbours, table.site[row]).min() < -table.weight[row])
-    if not atlas.creases.behind(row):
-        return False
-    points = points_over(table, row, DISC * table.core)
-    own = power_at(table, neighbours, points).min(axis=1) >= power_at(table, rows, points)[:, 0]
-    points = points[own]
-    return bool(atlas.creases.beyond(np.tile(rows, len(points)), points).all())
-
-
-def points_over(table: PatchTable, row: int, xy) -> np.ndarray:
-    """(n, 3) points of a patch over places (m, 2) of its tangent plane, scaled; without those
-    where it folds."""
-    z = scaled_height(table.basis, table.mean[row], *xy.T)
-    scaled = np.column_stack([xy, z])[np.isfinite(z)]
-    return scaled * table.radius[row] @ table.axes[row] + table.origin[row]
-
-
-def remove_patches(atlas: "Atlas", rows: list[int]) -> None:
-    """Take patches out of use; their samples are others' by now."""
-    for i in rows:
-        for j in atlas.neighbours[i]:
-            atlas.neighbours[j].discard(i)
-        atlas.neighbours[i] = set()
-        atlas.membership.forget(i)
-    atlas.creases.forget(rows)
-    atlas.table.remove(rows)

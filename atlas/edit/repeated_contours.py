@@ -1,16 +1,12 @@
-"""Repetition: contours that were learned before, found again among the samples about them."""
-
-from typing import TYPE_CHECKING
+"""Repeated contours: those that were learned before, found among the samples about them."""
 
 import numpy as np
 
+from touchatlas.atlas.state import AtlasState
 from touchatlas.patch.geometry.contour import Contour
 
-if TYPE_CHECKING:
-    from touchatlas.atlas.atlas import Atlas
 
-
-def learned_before(atlas: "Atlas", contact, contours: tuple[Contour, ...]) -> bool:
+def learned_before(state: AtlasState, contact, contours: tuple[Contour, ...]) -> bool:
     """Whether the points of any contour of a touch are samples of the atlas already, bit for bit.
 
     Noise repeats no point: what is equal is the same measurement, or an exact one, and tells
@@ -22,13 +18,13 @@ def learned_before(atlas: "Atlas", contact, contours: tuple[Contour, ...]) -> bo
     ----------
     contact : (3,) float, length, world
     """
-    table, membership = atlas.table, atlas.membership
+    table, membership = state.table, state.membership
     paths = [contour.points_in_plane for contour in contours]
     away = [((path - contact) ** 2).sum(axis=1) for path in paths]
     middles = [int(square.argmin()) for square in away]
     reach = np.sqrt(max(square[k] for square, k in zip(away, middles, strict=True)))
     rows = table.index.rows_near(contact, float(reach)).tolist()
-    index = membership.owned_by(set(rows).union(*(atlas.neighbours[row] for row in rows)))
+    index = membership.owned_by(state.neighbours.around(rows))
     samples = membership.pool.points
     first_of = samples[index, 0]
     for path, middle in zip(paths, middles, strict=True):

@@ -1,9 +1,9 @@
 """Partition of unity: many patches, one signed distance with its normal and deviation.
 
-At a query point every patch of one sheet that reaches it has a say, weighted by how near
-its centre is and how sure it is. Which sheet: the nearest one of those whose foot point
-lies in the cell of its own patch. So a patch has no say where its kin know better, and
-strangers (the far side of a thin wall) are never averaged with.
+At a query point the patches of one sheet that reach it are averaged, weighted by how near their
+centres are and how sure they are. Which sheet: that of the owner, the nearest patch among those
+in whose own cell the foot of the point lies. So the far side of a thin wall is never averaged
+with the near side.
 """
 
 from dataclasses import dataclass
@@ -11,8 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from touchatlas.atlas.field.blend_at_edges import own_beyond_edges
-from touchatlas.atlas.field.patch_values import patch_values
-from touchatlas.atlas.graph.sheets import SheetNeighbours, same_sheet
+from touchatlas.atlas.field.patch_values import PatchValues, distances, patch_values
+from touchatlas.atlas.graph.sheets import same_sheet
+from touchatlas.atlas.graph.surface_graph import SurfaceGraph
 from touchatlas.atlas.patches.patch_table import PatchTable
 from touchatlas.patch.geometry.arrays import frozen_array
 
@@ -46,59 +47,80 @@ class Blend:
     patch: np.ndarray
 
 
-def blend(table: PatchTable, neighbours: SheetNeighbours, points, reach: float = np.inf) -> Blend:
-    """Blend of all patches at world points (n, 3).
+class Field:
+    """The blended surface of the patches: what mesh, CAD, planner and evaluation see of it.
 
     Parameters
     ----------
-    table : Table
-    neighbours : Kin
-    points : (n, 3) float, length, world
-    reach : float, length
-        Patches farther than this from a point are not considered there.
-
-    Raises
-    ------
-    ValueError
-        Points not finite or not (n, 3).
+    table : PatchTable
+    graph : SurfaceGraph
 
     Notes
     -----
     The time a point takes depends on how many patches reach it, not on how many there are.
     """
-    points = frozen_array(points, (None, 3), "points")
-    count = len(points)
-    out, patch = np.full((count, 6), np.nan), np.full(count, -1)
-    if table.size:
-        for first in range(0, count, _AT_ONCE):
-            some = slice(first, first + _AT_ONCE)
-            out[some], patch[some] = _means(table, neighbours, points[some], reach)
-    normal = out[:, 3:] / np.sqrt((out[:, 3:] ** 2).sum(axis=1))[:, None]
-    return Blend(out[:, 0], patch >= 0, normal, np.sqrt(out[:, 1]), out[:, 2], patch)
 
+    def __init__(self, table: PatchTable, graph: SurfaceGraph) -> None:
+        self.table, self.graph = table, graph
 
-def _means(table: PatchTable, neighbours: SheetNeighbours, points, reach):
-    """Means (n, 6) of distance, variance, curvature and normal over the patches kin to the
-    leader of each point, NaN without one, and the leaders (n,), -1 without one."""
-    out, patch = np.full((len(points), 6), np.nan), np.full(len(points), -1)
-    rows, which = table.index.near(points)
-    if not len(rows):
+    def at(self, points, reach: float = np.inf) -> Blend:
+        """Blend of all patches at world points (n, 3).
+
+        Parameters
+        ----------
+        points : (n, 3) float, length, world
+        reach : float, length
+            Patches farther than this from a point are not considered there.
+
+        Raises
+        ------
+        ValueError
+            Points not finite or not (n, 3).
+        """
+        points = frozen_array(points, (None, 3), "points")
+        count = len(points)
+        out, patch = np.full((count, 6), np.nan), np.full(count, -1)
+        if self.table.size:
+            for first in range(0, count, _AT_ONCE):
+                some = slice(first, first + _AT_ONCE)
+                out[some], patch[some] = self._means(points[some], reach)
+        normal = out[:, 3:] / np.sqrt((out[:, 3:] ** 2).sum(axis=1))[:, None]
+        return Blend(out[:, 0], patch >= 0, normal, np.sqrt(out[:, 1]), out[:, 2], patch)
+
+    def of_patches(self, rows, points, reach: float = np.inf) -> PatchValues:
+        """What the patches ``rows`` (m,) alone have at world points (m, 3), a pair each."""
+        return patch_values(self.table, self.graph, rows, points, reach)
+
+    def distances(
+        self, rows, points, reach: float = np.inf, trimmed: bool = True, plain: bool = False
+    ):
+        """Of the same pairs distance, normal and whether the foot is in the patch's cell: see
+        ``patch_values.distances``."""
+        return distances(self.table, self.graph, rows, points, reach, trimmed, plain)
+
+    def _means(self, points, reach: float):
+        """Means (n, 6) of distance, variance, curvature and normal over the patches on the sheet
+        of each point's owner, NaN without one, and the owners (n,), -1 without one."""
+        graph = self.graph
+        out, patch = np.full((len(points), 6), np.nan), np.full(len(points), -1)
+        rows, which = self.table.index.near(points)
+        if not len(rows):
+            return out, patch
+        found = self.of_patches(rows, points[which], reach)
+        starts, sizes, owner, is_owned = owners(rows, which, found.distance, found.own)
+        if graph.creases and found.covers is not None:
+            feet = points[which] - found.distance[:, None] * found.numbers[:, 3:]
+            feet[~found.covers] = np.nan
+            pairs = rows, starts, sizes, found.distance, feet
+            own_beyond_edges(graph, *pairs, owner, is_owned)
+        weight = found.weight * same_sheet(graph.neighbours, np.repeat(owner, sizes), rows)
+        total = np.add.reduceat(weight, starts)
+        is_owned &= total > 0.0
+        means = np.add.reduceat(found.numbers * weight[:, None], starts, axis=0)
+        at = which[starts][is_owned]
+        out[at] = means[is_owned] / total[is_owned, None]
+        patch[at] = owner[is_owned]
         return out, patch
-    found = patch_values(table, neighbours, rows, points[which], reach)
-    starts, sizes, owner, is_owned = owners(rows, which, found.distance, found.own)
-    if neighbours.creases and found.covers is not None:
-        feet = points[which] - found.distance[:, None] * found.numbers[:, 3:]
-        feet[~found.covers] = np.nan
-        pairs = rows, starts, sizes, found.distance, feet
-        own_beyond_edges(neighbours.creases, *pairs, owner, is_owned)
-    weight = found.weight * same_sheet(neighbours, np.repeat(owner, sizes), rows)
-    total = np.add.reduceat(weight, starts)
-    is_owned &= total > 0.0
-    means = np.add.reduceat(found.numbers * weight[:, None], starts, axis=0)
-    at = which[starts][is_owned]
-    out[at] = means[is_owned] / total[is_owned, None]
-    patch[at] = owner[is_owned]
-    return out, patch
 
 
 def owners(rows, which, distance, own):

@@ -10,20 +10,21 @@ from collections.abc import Iterable
 import numpy as np
 
 from touchatlas.atlas.graph.creases import Creases
+from touchatlas.atlas.graph.surface_graph import SurfaceGraph
 
 # Faces at an edge lead instead of a foot so many times as far.
 _NEARER = 0.5
 
 
 def own_beyond_edges(
-    creases: Creases, rows, starts, sizes, distance, feet, owner, is_owned
+    graph: SurfaceGraph, rows, starts, sizes, distance, feet, owner, is_owned
 ) -> None:
     """Let the patch lead, at points without a leader (n,), or with one much farther off, whose
     distance is that of the intersection or union of the faces at an edge.
 
     Parameters
     ----------
-    creases : Creases
+    graph : SurfaceGraph
     rows : (m,) int
         Of the pairs of a patch and a point, by point.
     starts, sizes : (n,) int
@@ -48,23 +49,23 @@ def own_beyond_edges(
     some = np.flatnonzero(covers & (~is_owned | (near < _NEARER * far))[place])
     if not len(some):
         return
-    behind, place = creases.crossed(rows[some], feet[some]), place[some]
+    behind, place = graph.visibility.crossed(rows[some], feet[some]), place[some]
     begin = np.flatnonzero(np.r_[True, place[1:] != place[:-1]])
     for first, last in zip(begin, np.r_[begin[1:], len(some)], strict=True):
         patches, point = rows[some[first:last]].tolist(), place[first]
         heights = distance[some[first:last]].tolist()
         # Who lies beyond an edge speaks only together with the face behind it.
-        known = set(patches).union(*(creases.neighbours_of(i) for i in patches))
+        known = set(patches).union(*(graph.neighbours[i] for i in patches))
         order = sorted(range(len(patches)), key=lambda i: abs(heights[i]))
         for i in order:
-            partners = creases.of(patches[i])
+            partners = graph.creases.of(patches[i])
             together = [j for j, other in enumerate(patches) if other in partners]
             if not (together and all(behind[first + j] <= known for j in (i, *together))):
                 continue
             # Beyond the edge that it shares with a face: other edges of its are elsewhere.
             crossed = [j for j in together if patches[j] in behind[first + i]]
             crossed = crossed or [j for j in together if patches[i] in behind[first + j]]
-            best = _winner(creases, patches, heights, i, crossed)
+            best = _winner(graph.creases, patches, heights, i, crossed)
             if not is_owned[point] or abs(heights[best]) < _NEARER * far[point]:
                 owner[point], is_owned[point] = patches[best], True
             break

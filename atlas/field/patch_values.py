@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from touchatlas.atlas.graph.power_diagram import CELL_MARGIN
-from touchatlas.atlas.graph.sheets import SheetNeighbours
+from touchatlas.atlas.graph.surface_graph import SurfaceGraph
 from touchatlas.atlas.patches.normal_equations import left_out
 from touchatlas.atlas.patches.patch_table import PatchTable
 from touchatlas.atlas.residual.gaussian_process import joint_variance, residual_at
@@ -89,19 +89,17 @@ def groups(rows: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
             yield ordered[starts[chosen]], order[starts[chosen, None] + inside]
 
 
-def patch_values(
-    table: PatchTable, neighbours: SheetNeighbours, rows, points, reach: float
-) -> PatchValues:
+def patch_values(table: PatchTable, graph: SurfaceGraph, rows, points, reach: float) -> PatchValues:
     """What the patches ``rows`` (m,) say at world points (m, 3), a pair each.
 
     Patches farther than ``reach`` from a point have no say there.
     """
-    count, lines = len(rows), neighbours.lines()
+    count, lines = len(rows), graph.neighbours.lines()
     out = PatchValues(np.empty(count), np.empty(count), np.empty((count, 6)), np.empty(count, bool))
     for patches, index in groups(rows):
         _fill_values(table, lines, patches, index, points[index], reach, out)
-    if neighbours.creases:
-        seen = neighbours.creases.sees(
+    if graph.creases:
+        seen = graph.visibility.sees(
             rows, points - out.distance[:, None] * out.numbers[:, 3:], out.own
         )
         return replace(out, own=seen, covers=out.own)
@@ -110,7 +108,7 @@ def patch_values(
 
 def distances(
     table: PatchTable,
-    neighbours: SheetNeighbours,
+    graph: SurfaceGraph,
     rows,
     points,
     reach: float,
@@ -120,14 +118,14 @@ def distances(
     """Of the same pairs only the distance (m,), the unit normal (m, 3), and whether the foot is
     in the patch's own cell (m,): if ``trimmed``, as it ends at creases; if ``plain``, by the
     polynomials alone, which hold farther off the surface than those that residuals go with."""
-    count, lines = len(rows), neighbours.lines()
+    count, lines = len(rows), graph.neighbours.lines()
     distance, normals, own = np.empty(count), np.empty((count, 3)), np.empty(count, bool)
     for patches, index in groups(rows):
         here = _PatchesAtPoints(table, patches, points[index], GRADIENT, plain)
         distance[index], normals[index] = here.distance, here.normals
         own[index] = here.own(table, lines, patches, here.inside(reach))
-    if neighbours.creases and trimmed:
-        own = neighbours.creases.sees(rows, points - distance[:, None] * normals, own)
+    if graph.creases and trimmed:
+        own = graph.visibility.sees(rows, points - distance[:, None] * normals, own)
     return distance, normals, own
 
 

@@ -5,34 +5,40 @@ crease is a boundary of two patches of different sheets; three boundaries meet w
 boundary of two kin runs into a crease, and where the creases of three sheets do.
 """
 
+from collections.abc import Mapping
+from dataclasses import replace
 from itertools import combinations
 
-import networkx as nx
 import numpy as np
 
-from touchatlas.atlas.graph.cells import Cells, Triple
-from touchatlas.atlas.graph.creases import Creases
-from touchatlas.atlas.graph.power_diagram import CELL_MARGIN, Boundary, power_at
-from touchatlas.atlas.graph.sheets import SheetNeighbours, radical_share
+from touchatlas.atlas.graph.cells import Pair, Places, Triple
+from touchatlas.atlas.graph.crease_curves import CreaseCurves
+from touchatlas.atlas.graph.creases import Crease, Creases
+from touchatlas.atlas.graph.power_diagram import CELL_MARGIN, MEETS, Boundary, power_at
+from touchatlas.atlas.graph.sheets import SheetNeighbours, radical_parameter
+from touchatlas.atlas.graph.visibility import Visibility
 from touchatlas.atlas.patches.intersect import intersect, patches_at
 from touchatlas.atlas.patches.patch_table import PatchTable
 
-# Patches meet, and a corner is an end of a crease, as far as this share of their radii.
-_MEETS, _END = 1e-6, 0.05
+# A corner is taken for an end of a crease within this many patch radii of it: curves are sampled.
+# Doubled, the two ends of a crease as short as a tenth of a radius would be one.
+_END = 0.05
 
 
-def visible(creases: Creases, places: dict[Triple, np.ndarray]) -> dict[Triple, np.ndarray]:
+def visible_places(visibility: Visibility, places: Places) -> Places:
     """Those of corners or gaps of three kin that lie on this side of all creases."""
-    if not creases or not places:
+    if not places:
         return places
     triples, points = np.array(list(places)), np.array(list(places.values()))
     rows = triples.ravel()
-    seen = creases.sees(rows, np.repeat(points, 3, axis=0), np.ones(len(rows), bool))
+    seen = visibility.sees(rows, np.repeat(points, 3, axis=0), np.ones(len(rows), bool))
     kept = np.asarray(seen.reshape(-1, 3).all(axis=1))
     return {t: p for (t, p), keep in zip(places.items(), kept, strict=True) if keep}
 
 
-def crease_corners(table: PatchTable, neighbours: SheetNeighbours, creases: Creases):
+def crease_corners(
+    table: PatchTable, neighbours: SheetNeighbours, creases: Creases, curves: CreaseCurves
+) -> tuple[Places, Places]:
     """Where two kin and a patch across a crease of both meet, and three creased patches.
 
     Returns
@@ -42,9 +48,12 @@ def crease_corners(table: PatchTable, neighbours: SheetNeighbours, creases: Crea
         the last of the triple.
     """
     two, three = _triples(neighbours, creases)
-    found = {**_on_radicals(table, creases, two), **_of_three(table, creases, three)}
-    corners: dict[Triple, np.ndarray] = {}
-    gaps: dict[Triple, np.ndarray] = {}
+    found = {
+        **_on_radicals(table, creases, curves, two),
+        **_of_three(table, curves, three),
+    }
+    corners: Places = {}
+    gaps: Places = {}
     for triple, point in found.items():
         over = _excess(table, neighbours, triple, point)
         if over is not None and over[1] <= CELL_MARGIN:
@@ -67,38 +76,40 @@ def _triples(neighbours: SheetNeighbours, creases: Creases):
     return (np.array(sorted(some), int).reshape(-1, 3) for some in (two, three))
 
 
-def _on_radicals(table: PatchTable, creases: Creases, triples) -> dict[Triple, np.ndarray]:
+def _on_radicals(table: PatchTable, creases: Creases, curves: CreaseCurves, triples) -> Places:
     """Where the boundaries of two kin run into their crease with a third."""
     if not len(triples):
         return {}
     first, second, other = triples.T
-    offset, square, share = radical_share(table, first, second)
+    offset, square, parameter = radical_parameter(table, first, second)
     length = np.sqrt(square)[:, None]
-    middle = table.site[first] + share[:, None] * offset
+    middle = table.site[first] + parameter[:, None] * offset
     planes = (offset / length)[:, None], (middle * offset / length).sum(axis=1)[:, None]
     start = np.array([creases.pairs[min(i, j), max(i, j)].anchor for i, _, j in triples.tolist()])
     found = _met(table, triples, triples[:, [0, 2]], start, planes)
-    return {t: p for t, p in found.items() if _on_lines(table, creases, t, p)}
+    return {t: p for t, p in found.items() if _on_lines(table, creases, curves, t, p)}
 
 
-def _on_lines(table: PatchTable, creases: Creases, triple: Triple, point) -> bool:
+def _on_lines(
+    table: PatchTable, creases: Creases, curves: CreaseCurves, triple: Triple, point
+) -> bool:
     """Whether a point is on the crease of two of three patches, between its ends."""
     for pair in combinations(triple, 2):
-        line = creases.curve(*pair) if creases.sign(*pair) else np.zeros((0, 3))
+        line = curves.curve(*pair) if creases.sign(*pair) else np.zeros((0, 3))
         if len(line):
             along = line[-1] - line[0]
-            share = (point - line[0]) @ along / (along @ along)
+            parameter = (point - line[0]) @ along / (along @ along)
             slack = _END * table.radius[list(pair)].min() / np.sqrt(along @ along)
-            if -slack <= share <= 1.0 + slack:
+            if -slack <= parameter <= 1.0 + slack:
                 return True
     return False
 
 
-def _of_three(table: PatchTable, creases: Creases, triples) -> dict[Triple, np.ndarray]:
+def _of_three(table: PatchTable, curves: CreaseCurves, triples) -> Places:
     """Where three patches meet, if that is an end of the crease of two of them."""
-    ends = [line[[0, -1]] if len(line := creases.curve(i, j)) else None for i, j, _ in triples]
+    ends = [line[[0, -1]] if len(line := curves.curve(i, j)) else None for i, j, _ in triples]
     keep = [e is not None for e in ends]
-    found: dict[Triple, np.ndarray] = {}
+    found: Places = {}
     for side in (0, 1):
         start = np.array([e[side] for e in ends if e is not None]).reshape(-1, 3)
         some = triples[keep]
@@ -107,14 +118,12 @@ def _of_three(table: PatchTable, creases: Creases, triples) -> dict[Triple, np.n
     return found
 
 
-def _met(
-    table: PatchTable, triples, rows, start, planes=None, within=None
-) -> dict[Triple, np.ndarray]:
+def _met(table: PatchTable, triples, rows, start, planes=None, within=None) -> Places:
     """Points where patches ``rows`` (m, k) meet, of the triples where they do."""
     if not len(triples):
         return {}
     seen = intersect(table, rows, start, planes)
-    good = (np.abs(seen.distance) <= _MEETS * table.radius[rows]).all(axis=1)
+    good = (np.abs(seen.distance) <= MEETS * table.radius[rows]).all(axis=1)
     good &= (seen.across <= 1.0).all(axis=1)
     if within is not None:
         offset = seen.points - start
@@ -138,32 +147,31 @@ def _excess(
     return worst
 
 
-def graph_with_creases(
+def boundaries_with_creases(
     table: PatchTable,
     neighbours: SheetNeighbours,
-    creases: Creases,
-    cells: Cells,
-    corners: dict[Triple, np.ndarray],
-) -> nx.Graph:
-    """The dual graph: boundaries on this side of the creases, and the creases themselves."""
-    graph: nx.Graph = nx.Graph()
-    graph.add_nodes_from(cells.graph)
-    ended = {pair for triple in corners for pair in combinations(triple, 2)}
-    for i, j, data in cells.graph.edges(data=True):
-        boundary = data["boundary"]
+    curves: CreaseCurves,
+    visibility: Visibility,
+    boundaries: Mapping[Pair, Boundary],
+    ended: set[Pair],
+) -> dict[Pair, Boundary]:
+    """Boundaries of cells on this side of all creases, and the creases themselves.
+
+    Those of the pairs ``ended`` by a corner may have no points.
+    """
+    out = {}
+    for pair, boundary in boundaries.items():
         points = boundary.points
-        for row in (i, j):
+        for row in pair:
             whole = np.ones(len(points), bool)
-            points = points[creases.sees(np.full(len(points), row), points, whole)]
-        pair = boundary.patches
+            points = points[visibility.sees(np.full(len(points), row), points, whole)]
         if len(points) or pair in ended:
-            kept = Boundary(pair, points, boundary.gap_rms, boundary.normal_gap, boundary.crease)
-            graph.add_edge(*pair, boundary=kept)
-    for pair in creases.pairs:
-        points = _owned_points(table, neighbours, pair, creases.curve(*pair))
+            out[pair] = replace(boundary, points=points)
+    for pair, crease in curves.creases.pairs.items():
+        points = _owned_points(table, neighbours, pair, curves.curve(*pair))
         if len(points) or pair in ended:
-            graph.add_edge(*pair, boundary=_crease_boundary(table, pair, points, creases))
-    return graph
+            out[pair] = _crease_boundary(table, pair, points, crease)
+    return out
 
 
 def _owned_points(table: PatchTable, neighbours: SheetNeighbours, pair, points) -> np.ndarray:
@@ -177,8 +185,8 @@ def _owned_points(table: PatchTable, neighbours: SheetNeighbours, pair, points) 
     return points[keep]
 
 
-def _crease_boundary(table: PatchTable, pair, points, creases: Creases) -> Boundary:
-    where = points if len(points) else creases.pairs[pair].anchor[None]
+def _crease_boundary(table: PatchTable, pair: Pair, points, crease: Crease) -> Boundary:
+    where = points if len(points) else crease.anchor[None]
     normals = patches_at(table, np.tile(pair, (len(where), 1)), where).normals
     cosine = (normals[:, 0] * normals[:, 1]).sum(axis=1)
     angle = float(np.arccos(np.clip(cosine, -1.0, 1.0)).max())

@@ -1,20 +1,20 @@
 """Crease curves: where the polynomials of two patches meet, cut off where a third sheet begins."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from touchatlas.atlas.graph.creases import Creases, Pair
+from touchatlas.atlas.graph.power_diagram import MEETS
+from touchatlas.atlas.graph.sheets import SheetNeighbours
 from touchatlas.atlas.patches.intersect import intersect, patches_at
 from touchatlas.atlas.patches.patch_table import PatchTable
 from touchatlas.patch.geometry.arrays import cross
 
-if TYPE_CHECKING:
-    from touchatlas.atlas.graph.creases import Creases
-
 _COUNT = 17
-# Patches meet where they are no farther from a point, in patch radii, and turn apart by so much.
-_MEETS, _LEAST_SINE = 1e-6, 0.2
+# Sine of the angle at which two patches cross, at least: less, and where they meet is unsure.
+_LEAST_SINE = 0.2
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,56 @@ class Source:
     numbers: tuple[bytes, ...]
 
 
-def sources_of(table: PatchTable, creases: "Creases", pairs) -> list[Source]:
+class CreaseCurves:
+    """The curve of every crease, drawn when it is asked for and kept until its patches change.
+
+    Parameters
+    ----------
+    table : PatchTable
+    neighbours : SheetNeighbours
+    creases : Creases
+    """
+
+    def __init__(self, table: PatchTable, neighbours: SheetNeighbours, creases: Creases) -> None:
+        self._table, self._neighbours, self.creases = table, neighbours, creases
+        self._curves: dict[Pair, np.ndarray] = {}
+        self._sources: dict[Pair, Source] = {}
+        self._current: set[Pair] = set()
+
+    def mark_stale(self, rows: Iterable[int]) -> None:
+        """Curves about rows that changed are to be drawn again, where their source changed."""
+        stale = self._neighbours.around(rows)
+        stale = stale.union(*(self.creases.of(i) for i in stale))
+        self._current = {pair for pair in self._current if stale.isdisjoint(pair)}
+
+    def curve(self, first: int, second: int) -> np.ndarray:
+        """(n, 3) points along the crease of two rows, as far as both reach and no third sheet
+        cuts it off."""
+        pair = min(first, second), max(first, second)
+        if pair not in self._current:
+            self._draw()
+        return self._curves[pair]
+
+    def _draw(self) -> None:
+        """Draw the curves that are not current, but for those whose source is as it was."""
+        stale = sorted(set(self.creases.pairs) - self._current)
+        sources = sources_of(self._table, self.creases, stale)
+        anew = [source for source in sources if self._sources.get(source.pair) != source]
+        lines = dict(self._curves)
+        for source, line in zip(anew, crease_curves(self._table, anew), strict=True):
+            self._sources[source.pair], lines[source.pair] = source, line
+        self._sources = {pair: self._sources[pair] for pair in self.creases.pairs}
+        self._curves = {pair: lines[pair] for pair in self.creases.pairs}
+        self._current = set(self.creases.pairs)
+
+    def typical_length(self) -> float:
+        """Median over the creases of the distance between their ends; infinite without any."""
+        lines = [self.curve(*pair) for pair in self.creases.pairs]
+        ends = np.array([line[-1] - line[0] for line in lines if len(line)]).reshape(-1, 3)
+        return float(np.median(np.sqrt((ends * ends).sum(axis=1)))) if len(ends) else np.inf
+
+
+def sources_of(table: PatchTable, creases: Creases, pairs) -> list[Source]:
     """For each creased pair of rows what its curve is drawn from."""
     numbers, out = _Numbers(table), []
     behind = {i: creases.behind(i) for i in {i for pair in pairs for i in pair}}
@@ -99,8 +148,8 @@ def _sampled(table: PatchTable, both, anchor):
     many = np.repeat(both, _COUNT, axis=0)
     found = intersect(table, many, start.reshape(-1, 3), (planes[0], planes[1].reshape(-1, 1)))
     sine = np.sqrt((cross(found.normals[:, 0], found.normals[:, 1]) ** 2).sum(axis=1))
-    good = (np.abs(found.distance) <= _MEETS * table.radius[many]).all(axis=1)
-    good &= (found.across <= 1.0 + _MEETS).all(axis=1) & (sine >= _LEAST_SINE)
+    good = (np.abs(found.distance) <= MEETS * table.radius[many]).all(axis=1)
+    good &= (found.across <= 1.0 + MEETS).all(axis=1) & (sine >= _LEAST_SINE)
     shape = way.shape
     return found.points.reshape(*shape, 3), good.reshape(shape), np.abs(way).argmin(axis=1)
 

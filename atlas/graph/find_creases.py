@@ -3,9 +3,9 @@
 import numpy as np
 from scipy.spatial import cKDTree
 
-from touchatlas.atlas.graph.creases import Crease
-from touchatlas.atlas.graph.power_diagram import CREASE_ANGLE
-from touchatlas.atlas.graph.sheets import radical_share
+from touchatlas.atlas.graph.creases import Crease, Creases
+from touchatlas.atlas.graph.power_diagram import CREASE_ANGLE, MEETS
+from touchatlas.atlas.graph.sheets import radical_parameter
 from touchatlas.atlas.patches.intersect import intersect
 from touchatlas.atlas.patches.patch_table import PatchTable
 from touchatlas.atlas.patches.sample_membership import SampleMembership
@@ -16,11 +16,13 @@ from touchatlas.atlas.patches.sample_pool import SamplePool
 _STEPS = 1.5
 # Of the samples of a sheet this share must lie on the one side of the other, noise apart.
 _ON_ONE_SIDE, _NOISES = 0.98, 4.0
-# Patches meet that are no farther from a point, in their radii.
-MEETS = 1e-6
 # In smaller patch radii: how far apart the last samples of the two sheets may be, and how far
 # about these the two are compared.
 _APART, _ABOUT = 0.75, 0.25
+
+# Patches that were once creased stay so down to this fraction of the angle, and this far out in
+# patch radii: else they would come and go as patches learn. Closer to one, they do.
+_HOLDS, _REACH = 0.6, 1.1
 
 
 def find_creases(
@@ -52,8 +54,8 @@ def find_creases(
         return {}
     both = np.array(pairs)
     first, second = both.T
-    offset, _, share = radical_share(table, first, second)
-    start = table.site[first] + np.clip(share, 0.0, 1.0)[:, None] * offset
+    offset, _, parameter = radical_parameter(table, first, second)
+    start = table.site[first] + np.clip(parameter, 0.0, 1.0)[:, None] * offset
     seen = intersect(table, both, start)
     good = (np.abs(seen.distance) <= MEETS * table.radius[both]).all(axis=1)
     good &= (seen.across <= 1.0).all(axis=1)
@@ -70,6 +72,25 @@ def find_creases(
         if crease is not None:
             out[min(i, j), max(i, j)] = crease
     return out
+
+
+def move_anchors(table: PatchTable, creases: Creases, rows) -> None:
+    """Move the anchors of the creases of rows that changed onto their patches; drop the creases
+    where these no longer meet at an angle."""
+    pairs = sorted({(min(i, j), max(i, j)) for i in rows for j in creases.of(i)})
+    if not pairs:
+        return
+    both = np.array(pairs)
+    seen = intersect(table, both, np.array([creases.pairs[pair].anchor for pair in pairs]))
+    cosine = (seen.normals[:, 0] * seen.normals[:, 1]).sum(axis=1)
+    holds = np.abs(cosine) <= np.cos(_HOLDS * CREASE_ANGLE)
+    holds &= (seen.across <= _REACH).all(axis=1)
+    holds &= np.abs(seen.distance).max(axis=1) <= MEETS * table.radius[both].min(axis=1)
+    for pair, good, point in zip(pairs, holds, seen.points, strict=True):
+        if good:
+            creases.enter(*pair, Crease(creases.pairs[pair].sign, point))
+        else:
+            creases.drop(*pair)
 
 
 def _crease(table: PatchTable, pool: SamplePool, pair, samples, sine, bias) -> Crease | None:

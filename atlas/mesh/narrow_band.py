@@ -1,26 +1,26 @@
 """The cubes of a lattice that the surface passes, and its side at their corners.
 
-Every patch names the cubes that its core passes; two waves through crossed faces fill what
-is between them. So a cube depends on the patches about it alone, and after a change only the
-corners that a changed patch reaches are asked again.
+Every patch names the cubes that its core passes; two steps of a flood fill through crossed faces
+add what is between them.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from touchatlas.atlas.field.blend import owners
+from touchatlas.atlas.field.blend import Field, owners
 from touchatlas.atlas.field.blend_at_edges import nearest_at_edges, own_beyond_edges
-from touchatlas.atlas.field.patch_values import COVER_MARGIN, distances
-from touchatlas.atlas.graph.sheets import SheetNeighbours
+from touchatlas.atlas.field.patch_values import COVER_MARGIN
 from touchatlas.atlas.mesh.marching_cubes import corners_of, crossed_neighbours, key, unkey
 from touchatlas.atlas.patches.patch_table import PatchTable
 
 # Points of a core, in edges apart over its tangent plane: no more than one on a slope of 45
 # degrees. And how often the cubes grow beyond those that hold such a point.
 _APART, _FLOODS = 0.7, 2
+# Newton steps onto a patch, its least slope there, and how many points are moved at once.
 _NEWTON_STEPS, _LEAST_UPRIGHT, _AT_ONCE = 3, 0.2, 2048
-# Patches farther than this from a corner, in edges, are not considered there.
+# Patches farther than this from a corner, in edges, are not considered there: a cube's diagonal is
+# 1.7. Doubled, nothing but time.
 REACH = 2.0
 
 
@@ -42,10 +42,6 @@ class Corners:
     values: np.ndarray
     owners: np.ndarray
 
-    def only(self, keep) -> "Corners":
-        """Those that are kept (g,)."""
-        return Corners(self.keys[keep], self.values[keep], self.owners[keep])
-
     def at(self, keys) -> np.ndarray:
         """Where keys (...) stand; all of them must be there."""
         return np.searchsorted(self.keys, keys)
@@ -58,20 +54,15 @@ class Corners:
 
     def joined(self, other: "Corners") -> "Corners":
         """These and others, of other keys."""
-        if not len(other.keys):
-            return self
         at, pairs = self.at(other.keys), zip(vars(self).values(), vars(other).values(), strict=True)
         return Corners(*(np.insert(column, at, new) for column, new in pairs))
 
 
-NO_CORNERS = Corners(np.zeros(0, np.int64), np.zeros(0), np.zeros(0, np.int64))
-
-
-def core_cubes(table: PatchTable, rows, start, edge: float) -> dict[int, np.ndarray]:
-    """For each of some rows the keys of the cubes that the patch's core passes."""
+def core_cubes(table: PatchTable, rows, start, edge: float) -> np.ndarray:
+    """(c,) keys of the cubes that the cores of some rows pass, ascending."""
     rows, core = np.asarray(rows, int), table.core * np.sqrt(1.0 + COVER_MARGIN)
     counts = np.ceil(core * table.radius[rows] / (_APART * edge)).astype(int)
-    out: dict[int, np.ndarray] = {}
+    found = [np.zeros(0, np.int64)]
     for count in np.unique(counts).tolist():
         side = core / count * np.arange(-count, count + 1)
         flat = np.stack(np.meshgrid(side, side, [0.0]), axis=-1).reshape(-1, 3)
@@ -80,9 +71,8 @@ def core_cubes(table: PatchTable, rows, start, edge: float) -> dict[int, np.ndar
         for first in range(0, len(alike), step):
             some = alike[first : first + step]
             points = _on_patches(table, some, np.tile(flat, (len(some), 1, 1)), core)
-            keys = key(np.floor((points - start) / edge).astype(np.int64))
-            out |= {row: np.unique(k) for row, k in zip(some.tolist(), keys, strict=True)}
-    return out
+            found.append(np.unique(key(np.floor((points - start) / edge).astype(np.int64))))
+    return np.unique(np.concatenate(found))
 
 
 def _on_patches(table: PatchTable, rows, scaled, core: float) -> np.ndarray:
@@ -96,9 +86,7 @@ def _on_patches(table: PatchTable, rows, scaled, core: float) -> np.ndarray:
     return scaled * radius @ table.axes[rows] + origin
 
 
-def find_cubes(
-    table: PatchTable, neighbours: SheetNeighbours, first, start, edge: float, known: Corners
-):
+def find_cubes(field: Field, first, start, edge: float):
     """Cubes that the surface may pass, from the cubes of all cores ``first`` (c,).
 
     Returns
@@ -106,13 +94,13 @@ def find_cubes(
     cubes : (c,) int
         Keys of those with a corner that is known, ascending.
     corners : Corners
-        ``known`` ones, which are not asked again, and all others of these cubes.
+        Of these cubes.
     """
-    cubes, fresh, corners = first, first, known
+    cubes, fresh = first, first
+    corners = Corners(np.zeros(0, np.int64), np.zeros(0), np.zeros(0, np.int64))
     for flood in range(_FLOODS + 1):
         needed = corners_of(fresh)
-        new = np.unique(needed[~corners.has(needed)])
-        corners = corners.joined(ask(table, neighbours, new, start, edge))
+        corners = corners.joined(ask(field, np.unique(needed[~corners.has(needed)]), start, edge))
         if flood < _FLOODS:
             inside = corners.values[corners.at(needed)]
             whole = ~np.isnan(inside).any(axis=1)
@@ -123,32 +111,31 @@ def find_cubes(
     return cubes[~np.isnan(values).all(axis=1)], corners
 
 
-def ask(table: PatchTable, neighbours: SheetNeighbours, keys, start, edge: float) -> Corners:
-    """The corners of some keys (g,), ascending, by the patch that leads there."""
+def ask(field: Field, keys, start, edge: float) -> Corners:
+    """The corners of some keys (g,), ascending, by the patches that own them."""
+    graph = field.graph
     points = unkey(keys) * edge + start
     values, patch = np.full(len(keys), np.nan), np.full(len(keys), -1)
-    rows, which = table.index.near(points)
-    distance, normals, covers = distances(
-        table, neighbours, rows, points[which], REACH * edge, False, plain=True
+    rows, which = field.table.index.near(points)
+    distance, normals, covers = field.distances(
+        rows, points[which], REACH * edge, False, plain=True
     )
     feet, own = points[which] - distance[:, None] * normals, covers
-    if neighbours.creases:
-        own = neighbours.creases.sees(rows, feet, covers)
+    if graph.creases:
+        own = graph.visibility.sees(rows, feet, covers)
     starts, sizes, owner, is_owned = owners(rows, which, distance, own)
-    if neighbours.creases:
+    if graph.creases:
         feet[~covers] = np.nan
-        own_beyond_edges(neighbours.creases, rows, starts, sizes, distance, feet, owner, is_owned)
+        own_beyond_edges(graph, rows, starts, sizes, distance, feet, owner, is_owned)
     patch[which[starts][is_owned]] = owner[is_owned]
     mine = rows == patch[which]
     values[which[mine]] = distance[mine]
     return Corners(keys, values, patch)
 
 
-def extend(
-    table: PatchTable, neighbours: SheetNeighbours, at, corners: Corners, start, edge: float
-) -> Corners:
-    """The corners with those that no patch knows taken from a patch that leads at another corner
-    of the same cube: the one that puts the surface nearest.
+def extend(field: Field, at, corners: Corners, start, edge: float) -> Corners:
+    """The corners, with values at those that no patch knows: of a patch that owns another corner of
+    the same cube, the one that puts the surface nearest.
 
     ``at`` (c, 8) tells where among the corners those of the cubes stand.
     """
@@ -159,12 +146,12 @@ def extend(
     cube, corner = np.nonzero(owner < 0)
     who = owner[cube]
     pairs = np.repeat(at[cube, corner], who.shape[1])[who.ravel() >= 0]
-    who = who[who >= 0]
-    pairs, who = np.divmod(np.unique(pairs * table.size + who), table.size)
+    who, size = who[who >= 0], field.table.size
+    pairs, who = np.divmod(np.unique(pairs * size + who), size)
     points = unkey(corners.keys[pairs]) * edge + start
-    distance, _, _ = distances(table, neighbours, who, points, np.inf, plain=True)
-    if neighbours.creases:
-        keep = nearest_at_edges(neighbours.creases, who, pairs, distance)
+    distance, _, _ = field.distances(who, points, plain=True)
+    if field.graph.creases:
+        keep = nearest_at_edges(field.graph.creases, who, pairs, distance)
         pairs, who, distance = pairs[keep], who[keep], distance[keep]
     order = np.lexsort((who, np.abs(distance), pairs))
     pairs, first = np.unique(pairs[order], return_index=True)

@@ -6,20 +6,18 @@ near to the crease that slivers would arise are put on it instead.
 """
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from touchatlas.atlas.field.blend import blend
+from touchatlas.atlas.field.blend import Field
 from touchatlas.atlas.graph.crease_curves import side_of
 from touchatlas.atlas.graph.creases import Creases
 from touchatlas.atlas.graph.sheets import SheetNeighbours, same_sheet
+from touchatlas.atlas.graph.surface_graph import SurfaceGraph
 from touchatlas.atlas.mesh.cut_triangles import cut_faces, weld
+from touchatlas.atlas.mesh.surface import Surface
 from touchatlas.atlas.patches.intersect import intersect, patches_at
 from touchatlas.atlas.patches.patch_table import PatchTable
-
-if TYPE_CHECKING:
-    from touchatlas.atlas.mesh.extract import Surface
 
 # A vertex this near to the crease, as a share of its edge, or to a corner is put on it.
 _SNAP = 0.2
@@ -46,39 +44,37 @@ class _Mesh:
     parents: np.ndarray
 
 
-def sharpen(
-    table: PatchTable, neighbours: SheetNeighbours, surface: "Surface", reach: float
-) -> "Surface":
+def sharpen(field: Field, surface: Surface, reach: float) -> Surface:
     """The surface with its triangles cut along the creases.
 
     Parameters
     ----------
-    table : Table
-    neighbours : Kin
+    field : Field
     surface : Surface
     reach : float, length
         Patches farther than this from a vertex are not considered there.
     """
-    creases = neighbours.creases
-    if not creases:
+    table, graph = field.table, field.graph
+    if not graph.creases:
         return surface
-    points, patch = _projected(table, neighbours, surface, reach)
+    points, patch = _projected(field, surface, reach)
     sheets = np.full((len(points), 3), -1)
     sheets[:, 0] = patch
     mesh = _Mesh(points, sheets, np.repeat(np.arange(len(points))[:, None], 2, axis=1))
-    ends, pairs = _crossing(neighbours, surface.faces, patch)
+    ends, pairs = _crossing(graph, surface.faces, patch)
     if not len(ends):
         return replace(surface, vertices=points, patch=patch)
-    cut = _cut_edges(table, neighbours, creases, mesh, ends, pairs)
-    faces, middles = cut_faces(surface.faces, cut, mesh.sheets, neighbours)
-    _fill_middles(table, creases, mesh, middles)
+    cut = _cut_edges(table, graph, mesh, ends, pairs)
+    faces, middles = cut_faces(surface.faces, cut, mesh.sheets, graph.neighbours)
+    _fill_middles(table, mesh, middles)
     return _finished(table, surface, mesh, faces)
 
 
-def _projected(table: PatchTable, neighbours: SheetNeighbours, surface: "Surface", reach: float):
+def _projected(field: Field, surface: Surface, reach: float):
     """Vertices (v, 3) next to the creases moved onto the surface, and the patches (v,) they lie
     in."""
     points, patch = surface.vertices.copy(), surface.patch.copy()
+    neighbours = field.graph.neighbours
     one, two, three = patch[surface.faces].T
     mixed = ~(
         same_sheet(neighbours, one, two)
@@ -87,7 +83,7 @@ def _projected(table: PatchTable, neighbours: SheetNeighbours, surface: "Surface
     )
     zone = np.unique(surface.faces[mixed])
     for _ in range(_PROJECTIONS):
-        seen = blend(table, neighbours, points[zone], reach)
+        seen = field.at(points[zone], reach)
         zone = zone[seen.known]
         step = np.clip(seen.distance[seen.known], -0.5 * reach, 0.5 * reach)
         points[zone] -= step[:, None] * seen.normal[seen.known]
@@ -95,36 +91,32 @@ def _projected(table: PatchTable, neighbours: SheetNeighbours, surface: "Surface
     return points, patch
 
 
-def _crossing(neighbours: SheetNeighbours, faces, patch):
+def _crossing(graph: SurfaceGraph, faces, patch):
     """Edges of the mesh (e, 2) between two sheets, and creased patches (e, 2) of these."""
     ends = np.sort(np.concatenate([faces, np.roll(faces, -1, axis=1)], axis=0).reshape(2, -1).T)
     ends = np.unique(ends, axis=0)
     first, second = patch[ends].T
-    ends = ends[~same_sheet(neighbours, first, second)]
+    ends = ends[~same_sheet(graph.neighbours, first, second)]
     found: dict[tuple[int, int], tuple[int, int] | None] = {}
     for pair in map(tuple, patch[ends].tolist()):
         if pair not in found:
-            found[pair] = _creased(neighbours, *pair)
+            found[pair] = _creased(graph, *pair)
     pairs = [found[pair] for pair in map(tuple, patch[ends].tolist())]
     keep = np.array([pair is not None for pair in pairs], bool)
     both = np.array([pair for pair in pairs if pair is not None], int).reshape(-1, 2)
     return ends[keep], both
 
 
-def _creased(neighbours: SheetNeighbours, first: int, second: int) -> tuple[int, int] | None:
+def _creased(graph: SurfaceGraph, first: int, second: int) -> tuple[int, int] | None:
     """Creased patches of the sheets of two patches: these themselves, if they are."""
-    creases = neighbours.creases
-    assert creases is not None
-    for i in (first, *sorted(neighbours[first])):
-        for j in (second, *sorted(neighbours[second])):
-            if creases.sign(i, j):
+    for i in (first, *sorted(graph.neighbours[first])):
+        for j in (second, *sorted(graph.neighbours[second])):
+            if graph.creases.sign(i, j):
                 return i, j
     return None
 
 
-def _cut_edges(
-    table: PatchTable, neighbours: SheetNeighbours, creases: Creases, mesh: _Mesh, ends, pairs
-) -> dict:
+def _cut_edges(table: PatchTable, graph: SurfaceGraph, mesh: _Mesh, ends, pairs) -> dict:
     """Put a vertex on the crease on every edge (e, 2), or one of its ends where that is near.
 
     Returns
@@ -137,7 +129,7 @@ def _cut_edges(
     low = np.abs(_distance(table, pairs[:, 0], b))
     share = high / np.maximum(high + low, np.finfo(float).tiny)
     length = np.sqrt(((b - a) ** 2).sum(axis=1))
-    points = _on_crease(table, creases, pairs, a + share[:, None] * (b - a), length)
+    points = _on_crease(table, graph.creases, pairs, a + share[:, None] * (b - a), length)
     # The nearest edge decides where a vertex goes that is put on the crease.
     near = np.minimum(share, 1.0 - share)
     snapped = np.where(share <= 0.5, u, v)
@@ -148,7 +140,9 @@ def _cut_edges(
         if near[e] < _SNAP and mesh.sheets[at, 1] < 0:
             mesh.points[at], mesh.sheets[at, :2] = points[e], pairs[e]
     fresh = [
-        e for e, (one, other) in enumerate(ends) if not _share(neighbours, mesh.sheets, one, other)
+        e
+        for e, (one, other) in enumerate(ends)
+        if not _have_common_sheet(graph.neighbours, mesh.sheets, one, other)
     ]
     size = len(mesh.points)
     for place, e in enumerate(fresh):
@@ -157,7 +151,7 @@ def _cut_edges(
     return cut
 
 
-def _share(neighbours: SheetNeighbours, sheets, first: int, second: int) -> bool:
+def _have_common_sheet(neighbours: SheetNeighbours, sheets, first: int, second: int) -> bool:
     """Whether two vertices lie on a common sheet."""
     mine, theirs = ([int(i) for i in sheets[v] if i >= 0] for v in (first, second))
     return any(i == j or i in neighbours[j] for i in mine for j in theirs)
@@ -205,7 +199,7 @@ def _append(mesh: _Mesh, points, pairs, parents) -> None:
     mesh.parents = np.concatenate([mesh.parents, parents])
 
 
-def _fill_middles(table: PatchTable, creases: Creases, mesh: _Mesh, middles) -> None:
+def _fill_middles(table: PatchTable, mesh: _Mesh, middles) -> None:
     """Add the vertices inside triangles between three sheets: on all three, if they meet."""
     if not middles:
         return
@@ -218,7 +212,7 @@ def _fill_middles(table: PatchTable, creases: Creases, mesh: _Mesh, middles) -> 
     _append(mesh, points, rows, corners[:, :2])
 
 
-def _finished(table: PatchTable, surface: "Surface", mesh: _Mesh, faces) -> "Surface":
+def _finished(table: PatchTable, surface: Surface, mesh: _Mesh, faces) -> Surface:
     """The surface of the cut mesh, with its corners welded."""
     count = len(surface.vertices)
     edge = np.median(_away(mesh.points[faces[:, 0]], mesh.points[faces[:, 1]]))

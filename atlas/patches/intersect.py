@@ -1,4 +1,4 @@
-"""Where patches meet: points on several of them at once, by Newton's method."""
+"""Where patches meet: points on several patches and planes at once, by Newton's method."""
 
 from dataclasses import dataclass
 
@@ -6,9 +6,17 @@ import numpy as np
 
 from touchatlas.atlas.patches.patch_table import PatchTable
 
-# One step goes no farther than this share of the smallest patch radius.
+# One step goes no farther than this fraction of the smallest patch radius: doubled, it may lead
+# out of where polynomials hold.
 _LONGEST = 0.5
-_STEPS = 8
+# Steps at most; a point whose last step was shorter than this fraction of the smallest radius is
+# done: the next would be of the square of that.
+_STEPS, _SETTLED = 8, 1e-7
+# A lift starts on a tangent plane, at most a quarter of the radius from the patch: each step about
+# squares that, relative to the radius of curvature.
+_LIFT_STEPS = 3
+# Slopes of a patch along a line are not taken for less, so that a step is never endless.
+_LEAST_SLOPE = 0.2
 # Of normals that are parallel within rounding: their system is singular.
 _SINGULAR = 1e-12
 
@@ -71,18 +79,56 @@ def intersect(table: PatchTable, rows, points, planes=None) -> Intersection:
     -----
     Newton's method with the step of least length: x - J^t (J J^t)^-1 f.
     """
-    longest = _LONGEST * table.radius[rows].min(axis=1, initial=np.inf)
+    points = np.array(points, dtype=float)
+    shortest_radius = table.radius[rows].min(axis=1, initial=np.inf)
+    active = np.arange(len(points))
     for _ in range(_STEPS):
-        seen = patches_at(table, rows, points)
-        rises, values = seen.normals, seen.distance
-        if planes is not None:
-            normals, levels = planes
-            off = np.einsum("mqi,mi->mq", normals, points) - levels
-            rises = np.concatenate([rises, normals], axis=1)
-            values = np.concatenate([values, off], axis=1)
-        square = rises @ rises.transpose(0, 2, 1) + _SINGULAR * np.eye(rises.shape[1])
-        step = (rises.transpose(0, 2, 1) @ np.linalg.solve(square, values[..., None]))[..., 0]
+        some = None if planes is None else (planes[0][active], planes[1][active])
+        step = _newton_step(table, rows[active], points[active], some)
         length = np.sqrt((step * step).sum(axis=1))
-        share = longest / np.maximum(length, longest)
-        points = points - share[:, None] * step
+        longest = _LONGEST * shortest_radius[active]
+        points[active] -= (longest / np.maximum(length, longest))[:, None] * step
+        active = active[length > _SETTLED * shortest_radius[active]]
+        if not len(active):
+            break
     return patches_at(table, rows, points)
+
+
+def _newton_step(table: PatchTable, rows, points, planes) -> np.ndarray:
+    """(m, 3) steps of least length from points to all of their patches and planes."""
+    seen = patches_at(table, rows, points)
+    rises, values = seen.normals, seen.distance
+    if planes is not None:
+        normals, levels = planes
+        off = np.einsum("mqi,mi->mq", normals, points) - levels
+        rises = np.concatenate([rises, normals], axis=1)
+        values = np.concatenate([values, off], axis=1)
+    square = rises @ rises.transpose(0, 2, 1) + _SINGULAR * np.eye(rises.shape[1])
+    step: np.ndarray = rises.transpose(0, 2, 1) @ np.linalg.solve(square, values[..., None])
+    return step[..., 0]
+
+
+def lift(table: PatchTable, rows, points, directions) -> np.ndarray:
+    """Distances along directions from points to patches, by Newton's method on each line.
+
+    Parameters
+    ----------
+    table : PatchTable
+    rows : (m,) int
+    points : (m, k, 3) float, length, world
+    directions : (m, 3) float, unit, world
+        Outward, within about 80 degrees of the patches' normals.
+
+    Returns
+    -------
+    (m, k) float, length
+    """
+    axes, radius = table.axes[rows], table.radius[rows]
+    along = (axes @ directions[..., None])[:, None, :, 0]
+    scaled, out = table.scaled_local(rows, points), np.zeros(points.shape[:2])
+    for _ in range(_LIFT_STEPS):
+        height, upward = table.surface(rows, scaled)
+        step = height / np.maximum((upward * along).sum(axis=-1), _LEAST_SLOPE)
+        scaled = scaled - step[..., None] * along
+        out = out - step * radius[:, None]
+    return out

@@ -24,16 +24,18 @@ SHEET_GAP = 0.25
 SHEET_COSINE = 0.5
 # Squared gradients in a sample's plane are not taken for less: there the plane is near tangent.
 _LEAST_STRETCH = 0.05
+# Where a patch says how sure it is, in radii: half-way to the rim.
+_HALF_WAY = 0.5
 
 
-def on_sheet(table: PatchTable, rows: np.ndarray, points, normals) -> np.ndarray:
-    """(m, n) whether samples (n, 3) may be of each row's sheet: near it and facing as it does.
+def on_sheet_of_each(table: PatchTable, rows: np.ndarray, points, normals) -> np.ndarray:
+    """(m,) whether samples (m, 3) may be of the sheets of rows (m,): near and facing as they do.
 
     Weaker than what it takes to be learned from: samples far from their own patch know their
     normals only within one contour.
     """
-    height, upward = table.surface(rows, table.scaled_local(rows, points))
-    return _faces(table, rows, height, upward, normals, 0.0)
+    height, upward = table.surface(rows, table.scaled_local(rows, points[:, None]))
+    return _faces(table, rows, height, upward, normals[:, None], 0.0)[:, 0]
 
 
 def _faces(table: PatchTable, rows, height, upward, normals, cosine) -> np.ndarray:
@@ -130,3 +132,15 @@ def _solution(table: PatchTable, rows):
     residual = np.sqrt(residual_square(equations, mean) / np.maximum(freedom, 1.0))
     covariance *= np.maximum(1.0, (residual / noise) ** 2)[:, None, None]
     return mean, covariance, residual
+
+
+def half_way_deviation(table: PatchTable, rows: np.ndarray) -> float:
+    """Root mean square over rows of their standard deviation half-way to the rim, length."""
+    angles = np.pi / 4.0 * np.arange(8) + 0.2
+    x, y = _HALF_WAY * np.cos(angles), _HALF_WAY * np.sin(angles)
+    # The height by its curvature alone: it matters little here.
+    z = np.stack([x * x, x * y, y * y]).T @ table.mean[rows, 3:6, None]
+    x, y, z = np.broadcast_arrays(x, y, z[..., 0])
+    terms = monomials(table.basis, x, y, z)[: table.basis.size].transpose(1, 0, 2)
+    variance = table.variance_at(rows, terms).mean(axis=1)
+    return float(np.sqrt(np.mean(table.radius[rows] ** 2 * variance)))

@@ -1,4 +1,6 @@
-"""Table: one growing numpy array for each property of the patches, a row a patch."""
+"""PatchTable: one growing numpy array for each property of the patches, a row a patch."""
+
+from copy import copy
 
 import numpy as np
 
@@ -6,14 +8,10 @@ from touchatlas.atlas.patches.ball_index import BallIndex
 from touchatlas.atlas.patches.monomial_products import products
 from touchatlas.patch.fit.fit_patch import PatchFit
 from touchatlas.patch.fit.smoothness import NormalEquations, scaled_noise
-from touchatlas.patch.geometry.patch import OUTLINE_COUNT, rings
 from touchatlas.patch.geometry.polynomial import GRADIENT, Basis, evaluate_batch, monomials
 
 # Rows that there is room for at first; later an eighth more at a time.
 _ROOM = 64
-
-# An outline is laid anew where it stays within this share of the squared core radius.
-_OWN = 1.05
 
 
 class PatchTable:
@@ -68,10 +66,8 @@ class PatchTable:
             "mean": (t,),
             "variance": (p,),
             "residual": (),
-            "outline": (OUTLINE_COUNT, 3),
-            "outline_open": (OUTLINE_COUNT,),
         }
-        kinds = {"alive": bool, "outline_open": bool}
+        kinds = {"alive": bool}
         self._columns = {
             name: np.zeros((_ROOM, *shape), kinds.get(name, float))
             for name, shape in shapes.items()
@@ -90,25 +86,49 @@ class PatchTable:
 
     def append(self, fit: PatchFit) -> int:
         """Add one fitted patch; returns its row."""
-        patch, row = fit.patch, self.size
+        row = self._make_room()
+        self.size += 1
+        self._begin(row, fit)
+        self._count_length(row, 1.0)
+        self.index.insert(row, fit.patch.frame.origin, fit.patch.radius)
+        return row
+
+    def with_candidate(self, fit: PatchFit) -> tuple["PatchTable", int]:
+        """A table with one more patch, and its row: this one is left as it is.
+
+        The two share their columns, so that a candidate costs no copy: it holds until the next
+        patch is appended, or asked for as a candidate. The index does not know the candidate.
+        """
+        row, trial = self._make_room(), copy(self)
+        trial.size += 1
+        trial._begin(row, fit)
+        return trial, row
+
+    def _make_room(self) -> int:
+        """The next row, for which every column has room."""
+        row = self.size
         if row == len(self._columns["radius"]):
             for name, column in self._columns.items():
                 more = np.zeros((max(row // 8, _ROOM), *column.shape[1:]), column.dtype)
                 self._columns[name] = np.concatenate([column, more])
-        self.size += 1
-        self.site[row] = patch.frame.origin
-        self.alive[row] = self.outline_open[row] = True
-        self.weight[row] = (self.core * patch.radius) ** 2
-        self.condition[row] = patch.condition
-        self.index.insert(row, patch.frame.origin, patch.radius)
-        self._fill(row, fit)
         return row
 
-    def renew(self, row: int, fit: PatchFit) -> None:
+    def _begin(self, row: int, fit: PatchFit) -> None:
+        """Write a fit into a new row, whose cell is about the origin of the patch from now on."""
+        patch = fit.patch
+        self.site[row] = patch.frame.origin
+        self.alive[row] = True
+        self.weight[row] = (self.core * patch.radius) ** 2
+        self.condition[row] = patch.condition
+        self.measurement_std[row] = self.learned[row] = 0.0
+        self._fill(row, fit)
+
+    def replace(self, row: int, fit: PatchFit) -> None:
         """Put a patch that was fitted anew in the place of a row's; its equations are empty."""
         self._count_length(row, -1.0)
         self.index.move(row, fit.patch.frame.origin, fit.patch.radius)
         self._fill(row, fit)
+        self._count_length(row, 1.0)
 
     def _fill(self, row: int, fit: PatchFit) -> None:
         """Write the numbers of a fit, with no equations, into a row."""
@@ -131,7 +151,6 @@ class PatchTable:
         }
         for name, value in values.items():
             self._columns[name][row] = value
-        self._count_length(row, 1.0)
 
     def copy_of(self, row: int) -> dict[str, np.ndarray]:
         """The numbers of a row, for ``put_back``."""
@@ -155,18 +174,12 @@ class PatchTable:
         """Take rows out of use; their numbers are never given again."""
         for row in rows:
             self._count_length(row, -1.0)
-        self.alive[rows] = self.outline_open[rows] = False
+        self.alive[rows] = False
         self.radius[rows] = 0.0
         self.weight[rows] = -np.inf
         for row in rows:
             self.index.remove(row)
             self.residuals.pop(row, None)
-
-    def drop_last(self) -> None:
-        """Take back the last row."""
-        self._count_length(self.size - 1, -1.0)
-        self.size -= 1
-        self.index.remove(self.size)
 
     @property
     def rows(self) -> np.ndarray:
@@ -181,25 +194,6 @@ class PatchTable:
             self._columns[name] = np.concatenate([old[: self.size - len(new)], new])
         for row in self.rows.tolist():
             self.index.insert(row, self.origin[row], self.radius[row])
-
-    def renew_rings(self, rows) -> None:
-        """Lay the outlines of rows on their polynomials as they are now."""
-        self.outline[rows] = self._fresh_rings(rows)
-
-    def ring_shifts(self, rows) -> np.ndarray:
-        """(m,) by how much, in radii, the outlines of rows would move if they were laid now."""
-        offset = self._fresh_rings(rows) - self.outline[rows]
-        return np.sqrt((offset * offset).sum(axis=-1)).max(axis=1) / self.radius[rows]
-
-    def ring_fits(self, rows) -> np.ndarray:
-        """(m,) whether outlines of rows would lie within their cores if they were laid now: origins
-        move, sites do not, and what is beyond a core is not its patch's to cover."""
-        out = self._fresh_rings(rows) - self.site[rows][:, None]
-        return (out * out).sum(axis=-1).max(axis=1) <= _OWN * self.weight[rows]
-
-    def _fresh_rings(self, rows) -> np.ndarray:
-        scaled = rings(self.basis, self.mean[rows], self.core) * self.radius[rows][:, None, None]
-        return scaled @ self.axes[rows] + self.origin[rows][:, None]
 
     def scaled_local(self, rows, points) -> np.ndarray:
         """(m, n, 3) points (m, n, 3) or (n, 3) in each row's frame over its radius."""

@@ -81,17 +81,15 @@ class SampleMembership:
         for i, mine in zip(rows.tolist(), member, strict=True):
             self.fitted[i] = np.concatenate([self.fitted[i], index[mine]])
 
-    def forget(self, row: int) -> None:
+    def append(self) -> None:
+        """Enter the next row, which has no sample yet."""
+        nothing = np.zeros(0, np.int32)
+        self.fitted.append(nothing)
+        self.owned.append(nothing)
+
+    def drop(self, row: int) -> None:
         """A row that is no more has no samples."""
         self.fitted[row] = self.owned[row] = np.zeros(0, np.int32)
-
-    def rebuild(self, row: int) -> None:
-        """Equations of a row from scratch, of the same samples."""
-        table, rows = self._table, np.array([row])
-        for name in ("moments", "rhs", "sum_of_squares", "count"):
-            getattr(table, name)[row] = 0.0
-        index = self.fitted[row]
-        absorb(table, rows, self.pool, index, np.ones((1, len(index)), bool))
 
     def outgrown(self, rows: np.ndarray) -> np.ndarray:
         """Those of the rows whose frame is due to be made anew."""
@@ -172,7 +170,7 @@ class SampleMembership:
         """Enter fits in the places of rows, with equations of the samples offered to them."""
         table = self._table
         for row, fit in zip(rows.tolist(), fits, strict=True):
-            table.renew(row, fit)
+            table.replace(row, fit)
         mine = self._of_rows(rows, offer, 1.0)
         absorb(table, rows, self.pool, mine.index, mine.present)
         for i, index, present in zip(rows.tolist(), mine.index, mine.present, strict=True):

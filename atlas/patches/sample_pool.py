@@ -2,6 +2,10 @@
 
 import numpy as np
 
+# Room for so many samples at first. Twice as much wastes 30 kB.
+_ROOM = 256
+_VECTORS, _FLAGS = ("points", "normals", "across"), ("edges", "visited")
+
 
 class SamplePool:
     """Growing arrays over all samples of an atlas; an index never changes its meaning.
@@ -15,43 +19,40 @@ class SamplePool:
         Normal of the plane that each was tracked in, and is noisy in; zero where unknown.
     edges : (n,) bool
         Whether it is the last of a contour that ended at an edge.
+    visited : (n,) bool
+        Whether a touch about the place brought no patch of its own: another would not, either.
     """
+
+    points: np.ndarray
+    normals: np.ndarray
+    across: np.ndarray
+    edges: np.ndarray
+    visited: np.ndarray
 
     def __init__(self) -> None:
         self._size = 0
-        self._columns = np.zeros((3, 256, 3))
-        self._edges = np.zeros(256, bool)
+        self._columns: dict[str, np.ndarray] = {name: np.zeros((_ROOM, 3)) for name in _VECTORS}
+        self._columns |= {name: np.zeros(_ROOM, bool) for name in _FLAGS}
 
     def __len__(self) -> int:
         return self._size
 
-    @property
-    def points(self) -> np.ndarray:
-        return self._columns[0, : self._size]
+    def __getattr__(self, name: str) -> np.ndarray:
+        if name not in (*_VECTORS, *_FLAGS):
+            raise AttributeError(name)
+        return self._columns[name][: self._size]
 
-    @property
-    def normals(self) -> np.ndarray:
-        return self._columns[1, : self._size]
-
-    @property
-    def across(self) -> np.ndarray:
-        return self._columns[2, : self._size]
-
-    @property
-    def edges(self) -> np.ndarray:
-        return self._edges[: self._size]
-
-    def add(self, points, normals, across, edges) -> np.ndarray:
-        """Enter samples (n, 3), edges (n,); returns their indices (n,)."""
+    def add(self, points, normals, across, edges, visited=False) -> np.ndarray:
+        """Enter samples (n, 3), flags (n,); returns their indices (n,)."""
         first, last = self._size, self._size + len(points)
-        if last > self._columns.shape[1]:
+        if last > len(self._columns["points"]):
             # An eighth more: memory is dearer here than one copy of all in a while.
-            room = max(last, self._columns.shape[1] * 9 // 8)
-            self._columns = np.concatenate(
-                [self._columns[:, :first], np.zeros((3, room - first, 3))], axis=1
-            )
-            self._edges = np.concatenate([self._edges[:first], np.zeros(room - first, bool)])
+            room = max(last, len(self._columns["points"]) * 9 // 8) - first
+            for name, column in self._columns.items():
+                more = np.zeros((room, *column.shape[1:]), column.dtype)
+                self._columns[name] = np.concatenate([column[:first], more])
         self._size = last
-        self._columns[:, first:last] = points, normals, across
-        self._edges[first:last] = edges
+        values = points, normals, across, edges, visited
+        for name, value in zip((*_VECTORS, *_FLAGS), values, strict=True):
+            self._columns[name][first:last] = value
         return np.arange(first, last, dtype=np.int32)

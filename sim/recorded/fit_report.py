@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from touchatlas.atlas.store import write_whole
+from touchatlas.atlas.files import write_whole
 from touchatlas.patch.fit.fit_patch import FitOptions, fit_patch
 from touchatlas.patch.geometry.patch import Patch
 from touchatlas.patch.paper.fit_paper import Penalty, fit_paper

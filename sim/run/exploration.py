@@ -11,8 +11,9 @@ from pathlib import Path
 import numpy as np
 
 from touchatlas.atlas.atlas import Atlas
+from touchatlas.atlas.files import write_whole
 from touchatlas.atlas.mesh.extract import Surface, extract_surface
-from touchatlas.atlas.store import save_atlas, write_whole
+from touchatlas.atlas.store import save_atlas
 from touchatlas.planner.loop import Step, explore
 from touchatlas.planner.planner import Planner
 from touchatlas.sim.run.evaluate import EvaluateOptions, Evaluation, Truth, evaluate_surface
@@ -205,10 +206,7 @@ def truth_of(obj, tolerance: float, rng, options: EvaluateOptions = EvaluateOpti
 
 def _conclude(obj, atlas: Atlas, progress: Progress, folder: Path, noise: float, rng):
     """Surface and numbers of a run, and the files of what was learned."""
-    atlas.refit_all()
-    atlas.fill()
-    atlas.simplify()
-    rough = atlas.learn_residuals()
+    rough = atlas.finish()
     save_atlas(folder / "atlas.npz", atlas)
     start = time.perf_counter()
     surface = extract_surface(atlas) if len(atlas) else None

@@ -9,7 +9,7 @@ import tomllib
 from importlib.metadata import version
 from pathlib import Path
 
-from touchatlas.atlas.store import write_whole
+from touchatlas.atlas.files import write_whole
 
 RUN_FILES = (
     "run.toml",

@@ -9,7 +9,7 @@ import numpy as np
 from rich.box import SIMPLE
 from rich.table import Table
 
-from touchatlas.atlas.store import write_whole
+from touchatlas.atlas.files import write_whole
 from touchatlas.sim.study.tradeoff import MEASURES, SHARES, overall
 from touchatlas.sim.study.tradeoff_methods import PAPER
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from rich.box import SIMPLE
 from rich.table import Table
 
-from touchatlas.atlas.store import write_whole
+from touchatlas.atlas.files import write_whole
 from touchatlas.sim.study.paper.figures import figures
 from touchatlas.sim.study.paper.tables import check_options, paper_tables
 

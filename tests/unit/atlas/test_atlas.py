@@ -1,8 +1,9 @@
 """The atlas against theorems, invariances and its own deviations, on a ball touched all over."""
 
 import io
+import json
 import zipfile
-from pathlib import Path
+from copy import deepcopy
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ import trimesh
 from tests.explored import explored
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.mesh.extract import extract_surface
-from touchatlas.atlas.patches.normal_equations import solve
+from touchatlas.atlas.patches.normal_equations import absorb, solve
 from touchatlas.atlas.records.options import AtlasOptions
 from touchatlas.atlas.records.touch import Touch, TouchStatus
 from touchatlas.atlas.store import load_atlas, save_atlas
@@ -21,8 +22,6 @@ from touchatlas.planner.planner import Planner
 from touchatlas.sim.study.surface_peers import spread_plans
 from touchatlas.sim.world.objects import make_object
 from touchatlas.sim.world.probe import Probe
-
-DATA = Path(__file__).parents[2] / "data"
 
 
 @pytest.fixture(scope="module")
@@ -39,8 +38,8 @@ def test_patch_graph_of_a_ball_has_euler_characteristic_two(ball):
     atlas = ball.atlas
     assert atlas.euler_characteristic() == 2
     # Every boundary of a closed surface ends in two corners, every corner joins three.
-    assert 2 * atlas.graph.number_of_edges() == 3 * len(atlas.cells.corners)
-    assert not atlas.cells.gaps and len(atlas.frontier) == 0
+    assert 2 * atlas.graph.number_of_edges() == 3 * len(atlas.corners)
+    assert not atlas.gaps and len(atlas.frontier) == 0
 
 
 def test_patch_graph_of_a_torus_has_euler_characteristic_zero():
@@ -97,33 +96,42 @@ def test_boundary_lies_on_the_radical_plane_and_on_both_patches(ball):
 
 def test_corners_have_equal_power_of_three(ball):
     table = ball.atlas.table
-    for triple, point in list(ball.atlas.cells.corners.items())[:60]:
+    for triple, point in list(ball.atlas.corners.items())[:60]:
         power = [((point - table.site[i]) ** 2).sum() - table.weight[i] for i in triple]
         assert np.ptp(power) < 1e-6 * table.weight[triple[0]]
 
 
-def assert_equations_are_those_of_the_samples(atlas: Atlas) -> None:
-    """Sums and solutions, made from scratch of the same samples: rounding apart (1e-9)."""
-    table, rows = atlas.table, np.arange(atlas.table.size)
-    learned = {
-        name: getattr(table, name).copy() for name in ("moments", "rhs", "sum_of_squares", "mean")
-    }
-    for row in rows:
-        atlas.membership.rebuild(row)
-    solve(table, rows)
-    for name, before in learned.items():
-        scale = np.abs(before).reshape(len(rows), -1).max(axis=1)
-        error = np.abs(getattr(table, name) - before).reshape(len(rows), -1).max(axis=1)
-        assert (error <= 1e-9 * scale).all(), name
+@pytest.mark.parametrize("seed", range(3))
+def test_sums_of_samples_do_not_depend_on_their_order(ball, seed):
+    """A patch that learns its samples one by one, in any order, ends with the sums of all of them
+    at once: rounding apart, 1e-9 of the largest."""
+    table, membership = deepcopy(ball.atlas.table), ball.atlas.membership
+    rng, names = np.random.default_rng(seed), ("moments", "rhs", "sum_of_squares", "count")
+    for row in rng.choice(table.rows, 5, replace=False).tolist():
+        whole = {name: np.array(getattr(table, name)[row]) for name in names}
+        for name in names:
+            getattr(table, name)[row] = 0.0
+        for index in np.array_split(rng.permutation(membership.fitted[row]), 7):
+            every = np.ones((1, len(index)), bool)
+            absorb(table, np.array([row]), membership.pool, index, every)
+        for name, sums in whole.items():
+            error = np.abs(getattr(table, name)[row] - sums).max()
+            assert error <= 1e-9 * np.abs(sums).max(), name
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_update_equals_a_fit_from_scratch_in_any_order(ball, seed):
-    touches = np.random.default_rng(seed).permutation(len(ball.touches))[:40]
+def test_touches_in_any_order_give_the_same_surface(ball, seed):
+    """Patches differ with the order of the touches, the surface does so within its deviations:
+    two atlases of the same samples disagree by less than each is unsure, at 95 %."""
     atlas = Atlas(ball.atlas.tolerance)
-    for i in touches:
+    for i in np.random.default_rng(seed).permutation(len(ball.touches)):
         atlas.add(ball.touches[i])
-    assert_equations_are_those_of_the_samples(atlas)
+    atlas.validate()
+    points, _ = make_object("sphere").sample(2000, np.random.default_rng(seed))
+    first, second = ball.atlas.blend(points), atlas.blend(points)
+    assert first.known.all() and second.known.mean() > 0.99
+    apart = np.abs(first.distance - second.distance)[second.known]
+    assert np.quantile(apart / first.deviation[second.known], 0.95) < 1.96
 
 
 def test_far_points_are_unknown(ball):
@@ -164,7 +172,7 @@ def test_saved_atlas_comes_back_whole(ball, tmp_path):
     again = load_atlas(path)
     for name in again.table.names:
         assert (getattr(again.table, name) == getattr(ball.atlas.table, name)).all(), name
-    assert again.neighbours == ball.atlas.neighbours
+    assert np.array_equal(again.neighbours.lines(), ball.atlas.neighbours.lines())
     save_atlas(tmp_path / "again.npz", again)
     assert (tmp_path / "again.npz").read_bytes() == path.read_bytes()
 
@@ -178,26 +186,17 @@ def test_loaded_atlas_goes_on_learning(tmp_path):
     assert again.table.mean == pytest.approx(half.atlas.table.mean, rel=1e-9, abs=1e-12)
 
 
-def test_file_of_an_earlier_format_is_read():
-    """Four touches of the ball, written by the version that knew no sample planes."""
-    atlas = load_atlas(DATA / "atlas_format_1.npz")
-    assert len(atlas) == len(atlas.neighbours) == 4
-    assert atlas.point_count == sum(map(len, atlas.membership.owned))
-    radii = np.linalg.norm(atlas.table.origin, axis=1)
-    assert radii == pytest.approx(33.0, abs=5 * 0.02)
-    assert_equations_are_those_of_the_samples(atlas)
-
-
-def test_file_with_whole_matrices_is_read():
-    """Three touches of the ball, written by the version that stored grams and covariances: their
-    inverses lose half the digits at most, where three curves leave a quartic undetermined."""
-    atlas, written = load_atlas(DATA / "atlas_format_2.npz"), np.load(DATA / "atlas_format_2.npz")
-    assert_equations_are_those_of_the_samples(atlas)
-    gram = atlas.table.equations(slice(None)).gram
-    assert gram == pytest.approx(written["table_gram"], rel=1e-9, abs=1e-9 * gram.max())
-    for i, covariance in enumerate(written["table_covariance"]):
-        assert atlas.patch(i).covariance == pytest.approx(covariance, rel=1e-6, abs=1e-12)
-    atlas.validate()
+def test_file_of_another_format_is_refused_with_what_to_do(ball, tmp_path):
+    save_atlas(tmp_path / "a.npz", ball.atlas)
+    with np.load(tmp_path / "a.npz") as file:
+        arrays = {name: file[name] for name in file.files}
+    header = json.loads(arrays["header"].tobytes())
+    for number in (1, 99):
+        text = json.dumps({**header, "format": number}).encode()
+        with open(tmp_path / "b.npz", "wb") as file:
+            np.savez(file, **{**arrays, "header": np.frombuffer(text, np.uint8)})
+        with pytest.raises(ValueError, match=f"has format {number}; .* explore again"):
+            load_atlas(tmp_path / "b.npz")
 
 
 def test_variance_is_that_of_the_covariance(ball):
@@ -248,7 +247,7 @@ def test_damaged_file_is_refused(ball, tmp_path, damage):
         load_atlas(path)
 
 
-@pytest.mark.parametrize("name", ["header", "sample_points", "table_mean", "brought_counts"])
+@pytest.mark.parametrize("name", ["header", "sample_points", "table_mean", "owned_counts"])
 def test_file_with_other_arrays_is_refused(ball, tmp_path, name):
     """Arrays that are not there, or of another length."""
     path = tmp_path / "atlas.npz"

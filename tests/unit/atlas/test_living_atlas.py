@@ -25,7 +25,7 @@ OBJECTS = ("cube", "sphere", "torus", "bottle")
 
 @lru_cache
 def finished(name: str) -> Atlas:
-    """An explored atlas, settled and simplified."""
+    """An explored atlas, refitted and simplified."""
     atlas = Atlas(explored(name).atlas.tolerance)
     for touch in explored(name).touches:
         atlas.add(touch)
@@ -107,15 +107,15 @@ class LivingAtlas(RuleBasedStateMachine):
         self.sound("save", again.table.residuals)
 
     @rule()
-    def settle(self):
+    def refit_all(self):
         self.atlas.refit_all()
-        self.sound("settle")
+        self.sound("refit_all")
 
     @rule()
-    def bridge(self):
+    def fill(self):
         change = self.atlas.fill()
         assert all(i in self.atlas.graph for i in change.added)
-        self.sound("bridge", change.added)
+        self.sound("fill", change.added)
 
     def sound(self, what, changed=True):
         self.done[self.name, what] += bool(changed)
@@ -202,7 +202,7 @@ def test_residuals_leave_the_equations_as_they_are():
     atlas.validate()
 
 
-def test_a_settled_torus_is_closed():
+def test_a_refitted_torus_is_closed():
     """Where three radical planes meet along a line that runs beside the surface is no gap."""
     atlas = deepcopy(explored("torus").atlas)
     atlas.refit_all()

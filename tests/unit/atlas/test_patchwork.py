@@ -44,9 +44,9 @@ def test_every_side_is_shared_by_two_faces_point_by_point(ball):
 
 
 @pytest.mark.parametrize("which", ["ball", "half"])
-def test_loops_are_closed_and_their_corners_are_those_of_the_tiling(which, request):
+def test_loops_are_closed_and_their_corners_are_those_of_the_cells(which, request):
     atlas, faces = request.getfixturevalue(which)
-    corners = {point.tobytes() for point in atlas.cells.corners.values()}
+    corners = {point.tobytes() for point in atlas.corners.values()}
     seen = set()
     for face in faces:
         for side, following in zip(face.sides, face.sides[1:] + face.sides[:1], strict=True):

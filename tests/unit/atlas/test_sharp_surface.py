@@ -6,7 +6,6 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from tests.explored import explored
 from tests.sharp import explored_sharp, sharp_object
 from touchatlas.atlas.mesh.extract import extract_surface
 
@@ -131,10 +130,3 @@ def test_nothing_is_known_beyond_an_edge():
     flap = np.array([[45.0, 0.0, 30.0], [0.0, 45.0, 30.0], [45.0, 45.0, 30.0]])
     seen = atlas.blend(flap)
     assert (~seen.known | (seen.distance > 10.0)).all()
-
-
-def test_bodies_without_edges_blend_as_ever():
-    """Their kin carry creases, but none: nothing is looked at or trimmed."""
-    atlas = explored("sphere").atlas
-    assert not atlas.neighbours.creases
-    assert atlas.corners is atlas.cells.corners and atlas.gaps is atlas.cells.gaps

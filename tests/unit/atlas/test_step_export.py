@@ -92,7 +92,7 @@ def test_closed_atlas_is_one_solid_of_the_balls_volume(ball, gmsh, tmp_path):
     assert volume == pytest.approx(4.0 / 3.0 * np.pi * RADIUS**3, rel=2e-4)
     # The ball's sides and corners, each once.
     counts = [len(gmsh.model.getEntities(dimension)) for dimension in (1, 0)]
-    assert counts == [ball.graph.number_of_edges(), len(ball.cells.corners)]
+    assert counts == [ball.graph.number_of_edges(), len(ball.corners)]
 
 
 def test_other_programs_find_the_same_curvatures_and_normals(ball, gmsh, tmp_path):

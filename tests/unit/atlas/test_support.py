@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.atlas.test_merging import plane
 from tests.explored import explored
 from tests.sharp import explored_sharp, sharp_object
+from tests.unit.atlas.test_merging import plane
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.mesh.extract import extract_surface
 from touchatlas.atlas.mesh.trim import rim, supported
@@ -41,7 +41,7 @@ def test_among_samples_is_within_their_hull():
     """Samples themselves are; places a little farther out than the farthest are not."""
     atlas = half(explored("sphere").touches, 0.1, 0)
     table, membership = atlas.table, atlas.membership
-    row = int(table.rows[table.outline_open[table.rows].any(axis=1)][0])
+    row = int(table.rows[atlas.open_outlines().any(axis=1)][0])
     points = membership.pool.points[membership.fitted[row]]
     assert supported(atlas, np.full(len(points), row), points, np.zeros(len(points))).all()
     along = (points - table.origin[row]) @ table.axes[row, 0]

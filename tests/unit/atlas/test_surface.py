@@ -1,4 +1,4 @@
-"""The surface: marching cubes, curved triangles, the frontier, and renewal touch by touch."""
+"""The surface: marching cubes, curved triangles, the frontier, thin slabs."""
 
 from copy import deepcopy
 from dataclasses import replace
@@ -8,15 +8,8 @@ import pytest
 import trimesh
 
 from tests.explored import explored
-from touchatlas.atlas.atlas import Atlas, AtlasChange
-from touchatlas.atlas.mesh.coarse_mesh import grow_coarse_mesh
-from touchatlas.atlas.mesh.extract import (
-    extract_surface,
-    grow_surface,
-    mean_height,
-    renew_surface,
-    smooth_surface,
-)
+from touchatlas.atlas.atlas import Atlas
+from touchatlas.atlas.mesh.extract import extract_surface, mean_height
 from touchatlas.atlas.mesh.marching_cubes import CORNERS, ends_of, key, triangles, unkey
 from touchatlas.atlas.mesh.pn_triangles import Subdivision
 from touchatlas.atlas.mesh.resolution import cube_edge, gaps_of, patch_resolution, resolution
@@ -123,6 +116,11 @@ def test_triangles_moved_out_by_their_mean_height_lie_about_the_surface(count):
     assert flat < 0.0 and abs(moved) < 0.02 * abs(flat)
 
 
+def sheet_gaps(atlas) -> np.ndarray:
+    """(m,) distances between sheets that turn their backs to each other."""
+    return gaps_of(atlas.field, atlas.surface_graph.outlines, atlas.table.rows)
+
+
 @pytest.fixture(scope="module")
 def half():
     return explored("torus", max_touches=60)
@@ -130,7 +128,7 @@ def half():
 
 def test_surface_is_open_at_the_frontier_and_nowhere_else(half):
     atlas = half.atlas
-    surface, edge = extract_surface(atlas), resolution(atlas)
+    surface, edge = extract_surface(atlas), resolution(atlas, sheet_gaps(atlas))
     rim = boundary_edges(surface.faces)
     seen = atlas.blend(surface.vertices)
     assert len(rim) and seen.known.all()
@@ -166,51 +164,6 @@ def test_surface_is_drawn_as_far_as_it_is_trusted(half):
     assert areas[0] < areas[1] < areas[2]
 
 
-def assert_renewed_as_whole(grown, atlas):
-    coarse = grow_coarse_mesh(atlas.table, atlas.neighbours, grown.coarse.edge)
-    whole = smooth_surface(atlas, coarse, round(coarse.edge / grown.edge))
-    assert (whole.faces == grown.surface.faces).all()
-    # To rounding: other points were asked in the same numpy calls.
-    scale = 1e-12 * np.ptp(whole.vertices)
-    assert grown.surface.vertices == pytest.approx(whole.vertices, abs=scale)
-    assert grown.surface.deviation == pytest.approx(whole.deviation, rel=1e-9)
-    assert (grown.surface.patch == whole.patch).all()
-
-
-def test_surface_renewed_touch_by_touch_is_the_whole_one():
-    touches = explored("torus", max_touches=60).touches
-    atlas = Atlas(0.1)
-    for touch in touches[:40]:
-        atlas.add(touch)
-    grown = grow_surface(atlas)
-    for number, touch in enumerate(touches[40:]):
-        grown = renew_surface(grown, atlas, atlas.add(touch))
-        if number % 7 == 0:
-            assert_renewed_as_whole(grown, atlas)
-
-
-def test_surface_is_renewed_where_a_patch_goes(half):
-    atlas = explored("torus", max_touches=60).atlas
-    grown, row = grow_surface(atlas), 20
-    others = sorted(atlas.neighbours[row])
-    for other in others:
-        atlas.neighbours[other].discard(row)
-    atlas.neighbours[row].clear()
-    atlas.table.index.remove(row)
-    renewed = renew_surface(grown, atlas, AtlasChange(changed=tuple(others), removed=(row,)))
-    assert not (renewed.surface.patch == row).any()
-    assert len(renewed.surface.faces) <= len(grown.surface.faces)
-    assert_renewed_as_whole(renewed, atlas)
-
-
-def test_nothing_changed_leaves_the_surface(half):
-    grown = grow_surface(half.atlas)
-    again = renew_surface(grown, half.atlas, AtlasChange(refused="no contact"))
-    assert (again.surface.faces == grown.surface.faces).all()
-    # To rounding, since the rim is asked anew.
-    assert again.surface.vertices == pytest.approx(grown.surface.vertices, abs=1e-10)
-
-
 def slab(thickness: float, rng, turn=None) -> Atlas:
     """Both sides of a flat slab, touched on a square, without its rim; turned by a matrix."""
     atlas = Atlas(0.05)
@@ -238,11 +191,11 @@ def slab_touches(thickness: float, rng, turn):
 @pytest.mark.parametrize("thickness", [0.1, 0.2, 0.4])
 def test_two_sides_of_a_thin_slab_stay_two_sheets(thickness):
     atlas = slab(thickness, np.random.default_rng(0))
-    table, edge = atlas.table, 0.5 * thickness
+    edge = 0.5 * thickness
     # The noise of a flat patch, a few at most.
-    gaps = gaps_of(table, atlas.neighbours, table.index.rows())
+    gaps = sheet_gaps(atlas)
     assert len(gaps) and gaps == pytest.approx(thickness, abs=5e-3)
-    assert edge <= cube_edge(table, atlas.neighbours, edge, gaps) <= gaps.min()
+    assert edge <= cube_edge(atlas.field, edge, gaps) <= gaps.min()
     surface = extract_surface(atlas, edge)
     up = surface.vertices[:, 2] > 0.0
     assert np.abs(surface.vertices[:, 2]) == pytest.approx(0.5 * thickness, abs=5e-3)
@@ -271,20 +224,5 @@ def test_thin_slabs_have_two_whole_sides(thickness, turned):
 
 
 def test_resolution_is_that_of_the_patches_where_no_sheets_are_near(half):
-    assert resolution(half.atlas) == patch_resolution(half.atlas)
-
-
-def test_renewed_surface_grows_finer_when_the_other_side_is_touched():
-    """A face alone bears long triangles; the face behind it, 0.1 away, does not."""
-    touches = list(slab_touches(0.1, np.random.default_rng(0), np.eye(3)))
-    atlas = Atlas(0.05)
-    for touch in touches[::2]:
-        atlas.add(touch)
-    grown = grow_surface(atlas)
-    assert grown.edge == grown.borne > 0.3
-    for touch in touches[1::2]:
-        grown = renew_surface(grown, atlas, atlas.add(touch))
-        assert_renewed_as_whole(grown, atlas)
-    assert grown.edge == pytest.approx(0.1 / np.sqrt(3.0), rel=0.1)
-    mesh = trimesh.Trimesh(grown.surface.vertices, grown.surface.faces, process=False)
-    assert [side.euler_number for side in mesh.split(only_watertight=False)] == [1, 1]
+    gaps = sheet_gaps(half.atlas)
+    assert resolution(half.atlas, gaps) == patch_resolution(half.atlas)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.explored import explored
-from touchatlas.atlas.atlas import Atlas, AtlasChange
+from touchatlas.atlas import Atlas, AtlasChange
 from touchatlas.atlas.records.touch import Touch, TouchStatus
 from touchatlas.patch.geometry.curvature import curvatures_from_sections
 from touchatlas.planner.loop import explore
@@ -73,10 +73,17 @@ def test_frontier_is_explored_before_gaps_and_then_nothing_is_left():
     obj = make_object("sphere")
     atlas = Atlas(obj.tolerance)
     probe = Probe(obj, obj.noise_std, np.random.default_rng(1))
-    reasons = [step.plan.reason for step in explore(atlas, p, probe)]
-    assert reasons[0] is Reason.START and Reason.EXPAND in reasons
+    steps = explore(atlas, p, probe)
+    # What was still uncovered when each place was chosen: none, when a gap was.
+    reasons, uncovered = [], [1]
+    for step in steps:
+        reasons.append((step.plan.reason, uncovered[-1]))
+        uncovered.append(len(atlas.frontier))
+    assert reasons[0][0] is Reason.START
+    assert all(left > 0 for reason, left in reasons if reason is Reason.EXPAND)
+    assert all(left == 0 for reason, left in reasons if reason is Reason.CLOSE_GAP)
     assert p.ask(atlas) is None
-    assert len(run.atlas.frontier) == 0 and atlas.table.ring_open.sum() == 0
+    assert len(run.atlas.frontier) == 0 and not atlas.open_outlines().any()
 
 
 def test_budgets_end_the_exploration():

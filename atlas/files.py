@@ -1,0 +1,22 @@
+"""Files written whole or not at all."""
+
+import os
+from pathlib import Path
+
+
+def write_whole(path, data: bytes) -> None:
+    """Write a file so that a crash or a full disk leaves the old one or the new one."""
+    path = Path(path)
+    if path.exists() and not path.is_file():
+        raise OSError(f"{path} is a folder or a device; give the path of a file")
+    part = path.with_name(path.name + ".part")
+    try:
+        with open(part, "wb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(part, path)
+    except OSError as error:
+        part.unlink(missing_ok=True)
+        error.filename = str(path)
+        raise

@@ -1,0 +1,90 @@
+"""SurfaceGraph: which patches meet, where, and what kind of edge that is."""
+
+from collections.abc import Iterable
+from itertools import combinations
+
+import networkx as nx
+
+from touchatlas.atlas.graph.cells import Cells, Places
+from touchatlas.atlas.graph.crease_cells import (
+    boundaries_with_creases,
+    crease_corners,
+    visible_places,
+)
+from touchatlas.atlas.graph.crease_curves import CreaseCurves
+from touchatlas.atlas.graph.creases import Creases
+from touchatlas.atlas.graph.outlines import Outlines
+from touchatlas.atlas.graph.sheets import SheetNeighbours
+from touchatlas.atlas.graph.visibility import Visibility
+from touchatlas.atlas.patches.patch_table import PatchTable
+
+
+class SurfaceGraph:
+    """The relations between the patches of a table, and the places that follow from them.
+
+    Parameters
+    ----------
+    table : PatchTable
+    neighbours : SheetNeighbours
+        Which patches continue each other's sheet.
+    creases : Creases
+        Which patches meet at a sharp edge.
+
+    Attributes
+    ----------
+    curves : CreaseCurves
+    visibility : Visibility
+    cells : Cells
+    outlines : Outlines
+        These follow from the patches and the two relations, and are kept until ``mark_stale``
+        says that something changed.
+    """
+
+    def __init__(self, table: PatchTable, neighbours: SheetNeighbours, creases: Creases) -> None:
+        self._table, self.neighbours, self.creases = table, neighbours, creases
+        self.curves = CreaseCurves(table, self.neighbours, self.creases)
+        self.visibility = Visibility(table, self.neighbours, self.creases, self.curves)
+        self.cells = Cells(table, self.neighbours)
+        self.outlines = Outlines(table, self.neighbours, self.visibility)
+
+    def mark_stale(self, rows: Iterable[int]) -> None:
+        """Rows changed: their polynomials, their neighbours or their creases."""
+        rows = list(rows)
+        about = self.neighbours.around(rows)
+        if self.creases:
+            self.curves.mark_stale(rows)
+            self.visibility.mark_stale()
+            about |= self.neighbours.around(set().union(*(self.creases.of(i) for i in about)))
+        self.outlines.mark_stale(about)
+        self.cells.mark_stale(rows)
+
+    @property
+    def corners(self) -> Places:
+        """Ascending triples of rows to the point (3,) where three boundaries meet."""
+        corners = self.cells.corners
+        if not self.creases:
+            return corners
+        return visible_places(self.visibility, corners) | self._at_creases()[0]
+
+    @property
+    def gaps(self) -> Places:
+        """Triples of rows to the point (3,) that their three cores leave uncovered."""
+        gaps = self.cells.gaps
+        if not self.creases:
+            return gaps
+        return visible_places(self.visibility, gaps) | self._at_creases()[1]
+
+    def _at_creases(self) -> tuple[Places, Places]:
+        return crease_corners(self._table, self.neighbours, self.creases, self.curves)
+
+    def as_networkx(self) -> nx.Graph:
+        """A graph of the rows in use; edges carry a ``boundary`` (Boundary)."""
+        graph, boundaries = nx.Graph(), self.cells.boundaries
+        graph.add_nodes_from(self._table.rows.tolist())
+        if self.creases:
+            ended = {pair for triple in self.corners for pair in combinations(triple, 2)}
+            boundaries = boundaries_with_creases(
+                self._table, self.neighbours, self.curves, self.visibility, boundaries, ended
+            )
+        graph.add_edges_from((*pair, {"boundary": b}) for pair, b in boundaries.items())
+        return graph

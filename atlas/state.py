@@ -1,0 +1,218 @@
+"""AtlasState: patches, samples and graph, and what the smallest changes of them are.
+
+What is kept here is what an atlas learned. Cells, outlines and the frontier follow from it: they
+are worked out when they are asked for, and ``mark_stale`` tells them what changed.
+"""
+
+from collections.abc import Iterable
+
+import networkx as nx
+import numpy as np
+
+from touchatlas.atlas.field.blend import Blend, Field
+from touchatlas.atlas.graph.cells import Places
+from touchatlas.atlas.graph.creases import Creases
+from touchatlas.atlas.graph.edge_ends import EdgeEnds
+from touchatlas.atlas.graph.frontier import Frontier
+from touchatlas.atlas.graph.power_diagram import Boundary
+from touchatlas.atlas.graph.sheets import SheetNeighbours
+from touchatlas.atlas.graph.surface_graph import SurfaceGraph
+from touchatlas.atlas.patches.normal_equations import covariance_of, half_way_deviation, solve
+from touchatlas.atlas.patches.patch_table import PatchTable
+from touchatlas.atlas.patches.sample_membership import SampleMembership, prior_of
+from touchatlas.atlas.records.options import AtlasOptions, check_tolerance
+from touchatlas.atlas.residual.hyperparameters import ResidualScale
+from touchatlas.patch.fit.smoothness import SmoothnessPrior, leftover
+from touchatlas.patch.geometry.frame import DarbouxFrame
+from touchatlas.patch.geometry.patch import Patch
+from touchatlas.patch.geometry.polynomial import LocalPolynomial
+
+
+class AtlasState:
+    """What an atlas knows.
+
+    Parameters
+    ----------
+    tolerance : float, length
+        How well the surface is wanted.
+    options : AtlasOptions
+
+    Attributes
+    ----------
+    table : PatchTable
+        The patches' numbers, a row an id.
+    neighbours : SheetNeighbours
+    creases : Creases
+    surface_graph : SurfaceGraph
+        The places where patches meet, by these two relations.
+    membership : SampleMembership
+        The samples, who owns them and who is fitted to them.
+    frontier : Frontier
+    edge_ends : EdgeEnds
+    residual_scale : ResidualScale
+    touches : int
+        How many were added, those that were refused too.
+    """
+
+    def __init__(self, tolerance: float, options: AtlasOptions = AtlasOptions()) -> None:
+        if not isinstance(options, AtlasOptions):
+            raise ValueError(f"options are {options!r}; they must be AtlasOptions")
+        self.tolerance = check_tolerance(tolerance)
+        self.options = options
+        self.table = PatchTable(options.fit.basis, options.fit.core)
+        self.neighbours = SheetNeighbours()
+        self.creases = Creases(self.neighbours)
+        self.surface_graph = SurfaceGraph(self.table, self.neighbours, self.creases)
+        self.membership = SampleMembership(self.table)
+        self.frontier = Frontier(self.table, self.neighbours, self.creases, self.membership)
+        self.edge_ends = EdgeEnds()
+        self.field = Field(self.table, self.surface_graph)
+        self.residual_scale = ResidualScale()
+        self.touches = 0
+
+    def __len__(self) -> int:
+        return len(self.table.index)
+
+    @property
+    def graph(self) -> nx.Graph:
+        """Nodes are patch ids (see ``patch``); edges carry a ``boundary`` (Boundary). To be read:
+        networkx refuses to change it, but its ``copy()``."""
+        return nx.freeze(self.surface_graph.as_networkx())
+
+    @property
+    def corners(self) -> Places:
+        """Ascending triples of ids to the point (3,) where three boundaries meet."""
+        return self.surface_graph.corners
+
+    @property
+    def gaps(self) -> Places:
+        """Triples of ids to the point (3,) that their three cores leave uncovered."""
+        return self.surface_graph.gaps
+
+    @property
+    def closed(self) -> bool:
+        """Whether the patches cover all that they border on: nothing is left to be touched."""
+        places = len(self.frontier) + len(self.edge_ends)
+        return bool(len(self) and not (places or self.open_outlines().any() or self.gaps))
+
+    @property
+    def bias(self) -> float:
+        """Lack of fit that a patch may have, length."""
+        return self.options.bias * self.tolerance
+
+    @property
+    def prior(self) -> SmoothnessPrior:
+        """What the patches so far say about the feature length of the next."""
+        return prior_of(self.table.lengths)
+
+    @property
+    def parameter_count(self) -> int:
+        """Coefficients over all patches."""
+        return len(self) * self.table.basis.size
+
+    @property
+    def point_count(self) -> int:
+        """Samples over all touches."""
+        return len(self.membership.pool)
+
+    def open_outlines(self) -> np.ndarray:
+        """(m, 24) which points of the outlines of the patches in use no cell covers."""
+        return self.surface_graph.outlines.open(self.table.rows)
+
+    def predicted_coverage(self) -> float:
+        """Fraction of the patches' outlines that other patches cover: 1 when nothing is open."""
+        return float(1.0 - self.open_outlines().mean()) if len(self) else 0.0
+
+    def predicted_deviation(self) -> float:
+        """Root mean square over the patches of their deviation half-way to the rim, length."""
+        return half_way_deviation(self.table, self.table.rows) if len(self) else float("inf")
+
+    def euler_characteristic(self) -> int:
+        """V - E + F of the patch graph: patches, boundaries and corners."""
+        return len(self) - self.graph.number_of_edges() + len(self.corners)
+
+    def blend(self, points) -> Blend:
+        """Signed distance, normal, deviation and curvature at world points (n, 3)."""
+        return self.field.at(points)
+
+    def boundary(self, first: int, second: int) -> Boundary:
+        """The boundary of two patches that meet; KeyError where they do not."""
+        self.check(first, second)
+        beside = self.graph[first]
+        if second not in beside:
+            raise KeyError(f"patches {first} and {second} do not meet; {first} meets {[*beside]}")
+        return beside[second]["boundary"]
+
+    def patch(self, patch_id: int) -> Patch:
+        """The patch of an id, as it is now."""
+        self.check(patch_id)
+        table, i = self.table, patch_id
+        return Patch(
+            i,
+            DarbouxFrame(table.origin[i], table.axes[i]),
+            LocalPolynomial(table.basis, table.mean[i].copy(), float(table.radius[i])),
+            covariance_of(table, i).copy(),
+            float(table.radius[i]),
+            table.core,
+            float(table.noise[i]),
+            float(table.residual[i]),
+            int(table.count[i]),
+            float(table.condition[i]),
+            float(leftover(table.basis, table.length_ratio[i])),
+        )
+
+    def check(self, *patch_ids: int) -> None:
+        """KeyError for what is no id of a patch in use."""
+        for i in patch_ids:
+            whole = isinstance(i, int | np.integer) and not isinstance(i, bool)
+            if not (whole and i in self.table.index):
+                raise KeyError(f"no patch {i!r}; the nodes of the graph are the ids in use")
+
+    def mark_stale(self, rows: Iterable[int]) -> None:
+        """Neighbours, creases or samples of rows changed: what follows is to be worked out again.
+        Where their polynomials alone changed, only the graph is to be."""
+        rows = list(rows)
+        self.surface_graph.mark_stale(rows)
+        self.frontier.mark_stale(rows)
+
+    def enter(self, row: int, neighbours: list[int]) -> None:
+        """Make a row of the table a node, with its sheet neighbours."""
+        self.neighbours.append(neighbours)
+        self.membership.append()
+        self.mark_stale([row])
+
+    def remove(self, rows: list[int]) -> None:
+        """Take patches out of use; their samples are others' by now."""
+        self.mark_stale(rows)
+        for row in rows:
+            self.neighbours.isolate(row)
+            self.membership.drop(row)
+        self.creases.forget(rows)
+        self.table.remove(rows)
+
+    def learned(self, rows: np.ndarray) -> tuple[int, ...]:
+        """Solve rows that learned new samples; frame anew those that are due.
+
+        Returns those of them that do not hold what they have learned: they leave out more than
+        a residual is to explain.
+        """
+        solve(self.table, rows)
+        due = self.membership.outgrown(rows)
+        self.refit(due)
+        self.surface_graph.mark_stale(rows.tolist())
+        return self.too_large(due)
+
+    def too_large(self, rows: np.ndarray) -> tuple[int, ...]:
+        """Those of the rows whose degree leaves out more at the rim of the core than a residual is
+        to explain."""
+        table = self.table
+        rim = leftover(table.basis, table.length_ratio[rows])
+        rim = rim * table.core ** (table.basis.degree + 1)
+        most = self.options.detail * self.tolerance
+        return tuple(rows[rim * table.radius[rows] > most].tolist())
+
+    def refit(self, rows) -> None:
+        """Choose frames and priors of patches anew, from all samples about them."""
+        about = [self.membership.known_about(row, self.neighbours[row]) for row in rows.tolist()]
+        self.membership.refit(rows, about, self.bias, self.prior, self.options.fit)
+        self.surface_graph.mark_stale(rows.tolist())
