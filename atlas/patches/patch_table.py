@@ -6,7 +6,7 @@ from touchatlas.atlas.patches.ball_index import BallIndex
 from touchatlas.atlas.patches.monomial_products import products
 from touchatlas.patch.fit.fit_patch import PatchFit
 from touchatlas.patch.fit.smoothness import NormalEquations, scaled_noise
-from touchatlas.patch.geometry.patch import OUTLINE_COUNT, rings
+from touchatlas.patch.geometry.patch import OUTLINE_COUNT, outlines
 from touchatlas.patch.geometry.polynomial import GRADIENT, Basis, evaluate_batch, monomials
 
 # Rows that there is room for at first; later an eighth more at a time.
@@ -198,7 +198,7 @@ class PatchTable:
         return (out * out).sum(axis=-1).max(axis=1) <= _OWN * self.weight[rows]
 
     def _fresh_rings(self, rows) -> np.ndarray:
-        scaled = rings(self.basis, self.mean[rows], self.core) * self.radius[rows][:, None, None]
+        scaled = outlines(self.basis, self.mean[rows], self.core) * self.radius[rows][:, None, None]
         return scaled @ self.axes[rows] + self.origin[rows][:, None]
 
     def scaled_local(self, rows, points) -> np.ndarray:

@@ -9,7 +9,11 @@ from touchatlas.patch.fit.fit_patch import FitOptions
 from touchatlas.patch.fit.smoothness import scaled_noise
 from touchatlas.patch.geometry.arrays import frozen_array
 from touchatlas.patch.geometry.contour import Contour
-from touchatlas.patch.geometry.curvature import curvatures_from_sections, normal_from_tangents
+from touchatlas.patch.geometry.curvature import (
+    curvatures_from_sections,
+    normal_curvature,
+    normal_from_tangents,
+)
 from touchatlas.patch.geometry.frame import DarbouxFrame, any_tangent, axes_from_normal
 from touchatlas.patch.geometry.patch import Patch
 from touchatlas.patch.geometry.polynomial import LocalPolynomial, monge_basis
@@ -175,8 +179,7 @@ def _darboux(point, contours, outward, noise):
         )
     axes = axes_from_normal(normal, any_tangent(normal))
     angles = np.arctan2(tangents @ axes[1], tangents @ axes[0])
-    # Meusnier: of a slanting section's curvature only the part along the normal counts.
-    curvatures = np.array([s.curvature_vector for s in sections]) @ normal
+    curvatures = normal_curvature(np.array([s.curvature_vector for s in sections]), normal)
     stds = np.array([s.curvature_std for s in sections])
     k1, k2, angle, std, umbilic, condition = curvatures_from_sections(curvatures, angles, stds)
     if condition > _WORST_CONDITION:

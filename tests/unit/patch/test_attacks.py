@@ -10,7 +10,7 @@ from touchatlas.patch.fit.fit_patch import FitOptions, fit_patch, fit_patches
 from touchatlas.patch.fit.smoothness import SmoothnessPrior
 from touchatlas.patch.fit.start import UnfitError
 from touchatlas.patch.geometry.contour import Contour, ContourEnd, SamplingPlane
-from touchatlas.patch.geometry.patch import rings
+from touchatlas.patch.geometry.patch import outlines
 from touchatlas.patch.geometry.polynomial import graded_basis
 from touchatlas.patch.paper.fit_paper import Penalty, fit_paper
 
@@ -140,7 +140,7 @@ def test_a_radius_limit_below_the_sampling_is_refused():
 
 def test_the_outline_of_a_polynomial_that_folds_stays_at_its_distance():
     basis = graded_basis(4)
-    scaled = rings(basis, np.full((1, basis.size), 50.0), 0.75)[0]
+    scaled = outlines(basis, np.full((1, basis.size), 50.0), 0.75)[0]
     assert np.abs(scaled).max() <= 0.75
 
 

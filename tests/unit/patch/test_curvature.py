@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.laws.appendix_a import curvatures_of_three_sections
 from touchatlas.patch.geometry.curvature import (
     curvatures_from_sections,
-    curvatures_of_three_sections,
     normal_curvature,
     normal_from_tangents,
     principal_directions,
@@ -114,9 +114,7 @@ def test_oblique_sections_of_a_ball_have_its_normal_curvature(tilt):
     """A plane that leans by t cuts a ball of radius r in a circle of radius r cos t."""
     r = 33.0
     toward_centre = np.array([[np.sin(tilt), 0.0, -np.cos(tilt)]])
-    got = normal_curvature(
-        np.array([1.0 / (r * np.cos(tilt))]), toward_centre, np.array([0.0, 0.0, 1.0])
-    )
+    got = normal_curvature(toward_centre / (r * np.cos(tilt)), np.array([0.0, 0.0, 1.0]))
     assert got == pytest.approx([-1.0 / r], rel=1e-12)
 
 

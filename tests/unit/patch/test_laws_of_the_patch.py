@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh, subspace_angles
 
+from tests.laws.appendix_a import curvatures_of_three_sections
 from tests.truths import ball_height, graph_contours, moved, random_rotation
 from touchatlas.patch.fit.fit_patch import FitOptions, PatchFit, fit_patch, fit_patches
 from touchatlas.patch.fit.smoothness import coefficient_precision
@@ -13,7 +14,6 @@ from touchatlas.patch.geometry.contour import Contour, SamplingPlane
 from touchatlas.patch.geometry.curvature import (
     UMBILIC_FALSE_ALARM,
     curvatures_from_sections,
-    curvatures_of_three_sections,
 )
 from touchatlas.patch.geometry.polynomial import Z, evaluate, monge_basis, monomials
 from touchatlas.patch.geometry.section import fit_sections
