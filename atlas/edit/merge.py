@@ -10,7 +10,7 @@ from touchatlas.atlas.graph.power_diagram import power_at
 from touchatlas.atlas.patches.normal_equations import SHEET_COSINE
 from touchatlas.atlas.patches.patch_table import PatchTable
 from touchatlas.atlas.patches.sample_membership import CANDIDATE_REACH, CandidateSamples
-from touchatlas.patch.fit.fit_patch import BORNE, PatchFit
+from touchatlas.patch.fit.fit_patch import BIAS_NOISE_FRACTION, PatchFit
 from touchatlas.patch.fit.refit_patch import refit_patch
 from touchatlas.patch.fit.start import UnfitError
 from touchatlas.patch.geometry.frame import DarbouxFrame, axes_from_normal
@@ -84,7 +84,7 @@ def noise_of(atlas: "Atlas", rows):
     """(...) of the probe, and of what lack of fit is borne, over rows (..., k): detail is none, it
     would be smoothed away."""
     sensor = np.sqrt((atlas.table.measurement_std[rows] ** 2).mean(axis=-1))
-    return np.hypot(sensor, BORNE * atlas.bias)
+    return np.hypot(sensor, BIAS_NOISE_FRACTION * atlas.bias)
 
 
 def is_upright(patch: Patch) -> bool:

@@ -12,6 +12,12 @@ UMBILIC_LIMIT = -2.0 * np.log(UMBILIC_FALSE_ALARM)
 # Least ratio of singular values for which sections count as distinct directions, rad: rounding
 # of coordinates far from the origin. Doubled, sections twice as far apart are refused.
 _ANGLE_TOLERANCE = 1e-9
+# Largest condition number of sections that a fit accepts: they lie within about 2 degrees of
+# fewer than three directions. Doubled, half that angle is accepted.
+WORST_CONDITION = 1e3
+# Least cosine between the normal and ``outward``: below it rounding would decide the outer side.
+# Doubled, an outward twice as far from tangent is refused.
+LEAST_OUTWARD_COSINE = 1e-9
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,7 +13,7 @@ from touchatlas.patch.geometry.arrays import cross
 _WINDOWS = np.array([1.0, 0.7, 0.5, 0.35])
 # Fewest points of a window: a quadratic leaves two degrees of freedom for its residual. Doubled,
 # contours of 19 points lose their narrowest windows.
-_LEAST_POINTS = 5
+LEAST_POINTS = 5
 # Probability of leaving a window although noise explains it. It is small because the narrowest
 # window has fourteen times the scatter of the widest. Doubled, twice as many are left.
 _FALSE_ALARM = 1e-3
@@ -83,10 +83,10 @@ def fit_sections(point, contours, noise_std: float) -> list[SectionFit]:
     curvature a standard deviation of 6.71 s/(L^2 sqrt n) and the slope one of 1.73 s/(L sqrt n).
     """
     for contour in contours:
-        if len(contour.points) < _LEAST_POINTS:
+        if len(contour.points) < LEAST_POINTS:
             raise ValueError(
                 f"a contour has {len(contour.points)} points; a section fit needs "
-                f"{_LEAST_POINTS} or more: sample more finely or track further"
+                f"{LEAST_POINTS} or more: sample more finely or track further"
             )
     along, across, s, h, inside = _plane_coordinates(point, contours)
     quadratics = _windowed_quadratics(s, h, inside)
@@ -161,7 +161,7 @@ def _plane_coordinates(point, contours):
 def _windowed_quadratics(s, h, inside) -> _Quadratics:
     """Quadratic fits of every contour in every window."""
     distance = np.where(inside > 0, np.abs(s), np.inf)
-    nearest = np.sort(distance, axis=1)[:, _LEAST_POINTS - 1]
+    nearest = np.sort(distance, axis=1)[:, LEAST_POINTS - 1]
     reach = np.abs(s).max(axis=1)
     width = np.maximum(_WINDOWS * reach[:, None], nearest[:, None])
     mask = (distance[:, None, :] <= width[:, :, None] * (1 + 1e-9)).astype(float)

@@ -1,5 +1,7 @@
 """fit_patch against closed forms, invariances, order of error and its own deviations."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -12,7 +14,6 @@ from tests.truths import (
     random_rotation,
 )
 from touchatlas.patch.fit.fit_patch import FitOptions, fit_patch
-from touchatlas.patch.fit.start import contour_extent
 from touchatlas.patch.geometry.contour import Contour, ContourEnd, SamplingPlane
 
 UP = np.array([0.0, 0.0, 1.0])
@@ -126,7 +127,7 @@ def test_radius_shrinks_where_a_quartic_cannot_hold():
     assert fit_patch(np.zeros(3), plain, UP, bias=0.01).patch.radius > 0.9 * 20.0
 
 
-def test_hard_ends_do_not_limit_the_extent():
+def test_hard_ends_do_not_limit_the_radius():
     contours = graph_contours(ball_height, 10.0, 21, 0.0, np.random.default_rng(6))
     first = contours[0]
     cut = Contour(
@@ -135,10 +136,11 @@ def test_hard_ends_do_not_limit_the_extent():
         0.0,
         (ContourEnd.LOST_CONTACT, ContourEnd.LENGTH_REACHED),
     )
-    whole = contour_extent(np.zeros(3), contours)
-    assert contour_extent(np.zeros(3), (cut, *contours[1:])) == pytest.approx(whole)
-    soft = Contour(cut.points, cut.plane, 0.0, (ContourEnd.TURNED_AWAY, ContourEnd.LENGTH_REACHED))
-    assert contour_extent(np.zeros(3), (soft, *contours[1:])) < 0.3 * whole
+    whole = fit_patch(np.zeros(3), contours, UP).patch.radius
+    hard = fit_patch(np.zeros(3), (cut, *contours[1:]), UP).patch.radius
+    assert hard == pytest.approx(whole, rel=1e-12)
+    soft = replace(cut, ends=(ContourEnd.TURNED_AWAY, ContourEnd.LENGTH_REACHED))
+    assert fit_patch(np.zeros(3), (soft, *contours[1:]), UP).patch.radius < 0.3 * whole
 
 
 def test_fit_refuses_parallel_sections():

@@ -8,7 +8,7 @@ from scipy.linalg import eigh, subspace_angles
 
 from tests.laws.appendix_a import curvatures_of_three_sections
 from tests.truths import ball_height, graph_contours, moved, random_rotation
-from touchatlas.patch.fit.fit_patch import FitOptions, PatchFit, fit_patch, fit_patches
+from touchatlas.patch.fit.fit_patch import FitOptions, PatchFit, fit_patch
 from touchatlas.patch.fit.smoothness import coefficient_precision
 from touchatlas.patch.geometry.contour import Contour, SamplingPlane
 from touchatlas.patch.geometry.curvature import (
@@ -368,38 +368,6 @@ def test_a_motion_moves_the_heights_by_rounding_alone(surface, noise):
         points = 7.3 * scene.verifying @ rotation.T + shift
         error = two.patch.signed_distance(points) / 7.3 - one.signed_distance(scene.verifying)
         assert np.abs(error).max() < 1e-9 * one.radius
-
-
-def difference(one: PatchFit, two: PatchFit, points) -> float:
-    """The largest relative difference of two patches in distance and deviation."""
-    distance = one.patch.signed_distance(points) - two.patch.signed_distance(points)
-    deviation = two.patch.deviation(points) / one.patch.deviation(points) - 1.0
-    return max(np.abs(distance).max() / one.patch.radius, np.abs(deviation).max())
-
-
-def mixed_scenes() -> list[Scene]:
-    return [
-        scene_of(surface, 0, sections, points)
-        for surface in SMOOTH_SURFACES
-        for sections in (3, 4)
-        for points in (9, 12)
-    ]
-
-
-def test_a_batch_of_one_is_the_patch_itself():
-    for scene in mixed_scenes():
-        (only,) = fit_patches([scene.contact], [scene.contours], [scene.normal])
-        assert difference(fit_of(scene), only, scene.verifying) == 0.0
-
-
-def test_patches_of_one_call_are_those_of_many_calls():
-    """With other surfaces, section counts and lengths beside them."""
-    scenes = mixed_scenes()
-    points, sets, outwards = zip(*((s.contact, s.contours, s.normal) for s in scenes), strict=True)
-    for scene, fit in zip(scenes, fit_patches(points, sets, outwards), strict=True):
-        one = fit_of(scene)
-        assert difference(one, fit, scene.verifying) < 1e-9
-        assert fit.patch.condition == pytest.approx(one.patch.condition, rel=1e-9)
 
 
 @pytest.mark.parametrize("surface", SMOOTH_SURFACES)
