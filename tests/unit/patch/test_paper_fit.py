@@ -12,10 +12,9 @@ from tests.truths import (
     random_rotation,
 )
 from touchatlas.patch.paper.fit_paper import (
-    MULTIPLIER_SHARE,
+    MULTIPLIER_FRACTION,
     Penalty,
     fit_paper,
-    multiplier_from_data,
 )
 
 UP = np.array([0.0, 0.0, 1.0])
@@ -81,8 +80,7 @@ def test_the_data_residual_grows_with_the_multiplier():
 
 
 def test_default_multiplier_is_the_papers_at_a_radius_of_20():
-    share = MULTIPLIER_SHARE
-    assert share * 20.0**2 == pytest.approx(0.3)
+    assert pytest.approx(0.3) == MULTIPLIER_FRACTION * 20.0**2
 
 
 @pytest.mark.parametrize("penalty", Penalty)
@@ -137,16 +135,3 @@ def test_what_no_curve_sees_is_uncertain():
 def test_too_few_directions_are_refused(angles, words):
     with pytest.raises(ValueError, match=words):
         fit_paper(np.zeros(3), contours_of(ball_height, angles=angles), UP, Penalty.NONE)
-
-
-@pytest.mark.parametrize("penalty", [Penalty.TOTAL_CURVATURE, Penalty.EXCESS_CURVATURE])
-def test_multiplier_from_data_is_borne_and_scales_as_an_area(penalty):
-    contours = contours_of(ball_height, 0.02, 4)
-    multiplier = multiplier_from_data(np.zeros(3), contours, UP, penalty)
-    least = fit_paper(np.zeros(3), contours, UP, Penalty.NONE)
-    fit = fit_paper(np.zeros(3), contours, UP, penalty, multiplier)
-    # The squared errors may differ by 1.5, and nothing else enters the residuals.
-    assert fit.residual_rms <= np.sqrt(1.5) * least.residual_rms * (1 + 1e-9)
-    larger = tuple(moved(contours, np.eye(3), np.zeros(3), 1000.0))
-    scaled = multiplier_from_data(np.zeros(3), larger, UP, penalty)
-    assert scaled == pytest.approx(1e6 * multiplier, rel=1e-9)
