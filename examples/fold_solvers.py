@@ -20,7 +20,7 @@ from scipy.optimize import minimize
 
 from touchatlas.patch.paper.newton import newton_minimum
 from touchatlas.patch.paper.steepest_descent import sign_frozen_descent
-from touchatlas.patch.paper.total_curvature import fold_problem, frozen_objective
+from touchatlas.patch.paper.total_curvature import fold_problem, objective_and_gradient
 
 # Height over the tangent plane, k1, k2 and half the length of a curve; millimetres.
 SURFACES = {
@@ -71,7 +71,7 @@ def main(seeds="1", *noises) -> None:
         for noise, lam, seed in product(noises or ["0.02"], (0.03, 0.3, 3.0), range(int(seeds))):
             points = curves(height, half_length, float(noise), np.random.default_rng(seed))
             p = fold_problem(points, k1, k2, lam)
-            value = [lambda a, p=p: frozen_objective(p, a)[:2], np.zeros(p.size)]
+            value = [lambda a, p=p: objective_and_gradient(p, a)[:2], np.zeros(p.size)]
             solvers = (
                 lambda p=p: sign_frozen_descent(p).objective,
                 lambda v=value: minimize(*v, jac=True, method="L-BFGS-B").fun,

@@ -23,6 +23,8 @@ def graph_contours(height, reach, count, noise_std, rng, angles=None, tilt=0.0):
         points = s[:, None] * direction
         for _ in range(60):
             rise = (height(points[:, 0], points[:, 1]) - points[:, 2]) / np.cos(tilt)
+            if not rise.any():
+                break
             points = points + rise[:, None] * up
         points = points + noise_std * rng.normal(size=points.shape)
         plane = SamplingPlane(np.zeros(3), np.cross(direction, up))

@@ -20,7 +20,7 @@ from touchatlas.atlas.patches.patch_table import PatchTable
 from touchatlas.atlas.patches.sample_membership import CANDIDATE_REACH
 from touchatlas.atlas.records.change import AtlasChange
 from touchatlas.atlas.state import AtlasState
-from touchatlas.patch.fit.fit_patch import BORNE, PatchFit
+from touchatlas.patch.fit.fit_patch import BIAS_NOISE_FRACTION, PatchFit
 from touchatlas.patch.fit.refit_patch import refit_patch
 from touchatlas.patch.fit.start import UnfitError
 from touchatlas.patch.geometry.frame import DarbouxFrame, axes_from_normal
@@ -103,7 +103,7 @@ def noise_of(state: AtlasState, rows):
     """(...) of the probe, and of what lack of fit is borne, over rows (..., k): detail is none, it
     would be smoothed away."""
     sensor = np.sqrt((state.table.measurement_std[rows] ** 2).mean(axis=-1))
-    return np.hypot(sensor, BORNE * state.bias)
+    return np.hypot(sensor, BIAS_NOISE_FRACTION * state.bias)
 
 
 def middles(table: PatchTable, pairs, normals):

@@ -1,1 +1,1 @@
-"""The default estimator: from contours, or from samples, to the most probable patch."""
+"""The default estimator: the most probable patch, given contours or samples."""

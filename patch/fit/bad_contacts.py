@@ -6,31 +6,36 @@ import numpy as np
 
 from touchatlas.patch.geometry.contour import Contour
 
+# Degree of the polynomial along a contour: it follows an arc of 90 degrees to 2e-4 of its radius.
+# Doubled, contours of 19 points leave too few degrees of freedom to find a bad contact.
 _DEGREE = 6
-# A contact this many deviations off is bad: one in 1.7 million good ones.
-_OUTLIER = 5.0
-# No more than this share of a contour can be told from its shape.
-_LARGEST_SHARE = 0.25
+# Least distance of a bad contact, in standard deviations: one in 1.7 million good ones is as far.
+# Doubled, bad contacts of five to ten deviations stay in the fit.
+OUTLIER = 5.0
+# Largest fraction of a contour's points that may be bad. Doubled, an edge in a contour would be
+# removed as bad contacts instead of being seen.
+_LARGEST_FRACTION = 0.25
+# Fewest degrees of freedom of the residual. Doubled, contours of fewer than 17 points keep all
+# their contacts.
 _LEAST_FREEDOM = 5
 
 
 def without_bad_contacts(contour: Contour) -> Contour:
-    """The contour without the samples that its own smooth course, without them, misses widely.
+    """The contour without samples far off the smooth curve through the other samples.
 
-    A polynomial of degree 6 along the curve, in its plane; the sample with the largest deletion
-    residual goes first, as long as that exceeds five deviations, of the noise or of what the
-    polynomial leaves of the other samples, whichever is more.
+    The curve is a polynomial of degree 6 in the plane. The sample with the largest deletion
+    residual is removed first, as long as that exceeds five standard deviations. The standard
+    deviation is that of the noise or of the other residuals, whichever is larger.
 
     Parameters
     ----------
     contour : Contour
-        One without noise is kept as it is: exact contacts are not bad.
+        A contour without noise is returned unchanged: exact contacts are not bad.
 
     Notes
     -----
-    Deletion residuals: Cook and Weisberg, Residuals and Influence in Regression, section 2.2.
-    They find a bad contact at the end of a contour, which the curve
-    would otherwise follow.
+    Deletion residuals: Cook and Weisberg, Residuals and Influence in Regression, section 2.2. They
+    find a bad contact at the end of a contour, where the curve would otherwise follow it.
 
     Examples
     --------
@@ -44,14 +49,14 @@ def without_bad_contacts(contour: Contour) -> Contour:
     """
     if contour.noise_std == 0.0:
         return contour
-    course = _course(contour)
+    coordinates = _plane_coordinates(contour)
     keep = np.arange(len(contour.points))
-    least = max(_DEGREE + 1 + _LEAST_FREEDOM, len(keep) * (1.0 - _LARGEST_SHARE))
+    least = max(_DEGREE + 1 + _LEAST_FREEDOM, len(keep) * (1.0 - _LARGEST_FRACTION))
     while len(keep) > least:
-        along, across = course[:, keep]
+        along, across = coordinates[:, keep]
         residuals = _deletion_residuals(along, across, contour.noise_std)
         worst = int(residuals.argmax())
-        if residuals[worst] <= _OUTLIER:
+        if residuals[worst] <= OUTLIER:
             break
         keep = np.delete(keep, worst)
     if len(keep) == len(contour.points):
@@ -59,8 +64,8 @@ def without_bad_contacts(contour: Contour) -> Contour:
     return replace(contour, points=contour.points[keep])
 
 
-def _course(contour: Contour) -> np.ndarray:
-    """(2, n) coordinates in the plane, along the contour over its reach and across it."""
+def _plane_coordinates(contour: Contour) -> np.ndarray:
+    """(2, n) coordinates in the plane: along the contour, over its half length, and across it."""
     centred = contour.points_in_plane - contour.points_in_plane.mean(axis=0)
     _, _, axes = np.linalg.svd(centred, full_matrices=False)
     along, across = centred @ axes[0], centred @ axes[1]
@@ -68,13 +73,13 @@ def _course(contour: Contour) -> np.ndarray:
 
 
 def _deletion_residuals(along, across, noise_std: float) -> np.ndarray:
-    """(n,) what each sample is off the curve of the others, in its standard deviations."""
+    """(n,) distance of each sample from the curve of the others, in standard deviations."""
     design = np.polynomial.legendre.legvander(along, _DEGREE)
     q, _ = np.linalg.qr(design)
     residual = across - q @ (q.T @ across)
-    free = np.maximum(1.0 - (q * q).sum(axis=1), np.finfo(float).eps)
-    # Of the others, without each: noise, and what the degree leaves out.
-    square = residual @ residual - residual * residual / free
-    left = np.maximum(square, 0.0) / (len(along) - _DEGREE - 2)
-    spread = np.maximum(np.sqrt(left), max(noise_std, np.finfo(float).eps))
-    return np.abs(residual) / (np.sqrt(free) * spread)
+    # One minus the leverage: the variance of a residual over that of the noise.
+    ratio = np.maximum(1.0 - (q * q).sum(axis=1), np.finfo(float).eps)
+    sum_of_squares = residual @ residual - residual * residual / ratio
+    variance = np.maximum(sum_of_squares, 0.0) / (len(along) - _DEGREE - 2)
+    spread = np.maximum(np.sqrt(variance), max(noise_std, np.finfo(float).eps))
+    return np.abs(residual) / (np.sqrt(ratio) * spread)

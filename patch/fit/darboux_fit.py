@@ -1,4 +1,4 @@
-"""From chosen terms to the patch: polynomial and Darboux frame, each made from the other."""
+"""The polynomial of chosen terms in its own Darboux frame, each found from the other."""
 
 from dataclasses import dataclass, fields, is_dataclass
 
@@ -21,16 +21,29 @@ from touchatlas.patch.geometry.polynomial import (
     monomials,
 )
 
-# A frame is level where the slopes of its polynomial at the origin are this share of what the
-# noise leaves uncertain of them, or rounding is reached.
-_LEVEL, _ROUNDING, _MOST_FRAMES = 0.5, 1e-9, 60
-# Where so many whole turns do not level a frame, they overstep; then it turns by halves.
-_WHOLE_TURNS, _HALF = 12, 0.5
-# Where k1 - k2 is less than this over the radius, rounding would choose the directions.
+# Largest slope at the origin of a finished frame, in standard deviations of the samples' mean.
+# Doubled, frames are tilted by up to one such deviation.
+_SLOPE_TOLERANCE = 0.5
+# Least slope tolerance, rad: rounding of exact contacts. Doubled, heights of exact contacts change
+# by 2e-9 of the radius when the object is rotated.
+_ROUNDING = 1e-9
+# Most frames of one fit. 1 % of random shapes need more than twelve, none of 2,000 needed sixty.
+# Doubled, a fit that does not converge takes twice as long.
+_MOST_FRAMES = 60
+# Frames that rotate by the whole angle; where these do not converge they overshoot. Doubled, such
+# fits take twelve frames more.
+_FULL_STEPS = 12
+# Fraction of the rotation after that. Doubled, frames overshoot for ever.
+_DAMPED_STEP = 0.5
+# Least (k1 - k2) R, no unit: below it rounding would choose the directions. Doubled, umbilics are
+# recognised at twice the difference.
 _NO_DIRECTION = 1e-7
-# Coefficients of x, y and x y; the last is many times less certain.
-_VANISHING, _VANISH_BELOW = [1, 2, 4], np.array([1.0, 1.0, 10.0])
-_LEAST_STRETCH = 0.05
+# Indices of the coefficients of x, y and x y, which vanish in the Darboux frame, and their
+# tolerances relative to each other: that of x y is about ten times less certain.
+_VANISHING, _RELATIVE_TOLERANCE = [1, 2, 4], np.array([1.0, 1.0, 10.0])
+# Least squared gradient of F within a sampling plane, no unit: it limits a foot to 4.5 times the
+# distance. Doubled, feet on surfaces nearly in their sampling plane are nearer.
+_LEAST_SQUARED_GRADIENT = 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,14 +53,17 @@ class Solution:
     Parameters
     ----------
     stack : Stack
-        In the frames; ``reach`` is the patch radius.
+        In the final frames. ``reach`` is the patch radius.
     basis : Basis
     equations : NormalEquations
     length_ratio, z_scale : (m,) float
+        Parameters of the smoothness prior.
     mean : (m, t) float
+        Coefficients, scaled.
     covariance : (m, t, t) float
-        With what lack of fit adds.
+        Of the coefficients. It is enlarged where residuals exceed the noise.
     residual : (m,) float, scaled
+        Weighted root mean square of the residuals.
     """
 
     stack: Stack
@@ -60,7 +76,7 @@ class Solution:
     residual: np.ndarray
 
     def __getitem__(self, rows) -> "Solution":
-        """Some of them."""
+        """The solution of some of the fits."""
         return Solution(
             *(self.stack[rows], self.basis, self.equations[rows], self.length_ratio[rows]),
             *(self.z_scale[rows], self.mean[rows], self.covariance[rows], self.residual[rows]),
@@ -69,35 +85,35 @@ class Solution:
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """Samples of a stack as its polynomials see them: where they are, and how far off.
+    """Samples of a stack, linearised at the previous polynomial F = z - phi.
 
-    Regressing on noisy coordinates would bias the terms in z. So the monomials are taken at the
-    feet of the samples on the polynomial as it was, and what keeps a sample off its foot goes to
-    the left-hand side: Gauss-Newton for orthogonal distances.
+    Regression on noisy coordinates would bias the terms in z. So the monomials are taken at the
+    feet of the samples on the previous polynomial, and the rest of each sample goes to the
+    right-hand side: the Gauss-Newton method for orthogonal distances.
 
     Parameters
     ----------
     feet : (m, n, 3) float, scaled, local
-    lift : (m, n) float, scaled
-        F of the polynomial as it was, at the samples.
-    stretch : (m, n) float
-        Squared gradient of F there, in the plane that the sample is noisy in.
+    value : (m, n) float, scaled
+        F at the samples.
+    squared_gradient : (m, n) float
+        |grad F|^2 at the samples, within their sampling planes.
     """
 
     feet: np.ndarray
-    lift: np.ndarray
-    stretch: np.ndarray
+    value: np.ndarray
+    squared_gradient: np.ndarray
 
     def system(self, basis: Basis, weight) -> "LinearSystem":
-        """What the coefficients of a polynomial are to solve, with weights (m, n)."""
+        """The least-squares problem of the coefficients, with weights (m, n)."""
         x, y, z = self.feet[..., 0], self.feet[..., 1], self.feet[..., 2]
         phi = monomials(basis, x, y, z)[: basis.size].transpose(1, 0, 2)
-        return LinearSystem(phi, z + self.lift, weight)
+        return LinearSystem(phi, z + self.value, weight)
 
 
 @dataclass(frozen=True, eq=False)
 class LinearSystem:
-    """m weighted least-squares problems: coefficients (t,) @ phi are to be the heights.
+    """m weighted least-squares problems: coefficients (t,) @ phi = heights.
 
     Parameters
     ----------
@@ -112,7 +128,7 @@ class LinearSystem:
     weight: np.ndarray
 
     def __getitem__(self, rows) -> "LinearSystem":
-        """Some of them."""
+        """Some of the problems."""
         return LinearSystem(self.phi[rows], self.heights[rows], self.weight[rows])
 
     def equations(self) -> NormalEquations:
@@ -125,8 +141,8 @@ class LinearSystem:
             np.count_nonzero(self.weight, axis=1).astype(float),
         )
 
-    def misfit(self, mean) -> np.ndarray:
-        """(m, n) heights that coefficients (m, t) leave."""
+    def residuals(self, mean) -> np.ndarray:
+        """(m, n) heights less those of coefficients (m, t)."""
         return self.heights - (mean[:, None] @ self.phi)[:, 0]
 
 
@@ -136,30 +152,22 @@ def raw_samples(stack: Stack) -> Samples:
     return Samples(feet, np.zeros(feet.shape[:2]), np.ones(feet.shape[:2]))
 
 
-def reframed(stack: Stack, basis: Basis, mean, share: float = 1.0) -> tuple[Stack, Samples]:
+def reframed(stack: Stack, basis: Basis, mean, fraction: float = 1.0) -> tuple[Stack, Samples]:
     """The stack in the Darboux frames of its polynomials (m, t), and its samples there.
 
-    Origins go to the polynomials above the old ones; axes turn by a share of the way.
+    Each origin moves along the old normal to the polynomial. Axes rotate by a fraction of the
+    angle to the Darboux frame.
     """
-    scaled = stack.scaled()
-    terms = monomials(basis, scaled[..., 0], scaled[..., 1], scaled[..., 2])
-    phi, px, py, pz = evaluate_batch(basis, mean, terms, GRADIENT)
-    value = scaled[..., 2] - phi
-    gradient = np.empty_like(scaled)
-    gradient[..., 0], gradient[..., 1], gradient[..., 2] = -px, -py, 1.0 - pz
-    # A sample is off within its plane, so its foot lies in it too.
-    across = stack.across @ stack.axes.transpose(0, 2, 1)
-    gradient -= np.einsum("mni,mni->mn", gradient, across)[..., None] * across
-    square = np.maximum(np.einsum("mni,mni->mn", gradient, gradient), _LEAST_STRETCH)
-    feet = scaled - (value / square)[..., None] * gradient
-    local, height, slant = _darboux_axes(basis, mean, share)
+    linear = _linearised(stack, basis, mean)
+    local, height, slope = _darboux_axes(basis, mean, fraction)
+    feet = linear.feet
     feet[..., 2] -= height[:, None]
     shift = (stack.reach * height)[:, None] * stack.axes[:, 2]
-    # The new polynomials have slope 1 along their normal, the old ones have ``slant``.
+    # The new F has slope 1 along its normal, the old one has ``slope``.
     samples = Samples(
         feet @ local.transpose(0, 2, 1),
-        value / slant[:, None],
-        square / (slant * slant)[:, None],
+        linear.value / slope[:, None],
+        linear.squared_gradient / (slope * slope)[:, None],
     )
     stack = Stack(
         stack.origin + shift,
@@ -171,20 +179,39 @@ def reframed(stack: Stack, basis: Basis, mean, share: float = 1.0) -> tuple[Stac
     return stack, samples
 
 
-def _darboux_axes(basis: Basis, mean, share: float):
-    """Axes (m, 3, 3) at the origin of polynomials, local; height (m,) there, and the slope (m,)
-    of F along the new normals. With a share below one the axes turn by about as much less."""
+def _linearised(stack: Stack, basis: Basis, mean) -> Samples:
+    """Feet, F and |grad F|^2 of samples for polynomials (m, t), in the frames of the stack."""
+    scaled = stack.scaled()
+    terms = monomials(basis, scaled[..., 0], scaled[..., 1], scaled[..., 2])
+    phi, px, py, pz = evaluate_batch(basis, mean, terms, GRADIENT)
+    value = scaled[..., 2] - phi
+    gradient = np.empty_like(scaled)
+    gradient[..., 0], gradient[..., 1], gradient[..., 2] = -px, -py, 1.0 - pz
+    # The noise of a sample lies in its sampling plane, so its foot is sought there.
+    across = stack.across @ stack.axes.transpose(0, 2, 1)
+    gradient -= np.einsum("mni,mni->mn", gradient, across)[..., None] * across
+    square = np.einsum("mni,mni->mn", gradient, gradient)
+    square = np.maximum(square, _LEAST_SQUARED_GRADIENT)
+    feet = scaled - (value / square)[..., None] * gradient
+    return Samples(feet, value, square)
+
+
+def _darboux_axes(basis: Basis, mean, fraction: float):
+    """Axes (m, 3, 3) at the origin of polynomials, their height (m,) and dF/dn (m,) there.
+
+    n are the new normals. The axes are rotated by about a fraction of the angle.
+    """
     height, *derivatives = (mean @ basis.at_origin).T
     fx, fy, fxx, fxy, fyy = graph_derivatives(*derivatives)
-    # Exact where the slopes vanish, which is where this ends.
-    angle = (0.5 * share) * np.arctan2(2.0 * fxy, fxx - fyy)
+    # The angle is exact only where the slopes vanish, as they do when the frames converge.
+    angle = (0.5 * fraction) * np.arctan2(2.0 * fxy, fxx - fyy)
     angle = np.where(np.abs(fxx - fyy) + np.abs(2.0 * fxy) > _NO_DIRECTION, angle, 0.0)
-    gx, gy = share * fx, share * fy
+    gx, gy = fraction * fx, fraction * fy
     c, s = np.cos(angle), np.sin(angle)
     local = np.empty((len(mean), 3, 3))
     rise = gx * c + gy * s
-    stretch = 1.0 / np.sqrt(1.0 + rise * rise)
-    local[:, 0, 0], local[:, 0, 1], local[:, 0, 2] = c * stretch, s * stretch, rise * stretch
+    unit = 1.0 / np.sqrt(1.0 + rise * rise)
+    local[:, 0, 0], local[:, 0, 1], local[:, 0, 2] = c * unit, s * unit, rise * unit
     length = np.sqrt(1.0 + gx * gx + gy * gy)
     local[:, 2, 0], local[:, 2, 1], local[:, 2, 2] = -gx / length, -gy / length, 1.0 / length
     local[:, 1] = cross(local[:, 2], local[:, 0])
@@ -194,7 +221,7 @@ def _darboux_axes(basis: Basis, mean, share: float):
 def solve_in_darboux_frame(
     stack: Stack, basis: Basis, mean, weight, length_ratio, z_scale
 ) -> Solution:
-    """Reframe and refit until the linear and cross terms vanish.
+    """Refit the polynomials in their Darboux frames until the terms x, y and x y vanish.
 
     Parameters
     ----------
@@ -203,33 +230,33 @@ def solve_in_darboux_frame(
     mean : (m, t) float
         Coefficients in the frames of the stack.
     weight : (m, n) float
-        Of the squares of F: those of the distances over the squared gradient of F. It stays as it
-        is, for a gradient that may grow where it lowers the weight of misfits would do so.
+        Weights of F^2: those of squared distances over |grad F|^2. They stay fixed. Otherwise the
+        fit could lower the weight of large residuals by making the gradient larger there.
     length_ratio, z_scale : (m,) float
-        Of the smoothness prior.
+        Parameters of the smoothness prior.
     """
     precision = coefficient_precision(basis, length_ratio, z_scale)
     noise = scaled_noise(stack.noise, stack.reach)
     count = np.maximum(np.count_nonzero(weight, axis=1), 1)
-    level = np.maximum(_ROUNDING, _LEVEL * noise / np.sqrt(count))
+    tolerance = np.maximum(_ROUNDING, _SLOPE_TOLERANCE * noise / np.sqrt(count))
     rows, parts, solutions = np.arange(len(length_ratio)), [], []
     for number in range(_MOST_FRAMES):
-        share = 1.0 if number < _WHOLE_TURNS else _HALF
-        stack, samples = reframed(stack, basis, mean, share)
+        fraction = 1.0 if number < _FULL_STEPS else _DAMPED_STEP
+        stack, samples = reframed(stack, basis, mean, fraction)
         system = samples.system(basis, weight[rows])
         equations = system.equations()
         mean = map_coefficients(equations, noise[rows], precision[rows])
-        slopes = np.abs(mean[:, _VANISHING] / _VANISH_BELOW).max(axis=1)
-        # Each is left alone as soon as it is level, whatever the others need.
-        done = (slopes < level[rows]) | (number == _MOST_FRAMES - 1)
+        slopes = np.abs(mean[:, _VANISHING] / _RELATIVE_TOLERANCE).max(axis=1)
+        # A fit ends as soon as it converges, so that its result does not depend on the others.
+        done = (slopes < tolerance[rows]) | (number == _MOST_FRAMES - 1)
         if done.any():
-            level_ones = slice(None) if done.all() else done
-            i = rows[level_ones]
+            ended = slice(None) if done.all() else done
+            i = rows[ended]
             parts.append(i)
             solutions.append(
                 _solution(
-                    *(stack[level_ones], basis, equations[level_ones], length_ratio[i], z_scale[i]),
-                    *(mean[level_ones], system[level_ones], noise[i], precision[i]),
+                    *(stack[ended], basis, equations[ended], length_ratio[i], z_scale[i]),
+                    *(mean[ended], system[ended], noise[i], precision[i]),
                 )
             )
             if len(i) == len(rows):
@@ -239,15 +266,15 @@ def solve_in_darboux_frame(
 
 
 def joined(rows: list[np.ndarray], solutions: list[Solution]) -> Solution:
-    """One solution of several, each of which has the given rows of it."""
+    """One solution of all fits, from solutions of the given rows."""
     if len(solutions) == 1:
         return solutions[0]
     order = np.argsort(np.concatenate(rows))
-    return _together(solutions, order)
+    return _concatenated(solutions, order)
 
 
-def _together(records, order):
-    """A record whose arrays are those of the records, one after the other, in an order."""
+def _concatenated(records, order):
+    """A record with the arrays of all records, concatenated and then put in an order."""
     first = records[0]
     values = []
     for field in fields(first):
@@ -255,7 +282,7 @@ def _together(records, order):
         if isinstance(column[0], np.ndarray):
             values.append(np.concatenate(column)[order])
         elif is_dataclass(column[0]) and not isinstance(column[0], Basis):
-            values.append(_together(column, order))
+            values.append(_concatenated(column, order))
         else:
             values.append(column[0])
     return type(first)(*values)
@@ -264,19 +291,19 @@ def _together(records, order):
 def _solution(
     stack, basis, equations, length_ratio, z_scale, mean, system: LinearSystem, noise, precision
 ) -> Solution:
-    """Covariance and residuals of solved normal equations, and coefficients to the last digits.
+    """Refined coefficients, covariance and residuals of solved normal equations.
 
-    Normal equations square the condition: of exact contacts they lose half the digits of what
-    only the prior says. One step with the misfit of the samples themselves brings these back
-    (iterative refinement: Golub and Van Loan, Matrix Computations, section 3.5.3).
+    Normal equations square the condition. For exact contacts they lose half the digits of the
+    coefficients that only the prior determines. One step with the residuals of the samples
+    restores them (iterative refinement: Golub and Van Loan, Matrix Computations, section 3.5.3).
     """
     covariance = posterior(equations.gram, equations.rhs, noise, precision)[1]
-    pull = system.phi @ (system.weight * system.misfit(mean))[..., None]
-    pull = pull[..., 0] * (noise**-2.0)[:, None] - precision * mean
-    mean = mean + (covariance @ pull[..., None])[..., 0]
+    gradient = system.phi @ (system.weight * system.residuals(mean))[..., None]
+    gradient = gradient[..., 0] * (noise**-2.0)[:, None] - precision * mean
+    mean = mean + (covariance @ gradient[..., None])[..., 0]
     freedom = np.maximum(equations.count - effective_parameters(covariance, precision), 1.0)
-    left = np.einsum("mn,mn->m", system.weight, system.misfit(mean) ** 2)
-    residual = np.sqrt(left / freedom)
+    sum_of_squares = np.einsum("mn,mn->m", system.weight, system.residuals(mean) ** 2)
+    residual = np.sqrt(sum_of_squares / freedom)
     covariance *= np.maximum(1.0, (residual / noise) ** 2)[:, None, None]
     return Solution(stack, basis, equations, length_ratio, z_scale, mean, covariance, residual)
 

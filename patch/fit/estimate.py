@@ -1,4 +1,4 @@
-"""From a stack of samples to solved polynomials: first choice, doubts, and what is done then."""
+"""From a stack of samples to polynomials: a first choice of smoothness, its test, other choices."""
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -14,6 +14,7 @@ from touchatlas.patch.fit.darboux_fit import (
     solve_in_darboux_frame,
 )
 from touchatlas.patch.fit.smoothness import (
+    NormalEquations,
     SmoothnessPrior,
     coefficient_precision,
     leftover,
@@ -26,36 +27,46 @@ from touchatlas.patch.fit.start import Stack, UnfitError
 from touchatlas.patch.fit.term_choice import Choice, candidates_of, choose_terms
 from touchatlas.patch.geometry.polynomial import Basis, monge_basis
 
-# Chi-square a sample beyond which the noise is taken to be larger than stated.
-_MISFIT = 1.3
-# Turn and bend with which the first frame is found.
-_FIRST_SMOOTHNESS = (np.array([0.5]), np.array([0.02]))
-# And those for a patch that ran away with what the evidence chose.
-_TAME_TURN, _TAME_BEND = 0.5, 0.02
-# Samples this much farther out than the patch reaches still help to fit it.
+# Chi-square per sample above which noise is taken to be larger than stated. Doubled, misfits of up
+# to 1.6 times the noise are taken for evidence of terms in z.
+_LARGE_CHI_SQUARE = 1.3
+# Length ratio and z scale of the first frame, and of fits that diverged: a height polynomial of
+# moderate smoothness. Doubled, the first polynomial follows noise more between the curves.
+_FIRST_LENGTH_RATIO, _FIRST_Z_SCALE = 0.5, 0.02
+# Largest distance of a sample in a fit, over the patch radius: samples just outside still help at
+# the rim. Doubled, the polynomial must fit four times the area of the patch.
 _FIT_REACH = 1.25
-# The first choice of terms is doubtful when chi-square is this many deviations too large, or
-# when what the degree leaves out at the rim is this many deviations of the noise.
-_DOUBT, _DOUBTFUL_LEFTOVER = 2.0, 5.0
-# Residuals over the radius, and over the noise, beyond which no terms fit.
-_TORN, _TORN_NOISE = 3e-3, 3.0
+# Least excess of chi-square that makes a choice doubtful, in its standard deviations: one good fit
+# in forty. Doubled, misfits twice as large stay in the first choice.
+_DOUBTFUL_EXCESS = 2.0
+# Least size of the orders above the degree at the rim that makes a choice doubtful, in deviations
+# of the noise. Doubled, patches keep a model error of up to ten deviations there.
+_DOUBTFUL_LEFTOVER = 5.0
+# Residuals above which no terms fit, over the radius and over the noise; both must be exceeded.
+# Doubled, a patch follows steps twice as high instead of becoming smaller.
+_LARGE_RESIDUAL, _LARGE_RESIDUAL_NOISE = 3e-3, 3.0
+# Radii that are tried in turn, over the first: steps of 0.8. With the last doubled, a patch that
+# does not fit at 0.8 becomes no smaller.
 _RADIUS_LEVELS = (0.8, 0.64, 0.5, 0.4)
+# Largest move of a frame that has not diverged: the cosine of 60 degrees, and half the radius.
+# Doubled, the cosine refuses every tilt, and origins may leave the patch.
+_LARGEST_TILT_COSINE, _LARGEST_SHIFT = 0.5, 0.5
 
 
 @dataclass(frozen=True, eq=False)
 class Choices:
-    """First choices for a stack of fits.
+    """The first choice of smoothness for every fit of a stack.
 
     Parameters
     ----------
     stack : Stack
-        In the frames of first polynomials; weights are of the squares of F.
+        In the frames of first polynomials. Weights are those of F^2.
     mean : (m, t) float
-        Coefficients there.
+        Coefficients in these frames.
     length_ratio, z_scale : (m,) float
-        Of highest evidence.
+        Most probable values.
     doubtful : (m,) bool
-        Whether chi-square speaks against them.
+        Whether a test rejects the choice.
     """
 
     stack: Stack
@@ -65,7 +76,7 @@ class Choices:
     doubtful: np.ndarray
 
     def __getitem__(self, rows) -> "Choices":
-        """Some of them."""
+        """The choices of some of the fits."""
         return Choices(
             *(self.stack[rows], self.mean[rows], self.length_ratio[rows], self.z_scale[rows]),
             self.doubtful[rows],
@@ -75,115 +86,130 @@ class Choices:
 def first_choices(
     stack: Stack, basis: Basis, bias: float, prior: SmoothnessPrior, strict: bool = False
 ) -> Choices:
-    """Turn and bend of highest evidence for terms that are given.
+    """Most probable length ratio and z scale for given terms, and whether a test rejects them.
 
     Parameters
     ----------
     stack : Stack
     basis : Basis
     bias : float, length
-        Residuals beyond the noise that are no ground for doubt; infinite for none.
+        Model error that the test allows, standard deviation; infinite counts as none.
     prior : SmoothnessPrior
     strict : bool
-        What the degree leaves out is ground for doubt, too.
+        Whether the size of the orders above the degree is tested, too.
 
     Raises
     ------
     UnfitError
-        When no sample is within reach, or the reach is zero.
+        No sample is within reach, or the reach is zero.
     """
-    if not stack.reach.min() > 0.0:
-        raise UnfitError("a contour ends at the reference point; track past it to both sides")
     stack = _in_reach(stack)
-    if not stack.weight.any(axis=1).all():
-        raise UnfitError("no sample lies within the patch radius; sample more finely or allow more")
     noise = scaled_noise(stack.noise, stack.reach)
-    precision = _first_precision(basis)
-    raw = raw_samples(stack).system(basis, stack.weight).equations()
-    mean = map_coefficients(raw, noise, precision)
-    stack, samples = reframed(stack, basis, mean)
-    stack = replace(stack, weight=stack.weight / samples.stretch)
-    equations = samples.system(basis, stack.weight).equations()
-
+    stack, equations = _in_first_frames(stack, basis, noise)
     length_ratios, z_scales, precisions = smoothness_grid(basis)
-    believed = log_prior(prior, length_ratios, stack.reach[:, None])
-    evidence, chi_square = log_evidence(equations[:, None], noise[:, None], precisions)
-    best = (evidence + believed).argmax(axis=1)
-    chi_square = chi_square[np.arange(len(best)), best]
-    misfit = chi_square / equations.count
-    if misfit.max() > _MISFIT:
-        # What no terms of this degree explain must not speak for any of them, and for those in
-        # z least: detail so fine is no turning on.
-        rough = misfit > _MISFIT
-        spread = (noise * np.sqrt(misfit))[rough]
-        evidence, _ = log_evidence(equations[rough][:, None], spread[:, None], precisions)
-        straight = np.where(z_scales > z_scales.min(), -np.inf, 0.0)
-        believed = np.broadcast_to(believed, (len(rough), len(length_ratios)))[rough]
-        best[rough] = (evidence + believed + straight).argmax(axis=1)
-    borne = (bias / (noise * stack.reach)) ** 2 if np.isfinite(bias) else 0.0
-    limit = equations.count * (1.0 + borne) + _DOUBT * np.sqrt(2.0 * equations.count)
-    doubtful = chi_square > limit
+    best, chi_square = _most_probable(equations, basis, noise, stack.reach, prior)
+    allowed = (bias / (noise * stack.reach)) ** 2 if np.isfinite(bias) else 0.0
+    count = equations.count
+    doubtful = chi_square > count * (1.0 + allowed) + _DOUBTFUL_EXCESS * np.sqrt(2.0 * count)
     mean = map_coefficients(equations, noise, precisions[best])
     if strict:
         doubtful |= leftover(basis, length_ratios[best]) > _DOUBTFUL_LEFTOVER * noise
     return Choices(stack, mean, length_ratios[best], z_scales[best], doubtful)
 
 
-@lru_cache
-def _first_precision(basis: Basis) -> np.ndarray:
-    """(1, t) prior precision with which the first frame is found."""
-    return coefficient_precision(basis, *_FIRST_SMOOTHNESS)
-
-
 def _in_reach(stack: Stack) -> Stack:
-    """The stack without weight for samples out of reach."""
+    """The stack with weight 0 for samples out of reach."""
+    if not stack.reach.min() > 0.0:
+        raise UnfitError("a contour ends at the reference point; track past it to both sides")
     square = np.einsum("mni,mni->mn", stack.offsets, stack.offsets)
     near = square <= (_FIT_REACH * stack.reach[:, None]) ** 2
-    return replace(stack, weight=stack.weight * near)
+    stack = replace(stack, weight=stack.weight * near)
+    if not stack.weight.any(axis=1).all():
+        raise UnfitError("no sample lies within the patch radius; sample more finely or allow more")
+    return stack
+
+
+def _in_first_frames(stack: Stack, basis: Basis, noise) -> tuple[Stack, NormalEquations]:
+    """The stack in the Darboux frames of first polynomials, and the normal equations there."""
+    precision = _first_precision(basis)
+    raw = raw_samples(stack).system(basis, stack.weight).equations()
+    mean = map_coefficients(raw, noise, precision)
+    stack, samples = reframed(stack, basis, mean)
+    stack = replace(stack, weight=stack.weight / samples.squared_gradient)
+    return stack, samples.system(basis, stack.weight).equations()
+
+
+def _most_probable(equations: NormalEquations, basis: Basis, noise, reach, prior):
+    """Index (m,) in the smoothness grid of the largest posterior, and chi-square (m,) there.
+
+    Where chi-square is large, no terms of this degree explain the residuals. There the noise is
+    enlarged to explain them, and terms in z are excluded: they would fit such fine detail.
+    """
+    length_ratios, z_scales, precisions = smoothness_grid(basis)
+    density = log_prior(prior, length_ratios, reach[:, None])
+    evidence, chi_square = log_evidence(equations[:, None], noise[:, None], precisions)
+    best = (evidence + density).argmax(axis=1)
+    chi_square = chi_square[np.arange(len(best)), best]
+    per_sample = chi_square / equations.count
+    large = per_sample > _LARGE_CHI_SQUARE
+    if large.any():
+        spread = (noise * np.sqrt(per_sample))[large]
+        evidence, _ = log_evidence(equations[large][:, None], spread[:, None], precisions)
+        heights_only = np.where(z_scales > z_scales.min(), -np.inf, 0.0)
+        density = np.broadcast_to(density, (len(large), len(length_ratios)))[large]
+        best[large] = (evidence + density + heights_only).argmax(axis=1)
+    return best, chi_square
+
+
+@lru_cache
+def _first_precision(basis: Basis) -> np.ndarray:
+    """(1, t) prior precision of the first polynomial."""
+    return coefficient_precision(basis, [_FIRST_LENGTH_RATIO], [_FIRST_Z_SCALE])
 
 
 def solve_choices(choices: Choices, basis: Basis) -> Solution:
-    """Polynomials in their Darboux frames; again, and nearly straight, where these ran away.
+    """Polynomials in their Darboux frames. Those that diverge are fitted again as heights.
 
     Raises
     ------
     UnfitError
-        When even the straight ones run away.
+        The heights diverge, too.
     """
     stack = choices.stack
     solution = solve_in_darboux_frame(
         stack, basis, choices.mean, stack.weight, choices.length_ratio, choices.z_scale
     )
-    gone = _ran_away(stack, solution.stack)
-    if not gone.any():
+    diverged = _diverged(stack, solution.stack)
+    if not diverged.any():
         return solution
-    away, rest = np.flatnonzero(gone), np.flatnonzero(~gone)
-    tame = solve_in_darboux_frame(
-        *(stack[away], basis, 0.0 * choices.mean[away], stack.weight[away]),
-        *(np.full(len(away), _TAME_TURN), np.full(len(away), _TAME_BEND)),
+    again, rest = np.flatnonzero(diverged), np.flatnonzero(~diverged)
+    heights = solve_in_darboux_frame(
+        *(stack[again], basis, 0.0 * choices.mean[again], stack.weight[again]),
+        *(np.full(len(again), _FIRST_LENGTH_RATIO), np.full(len(again), _FIRST_Z_SCALE)),
     )
-    if _ran_away(stack[away], tame.stack).any():
+    if _diverged(stack[again], heights.stack).any():
         raise UnfitError(
             "the contours bend too much for one patch; track shorter ones, or closer together"
         )
-    return joined([rest, away], [solution[rest], tame]) if len(rest) else tame
+    return joined([rest, again], [solution[rest], heights]) if len(rest) else heights
 
 
-def _ran_away(before: Stack, after: Stack) -> np.ndarray:
-    """(m,) whether frames left what the first polynomial showed: by 60 degrees, or half R."""
+def _diverged(before: Stack, after: Stack) -> np.ndarray:
+    """(m,) whether frames moved by 60 degrees, or half a radius, from the first polynomial."""
     shift = after.origin - before.origin
     upright = np.einsum("mi,mi->m", before.axes[:, 2], after.axes[:, 2])
-    # Not finite counts as gone.
-    return ~((upright > 0.5) & ((shift * shift).sum(axis=1) < (0.5 * before.reach) ** 2))
+    near = (shift * shift).sum(axis=1) < (_LARGEST_SHIFT * before.reach) ** 2
+    # The comparisons are false for NaN, which therefore counts as diverged.
+    return ~((upright > _LARGEST_TILT_COSINE) & near)
 
 
 def shrunk(stack: Stack, basis: Basis, bias: float, floor: float, prior) -> Solution:
-    """One patch, made smaller until its terms hold, with a bias that is borne."""
+    """One patch, made smaller until the test accepts its terms, or to the floor (a length)."""
     reach = stack.reach
-    for share in _RADIUS_LEVELS:
-        smaller = np.maximum(share * reach, min(floor, reach[0]))
+    for level in _RADIUS_LEVELS:
+        smaller = np.maximum(level * reach, min(floor, reach[0]))
         choices = first_choices(replace(stack, reach=smaller), basis, bias, prior)
-        if share * reach[0] <= floor or not choices.doubtful[0]:
+        if level * reach[0] <= floor or not choices.doubtful[0]:
             break
     return solve_choices(choices, basis)
 
@@ -191,39 +217,40 @@ def shrunk(stack: Stack, basis: Basis, bias: float, floor: float, prior) -> Solu
 def with_terms_chosen(
     choices: Choices, basis: Basis, prior: SmoothnessPrior, candidates: tuple[Basis, ...]
 ) -> tuple[Solution, int]:
-    """One patch with the terms that evidence chooses, made smaller only where it would tear.
+    """One patch with the most probable terms, made smaller where its residuals are large.
 
     Returns
     -------
     Solution
     outliers : int
-        Samples that were left out.
+        Number of samples that were left out.
     """
     whole = choices.stack
-    for share in (*_RADIUS_LEVELS, None):
+    for level in (*_RADIUS_LEVELS, None):
         chosen, choice = _chosen(choices, basis, prior, candidates)
         noise = float(scaled_noise(choices.stack.noise, choices.stack.reach)[0])
-        torn = choice.residual_rms > max(_TORN_NOISE * noise, _TORN)
-        if not torn or share is None:
+        large = choice.residual_rms > max(_LARGE_RESIDUAL_NOISE * noise, _LARGE_RESIDUAL)
+        if not large or level is None:
             break
-        # Detail this fine is no turning on: terms in z could only swing.
+        # Terms in z would follow such fine detail, and oscillate between the curves.
         basis = monge_basis(basis.degree)
         candidates = candidates_of(True) if len(candidates) > 1 else (basis,)
-        choices = first_choices(replace(whole, reach=share * whole.reach), basis, np.inf, prior)
+        choices = first_choices(replace(whole, reach=level * whole.reach), basis, np.inf, prior)
     return solve_choices(chosen, choice.basis), choice.outliers
 
 
 def with_smoothness_chosen(choices: Choices, basis: Basis, prior: SmoothnessPrior) -> Solution:
-    """One patch of given terms and radius, though these do not hold out to the rim: samples count
-    the less, the more of them the degree leaves out."""
+    """One patch of given terms and radius. A sample has less weight where the orders above the
+    degree are larger than the noise."""
     return solve_choices(_chosen(choices, basis, prior, (basis,))[0], basis)
 
 
 def _chosen(choices: Choices, basis: Basis, prior, candidates) -> tuple[Choices, Choice]:
+    """The most probable of the candidates, as choices for the solver and as a record."""
     stack, samples = reframed(choices.stack, basis, choices.mean)
     noise, radius = float(scaled_noise(stack.noise, stack.reach)[0]), float(stack.reach[0])
     choice = choose_terms(
-        samples.feet[0], samples.lift[0], stack.weight[0], noise, radius, prior, candidates
+        samples.feet[0], samples.value[0], stack.weight[0], noise, radius, prior, candidates
     )
     stack = replace(stack, weight=choice.weight[None])
     length_ratio, z_scale = np.array([choice.length_ratio]), np.array([choice.z_scale])

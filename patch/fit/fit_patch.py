@@ -1,6 +1,5 @@
-"""fit_patch: from contours around a reference point to a patch, the steps in order."""
+"""fit_patch: the most probable patch, given contours through a reference point."""
 
-from collections.abc import Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
@@ -17,18 +16,16 @@ from touchatlas.patch.fit.estimate import (
 )
 from touchatlas.patch.fit.smoothness import NormalEquations, SmoothnessPrior, leftover
 from touchatlas.patch.fit.start import Stack, UnfitError, start_stack
-from touchatlas.patch.fit.term_choice import candidates_of
+from touchatlas.patch.fit.term_choice import DEGREES, candidates_of
 from touchatlas.patch.geometry.arrays import frozen_array, real
 from touchatlas.patch.geometry.contour import Contour
 from touchatlas.patch.geometry.frame import DarbouxFrame
 from touchatlas.patch.geometry.patch import Patch
 from touchatlas.patch.geometry.polynomial import Basis, LocalPolynomial, graded_basis, monge_basis
 
-# Share of the bias that is borne that counts as noise.
-BORNE = 0.25
-# The number of terms, 251 of this degree, grows with its cube, and time with the square of that:
-# a touch takes 100 times as long as of degree 4.
-_MOST_DEGREE = 12
+# Fraction of the allowed model error that is added to the noise of samples. Doubled, the fit trusts
+# exact samples half as much, and predicted deviations grow.
+BIAS_NOISE_FRACTION = 0.25
 
 
 @dataclass(frozen=True)
@@ -38,13 +35,13 @@ class FitOptions:
     Parameters
     ----------
     degree : int
-        Of the polynomial, 2 to 12; what is tried first when ``adaptive``.
+        Degree of the polynomial, 2 to 6. It is the first one that is tried when ``adaptive``.
     height_only : bool
-        A Monge polynomial, without terms in z.
+        Whether the polynomial is a height, without terms in z.
     adaptive : bool
-        Where those terms do not hold, degree 2 to 6.
+        Whether the evidence chooses among degrees 2 to 6 where the first one is doubtful.
     core : float
-        Share of its radius to which a patch claims to cover: its outline.
+        Fraction of its radius within which a patch covers the surface: its outline is there.
     """
 
     degree: int = 4
@@ -54,10 +51,10 @@ class FitOptions:
 
     def __post_init__(self) -> None:
         whole = isinstance(self.degree, int | np.integer)
-        if not (whole and 2 <= self.degree <= _MOST_DEGREE and 0 < real(self.core) <= 1):
+        if not (whole and self.degree in DEGREES and 0 < real(self.core) <= 1):
             raise ValueError(
-                f"degree, core are {self.degree}, {self.core}; they must be an integer >= 2, "
-                f"{_MOST_DEGREE} at most, and a share in (0, 1]"
+                f"degree, core are {self.degree}, {self.core}; they must be an integer from "
+                f"{DEGREES[0]} to {DEGREES[-1]} and a fraction in (0, 1], as 4 and 0.75 are"
             )
         if not all(isinstance(x, bool | np.bool_) for x in (self.height_only, self.adaptive)):
             raise ValueError(
@@ -73,7 +70,7 @@ class FitOptions:
 
 @dataclass(frozen=True, eq=False)
 class PatchFit:
-    """A patch, and what is needed to go on learning it.
+    """A patch, with what later samples need to update it.
 
     Parameters
     ----------
@@ -81,9 +78,9 @@ class PatchFit:
     equations : NormalEquations
         In coordinates scaled by the patch radius.
     length_ratio, z_scale : float
-        Of its smoothness prior.
+        Parameters of its smoothness prior.
     outliers : int
-        Samples that were left out as bad contacts.
+        Number of samples that were left out as bad contacts.
     """
 
     patch: Patch
@@ -95,7 +92,7 @@ class PatchFit:
 
 @contextmanager
 def unsolvable_is_unfit():
-    """Linear systems that cannot be solved, as of a polynomial that ran away, are UnfitErrors."""
+    """Turn the error of an unsolvable linear system, as of a diverged fit, into an UnfitError."""
     try:
         yield
     except np.linalg.LinAlgError as error:
@@ -105,6 +102,7 @@ def unsolvable_is_unfit():
 
 
 def _check_lengths(bias: float, detail: float, radius_limit: float, radius_floor: float) -> None:
+    """ValueError for a length that has a wrong sign or is NaN."""
     if not (bias >= 0 and detail >= 0 and radius_limit > 0 and 0 <= radius_floor < np.inf):
         raise ValueError(
             f"bias, detail, radius_limit, radius_floor are {bias}, {detail}, {radius_limit}, "
@@ -130,22 +128,23 @@ def fit_patch(
     Parameters
     ----------
     point : (3,) float, length, world
-        Reference point, on or near every contour.
+        Reference point on or near every contour.
     contours : tuple of Contour
         Three or more in distinct directions.
     outward : (3,) float, world
         Any vector on the outer side.
     shared : (n, 3) float, length, world, optional
-        Further samples of the same sheet, of earlier contours or single contacts.
+        Further samples of the same surface sheet, from earlier contours or single contacts.
     bias : float, length
-        Residuals beyond the noise that are borne as if they were noise.
+        Allowed model error, standard deviation. If it is finite, the radius is reduced until the
+        residuals are explained by noise and bias. If it is infinite, terms are chosen instead.
     detail : float, length
-        Residuals beyond the noise that something else will explain: where ``bias`` is not enough
-        they count as noise, up to this, before the radius is reduced.
+        Standard deviation of detail that the caller models apart. If ``bias`` does not explain the
+        residuals but detail does, it counts as noise and the radius is kept.
     radius_limit : float, length
-        The patch is made no larger than this.
+        Largest radius of the patch.
     radius_floor : float, length
-        Contours that end nearer than this, or residuals, make the patch no smaller.
+        Radius below which neither short contours nor residuals reduce the patch.
     prior : SmoothnessPrior
     options : FitOptions
 
@@ -158,27 +157,26 @@ def fit_patch(
     UnfitError
         Contours too short, too few, or in fewer than three directions.
     ValueError
-        Any other argument not finite, of a wrong shape or sign, or ``outward`` tangent.
+        Another argument is not finite or of a wrong shape or sign, or ``outward`` is tangent.
 
     Notes
     -----
-    The paper, section 2, up to its equation (1); then a maximum-a-posteriori polynomial of
-    all orders in place of equation (5), in the frame that the polynomial itself defines.
+    The paper, section 2, up to its equation (1). Then a maximum-a-posteriori polynomial of all
+    orders takes the place of equation (5), in the frame that the polynomial itself defines.
     """
     _check_lengths(bias, detail, radius_limit, radius_floor)
-    stack = start_stack([point], [contours], [outward])
+    stack = start_stack(point, contours, outward)
     reach = min(max(float(stack.reach[0]), radius_floor), radius_limit)
-    if reach != stack.reach[0]:
-        stack = replace(stack, reach=np.array([reach]))
+    stack = replace(stack, reach=np.array([reach]))
     if shared is not None and len(shared):
         stack = _with_shared(stack, frozen_array(shared, (None, 3), "shared samples"))
-    tolerant = bool(np.isfinite(bias))
-    if tolerant:
-        # Lack of fit that is borne is noise to the fit: exact data would else swing it between.
-        stack = replace(stack, noise=np.hypot(stack.noise, BORNE * bias))
-    choices = first_choices(stack, options.basis, bias, prior, strict=not tolerant)
+    has_bias = bool(np.isfinite(bias))
+    if has_bias:
+        # Exact samples with a model error would make the fit oscillate between the curves.
+        stack = replace(stack, noise=np.hypot(stack.noise, BIAS_NOISE_FRACTION * bias))
+    choices = first_choices(stack, options.basis, bias, prior, strict=not has_bias)
     if not choices.doubtful[0]:
-        return records(solve_choices(choices, options.basis), options)[0]
+        return patch_fits(solve_choices(choices, options.basis), options)[0]
     cleaned = tuple(without_bad_contacts(c) for c in contours)
     bad = sum(len(c.points) for c in contours) - sum(len(c.points) for c in cleaned)
     if bad:
@@ -187,73 +185,40 @@ def fit_patch(
             *(prior, options),
         )
         return replace(again, outliers=again.outliers + bad)
-    if tolerant and detail > bias:
-        # Detail that something else explains is noise to the polynomial: it must not follow it.
-        stack = replace(stack, noise=np.hypot(stack.noise, detail))
-        choices = first_choices(stack, options.basis, detail, prior)
-        if not choices.doubtful[0]:
-            return records(solve_choices(choices, options.basis), options)[0]
-        bias = detail
-    if tolerant:
-        return records(shrunk(stack, options.basis, bias, radius_floor, prior), options)[0]
+    if has_bias:
+        return _within_bias(stack, bias, detail, radius_floor, prior, options)
     return _with_terms_chosen(choices, prior, options)
 
 
 def _with_shared(stack: Stack, shared) -> Stack:
-    """A stack of one with further samples (n, 3), of no plane."""
+    """A stack of one fit with further samples (n, 3) of no plane."""
     offsets = np.concatenate([stack.offsets, shared[None] - stack.origin[:, None]], axis=1)
     across = np.concatenate([stack.across, np.zeros((1, len(shared), 3))], axis=1)
     weight = np.concatenate([stack.weight, np.ones((1, len(shared)))], axis=1)
     return replace(stack, offsets=offsets, across=across, weight=weight)
 
 
+def _within_bias(stack: Stack, bias, detail, radius_floor, prior, options) -> PatchFit:
+    """The patch whose residuals are noise, bias or detail, made smaller if necessary."""
+    if detail > bias:
+        # Detail counts as noise, so that the polynomial does not follow it.
+        stack, bias = replace(stack, noise=np.hypot(stack.noise, detail)), detail
+        choices = first_choices(stack, options.basis, bias, prior)
+        if not choices.doubtful[0]:
+            return patch_fits(solve_choices(choices, options.basis), options)[0]
+    return patch_fits(shrunk(stack, options.basis, bias, radius_floor, prior), options)[0]
+
+
 def _with_terms_chosen(choices: Choices, prior, options: FitOptions) -> PatchFit:
+    """The patch with the most probable terms, and the number of its outliers."""
     basis = options.basis
     candidates = candidates_of(options.height_only) if options.adaptive else (basis,)
     solution, outliers = with_terms_chosen(choices, basis, prior, candidates)
-    return replace(records(solution, options)[0], outliers=outliers)
+    return replace(patch_fits(solution, options)[0], outliers=outliers)
 
 
-@unsolvable_is_unfit()
-def fit_patches(
-    points,
-    contour_sets: Sequence[tuple[Contour, ...]],
-    outwards,
-    prior: SmoothnessPrior = SmoothnessPrior(),
-    options: FitOptions = FitOptions(),
-) -> list[PatchFit]:
-    """Many patches in one call: each what ``fit_patch`` finds, in a fraction of its time.
-
-    Parameters
-    ----------
-    points : (m, 3) float, length, world
-    contour_sets : m tuples of Contour
-    outwards : (m, 3) float, world
-    prior : SmoothnessPrior
-    options : FitOptions
-
-    Raises
-    ------
-    UnfitError
-        As ``fit_patch`` does, when any of them cannot be fitted.
-    """
-    if not len(contour_sets):
-        return []
-    stack = start_stack(points, contour_sets, outwards)
-    choices = first_choices(stack, options.basis, np.inf, prior, strict=True)
-    found = {
-        i: fit_patch(points[i], contour_sets[i], outwards[i], prior=prior, options=options)
-        for i in np.flatnonzero(choices.doubtful).tolist()
-    }
-    good = np.flatnonzero(~choices.doubtful)
-    if len(good):
-        fits = records(solve_choices(choices[good], options.basis), options)
-        found |= dict(zip(good.tolist(), fits, strict=True))
-    return [found[i] for i in range(len(stack.reach))]
-
-
-def records(solution: Solution, options: FitOptions) -> list[PatchFit]:
-    """The records of a solution."""
+def patch_fits(solution: Solution, options: FitOptions) -> list[PatchFit]:
+    """The patches of a solution, one of each fit."""
     stack, basis = solution.stack, solution.basis
     beyond = leftover(basis, solution.length_ratio)
     return [

@@ -1,4 +1,4 @@
-"""refit_patch: a patch from samples that are known to be of one sheet, about where it lies."""
+"""refit_patch: the patch of samples of one surface sheet, from an approximate frame."""
 
 from dataclasses import replace
 
@@ -10,16 +10,20 @@ from touchatlas.patch.fit.estimate import (
     solve_choices,
     with_smoothness_chosen,
 )
-from touchatlas.patch.fit.fit_patch import FitOptions, PatchFit, records, unsolvable_is_unfit
+from touchatlas.patch.fit.fit_patch import FitOptions, PatchFit, patch_fits, unsolvable_is_unfit
 from touchatlas.patch.fit.smoothness import SmoothnessPrior
 from touchatlas.patch.fit.start import Stack, UnfitError
 from touchatlas.patch.geometry.frame import DarbouxFrame
 from touchatlas.patch.geometry.polynomial import Basis
 
 _UNFIT = "no one polynomial holds the samples; make the patch smaller"
-# So many samples a coefficient show misfits of this share of the noise, and more, without the
-# others: by chance, some four deviations of their chi-square.
-_SOME, _PLAIN = 10, 0.5
+# Samples per coefficient in a first test. Doubled, it takes twice as long and finds misfits 0.8
+# times as large.
+_SAMPLES_PER_COEFFICIENT = 10
+# Model error that the first test allows, in deviations of the noise: it adds 2.6
+# deviations to the limit of chi-square for 210 samples. Doubled, misfits of one deviation are left
+# to the full test.
+_TEST_BIAS = 0.5
 
 
 @unsolvable_is_unfit()
@@ -35,30 +39,30 @@ def refit_patch(
     options: FitOptions = FitOptions(),
     condition: float = 1.0,
 ) -> PatchFit:
-    """Patch from samples of one sheet, in the Darboux frame that they define.
+    """Patch from samples of one surface sheet, in the Darboux frame that they define.
 
     Parameters
     ----------
     frame : DarbouxFrame
-        Where it is expected to lie: near the surface, with a normal within 45 degrees.
+        Approximate frame: near the surface, with a normal within 45 degrees of the surface's.
     points : (n, 3) float, length, world
     across : (n, 3) float, unit, world
-        Normal of the plane that each sample was tracked in; zero for a sample of no plane.
+        Normal of the plane that each sample was tracked in. It is zero for a sample of no plane.
     noise_std, radius : float, length
     bias : float, length
-        Residuals beyond the noise that are borne before the radius is reduced.
+        Allowed model error, standard deviation. The radius is reduced where residuals are larger.
     radius_floor : float, length, or None
-        Residuals make the patch no smaller. Where this is the radius, samples count the less
-        instead, the more of them the degree leaves out; None refuses such samples.
+        Radius below which residuals do not reduce the patch. If it equals ``radius``, samples that
+        the degree does not explain have less weight instead. None refuses such samples.
     prior : SmoothnessPrior
     options : FitOptions
     condition : float
-        Of the sections, to be passed on.
+        Condition number of the sections, stored in the patch.
 
     Raises
     ------
     UnfitError
-        No sample within reach, or samples that no one polynomial holds.
+        No sample is within reach, or no one polynomial explains the samples.
     """
     stack = Stack(
         frame.origin[None],
@@ -72,7 +76,7 @@ def refit_patch(
     )
     if radius_floor is not None and radius_floor >= radius:
         return refit_patches(stack, bias, prior, options)[0]
-    if radius_floor is None and _hopeless(stack, options.basis, bias, prior):
+    if radius_floor is None and _clearly_unfit(stack, options.basis, bias, prior):
         raise UnfitError(_UNFIT)
     choices = first_choices(stack, options.basis, bias, prior)
     if not choices.doubtful[0]:
@@ -81,39 +85,39 @@ def refit_patch(
         raise UnfitError(_UNFIT)
     else:
         solution = shrunk(stack, options.basis, bias, radius_floor, prior)
-    return records(solution, options)[0]
+    return patch_fits(solution, options)[0]
 
 
-def _hopeless(stack: Stack, basis: Basis, bias: float, prior: SmoothnessPrior) -> bool:
-    """Whether some of the samples already show that no one polynomial holds all of them."""
-    step = len(stack.weight[0]) // (_SOME * basis.size)
+def _clearly_unfit(stack: Stack, basis: Basis, bias: float, prior: SmoothnessPrior) -> bool:
+    """Whether a subset of the samples already shows that no one polynomial explains them."""
+    step = len(stack.weight[0]) // (_SAMPLES_PER_COEFFICIENT * basis.size)
     if step < 2:
         return False
     columns = {name: getattr(stack, name)[:, ::step] for name in ("offsets", "across", "weight")}
-    some = replace(stack, **columns)
-    bias = float(np.hypot(bias, _PLAIN * stack.noise[0]))
-    return bool(first_choices(some, basis, bias, prior).doubtful[0])
+    subset = replace(stack, **columns)
+    bias = float(np.hypot(bias, _TEST_BIAS * stack.noise[0]))
+    return bool(first_choices(subset, basis, bias, prior).doubtful[0])
 
 
 @unsolvable_is_unfit()
 def refit_patches(
     stack: Stack, bias: float, prior: SmoothnessPrior, options: FitOptions
 ) -> list[PatchFit]:
-    """Many patches in one call: each what ``refit_patch`` finds with its radius for its floor.
+    """Many patches in one call. Each equals that of ``refit_patch`` with its radius as its floor.
 
     Raises
     ------
     UnfitError
-        When any of them cannot be fitted.
+        One of them cannot be fitted.
     """
     basis = options.basis
     choices = first_choices(stack, basis, bias, prior)
     found = {
-        i: records(with_smoothness_chosen(choices[[i]], basis, prior), options)[0]
+        i: patch_fits(with_smoothness_chosen(choices[[i]], basis, prior), options)[0]
         for i in np.flatnonzero(choices.doubtful).tolist()
     }
     good = np.flatnonzero(~choices.doubtful)
     if len(good):
-        fits = records(solve_choices(choices[good], basis), options)
+        fits = patch_fits(solve_choices(choices[good], basis), options)
         found |= dict(zip(good.tolist(), fits, strict=True))
     return [found[i] for i in range(len(stack.reach))]

@@ -1,14 +1,14 @@
-"""What keeps a patch from folding between its curves: a Gaussian prior on its coefficients.
+"""The smoothness prior: a Gaussian prior on the coefficients, and the evidence of the data for it.
 
-Three concurrent curves leave three directions of a quartic undetermined (multiples of the
-product of the three lines), and plain least squares folds there. A prior on the coefficients
-of order 3 and more, and on all terms in z, fills them by one linear solve. Two numbers shape
-it, and the evidence of the data chooses both from a fixed grid:
+Three concurrent curves leave three directions of a quartic undetermined: the multiples of the
+product of the three lines. Plain least squares folds the patch there. A prior on the coefficients
+of order 3 and more, and on all terms in z, determines them by one linear solve. It has two
+parameters, and the evidence of the data chooses both from a fixed grid:
 
-* ``length_ratio`` = R / l, l the feature length of the surface. The standard deviation of an
+* ``length_ratio`` = R / l, with the feature length l of the surface. The standard deviation of an
   order-m coefficient is AMPLITUDE (R / l)^2 DECAY^(m - 3), in scaled coordinates.
-* ``z_scale``, by which each power of z multiplies it: near zero for a height polynomial, large
-  where the surface turns on as a quadric does.
+* ``z_scale``: each power of z multiplies that standard deviation by it. It is near zero for a
+  height polynomial, and large where the surface keeps its curvature as it tilts, as quadrics do.
 """
 
 from dataclasses import dataclass
@@ -18,26 +18,40 @@ import numpy as np
 
 from touchatlas.patch.geometry.polynomial import Basis
 
-AMPLITUDE, DECAY = 0.5, 0.4
-# Height, slope and curvature are left to the data: one patch radius, 45 degrees, ...
-_LOOSE_STD = 1.0
+# Standard deviation of an order-3 coefficient at length ratio 1, scaled. It and DECAY are chosen so
+# that intervals hold on the smooth surfaces of tests/studies. Doubled, the evidence chooses length
+# ratios 0.7 times as large.
+AMPLITUDE = 0.5
+# Ratio of the standard deviations of successive orders, no unit. Doubled, orders hardly decay, and
+# patches are less certain between their curves.
+DECAY = 0.4
+# Standard deviation of height, slope and curvature, scaled: one patch radius, 45 degrees, one over
+# the radius. The data determine them. Doubled, nothing changes but for steep patches.
+LOOSE_STD = 1.0
+# Least noise over the patch radius: exact contacts stay solvable in floating point. Doubled,
+# exact contacts are followed half as closely.
 _LEAST_NOISE = 1e-6
-# Share of the order d + 1 that the orders up to d cannot take over.
+# Fraction of the terms of order d + 1 that the orders up to d cannot imitate on a disc. Doubled,
+# patches are doubtful at 0.8 of the radius.
 _LEFTOVER = 0.3
-_TURNS = np.geomspace(0.12, 2.0, 6)
-_BENDS = np.array([0.02, 1.0, 4.0])
+# Length ratios that the evidence chooses from: 0.12 is a quadric but for 1 % of the radius, 2 has
+# detail of half the radius. Doubled, flat patches are expected to be rougher than they are.
+_LENGTH_RATIOS = np.geomspace(0.12, 2.0, 6)
+# z scales that the evidence chooses from: a height polynomial, a quadric's, and more. Doubled, the
+# first and last still decide between the same two cases.
+_Z_SCALES = np.array([0.02, 1.0, 4.0])
 
 
 @dataclass(frozen=True)
 class SmoothnessPrior:
-    """Belief about the feature length of a surface: log-normal, learned from patches so far.
+    """Log-normal distribution of the feature length of a surface, learned from earlier patches.
 
     Parameters
     ----------
     log_length : float
         Mean of log(feature length).
     log_std : float
-        Standard deviation of it, > 0; infinite when nothing is known.
+        Its standard deviation, > 0. It is infinite when nothing is known.
     """
 
     log_length: float = 0.0
@@ -53,7 +67,7 @@ class SmoothnessPrior:
 
 @dataclass(frozen=True, eq=False)
 class NormalEquations:
-    """Weighted sums over samples that a least-squares polynomial needs, in scaled coordinates.
+    """Normal equations of weighted least squares over the monomials phi, in scaled coordinates.
 
     Parameters
     ----------
@@ -64,7 +78,7 @@ class NormalEquations:
     sum_of_squares : (...) float
         Sum of w (z/R)^2.
     count : (...) float
-        Samples with any weight.
+        Number of samples with weight.
     """
 
     gram: np.ndarray
@@ -72,42 +86,38 @@ class NormalEquations:
     sum_of_squares: np.ndarray
     count: np.ndarray
 
-    def part(self, count: int) -> "NormalEquations":
-        """Those of the first ``count`` coefficients alone."""
-        return NormalEquations(
-            self.gram[..., :count, :count], self.rhs[..., :count], self.sum_of_squares, self.count
-        )
-
     def __getitem__(self, index) -> "NormalEquations":
-        """Those of some of a stack."""
+        """The normal equations of some of a stack."""
         return NormalEquations(
             self.gram[index], self.rhs[index], self.sum_of_squares[index], self.count[index]
         )
 
 
 def coefficient_precision(basis: Basis, length_ratio, z_scale) -> np.ndarray:
-    """(..., t) prior precision of scaled coefficients for turn and bend (...)."""
+    """(..., t) prior precision of scaled coefficients, for length ratios and z scales (...)."""
     length_ratio, z_scale = (
         np.asarray(length_ratio, dtype=float)[..., None],
         np.asarray(z_scale, dtype=float)[..., None],
     )
     orders, powers = basis.orders, basis.exponents[:, 2]
     std = AMPLITUDE * length_ratio**2 * DECAY ** (orders - 3.0) * z_scale**powers
-    # Nothing is looser than slope and curvature are: coefficients stay of the size of one.
-    std = np.where((orders >= 3) | (powers > 0), np.minimum(std, _LOOSE_STD), _LOOSE_STD)
+    # No coefficient is less certain than slope and curvature: scaled coefficients are about one.
+    std = np.where((orders >= 3) | (powers > 0), np.minimum(std, LOOSE_STD), LOOSE_STD)
     return 1.0 / (std * std)
 
 
 @lru_cache
 def smoothness_grid(basis: Basis) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Turns (g,), bends (g,) and prior precisions (g, t) that the evidence chooses from."""
-    z_scales = _BENDS if basis.has_z else np.ones(1)
-    length_ratio, z_scale = (a.ravel() for a in np.meshgrid(_TURNS, z_scales, indexing="ij"))
+    """Length ratios (g,), z scales (g,) and prior precisions (g, t) to choose from."""
+    z_scales = _Z_SCALES if basis.has_z else np.ones(1)
+    length_ratio, z_scale = (
+        a.ravel() for a in np.meshgrid(_LENGTH_RATIOS, z_scales, indexing="ij")
+    )
     return length_ratio, z_scale, coefficient_precision(basis, length_ratio, z_scale)
 
 
 def scaled_noise(noise_std, radius):
-    """Noise over patch radius, kept above what the solver can tell from zero."""
+    """Noise over patch radius, kept above the rounding of the solver."""
     return np.maximum(noise_std / radius, _LEAST_NOISE)
 
 
@@ -123,23 +133,23 @@ def log_evidence(equations: NormalEquations, noise, prior_precision):
     Returns
     -------
     evidence, chi_square : (...) float
-        The first without n log(2 pi)/2; the second is z^t C^-1 z with C the covariance of the
-        samples under the model, about ``count`` when the model is right.
+        The evidence omits the constant n log(2 pi)/2. Chi-square is z^t C^-1 z with the
+        covariance C of the samples under the model: about ``count`` if the model is right.
 
     Notes
     -----
-    (b^t P^-1 b - z^t z/s^2 - log|P| + log|D|)/2 - n log s with D the prior precision,
-    P = G/s^2 + D, b = r/s^2 (Bishop, Pattern Recognition and Machine Learning, section 3.5.1).
-    One Cholesky factor of P bordered by b gives all of it.
+    (b^t P^-1 b - z^t z/s^2 - log|P| + log|D|)/2 - n log s with the prior precision D,
+    P = G/s^2 + D and b = r/s^2: Bishop, Pattern Recognition and Machine Learning, section 3.5.1.
+    One Cholesky factor of P bordered by b gives all terms.
     """
     weight = np.asarray(noise, dtype=float) ** -2.0
     t = prior_precision.shape[-1]
-    gram, right = equations.gram, equations.rhs
+    gram, rhs = equations.gram, equations.rhs
     shape = np.broadcast_shapes(prior_precision.shape[:-1], weight.shape, gram.shape[:-2])
     bordered = np.empty((*shape, t + 1, t + 1))
     bordered[..., :t, :t] = gram * weight[..., None, None]
-    bordered[..., t, :t] = right * weight[..., None]
-    # One more, so that rounding leaves it positive.
+    bordered[..., t, :t] = rhs * weight[..., None]
+    # One is added here and subtracted from chi-square, so that rounding leaves it positive.
     bordered[..., t, t] = equations.sum_of_squares * weight + 1.0
     diagonal = np.einsum("...ii->...i", bordered)[..., :t]
     diagonal += prior_precision
@@ -152,34 +162,34 @@ def log_evidence(equations: NormalEquations, noise, prior_precision):
 
 
 def leftover(basis: Basis, length_ratio) -> np.ndarray:
-    """(...) standard deviation of what the degree leaves out at distance R, scaled.
+    """(...) standard deviation of the orders above the degree at distance R, scaled.
 
-    The next order of the prior, and of it what the orders that are there cannot take over. At
-    distance r it is (r/R)^(degree + 1) of this.
+    It is that of the prior's next order, times the fraction that lower orders cannot imitate. At
+    distance r it is smaller by the factor (r/R)^(degree + 1).
     """
     return _LEFTOVER * AMPLITUDE * np.square(length_ratio) * DECAY ** (basis.degree - 2.0)
 
 
 def log_prior(prior: SmoothnessPrior, length_ratio, radius):
-    """Log belief (...) in turns = radius / feature length, up to a constant: 0 without any."""
+    """Log prior density (...) of length ratios, up to a constant. It is 0 when nothing is known."""
     if not np.isfinite(prior.log_std):
         return np.zeros(1)
     return -0.5 * ((np.log(radius / length_ratio) - prior.log_length) / prior.log_std) ** 2
 
 
-def posterior(gram, right, noise, prior_precision):
+def posterior(gram, rhs, noise, prior_precision):
     """Mean (..., t) and covariance (..., t, t) of the coefficients given normal equations.
 
-    ``noise`` (...) is in scaled units, ``prior_precision`` (..., t) diagonal.
+    ``noise`` (...) is scaled; ``prior_precision`` (..., t) is the diagonal of the prior.
     """
     weight = np.asarray(noise)[..., None] ** -2.0
     precision = gram * weight[..., None]
     diagonal = np.einsum("...ii->...i", precision)
     diagonal += prior_precision
     covariance = np.linalg.inv(precision)
-    # Rounding leaves the inverse of a symmetric matrix a little askew.
+    # Rounding leaves the computed inverse slightly asymmetric.
     covariance = 0.5 * (covariance + covariance.swapaxes(-1, -2))
-    mean = (covariance @ (right * weight)[..., None])[..., 0]
+    mean = (covariance @ (rhs * weight)[..., None])[..., 0]
     return mean, covariance
 
 
@@ -193,5 +203,5 @@ def residual_square(equations: NormalEquations, mean):
 
 def effective_parameters(covariance, prior_precision):
     """Number of coefficients (...) that the data, not the prior, determine."""
-    held = np.einsum("...ii,...i->...", covariance, prior_precision)
-    return prior_precision.shape[-1] - held
+    from_prior = np.einsum("...ii,...i->...", covariance, prior_precision)
+    return prior_precision.shape[-1] - from_prior

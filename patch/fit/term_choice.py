@@ -1,15 +1,15 @@
-"""Choice of terms, smoothness and samples where the first choice does not hold.
+"""Choice of degree, terms, smoothness and samples where the first choice is doubtful.
 
-What a polynomial of degree d leaves out grows as r^(d+1). Its size follows from the prior on
-the orders that are there, so it is part of the model: each sample's variance is
-s^2 + (leftover r^(d+1))^2, and the evidence weighs degree, terms in z, turn, bend and noise
-together.
+The orders above degree d grow as r^(d+1). Their size follows from the prior on the lower orders,
+so they are part of the model: the variance of a sample is s^2 + (leftover r^(d+1))^2. The evidence
+then compares degree, terms in z, length ratio, z scale and noise together.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
+from touchatlas.patch.fit.bad_contacts import OUTLIER
 from touchatlas.patch.fit.smoothness import (
     NormalEquations,
     SmoothnessPrior,
@@ -26,30 +26,39 @@ from touchatlas.patch.geometry.polynomial import (
     monomials,
 )
 
-_DEGREES = (2, 3, 4, 5, 6)
-# Turn and bend with which the worst contacts are found, before anything is known.
-_FIRST = (0.5, 1.0)
-# A contact this many deviations off is bad: one in 1.7 million good ones.
-_OUTLIER = 5.0
+# Degrees that the evidence chooses from. Degree 6 has 28 terms in x and y, 57 samples of a touch
+# hardly more. With the largest doubled, it has 91 terms, more than the samples.
+DEGREES = (2, 3, 4, 5, 6)
+# Length ratio and z scale with which bad contacts are found first: the middle of their ranges.
+# Doubled, the polynomial follows bad contacts more.
+_FIRST_SMOOTHNESS = (0.5, 1.0)
+# Number of reweighted fits; the last two cut instead of weighting. Doubled, doubtful patches take
+# twice as long and coefficients change by far less than their deviations.
 _REWEIGHTINGS = 5
-_CAUCHY, _MEDIAN_TO_STD = 2.4, 1.4826
+# Scale of Cauchy's weights, in standard deviations: 95 % efficiency for normal noise (Holland and
+# Welsch 1977). Doubled, a bad contact has up to four times the weight.
+_CAUCHY = 2.4
+# Standard deviation of normal noise over the median of its absolute value: 1/Phi^-1(3/4).
+_MEDIAN_TO_STD = 1.4826
 
 
 @dataclass(frozen=True, eq=False)
 class Choice:
-    """What a patch is fitted with.
+    """Terms, smoothness and weights of one patch.
 
     Parameters
     ----------
     basis : Basis
     length_ratio, z_scale : float
     weight : (n,) float
-        Of each sample's distance: 1 where noise is all of it, 0 for outliers.
+        Weights of F^2 of the samples. They fall where higher orders exceed the noise, and are 0
+        for outliers.
     mean : (t,) float
         Coefficients.
     residual_rms : float, scaled
-        Of the samples that were kept.
+        Of the samples that are not outliers.
     outliers : int
+        Number of samples without weight.
     """
 
     basis: Basis
@@ -63,7 +72,7 @@ class Choice:
 
 def choose_terms(
     feet: np.ndarray,
-    lift: np.ndarray,
+    value: np.ndarray,
     weight: np.ndarray,
     noise: float,
     radius: float,
@@ -75,30 +84,32 @@ def choose_terms(
     Parameters
     ----------
     feet : (n, 3) float, scaled
-        Of the samples on a first polynomial, in a frame whose normal is about right.
-    lift : (n,) float, scaled
+        Feet of the samples on a first polynomial, in a frame whose normal is about right.
+    value : (n,) float, scaled
         F of that polynomial at the samples.
     weight : (n,) float
-        Of the squares of F; 0 leaves a sample out.
+        Weights of F^2. A sample of weight 0 is ignored.
     noise : float, scaled
     radius : float, length
-        For the prior on the feature length.
+        It relates length ratios to the prior's feature length.
     prior : SmoothnessPrior
     candidates : tuple of Basis
     """
     terms = {b: monomials(b, *feet.T) for b in candidates}
-    z, reach = feet[:, 2] + lift, np.sqrt((feet[:, :2] ** 2).sum(axis=1))
-    basis = min(candidates, key=lambda b: abs(b.degree - _DEGREES[2]))
-    _, keep, spread = _robust(basis, terms[basis], z, weight, np.full(len(z), noise**2), *_FIRST)
+    z, distance = feet[:, 2] + value, np.sqrt((feet[:, :2] ** 2).sum(axis=1))
+    basis = min(candidates, key=lambda b: abs(b.degree - DEGREES[2]))
+    _, keep, spread = _robust(
+        basis, terms[basis], z, weight, np.full(len(z), noise**2), *_FIRST_SMOOTHNESS
+    )
     sigmas = np.unique([noise, max(noise, 0.5 * spread), max(noise, spread)])
     for _ in range(2):
-        # The second time without outliers, of the winner alone.
-        scores = [_best(b, terms[b], z, keep, reach, sigmas, radius, prior) for b in candidates]
+        # The second pass is without outliers, and for the best basis alone.
+        scores = [_best(b, terms[b], z, keep, distance, sigmas, radius, prior) for b in candidates]
         basis, (_, length_ratio, z_scale, sigma) = max(
             zip(candidates, scores, strict=True), key=lambda pair: pair[1][0]
         )
         candidates = (basis,)
-        variance = sigma**2 + (leftover(basis, length_ratio) * reach ** (basis.degree + 1)) ** 2
+        variance = sigma**2 + (leftover(basis, length_ratio) * distance ** (basis.degree + 1)) ** 2
         mean, keep, residual = _robust(
             basis, terms[basis], z, weight, variance, length_ratio, z_scale
         )
@@ -108,16 +119,16 @@ def choose_terms(
 
 
 def candidates_of(height_only: bool) -> tuple[Basis, ...]:
-    """The bases that may be worth their parameters; degree 2 has no terms in z to offer."""
+    """The bases that the evidence chooses from. A basis of degree 2 has no terms in z."""
     make = monge_basis if height_only else graded_basis
-    return (monge_basis(2), *(make(d) for d in _DEGREES[1:]))
+    return (monge_basis(2), *(make(d) for d in DEGREES[1:]))
 
 
-def _best(basis, terms, z, weight, reach, sigmas, radius, prior):
-    """Highest score of a basis and the turn, bend and noise that reach it."""
+def _best(basis, terms, z, weight, distance, sigmas, radius, prior):
+    """Largest log posterior of a basis, with its length ratio, z scale and noise."""
     length_ratio, z_scale, precision = smoothness_grid(basis)
     length_ratios, place = np.unique(length_ratio, return_inverse=True)
-    beyond = np.multiply.outer(leftover(basis, length_ratios), reach ** (basis.degree + 1))
+    beyond = np.multiply.outer(leftover(basis, length_ratios), distance ** (basis.degree + 1))
     variance = sigmas[:, None, None] ** 2 + beyond**2
     w = weight / variance
     phi = terms[: basis.size]
@@ -134,9 +145,9 @@ def _best(basis, terms, z, weight, reach, sigmas, radius, prior):
 
 
 def _robust(basis, terms, z, weight, variance, length_ratio, z_scale):
-    """Coefficients by reweighting, weights of what is kept, residual rms.
+    """Coefficients by iterated reweighting, weights without outliers, and residual rms.
 
-    Weights of Cauchy's distribution first, then a cut: what lies far off is no contact.
+    The first steps have Cauchy's weights. The last ones leave out samples that are far off.
     """
     precision = coefficient_precision(basis, length_ratio, z_scale)
     phi = terms[: basis.size]
@@ -146,9 +157,9 @@ def _robust(basis, terms, z, weight, variance, length_ratio, z_scale):
         mean = np.linalg.solve(weighted @ phi.T + np.diag(precision), weighted @ z)
         distance = np.abs(z - mean @ phi) * np.sqrt(weight)
         u = distance / np.sqrt(variance)
-        if step == 0 and u.max() <= _OUTLIER:
+        if step == 0 and u.max() <= OUTLIER:
             break
         u /= max(1.0, _MEDIAN_TO_STD * float(np.median(u[weight > 0])))
-        soft = 1.0 / (1.0 + (u / _CAUCHY) ** 2) if step < _REWEIGHTINGS - 2 else u <= _OUTLIER
+        soft = 1.0 / (1.0 + (u / _CAUCHY) ** 2) if step < _REWEIGHTINGS - 2 else u <= OUTLIER
         keep = weight * soft
     return mean, keep, float(np.sqrt(np.mean(distance[keep > 0] ** 2)))

@@ -1,1 +1,1 @@
-"""Differential geometry on arrays: frames, plane sections, curvatures, polynomials, patches."""
+"""Contours, plane sections, curvatures, Darboux frames, local polynomials and patches."""

@@ -1,4 +1,4 @@
-"""What a probe reports: sampling planes, contours and why each contour ended."""
+"""What a probe reports: a contour, its sampling plane, and why tracking stopped at either end."""
 
 from dataclasses import dataclass
 from enum import Enum
@@ -8,12 +8,16 @@ import numpy as np
 
 from touchatlas.patch.geometry.arrays import check_points, check_unit, frozen_array, real
 
-# Half the points of a contour may be farther from its plane than this share of how far half of
-# them are from their middle: the sine of 30 degrees. A straight curve that runs at a wider angle
-# is nearer to the next of three planes, 60 degrees apart.
-_ASTRAY = 0.5
-# Or than this many deviations of the noise, or this share of the coordinates: their rounding.
-_NOISE, _ROUNDING = 5.0, 1e-12
+# Largest median distance of points from their plane, over their median distance from their
+# middle: the sine of 30 degrees. A straight curve at a wider angle is nearer to the next of three
+# planes 60 degrees apart. Doubled, it accepts a curve that is perpendicular to its plane.
+_OFF_PLANE_RATIO = 0.5
+# Largest median distance in deviations of the noise; a median of noise alone is 0.67. Doubled, it
+# accepts a wrong plane if the curve is no longer than ten deviations.
+_OFF_PLANE_DEVIATIONS = 5.0
+# Rounding of the distance over the largest coordinate: some thousand units of the last digit.
+# Doubled, nothing changes but for curves of that length.
+_ROUNDING = 1e-12
 
 
 class ContourEnd(Enum):
@@ -36,7 +40,7 @@ class SamplingPlane:
     point : (3,) float, length, world
         A point of the plane.
     normal : (3,) float, unit, world
-        Across the plane.
+        Perpendicular to the plane.
     """
 
     point: np.ndarray
@@ -54,7 +58,7 @@ class Contour:
     Parameters
     ----------
     points : (n, 3) float, length, world
-        In order of travel, near the plane: half of them at least.
+        In order of travel. At least half of them are near the plane.
     plane : SamplingPlane
     noise_std : float, length, >= 0
         Standard deviation of each coordinate of each point.
@@ -79,14 +83,16 @@ class Contour:
         self._check_in_plane()
 
     def _check_in_plane(self) -> None:
-        """Refuse the points of another plane, or of another frame. Medians are taken: single bad
-        contacts are the world's, and the fit finds them."""
+        """Refuse points that belong to another plane or frame.
+
+        Medians ignore single bad contacts, which are not the caller's mistake: the fit finds them.
+        """
         offset = self.points - self.plane.point
         off = float(np.median(np.abs(offset @ self.plane.normal)))
         from_middle = self.points - np.median(self.points, axis=0)
         size = float(np.median(np.sqrt((from_middle * from_middle).sum(axis=1))))
         rounding = _ROUNDING * max(np.abs(self.points).max(), np.abs(self.plane.point).max())
-        if off > max(_ASTRAY * size, _NOISE * self.noise_std) + rounding:
+        if off > max(_OFF_PLANE_RATIO * size, _OFF_PLANE_DEVIATIONS * self.noise_std) + rounding:
             raise ValueError(
                 f"half of the contour points are {off:.4g} or more off their sampling plane, but "
                 f"no more than {size:.4g} from their middle; give the plane that they were tracked "
@@ -95,7 +101,9 @@ class Contour:
 
     @cached_property
     def points_in_plane(self) -> np.ndarray:
-        """(n, 3) points moved across the plane into it: off its plane a sample tells nothing,
-        since it was tracked in it. Length, world."""
+        """(n, 3) points projected to the plane, length, world.
+
+        The probe moved in the plane, so a distance from it is noise.
+        """
         off = (self.points - self.plane.point) @ self.plane.normal
         return self.points - off[:, None] * self.plane.normal

@@ -1,4 +1,4 @@
-"""Darboux frame: origin on the surface, principal directions and normal as axes."""
+"""Darboux frame: an origin on the surface, with principal directions and normal as axes."""
 
 from dataclasses import dataclass
 
@@ -6,6 +6,8 @@ import numpy as np
 
 from touchatlas.patch.geometry.arrays import frozen_array
 
+# Largest entry of (axes axes^t - identity), no unit: rounding of a product of many rotations.
+# Doubled, it accepts axes that are twice as far from orthogonal.
 _ORTHONORMAL_TOLERANCE = 1e-8
 _IDENTITY = np.eye(3)
 
@@ -45,22 +47,22 @@ class DarbouxFrame:
         return self.axes[2]
 
     def to_local(self, points) -> np.ndarray:
-        """(n, 3) world points in this frame; ValueError for other shapes and NaN."""
+        """(n, 3) world points in this frame, length. ValueError for another shape or NaN."""
         return (frozen_array(points, (None, 3), "points") - self.origin) @ self.axes.T
 
     def to_world(self, points_local) -> np.ndarray:
-        """(n, 3) points of this frame in the world; ValueError for other shapes and NaN."""
+        """(n, 3) points of this frame in the world, length. ValueError for another shape or NaN."""
         return frozen_array(points_local, (None, 3), "local points") @ self.axes + self.origin
 
 
 def _triple_product(a, b, c) -> float:
-    """a . (b x c) of three lists; a tenth of the time of numpy's determinant."""
+    """a . (b x c) of three lists. It takes a tenth of the time of numpy's determinant."""
     (a1, a2, a3), (b1, b2, b3), (c1, c2, c3) = a, b, c
     return a1 * (b2 * c3 - b3 * c2) + a2 * (b3 * c1 - b1 * c3) + a3 * (b1 * c2 - b2 * c1)
 
 
 def axes_from_normal(normal: np.ndarray, direction: np.ndarray) -> np.ndarray:
-    """(3, 3) right-handed rows e1, e2, n with e1 the part of ``direction`` across ``normal``."""
+    """(3, 3) right-handed rows e1, e2, n. e1 is ``direction`` projected to the tangent plane."""
     e1 = direction - (direction @ normal) * normal
     e1 = e1 / np.sqrt(e1 @ e1)
     n1, n2, n3 = normal
@@ -69,7 +71,7 @@ def axes_from_normal(normal: np.ndarray, direction: np.ndarray) -> np.ndarray:
 
 
 def any_tangent(normal: np.ndarray) -> np.ndarray:
-    """(3,) unit vector across ``normal``: the world axis that is most nearly so, projected."""
+    """(3,) unit tangent: the world axis most nearly orthogonal to ``normal``, projected."""
     axis = np.zeros(3)
     axis[np.argmin(np.abs(normal))] = 1.0
     tangent = axis - (axis @ normal) * normal

@@ -1,9 +1,9 @@
 """Local polynomial z = phi(x, y, z) in a patch's frame: monomials, derivatives, curvature.
 
-With terms in x and y alone it is a height (Monge). Terms with z let it turn further than a
-height can: the surface is then where F = z - phi vanishes, and a quadric is exact. Coefficients
-are kept in scaled coordinates (x/R, y/R, z/R), R the patch radius, so that they carry no unit.
-Monomials come first in every array, (t, ...).
+With terms in x and y alone it is a height over the tangent plane (a Monge patch). Terms with z
+let the surface tilt further than a height can: it is the zero set of F = z - phi, and a quadric is
+exact. Coefficients are kept in scaled coordinates (x/R, y/R, z/R) with the patch radius R, so they
+have no unit. In every array the monomials are the first axis, (t, ...).
 """
 
 from collections.abc import Sequence
@@ -29,7 +29,15 @@ _DERIVATIVES = (
     (0, 1, 1),
     (0, 0, 2),
 )
-_NEWTON_STEPS, _CONVERGED, _LEAST_UPRIGHT = 20, 1e-9, 0.05
+# Newton steps for the height at a point; each doubles the digits, and the first steps are limited
+# to half a radius. Doubled, points where no height exists take twice as long to be found out.
+_NEWTON_STEPS = 20
+# Largest last step that counts as convergence, scaled; its square is below rounding. Doubled,
+# nothing changes: a converging step is either far above or far below.
+_CONVERGED = 1e-9
+# Least dF/dz that a Newton step divides by, no unit: the surface there is within 3 degrees of the
+# normal direction. Doubled, steps near such places are shorter.
+_LEAST_SLOPE_OF_F = 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,15 +47,15 @@ class Basis:
     Parameters
     ----------
     exponents : (t, 3) int
-        By k, and then by order; the third column is zero for a Monge polynomial.
+        Sorted by k, then by order. The third column is zero for a Monge polynomial.
     orders : (t,) int
         i + j + k.
     degree : int
-        The highest i + j + 2k: of z(x, y) when it is solved for.
+        The highest i + j + 2k: the order of the height z(x, y) that the polynomial defines.
     derivatives : (10, t, s) float
         ``coefficients @ derivatives[D]`` are the coefficients of the derivative D, one of
-        VALUE, X, Y, XX, XY, YY, Z, XZ, YZ, ZZ, over the s monomials of ``monomials``: the t
-        of the polynomial and, if it has terms in z, z itself.
+        VALUE, X, Y, XX, XY, YY, Z, XZ, YZ, ZZ. They belong to the s monomials of
+        ``monomials``: the t of the polynomial and, if it has terms in z, z itself.
     """
 
     exponents: np.ndarray
@@ -57,13 +65,13 @@ class Basis:
 
     @cached_property
     def at_origin(self) -> np.ndarray:
-        """(t, 10) such that ``coefficients @ at_origin`` are VALUE and SECOND_ORDER there."""
+        """(t, 10) matrix: ``coefficients @ at_origin`` are VALUE and SECOND_ORDER at zero."""
         return np.ascontiguousarray(self.derivatives[[VALUE, *SECOND_ORDER], :, 0].T)
 
     @cached_property
     def sources(self) -> tuple[np.ndarray, np.ndarray]:
-        """Which coefficient (10, s), times what (10, s), each coefficient of a derivative is:
-        a derivative of a monomial is one monomial."""
+        """Index (10, s) and factor (10, s) of the coefficient that each coefficient of a derivative
+        comes from. There is only one, because the derivative of a monomial is a monomial."""
         return np.abs(self.derivatives).argmax(axis=1), self.derivatives.sum(axis=1)
 
     @property
@@ -89,10 +97,10 @@ def monge_basis(degree: int) -> Basis:
 
 @lru_cache
 def graded_basis(degree: int) -> Basis:
-    """All monomials x^i y^j z^k with i + j + 2k <= degree, but z itself.
+    """All monomials x^i y^j z^k with i + j + 2k <= degree, except z itself.
 
-    z counts twice because a patch rises with the square of x and y: to leading order every
-    term in z repeats one without, and what it adds is turning. Degree 4 holds every quadric.
+    z counts twice because a patch rises with the square of x and y. To leading order a term in z
+    repeats terms without z; beyond, it lets the surface tilt further. Every quadric has degree 4.
 
     >>> graded_basis(4).exponents[15:].tolist()
     [[1, 0, 1], [0, 1, 1], [2, 0, 1], [1, 1, 1], [0, 2, 1], [0, 0, 2]]
@@ -124,14 +132,15 @@ def _basis(terms: list[tuple[int, int, int]], degree: int) -> Basis:
 
 
 def _falling(n: int, k: int) -> int:
-    """n (n-1) ... (n-k+1): what k derivatives leave before x^(n-k)."""
+    """Falling factorial n (n-1) ... (n-k+1): the factor of x^(n-k) after k derivatives of x^n."""
     return int(np.prod(range(n - k + 1, n + 1)))
 
 
 def monomials(basis: Basis, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
-    """(s, ...) monomials at scaled coordinates x, y, z (...); z itself last, if it is a factor.
+    """(s, ...) monomials at scaled coordinates x, y, z (...). z itself is last, if there are terms
+    in z.
 
-    Order by order: the monomials of order d are x times those of order d - 1, and y times the
+    They are built order by order. Those of order d are x times all of order d - 1, and y times the
     last of these.
     """
     out = np.empty((basis.derivatives.shape[2], *x.shape))
@@ -157,7 +166,7 @@ def monomials(basis: Basis, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.n
 def derivative_coefficients(basis: Basis, coefficients: np.ndarray, which) -> np.ndarray:
     """(..., len(which), s) coefficients of the derivatives ``which`` of polynomials (..., t)."""
     source, factor = basis.sources
-    # Taken, they lie in memory polynomial by polynomial; indexed, they would not.
+    # np.take keeps each polynomial contiguous in memory, unlike indexing.
     return np.take(coefficients, source[which], axis=-1) * factor[which]
 
 
@@ -175,7 +184,7 @@ def evaluate(
 
 
 def evaluate_batch(basis: Basis, coefficients, terms, which=(VALUE,)) -> np.ndarray:
-    """(len(which), m, n) derivatives of m polynomials (m, t) from their monomials (s, m, n)."""
+    """(len(which), m, n) derivatives of m polynomials (m, t), each at its monomials (s, m, n)."""
     rows = derivative_coefficients(basis, coefficients, list(which))
     return (rows @ terms.transpose(1, 0, 2)).transpose(1, 0, 2)
 
@@ -183,23 +192,23 @@ def evaluate_batch(basis: Basis, coefficients, terms, which=(VALUE,)) -> np.ndar
 def graph_derivatives(px, py, pxx, pxy, pyy, pz, pxz, pyz, pzz):
     """fx, fy, fxx, fxy, fyy of the height z = f(x, y) that solves z = phi(x, y, z).
 
-    Implicit differentiation of f = phi(x, y, f), once and twice; arguments are the derivatives
-    of phi in the order of ``SECOND_ORDER``. Not defined where phi_z = 1: there the surface
-    stands upright.
+    Implicit differentiation of f = phi(x, y, f), once and twice. The arguments are the derivatives
+    of phi in the order of ``SECOND_ORDER``. The height is not defined where phi_z = 1: there the
+    tangent plane contains the z axis.
     """
-    upright = 1.0 - pz
-    fx, fy = px / upright, py / upright
-    fxx = (pxx + 2.0 * pxz * fx + pzz * fx * fx) / upright
-    fxy = (pxy + pxz * fy + pyz * fx + pzz * fx * fy) / upright
-    fyy = (pyy + 2.0 * pyz * fy + pzz * fy * fy) / upright
+    slope_of_f = 1.0 - pz
+    fx, fy = px / slope_of_f, py / slope_of_f
+    fxx = (pxx + 2.0 * pxz * fx + pzz * fx * fx) / slope_of_f
+    fxy = (pxy + pxz * fy + pyz * fx + pzz * fx * fy) / slope_of_f
+    fyy = (pyy + 2.0 * pyz * fy + pzz * fy * fy) / slope_of_f
     return fx, fy, fxx, fxy, fyy
 
 
 def shape_operator(fx, fy, fxx, fxy, fyy) -> np.ndarray:
     """(..., 2, 2) shape operator of the graph z = f(x, y), upward normal, in the x, y basis.
 
-    Positive where the graph bends upward. I^-1 II with E = 1 + fx^2, F = fx fy, G = 1 + fy^2:
-    do Carmo, section 3-3, example 5.
+    It is positive where the graph curves upward. I^-1 II with E = 1 + fx^2, F = fx fy,
+    G = 1 + fy^2: do Carmo, section 3-3, example 5.
     """
     e, f, g = 1.0 + fx * fx, fx * fy, 1.0 + fy * fy
     scale = (e * g - f * f) ** -1.5
@@ -214,16 +223,16 @@ def shape_operator(fx, fy, fxx, fxy, fyy) -> np.ndarray:
 def gaussian_curvature(fx, fy, fxx, fxy, fyy):
     """Gaussian curvature K = (fxx fyy - fxy^2) / (1 + fx^2 + fy^2)^2 of a graph.
 
-    do Carmo, section 3-3, example 5; units 1/length^2 of the coordinates given.
+    do Carmo, section 3-3, example 5. Its unit is 1/length^2, in the length of the coordinates.
     """
     return (fxx * fyy - fxy * fxy) / (1.0 + fx * fx + fy * fy) ** 2
 
 
 @dataclass(frozen=True, eq=False)
 class LocalPolynomial:
-    """Polynomial z/R = sum c x^i y^j z^k over scaled coordinates.
+    """Polynomial z/R = sum c x^i y^j z^k in scaled coordinates.
 
-    Its methods raise ValueError for points that have no shape (n, 2) or are not finite.
+    Its methods raise ValueError for points of another shape than (n, 2) or not finite.
 
     Parameters
     ----------
@@ -238,7 +247,7 @@ class LocalPolynomial:
     scale: float
 
     def height(self, xy_local) -> np.ndarray:
-        """(n,) height over local points (n, 2), length; NaN where the surface has none there."""
+        """(n,) height over local points (n, 2), length. NaN where the surface has no height."""
         return self.scale * scaled_height(self.basis, self.coefficients, *self._scaled(xy_local))
 
     def gradient(self, xy_local) -> np.ndarray:
@@ -263,14 +272,16 @@ class LocalPolynomial:
 
 
 def scaled_height(basis: Basis, coefficients, x, y) -> np.ndarray:
-    """(n,) scaled height z = phi(x, y, z) over scaled points, by Newton's method from z = 0;
-    NaN where it does not converge on an upward side."""
+    """(n,) scaled height z = phi(x, y, z) over scaled points, by Newton's method from z = 0.
+
+    NaN where it does not converge, or converges on a side that faces down.
+    """
     z = np.zeros(np.shape(x))
     rows = derivative_coefficients(basis, coefficients, [VALUE, Z])
     if not basis.has_z:
         return rows[0] @ monomials(basis, x, y, z)
     for _ in range(_NEWTON_STEPS):
         phi, phi_z = rows @ monomials(basis, x, y, z)
-        step = (z - phi) / np.maximum(1.0 - phi_z, _LEAST_UPRIGHT)
+        step = (z - phi) / np.maximum(1.0 - phi_z, _LEAST_SLOPE_OF_F)
         z = z - np.clip(step, -0.5, 0.5)
     return np.where((np.abs(step) < _CONVERGED) & (phi_z < 1.0), z, np.nan)

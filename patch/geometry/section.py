@@ -1,35 +1,46 @@
-"""Plane-curve fit near a point: tangent and curvature of each section, with their deviations."""
+"""Tangent and curvature of plane sections at a point, with their standard deviations."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from touchatlas.patch.geometry.arrays import cross
 
+# Half widths of the windows over the reach of a contour, no unit; the scatter of curvature grows
+# as the width to -5/2, so each step costs a factor of about 2.4. With all of them doubled, two
+# would be the whole contour.
 _WINDOWS = np.array([1.0, 0.7, 0.5, 0.35])
-_LEAST_POINTS = 5
-_HANKEL = np.add.outer(np.arange(5), np.arange(5))
-# Chance that a window is given up though noise is all there is: the tail of a chi-square with
-# two degrees of freedom. Far smaller, since a window of a third has fourteen times the scatter.
+# Fewest points of a window: a quadratic leaves two degrees of freedom for its residual. Doubled,
+# contours of 19 points lose their narrowest windows.
+LEAST_POINTS = 5
+# Probability of leaving a window although noise explains it. It is small because the narrowest
+# window has fourteen times the scatter of the widest. Doubled, twice as many are left.
 _FALSE_ALARM = 1e-3
-_MOST_GAIN = -2.0 * np.log(_FALSE_ALARM)
-# Deviations of chi-square beyond which noise does not explain the residuals.
-_MOST_EXCESS = 5.0
+# The limit of chi-square with two degrees of freedom at that probability.
+_LARGEST_GAIN = -2.0 * np.log(_FALSE_ALARM)
+# Largest excess of the squared residuals, in standard deviations of chi-square. Doubled, a
+# window of 13 points is kept up to residuals of 2.3 deviations of the noise instead of 1.8.
+_LARGEST_EXCESS = 5.0
+# Indices i + j of the power sums in the normal matrix of five powers.
+_HANKEL = np.add.outer(np.arange(5), np.arange(5))
 
 
 @dataclass(frozen=True, eq=False)
 class SectionFit:
-    """What one contour says about the surface at the reference point.
+    """Tangent and curvature of one contour at the reference point.
 
     Parameters
     ----------
     tangent : (3,) float, unit, world
     curvature_vector : (3,) float, 1/length, world
-        Curvature times principal normal: toward the centre of curvature.
+        Curvature times principal normal. It points to the centre of curvature.
     curvature_std, tangent_std : float, 1/length and rad
+        Standard deviations of the curvature and of the tangent's angle.
     residual_rms : float, length
+        Of the points in the window about the quadratic.
     count : int
-        Points in the window that was used.
+        Number of points in the window.
     """
 
     tangent: np.ndarray
@@ -41,18 +52,19 @@ class SectionFit:
 
 
 def fit_sections(point, contours, noise_std: float) -> list[SectionFit]:
-    """Local quadratic fit of every contour near ``point``, in its own sampling plane.
+    """Tangent and curvature at ``point`` of every contour, each in its own sampling plane.
 
-    A quadratic because the curve resembles its osculating circle (the paper, section 2.1).
-    The widest of four windows in which noise explains the residuals, and what a cubic and a
-    quartic term would take off them, is used: wide windows are biased, narrow ones are noisy.
+    A quadratic is fitted in a window about the point, because the curve resembles its osculating
+    circle (the paper, section 2.1). Wide windows are biased and narrow ones are noisy. Of four
+    windows the fit uses the widest in which noise explains two numbers: the residuals, and how
+    much a cubic and a quartic term would reduce them.
 
     Parameters
     ----------
     point : (3,) float, length, world
-        Reference point, on or near every contour.
+        Reference point on or near every contour.
     contours : sequence of Contour
-        Each with five points or more near the reference point.
+        Each has five or more points.
     noise_std : float, length
         Standard deviation of each coordinate of each point; 0 is allowed.
 
@@ -63,44 +75,66 @@ def fit_sections(point, contours, noise_std: float) -> list[SectionFit]:
     Raises
     ------
     ValueError
-        When a contour has fewer than five points, or goes nowhere.
+        A contour has fewer than five points, or they all coincide.
 
     Notes
     -----
-    With n even samples on +-L the curvature deviates by 6.71 s/(L^2 sqrt n), the slope by
-    1.73 s/(L sqrt n), s the noise: the inverse normal matrix of a quadratic.
+    For n even samples on +-L with noise s, the inverse normal matrix of a quadratic gives the
+    curvature a standard deviation of 6.71 s/(L^2 sqrt n) and the slope one of 1.73 s/(L sqrt n).
     """
     for contour in contours:
-        if len(contour.points) < _LEAST_POINTS:
+        if len(contour.points) < LEAST_POINTS:
             raise ValueError(
                 f"a contour has {len(contour.points)} points; a section fit needs "
-                f"{_LEAST_POINTS} or more: sample more finely or track further"
+                f"{LEAST_POINTS} or more: sample more finely or track further"
             )
     along, across, s, h, inside = _plane_coordinates(point, contours)
-    coefficients, inverse, rms, counts, gain = _windowed_quadratics(s, h, inside)
-    chosen = _widest_consistent_window(rms, counts, gain, noise_std)
-    fits = []
-    for c, w in enumerate(chosen):
-        slope, half_curvature = coefficients[c, w, 1:]
-        stretch = 1.0 + slope * slope
-        spread = max(noise_std, rms[c, w])
-        tangent = (along[c] + slope * across[c]) / np.sqrt(stretch)
-        normal = (across[c] - slope * along[c]) / np.sqrt(stretch)
-        fits.append(
-            SectionFit(
-                tangent,
-                2.0 * half_curvature * stretch**-1.5 * normal,
-                float(2.0 * spread * np.sqrt(inverse[c, w, 2, 2])),
-                float(spread * np.sqrt(inverse[c, w, 1, 1]) / stretch),
-                float(rms[c, w]),
-                int(counts[c, w]),
-            )
-        )
-    return fits
+    quadratics = _windowed_quadratics(s, h, inside)
+    chosen = _widest_consistent_window(quadratics, noise_std)
+    return [
+        _section_fit(quadratics, c, w, along[c], across[c], noise_std)
+        for c, w in enumerate(chosen.tolist())
+    ]
+
+
+class _Quadratics(NamedTuple):
+    """Least squares h = a0 + a1 s + a2 s^2 of m contours in each of w windows.
+
+    coefficients (m, w, 3); inverse normal matrices (m, w, 3, 3); residual rms (m, w), length;
+    counts (m, w); and gain (m, w), length^2: the squared residuals that orders 3 and 4 would
+    remove.
+    """
+
+    coefficients: np.ndarray
+    inverse: np.ndarray
+    rms: np.ndarray
+    counts: np.ndarray
+    gain: np.ndarray
+
+
+def _section_fit(quadratics: _Quadratics, c: int, w: int, along, across, noise_std) -> SectionFit:
+    """The section of contour c in window w: k = h'' / (1 + h'^2)^(3/2) at s = 0."""
+    slope, half_curvature = quadratics.coefficients[c, w, 1:]
+    inverse, rms = quadratics.inverse[c, w], quadratics.rms[c, w]
+    squared_length = 1.0 + slope * slope
+    spread = max(noise_std, rms)
+    tangent = (along + slope * across) / np.sqrt(squared_length)
+    normal = (across - slope * along) / np.sqrt(squared_length)
+    return SectionFit(
+        tangent,
+        2.0 * half_curvature * squared_length**-1.5 * normal,
+        float(2.0 * spread * np.sqrt(inverse[2, 2])),
+        float(spread * np.sqrt(inverse[1, 1]) / squared_length),
+        float(rms),
+        int(quadratics.counts[c, w]),
+    )
 
 
 def _plane_coordinates(point, contours):
-    """In-plane axes (m, 3) and coordinates (m, n) of padded contours; inside marks real points."""
+    """In-plane axes (m, 3) and coordinates s, h (m, n) of contours about the point.
+
+    Contours are padded to one length; ``inside`` (m, n) is 0 in the padding.
+    """
     m, n = len(contours), max(len(c.points) for c in contours)
     offsets, inside = np.zeros((m, n, 3)), np.zeros((m, n))
     chords, normals = np.empty((m, 3)), np.empty((m, 3))
@@ -108,7 +142,7 @@ def _plane_coordinates(point, contours):
         count = len(contour.points)
         difference = contour.points - point
         offsets[c, :count], inside[c, :count] = difference, 1.0
-        # A chord over half the contour: a noisy direction would slant the parabola's axis.
+        # A chord over half the contour, so that noise hardly tilts the axis of the parabola.
         half = max(2, count // 4)
         middle = min(max(int((difference**2).sum(axis=1).argmin()), half), count - 1 - half)
         chords[c] = difference[middle + half] - difference[middle - half]
@@ -124,12 +158,10 @@ def _plane_coordinates(point, contours):
     return along, across, s, h, inside
 
 
-def _windowed_quadratics(s, h, inside):
-    """Least squares h = a0 + a1 s + a2 s^2 in every window: coefficients (m, w, 3), inverse
-    normal matrices (m, w, 3, 3), residual rms (m, w), counts (m, w), and the squared residuals
-    (m, w) that orders 3 and 4 would take off."""
+def _windowed_quadratics(s, h, inside) -> _Quadratics:
+    """Quadratic fits of every contour in every window."""
     distance = np.where(inside > 0, np.abs(s), np.inf)
-    nearest = np.sort(distance, axis=1)[:, _LEAST_POINTS - 1]
+    nearest = np.sort(distance, axis=1)[:, LEAST_POINTS - 1]
     reach = np.abs(s).max(axis=1)
     width = np.maximum(_WINDOWS * reach[:, None], nearest[:, None])
     mask = (distance[:, None, :] <= width[:, :, None] * (1 + 1e-9)).astype(float)
@@ -140,34 +172,37 @@ def _windowed_quadratics(s, h, inside):
     for k in range(8):
         np.multiply(powers[..., k], t, out=powers[..., k + 1])
     normal_matrix = (mask @ powers)[:, :, _HANKEL]
-    right = mask @ (powers[:, :, :5] * h[:, :, None])
+    rhs = mask @ (powers[:, :, :5] * h[:, :, None])
     inverse = np.linalg.inv(normal_matrix[..., :3, :3])
-    scaled = (inverse @ right[..., :3, None])[..., 0]
+    scaled = (inverse @ rhs[..., :3, None])[..., 0]
     counts = mask.sum(axis=2)
-    squares = (mask @ (h**2)[:, :, None])[..., 0] - (scaled * right[..., :3]).sum(axis=2)
-    rms = np.sqrt(np.maximum(squares, 0.0) / np.maximum(counts - 3.0, 1.0))
-    gain = _gain_of_higher_orders(normal_matrix, right, scaled, inverse)
+    sum_of_squares = (mask @ (h**2)[:, :, None])[..., 0] - (scaled * rhs[..., :3]).sum(axis=2)
+    rms = np.sqrt(np.maximum(sum_of_squares, 0.0) / np.maximum(counts - 3.0, 1.0))
+    gain = _gain_of_higher_orders(normal_matrix, rhs, scaled, inverse)
     unit = reach[:, None, None] ** -np.arange(3.0)
-    return scaled * unit, inverse * (unit[..., None] * unit[..., None, :]), rms, counts, gain
+    inverse = inverse * (unit[..., None] * unit[..., None, :])
+    return _Quadratics(scaled * unit, inverse, rms, counts, gain)
 
 
-def _gain_of_higher_orders(normal_matrix, right, quadratic, inverse):
-    """(m, w) squared residuals that orders 3 and 4 take off a quadratic, from the normal matrix
-    (m, w, 5, 5) and right-hand side of all five."""
+def _gain_of_higher_orders(normal_matrix, rhs, quadratic, inverse):
+    """(m, w) squared residuals that orders 3 and 4 would remove, length^2.
+
+    r^t S^-1 r, with the Schur complement S of the quadratic's block in the normal matrix
+    (m, w, 5, 5) and the rest r of the right-hand side (m, w, 5).
+    """
     mixed = normal_matrix[..., 3:, :3]
-    # What of orders 3 and 4 a quadratic does not have.
-    cubic, quartic = np.moveaxis(right[..., 3:] - (mixed @ quadratic[..., None])[..., 0], -1, 0)
-    own = normal_matrix[..., 3:, 3:] - mixed @ inverse @ mixed.swapaxes(-1, -2)
-    a, b, c = own[..., 0, 0], own[..., 0, 1], own[..., 1, 1]
+    cubic, quartic = np.moveaxis(rhs[..., 3:] - (mixed @ quadratic[..., None])[..., 0], -1, 0)
+    schur = normal_matrix[..., 3:, 3:] - mixed @ inverse @ mixed.swapaxes(-1, -2)
+    a, b, c = schur[..., 0, 0], schur[..., 0, 1], schur[..., 1, 1]
     determinant = np.maximum(a * c - b * b, np.finfo(float).tiny)
     return (c * cubic**2 - 2.0 * b * cubic * quartic + a * quartic**2) / determinant
 
 
-def _widest_consistent_window(rms, counts, gain, noise_std):
-    """(m,) index of the widest window that noise explains, else the narrowest."""
-    freedom = np.maximum(counts - 3.0, 1.0)
-    limit = noise_std * np.sqrt(1.0 + _MOST_EXCESS * np.sqrt(2.0 / freedom))
-    consistent = (rms <= limit) & (gain <= _MOST_GAIN * noise_std**2)
+def _widest_consistent_window(quadratics: _Quadratics, noise_std):
+    """(m,) index of the widest window that noise explains, or of the narrowest if none is."""
+    freedom = np.maximum(quadratics.counts - 3.0, 1.0)
+    limit = noise_std * np.sqrt(1.0 + _LARGEST_EXCESS * np.sqrt(2.0 / freedom))
+    consistent = (quadratics.rms <= limit) & (quadratics.gain <= _LARGEST_GAIN * noise_std**2)
     consistent[:, -1] = True
     return consistent.argmax(axis=1)
 
@@ -175,8 +210,8 @@ def _widest_consistent_window(rms, counts, gain, noise_std):
 def contour_normals(contour, outward) -> np.ndarray:
     """(n, 3) unit normals of a contour within its sampling plane, toward ``outward`` (3,).
 
-    The part of the surface normal that one contour shows: all of it where the plane contains
-    the surface normal. Central differences over four steps, fewer at the ends.
+    Each is the surface normal projected to the plane. They are computed by central differences
+    over four steps, fewer at the ends.
     """
     points = contour.points
     index = np.arange(len(points))
@@ -185,7 +220,7 @@ def contour_normals(contour, outward) -> np.ndarray:
     normals = cross(contour.plane.normal, chords)
     length = np.sqrt((normals * normals).sum(axis=1))
     normals = normals / np.where(length > 0.0, length, 1.0)[:, None]
-    # One sign for the whole curve: it is tracked on one side of the surface. The sign is read
-    # where the curve runs nearest to the reference direction.
+    # The probe stays on one side of the surface, so one sign holds for the whole curve. It is
+    # taken where the normal is most nearly parallel to the reference direction.
     along = normals @ outward
     return normals if along[np.abs(along).argmax()] >= 0.0 else -normals

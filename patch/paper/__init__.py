@@ -1,1 +1,1 @@
-"""The paper's own estimator: total absolute Gaussian curvature, its solvers, the Gauss map."""
+"""The paper's own estimator: total absolute Gaussian curvature, two solvers and the Gauss map."""

@@ -1,6 +1,6 @@
 """Gaussian curvature of a polynomial height on a grid over its domain, with its derivatives.
 
-The domain D is the convex hull of the projected curves; p, q, r, s, t are Monge's names for
+The domain D is the convex hull of the projected curves. p, q, r, s, t are Monge's names for
 z_x, z_y, z_xx, z_xy, z_yy.
 """
 
@@ -11,6 +11,8 @@ from scipy.spatial import ConvexHull, QhullError
 
 from touchatlas.patch.geometry.polynomial import monge_basis
 
+# Degree of the polynomial in the paper. Doubled, it has 39 unknowns and 57 samples.
+DEGREE = 4
 # Orders of d/dx and d/dy of p, q, r, s, t.
 _ORDERS = ((1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
 
@@ -20,15 +22,15 @@ def domain_radius(points_local) -> float:
     return float(np.sqrt((np.asarray(points_local)[:, :2] ** 2).sum(axis=1).max()))
 
 
-def free_exponents(degree: int):
-    """Exponents i, j of the unknown coefficients: those of order 3 and more."""
-    basis = monge_basis(int(degree))
+def free_exponents():
+    """Exponents i, j of the unknown coefficients: those of order 3 and 4."""
+    basis = monge_basis(DEGREE)
     i, j = basis.exponents[basis.orders >= 3].T[:2]
     return i, j
 
 
 def convex_hull(xy) -> ConvexHull:
-    """The domain D of points (n, 2); ValueError when they span no area."""
+    """The domain D of points (n, 2). ValueError when they span no area."""
     try:
         return ConvexHull(xy)
     except QhullError:
@@ -77,12 +79,16 @@ def grid_derivatives(uv, i, j, k1, k2):
 
 
 def _falling(n, k: int):
-    """n (n-1) ... (n-k+1): what k derivatives leave before x^(n-k)."""
+    """Falling factorial n (n-1) ... (n-k+1): the factor of x^(n-k) after k derivatives of x^n."""
     return np.prod([n - step for step in range(k)], axis=0) if k else np.ones(len(n))
 
 
 class GridCurvature(NamedTuple):
-    """K - K0 on the grid in scaled coordinates (m,), and what its derivatives need."""
+    """K - K0 on the grid, scaled, with the terms of its derivatives.
+
+    ``pqrst`` (5, m); ``inverse`` (m,) is 1/(1 + p^2 + q^2); ``numerator`` (m,) is rt - s^2;
+    ``excess`` (m,) is K - K0.
+    """
 
     pqrst: np.ndarray
     inverse: np.ndarray
@@ -119,8 +125,8 @@ def weighted_slopes(grid: GridCurvature, weights) -> np.ndarray:
     """(5 m,) derivatives of sum_j w_j K_j with respect to p, q, r, s, t."""
     p, q, r, s, t = grid.pqrst
     w = weights * grid.inverse * grid.inverse
-    steep = -4.0 * w * grid.inverse * grid.numerator
-    return np.concatenate([steep * p, steep * q, w * t, -2.0 * w * s, w * r])
+    by_slope = -4.0 * w * grid.inverse * grid.numerator
+    return np.concatenate([by_slope * p, by_slope * q, w * t, -2.0 * w * s, w * r])
 
 
 def curvature_derivatives(derivatives, grid: GridCurvature, first, second):
@@ -133,6 +139,7 @@ def curvature_derivatives(derivatives, grid: GridCurvature, first, second):
     grid : GridCurvature
         At the coefficients in question.
     first, second : (m,) float
+        Weights of K'' and of K' K'^t.
 
     Returns
     -------
@@ -142,34 +149,39 @@ def curvature_derivatives(derivatives, grid: GridCurvature, first, second):
     Notes
     -----
     K = B / S^2 with B = rt - s^2 and S = 1 + p^2 + q^2, both quadratic in the coefficients:
-    K' = B'/S^2 - 2 B S'/S^3, and so on.
+    K' = B'/S^2 - 2 B S'/S^3 and
+    K'' = B''/S^2 - 2 (B' S'^t + S' B'^t)/S^3 + 6 B S' S'^t/S^4 - 2 B S''/S^3.
     """
     m = len(first)
     p, q, r, s, t = grid.pqrst
     inverse, numerator = grid.inverse, grid.numerator
     d = derivatives.reshape(-1, 5, m)
-    bend = d[:, 2] * t
-    bend += d[:, 4] * r
-    bend -= d[:, 3] * (2.0 * s)
-    steep = d[:, 0] * (2.0 * p)
-    steep += d[:, 1] * (2.0 * q)
-    square = inverse * inverse
-    cube = square * inverse
-    shrink = numerator * cube
-    slopes = bend * square
-    slopes -= steep * (2.0 * shrink)
-    hessian = (slopes * second) @ slopes.T
-    bend *= -2.0 * first * cube
-    bend += steep * (3.0 * first * shrink * inverse)
-    mixed = bend @ steep.T
-    hessian += mixed
-    hessian += mixed.T
-    steepness = derivatives[:, : 2 * m]
-    level = -4.0 * first * shrink
-    hessian += (steepness * np.concatenate([level, level])) @ steepness.T
-    flat = first * square
-    mixed = (d[:, 2] * flat) @ d[:, 4].T
-    mixed -= (d[:, 3] * flat) @ d[:, 3].T
-    hessian += mixed
-    hessian += mixed.T
-    return slopes, hessian
+    # B' and S'.
+    db = d[:, 2] * t
+    db += d[:, 4] * r
+    db -= d[:, 3] * (2.0 * s)
+    ds = d[:, 0] * (2.0 * p)
+    ds += d[:, 1] * (2.0 * q)
+    inverse2 = inverse * inverse
+    inverse3 = inverse2 * inverse
+    b_over_s3 = numerator * inverse3
+    dk = db * inverse2
+    dk -= ds * (2.0 * b_over_s3)
+    hessian = (dk * second) @ dk.T
+    # The terms in B' S'^t and S' S'^t, and their transposes.
+    db *= -2.0 * first * inverse3
+    db += ds * (3.0 * first * b_over_s3 * inverse)
+    half = db @ ds.T
+    hessian += half
+    hessian += half.T
+    # The term in S'', with S'' = 2 (p' p'^t + q' q'^t).
+    d_pq = derivatives[:, : 2 * m]
+    weights = -4.0 * first * b_over_s3
+    hessian += (d_pq * np.concatenate([weights, weights])) @ d_pq.T
+    # The term in B'', with B'' = r' t'^t + t' r'^t - 2 s' s'^t.
+    weights = first * inverse2
+    half = (d[:, 2] * weights) @ d[:, 4].T
+    half -= (d[:, 3] * weights) @ d[:, 3].T
+    hessian += half
+    hessian += half.T
+    return dk, hessian

@@ -1,4 +1,4 @@
-"""fit_paper: a patch as the paper fits it, its section 2 from end to end."""
+"""fit_paper: the patch of the paper's section 2."""
 
 from collections.abc import Callable
 from enum import Enum
@@ -6,14 +6,21 @@ from enum import Enum
 import numpy as np
 
 from touchatlas.patch.fit.fit_patch import FitOptions
-from touchatlas.patch.fit.smoothness import scaled_noise
+from touchatlas.patch.fit.smoothness import LOOSE_STD, scaled_noise
 from touchatlas.patch.geometry.arrays import frozen_array
 from touchatlas.patch.geometry.contour import Contour
-from touchatlas.patch.geometry.curvature import curvatures_from_sections, normal_from_tangents
+from touchatlas.patch.geometry.curvature import (
+    LEAST_OUTWARD_COSINE,
+    WORST_CONDITION,
+    curvatures_from_sections,
+    normal_curvature,
+    normal_from_tangents,
+)
 from touchatlas.patch.geometry.frame import DarbouxFrame, any_tangent, axes_from_normal
 from touchatlas.patch.geometry.patch import Patch
 from touchatlas.patch.geometry.polynomial import LocalPolynomial, monge_basis
 from touchatlas.patch.geometry.section import fit_sections
+from touchatlas.patch.paper.curvature_on_grid import DEGREE
 from touchatlas.patch.paper.newton import newton_minimum
 from touchatlas.patch.paper.steepest_descent import Descent
 from touchatlas.patch.paper.total_curvature import (
@@ -24,21 +31,18 @@ from touchatlas.patch.paper.total_curvature import (
     squared_error,
 )
 
-# The paper's 0.3 mm^2, for a patch of radius 20 mm.
-MULTIPLIER_SHARE = 7.5e-4
-# Candidates for lam over the squared patch radius.
-_SHARES = np.geomspace(1e-1, 1e-6, 12).tolist()
-_DISCREPANCY = 1.5
-_WORST_CONDITION = 1e3
-_LOOSE_STD = 1.0
-_LEAST_SHARE = 1e-4
-# As in ``start``: rounding would choose the outer side.
-_TANGENT = 1e-9
+# Default lam over the squared patch radius: the paper's 0.3 mm^2 at a radius of 20 mm. Doubled,
+# patches are flatter between the curves and residuals larger.
+MULTIPLIER_FRACTION = 7.5e-4
+# Least standard deviation of a section, over the largest: an exact section among noisy ones would
+# leave the system singular. Doubled, such a section has a quarter of the weight.
+_LEAST_STD_RATIO = 1e-4
+# Indices of the coefficients of order 0 and 1, and of x^2 and y^2.
 _CONSTANT, _SLOPES, _SQUARES = 0, slice(1, 3), [3, 5]
 
 
 class Penalty(Enum):
-    """What is added to the squared error of the heights."""
+    """The term that is added to the squared error of the heights."""
 
     NONE = "nothing: the paper's (3)"
     TOTAL_CURVATURE = "total absolute Gaussian curvature: the paper's (5)"
@@ -53,33 +57,32 @@ def fit_paper(
     multiplier: float | None = None,
     solver: Callable[[FoldProblem], Descent] = newton_minimum,
 ) -> Patch:
-    """Patch around a reference point by the paper's steps.
+    """Patch around a reference point by the steps of the paper.
 
-    Sections give tangents and curvatures, these the normal, the principal curvatures and the
-    Darboux frame; k1 and k2 stay fixed as in equation (1), and the coefficients of order 3 and 4
-    are fitted over that frame.
+    Sections give tangents and curvatures. These give the normal, the principal curvatures and the
+    Darboux frame. k1 and k2 then stay fixed, as in equation (1), and the coefficients of order 3
+    and 4 are fitted in that frame.
 
     Parameters
     ----------
     point : (3,) float, length, world
-        Reference point; the patch passes through it.
+        Reference point. The patch passes through it.
     contours : tuple of Contour
         Three or more in distinct directions.
     outward : (3,) float, world
         Any vector on the outer side.
     penalty : Penalty
     multiplier : float, length^2, optional
-        lam of (5); None for MULTIPLIER_SHARE of the squared patch radius. See also
-        ``multiplier_from_data``.
+        lam of (5). None stands for MULTIPLIER_FRACTION times the squared patch radius.
     solver : callable
-        Of (5); ``sign_frozen_descent`` is the paper's own.
+        Solver of (5). The paper's own is ``sign_frozen_descent``.
 
     Returns
     -------
     Patch
-        Its covariance is of the data alone: a penalty is a choice, not knowledge. Slopes and
-        curvatures are uncertain as the sections are. What no curve sees is given a standard
-        deviation of one patch radius.
+        Its covariance is of the data alone, because a penalty is a choice and not knowledge.
+        Slopes and curvatures have the deviations of the sections. Coefficients that no curve
+        determines have a standard deviation of one patch radius.
 
     Raises
     ------
@@ -88,28 +91,27 @@ def fit_paper(
 
     Notes
     -----
-    The paper, sections 2.1 and 2.2. At an umbilic k1 = k2, their mean: directions are free
-    there, and unequal values along free directions would be wrong.
+    The paper, sections 2.1 and 2.2. At an umbilic both curvatures are set to their mean: the
+    directions are arbitrary there, and unequal curvatures along them would be wrong.
     """
     point, noise = frozen_array(point, (3,), "reference point"), _noise(contours)
     axes, k1, k2, condition, section_covariance = _darboux(point, contours, outward, noise)
     frame = DarbouxFrame(point, axes)
     local = frame.to_local(np.concatenate([c.points for c in contours]))
     if multiplier is None:
-        multiplier = scale_free_multiplier(MULTIPLIER_SHARE, local)
+        multiplier = scale_free_multiplier(MULTIPLIER_FRACTION, local)
     reference = k1 * k2 if penalty is Penalty.EXCESS_CURVATURE else 0.0
     problem = fold_problem(local, k1, k2, multiplier, reference_curvature=reference)
     if penalty is Penalty.NONE:
         free = least_squares_coefficients(problem)
     else:
         free = solver(problem).coefficients
-    radius, basis = problem.radius, monge_basis(problem.degree)
-    freedom = max(len(local) - problem.size, 1)
-    residual = float(np.sqrt(squared_error(problem, free) / freedom))
+    radius = problem.radius
+    residual = float(np.sqrt(squared_error(problem, free) / max(len(local) - problem.size, 1)))
     return Patch(
         -1,
         frame,
-        LocalPolynomial(basis, problem.scaled_polynomial(free), radius),
+        LocalPolynomial(monge_basis(DEGREE), problem.scaled_polynomial(free), radius),
         _covariance(problem, section_covariance, scaled_noise(max(noise, residual), radius)),
         radius,
         FitOptions().core,
@@ -120,41 +122,8 @@ def fit_paper(
     )
 
 
-def multiplier_from_data(point, contours: tuple[Contour, ...], outward, penalty: Penalty) -> float:
-    """lam of (5) as large as the data bear, length^2.
-
-    The largest of twelve values from 1e-6 to 1e-1 of the squared patch radius with which (5)
-    leaves no more than 1.5 times the squared error that plain least squares leaves.
-
-    Parameters
-    ----------
-    point, contours, outward, penalty
-        As for ``fit_paper``, whose ``multiplier`` this is.
-
-    Raises
-    ------
-    ValueError
-        As ``fit_paper`` does.
-
-    Notes
-    -----
-    Morozov's discrepancy principle, with the error of (3) for the noise.
-    """
-    point, noise = frozen_array(point, (3,), "reference point"), _noise(contours)
-    axes, k1, k2, *_ = _darboux(point, contours, outward, noise)
-    local = DarbouxFrame(point, axes).to_local(np.concatenate([c.points for c in contours]))
-    reference = k1 * k2 if penalty is Penalty.EXCESS_CURVATURE else 0.0
-    for share in _SHARES:
-        multiplier = scale_free_multiplier(share, local)
-        problem = fold_problem(local, k1, k2, multiplier, reference_curvature=reference)
-        borne = _DISCREPANCY * squared_error(problem, least_squares_coefficients(problem))
-        if squared_error(problem, newton_minimum(problem).coefficients) <= borne:
-            break
-    return multiplier
-
-
 def _noise(contours) -> float:
-    """Root mean square of the noise of contours, which must be three or more."""
+    """Root mean square of the noise of contours. ValueError for fewer than three."""
     if len(contours) < 3:
         raise ValueError(
             f"{len(contours)} sections were given; principal curvatures need 3 or more"
@@ -163,23 +132,24 @@ def _noise(contours) -> float:
 
 
 def _darboux(point, contours, outward, noise):
-    """Axes (3, 3), k1, k2 and the condition from the sections; the covariances (2, 2) of the
-    slopes and of k1 and k2 in those axes."""
+    """Axes (3, 3), k1, k2, the condition of the sections, and a pair of covariances (2, 2).
+
+    The covariances are those of the slopes and of k1, k2, in these axes.
+    """
     sections = fit_sections(point, contours, noise)
     tangents = np.array([s.tangent for s in sections])
     outward = frozen_array(outward, (3,), "outward")
     normal = normal_from_tangents(tangents, outward)
-    if abs(normal @ outward) <= _TANGENT * np.abs(outward).max():
+    if abs(normal @ outward) <= LEAST_OUTWARD_COSINE * np.abs(outward).max():
         raise ValueError(
             "outward is zero or tangent to the surface and tells no side; give one that points out"
         )
     axes = axes_from_normal(normal, any_tangent(normal))
     angles = np.arctan2(tangents @ axes[1], tangents @ axes[0])
-    # Meusnier: of a slanting section's curvature only the part along the normal counts.
-    curvatures = np.array([s.curvature_vector for s in sections]) @ normal
+    curvatures = normal_curvature(np.array([s.curvature_vector for s in sections]), normal)
     stds = np.array([s.curvature_std for s in sections])
     k1, k2, angle, std, umbilic, condition = curvatures_from_sections(curvatures, angles, stds)
-    if condition > _WORST_CONDITION:
+    if condition > WORST_CONDITION:
         raise ValueError(
             f"the sections have fewer than three distinct directions (condition {condition:.3g}); "
             "choose sampling planes about 60 degrees apart"
@@ -187,25 +157,31 @@ def _darboux(point, contours, outward, noise):
     if umbilic:
         k1 = k2 = 0.5 * (k1 + k2)
     axes = axes_from_normal(normal, np.cos(angle) * axes[0] + np.sin(angle) * axes[1])
-    across = tangents @ axes[:2].T
+    return axes, k1, k2, condition, (_slope_covariance(sections, tangents, axes), np.diag(std**2))
+
+
+def _slope_covariance(sections, tangents, axes) -> np.ndarray:
+    """(2, 2) covariance of the slopes along e1 and e2, from the deviations of the tangents."""
+    design = tangents @ axes[:2].T
     stds = np.array([s.tangent_std for s in sections])
-    # An exact section among noisy ones would leave the system singular to rounding.
-    weight = np.maximum(stds, max(_LEAST_SHARE * stds.max(), np.finfo(float).eps)) ** -2.0
-    slopes = np.linalg.inv((across * weight[:, None]).T @ across)
-    return axes, k1, k2, condition, (slopes, np.diag(std**2))
+    weight = np.maximum(stds, max(_LEAST_STD_RATIO * stds.max(), np.finfo(float).eps)) ** -2.0
+    return np.linalg.inv((design * weight[:, None]).T @ design)
 
 
 def _covariance(problem: FoldProblem, section_covariance, noise) -> np.ndarray:
-    """(t, t) covariance of the scaled coefficients; the three groups are fitted apart."""
+    """(t, t) covariance of the scaled coefficients.
+
+    Slopes, curvatures and higher orders are estimated separately, so their blocks are independent.
+    """
     slopes, curvatures = section_covariance
-    orders = monge_basis(problem.degree).orders
+    orders = monge_basis(DEGREE).orders
     free = np.flatnonzero(orders >= 3)
     out = np.zeros((len(orders), len(orders)))
     out[_CONSTANT, _CONSTANT] = noise**2
     out[_SLOPES, _SLOPES] = slopes
     out[np.ix_(_SQUARES, _SQUARES)] = curvatures * (0.5 * problem.radius) ** 2
     values, vectors = np.linalg.eigh(problem.design.T @ problem.design)
-    precision = np.maximum(values, 0.0) / noise**2 + _LOOSE_STD**-2.0
+    precision = np.maximum(values, 0.0) / noise**2 + LOOSE_STD**-2.0
     out[np.ix_(free, free)] = (vectors / precision) @ vectors.T
-    # Rounding leaves the inverse of a symmetric matrix a little askew.
+    # Rounding leaves the computed inverse slightly asymmetric.
     return 0.5 * (out + out.T)

@@ -9,20 +9,20 @@ from touchatlas.patch.paper.total_curvature import FoldProblem
 
 @dataclass(frozen=True, eq=False)
 class GaussMap:
-    """Unit normals of a patch over its domain, and the area that they cover.
+    """Unit normals of a patch over its domain, and the area that they cover on the sphere.
 
     Parameters
     ----------
     points_local : (m, 3) float, length, Darboux frame
-        The patch over its grid.
+        Points of the patch over the grid.
     normals : (m, 3) float, unit, Darboux frame
         Upward.
     curvature : (m,) float, 1/length^2
         Gaussian curvature K.
     algebraic_area : float, steradian
-        Integral of K over the area of the patch: folds of opposite sign cancel.
+        Integral of K over the patch. Folds of opposite sign cancel.
     absolute_area : float, steradian
-        Integral of |K|: every fold counts. Equal to |algebraic_area| where nothing folds.
+        Integral of |K| over the patch. It equals |algebraic_area| where K does not change sign.
     """
 
     points_local: np.ndarray
@@ -33,7 +33,7 @@ class GaussMap:
 
 
 def gauss_map(problem: FoldProblem, coefficients) -> GaussMap:
-    """Gauss map of the patch z(x, y) with the given coefficients over the grid of a problem.
+    """Gauss map of the patch z(x, y) with given coefficients, over the grid of a problem.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def gauss_map(problem: FoldProblem, coefficients) -> GaussMap:
     Notes
     -----
     dA = sqrt(1 + p^2 + q^2) dx dy, and K dA is the area on the sphere: do Carmo, section 3-3.
-    The paper's (4) integrates |K| dx dy instead, which is less on slopes.
+    The paper's (4) integrates |K| dx dy instead, which is smaller on slopes.
 
     Examples
     --------
@@ -65,14 +65,14 @@ def gauss_map(problem: FoldProblem, coefficients) -> GaussMap:
     grid = problem.curvature(coefficients)
     scale = problem.radius
     curvature = grid.excess / scale**2 + problem.reference_curvature
-    steepness = 1.0 / np.sqrt(grid.inverse)
+    area_ratio = 1.0 / np.sqrt(grid.inverse)
     p, q = grid.pqrst[:2]
-    normals = np.stack([-p, -q, np.ones_like(p)], axis=1) / steepness[:, None]
+    normals = np.stack([-p, -q, np.ones_like(p)], axis=1) / area_ratio[:, None]
     x, y = problem.grid.T
     i, j = problem.exponents
-    cubics = coefficients @ ((x / scale) ** i[:, None] * (y / scale) ** j[:, None])
-    height = 0.5 * (problem.k1 * x * x + problem.k2 * y * y) + scale * cubics
-    area = curvature * steepness * problem.spacing**2
+    higher = coefficients @ ((x / scale) ** i[:, None] * (y / scale) ** j[:, None])
+    height = 0.5 * (problem.k1 * x * x + problem.k2 * y * y) + scale * higher
+    area = curvature * area_ratio * problem.spacing**2
     return GaussMap(
         np.stack([x, y, height], axis=1),
         normals,

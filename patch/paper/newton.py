@@ -1,15 +1,14 @@
-"""A fast solver of (5): primal-dual Newton on smoothed |K|, from three sides.
+"""A fast solver of (5): primal-dual Newton steps on smoothed |K|, from three starts.
 
-|K| is smoothed to sqrt(K^2 + eps^2). Beside the coefficients a dual weight w_j in [-1, 1] is
-carried for each grid point, the sign of K_j where K_j is not zero and a multiplier where a
-minimum lies on the kink K_j = 0. Newton's step for both at once stays good as eps falls to
-nothing (Chan, Golub & Mulet 1999, for total variation; here K is curved too, so its second
-derivatives enter).
+|K| is smoothed to sqrt(K^2 + eps^2). Each grid point has a dual variable w_j in [-1, 1]. It is the
+sign of K_j where K_j is not zero, and a multiplier where the minimum lies on the kink K_j = 0.
+Newton's step for coefficients and dual variables together converges as eps tends to zero (Chan,
+Golub & Mulet 1999, for total variation). Here K is not linear, so its second derivatives enter.
 
-Between three curves (5) has several minima: a patch flattens by folding up or down along the
-direction that the curves see least. So short searches on the coarse grid start at zeros and on
-both sides of it in that direction, and the best of them are finished on the whole grid. A lower
-minimum of (5) need not be the better surface: on a convex body it is the flatter one.
+Between three curves (5) has several minima: the patch can fold up or down in the direction that the
+curves determine least. So short searches on the coarse grid start at zeros and on both sides of it
+in that direction, and the best of them are finished on the whole grid. A lower minimum of (5) need
+not be the better surface: on a convex body it is the flatter one.
 """
 
 from typing import NamedTuple
@@ -19,56 +18,54 @@ from scipy.linalg.lapack import dposv
 
 from touchatlas.patch.paper.curvature_on_grid import GridCurvature, curvature_derivatives
 from touchatlas.patch.paper.steepest_descent import LIMIT, Descent
-from touchatlas.patch.paper.total_curvature import (
-    FoldProblem,
-    checked_start,
-)
+from touchatlas.patch.paper.total_curvature import FoldProblem
 
+# Fraction of the linear fall that a step must reach: Armijo's rule (Nocedal & Wright, section 3.1).
+# Doubled, hardly any step is shorter.
 _SUFFICIENT = 1e-4
-_LEAST_STEP = 1e-8
-# A Newton step turns no slope on the grid by more than this: past steep folds (5) falls forever.
-_MOST_SLOPE = 0.5
-# Smoothing over the mean |K| of the start; the gap, not this, drives how fast it falls.
-_FIRST_EPS, _FINISH_EPS, _FALL_OF_EPS = 10.0, 0.3, 0.1
-# Short searches: first smoothing, tolerance, steps.
-_EXPLORE = (1.0, 0.1, 6)
-# Ends this near in height are finished too, unless they are nearly the same place.
-_RIVAL, _APART = 0.03, 0.3
-# Eigenvalues below this share of the largest belong to what the curves do not see.
-_UNSEEN = 1e-3
+# Least fraction of a Newton step: below it the search stays where it is. Doubled, it gives up one
+# halving earlier.
+_LEAST_FRACTION = 1e-8
+# Largest change of a slope on the grid in one step: beyond steep folds (5) falls without end.
+# Doubled, searches may cross such folds.
+_LARGEST_SLOPE_CHANGE = 0.5
+# First smoothing eps over the mean |K| of the start, for a search from zeros and for one that goes
+# on. Doubled, a search takes about one step more, because eps falls with the duality gap.
+_FIRST_EPS, _FINISH_EPS = 10.0, 0.3
+# Fraction to which eps falls at most in one step. Doubled, a search takes a few steps more.
+_FALL_OF_EPS = 0.1
+# Short searches: first eps as above, tolerance, largest number of steps. With the steps doubled,
+# they take half of the whole time and seldom choose another minimum.
+_SHORT = (1.0, 0.1, 6)
+# The last searches: relative tolerance of the duality gap and of the predicted fall, and largest
+# number of steps. Doubled, objectives err by 2e-7.
+_TOLERANCE, _LIMIT = 1e-7, 60
+# Short searches that end within this fraction of the lowest are finished, too, unless they are
+# within this relative distance of it. Doubled, more searches are finished.
+_SIMILAR, _DISTINCT = 0.03, 0.3
+# Largest eigenvalue, over the largest of all, of a direction that the curves do not determine.
+# Doubled, hardly any direction is added: eigenvalues of three curves have a gap there.
+_UNDETERMINED = 1e-3
+# Number of cubic coefficients; they come first.
 _CUBICS = 4
-_FLAT, _TINY, _ROUNDING = 1e-12, 1e-300, 1e-15
+# Least eigenvalue of an indefinite Hessian over its largest, a number that keeps quotients finite,
+# and relative rounding of (5). Doubled, nothing changes but in the last digits.
+_LEAST_EIGENVALUE, _TINY, _ROUNDING = 1e-12, 1e-300, 1e-15
 
 SMALL_GAP = "the duality gap is below the tolerance"
 
 
-def newton_minimum(
-    problem: FoldProblem, start=None, *, explore=True, tolerance=1e-7, limit=60
-) -> Descent:
-    """Minimum of (5) by primal-dual Newton steps from the start and from both sides of it.
+def newton_minimum(problem: FoldProblem) -> Descent:
+    """Minimum of (5) by primal-dual Newton steps from the Darboux quadric and both sides of it.
 
     Parameters
     ----------
     problem : FoldProblem
-    start : (t,) float, no unit
-        None for zeros, the Darboux quadric.
-    tolerance : float
-        Of the duality gap and of the fall that Newton's model still promises, over (5).
-    explore : bool
-        Whether to search from both sides too; else the minimum that the start leads to, in half
-        the time.
-    limit : int
-        Most Newton steps of one search.
 
     Returns
     -------
     Descent
-        Its coefficients are never worse than the start.
-
-    Raises
-    ------
-    ValueError
-        A start of another size.
+        It has converged when the duality gap and the predicted fall are below 1e-7 of (5).
 
     Notes
     -----
@@ -83,16 +80,13 @@ def newton_minimum(
     >>> newton_minimum(fold_problem(np.concatenate(lines), 0.0, 0.0, 0.3)).objective
     0.0
     """
-    a = checked_start(problem, start)
-    starts, runs = [a], []
-    side = _unseen_fold(problem)
+    starts, runs, eps = [np.zeros(problem.size)], [], _FIRST_EPS
+    side = _undetermined_fold(problem)
     coarse = problem.coarse
-    if explore and side.any() and coarse and len(coarse.grid) and problem.weight > 0.0:
-        runs = [_search(coarse, a + way * side, *_EXPLORE) for way in (0.0, 1.0, -1.0)]
-        starts = _distinct(runs)
-    ends = [
-        _search(problem, s, _FINISH_EPS if runs else _FIRST_EPS, tolerance, limit) for s in starts
-    ]
+    if side.any() and coarse and len(coarse.grid) and problem.weight > 0.0:
+        runs = [_search(coarse, sign * side, *_SHORT) for sign in (0.0, 1.0, -1.0)]
+        starts, eps = _distinct(runs), _FINISH_EPS
+    ends = [_search(problem, start, eps, _TOLERANCE, _LIMIT) for start in starts]
     best = min(ends, key=lambda run: run.objective)
     runs += ends
     return Descent(
@@ -106,34 +100,37 @@ def newton_minimum(
 
 
 def _distinct(runs) -> list[np.ndarray]:
-    """The best end and its rivals: nearly as low, and elsewhere."""
+    """Ends of the lowest search, and of those that are nearly as low but elsewhere."""
     runs = sorted(runs, key=lambda run: run.objective)
     kept = [runs[0].coefficients]
     for run in runs[1:]:
         apart = min(
             np.linalg.norm(run.coefficients - c) / (np.linalg.norm(c) + _TINY) for c in kept
         )
-        if run.objective <= (1.0 + _RIVAL) * runs[0].objective and apart > _APART:
+        if run.objective <= (1.0 + _SIMILAR) * runs[0].objective and apart > _DISTINCT:
             kept.append(run.coefficients)
     return kept
 
 
-def _unseen_fold(problem: FoldProblem) -> np.ndarray:
-    """Of the coefficients that the curves hardly see, the most cubic ones; zeros when none.
+def _undetermined_fold(problem: FoldProblem) -> np.ndarray:
+    """The most cubic coefficients that the curves hardly determine; zeros when there are none.
 
-    On three lines through the origin it is their product, a monkey saddle.
+    On three lines through the origin they are the product of the lines, a monkey saddle.
     """
     values, vectors = np.linalg.eigh(problem.design.T @ problem.design)
-    unseen = vectors[:, values < _UNSEEN * values[-1]]
-    if unseen.shape[1] == 0:
+    undetermined = vectors[:, values < _UNDETERMINED * values[-1]]
+    if undetermined.shape[1] == 0:
         return np.zeros(problem.size)
-    _, _, mix = np.linalg.svd(unseen[:_CUBICS])
-    bend = 2.0 * np.abs(problem.points_local[:, 2]).max() / problem.radius
-    return bend * (unseen @ mix[0])
+    _, _, mix = np.linalg.svd(undetermined[:_CUBICS])
+    size = 2.0 * np.abs(problem.points_local[:, 2]).max() / problem.radius
+    return size * (undetermined @ mix[0])
 
 
 class _State(NamedTuple):
-    """(5) over R^2 at some coefficients, and what Newton's step needs there."""
+    """(5) over R^2 at coefficients ``a``, with the terms of Newton's step.
+
+    ``residual`` (n,) and ``error`` are those of f; ``exact`` is (5) itself.
+    """
 
     a: np.ndarray
     grid: GridCurvature
@@ -142,11 +139,13 @@ class _State(NamedTuple):
     exact: float
 
     def smooth(self, weight: float, eps: float) -> float:
+        """(5) over R^2 with sqrt(K^2 + eps^2) in place of |K|."""
         k = self.grid.excess
         return self.error + weight * np.sqrt(k * k + eps * eps).sum()
 
 
 def _evaluate(problem: FoldProblem, a) -> _State:
+    """The state at coefficients a."""
     grid = problem.curvature(a)
     residual = problem.design @ a - problem.target
     error = residual @ residual
@@ -154,7 +153,7 @@ def _evaluate(problem: FoldProblem, a) -> _State:
 
 
 def _search(problem: FoldProblem, a, first_eps: float, tolerance: float, limit: int) -> Descent:
-    """Primal-dual Newton from one start, with eps falling as the duality gap does."""
+    """Primal-dual Newton from one start. eps falls with the duality gap."""
     weight, best = problem.weight, _evaluate(problem, a)
     state, k = best, best.grid.excess
     eps = first_eps * (np.abs(k).mean() or (np.abs(problem.target).max() + _TINY) ** 2)
@@ -166,11 +165,12 @@ def _search(problem: FoldProblem, a, first_eps: float, tolerance: float, limit: 
         steps, evaluations, k = steps + 1, evaluations + tried, state.grid.excess
         best = min(best, state, key=lambda s: s.exact)
         change = dual_goal - dual
+        # The dual variables stay within [-1, 1].
         room = (1.0 - dual * np.sign(change)) / (np.abs(change) + _TINY)
-        along = min(1.0, 0.99 * room.min())
-        dual += along * change
+        fraction = min(1.0, 0.99 * room.min())
+        dual += fraction * change
         gap = weight * (np.abs(k).sum() - dual @ k)
-        if max(gap, -rate) <= tolerance * state.exact and along > 0.9:
+        if max(gap, -rate) <= tolerance * state.exact and fraction > 0.9:
             reason = SMALL_GAP
         eps = min(eps, max(_FALL_OF_EPS * eps, gap / (weight * len(k) + _TINY)))
     value = float(best.exact) * problem.radius**2
@@ -178,34 +178,34 @@ def _search(problem: FoldProblem, a, first_eps: float, tolerance: float, limit: 
 
 
 def _newton_step(problem: FoldProblem, state: _State, dual, eps: float):
-    """Step of the coefficients, its slope, and where the dual weights would go with it."""
+    """Step of the coefficients, the slope of (5) along it, and the dual variables after it."""
     k = state.grid.excess
     modulus = np.sqrt(k * k + eps * eps + _TINY)
-    share = k / modulus
-    stiffness = (1.0 - dual * share) / modulus
-    slopes, hessian = curvature_derivatives(problem.derivatives, state.grid, dual, stiffness)
-    gradient = 2.0 * (state.residual @ problem.design) + problem.weight * (slopes @ share)
+    smooth_sign = k / modulus
+    second = (1.0 - dual * smooth_sign) / modulus
+    slopes, hessian = curvature_derivatives(problem.derivatives, state.grid, dual, second)
+    gradient = 2.0 * (state.residual @ problem.design) + problem.weight * (slopes @ smooth_sign)
     hessian *= problem.weight
     hessian += 2.0 * (problem.design.T @ problem.design)
     _, step, indefinite = dposv(hessian, -gradient)
     if indefinite:
         values, vectors = np.linalg.eigh(hessian)
         values = np.abs(values)
-        values = np.maximum(values, _FLAT * values.max() + _TINY)
+        values = np.maximum(values, _LEAST_EIGENVALUE * values.max() + _TINY)
         step = -vectors @ ((gradient @ vectors) / values)
-    turn = np.abs(step @ problem.derivatives[:, : 2 * len(k)]).max()
-    if turn > _MOST_SLOPE:
-        step *= _MOST_SLOPE / turn
-    return step, gradient @ step, share + stiffness * (step @ slopes)
+    change = np.abs(step @ problem.derivatives[:, : 2 * len(k)]).max()
+    if change > _LARGEST_SLOPE_CHANGE:
+        step *= _LARGEST_SLOPE_CHANGE / change
+    return step, gradient @ step, smooth_sign + second * (step @ slopes)
 
 
 def _line_search(problem: FoldProblem, state: _State, direction, rate: float, eps: float):
-    """The state at the first of 1, 1/2, 1/4, ... of the step that lowers the smoothed (5)."""
+    """The state after 1, 1/2, 1/4, ... of the step: the first that lowers the smoothed (5)."""
     weight = problem.weight
-    value, share, tried = state.smooth(weight, eps), 1.0, 0
-    while share > _LEAST_STEP:
-        new, tried = _evaluate(problem, state.a + share * direction), tried + 1
-        if new.smooth(weight, eps) <= value * (1.0 + _ROUNDING) + _SUFFICIENT * share * rate:
+    value, fraction, tried = state.smooth(weight, eps), 1.0, 0
+    while fraction > _LEAST_FRACTION:
+        new, tried = _evaluate(problem, state.a + fraction * direction), tried + 1
+        if new.smooth(weight, eps) <= value * (1.0 + _ROUNDING) + _SUFFICIENT * fraction * rate:
             return new, tried
-        share *= 0.5
+        fraction *= 0.5
     return state, tried

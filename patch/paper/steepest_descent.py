@@ -1,54 +1,47 @@
 """The paper's own solver of (5): steepest descent with the signs of K frozen (section 2.3).
 
-Line 8 of the pseudocode, "steepest descent from a along v", can be read in several ways. The
-frozen objective equals (5) only while no sign changes; beyond, it rewards curvature of the wrong
-sign. A line search that trusts it oversteps the kinks, (5) rises, and soon the signs cycle; one
-step at a time stops far from a minimum as soon as one short step changes no sign. What ends in
-minima of (5), or near them, is to take v from the frozen signs and to measure the step by (5)
-itself. That is the default; the other readings are kept to be compared.
+While no sign changes, (5) equals the objective with frozen signs. Beyond, the frozen objective
+rewards curvature of the wrong sign. So the direction is that of the frozen signs, and the length of
+the step is measured by (5) itself. Other readings of line 8 of the pseudocode (one step at a time,
+or the minimum of the frozen objective) were measured: they end a fifth above this one, or more.
 """
 
 from dataclasses import dataclass
-from enum import Enum
 
 import numpy as np
 
 from touchatlas.patch.paper.total_curvature import (
     FoldProblem,
-    checked_start,
-    frozen_objective,
     objective,
+    objective_and_gradient,
     signs,
 )
 
-# Armijo's rule: the share of the linear fall that a step must reach (Nocedal & Wright, 3.1).
+# Fraction of the linear fall that a step must reach: Armijo's rule (Nocedal & Wright, section 3.1).
+# Doubled, steps are shorter and a descent takes a little longer.
 _SUFFICIENT = 0.05
+# Most halvings of one step: it becomes 1e-18 times as long. Doubled, a descent that cannot go on
+# takes twice as long to say so.
 _HALVINGS = 60
+# Relative fall of (5) in one step below which the descent ends. Doubled, it ends earlier, less than
+# 1e-6 higher.
+_TOLERANCE = 1e-10
 
 SETTLED = "no sign changed"
 STUCK = "no step falls"
-CYCLE = "the signs cycle"
 LIMIT = "the iteration limit was reached"
-
-
-class LineEight(Enum):
-    """Readings of line 8: how long a descent goes on before the signs are looked at again."""
-
-    WHILE_IT_FALLS = "descend along frozen signs while (5) itself falls and no sign changes"
-    ONE_STEP = "one line-searched step of the frozen objective"
-    TO_THE_MINIMUM = "descend to the minimum of the frozen objective, whatever the signs"
 
 
 @dataclass(frozen=True, eq=False)
 class Descent:
-    """What a solver of (5) found.
+    """Minimum of (5) that a solver found.
 
     Parameters
     ----------
     coefficients : (t,) float, no unit
-        The best seen, in the scaled coordinates of the problem.
+        In the scaled coordinates of the problem.
     objective : float, length^2
-        (5) there.
+        Value of (5) there.
     iterations, evaluations : int
         Steps taken, and values of the objective computed for them.
     converged : bool
@@ -65,48 +58,30 @@ class Descent:
     reason: str
 
 
-def sign_frozen_descent(
-    problem: FoldProblem,
-    start=None,
-    *,
-    line8=LineEight.WHILE_IT_FALLS,
-    tolerance=1e-10,
-    limit=20_000,
-) -> Descent:
-    """Minimum of (5) by the paper's steepest descent.
+def sign_frozen_descent(problem: FoldProblem, limit: int = 20_000) -> Descent:
+    """Minimum of (5) by the paper's steepest descent from zeros, the Darboux quadric.
 
     Parameters
     ----------
     problem : FoldProblem
-    start : (t,) float, no unit
-        None for zeros, the Darboux quadric.
-    line8 : LineEight
-    tolerance : float
-        A step whose relative fall is less ends the descent under the frozen signs.
     limit : int
-        Most steps in all.
+        Largest number of steps.
 
     Returns
     -------
     Descent
-        Converged when no sign changes from one estimate to the next: the paper's rule. It says
-        so when no step falls, when the signs cycle (they come back and (5) is no lower than
-        before) and when the limit is reached.
-
-    Raises
-    ------
-    ValueError
-        A start of another size.
+        It has converged when (5) no longer falls and no sign has changed: the paper's rule.
+        Otherwise ``reason`` says that no step falls, or that the limit is reached.
 
     Notes
     -----
     The paper, section 2.3. Line search: the step doubles after each success and halves until
     Armijo's rule holds. Minima of (5) lie on its kinks, where steepest descent zigzags with ever
-    shorter steps: "converged" by the paper's rule may be a few per cent above the minimum.
+    shorter steps: the result may be a few per cent above the minimum.
 
     Examples
     --------
-    Plane curves on a plane are met at once:
+    Curves on a plane have the plane as their minimum:
 
     >>> from touchatlas.patch.paper.total_curvature import fold_problem
     >>> t = np.linspace(-2.0, 2.0, 5)
@@ -114,50 +89,36 @@ def sign_frozen_descent(
     >>> sign_frozen_descent(fold_problem(np.concatenate(lines), 0.0, 0.0, 0.3)).reason
     'no sign changed'
     """
-    a = checked_start(problem, start)
-    value, _, excess = frozen_objective(problem, a)
-    best, steps, evaluations, step = (value, a), 0, 1, 1.0 / problem.radius**2
-    seen: dict[bytes, float] = {}
-    reason = LIMIT
+    a, step = np.zeros(problem.size), 1.0 / problem.radius**2
+    here = objective_and_gradient(problem, a)
+    steps, evaluations, reason = 0, 1, LIMIT
     while steps < limit:
-        delta = signs(excess)
-        if seen.get(delta.tobytes(), np.inf) <= value and steps > 0:
-            reason = CYCLE
+        if not here[1].any():
+            reason = SETTLED
             break
-        seen[delta.tobytes()] = value
-        most = 1 if line8 is LineEight.ONE_STEP else limit - steps
-        stay = line8 is LineEight.WHILE_IT_FALLS
-        a, excess, step, used, tried, end = _descend(problem, a, delta, step, most, stay, tolerance)
-        steps, evaluations = steps + used, evaluations + tried
-        value = objective(problem, a)
-        best = min(best, (value, a), key=lambda pair: pair[0])
-        if end != LIMIT and np.array_equal(signs(excess), delta):
-            reason = end
+        found = _line_search(problem, a, here, step)
+        if found is None:
+            reason, evaluations = STUCK, evaluations + _HALVINGS
             break
-    return Descent(best[1], best[0], steps, evaluations, reason == SETTLED, reason)
+        step, there, tried = found
+        a, steps, evaluations = a - step * here[1], steps + 1, evaluations + tried
+        fall = here[0] - there[0]
+        same_signs = np.array_equal(signs(there[2]), signs(here[2]))
+        here, step = there, 2.0 * step
+        if same_signs and fall <= _TOLERANCE * abs(here[0]):
+            reason = SETTLED
+            break
+    value = objective(problem, a)
+    return Descent(a, value, steps, evaluations, reason == SETTLED, reason)
 
 
-def _descend(problem, a, delta, step, most, stay, tolerance):
-    """Steepest descent under the signs ``delta``; by (5), until one changes, when ``stay``."""
-    frozen = None if stay else delta
-    value, gradient, excess = frozen_objective(problem, a, frozen)
-    used, tried = 0, 1
-    while used < most:
-        slope = gradient @ gradient
-        if slope == 0.0:
-            return a, excess, step, used, tried, SETTLED
-        for _ in range(_HALVINGS):
-            trial = frozen_objective(problem, a - step * gradient, frozen)
-            tried += 1
-            if trial[0] <= value - _SUFFICIENT * step * slope:
-                break
-            step *= 0.5
-        else:
-            return a, excess, step, used, tried, STUCK
-        a, fall = a - step * gradient, value - trial[0]
-        value, gradient, excess = trial
-        used, step = used + 1, 2.0 * step
-        changed = stay and not np.array_equal(signs(excess), delta)
-        if changed or fall <= tolerance * abs(value):
-            return a, excess, step, used, tried, SETTLED
-    return a, excess, step, used, tried, SETTLED if most == 1 else LIMIT
+def _line_search(problem: FoldProblem, a, here, step: float):
+    """A step by Armijo's rule, (5) with its gradient there, and the trials; None if none falls."""
+    value, gradient, _ = here
+    slope = gradient @ gradient
+    for tried in range(1, _HALVINGS + 1):
+        there = objective_and_gradient(problem, a - step * gradient)
+        if there[0] <= value - _SUFFICIENT * step * slope:
+            return step, there, tried
+        step *= 0.5
+    return None

@@ -1,23 +1,25 @@
 """Total absolute Gaussian curvature as a measure of folding: the paper's objective (5).
 
-Three concurrent curves leave a quartic free to fold between them. The paper adds to the squared
-error f(a) of the heights the integral of |K| over the convex hull D of the projected curves,
-summed on a grid: f(a) + lam n g(a). With a reference curvature K0 = k1 k2 the sum is of
-|K - K0| instead, which does not flatten.
+Three concurrent curves do not determine a quartic: it can fold between them. The paper adds to the
+squared error f(a) of the heights the integral of |K| over the convex hull D of the projected
+curves, summed on a grid: f(a) + lam n g(a). With a reference curvature K0 = k1 k2 the sum is of
+|K - K0| instead, which does not flatten the patch.
 
-The unknowns are the coefficients of order 3 and more in scaled coordinates (x/R, y/R, z/R);
-every value returned is in the caller's units. K dx dy shrinks on a steep graph, so that an ever
-steeper fold costs less and less: on curves that leave a fold quite free, (5) has minima but no
-least value, and solvers look for the minima near their start.
+The unknowns are the coefficients of order 3 and 4 in scaled coordinates (x/R, y/R, z/R). Every
+returned value is in the caller's units. K dx dy decreases on a steep graph, so a steeper fold can
+have a smaller sum. Where the curves do not determine a fold at all, (5) has local minima but no
+least value, and solvers find the minima near their start.
 """
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from touchatlas.patch.geometry.arrays import check_points, frozen_array
 from touchatlas.patch.geometry.polynomial import monge_basis
 from touchatlas.patch.paper.curvature_on_grid import (
+    DEGREE,
     GridCurvature,
     convex_hull,
     domain_radius,
@@ -28,7 +30,12 @@ from touchatlas.patch.paper.curvature_on_grid import (
     weighted_slopes,
 )
 
+# Number of grid points in the hull: a fold of a quartic is about five cells wide. Doubled, a solver
+# takes twice as long and the sum changes by about one per cent.
 GRID_POINTS = 400
+# Least area of the hull over the squared radius: curves about one degree apart. A narrower hull has
+# too few rows of grid points, in a lattice of too many. Doubled, two degrees are refused.
+_LEAST_AREA = 0.04
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,11 +46,10 @@ class FoldProblem:
     ----------
     points_local : (n, 3) float, length, Darboux frame
     k1, k2 : float, 1/length
-    degree : int
     multiplier : float, length^2
         lam of (5).
     reference_curvature : float, 1/length^2
-        K0 of |K - K0|; 0 is the paper's own measure.
+        K0 of |K - K0|. The paper's own measure has 0.
     radius : float, length
         R of the scaled coordinates.
     grid : (m, 2) float, length, Darboux frame
@@ -54,13 +60,12 @@ class FoldProblem:
     derivatives, quadric : (t, 5 m), (5 m,) float, no unit
         p, q, r, s, t on the grid are a @ derivatives + quadric, in scaled coordinates.
     coarse : FoldProblem or None
-        The same on a grid twice as wide.
+        The same problem with twice the grid spacing.
     """
 
     points_local: np.ndarray
     k1: float
     k2: float
-    degree: int
     multiplier: float
     reference_curvature: float
     radius: float
@@ -74,27 +79,27 @@ class FoldProblem:
 
     @property
     def size(self) -> int:
-        """Number t of unknown coefficients; nine for degree 4."""
+        """Number t of unknown coefficients: nine."""
         return self.design.shape[1]
 
     @property
     def exponents(self) -> tuple[np.ndarray, np.ndarray]:
         """Exponents i, j (t,) of the unknown coefficients."""
-        return free_exponents(self.degree)
+        return free_exponents()
 
     @property
     def weight(self) -> float:
-        """lam n h^2 / R^4: the multiplier of sum |K| in scaled coordinates, where f is over R^2."""
+        """lam n h^2 / R^4: the factor of sum |K| in scaled coordinates, where f is over R^2."""
         return self.multiplier * len(self.target) * self.spacing**2 / self.radius**4
 
     def curvature(self, coefficients) -> GridCurvature:
-        """(K - K0) R^2 on the grid, and what its derivatives need."""
+        """(K - K0) R^2 on the grid, with the terms of its derivatives."""
         reference = self.reference_curvature * self.radius**2
         return grid_curvature(self.derivatives, self.quadric, reference, coefficients)
 
     def scaled_polynomial(self, coefficients) -> np.ndarray:
-        """All coefficients of z/R over ``monge_basis(degree)``: the quadric and the unknowns."""
-        basis = monge_basis(self.degree)
+        """All coefficients of z/R over ``monge_basis(DEGREE)``: the quadric and the unknowns."""
+        basis = monge_basis(DEGREE)
         out = np.zeros(len(basis.orders))
         out[basis.orders >= 3] = coefficients
         i, j = basis.exponents[:, 0], basis.exponents[:, 1]
@@ -103,9 +108,7 @@ class FoldProblem:
         return out
 
 
-def fold_problem(
-    points_local, k1, k2, multiplier, *, degree=4, reference_curvature=0.0, spacing=None
-) -> FoldProblem:
+def fold_problem(points_local, k1, k2, multiplier, *, reference_curvature=0.0) -> FoldProblem:
     """The problem (5) of samples along concurrent curves.
 
     Parameters
@@ -113,20 +116,16 @@ def fold_problem(
     points_local : (n, 3) float, length, Darboux frame
         Origin at the reference point, axes e1, e2, n.
     k1, k2 : float, 1/length
-        Principal curvatures: they fix the quadric, equation (1).
+        Principal curvatures. They fix the quadric, equation (1).
     multiplier : float, length^2
-        lam; the paper takes 0.3 in millimetres. See ``scale_free_multiplier``.
-    degree : int
-        3 or more; the paper takes 4.
+        lam. The paper takes 0.3 in millimetres. See ``scale_free_multiplier``.
     reference_curvature : float, 1/length^2
-        K0; k1 k2 for the excess curvature.
-    spacing : float, length
-        h of the grid; None for about 400 points.
+        K0. It is k1 k2 for the excess curvature.
 
     Raises
     ------
     ValueError
-        Points on one line, a degree below 3, a negative multiplier, an empty grid.
+        Points on one line or nearly so, or a negative multiplier.
 
     Notes
     -----
@@ -141,45 +140,39 @@ def fold_problem(
     (9, 2.0, 0.0)
     """
     points = check_points(points_local, "points_local")
-    if int(degree) != degree or degree < 3:
-        raise ValueError(f"the degree is {degree}; it must be a whole number of 3 or more")
     k1, k2, multiplier, reference = frozen_array(
         [k1, k2, multiplier, reference_curvature], (4,), "k1, k2, multiplier, reference_curvature"
     ).tolist()
     if multiplier < 0:
         raise ValueError(f"the multiplier is {multiplier}; it must be 0 or more")
-    hull = convex_hull(points[:, :2])
-    if spacing is None:
-        spacing = float(np.sqrt(hull.volume / GRID_POINTS))
-    if not 0 < spacing < np.inf:
-        raise ValueError(f"the grid spacing is {spacing}; it must be a length above 0")
     radius = domain_radius(points)
-    i, j = free_exponents(degree)
+    hull = convex_hull(points[:, :2])
+    # ``volume`` is the area of a hull in the plane.
+    if hull.volume < _LEAST_AREA * radius**2:
+        raise ValueError(
+            f"the hull of the points has an area of {hull.volume:.4g} at a radius of {radius:.4g}, "
+            "too narrow for a grid; give curves in two or more directions"
+        )
+    spacing = float(np.sqrt(hull.volume / GRID_POINTS))
+    i, j = free_exponents()
     x, y, z = points.T / radius
     design = x[:, None] ** i * y[:, None] ** j
     target = z - 0.5 * radius * (k1 * x * x + k2 * y * y)
+
+    of_points = partial(FoldProblem, points, k1, k2, multiplier, reference, radius)
 
     def on_grid(h: float, coarse: FoldProblem | None) -> FoldProblem:
         grid = hull_grid(hull, h)
         derivatives, quadric = grid_derivatives(grid / radius, i, j, k1 * radius, k2 * radius)
         for array in (grid, design, target, derivatives, quadric):
             array.flags.writeable = False
-        return FoldProblem(
-            *(points, k1, k2, int(degree), multiplier, reference, radius),
-            *(grid, h, design, target, derivatives, quadric, coarse),
-        )
+        return of_points(grid, h, design, target, derivatives, quadric, coarse)
 
-    problem = on_grid(spacing, on_grid(2.0 * spacing, None))
-    if len(problem.grid) == 0:
-        raise ValueError(
-            f"no grid point falls in the hull of the points at spacing {spacing:.6g}; "
-            "give a smaller spacing or none"
-        )
-    return problem
+    return on_grid(spacing, on_grid(2.0 * spacing, None))
 
 
 def scale_free_multiplier(fraction: float, points_local) -> float:
-    """lam = fraction R^2, length^2: the same fit for the same shape at any size.
+    """lam = fraction R^2, length^2: it makes the fit independent of the object's size.
 
     >>> scale_free_multiplier(0.001, np.array([[0.0, 20.0, 1.0]]))
     0.4
@@ -194,7 +187,7 @@ def squared_error(problem: FoldProblem, coefficients) -> float:
 
 
 def least_squares_coefficients(problem: FoldProblem) -> np.ndarray:
-    """(t,) minimiser of f, the paper's (3): it folds where no curve runs."""
+    """(t,) minimiser of f, the paper's (3). It folds between the curves."""
     return np.linalg.lstsq(problem.design, problem.target, rcond=None)[0]
 
 
@@ -204,12 +197,6 @@ def total_absolute_curvature(problem: FoldProblem, coefficients) -> float:
     return float(np.abs(excess).sum()) * (problem.spacing / problem.radius) ** 2
 
 
-def total_algebraic_curvature(problem: FoldProblem, coefficients) -> float:
-    """h^2 sum (K - K0), no unit: folds of opposite sign cancel."""
-    excess = problem.curvature(coefficients).excess
-    return float(excess.sum()) * (problem.spacing / problem.radius) ** 2
-
-
 def objective(problem: FoldProblem, coefficients) -> float:
     """f(a) + lam n g(a), length^2: the paper's (5)."""
     folding = total_absolute_curvature(problem, coefficients)
@@ -217,27 +204,22 @@ def objective(problem: FoldProblem, coefficients) -> float:
     return squared_error(problem, coefficients) + problem.multiplier * count * folding
 
 
-def checked_start(problem: FoldProblem, start) -> np.ndarray:
-    """(t,) read-only start of a solver; None is zeros, the Darboux quadric."""
-    start = np.zeros(problem.size) if start is None else start
-    return frozen_array(start, (problem.size,), "start")
-
-
 def signs(excess) -> np.ndarray:
     """The paper's delta_j: 1 where K >= 0, -1 where K < 0."""
     return np.where(excess >= 0.0, 1.0, -1.0)
 
 
-def frozen_objective(problem: FoldProblem, coefficients, delta=None):
-    """f + lam n h^2 sum delta_j (K_j - K0), its gradient (t,), and (K - K0) R^2 on the grid (m,).
+def objective_and_gradient(problem: FoldProblem, coefficients):
+    """(5), length^2, its gradient (t,), and (K - K0) R^2 on the grid (m,).
 
-    With ``delta`` None, the signs at ``coefficients``: the value and gradient of (5) itself.
+    With the signs delta_j of K_j - K0, (5) is f + lam n h^2 sum delta_j (K_j - K0). The gradient
+    treats delta_j as constants, as the paper does.
     """
     grid = problem.curvature(coefficients)
-    delta = signs(grid.excess) if delta is None else delta
+    delta = signs(grid.excess)
     residual = problem.design @ coefficients - problem.target
     value = residual @ residual + problem.weight * (delta @ grid.excess)
     gradient = 2.0 * (residual @ problem.design)
     gradient += problem.weight * (problem.derivatives @ weighted_slopes(grid, delta))
-    square = problem.radius**2
-    return float(value) * square, gradient * square, grid.excess
+    unit = problem.radius**2
+    return float(value) * unit, gradient * unit, grid.excess

@@ -1,15 +1,16 @@
-"""Refits: many at once are what each is alone, and some of the samples refuse what all would."""
+"""Refits: many at once are what each is alone, and a subset of samples refuses what all would."""
 
 import numpy as np
 import pytest
 
-from touchatlas.patch.fit.fit_patch import FitOptions
+from touchatlas.patch import DarbouxFrame, FitOptions, UnfitError
 from touchatlas.patch.fit.refit_patch import refit_patch, refit_patches
 from touchatlas.patch.fit.smoothness import SmoothnessPrior
-from touchatlas.patch.fit.start import Stack, UnfitError
-from touchatlas.patch.geometry.frame import DarbouxFrame
+from touchatlas.patch.fit.start import Stack
 
 NOISE = 1e-3
+
+
 FRAME = DarbouxFrame(np.zeros(3), np.eye(3))
 
 

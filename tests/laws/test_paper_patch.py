@@ -1,4 +1,4 @@
-"""The paper's steps from sections to patch, against closed forms."""
+"""fit_paper, the paper's steps from sections to patch, against closed forms."""
 
 import numpy as np
 import pytest
@@ -11,14 +11,11 @@ from tests.truths import (
     quadric_height,
     random_rotation,
 )
-from touchatlas.patch.paper.fit_paper import (
-    MULTIPLIER_SHARE,
-    Penalty,
-    fit_paper,
-    multiplier_from_data,
-)
+from touchatlas.patch import Penalty, fit_paper
 
 UP = np.array([0.0, 0.0, 1.0])
+
+
 K1, K2, ANGLE = 0.017, -0.042, 0.4
 
 
@@ -80,11 +77,6 @@ def test_the_data_residual_grows_with_the_multiplier():
     assert residuals[0] == pytest.approx(plain.residual_rms, rel=1e-6)
 
 
-def test_default_multiplier_is_the_papers_at_a_radius_of_20():
-    share = MULTIPLIER_SHARE
-    assert share * 20.0**2 == pytest.approx(0.3)
-
-
 @pytest.mark.parametrize("penalty", Penalty)
 def test_rigid_motion_and_scale_leave_the_patch_the_same(penalty):
     contours = contours_of(quadric_height(K1, K2, ANGLE), 0.02)
@@ -92,11 +84,13 @@ def test_rigid_motion_and_scale_leave_the_patch_the_same(penalty):
     one = fit_paper(np.zeros(3), contours, UP, penalty)
     two = fit_paper(shift, moved(contours, rotation, shift, 50.0), rotation @ UP, penalty)
     assert two.curvatures.k1 * 50.0 == pytest.approx(one.curvatures.k1, rel=1e-9)
-    assert two.residual_rms == pytest.approx(50.0 * one.residual_rms, rel=1e-5)
+    assert two.residual_rms == pytest.approx(50.0 * one.residual_rms, rel=1e-9)
     points = one.frame.to_world(np.random.default_rng(2).uniform(-5, 5, size=(20, 3)))
     there = 50.0 * points @ rotation.T + shift
-    assert two.signed_distance(there) == pytest.approx(50.0 * one.signed_distance(points), abs=1e-3)
-    assert two.deviation(there) == pytest.approx(50.0 * one.deviation(points), rel=1e-3)
+    # Identities but for rounding, which the solver's condition of 1e6 may enlarge.
+    moved_by = two.signed_distance(there) / 50.0 - one.signed_distance(points)
+    assert np.abs(moved_by).max() < 1e-9 * one.radius
+    assert two.deviation(there) == pytest.approx(50.0 * one.deviation(points), rel=1e-9)
 
 
 def test_umbilic_takes_the_mean_of_both_curvatures():
@@ -137,16 +131,3 @@ def test_what_no_curve_sees_is_uncertain():
 def test_too_few_directions_are_refused(angles, words):
     with pytest.raises(ValueError, match=words):
         fit_paper(np.zeros(3), contours_of(ball_height, angles=angles), UP, Penalty.NONE)
-
-
-@pytest.mark.parametrize("penalty", [Penalty.TOTAL_CURVATURE, Penalty.EXCESS_CURVATURE])
-def test_multiplier_from_data_is_borne_and_scales_as_an_area(penalty):
-    contours = contours_of(ball_height, 0.02, 4)
-    multiplier = multiplier_from_data(np.zeros(3), contours, UP, penalty)
-    least = fit_paper(np.zeros(3), contours, UP, Penalty.NONE)
-    fit = fit_paper(np.zeros(3), contours, UP, penalty, multiplier)
-    # The squared errors may differ by 1.5, and nothing else enters the residuals.
-    assert fit.residual_rms <= np.sqrt(1.5) * least.residual_rms * (1 + 1e-9)
-    larger = tuple(moved(contours, np.eye(3), np.zeros(3), 1000.0))
-    scaled = multiplier_from_data(np.zeros(3), larger, UP, penalty)
-    assert scaled == pytest.approx(1e6 * multiplier, rel=1e-9)

@@ -5,9 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.truths import ball_height, graph_contours, quadric_height
+from tests.truths import (
+    ball_height,
+    graph_contours,
+)
 from touchatlas.patch.fit.bad_contacts import without_bad_contacts
-from touchatlas.patch.fit.fit_patch import fit_patch, fit_patches
 
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -45,24 +47,3 @@ def test_good_contacts_are_kept():
 def test_exact_curves_that_no_polynomial_holds_are_kept():
     contour = contours_of(2, 0.0, lambda x, y: 0.5 * np.sin(x / 3.0) + 0.0 * y)[0]
     assert len(without_bad_contacts(contour).points) == 19
-
-
-def test_patch_counts_its_outlier_and_does_not_follow_it():
-    height = quadric_height(0.02, -0.03, 0.3)
-    clean = contours_of(3, 0.02, height)
-    bad = (with_bad_contact(clean[0], 17, 1.0), *clean[1:])
-    one, two = fit_patch(np.zeros(3), clean, UP), fit_patch(np.zeros(3), bad, UP)
-    assert one.outliers == 0 and two.outliers == 1
-    xy = np.random.default_rng(0).uniform(-8, 8, size=(100, 2))
-    points = np.column_stack([xy, height(*xy.T)])
-    # One sample of 57 less.
-    assert np.abs(two.patch.signed_distance(points)).mean() < 1.5 * max(
-        np.abs(one.patch.signed_distance(points)).mean(), 0.005
-    )
-
-
-def test_a_bad_contact_in_one_patch_of_many_leaves_the_others_alone():
-    sets = [contours_of(seed) for seed in range(4)]
-    sets[2] = (with_bad_contact(sets[2][1], 0, 1.0), *sets[2][:1], *sets[2][2:])
-    fits = fit_patches(np.zeros((4, 3)), sets, np.tile(UP, (4, 1)))
-    assert [fit.outliers for fit in fits] == [0, 0, 1, 0]

@@ -7,14 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from touchatlas.patch.fit.fit_patch import FitOptions, PatchFit, fit_patch
-from touchatlas.patch.geometry.contour import Contour
+from touchatlas.patch import Contour, FitOptions, PatchFit, fit_patch
 from touchatlas.patch.geometry.curvature import UMBILIC_FALSE_ALARM
 from touchatlas.sim.study.peers import fit_jet, mesh_around, mesh_curvatures
 from touchatlas.sim.study.scenes import Scene, draw_scene
 
 pytestmark = pytest.mark.slow
-TURNED = runpy.run_path(str(Path(__file__).parents[3] / "examples" / "turned_patches.py"))
+TURNED = runpy.run_path(str(Path(__file__).parents[2] / "examples" / "turned_patches.py"))
 NOISE = 0.02
 SURFACES = ("ball", "ellipsoid", "torus", "bottle_neck", "mouse")
 DEVIATIONS = 1.96

@@ -1,0 +1,92 @@
+"""A motion, another unit, and the Darboux frame of any shape leave the patch the same."""
+
+import numpy as np
+import pytest
+
+from tests.laws.patch_scenes import NOISE, SMOOTH_SURFACES, fit_of
+from tests.truths import graph_contours, moved, random_rotation
+from touchatlas.patch import FitOptions, fit_patch
+from touchatlas.sim.study.scenes import SURFACES, draw_scene
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])
+@pytest.mark.parametrize("surface", [*SMOOTH_SURFACES, "torus"])
+def test_unit_and_place_leave_the_patch_the_same(surface, scale):
+    """Identities but for rounding, which the prior's condition, 1e6 at most, may enlarge."""
+    for draw in range(3):
+        rng = np.random.default_rng([1, draw])
+        scene = draw_scene(surface, NOISE, 0.3, rng)
+        rotation, shift = random_rotation(rng), 50.0 * rng.normal(size=3)
+        one = fit_of(scene).patch
+        there = moved(scene.contours, rotation, shift, scale)
+        two = fit_patch(scale * rotation @ scene.contact + shift, there, rotation @ scene.normal)
+        assert two.patch.radius == pytest.approx(scale * one.radius, rel=1e-6)
+        assert two.patch.residual_rms == pytest.approx(scale * one.residual_rms, rel=1e-6)
+        assert two.patch.curvatures.k2 * scale == pytest.approx(one.curvatures.k2, rel=1e-6)
+        points = scale * scene.verifying @ rotation.T + shift
+        error = two.patch.signed_distance(points) / scale - one.signed_distance(scene.verifying)
+        assert np.abs(error).max() < 1e-6 * one.radius
+        normals = one.normal(scene.verifying) @ rotation.T
+        assert two.patch.normal(points) == pytest.approx(normals, abs=1e-6)
+        deviation = one.deviation(scene.verifying)
+        assert two.patch.deviation(points) / scale == pytest.approx(deviation, rel=1e-6)
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-4, NOISE])
+@pytest.mark.parametrize("surface", SURFACES)
+def test_a_motion_moves_the_heights_by_rounding_alone(surface, noise):
+    """Umbilics and exact contacts too: their directions follow the first section, and heights
+    are refined to the last digits. 1e-9 of the radius, the share at which frames are level."""
+    for draw in range(4):
+        rng = np.random.default_rng([6, draw])
+        scene = draw_scene(surface, noise, 0.3 * (draw % 2), rng)
+        rotation, shift = random_rotation(rng), 50.0 * rng.normal(size=3)
+        there = moved(scene.contours, rotation, shift, 7.3)
+        one = fit_of(scene).patch
+        two = fit_patch(7.3 * rotation @ scene.contact + shift, there, rotation @ scene.normal)
+        points = 7.3 * scene.verifying @ rotation.T + shift
+        error = two.patch.signed_distance(points) / 7.3 - one.signed_distance(scene.verifying)
+        assert np.abs(error).max() < 1e-9 * one.radius
+
+
+UP, ORIGIN = np.array([0.0, 0.0, 1.0]), np.zeros(3)
+
+
+VANISHING, TOLERANCES = [1, 2, 4], np.array([1.0, 1.0, 10.0])
+
+
+SWINGING = (129, 178, 304, 309, 1078, 1472, 1535, 1954, 2240)
+
+
+SWINGING_HEIGHTS = (205, 304, 309, 492, 507, 1234, 1393)
+
+
+def odd_contours(seed):
+    """Three sections, not quite even, of five random waves that a quartic may not follow."""
+    rng = np.random.default_rng(seed)
+    rng.integers(4)
+    waves, phase = rng.normal(size=(5, 2)) * rng.uniform(0.3, 2.0), rng.uniform(0, 2 * np.pi, 5)
+    size = 0.3 * rng.normal(size=5) * rng.uniform(0.1, 1.0)
+
+    def height(x, y):
+        along = np.multiply.outer(x, waves[:, 0]) + np.multiply.outer(y, waves[:, 1])
+        return (np.sin(along + phase) - np.sin(phase)) @ size
+
+    noise = (0.0, 1e-4, 1e-3, 1e-2)[rng.integers(4)]
+    angles = 0.2 + np.pi / 3 * np.arange(3) + rng.uniform(-0.2, 0.2, 3)
+    count = int(rng.integers(7, 25))
+    return graph_contours(height, 1.0, count, noise, rng, angles, (0.0, 0.3)[rng.integers(2)])
+
+
+@pytest.mark.parametrize(
+    ("seed", "options"),
+    [(seed, FitOptions()) for seed in (*range(60), *SWINGING)]
+    + [(seed, FitOptions(height_only=True, adaptive=False)) for seed in SWINGING_HEIGHTS],
+)
+def test_linear_and_cross_terms_vanish_to_the_noise(seed, options):
+    """To half of what noise of so many samples leaves uncertain of a mean; exact contacts to
+    the same of the least noise that is told from none."""
+    patch = fit_patch(ORIGIN, odd_contours(seed), UP, options=options).patch
+    rest = np.abs(patch.polynomial.coefficients[VANISHING]) / TOLERANCES
+    noise = max(patch.noise_std / patch.radius, 1e-6)
+    assert rest.max() <= 0.5 * noise / np.sqrt(patch.count)

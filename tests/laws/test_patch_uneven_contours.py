@@ -1,0 +1,115 @@
+"""Contours of unequal lengths, off the point, more of them, or with bad contacts."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.laws.patch_scenes import NOISE, SMOOTH_SURFACES, UP, contours_of, fit_of, scene_of
+from tests.truths import (
+    ball_height,
+    quadric_height,
+)
+from touchatlas.patch import Contour, PatchFit, SamplingPlane, fit_patch
+from touchatlas.sim.study.scenes import Scene
+
+
+@pytest.mark.parametrize("surface", SMOOTH_SURFACES)
+def test_shared_contacts_lower_the_deviation(surface):
+    """Forty more of them, at random between the curves, on each of ten patches."""
+    for draw in range(10):
+        rng, scene = np.random.default_rng([3, draw]), scene_of(surface, draw)
+        shared = scene.verifying[rng.choice(len(scene.verifying), 40, replace=False)]
+        shared = shared + NOISE * rng.normal(size=shared.shape)
+        alone = fit_of(scene).patch.deviation(scene.verifying)
+        together = fit_of(scene, shared=shared).patch.deviation(scene.verifying)
+        assert together.mean() < alone.mean()
+
+
+def missing_the_point(scene: Scene, rng) -> tuple[Contour, ...]:
+    """Curves in planes that are shifted by up to 5 % of the reach, so that no three meet."""
+    return tuple(
+        shifted(scene, contour, 0.05 * scene.reach * rng.uniform(-1.0, 1.0), rng)
+        for contour in scene.contours
+    )
+
+
+def shifted(scene: Scene, contour: Contour, offset: float, rng) -> Contour:
+    across = contour.plane.normal
+    points = contour.points + offset * across
+    for _ in range(20):
+        value, gradient, _ = scene.surface.field(points)
+        within = gradient - (gradient @ across)[:, None] * across
+        points = points - (value / (within**2).sum(axis=1))[:, None] * within
+    plane = SamplingPlane(contour.plane.point + offset * across, across)
+    points = points + scene.noise_std * rng.normal(size=points.shape)
+    return Contour(points, plane, scene.noise_std, contour.ends)
+
+
+def parts_of(scene: Scene, parts) -> tuple[Contour, ...]:
+    return tuple(
+        Contour(c.points[part], c.plane, c.noise_std, c.ends)
+        for c, part in zip(scene.contours, parts, strict=True)
+    )
+
+
+UNEVEN = {
+    "as they should be": lambda scene, rng: scene.contours,
+    "missing the point": missing_the_point,
+    "unequal numbers": lambda s, rng: parts_of(s, (slice(None), slice(0, 19, 2), slice(0, 19, 3))),
+    "unequal arms": lambda s, rng: parts_of(s, (slice(None), slice(3, None), slice(0, 14))),
+}
+
+
+def error_in_deviations(fit: PatchFit, scene: Scene) -> float:
+    """Root mean square of error over predicted deviation, over verifying points in the radius."""
+    patch = fit.patch
+    near = np.linalg.norm(scene.verifying - patch.frame.origin, axis=1) <= patch.radius
+    points = scene.verifying[near]
+    return float(np.sqrt(np.mean((patch.signed_distance(points) / patch.deviation(points)) ** 2)))
+
+
+@pytest.mark.parametrize("situation", UNEVEN)
+@pytest.mark.parametrize("surface", SMOOTH_SURFACES)
+def test_error_stays_within_three_deviations_however_curves_run(surface, situation):
+    for draw in range(6):
+        rng, scene = np.random.default_rng([4, draw]), scene_of(surface, draw)
+        assert error_in_deviations(fit_of(scene, UNEVEN[situation](scene, rng)), scene) < 3.0
+
+
+@pytest.mark.parametrize("sections", [4, 5, 6])
+@pytest.mark.parametrize("surface", [*SMOOTH_SURFACES, "torus"])
+def test_error_stays_within_three_deviations_with_more_curves(surface, sections):
+    for draw in range(6):
+        scene = scene_of(surface, draw, sections)
+        assert error_in_deviations(fit_of(scene), scene) < 3.0
+
+
+def test_a_contact_far_out_at_the_middle_of_a_curve_is_left_out():
+    """Fifty deviations off, beside the reference point, where neighbours outvote it."""
+    contours = contours_of(ball_height, 15.0, 3, NOISE, points=19)
+    points = contours[1].points.copy()
+    points[9, 2] += 50.0 * NOISE
+    spoilt = (contours[0], Contour(points, contours[1].plane, NOISE, contours[1].ends), contours[2])
+    clean, fit = fit_patch(np.zeros(3), contours, UP), fit_patch(np.zeros(3), spoilt, UP)
+    assert (clean.outliers, fit.outliers) == (0, 1)
+    # One of 57 samples less: its share of the error, and what its leaving moves the rest.
+    where = clean.patch.frame.to_world(5.0 * np.eye(3)[:2])
+    moved_by = clean.patch.signed_distance(where) - fit.patch.signed_distance(where)
+    assert np.abs(moved_by).max() < NOISE
+
+
+def test_patch_counts_its_outlier_and_does_not_follow_it():
+    height = quadric_height(0.02, -0.03, 0.3)
+    clean = contours_of(height, 15.0, 3, NOISE, points=19)
+    points = clean[0].points.copy()
+    points[17, 2] += 50.0 * NOISE
+    bad = (replace(clean[0], points=points), *clean[1:])
+    one, two = fit_patch(np.zeros(3), clean, UP), fit_patch(np.zeros(3), bad, UP)
+    assert one.outliers == 0 and two.outliers == 1
+    xy = np.random.default_rng(0).uniform(-8, 8, size=(100, 2))
+    points = np.column_stack([xy, height(*xy.T)])
+    # One sample of 57 less.
+    assert np.abs(two.patch.signed_distance(points)).mean() < 1.5 * max(
+        np.abs(one.patch.signed_distance(points)).mean(), 0.005
+    )

@@ -1,0 +1,202 @@
+"""Meusnier's and Euler's laws, and the paper's appendix A against least squares."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests.laws.appendix_a import curvatures_of_three_sections
+from tests.laws.patch_scenes import even_angles
+from touchatlas.patch.geometry.curvature import (
+    UMBILIC_FALSE_ALARM,
+    curvatures_from_sections,
+    normal_curvature,
+    normal_from_tangents,
+    principal_directions,
+)
+
+curvature = st.floats(-1.0, 1.0)
+
+
+angle = st.floats(0.0, np.pi)
+
+
+def euler(k1, k2, theta):
+    return k1 * np.cos(theta) ** 2 + k2 * np.sin(theta) ** 2
+
+
+@given(curvature, curvature, angle, st.floats(0.15, 1.0), st.floats(0.15, 1.0))
+def test_appendix_a_and_least_squares_agree(k, gap, turn, first, second):
+    """Two routes to one answer; 1e-9 because sections 0.15 rad apart cost two digits each."""
+    k1, k2 = max(k, gap), min(k, gap)
+    if k1 - k2 < 1e-3:
+        return
+    angles = np.array([0.0, first, first + second])
+    sections = euler(k1, k2, angles - turn)
+    a1, a2, a_angle = curvatures_of_three_sections(sections, angles)
+    b1, b2, b_angle, *_ = curvatures_from_sections(sections, angles, np.full(3, 1e-12))
+    assert abs(a1 - k1) < 1e-9 and abs(a2 - k2) < 1e-9
+    assert abs(b1 - k1) < 1e-9 and abs(b2 - k2) < 1e-9
+    # A direction is known to the error of the curvatures over their difference.
+    assert abs(np.sin(a_angle - turn)) < 1e-9 / (k1 - k2)
+    assert abs(np.sin(b_angle - turn)) < 1e-9 / (k1 - k2)
+
+
+def test_two_sections_are_refused():
+    with pytest.raises(ValueError, match="2 sections"):
+        curvatures_from_sections(np.zeros(2), np.array([0.0, 1.0]), np.ones(2))
+
+
+def test_even_sections_have_condition_root_two_and_the_stated_scatter():
+    angles = np.pi / 3 * np.arange(3)
+    *_, std, _, condition = curvatures_from_sections(
+        euler(2.0, -1.0, angles - 0.3), angles, np.full(3, 0.01)
+    )
+    assert condition == pytest.approx(np.sqrt(2.0), rel=1e-12)
+    # Design matrix with even angles: variances s^2/3 of H and 2 s^2/3 of b: std of k is s.
+    assert std == pytest.approx([0.01, 0.01], rel=1e-12)
+
+
+def test_scatter_of_principal_curvatures_follows_the_stated_std():
+    rng = np.random.default_rng(1)
+    angles = np.array([0.1, 1.0, 2.3])
+    truth = euler(2.0, -1.0, angles - 0.4)
+    noise, draws = 0.01, 4000
+    values = np.array(
+        [
+            curvatures_from_sections(truth + noise * rng.normal(size=3), angles, np.full(3, noise))[
+                :2
+            ]
+            for _ in range(draws)
+        ]
+    )
+    *_, std, _, _ = curvatures_from_sections(truth, angles, np.full(3, noise))
+    # The standard error of a standard deviation is 1/sqrt(2 n): 4 of them.
+    assert values.std(axis=0) == pytest.approx(std, rel=4.0 / np.sqrt(2 * draws))
+
+
+@given(curvature, curvature, curvature, angle)
+def test_orthogonal_normal_curvatures_sum_to_twice_mean_curvature(one, orthogonal, third, theta):
+    """Any three normal curvatures belong to some surface, so no truth is needed."""
+    angles = theta + np.array([0.0, np.pi / 2, np.pi / 4])
+    k1, k2, *_ = curvatures_from_sections([one, orthogonal, third], angles, np.full(3, 0.1))
+    assert k1 + k2 == pytest.approx(one + orthogonal, abs=1e-12)
+
+
+@given(st.floats(0.0, 1.4))
+def test_oblique_sections_of_a_ball_have_its_normal_curvature(tilt):
+    """A plane that leans by t cuts a ball of radius r in a circle of radius r cos t."""
+    r = 33.0
+    toward_centre = np.array([[np.sin(tilt), 0.0, -np.cos(tilt)]])
+    got = normal_curvature(toward_centre / (r * np.cos(tilt)), np.array([0.0, 0.0, 1.0]))
+    assert got == pytest.approx([-1.0 / r], rel=1e-12)
+
+
+def test_normal_minimises_the_sum_of_squares():
+    rng = np.random.default_rng(3)
+    tangents = rng.normal(size=(4, 3)) * [1.0, 1.0, 0.05]
+    tangents /= np.linalg.norm(tangents, axis=1)[:, None]
+    normal = normal_from_tangents(tangents, np.array([0.0, 0.0, 1.0]))
+    best = ((tangents @ normal) ** 2).sum()
+    others = rng.normal(size=(2000, 3))
+    others /= np.linalg.norm(others, axis=1)[:, None]
+    assert (((tangents @ others.T) ** 2).sum(axis=0) >= best).all()
+
+
+def test_parallel_tangents_are_refused():
+    with pytest.raises(ValueError, match="same tangent"):
+        normal_from_tangents(np.array([[1.0, 0, 0], [-1.0, 0, 0], [1.0, 0, 0]]), np.ones(3))
+
+
+def test_principal_directions_diagonalise():
+    shape = np.array([[1.0, 0.4], [0.4, -2.0]])
+    k1, k2, theta = principal_directions(shape)
+    e1, e2 = np.array([np.cos(theta), np.sin(theta)]), np.array([-np.sin(theta), np.cos(theta)])
+    assert shape @ e1 == pytest.approx(k1 * e1, abs=1e-14)
+    assert shape @ e2 == pytest.approx(k2 * e2, abs=1e-14)
+    assert k1 > k2
+
+
+def random_sections(rng):
+    """Three angles at least 0.05 rad apart: below, each route loses digits of its own."""
+    while True:
+        angles = rng.uniform(0.0, np.pi, 3)
+        if np.abs(np.sin(angles - np.roll(angles, 1))).min() > 0.05:
+            return angles
+
+
+@pytest.mark.parametrize("equal", [1, 2], ids=["all different", "two equal"])
+@pytest.mark.parametrize("unit", [1e-6, 1.0, 1e6])
+def test_appendix_a_and_least_squares_agree_for_any_three_sections(equal, unit):
+    """Any three normal curvatures are those of some quadric, so no truth is needed."""
+    rng = np.random.default_rng(0)
+    for _ in range(1000):
+        angles, sections = random_sections(rng), unit * rng.uniform(-1.0, 1.0, 3)
+        sections[:equal] = sections[0]
+        order = rng.permutation(3)
+        a1, a2, a_angle = curvatures_of_three_sections(sections[order], angles[order])
+        b1, b2, b_angle, *_ = curvatures_from_sections(sections, angles, np.full(3, 1e-12 * unit))
+        # Rounding times the square of the condition, at most 1e3 here: 2e-10 of what goes in,
+        # and what comes out is as much larger as the condition.
+        size = abs(b1) + abs(b2)
+        assert abs(a1 - b1) < 1e-10 * size and abs(a2 - b2) < 1e-10 * size
+        # A direction is as uncertain as the curvatures over their difference.
+        assert abs(np.sin(a_angle - b_angle)) * (b1 - b2) < 1e-10 * size
+
+
+def test_three_equal_sections_are_an_umbilic_by_both_routes():
+    """Situation (a)."""
+    rng = np.random.default_rng(1)
+    for _ in range(200):
+        angles, k = random_sections(rng), rng.uniform(-1.0, 1.0)
+        appendix = curvatures_of_three_sections(np.full(3, k), angles)
+        k1, k2, angle, _, umbilic, _ = curvatures_from_sections(
+            np.full(3, k), angles, np.full(3, 1e-6)
+        )
+        assert umbilic
+        assert np.abs(np.subtract((k1, k2, angle), appendix)).max() < 1e-10
+
+
+@pytest.mark.parametrize("turn", [0.0, np.pi, -np.pi])
+def test_sections_of_one_direction_are_refused_by_both_routes(turn):
+    """Situation (b): two of the three equations are one."""
+    angles, sections = np.array([0.3, 1.1, 0.3 + turn]), np.array([0.1, -0.2, 0.1])
+    for route in (curvatures_of_three_sections, curvatures_from_sections):
+        with pytest.raises(ValueError, match="direction"):
+            route(sections, angles, *([np.ones(3)] if route is curvatures_from_sections else []))
+
+
+@pytest.mark.parametrize("count", [3, 4, 5, 6])
+def test_scatter_of_principal_curvatures_falls_with_the_sections(count):
+    rng, angles, std = np.random.default_rng(count), even_angles(count), 1e-3
+    truth = 2.0 * np.cos(angles - 0.4) ** 2 - np.sin(angles - 0.4) ** 2
+    draws = np.array(
+        [
+            curvatures_from_sections(
+                truth + std * rng.normal(size=count), angles, np.full(count, std)
+            )[:3]
+            for _ in range(3000)
+        ]
+    )
+    # Four standard errors of a standard deviation from 3000 draws are 5 %.
+    assert draws[:, 0].std() == pytest.approx(std * np.sqrt(3 / count), rel=0.1)
+    assert draws[:, 1].std() == pytest.approx(std * np.sqrt(3 / count), rel=0.1)
+    # k1 - k2 = 3; for three sections sqrt(2/3) std / (k1 - k2).
+    assert draws[:, 2].std() == pytest.approx(np.sqrt(2 / count) * std / 3.0, rel=0.1)
+
+
+@pytest.mark.parametrize("count", [3, 4, 5, 6])
+def test_umbilic_gap_is_a_bias_and_its_test_errs_as_often_as_stated(count):
+    rng, angles, std, draws = np.random.default_rng(count), even_angles(count), 1e-3, 4000
+    found = [
+        curvatures_from_sections(-0.03 + std * rng.normal(size=count), angles, np.full(count, std))
+        for _ in range(draws)
+    ]
+    gaps = np.array([k1 - k2 for k1, k2, *_ in found])
+    # b and c are independent with variance 2 std^2/m: twice a Rayleigh mean, 2.05 std for m = 3,
+    # known to 0.52/sqrt(draws) of itself.
+    mean = 2.0 * np.sqrt(2.0 / count) * np.sqrt(np.pi / 2.0) * std
+    assert gaps.mean() == pytest.approx(mean, rel=4.0 * 0.53 / np.sqrt(draws))
+    rate = UMBILIC_FALSE_ALARM
+    alarms = np.mean([not umbilic for *_, umbilic, _ in found])
+    assert abs(alarms - rate) < 4.0 * np.sqrt(rate * (1.0 - rate) / draws)
