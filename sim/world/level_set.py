@@ -53,12 +53,14 @@ def level_set_mesh(field: Field, half_extent, edge: float):
     counts = np.array([len(axis) for axis in axes])
     # Grid points are numbered with x running fastest, as igl.marching_cubes goes through them.
     strides = np.array([1, counts[0], counts[0] * counts[1]])
-    first = np.sort(cells @ strides)
-    used, corners = np.unique(first[:, None] + _CORNERS @ strides, return_inverse=True)
+    corners = np.sort(cells @ strides)[:, None] + _CORNERS @ strides
+    is_used = np.zeros(counts.prod(), bool)
+    is_used[corners] = True
+    used = np.flatnonzero(is_used)
     places = np.unravel_index(used, counts, order="F")
     grid = np.stack([axis[place] for axis, place in zip(axes, places, strict=True)], axis=1)
     values = _in_batches(lambda points: field.first_order(points)[0], grid)
-    vertices, faces, _ = igl.marching_cubes(values, grid, corners.reshape(-1, 8))
+    vertices, faces, _ = igl.marching_cubes(values, grid, np.searchsorted(used, corners))
     return newton_projection(field, vertices), faces
 
 
