@@ -32,7 +32,7 @@ def heights(obj, points, normals, offsets):
     height = np.zeros(offsets.shape[:-1])
     for _ in range(NEWTON_STEPS):
         places = points + offsets + height[..., None] * normals
-        value, gradient, _ = obj.field(places.reshape(-1, 3))
+        value, gradient = obj.field.first_order(places.reshape(-1, 3))
         gradient = gradient.reshape(places.shape)
         slope = (gradient * normals).sum(axis=-1)
         step = value.reshape(slope.shape) / np.where(slope > 0, slope, np.nan)
