@@ -15,11 +15,9 @@ import sys
 
 import numpy as np
 
-from touchatlas.atlas.atlas import Atlas
-from touchatlas.planner.loop import explore
-from touchatlas.planner.planner import Planner
-from touchatlas.sim.world.objects import make_object
-from touchatlas.sim.world.probe import Probe
+from touchatlas.atlas import Atlas
+from touchatlas.planner import Planner, explore
+from touchatlas.sim import Probe, make_object
 
 KERSHNER, LEAST_COSINE = 1.209, np.sqrt(0.5)
 POINTS, LINES, NEWTON_STEPS = 300, 6, 6

@@ -7,9 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from touchatlas.atlas.store import load_atlas
-from touchatlas.sim.run.exploration import RunOptions, run_exploration
-from touchatlas.sim.world.objects import make_object
+from touchatlas.atlas import load_atlas
+from touchatlas.sim import RunOptions, make_object, run_exploration
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 # Small stand-ins for the arguments that a reader would give.

@@ -4,9 +4,9 @@ import io
 
 import numpy as np
 
-from touchatlas.atlas.mesh.extract import Surface
+from touchatlas.atlas import Surface
+from touchatlas.patch import Patch
 from touchatlas.patch.geometry.arrays import cross
-from touchatlas.patch.geometry.patch import Patch
 from touchatlas.sim.recorded.recording import Recording
 from touchatlas.sim.world.triangles import disc_faces
 

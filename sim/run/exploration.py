@@ -10,11 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
-from touchatlas.atlas.atlas import Atlas
-from touchatlas.atlas.mesh.extract import Surface, extract_surface
-from touchatlas.atlas.store import save_atlas, write_whole
-from touchatlas.planner.loop import Step, explore
-from touchatlas.planner.planner import Planner
+from touchatlas.atlas import Atlas, Surface, extract_surface, save_atlas
+from touchatlas.atlas.store import write_whole
+from touchatlas.planner import Planner, Step, explore
 from touchatlas.sim.run.evaluate import EvaluateOptions, Evaluation, Truth, evaluate_surface
 from touchatlas.sim.run.interrupt import held_interrupt
 from touchatlas.sim.run.journal import Journal

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from touchatlas.atlas.mesh.extract import Surface
+from touchatlas.atlas import Surface
 
 _DOUBLES = ("x", "y", "z", "nx", "ny", "nz", "deviation")
 _VERTEX = np.dtype([(name, "<f8") for name in _DOUBLES] + [("patch", "<i4")])

@@ -5,8 +5,8 @@ from functools import cache
 
 import numpy as np
 
+from touchatlas.patch import Contour, ContourEnd, SamplingPlane
 from touchatlas.patch.geometry.arrays import cross
-from touchatlas.patch.geometry.contour import Contour, ContourEnd, SamplingPlane
 from touchatlas.planner.planes import concurrent_planes
 from touchatlas.sim.world.implicit_fields import Field
 from touchatlas.sim.world.implicit_object import ImplicitObject

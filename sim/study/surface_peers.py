@@ -13,10 +13,10 @@ import numpy as np
 from scipy.interpolate import RBFInterpolator
 from scipy.spatial import cKDTree
 
-from touchatlas.atlas.atlas import Atlas
+from touchatlas.atlas import Atlas
 from touchatlas.patch.geometry.frame import any_tangent
+from touchatlas.planner import ProbePlan, Reason
 from touchatlas.planner.planes import concurrent_planes
-from touchatlas.planner.probe_plan import ProbePlan, Reason
 from touchatlas.sim.study.tradeoff import timed
 from touchatlas.sim.world.implicit_object import ImplicitObject
 

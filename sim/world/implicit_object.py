@@ -4,8 +4,8 @@ from functools import cached_property
 
 import numpy as np
 
+from touchatlas.patch import ContourEnd
 from touchatlas.patch.geometry.arrays import cross
-from touchatlas.patch.geometry.contour import ContourEnd
 from touchatlas.sim.world.implicit_fields import Field
 from touchatlas.sim.world.level_set import level_set_mesh, newton_projection
 from touchatlas.sim.world.triangles import areas_of, sample_triangles, top_sample

@@ -8,7 +8,7 @@ import igl
 import numpy as np
 import trimesh
 
-from touchatlas.patch.geometry.contour import ContourEnd
+from touchatlas.patch import ContourEnd
 from touchatlas.sim.world.triangles import areas_of, sample_triangles, top_sample
 
 _NOISE_SHARE = 2e-4

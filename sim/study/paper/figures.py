@@ -5,8 +5,8 @@ import io
 import igl
 import numpy as np
 
-from touchatlas.atlas.records.touch import Touch
-from touchatlas.patch.geometry.patch import Patch
+from touchatlas.atlas import Touch
+from touchatlas.patch import Patch
 from touchatlas.sim.study.paper.fits import (
     CURVES,
     DESCENT,

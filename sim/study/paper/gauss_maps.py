@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from touchatlas.patch.geometry.patch import Patch
+from touchatlas.patch import Patch
 from touchatlas.patch.paper.gauss_map import GaussMap, gauss_map
 from touchatlas.sim.study.paper.fits import (
     DATA,

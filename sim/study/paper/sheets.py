@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import igl
 import numpy as np
 
-from touchatlas.patch.geometry.patch import Patch
+from touchatlas.patch import Patch
 from touchatlas.patch.paper.curvature_on_grid import convex_hull
 from touchatlas.sim.study.tradeoff_methods import height_error
 from touchatlas.sim.world.implicit_object import ImplicitObject

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from touchatlas.atlas.store import load_atlas
+from touchatlas.atlas import load_atlas
 from touchatlas.sim.run.journal import Journal
 
 RUN = [sys.executable, "-c", "from touchatlas.sim.command.cli import main; main()"]

@@ -5,10 +5,8 @@ import numpy as np
 import pytest
 
 from tests.real import real_mesh
-from touchatlas.atlas.atlas import Atlas
-from touchatlas.atlas.mesh.extract import extract_surface
-from touchatlas.planner.loop import explore
-from touchatlas.planner.planner import Planner
+from touchatlas.atlas import Atlas, extract_surface
+from touchatlas.planner import Planner, explore
 from touchatlas.sim.world.probe import Probe
 
 MESHES = (

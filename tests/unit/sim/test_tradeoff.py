@@ -9,18 +9,10 @@ import numpy as np
 import pytest
 
 from tests.truths import BALL_RADIUS, graph_contours
-from touchatlas.patch.fit.fit_patch import fit_patch
+from touchatlas.patch import fit_patch
 from touchatlas.sim.study.peers import fit_jet, mesh_around, mesh_curvatures
 from touchatlas.sim.study.scenes import draw_scene
-from touchatlas.sim.study.tradeoff import (
-    CELLS,
-    Cell,
-    measure,
-    measure_cell,
-    middle,
-    overall,
-    timed,
-)
+from touchatlas.sim.study.tradeoff import CELLS, Cell, measure, measure_cell, middle, overall, timed
 from touchatlas.sim.study.tradeoff_chart import csv_bytes, make_folder, pareto_front, write_chart
 from touchatlas.sim.study.tradeoff_methods import METHODS, PAPER, height_error
 
