@@ -227,7 +227,7 @@ def _quality(obj, atlas: Atlas, surface: Surface | None, rng) -> dict:
     numbers: dict = dict.fromkeys(field.name for field in fields(Evaluation))
     numbers |= {"coverage": 0.0, "f_score": 0.0, "watertight": False}
     numbers["true_euler_characteristic"] = obj.euler_characteristic if obj.closed else None
-    numbers["total_curvature_over_2pi"] = None
+    numbers |= {"total_curvature_over_2pi": None, "diagonal": obj.diagonal}
     if surface is not None and len(surface.faces):
         evaluation = evaluate_surface(
             surface.vertices,
@@ -239,7 +239,7 @@ def _quality(obj, atlas: Atlas, surface: Surface | None, rng) -> dict:
         )
         numbers |= evaluation.as_dict()
         numbers["total_curvature_over_2pi"] = surface.total_curvature() / (2.0 * np.pi)
-    return numbers | {"tolerance": atlas.tolerance, "diagonal": obj.diagonal}
+    return numbers | {"tolerance": atlas.tolerance}
 
 
 def _expense(atlas: Atlas, progress: Progress, seconds_surface: float) -> dict:
