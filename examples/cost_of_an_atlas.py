@@ -18,9 +18,8 @@ os.environ.update(dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"), "1"
 
 import numpy as np
 
-from touchatlas.atlas.atlas import Atlas
-from touchatlas.atlas.records.touch import Touch, TouchStatus
-from touchatlas.patch.geometry.contour import Contour, ContourEnd
+from touchatlas.atlas import Atlas, Touch, TouchStatus
+from touchatlas.patch import Contour, ContourEnd
 from touchatlas.planner.planes import concurrent_planes
 
 HEIGHT, REACH, SPACING, TOLERANCE, NOISE = 0.2, 0.6, 0.62, 5e-3, 1e-3

@@ -15,11 +15,9 @@ import sys
 
 import numpy as np
 
-from touchatlas.atlas.atlas import Atlas
-from touchatlas.planner.loop import explore
-from touchatlas.planner.planner import Planner
-from touchatlas.sim.world.objects import make_object
-from touchatlas.sim.world.probe import Probe
+from touchatlas.atlas import Atlas
+from touchatlas.planner import Planner, explore
+from touchatlas.sim import Probe, make_object
 
 KERSHNER, LEAST_COSINE = 1.209, np.sqrt(0.5)
 POINTS, LINES, NEWTON_STEPS = 300, 6, 6
@@ -32,7 +30,7 @@ def heights(obj, points, normals, offsets):
     height = np.zeros(offsets.shape[:-1])
     for _ in range(NEWTON_STEPS):
         places = points + offsets + height[..., None] * normals
-        value, gradient, _ = obj.field(places.reshape(-1, 3))
+        value, gradient = obj.field.first_order(places.reshape(-1, 3))
         gradient = gradient.reshape(places.shape)
         slope = (gradient * normals).sum(axis=-1)
         step = value.reshape(slope.shape) / np.where(slope > 0, slope, np.nan)

@@ -15,13 +15,10 @@ from pathlib import Path
 
 import numpy as np
 
-from touchatlas.atlas.atlas import Atlas
-from touchatlas.atlas.mesh.extract import extract_surface
-from touchatlas.planner.loop import explore
-from touchatlas.planner.planner import Planner
+from touchatlas.atlas import Atlas, extract_surface
+from touchatlas.planner import Planner, explore
+from touchatlas.sim import Probe, make_object, object_names
 from touchatlas.sim.study.surface_peers import distances
-from touchatlas.sim.world.objects import make_object, object_names
-from touchatlas.sim.world.probe import Probe
 from touchatlas.sim.world.triangles import areas_of
 
 FOLDER = os.environ.get("TOUCHATLAS_OBJECTS", Path(__file__).parents[2] / "shared" / "objects")

@@ -7,10 +7,9 @@ Here the "robot" tracks great circles of a ball that only it knows.
 
 import numpy as np
 
-from touchatlas.atlas.atlas import Atlas
-from touchatlas.atlas.records.touch import Touch, TouchStatus
-from touchatlas.patch.geometry.contour import Contour, ContourEnd, SamplingPlane
-from touchatlas.planner.planner import Planner
+from touchatlas.atlas import Atlas, Touch, TouchStatus
+from touchatlas.patch import Contour, ContourEnd, SamplingPlane
+from touchatlas.planner import Planner
 
 RADIUS, NOISE = 33.0, 0.02
 RNG = np.random.default_rng(0)

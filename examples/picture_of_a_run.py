@@ -14,8 +14,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-from touchatlas.atlas.mesh.extract import Surface, extract_surface
-from touchatlas.atlas.store import load_atlas
+from touchatlas.atlas import Surface, extract_surface, load_atlas
 
 
 def draw(axes, surface: Surface, colours, title: str) -> None:

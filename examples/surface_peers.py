@@ -19,17 +19,11 @@ os.environ.update(dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"), "1"
 
 import numpy as np
 
-from touchatlas.atlas.atlas import Atlas
-from touchatlas.atlas.mesh.extract import extract_surface
-from touchatlas.atlas.records.options import AtlasOptions
-from touchatlas.planner.loop import explore
-from touchatlas.planner.planner import Planner
-from touchatlas.sim.run.evaluate import evaluate_surface
-from touchatlas.sim.run.exploration import truth_of
+from touchatlas.atlas import Atlas, AtlasOptions, extract_surface
+from touchatlas.planner import Planner, explore
+from touchatlas.sim import Probe, evaluate_surface, make_object, object_names, truth_of
 from touchatlas.sim.study import surface_peers as others
 from touchatlas.sim.study.tradeoff import timed
-from touchatlas.sim.world.objects import make_object, object_names
-from touchatlas.sim.world.probe import Probe
 
 FOLDER = os.environ.get("TOUCHATLAS_OBJECTS", Path(__file__).parents[2] / "shared" / "objects")
 TRUST = 1.0, 3.0, np.inf

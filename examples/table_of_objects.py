@@ -9,8 +9,7 @@ import time
 
 import numpy as np
 
-from touchatlas.sim.run.exploration import RunOptions, run_exploration
-from touchatlas.sim.world.objects import make_object
+from touchatlas.sim import RunOptions, make_object, run_exploration
 
 HEAD = (
     "| object | coverage | mean/noise | mean/diagonal | p95/diagonal | watertight | chi (true) "

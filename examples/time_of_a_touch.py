@@ -12,11 +12,9 @@ import time
 
 import numpy as np
 
-from touchatlas.atlas.atlas import Atlas
-from touchatlas.planner.loop import explore
-from touchatlas.planner.planner import Planner
-from touchatlas.sim.world.objects import make_object
-from touchatlas.sim.world.probe import Probe
+from touchatlas.atlas import Atlas
+from touchatlas.planner import Planner, explore
+from touchatlas.sim import Probe, make_object
 
 WINDOW = 15
 

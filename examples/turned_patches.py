@@ -11,8 +11,7 @@ import sys
 
 import numpy as np
 
-from touchatlas.patch.fit.fit_patch import FitOptions, fit_patch
-from touchatlas.patch.geometry.patch import Patch
+from touchatlas.patch import FitOptions, Patch, fit_patch
 from touchatlas.sim.study.scenes import Scene, draw_scene
 
 SURFACES = ("ball", "torus", "ellipsoid")

@@ -31,8 +31,7 @@ def export(
     json_
         Print numbers as JSON on standard output.
     """
-    from touchatlas.atlas.cad.step_file import save_step
-    from touchatlas.atlas.store import load_atlas
+    from touchatlas.atlas import load_atlas, save_step
 
     _check(run, file)
     numbers = asdict(save_step(load_atlas(run / "atlas.npz"), file))

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from touchatlas.patch.geometry.contour import ContourEnd
+from touchatlas.patch import ContourEnd
 from touchatlas.sim.recorded.contour_file import LEAST_POINTS
 from touchatlas.sim.recorded.kinks import smooth_part
 

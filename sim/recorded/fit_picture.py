@@ -4,10 +4,11 @@ import io
 
 import numpy as np
 
-from touchatlas.atlas.mesh.extract import Surface
+from touchatlas.atlas import Surface
+from touchatlas.patch import Patch
 from touchatlas.patch.geometry.arrays import cross
-from touchatlas.patch.geometry.patch import Patch
 from touchatlas.sim.recorded.recording import Recording
+from touchatlas.sim.world.triangles import disc_faces
 
 _RINGS, _SPOKES = 24, 72
 # A vertex that ends farther from the surface than this, in radii, did not find it.
@@ -38,7 +39,7 @@ def patch_surface(patch: Patch) -> Surface:
         rings.append(ring)
     vertices = np.concatenate(rings)
     found = np.abs(patch.signed_distance(vertices)) < _LOST * patch.radius
-    faces = _disc_faces()
+    faces = disc_faces(_RINGS, _SPOKES)
     faces = faces[found[faces].all(axis=1)]
     used, faces = np.unique(faces, return_inverse=True)
     vertices = vertices[used]
@@ -58,18 +59,6 @@ def _onto(patch: Patch, points) -> np.ndarray:
         step = np.clip(patch.signed_distance(points), -patch.radius, patch.radius)
         points = points - step[:, None] * patch.normal(points)
     return points
-
-
-def _disc_faces() -> np.ndarray:
-    """(f, 3) triangles of a centre and rings of spokes, counter-clockwise."""
-    spoke = np.arange(_SPOKES)
-    follow = (spoke + 1) % _SPOKES
-    fan = np.stack([np.zeros(_SPOKES, int), 1 + spoke, 1 + follow], axis=1)
-    first = 1 + _SPOKES * np.arange(_RINGS - 1)[:, None]
-    a, b = first + spoke, first + follow
-    c, d = a + _SPOKES, b + _SPOKES
-    lower, upper = np.stack([a, c, d], axis=-1), np.stack([a, d, b], axis=-1)
-    return np.concatenate([fan, lower.reshape(-1, 3), upper.reshape(-1, 3)])
 
 
 def png_bytes(recording: Recording, patch: Patch, surface: Surface, title: str) -> bytes:

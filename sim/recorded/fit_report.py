@@ -8,9 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from touchatlas.atlas.files import write_whole
-from touchatlas.patch.fit.fit_patch import FitOptions, fit_patch
-from touchatlas.patch.geometry.patch import Patch
-from touchatlas.patch.paper.fit_paper import Penalty, fit_paper
+from touchatlas.patch import FitOptions, Patch, Penalty, fit_paper, fit_patch
 from touchatlas.sim.recorded.contour_file import read_curves
 from touchatlas.sim.recorded.fit_picture import patch_surface, png_bytes
 from touchatlas.sim.recorded.recording import Recording, prepare

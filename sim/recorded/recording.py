@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
+from touchatlas.patch import Contour, ContourEnd, SamplingPlane
 from touchatlas.patch.geometry.arrays import cross
-from touchatlas.patch.geometry.contour import Contour, ContourEnd, SamplingPlane
 from touchatlas.patch.geometry.curvature import normal_from_tangents
 from touchatlas.sim.recorded.arcs import binding_ends, near_arc, this_side
 from touchatlas.sim.recorded.contour_file import LEAST_POINTS, Curve

@@ -10,12 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
-from touchatlas.atlas.atlas import Atlas
+from touchatlas.atlas import Atlas, Surface, extract_surface, save_atlas
 from touchatlas.atlas.files import write_whole
-from touchatlas.atlas.mesh.extract import Surface, extract_surface
-from touchatlas.atlas.store import save_atlas
-from touchatlas.planner.loop import Step, explore
-from touchatlas.planner.planner import Planner
+from touchatlas.planner import Planner, Step, explore
 from touchatlas.sim.run.evaluate import EvaluateOptions, Evaluation, Truth, evaluate_surface
 from touchatlas.sim.run.interrupt import held_interrupt
 from touchatlas.sim.run.journal import Journal
@@ -227,7 +224,7 @@ def _quality(obj, atlas: Atlas, surface: Surface | None, rng) -> dict:
     numbers: dict = dict.fromkeys(field.name for field in fields(Evaluation))
     numbers |= {"coverage": 0.0, "f_score": 0.0, "watertight": False}
     numbers["true_euler_characteristic"] = obj.euler_characteristic if obj.closed else None
-    numbers["total_curvature_over_2pi"] = None
+    numbers |= {"total_curvature_over_2pi": None, "diagonal": obj.diagonal}
     if surface is not None and len(surface.faces):
         evaluation = evaluate_surface(
             surface.vertices,
@@ -239,7 +236,7 @@ def _quality(obj, atlas: Atlas, surface: Surface | None, rng) -> dict:
         )
         numbers |= evaluation.as_dict()
         numbers["total_curvature_over_2pi"] = surface.total_curvature() / (2.0 * np.pi)
-    return numbers | {"tolerance": atlas.tolerance, "diagonal": obj.diagonal}
+    return numbers | {"tolerance": atlas.tolerance}
 
 
 def _expense(atlas: Atlas, progress: Progress, seconds_surface: float) -> dict:

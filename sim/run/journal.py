@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
-from touchatlas.atlas.records.touch import Touch, TouchStatus
-from touchatlas.patch.geometry.contour import Contour, ContourEnd, SamplingPlane
-from touchatlas.planner.probe_plan import ProbePlan
+from touchatlas.atlas import Touch, TouchStatus
+from touchatlas.patch import Contour, ContourEnd, SamplingPlane
+from touchatlas.planner import ProbePlan
 
 _SCHEMA = """
 create table touch (

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from touchatlas.atlas.mesh.extract import Surface
+from touchatlas.atlas import Surface
 
 _DOUBLES = ("x", "y", "z", "nx", "ny", "nz", "deviation")
 _VERTEX = np.dtype([(name, "<f8") for name in _DOUBLES] + [("patch", "<i4")])
@@ -22,20 +22,3 @@ def ply_bytes(surface: Surface) -> bytes:
     header += [f"property double {name}" for name in _DOUBLES] + ["property int patch"]
     header += [f"element face {len(faces)}", "property list uchar int vertex_indices", "end_header"]
     return ("\n".join(header) + "\n").encode() + vertices.tobytes() + faces.tobytes()
-
-
-def read_deviation(path) -> np.ndarray | None:
-    """(v,) predicted deviation of a surface.ply, None where the file has none."""
-    with open(path, "rb") as file:
-        head = file.read(4096)
-        end = head.find(b"end_header\n")
-        if not head.startswith(b"ply") or end < 0:
-            return None
-        names = [
-            line.split()[-1] for line in head[:end].decode().splitlines() if "property" in line
-        ]
-        if names[: len(_DOUBLES) + 1] != [*_DOUBLES, "patch"]:
-            return None
-        count = int(head[:end].split(b"element vertex ")[1].split(b"\n")[0])
-        file.seek(end + len(b"end_header\n"))
-        return np.frombuffer(file.read(count * _VERTEX.itemsize), _VERTEX)["deviation"].copy()

@@ -6,8 +6,8 @@ import warnings
 
 import numpy as np
 
-from touchatlas.atlas.atlas import Atlas
-from touchatlas.planner.loop import Step
+from touchatlas.atlas import Atlas
+from touchatlas.planner import Step
 
 _COLUMNS = (
     "touch",

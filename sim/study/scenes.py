@@ -5,9 +5,10 @@ from functools import cache
 
 import numpy as np
 
+from touchatlas.patch import Contour, ContourEnd, SamplingPlane
 from touchatlas.patch.geometry.arrays import cross
-from touchatlas.patch.geometry.contour import Contour, ContourEnd, SamplingPlane
 from touchatlas.planner.planes import concurrent_planes
+from touchatlas.sim.world.implicit_fields import Field
 from touchatlas.sim.world.implicit_object import ImplicitObject
 from touchatlas.sim.world.objects import make_object
 
@@ -139,17 +140,22 @@ def _tracked(curve, plane: SamplingPlane, noise_std: float, rng) -> Contour:
 def monkey_saddle(size: float = 4000.0) -> ImplicitObject:
     """z = (x^3 - 3 x y^2) / size over the plane; flat umbilic at the origin."""
 
-    def field(points):
+    def first_order(points):
         x, y, z = points.T
         value = z - (x**3 - 3.0 * x * y * y) / size
         gradient = np.stack(
             [-3.0 * (x * x - y * y) / size, 6.0 * x * y / size, np.ones_like(x)], axis=1
         )
-        hessian = np.zeros((len(points), 3, 3))
-        hessian[:, 0, 0], hessian[:, 1, 1] = -6.0 * x / size, 6.0 * x / size
-        hessian[:, 0, 1] = hessian[:, 1, 0] = 6.0 * y / size
-        return value, gradient, hessian
+        return value, gradient
 
+    def hessian(points):
+        x, y, _ = points.T
+        second = np.zeros((len(points), 3, 3))
+        second[:, 0, 0], second[:, 1, 1] = -6.0 * x / size, 6.0 * x / size
+        second[:, 0, 1] = second[:, 1, 0] = 6.0 * y / size
+        return second
+
+    field = Field(first_order, hessian)
     return ImplicitObject("monkey_saddle", "", field, (40.0,) * 3, 0.02, 0.1)
 
 

@@ -13,13 +13,12 @@ import numpy as np
 from scipy.interpolate import RBFInterpolator
 from scipy.spatial import cKDTree
 
-from touchatlas.atlas.atlas import Atlas
+from touchatlas.atlas import Atlas
 from touchatlas.patch.geometry.frame import any_tangent
+from touchatlas.planner import ProbePlan, Reason
 from touchatlas.planner.planes import concurrent_planes
-from touchatlas.planner.probe_plan import ProbePlan, Reason
 from touchatlas.sim.study.tradeoff import timed
 from touchatlas.sim.world.implicit_object import ImplicitObject
-from touchatlas.sim.world.triangles import face_normals
 
 _CORNERS = np.array(
     [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]]
@@ -199,7 +198,7 @@ def exact_normals(obj, points) -> np.ndarray:
     tree = igl.AABB()
     tree.init(obj.vertices, obj.faces)
     faces = np.ravel(tree.squared_distance(obj.vertices, obj.faces, points)[1])
-    return face_normals(obj.vertices, obj.faces)[faces]
+    return igl.per_face_normals(obj.vertices, obj.faces, np.zeros(3))[faces]
 
 
 def spread(points, count: int) -> np.ndarray:

@@ -6,10 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from touchatlas.patch.fit.fit_patch import FitOptions, fit_patch
-from touchatlas.patch.geometry.patch import Patch
+from touchatlas.patch import FitOptions, Patch, Penalty, fit_paper, fit_patch
 from touchatlas.patch.geometry.polynomial import LocalPolynomial
-from touchatlas.patch.paper.fit_paper import Penalty, fit_paper
 from touchatlas.patch.paper.steepest_descent import sign_frozen_descent
 from touchatlas.patch.paper.total_curvature import fold_problem
 from touchatlas.sim.study.peers import Jet, fit_jet, mesh_around, mesh_curvatures

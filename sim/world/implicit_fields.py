@@ -1,56 +1,94 @@
 """Implicit functions of the built-in objects: value, gradient and Hessian, negative inside."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
-# points (n, 3) -> value (n,), gradient (n, 3), Hessian (n, 3, 3)
-Field = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]]
+
+@dataclass(frozen=True)
+class Field:
+    """An implicit function f; f < 0 inside the body, f = 0 on its surface.
+
+    Parameters
+    ----------
+    first_order : callable
+        points (n, 3) -> f (n,) and its gradient (n, 3).
+    hessian : callable
+        points (n, 3) -> second derivatives (n, 3, 3). Few callers need them, and they cost more
+        than value and gradient together.
+    """
+
+    first_order: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
+    hessian: Callable[[np.ndarray], np.ndarray]
+
+    def __call__(self, points) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Value (n,), gradient (n, 3) and Hessian (n, 3, 3) at points (n, 3)."""
+        return *self.first_order(points), self.hessian(points)
 
 
 def quadric_with_bumps(half_axes, centres=(), widths=(), amplitudes=()) -> Field:
     """sum (x/a)^2 - 1 + sum A exp(-|x - c|^2 / (2 w^2)): A > 0 dents, A < 0 swells."""
     weight = np.asarray(half_axes, dtype=float) ** -2.0
-    centres = np.asarray(centres, dtype=float).reshape(-1, 3)
-    inverse = np.asarray(widths, dtype=float) ** -2.0
-    amplitudes = np.asarray(amplitudes, dtype=float)
+    # Bumps come first and points last, so that every product runs along contiguous memory.
+    centres = np.asarray(centres, dtype=float).reshape(-1, 3).T[:, :, None]
+    inverse = np.asarray(widths, dtype=float)[:, None] ** -2.0
+    amplitudes = np.asarray(amplitudes, dtype=float)[:, None]
 
-    def field(points):
+    def bumps(points):
+        """Offsets from the centres (3, k, n) and values of the bumps (k, n)."""
+        offset = points.T[:, None] - centres
+        square = offset * offset
+        return offset, amplitudes * np.exp(-0.5 * (square[0] + square[1] + square[2]) * inverse)
+
+    def first_order(points):
         value = (points * points) @ weight - 1.0
         gradient = 2.0 * points * weight
-        hessian = np.broadcast_to(np.diag(2.0 * weight), (len(points), 3, 3)).copy()
-        if len(centres):
-            offset = points[:, None] - centres
-            bump = amplitudes * np.exp(-0.5 * (offset * offset).sum(axis=2) * inverse)
-            slope = bump * inverse
-            value = value + bump.sum(axis=1)
-            gradient = gradient - (slope[:, :, None] * offset).sum(axis=1)
-            hessian += np.einsum("nk,nki,nkj->nij", slope * inverse, offset, offset)
-            hessian -= slope.sum(axis=1)[:, None, None] * np.eye(3)
-        return value, gradient, hessian
+        if centres.size:
+            offset, bump = bumps(points)
+            value = value + np.ascontiguousarray(bump.T).sum(axis=1)
+            gradient = gradient - (bump * inverse * offset).sum(axis=1).T
+        return value, gradient
 
-    return field
+    def hessian(points):
+        second = np.broadcast_to(np.diag(2.0 * weight), (len(points), 3, 3)).copy()
+        if centres.size:
+            offset, bump = bumps(points)
+            slope = bump * inverse
+            second += np.einsum("kn,ikn,jkn->nij", slope * inverse, offset, offset)
+            second -= slope.sum(axis=0)[:, None, None] * np.eye(3)
+        return second
+
+    return Field(first_order, hessian)
 
 
 def torus(major: float, minor: float) -> Field:
     """(rho - a)^2 + z^2 - b^2 with rho the distance from the z axis."""
 
-    def field(points):
-        x, y, z = points.T
+    def polar(points):
+        """rho (n,) and (x, y, 0) (n, 3)."""
+        x, y, _ = points.T
         # On the axis itself the gradient has no direction; any small distance will do.
         rho = np.maximum(np.hypot(x, y), 1e-9 * major)
-        value = (rho - major) ** 2 + z * z - minor**2
-        flat = np.stack([x, y, np.zeros_like(x)], axis=1)
-        share = major / rho
-        gradient = 2.0 * (1.0 - share)[:, None] * flat
-        gradient[:, 2] = 2.0 * z
-        hessian = 2.0 * (share / rho**2)[:, None, None] * flat[:, :, None] * flat[:, None, :]
-        hessian[:, 0, 0] += 2.0 * (1.0 - share)
-        hessian[:, 1, 1] += 2.0 * (1.0 - share)
-        hessian[:, 2, 2] = 2.0
-        return value, gradient, hessian
+        return rho, np.stack([x, y, np.zeros_like(x)], axis=1)
 
-    return field
+    def first_order(points):
+        z = points[:, 2]
+        rho, flat = polar(points)
+        gradient = 2.0 * (1.0 - major / rho)[:, None] * flat
+        gradient[:, 2] = 2.0 * z
+        return (rho - major) ** 2 + z * z - minor**2, gradient
+
+    def hessian(points):
+        rho, flat = polar(points)
+        ratio = major / rho
+        second = 2.0 * (ratio / rho**2)[:, None, None] * flat[:, :, None] * flat[:, None, :]
+        second[:, 0, 0] += 2.0 * (1.0 - ratio)
+        second[:, 1, 1] += 2.0 * (1.0 - ratio)
+        second[:, 2, 2] = 2.0
+        return second
+
+    return Field(first_order, hessian)
 
 
 def bottle(body: float, neck: float, half_height: float, shoulder: float, softness: float) -> Field:
@@ -68,68 +106,80 @@ def bottle(body: float, neck: float, half_height: float, shoulder: float, softne
         q, q1, q2 = s * s, 2.0 * s * s1, 2.0 * (s1 * s1 + s * s2)
         return q * c, q1 * c + q * c1, q2 * c + 2.0 * q1 * c1 + q * c2
 
-    def field(points):
+    def first_order(points):
         x, y, z = points.T
-        p, p1, p2 = squared_profile(z)
-        gradient = np.stack([2.0 * x, 2.0 * y, -p1], axis=1)
-        hessian = np.zeros((len(points), 3, 3))
-        hessian[:, 0, 0] = hessian[:, 1, 1] = 2.0
-        hessian[:, 2, 2] = -p2
-        return x * x + y * y - p, gradient, hessian
+        p, p1, _ = squared_profile(z)
+        return x * x + y * y - p, np.stack([2.0 * x, 2.0 * y, -p1], axis=1)
 
-    return field
+    def hessian(points):
+        second = np.zeros((len(points), 3, 3))
+        second[:, 0, 0] = second[:, 1, 1] = 2.0
+        second[:, 2, 2] = -squared_profile(points[:, 2])[2]
+        return second
+
+    return Field(first_order, hessian)
 
 
 def rounded_box(half_sides, fillet: float) -> Field:
-    """Signed distance of a box whose edges are rounded; fillet 0 leaves them sharp."""
+    """Signed distance of a box whose edges are rounded; fillet 0 leaves them sharp.
+
+    Beside a face only one coordinate lies beyond the inner box; beside an edge or corner several
+    do, and the distance is that from the inner box less the fillet.
+    """
     inner = np.asarray(half_sides, dtype=float) - fillet
 
-    def field(points):
-        sign = np.where(points < 0.0, -1.0, 1.0)
+    def distance(points):
+        """Distance from the inner box (n,), its direction (n, 3) in the octant of positive
+        coordinates, and whether the nearest point lies on a face (n,)."""
         beyond = np.abs(points) - inner
-        deepest = beyond.argmax(axis=1)
-        on_face = (np.maximum(beyond, 0.0) > 0.0).sum(axis=1) <= 1
-        if fillet == 0.0:
-            on_face[:] = True
-        rows = np.arange(len(points))
         out = np.maximum(beyond, 0.0)
+        deepest, rows = beyond.argmax(axis=1), np.arange(len(points))
+        on_face = np.full(len(points), fillet == 0.0) | ((out > 0.0).sum(axis=1) <= 1)
         length = np.maximum(np.sqrt((out * out).sum(axis=1)), np.finfo(float).tiny)
-        value = np.where(on_face, beyond[rows, deepest], length) - fillet
         face_normal = np.zeros_like(points)
         face_normal[rows, deepest] = 1.0
         direction = np.where(on_face[:, None], face_normal, out / length[:, None])
-        active = (out > 0.0).astype(float)
-        bend = active[:, :, None] * np.eye(3) - direction[:, :, None] * direction[:, None, :]
-        hessian = np.where(on_face[:, None, None], 0.0, bend / length[:, None, None])
-        flip = sign[:, :, None] * sign[:, None, :]
-        return value, sign * direction, hessian * flip
+        return np.where(on_face, beyond[rows, deepest], length), direction, on_face
 
-    return field
+    def first_order(points):
+        length, direction, _ = distance(points)
+        return length - fillet, np.where(points < 0.0, -1.0, 1.0) * direction
+
+    def hessian(points):
+        length, direction, on_face = distance(points)
+        sign = np.where(points < 0.0, -1.0, 1.0)
+        active = (np.abs(points) > inner).astype(float)
+        second = active[:, :, None] * np.eye(3) - direction[:, :, None] * direction[:, None, :]
+        second *= sign[:, :, None] * sign[:, None, :]
+        return second * np.where(on_face, 0.0, 1.0 / np.where(on_face, 1.0, length))[:, None, None]
+
+    return Field(first_order, hessian)
 
 
 def polyhedron(normals, levels) -> Field:
     """max over planes of n . x - b: an intersection of half spaces, with unit normals n."""
     normals, levels = np.asarray(normals, dtype=float), np.asarray(levels, dtype=float)
 
-    def field(points):
+    def first_order(points):
         heights = points @ normals.T - levels
         highest = heights.argmax(axis=1)
-        value = heights[np.arange(len(points)), highest]
-        return value, normals[highest], np.zeros((len(points), 3, 3))
+        return heights[np.arange(len(points)), highest], normals[highest]
 
-    return field
+    return Field(first_order, lambda points: np.zeros((len(points), 3, 3)))
 
 
 def union(first: Field, second: Field) -> Field:
     """The lower of two fields: both bodies together."""
 
-    def field(points):
-        parts = zip(first(points), second(points), strict=True)
-        lower = None
-        out = []
-        for a, b in parts:
-            lower = a <= b if lower is None else lower
-            out.append(np.where(lower.reshape(-1, *[1] * (a.ndim - 1)), a, b))
-        return tuple(out)
+    def first_order(points):
+        (value, gradient), (other, other_gradient) = (
+            field.first_order(points) for field in (first, second)
+        )
+        lower = value <= other
+        return np.where(lower, value, other), np.where(lower[:, None], gradient, other_gradient)
 
-    return field
+    def hessian(points):
+        lower = first.first_order(points)[0] <= second.first_order(points)[0]
+        return np.where(lower[:, None, None], first.hessian(points), second.hessian(points))
+
+    return Field(first_order, hessian)

@@ -2,15 +2,14 @@
 
 from functools import cached_property
 
-import igl
 import numpy as np
 
+from touchatlas.patch import ContourEnd
 from touchatlas.patch.geometry.arrays import cross
-from touchatlas.patch.geometry.contour import ContourEnd
 from touchatlas.sim.world.implicit_fields import Field
+from touchatlas.sim.world.level_set import level_set_mesh, newton_projection
 from touchatlas.sim.world.triangles import areas_of, sample_triangles, top_sample
 
-_NEWTON_STEPS = 6
 # A normal that turns this much within 1/256 of a step turns at an edge.
 _EDGE_TURN = np.deg2rad(15.0)
 # A chord is no longer than its arc. Beyond an edge a face may be nearly upright to the plane of
@@ -71,11 +70,11 @@ class ImplicitObject:
 
     def value(self, points) -> np.ndarray:
         """(n,) f at points (n, 3)."""
-        return self.field(points)[0]
+        return self.field.first_order(points)[0]
 
     def normal(self, points) -> np.ndarray:
         """(n, 3) outward unit normals at surface points."""
-        gradient = self.field(points)[1]
+        gradient = self.field.first_order(points)[1]
         return gradient / np.sqrt((gradient**2).sum(axis=1))[:, None]
 
     def principal_curvatures(self, points):
@@ -98,10 +97,7 @@ class ImplicitObject:
 
     def project(self, points) -> np.ndarray:
         """(n, 3) points moved onto the surface along the gradient (Newton)."""
-        for _ in range(_NEWTON_STEPS):
-            value, gradient, _ = self.field(points)
-            points = points - (value / (gradient**2).sum(axis=1))[:, None] * gradient
-        return points
+        return newton_projection(self.field, points)
 
     def start(self):
         """Point where a flat plate lowered on the object meets it, and the direction up."""
@@ -121,7 +117,7 @@ class ImplicitObject:
             low, high = t[max(first - 1, 0)], t[first]
         at = 0.5 * float(low + high)
         for _ in range(4):
-            value, gradient, _ = self.field((origin + at * direction)[None])
+            value, gradient = self.field.first_order((origin + at * direction)[None])
             at = float(np.clip(at - float(value[0] / (gradient[0] @ direction)), low, high))
         return origin + at * direction
 
@@ -192,7 +188,7 @@ class ImplicitObject:
 
     def _tangents(self, x, normals) -> np.ndarray:
         """Unit tangents (m, 3) of the curve through each x in each plane."""
-        tangents = cross(self.field(x)[1], normals)
+        tangents = cross(self.field.first_order(x)[1], normals)
         return tangents / np.sqrt((tangents**2).sum(axis=1))[:, None]
 
     def _advance(self, x, normals, step) -> np.ndarray:
@@ -203,7 +199,7 @@ class ImplicitObject:
         d = self._tangents(x + step * c, normals)
         ahead = x + step / 6.0 * (a + 2.0 * b + 2.0 * c + d)
         for _ in range(3):
-            value, gradient, _ = self.field(ahead)
+            value, gradient = self.field.first_order(ahead)
             gradient = gradient - (gradient * normals).sum(axis=1)[:, None] * normals
             square = np.maximum((gradient**2).sum(axis=1), np.finfo(float).tiny)
             ahead = ahead - (value / square)[:, None] * gradient
@@ -215,16 +211,7 @@ class ImplicitObject:
         if sagitta not in self._meshes:
             edge = np.sqrt(8.0 * sagitta * 0.2 * self._half_extent.min())
             edge = max(edge, 2.0 * self._half_extent.max() / _GRID_LIMIT)
-            axes = [np.arange(-h - 1.5 * edge, h + 2.5 * edge, edge) for h in self._half_extent]
-            grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
-            grid = grid.transpose(2, 1, 0, 3).reshape(-1, 3)
-            values = np.concatenate([self.value(part) for part in np.array_split(grid, 64)])
-            vertices, faces, _ = igl.marching_cubes(values, grid, *map(len, axes))
-            vertices = self.project(vertices)
-            a, b, c = vertices[faces].transpose(1, 0, 2)
-            if (cross(b - a, c - a) * self.normal(a)).sum() < 0:
-                faces = np.ascontiguousarray(faces[:, ::-1])
-            self._meshes[sagitta] = (vertices, faces)
+            self._meshes[sagitta] = level_set_mesh(self.field, self._half_extent, edge)
         return self._meshes[sagitta]
 
     def sample(self, count: int, rng):

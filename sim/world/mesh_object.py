@@ -8,8 +8,8 @@ import igl
 import numpy as np
 import trimesh
 
-from touchatlas.patch.geometry.contour import ContourEnd
-from touchatlas.sim.world.triangles import areas_of, face_normals, sample_triangles, top_sample
+from touchatlas.patch import ContourEnd
+from touchatlas.sim.world.triangles import areas_of, sample_triangles, top_sample
 
 _NOISE_SHARE = 2e-4
 _TOLERANCE_SHARE = 1e-3
@@ -156,7 +156,7 @@ class MeshObject:
     def sample(self, count: int, rng):
         """Area-uniform points (count, 3) of the mesh and the normals of their triangles."""
         points, index = sample_triangles(self.vertices, self.faces, count, rng)
-        return points, face_normals(self.vertices, self.faces)[index]
+        return points, igl.per_face_normals(self.vertices, self.faces, np.zeros(3))[index]
 
     def start(self):
         """Point where a flat plate lowered on the object meets it, and the direction up."""

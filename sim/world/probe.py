@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from touchatlas.atlas.records.touch import Touch, TouchStatus
+from touchatlas.atlas import Touch, TouchStatus
+from touchatlas.patch import Contour, ContourEnd, SamplingPlane
 from touchatlas.patch.geometry.arrays import cross
-from touchatlas.patch.geometry.contour import Contour, ContourEnd, SamplingPlane
-from touchatlas.planner.probe_plan import ProbePlan
+from touchatlas.planner import ProbePlan
 from touchatlas.sim.world.implicit_object import ImplicitObject
 from touchatlas.sim.world.mesh_object import MeshObject
 

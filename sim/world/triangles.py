@@ -1,14 +1,20 @@
-"""Small helpers on triangle arrays."""
+"""Triangle arrays: areas, samples, a disc of triangles."""
 
 import numpy as np
 
 from touchatlas.patch.geometry.arrays import cross
 
+# Samples within this fraction of the height of the highest one are called highest. Twice as much
+# lets the first touch of a tilted plate move farther from its highest corner.
 _TOP = 2e-3
 
 
 def areas_of(vertices, faces) -> np.ndarray:
-    """(f,) areas of triangles."""
+    """(f,) areas of triangles, half the length of the cross product of two sides.
+
+    ``igl.doublearea`` computes them from lengths of sides: of triangles that are slivers it finds
+    fewer digits, and of degenerate ones often no exact zero.
+    """
     a, b, c = vertices[faces].transpose(1, 0, 2)
     return 0.5 * np.sqrt((cross(b - a, c - a) ** 2).sum(axis=1))
 
@@ -31,9 +37,21 @@ def top_sample(points) -> np.ndarray:
     return top[(offset**2).sum(axis=1).argmin()]
 
 
-def face_normals(vertices, faces) -> np.ndarray:
-    """(f, 3) unit normals; zero for degenerate triangles."""
-    a, b, c = vertices[faces].transpose(1, 0, 2)
-    normals = cross(b - a, c - a)
-    length = np.sqrt((normals**2).sum(axis=1))
-    return normals / np.where(length > 0.0, length, 1.0)[:, None]
+def disc_faces(circles: int, spokes: int) -> np.ndarray:
+    """(f, 3) triangles of a centre and concentric circles of points, counter-clockwise.
+
+    Vertex 0 is the centre; then come the points of each circle, the innermost first.
+
+    >>> disc_faces(1, 3)
+    array([[0, 1, 2],
+           [0, 2, 3],
+           [0, 3, 1]])
+    """
+    spoke = np.arange(spokes)
+    following = (spoke + 1) % spokes
+    fan = np.stack([np.zeros(spokes, int), 1 + spoke, 1 + following], axis=1)
+    first = 1 + spokes * np.arange(circles - 1)[:, None]
+    a, b = first + spoke, first + following
+    c, d = a + spokes, b + spokes
+    lower, upper = np.stack([a, c, d], axis=-1), np.stack([a, d, b], axis=-1)
+    return np.concatenate([fan, lower.reshape(-1, 3), upper.reshape(-1, 3)])

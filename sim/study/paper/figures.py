@@ -2,10 +2,11 @@
 
 import io
 
+import igl
 import numpy as np
 
-from touchatlas.atlas.records.touch import Touch
-from touchatlas.patch.geometry.patch import Patch
+from touchatlas.atlas import Touch
+from touchatlas.patch import Patch
 from touchatlas.sim.study.paper.fits import (
     CURVES,
     DESCENT,
@@ -38,7 +39,6 @@ from touchatlas.sim.study.paper.sheets import (
     sheet_of,
 )
 from touchatlas.sim.study.tradeoff_methods import height_error
-from touchatlas.sim.world.triangles import face_normals
 
 _PATCH, _SADDLE, _BOWL = "#5b9bd5", "#4878cf", "#ee854a"
 # Elevation and azimuth of the eye, degrees.
@@ -116,8 +116,10 @@ def figure4(touch: Touch) -> bytes:
         local, normals = patch.frame.to_local(sheet.vertices), sheet.normals @ patch.frame.axes.T
         saddle = np.linalg.det(normals[sheet.faces]) < 0.0
         axes = _space(figure, grid[row, 0], _CLOSE, f"the patch by {fit}")
-        colours = lit(_BOWL, face_normals(local, sheet.faces))
-        colours[saddle] = lit(_SADDLE, face_normals(local, sheet.faces[saddle]))
+        colours = lit(_BOWL, igl.per_face_normals(local, sheet.faces, np.zeros(3)))
+        colours[saddle] = lit(
+            _SADDLE, igl.per_face_normals(local, sheet.faces[saddle], np.zeros(3))
+        )
         draw_triangles(axes, local, sheet.faces, colours)
         frame_on(axes, local, 1.25)
         title = (

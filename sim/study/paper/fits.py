@@ -4,12 +4,9 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from touchatlas.atlas.records.touch import Touch
-from touchatlas.patch.fit.fit_patch import fit_patch
-from touchatlas.patch.geometry.contour import Contour
-from touchatlas.patch.geometry.patch import Patch
+from touchatlas.atlas import Touch
+from touchatlas.patch import Contour, Patch, Penalty, fit_paper, fit_patch
 from touchatlas.patch.paper.curvature_on_grid import convex_hull
-from touchatlas.patch.paper.fit_paper import Penalty, fit_paper
 from touchatlas.patch.paper.steepest_descent import sign_frozen_descent
 from touchatlas.patch.paper.total_curvature import FoldProblem, fold_problem, objective
 from touchatlas.sim.study.tradeoff_methods import PAPER_MULTIPLIER, height_error

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from touchatlas.patch.geometry.patch import Patch
+from touchatlas.patch import Patch
 from touchatlas.patch.paper.gauss_map import GaussMap, gauss_map
 from touchatlas.sim.study.paper.fits import (
     DATA,
@@ -30,7 +30,7 @@ def true_areas(place: Place, patch: Patch, contours) -> dict[str, float]:
     normal = patch.frame.normal
     points = patch.frame.to_world(gauss_map(problem, coefficients).points_local)
     for _ in range(_STEPS):
-        value, gradient, _ = place.surface.field(points)
+        value, gradient = place.surface.field.first_order(points)
         points = points - (value / (gradient @ normal))[:, None] * normal
     k1, k2, _ = place.surface.principal_curvatures(points)
     area = k1 * k2 * problem.spacing**2 / (place.surface.normal(points) @ normal)

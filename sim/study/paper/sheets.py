@@ -2,13 +2,14 @@
 
 from dataclasses import dataclass
 
+import igl
 import numpy as np
 
-from touchatlas.patch.geometry.patch import Patch
+from touchatlas.patch import Patch
 from touchatlas.patch.paper.curvature_on_grid import convex_hull
 from touchatlas.sim.study.tradeoff_methods import height_error
 from touchatlas.sim.world.implicit_object import ImplicitObject
-from touchatlas.sim.world.triangles import face_normals
+from touchatlas.sim.world.triangles import disc_faces
 
 _RINGS, _SPOKES = 45, 160
 _LIGHT = np.array([0.25, -0.45, 0.86])
@@ -47,19 +48,7 @@ def sheet_of(patch: Patch, points) -> Sheet:
     local = np.column_stack([flat, np.zeros(len(flat))])
     local[:, 2] = -height_error(patch, patch.frame.to_world(local))
     vertices = patch.frame.to_world(local)
-    return Sheet(vertices, _disc_faces(), patch.normal(vertices))
-
-
-def _disc_faces() -> np.ndarray:
-    """(f, 3) triangles of a centre and rings of spokes, counter-clockwise."""
-    spoke = np.arange(_SPOKES)
-    follow = (spoke + 1) % _SPOKES
-    fan = np.stack([np.zeros(_SPOKES, int), 1 + spoke, 1 + follow], axis=1)
-    first = 1 + _SPOKES * np.arange(_RINGS - 1)[:, None]
-    a, b = first + spoke, first + follow
-    c, d = a + _SPOKES, b + _SPOKES
-    lower, upper = np.stack([a, c, d], axis=-1), np.stack([a, d, b], axis=-1)
-    return np.concatenate([fan, lower.reshape(-1, 3), upper.reshape(-1, 3)])
+    return Sheet(vertices, disc_faces(_RINGS, _SPOKES), patch.normal(vertices))
 
 
 def draw_triangles(axes, vertices, faces, colours, **look) -> None:
@@ -84,13 +73,19 @@ def lit(colour, normals) -> np.ndarray:
 
 def draw_sheet(axes, vertices, faces, colour, **look) -> None:
     """Triangles of one colour, lit."""
-    draw_triangles(axes, vertices, faces, lit(colour, face_normals(vertices, faces)), **look)
+    draw_triangles(
+        axes,
+        vertices,
+        faces,
+        lit(colour, igl.per_face_normals(vertices, faces, np.zeros(3))),
+        **look,
+    )
 
 
 def draw_body(axes, body: ImplicitObject) -> None:
     """An object in grey, as far as it faces the eye."""
     vertices, faces = body.mesh(body.tolerance)
-    seen = face_normals(vertices, faces) @ eye(axes) > 0.0
+    seen = igl.per_face_normals(vertices, faces, np.zeros(3)) @ eye(axes) > 0.0
     draw_sheet(axes, vertices, faces[seen], "0.8", zorder=1)
     frame_on(axes, vertices, 0.95)
 

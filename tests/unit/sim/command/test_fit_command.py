@@ -1,8 +1,6 @@
 """touchatlas fit: known surfaces in known frames, the contract of --json, files, refusals."""
 
 import json
-import subprocess
-import sys
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +8,7 @@ import pytest
 import trimesh
 from matplotlib.figure import Figure
 
+from tests.command import assert_refused, touchatlas
 from tests.truths import (
     BALL_RADIUS,
     ball_height,
@@ -22,7 +21,6 @@ from touchatlas.patch.geometry.arrays import cross
 from touchatlas.sim.recorded.fit_picture import _draw_patch, patch_surface
 from touchatlas.sim.recorded.fit_report import FILES, MEANING, METHODS, fit_file, parse_vector
 
-RUN = [sys.executable, "-c", "from touchatlas.sim.command.cli import main; main()"]
 K1, K2, ANGLE = -0.017, -0.042, 0.4
 ROTATION = random_rotation(np.random.default_rng(5))
 SHIFT = np.array([5.0, 80.0, -3.0])
@@ -61,16 +59,6 @@ def folder(tmp_path_factory):
     write_csv(folder / "raster.csv", [ball[0]] * 3)
     (folder / "nan.csv").write_text("curve,x,y,z\na,0,0,nan\n")
     return folder
-
-
-def touchatlas(*arguments, cwd):
-    return subprocess.run([*RUN, *map(str, arguments)], cwd=cwd, capture_output=True, text=True)
-
-
-def assert_refused(done, code, words):
-    assert done.returncode == code, done.stderr
-    assert words in done.stderr and done.stdout == ""
-    assert len(done.stderr.strip().splitlines()) == 1, done.stderr
 
 
 @pytest.mark.parametrize("method", METHODS)

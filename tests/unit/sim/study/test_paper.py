@@ -3,13 +3,12 @@
 import csv
 import io
 import json
-import subprocess
-import sys
 
 import numpy as np
 import pytest
 from rich.console import Console
 
+from tests.command import touchatlas
 from touchatlas.sim.study.paper.curvatures import QUADRANT_POINTS, section_curvatures
 from touchatlas.sim.study.paper.fits import (
     CURVES,
@@ -52,7 +51,7 @@ def visit(place, planes=CURVES, noise=0.02, seed=0):
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("paper") / "new" / "one"
-    repeat_paper(folder, 2, 0, lambda done, total: None)
+    repeat_paper(folder, 1, 0, lambda done, total: None)
     return folder
 
 
@@ -256,7 +255,5 @@ def test_all_files_are_written(folder):
 )
 def test_the_command_refuses_in_one_sentence(tmp_path, options, code, words):
     (tmp_path / "held").write_text("")
-    main = "from touchatlas.sim.command.cli import main; main()"
-    paper = [sys.executable, "-c", main, "paper", *options]
-    done = subprocess.run(paper, cwd=tmp_path, capture_output=True, text=True)
+    done = touchatlas("paper", *options, cwd=tmp_path)
     assert (done.returncode, done.stderr) == (code, f"touchatlas: {words}\n")

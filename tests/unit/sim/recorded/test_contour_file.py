@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.truths import BALL_RADIUS, ball_height, graph_contours
-from touchatlas.patch.geometry.contour import ContourEnd
+from touchatlas.patch import ContourEnd
 from touchatlas.sim.recorded.arcs import near_arc
 from touchatlas.sim.recorded.contour_file import Curve, read_curves
 from touchatlas.sim.recorded.kinks import smooth_part

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from touchatlas.atlas.atlas import Atlas
+from touchatlas.atlas import Atlas
 from touchatlas.atlas.edit import insert
 from touchatlas.sim.run.exploration import RunOptions, random_streams, run_exploration, truth_of
 from touchatlas.sim.run.journal import Journal

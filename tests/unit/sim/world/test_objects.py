@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.sharp import sharp_object
-from touchatlas.patch.geometry.contour import ContourEnd
+from touchatlas.patch import ContourEnd
 from touchatlas.sim.world.objects import make_object, object_names
 from touchatlas.sim.world.probe import Probe
 

@@ -5,26 +5,21 @@ import numpy as np
 import pytest
 
 from tests.real import real_mesh
-from touchatlas.atlas.atlas import Atlas
-from touchatlas.atlas.mesh.extract import extract_surface
-from touchatlas.planner.loop import explore
-from touchatlas.planner.planner import Planner
-from touchatlas.sim.world.probe import Probe
+from touchatlas.atlas import Atlas, extract_surface
+from touchatlas.planner import Planner, explore
+from touchatlas.sim import Probe
 
-MESHES = (
-    *("lemon_ycb", "mustard_ycb", "spot", "wingnut_ode", "torus_ode", "featuretype"),
-    *("hand_ode", "skull_ode", "goathead_ode", "demosthenes_ode"),
-)
+QUICK = ("lemon_ycb", "spot", "torus_ode")
+SLOW = ("mustard_ycb", "wingnut_ode", "featuretype", "hand_ode", "skull_ode", "goathead_ode")
+MESHES = (*QUICK, *(pytest.param(n, marks=pytest.mark.slow) for n in (*SLOW, "demosthenes_ode")))
 NOISE, TOUCHES = 2e-4, 40
 
 
 def explored(name: str):
     """An object, its atlas validated at every fifth touch, and all contact points."""
     obj = real_mesh(name)
-    atlas, probe = (
-        Atlas(obj.tolerance),
-        Probe(obj, NOISE * obj.diagonal, np.random.default_rng(2)),
-    )
+    atlas = Atlas(obj.tolerance)
+    probe = Probe(obj, NOISE * obj.diagonal, np.random.default_rng(2))
     points = []
     for step in explore(atlas, Planner(*obj.start()), probe, TOUCHES):
         points += [contour.points for contour in step.touch.contours]
@@ -34,9 +29,7 @@ def explored(name: str):
 
 
 def distances(obj, points):
-    tree = igl.AABB()
-    tree.init(obj.vertices, obj.faces)
-    return np.sqrt(np.ravel(tree.squared_distance(obj.vertices, obj.faces, points)[0]))
+    return np.sqrt(igl.point_mesh_squared_distance(points, obj.vertices, obj.faces)[0])
 
 
 @pytest.mark.parametrize("name", MESHES)

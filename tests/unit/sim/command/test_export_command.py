@@ -6,17 +6,16 @@ import sys
 
 import pytest
 
-RUN = [sys.executable, "-c", "from touchatlas.sim.command.cli import main; main()"]
+from tests.command import PROCESS, assert_refused, touchatlas
 
-
-def touchatlas(*arguments, cwd, run=RUN):
-    return subprocess.run([*run, *map(str, arguments)], cwd=cwd, capture_output=True, text=True)
+FOUR = ("--tolerance", 0.3, "--noise", 0.06, "--max-touches", 4)
 
 
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory):
+    """A folder with a run of four touches; tests write beside the run, not into it."""
     folder = tmp_path_factory.mktemp("runs")
-    done = touchatlas("explore", "sphere", "--max-touches", 4, "--out", "a", cwd=folder)
+    done = touchatlas("explore", "sphere", *FOUR, "--out", "a", cwd=folder)
     assert done.returncode == 0, done.stderr
     return folder
 
@@ -42,21 +41,22 @@ def test_export_writes_a_step_file_and_its_numbers(runs):
 )
 def test_the_users_mistakes_are_one_sentence_and_exit_two(runs, arguments, words):
     done = touchatlas("export", *arguments, cwd=runs)
-    assert done.returncode == 2 and not done.stdout
-    assert words in done.stderr and len(done.stderr.splitlines()) == 1
+    assert_refused(done, 2, words)
+    assert not done.stdout
 
 
-def test_missing_extra_is_the_users_to_install(runs):
-    script = "import sys; sys.modules['OCP'] = None; " + RUN[-1]
-    done = touchatlas("export", "a", "x.step", cwd=runs, run=[*RUN[:2], script])
-    assert done.returncode == 2 and "pip install touchatlas[cad]" in done.stderr
-    assert len(done.stderr.splitlines()) == 1 and not (runs / "x.step").exists()
+def test_missing_extra_is_the_users_to_install(runs, monkeypatch):
+    monkeypatch.setitem(sys.modules, "OCP", None)
+    done = touchatlas("export", "a", "x.step", cwd=runs)
+    assert_refused(done, 2, "pip install touchatlas[cad]")
+    assert not (runs / "x.step").exists()
 
 
 def test_a_full_disk_is_a_failure(runs):
     pytest.importorskip("OCP.STEPControl", reason="needs the extra cad")
-    limited = ["bash", "-c", 'ulimit -f 8; trap "" XFSZ; exec "$@"', "-", *RUN]
-    done = touchatlas("export", "a", "x.step", cwd=runs, run=limited)
+    limited = ["bash", "-c", 'ulimit -f 8; trap "" XFSZ; exec "$@"', "-", *PROCESS]
+    command = [*limited, "export", "a", "x.step"]
+    done = subprocess.run(command, cwd=runs, capture_output=True, text=True)
     assert done.returncode == 1 and "File too large" in done.stderr
     assert [p.name for p in runs.glob("x.step*")] == []
 

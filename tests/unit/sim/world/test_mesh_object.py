@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from touchatlas.patch.geometry.contour import ContourEnd
+from touchatlas.patch import ContourEnd
 from touchatlas.sim.world.mesh_object import MeshObject, load_mesh
 
 

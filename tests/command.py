@@ -1,0 +1,50 @@
+"""The command line, called in the process of the tests, so that its imports are paid once."""
+
+import subprocess
+import sys
+from contextlib import chdir, redirect_stderr, redirect_stdout
+from io import StringIO
+from unittest.mock import patch
+from warnings import catch_warnings, filterwarnings
+
+from touchatlas.sim.command.cli import main
+
+# The same in a process of its own.
+PROCESS = [sys.executable, "-c", "from touchatlas.sim.command.cli import main; main()"]
+
+# A whole run of a ball, to a tolerance of 0.3 instead of 0.1: it takes about 30 touches instead of
+# 70, and its truth has a third of the triangles.
+WHOLE_RUN = ("explore", "sphere", "--tolerance", 0.3, "--noise", 0.06, "--json")
+
+
+def touchatlas(*arguments, cwd) -> subprocess.CompletedProcess:
+    """Exit code, standard output and standard error of a command."""
+    out, errors, words = StringIO(), StringIO(), ["touchatlas", *map(str, arguments)]
+    code = 0
+    with (
+        chdir(cwd),
+        patch.object(sys, "argv", words),
+        redirect_stdout(out),
+        redirect_stderr(errors),
+        catch_warnings(),
+    ):
+        # Cyclopts sees that tests run, and doubts that a command line is meant.
+        filterwarnings("ignore", "Cyclopts application invoked without tokens")
+        try:
+            main()
+        except SystemExit as end:
+            code = end.code
+    return subprocess.CompletedProcess(words, code, out.getvalue(), errors.getvalue())
+
+
+def touchatlas_process(*arguments, cwd) -> subprocess.CompletedProcess:
+    """The same of a command in a process of its own."""
+    return subprocess.run([*PROCESS, *map(str, arguments)], cwd=cwd, capture_output=True, text=True)
+
+
+def assert_refused(done, code, words) -> None:
+    """A command ended with this code, and its one line of error holds these words."""
+    assert done.returncode == code, done.stderr
+    assert words in done.stderr
+    assert "Traceback" not in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1, done.stderr
