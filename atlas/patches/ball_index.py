@@ -1,31 +1,38 @@
-"""An index of balls that is updated, never rebuilt: which patches reach a point."""
+"""BallIndex: which balls contain a point, as balls are inserted, moved and removed."""
 
 import numpy as np
 
+# The 27 cells that a ball can touch, as steps from the lowest.
 _STEPS = np.array([[i, j, k] for i in range(3) for j in range(3) for k in range(3)])
+# Factors of the three coordinates of a cell in its hash: Teschner et al., Optimized spatial hashing
+# for collision detection of deformable objects, 2003.
 _PRIMES = np.array([73856093, 19349663, 83492791], np.uint64)
-_LEVEL_PRIME = np.uint64(2654435761)
-# Spreads what differs in the low bits over the high ones (Knuth, volume 3, section 6.4).
-_GOLDEN = np.uint64(0x9E3779B97F4A7C15)
-# Balls a bucket of the table on average, and candidates that are looked at in one go.
-_LOAD, _AT_ONCE = 2, 1 << 20
-# Cells are taken for so much larger than they are, beyond all rounding.
+# Factors of the level and of the sum: 2^32 and 2^64 over the golden ratio spread differences of the
+# low bits over the high ones (Knuth, volume 3, section 6.4).
+_LEVEL_PRIME, _GOLDEN = np.uint64(2654435761), np.uint64(0x9E3779B97F4A7C15)
+# Mean number of balls in a bucket of the hash table. Doubled, the table takes half the memory and
+# a look-up finds twice as many candidates of other cells.
+_LOAD = 2
+# Slots that one numpy call compares. Doubled, a call takes twice the memory.
+_AT_ONCE = 1 << 20
+# Factor of the side of a cell where it is compared with a ball, so that rounding loses no ball.
+# Doubled, there are more candidates and the same result.
 _SLACK = 1.01
-# Balls that are looked at sooner than cells.
+# Number of balls up to which comparing all is faster than looking up cells. Doubled, look-ups in
+# tables of that size are slower.
 _FEW = 1024
-# Of the cells of a level; larger numbers are no integers of 64 bits.
+# Largest cell number: larger ones do not fit into 64 bits.
 _FARTHEST = 2.0**62
-# Whole numbers below this are exact as floats.
+# Limit below which whole numbers are exact as floats.
 _EXACT = 2.0**52
 
 
 class BallIndex:
     """Balls (row, centre, radius) in a hash table of grids, one grid for each octave of radius.
 
-    A ball is entered in the cells of side 1 to 2 radii that it touches, 27 at most; a point then
-    has one cell a level to look into. Different cells may share a bucket: that adds
-    candidates, which the distance takes away again, and no length is ever compared with a
-    constant.
+    A ball is entered in the cells that it touches, 27 at most: their side is 1 to 2 radii. A point
+    looks into one cell of each grid. Different cells may share a bucket; the test of the distance
+    removes the candidates that this adds. The index works in any unit of length.
 
     Examples
     --------
@@ -53,7 +60,7 @@ class BallIndex:
         return np.flatnonzero(self._radius >= 0.0)
 
     def insert(self, row: int, centre, radius: float) -> None:
-        """Enter a ball; ValueError when its row is in already, or it is no ball."""
+        """Insert a ball; ValueError when the row is in the index, or the ball is not finite."""
         centre = np.asarray(centre, dtype=float)
         if row in self or not (np.isfinite(centre).all() and 0.0 < radius < np.inf):
             raise ValueError(
@@ -74,7 +81,7 @@ class BallIndex:
             self._enter(row)
 
     def remove(self, row: int) -> None:
-        """Take a ball out; KeyError when it is not in."""
+        """Remove a ball; KeyError when it is not in the index."""
         if row not in self:
             raise KeyError(f"row {row} is not in the index")
         for bucket in self._buckets_of(row):
@@ -90,17 +97,21 @@ class BallIndex:
         self._size -= 1
 
     def move(self, row: int, centre, radius: float) -> None:
-        """Give a ball another centre and radius."""
+        """Change centre and radius of a ball."""
         self.remove(row)
         self.insert(row, centre, radius)
 
     def near(self, points) -> tuple[np.ndarray, np.ndarray]:
-        """All pairs of a ball and a point (n, 3) in it.
+        """All pairs of a ball and a point in it.
+
+        Parameters
+        ----------
+        points : (n, 3) float, length
 
         Returns
         -------
         rows, which : (m,) int
-            Of the ball and of the point; by point, then by row.
+            Row of the ball and index of the point, sorted by point, then by row.
         """
         points = np.asarray(points, dtype=float)
         step = max(1, _AT_ONCE // (self._slots.shape[1] * max(1, len(self._levels))))
@@ -111,7 +122,8 @@ class BallIndex:
         return rows, which
 
     def rows_near(self, centre, radius: float) -> np.ndarray:
-        """Rows, ascending, of the balls that meet the open ball of a centre and a radius."""
+        """Rows, ascending, of the balls that intersect the open ball with this centre (3,) and
+        radius."""
         centre = np.asarray(centre, dtype=float)
         rows = self._candidates(centre, radius)
         offset = self._centre[rows] - centre
@@ -119,7 +131,7 @@ class BallIndex:
         return rows[(offset * offset).sum(axis=1) < reach * reach]
 
     def _candidates(self, centre, radius: float) -> np.ndarray:
-        """Rows, ascending, that may meet a ball; all where that takes less time."""
+        """Rows, ascending, that may intersect a ball; all rows where that is faster."""
         if self._size <= _FEW:
             return self.rows()
         buckets = []
@@ -137,7 +149,7 @@ class BallIndex:
         return found[found >= 0].astype(int)
 
     def _near(self, points, first: int):
-        """The pairs of some of the points, the first of them number ``first``."""
+        """Pairs of balls and the points (n, 3), whose indices start at ``first``."""
         parts = [self._near_on(points, level) for level in self._levels]
         if not parts:
             return np.zeros(0, np.int64), np.zeros(0, np.int64)
@@ -146,22 +158,22 @@ class BallIndex:
         return row[order], here[order] + first
 
     def _near_on(self, points, level: int):
-        """The pairs (rows, which) of a level's balls and the points."""
-        # Points that share a cell are looked up together.
+        """Pairs (rows, which) of a level's balls and the points in them."""
+        # One look-up serves all points of a cell.
         side = 2.0**level
         centres, order, starts, counts = _shared_cells(points, side)
         row, cell = self._touching(centres, 0.5 * side, level)
         many = counts[cell]
         row = np.repeat(row, many)
-        part = np.arange(len(row)) - np.repeat(np.cumsum(many) - many, many)
-        here = order[np.repeat(starts[cell], many) + part]
+        place = np.arange(len(row)) - np.repeat(np.cumsum(many) - many, many)
+        here = order[np.repeat(starts[cell], many) + place]
         offset = points[here] - self._centre[row]
         inside = np.einsum("ij,ij->i", offset, offset) <= self._radius[row] ** 2
         return row[inside], here[inside]
 
     def _touching(self, centres, half: float, level: int):
-        """Pairs (rows, which) of a level's balls and the boxes of given centres and half sides
-        that they touch."""
+        """Pairs (rows, which) of a level's balls and the cells that they touch, given the centres
+        (n, 3) and the half side of the cells."""
         bucket = self._bucket(_cells(centres, level), level)
         slots = self._slots[bucket, : self._count[bucket].max(initial=0)]
         here, slot = np.nonzero(slots >= 0)
@@ -173,19 +185,20 @@ class BallIndex:
         return row[touching], here[touching]
 
     def _bucket(self, cells, level: int) -> np.ndarray:
-        """(n,) buckets of the cells (n, 3) of a level."""
+        """(n,) bucket of each cell (n, 3) of a level."""
         mixed = (cells.astype(np.uint64) * _PRIMES).sum(axis=1, dtype=np.uint64)
         mixed = (mixed + np.uint64(level % 4096) * _LEVEL_PRIME) * _GOLDEN
         return (mixed >> np.uint64(65 - len(self._count).bit_length())).astype(np.int64)
 
     def _buckets_of(self, row: int) -> list[int]:
-        """The buckets that a ball is entered in, each once."""
+        """The buckets of the cells that a ball touches, each once."""
         level, radius = int(self._level[row]), self._radius[row]
         low = _cells(self._centre[row] - radius, level)
         high = _cells(self._centre[row] + radius, level)
         return sorted(set(self._bucket(np.minimum(low + _STEPS, high), level).tolist()))
 
     def _enter(self, row: int) -> None:
+        """Write a row into its buckets."""
         for bucket in self._buckets_of(row):
             last = self._count[bucket]
             if last == self._slots.shape[1]:
@@ -194,7 +207,7 @@ class BallIndex:
             self._count[bucket] = last + 1
 
     def _grow(self) -> None:
-        """Twice as many buckets."""
+        """Double the number of buckets."""
         count = 2 * len(self._count)
         self._slots, self._count = np.full((count, 8), -1, np.int32), np.zeros(count, np.int32)
         for row in self.rows().tolist():
@@ -202,18 +215,18 @@ class BallIndex:
 
 
 def _cells(points, level: int) -> np.ndarray:
-    """Cells (..., 3) of a level that points are in; the outermost ones have no end."""
+    """(..., 3) cells of a level that hold points (..., 3); the outermost cells are unbounded."""
     return np.clip(np.floor(points / 2.0**level), -_FARTHEST, _FARTHEST).astype(np.int64)
 
 
 def _shared_cells(points, side: float):
-    """Centres (m, 3) of the cells that hold the points, the points (n,) cell by cell, and
-    where each cell's begin (m,) and how many they are (m,)."""
+    """The cells that hold points (n, 3): their centres (m, 3), the indices of the points (n,)
+    cell by cell, and for each cell the first place (m,) and the number (m,) of its points."""
     cells = np.floor(points / side)
     low = cells.min(axis=0)
     span = cells.max(axis=0) - low + 1.0
     if not span.prod() < _EXACT:
-        # So far apart that they cannot be numbered: each by itself.
+        # Cells this far apart cannot be numbered: every point is its own cell.
         each = np.arange(len(points))
         return points, each, each, np.ones_like(each)
     key = ((cells - low) @ [1.0, span[0], span[0] * span[1]]).astype(np.int64)

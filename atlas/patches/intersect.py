@@ -1,4 +1,4 @@
-"""Where patches meet: points on several patches and planes at once, by Newton's method."""
+"""Intersections: points that lie on several patches and planes, by Newton's method."""
 
 from dataclasses import dataclass
 
@@ -6,33 +6,38 @@ import numpy as np
 
 from touchatlas.atlas.patches.patch_table import PatchTable
 
-# One step goes no farther than this fraction of the smallest patch radius: doubled, it may lead
-# out of where polynomials hold.
+# Largest distance from a patch at which its polynomial is evaluated, in patch radii; it is fitted
+# to the surface alone. Doubled, distances are taken from other branches of its zero set.
+HEIGHT_LIMIT = 0.5
+# Longest step, in the smallest of the patch radii. Doubled, a step may leave the place where the
+# polynomials hold.
 _LONGEST = 0.5
-# Steps at most; a point whose last step was shorter than this fraction of the smallest radius is
-# done: the next would be of the square of that.
-_STEPS, _SETTLED = 8, 1e-7
-# A lift starts on a tangent plane, at most a quarter of the radius from the patch: each step about
-# squares that, relative to the radius of curvature.
+# Largest number of steps, and the length of the last step in the smallest of the patch radii: the
+# error then is about its square. Doubled, nothing changes but rounding.
+_STEPS, _CONVERGED = 8, 1e-7
+# Steps of a lift. It starts at most a quarter of the radius from the patch, and each step about
+# squares the error, relative to the radius of curvature. Doubled, it takes twice the time.
 _LIFT_STEPS = 3
-# Slopes of a patch along a line are not taken for less, so that a step is never endless.
+# Least slope of F along a line, so that no step is infinite: the sine of 12 degrees. Doubled, lifts
+# to steep patches converge more slowly.
 _LEAST_SLOPE = 0.2
-# Of normals that are parallel within rounding: their system is singular.
+# Term on the diagonal of the system of unit normals, for normals that are parallel within rounding.
+# Doubled, nothing changes.
 _SINGULAR = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
 class Intersection:
-    """Points (m, 3) that are looked at by k patches each.
+    """Points, and k patches evaluated at each of them.
 
     Parameters
     ----------
     points : (m, 3) float, length, world
     distance : (m, k) float, length
-        First order, signed, to each patch.
+        First-order distance to each patch, positive outside.
     normals : (m, k, 3) float, unit, world
     across : (m, k) float
-        Distance from each patch's origin over its tangent plane, in patch radii.
+        Distance from each patch's origin along its tangent plane, in patch radii.
     """
 
     points: np.ndarray
@@ -42,7 +47,7 @@ class Intersection:
 
 
 def patches_at(table: PatchTable, rows, points) -> Intersection:
-    """What patches ``rows`` (m, k) say at world points (m, 3)."""
+    """Distances and normals of patches ``rows`` (m, k) at world points (m, 3)."""
     count, kinds = rows.shape
     flat = rows.ravel()
     scaled = table.scaled_local(flat, np.repeat(points, kinds, axis=0)[:, None])
@@ -58,26 +63,27 @@ def patches_at(table: PatchTable, rows, points) -> Intersection:
 
 
 def intersect(table: PatchTable, rows, points, planes=None) -> Intersection:
-    """Points on all of k patches each, nearest by first order to where they start.
+    """Points that lie on k patches each, near the points where the search starts.
 
     Parameters
     ----------
-    table : Table
+    table : PatchTable
     rows : (m, k) int
-        k is 1 to 3, with the planes at most 3.
+        Patches. k and the number of planes are 3 together at most.
     points : (m, 3) float, length, world
-        Where to start.
+        Start of the search.
     planes : pair of (m, q, 3) and (m, q) float, optional
-        Normals a and levels b of planes a . x = b on which the points are to lie as well.
+        Unit normals a and levels b of planes a . x = b on which the points shall lie too.
 
     Returns
     -------
-    Meeting
-        Distances that are not about zero tell of patches that do not meet.
+    Intersection
+        The distances are zero within rounding where the patches intersect.
 
     Notes
     -----
-    Newton's method with the step of least length: x - J^t (J J^t)^-1 f.
+    Newton's method with the step of least length, x - J^t (J J^t)^-1 f: Ben-Israel, A
+    Newton-Raphson method for the solution of systems of equations, 1966.
     """
     points = np.array(points, dtype=float)
     shortest_radius = table.radius[rows].min(axis=1, initial=np.inf)
@@ -88,7 +94,7 @@ def intersect(table: PatchTable, rows, points, planes=None) -> Intersection:
         length = np.sqrt((step * step).sum(axis=1))
         longest = _LONGEST * shortest_radius[active]
         points[active] -= (longest / np.maximum(length, longest))[:, None] * step
-        active = active[length > _SETTLED * shortest_radius[active]]
+        active = active[length > _CONVERGED * shortest_radius[active]]
         if not len(active):
             break
     return patches_at(table, rows, points)
@@ -97,14 +103,15 @@ def intersect(table: PatchTable, rows, points, planes=None) -> Intersection:
 def _newton_step(table: PatchTable, rows, points, planes) -> np.ndarray:
     """(m, 3) steps of least length from points to all of their patches and planes."""
     seen = patches_at(table, rows, points)
-    rises, values = seen.normals, seen.distance
+    jacobian, values = seen.normals, seen.distance
     if planes is not None:
         normals, levels = planes
-        off = np.einsum("mqi,mi->mq", normals, points) - levels
-        rises = np.concatenate([rises, normals], axis=1)
-        values = np.concatenate([values, off], axis=1)
-    square = rises @ rises.transpose(0, 2, 1) + _SINGULAR * np.eye(rises.shape[1])
-    step: np.ndarray = rises.transpose(0, 2, 1) @ np.linalg.solve(square, values[..., None])
+        heights = np.einsum("mqi,mi->mq", normals, points) - levels
+        jacobian = np.concatenate([jacobian, normals], axis=1)
+        values = np.concatenate([values, heights], axis=1)
+    transposed = jacobian.transpose(0, 2, 1)
+    gram = jacobian @ transposed + _SINGULAR * np.eye(jacobian.shape[1])
+    step: np.ndarray = transposed @ np.linalg.solve(gram, values[..., None])
     return step[..., 0]
 
 
@@ -122,6 +129,7 @@ def lift(table: PatchTable, rows, points, directions) -> np.ndarray:
     Returns
     -------
     (m, k) float, length
+        Positive where the patch lies in the direction from the point.
     """
     axes, radius = table.axes[rows], table.radius[rows]
     along = (axes @ directions[..., None])[:, None, :, 0]

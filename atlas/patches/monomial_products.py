@@ -1,8 +1,8 @@
-"""Products of a basis's monomials: a symmetric matrix over them as one polynomial.
+"""Products of the monomials of a basis: a symmetric matrix over them as one polynomial.
 
-The product of two monomials is a monomial of twice the degree at most, and many pairs have the
-same. So phi^t A phi is one polynomial, of 93 coefficients where A has 441; and sums of
-w phi phi^t over samples are made of as many moments: a Hankel matrix in three variables.
+The product of two monomials is a monomial of at most twice the degree, and many pairs have the
+same product. So phi^t A phi is one polynomial: it has 93 coefficients where A has 441. Likewise
+the sums of w phi phi^t over samples hold 93 different moments: a Hankel matrix in three variables.
 """
 
 from dataclasses import dataclass
@@ -15,20 +15,20 @@ from touchatlas.patch.geometry.polynomial import Basis
 
 @dataclass(frozen=True, eq=False)
 class Products:
-    """The p different products of any two of t monomials.
+    """The p different products of two of t monomials.
 
     Parameters
     ----------
     place : (t, t) int
-        Which product that of each pair is.
+        Number of the product of each pair.
     pairs : (t * t,) int
-        The pairs in order of their products.
+        The pairs, as indices into a flattened (t, t) matrix, in the order of their products.
     starts : (p,) int
-        Where those of each product begin.
+        Where the pairs of each product begin in ``pairs``.
     heads : (h,) int
-        Monomials so few that every product is one of these times another.
+        Few monomials such that every product is one of them times some monomial.
     slots : (p,) int
-        Where in h lines of t each product then is.
+        Where each product is in the flattened (h, t) products of heads and monomials.
     """
 
     place: np.ndarray
@@ -43,19 +43,19 @@ class Products:
         return np.add.reduceat(flat[..., self.pairs], self.starts, axis=-1)
 
     def values(self, coefficients, terms) -> np.ndarray:
-        """(m, n) of m such polynomials (m, p), each at n points with monomials (m, t, n)."""
+        """(m, n) values of m such polynomials (m, p), each at n points with monomials (m, t, n)."""
         lines = np.zeros((len(terms), len(self.heads) * len(self.place)))
         lines[:, self.slots] = coefficients
         inner = lines.reshape(len(terms), len(self.heads), -1) @ terms
         return np.einsum("mhn,mhn->mn", inner, terms[:, self.heads])
 
     def moments(self, terms, weight) -> np.ndarray:
-        """(m, p) sums of the products of monomials (m, t, n), weighted (m, n)."""
+        """(m, p) sums over n points of the products of monomials (m, t, n), weighted (m, n)."""
         sums = (terms[:, self.heads] * weight[:, None]) @ terms.transpose(0, 2, 1)
         return sums.reshape(len(terms), -1)[:, self.slots]
 
     def gram(self, moments) -> np.ndarray:
-        """(..., t, t) sums of phi phi^t of moments (..., p).
+        """(..., t, t) sums of w phi phi^t, from their moments (..., p).
 
         >>> from touchatlas.patch.geometry.polynomial import monge_basis
         >>> products(monge_basis(1)).gram(np.array([9, 1, 2, 3, 4, 5])).tolist()
@@ -63,14 +63,10 @@ class Products:
         """
         return moments[..., self.place]
 
-    def moments_of(self, gram) -> np.ndarray:
-        """(..., p) moments that sums (..., t, t) of phi phi^t are made of."""
-        return gram.reshape(*gram.shape[:-2], len(self.pairs))[..., self.pairs[self.starts]]
-
 
 @lru_cache
 def products(basis: Basis) -> Products:
-    """The products of a basis's monomials.
+    """The products of the monomials of a basis.
 
     >>> from touchatlas.patch.geometry.polynomial import graded_basis
     >>> of = products(graded_basis(4))
@@ -84,7 +80,7 @@ def products(basis: Basis) -> Products:
     starts = np.flatnonzero(np.diff(place.ravel()[pairs], prepend=-1))
     heads, left = [], set(range(len(starts)))
     while left:
-        # The one that makes most of what is still to be made.
+        # Greedy set cover: the monomial with the most products that no head has yet.
         heads.append(int(np.argmax([len(left & set(line)) for line in place.tolist()])))
         left -= set(place[heads[-1]].tolist())
     _, slots = np.unique(place[heads], return_index=True)

@@ -1,8 +1,8 @@
-"""Accumulated normal equations: a patch learns new samples without forgetting the old.
+"""Accumulated normal equations: a patch is fitted to new samples without reading the old ones.
 
-A sample enters the equations of a patch at its foot on the patch's anchor, the polynomial as it
-was when the patch was last framed: Gauss-Newton for orthogonal distances, linearised once. So
-what a sample adds does not depend on when it came, and the sums equal those made from scratch.
+A sample is added to the equations at its foot on the patch's linearisation point, which is the
+polynomial of the last refit. This is Gauss-Newton for orthogonal distances, linearised once. So
+the sums do not depend on the order of the samples, and equal those made from all at once.
 """
 
 import numpy as np
@@ -18,27 +18,34 @@ from touchatlas.patch.fit.smoothness import (
 )
 from touchatlas.patch.geometry.polynomial import GRADIENT, evaluate_batch, monomials
 
-# A sample is of a patch's sheet when it lies this near to it, in patch radii, and its own
-# normal is within 60 degrees of the patch's there.
+# Largest distance from a patch, in patch radii, of a sample of its sheet. Doubled, the far sides of
+# walls half a radius thick pass for the same sheet.
 SHEET_GAP = 0.25
+# Least cosine of the angle between a patch's normal and that of a sample of its sheet: 60 degrees.
+# Doubled to 1, no sample is accepted.
 SHEET_COSINE = 0.5
-# Squared gradients in a sample's plane are not taken for less: there the plane is near tangent.
+# Least squared gradient of F in a sampling plane, scaled: below it the plane is nearly tangent.
+# Doubled, samples of such planes weigh half as much.
 _LEAST_STRETCH = 0.05
-# Where a patch says how sure it is, in radii: half-way to the rim.
+# Distance from the origin at which a patch's deviation is quoted, in patch radii. Doubled, it would
+# be quoted at the rim.
 _HALF_WAY = 0.5
 
 
 def on_sheet_of_each(table: PatchTable, rows: np.ndarray, points, normals) -> np.ndarray:
-    """(m,) whether samples (m, 3) may be of the sheets of rows (m,): near and facing as they do.
+    """(m,) whether samples (m, 3) may belong to the sheets of rows (m,): they are near, and their
+    normals (m, 3) are within 90 degrees of the patches' normals.
 
-    Weaker than what it takes to be learned from: samples far from their own patch know their
-    normals only within one contour.
+    A fit asks for 60 degrees (``of_patch``). The limit is weaker here because the normal of a
+    sample far from its own patch is known only within one contour.
     """
     height, upward = table.surface(rows, table.scaled_local(rows, points[:, None]))
     return _faces(table, rows, height, upward, normals[:, None], 0.0)[:, 0]
 
 
 def _faces(table: PatchTable, rows, height, upward, normals, cosine) -> np.ndarray:
+    """(m, n) whether samples are within SHEET_GAP of patches, and their normals (m, n, 3) within
+    an angle of given cosine; F and its gradient at the samples are ``height`` and ``upward``."""
     normals_local = normals @ table.axes[rows].transpose(0, 2, 1)
     length = np.sqrt((upward**2).sum(axis=-1))
     return (np.abs(height) <= SHEET_GAP * length) & (
@@ -49,8 +56,8 @@ def _faces(table: PatchTable, rows, height, upward, normals, cosine) -> np.ndarr
 def of_patch(
     table: PatchTable, rows: np.ndarray, points, normals, reach: float = 1.0
 ) -> np.ndarray:
-    """(m, n) whether each row may learn from samples (n, 3) with outward normals (n, 3): those
-    of its sheet within ``reach`` patch radii."""
+    """(m, n) whether each row may be fitted to samples (n, 3) with outward normals (n, 3): they
+    are of its sheet and within ``reach`` patch radii of its origin, along the tangent plane."""
     scaled = table.scaled_local(rows, points)
     height, upward = table.surface(rows, scaled)
     near = scaled[..., 0] ** 2 + scaled[..., 1] ** 2 <= reach * reach
@@ -58,25 +65,25 @@ def of_patch(
 
 
 def absorb(table: PatchTable, rows: np.ndarray, pool: SamplePool, index, member) -> None:
-    """Add samples ``index`` (n,) of the pool to the equations of the rows (m,) that ``member``
-    (m, n) says they belong to."""
-    moments, right, square = sums_of(table, rows, pool, index, member)
+    """Add samples ``index`` (n,) or (m, n) of the pool to the equations of rows (m,), where
+    ``member`` (m, n) is true."""
+    moments, rhs, sum_of_squares = sums_of(table, rows, pool, index, member)
     table.moments[rows] += moments
-    table.rhs[rows] += right
-    table.sum_of_squares[rows] += square
+    table.rhs[rows] += rhs
+    table.sum_of_squares[rows] += sum_of_squares
     table.count[rows] += member.sum(axis=1)
 
 
 def sums_of(table: PatchTable, rows, pool: SamplePool, index, member):
-    """Sums over the members: of w phi phi^t its moments (m, p), of w phi z (m, t), and of
-    w z^2 (m,)."""
+    """Sums over the samples where ``member`` (m, n) is true, scaled: the moments (m, p) of
+    w phi phi^t, w phi z (m, t) and w z^2 (m,)."""
     scaled = table.scaled_local(rows, pool.points[index])
     terms = monomials(table.basis, scaled[..., 0], scaled[..., 1], scaled[..., 2])
     phi, px, py, pz = evaluate_batch(table.basis, table.linearisation_point[rows], terms, GRADIENT)
     value = scaled[..., 2] - phi
     gradient = np.empty_like(scaled)
     gradient[..., 0], gradient[..., 1], gradient[..., 2] = -px, -py, 1.0 - pz
-    # A sample is off within its plane, so its foot lies in it too.
+    # The noise of a sample lies in its sampling plane, so its foot lies there too.
     across = pool.across[index] @ table.axes[rows].transpose(0, 2, 1)
     gradient -= np.einsum("mni,mni->mn", gradient, across)[..., None] * across
     stretch = np.maximum(np.einsum("mni,mni->mn", gradient, gradient), _LEAST_STRETCH)
@@ -84,7 +91,7 @@ def sums_of(table: PatchTable, rows, pool: SamplePool, index, member):
     terms = monomials(table.basis, feet[..., 0], feet[..., 1], feet[..., 2])
     terms = terms[: table.basis.size].transpose(1, 0, 2)
     z = feet[..., 2] + value
-    # What the degree leaves out grows with the distance, and counts as noise.
+    # The terms above the degree grow with the distance from the origin, and count as noise.
     beyond = left_out(table, rows, feet)
     weight = member / stretch / (1.0 + beyond / table.noise_scaled(rows)[:, None] ** 2)
     return (
@@ -95,17 +102,18 @@ def sums_of(table: PatchTable, rows, pool: SamplePool, index, member):
 
 
 def left_out(table: PatchTable, rows, scaled) -> np.ndarray:
-    """(m, n) variance, scaled, of what the degree of the rows leaves out at points (m, n, 3)."""
+    """(m, n) variance, scaled, of the terms above the degree, at points (m, n, 3), scaled."""
     square = (scaled[..., :2] ** 2).sum(axis=-1)
     rim = leftover(table.basis, table.length_ratio[rows])
     return (rim * rim)[:, None] * square ** (table.basis.degree + 1)
 
 
 def solve(table: PatchTable, rows: np.ndarray) -> None:
-    """Coefficients, variance and residual of the rows from their equations.
+    """Set mean, variance and residual of rows from their equations, and drop their Gaussian
+    processes, which no longer fit.
 
-    Where the residuals exceed the noise the variance grows with them: lack of fit is
-    uncertainty too. What residuals the rows had is out of date, and dropped.
+    Where the residual exceeds the noise, the variance is scaled by their squared ratio: lack of
+    fit is uncertainty too.
     """
     mean, covariance, residual = _solution(table, rows)
     table.mean[rows] = mean
@@ -116,14 +124,14 @@ def solve(table: PatchTable, rows: np.ndarray) -> None:
 
 
 def covariance_of(table: PatchTable, row: int) -> np.ndarray:
-    """(t, t) covariance of a row's coefficients, as they were last solved for."""
+    """(t, t) covariance of a row's coefficients, scaled, from the last solution."""
     if row in table.residuals:
         return table.residuals[row].covariance
     return _solution(table, np.array([row]))[1][0]
 
 
 def _solution(table: PatchTable, rows):
-    """Means (m, t), covariances (m, t, t) and scaled residuals (m,) of the rows' equations."""
+    """Means (m, t), covariances (m, t, t) and residuals (m,) of rows (m,), scaled."""
     noise = table.noise_scaled(rows)
     precision = coefficient_precision(table.basis, table.length_ratio[rows], table.z_scale[rows])
     equations = table.equations(rows)
@@ -138,7 +146,7 @@ def half_way_deviation(table: PatchTable, rows: np.ndarray) -> float:
     """Root mean square over rows of their standard deviation half-way to the rim, length."""
     angles = np.pi / 4.0 * np.arange(8) + 0.2
     x, y = _HALF_WAY * np.cos(angles), _HALF_WAY * np.sin(angles)
-    # The height by its curvature alone: it matters little here.
+    # Second-order terms give the height well enough for the monomials in z.
     z = np.stack([x * x, x * y, y * y]).T @ table.mean[rows, 3:6, None]
     x, y, z = np.broadcast_arrays(x, y, z[..., 0])
     terms = monomials(table.basis, x, y, z)[: table.basis.size].transpose(1, 0, 2)

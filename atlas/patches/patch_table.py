@@ -1,39 +1,72 @@
-"""PatchTable: one growing numpy array for each property of the patches, a row a patch."""
+"""PatchTable: one growing array for each property of the patches, with one row for each patch."""
 
 from copy import copy
 
 import numpy as np
 
 from touchatlas.atlas.patches.ball_index import BallIndex
+from touchatlas.atlas.patches.growing_array import grown
 from touchatlas.atlas.patches.monomial_products import products
 from touchatlas.patch.fit.fit_patch import PatchFit
 from touchatlas.patch.fit.smoothness import NormalEquations, scaled_noise
 from touchatlas.patch.geometry.polynomial import GRADIENT, Basis, evaluate_batch, monomials
 
-# Rows that there is room for at first; later an eighth more at a time.
+# Number of patches that a new table has room for. Doubled, it takes 140 kB more.
 _ROOM = 64
 
 
 class PatchTable:
-    """Columns over all patches of an atlas, so that many are handled in one numpy call.
+    """The patches of an atlas as arrays over all of them: one numpy call handles many patches.
 
     Parameters
     ----------
     basis : Basis
-        Of every patch's polynomial.
+        Monomials of every patch's polynomial; there are t.
     core : float
-        Share of a patch's radius that it claims to cover.
+        Fraction of its radius within which a patch covers the surface.
 
     Attributes
     ----------
+    size : int
+        Number of rows. A removed patch keeps its row.
     index : BallIndex
-        The balls of the patch radii about the patch origins.
-    rough : dict
-        Of rows: what is known of patches that have a residual (``rough.PatchResidual``).
+        Balls about the patch origins with the patch radii.
+    residuals : dict of int to PatchResidual
+        The Gaussian processes of the rows that have one.
     lengths : (3,) float
-        How many patches there are, and the sums of their log feature lengths and of the squares.
+        Number of patches with a feature length, sum of the logarithms of these lengths, and sum of
+        the squares of the logarithms.
     products : Products
-        Of the basis: columns ``moments`` and ``variance`` are over these.
+        The p different products of two monomials: ``moments`` and ``variance`` are over these.
+
+    Notes
+    -----
+    Each column is an attribute, an array (size, ...). *Scaled* means divided by the patch radius.
+
+    ===================  ======  ========  =========================================================
+    column               shape   unit      meaning
+    ===================  ======  ========  =========================================================
+    alive                        bool      whether the patch is in use
+    site                 3       length    centre of the core, world; a refit does not move it
+    origin               3       length    origin of the frame, world
+    axes                 3, 3    unit      rows e1, e2 and outward normal, world
+    radius                       length    of validity about the origin; 0 when removed
+    weight                       length^2  squared core radius; -inf when removed
+    noise                        length    standard deviation of a sample, with a part of the bias
+    measurement_std              length    standard deviation of a sample, of the probe alone
+    length_ratio                 1         prior: radius over feature length
+    z_scale                      1         prior: factor of the deviations for each power of z
+    condition                    1         condition number of the sections of the first frame
+    moments              p       scaled    normal equations: sum of w phi phi^t
+    rhs                  t       scaled    normal equations: sum of w phi z
+    sum_of_squares               scaled    normal equations: sum of w z^2
+    count                        1         number of samples in the equations
+    learned                      1         ``count`` at the last refit
+    linearisation_point  t       scaled    coefficients of the last refit
+    mean                 t       scaled    coefficients
+    variance             p       scaled    variance of phi, as a polynomial over the products
+    residual                     length    root mean square of the samples' distances
+    ===================  ======  ========  =========================================================
     """
 
     def __init__(self, basis: Basis, core: float) -> None:
@@ -85,7 +118,7 @@ class PatchTable:
         return tuple(self._columns)
 
     def append(self, fit: PatchFit) -> int:
-        """Add one fitted patch; returns its row."""
+        """Append one fitted patch; returns its row."""
         row = self._make_room()
         self.size += 1
         self._begin(row, fit)
@@ -94,10 +127,10 @@ class PatchTable:
         return row
 
     def with_candidate(self, fit: PatchFit) -> tuple["PatchTable", int]:
-        """A table with one more patch, and its row: this one is left as it is.
+        """A table with one more patch, and the row of that patch; this table is not changed.
 
-        The two share their columns, so that a candidate costs no copy: it holds until the next
-        patch is appended, or asked for as a candidate. The index does not know the candidate.
+        The two tables share their columns, so no array is copied. The candidate is valid until the
+        next ``append`` or ``with_candidate``. The index does not hold it.
         """
         row, trial = self._make_room(), copy(self)
         trial.size += 1
@@ -106,15 +139,12 @@ class PatchTable:
 
     def _make_room(self) -> int:
         """The next row, for which every column has room."""
-        row = self.size
-        if row == len(self._columns["radius"]):
-            for name, column in self._columns.items():
-                more = np.zeros((max(row // 8, _ROOM), *column.shape[1:]), column.dtype)
-                self._columns[name] = np.concatenate([column, more])
-        return row
+        for name, column in self._columns.items():
+            self._columns[name] = grown(column, self.size + 1)
+        return self.size
 
     def _begin(self, row: int, fit: PatchFit) -> None:
-        """Write a fit into a new row, whose cell is about the origin of the patch from now on."""
+        """Write a fit into a new row; the site is the origin of the patch from now on."""
         patch = fit.patch
         self.site[row] = patch.frame.origin
         self.alive[row] = True
@@ -124,14 +154,14 @@ class PatchTable:
         self._fill(row, fit)
 
     def replace(self, row: int, fit: PatchFit) -> None:
-        """Put a patch that was fitted anew in the place of a row's; its equations are empty."""
+        """Replace the patch of a row by a refit with empty equations; site and weight stay."""
         self._count_length(row, -1.0)
         self.index.move(row, fit.patch.frame.origin, fit.patch.radius)
         self._fill(row, fit)
         self._count_length(row, 1.0)
 
     def _fill(self, row: int, fit: PatchFit) -> None:
-        """Write the numbers of a fit, with no equations, into a row."""
+        """Write a fit into a row, with empty equations."""
         patch = fit.patch
         values = {
             "origin": patch.frame.origin,
@@ -153,11 +183,11 @@ class PatchTable:
             self._columns[name][row] = value
 
     def copy_of(self, row: int) -> dict[str, np.ndarray]:
-        """The numbers of a row, for ``put_back``."""
+        """A copy of every column at a row, for ``put_back``."""
         return {name: column[row].copy() for name, column in self._columns.items()}
 
     def put_back(self, row: int, values: dict[str, np.ndarray]) -> None:
-        """Give a row the numbers that it had."""
+        """Restore a row from what ``copy_of`` returned."""
         self._count_length(row, -1.0)
         self.index.move(row, values["origin"], float(values["radius"]))
         for name, value in values.items():
@@ -165,13 +195,13 @@ class PatchTable:
         self._count_length(row, 1.0)
 
     def _count_length(self, row: int, sign: float) -> None:
-        """Enter the feature length of a row into the sums, or take it out."""
+        """Add the feature length of a row to ``lengths``, or subtract it where the sign is -1."""
         if self.length_ratio[row] > 0.0:
             length = np.log(self.radius[row] / self.length_ratio[row])
             self.lengths += sign * np.array([1.0, length, length * length])
 
     def remove(self, rows) -> None:
-        """Take rows out of use; their numbers are never given again."""
+        """Remove patches; their rows are never used again."""
         for row in rows:
             self._count_length(row, -1.0)
         self.alive[rows] = False
@@ -183,11 +213,11 @@ class PatchTable:
 
     @property
     def rows(self) -> np.ndarray:
-        """The rows in use, ascending."""
+        """The rows of the patches in use, ascending."""
         return np.flatnonzero(self.alive)
 
     def extend(self, columns: dict[str, np.ndarray]) -> None:
-        """Add many rows at once, all columns given."""
+        """Append many rows, given every column."""
         self.size += len(columns["radius"])
         for name, old in self._columns.items():
             new = np.asarray(columns[name], old.dtype)
@@ -196,13 +226,16 @@ class PatchTable:
             self.index.insert(row, self.origin[row], self.radius[row])
 
     def scaled_local(self, rows, points) -> np.ndarray:
-        """(m, n, 3) points (m, n, 3) or (n, 3) in each row's frame over its radius."""
+        """(m, n, 3) world points (m, n, 3) or (n, 3) in each row's frame, over its radius."""
         local = (points - self.origin[rows][:, None]) @ self.axes[rows].transpose(0, 2, 1)
         return local / self.radius[rows][:, None, None]
 
     def surface(self, rows, scaled, terms=None):
-        """F = z - phi of each row's polynomial (m, n), scaled, and its gradient (m, n, 3), local:
-        upward normals that are not of unit length. ``terms`` are the monomials, if at hand."""
+        """F = z - phi of each row (m, n), scaled, and its gradient (m, n, 3), local, at points
+        (m, n, 3), scaled. The gradient points outward and is not of unit length.
+
+        ``terms`` are the monomials at the points, if they are known already.
+        """
         if terms is None:
             terms = monomials(self.basis, scaled[..., 0], scaled[..., 1], scaled[..., 2])
         phi, px, py, pz = evaluate_batch(self.basis, self.mean[rows], terms, GRADIENT)
@@ -211,14 +244,14 @@ class PatchTable:
         return scaled[..., 2] - phi, upward
 
     def equations(self, rows) -> NormalEquations:
-        """The rows' normal equations, a stack."""
+        """The normal equations of rows, as one stack."""
         gram = self.products.gram(self.moments[rows])
         return NormalEquations(gram, self.rhs[rows], self.sum_of_squares[rows], self.count[rows])
 
     def variance_at(self, rows, terms) -> np.ndarray:
-        """(m, n) variance, scaled, of each row's phi at points with monomials (m, t, n)."""
+        """(m, n) variance of each row's phi, scaled, at points with monomials (m, t, n)."""
         return np.maximum(self.products.values(self.variance[rows], terms), 0.0)
 
     def noise_scaled(self, rows) -> np.ndarray:
-        """(m,) noise over patch radius."""
+        """(m,) noise over patch radius, kept above the rounding of the solver."""
         return scaled_noise(self.noise[rows], self.radius[rows])

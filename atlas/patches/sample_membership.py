@@ -1,4 +1,4 @@
-"""Which samples each patch learned from, and how it learns more of them."""
+"""SampleMembership: which patch owns each sample, and which samples each patch is fitted to."""
 
 import numpy as np
 
@@ -10,22 +10,32 @@ from touchatlas.patch.fit.refit_patch import refit_patches
 from touchatlas.patch.fit.smoothness import SmoothnessPrior
 from touchatlas.patch.fit.start import Stack, UnfitError
 
-# A patch is framed anew when it knows this many times the samples of its last frame; or so many
-# times, if its tangent plane at the origin has turned by so much (radians): where no polynomial
-# holds all samples a new frame may be as askew as the last, and another touch does not mend it.
-_GROWN, _GROWN_TURNED, _TURNED = 3.0, 1.2, 0.02
-# Samples this much farther out than a patch reaches are offered to a fit of it.
+# A patch is refitted when its sample count is this many times that of the last refit. Doubled,
+# patches keep their first frame and prior for longer.
+_GROWN = 3.0
+# It is also refitted when its sample count has grown by this factor and the slope of its polynomial
+# at the origin exceeds this tangent. The factor stops endless refits where no polynomial fits all
+# samples. Doubled, frames tilt by up to 2 degrees.
+_GROWN_TILTED, _TILTED = 1.2, 0.02
+# Distance from its origin within which samples are candidates for the refit of a patch, in patch
+# radii: the frame of the refit may differ. Doubled, most candidates are rejected.
 CANDIDATE_REACH = 1.25
-# Offered samples of rows that are fitted in one go, for the caches.
+# Number of candidates that are fitted in one numpy call, so that they fit the caches. Doubled, a
+# call takes twice the memory.
 _AT_ONCE = 1 << 14
-# Feature lengths within one object differ by no less than this, as a standard deviation of
-# their logarithm, however alike those seen so far were.
+# Least standard deviation of the logarithm of the feature length that is expected of the next
+# patch, however alike those so far are. Doubled, the prior restrains new patches less.
 _LEAST_LOG_STD = 0.5
 
 
 def prior_of(lengths: np.ndarray) -> SmoothnessPrior:
-    """The feature length to expect, from those of the patches so far: their count, the sum of
-    their logarithms and that of its squares."""
+    """The prior that the patches so far give for the next one.
+
+    Parameters
+    ----------
+    lengths : (3,) float
+        Number of feature lengths, sum of their logarithms, sum of the squares of the logarithms.
+    """
     count, total, squares = lengths.tolist()
     if count < 2.5:
         return SmoothnessPrior()
@@ -35,19 +45,20 @@ def prior_of(lengths: np.ndarray) -> SmoothnessPrior:
 
 
 class SampleMembership:
-    """The samples of an atlas, and for each patch those in its equations.
+    """The samples of an atlas: each has one owner, and several patches may be fitted to it.
 
     Parameters
     ----------
-    table : Table
+    table : PatchTable
 
     Attributes
     ----------
     pool : SamplePool
-    members : list of (n,) int
-        Indices of the samples in the equations of each row, ascending.
-    brought : list of (n,) int
-        Indices of the samples that the touches of each row brought.
+    fitted : list of (n,) int
+        Indices of the samples in the equations of each row.
+    owned : list of (n,) int
+        Indices of the samples that each row owns: those of the contours that made the patch, and
+        those that passed to it from removed patches.
     """
 
     def __init__(self, table: PatchTable) -> None:
@@ -57,95 +68,98 @@ class SampleMembership:
         self.owned: list[np.ndarray] = []
 
     def owned_by(self, rows) -> np.ndarray:
-        """Indices of all samples that touches of the rows brought, ascending."""
+        """(n,) indices of all samples that the rows own, ascending."""
         parts = [self.owned[i] for i in rows]
         return np.sort(np.concatenate(parts)) if parts else np.zeros(0, np.int32)
 
     def fitted_by(self, rows) -> np.ndarray:
-        """Indices of all samples in the equations of any of the rows, ascending."""
+        """(n,) indices of all samples in the equations of any of the rows, ascending."""
         found = np.zeros(len(self.pool), bool)
         for i in rows:
             found[self.fitted[i]] = True
         return np.flatnonzero(found)
 
     def known_about(self, row: int, neighbours) -> np.ndarray:
-        """Indices of what touches of a row and its kin brought, ascending; of a bridge, which
-        brought nothing, also what it learned from touches beyond its kin."""
-        brought = self.owned_by([row, *neighbours])
-        return brought if len(self.owned[row]) else np.union1d(self.fitted[row], brought)
+        """(n,) indices of the samples that a row and its neighbours own, ascending.
+
+        A filled patch owns none: the samples that it is fitted to are added.
+        """
+        owned = self.owned_by([row, *neighbours])
+        return owned if len(self.owned[row]) else np.union1d(self.fitted[row], owned)
 
     def learn(self, rows: np.ndarray, index: np.ndarray) -> None:
-        """Let every row (m,) learn those of new samples (n,) that are of its sheet."""
+        """Add new samples ``index`` (n,) to the equations of those of rows (m,) whose sheet they
+        are of."""
         member = of_patch(self._table, rows, self.pool.points[index], self.pool.normals[index])
         absorb(self._table, rows, self.pool, index, member)
-        for i, mine in zip(rows.tolist(), member, strict=True):
-            self.fitted[i] = np.concatenate([self.fitted[i], index[mine]])
+        for i, accepted in zip(rows.tolist(), member, strict=True):
+            self.fitted[i] = np.concatenate([self.fitted[i], index[accepted]])
 
     def append(self) -> None:
-        """Enter the next row, which has no sample yet."""
+        """Append a row without samples."""
         nothing = np.zeros(0, np.int32)
         self.fitted.append(nothing)
         self.owned.append(nothing)
 
     def drop(self, row: int) -> None:
-        """A row that is no more has no samples."""
+        """Take all samples from a row that is removed."""
         self.fitted[row] = self.owned[row] = np.zeros(0, np.int32)
 
     def outgrown(self, rows: np.ndarray) -> np.ndarray:
-        """Those of the rows whose frame is due to be made anew."""
+        """The rows that are due for a refit: see ``_GROWN`` and ``_GROWN_TILTED``."""
         table = self._table
         slope = np.abs(table.mean[rows, 1:3]).max(axis=1)
         grown = table.count[rows] / table.learned[rows]
-        return rows[(grown >= _GROWN) | ((grown >= _GROWN_TURNED) & (slope > _TURNED))]
+        return rows[(grown >= _GROWN) | ((grown >= _GROWN_TILTED) & (slope > _TILTED))]
 
     def refit(self, rows, candidates, bias: float, prior: SmoothnessPrior, options) -> None:
-        """Choose frames and priors of rows anew, from samples offered to each of them.
+        """Refit rows: choose frames, priors and coefficients again from candidate samples.
 
         Parameters
         ----------
         rows : (m,) int
         candidates : m arrays of int
-            Samples that may be of each row's sheet; those that are, are learned.
+            Indices of samples. Each row is fitted to those that are of its sheet.
         bias : float, length
-            Residuals beyond the noise that are borne.
+            Lack of fit that counts as if it were noise.
         prior : SmoothnessPrior
         options : FitOptions
 
         Notes
         -----
-        Rows that no polynomial fits, or none that faces any sample, stay as they are.
+        A row stays as it was when no polynomial fits, or when the new one accepts no sample.
         """
         counts = np.array([len(index) for index in candidates], int)
         order = np.argsort(counts, kind="stable")
         while len(order):
             step = max(1, _AT_ONCE // max(1, counts[order[0]]))
-            some, order = order[:step], order[step:]
-            mine, index = (
-                np.asarray(rows)[some],
-                CandidateSamples([candidates[i] for i in some.tolist()]),
-            )
-            fits = self._fits(mine, index, bias, prior, options)
+            chosen, order = order[:step], order[step:]
+            samples = CandidateSamples([candidates[i] for i in chosen.tolist()])
+            fits = self._fits(np.asarray(rows)[chosen], samples, bias, prior, options)
             good = [i for i, fit in enumerate(fits) if fit is not None]
             if good:
-                some = mine[good]
-                before = [(self._table.copy_of(row), self.fitted[row]) for row in some.tolist()]
-                self.enter_fits(some, [fit for fit in fits if fit is not None], index.only(good))
-                self._take_back(some, before)
+                fitted_rows = np.asarray(rows)[chosen[good]]
+                before = [(self._table.copy_of(i), self.fitted[i]) for i in fitted_rows.tolist()]
+                found = [fit for fit in fits if fit is not None]
+                self.enter_fits(fitted_rows, found, samples.only(good))
+                self._restore_empty(fitted_rows, before)
 
-    def _take_back(self, rows, before) -> None:
-        """Rows that know no sample any more are again what they were."""
-        lost = [row for row in rows.tolist() if not len(self.fitted[row])]
-        for row, (values, members) in zip(rows.tolist(), before, strict=True):
-            if row in lost:
+    def _restore_empty(self, rows, before) -> None:
+        """Restore those of the rows (m,) that have no sample after their refit."""
+        empty = [row for row in rows.tolist() if not len(self.fitted[row])]
+        for row, (values, fitted) in zip(rows.tolist(), before, strict=True):
+            if row in empty:
                 self._table.put_back(row, values)
-                self.fitted[row] = members
-        if lost:
-            solve(self._table, np.array(lost))
+                self.fitted[row] = fitted
+        if empty:
+            solve(self._table, np.array(empty))
 
-    def _fits(self, rows, offer: "CandidateSamples", bias, prior, options) -> list[PatchFit | None]:
-        """The patches in the place of rows that offered samples make; None where they make none."""
+    def _fits(
+        self, rows, candidates: "CandidateSamples", bias, prior, options
+    ) -> list[PatchFit | None]:
+        """A refit of each row from its candidates; None where no polynomial fits."""
         table, pool = self._table, self.pool
-        close = self._of_rows(rows, offer, CANDIDATE_REACH)
+        close = self._accepted(rows, candidates, CANDIDATE_REACH)
         stack = Stack(
             table.origin[rows],
             table.axes[rows],
@@ -161,36 +175,38 @@ class SampleMembership:
         except UnfitError:
             if len(rows) == 1:
                 return [None]
-        parts = [
-            self._fits(rows[[i]], offer.only([i]), bias, prior, options) for i in range(len(rows))
+        # One row without a fit fails the whole stack: fit each row by itself.
+        return [
+            self._fits(rows[[i]], candidates.only([i]), bias, prior, options)[0]
+            for i in range(len(rows))
         ]
-        return [fit for part in parts for fit in part]
 
-    def enter_fits(self, rows, fits: list[PatchFit], offer: "CandidateSamples") -> None:
-        """Enter fits in the places of rows, with equations of the samples offered to them."""
+    def enter_fits(self, rows, fits: list[PatchFit], candidates: "CandidateSamples") -> None:
+        """Replace the patches of rows (m,) by m fits, with equations of the candidate samples that
+        are of their sheets."""
         table = self._table
         for row, fit in zip(rows.tolist(), fits, strict=True):
             table.replace(row, fit)
-        mine = self._of_rows(rows, offer, 1.0)
-        absorb(table, rows, self.pool, mine.index, mine.present)
-        for i, index, present in zip(rows.tolist(), mine.index, mine.present, strict=True):
+        found = self._accepted(rows, candidates, 1.0)
+        absorb(table, rows, self.pool, found.index, found.present)
+        for i, index, present in zip(rows.tolist(), found.index, found.present, strict=True):
             self.fitted[i] = index[present]
         table.learned[rows] = table.count[rows]
         solve(table, rows)
 
-    def _of_rows(self, rows, offer: "CandidateSamples", reach: float) -> "CandidateSamples":
-        """Those of the samples offered to rows that they may learn from: see ``of_patch``."""
+    def _accepted(self, rows, candidates: "CandidateSamples", reach: float) -> "CandidateSamples":
+        """The candidates that rows (m,) may be fitted to: see ``of_patch``."""
         table, pool = self._table, self.pool
-        across = table.scaled_local(rows, pool.points[offer.index])[..., :2]
-        # Most are beyond the reach, and need not be looked at any closer.
-        close = offer.only_where((across * across).sum(axis=-1) <= reach * reach)
+        across = table.scaled_local(rows, pool.points[candidates.index])[..., :2]
+        # Most candidates are beyond the reach: the cheap test comes first.
+        close = candidates.only_where((across * across).sum(axis=-1) <= reach * reach)
         index = close.index
         member = of_patch(table, rows, pool.points[index], pool.normals[index], reach)
         return close.only_where(member)
 
 
 class CandidateSamples:
-    """Samples offered to each of m rows, as one array.
+    """Candidate samples of each of m rows, as one padded array.
 
     Parameters
     ----------
@@ -200,8 +216,9 @@ class CandidateSamples:
     Attributes
     ----------
     index : (m, n) int
+        Lines are padded with index 0.
     present : (m, n) bool
-        What does not only fill the lines.
+        False where a line is padded.
     """
 
     def __init__(self, parts) -> None:
@@ -211,11 +228,11 @@ class CandidateSamples:
         self.index[self.present] = np.concatenate(parts)
 
     def only(self, rows: list[int]) -> "CandidateSamples":
-        """Those to some of the rows."""
+        """The candidates of some of the m rows."""
         return CandidateSamples([self.index[i][self.present[i]] for i in rows])
 
     def only_where(self, chosen) -> "CandidateSamples":
-        """Those of the samples that are chosen (m, n)."""
+        """The candidates where ``chosen`` (m, n) is true."""
         return CandidateSamples(
             [i[keep] for i, keep in zip(self.index, chosen & self.present, strict=True)]
         )

@@ -1,26 +1,28 @@
-"""Samples: every point that was ever touched, kept once."""
+"""SamplePool: all samples of an atlas, each stored once."""
 
 import numpy as np
 
-# Room for so many samples at first. Twice as much wastes 30 kB.
+from touchatlas.atlas.patches.growing_array import grown
+
+# Number of samples that a new pool has room for. Doubled, it takes 20 kB more.
 _ROOM = 256
 _VECTORS, _FLAGS = ("points", "normals", "across"), ("edges", "visited")
 
 
 class SamplePool:
-    """Growing arrays over all samples of an atlas; an index never changes its meaning.
+    """One growing array for each property of the samples. The index of a sample never changes.
 
     Attributes
     ----------
     points : (n, 3) float, length, world
     normals : (n, 3) float, unit, world
-        Outward, as their own touch knew them.
+        Outward surface normals, as fitted to the sample's own touch.
     across : (n, 3) float, unit, world
-        Normal of the plane that each was tracked in, and is noisy in; zero where unknown.
+        Normal of the sampling plane; the noise of a sample lies in that plane. Zero where unknown.
     edges : (n,) bool
-        Whether it is the last of a contour that ended at an edge.
+        Whether the sample is the last of a contour that ended at an edge.
     visited : (n,) bool
-        Whether a touch about the place brought no patch of its own: another would not, either.
+        Whether a touch near the sample made no patch, so that another would not either.
     """
 
     points: np.ndarray
@@ -43,16 +45,11 @@ class SamplePool:
         return self._columns[name][: self._size]
 
     def add(self, points, normals, across, edges, visited=False) -> np.ndarray:
-        """Enter samples (n, 3), flags (n,); returns their indices (n,)."""
+        """Append samples: vectors (n, 3) and flags (n,). Returns their indices (n,)."""
         first, last = self._size, self._size + len(points)
-        if last > len(self._columns["points"]):
-            # An eighth more: memory is dearer here than one copy of all in a while.
-            room = max(last, len(self._columns["points"]) * 9 // 8) - first
-            for name, column in self._columns.items():
-                more = np.zeros((room, *column.shape[1:]), column.dtype)
-                self._columns[name] = np.concatenate([column[:first], more])
-        self._size = last
         values = points, normals, across, edges, visited
         for name, value in zip((*_VECTORS, *_FLAGS), values, strict=True):
+            self._columns[name] = grown(self._columns[name], last)
             self._columns[name][first:last] = value
+        self._size = last
         return np.arange(first, last, dtype=np.int32)
