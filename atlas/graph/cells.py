@@ -1,7 +1,7 @@
-"""Cells: the part of the surface on which a patch has the least power of its sheet.
+"""Cells: the parts of the surface on which each patch has the least power of its sheet.
 
 Corners, gaps and boundaries of the cells follow from the patches and their neighbours. They are
-worked out when they are asked for, and kept until a patch or its surroundings change.
+computed when they are read, and kept until a patch or its surroundings change.
 """
 
 from collections.abc import Iterable, Mapping
@@ -19,12 +19,15 @@ from touchatlas.atlas.graph.power_diagram import (
     points_of_equal_power,
     power_at,
 )
+from touchatlas.atlas.graph.row_tuples import Pair, Triple, pair_of, triple_of
 from touchatlas.atlas.graph.sheets import SheetNeighbours
 from touchatlas.atlas.patches.patch_table import PatchTable
 
-Pair = tuple[int, int]
-Triple = tuple[int, int, int]
 Places = dict[Triple, np.ndarray]
+
+# Rounding of a power, as a fraction of the weight: equal powers are a tie. Doubled, nothing
+# changes.
+_TIE = 1e-12
 
 
 class Cells:
@@ -38,44 +41,44 @@ class Cells:
 
     def __init__(self, table: PatchTable, neighbours: SheetNeighbours) -> None:
         self._table, self._neighbours = table, neighbours
-        # Of each row its corners and gaps: the point, and the power there over the weight.
+        # For each row its corners and gaps: the point, and the power there over the weight.
         self._places: dict[int, dict[Triple, tuple[np.ndarray, float]]] = {}
         self._boundaries: dict[Pair, Boundary] = {}
         self._stale: set[int] = set()
-        self._undrawn: set[int] = set()
-        self._mended: tuple[Places, dict[Pair, Boundary]] | None = None
+        self._stale_boundaries: set[int] = set()
+        self._diagram: tuple[Places, dict[Pair, Boundary]] | None = None
 
     def mark_stale(self, rows: Iterable[int]) -> None:
-        """Corners and boundaries of rows, and of all about them, are to be worked out again."""
-        # A corner of a row is judged by the neighbours of its three patches.
+        """Rows changed: recompute the corners and boundaries near them at the next reading."""
+        # Whether a corner is one depends on the neighbours of its three patches.
         about = self._neighbours.around(self._neighbours.around(rows)).union(rows)
         self._stale |= about
-        self._undrawn |= about
-        self._mended = None
+        self._stale_boundaries |= about
+        self._diagram = None
 
     def sharing_corners(self, rows: Iterable[int]) -> set[int]:
-        """Some rows, and those that have a corner with any of them."""
+        """The rows, and those that share a corner with any of them."""
         corners = (t for t, (_, excess) in self._about(rows).items() if excess <= CELL_MARGIN)
         return set(rows).union(*corners)
 
     @property
     def corners(self) -> Places:
-        """Ascending triples of rows to the point (3,) where three boundaries meet."""
-        return self._diagram()[0]
+        """Ascending triples of rows, mapped to the point (3,) where three boundaries meet."""
+        return self._current_diagram()[0]
 
     @property
     def gaps(self) -> Places:
-        """Triples of rows to the point (3,) that their three cores leave uncovered."""
+        """Ascending triples of rows, mapped to a point (3,) that their cores leave uncovered."""
         places = self._about(self._table.rows.tolist())
         return {t: point for t, (point, excess) in places.items() if excess > CELL_MARGIN}
 
     @property
     def boundaries(self) -> Mapping[Pair, Boundary]:
-        """Ascending pairs of rows whose cells meet, to the boundary."""
-        return self._diagram()[1]
+        """Ascending pairs of rows whose cells meet, mapped to the boundary."""
+        return self._current_diagram()[1]
 
     def _about(self, rows: Iterable[int]) -> dict[Triple, tuple[np.ndarray, float]]:
-        """The corners and gaps that any of some rows has."""
+        """The corners and gaps of any of the rows."""
         rows = list(rows)
         if missing := sorted(self._stale.intersection(rows)):
             for row in missing:
@@ -87,22 +90,23 @@ class Cells:
                     self._places[row][tuple(triple)] = np.array(point), excess
         return {t: place for row in rows for t, place in self._places.get(row, {}).items()}
 
-    def _diagram(self) -> tuple[Places, dict[Pair, Boundary]]:
-        """Corners and boundaries of all cells, so that boundaries end in corners."""
-        if self._mended is None:
+    def _current_diagram(self) -> tuple[Places, dict[Pair, Boundary]]:
+        """Corners and boundaries of all cells. Each boundary ends in an even number of corners."""
+        if self._diagram is None:
             places = self._about(self._table.rows.tolist())
             corners = {t: p for t, (p, excess) in sorted(places.items()) if excess <= CELL_MARGIN}
             ended = {pair for triple in corners for pair in combinations(triple, 2)}
-            boundaries = self._draw(ended)
-            self._mended = _mended(self._table, corners, self.gaps, boundaries), boundaries
-        return self._mended
+            boundaries = self._all_boundaries(ended)
+            corners = _with_even_ends(self._table, corners, self.gaps, boundaries)
+            self._diagram = corners, boundaries
+        return self._diagram
 
-    def _draw(self, ended: set[Pair]) -> dict[Pair, Boundary]:
+    def _all_boundaries(self, ended: set[Pair]) -> dict[Pair, Boundary]:
         """The boundaries of all cells; those of pairs ``ended`` by a corner may have no points."""
-        table, neighbours = self._table, self._neighbours
-        rows = [row for row in self._undrawn if row in table.index]
-        pairs = sorted({(min(i, j), max(i, j)) for i in rows for j in neighbours[i]})
-        kept = {p: b for p, b in self._boundaries.items() if self._undrawn.isdisjoint(p)}
+        table, neighbours, stale = self._table, self._neighbours, self._stale_boundaries
+        rows = [row for row in stale if row in table.index]
+        pairs = sorted({pair_of(i, j) for i in rows for j in neighbours[i]})
+        kept = {pair: b for pair, b in self._boundaries.items() if stale.isdisjoint(pair)}
         if pairs:
             first, second = np.array(pairs).T
             points, gap, angle, real = boundary_curves(table, first, second)
@@ -112,12 +116,12 @@ class Cells:
                     here = live[e]
                     kept[pair] = _boundary(pair, points[e][here], gap[e][here], angle[e][here])
         self._boundaries = dict(sorted(kept.items()))
-        self._undrawn.clear()
+        stale.clear()
         return self._boundaries
 
     def _lowest_on(self, pairs, points) -> np.ndarray:
-        """(e, b) whether no neighbour of the first of pairs (e, 2) has less power than the two at
-        points (e, b, 3)."""
+        """(e, b) whether points (e, b, 3) belong to the boundaries of pairs (e, 2): no neighbour of
+        the first row has less power than the pair, and both patches cover the point."""
         table, first = self._table, pairs[:, 0]
         rivals = self._neighbours.lines()[first]
         power = power_at(table, rivals[:, None], points)
@@ -125,10 +129,11 @@ class Cells:
         own = power_at(table, pairs[:, None, :1], points)[..., 0]
         weight = table.weight[first][:, None]
         covered = own <= CELL_MARGIN * weight
-        return np.asarray(covered & (own <= power.min(axis=2) + 1e-12 * weight))
+        return np.asarray(covered & (own <= power.min(axis=2) + _TIE * weight))
 
 
 def _boundary(pair: Pair, points, gap, angle) -> Boundary:
+    """The boundary of a pair from its points (b, 3), gaps (b,) and angles (b,)."""
     if not len(points):
         return Boundary(pair, points, 0.0, 0.0, False)
     largest = float(angle.max())
@@ -137,23 +142,20 @@ def _boundary(pair: Pair, points, gap, angle) -> Boundary:
     )
 
 
-def _mended(table: PatchTable, corners: Places, gaps: Places, boundaries) -> Places:
-    """Corners of which each boundary has an even number.
+def _with_even_ends(table: PatchTable, corners: Places, gaps: Places, boundaries) -> Places:
+    """Corners, corrected so that each boundary ends in an even number of them.
 
-    Where four patches have about equal power, each triple is judged on a polynomial of its own,
-    and these disagree. But a boundary ends twice: three boundaries that lack one end each, and
-    would share it, lack a corner, and three that have one too many have one too many.
+    Where four patches have about equal power, each triple is tested on another polynomial, and the
+    tests may disagree. But a boundary has two ends. So where three boundaries with one end each
+    form a triple, its corner is missing and is added; where each of the three boundaries of a
+    corner has three ends, the corner is dropped.
     """
     out = dict(corners)
     count = dict.fromkeys(boundaries, 0)
     for pair in (pair for triple in out for pair in combinations(triple, 2)):
         count[pair] += 1
     odd = nx.Graph(pair for pair, ends in count.items() if ends % 2)
-    for triple in sorted(
-        (min(c), sum(c) - min(c) - max(c), max(c))
-        for c in nx.enumerate_all_cliques(odd)
-        if len(c) == 3
-    ):
+    for triple in sorted(triple_of(c) for c in nx.enumerate_all_cliques(odd) if len(c) == 3):
         pairs = list(combinations(triple, 2))
         ends, change = [count[pair] for pair in pairs], 0
         if triple in out and min(ends) == 3:

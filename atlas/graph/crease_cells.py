@@ -1,8 +1,8 @@
-"""The tiling with creases: cells end at them, and meet across them.
+"""Cells at creases: which corners and boundaries remain, and which ones the creases add.
 
-What the power diagram of each sheet says is kept where it lies on this side of all creases. A
-crease is a boundary of two patches of different sheets; three boundaries meet where the
-boundary of two kin runs into a crease, and where the creases of three sheets do.
+The power diagram of each sheet holds on the near side of all creases. A crease is a boundary of
+two patches of different sheets. Corners are added where the boundary of two sheet neighbours ends
+at a crease, and where the creases of three sheets meet.
 """
 
 from collections.abc import Mapping
@@ -11,22 +11,26 @@ from itertools import combinations
 
 import numpy as np
 
-from touchatlas.atlas.graph.cells import Pair, Places, Triple
+from touchatlas.atlas.graph.cells import Places
 from touchatlas.atlas.graph.crease_curves import CreaseCurves
 from touchatlas.atlas.graph.creases import Crease, Creases
 from touchatlas.atlas.graph.power_diagram import CELL_MARGIN, MEETS, Boundary, power_at
+from touchatlas.atlas.graph.row_tuples import Pair, Triple, pair_of, triple_of
 from touchatlas.atlas.graph.sheets import SheetNeighbours, radical_parameter
 from touchatlas.atlas.graph.visibility import Visibility
 from touchatlas.atlas.patches.intersect import intersect, patches_at
 from touchatlas.atlas.patches.patch_table import PatchTable
 
-# A corner is taken for an end of a crease within this many patch radii of it: curves are sampled.
-# Doubled, the two ends of a crease as short as a tenth of a radius would be one.
+# Largest distance of a corner from the end of a crease curve, in patch radii: curves are sampled.
+# Doubled, both ends of a crease as short as a fifth of a radius are taken for one.
 _END = 0.05
+# Rounding of a power at a corner, as a fraction of the weight: a corner is known less exactly than
+# the points of a boundary. Doubled, nothing changes.
+_TIE = 1e-9
 
 
 def visible_places(visibility: Visibility, places: Places) -> Places:
-    """Those of corners or gaps of three kin that lie on this side of all creases."""
+    """The corners or gaps of three sheet neighbours that no crease cuts off from their patches."""
     if not places:
         return places
     triples, points = np.array(list(places)), np.array(list(places.values()))
@@ -39,19 +43,15 @@ def visible_places(visibility: Visibility, places: Places) -> Places:
 def crease_corners(
     table: PatchTable, neighbours: SheetNeighbours, creases: Creases, curves: CreaseCurves
 ) -> tuple[Places, Places]:
-    """Where two kin and a patch across a crease of both meet, and three creased patches.
+    """Corners of two sheet neighbours and a patch across a crease, and of three creased patches.
 
     Returns
     -------
     corners, gaps : dict
-        Triples of rows to the point (3,). At a gap one of the three does not cover the point:
-        the last of the triple.
+        Triples of rows, mapped to a point (3,). At a gap the last row does not cover the point.
     """
     two, three = _triples(neighbours, creases)
-    found = {
-        **_on_radicals(table, creases, curves, two),
-        **_of_three(table, curves, three),
-    }
+    found = _on_radicals(table, creases, curves, two) | _of_three(table, curves, three)
     corners: Places = {}
     gaps: Places = {}
     for triple, point in found.items():
@@ -65,19 +65,19 @@ def crease_corners(
 
 
 def _triples(neighbours: SheetNeighbours, creases: Creases):
-    """Triples of two kin and one that both are creased with (m, 3), in this order, and triples
-    of three that are creased (n, 3), ascending."""
+    """Triples (m, 3) of two sheet neighbours and a row that is creased with both, in this order,
+    and ascending triples (n, 3) of rows that are all creased with each other."""
     two, three = set[Triple](), set[Triple]()
     for i, j in creases.pairs:
         for k in creases.of(i) & creases.of(j):
-            three.add((min(i, j, k), i + j + k - min(i, j, k) - max(i, j, k), max(i, j, k)))
-        two.update((min(i, k), max(i, k), j) for k in creases.of(j) & neighbours[i])
-        two.update((min(j, k), max(j, k), i) for k in creases.of(i) & neighbours[j])
+            three.add(triple_of((i, j, k)))
+        two.update((*pair_of(i, k), j) for k in creases.of(j) & neighbours[i])
+        two.update((*pair_of(j, k), i) for k in creases.of(i) & neighbours[j])
     return (np.array(sorted(some), int).reshape(-1, 3) for some in (two, three))
 
 
 def _on_radicals(table: PatchTable, creases: Creases, curves: CreaseCurves, triples) -> Places:
-    """Where the boundaries of two kin run into their crease with a third."""
+    """Where the boundary of the first two of three rows (m, 3) ends at a crease with the third."""
     if not len(triples):
         return {}
     first, second, other = triples.T
@@ -85,41 +85,42 @@ def _on_radicals(table: PatchTable, creases: Creases, curves: CreaseCurves, trip
     length = np.sqrt(square)[:, None]
     middle = table.site[first] + parameter[:, None] * offset
     planes = (offset / length)[:, None], (middle * offset / length).sum(axis=1)[:, None]
-    start = np.array([creases.pairs[min(i, j), max(i, j)].anchor for i, _, j in triples.tolist()])
-    found = _met(table, triples, triples[:, [0, 2]], start, planes)
-    return {t: p for t, p in found.items() if _on_lines(table, creases, curves, t, p)}
+    start = np.array([creases.pairs[pair_of(i, j)].anchor for i, _, j in triples.tolist()])
+    found = _intersections(table, triples, triples[:, [0, 2]], start, planes)
+    return {t: p for t, p in found.items() if _on_curves(table, creases, curves, t, p)}
 
 
-def _on_lines(
+def _on_curves(
     table: PatchTable, creases: Creases, curves: CreaseCurves, triple: Triple, point
 ) -> bool:
-    """Whether a point is on the crease of two of three patches, between its ends."""
+    """Whether a point is between the ends of the crease of two of three patches, with a margin."""
     for pair in combinations(triple, 2):
         line = curves.curve(*pair) if creases.sign(*pair) else np.zeros((0, 3))
         if len(line):
             along = line[-1] - line[0]
             parameter = (point - line[0]) @ along / (along @ along)
-            slack = _END * table.radius[list(pair)].min() / np.sqrt(along @ along)
-            if -slack <= parameter <= 1.0 + slack:
+            margin = _END * table.radius[list(pair)].min() / np.sqrt(along @ along)
+            if -margin <= parameter <= 1.0 + margin:
                 return True
     return False
 
 
 def _of_three(table: PatchTable, curves: CreaseCurves, triples) -> Places:
-    """Where three patches meet, if that is an end of the crease of two of them."""
+    """Where three patches meet, if an end of the crease of the first two is there."""
     ends = [line[[0, -1]] if len(line := curves.curve(i, j)) else None for i, j, _ in triples]
     keep = [e is not None for e in ends]
     found: Places = {}
     for side in (0, 1):
         start = np.array([e[side] for e in ends if e is not None]).reshape(-1, 3)
-        some = triples[keep]
-        near = _END * table.radius[some].min(axis=1)
-        found |= _met(table, some, some, start, within=near)
+        kept = triples[keep]
+        near = _END * table.radius[kept].min(axis=1)
+        found |= _intersections(table, kept, kept, start, within=near)
     return found
 
 
-def _met(table: PatchTable, triples, rows, start, planes=None, within=None) -> Places:
-    """Points where patches ``rows`` (m, k) meet, of the triples where they do."""
+def _intersections(table: PatchTable, triples, rows, start, planes=None, within=None) -> Places:
+    """Ascending triples (of m) to the point where patches ``rows`` (m, k) and planes intersect:
+    those where they do, at most ``within`` (m,) from the start (m, 3)."""
     if not len(triples):
         return {}
     seen = intersect(table, rows, start, planes)
@@ -128,20 +129,20 @@ def _met(table: PatchTable, triples, rows, start, planes=None, within=None) -> P
     if within is not None:
         offset = seen.points - start
         good &= (offset * offset).sum(axis=1) <= within**2
-    triples = np.sort(triples[good], axis=1).tolist()
-    return {(i, j, k): p for (i, j, k), p in zip(triples, seen.points[good], strict=True)}
+    found = map(triple_of, triples[good].tolist())
+    return dict(zip(found, seen.points[good], strict=True))
 
 
 def _excess(
     table: PatchTable, neighbours: SheetNeighbours, triple: Triple, point
 ) -> tuple[int, float] | None:
-    """The patch of three that covers a point the least, and its power there over its squared
-    core radius; None where another patch of a sheet has less power."""
+    """Which of three patches has the largest power over weight at a point, and that ratio; None
+    where a neighbour of one of the three has less power than it."""
     worst = triple[0], -np.inf
     for i in triple:
         own = float(power_at(table, [i], point)[0])
         rivals = [j for j in neighbours[i] if j not in triple]
-        if rivals and power_at(table, rivals, point).min() < own - 1e-9 * table.weight[i]:
+        if rivals and power_at(table, rivals, point).min() < own - _TIE * table.weight[i]:
             return None
         worst = max(worst, (i, own / float(table.weight[i])), key=lambda pair: pair[1])
     return worst
@@ -155,9 +156,9 @@ def boundaries_with_creases(
     boundaries: Mapping[Pair, Boundary],
     ended: set[Pair],
 ) -> dict[Pair, Boundary]:
-    """Boundaries of cells on this side of all creases, and the creases themselves.
+    """Boundaries of cells, without the points beyond a crease, and the creases as boundaries.
 
-    Those of the pairs ``ended`` by a corner may have no points.
+    A boundary without points is kept only if a corner ends it: its pair is in ``ended``.
     """
     out = {}
     for pair, boundary in boundaries.items():
@@ -175,8 +176,8 @@ def boundaries_with_creases(
 
 
 def _owned_points(table: PatchTable, neighbours: SheetNeighbours, pair, points) -> np.ndarray:
-    """Those of points (n, 3) of a crease at which both patches have the least power of their
-    sheets."""
+    """The points (of n) of a crease at which each patch of the pair has the least power of its
+    sheet and covers the point."""
     keep = np.ones(len(points), bool)
     for i in pair:
         own = power_at(table, [i], points)[:, 0]
@@ -186,6 +187,7 @@ def _owned_points(table: PatchTable, neighbours: SheetNeighbours, pair, points) 
 
 
 def _crease_boundary(table: PatchTable, pair: Pair, points, crease: Crease) -> Boundary:
+    """The points (b, 3) of a crease as a boundary; the angle is measured at its anchor if none."""
     where = points if len(points) else crease.anchor[None]
     normals = patches_at(table, np.tile(pair, (len(where), 1)), where).normals
     cosine = (normals[:, 0] * normals[:, 1]).sum(axis=1)

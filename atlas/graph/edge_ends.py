@@ -1,4 +1,4 @@
-"""Edge ends: where contours stopped at a sharp edge behind which no patch is known yet."""
+"""EdgeEnds: contour ends at sharp edges that have no patch on their far side yet."""
 
 from collections.abc import Sequence
 
@@ -8,30 +8,32 @@ from touchatlas.atlas.patches.intersect import patches_at
 from touchatlas.atlas.patches.patch_table import PatchTable
 from touchatlas.patch.geometry.contour import Contour, ContourEnd
 
-# A patch passes an end when it is no farther from it than this many sampling steps: the last
-# sample is up to one short of the edge.
-_NEAR = 1.5
-# A patch whose normal differs by less is of the same face.
+# Largest distance from an edge to the last sample before it, in sampling steps: it is up to one
+# step, and half a step is for noise. Doubled, edges of faces three steps apart are confused.
+EDGE_STEPS = 1.5
+# Largest cosine of the angle between the normals of different faces: 20 degrees. Doubled in angle,
+# ends at blunt edges are never done.
 _OTHER_FACE = np.cos(np.deg2rad(20.0))
-# Samples over which the direction of travel is taken.
+# Number of sampling steps over which the direction of travel is measured. Doubled, it has half the
+# noise and twice the error from curvature.
 _RUN = 3
 
 
 class EdgeEnds:
-    """Ends of contours at sharp edges whose far side is unknown, kept compact.
+    """Ends of contours at sharp edges whose far side is unknown, as arrays over the ends.
 
     Attributes
     ----------
     points : (n, 3) float, length, world
         The last sample before the edge.
     tangents : (n, 3) float, unit, world
-        Direction of travel there, away from the face.
+        Direction of travel at the end, across the edge.
     normals : (n, 3) float, unit, world
         Outward normal of the face.
     steps : (n,) float, length
-        Between samples.
+        Distance between samples.
     home : (n,) int
-        Patch of the face.
+        The patch that was made from the contour.
     """
 
     def __init__(self) -> None:
@@ -45,7 +47,7 @@ class EdgeEnds:
         return len(self.home)
 
     def extend(self, table: PatchTable, row: int, contours: Sequence[Contour]) -> None:
-        """Add the ends of the contours of patch ``row`` that no patch settles yet."""
+        """Add the ends at edges of the contours of patch ``row``, then call ``drop_passed``."""
         found = [end for contour in contours for end in _ends_of(contour)]
         if not found:
             return
@@ -61,12 +63,12 @@ class EdgeEnds:
         self.drop_passed(table)
 
     def drop_passed(self, table: PatchTable) -> None:
-        """Drop the ends that a patch of another face passes."""
+        """Drop the ends that a patch of another face is near to: their far side is known."""
         if not len(self):
             return
         rows, which = table.index.near(self.points)
         seen = patches_at(table, rows[:, None], self.points[which])
-        passes = np.abs(seen.distance[:, 0]) <= _NEAR * self.steps[which]
+        passes = np.abs(seen.distance[:, 0]) <= EDGE_STEPS * self.steps[which]
         passes &= seen.across[:, 0] <= 1.0
         passes &= (seen.normals[:, 0] * self.normals[which]).sum(axis=1) < _OTHER_FACE
         keep = np.ones(len(self), bool)
@@ -75,12 +77,12 @@ class EdgeEnds:
             setattr(self, name, column[keep])
 
     def move_home(self, rows: list[int], row: int) -> None:
-        """The ends of rows that are no more are at home at ``row``."""
+        """Give the ends of removed rows to patch ``row``."""
         self.home[np.isin(self.home, rows)] = row
 
 
 def _ends_of(contour: Contour):
-    """Point, outward tangent and step of the ends of a contour that are at an edge."""
+    """Point, tangent out of the contour, and sampling step of each end that is at an edge."""
     points = contour.points_in_plane
     run = min(_RUN, len(points) - 1)
     for side, inner, kind in ((0, run, contour.ends[0]), (-1, -1 - run, contour.ends[1])):

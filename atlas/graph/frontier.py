@@ -1,8 +1,8 @@
-"""The frontier: touched points that no core of their sheet covers.
+"""Frontier: samples that no core of their sheet covers.
 
-Which samples the owner and its sheet neighbours leave uncovered follows from sites and weights
-alone: it is worked out when it is asked for, and kept until these change. Whether another patch of
-the sheet covers one of these follows from its polynomial, and is asked anew each time.
+Which samples the owner and its sheet neighbours do not cover follows from sites and weights alone:
+it is computed when it is read, and kept until these change. Whether another patch of the sheet
+covers one of them depends on that patch's polynomial, and is computed at each reading.
 """
 
 from collections.abc import Iterable
@@ -12,13 +12,14 @@ import numpy as np
 from touchatlas.atlas.graph.creases import Creases
 from touchatlas.atlas.graph.power_diagram import power_at
 from touchatlas.atlas.graph.sheets import SheetNeighbours
+from touchatlas.atlas.patches.growing_array import grown
 from touchatlas.atlas.patches.normal_equations import on_sheet_of_each
 from touchatlas.atlas.patches.patch_table import PatchTable
 from touchatlas.atlas.patches.sample_membership import SampleMembership
 
 
 class Frontier:
-    """Samples that lie in no core of their sheet.
+    """The samples in no core of their sheet: new touches there extend the surface.
 
     Parameters
     ----------
@@ -41,7 +42,7 @@ class Frontier:
         self._stale: set[int] = set()
 
     def mark_stale(self, rows: Iterable[int]) -> None:
-        """Samples of rows, and of their neighbours, are to be judged again."""
+        """Rows changed: compute the depths of their samples, and of their neighbours', again."""
         self._stale |= self._neighbours.around(rows)
 
     def __len__(self) -> int:
@@ -49,19 +50,19 @@ class Frontier:
 
     @property
     def samples(self) -> np.ndarray:
-        """(n,) indices of the samples: neither covered nor at an edge, and not visited in vain."""
+        """(n,) indices of the samples that no core covers, without edge ends and visited ones."""
         found = self.candidates()
         return found[self.is_open(found)]
 
     def candidates(self) -> np.ndarray:
-        """(n,) indices of the samples that their owners and its neighbours do not cover."""
+        """(n,) indices of the samples that neither the owner nor its neighbours cover."""
         self._refresh()
         pool = self._membership.pool
-        # On an edge itself no patch should have its centre: half of it would be beyond.
+        # A patch centred on an edge would lie half beyond it.
         return np.flatnonzero((self._depth[: len(pool)] > 1.0) & ~pool.edges & ~pool.visited)
 
     def is_open(self, index) -> np.ndarray:
-        """(n,) whether no core of a patch that the samples ``index`` (n,) may be of covers them."""
+        """(n,) whether samples ``index`` (n,) lie in no core of any patch of their sheet."""
         table, pool = self._table, self._membership.pool
         rows, which = table.index.near(pool.points[index])
         covers = power_at(table, rows[:, None], pool.points[index[which]])[:, 0] <= 0.0
@@ -77,20 +78,18 @@ class Frontier:
         return out
 
     def owners(self, index) -> np.ndarray:
-        """(n,) the patches whose touches brought samples."""
+        """(n,) the owners of samples ``index`` (n,)."""
         return self._owner[index]
 
     def depth(self, index) -> np.ndarray:
-        """(n,) least distance of samples to the site of their owner, or of a neighbour of it, over
-        its core radius."""
+        """(n,) least ratio of distance and core radius, over the owner of each sample ``index``
+        (n,) and the owner's neighbours, as of the last ``candidates``."""
         return self._depth[index]
 
     def _refresh(self) -> None:
+        """Compute depths and owners of the samples of stale rows."""
         pool, owned = self._membership.pool, self._membership.owned
-        if missing := max(0, len(pool) - len(self._depth)):
-            room = max(missing, len(self._depth) // 8)
-            self._depth = np.concatenate([self._depth, np.zeros(room)])
-            self._owner = np.concatenate([self._owner, np.zeros(room, np.int32)])
+        self._depth, self._owner = (grown(a, len(pool)) for a in (self._depth, self._owner))
         for row in self._stale:
             if row in self._table.index and len(index := owned[row]):
                 self._owner[index] = row
@@ -98,7 +97,7 @@ class Frontier:
         self._stale.clear()
 
     def _depth_of(self, row: int, points) -> np.ndarray:
-        """(n,) how far out points (n, 3), brought by touches of a row, lie."""
+        """(n,) least ratio of distance and core radius of points (n, 3) that a row owns."""
         table = self._table
         rows = [row, *(self._neighbours[row] - self._creases.of(row))]
         offset = points[:, None] - table.site[rows]

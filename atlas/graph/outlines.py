@@ -1,8 +1,8 @@
-"""Outlines: where the core of each patch ends on its polynomial, and where no cell covers that.
+"""Outlines: the rim of each patch's core on its polynomial, and where no cell covers it.
 
-An outline follows from the polynomial, the site and the weight of its patch; whether a point of
-it is open follows from the cells of the sheet neighbours and from the creases. Both are worked
-out when they are asked for, and kept until the patch or its surroundings change.
+An outline follows from the polynomial, the site and the weight of its patch. Whether a point of it
+is open follows from the cells of the sheet neighbours and from the creases. Both are computed when
+they are read, and kept until the patch or its surroundings change.
 """
 
 from collections.abc import Iterable
@@ -12,14 +12,15 @@ import numpy as np
 from touchatlas.atlas.graph.power_diagram import CELL_MARGIN, power_at
 from touchatlas.atlas.graph.sheets import SheetNeighbours
 from touchatlas.atlas.graph.visibility import Visibility
+from touchatlas.atlas.patches.growing_array import grown
 from touchatlas.atlas.patches.patch_table import PatchTable
 from touchatlas.patch.geometry.polynomial import evaluate_batch, monomials
 
-# Points of an outline: 15 degrees apart, so that the chord between two is within 1 % of the core
-# radius of the rim. Twice as many cost twice the time of a touch's bookkeeping.
+# Number of points of an outline, 15 degrees apart: the chord between two is within 1 % of the core
+# radius of the rim. Doubled, outlines take twice the time.
 COUNT = 24
-# Steps of the fixed-point iteration for the height of the rim: each one divides the error by the
-# slope of the patch, 1 at most where it covers.
+# Steps of the fixed-point iteration for the height of the rim. Each multiplies the error by about
+# the slope of the patch, which is below 1. Doubled, only steep rims change.
 _STEPS = 4
 _ANGLES = 2.0 * np.pi / COUNT * np.arange(COUNT)
 _COS, _SIN = np.cos(_ANGLES), np.sin(_ANGLES)
@@ -44,27 +45,25 @@ class Outlines:
         self._stale: set[int] = set()
 
     def mark_stale(self, rows: Iterable[int]) -> None:
-        """Outlines of rows are to be worked out again."""
+        """Rows changed: compute their outlines again at the next reading."""
         self._stale.update(rows)
 
     def points(self, rows) -> np.ndarray:
-        """(m, 24, 3) world points of the outlines of rows (m,), counter-clockwise from outside."""
+        """(m, 24, 3) points of the outlines of rows (m,), world, counter-clockwise from outside."""
         self._refresh()
         return self._points[rows]
 
     def open(self, rows) -> np.ndarray:
-        """(m, 24) whether no cell of a neighbour covers the points, and no crease ends the patch
-        before them."""
+        """(m, 24) whether points of the outlines of rows (m,) are in no cell of a neighbour and not
+        beyond a crease."""
         self._refresh()
         return self._open[rows]
 
     def _refresh(self) -> None:
+        """Compute the outlines of stale rows."""
         rows = np.array(sorted(row for row in self._stale if row in self._table.index), int)
         self._stale.clear()
-        if missing := max(0, self._table.size - len(self._points)):
-            room = max(missing, len(self._points) // 8)
-            self._points = np.concatenate([self._points, np.zeros((room, COUNT, 3))])
-            self._open = np.concatenate([self._open, np.zeros((room, COUNT), bool)])
+        self._points, self._open = (grown(a, self._table.size) for a in (self._points, self._open))
         if len(rows):
             points = core_outlines(self._table, rows)
             self._points[rows] = points
@@ -74,7 +73,7 @@ class Outlines:
         """(m, 24) whether points (m, 24, 3) of the outlines of rows (m,) are open."""
         table, lines = self._table, self._neighbours.lines()[rows]
         power = power_at(table, lines[:, None], points) - CELL_MARGIN * table.weight[lines][:, None]
-        # Lines are filled up with the row itself.
+        # Lines are padded with the row itself.
         power[np.broadcast_to((lines == rows[:, None])[:, None], power.shape)] = np.inf
         is_open = np.asarray((power > 0.0).all(axis=2))
         which, places = np.nonzero(is_open)
@@ -84,10 +83,10 @@ class Outlines:
 
 
 def core_outlines(table: PatchTable, rows) -> np.ndarray:
-    """(m, 24, 3) world points of patches ``rows`` (m,) on the rims of their cores.
+    """(m, 24, 3) points of patches ``rows`` (m,) on the rims of their cores, world.
 
     The core is the ball about the patch's site whose squared radius is the weight. The height of
-    the rim is found by fixed points; a polynomial that folds is cut off at the ball.
+    the rim is found by fixed-point iteration. A steep polynomial is clipped to the ball.
     """
     radius = table.radius[rows]
     core = (np.sqrt(table.weight[rows]) / radius)[:, None]

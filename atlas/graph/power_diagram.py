@@ -1,10 +1,10 @@
 """The power diagram of the patches on their surface: boundary curves and corners of the cells.
 
-Patch i has the power |x - p_i|^2 - w_i at a point x, p_i its site and w_i its weight, the squared
-core radius. Where two powers are equal is a plane, the radical plane; the boundary of two sheet
-neighbours is the part of that plane section of the surface on which no third patch has less power,
-and a corner is a point of it where a third has as much. Aurenhammer, Power diagrams: properties,
-algorithms and applications, SIAM Journal on Computing 16, 1987. The dual is the patch graph.
+Patch i has the power |x - p_i|^2 - w_i at a point x: p_i is its site, and its weight w_i is the
+squared core radius. Two powers are equal on a plane, the radical plane. The boundary of two sheet
+neighbours is the part of the section of the surface with that plane where no third patch has less
+power. At a corner a third patch has the same power. The dual is the patch graph. Aurenhammer, Power
+diagrams: properties, algorithms and applications, SIAM Journal on Computing 16, 1987.
 """
 
 from collections.abc import Iterable
@@ -12,44 +12,46 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from touchatlas.atlas.graph.row_tuples import Triple, triple_of
 from touchatlas.atlas.graph.sheets import SheetNeighbours, radical_parameter
 from touchatlas.atlas.patches.intersect import intersect, lift, patches_at
 from touchatlas.atlas.patches.patch_table import PatchTable
 from touchatlas.patch.geometry.arrays import cross
 
-# Where a boundary is sampled, between the ends of the chord in which two cores meet.
+# Places of the samples of a boundary, between the ends -1 and 1 of the chord in which two cores
+# intersect. With twice as many, boundaries take twice the time.
 _ALONG = np.linspace(-1.0, 1.0, 9)
-# Cells reach past their cores by this fraction of the weight: what three cores leave open between
-# them up to here is a corner, beyond it a gap. So feet of two patches on their common boundary
-# cannot both fall to the other. Doubled, holes as wide as a fifth of a core would pass for closed.
+# Power up to which a cell extends beyond its core, as a fraction of the weight. A hole between
+# three cores is a corner up to here and a gap beyond. With a margin, the feet of a point on two
+# patches cannot each lie in the cell of the other. Doubled, holes as wide as a fifth of a core pass
+# for closed.
 CELL_MARGIN = 0.05
-# Two faces make a crease when their normals differ by more than this, rad: less, and a polynomial
-# of degree four holds both. Doubled, the faces of a hexagonal bar would be one sheet.
+# Least angle between the normals of two faces of a crease, rad; a polynomial of degree 4 fits both
+# faces of a smaller one. Doubled, the faces of a hexagonal bar are one sheet.
 CREASE_ANGLE = np.deg2rad(30.0)
-# Patches meet that are no farther from a point than this fraction of their radii: rounding, a
-# thousandfold. Doubled, nothing changes.
+# Largest distance from a patch of a point that counts as lying on it, in patch radii: rounding,
+# a thousandfold. Doubled, nothing changes.
 MEETS = 1e-6
-# A corner is looked for within this many patch radii of the patch's origin: beyond one, no cell is.
-_WITHIN = 1.0
 
 
 @dataclass(frozen=True, eq=False)
 class Boundary:
-    """The planar curve where two patches meet.
+    """The curve where the cells of two patches meet.
 
     Parameters
     ----------
     patches : pair of int
         Patch ids, ascending.
     points : (b, 3) float, length, world
-        Along the curve, midway between the two patches; may be empty when the curve is
-        shorter than its sampling and only its corners are known.
+        Along the curve, midway between the two patches. There are none where the curve is shorter
+        than its sampling and only its corners are known.
     gap_rms : float, length
-        Between the two patches along the curve: the atlas's own measure of its error.
+        Root mean square distance between the two patches along the curve. It measures the error
+        of the atlas from the patches alone.
     normal_gap : float, rad
         Largest angle between their normals along the curve.
     crease : bool
-        Whether that angle is too large for one smooth sheet.
+        Whether that angle exceeds CREASE_ANGLE.
     """
 
     patches: tuple[int, int]
@@ -60,19 +62,24 @@ class Boundary:
 
 
 def boundary_curves(table: PatchTable, first: np.ndarray, second: np.ndarray):
-    """Sampled boundary curves of the pairs (first, second), before third patches cut them.
+    """Sampled boundary curves of e pairs of patches, before third patches cut them off.
+
+    Parameters
+    ----------
+    table : PatchTable
+    first, second : (e,) int
 
     Returns
     -------
-    points : (e, 9, 3) float, world
-        Midway between the two patches, on the radical plane, between the ends of the chord in
-        which the two cores meet.
+    points : (e, 9, 3) float, length, world
+        On the radical plane, midway between the two patches, between the ends of the chord in
+        which the two cores intersect.
     gap : (e, 9) float, length
-        Second patch above first along the first's normal.
+        Height of the second patch over the first, along the normal of the first.
     angle : (e, 9) float, rad
-        Between the two normals.
+        Angle between the two normals.
     real : (e,) bool
-        Whether the two cores meet at all.
+        Whether the two cores intersect at all.
     """
     offset, square, parameter = radical_parameter(table, first, second)
     half_square = table.weight[first] - parameter * parameter * square
@@ -102,16 +109,17 @@ def _normals_at(table: PatchTable, rows, points) -> np.ndarray:
 
 
 def power_at(table: PatchTable, rows, points) -> np.ndarray:
-    """(..., m) power |x - p|^2 - w of the rows (m,), or (..., m), at world points (..., 3)."""
+    """(..., m) powers |x - p|^2 - w of rows (m,) or (..., m) at points (..., 3), length^2."""
     offset = points[..., None, :] - table.site[rows]
     return (offset * offset).sum(axis=-1) - table.weight[rows]
 
 
 def points_of_equal_power(table: PatchTable, rows, first, second) -> np.ndarray:
-    """Points (m, 3) of the surfaces of rows (m,) with equal power to row, first and second.
+    """Points (m, 3) on patches ``rows`` (m,) where these and ``first`` and ``second`` (m,) have
+    equal power, world.
 
-    The radical axis of the three, cut with the polynomial of the row; NaN where they do not meet
-    within the patch radius.
+    Each is the intersection of the radical axis of the three with the polynomial of the row; NaN
+    where there is none within the patch radius.
     """
     normals, levels = [], []
     for others in (first, second):
@@ -121,32 +129,32 @@ def points_of_equal_power(table: PatchTable, rows, first, second) -> np.ndarray:
         levels.append(((table.site[rows] + parameter[:, None] * offset) * normal).sum(axis=1))
     planes = np.stack(normals, axis=1), np.stack(levels, axis=1)
     found = intersect(table, np.asarray(rows)[:, None], table.origin[rows], planes)
-    off = np.einsum("mqi,mi->mq", planes[0], found.points) - planes[1]
-    radius = table.radius[rows]
-    meets = np.abs(np.column_stack([found.distance, off])).max(axis=1) <= MEETS * radius
-    inside = meets & (found.across[:, 0] <= _WITHIN)
+    heights = np.einsum("mqi,mi->mq", planes[0], found.points) - planes[1]
+    largest = np.abs(np.column_stack([found.distance, heights])).max(axis=1)
+    inside = (largest <= MEETS * table.radius[rows]) & (found.across[:, 0] <= 1.0)
     return np.where(inside[:, None], found.points, np.nan)
 
 
 def corners_about(table: PatchTable, neighbours: SheetNeighbours, rows: Iterable[int]):
-    """Places where some row and two of its neighbours, which are neighbours too, have equal power
-    and no neighbour of any of the three has less.
+    """Corners and gaps: places where three patches that are all neighbours have equal power, and no
+    neighbour of any of them has less.
 
     Parameters
     ----------
     table : PatchTable
     neighbours : SheetNeighbours
     rows : iterable of int
+        One of the three patches is among these.
 
     Returns
     -------
     triples : (m, 3) int
         Ascending rows.
-    points : (m, 3) float, world
+    points : (m, 3) float, length, world
         On the polynomial of the last of the three.
     excess : (m,) float
-        Power there over the largest weight of the three: a corner of three boundaries up to
-        CELL_MARGIN, a gap between the three cores beyond.
+        Power at the point over the largest weight of the three. Up to CELL_MARGIN the point is a
+        corner of three boundaries, beyond it a gap between three cores.
     """
     triples = np.array(sorted(_cliques(neighbours, rows)), int).reshape(-1, 3)
     points = points_of_equal_power(table, triples[:, 2], triples[:, 0], triples[:, 1])
@@ -163,14 +171,12 @@ def corners_about(table: PatchTable, neighbours: SheetNeighbours, rows: Iterable
     return triples[lowest], points[lowest], excess[lowest]
 
 
-def _cliques(neighbours: SheetNeighbours, rows: Iterable[int]) -> set[tuple[int, int, int]]:
-    """Ascending triples of rows that are all neighbours of each other, one of them given."""
-    found = set()
-    for i in rows:
-        beside = sorted(neighbours[i])
-        for j in beside:
-            for k in neighbours[j] & neighbours[i]:
-                if j < k:
-                    low, middle, high = sorted((i, j, k))
-                    found.add((low, middle, high))
-    return found
+def _cliques(neighbours: SheetNeighbours, rows: Iterable[int]) -> set[Triple]:
+    """Ascending triples of rows that are all neighbours of each other, with one of ``rows``."""
+    return {
+        triple_of((i, j, k))
+        for i in rows
+        for j in neighbours[i]
+        for k in neighbours[j] & neighbours[i]
+        if j < k
+    }

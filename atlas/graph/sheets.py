@@ -1,6 +1,6 @@
 """Sheets: which patches continue each other, so that they share samples and are blended.
 
-Two patches are sheet neighbours when their discs overlap and, at a point between them, both put
+Two patches are sheet neighbours when their balls overlap and, at a point between them, both have
 the surface at the same place with the same orientation. Nearness alone is not enough: the two
 sides of a thin wall, and two fingers beside each other, have near points on different sheets.
 """
@@ -22,7 +22,7 @@ class SheetNeighbours:
     Parameters
     ----------
     sets : iterable of sets of int
-        Of each row.
+        The neighbours of each row.
 
     Examples
     --------
@@ -43,7 +43,7 @@ class SheetNeighbours:
         return self._sets[row]
 
     def append(self, neighbours: Iterable[int]) -> None:
-        """Enter the next row, with its neighbours."""
+        """Append a row with its neighbours."""
         row = len(self._sets)
         self._sets.append(set())
         self._stale.add(row)
@@ -57,22 +57,22 @@ class SheetNeighbours:
         self._stale.update((first, second))
 
     def separate(self, first: int, second: int) -> None:
-        """Make two rows neighbours no more."""
+        """Make two rows no longer neighbours."""
         self._sets[first].discard(second)
         self._sets[second].discard(first)
         self._stale.update((first, second))
 
     def isolate(self, row: int) -> None:
-        """Take all its neighbours from a row."""
+        """Separate a row from all its neighbours."""
         for other in list(self._sets[row]):
             self.separate(row, other)
 
     def around(self, rows: Iterable[int]) -> set[int]:
-        """Some rows and all their neighbours."""
+        """The rows and all their neighbours."""
         return set(rows).union(*(self._sets[row] for row in rows))
 
     def lines(self) -> np.ndarray:
-        """(m, w) the neighbours of every row, ascending, filled up with the row itself."""
+        """(m, w) neighbours of every row, ascending, each line padded with the row itself."""
         size = len(self._sets)
         if size > len(self._lines):
             more = np.zeros((size, self._lines.shape[1]), np.int32)
@@ -89,7 +89,7 @@ class SheetNeighbours:
 
 
 def same_sheet(neighbours: SheetNeighbours, first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """(m,) whether patches (m,) are sheet neighbours of, or the same as, patches (m,)."""
+    """(m,) whether patches ``first`` and ``second`` (m,) are sheet neighbours or the same patch."""
     lines = neighbours.lines()
     if len(lines) ** 2 <= 8 * len(first):
         square = np.eye(len(lines), dtype=bool)
@@ -99,16 +99,22 @@ def same_sheet(neighbours: SheetNeighbours, first: np.ndarray, second: np.ndarra
 
 
 def radical_parameter(table: PatchTable, row, others: np.ndarray):
-    """Where the radical planes of a row and others cut the lines between their sites.
+    """Where the radical planes of a row and others intersect the lines between their sites.
+
+    Parameters
+    ----------
+    table : PatchTable
+    row : int, or (m,) int
+    others : (m,) int
 
     Returns
     -------
-    offset : (m, 3) float, length
-        From the site of the row to the other sites.
+    offset : (m, 3) float, length, world
+        Vector from the site of the row to that of the other.
     square : (m,) float, length^2
-        Of the offset.
+        Squared length of the offset.
     parameter : (m,) float
-        Of the point of equal power on the line: 0 at the row's site, 1 at the other.
+        Parameter of the point of equal power on the line: 0 at the row's site, 1 at the other.
     """
     offset = table.site[others] - table.site[row]
     square = np.maximum((offset * offset).sum(axis=1), np.finfo(float).tiny)
@@ -123,9 +129,13 @@ def sheet_neighbours(table: PatchTable, row: int, cosine: float = SHEET_COSINE) 
     ----------
     table : PatchTable
     row : int
-        Of a patch, or of a candidate.
+        A patch, or a candidate.
     cosine : float
-        Of the largest angle by which their normals may differ.
+        Least cosine of the angle between the normals of two neighbours.
+
+    Returns
+    -------
+    (m,) int
     """
     others = table.index.rows_near(table.origin[row], table.radius[row])
     others = others[others != row]

@@ -1,4 +1,4 @@
-"""SurfaceGraph: which patches meet, where, and what kind of edge that is."""
+"""SurfaceGraph: which patches meet, where, and at what kind of edge."""
 
 from collections.abc import Iterable
 from itertools import combinations
@@ -36,8 +36,11 @@ class SurfaceGraph:
     visibility : Visibility
     cells : Cells
     outlines : Outlines
-        These follow from the patches and the two relations, and are kept until ``mark_stale``
-        says that something changed.
+
+    Notes
+    -----
+    The attributes follow from the patches and the two relations; ``mark_stale`` makes them follow
+    again.
     """
 
     def __init__(self, table: PatchTable, neighbours: SheetNeighbours, creases: Creases) -> None:
@@ -48,7 +51,7 @@ class SurfaceGraph:
         self.outlines = Outlines(table, self.neighbours, self.visibility)
 
     def mark_stale(self, rows: Iterable[int]) -> None:
-        """Rows changed: their polynomials, their neighbours or their creases."""
+        """The polynomials, neighbours or creases of rows changed: compute what follows again."""
         rows = list(rows)
         about = self.neighbours.around(rows)
         if self.creases:
@@ -60,7 +63,7 @@ class SurfaceGraph:
 
     @property
     def corners(self) -> Places:
-        """Ascending triples of rows to the point (3,) where three boundaries meet."""
+        """Ascending triples of rows, mapped to the point (3,) where three boundaries meet."""
         corners = self.cells.corners
         if not self.creases:
             return corners
@@ -68,17 +71,19 @@ class SurfaceGraph:
 
     @property
     def gaps(self) -> Places:
-        """Triples of rows to the point (3,) that their three cores leave uncovered."""
+        """Triples of rows, mapped to a point (3,) that their cores leave uncovered."""
         gaps = self.cells.gaps
         if not self.creases:
             return gaps
         return visible_places(self.visibility, gaps) | self._at_creases()[1]
 
     def _at_creases(self) -> tuple[Places, Places]:
+        """The corners and gaps that creases add."""
         return crease_corners(self._table, self.neighbours, self.creases, self.curves)
 
     def as_networkx(self) -> nx.Graph:
-        """A graph of the rows in use; edges carry a ``boundary`` (Boundary)."""
+        """The rows in use as nodes, and as edges those whose cells meet, each with its
+        ``boundary`` (Boundary)."""
         graph, boundaries = nx.Graph(), self.cells.boundaries
         graph.add_nodes_from(self._table.rows.tolist())
         if self.creases:

@@ -1,7 +1,7 @@
-"""Visibility: what of a patch lies on this side of all creases.
+"""Visibility: the part of a patch on the near side of all creases.
 
-A patch claims what can be seen from its centre, over its tangent plane, without looking across a
-crease of its own sheet.
+A patch covers the points that its centre sees along the tangent plane: the straight line between
+them crosses no crease of the patch's own sheet.
 """
 
 from collections.abc import Iterable
@@ -14,18 +14,18 @@ from touchatlas.atlas.graph.sheets import SheetNeighbours
 from touchatlas.atlas.patches.intersect import patches_at
 from touchatlas.atlas.patches.patch_table import PatchTable
 
-# Segments of creases farther out than this, in patch radii, hide nothing of the patch: its samples
-# end at one radius. Twice as far costs time alone.
+# Distance from the centre beyond which creases hide nothing of a patch, in patch radii: its samples
+# end at one radius. Doubled, only the time changes.
 _FAR = 1.3
-# The point from which a patch is seen lies at least so far inside of its creases, in patch radii:
-# more than its centre may be off. Twice as much would look past short creases.
+# Least distance of the centre from the creases of the patch, on its inner side, in patch radii: the
+# error of a site is smaller. Doubled, the centre sees past short creases.
 _CLEAR = 0.05
-# Pairs of a point and a segment that are compared in one numpy call: 50 MB of memory.
+# Number of pairs of a point and a segment in one numpy call. Doubled, a call takes 100 MB.
 _AT_ONCE = 1 << 21
 
 
 class Visibility:
-    """What the patches of a table see of their surface.
+    """Which points on the patches of a table lie beyond their creases.
 
     Parameters
     ----------
@@ -48,12 +48,12 @@ class Visibility:
         self._centres: dict[int, np.ndarray] = {}
 
     def mark_stale(self) -> None:
-        """What was worked out holds no longer: a patch or a crease changed."""
+        """A patch or a crease changed: compute everything again at the next reading."""
         self._segments.clear()
         self._centres.clear()
 
     def beyond(self, rows, points) -> np.ndarray:
-        """(m,) whether points (m, 3) on patches ``rows`` (m,) lie beyond a crease of theirs."""
+        """(m,) whether points (m, 3) on patches ``rows`` (m,) lie beyond a crease of the sheet."""
         rows = np.asarray(rows)
         out = np.zeros(len(rows), bool)
         if not self._creases or not len(rows):
@@ -70,8 +70,8 @@ class Visibility:
         return out
 
     def crossed(self, rows, points) -> list[set[int]]:
-        """For each of points (m, 3) on patches ``rows`` (m,) the patches behind the creases that
-        it lies beyond."""
+        """For each of points (m, 3) on patches ``rows`` (m,), the patches behind the creases that
+        the point lies beyond."""
         out: list[set[int]] = [set() for _ in rows]
         for row in np.unique(rows).tolist():
             segments, partners = self._segments_of(row)
@@ -82,14 +82,14 @@ class Visibility:
         return out
 
     def sees(self, rows, feet, own) -> np.ndarray:
-        """(m,) which of the pairs ``own`` (m,) of a patch and a foot (m, 3) on it lie on this
-        side of all creases."""
+        """(m,) whether ``own`` (m,) is true and the foot (m, 3) on patch ``rows`` (m,) lies on the
+        near side of all creases."""
         out, some = own.copy(), np.flatnonzero(own)
         out[some] = ~self.beyond(np.asarray(rows)[some], feet[some])
         return out
 
     def centre(self, row: int) -> np.ndarray:
-        """(3,) the site of a row, or a point inside of its creases where the site is not."""
+        """(3,) the site of a row, moved to the inner side of its creases where it is not there."""
         if row not in self._centres:
             table, centre = self._table, self._table.site[row].copy()
             for j in sorted(self._creases.of(row)):
@@ -102,18 +102,19 @@ class Visibility:
         return self._centres[row]
 
     def segments_about(self, rows: Iterable[int]) -> np.ndarray:
-        """(s, 2, 3) the creases of the sheet of some rows as segments."""
+        """(s, 2, 3) the creases of the rows and their neighbours, as segments, world."""
         sheet = sorted(self._neighbours.around(rows))
         lines = [self._curves.curve(i, j) for i in sheet for j in sorted(self._creases.of(i))]
         pieces = [np.stack([a[:-1], a[1:]], axis=1) for a in lines if len(a)]
         return np.concatenate(pieces) if pieces else np.zeros((0, 2, 3))
 
     def _over_plane(self, row: int, points) -> np.ndarray:
+        """(n, 2) points (n, 3) along the tangent plane of a row, from its centre."""
         return over_plane(self._table, row, self.centre(row), points)
 
     def _segments_of(self, row: int) -> tuple[np.ndarray, np.ndarray]:
-        """The creases of a row's sheet as segments (s, 2, 2) over its tangent plane, and the
-        patch (s,) behind each."""
+        """The creases of a row's sheet as segments (s, 2, 2) along its tangent plane, and the patch
+        (s,) behind each."""
         if row not in self._segments:
             mine = self._creases.of(row)
             pairs = [(row, j) for j in sorted(mine)]
@@ -131,15 +132,16 @@ class Visibility:
 
 
 def over_plane(table: PatchTable, row: int, centre, points) -> np.ndarray:
-    """(n, 2) points (n, 3) over the tangent plane of a row, from a centre (3,), in patch radii."""
+    """(n, 2) points (n, 3) along the tangent plane of a row, from a centre (3,), in patch radii."""
     flat: np.ndarray = (points - centre) @ table.axes[row, :2].T / table.radius[row]
     return flat
 
 
 def is_behind(table: PatchTable, row: int, centre, points, segments, part: float = 1.0):
-    """(n,) whether segments (s, 2, 3) lie between a centre and points (n, 3), as a row sees them.
+    """(n,) whether any of segments (s, 2, 3) lies between a centre and points (n, 3), along the
+    tangent plane of a row.
 
-    ``part`` looks only so far along the way to each point.
+    ``part`` is the fraction of the line to each point that is tested.
     """
     flat = over_plane(table, row, centre, segments.reshape(-1, 3)).reshape(-1, 2, 2)
     crossed = _crossed(part * over_plane(table, row, centre, points), flat)
@@ -147,7 +149,7 @@ def is_behind(table: PatchTable, row: int, centre, points, segments, part: float
 
 
 def _crossed(points, segments) -> np.ndarray:
-    """(n, s) whether the ways from zero to points (n, 2) cross segments (s, 2, 2)."""
+    """(n, s) whether the lines from zero to points (n, 2) cross segments (s, 2, 2)."""
     a, b = segments[:, 0], segments[:, 1]
     along = b - a
     x, y = points.T[:, :, None]
