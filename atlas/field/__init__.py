@@ -1,1 +1,1 @@
-"""The blended surface as seen from any point: distance, normal, deviation."""
+"""The blended surface at any point: distance, normal and deviation."""

@@ -1,9 +1,9 @@
-"""Partition of unity: many patches, one signed distance with its normal and deviation.
+"""Partition of unity: one signed distance, with normal and deviation, from many patches.
 
-At a query point the patches of one sheet that reach it are averaged, weighted by how near their
-centres are and how sure they are. Which sheet: that of the owner, the nearest patch among those
-in whose own cell the foot of the point lies. So the far side of a thin wall is never averaged
-with the near side.
+The distances at a point to the patches of one sheet are averaged. Weights fall with the distance
+from a patch's origin and with its variance. The sheet is that of the owner of the point: the
+nearest patch among those whose cell contains the foot of the point. So the far side of a thin wall
+is never averaged with the near side.
 """
 
 from dataclasses import dataclass
@@ -11,32 +11,33 @@ from dataclasses import dataclass
 import numpy as np
 
 from touchatlas.atlas.field.blend_at_edges import own_beyond_edges
-from touchatlas.atlas.field.patch_values import PatchValues, distances, patch_values
+from touchatlas.atlas.field.patch_values import PatchValues, distances, patch_values, runs
 from touchatlas.atlas.graph.sheets import same_sheet
 from touchatlas.atlas.graph.surface_graph import SurfaceGraph
 from touchatlas.atlas.patches.patch_table import PatchTable
 from touchatlas.patch.geometry.arrays import frozen_array
 
-# Points that are looked at in one go.
+# Number of points in one numpy call. Doubled, a call takes twice the memory.
 _AT_ONCE = 1 << 14
 
 
 @dataclass(frozen=True, eq=False)
 class Blend:
-    """The blended surface as seen from n query points.
+    """The blended surface at n query points.
 
     Parameters
     ----------
     distance : (n,) float, length
-        Signed, first order, positive outside; NaN where unknown.
+        First-order distance, positive outside; NaN where unknown, as are the next three.
     known : (n,) bool
-        Whether any patch covers the surface near the point.
+        Whether a patch covers the surface near the point.
     normal : (n, 3) float, unit, world
+        Outward.
     deviation : (n,) float, length
         Predicted standard deviation of the surface along the normal.
     gaussian_curvature : (n,) float, 1/length^2
     patch : (n,) int
-        The patch in whose cell the foot point lies; -1 where unknown.
+        Owner: the patch in whose cell the foot of the point lies; -1 where unknown.
     """
 
     distance: np.ndarray
@@ -48,7 +49,7 @@ class Blend:
 
 
 class Field:
-    """The blended surface of the patches: what mesh, CAD, planner and evaluation see of it.
+    """The blended surface of the patches. Mesh, CAD, planner and evaluation read the surface here.
 
     Parameters
     ----------
@@ -57,7 +58,7 @@ class Field:
 
     Notes
     -----
-    The time a point takes depends on how many patches reach it, not on how many there are.
+    The time for a point depends on the number of patches that reach it, not on that of all.
     """
 
     def __init__(self, table: PatchTable, graph: SurfaceGraph) -> None:
@@ -70,12 +71,12 @@ class Field:
         ----------
         points : (n, 3) float, length, world
         reach : float, length
-            Patches farther than this from a point are not considered there.
+            Patches farther than this from a point are not evaluated there.
 
         Raises
         ------
         ValueError
-            Points not finite or not (n, 3).
+            If the points are not finite or not (n, 3).
         """
         points = frozen_array(points, (None, 3), "points")
         count = len(points)
@@ -88,19 +89,19 @@ class Field:
         return Blend(out[:, 0], patch >= 0, normal, np.sqrt(out[:, 1]), out[:, 2], patch)
 
     def of_patches(self, rows, points, reach: float = np.inf) -> PatchValues:
-        """What the patches ``rows`` (m,) alone have at world points (m, 3), a pair each."""
+        """Values of single patches ``rows`` (m,) at world points (m, 3), one patch for each."""
         return patch_values(self.table, self.graph, rows, points, reach)
 
     def distances(
         self, rows, points, reach: float = np.inf, trimmed: bool = True, plain: bool = False
     ):
-        """Of the same pairs distance, normal and whether the foot is in the patch's cell: see
+        """Distance, normal, and whether the foot is in the patch's cell, for the same pairs: see
         ``patch_values.distances``."""
         return distances(self.table, self.graph, rows, points, reach, trimmed, plain)
 
     def _means(self, points, reach: float):
         """Means (n, 6) of distance, variance, curvature and normal over the patches on the sheet
-        of each point's owner, NaN without one, and the owners (n,), -1 without one."""
+        of each point's owner, and the owners (n,); NaN and -1 without an owner."""
         graph = self.graph
         out, patch = np.full((len(points), 6), np.nan), np.full(len(points), -1)
         rows, which = self.table.index.near(points)
@@ -124,30 +125,31 @@ class Field:
 
 
 def owners(rows, which, distance, own):
-    """The nearest patch of each point among those whose own cell its foot is in.
+    """The nearest patch of each point among those whose cell contains its foot.
 
     Parameters
     ----------
     rows, which : (m,) int
-        Pairs of a patch and a point, by point.
+        Pairs of a patch and a point, sorted by point.
     distance : (m,) float, length
     own : (m,) bool
+        Whether the foot of the point lies in the cell of the patch.
 
     Returns
     -------
     starts, sizes : (n,) int
-        Where the pairs of each point begin, and how many they are.
+        Index of the first pair of each point, and number of its pairs.
     owner : (n,) int
+        Valid where ``is_owned``.
     is_owned : (n,) bool
         Whether there is such a patch.
     """
-    starts = np.flatnonzero(np.r_[True, which[1:] != which[:-1]][: len(which)])
-    sizes = np.diff(np.r_[starts, len(which)])
+    starts, sizes = runs(which)
     rank = np.where(own, np.abs(distance), np.inf)
     least = np.minimum.reduceat(rank, starts) if len(starts) else rank
     first = np.flatnonzero(rank == np.repeat(least, sizes))
     place = np.repeat(np.arange(len(starts)), sizes)[first]
     owner = np.empty(len(starts), np.int64)
-    # Of equals the first, that is of the lowest row, is written last.
+    # Where distances are equal, the patch with the lowest row is written last.
     owner[place[::-1]] = rows[first[::-1]]
     return starts, sizes, owner, np.isfinite(least)

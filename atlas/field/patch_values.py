@@ -1,7 +1,7 @@
-"""What each patch says at the points it reaches, many patches in one numpy call.
+"""Patch values: distance, normal, variance and curvature of single patches at points.
 
-Pairs of a patch and a point are laid out in padded groups: lines of a patch's points, patches
-with about as many points in one array, so that every product is a stack of matrix products.
+Pairs of a patch and a point are put into padded groups. A group is an array with one line for each
+patch and about as many points in each line, so that every product is a stack of matrix products.
 """
 
 from collections.abc import Iterator
@@ -11,6 +11,7 @@ import numpy as np
 
 from touchatlas.atlas.graph.power_diagram import CELL_MARGIN
 from touchatlas.atlas.graph.surface_graph import SurfaceGraph
+from touchatlas.atlas.patches.intersect import HEIGHT_LIMIT
 from touchatlas.atlas.patches.normal_equations import left_out
 from touchatlas.atlas.patches.patch_table import PatchTable
 from touchatlas.atlas.residual.gaussian_process import joint_variance, residual_at
@@ -28,31 +29,37 @@ from touchatlas.patch.geometry.polynomial import (
     monomials,
 )
 
-# Where no kin has less power a patch is asked beyond its core, nearly as far as its contours
-# reach (0.98 R for a core of 0.75 R): how sure it is there, its deviation says.
+# Power up to which a patch is evaluated where no sheet neighbour has less, as a fraction of the
+# weight: nearly as far as its contours reach, 0.98 R for a core of 0.75 R. Its deviation tells how
+# uncertain it is there. Doubled, patches are extrapolated to 1.16 R.
 COVER_MARGIN = 0.7
-# Points of a line, and pairs and patches of a group: what fits the caches.
+# Numbers of points that a line of a group may have. With twice as many, fewer lines are padded and
+# there are more groups.
 _WIDTHS = np.array([1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256])
+# Largest numbers of pairs and of lines in a group, so that it fits the caches. Doubled, a group
+# takes twice the memory.
 _PAIRS, _LINES = 2048, 512
+# Derivatives for distance, normal and curvature.
 _ALL = (*GRADIENT, XX, XY, YY, XZ, YZ, ZZ)
 
 
 @dataclass(frozen=True, eq=False)
 class PatchValues:
-    """What patches say at points, a pair each (m,).
+    """Values of patches at points, for m pairs of a patch and a point.
 
     Parameters
     ----------
     distance : (m,) float, length
-        First order, signed, to the pair's patch.
-    weight : (m,) float
-        How near the patch's centre is and how sure it is; 0 where it has no say.
+        First-order distance to the patch, positive outside.
+    weight : (m,) float, 1/length^2
+        Weight in the blend: (1 - r^2)^3 over the variance, with the scaled distance r of the point
+        from the origin; 0 where the patch is not evaluated.
     numbers : (m, 6) float
         Distance, variance (length^2), Gaussian curvature (1/length^2), unit normal (3).
     own : (m,) bool
-        Whether the foot of the point lies in the patch's own cell.
+        Whether the foot of the point lies in the patch's cell.
     covers : (m,) bool, optional
-        Where there are creases: the same, but for those that the cell ends at.
+        The same for the cell as it is without creases. None where the atlas has no creases.
     """
 
     distance: np.ndarray
@@ -62,8 +69,18 @@ class PatchValues:
     covers: np.ndarray | None = None
 
 
+def runs(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Starts and sizes (n,) of the runs of equal values in an array (m,).
+
+    >>> [a.tolist() for a in runs(np.array([7, 7, 3, 7]))]
+    [[0, 2, 3], [2, 1, 1]]
+    """
+    starts = np.flatnonzero(np.r_[True, values[1:] != values[:-1]][: len(values)])
+    return starts, np.diff(np.r_[starts, len(values)])
+
+
 def groups(rows: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Padded groups of equal rows: rows (m,) and indices (m, k) into ``rows``, lines filled up
+    """Padded groups of equal rows: rows (m,), and indices (m, k) into ``rows``. Lines are padded
     with their last index.
 
     >>> [(r.tolist(), i.tolist()) for r, i in groups(np.array([5, 2, 5, 5]))]
@@ -73,12 +90,11 @@ def groups(rows: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     # numpy sorts integers of 16 bits in linear time.
     order = np.argsort(rows.astype(np.uint16) if narrow else rows, kind="stable")
     ordered = rows[order]
-    starts = np.flatnonzero(np.r_[True, ordered[1:] != ordered[:-1]][: len(rows)])
-    counts = np.diff(np.r_[starts, len(rows)])
+    starts, counts = runs(ordered)
     lines = -(-counts // _WIDTHS[-1])
-    part = np.arange(lines.sum()) - np.repeat(np.cumsum(lines) - lines, lines)
-    starts = np.repeat(starts, lines) + part * _WIDTHS[-1]
-    counts = np.minimum(np.repeat(counts, lines) - part * _WIDTHS[-1], _WIDTHS[-1])
+    place = np.arange(lines.sum()) - np.repeat(np.cumsum(lines) - lines, lines)
+    starts = np.repeat(starts, lines) + place * _WIDTHS[-1]
+    counts = np.minimum(np.repeat(counts, lines) - place * _WIDTHS[-1], _WIDTHS[-1])
     kind = np.searchsorted(_WIDTHS, counts)
     for k in np.unique(kind).tolist():
         of_kind, width = np.flatnonzero(kind == k), int(_WIDTHS[k])
@@ -90,9 +106,9 @@ def groups(rows: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
 
 
 def patch_values(table: PatchTable, graph: SurfaceGraph, rows, points, reach: float) -> PatchValues:
-    """What the patches ``rows`` (m,) say at world points (m, 3), a pair each.
+    """Values of patches ``rows`` (m,) at world points (m, 3), one patch for each point.
 
-    Patches farther than ``reach`` from a point have no say there.
+    Patches farther than ``reach`` (length) from a point are not evaluated there.
     """
     count, lines = len(rows), graph.neighbours.lines()
     out = PatchValues(np.empty(count), np.empty(count), np.empty((count, 6)), np.empty(count, bool))
@@ -115,9 +131,30 @@ def distances(
     trimmed: bool = True,
     plain: bool = False,
 ):
-    """Of the same pairs only the distance (m,), the unit normal (m, 3), and whether the foot is
-    in the patch's own cell (m,): if ``trimmed``, as it ends at creases; if ``plain``, by the
-    polynomials alone, which hold farther off the surface than those that residuals go with."""
+    """Distances and normals only, of patches ``rows`` (m,) at world points (m, 3).
+
+    Parameters
+    ----------
+    table : PatchTable
+    graph : SurfaceGraph
+    rows : (m,) int
+    points : (m, 3) float, length, world
+    reach : float, length
+        Patches farther than this from a point are not evaluated there.
+    trimmed : bool
+        Whether cells end at creases.
+    plain : bool
+        Whether to evaluate the polynomials of the last refit, without residuals. They hold farther
+        from the surface than the trends that belong to residuals.
+
+    Returns
+    -------
+    distance : (m,) float, length
+        First order, positive outside.
+    normals : (m, 3) float, unit, world
+    own : (m,) bool
+        Whether the foot of the point lies in the patch's cell.
+    """
     count, lines = len(rows), graph.neighbours.lines()
     distance, normals, own = np.empty(count), np.empty((count, 3)), np.empty(count, bool)
     for patches, index in groups(rows):
@@ -130,19 +167,19 @@ def distances(
 
 
 def _fill_values(table: PatchTable, lines, rows, index, points, reach, out: PatchValues) -> None:
-    """Fill in what the patches ``rows`` (m,) say at points (m, k, 3), pairs ``index`` (m, k)."""
+    """Fill in the values of patches ``rows`` (m,) at points (m, k, 3) at pairs ``index`` (m, k)."""
     radius, here = table.radius[rows][:, None], _PatchesAtPoints(table, rows, points, _ALL)
     inside = here.inside(reach)
     terms = here.terms[:, : table.basis.size]
     variance = table.variance_at(rows, terms)
     beyond = left_out(table, rows, here.scaled)
-    for i, rough, shared in here.residuals:
-        here_only = terms[[i]].transpose(1, 0, 2)
-        variance[i] = joint_variance(rough.residual, rough.covariance[None], here_only, shared)[0]
-        # A residual leaves nothing out but what it says itself.
+    for i, own, shared in here.residuals:
+        own_terms = terms[[i]].transpose(1, 0, 2)
+        variance[i] = joint_variance(own.residual, own.covariance[None], own_terms, shared)[0]
+        # The variance of a residual contains the terms above the degree.
         beyond[i] = 0.0
     variance = (radius / here.stretch) ** 2 * variance + np.finfo(float).tiny
-    closeness = np.where(inside, np.maximum(1.0 - here.sum_of_squares, 0.0), 0.0)
+    closeness = np.where(inside, np.maximum(1.0 - here.square, 0.0), 0.0)
     out.distance[index] = here.distance
     out.weight[index] = closeness * closeness * closeness / variance
     beyond *= (radius / here.stretch) ** 2
@@ -158,7 +195,7 @@ def _fill_values(table: PatchTable, lines, rows, index, points, reach, out: Patc
 
 
 class _PatchesAtPoints:
-    """Points (m, k, 3) as seen from patches (m,): what several questions about them share."""
+    """Patches (m,) evaluated at points (m, k, 3), with their residuals unless ``plain``."""
 
     def __init__(self, table: PatchTable, rows, points, which, plain: bool = False) -> None:
         self._radius = radius = table.radius[rows][:, None]
@@ -166,57 +203,56 @@ class _PatchesAtPoints:
         self.scaled = table.scaled_local(rows, points)
         x, y, z = np.ascontiguousarray(np.moveaxis(self.scaled, -1, 0))
         self.terms = monomials(table.basis, x, y, z).transpose(1, 0, 2)
-        is_rough = (
-            np.isin(rows, list(table.residuals)) if table.residuals else np.zeros(len(rows), bool)
-        )
+        with_residual = [i for i, row in enumerate(rows.tolist()) if row in table.residuals]
         mean = table.mean[rows]
         if plain:
-            mean[is_rough] = table.linearisation_point[rows[is_rough]]
-        rows_of = derivative_coefficients(table.basis, mean, list(which))
-        phi, *self.derivatives = np.ascontiguousarray(np.moveaxis(rows_of @ self.terms, 1, 0))
+            mean[with_residual] = table.linearisation_point[rows[with_residual]]
+        coefficients = derivative_coefficients(table.basis, mean, list(which))
+        phi, *self.derivatives = np.ascontiguousarray(np.moveaxis(coefficients @ self.terms, 1, 0))
         px, py, pz = self.derivatives[:3]
         self.residuals = []
-        for i in () if plain else np.flatnonzero(is_rough).tolist():
-            rough = table.residuals[int(rows[i])]
-            detail, slope, shared = residual_at(rough.residual, self.scaled[[i]])
+        for i in () if plain else with_residual:
+            own = table.residuals[int(rows[i])]
+            detail, slope, shared = residual_at(own.residual, self.scaled[[i]])
             phi[i] += detail[0]
             px[i], py[i], pz[i] = (d[i] + s for d, s in zip((px, py, pz), slope[0].T, strict=True))
-            self.residuals.append((i, rough, shared))
+            self.residuals.append((i, own, shared))
         upward = np.stack([-px, -py, 1.0 - pz], axis=-1)
         length = np.sqrt(_square(upward))
         self.stretch = np.maximum(length, np.finfo(float).tiny)
         self.distance = radius * (z - phi) / self.stretch
         self.normals = (upward / self.stretch[..., None]) @ table.axes[rows]
         self._across = x * x + y * y
-        # Where f = z - phi falls with z the next zero is of another sheet than the samples'.
+        # Where F = z - phi decreases with z, its next zero is not the sheet of the samples.
         self._rising = pz < 1.0
-        self.sum_of_squares = self._across + z * z
+        self.square = self._across + z * z
 
     def inside(self, reach: float) -> np.ndarray:
-        """(m, k) whether the patch has a say at all."""
-        near = np.abs(self.distance) <= np.minimum(reach, 0.5 * self._radius)
+        """(m, k) whether the patch is evaluated at the point: it is within reach and radius."""
+        near = np.abs(self.distance) <= np.minimum(reach, HEIGHT_LIMIT * self._radius)
         return near & (self._across <= 1.0) & self._rising
 
     def own(self, table: PatchTable, lines, rows, inside) -> np.ndarray:
-        """(m, k) whether the feet of points ``inside`` lie in the patches' own cells."""
-        power = table.weight[rows][:, None]
+        """(m, k) whether the feet of points ``inside`` (m, k) lie in the patches' cells. ``lines``
+        are the sheet neighbours of all rows."""
+        weight = table.weight[rows][:, None]
         feet = self._offset - self.distance[..., None] * self.normals
-        own = inside & (_square(feet) <= (1.0 + COVER_MARGIN) * power)
+        own = inside & (_square(feet) <= (1.0 + COVER_MARGIN) * weight)
         some = own.any(axis=1)
         own[some] &= _is_lowest(table, lines[rows[some]], rows[some], feet[some])
         return own
 
 
 def _is_lowest(table: PatchTable, neighbours, rows, feet) -> np.ndarray:
-    """(m, k) whether at feet (m, k, 3), from the patches' sites, no kin (m, w) of the rows (m,)
-    has less power than they, or hardly less."""
-    power = table.weight[rows]
+    """(m, k) whether no neighbour (m, w) of rows (m,) has less power than the row by more than
+    CELL_MARGIN, at feet (m, k, 3) given from the row's site."""
+    weight = table.weight[rows]
     neighbours = neighbours[:, : max(1, int((neighbours != rows[:, None]).any(axis=0).sum()))]
-    # What a rival's power is above one's own: linear in the foot.
+    # The power of a neighbour less that of the row is linear in the foot.
     apart = table.site[neighbours] - table.site[rows][:, None]
-    excess = _square(apart) - table.weight[neighbours] + power[:, None]
+    excess = _square(apart) - table.weight[neighbours] + weight[:, None]
     above = excess[:, None] - 2.0 * (feet @ apart.transpose(0, 2, 1))
-    return above.min(axis=-1) >= -CELL_MARGIN * power[:, None]
+    return above.min(axis=-1) >= -CELL_MARGIN * weight[:, None]
 
 
 def _square(vectors) -> np.ndarray:
