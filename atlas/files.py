@@ -1,11 +1,17 @@
-"""Files written whole or not at all."""
+"""Writing files that are complete, or not there."""
 
 import os
 from pathlib import Path
 
 
 def write_whole(path, data: bytes) -> None:
-    """Write a file so that a crash or a full disk leaves the old one or the new one."""
+    """Write a file so that a crash or a full disk leaves either the old one or the new one.
+
+    Raises
+    ------
+    OSError
+        If the path is no file, or it cannot be written. Its ``filename`` is the path.
+    """
     path = Path(path)
     if path.exists() and not path.is_file():
         raise OSError(f"{path} is a folder or a device; give the path of a file")

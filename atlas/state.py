@@ -1,7 +1,7 @@
-"""AtlasState: patches, samples and graph, and what the smallest changes of them are.
+"""AtlasState: patches, samples and graph, with the elementary changes that keep them consistent.
 
-What is kept here is what an atlas learned. Cells, outlines and the frontier follow from it: they
-are worked out when they are asked for, and ``mark_stale`` tells them what changed.
+The state is what an atlas learned. Cells, outlines and the frontier follow from it: they are
+computed when they are read, and ``mark_stale`` tells them what changed.
 """
 
 from collections.abc import Iterable
@@ -29,29 +29,36 @@ from touchatlas.patch.geometry.polynomial import LocalPolynomial
 
 
 class AtlasState:
-    """What an atlas knows.
+    """What an atlas has learned.
 
     Parameters
     ----------
     tolerance : float, length
-        How well the surface is wanted.
+        Error of the surface that is wanted.
     options : AtlasOptions
 
     Attributes
     ----------
     table : PatchTable
-        The patches' numbers, a row an id.
+        The patches. The id of a patch is its row.
     neighbours : SheetNeighbours
+        Which patches continue each other's sheet.
     creases : Creases
+        Which patches meet at a sharp edge.
     surface_graph : SurfaceGraph
-        The places where patches meet, by these two relations.
+        Where patches meet: cells, corners, gaps, outlines.
     membership : SampleMembership
-        The samples, who owns them and who is fitted to them.
+        The samples, their owners, and the patches that are fitted to them.
     frontier : Frontier
+        The samples that no core covers.
     edge_ends : EdgeEnds
+        The contour ends at edges whose far side is unknown.
+    field : Field
+        The blended surface.
     residual_scale : ResidualScale
+        Amplitude and correlation length of the residuals.
     touches : int
-        How many were added, those that were refused too.
+        Number of touches, with those that were refused.
     """
 
     def __init__(self, tolerance: float, options: AtlasOptions = AtlasOptions()) -> None:
@@ -75,56 +82,57 @@ class AtlasState:
 
     @property
     def graph(self) -> nx.Graph:
-        """Nodes are patch ids (see ``patch``); edges carry a ``boundary`` (Boundary). To be read:
-        networkx refuses to change it, but its ``copy()``."""
+        """Patch ids as nodes (see ``patch``), and as edges the pairs that meet, each with its
+        ``boundary`` (Boundary). It is frozen; its ``copy()`` can be changed."""
         return nx.freeze(self.surface_graph.as_networkx())
 
     @property
     def corners(self) -> Places:
-        """Ascending triples of ids to the point (3,) where three boundaries meet."""
+        """Ascending triples of ids, mapped to the point (3,) where three boundaries meet."""
         return self.surface_graph.corners
 
     @property
     def gaps(self) -> Places:
-        """Triples of ids to the point (3,) that their three cores leave uncovered."""
+        """Triples of ids, mapped to a point (3,) that their cores leave uncovered."""
         return self.surface_graph.gaps
 
     @property
     def closed(self) -> bool:
-        """Whether the patches cover all that they border on: nothing is left to be touched."""
+        """Whether no sample, edge, outline or gap is open: no place is left to touch."""
         places = len(self.frontier) + len(self.edge_ends)
         return bool(len(self) and not (places or self.open_outlines().any() or self.gaps))
 
     @property
     def bias(self) -> float:
-        """Lack of fit that a patch may have, length."""
+        """Lack of fit that counts as if it were noise, length."""
         return self.options.bias * self.tolerance
 
     @property
     def prior(self) -> SmoothnessPrior:
-        """What the patches so far say about the feature length of the next."""
+        """Prior of the next patch, from the feature lengths of the patches so far."""
         return prior_of(self.table.lengths)
 
     @property
     def parameter_count(self) -> int:
-        """Coefficients over all patches."""
+        """Number of coefficients of all patches."""
         return len(self) * self.table.basis.size
 
     @property
     def point_count(self) -> int:
-        """Samples over all touches."""
+        """Number of samples of all touches."""
         return len(self.membership.pool)
 
     def open_outlines(self) -> np.ndarray:
-        """(m, 24) which points of the outlines of the patches in use no cell covers."""
+        """(m, 24) whether points of the outlines of the m patches in use are in no cell."""
         return self.surface_graph.outlines.open(self.table.rows)
 
     def predicted_coverage(self) -> float:
-        """Fraction of the patches' outlines that other patches cover: 1 when nothing is open."""
+        """Fraction of the points of all outlines that are not open; 0 without patches."""
         return float(1.0 - self.open_outlines().mean()) if len(self) else 0.0
 
     def predicted_deviation(self) -> float:
-        """Root mean square over the patches of their deviation half-way to the rim, length."""
+        """Root mean square over the patches of their deviation half-way to the rim, length;
+        infinite without patches."""
         return half_way_deviation(self.table, self.table.rows) if len(self) else float("inf")
 
     def euler_characteristic(self) -> int:
@@ -132,11 +140,11 @@ class AtlasState:
         return len(self) - self.graph.number_of_edges() + len(self.corners)
 
     def blend(self, points) -> Blend:
-        """Signed distance, normal, deviation and curvature at world points (n, 3)."""
+        """Signed distance, normal, deviation and curvature at points (n, 3), length, world."""
         return self.field.at(points)
 
     def boundary(self, first: int, second: int) -> Boundary:
-        """The boundary of two patches that meet; KeyError where they do not."""
+        """The boundary of two patches that meet; KeyError if they do not."""
         self.check(first, second)
         beside = self.graph[first]
         if second not in beside:
@@ -144,7 +152,7 @@ class AtlasState:
         return beside[second]["boundary"]
 
     def patch(self, patch_id: int) -> Patch:
-        """The patch of an id, as it is now."""
+        """A copy of the patch of an id, as it is now; KeyError for an unknown id."""
         self.check(patch_id)
         table, i = self.table, patch_id
         return Patch(
@@ -162,27 +170,29 @@ class AtlasState:
         )
 
     def check(self, *patch_ids: int) -> None:
-        """KeyError for what is no id of a patch in use."""
+        """Raise KeyError unless all are ids of patches in use."""
         for i in patch_ids:
             whole = isinstance(i, int | np.integer) and not isinstance(i, bool)
             if not (whole and i in self.table.index):
                 raise KeyError(f"no patch {i!r}; the nodes of the graph are the ids in use")
 
     def mark_stale(self, rows: Iterable[int]) -> None:
-        """Neighbours, creases or samples of rows changed: what follows is to be worked out again.
-        Where their polynomials alone changed, only the graph is to be."""
+        """Neighbours, creases or samples of rows changed: compute what follows again.
+
+        Where only polynomials changed, it is enough to mark the surface graph.
+        """
         rows = list(rows)
         self.surface_graph.mark_stale(rows)
         self.frontier.mark_stale(rows)
 
     def enter(self, row: int, neighbours: list[int]) -> None:
-        """Make a row of the table a node, with its sheet neighbours."""
+        """Enter the last row of the table into graph and samples, with its sheet neighbours."""
         self.neighbours.append(neighbours)
         self.membership.append()
         self.mark_stale([row])
 
     def remove(self, rows: list[int]) -> None:
-        """Take patches out of use; their samples are others' by now."""
+        """Remove patches. Their samples must have other owners already."""
         self.mark_stale(rows)
         for row in rows:
             self.neighbours.isolate(row)
@@ -191,10 +201,9 @@ class AtlasState:
         self.table.remove(rows)
 
     def learned(self, rows: np.ndarray) -> tuple[int, ...]:
-        """Solve rows that learned new samples; frame anew those that are due.
+        """Solve rows with new samples, and refit those that are due.
 
-        Returns those of them that do not hold what they have learned: they leave out more than
-        a residual is to explain.
+        Returns the refitted rows that are too large for their degree: see ``too_large``.
         """
         solve(self.table, rows)
         due = self.membership.outgrown(rows)
@@ -203,8 +212,7 @@ class AtlasState:
         return self.too_large(due)
 
     def too_large(self, rows: np.ndarray) -> tuple[int, ...]:
-        """Those of the rows whose degree leaves out more at the rim of the core than a residual is
-        to explain."""
+        """The rows whose terms above the degree exceed ``detail`` tolerances at the core's rim."""
         table = self.table
         rim = leftover(table.basis, table.length_ratio[rows])
         rim = rim * table.core ** (table.basis.degree + 1)
@@ -212,7 +220,7 @@ class AtlasState:
         return tuple(rows[rim * table.radius[rows] > most].tolist())
 
     def refit(self, rows) -> None:
-        """Choose frames and priors of patches anew, from all samples about them."""
-        about = [self.membership.known_about(row, self.neighbours[row]) for row in rows.tolist()]
-        self.membership.refit(rows, about, self.bias, self.prior, self.options.fit)
+        """Refit rows to the samples that they and their neighbours own."""
+        known = [self.membership.known_about(row, self.neighbours[row]) for row in rows.tolist()]
+        self.membership.refit(rows, known, self.bias, self.prior, self.options.fit)
         self.surface_graph.mark_stale(rows.tolist())

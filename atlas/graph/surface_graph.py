@@ -39,8 +39,8 @@ class SurfaceGraph:
 
     Notes
     -----
-    The attributes follow from the patches and the two relations; ``mark_stale`` makes them follow
-    again.
+    The attributes follow from the patches and the two relations. They are kept until ``mark_stale``
+    is called.
     """
 
     def __init__(self, table: PatchTable, neighbours: SheetNeighbours, creases: Creases) -> None:

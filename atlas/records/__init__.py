@@ -1,1 +1,1 @@
-"""What goes into an atlas and what comes out: touches, changes, options."""
+"""Records that go into an atlas and come out of it: touches, changes, options."""

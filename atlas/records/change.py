@@ -1,13 +1,20 @@
-"""AtlasChange: what one change did to the atlas."""
+"""AtlasChange: which patches one operation changed."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
 class AtlasChange:
-    """What one change did to the atlas: patch ids.
+    """The ids of the patches that one operation on an atlas changed.
 
-    ``refused`` says in words why nothing was changed; it is empty otherwise.
+    Parameters
+    ----------
+    added, changed : tuple of int
+        New patches, and patches with new samples or a new fit.
+    merged, split, removed : tuple of int
+        Patches that were merged, split, or removed for other reasons.
+    refused : str
+        Why nothing was changed; empty otherwise.
     """
 
     added: tuple[int, ...] = ()

@@ -1,36 +1,39 @@
-"""How an atlas is kept."""
+"""AtlasOptions: how an atlas fits its patches, and which errors it accepts."""
 
 from dataclasses import dataclass
 
 from touchatlas.patch.fit.fit_patch import FitOptions
 from touchatlas.patch.geometry.arrays import real
 
-# A patch that bears more tolerances than this, or is no smaller, shows nothing of its surface.
+# Largest option in tolerances: a patch with a larger error or radius shows nothing of its surface.
+# Doubled, nothing changes for sensible options.
 _MOST = 1e3
-# Of smaller cores it takes hundreds to cover what one patch is fitted to.
+# Least core, as a fraction of the patch radius: of smaller ones, hundreds cover one patch. Doubled,
+# it refuses some cores that work.
 _LEAST_CORE = 0.1
-# Lengths beyond these, or their inverses, leave double precision in their sixth powers.
+# Least tolerance, and inverse of the largest, in the user's unit: sixth powers of lengths must be
+# within double precision. Doubled, nothing changes.
 _SMALLEST = 1e-50
 
 
 @dataclass(frozen=True)
 class AtlasOptions:
-    """What an atlas bears, and how it fits.
+    """How an atlas fits its patches, and which errors it accepts.
 
     Parameters
     ----------
     fit : FitOptions
+        How each patch is fitted.
     bias : float
-        Lack of fit that is borne as if it were noise, in tolerances.
+        Lack of fit that counts as if it were noise, in tolerances.
     detail : float
-        Lack of fit that a patch may have before its radius is reduced, in tolerances: what
-        ``learn_residuals`` is to explain.
+        Lack of fit beyond which the radius of a patch is reduced, in tolerances. Smaller detail is
+        left to residuals.
     least_radius : float
-        No patch is made smaller than this for its contours' sake, in tolerances.
+        Radius below which contours and residuals make no patch smaller, in tolerances.
     trust : float
-        Where nothing was touched beyond, the surface is drawn among its samples as far as its
-        predicted deviation is no more, in tolerances; amid covered patches up to three times that.
-        Infinite: wherever patches reach.
+        Largest predicted deviation with which the surface is drawn at an open rim, in tolerances;
+        among covered patches it is three times as much. Infinite: wherever patches reach.
     """
 
     fit: FitOptions = FitOptions(adaptive=False)
@@ -54,12 +57,12 @@ class AtlasOptions:
 
 
 def check_tolerance(tolerance: float) -> float:
-    """The tolerance of an atlas, if it is one.
+    """A tolerance as a float, checked.
 
     Raises
     ------
     ValueError
-        No length > 0, or one whose powers double precision does not hold.
+        If it is no length > 0, or its powers are beyond double precision.
     """
     if not 0.0 < real(tolerance) < float("inf"):
         raise ValueError(f"tolerance is {tolerance}; it must be a length > 0")

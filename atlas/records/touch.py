@@ -1,4 +1,4 @@
-"""Touch: everything one visit of the probe brought back."""
+"""Touch: everything that one visit of the probe measured."""
 
 from dataclasses import dataclass
 from enum import Enum
@@ -7,16 +7,18 @@ import numpy as np
 
 from touchatlas.patch.geometry.arrays import check_unit, frozen_array, real
 from touchatlas.patch.geometry.contour import Contour
+from touchatlas.patch.geometry.section import LEAST_POINTS
 
-# Contours with fewer points are left out.
-LEAST_POINTS = 5
-# A contour runs through the contact when it comes nearer than this share of the longest contour's
-# length, half an arm, or than this many deviations of its noise.
-_ASTRAY, _NOISE = 0.25, 10.0
+# Largest distance of a contour from the contact, as a fraction of the longest contour's length:
+# half an arm. Doubled, contours of a neighbouring place pass.
+_ASTRAY = 0.25
+# Largest distance of a contour from the contact in standard deviations of its noise, if that is
+# more. Doubled, only very noisy contours are concerned.
+_NOISE = 10.0
 
 
 class TouchStatus(Enum):
-    """What became of a probe plan."""
+    """How a probe plan ended."""
 
     TOUCHED = "touched"
     NO_CONTACT = "no contact"
@@ -33,14 +35,14 @@ class Touch:
         Number of the ProbePlan that was carried out.
     contact : (3,) float, length, world
         Where the probe met the surface, as measured: on or near every contour. The planned
-        reference point when it met none.
+        reference point if it met none.
     approach : (3,) float, unit, world
-        From the surface toward where the probe came from: an outward direction.
+        Direction from the surface to where the probe came from. It points outward.
     contours : tuple of Contour
         Empty unless ``status`` is TOUCHED.
     status : TouchStatus
     tracked_length, travel_length : float, length
-        Path in contact, and path in the air to get there.
+        Length of the path in contact, and of the path in the air to get there.
     """
 
     number: int
@@ -71,7 +73,7 @@ class Touch:
         self._check_contact()
 
     def _check_contact(self) -> None:
-        """Refuse contours of another place, or of another frame."""
+        """Refuse contours that do not run through the contact."""
         long = [contour for contour in self.contours if len(contour.points) >= LEAST_POINTS]
         length = max((_length(contour.points) for contour in long), default=0.0)
         for contour in long:

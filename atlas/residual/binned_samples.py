@@ -1,10 +1,11 @@
-"""What many patches learn from, as one stack of arrays, and the same in fewer samples."""
+"""PatchSamples: the samples of many patches as one stack, and their means over squares."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
-# Samples of one square are merged; so wide that no more than 224 squares meet the unit disc.
+# Largest side of the squares over which samples are averaged, in patch radii: at most 224 squares
+# intersect the unit disc. Doubled, a quarter as many samples remain and detail is smoothed.
 SIDE = 2.0 / 16.0
 
 
@@ -15,13 +16,13 @@ class PatchSamples:
     Parameters
     ----------
     feet : (m, n, 3) float, scaled, local
-        Of the samples on the polynomials.
+        Feet of the samples on the polynomials.
     terms : (t, m, n) float
-        Monomials there.
+        Monomials at the feet.
     height : (m, n) float, scaled
-        What the polynomials are to be: z of the feet plus F at the samples.
+        Values that the polynomials are fitted to: z of the feet plus F at the samples.
     weight : (m, n) float
-        Of the squares of the heights; 0 for what only fills the stack.
+        Weights of the squared differences; 0 where the stack is padded.
     noise : (m,) float, scaled
         Standard deviation of a height of weight 1, > 0.
     """
@@ -33,14 +34,14 @@ class PatchSamples:
     noise: np.ndarray
 
     def __getitem__(self, rows) -> "PatchSamples":
-        """Those of some patches."""
+        """The samples of some patches."""
         return PatchSamples(
             *(self.feet[rows], self.terms[:, rows], self.height[rows], self.weight[rows]),
             self.noise[rows],
         )
 
     def only(self, row: int) -> "PatchSamples":
-        """Those of one patch, a stack of one, without what only fills the stack."""
+        """The samples of one patch, as a stack of one without padding."""
         used = self.used[row]
         return PatchSamples(
             *(self.feet[[row]][:, used], self.terms[:, [row]][:, :, used]),
@@ -49,15 +50,23 @@ class PatchSamples:
 
     @property
     def used(self) -> np.ndarray:
-        """(m, n) bool: what does not only fill the stack."""
+        """(m, n) bool: False where the stack is padded."""
         return self.weight > 0
 
 
 def merged(samples: PatchSamples, side: np.ndarray) -> PatchSamples:
-    """The samples of each square, of a side (m,), scaled, of a patch as one, at their mean.
+    """Samples averaged over the squares of a grid in each patch's tangent plane.
 
-    Monomials and heights are averaged with the samples, so a polynomial loses nothing by it;
-    detail finer than a square is smoothed. The noise of a merged sample is that of a mean.
+    Parameters
+    ----------
+    samples : PatchSamples
+    side : (m,) float, scaled
+        Side of the squares of each patch.
+
+    Notes
+    -----
+    Feet, monomials and heights are weighted means, so a polynomial fits them as it fits the
+    samples; detail finer than a square is smoothed. The weight of a mean is the sum of weights.
     """
     used = samples.used
     square = np.floor(samples.feet[..., :2] / side[:, None, None]).astype(int)

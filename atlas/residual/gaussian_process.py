@@ -1,13 +1,13 @@
-"""Trend plus residual: what a patch's polynomial leaves over, as a Gaussian process.
+"""Trend plus residual: what a patch's polynomial does not explain, as a Gaussian process.
 
-Real objects have detail finer than a patch. There the height is z = phi + g: phi the patch's
-polynomial with its prior, and g a Gaussian process of zero mean along the surface. Both are one
-joint Gaussian model (universal kriging): given g's covariance the coefficients have ordinary
-normal equations, of samples weighted by the inverse of it, so all that is known of polynomials
-(prior, evidence, posterior) holds as it is. Rasmussen and Williams, Gaussian Processes for
-Machine Learning, 2006, sections 2.7 and 5.4; Stein, Interpolation of Spatial Data, 1999.
+Real objects have detail finer than a patch. Their height is z = phi + g. Here phi, the trend, is
+the polynomial with its prior; g, the residual, is a Gaussian process of zero mean along the
+surface. Both form one Gaussian model (universal kriging). Given the covariance of g, the
+coefficients have ordinary normal equations with its inverse as weights, so prior, evidence and
+posterior of polynomials apply. Rasmussen and Williams, Gaussian Processes for Machine Learning,
+2006, sections 2.7 and 5.4; Stein, Interpolation of Spatial Data, 1999.
 
-All is for a stack of m patches of n samples each, in each patch's frame over its radius.
+All functions take a stack of m patches with n samples each, in each patch's frame over its radius.
 """
 
 from dataclasses import dataclass, fields
@@ -17,7 +17,8 @@ import numpy as np
 from touchatlas.atlas.residual.binned_samples import PatchSamples
 from touchatlas.patch.fit.smoothness import NormalEquations, posterior
 
-# No sample is better than this share of the amplitude: below, rounding would be all there is.
+# Least standard deviation of a sample, as a fraction of the amplitude, against rounding. Doubled,
+# residuals follow exact samples half as closely.
 _NUGGET = 1e-3
 
 
@@ -28,15 +29,16 @@ class Residual:
     Parameters
     ----------
     feet : (m, n, 3) float, scaled, local
-        Of the samples; what only fills the stack has no force.
+        Feet of the samples.
     amplitude, length : (m,) float, scaled
-        Standard deviation of the residual, and how far along the surface it is correlated.
+        Standard deviation and correlation length of the residual.
     force : (m, n) float
-        The mean of g is the sum of them times the covariance with the samples.
+        ``inverse`` times the differences of the heights from the trend; 0 where the stack is
+        padded. The mean of g is the sum of its covariances with the samples times these.
     inverse : (m, n, n) float
-        Of the covariance of the samples about their trend.
+        Inverse of the covariance of the samples about their trend.
     influence : (m, n, t) float
-        ``inverse`` times the monomials: what a coefficient takes from the forces.
+        ``inverse`` times the monomials.
     """
 
     feet: np.ndarray
@@ -47,21 +49,21 @@ class Residual:
     influence: np.ndarray
 
     def __getitem__(self, rows) -> "Residual":
-        """Some of them."""
+        """The residuals of some patches."""
         return Residual(*(getattr(self, field.name)[rows] for field in fields(self)))
 
 
 def matern(distance):
-    """Matern correlation of smoothness 5/2 at distances over its length.
+    """Matern correlation of smoothness 5/2 at distances r over its length.
 
-    k = (1 + s + s^2/3) exp(-s) with s = sqrt(5) r: a path has two derivatives, as a surface
-    needs for its curvature. Rasmussen and Williams, equation (4.17).
+    k = (1 + s + s^2/3) exp(-s) with s = sqrt(5) r. Its paths have two derivatives, so a surface has
+    a curvature. Rasmussen and Williams, equation (4.17).
 
     >>> round(float(matern(np.array([1.0]))[0]), 3)
     0.524
     """
     s = np.sqrt(5.0) * distance
-    # In place: of a stack of large matrices the memory is most of the time.
+    # In place: for a stack of large matrices, new arrays would take most of the time.
     value = s / 3.0
     value += 1.0
     value *= s
@@ -71,13 +73,14 @@ def matern(distance):
 
 
 def matern_slope(distance):
-    """Derivative of ``matern`` along the distance r, over r: -5/3 (1 + s) exp(-s)."""
+    """Derivative of ``matern`` by r, divided by r: -5/3 (1 + s) exp(-s)."""
     s = np.sqrt(5.0) * distance
     return (-5.0 / 3.0) * (1.0 + s) * np.exp(-s)
 
 
 def correlation(samples: PatchSamples, length) -> np.ndarray:
-    """(m, n, n) Matern correlation of the samples, by chords in space, for lengths (m,), scaled."""
+    """(m, n, n) Matern correlations of the samples, by distance in space, for lengths (m,), scaled.
+    They are 0 where the stack is padded."""
     used = samples.used
     apart = _distances(samples.feet, samples.feet)
     apart /= length[:, None, None]
@@ -88,9 +91,9 @@ def correlation(samples: PatchSamples, length) -> np.ndarray:
 
 
 def sample_covariance(samples: PatchSamples, amplitude, length) -> np.ndarray:
-    """(m, n, n) covariance of the samples about their trend: a^2 k + diag(s^2 / w).
+    """(m, n, n) covariance of the samples about their trend, scaled^2: a^2 k + diag(s^2 / w).
 
-    What only fills the stack varies alone, by one.
+    Where the stack is padded, the variance is 1 and the covariances are 0.
     """
     matrix = correlation(samples, length)
     matrix *= (amplitude**2)[:, None, None]
@@ -99,35 +102,34 @@ def sample_covariance(samples: PatchSamples, amplitude, length) -> np.ndarray:
 
 
 def _own_variance(samples: PatchSamples, amplitude) -> np.ndarray:
-    """(m, n) variance that a sample shares with no other; one of what only fills the stack."""
+    """(m, n) variance of each sample alone: its noise; 1 where the stack is padded."""
     noise = (samples.noise**2)[:, None] / np.where(samples.used, samples.weight, 1.0)
     noise += (_NUGGET * amplitude[:, None]) ** 2
     return np.where(samples.used, noise, 1.0)
 
 
 def trend_equations(samples: PatchSamples, amplitude, correlations):
-    """Normal equations of the trend, of samples that vary together about it.
+    """Normal equations of the trend, with the covariance A of the samples about it.
 
     Parameters
     ----------
     samples : PatchSamples
     amplitude : (m,) float, scaled
-        Of the residual.
     correlations : (m, n, n) float
-        Of ``correlation``.
+        From ``correlation``.
 
     Returns
     -------
     equations : NormalEquations
         For noise 1.
     log_scale : (m,) float
-        -log|A|/2: what the covariance A of the samples adds to the evidence.
+        -log|A|/2, a term of the evidence.
 
     Notes
     -----
-    Generalised least squares, gram Phi A^-1 Phi^t and right side Phi A^-1 z, by the Cholesky
-    factor L of A: Rasmussen and Williams, section 2.7. That of A bordered by the columns has
-    L^-1 times them below L, whatever stands in its corner, if only it is large enough.
+    Generalised least squares with gram Phi A^-1 Phi^t and right side Phi A^-1 z: Rasmussen and
+    Williams, section 2.7. The Cholesky factor of A bordered by the columns of Phi^t and z has L^-1
+    times these columns below the factor L of A, if the corner is large enough.
     """
     columns = np.concatenate([samples.terms.transpose(1, 0, 2), samples.height[:, None]], axis=1)
     columns *= samples.used[:, None]
@@ -156,13 +158,14 @@ def solve_residual(samples: PatchSamples, amplitude, length, precision):
     samples : PatchSamples
     amplitude, length : (m,) float, scaled
     precision : (m, t) float
-        Of the prior on the coefficients.
+        Prior precision of the coefficients.
 
     Returns
     -------
-    mean : (m, t) float
+    mean : (m, t) float, scaled
         Coefficients of the trend.
-    covariance : (m, t, t) float
+    covariance : (m, t, t) float, scaled^2
+        Covariance of the coefficients.
     residual : Residual
     """
     used, terms = samples.used, samples.terms.transpose(1, 2, 0)
@@ -170,16 +173,16 @@ def solve_residual(samples: PatchSamples, amplitude, length, precision):
     inverse *= used[:, :, None] & used[:, None, :]
     influence = inverse @ terms
     gram = terms.transpose(0, 2, 1) @ influence
-    right = (influence.transpose(0, 2, 1) @ samples.height[..., None])[..., 0]
+    rhs = (influence.transpose(0, 2, 1) @ samples.height[..., None])[..., 0]
     one = np.ones(len(amplitude))
-    mean, covariance = posterior(0.5 * (gram + gram.swapaxes(1, 2)), right, one, precision)
+    mean, covariance = posterior(0.5 * (gram + gram.swapaxes(1, 2)), rhs, one, precision)
     left = samples.height - np.einsum("mt,tmn->mn", mean, samples.terms)
     force = (inverse @ left[..., None])[..., 0]
     return mean, covariance, Residual(samples.feet, amplitude, length, force, inverse, influence)
 
 
 def residual_at(residual: Residual, points):
-    """Mean of the residuals at points, its gradient, and covariances with the samples.
+    """Mean of the residuals at points, its gradient, and its covariances with the samples.
 
     Parameters
     ----------
@@ -189,11 +192,11 @@ def residual_at(residual: Residual, points):
     Returns
     -------
     mean : (m, q) float, scaled
-        To be added to phi.
+        Term to add to phi.
     gradient : (m, q, 3) float
-        Of the mean in x, y and z, to be added to that of phi.
+        Gradient of the mean in x, y and z, to add to that of phi.
     shared : (m, q, n) float, scaled^2
-        What ``joint_variance`` needs.
+        Covariances of the residual with the samples, for ``joint_variance``.
     """
     length = residual.length[:, None, None]
     variance = (residual.amplitude**2)[:, None, None]
@@ -206,17 +209,17 @@ def residual_at(residual: Residual, points):
 
 
 def joint_variance(residual: Residual, covariance, terms, shared) -> np.ndarray:
-    """(m, q) variance of trend plus residual, scaled.
+    """(m, q) variance of trend plus residual, scaled^2.
 
     Parameters
     ----------
     residual : Residual
-    covariance : (m, t, t) float
-        Of the trend's coefficients.
+    covariance : (m, t, t) float, scaled^2
+        Covariance of the trend's coefficients.
     terms : (t, m, q) float
         Monomials at the points.
-    shared : (m, q, n) float
-        Of ``residual_at``.
+    shared : (m, q, n) float, scaled^2
+        From ``residual_at``.
 
     Notes
     -----
@@ -230,7 +233,7 @@ def joint_variance(residual: Residual, covariance, terms, shared) -> np.ndarray:
 
 
 def _distances(a, b) -> np.ndarray:
-    """(m, p, q) distances of points a (m, p, 3) from points b (m, q, 3)."""
+    """(m, p, q) distances between points a (m, p, 3) and b (m, q, 3)."""
     square = a @ (-2.0 * b.transpose(0, 2, 1))
     square += (a * a).sum(axis=2)[:, :, None]
     square += (b * b).sum(axis=2)[:, None, :]

@@ -1,7 +1,7 @@
-"""How rough a surface is at scales finer than its patches, learned over an atlas.
+"""Amplitude and correlation length of the residuals of a surface, learned from its patches.
 
-Two numbers, amplitude and length. Which of its patches are rough, and by how much, the evidence
-of each says; where polynomials are enough there is no residual.
+The evidence of each patch decides whether it has a residual, and with which amplitude. Where
+polynomials are enough there is none.
 """
 
 from dataclasses import dataclass
@@ -19,30 +19,30 @@ from touchatlas.patch.fit.smoothness import (
 )
 from touchatlas.patch.geometry.polynomial import Basis
 
-# A patch has a residual where log evidence speaks for it so strongly, 20 to 1: Kass and Raftery,
-# Bayes factors, 1995.
+# Least gain of log evidence for which a patch has a residual, 20 to 1: Kass and Raftery, Bayes
+# factors, 1995. Doubled, to 400 to 1, faint residuals are lost.
 STRONG = 3.0
-# Lengths and amplitudes, over the patch radius, among which a texture is found.
+# Correlation lengths and amplitudes to choose from, in patch radii. Doubled, finest detail is lost.
 _LENGTHS = np.geomspace(0.1, 1.6, 5)
 _AMPLITUDES = np.geomspace(1e-4, 0.1, 10)
-# A patch may be so many times as rough as its surface, and the standard deviation of the
-# logarithm of how many times it is.
-_ROUGHER = np.array([0.25, 1.0, 4.0])
-_ROUGHER_STD = np.log(3.0)
-# Patches are asked so many at once, for the memory that their covariances take.
+# Factors of a patch's amplitude over that of the surface, and the standard deviation of their
+# logarithms in the prior. Doubled, patches differ more in amplitude.
+_FACTORS = np.array([0.25, 1.0, 4.0])
+_FACTOR_LOG_STD = np.log(3.0)
+# Number of patches in one numpy call. Doubled, their covariances take twice the memory.
 _AT_ONCE = 8
 
 
 @dataclass(frozen=True)
 class ResidualScale:
-    """Detail of a surface beyond polynomials.
+    """Amplitude and correlation length of the residuals of a surface.
 
     Parameters
     ----------
     amplitude : float, length
         Standard deviation; zero where polynomials are enough.
     length : float, length
-        How far along the surface it is correlated, > 0.
+        Correlation length along the surface, > 0.
     """
 
     amplitude: float = 0.0
@@ -58,16 +58,16 @@ class ResidualScale:
 
 @dataclass(frozen=True, eq=False)
 class ResidualEvidence:
-    """What the evidence says of m patches and their residuals.
+    """Evidence for the residuals of m patches.
 
     Parameters
     ----------
     gain : (m,) float
-        Log of how much likelier trend plus residual makes the samples than a trend alone.
+        Log evidence of trend plus residual, less that of a trend alone.
     amplitude : (m,) float, scaled
-        The likeliest of those that the texture allows.
+        The likeliest amplitude.
     length_ratio, z_scale : (m,) float
-        Smoothness of the trend that goes with it.
+        Prior of the trend that is likeliest with this amplitude.
     """
 
     gain: np.ndarray
@@ -77,7 +77,7 @@ class ResidualEvidence:
 
     @property
     def needed(self) -> np.ndarray:
-        """(m,) bool: whether a patch is to have a residual."""
+        """(m,) bool: whether the evidence for a residual is strong."""
         return self.gain > STRONG
 
 
@@ -88,33 +88,41 @@ def residual_evidence(
     radius,
     prior: SmoothnessPrior = SmoothnessPrior(),
 ) -> ResidualEvidence:
-    """Whether patches are rough, and how rough, given the texture of their surface.
+    """Evidence for residuals of patches, given the amplitude and length of their surface.
 
     Parameters
     ----------
     basis : Basis
     samples : PatchSamples
-    residual_scale : Texture
-        Of an amplitude > 0.
+    residual_scale : ResidualScale
+        With an amplitude > 0.
     radius : (m,) float, length
     prior : SmoothnessPrior
+
+    Raises
+    ------
+    ValueError
+        If the amplitude is zero.
     """
     if not residual_scale.amplitude > 0:
-        raise ValueError("the texture has amplitude 0: there is no residual to ask for")
-    believed = -0.5 * (np.log(_ROUGHER) / _ROUGHER_STD) ** 2
+        raise ValueError(
+            "residual_scale has amplitude 0; a positive one is needed: without, there are no "
+            "residuals to ask for"
+        )
+    log_factor_prior = -0.5 * (np.log(_FACTORS) / _FACTOR_LOG_STD) ** 2
     parts = []
     for rows in _few(len(radius)):
         some, r = samples[rows], radius[rows]
         alone, _, _ = _best_trend(basis, independent_equations(some), r, prior)
         alike = correlation(some, residual_scale.length / r)
-        sums = (trend_equations(some, k * residual_scale.amplitude / r, alike) for k in _ROUGHER)
+        sums = (trend_equations(some, k * residual_scale.amplitude / r, alike) for k in _FACTORS)
         tried = [_best_trend(basis, one, r, prior) for one in sums]
-        scores = np.array([evidence for evidence, *_ in tried]) + believed[:, None]
+        scores = np.array([evidence for evidence, *_ in tried]) + log_factor_prior[:, None]
         best = scores.argmax(axis=0), np.arange(len(r))
         length_ratio, z_scale = (
             np.array(values)[best] for values in list(zip(*tried, strict=True))[1:]
         )
-        amplitude = _ROUGHER[best[0]] * residual_scale.amplitude / r
+        amplitude = _FACTORS[best[0]] * residual_scale.amplitude / r
         parts.append((scores[best] - alone, amplitude, length_ratio, z_scale))
     return ResidualEvidence(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
@@ -122,7 +130,7 @@ def residual_evidence(
 def learn_residual_scale(
     basis: Basis, samples: PatchSamples, radius, prior: SmoothnessPrior = SmoothnessPrior()
 ) -> ResidualScale:
-    """Texture of a surface from some of its patches.
+    """Amplitude and correlation length of the residuals of a surface, from some of its patches.
 
     Parameters
     ----------
@@ -133,19 +141,19 @@ def learn_residual_scale(
 
     Notes
     -----
-    Each patch has the amplitude and the length that make its samples likeliest (type II maximum
-    likelihood; Rasmussen and Williams, section 5.4.1). The surface's are their medians over the
-    patches that need a residual at all: the amplitude at the median length, since the two trade
-    against each other. A sum over the patches would be ruled by those, few, that took in
-    samples of another sheet.
+    Each patch chooses the amplitude and length that make its samples likeliest (type II maximum
+    likelihood; Rasmussen and Williams, section 5.4.1). The length of the surface is the median over
+    the patches with strong evidence. Its amplitude is the median of their best amplitudes at that
+    length, because the two trade off. A sum of the evidence would be dominated by the few patches
+    that hold samples of another sheet.
     """
     gain = np.concatenate(
         [_gains(basis, samples[rows], radius[rows], prior) for rows in _few(len(radius))]
     )
-    rough = gain.max(axis=(1, 2)) > STRONG
-    if not rough.any():
+    strong = gain.max(axis=(1, 2)) > STRONG
+    if not strong.any():
         return ResidualScale()
-    gain, radius = gain[rough], radius[rough]
+    gain, radius = gain[strong], radius[strong]
     length = float(np.median(_LENGTHS[gain.max(axis=1).argmax(axis=1)] * radius))
     nearest = np.abs(np.log(np.outer(radius, _LENGTHS) / length)).argmin(axis=1)
     at_length = gain[np.arange(len(radius)), :, nearest]
@@ -161,7 +169,7 @@ def independent_equations(samples: PatchSamples):
 
 
 def _best_trend(basis: Basis, sums, radius, prior):
-    """Log evidence (m,) with the smoothness of the trend that suits it best; that turn, bend."""
+    """Log evidence (m,) with the likeliest prior of the trend, its length ratio and z scale."""
     equations, log_scale = sums
     length_ratios, z_scales, precisions = smoothness_grid(basis)
     evidence, _ = log_evidence(equations[:, None], np.ones(1), precisions)
@@ -171,15 +179,15 @@ def _best_trend(basis: Basis, sums, radius, prior):
 
 
 def _gains(basis: Basis, samples: PatchSamples, radius, prior) -> np.ndarray:
-    """(m, amplitudes, lengths) log evidence of each texture over none; of amplitudes that cannot be
-    the likeliest of any of the patches, minus infinity."""
+    """(m, amplitudes, lengths) gain of log evidence with each residual; minus infinity for
+    amplitudes that are the likeliest for none of the patches."""
     alone, _, _ = _best_trend(basis, independent_equations(samples), radius, prior)
     gain = np.full((len(radius), len(_AMPLITUDES), len(_LENGTHS)), -np.inf)
     for j, length in enumerate(_LENGTHS):
         alike = correlation(samples, np.full(len(radius), length))
         for i, a in enumerate(_AMPLITUDES):
             sums = trend_equations(samples, np.full(len(radius), a), alike)
-            # The determinant alone bounds the evidence, of this amplitude and of all above it.
+            # The determinant bounds the evidence for this amplitude and for all above it.
             if i and (sums[1] - alone <= gain[:, :i, j].max(axis=1)).all():
                 break
             gain[:, i, j] = _best_trend(basis, sums, radius, prior)[0] - alone
@@ -187,5 +195,5 @@ def _gains(basis: Basis, samples: PatchSamples, radius, prior) -> np.ndarray:
 
 
 def _few(count: int) -> list[np.ndarray]:
-    """Indices of patches, few at once."""
+    """Indices of patches, at most _AT_ONCE in each array."""
     return np.array_split(np.arange(count), max(1, -(-count // _AT_ONCE)))

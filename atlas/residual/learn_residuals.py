@@ -1,4 +1,4 @@
-"""Residuals of an atlas's patches: learned when its surface is wanted, gone when a patch learns."""
+"""Learning the residuals of all patches of an atlas."""
 
 from dataclasses import dataclass, fields
 
@@ -21,26 +21,35 @@ from touchatlas.patch.fit.smoothness import (
 )
 from touchatlas.patch.geometry.polynomial import Basis, monomials
 
-# The texture is learned from so many patches at most, and residuals so many at once.
-_ASKED, _AT_ONCE = 12, 32
-# A residual is solved from squares as wide as this share of the texture's length: wider ones would
-# smooth what it is there for, narrower ones than the last make matrices too large.
-_FINE, _FINEST = 1.0 / 3.0, SIDE / 2.0
+# Largest number of patches from which amplitude and length are learned. Doubled, that takes twice
+# the time.
+_ASKED = 12
+# Number of patches in one numpy call. Doubled, it takes twice the memory.
+_AT_ONCE = 32
+# Side of the squares over which samples are averaged for a residual, as a fraction of the
+# correlation length. Doubled, the detail that the residual is for is smoothed.
+_FINE = 1.0 / 3.0
+# Least side of these squares, in patch radii: smaller ones make matrices too large. Doubled,
+# residuals shorter than a third of the radius are smoothed.
+_FINEST = SIDE / 2.0
 
 
 @dataclass(frozen=True, eq=False)
 class PatchResidual:
-    """A patch with a residual: what it was solved from, and the solution. Stacks of one.
+    """The residual of one patch, with the trend and the samples that it was solved from.
 
     Parameters
     ----------
     samples : PatchSamples
+        A stack of one.
     shape : (4,) float
-        Amplitude and length of the residual, scaled; turn and bend of the trend.
-    mean : (t,) float
+        Amplitude and length of the residual, scaled; length ratio and z scale of the trend's prior.
+    mean : (t,) float, scaled
         Coefficients of the trend.
-    covariance : (t, t) float
+    covariance : (t, t) float, scaled^2
+        Covariance of these coefficients.
     residual : Residual
+        A stack of one.
     """
 
     samples: PatchSamples
@@ -51,8 +60,9 @@ class PatchResidual:
 
 
 def solve_patch_residual(basis: Basis, samples: PatchSamples, shape) -> PatchResidual:
-    """Trend and residual of one patch (a stack of one) from its samples."""
-    # Of one layout in memory, so that what is read from a file is solved to the last bit.
+    """Trend and residual of one patch from its samples (a stack of one) and ``shape`` (4,): see
+    PatchResidual."""
+    # One memory layout gives the same bytes for samples from a file.
     samples = PatchSamples(
         *(np.ascontiguousarray(getattr(samples, field.name)) for field in fields(samples))
     )
@@ -65,15 +75,20 @@ def solve_patch_residual(basis: Basis, samples: PatchSamples, shape) -> PatchRes
 def learn_residuals(
     table: PatchTable, membership: SampleMembership, prior: SmoothnessPrior
 ) -> ResidualScale:
-    """Give every patch a residual that the evidence asks for; returns the surface's texture.
+    """Give a residual to every patch with strong evidence for one.
 
     Parameters
     ----------
-    table : Table
-        Its ``rough`` is filled, and of these patches mean and variance become the trend's.
-    membership : Learning
-        The samples of each patch.
+    table : PatchTable
+        Changed in place: ``residuals`` is filled, and ``mean`` and ``variance`` of these patches
+        become those of their trends.
+    membership : SampleMembership
     prior : SmoothnessPrior
+
+    Returns
+    -------
+    ResidualScale
+        Amplitude and correlation length of the surface; amplitude 0 where no patch has a residual.
     """
     solve(table, np.array(sorted(table.residuals), int))
     rows = table.rows
@@ -92,6 +107,7 @@ def learn_residuals(
 def _learn(
     table: PatchTable, membership: SampleMembership, rows, residual_scale: ResidualScale, prior
 ) -> None:
+    """Give a residual to those of rows (m,) that have strong evidence for one."""
     samples = samples_of(table, membership, rows)
     found = residual_evidence(table.basis, samples, residual_scale, table.radius[rows], prior)
     length = residual_scale.length / table.radius[rows]
@@ -103,13 +119,11 @@ def _learn(
             enter(table, row, solve_patch_residual(table.basis, fine.only(i), shapes[i]))
 
 
-def enter(table: PatchTable, row: int, rough: PatchResidual) -> None:
-    """Make a patch of the table a rough one."""
-    table.residuals[row] = rough
-    table.mean[row], table.variance[row] = (
-        rough.mean,
-        table.products.quadratic_forms(rough.covariance),
-    )
+def enter(table: PatchTable, row: int, solved: PatchResidual) -> None:
+    """Give a patch of the table its residual, and the mean and variance of the trend."""
+    table.residuals[row] = solved
+    table.mean[row] = solved.mean
+    table.variance[row] = table.products.quadratic_forms(solved.covariance)
 
 
 def samples_of(
@@ -118,27 +132,35 @@ def samples_of(
     rows,
     residual_scale: ResidualScale | None = None,
 ) -> PatchSamples:
-    """What the rows' patches learned from, at its feet on them, merged: some 200 a patch, or as
-    many as a texture asks for."""
+    """Samples of rows at their feet on the patches, averaged over squares.
+
+    Parameters
+    ----------
+    table : PatchTable
+    membership : SampleMembership
+    rows : (m,) int
+    residual_scale : ResidualScale, optional
+        Makes the squares fine enough for its correlation length. Without, a patch has about 200.
+    """
     parts = [
         _feet(table, row, membership.pool.points[membership.fitted[row]]) for row in rows.tolist()
     ]
-    width = max(len(lift) for _, lift, _ in parts)
+    width = max(len(value) for _, value, _ in parts)
     feet = np.zeros((len(parts), width, 3))
-    lift, weight = np.zeros((2, len(parts), width))
+    value, weight = np.zeros((2, len(parts), width))
     for i, part in enumerate(parts):
-        for array, values in zip((feet, lift, weight), part, strict=True):
+        for array, values in zip((feet, value, weight), part, strict=True):
             array[i, : len(values)] = values
     terms = monomials(table.basis, *np.moveaxis(feet, -1, 0))[: table.basis.size]
     noise = scaled_noise(table.measurement_std[rows], table.radius[rows])
     side = np.full(len(rows), SIDE)
     if residual_scale is not None:
         side = np.clip(_FINE * residual_scale.length / table.radius[rows], _FINEST, SIDE)
-    return merged(PatchSamples(feet, terms, feet[..., 2] + lift, weight, noise), side)
+    return merged(PatchSamples(feet, terms, feet[..., 2] + value, weight, noise), side)
 
 
 def _feet(table: PatchTable, row: int, points):
-    """Feet (n, 3), F (n,) and weights (n,) of points (n, 3) on a patch, scaled."""
+    """Feet (n, 3) of points (n, 3) on a patch, F at the points (n,) and weights (n,), scaled."""
     scaled = table.scaled_local(np.array([row]), points)
     value, upward = (values[0] for values in table.surface(np.array([row]), scaled))
     square = (upward * upward).sum(axis=1)
