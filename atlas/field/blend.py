@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from touchatlas.atlas.field.blend_at_edges import own_beyond_edges
-from touchatlas.atlas.field.patch_values import PatchValues, distances, patch_values, runs
+from touchatlas.atlas.field.padded_groups import runs
+from touchatlas.atlas.field.patch_values import PatchValues, distances, patch_values
 from touchatlas.atlas.graph.sheets import same_sheet
 from touchatlas.atlas.graph.surface_graph import SurfaceGraph
 from touchatlas.atlas.patches.patch_table import PatchTable

@@ -10,7 +10,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from touchatlas.atlas.field.patch_values import runs
+from touchatlas.atlas.field.padded_groups import runs
 from touchatlas.atlas.graph.creases import Creases
 from touchatlas.atlas.graph.surface_graph import SurfaceGraph
 

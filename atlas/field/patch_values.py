@@ -1,14 +1,14 @@
 """Patch values: distance, normal, variance and curvature of single patches at points.
 
-Pairs of a patch and a point are put into padded groups. A group is an array with one line for each
-patch and about as many points in each line, so that every product is a stack of matrix products.
+Pairs of a patch and a point are put into padded groups, so that every product is a stack of matrix
+products.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from touchatlas.atlas.field.padded_groups import groups
 from touchatlas.atlas.graph.power_diagram import CELL_MARGIN
 from touchatlas.atlas.graph.surface_graph import SurfaceGraph
 from touchatlas.atlas.patches.intersect import HEIGHT_LIMIT
@@ -33,12 +33,6 @@ from touchatlas.patch.geometry.polynomial import (
 # weight: nearly as far as its contours reach, 0.98 R for a core of 0.75 R. Its deviation tells how
 # uncertain it is there. Doubled, patches are extrapolated to 1.16 R.
 COVER_MARGIN = 0.7
-# Numbers of points that a line of a group may have. With twice as many, fewer lines are padded and
-# there are more groups.
-_WIDTHS = np.array([1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256])
-# Largest numbers of pairs and of lines in a group, so that it fits the caches. Doubled, a group
-# takes twice the memory.
-_PAIRS, _LINES = 2048, 512
 # Derivatives for distance, normal and curvature.
 _ALL = (*GRADIENT, XX, XY, YY, XZ, YZ, ZZ)
 
@@ -67,42 +61,6 @@ class PatchValues:
     numbers: np.ndarray
     own: np.ndarray
     covers: np.ndarray | None = None
-
-
-def runs(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Starts and sizes (n,) of the runs of equal values in an array (m,).
-
-    >>> [a.tolist() for a in runs(np.array([7, 7, 3, 7]))]
-    [[0, 2, 3], [2, 1, 1]]
-    """
-    starts = np.flatnonzero(np.r_[True, values[1:] != values[:-1]][: len(values)])
-    return starts, np.diff(np.r_[starts, len(values)])
-
-
-def groups(rows: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Padded groups of equal rows: rows (m,), and indices (m, k) into ``rows``. Lines are padded
-    with their last index.
-
-    >>> [(r.tolist(), i.tolist()) for r, i in groups(np.array([5, 2, 5, 5]))]
-    [([2], [[1]]), ([5], [[0, 2, 3]])]
-    """
-    narrow = len(rows) and rows.max() < 1 << 16
-    # numpy sorts integers of 16 bits in linear time.
-    order = np.argsort(rows.astype(np.uint16) if narrow else rows, kind="stable")
-    ordered = rows[order]
-    starts, counts = runs(ordered)
-    lines = -(-counts // _WIDTHS[-1])
-    place = np.arange(lines.sum()) - np.repeat(np.cumsum(lines) - lines, lines)
-    starts = np.repeat(starts, lines) + place * _WIDTHS[-1]
-    counts = np.minimum(np.repeat(counts, lines) - place * _WIDTHS[-1], _WIDTHS[-1])
-    kind = np.searchsorted(_WIDTHS, counts)
-    for k in np.unique(kind).tolist():
-        of_kind, width = np.flatnonzero(kind == k), int(_WIDTHS[k])
-        step = max(1, min(_LINES, _PAIRS // width))
-        for i in range(0, len(of_kind), step):
-            chosen = of_kind[i : i + step]
-            inside = np.minimum(np.arange(width), counts[chosen, None] - 1)
-            yield ordered[starts[chosen]], order[starts[chosen, None] + inside]
 
 
 def patch_values(table: PatchTable, graph: SurfaceGraph, rows, points, reach: float) -> PatchValues:
@@ -144,13 +102,11 @@ def distances(
     trimmed : bool
         Whether cells end at creases.
     plain : bool
-        Whether to evaluate the polynomials of the last refit, without residuals. They hold farther
-        from the surface than the trends that belong to residuals.
+        Whether to evaluate polynomials without residuals: they hold farther from the surface.
 
     Returns
     -------
     distance : (m,) float, length
-        First order, positive outside.
     normals : (m, 3) float, unit, world
     own : (m,) bool
         Whether the foot of the point lies in the patch's cell.

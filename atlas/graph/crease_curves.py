@@ -194,7 +194,7 @@ def side_of(first: int, second: int, own: int) -> int:
 
 
 def _run(points, good, beyond, fraction, start: int) -> np.ndarray:
-    """The longest run of good points about the start, up to where a third sheet cuts it off."""
+    """The unbroken run of good points about the start, up to where a third sheet cuts it off."""
     free = np.flatnonzero(good & ~beyond)
     if not len(free):
         return points[:0]

@@ -55,11 +55,9 @@ class EdgeEnds:
         normals = patches_at(table, np.full((len(points), 1), row), points).normals[:, 0]
         tangents -= (tangents * normals).sum(axis=1)[:, None] * normals
         tangents /= np.sqrt((tangents * tangents).sum(axis=1))[:, None]
-        self.points = np.concatenate([self.points, points])
-        self.tangents = np.concatenate([self.tangents, tangents])
-        self.normals = np.concatenate([self.normals, normals])
-        self.steps = np.concatenate([self.steps, steps])
-        self.home = np.concatenate([self.home, np.full(len(points), row)])
+        new = points, tangents, normals, steps, np.full(len(points), row)
+        for (name, column), values in zip(vars(self).items(), new, strict=True):
+            setattr(self, name, np.concatenate([column, values]))
         self.drop_passed(table)
 
     def drop_passed(self, table: PatchTable) -> None:

@@ -37,7 +37,7 @@ def find_creases(
     bias: float,
     new: np.ndarray | None = None,
 ) -> dict[Pair, Crease]:
-    """The creases of those pairs of patches that have one.
+    """The creases of those pairs of patches that have one, by ascending pairs.
 
     Parameters
     ----------
@@ -48,11 +48,6 @@ def find_creases(
         Lack of fit that patches may have.
     new : (n,) int, optional
         Samples of the last row, if its equations are still empty.
-
-    Returns
-    -------
-    dict
-        Ascending pairs of rows, mapped to their crease.
 
     Notes
     -----

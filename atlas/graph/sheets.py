@@ -10,6 +10,7 @@ from collections.abc import Set as AbstractSet
 
 import numpy as np
 
+from touchatlas.atlas.patches.growing_array import grown
 from touchatlas.atlas.patches.normal_equations import SHEET_COSINE, SHEET_GAP
 from touchatlas.atlas.patches.patch_table import PatchTable
 
@@ -74,9 +75,7 @@ class SheetNeighbours:
     def lines(self) -> np.ndarray:
         """(m, w) neighbours of every row, ascending, each line padded with the row itself."""
         size = len(self._sets)
-        if size > len(self._lines):
-            more = np.zeros((size, self._lines.shape[1]), np.int32)
-            self._lines = np.concatenate([self._lines, more])
+        self._lines = grown(self._lines, size)
         for row in self._stale:
             line = sorted(self._sets[row])
             if len(line) > self._lines.shape[1]:

@@ -163,24 +163,13 @@ class PatchTable:
     def _fill(self, row: int, fit: PatchFit) -> None:
         """Write a fit into a row, with empty equations."""
         patch = fit.patch
-        values = {
-            "origin": patch.frame.origin,
-            "axes": patch.frame.axes,
-            "radius": patch.radius,
-            "noise": patch.noise_std,
-            "length_ratio": fit.length_ratio,
-            "z_scale": fit.z_scale,
-            "moments": 0.0,
-            "rhs": 0.0,
-            "sum_of_squares": 0.0,
-            "count": 0.0,
-            "linearisation_point": patch.polynomial.coefficients,
-            "mean": patch.polynomial.coefficients,
-            "variance": self.products.quadratic_forms(patch.covariance),
-            "residual": patch.residual_rms,
-        }
-        for name, value in values.items():
-            self._columns[name][row] = value
+        self.origin[row], self.axes[row] = patch.frame.origin, patch.frame.axes
+        self.radius[row], self.noise[row] = patch.radius, patch.noise_std
+        self.length_ratio[row], self.z_scale[row] = fit.length_ratio, fit.z_scale
+        self.moments[row] = self.rhs[row] = self.sum_of_squares[row] = self.count[row] = 0.0
+        self.linearisation_point[row] = self.mean[row] = patch.polynomial.coefficients
+        self.variance[row] = self.products.quadratic_forms(patch.covariance)
+        self.residual[row] = patch.residual_rms
 
     def copy_of(self, row: int) -> dict[str, np.ndarray]:
         """A copy of every column at a row, for ``put_back``."""

@@ -11,8 +11,10 @@ class AtlasChange:
     ----------
     added, changed : tuple of int
         New patches, and patches with new samples or a new fit.
-    merged, split, removed : tuple of int
-        Patches that were merged, split, or removed for other reasons.
+    merged, split : tuple of int
+        Former patches that were merged into another one, or split into several.
+    removed : tuple of int
+        All former patches that are gone, with those two.
     refused : str
         Why nothing was changed; empty otherwise.
     """

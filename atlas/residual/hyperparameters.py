@@ -105,10 +105,7 @@ def residual_evidence(
         If the amplitude is zero.
     """
     if not residual_scale.amplitude > 0:
-        raise ValueError(
-            "residual_scale has amplitude 0; a positive one is needed: without, there are no "
-            "residuals to ask for"
-        )
+        raise ValueError("residual_scale has amplitude 0; it must be > 0: learn it from samples")
     log_factor_prior = -0.5 * (np.log(_FACTORS) / _FACTOR_LOG_STD) ** 2
     parts = []
     for rows in _few(len(radius)):
@@ -116,14 +113,11 @@ def residual_evidence(
         alone, _, _ = _best_trend(basis, independent_equations(some), r, prior)
         alike = correlation(some, residual_scale.length / r)
         sums = (trend_equations(some, k * residual_scale.amplitude / r, alike) for k in _FACTORS)
-        tried = [_best_trend(basis, one, r, prior) for one in sums]
-        scores = np.array([evidence for evidence, *_ in tried]) + log_factor_prior[:, None]
+        tried = np.array([_best_trend(basis, one, r, prior) for one in sums])
+        scores = tried[:, 0] + log_factor_prior[:, None]
         best = scores.argmax(axis=0), np.arange(len(r))
-        length_ratio, z_scale = (
-            np.array(values)[best] for values in list(zip(*tried, strict=True))[1:]
-        )
         amplitude = _FACTORS[best[0]] * residual_scale.amplitude / r
-        parts.append((scores[best] - alone, amplitude, length_ratio, z_scale))
+        parts.append((scores[best] - alone, amplitude, tried[:, 1][best], tried[:, 2][best]))
     return ResidualEvidence(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
 
