@@ -18,7 +18,7 @@ from touchatlas.patch.geometry.arrays import cross
 # their chords a quarter of the error.
 _COUNT = 17
 # Least sine of the angle between two patches on their crease: 12 degrees. At smaller angles the
-# place of the crease is uncertain. Doubled, creases of 20 degrees are lost.
+# place of the crease is uncertain. Doubled, curves end where it falls below 24 degrees.
 _LEAST_SINE = 0.2
 
 

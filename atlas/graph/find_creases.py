@@ -20,7 +20,7 @@ _ON_ONE_SIDE = 0.98
 # Doubled, small steps between faces are no creases.
 _NOISES = 4.0
 # Largest distance between the last samples of the two sheets, in the smaller patch radius. Doubled,
-# it is as long as patches overlap, and limits nothing.
+# it is longer than most overlaps, and rules nothing out.
 _APART = 0.75
 # Distance by which the compared samples may be farther from the anchor than the last samples are
 # apart, in the smaller patch radius. Doubled, notches and other edges come into the comparison.

@@ -1,1 +1,1 @@
-"""The patches as one stack of arrays, the samples, and the equations that join them."""
+"""The patches as one stack of arrays, the samples, and the normal equations of the fits."""

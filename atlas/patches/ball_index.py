@@ -10,8 +10,8 @@ _PRIMES = np.array([73856093, 19349663, 83492791], np.uint64)
 # Factors of the level and of the sum: 2^32 and 2^64 over the golden ratio spread differences of the
 # low bits over the high ones (Knuth, volume 3, section 6.4).
 _LEVEL_PRIME, _GOLDEN = np.uint64(2654435761), np.uint64(0x9E3779B97F4A7C15)
-# Mean number of balls in a bucket of the hash table. Doubled, the table takes half the memory and
-# a look-up finds twice as many candidates of other cells.
+# Largest number of balls for each bucket of the hash table. Doubled, the table takes half the space
+# and a look-up finds twice as many candidates of other cells.
 _LOAD = 2
 # Slots that one numpy call compares. Doubled, a call takes twice the memory.
 _AT_ONCE = 1 << 20

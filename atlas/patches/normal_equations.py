@@ -18,8 +18,8 @@ from touchatlas.patch.fit.smoothness import (
 )
 from touchatlas.patch.geometry.polynomial import GRADIENT, evaluate_batch, monomials
 
-# Largest distance from a patch, in patch radii, of a sample of its sheet. Doubled, the far sides of
-# walls half a radius thick pass for the same sheet.
+# Largest distance from a patch, in patch radii, of a sample of its sheet. Doubled, the faces of
+# a step half a radius high pass for one sheet.
 SHEET_GAP = 0.25
 # Least cosine of the angle between a patch's normal and that of a sample of its sheet: 60 degrees.
 # Doubled to 1, no sample is accepted.

@@ -1,1 +1,1 @@
-"""Detail finer than a patch's polynomial, as a Gaussian process where the evidence asks for it."""
+"""Detail finer than a patch's polynomial, as a Gaussian process where the evidence is strong."""
