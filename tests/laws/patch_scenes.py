@@ -38,13 +38,13 @@ class WavyGraph:
         return (np.sin(along + self.phase) - sine - cosine * along) @ self.size
 
     def normal_curvature(self, angle: float) -> float:
-        """At the origin, exact; positive where the graph bends upward."""
+        """At the origin, exact. It is positive where the graph curves upward."""
         slope = self.waves @ [np.cos(angle), np.sin(angle)]
         return float(-(self.size * np.sin(self.phase)) @ slope**2)
 
 
 def even_angles(count: int) -> np.ndarray:
-    """Directions of sections, evenly spread over half a turn."""
+    """Directions of sections, evenly spread over 180 degrees."""
     return 0.2 + np.pi / count * np.arange(count)
 
 
