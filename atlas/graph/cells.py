@@ -94,7 +94,8 @@ class Cells:
             corners = {t: p for t, (p, excess) in sorted(places.items()) if excess <= CELL_MARGIN}
             ended = {pair for triple in corners for pair in combinations(triple, 2)}
             boundaries = self._draw(ended)
-            self._mended = _mended(self._table, corners, self.gaps, boundaries), boundaries
+            corners = mended(self._table, corners, self.gaps, boundaries)
+            self._mended = corners, ended_boundaries(boundaries, corners)
         return self._mended
 
     def _draw(self, ended: set[Pair]) -> dict[Pair, Boundary]:
@@ -128,6 +129,12 @@ class Cells:
         return np.asarray(covered & (own <= power.min(axis=2) + 1e-12 * weight))
 
 
+def ended_boundaries(boundaries: Mapping[Pair, Boundary], corners: Places) -> dict[Pair, Boundary]:
+    """The boundaries that have points, or a corner."""
+    ended = {pair for triple in corners for pair in combinations(triple, 2)}
+    return {pair: b for pair, b in boundaries.items() if len(b.points) or pair in ended}
+
+
 def _boundary(pair: Pair, points, gap, angle) -> Boundary:
     if not len(points):
         return Boundary(pair, points, 0.0, 0.0, False)
@@ -137,33 +144,36 @@ def _boundary(pair: Pair, points, gap, angle) -> Boundary:
     )
 
 
-def _mended(table: PatchTable, corners: Places, gaps: Places, boundaries) -> Places:
-    """Corners of which each boundary has an even number.
+def mended(table: PatchTable, corners: Places, gaps: Places, boundaries) -> Places:
+    """Corners of which each boundary has an even number, as far as that is clear.
 
     Where four patches have about equal power, each triple is judged on a polynomial of its own,
     and these disagree. But a boundary ends twice: three boundaries that lack one end each, and
-    would share it, lack a corner, and three that have one too many have one too many.
+    would share it, lack a corner, and three that have one too many have one too many. One with
+    no other end, and no point, is none.
     """
     out = dict(corners)
     count = dict.fromkeys(boundaries, 0)
     for pair in (pair for triple in out for pair in combinations(triple, 2)):
         count[pair] += 1
+    known = {frozenset(triple) for triple in (*out, *gaps)}
     odd = nx.Graph(pair for pair, ends in count.items() if ends % 2)
-    for triple in sorted(
-        (min(c), sum(c) - min(c) - max(c), max(c))
-        for c in nx.enumerate_all_cliques(odd)
-        if len(c) == 3
-    ):
+    cliques = (sorted(clique) for clique in nx.enumerate_all_cliques(odd) if len(clique) == 3)
+    for low, middle, high in sorted(cliques):
+        triple, change = (low, middle, high), 0
         pairs = list(combinations(triple, 2))
-        ends, change = [count[pair] for pair in pairs], 0
-        if triple in out and min(ends) == 3:
+        if triple in out and all(_has_too_many(count[p], boundaries[p]) for p in pairs):
             del out[triple]
             change = -1
-        elif triple not in out and triple not in gaps and ends == [1, 1, 1]:
-            first, second, row = np.array(triple)[:, None]
-            point = points_of_equal_power(table, row, first, second)[0]
+        elif frozenset(triple) not in known and all(count[p] == 1 for p in pairs):
+            point = points_of_equal_power(table, *np.array([[high], [low], [middle]]))[0]
             if np.isfinite(point).all():
                 out[triple], change = point, 1
         for pair in pairs:
             count[pair] += change
     return out
+
+
+def _has_too_many(ends: int, boundary: Boundary) -> bool:
+    """Whether a boundary with an odd number of corners has one too many."""
+    return ends == 3 or (ends == 1 and not len(boundary.points))
