@@ -26,8 +26,8 @@ from touchatlas.sim.world.probe import Probe
 # Truth triangles may be off the true surface by this fraction of the tolerance. Twice as much
 # halves the number of triangles and adds 1 % of the tolerance to the measured errors.
 _TRUTH_SAGITTA = 0.01
-# Largest noise, in tolerances: the grid of a surface spread over more of them would not fit into
-# memory. Twice as much needs up to eight times the memory.
+# Largest noise, in tolerances: the grid of a surface that is spread over more of them would not fit
+# into memory. Twice as much needs a grid twice as fine for the same spread.
 _NOISIEST = 1000
 # Smallest tolerance, as a fraction of an object's diagonal: the rounding of its points, with three
 # digits of slack. Twice as much would refuse nothing that anyone can measure.
