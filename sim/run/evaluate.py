@@ -59,6 +59,11 @@ class Truth:
     closed: bool
     euler_characteristic: int
 
+    @property
+    def diagonal(self) -> float:
+        """Diagonal of the bounding box, length."""
+        return float(np.linalg.norm(np.ptp(self.vertices[np.unique(self.faces)], axis=0)))
+
 
 @dataclass(frozen=True)
 class Evaluation:
@@ -186,7 +191,6 @@ def evaluate_surface(
     angles = _angles_deg(normals, truth.normals)
     predicted = None if deviation is None else (weights * deviation[corners]).sum(axis=1)
     mesh = trimesh.Trimesh(vertices, faces, process=False)
-    extent = truth.vertices[np.unique(truth.faces)]
     return Evaluation(
         float(np.mean(completeness <= 3.0 * tolerance)),
         *_statistics(accuracy),
@@ -201,7 +205,7 @@ def evaluate_surface(
         int(mesh.euler_number),
         truth.euler_characteristic if truth.closed else None,
         float(tolerance),
-        float(np.linalg.norm(np.ptp(extent, axis=0))),
+        truth.diagonal,
     )
 
 
