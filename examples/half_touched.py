@@ -37,10 +37,7 @@ def half_of(obj, rng) -> Atlas:
     for touch in touches:
         if touch.contact[side] > 0.5 * (low + high)[side]:
             half.add(touch)
-    half.refit_all()
-    half.fill()
-    half.simplify()
-    half.learn_residuals()
+    half.finish()
     return half
 
 

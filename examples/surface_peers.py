@@ -52,10 +52,7 @@ def learn(touches, tolerance: float, trust: float):
     atlas = Atlas(tolerance, AtlasOptions(trust=trust))
     for one in touches:
         atlas.add(one)
-    atlas.refit_all()
-    atlas.fill()
-    atlas.simplify()
-    atlas.learn_residuals()
+    atlas.finish()
     return atlas, extract_surface(atlas)
 
 
