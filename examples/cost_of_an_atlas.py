@@ -82,7 +82,9 @@ def main(*sizes: int) -> None:
         print(f"| {n} | {t:.2f} | {t / costs[0][1]:.2f} | {q:.1f} | {q / costs[0][2]:.2f} |")
     tracemalloc.start()
     (atlas, _), where = grow([min(1000, max(sizes))]), Counter()
-    for entry in tracemalloc.take_snapshot().statistics("filename"):
+    snapshot = tracemalloc.take_snapshot()
+    tracemalloc.stop()
+    for entry in snapshot.statistics("filename"):
         where[Path(entry.traceback[0].filename).stem] += entry.size // len(atlas)
     pool, membership = atlas.membership.pool, atlas.membership
     own = (pool.points, pool.normals, pool.across, pool.edges)
@@ -91,7 +93,7 @@ def main(*sizes: int) -> None:
     rest, lists = sum(where.values()) - samples, lists // len(atlas)
     print(f"bytes a patch: {rest + samples}; {where.most_common(7)}")
     print(f"samples (points, normals, planes, edges): {samples}; besides them: {rest}")
-    print(f"of that, numbers of the samples that a patch learned from or brought: {lists}")
+    print(f"of that, numbers of the samples that a patch fitted or owned: {lists}")
 
 
 if __name__ == "__main__":

@@ -55,15 +55,15 @@ def radii(obj, points, normals):
     e1, e2 = np.linalg.svd(normals[:, None])[2][:, 1:].transpose(1, 0, 2)
     angles = np.pi / LINES * np.arange(LINES)[:, None]
     lines = np.cos(angles)[:, :, None] * e1 + np.sin(angles)[:, :, None] * e2
-    for share in RADII:
+    for fraction in RADII:
         for degree in (4, 5):  # Odd and even parts: no quintic, so no quartic either.
-            places = share * obj.diagonal * np.cos(np.pi * np.arange(degree + 2) / (degree + 1))
+            places = fraction * obj.diagonal * np.cos(np.pi * np.arange(degree + 2) / (degree + 1))
             offsets = places[:, None] * lines[..., None, :]
             over = points[:, None], normals[:, None]
             height, cosine = heights(obj, *over, offsets)
             good = (least_error(height, degree) <= obj.tolerance).all(axis=0)
             holds &= good & (cosine >= LEAST_COSINE).all(axis=(0, 2))
-        out[holds] = share
+        out[holds] = fraction
     return out * obj.diagonal * RADII[1] / RADII[0]
 
 

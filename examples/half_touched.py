@@ -2,7 +2,7 @@
 
 An exploration is cut short of its touches that were made on the far side of the middle, and the
 atlas of the others gives its surface. False is what lies farther than three tolerances from the
-truth; the share is of the area of the surface.
+truth, as a fraction of the area of the surface.
 
     python examples/half_touched.py [OBJECT ...]
 
@@ -37,15 +37,12 @@ def half_of(obj, rng) -> Atlas:
     for touch in touches:
         if touch.contact[side] > 0.5 * (low + high)[side]:
             half.add(touch)
-    half.refit_all()
-    half.fill()
-    half.simplify()
-    half.learn_residuals()
+    half.finish()
     return half
 
 
 def main(*names) -> None:
-    print("| object | patches | share of the area | false share | mean / tolerance |")
+    print("| object | patches | fraction of the area | false fraction | mean / tolerance |")
     print("|---|---|---|---|---|")
     for name in names or ("sphere",):
         obj = make_object(name if name in object_names() else f"{Path(FOLDER, name)}.ply")
@@ -55,8 +52,8 @@ def main(*names) -> None:
         centres = surface.vertices[surface.faces].mean(axis=1)
         off = distances(*obj.mesh(0.05 * obj.tolerance), centres) / obj.tolerance
         false, mean = areas @ (off > 3.0) / areas.sum(), areas @ off / areas.sum()
-        share = areas.sum() / obj.area
-        print(f"| {name} | {len(atlas)} | {share:.3f} | {false:.5f} | {mean:.4f} |", flush=True)
+        fraction = areas.sum() / obj.area
+        print(f"| {name} | {len(atlas)} | {fraction:.3f} | {false:.5f} | {mean:.4f} |", flush=True)
 
 
 if __name__ == "__main__":

@@ -38,6 +38,7 @@ def main() -> None:
     while (plan := planner.ask(atlas)) is not None:
         touch = robot(plan)
         planner.tell(touch, atlas.add(touch))
+    atlas.finish()
     points = RNG.normal(size=(5000, 3))
     points *= RADIUS / np.linalg.norm(points, axis=1)[:, None]
     seen = atlas.blend(points)

@@ -6,7 +6,7 @@ ours how many tolerances of deviation are trusted.
     python examples/surface_peers.py [OBJECT [TOUCHES [NOISE [CELLS [METHODS]]]]]
 
 OBJECT is built in (blob:2 has seed 2), a mesh file, or a mesh in the folder TOUCHATLAS_OBJECTS;
-TOUCHES how many places, spread evenly, or "explore" (a mesh: 400 at most); NOISE a share of the
+TOUCHES how many places, spread evenly, or "explore" (a mesh: 400 at most); NOISE a fraction of the
 diagonal; CELLS those of the others' grids along the longest side; METHODS names, or "all".
 """
 
@@ -52,10 +52,7 @@ def learn(touches, tolerance: float, trust: float):
     atlas = Atlas(tolerance, AtlasOptions(trust=trust))
     for one in touches:
         atlas.add(one)
-    atlas.refit_all()
-    atlas.fill()
-    atlas.simplify()
-    atlas.learn_residuals()
+    atlas.finish()
     return atlas, extract_surface(atlas)
 
 

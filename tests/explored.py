@@ -1,16 +1,20 @@
 """Atlases of built-in objects, explored once each and shared by the tests."""
 
+from copy import deepcopy
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
+import trimesh
 
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.records.touch import Touch
 from touchatlas.planner.loop import explore
 from touchatlas.planner.planner import Planner
+from touchatlas.sim.study.surface_peers import spread_plans
 from touchatlas.sim.world.implicit_fields import quadric_with_bumps
 from touchatlas.sim.world.implicit_object import ImplicitObject
+from touchatlas.sim.world.mesh_object import MeshObject
 from touchatlas.sim.world.objects import make_object
 from touchatlas.sim.world.probe import Probe
 
@@ -34,10 +38,9 @@ def object_at(name: str, scale: float):
 
 
 def explored(name: str, scale: float = 1.0, max_touches: int | None = None) -> Explored:
-    """Explore with seed 1; a full exploration is kept."""
-    if max_touches is None:
-        return _whole(name, scale)
-    return _explore(name, scale, max_touches)
+    """Explore with seed 1; explorations are kept, and handed out as copies."""
+    kept = _kept(name, scale, max_touches)
+    return Explored(deepcopy(kept.atlas), list(kept.touches))
 
 
 def touched_again(touch: Touch, rng) -> Touch:
@@ -60,5 +63,24 @@ def _explore(name, scale, max_touches):
 
 
 @lru_cache
-def _whole(name, scale):
-    return _explore(name, scale, None)
+def _kept(name, scale, max_touches):
+    return _explore(name, scale, max_touches)
+
+
+@lru_cache
+def bumpy():
+    """A ball with bumps a fifth of a patch wide, touched at 60 places spread evenly.
+
+    Returns its atlas with residuals, points of the ball, their distances from the atlas without
+    residuals, and how many patches have one.
+    """
+    rng = np.random.default_rng(3)
+    sphere = trimesh.creation.icosphere(5, 33.0)
+    sphere.vertices *= 1.0 + 0.02 * np.sin(0.45 * sphere.vertices).prod(axis=1)[:, None]
+    obj = MeshObject("bumpy", np.array(sphere.vertices), np.array(sphere.faces))
+    probe, atlas = Probe(obj, 0.005, rng), Atlas(0.1)
+    for plan in spread_plans(*obj.sample(2000, rng), 60):
+        atlas.add(probe(plan))
+    points = sphere.vertices[::40]
+    before = np.abs(atlas.blend(points).distance)
+    return atlas, points, before, atlas.learn_residuals()

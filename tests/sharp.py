@@ -1,5 +1,6 @@
 """Bodies with sharp edges, explored once each and shared by the tests."""
 
+from copy import deepcopy
 from functools import lru_cache
 
 import numpy as np
@@ -55,11 +56,16 @@ def sharp_object(name: str):
     return ImplicitObject(name, "", *_FIELDS[name], 0.02, 0.1)
 
 
-@lru_cache
 def explored_sharp(
     name: str, noise: float = 0.02, max_touches: int = 250, seed: int = 0
 ) -> Explored:
-    """A body with sharp edges, explored once."""
+    """A body with sharp edges, explored once, and handed out as a copy."""
+    kept = _explored(name, noise, max_touches, seed)
+    return Explored(deepcopy(kept.atlas), list(kept.touches))
+
+
+@lru_cache
+def _explored(name: str, noise: float, max_touches: int, seed: int) -> Explored:
     obj = sharp_object(name)
     atlas, planner = Atlas(obj.tolerance), Planner(*obj.start())
     probe = Probe(obj, noise, np.random.default_rng(seed))

@@ -1,5 +1,7 @@
 """Creases of patches that came or changed, and which sheets they part."""
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from touchatlas.atlas.graph.creases import Crease
@@ -47,8 +49,7 @@ def continued_creases(state: AtlasState, rows: set[int]) -> dict[tuple[int, int]
     for i, j in sorted(pair for pair in creases.pairs if not rows.isdisjoint(pair)):
         line = curve(i, j)
         sheets = [np.array([k, *sorted(neighbours[k])]) for k in (i, j)]
-        owners = [sheet[power_at(table, sheet, line).argmin(axis=1)] for sheet in sheets]
-        for a, b, point in zip(*(owner.tolist() for owner in owners), line, strict=True):
+        for a, b, point in _facing_along(table, sheets, line):
             if a != b and b not in neighbours[a] and not creases.between(a, b):
                 places.setdefault((min(a, b), max(a, b)), (creases.sign(i, j), point))
     if not places:
@@ -65,6 +66,23 @@ def continued_creases(state: AtlasState, rows: set[int]) -> dict[tuple[int, int]
         for (pair, (sign, _)), point, keep in zip(places.items(), seen.points, good, strict=True)
         if keep
     }
+
+
+def _facing_along(table: PatchTable, sheets, line) -> Iterator[tuple[int, int, np.ndarray]]:
+    """Pairs of patches with the least power of two sheets, at points (n, 3) of a line and between
+    them: where both owners change between two points, the one changes before the other."""
+    first, second = (sheet[power_at(table, sheet, line).argmin(axis=1)] for sheet in sheets)
+    yield from zip(first.tolist(), second.tolist(), line, strict=True)
+    changes = (first[1:] != first[:-1]) & (second[1:] != second[:-1])
+    for k in np.flatnonzero(changes).tolist():
+        ends = line[k : k + 2]
+        where = []
+        for before, after in (first[k : k + 2], second[k : k + 2]):
+            # The difference of two powers is linear along a segment.
+            low, high = power_at(table, [before], ends)[:, 0] - power_at(table, [after], ends)[:, 0]
+            where.append(low / (low - high) if low < high else 0.5)
+        pair = (first[k + 1], second[k]) if where[0] < where[1] else (first[k], second[k + 1])
+        yield int(pair[0]), int(pair[1]), ends[0] + 0.5 * sum(where) * (ends[1] - ends[0])
 
 
 def smooth_neighbours(

@@ -97,8 +97,8 @@ class Cells:
             corners = {t: p for t, (p, excess) in sorted(places.items()) if excess <= CELL_MARGIN}
             ended = {pair for triple in corners for pair in combinations(triple, 2)}
             boundaries = self._all_boundaries(ended)
-            corners = _with_even_ends(self._table, corners, self.gaps, boundaries)
-            self._diagram = corners, boundaries
+            corners = with_even_ends(self._table, corners, self.gaps, boundaries)
+            self._diagram = corners, ended_boundaries(boundaries, corners)
         return self._diagram
 
     def _all_boundaries(self, ended: set[Pair]) -> dict[Pair, Boundary]:
@@ -132,6 +132,12 @@ class Cells:
         return np.asarray(covered & (own <= power.min(axis=2) + _TIE * weight))
 
 
+def ended_boundaries(boundaries: Mapping[Pair, Boundary], corners: Places) -> dict[Pair, Boundary]:
+    """The boundaries with points, or with a corner."""
+    ended = {pair for triple in corners for pair in combinations(triple, 2)}
+    return {pair: b for pair, b in boundaries.items() if len(b.points) or pair in ended}
+
+
 def _boundary(pair: Pair, points, gap, angle) -> Boundary:
     """The boundary of a pair from its points (b, 3), gaps (b,) and angles (b,)."""
     if not len(points):
@@ -142,26 +148,26 @@ def _boundary(pair: Pair, points, gap, angle) -> Boundary:
     )
 
 
-def _with_even_ends(table: PatchTable, corners: Places, gaps: Places, boundaries) -> Places:
-    """Corners, corrected so that each boundary ends in an even number of them.
+def with_even_ends(table: PatchTable, corners: Places, gaps: Places, boundaries) -> Places:
+    """Corners, corrected so that each boundary ends in an even number of them where possible.
 
     Where four patches have about equal power, each triple is tested on another polynomial, and the
     tests may disagree. But a boundary has two ends. So where three boundaries with one end each
-    form a triple, its corner is missing and is added; where each of the three boundaries of a
-    corner has three ends, the corner is dropped.
+    form a triple, its corner is missing and is added. Where each of the three boundaries of a
+    corner has an end too many, the corner is dropped.
     """
     out = dict(corners)
     count = dict.fromkeys(boundaries, 0)
     for pair in (pair for triple in out for pair in combinations(triple, 2)):
         count[pair] += 1
+    known = {frozenset(triple) for triple in (*out, *gaps)}
     odd = nx.Graph(pair for pair, ends in count.items() if ends % 2)
     for triple in sorted(triple_of(c) for c in nx.enumerate_all_cliques(odd) if len(c) == 3):
-        pairs = list(combinations(triple, 2))
-        ends, change = [count[pair] for pair in pairs], 0
-        if triple in out and min(ends) == 3:
+        pairs, change = list(combinations(triple, 2)), 0
+        if triple in out and all(_has_too_many(count[p], boundaries[p]) for p in pairs):
             del out[triple]
             change = -1
-        elif triple not in out and triple not in gaps and ends == [1, 1, 1]:
+        elif frozenset(triple) not in known and all(count[p] == 1 for p in pairs):
             first, second, row = np.array(triple)[:, None]
             point = points_of_equal_power(table, row, first, second)[0]
             if np.isfinite(point).all():
@@ -169,3 +175,9 @@ def _with_even_ends(table: PatchTable, corners: Places, gaps: Places, boundaries
         for pair in pairs:
             count[pair] += change
     return out
+
+
+def _has_too_many(ends: int, boundary: Boundary) -> bool:
+    """Whether a boundary with an odd number of corners has one too many. A boundary with a single
+    corner and no points is none."""
+    return ends == 3 or (ends == 1 and not len(boundary.points))

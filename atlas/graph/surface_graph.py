@@ -1,11 +1,11 @@
 """SurfaceGraph: which patches meet, where, and at what kind of edge."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from itertools import combinations
 
 import networkx as nx
 
-from touchatlas.atlas.graph.cells import Cells, Places
+from touchatlas.atlas.graph.cells import Cells, Places, ended_boundaries, with_even_ends
 from touchatlas.atlas.graph.crease_cells import (
     boundaries_with_creases,
     crease_corners,
@@ -14,6 +14,8 @@ from touchatlas.atlas.graph.crease_cells import (
 from touchatlas.atlas.graph.crease_curves import CreaseCurves
 from touchatlas.atlas.graph.creases import Creases
 from touchatlas.atlas.graph.outlines import Outlines
+from touchatlas.atlas.graph.power_diagram import Boundary
+from touchatlas.atlas.graph.row_tuples import Pair
 from touchatlas.atlas.graph.sheets import SheetNeighbours
 from touchatlas.atlas.graph.visibility import Visibility
 from touchatlas.atlas.patches.patch_table import PatchTable
@@ -49,6 +51,7 @@ class SurfaceGraph:
         self.visibility = Visibility(table, self.neighbours, self.creases, self.curves)
         self.cells = Cells(table, self.neighbours)
         self.outlines = Outlines(table, self.neighbours, self.visibility)
+        self._diagram: tuple[Places, Mapping[Pair, Boundary]] | None = None
 
     def mark_stale(self, rows: Iterable[int]) -> None:
         """The polynomials, neighbours or creases of rows changed: compute what follows again."""
@@ -60,14 +63,12 @@ class SurfaceGraph:
             about |= self.neighbours.around(set().union(*(self.creases.of(i) for i in about)))
         self.outlines.mark_stale(about)
         self.cells.mark_stale(rows)
+        self._diagram = None
 
     @property
     def corners(self) -> Places:
         """Ascending triples of rows, mapped to the point (3,) where three boundaries meet."""
-        corners = self.cells.corners
-        if not self.creases:
-            return corners
-        return visible_places(self.visibility, corners) | self._at_creases()[0]
+        return self._current_diagram()[0]
 
     @property
     def gaps(self) -> Places:
@@ -77,19 +78,35 @@ class SurfaceGraph:
             return gaps
         return visible_places(self.visibility, gaps) | self._at_creases()[1]
 
+    def as_networkx(self) -> nx.Graph:
+        """The rows in use as nodes, and as edges those whose cells meet, each with its
+        ``boundary`` (Boundary)."""
+        graph: nx.Graph = nx.Graph()
+        graph.add_nodes_from(self._table.rows.tolist())
+        boundaries = self._current_diagram()[1]
+        graph.add_edges_from((*pair, {"boundary": b}) for pair, b in boundaries.items())
+        return graph
+
     def _at_creases(self) -> tuple[Places, Places]:
         """The corners and gaps that creases add."""
         return crease_corners(self._table, self.neighbours, self.creases, self.curves)
 
-    def as_networkx(self) -> nx.Graph:
-        """The rows in use as nodes, and as edges those whose cells meet, each with its
-        ``boundary`` (Boundary)."""
-        graph, boundaries = nx.Graph(), self.cells.boundaries
-        graph.add_nodes_from(self._table.rows.tolist())
-        if self.creases:
-            ended = {pair for triple in self.corners for pair in combinations(triple, 2)}
+    def _current_diagram(self) -> tuple[Places, Mapping[Pair, Boundary]]:
+        """Corners and boundaries of all cells, on the near side of the creases and along them."""
+        if not self.creases:
+            return self.cells.corners, self.cells.boundaries
+        if self._diagram is None:
+            at_creases, more_gaps = self._at_creases()
+            corners = visible_places(self.visibility, self.cells.corners) | at_creases
+            gaps = visible_places(self.visibility, self.cells.gaps) | more_gaps
             boundaries = boundaries_with_creases(
-                self._table, self.neighbours, self.curves, self.visibility, boundaries, ended
+                self._table,
+                self.neighbours,
+                self.curves,
+                self.visibility,
+                self.cells.boundaries,
+                {pair for triple in corners for pair in combinations(triple, 2)},
             )
-        graph.add_edges_from((*pair, {"boundary": b}) for pair, b in boundaries.items())
-        return graph
+            corners = with_even_ends(self._table, corners, gaps, boundaries)
+            self._diagram = corners, ended_boundaries(boundaries, corners)
+        return self._diagram

@@ -22,6 +22,9 @@ from touchatlas.atlas.state import AtlasState
 
 # Cosine of normals above which two neighbours are of one sheet.
 _ALIKE = 0.5
+# A patch clearly covers within this fraction of the power up to which it is evaluated: beyond it
+# the foot of a vertex may be out, and the field is asked.
+_CLEARLY = 0.95
 
 
 def extract_surface(state: AtlasState, edge: float | None = None) -> Surface:
@@ -134,11 +137,11 @@ def _nearest(table: PatchTable, cut: Subdivision, patch, points) -> np.ndarray:
 
 def _known(field: Field, patch, points, reach: float) -> np.ndarray:
     """(w,) whether the surface is known at points (w, 3) of it, which lie with the patches (w,):
-    as the field says, which is asked only where the patch does not cover."""
+    as the field says, which is asked only where the patch does not clearly cover."""
     table, graph = field.table, field.graph
     offset = points - table.site[patch]
     square = np.einsum("ij,ij->i", offset, offset)
-    known = square <= (1.0 + COVER_MARGIN) * table.weight[patch]
+    known = square <= _CLEARLY * (1.0 + COVER_MARGIN) * table.weight[patch]
     if graph.creases:
         known = graph.visibility.sees(patch, points, known)
     doubt = np.flatnonzero(~known)

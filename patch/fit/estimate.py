@@ -45,8 +45,8 @@ _DOUBTFUL_LEFTOVER = 5.0
 # Residuals above which no terms fit, over the radius and over the noise; both must be exceeded.
 # Doubled, a patch follows steps twice as high instead of becoming smaller.
 _LARGE_RESIDUAL, _LARGE_RESIDUAL_NOISE = 3e-3, 3.0
-# Radii that are tried in turn, over the first: steps of 0.8. With the last doubled, a patch that
-# does not fit at 0.8 becomes no smaller.
+# Radii that are tried one after the other, over the first radius: steps of 0.8. With the last one
+# doubled, a patch that does not fit at 0.8 becomes no smaller.
 _RADIUS_LEVELS = (0.8, 0.64, 0.5, 0.4)
 # Largest move of a frame that has not diverged: the cosine of 60 degrees, and half the radius.
 # Doubled, the cosine refuses every tilt, and origins may leave the patch.

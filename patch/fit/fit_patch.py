@@ -92,7 +92,7 @@ class PatchFit:
 
 @contextmanager
 def unsolvable_is_unfit():
-    """Turn the error of an unsolvable linear system, as of a diverged fit, into an UnfitError."""
+    """Raise UnfitError where a linear system has no solution, as in a diverged fit."""
     try:
         yield
     except np.linalg.LinAlgError as error:

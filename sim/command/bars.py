@@ -1,11 +1,11 @@
-"""Bars that tell on a terminal how far a command has come."""
+"""Progress bars of the commands."""
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 
 def progress_bar(console: Console) -> Progress:
-    """A bar with a note, on a terminal only."""
+    """A progress bar with a note; it is shown on a terminal only."""
     columns = (
         TextColumn("{task.description}", markup=False),
         BarColumn(),
@@ -16,7 +16,7 @@ def progress_bar(console: Console) -> Progress:
 
 
 def count_on(progress: Progress, name: str, things: str):
-    """Shows on the bar how many of all things are done."""
+    """A callback (done, total) that shows on the bar how many things are done."""
     task = progress.add_task(name, total=None, note="")
 
     def watch(done: int, total: int) -> None:
@@ -26,7 +26,7 @@ def count_on(progress: Progress, name: str, things: str):
 
 
 def follow_on(progress: Progress, name: str):
-    """Shows every fifth touch of a run on the bar."""
+    """A callback (step, atlas) that shows every fifth touch of a run on the bar."""
     task = progress.add_task(name, total=1.0, note="")
     tracked = 0.0
 

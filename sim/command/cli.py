@@ -32,12 +32,12 @@ _NO_SURFACE = (
 
 
 def _whole(_type, tokens) -> int:
-    """A whole number as it is written; cyclopts itself would round 1.5."""
-    word = tokens[0].value
+    """The integer that was written; cyclopts itself would round 1.5."""
+    text = tokens[0].value
     try:
-        return int(word)
+        return int(text)
     except ValueError:
-        raise ValueError(f"{word!r} is no whole number") from None
+        raise ValueError(f"{text!r} is no whole number") from None
 
 
 Whole = Annotated[int, Parameter(converter=_whole)]
@@ -104,7 +104,7 @@ def explore(
     max_length
         Stop after this much tracked length.
     seed
-        Of the probe's noise, and of objects that are random.
+        Seed of the probe's noise, and of objects that are random.
     """
     with late_interrupt():
         from touchatlas.sim.run.exploration import RunOptions, run_exploration
@@ -135,7 +135,7 @@ def evaluate(
     Parameters
     ----------
     surface
-        A mesh file, or the folder of a run (its surface.ply is meant).
+        A mesh file, or the folder of a run, of which surface.ply is used.
     truth
         A mesh file or built-in object; the run's own object by default.
     tolerance
@@ -184,9 +184,9 @@ def chart(
     out
         Folder for tradeoff.csv and tradeoff.png.
     draws
-        Scenes of each kind: surface, noise, planes.
+        Number of scenes of each kind: surface, noise, planes.
     seed
-        Of the scenes.
+        Seed of the scenes.
     """
     from touchatlas.sim.study.paper.tables import check_options
     from touchatlas.sim.study.tradeoff import measure, overall
@@ -220,9 +220,9 @@ def paper(
     out
         Folder for paper.json, table1.csv and figures 4, 5, 6 and 8.
     draws
-        Of the noise, for every number.
+        Number of draws of the noise for every number.
     seed
-        Of the noise.
+        Seed of the noise.
     """
     with late_interrupt():
         from touchatlas.sim.study.paper.report import json_text, repeat_paper, terminal_tables
@@ -243,7 +243,7 @@ def _note_if_open(obj, console: Console) -> None:
 
 
 def _code_of(result) -> int:
-    """The exit code of a run that came to its end, with a sentence where it learned nothing."""
+    """Exit code of a finished run; prints a sentence where there is no surface."""
     if result.interrupted:
         return INTERRUPTED
     if result.surface is None:

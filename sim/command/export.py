@@ -46,7 +46,7 @@ def export(
 
 
 def _check(run: Path, file: Path) -> None:
-    """ValueError for a run or a file that cannot be meant."""
+    """ValueError for a folder without an atlas, or a file name that cannot be written."""
     if not (run / "atlas.npz").is_file():
         raise ValueError(
             f"{run} holds no atlas.npz; give the folder of a run, or run explore first"

@@ -19,7 +19,7 @@ def exit_code(command: Callable[[], int | None]) -> int:
     """Run a command: 2 for the user's mistakes, 1 for failures, never a traceback."""
     try:
         code = command() or 0
-        # None when it was closed before we began.
+        # None when standard output was closed before the command began.
         if sys.stdout is not None:
             sys.stdout.flush()
     except CycloptsError as error:
@@ -28,7 +28,8 @@ def exit_code(command: Callable[[], int | None]) -> int:
     except ValueError as error:
         code = complain(str(error), USER)
     except BrokenPipeError:
-        # The reader has what it wanted; what is left in the buffer goes nowhere.
+        # The reader has closed the pipe: the rest of the buffer must go nowhere, or Python would
+        # raise again at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         code = FAILURE
     except OSError as error:
@@ -42,11 +43,11 @@ def exit_code(command: Callable[[], int | None]) -> int:
     return code
 
 
-def complain(words: str, code: int) -> int:
-    """One line on standard error; the code is given back, whether or not anyone reads it."""
+def complain(sentence: str, code: int) -> int:
+    """Print one line on standard error, if it can be written, and return the code."""
     if sys.stderr is not None:
         with suppress(OSError):
-            print("touchatlas:", " ".join(words.split()), file=sys.stderr)
+            print("touchatlas:", " ".join(sentence.split()), file=sys.stderr)
     return code
 
 

@@ -6,10 +6,12 @@ from touchatlas.patch import ContourEnd
 from touchatlas.sim.recorded.contour_file import LEAST_POINTS
 from touchatlas.sim.recorded.kinks import smooth_part
 
-# tan 22.5 degrees: the chord of an arc that has turned by 45 degrees, as far as a touch goes.
+# Tangent of the angle, 22.5 degrees, under which the chord of an arc lies that has turned by 45
+# degrees, the limit of a touch. At twice the angle arcs would run to the horizon of their patch.
 _TURNED = np.sqrt(2.0) - 1.0
-# A curve that ends nearer than this share of its length says little about how far to fit; nor
-# does an end nearer than this share of the median one: what the others tell is worth more.
+# The shorter arm of a curve limits the radius of the patch only if it is at least the first
+# fraction of the curve's length and the second fraction of the median arm. Twice as much ignores
+# more short arms, and the patch may reach beyond the data on one side.
 _SHORT_SIDE, _SHORT_ARM = 0.1, 0.5
 _FREE_ENDS = (ContourEnd.UNREACHABLE, ContourEnd.LENGTH_REACHED)
 
@@ -17,8 +19,8 @@ _FREE_ENDS = (ContourEnd.UNREACHABLE, ContourEnd.LENGTH_REACHED)
 def near_arc(points, point):
     """The part of a curve around a point, until it has turned by 45 degrees either way.
 
-    An arc of a circle that turns by 45 degrees lies under a chord at 22.5 degrees to its
-    tangent: chords bear noise that directions do not.
+    The chord of a circle's arc that turns by 45 degrees makes 22.5 degrees with its tangent.
+    Chords are used because noise changes them less than it changes directions.
 
     Parameters
     ----------
@@ -63,7 +65,7 @@ def this_side(points, normal, noise: float, point, ends):
 
 
 def binding_ends(point, points, ends):
-    """Ends of arcs; free ones much nearer than most do not decide how far the patch goes."""
+    """Ends of arcs. Free ends much nearer than most become UNREACHABLE, which limits no patch."""
     sides = np.array([((p[[0, -1]] - point) ** 2).sum(axis=1) for p in points])
     near = sides < _SHORT_ARM**2 * np.median(sides)
     free = ContourEnd.LENGTH_REACHED
@@ -74,13 +76,13 @@ def binding_ends(point, points, ends):
 
 
 def _not_alone(turned) -> np.ndarray:
-    """Where a curve has turned, but for single points: those are bad contacts."""
+    """Indices where a curve has turned, without single points, which are bad contacts."""
     around = np.concatenate([turned[:1], turned, turned[-1:]])
     return np.flatnonzero(turned & (around[:-2] | around[2:]))
 
 
 def _opened_loop(points, point) -> np.ndarray:
-    """A closed curve cut open opposite to the point; any other as it is."""
+    """A closed curve, cut open opposite to the point; an open curve unchanged."""
     step = np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1))
     gap = np.sqrt(((points[-1] - points[0]) ** 2).sum())
     if len(points) <= 2 * LEAST_POINTS or gap > 1.5 * np.median(step):

@@ -7,11 +7,15 @@ from pathlib import Path
 
 import numpy as np
 
+# Fewest points of a curve that can be fitted: a section has up to five coefficients. With twice as
+# many, sparse recordings would be refused.
 LEAST_POINTS = 5
 _COLUMNS, _NORMAL = ("curve", "x", "y", "z"), ("nx", "ny", "nz")
 _WANTED = "the columns curve, x, y, z (and nx, ny, nz if known) in its first line, comma-separated"
+# Cosine of the largest angle, 2 degrees, between the normals that the lines of one curve give.
+# Twice the angle would accept files that mix two planes.
 _SAME_PLANE = np.cos(np.deg2rad(2.0))
-# Beyond these, sixth powers leave the range of double precision.
+# Bounds of the coordinates, in any unit: beyond them their sixth powers leave double precision.
 _SMALLEST, _LARGEST = 1e-50, 1e50
 
 
@@ -58,7 +62,7 @@ def read_curves(path) -> tuple[list[Curve], bool]:
 
 
 def _without_repeats(points) -> np.ndarray:
-    """The first of equal points of a curve, and the last point where it closes a loop."""
+    """The points of a curve, each once; the last point is kept where it closes a loop."""
     keep = np.sort(np.unique(points, axis=0, return_index=True)[1])
     if len(keep) > LEAST_POINTS and (points[0] == points[-1]).all():
         keep = np.append(keep, len(points) - 1)
@@ -76,7 +80,7 @@ def _read_rows(path: Path) -> list[tuple[str, list[float]]]:
     try:
         lines = [(reader.line_num, row) for row in reader if any(cell.strip() for cell in row)]
     except csv.Error as error:
-        raise ValueError(f"{path}, line {reader.line_num}: {error}; mend the quoting") from None
+        raise ValueError(f"{path}, line {reader.line_num}: {error}; correct the quoting") from None
     if len(lines) < 2:
         what = "has no points below its header" if lines else "is empty"
         raise ValueError(

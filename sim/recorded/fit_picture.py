@@ -1,4 +1,4 @@
-"""A fitted patch to look at: its triangles, and patch.png."""
+"""A fitted patch as triangles and as a picture, patch.png."""
 
 import io
 
@@ -10,12 +10,13 @@ from touchatlas.patch.geometry.arrays import cross
 from touchatlas.sim.recorded.recording import Recording
 from touchatlas.sim.world.triangles import disc_faces
 
-_RINGS, _SPOKES = 24, 72
-# A vertex that ends farther from the surface than this, in radii, did not find it.
+_CIRCLES, _SPOKES = 24, 72
+# Largest distance of a vertex from the surface, in radii: beyond it Newton's method has failed.
+# Twice as much keeps the same triangles.
 _LOST = 1e-3
 _LEAST_HEIGHT = 0.3
 _MOST_NAMES = 8
-# Of scattered contacts; more would hide the patch.
+# Most scattered contacts that are drawn; twice as many hide the patch.
 _MOST_CROSSES = 300
 _LIGHT = np.array([-0.6, -0.3, 0.74])
 
@@ -24,22 +25,22 @@ def patch_surface(patch: Patch) -> Surface:
     """Triangles of a patch within its radius, measured along the surface from its origin.
 
     Each spoke goes out from the origin in short steps along the tangent plane, and back onto the
-    surface along the normal. Where the surface is lost the triangles end.
+    surface along the normal. Where that fails the triangles end.
     """
     angles = 2.0 * np.pi * np.arange(_SPOKES) / _SPOKES
     side = np.stack([-np.sin(angles), np.cos(angles)], axis=1) @ patch.frame.axes[:2]
     centre = _onto(patch, patch.frame.origin[None])
-    ring = np.repeat(centre, _SPOKES, axis=0)
-    rings = [centre]
-    for _ in range(_RINGS):
-        ahead = cross(side, patch.normal(ring))
+    circle = np.repeat(centre, _SPOKES, axis=0)
+    circles = [centre]
+    for _ in range(_CIRCLES):
+        ahead = cross(side, patch.normal(circle))
         length = np.sqrt((ahead**2).sum(axis=1, keepdims=True))
         ahead /= np.maximum(length, np.finfo(float).tiny)
-        ring = _onto(patch, ring + patch.radius / _RINGS * ahead)
-        rings.append(ring)
-    vertices = np.concatenate(rings)
+        circle = _onto(patch, circle + patch.radius / _CIRCLES * ahead)
+        circles.append(circle)
+    vertices = np.concatenate(circles)
     found = np.abs(patch.signed_distance(vertices)) < _LOST * patch.radius
-    faces = disc_faces(_RINGS, _SPOKES)
+    faces = disc_faces(_CIRCLES, _SPOKES)
     faces = faces[found[faces].all(axis=1)]
     used, faces = np.unique(faces, return_inverse=True)
     vertices = vertices[used]

@@ -26,11 +26,12 @@ METHODS = (*_MAPS, *_PAPER)
 _POOR_CONDITION = 10.0
 # Cosine to the normal below which a direction tells no side.
 _SIDEWAYS = 0.05
-# A quadric has six coefficients.
+# Fewest points of a fit: a quadric has six coefficients.
 _LEAST_COUNT = 6
 # Relative variance of the estimated noise, times the number of contour points.
 _ESTIMATED = 1.1
-# Residuals below this share of the noise: the noise is not that of these points.
+# Residuals below this fraction of the noise show that the noise is not that of these points. Twice
+# as much would doubt the noise of good fits with many terms.
 _TOO_NOISY = 1.0 / 3.0
 _OUTLIER, _MEDIAN_TO_STD = 5.0, 1.4826
 MEANING = {
@@ -120,7 +121,7 @@ class FitReport:
         }
 
     def summary(self) -> dict[str, str]:
-        """What a reader wants first, in words: values with their standard deviations."""
+        """The main values with their standard deviations, as text."""
         patch, curvatures = self.patch, self.patch.curvatures
         tilt = np.rad2deg(self.as_dict()["normal_std"])
         return {

@@ -4,9 +4,11 @@ import numpy as np
 
 from touchatlas.patch.geometry.arrays import cross
 
-# Samples on either side: so many, or this share of those of a dense curve; and the least.
-_SIDE, _SHARE, _LEAST_SIDE = 8, 1.0 / 12.0, 3
-# A kink turns by more than 5 degrees, and by more than so many of its deviations.
+# Samples on either side of a possible kink: this number, or this fraction of a dense curve; and
+# the fewest near an end. With twice as many, curvature is taken for a kink.
+_SIDE, _FRACTION, _LEAST_SIDE = 8, 1.0 / 12.0, 3
+# A kink turns by more than 5 degrees, and by more than so many of its standard deviations. Twice
+# the angle lets curves run over blunt edges.
 _LEAST_TURN, _DEVIATIONS = np.tan(np.deg2rad(5.0)), 8.0
 
 
@@ -33,7 +35,7 @@ def smooth_part(points, normal, noise: float, point):
     >>> smooth_part(roof, np.array([0.0, 1.0, 0.0]), 1e-3, np.zeros(3))
     (0, 12)
     """
-    side = max(_SIDE, int(_SHARE * len(points)))
+    side = max(_SIDE, int(_FRACTION * len(points)))
     step = side // _SIDE
     places = np.arange(_LEAST_SIDE, len(points) - _LEAST_SIDE, step)
     turns = np.zeros(len(places))

@@ -12,17 +12,21 @@ from touchatlas.sim.recorded.arcs import binding_ends, near_arc, this_side
 from touchatlas.sim.recorded.contour_file import LEAST_POINTS, Curve
 from touchatlas.sim.recorded.noise_estimate import estimate_noise
 
-# Of the scatter of directions: they spread by less than about 5 degrees.
+# Least ratio of the second to the first eigenvalue of the scatter of directions: below it they
+# lie within about 5 degrees of each other. Twice as much refuses curves within about 7 degrees.
 _PARALLEL = 0.01
-# Of a curve's size: one that misses the reference point by more does not run through it.
+# A curve that misses the reference point by more than this fraction of its size does not run
+# through it. Twice as much accepts curves of another place.
 _ASTRAY = 0.25
+# Curves are flagged that miss the point, or their plane, by more than so many deviations of the
+# noise and more than this fraction of their size. Twice as much flags only gross errors.
 _MANY_DEVIATIONS = 4.0
-_SMALL_SHARE = 0.01
+_SMALL_FRACTION = 0.01
 
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """What recorded curves say about the surface around one reference point.
+    """Recorded curves around one reference point, ready for a fit.
 
     Parameters
     ----------
@@ -36,7 +40,7 @@ class Recording:
     point : (3,) float, length, world
         Reference point.
     flags : tuple of str
-        What is doubtful.
+        Doubts about the curves, as keys of ``fit_report.MEANING``.
     """
 
     names: tuple[str, ...]
@@ -130,8 +134,8 @@ def _foot(curve, point):
     """Nearest point of a polyline (n, 3), and the direction of its segment there."""
     chord = np.diff(curve, axis=0)
     square = (chord * chord).sum(axis=1)
-    share = np.clip(((point - curve[:-1]) * chord).sum(axis=1) / square, 0.0, 1.0)
-    feet = curve[:-1] + share[:, None] * chord
+    fraction = np.clip(((point - curve[:-1]) * chord).sum(axis=1) / square, 0.0, 1.0)
+    feet = curve[:-1] + fraction[:, None] * chord
     nearest = int(((feet - point) ** 2).sum(axis=1).argmin())
     return feet[nearest], chord[nearest] / np.sqrt(square[nearest])
 
@@ -157,14 +161,14 @@ def _plane_normals(points, given) -> np.ndarray:
 
 
 def _doubts(point, contours) -> list[str]:
-    """Flags of what the curves do that sections through one point would not."""
+    """Flags for curves that are not plane sections through one point."""
     flags = []
     reach = max(float(np.ptp(c.points, axis=0).max()) for c in contours)
     noise = contours[0].noise_std
-    slack = max(_MANY_DEVIATIONS * noise, _SMALL_SHARE * reach)
+    slack = max(_MANY_DEVIATIONS * noise, _SMALL_FRACTION * reach)
     if any(np.sqrt(((_foot(c.points, point)[0] - point) ** 2).sum()) > slack for c in contours):
         flags.append("curves do not meet")
-    # Medians, which single bad contacts do not move.
+    # Medians, which single bad contacts hardly change.
     off = [1.5 * np.median(np.abs((c.points - c.plane.point) @ c.plane.normal)) for c in contours]
     if max(off) > slack:
         flags.append("curves not planar")
@@ -189,7 +193,7 @@ def _near_contacts(point, contours, rest) -> np.ndarray:
 def _checked(point, curves) -> np.ndarray:
     """A reference point that the user gave, near the curves."""
     samples = np.concatenate([curve.points for curve in curves])
-    # Of numbers as large as they may be, too.
+    # np.hypot does not overflow for the largest numbers allowed.
     away = float(np.hypot.reduce(samples - point, axis=1).min())
     size = min(float(np.ptp(curve.points, axis=0).max()) for curve in curves)
     if not away <= _ASTRAY * size:

@@ -1,4 +1,4 @@
-"""The judge: any triangle surface against any ground truth, both ways."""
+"""The judge: distances between a triangle surface and the ground truth, both ways."""
 
 from dataclasses import asdict, dataclass
 
@@ -11,7 +11,7 @@ from touchatlas.sim.world.triangles import areas_of, sample_triangles
 
 # Standard deviations within which 95 % of a Gaussian lie. Twice as many would call every
 # prediction good.
-_CALIBRATION = 1.96
+_DEVIATIONS = 1.96
 # Cosine of the angle, 20 degrees, between the normals of a vertex and of a triangle there beyond
 # which the vertex is on an edge. At 40 degrees the edges of a cube would be called smooth where
 # they are cut by short triangles.
@@ -59,15 +59,21 @@ class Truth:
     closed: bool
     euler_characteristic: int
 
+    @property
+    def diagonal(self) -> float:
+        """Diagonal of the bounding box, length."""
+        return float(np.linalg.norm(np.ptp(self.vertices[np.unique(self.faces)], axis=0)))
+
 
 @dataclass(frozen=True)
 class Evaluation:
     """How far a surface is from the truth; lengths in the object's unit.
 
-    ``accuracy`` is surface to truth, ``completeness`` truth to surface; ``coverage`` the share
-    of the true area within three tolerances of the surface; ``f_score`` the harmonic mean of
-    precision and recall at one tolerance; ``deviation_calibration`` the share of true points
-    whose error is within 1.96 predicted deviations (None when none are predicted).
+    ``accuracy`` is the distance from the surface to the truth, ``completeness`` that from the
+    truth to the surface. ``coverage`` is the fraction of the true area within three tolerances of
+    the surface. ``f_score`` is the harmonic mean of precision and recall at one tolerance.
+    ``deviation_calibration`` is the fraction of true points whose error is within 1.96 predicted
+    deviations (None when none are predicted).
     """
 
     coverage: float
@@ -97,7 +103,7 @@ class Evaluation:
 
 
 def check_triangles(vertices, faces, name: str):
-    """Vertices and faces as arrays, refused in one sentence when they are no surface."""
+    """Vertices and faces as arrays; ValueError with one sentence when they are no surface."""
     vertices, faces = np.asarray(vertices, dtype=float), np.asarray(faces)
     if vertices.ndim != 2 or vertices.shape[1] != 3 or faces.ndim != 2 or faces.shape[1] != 3:
         raise ValueError(
@@ -179,41 +185,35 @@ def evaluate_surface(
     accuracy = np.sqrt(square)
     square, index, feet = igl.point_mesh_squared_distance(truth.points, vertices, faces)
     completeness = np.sqrt(square)
-    precision = float(np.mean(accuracy <= tolerance))
-    recall = float(np.mean(completeness <= tolerance))
     corners = faces[index]
-    normals = _corner_normals(vertices, faces)[index]
     weights = _barycentric(feet, vertices[corners])
-    angles = _angles_deg((weights[:, :, None] * normals).sum(axis=1), truth.normals)
-    calibration = None
-    if deviation is not None:
-        predicted = (weights * deviation[corners]).sum(axis=1)
-        calibration = float(np.mean(completeness <= _CALIBRATION * predicted))
+    normals = (weights[:, :, None] * _corner_normals(vertices, faces)[index]).sum(axis=1)
+    angles = _angles_deg(normals, truth.normals)
+    predicted = None if deviation is None else (weights * deviation[corners]).sum(axis=1)
     mesh = trimesh.Trimesh(vertices, faces, process=False)
-    extent = truth.vertices[np.unique(truth.faces)]
     return Evaluation(
         float(np.mean(completeness <= 3.0 * tolerance)),
         *_statistics(accuracy),
         *_statistics(completeness),
         0.5 * float(accuracy.mean() + completeness.mean()),
         float(max(accuracy.max(), completeness.max())),
-        2.0 * precision * recall / (precision + recall) if precision + recall > 0 else 0.0,
+        _f_score(accuracy, completeness, tolerance),
         float(angles.mean()),
         float(np.quantile(angles, 0.95)),
-        calibration,
+        _calibration(completeness, predicted),
         bool(mesh.is_watertight and mesh.is_winding_consistent),
         int(mesh.euler_number),
         truth.euler_characteristic if truth.closed else None,
         float(tolerance),
-        float(np.linalg.norm(np.ptp(extent, axis=0))),
+        truth.diagonal,
     )
 
 
 def load_surface(path):
     """A surface file for the judge: vertices (v, 3), faces (f, 3), deviation (v,) or None.
 
-    A surface with the vertex property ``deviation`` is one of ours and kept vertex for vertex;
-    of any other file equal vertices are merged, as ``load_mesh`` does.
+    A file with the vertex property ``deviation`` was written by a run, and its vertices stay as
+    they are. In any other file equal vertices are merged, as ``load_mesh`` does.
 
     Raises
     ------
@@ -222,7 +222,7 @@ def load_surface(path):
     """
     vertices, faces = load_mesh(path)
     mesh = trimesh.load(path, force="mesh", process=False)
-    # trimesh keeps what a PLY says beyond the geometry here, whatever its encoding.
+    # Here trimesh keeps the properties of a PLY that are not geometry, for both encodings.
     table = mesh.metadata.get("_ply_raw", {}).get("vertex", {}).get("data")
     names = table.dtype.names if isinstance(table, np.ndarray) else (table or ())
     if "deviation" not in names:
@@ -241,6 +241,18 @@ def _check_deviation(deviation, count: int) -> np.ndarray:
     if not (np.isfinite(deviation).all() and (deviation >= 0.0).all()):
         raise ValueError("deviation holds NaN, infinite or negative values; it must be >= 0")
     return deviation
+
+
+def _f_score(accuracy, completeness, tolerance: float) -> float:
+    """Harmonic mean of precision and recall: the fractions of both distances within a tolerance
+    (Knapitsch et al., Tanks and Temples, 2017)."""
+    precision, recall = np.mean(accuracy <= tolerance), np.mean(completeness <= tolerance)
+    return float(2.0 * precision * recall / (precision + recall)) if precision + recall else 0.0
+
+
+def _calibration(error, predicted) -> float | None:
+    """Fraction of errors within 1.96 predicted deviations; None when none are predicted."""
+    return None if predicted is None else float(np.mean(error <= _DEVIATIONS * predicted))
 
 
 def _statistics(distance) -> tuple[float, float, float, float]:

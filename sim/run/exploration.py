@@ -1,4 +1,4 @@
-"""A run: explore a simulated object, judge what was learned, and keep everything."""
+"""A run: explore a simulated object, evaluate the atlas, and write the run folder."""
 
 import json
 import sqlite3
@@ -23,14 +23,18 @@ from touchatlas.sim.world.implicit_object import ImplicitObject
 from touchatlas.sim.world.mesh_object import MeshObject
 from touchatlas.sim.world.probe import Probe
 
-# Truth triangles may be off the true surface by this share of the tolerance.
+# Truth triangles may be off the true surface by this fraction of the tolerance. Twice as much
+# halves the number of triangles and adds 1 % of the tolerance to the measured errors.
 _TRUTH_SAGITTA = 0.01
-# In tolerances; a surface would be spread over so many of them that its grid has no end.
+# Largest noise, in tolerances: the grid of a surface that is spread over more of them would not fit
+# into memory. Twice as much needs a grid twice as fine for the same spread.
 _NOISIEST = 1000
-# Of an object's diagonal: rounding of its points, with three digits of slack.
+# Smallest tolerance, as a fraction of an object's diagonal: the rounding of its points, with three
+# digits of slack. Twice as much would refuse nothing that anyone can measure.
 _FINEST = 1e-12
-# The true progress is looked at at this many points.
-_LOOK_POINTS = 2000
+# Points of the true surface at which the true progress is measured. Four times as many halve the
+# standard error of the coverage, about 1 %.
+_PROGRESS_POINTS = 2000
 
 
 @dataclass(frozen=True)
@@ -64,10 +68,11 @@ class RunOptions:
 
 
 def _check(name: str, value: float | None, least: int | None = None) -> None:
-    """Refuse a number that is not finite, or below ``least``, or not positive without one."""
+    """ValueError for a number that is not finite, or is below ``least``; without ``least``, for
+    one that is not positive."""
     if value is not None:
         good = value > 0 if least is None else value >= least
-        # Not isfinite, which knows no whole numbers beyond 64 bits.
+        # np.isfinite fails for integers of more than 64 bits.
         if not (good and value < np.inf):
             need = "> 0" if least is None else f">= {least}"
             raise ValueError(f"{name} is {value}; it must be finite and {need}")
@@ -75,7 +80,7 @@ def _check(name: str, value: float | None, least: int | None = None) -> None:
 
 @dataclass(frozen=True, eq=False)
 class Result:
-    """What came of a run: the atlas, its surface, and the numbers of evaluation.json."""
+    """The result of a run: the atlas, its surface, and the numbers of evaluation.json."""
 
     atlas: Atlas
     surface: Surface | None
@@ -108,21 +113,21 @@ def run_exploration(
 
     Notes
     -----
-    An interrupt (Ctrl-C) ends the exploration after the touch that is under way, not the
-    evaluation of what was learned; a second one ends all at once. Touches already in the journal
-    stay there, whatever happens.
+    An interrupt (Ctrl-C) ends the exploration after the current touch; the atlas is still
+    evaluated. A second interrupt ends the run at once. Touches already in the journal stay there,
+    whatever happens.
     """
     noise = float(obj.noise_std if options.noise is None else options.noise)
     tolerance = float(obj.tolerance if options.tolerance is None else options.tolerance)
     _check_scale(noise, tolerance, obj.diagonal)
-    probe_rng, judge_rng, look_rng = random_streams(options.seed)
+    probe_rng, judge_rng, progress_rng = random_streams(options.seed)
     atlas, planner = Atlas(tolerance), Planner(*obj.start())
     probe = Probe(obj, noise, probe_rng)
     folder = create_folder(out, force)
     settings = asdict(replace(options, noise=noise, tolerance=tolerance))
     parts = {"atlas": asdict(atlas.options), "planner": asdict(planner.options)}
     write_settings(folder, {"object": obj.source, **settings, **parts})
-    progress = Progress(atlas, obj.sample(_LOOK_POINTS, look_rng)[0])
+    progress = Progress(atlas, obj.sample(_PROGRESS_POINTS, progress_rng)[0])
     steps = explore(atlas, planner, probe, options.max_touches, options.max_length)
     stopped = _take(steps, folder, progress, lambda step: watch(step, atlas))
     surface, numbers = _conclude(obj, atlas, progress, folder, noise, judge_rng)
@@ -130,7 +135,7 @@ def run_exploration(
 
 
 def check_tolerance(tolerance: float, diagonal: float) -> None:
-    """ValueError for what is no tolerance for an object of a size."""
+    """ValueError for a tolerance that does not suit an object of this diagonal."""
     _check("tolerance", tolerance)
     if tolerance > diagonal:
         raise ValueError(
@@ -145,7 +150,8 @@ def check_tolerance(tolerance: float, diagonal: float) -> None:
 
 
 def _check_scale(noise: float, tolerance: float, diagonal: float) -> None:
-    """Refuse what no surface can come of, before a file is written."""
+    """ValueError for a noise and tolerance from which no surface can result; no file is written
+    before."""
     check_tolerance(tolerance, diagonal)
     if noise > _NOISIEST * tolerance:
         raise ValueError(
@@ -155,8 +161,8 @@ def _check_scale(noise: float, tolerance: float, diagonal: float) -> None:
 
 
 def _take(steps: Iterable[Step], folder: Path, progress: Progress, watch) -> bool:
-    """Take the steps one by one, each kept before the next; true when interrupted."""
-    # The atlas must not be left in the midst of a touch.
+    """Carry out the steps, each written before the next begins; true when interrupted."""
+    # An interrupt within a touch would leave the atlas inconsistent.
     with _kept(folder, progress) as journal, held_interrupt() as interrupted:
         for step in steps:
             journal.append(step.plan, step.touch)
@@ -164,13 +170,13 @@ def _take(steps: Iterable[Step], folder: Path, progress: Progress, watch) -> boo
             watch(step)
             if interrupted():
                 break
-        progress.look()
+        progress.measure()
         return interrupted()
 
 
 @contextmanager
 def _kept(folder: Path, progress: Progress) -> Iterator[Journal]:
-    """The journal of a run; steps.csv is written however the exploration ends."""
+    """The journal of a run. steps.csv is written, however the exploration ends."""
     path, steps = folder / "journal.sqlite", folder / "steps.csv"
     journal = None
     try:
@@ -203,14 +209,14 @@ def truth_of(obj, tolerance: float, rng, options: EvaluateOptions = EvaluateOpti
 
 def _conclude(obj, atlas: Atlas, progress: Progress, folder: Path, noise: float, rng):
     """Surface and numbers of a run, and the files of what was learned."""
-    rough = atlas.finish()
+    residual_patches = atlas.finish()
     save_atlas(folder / "atlas.npz", atlas)
     start = time.perf_counter()
     surface = extract_surface(atlas) if len(atlas) else None
     seconds = time.perf_counter() - start
     numbers = _quality(obj, atlas, surface, rng)
     numbers |= {"noise_std": noise} | _expense(atlas, progress, seconds)
-    numbers["rough_patches"] = rough
+    numbers["residual_patches"] = residual_patches
     if surface is not None:
         write_whole(folder / "surface.ply", ply_bytes(surface))
     write_whole(folder / "evaluation.json", (json.dumps(numbers, indent=2) + "\n").encode())
@@ -220,7 +226,7 @@ def _conclude(obj, atlas: Atlas, progress: Progress, folder: Path, noise: float,
 
 
 def _quality(obj, atlas: Atlas, surface: Surface | None, rng) -> dict:
-    """How good the surface is: None, or nothing, what no surface has."""
+    """How good the surface is; without a surface the numbers are None or zero."""
     numbers: dict = dict.fromkeys(field.name for field in fields(Evaluation))
     numbers |= {"coverage": 0.0, "f_score": 0.0, "watertight": False}
     numbers["true_euler_characteristic"] = obj.euler_characteristic if obj.closed else None
@@ -240,7 +246,7 @@ def _quality(obj, atlas: Atlas, surface: Surface | None, rng) -> dict:
 
 
 def _expense(atlas: Atlas, progress: Progress, seconds_surface: float) -> dict:
-    """What was touched, tracked and kept, and the seconds it took."""
+    """Numbers of touches, samples and patches, lengths, and seconds."""
     return {
         "touches": len(progress.rows),
         "contours": progress.sum("contours"),

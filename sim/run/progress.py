@@ -1,4 +1,4 @@
-"""How a run goes on, touch by touch: the rows of steps.csv and the curves of progress.png."""
+"""Progress of a run: a row of steps.csv for each touch, and the curves of progress.png."""
 
 import csv
 import io
@@ -28,19 +28,20 @@ _COLUMNS = (
     "seconds_fit",
     "seconds_sim",
 )
-# The true progress is looked at this often, in touches.
-_LOOK_EVERY = 5
+# Touches from one measurement of the true progress to the next. Twice as many save half of its
+# time, and the curve in progress.png has half as many points.
+_MEASURE_EVERY = 5
 
 
 class Progress:
-    """What each touch cost and what was known after it.
+    """The cost of each touch, and what is known after it.
 
     Parameters
     ----------
     atlas : Atlas
-        That grows.
+        The atlas that the exploration builds.
     points : (n, 3) float, length
-        Of the true surface; every few touches the atlas is held against them.
+        Points of the true surface; every few touches the atlas is compared with them.
     """
 
     def __init__(self, atlas: Atlas, points) -> None:
@@ -48,7 +49,7 @@ class Progress:
         self.rows: list[dict] = []
 
     def add(self, step: Step) -> None:
-        """A row for one touch; the truth's columns are blank unless it is looked at."""
+        """Add a row for one touch; every fifth one has the truth's columns filled."""
         atlas, touch = self._atlas, step.touch
         values = (
             step.plan.number,
@@ -68,12 +69,12 @@ class Progress:
             step.seconds_touch,
         )
         self.rows.append(dict(zip(_COLUMNS, values, strict=True)))
-        if step.plan.number % _LOOK_EVERY == 0:
-            self.look()
+        if step.plan.number % _MEASURE_EVERY == 0:
+            self.measure()
 
-    def look(self) -> None:
-        """Fill the truth's columns of the last row: the share of true points that the atlas has
-        within three tolerances, and their mean error."""
+    def measure(self) -> None:
+        """Fill the truth's columns of the last row: the fraction of true points within three
+        tolerances of the atlas, and their mean error."""
         if not self.rows:
             return
         distance = np.abs(self._atlas.blend(self._points).distance)

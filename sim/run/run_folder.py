@@ -1,4 +1,4 @@
-"""The folder of a run: what may stand in it, and its settings, run.toml."""
+"""The folder of a run: its files, and its settings, run.toml."""
 
 import json
 import math
@@ -20,7 +20,8 @@ RUN_FILES = (
     "evaluation.json",
     "progress.png",
 )
-# What a killed run may leave beside them; SQLite would roll a stale one back into a new journal.
+# Files that a killed run may leave beside them. SQLite would replay an old journal.sqlite-journal
+# into a new journal.
 _LEFTOVERS = ("journal.sqlite-journal", *(f"{name}.part" for name in RUN_FILES))
 _PACKAGES = ("touchatlas", "numpy", "scipy", "networkx", "trimesh", "libigl")
 
@@ -45,10 +46,10 @@ def create_folder(path, force: bool) -> Path:
             what = "already holds a run" if is_run else "is not empty"
             raise ValueError(f"{path} {what}; choose another --out, or --force to replace a run")
         ours = Path.is_file if is_run else lambda _: False
-        strangers = [n for n in RUN_FILES if (path / n).exists() and not ours(path / n)]
-        if strangers:
+        others = [n for n in RUN_FILES if (path / n).exists() and not ours(path / n)]
+        if others:
             raise ValueError(
-                f"{path} holds {', '.join(strangers)}, of no run, which a run would overwrite; "
+                f"{path} holds {', '.join(others)}, of no run, which a run would overwrite; "
                 "choose another --out"
             )
     path.mkdir(parents=True, exist_ok=True)
@@ -70,7 +71,7 @@ def _is_run(path: Path) -> bool:
 
 
 def _try_to_write(path: Path) -> None:
-    """Fail now where the files of a run could not be written, in words that name the folder."""
+    """OSError that names the folder, if the files of a run cannot be written to it."""
     try:
         with tempfile.TemporaryFile(dir=path):
             pass
@@ -120,7 +121,7 @@ def _toml(table: dict, name: str = "") -> str:
             path = f"{name}.{key}" if name else key
             inner.append(f"\n[{path}]\n{_toml(value, path)}")
         elif value is not None:
-            # TOML's words are JSON's, but for surrogate pairs and infinite numbers.
+            # TOML writes values as JSON does, except surrogate pairs and infinite numbers.
             word = json.dumps(value, ensure_ascii=False, default=lambda number: number.item())
             word = repr(float(value)) if isinstance(value, float) else word
             lines.append(f"{key} = {word}\n")

@@ -23,9 +23,11 @@ from touchatlas.sim.world.implicit_object import ImplicitObject
 _CORNERS = np.array(
     [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]]
 )
-# Beyond the box of the points the grid goes on by this share of the longest side.
+# Margin of the grid around the box of the points, as a fraction of the longest side. Twice as much
+# makes cells coarser by a sixth.
 _MARGIN = 0.1
-# Points off the surface stand this far from it, as a share of the diagonal.
+# Distance of points off the surface from it, as a fraction of the diagonal. Twice as much takes
+# points of thin parts across to the other side.
 _OFFSET = 0.01
 # At most 2,000 in all: on the surface, and on each side of it.
 _GPIS_ON, _GPIS_OFF = 1400, 300

@@ -32,7 +32,7 @@ MEASURES = (
     "curvature_within",
 )
 RATIOS = {"error_to_paper": "mean_error", "time_to_paper": "time_ratio"}
-SHARES = ("within", "curvature_within")
+FRACTIONS = ("within", "curvature_within")
 # A fit is repeated so often; one that takes longer than this, in seconds, is not.
 _REPEATS, _SLOW = 3, 0.02
 # Processor time, which others on the machine leave as it is, where it is fine enough.
@@ -90,7 +90,7 @@ def measure(
         One a method and cell: ``method``, ``surface``, ``noise``, ``planes``, ``draws`` and the
         ``MEASURES``: errors in length (curvatures: relative to the largest, or to 1/reach where
         that is more) and times in bare least-squares solves of 57 x 15, medians over the draws;
-        shares within 1.96 standard deviations, means. NaN where a method has no answer.
+        fractions within 1.96 standard deviations, means. NaN where a method has no answer.
 
     Notes
     -----
@@ -126,7 +126,7 @@ def _workers(most: int) -> Iterator[ProcessPoolExecutor]:
 
 
 def _end_at_interrupts() -> None:
-    """Ctrl-C reaches every process of a terminal; only the first one has words for it."""
+    """Ctrl-C reaches every process of a terminal; only the first one prints a sentence."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
@@ -168,10 +168,10 @@ def timed(call: Callable[[Any], Any], argument) -> tuple[Any, float]:
 
 
 def middle(rows: list[dict]) -> dict[str, float]:
-    """Medians of the measures over rows, means of those that are shares; NaN where missing."""
+    """Medians of the measures over rows, means of those that are fractions; NaN where missing."""
     values = {name: [row.get(name, np.nan) for row in rows] for name in MEASURES}
     return {
-        name: float(np.mean(found) if name in SHARES else np.median(found))
+        name: float(np.mean(found) if name in FRACTIONS else np.median(found))
         for name, found in values.items()
     }
 

@@ -10,7 +10,7 @@ from rich.box import SIMPLE
 from rich.table import Table
 
 from touchatlas.atlas.files import write_whole
-from touchatlas.sim.study.tradeoff import MEASURES, SHARES, overall
+from touchatlas.sim.study.tradeoff import FRACTIONS, MEASURES, overall
 from touchatlas.sim.study.tradeoff_methods import PAPER
 
 _COLUMNS = ("method", "surface", "noise", "planes", "draws", *MEASURES)
@@ -77,7 +77,7 @@ def overall_table(rows: list[dict]) -> Table:
 def _shown(name: str, value: float) -> str:
     if not known(value):
         return ""
-    if name in SHARES:
+    if name in FRACTIONS:
         return f"{value:.0%}"
     return f"{value:.0f}" if value >= 100.0 else f"{value:.2g}"
 
@@ -108,11 +108,11 @@ def _panel(axes, rows: list[dict], measure: str) -> None:
     axes.grid(alpha=0.25)
     for number, row in enumerate(middles):
         cells = [r for r in rows if r["method"] == row["method"]]
-        look = {"marker": _MARKERS[number % len(_MARKERS)], "color": f"C{number % 10}"}
+        style = {"marker": _MARKERS[number % len(_MARKERS)], "color": f"C{number % 10}"}
         time, error = (np.array([r[name] for r in cells]) for name in ("time_ratio", measure))
-        axes.scatter(time, error, s=12, alpha=0.35, linewidths=0, **look)
+        axes.scatter(time, error, s=12, alpha=0.35, linewidths=0, **style)
         axes.scatter(
-            row["time_ratio"], row[measure], s=130, edgecolors="black", label=row["method"], **look
+            row["time_ratio"], row[measure], s=130, edgecolors="black", label=row["method"], **style
         )
     front = pareto_front([(row["time_ratio"], row[measure]) for row in middles])
     axes.plot(*np.array(front).T, color="black", lw=1.2, zorder=1)

@@ -10,12 +10,16 @@ from touchatlas.sim.world.implicit_fields import Field
 from touchatlas.sim.world.level_set import level_set_mesh, newton_projection
 from touchatlas.sim.world.triangles import areas_of, sample_triangles, top_sample
 
-# A normal that turns this much within 1/256 of a step turns at an edge.
+# A normal that turns by more than this angle, in rad, within 1/256 of a step turns at an edge.
+# At twice the angle a probe would run on over blunt edges.
 _EDGE_TURN = np.deg2rad(15.0)
-# A chord is no longer than its arc. Beyond an edge a face may be nearly upright to the plane of
-# the curve, and what steps on it lands anywhere.
+# Longest step, in arc lengths. A chord is never longer than its arc; but beyond an edge a face may
+# be nearly perpendicular to the plane of the curve, and Newton's method ends anywhere on it. With
+# twice as much some of these steps would pass for steps on the same face.
 _LONGEST_CHORD = 1.5
+# Most cells along the longest side of the grid: twice as many take four times as long.
 _GRID_LIMIT = 320
+# Rounding of a cosine; twice as much changes nothing.
 _ROUNDING = 1e-12
 
 
@@ -60,12 +64,12 @@ class ImplicitObject:
 
     @property
     def diagonal(self) -> float:
-        """Of the bounding box, length."""
+        """Diagonal of the bounding box, length."""
         return float(np.linalg.norm(self.bounds[1] - self.bounds[0]))
 
     @cached_property
     def area(self) -> float:
-        """Of the surface, length^2, from the truth mesh."""
+        """Area of the surface, length^2, from the truth mesh."""
         return float(areas_of(*self.mesh(0.05 * self.tolerance)).sum())
 
     def value(self, points) -> np.ndarray:
@@ -122,17 +126,17 @@ class ImplicitObject:
         return origin + at * direction
 
     def trace_arms(self, point, plane_normals, directions, reach, step, max_turn):
-        """Curves from a surface point in several planes at once, in lockstep.
+        """Curves from a surface point in several planes, all advanced step by step together.
 
         Parameters
         ----------
         point : (3,) float, length
         plane_normals, directions : (m, 3) float
-            Of each arm: its plane, and which way it starts.
+            Plane and starting direction of each arm.
         reach, step : float, length
-            Arc length of an arm and between its points.
+            Arc length of an arm, and that between its points.
         max_turn : float, rad
-            Of the tangent from its direction at the start.
+            Largest angle between the tangent and that at the start.
 
         Returns
         -------
@@ -158,13 +162,16 @@ class ImplicitObject:
             ):
                 active[arm] = False
                 ends[arm] = (
-                    ContourEnd.CLOSED_LOOP if home[arm] else self._why(x[arm], normals[arm], step)
+                    ContourEnd.CLOSED_LOOP
+                    if home[arm]
+                    else self._end_ahead(x[arm], normals[arm], step)
                 )
-            # A blunt edge, or one that is crossed slantwise, turns the curve by less.
+            # At a blunt edge, or one that is crossed obliquely, the curve turns by less than the
+            # limit, but the normal jumps.
             before, outward = outward, self.normal(ahead)
             turned = _breaks(x, ahead, before, outward, step)
             for arm in np.flatnonzero(active & turned):
-                if self._why(x[arm], normals[arm], step) is ContourEnd.EDGE:
+                if self._end_ahead(x[arm], normals[arm], step) is ContourEnd.EDGE:
                     active[arm], ends[arm] = False, ContourEnd.EDGE
             counts += active
             x = np.where(active[:, None], ahead, x)
@@ -174,8 +181,8 @@ class ImplicitObject:
         path = np.array(paths).reshape(len(paths), len(normals), 3)
         return [(path[: counts[arm], arm], ends[arm]) for arm in range(len(normals))]
 
-    def _why(self, x, normal, step) -> ContourEnd:
-        """EDGE where the normal ahead of x turns at a point, TURNED_AWAY where along an arc."""
+    def _end_ahead(self, x, normal, step) -> ContourEnd:
+        """EDGE where the normal ahead of x jumps at a point, TURNED_AWAY where it turns slowly."""
         x, normal = x[None], normal[None]
         for _ in range(8):
             step *= 0.5
@@ -206,8 +213,11 @@ class ImplicitObject:
         return ahead
 
     def mesh(self, sagitta: float) -> tuple[np.ndarray, np.ndarray]:
-        """Triangles (v, 3), (f, 3) with vertices on the surface, chords off it by about
-        ``sagitta`` where it bends like a tenth of its extent."""
+        """Triangles (v, 3), (f, 3) with vertices on the surface.
+
+        Where the radius of curvature is a tenth of the least extent, chords are off the surface by
+        about ``sagitta``; elsewhere in proportion to the curvature.
+        """
         if sagitta not in self._meshes:
             edge = np.sqrt(8.0 * sagitta * 0.2 * self._half_extent.min())
             edge = max(edge, 2.0 * self._half_extent.max() / _GRID_LIMIT)
@@ -222,8 +232,8 @@ class ImplicitObject:
 
 
 def _breaks(x, ahead, before, after, step: float) -> np.ndarray:
-    """(m,) whether steps from points x (m, 3) with normals ``before`` were no steps along one
-    smooth face: the normal turned at an edge, or they led away."""
+    """(m,) whether steps from points x (m, 3) with normals ``before`` left their smooth face: the
+    normal turned at an edge, or the step is too long."""
     turned = (before * after).sum(axis=1) < np.cos(_EDGE_TURN)
     chord = ahead - x
     return turned | ((chord * chord).sum(axis=1) > (_LONGEST_CHORD * step) ** 2)

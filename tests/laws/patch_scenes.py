@@ -6,7 +6,7 @@ import numpy as np
 
 from tests.truths import graph_contours
 from touchatlas.patch import FitOptions, PatchFit, fit_patch
-from touchatlas.sim.study.scenes import POINTS_PER_ARM, Scene, draw_scene
+from touchatlas.sim.study.scenes import Scene, draw_scene
 
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -38,12 +38,13 @@ class WavyGraph:
         return (np.sin(along + self.phase) - sine - cosine * along) @ self.size
 
     def normal_curvature(self, angle: float) -> float:
-        """At the origin, exact; positive where the graph bends upward."""
+        """At the origin, exact. It is positive where the graph curves upward."""
         slope = self.waves @ [np.cos(angle), np.sin(angle)]
         return float(-(self.size * np.sin(self.phase)) @ slope**2)
 
 
 def even_angles(count: int) -> np.ndarray:
+    """Directions of sections, evenly spread over 180 degrees."""
     return 0.2 + np.pi / count * np.arange(count)
 
 
@@ -53,10 +54,14 @@ def contours_of(height, reach, sections=3, noise=0.0, seed=0, points=41):
 
 
 @cache
-def scene_of(surface: str, draw: int, sections: int = 3, points: int = POINTS_PER_ARM) -> Scene:
-    rng = np.random.default_rng([sections, draw])
-    return draw_scene(surface, NOISE, 0.0, rng, sections, points=points)
+def scene_of(
+    surface: str, draw: int, sections: int = 3, noise: float = NOISE, tilt: float = 0.0
+) -> Scene:
+    """One scene of a surface, drawn once for all laws: to draw it takes ten times as long as to
+    fit it."""
+    return draw_scene(surface, noise, tilt, np.random.default_rng([sections, draw]), sections)
 
 
 def fit_of(scene: Scene, contours=None, **more) -> PatchFit:
+    """The default fit of a scene, or of other contours at its place."""
     return fit_patch(scene.contact, contours or scene.contours, scene.normal, **more)

@@ -103,15 +103,15 @@ def test_umbilic_takes_the_mean_of_both_curvatures():
 
 def test_errors_of_normal_and_curvature_are_as_large_as_told():
     """Over 200 draws; the medians, since windows are chosen by the residuals."""
-    tilts, bends = [], []
+    tilts, curvature_errors = [], []
     for seed in range(200):
         contours = contours_of(quadric_height(K1, K2, ANGLE), 0.02, seed)
         patch = fit_paper(np.zeros(3), contours, UP, Penalty.NONE)
         tilts.append((patch.frame.normal[:2] ** 2).sum() / np.trace(patch.covariance[1:3, 1:3]))
-        bends.append(abs(patch.curvatures.k2 - K2) / patch.curvatures.std[1])
+        curvature_errors.append(abs(patch.curvatures.k2 - K2) / patch.curvatures.std[1])
     # A median of 200 deviates by a tenth.
     assert np.sqrt(np.mean(tilts)) == pytest.approx(1.0, abs=0.3)
-    assert np.median(bends) / 0.6745 == pytest.approx(1.0, abs=0.4)
+    assert np.median(curvature_errors) / 0.6745 == pytest.approx(1.0, abs=0.4)
 
 
 def test_what_no_curve_sees_is_uncertain():

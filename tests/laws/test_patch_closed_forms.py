@@ -16,15 +16,15 @@ from tests.truths import (
 from touchatlas.patch import Contour, ContourEnd, FitOptions, Patch, SamplingPlane, fit_patch
 
 
-def disc(radius, share, count=200):
-    """Even points of the disc of ``share * radius``."""
+def disc(radius, fraction, count=200):
+    """Even points of the disc of ``fraction * radius``."""
     i = np.arange(count) + 0.5
-    r, a = share * radius * np.sqrt(i / count), i * np.pi * (3 - np.sqrt(5))
+    r, a = fraction * radius * np.sqrt(i / count), i * np.pi * (3 - np.sqrt(5))
     return r * np.cos(a), r * np.sin(a)
 
 
-def height_error(patch, height, share=0.7):
-    x, y = disc(patch.radius, share)
+def height_error(patch, height, fraction=0.7):
+    x, y = disc(patch.radius, fraction)
     return patch.signed_distance(np.column_stack([x, y, height(x, y)]))
 
 

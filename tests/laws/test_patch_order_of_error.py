@@ -61,7 +61,7 @@ def test_halving_the_radius_divides_the_error_by_the_order_that_is_not_seen(
 
 @pytest.mark.parametrize("sections", [3, 4, 5])
 def test_default_errs_no_more_than_the_monge_quartic_at_any_radius(sections, errors_by_reach):
-    """What no section sees is the same for both: 5 % for how the prior shares it out."""
+    """Both leave the same terms undetermined: 5 % for how the priors distribute them."""
     errors = errors_by_reach[sections]
     ratio = np.log(errors[FitOptions()] / errors[MONGE]).mean(axis=1)
     assert (ratio < np.log(1.05)).all()

@@ -135,8 +135,8 @@ def figure4(touch: Touch) -> bytes:
 def _draw_image(axes, normals, parts) -> None:
     """The Gauss map's image in layers; faint, the seams between smoothed triangles do not show."""
     for layer, (colour, faces) in enumerate(parts, start=2):
-        look = {"alpha": 0.3, "antialiased": True, "zorder": layer}
-        draw_triangles(axes, normals, faces, colour, **look)
+        style = {"alpha": 0.3, "antialiased": True, "zorder": layer}
+        draw_triangles(axes, normals, faces, colour, **style)
 
 
 def _draw_ball(axes) -> None:
@@ -210,7 +210,7 @@ def figure6(rows: list[dict]) -> bytes:
     return _png(figure)
 
 
-def _draw_estimates(axes, rows: list[dict], way: str, **look) -> None:
+def _draw_estimates(axes, rows: list[dict], way: str, **style) -> None:
     """Means of k1 and k2, with bars of one standard deviation each way."""
     values = np.array(
         [
@@ -220,7 +220,7 @@ def _draw_estimates(axes, rows: list[dict], way: str, **look) -> None:
         dtype=float,
     )
     k1, k2, k1_std, k2_std = values.T
-    axes.errorbar(k1, k2, yerr=k2_std, xerr=k1_std, fmt=".", ms=5, lw=1, **look)
+    axes.errorbar(k1, k2, yerr=k2_std, xerr=k1_std, fmt=".", ms=5, lw=1, **style)
 
 
 def figure8(rng: np.random.Generator) -> bytes:
@@ -246,7 +246,7 @@ def _draw_axes(axes, patch: Patch) -> None:
     """The Darboux frame, with what belongs to each axis."""
     known = patch.curvatures
     names = (f"e1: k1 {known.k1:.4f}", f"e2: k2 {known.k2:.4f}", "n")
-    for way, name, share in zip(np.eye(3), names, (0.9, 0.9, 0.5), strict=True):
-        tip = share * patch.radius * way
+    for way, name, fraction in zip(np.eye(3), names, (0.9, 0.9, 0.5), strict=True):
+        tip = fraction * patch.radius * way
         axes.quiver(*np.zeros(3), *tip, color="black", lw=1.6, arrow_length_ratio=0.08, zorder=3)
         axes.text(*(1.08 * tip), name, zorder=4)

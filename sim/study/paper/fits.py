@@ -16,7 +16,7 @@ CURVES = 12
 DATA, OTHERS = (0, 4, 8), (2, 6, 10)
 PLAIN, DESCENT, FAST, OURS = "(3)", "(5)", "(5), fast solver", "fit_patch"
 
-_SHARES = {"median": 0.5, "lower": 0.25, "upper": 0.75}
+_FRACTIONS = {"median": 0.5, "lower": 0.25, "upper": 0.75}
 
 Fit = Callable[[np.ndarray, tuple[Contour, ...], np.ndarray], Patch]
 
@@ -113,13 +113,13 @@ def spread(values) -> dict[str, float | None]:
     values = np.sort(np.asarray(values, dtype=float))
     # A patch that a height does not meet has an infinite error, and the draws no mean.
     known = {"mean": values.mean(), "std": values.std() if np.isfinite(values).all() else np.inf}
-    found = {name: _quantile(values, share) for name, share in _SHARES.items()} | known
+    found = {name: _quantile(values, fraction) for name, fraction in _FRACTIONS.items()} | known
     return {name: float(value) if np.isfinite(value) else None for name, value in found.items()}
 
 
-def _quantile(values, share: float) -> float:
+def _quantile(values, fraction: float) -> float:
     """Of sorted values, linear between two of them; infinite where one of the two is."""
-    low, part = divmod(share * (len(values) - 1), 1.0)
+    low, part = divmod(fraction * (len(values) - 1), 1.0)
     below, above = values[int(low)], values[int(np.ceil(low + part))]
     return below if part == 0.0 else (1.0 - part) * below + part * above
 

@@ -59,7 +59,7 @@ def repeat_paper(out, draws: int, seed: int, watch: Callable[[int, int], None]) 
 
 
 def json_text(numbers: dict) -> str:
-    """Strict JSON, which has no word for infinity."""
+    """Strict JSON, which cannot express infinity."""
     return json.dumps(numbers, indent=2, allow_nan=False) + "\n"
 
 

@@ -42,8 +42,8 @@ def sheet_of(patch: Patch, points) -> Sheet:
     toward = ways @ hull[:, :2].T
     with np.errstate(divide="ignore"):
         rim = np.where(toward > 0.0, -hull[:, 2] / toward, np.inf).min(axis=1)
-    shares = np.arange(1, _RINGS + 1) / _RINGS
-    flat = (shares[:, None, None] * rim[:, None] * ways).reshape(-1, 2)
+    fractions = np.arange(1, _RINGS + 1) / _RINGS
+    flat = (fractions[:, None, None] * rim[:, None] * ways).reshape(-1, 2)
     flat = np.concatenate([np.zeros((1, 2)), flat])
     local = np.column_stack([flat, np.zeros(len(flat))])
     local[:, 2] = -height_error(patch, patch.frame.to_world(local))
@@ -51,12 +51,12 @@ def sheet_of(patch: Patch, points) -> Sheet:
     return Sheet(vertices, disc_faces(_RINGS, _SPOKES), patch.normal(vertices))
 
 
-def draw_triangles(axes, vertices, faces, colours, **look) -> None:
+def draw_triangles(axes, vertices, faces, colours, **style) -> None:
     """Triangles (f, 3) of one or of many colours."""
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
     # Smoothed edges would leave seams between the triangles.
-    pieces = Poly3DCollection(vertices[faces], linewidths=0.0, **{"antialiased": False} | look)
+    pieces = Poly3DCollection(vertices[faces], linewidths=0.0, **{"antialiased": False} | style)
     pieces.set_facecolor(colours)
     axes.add_collection3d(pieces)
 
@@ -71,14 +71,14 @@ def lit(colour, normals) -> np.ndarray:
     return colours
 
 
-def draw_sheet(axes, vertices, faces, colour, **look) -> None:
+def draw_sheet(axes, vertices, faces, colour, **style) -> None:
     """Triangles of one colour, lit."""
     draw_triangles(
         axes,
         vertices,
         faces,
         lit(colour, igl.per_face_normals(vertices, faces, np.zeros(3))),
-        **look,
+        **style,
     )
 
 

@@ -7,8 +7,8 @@ from copy import deepcopy
 
 import numpy as np
 import pytest
-import trimesh
 
+from tests.explored import bumpy as made_bumpy
 from tests.explored import explored
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.mesh.extract import extract_surface
@@ -19,7 +19,6 @@ from touchatlas.atlas.store import load_atlas, save_atlas
 from touchatlas.patch.geometry.polynomial import monomials
 from touchatlas.planner.loop import explore
 from touchatlas.planner.planner import Planner
-from touchatlas.sim.study.surface_peers import spread_plans
 from touchatlas.sim.world.objects import make_object
 from touchatlas.sim.world.probe import Probe
 
@@ -288,21 +287,8 @@ def test_failed_write_leaves_the_old_file(ball, tmp_path, monkeypatch):
 
 
 @pytest.fixture(scope="module")
-def bumpy(tmp_path_factory):
-    """A ball with bumps a fifth of a patch wide, touched at places spread evenly."""
-    rng = np.random.default_rng(3)
-    sphere = trimesh.creation.icosphere(5, 33.0)
-    waves = np.sin(0.45 * sphere.vertices).prod(axis=1)
-    sphere.vertices *= 1.0 + 0.02 * waves[:, None]
-    path = tmp_path_factory.mktemp("bumpy") / "bumpy.ply"
-    sphere.export(path)
-    obj = make_object(str(path))
-    probe, atlas = Probe(obj, 0.005, rng), Atlas(0.1)
-    for plan in spread_plans(*obj.sample(2000, rng), 60):
-        atlas.add(probe(plan))
-    points = sphere.vertices[::40]
-    before = np.abs(atlas.blend(points).distance)
-    return atlas, points, before, atlas.learn_residuals()
+def bumpy():
+    return made_bumpy()
 
 
 def test_residuals_explain_bumps_finer_than_patches(bumpy):

@@ -32,12 +32,7 @@ def edges_of(faces):
     return np.unique(pairs, axis=0, return_counts=True)
 
 
-OPEN = pytest.mark.xfail(strict=True, reason="0.6 % of the outlines stay open beside a blunt ridge")
-
-
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=OPEN if name == "roof" else ()) for name in CONVEX]
-)
+@pytest.mark.parametrize("name", CONVEX)
 def test_every_face_of_a_convex_body_is_one_patch(name):
     """Its graph is the body's own: faces, edges, corners; V - E + F = 2."""
     atlas = merged(name)

@@ -32,7 +32,7 @@ def test_concurrent_sections_are_blind_to_products_of_their_lines_alone(sections
     x, y = np.outer(np.cos(angles), s).ravel(), np.outer(np.sin(angles), s).ravel()
     design = monomials(basis, x, y, 0.0 * x).T
     singular = np.linalg.svd(design, compute_uv=False)
-    # Rounding on one side of the gap, a share of the largest that noise can pay for on the other.
+    # Rounding on one side of the gap, a fraction of the largest one on the other.
     assert (singular < 1e-12 * singular[0]).sum() == unknown
     assert (singular > 1e-2 * singular[0]).sum() == basis.size - unknown
     products = line_products(angles, basis)
@@ -45,18 +45,18 @@ def test_concurrent_sections_are_blind_to_products_of_their_lines_alone(sections
 def test_deviation_is_large_along_what_sections_do_not_see_and_nowhere_else(
     sections, unknown, seed
 ):
-    """Noise nil, so that data leave no doubt where they speak. What the prior decides of a
-    direction is its variance after the data over its variance before, C P^-1: eigenvalue 1 and
-    eigenvector w where the data are blind to w, for C^-1 = P^-1 + (what the data tell)."""
+    """Contacts without noise determine all that sections see. In C P^-1, the covariance after the
+    data over the prior's, a direction w that sections do not see has eigenvalue 1, because
+    C^-1 = P^-1 + (the information of the data)."""
     fit = fit_patch(np.zeros(3), contours_of(WavyGraph(seed), 0.8 * LENGTH, sections), UP)
     after, before = heights_covariance(fit)
-    shares, vectors = eigh(after, before)
-    # In between is nothing. A share far below one: terms in z tie what is blind to what is seen.
-    assert (shares > 0.1).sum() == unknown and (shares < 0.01).sum() == len(shares) - unknown
+    ratios, vectors = eigh(after, before)
+    # In between is nothing. A ratio far below one: terms in z tie what is blind to what is seen.
+    assert (ratios > 0.1).sum() == unknown and (ratios < 0.01).sum() == len(ratios) - unknown
     lines = [np.cos(even_angles(sections)), np.sin(even_angles(sections)), np.zeros(sections)]
     x, y, _ = fit.patch.frame.axes @ lines
     products = line_products(np.arctan2(y, x), monge_basis(4))
-    blind = before @ vectors[:, shares > 0.1]
+    blind = before @ vectors[:, ratios > 0.1]
     # An angle of what orders above 4 leave in the Taylor coefficients.
     assert unknown == 0 or subspace_angles(blind, products).max() < 0.02
 

@@ -26,20 +26,20 @@ def euler(k1, k2, theta):
 
 
 @given(curvature, curvature, angle, st.floats(0.15, 1.0), st.floats(0.15, 1.0))
-def test_appendix_a_and_least_squares_agree(k, gap, turn, first, second):
+def test_appendix_a_and_least_squares_agree(k, gap, rotation, first, second):
     """Two routes to one answer; 1e-9 because sections 0.15 rad apart cost two digits each."""
     k1, k2 = max(k, gap), min(k, gap)
     if k1 - k2 < 1e-3:
         return
     angles = np.array([0.0, first, first + second])
-    sections = euler(k1, k2, angles - turn)
+    sections = euler(k1, k2, angles - rotation)
     a1, a2, a_angle = curvatures_of_three_sections(sections, angles)
     b1, b2, b_angle, *_ = curvatures_from_sections(sections, angles, np.full(3, 1e-12))
     assert abs(a1 - k1) < 1e-9 and abs(a2 - k2) < 1e-9
     assert abs(b1 - k1) < 1e-9 and abs(b2 - k2) < 1e-9
     # A direction is known to the error of the curvatures over their difference.
-    assert abs(np.sin(a_angle - turn)) < 1e-9 / (k1 - k2)
-    assert abs(np.sin(b_angle - turn)) < 1e-9 / (k1 - k2)
+    assert abs(np.sin(a_angle - rotation)) < 1e-9 / (k1 - k2)
+    assert abs(np.sin(b_angle - rotation)) < 1e-9 / (k1 - k2)
 
 
 def test_two_sections_are_refused():
@@ -157,10 +157,10 @@ def test_three_equal_sections_are_an_umbilic_by_both_routes():
         assert np.abs(np.subtract((k1, k2, angle), appendix)).max() < 1e-10
 
 
-@pytest.mark.parametrize("turn", [0.0, np.pi, -np.pi])
-def test_sections_of_one_direction_are_refused_by_both_routes(turn):
+@pytest.mark.parametrize("rotation", [0.0, np.pi, -np.pi])
+def test_sections_of_one_direction_are_refused_by_both_routes(rotation):
     """Situation (b): two of the three equations are one."""
-    angles, sections = np.array([0.3, 1.1, 0.3 + turn]), np.array([0.1, -0.2, 0.1])
+    angles, sections = np.array([0.3, 1.1, 0.3 + rotation]), np.array([0.1, -0.2, 0.1])
     for route in (curvatures_of_three_sections, curvatures_from_sections):
         with pytest.raises(ValueError, match="direction"):
             route(sections, angles, *([np.ones(3)] if route is curvatures_from_sections else []))

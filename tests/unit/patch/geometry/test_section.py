@@ -32,10 +32,10 @@ def test_oblique_section_of_a_ball_bends_more():
     tilt = 0.5
     contours = graph_contours(ball_height, 6.0, 25, 0.0, np.random.default_rng(3), tilt=tilt)
     for fit in fit_sections(np.zeros(3), contours, 0.0):
-        bend = np.linalg.norm(fit.curvature_vector)
+        curvature = np.linalg.norm(fit.curvature_vector)
         # Narrowest window L = 0.35 * 6: bias (12/7) c4 L^2 with c4 = 1/(8 r^3), r the circle's.
         radius = BALL_RADIUS * np.cos(tilt)
-        assert bend == pytest.approx(1.0 / radius, abs=2.1**2 / (4 * radius**3))
+        assert curvature == pytest.approx(1.0 / radius, abs=2.1**2 / (4 * radius**3))
 
 
 def test_rigid_motion_turns_the_answer():
@@ -70,12 +70,12 @@ def test_section_scatter_is_the_noise_floor_and_is_told(count):
             NOISE,
         )
     ]
-    bend = np.std([fit.curvature_vector[2] for fit in fits])
+    curvature = np.std([fit.curvature_vector[2] for fit in fits])
     slope = np.std([fit.tangent[2] for fit in fits])
     # 1800 fits: four standard errors are 7 %; the constants are those of many points, 2 % off.
-    assert bend == pytest.approx(6.71 * NOISE / (reach**2 * np.sqrt(count)), rel=0.1)
+    assert curvature == pytest.approx(6.71 * NOISE / (reach**2 * np.sqrt(count)), rel=0.1)
     assert slope == pytest.approx(1.73 * NOISE / (reach * np.sqrt(count)), rel=0.1)
-    assert np.mean([fit.curvature_std for fit in fits]) == pytest.approx(bend, rel=0.1)
+    assert np.mean([fit.curvature_std for fit in fits]) == pytest.approx(curvature, rel=0.1)
     assert np.mean([fit.tangent_std for fit in fits]) == pytest.approx(slope, rel=0.1)
 
 

@@ -87,8 +87,8 @@ def test_objective_is_the_papers_formula_in_the_callers_units():
     x, y, z = p.points_local.T
     error = ((polyval2d(x, y, table) - z) ** 2).sum()
     slopes = [polyder(table, axis=0), polyder(table, axis=1)]
-    bends = [polyder(slopes[0], axis=0), polyder(slopes[0], axis=1), polyder(slopes[1], axis=1)]
-    k = gaussian_curvature(*(polyval2d(*p.grid.T, d) for d in slopes + bends))
+    seconds = [polyder(slopes[0], axis=0), polyder(slopes[0], axis=1), polyder(slopes[1], axis=1)]
+    k = gaussian_curvature(*(polyval2d(*p.grid.T, d) for d in slopes + seconds))
     folding = p.spacing**2 * np.abs(k).sum()
     # Rounding of a few hundred terms.
     assert squared_error(p, a) == pytest.approx(error, rel=1e-10)
@@ -99,7 +99,7 @@ def test_objective_is_the_papers_formula_in_the_callers_units():
 def test_grid_covers_the_hull_with_about_four_hundred_points():
     p = problem_of(ball)
     hexagon = 1.5 * np.sqrt(3.0) * 20.0**2
-    # A lattice in a hexagon of 22 cells across: the rim is a share of 4/22, half of it random.
+    # A lattice in a hexagon of 22 cells across: the rim is 4/22 of it, half of it random.
     assert p.spacing**2 * len(p.grid) == pytest.approx(hexagon, rel=0.05)
     assert len(p.grid) == pytest.approx(400, rel=0.05)
 
@@ -127,11 +127,11 @@ def test_second_derivatives_of_curvature_match_differences_of_the_first():
     def at(b):
         return curvature_derivatives(p.derivatives, p.curvature(b), first, second)[0]
 
-    bends = [(at(a + h * e) @ first - at(a - h * e) @ first) / (2 * h) for e in np.eye(p.size)]
+    seconds = [(at(a + h * e) @ first - at(a - h * e) @ first) / (2 * h) for e in np.eye(p.size)]
     k = [(p.curvature(a + h * e)[3] - p.curvature(a - h * e)[3]) / (2 * h) for e in np.eye(p.size)]
     # Central differences: h^2 and rounding 1e-16 / h.
     assert slopes == pytest.approx(np.array(k), abs=1e-8 * np.abs(slopes).max())
-    want = np.array(bends) + (slopes * second) @ slopes.T
+    want = np.array(seconds) + (slopes * second) @ slopes.T
     assert hessian == pytest.approx(want, abs=1e-8 * np.abs(hessian).max())
 
 
@@ -213,7 +213,7 @@ def test_gauss_map_of_a_saddle_is_negative_and_quadrants_cancel():
     assert np.linalg.norm(found.normals, axis=1) == pytest.approx(np.ones(len(p.grid)), abs=1e-14)
     p = problem_of(monkey_saddle)
     folded = gauss_map(p, 0.3 * np.eye(p.size)[0] + 0.3 * np.eye(p.size)[3])
-    # z = x^3 + y^3 has K of the sign of xy: quadrants cancel, but for the hexagon's turn.
+    # z = x^3 + y^3 has K of the sign of xy: quadrants cancel, but for the rotation of the hexagon.
     assert abs(folded.algebraic_area) < 0.2 * folded.absolute_area
 
 

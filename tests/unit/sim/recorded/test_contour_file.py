@@ -76,7 +76,7 @@ REFUSED = {
     "line 2: nz is ''": [HEADER + ",nx,ny,nz", "a,1,2,3,1,0,"],
     "nx, ny, nz of curve 'a' are zero": [HEADER + ",nx,ny,nz", "a,1,2,3,0,0,0"],
     "differ from line to line": [HEADER + ",nx,ny,nz", "a,1,2,3,1,0,0", "a,1,2,4,0,1,0"],
-    "mend the quoting": [HEADER, 'a,"1"x,2,3'],
+    "correct the quoting": [HEADER, 'a,"1"x,2,3'],
     "points that span": [HEADER, "a,1,2,3", "b,1,2,1e200"],
     "one point only": [HEADER, "a,1,2,3", "b,1,2,3"],
 }

@@ -61,7 +61,7 @@ def test_curvatures_match_finite_differences_of_sections(surface):
 
 def test_noise_has_its_standard_deviation():
     noise, errors = 0.03, []
-    for seed in range(20):
+    for seed in range(10):
         exact, noisy = scene_of("torus", seed=seed), scene_of("torus", noise, seed=seed)
         assert np.array_equal(exact.verifying, noisy.verifying)
         errors.append((noisy.contact - noisy.point)[None])

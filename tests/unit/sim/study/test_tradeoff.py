@@ -108,7 +108,7 @@ def test_the_command_refuses_in_one_sentence(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-def test_medians_of_errors_and_means_of_shares():
+def test_medians_of_errors_and_means_of_fractions():
     rows = [{"mean_error": e, "within": w} for e, w in ((1.0, 0.0), (2.0, 1.0), (9.0, 1.0))]
     found = middle(rows)
     assert found["mean_error"] == 2.0 and found["within"] == pytest.approx(2.0 / 3.0)

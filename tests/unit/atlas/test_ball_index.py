@@ -63,11 +63,23 @@ def test_history_leaves_no_trace():
         assert (a == b).all()
 
 
-def test_points_beyond_all_cells_are_far_from_a_tiny_ball():
+def test_far_points_are_far_from_a_tiny_ball():
     index = BallIndex()
     index.insert(0, [0.0, 0.0, 0.0], 1e-30)
     rows, which = index.near(np.array([[1e30, 0.0, 0.0], [0.0, 0.0, 0.0]]))
     assert rows.tolist() == [0] and which.tolist() == [1]
+
+
+def test_a_ball_that_changed_its_size_is_found_once():
+    """Where it was, a tree of its old size still has it."""
+    index, point = BallIndex(), np.zeros((1, 3))
+    for row in range(100):
+        index.insert(row, [row, 0.0, 0.0], 0.9)
+    assert index.near(point)[0].tolist() == [0]
+    for row in range(60):
+        index.move(row, [0.0, 0.0, 0.01 * row], 8.0)
+    for _ in range(2):
+        assert index.near(point)[0].tolist() == list(range(60))
 
 
 def test_nothing_is_near_an_empty_index():

@@ -1,0 +1,37 @@
+"""The README's robot loop, copied as it stands, runs with a probe and ends with a surface."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from touchatlas.sim import Probe, make_object
+
+README = Path(__file__).parents[2] / "README.md"
+
+
+@pytest.fixture(scope="module")
+def ended():
+    """The names that the loop leaves behind, on the bottle that its start belongs to."""
+    bottle = make_object("bottle")
+    loop = re.search(r"```python\n(.*?)```", README.read_text(), re.DOTALL)
+    assert loop is not None
+    names = {"robot": Probe(bottle, bottle.noise_std, np.random.default_rng(0))}
+    exec(loop.group(1), names)
+    return names
+
+
+def test_the_loop_ends_with_a_closed_surface_and_its_deviation(ended):
+    surface, atlas = ended["surface"], ended["atlas"]
+    assert atlas.closed and atlas.euler_characteristic() == 2
+    assert len(surface.deviation) == len(surface.vertices) > 1000
+    assert (surface.deviation > 0.0).all()
+    # Vertices are on the zero set up to the sagitta of the triangles, 0.02 tolerances.
+    assert np.median(np.abs(ended["distance"])) < 0.02 * atlas.tolerance
+
+
+def test_every_file_and_folder_that_it_names_is_there():
+    text = README.read_text()
+    for name in re.findall(r"\]\(([\w/.]+)\)", text):
+        assert (README.parent / name).exists(), name
