@@ -71,6 +71,5 @@ def explore(
         change = atlas.add(answer)
         planner.tell(answer, change)
         added = time.perf_counter()
-        tracked += answer.tracked_length
-        number += 1
+        tracked, number = tracked + answer.tracked_length, number + 1
         yield Step(plan, answer, change, asked - start, touched - asked, added - touched)

@@ -119,8 +119,7 @@ def fitting_height(polynomial: LocalPolynomial, low, high, xy_local, tolerance: 
     -------
     poles : (d + 1, d + 1) float, length
     error : float, length
-        Largest difference of height at the points. It is above ``tolerance`` when the largest
-        degree does not suffice.
+        Largest difference of height at the points, above ``tolerance`` if no degree suffices.
 
     Raises
     ------

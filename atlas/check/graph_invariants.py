@@ -101,7 +101,7 @@ def _graph(state: AtlasState) -> Iterator[str]:
         if second not in state.neighbours[first] and not state.creases.sign(first, second):
             yield f"patches {first} and {second} meet but are neither sheet neighbours nor creased"
         if state.creases.sign(first, second) and not boundary.crease:
-            yield f"the boundary of {first} and {second} is a crease and does not say so"
+            yield f"the boundary of {first} and {second} is a crease but is not marked as one"
         if boundary.patches != (min(first, second), max(first, second)):
             yield f"the boundary of {first} and {second} names others"
 

@@ -42,7 +42,7 @@ LEAST_CONTOURS = 3
 def learn(state: AtlasState, touch: Touch) -> AtlasChange:
     """Learn one touch, or say why it is refused."""
     if not isinstance(touch, Touch):
-        raise ValueError(f"got {type(touch).__name__}; give a Touch, as a probe brings back")
+        raise ValueError(f"got {type(touch).__name__}; give a Touch, as a probe returns it")
     if touch.status is not TouchStatus.TOUCHED:
         return AtlasChange(refused=f"the probe reported: {touch.status.value}")
     contours = tuple(c for c in touch.contours if len(c.points) >= LEAST_POINTS)
@@ -54,7 +54,7 @@ def learn(state: AtlasState, touch: Touch) -> AtlasChange:
     if learned_before(state, touch.contact, contours):
         return AtlasChange(
             refused=f"a contour of touch {touch.number} was learned before, point for point; give "
-            "each once: twice it would pass for more than it tells"
+            "each once, because a repeated contour holds no new measurement"
         )
     try:
         fit = fit_touch(state, touch, contours)

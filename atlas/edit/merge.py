@@ -188,12 +188,12 @@ def _hides(state: AtlasState, table: PatchTable, row: int, gone: list[int]) -> b
     segments = visibility.segments_about(gone)
     if not len(segments):
         return False
-    places = []
+    visible = []
     for i in gone:
         points, centre = outlines.points([i])[0], visibility.centre(i)
         beyond = is_behind(table, i, centre, points, segments)
-        places.append(np.concatenate([points[~beyond], centre[None]]))
-    hidden = is_behind(table, row, table.site[row], np.concatenate(places), segments, _INNER)
+        visible.append(np.concatenate([points[~beyond], centre[None]]))
+    hidden = is_behind(table, row, table.site[row], np.concatenate(visible), segments, _INNER)
     return bool(hidden.any())
 
 

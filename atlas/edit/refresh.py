@@ -47,17 +47,17 @@ def continued_creases(state: AtlasState, rows: set[int]) -> dict[tuple[int, int]
     """
     table, creases, neighbours = state.table, state.creases, state.neighbours
     curve = state.surface_graph.curves.curve
-    places: dict[tuple[int, int], tuple[int, np.ndarray]] = {}
+    starts: dict[tuple[int, int], tuple[int, np.ndarray]] = {}
     for i, j in sorted(pair for pair in creases.pairs if not rows.isdisjoint(pair)):
         line = curve(i, j)
         sheets = [np.array([k, *sorted(neighbours[k])]) for k in (i, j)]
         owners = [sheet[power_at(table, sheet, line).argmin(axis=1)] for sheet in sheets]
         for a, b, point in zip(*(owner.tolist() for owner in owners), line, strict=True):
             if a != b and b not in neighbours[a] and not creases.between(a, b):
-                places.setdefault((min(a, b), max(a, b)), (creases.sign(i, j), point))
-    if not places:
+                starts.setdefault((min(a, b), max(a, b)), (creases.sign(i, j), point))
+    if not starts:
         return {}
-    both, start = np.array(list(places)), np.array([point for _, point in places.values()])
+    both, start = np.array(list(starts)), np.array([point for _, point in starts.values()])
     seen = intersect(table, both, start)
     good = (np.abs(seen.distance) <= MEETS * table.radius[both]).all(axis=1)
     cosine = np.abs((seen.normals[:, 0] * seen.normals[:, 1]).sum(axis=1))
@@ -65,7 +65,7 @@ def continued_creases(state: AtlasState, rows: set[int]) -> dict[tuple[int, int]
     good &= in_ball(seen.points, start, _LARGEST_OFFSET * table.radius[both].min(axis=1))
     return {
         pair: Crease(sign, point)
-        for (pair, (sign, _)), point, keep in zip(places.items(), seen.points, good, strict=True)
+        for (pair, (sign, _)), point, keep in zip(starts.items(), seen.points, good, strict=True)
         if keep
     }
 

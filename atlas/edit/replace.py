@@ -25,7 +25,7 @@ DISC = DISC.reshape(-1, 2)[23:]
 
 
 def in_ball(points, centre, radius) -> np.ndarray:
-    """(...) whether points (..., 3) lie within a radius of a centre (3,)."""
+    """(...) whether points (..., 3) lie within a radius of a centre (3,), or each of its own."""
     offset = points - centre
     return np.asarray((offset * offset).sum(axis=-1) <= radius**2)
 
