@@ -1,4 +1,4 @@
-"""Atlas: the one mutable object, a graph of patches that grows touch by touch."""
+"""Atlas: a graph of patches that grows touch by touch."""
 
 from touchatlas.atlas.check.invariants import violations
 from touchatlas.atlas.edit.fill import fill
@@ -18,13 +18,13 @@ class Atlas(AtlasState):
     Parameters
     ----------
     tolerance : float, length
-        How well the surface is wanted.
+        Wanted accuracy of the surface.
     options : AtlasOptions
 
     Notes
     -----
-    What an atlas knows is read by the attributes of ``AtlasState``; the methods here change it.
-    Reading never changes what is saved.
+    The attributes of ``AtlasState`` are for reading, and the methods here change the atlas. Reading
+    never changes what is saved.
 
     Examples
     --------
@@ -37,68 +37,66 @@ class Atlas(AtlasState):
     """
 
     def add(self, touch: Touch) -> AtlasChange:
-        """Learn one touch: a new patch, better neighbours.
+        """Learn one touch: enter a new patch and refine its neighbours.
 
         Returns
         -------
         AtlasChange
-            With ``refused`` set, and nothing changed, when the contours are too few or too
-            short for a patch, or one of them was learned before.
+            Its ``refused`` says why nothing was changed when the contours are too few or too short
+            for a patch, or one of them was learned before.
 
         Raises
         ------
         ValueError
-            What is no Touch, or an approach tangent to the surface; nothing is changed.
+            When the argument is no Touch, or its approach is tangent to the surface. Nothing is
+            changed then.
         """
         change = learn(self, touch)
         self.touches += 1
         return change
 
     def merge(self, first: int, second: int) -> AtlasChange:
-        """One patch in the place of two that meet, and of all that it covers, when one polynomial
-        holds their samples within the noise; refused otherwise."""
+        """Replace two neighbours, and all that the merged patch covers, by one patch; refused where
+        no one polynomial fits their samples within the noise."""
         return merge(self, first, second)
 
     def split(self, patch_id: int) -> AtlasChange:
-        """Patches of half the radius in the place of one: seven, but for those that lie beyond
-        edges or have no cell; refused where the samples do not determine all of them."""
+        """Replace one patch by up to seven of half its radius; refused where the samples do not
+        determine all of them."""
         return split(self, patch_id)
 
     def simplify(self) -> AtlasChange:
-        """Merge whatever one patch explains, pair by pair, until nothing more can be."""
+        """Merge pairs of neighbours until one polynomial fits no further pair."""
         return simplify(self)
 
     def fill(self) -> AtlasChange:
-        """Patches where samples lie between patches, though no touch had its place there: for a
-        surface of few touches. After ``refit_all``, which chooses again what they lean on."""
+        """Fit patches to the samples that no core covers: for a surface of few touches. Call
+        ``refit_all`` before, which improves the patches beside them."""
         return fill(self)
 
     def refit_all(self) -> None:
-        """Refit all patches from all they could have learned from, and split those that do not
-        hold."""
+        """Refit all patches from all samples about them, and split those whose degree leaves out
+        too much."""
         refit_all(self)
 
     def learn_residuals(self) -> int:
-        """Detail finer than the patches, where the evidence asks for it; how many have it.
-
-        To be called when the surface is wanted: a patch that learns from a later touch loses its
-        residual.
-        """
+        """Learn the detail that polynomials leave out, where the evidence favours it; returns how
+        many patches have a residual. A patch that learns from a later touch loses it."""
         return update_residuals(self)
 
     def finish(self) -> int:
-        """What an exploration ends with: refit, fill, simplify, learn residuals; how many patches
-        have one. Touches may be added afterwards all the same."""
+        """Refit, fill, simplify and learn residuals at the end of an exploration; returns how many
+        patches have a residual. More touches may be added afterwards."""
         return finish(self)
 
     def validate(self) -> None:
-        """Prove what must hold: samples belong, equations are their sums, patches solve them,
-        relations are mutual, and what was kept of cells and outlines is what follows now.
+        """Check all invariants: owners of samples, normal equations and their solutions, relations
+        between patches, and kept cells and outlines.
 
         Raises
         ------
         AssertionError
-            Naming all that does not hold.
+            Names every invariant that does not hold.
         """
         if broken := violations(self):
             raise AssertionError("; ".join(broken))

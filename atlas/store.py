@@ -1,6 +1,6 @@
-"""Save and load an atlas: one packed .npz, no pickle, whole or not at all.
+"""Save and load an atlas: one .npz file without pickle, written whole or not at all.
 
-What is saved is what was learned. What follows from it, such as cells, is worked out when read.
+The file holds what was learned. What follows from it, such as cells, is computed after loading.
 """
 
 import io
@@ -22,9 +22,10 @@ from touchatlas.atlas.residual.hyperparameters import ResidualScale
 from touchatlas.atlas.residual.learn_residuals import enter, solve_patch_residual
 from touchatlas.patch.fit.fit_patch import FitOptions
 
+# Version of the file, no unit; a file of another version is refused.
 FORMAT = 4
 _POOL = "points", "normals", "across", "edges", "visited"
-# What reading raises when a file is not as it was written.
+# Errors that reading a damaged file raises.
 _DAMAGE = (
     zipfile.BadZipFile,
     ArithmeticError,
@@ -40,7 +41,7 @@ _DAMAGE = (
 
 
 def atlas_bytes(atlas: Atlas) -> bytes:
-    """What ``save_atlas`` writes: equal bytes for atlases that learned the same."""
+    """The bytes that ``save_atlas`` writes; they are equal for atlases that learned the same."""
     header = {
         "format": FORMAT,
         "tolerance": atlas.tolerance,
@@ -68,12 +69,12 @@ def atlas_bytes(atlas: Atlas) -> bytes:
 
 
 def save_atlas(path, atlas: Atlas) -> None:
-    """Write an atlas to a file: all of it, or the file stays as it was."""
+    """Write an atlas to a file. If that fails, the file stays as it was."""
     write_whole(path, atlas_bytes(atlas))
 
 
 def load_atlas(path) -> Atlas:
-    """Read an atlas written by ``save_atlas``; what follows from it is worked out anew.
+    """Read an atlas written by ``save_atlas``.
 
     Raises
     ------
@@ -105,13 +106,14 @@ def load_atlas(path) -> Atlas:
 
 
 def _damaged(path, error: Exception) -> ValueError:
+    """The error for a file that is not as it was written."""
     return ValueError(
         f"{path} is no whole atlas file ({error}); it was cut off or altered: give another copy"
     )
 
 
 def _restored(arrays, header) -> Atlas:
-    """The atlas of what a file holds."""
+    """The atlas from the arrays and the header of a file."""
     options = header["options"]
     atlas = Atlas(
         header["tolerance"], AtlasOptions(**{**options, "fit": FitOptions(**options["fit"])})
@@ -136,13 +138,7 @@ def _restored(arrays, header) -> Atlas:
 
 
 def _check_lengths(arrays) -> None:
-    """Columns of one thing are equally long.
-
-    Raises
-    ------
-    ValueError
-        Naming those that are not.
-    """
+    """Raise ValueError, with the lengths, unless columns of one kind are equally long."""
     for kind in ("table", "sample", "ends", "crease"):
         counts = {n: len(a) for n, a in arrays.items() if n.startswith(f"{kind}_")}
         if len(set(counts.values())) > 1:
@@ -154,6 +150,7 @@ def _check_lengths(arrays) -> None:
 
 
 def _crease_arrays(atlas: Atlas) -> dict[str, np.ndarray]:
+    """Pairs, signs and anchors of the creases."""
     pairs = sorted(atlas.creases.pairs)
     creases = [atlas.creases.pairs[pair] for pair in pairs]
     return {
@@ -164,13 +161,14 @@ def _crease_arrays(atlas: Atlas) -> dict[str, np.ndarray]:
 
 
 def _fill_creases(atlas: Atlas, arrays) -> None:
+    """Enter the creases of a file."""
     names = ("crease_pairs", "crease_sign", "crease_anchor")
     for (i, j), sign, anchor in zip(*(arrays[name] for name in names), strict=True):
         atlas.creases.enter(int(i), int(j), Crease(int(sign), anchor))
 
 
 def _residual_arrays(table: PatchTable) -> dict[str, np.ndarray]:
-    """What the residuals were solved from: they are solved again when read."""
+    """The data that the residuals are solved from, since they are solved again after loading."""
     rows = sorted(table.residuals)
     parts = [table.residuals[row] for row in rows]
     samples = [part.samples for part in parts]
@@ -186,6 +184,7 @@ def _residual_arrays(table: PatchTable) -> dict[str, np.ndarray]:
 
 
 def _fill_residuals(table: PatchTable, arrays) -> None:
+    """Solve and enter the residuals of a file."""
     ends = np.cumsum(arrays["residual_counts"])[:-1]
     parts = np.split(arrays["residual_samples"], ends, axis=1)
     for i, row in enumerate(arrays["residual_rows"].tolist()):
@@ -205,5 +204,6 @@ def _packed(name: str, parts) -> dict[str, np.ndarray]:
 
 
 def _unpacked(name: str, arrays) -> list[np.ndarray]:
+    """Lists of integers from one array and their lengths."""
     counts = arrays[f"{name}_counts"]
     return np.split(arrays[name], np.cumsum(counts)[:-1]) if len(counts) else []

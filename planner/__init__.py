@@ -1,4 +1,7 @@
-"""What to touch next: ask/tell."""
+"""The planner says where to touch next, by ``ask`` and ``tell``.
+
+Another planner is a class with these two methods, in a file of its own beside ``planner.py``.
+"""
 
 from typing import TYPE_CHECKING
 

@@ -1,5 +1,8 @@
-"""Where to touch: uncovered touched points, then gaps in the patches' outlines, then where the
-patches are unsure."""
+"""Candidates: uncovered samples, gaps between patches, and points of large predicted deviation.
+
+Another rule for where to touch is one more function here, from an atlas, the position of the probe
+and the spent points to a Candidate; ``Planner`` calls it.
+"""
 
 from dataclasses import dataclass
 
@@ -15,9 +18,11 @@ from touchatlas.patch.geometry.polynomial import (
 )
 from touchatlas.planner.probe_plan import Reason
 
-# A point this far out, in core radii, leaves little overlap: farther gains nothing more.
+# Distance from all sites above which samples rank alike, in core radii: patches there overlap
+# little. Doubled, the probe travels farther for less overlap.
 _FAR_ENOUGH = 1.25
-# Samples of the frontier that are checked at once: mostly the first is open, else many are not.
+# Samples of the frontier that are checked first, and then in each further step: mostly one of the
+# first is open. Doubled, a check takes longer and fewer are needed.
 _FIRST, _AT_ONCE = 16, 256
 
 
@@ -29,9 +34,9 @@ class Candidate:
     ----------
     point : (3,) float, length, world
     home : int
-        The patch that knows it.
+        Patch that predicts the surface there.
     normal : (3,) float, unit, world
-        Outward, as predicted.
+        Predicted outward normal.
     reason : Reason
     """
 
@@ -42,7 +47,8 @@ class Candidate:
 
 
 def frontier_candidate(atlas: Atlas, position, spent) -> Candidate | None:
-    """The touched point to go on from: far from all centres, then near the probe.
+    """The uncovered sample that is farthest from all sites, and of several the nearest to the
+    probe; None when all are covered or spent.
 
     Parameters
     ----------
@@ -68,7 +74,8 @@ def frontier_candidate(atlas: Atlas, position, spent) -> Candidate | None:
 
 
 def gap_candidate(atlas: Atlas, position, spent) -> Candidate | None:
-    """The nearest point that no core covers: of the patches' outlines, and between three."""
+    """The point nearest to the probe that no core covers, of the open outlines and of the gaps
+    between three patches; None when there is none, or all are spent."""
     table = atlas.table
     which, places = np.nonzero(atlas.open_outlines())
     rows = table.rows[which]
@@ -76,21 +83,19 @@ def gap_candidate(atlas: Atlas, position, spent) -> Candidate | None:
     if gaps := atlas.gaps:
         points = np.concatenate([points, list(gaps.values())])
         rows = np.concatenate([rows, [triple[2] for triple in gaps]])
-    free = ~is_spent(points, spent, atlas.tolerance)
-    if not free.any():
+    best = _nearest_free(points, position, spent, atlas.tolerance)
+    if best is None:
         return None
-    offset = points - position
-    best = int(np.where(free, (offset**2).sum(axis=1), np.inf).argmin())
-    row = rows[best]
-    upward = table.surface(rows[[best]], table.scaled_local(rows[[best]], points[[best]]))[1]
+    row = int(rows[best])
+    upward = table.surface([row], table.scaled_local([row], points[[best]]))[1]
     normal = upward[0, 0] @ table.axes[row]
     normal /= np.sqrt(normal @ normal)
-    return Candidate(points[best], int(row), normal, Reason.CLOSE_GAP)
+    return Candidate(points[best], row, normal, Reason.CLOSE_GAP)
 
 
 def weak_candidate(atlas: Atlas, position, spent) -> Candidate | None:
-    """The nearest point, of the patches' outlines and of half-way there, whose predicted deviation
-    exceeds the tolerance."""
+    """The point nearest to the probe whose predicted deviation exceeds the tolerance, of the
+    outlines and of points half-way to them; None when there is none, or all are spent."""
     table, rows = atlas.table, atlas.table.rows
     outlines = atlas.surface_graph.outlines.points(rows)
     points = np.concatenate([outlines, 0.5 * (outlines + table.origin[rows, None])])
@@ -98,22 +103,28 @@ def weak_candidate(atlas: Atlas, position, spent) -> Candidate | None:
     seen = atlas.blend(points)
     weak = np.flatnonzero(seen.known & (np.nan_to_num(seen.deviation) > atlas.tolerance))
     if len(atlas.creases):
-        # What of an outline lies beyond an edge is not there.
+        # Beyond an edge a patch is not part of the surface.
         homes = np.tile(np.repeat(rows, outlines.shape[1]), 2)
         weak = weak[~atlas.surface_graph.visibility.beyond(homes[weak], points[weak])]
-    # A point half-way is on the chord, not on the surface.
+    # A point half-way is on the chord, so it is moved onto the surface.
     points = points[weak] - seen.distance[weak, None] * seen.normal[weak]
-    free = ~is_spent(points, spent, atlas.tolerance)
-    if not free.any():
+    best = _nearest_free(points, position, spent, atlas.tolerance)
+    if best is None:
         return None
-    offset = points - position
-    best = int(np.where(free, (offset**2).sum(axis=1), np.inf).argmin())
     at = weak[best]
     return Candidate(points[best], int(seen.patch[at]), seen.normal[at], Reason.REFINE)
 
 
+def _nearest_free(points, position, spent, tolerance: float) -> int | None:
+    """Index of the point (n, 3) nearest to the probe that is not spent; None when all are."""
+    free = np.flatnonzero(~is_spent(points, spent, tolerance))
+    if not len(free):
+        return None
+    return int(free[((points[free] - position) ** 2).sum(axis=1).argmin()])
+
+
 def is_spent(points, spent, tolerance: float) -> np.ndarray:
-    """(n,) whether each point is, within a tolerance, one of the spent ones."""
+    """(n,) whether points (n, 3) are within a tolerance of spent points (m, 3)."""
     if not len(spent):
         return np.zeros(len(points), bool)
     offset = points[:, None] - np.asarray(spent)
@@ -121,17 +132,20 @@ def is_spent(points, spent, tolerance: float) -> np.ndarray:
 
 
 def predicted_curvature(atlas: Atlas, point, home: int) -> float:
-    """Largest |normal curvature| that patch ``home`` predicts at a point (3,), or at the
-    nearest point of its rim: beyond it the polynomial says nothing. No more than at its centre,
-    where it is known best: detail finer than the patch bends the rim."""
+    """Largest absolute normal curvature that patch ``home`` predicts at a point (3,), 1/length.
+
+    Beyond the rim of the patch it is that of the nearest point of the rim, because the polynomial
+    is not valid there. It is no more than the curvature at the centre, because detail finer than
+    the patch disturbs the rim most.
+    """
     table = atlas.table
     x, y, z = (point - table.origin[home]) @ table.axes[home].T / table.radius[home]
     beyond = max(1.0, float(np.hypot(x, y)))
-    # The first column is the point, or the nearest one of the rim, the second the centre.
+    # The first column is the point or the nearest point of the rim, the second the centre.
     x, y, z = np.array([[x, 0.0], [y, 0.0], [z, 0.0]]) / beyond
     derivatives = evaluate(table.basis, table.mean[home], x, y, z, SECOND_ORDER)
-    bends = [
+    curvatures = [
         np.abs(principal_directions(shape_operator(*graph_derivatives(*column)))[:2]).max()
         for column in derivatives.T
     ]
-    return float(min(bends) / table.radius[home])
+    return float(min(curvatures) / table.radius[home])

@@ -1,4 +1,4 @@
-"""Over an edge: where the face behind the end of a contour may be touched."""
+"""Edges: guesses where the face behind the end of a contour may be touched."""
 
 from dataclasses import dataclass
 
@@ -6,8 +6,9 @@ import numpy as np
 
 from touchatlas.atlas.atlas import Atlas
 
-# Guesses at the far face, one after the other: whether the edge is convex, and how far from the
-# edge to touch, in reaches. The near ones are for thin walls, low steps and blunt edges.
+# Guesses at the far face in turn: whether the edge is convex, and how far from the edge to touch,
+# in reaches. The near ones are for thin walls, low steps and blunt edges. With distances doubled,
+# touches miss the sides of thinner bodies.
 _GUESSES = ((True, 0.3), (False, 0.3), (True, 0.08), (False, 0.08))
 
 
@@ -22,11 +23,11 @@ class EdgeGuess:
     tangent, normal : (3,) float, unit, world
         Direction of travel there, and outward normal of the near face.
     step : float, length
-        Of the contour.
+        Distance between samples of the contour.
     home : int
         Patch of the near face.
     number : int
-        Of the guess, from 0.
+        Number of the guess, from 0.
     """
 
     end: np.ndarray
@@ -37,24 +38,25 @@ class EdgeGuess:
     number: int
 
     def target(self, reach: float):
-        """Reference point (3,) and outward normal (3,) to touch with arms of a length.
+        """Reference point (3,) and outward normal (3,) of a touch with arms of length ``reach``.
 
-        Behind a convex edge the face falls away from the near one and looks along the travel;
-        behind a concave one it rises and looks back.
+        Behind a convex edge the face is taken to fall away at a right angle, with its outward
+        normal along the travel. Behind a concave edge it is taken to rise, facing back.
         """
-        convex, share = _GUESSES[self.number]
+        convex, fraction = _GUESSES[self.number]
         edge = self.end + 0.5 * self.step * self.tangent
         if convex:
-            point = edge - share * reach * self.normal + 0.5 * self.step * self.tangent
+            point = edge - fraction * reach * self.normal + 0.5 * self.step * self.tangent
             return point, self.tangent
-        return edge + share * reach * self.normal, -self.tangent
+        return edge + fraction * reach * self.normal, -self.tangent
 
 
 def edge_guess(atlas: Atlas, position, tried) -> EdgeGuess | None:
     """The next guess at a face behind an edge; None when all were made.
 
-    Ends with the fewest guesses come first, of these those of the patch nearest to the probe,
-    and of its ends the one nearest to its centre: that contour meets its edge the most squarely.
+    Ends with the fewest guesses come first, and of these the ends of the patch nearest to the
+    probe. Of its ends the one nearest to the site comes first, because that contour meets the edge
+    at the largest angle.
 
     Parameters
     ----------
@@ -62,7 +64,7 @@ def edge_guess(atlas: Atlas, position, tried) -> EdgeGuess | None:
     position : (3,) float, length, world
         Where the probe is.
     tried : (m, 3) float, length, world
-        Ends from which a guess was made, once for each guess.
+        The end of each guess that was made before.
     """
     ends = atlas.edge_ends
     if not len(ends):

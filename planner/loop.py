@@ -1,8 +1,10 @@
-"""The loop: ask, touch, add, tell. ``touch`` is passed in, so that a robot fits."""
+"""The loop: ask, touch, add, tell. The caller passes ``touch``: a simulator or a robot."""
 
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+
+import numpy as np
 
 from touchatlas.atlas.atlas import Atlas, AtlasChange
 from touchatlas.atlas.records.touch import Touch
@@ -12,7 +14,16 @@ from touchatlas.planner.probe_plan import ProbePlan
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """One round of the loop, with the seconds that its parts took."""
+    """One round of the loop.
+
+    Parameters
+    ----------
+    plan : ProbePlan
+    touch : Touch
+    change : AtlasChange
+    seconds_plan, seconds_touch, seconds_fit : float
+        Wall time of ``ask``, of the touch, and of ``add`` and ``tell`` together.
+    """
 
     plan: ProbePlan
     touch: Touch
@@ -29,7 +40,7 @@ def explore(
     max_touches: int | None = None,
     max_length: float | None = None,
 ) -> Iterator[Step]:
-    """Touch where the planner says until it has no more to ask or the budget ends.
+    """Touch where the planner says until it has no more plans or the budget ends.
 
     Parameters
     ----------
@@ -37,21 +48,19 @@ def explore(
         Grows in place.
     planner : Planner
     touch : function from ProbePlan to Touch
-        The probe: a simulator or a robot.
     max_touches : int, optional
     max_length : float, length, optional
-        Tracked length after which no more is asked.
+        Tracked length after which no plan is asked for.
 
     Yields
     ------
     Step
-        After each touch, before the next is planned: whoever keeps a journal writes it now.
+        After each touch, before the next is planned.
     """
-    tracked = 0.0
-    number = 0
-    while (max_touches is None or number < max_touches) and (
-        max_length is None or tracked < max_length
-    ):
+    tracked, number = 0.0, 0
+    most = np.inf if max_touches is None else max_touches
+    longest = np.inf if max_length is None else max_length
+    while number < most and tracked < longest:
         start = time.perf_counter()
         plan = planner.ask(atlas)
         asked = time.perf_counter()
@@ -62,6 +71,5 @@ def explore(
         change = atlas.add(answer)
         planner.tell(answer, change)
         added = time.perf_counter()
-        tracked += answer.tracked_length
-        number += 1
+        tracked, number = tracked + answer.tracked_length, number + 1
         yield Step(plan, answer, change, asked - start, touched - asked, added - touched)

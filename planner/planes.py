@@ -1,4 +1,7 @@
-"""Which planes to track in."""
+"""Planes: the sampling planes of a touch.
+
+Another choice of planes is one more function here.
+"""
 
 import numpy as np
 
@@ -7,16 +10,17 @@ from touchatlas.patch.geometry.frame import axes_from_normal
 
 
 def concurrent_planes(point, normal, heading, count: int) -> tuple[SamplingPlane, ...]:
-    """``count`` sampling planes through a point that contain the normal, evenly apart.
+    """``count`` sampling planes through a point that contain the normal, at even angles.
 
-    Evenly (60 degrees for three) the system for the principal curvatures is conditioned
-    best: sqrt 2 (see ``curvatures_from_sections``).
+    Even angles (60 degrees for three planes) give the system for the principal curvatures its best
+    condition number, sqrt 2 (see ``curvatures_from_sections``).
 
     Parameters
     ----------
-    point, normal : (3,) float, world
+    point : (3,) float, length, world
+    normal : (3,) float, unit, world
     heading : (3,) float, world
-        The first plane contains it, as far as the normal allows.
+        Direction whose part across the normal lies in the first plane.
     count : int
     """
     e1, e2, _ = axes_from_normal(normal, heading)

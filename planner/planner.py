@@ -1,4 +1,7 @@
-"""Planner: ask it where to touch, tell it what came of it."""
+"""Planner: it says where to touch next, and learns what became of the touch.
+
+Another planner is a class with ``ask`` and ``tell``: ``explore`` in ``loop.py`` calls nothing else.
+"""
 
 from dataclasses import dataclass
 
@@ -21,23 +24,24 @@ from touchatlas.planner.edges import EdgeGuess, edge_guess
 from touchatlas.planner.planes import concurrent_planes
 from touchatlas.planner.probe_plan import ProbePlan, Reason
 
-# Arms are shortened to this share after contours that were too short for a patch, and to no less
-# than this share of the least reach.
+# Factor on the arms and steps after contours that were too short for a patch, and the least arm
+# over the least reach; no unit. With the first doubled, more touches fail in narrow places; with
+# the second doubled, narrower ones are given up.
 _CLOSER, _CLOSEST = 0.35, 0.1
 
 
 @dataclass(frozen=True)
 class PlannerOptions:
-    """How places and planes are chosen.
+    """Options for reference points and sampling planes.
 
     Parameters
     ----------
     curves : int
-        Sampling planes a touch.
+        Sampling planes per touch.
     samples : int
         Samples each way along a curve.
     max_turn : float, rad
-        How far a patch may turn from its reference point to its rim.
+        Largest angle by which a curve may turn from the contact to its end.
     reach : float
         Longest arm of a curve, in tolerances of the atlas.
     least_reach : float
@@ -70,9 +74,9 @@ class Planner:
     Parameters
     ----------
     start : (3,) float, length, world
-        Where the object may be touched first.
+        Reference point of the first touch.
     outward : (3,) float, unit, world
-        From the object toward the free space from which ``start`` is approached.
+        Direction from the object to the free space from which ``start`` is approached.
     options : PlannerOptions
 
     Examples
@@ -100,7 +104,7 @@ class Planner:
     def ask(self, atlas: Atlas) -> ProbePlan | None:
         """The next plan; None when nothing is left to explore.
 
-        Asked twice without ``tell`` in between it answers the same plan.
+        Without ``tell`` in between, a second call returns the same plan.
         """
         if self._asked is not None:
             return self._asked
@@ -114,7 +118,7 @@ class Planner:
         return self._asked
 
     def tell(self, touch: Touch, change: AtlasChange) -> None:
-        """What became of the plan last asked for.
+        """Take the result of the plan last asked for.
 
         Raises
         ------
@@ -137,7 +141,8 @@ class Planner:
         self._asked = None
 
     def _next_plan(self, atlas: Atlas) -> ProbePlan | None:
-        """Frontier first, then over edges, then gaps."""
+        """A plan on the frontier, else behind an edge, else in a gap, else where the predicted
+        deviation is too large."""
         candidate = self._candidate(atlas, frontier_candidate)
         if candidate is None:
             guess = edge_guess(atlas, self._position, self._tried_ends)
@@ -149,13 +154,14 @@ class Planner:
         return None if candidate is None else self._plan(atlas, candidate)
 
     def _candidate(self, atlas: Atlas, choose) -> Candidate | None:
+        """The candidate that ``choose`` finds, unless the last touch was there already."""
         candidate = choose(atlas, self._position, self._spent)
         if (
             candidate is not None
             and self._target is not None
             and is_spent(candidate.point[None], [self._target], atlas.tolerance)[0]
         ):
-            # The touch there did not cover it: once is enough.
+            # The last touch did not cover it, so another one would not either.
             self._spent.append(self._target)
             candidate = choose(atlas, self._position, self._spent)
         if candidate is not None:
@@ -163,57 +169,54 @@ class Planner:
         return candidate
 
     def _closer(self, atlas: Atlas, plan: ProbePlan) -> ProbePlan | None:
-        """The same place with finer steps, after contours that were too short: with shorter arms,
-        too, where not edges ended them. None when the steps would be too fine."""
+        """A plan at the same place with finer steps, after contours that were too short; None when
+        the steps would be too fine. The arms are shorter too, unless edges ended the contours."""
         step, least = _CLOSER * plan.step, _CLOSEST * self.options.least_reach * atlas.tolerance
-        # In the corner of a face contours are short however long their arms may be.
+        # In the corner of a face edges end the contours, so finer steps are allowed there.
         if step * self.options.samples < (_CLOSER * least if self._at_edge else least):
             if self._target is not None:
                 self._spent.append(self._target)
             return None
         heading = cross(plan.planes[0].normal, plan.normal)
         reach = plan.reach if self._at_edge else _CLOSER * plan.reach
-        return self._finish(
+        return self._probe_plan(
             plan.reference_point, plan.normal, heading, reach, plan.reason, step / reach
         )
 
     def _start_plan(self, atlas: Atlas) -> ProbePlan:
+        """The plan of the first touch."""
         reach = self.options.reach * atlas.tolerance
         heading = any_tangent(self._outward)
-        return self._finish(self._start, self._outward, heading, reach, Reason.START)
+        return self._probe_plan(self._start, self._outward, heading, reach, Reason.START)
 
     def _plan(self, atlas: Atlas, candidate: Candidate) -> ProbePlan:
+        """The plan of a touch at a candidate, with its first plane away from the patch there."""
         reach = self._reach(atlas, candidate.point, candidate.home)
         heading = candidate.point - atlas.table.origin[candidate.home]
-        return self._finish(candidate.point, candidate.normal, heading, reach, candidate.reason)
+        return self._probe_plan(candidate.point, candidate.normal, heading, reach, candidate.reason)
 
     def _edge_plan(self, atlas: Atlas, guess: EdgeGuess) -> ProbePlan:
+        """The plan of a touch behind an edge."""
         self._tried_ends.append(guess.end.copy())
         self._target = None
         reach = self._reach(atlas, guess.end, guess.home)
         point, normal = guess.target(reach)
-        return self._finish(point, normal, guess.normal, reach, Reason.EXPAND)
+        return self._probe_plan(point, normal, guess.normal, reach, Reason.EXPAND)
 
     def _reach(self, atlas: Atlas, point, home: int) -> float:
-        """Length of the arms, as far as a patch predicts the curvature at a point."""
+        """Length of arms that turn by ``max_turn``, within the limits of the options, by the
+        curvature that patch ``home`` predicts at a point."""
         curvature = predicted_curvature(atlas, point, home)
         longest = self.options.reach * atlas.tolerance
         shortest = self.options.least_reach * atlas.tolerance
         return max(shortest, min(longest, self.options.max_turn / max(curvature, 1.0 / longest)))
 
-    def _finish(self, point, normal, heading, reach, reason, share=None) -> ProbePlan:
-        share = 1.0 / self.options.samples if share is None else share
+    def _probe_plan(self, point, normal, heading, reach, reason, fraction=None) -> ProbePlan:
+        """The next ProbePlan; ``fraction`` is the step over the reach."""
+        fraction = 1.0 / self.options.samples if fraction is None else fraction
         planes = concurrent_planes(point, normal, heading, self.options.curves)
-        return ProbePlan(
-            self._count,
-            point,
-            normal,
-            planes,
-            reach,
-            share * reach,
-            self.options.max_turn,
-            reason,
-        )
+        turn = self.options.max_turn
+        return ProbePlan(self._count, point, normal, planes, reach, fraction * reach, turn, reason)
 
 
 def _ends_at_edge(touch: Touch) -> bool:

@@ -1,4 +1,4 @@
-"""ProbePlan: where to touch next, and how."""
+"""ProbePlan: where and how to touch next."""
 
 from dataclasses import dataclass
 from enum import Enum
@@ -20,27 +20,27 @@ class Reason(Enum):
 
 @dataclass(frozen=True, eq=False)
 class ProbePlan:
-    """One visit of the probe.
+    """The instructions for one touch.
 
-    Move toward ``reference_point`` against ``normal`` until contact, then track the
-    surface in each plane, both ways from the contact.
+    Move toward ``reference_point`` against ``normal`` until contact. Then track the surface in
+    each plane, both ways from the contact.
 
     Parameters
     ----------
     number : int
-        Counts the plans of one planner, from 0.
+        Number of the plan, from 0 for the first of a planner.
     reference_point : (3,) float, length, world
         Predicted point of contact.
     normal : (3,) float, unit, world
         Predicted outward normal.
     planes : tuple of SamplingPlane
-        Each contains the reference point.
+        Sampling planes through the reference point.
     reach : float, length
-        How far to track from the contact each way, along the curve.
+        Arc length to track from the contact each way.
     step : float, length
         Arc length between samples.
     max_turn : float, rad
-        Stop where the curve has turned by more than this from its direction at the contact.
+        Angle between the curve and its direction at the contact at which tracking stops.
     reason : Reason
     """
 

@@ -1,9 +1,9 @@
 """Polynomials in Bernstein form: Bezier curves and tensor surfaces through Chebyshev points.
 
-A polynomial of degree d in t on [0, 1] is sum p_m B_m(t), B_m(t) = C(d, m) t^m (1 - t)^(d - m);
-the p_m are its poles, which CAD systems store. Through d + 1 Chebyshev points it misses a smooth
-function by an amount that falls geometrically with d (Trefethen, Approximation Theory and
-Approximation Practice, chapter 8), and a polynomial of degree d by nothing.
+A polynomial of degree d in t on [0, 1] is sum p_m B_m(t), B_m(t) = C(d, m) t^m (1 - t)^(d - m). The
+p_m are its poles, which CAD systems store. The interpolant through d + 1 Chebyshev points misses a
+smooth function by an error that falls geometrically with d (Trefethen, Approximation Theory and
+Approximation Practice, chapter 8). A polynomial of degree d is reproduced exactly.
 """
 
 from functools import lru_cache
@@ -13,8 +13,9 @@ import numpy as np
 
 from touchatlas.patch.geometry.polynomial import LocalPolynomial
 
-# The change to poles loses some 0.4 digits a degree, and solvers their time.
-_MOST_DEGREE = 14
+# Largest degree of a height. The change to poles loses some 0.4 digits a degree; doubled, half of
+# the digits are lost and CAD systems take longer.
+_LARGEST_DEGREE = 14
 
 
 @lru_cache
@@ -37,7 +38,8 @@ def bernstein(degree: int, t) -> np.ndarray:
 
 
 def bernstein_slopes(degree: int, t) -> np.ndarray:
-    """(n, degree + 1) their derivatives: d (B_{m-1} - B_m) of degree d - 1."""
+    """(n, degree + 1) derivatives of the Bernstein polynomials: d (B_{m-1} - B_m) of degree
+    d - 1."""
     lower = np.pad(bernstein(degree - 1, t), ((0, 0), (1, 1)))
     return degree * (lower[:, :-1] - lower[:, 1:])
 
@@ -51,7 +53,7 @@ def _to_poles(degree: int) -> np.ndarray:
 def curve_poles(points) -> np.ndarray:
     """(d + 1, k) poles of the Bezier curve through points (d + 1, k) at the Chebyshev points.
 
-    The ends are kept bit for bit, so that curves that share an end point share a pole.
+    The ends are kept bit for bit, so curves that share an end point share a pole.
     """
     points = np.asarray(points, dtype=float)
     poles = _to_poles(len(points) - 1) @ points
@@ -68,12 +70,13 @@ def height_poles(polynomial: LocalPolynomial, low, high, degree: int) -> np.ndar
     low, high : (2,) float, length, local
         Corners of the rectangle.
     degree : int
-        Of the tensor polynomial, in x and in y. From the degree of a Monge polynomial on the
-        poles are its own; a height with terms in z is met at the Chebyshev points.
+        Degree of the tensor polynomial in x and in y. A Monge polynomial of no higher degree is
+        reproduced exactly; a height with terms in z is interpolated at the Chebyshev points.
 
     Returns
     -------
-    NaN, all of it, where the patch has no height over some point of the rectangle.
+    (d + 1, d + 1) float, length
+        All NaN when the patch has no height over some point of the rectangle.
 
     Examples
     --------
@@ -101,32 +104,27 @@ def tensor_height(poles, low, high, xy_local) -> np.ndarray:
 
 
 def fitting_height(polynomial: LocalPolynomial, low, high, xy_local, tolerance: float):
-    """Poles of the tensor polynomial of least degree that holds a height to ``tolerance``.
+    """Poles of the tensor polynomial of least degree whose height is within ``tolerance``.
 
     Parameters
     ----------
     polynomial : LocalPolynomial
     low, high : (2,) float, length, local
+        Corners of the rectangle.
     xy_local : (n, 2) float, length
-        Where it is to hold, within the rectangle.
+        Points within the rectangle at which the heights are compared.
     tolerance : float, length
 
     Returns
     -------
     poles : (d + 1, d + 1) float, length
     error : float, length
-        Largest difference of height at the points; above ``tolerance`` when no degree that
-        Bernstein polynomials bear holds it.
+        Largest difference of height at the points, above ``tolerance`` if no degree suffices.
 
     Raises
     ------
     ValueError
         When the patch has no height at one of the points: it stands upright there.
-
-    Notes
-    -----
-    Where the patch has no height over all of the rectangle the poles are those of least squares
-    at the points, and of least size among equals (Golub and Van Loan, Matrix Computations, 5.5).
     """
     xy_local, wanted = np.asarray(xy_local, dtype=float), polynomial.height(xy_local)
     if np.isnan(wanted).any():
@@ -135,7 +133,7 @@ def fitting_height(polynomial: LocalPolynomial, low, high, xy_local, tolerance: 
             "has no height there; keep to points nearer to its origin"
         )
     best, least = np.zeros((1, 1)), np.inf
-    for degree in range(polynomial.basis.degree, _MOST_DEGREE + 1, 2):
+    for degree in range(polynomial.basis.degree, _LARGEST_DEGREE + 1, 2):
         poles = height_poles(polynomial, low, high, degree)
         if np.isnan(poles).any():
             poles = _least_squares(wanted, low, high, xy_local, degree)
@@ -148,7 +146,8 @@ def fitting_height(polynomial: LocalPolynomial, low, high, xy_local, tolerance: 
 
 
 def _least_squares(height, low, high, xy_local, degree: int) -> np.ndarray:
-    """(d + 1, d + 1) poles of the tensor polynomial nearest to heights (n,) at points (n, 2)."""
+    """(d + 1, d + 1) poles of least squares for heights (n,) at points (n, 2), of least norm among
+    equals (Golub and Van Loan, Matrix Computations, 5.5)."""
     u, v = ((xy_local - low) / (np.asarray(high) - low)).T
     rows = np.einsum("na,nb->nab", bernstein(degree, u), bernstein(degree, v))
     poles = np.linalg.lstsq(rows.reshape(len(u), -1), height)[0]

@@ -1,6 +1,6 @@
-"""Bezier faces as shells and solids of the CAD kernel, and these as a STEP file.
+"""Open CASCADE: Bezier faces become shells and solids, and these become a STEP file.
 
-The kernel, Open CASCADE, comes with the extra ``cad`` and is imported where it is used.
+This CAD kernel comes with the extra ``cad`` and is imported only where it is used.
 """
 
 import io
@@ -15,7 +15,7 @@ from touchatlas.atlas.cad.bezier_face import BezierFace
 
 
 def need_kernel() -> None:
-    """ValueError with the command that helps when the extra ``cad`` is not installed."""
+    """Raise ValueError, with the command to run, when the extra ``cad`` is not installed."""
     try:
         import OCP.STEPControl  # noqa: F401
     except ImportError as error:
@@ -31,9 +31,9 @@ def step_bytes(parts: list[list[BezierFace]], gap: float, name: str) -> bytes:
     ----------
     parts : list of list of BezierFace
     gap : float, length
-        By how much surfaces and curves of the file may differ.
+        Tolerance of the file: largest distance between its surfaces and curves.
     name : str
-        For the header and the product.
+        Name in the header and of the product.
     """
     from OCP.STEPConstruct import STEPConstruct
     from OCP.STEPControl import STEPControl_AsIs, STEPControl_Writer
@@ -56,6 +56,7 @@ def step_bytes(parts: list[list[BezierFace]], gap: float, name: str) -> bytes:
 
 
 def _check(status) -> None:
+    """Raise RuntimeError unless the kernel reports that it is done."""
     from OCP.IFSelect import IFSelect_RetDone
 
     if status != IFSelect_RetDone:
@@ -63,7 +64,7 @@ def _check(status) -> None:
 
 
 def _name(model, name: str) -> None:
-    """Name a STEP file and its products, without the date, or the count of files so far."""
+    """Name a STEP file and its products, without the date and the number that the kernel adds."""
     from OCP.APIHeaderSection import APIHeaderSection_MakeHeader
     from OCP.StepBasic import StepBasic_Product
     from OCP.TCollection import TCollection_HAsciiString
@@ -81,7 +82,7 @@ def _name(model, name: str) -> None:
 
 
 def is_closed(part: list[BezierFace]) -> bool:
-    """Whether every side has a face on either side."""
+    """Whether every side is of two faces."""
     counts = Counter(side.number for bezier in part for side in bezier.face.sides)
     return set(counts.values()) == {2}
 
@@ -102,7 +103,7 @@ def _silence() -> Iterator[None]:
 
 
 def _shape(part: list[BezierFace]):
-    """A solid, or an open shell, of connected faces; and the kernel's face of each."""
+    """A solid or an open shell of connected faces, and the kernel's face of each."""
     from OCP.BRep import BRep_Builder
     from OCP.TopoDS import TopoDS_Shell, TopoDS_Solid
 
@@ -135,7 +136,7 @@ class _Sewing:
         self._edges: dict = {}
 
     def face(self, bezier: BezierFace):
-        """The trimmed surface, its normal outward."""
+        """The trimmed surface as a face of the kernel, with its normal outward."""
         from OCP.collections import Array2_gp_Pnt
         from OCP.Geom import Geom_BezierSurface
         from OCP.gp import gp_Pnt
@@ -160,7 +161,7 @@ class _Sewing:
         return face
 
     def _edge(self, side):
-        """The edge of a side, and whether the side runs along it."""
+        """The edge of a side, and whether both have the same direction."""
         from OCP.TopoDS import TopoDS_Edge
 
         if side.number in self._edges:

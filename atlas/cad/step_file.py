@@ -1,8 +1,8 @@
-"""STEP export: the patchwork of an atlas as a file that CAD systems read.
+"""STEP export: the trimmed patches of an atlas as a file that CAD systems read.
 
-Every patch becomes one trimmed Bezier surface, every side one curve that both of its faces share.
-The two surfaces lie off it by half the gap between the patches; the edge carries that as its
-tolerance. Faces that close up become a solid.
+Every patch becomes one trimmed Bezier surface, and every side one curve that its two faces share.
+Each surface is off the curve by half the gap between the patches, which the file states as the
+tolerance of the edge. Faces that close up become a solid.
 """
 
 from dataclasses import dataclass
@@ -16,17 +16,19 @@ from touchatlas.atlas.cad.trimmed_patches import trimmed_patches
 from touchatlas.atlas.files import write_whole
 from touchatlas.atlas.state import AtlasState
 
-# Heights hold to this share of the atlas's tolerance.
-_HOLD = 1e-4
+# Largest error of a face's height, in tolerances: negligible beside the patch's own error. Doubled,
+# some faces get a lower degree.
+_HEIGHT_ERROR = 1e-4
 
 
 @dataclass(frozen=True)
 class StepReport:
-    """What a STEP file holds of an atlas.
+    """The contents of a STEP file and their accuracy.
 
     Parameters
     ----------
     faces, solids, open_shells : int
+        Numbers of each in the file.
     left_out : int
         Faces of patches that stand upright within their own cells.
     height_error : float, length
@@ -50,8 +52,8 @@ def save_step(state: AtlasState, path) -> StepReport:
     ----------
     state : AtlasState
     path : path
-        The file. One unit of length of the atlas is a millimetre there, for want of another.
-        Equal atlases give equal bytes: the header has no date.
+        The file. One unit of length of the atlas is one millimetre there. Equal atlases give equal
+        bytes: the header has no date.
 
     Returns
     -------
@@ -66,7 +68,7 @@ def save_step(state: AtlasState, path) -> StepReport:
         When the file cannot be written; an old one is left as it was.
     """
     need_kernel()
-    found = [bezier_face(face, _HOLD * state.tolerance) for face in trimmed_patches(state)]
+    found = [bezier_face(face, _HEIGHT_ERROR * state.tolerance) for face in trimmed_patches(state)]
     faces = [face for face in found if face is not None]
     if not faces:
         raise ValueError("every patch stands upright within its own cell; touch more closely")
@@ -84,7 +86,7 @@ def save_step(state: AtlasState, path) -> StepReport:
 
 
 def components(faces: list[BezierFace]) -> list[list[BezierFace]]:
-    """Faces that hang together by shared sides, each part in the given order."""
+    """Faces that are connected by shared sides, each component in the given order."""
     graph = nx.Graph()
     for index, face in enumerate(faces):
         graph.add_edges_from((("face", index), side.number) for side in face.face.sides)

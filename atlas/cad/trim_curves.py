@@ -1,7 +1,7 @@
-"""Arcs that bound the cells of patches, each a polynomial curve through Chebyshev points.
+"""Trim curves: the arcs that bound the cells of patches, polynomials through Chebyshev points.
 
-Two kin patches meet on the plane where their powers are equal: there the arc runs midway
-between them. Where a patch has no neighbour its cell ends at its own core, a sphere.
+Two sheet neighbours meet in their radical plane, and the arc runs there midway between them. Where
+a patch has no neighbour its cell ends at the rim of its own core, on a sphere.
 """
 
 from dataclasses import dataclass
@@ -11,22 +11,28 @@ import numpy as np
 from touchatlas.atlas.cad.bezier import chebyshev_points
 from touchatlas.patch.geometry.patch import Patch
 
+# Degree of an arc. A circle's arc that turns by 45 degrees is missed by 1e-11 of its radius;
+# doubled, by rounding alone.
 ARC_DEGREE = 8
+# Steps of Newton's method onto a patch, each of which squares the error, and fixed-point steps to
+# the end of a curve. Doubled, nothing changes beyond rounding.
 _NEWTON_STEPS, _END_STEPS = 6, 20
-# Slope of a patch along a line below which Newton's step on it is held back.
+# Least slope of a patch along a line, no unit, with which a Newton step is taken: it limits the
+# step where the patch is almost parallel to the line. Doubled, steps on steep patches fall short.
 _LEAST_SLOPE = 0.2
+# Largest angle of one arc of a rim, rad: see the degree. Doubled, the error is 500 times as large.
 _RIM_SPAN = np.pi / 4.0
 
 
 @dataclass(frozen=True, eq=False)
 class SharedCurve:
-    """The whole curve in which two patches meet, a height over a chord in its plane.
+    """The whole curve in which two patches meet, as a height over a chord in the radical plane.
 
     Parameters
     ----------
     patches : pair of Patch
     base : (3,) float, length, world
-        Where the plane of equal power cuts the line of the two centres.
+        Where the radical plane cuts the line between the two sites.
     along, across : (3,) float, unit, world
         Axes of the plane; seen from outside, ``along`` runs counter-clockwise around the
         first patch, and ``across`` points outward.
@@ -41,7 +47,7 @@ class SharedCurve:
     half_square: float
 
     def lift(self, abscissa) -> np.ndarray:
-        """(n,) height over the chord, midway between the two patches, at abscissas (n,)."""
+        """(n,) height over the chord midway between the two patches, at abscissas (n,), length."""
         base = self.base + np.multiply.outer(abscissa, self.along)
         low, high = (_lift(patch, base, self.across) for patch in self.patches)
         return 0.5 * (low + high)
@@ -62,7 +68,7 @@ class SharedCurve:
     def free_end(self, side: int) -> np.ndarray:
         """(3,) where the curve leaves both cores, at the end -1 or 1 of the chord.
 
-        There s^2 + lift(s)^2 is the squared half chord: solved by fixed points.
+        There s^2 + lift(s)^2 is the squared half chord, which is solved by fixed-point iteration.
         """
         s = side * np.sqrt(self.half_square)
         for _ in range(_END_STEPS):
@@ -72,67 +78,69 @@ class SharedCurve:
     def arc(self, start, end) -> np.ndarray:
         """(ARC_DEGREE + 1, 3) points of the curve from start to end, both given exactly.
 
-        What the ends are off the curve, no more than the patches are apart, is shared out
-        linearly.
+        The offsets of the ends from the curve, no more than the gap between the patches, are spread
+        linearly over the arc.
         """
-        share = chebyshev_points(ARC_DEGREE)
+        parameter = chebyshev_points(ARC_DEGREE)
         first, last = self.abscissa(start), self.abscissa(end)
-        points = self.at(first + (last - first) * share)
-        return _tied(points, share, start, end)
+        points = self.at(first + (last - first) * parameter)
+        return _with_ends(points, parameter, start, end)
 
 
-def shared_curve(first: Patch, second: Patch, sites, powers) -> SharedCurve:
-    """The curve in which two kin patches meet whose cores are balls about ``sites`` (2, 3) of
-    squared radii ``powers`` (2,)."""
+def shared_curve(first: Patch, second: Patch, sites, weights) -> SharedCurve:
+    """The curve in which two sheet neighbours meet, by their sites (2, 3), length, world, and
+    weights (2,), length^2."""
     offset = sites[1] - sites[0]
     square = offset @ offset
-    share = 0.5 * (1.0 + (powers[0] - powers[1]) / square)
+    parameter = 0.5 * (1.0 + (weights[0] - weights[1]) / square)
     across = first.frame.normal + second.frame.normal
     across = across - (across @ offset) / square * offset
     across = across / np.sqrt(across @ across)
     along = np.cross(across, offset / np.sqrt(square))
-    base = sites[0] + share * offset
-    return SharedCurve((first, second), base, along, across, float(powers[0] - share**2 * square))
+    base = sites[0] + parameter * offset
+    half_square = float(weights[0] - parameter**2 * square)
+    return SharedCurve((first, second), base, along, across, half_square)
 
 
-def rim_arcs(patch: Patch, power: float, start=None, end=None) -> list[np.ndarray]:
+def rim_arcs(patch: Patch, weight: float, start=None, end=None) -> list[np.ndarray]:
     """Arcs (ARC_DEGREE + 1, 3), world, of the rim of a core, counter-clockwise from start to end.
 
     Parameters
     ----------
     patch : Patch
-    power : float, length^2
+    weight : float, length^2
         Squared core radius.
-    start, end : (3,) float, world, optional
-        On the rim, or a little off it: the radius then changes linearly with the angle, and
-        what they are off the patch is shared out. The whole rim without them.
+    start, end : (3,) float, length, world, optional
+        Points on the rim; without them the arcs make up the whole rim. Where they are off the rim,
+        the radius changes linearly with the angle, and their offsets from the patch are spread
+        linearly over the arcs.
     """
     if start is None:
-        angles, squares = (0.0, 2.0 * np.pi), (power, power)
+        angles, squares = (0.0, 2.0 * np.pi), (weight, weight)
     else:
         ends = patch.frame.to_local(np.array([start, end]))
         first, last = np.arctan2(ends[:, 1], ends[:, 0])
         angles = (first, last if last > first else last + 2.0 * np.pi)
         squares = (ends * ends).sum(axis=1)
     count = int(np.ceil((angles[1] - angles[0]) / _RIM_SPAN))
-    share = (np.arange(count)[:, None] + chebyshev_points(ARC_DEGREE)).ravel() / count
-    angle = angles[0] + (angles[1] - angles[0]) * share
-    square = squares[0] + (squares[1] - squares[0]) * share
+    parameter = (np.arange(count)[:, None] + chebyshev_points(ARC_DEGREE)).ravel() / count
+    angle = angles[0] + (angles[1] - angles[0]) * parameter
+    square = squares[0] + (squares[1] - squares[0]) * parameter
     points = _on_sphere(patch, angle, square)
-    closed = points[:1]
-    points = _tied(points, share, start, end) if start is not None else points
+    points = _with_ends(
+        points, parameter, *((points[0], points[0]) if start is None else (start, end))
+    )
     points = points.reshape(count, ARC_DEGREE + 1, 3)
-    # Pieces share their ends bit for bit.
+    # Arcs that follow each other share an end bit for bit.
     points[1:, 0] = points[:-1, -1]
-    if start is None:
-        points[-1, -1] = closed
     return list(points)
 
 
 def _on_sphere(patch: Patch, angle, square) -> np.ndarray:
     """(n, 3) points of a patch at given angles and squared distances from its origin, world.
 
-    Newton's method for the elevation on each meridian of the sphere, which works upright too.
+    Newton's method finds the elevation on each meridian of the sphere, also where the patch is
+    upright.
     """
     radius, elevation = np.sqrt(square), np.zeros(len(angle))
     ray = np.stack([np.cos(angle), np.sin(angle), np.zeros(len(angle))], axis=1)
@@ -157,8 +165,9 @@ def _lift(patch: Patch, base, across) -> np.ndarray:
     return lift
 
 
-def _tied(points, share, start, end) -> np.ndarray:
-    """Points (n, 3) moved so that the ends are exact, the change linear in ``share`` (n,)."""
-    moved = points + np.outer(1.0 - share, start - points[0]) + np.outer(share, end - points[-1])
+def _with_ends(points, parameter, start, end) -> np.ndarray:
+    """Points (n, 3) moved so that the ends are exact, by an offset linear in ``parameter`` (n,)."""
+    first, last = start - points[0], end - points[-1]
+    moved = points + np.outer(1.0 - parameter, first) + np.outer(parameter, last)
     moved[0], moved[-1] = start, end
     return moved

@@ -1,9 +1,9 @@
-"""The patchwork: every patch of an atlas trimmed to its own cell, so that together they tile.
+"""Trimmed patches: every patch of an atlas trimmed to its own cell, so that together they tile.
 
-Around each corner three patches come in an order, seen from outside. So each corner ends one
-side of each of its patches and begins the next: the sides chain up to loops by their ends alone,
-without any search in space. What begins or ends at no corner runs out to the rims of the two
-cores, and there the loop goes on along the rim of its own patch: the frontier.
+Each corner ends one side of each of its three patches and begins the next side. So the sides are
+chained to loops by their ends alone, without any search in space. A side that has no corner at one
+end runs out to the rims of the two cores. From there the loop follows the rim of its own patch: the
+frontier.
 """
 
 from dataclasses import dataclass
@@ -18,6 +18,8 @@ from touchatlas.atlas.graph.power_diagram import power_at
 from touchatlas.atlas.state import AtlasState
 from touchatlas.patch.geometry.patch import Patch
 
+# Points of Gauss's rule per direction. It integrates polynomials of degree 23 exactly; doubled,
+# nothing changes but the time.
 _GAUSS = 12
 
 
@@ -28,13 +30,13 @@ class Side:
     Parameters
     ----------
     number : int
-        Of the arc; the neighbour's side on the same arc has the same number.
+        Number of the arc; the neighbour's side on the same arc has the same number.
     neighbour : int or None
         Patch beyond the arc; None on the frontier.
     points : (9, 3) float, length, world
-        Along the arc, counter-clockwise seen from outside: the polynomial curve through them,
-        at the Chebyshev points of its parameter, is the arc. The neighbour has the same points
-        in the other order, and sides that follow each other share their end, bit for bit.
+        Points at the Chebyshev points of the arc's parameter, counter-clockwise seen from outside.
+        The neighbour has the same points in the opposite order. Sides that follow each other share
+        an end bit for bit.
     """
 
     number: int
@@ -63,20 +65,15 @@ class TrimmedPatch:
 
     @cached_property
     def traces(self) -> tuple[np.ndarray, ...]:
-        """(9, 2) local x, y of each side's feet on the patch: what trims its domain.
+        """(9, 2) local x, y of each side's feet on the patch, length. They trim its domain.
 
-        The side itself is off the patch by half the gap to the neighbour. One step along the
-        normal leaves no more than the square of that times the curvature.
+        The side itself is off the patch by half the gap to the neighbour. The error of one step
+        along the normal is no more than the square of that times the curvature.
         """
         points = np.concatenate([side.points for side in self.sides])
         offset = self.patch.signed_distance(points)[:, None] * self.patch.normal(points)
         feet = self.patch.frame.to_local(points - offset)[:, :2]
         return tuple(np.split(feet, len(self.sides)))
-
-    @property
-    def loop_local(self) -> np.ndarray:
-        """(n, 2) the feet of the loop on the patch, over the tangent plane of its frame."""
-        return np.concatenate([trace[:-1] for trace in self.traces])
 
     @property
     def neighbours(self) -> tuple[int | None, ...]:
@@ -85,15 +82,14 @@ class TrimmedPatch:
 
     @property
     def closed(self) -> bool:
-        """Whether the patch has neighbours all around."""
+        """Whether no side is on the frontier."""
         return None not in self.neighbours
 
     def quadrature(self) -> tuple[np.ndarray, np.ndarray]:
         """Points (q, 2), local, and weights (q,), length^2, that integrate over the cell.
 
-        Gauss's rule on the fan of triangles from the origin to the sides, areas with their
-        signs: the integral over the tangent plane of any function that is smooth on the fan,
-        whatever the shape of the loop.
+        Gauss's rule on the triangles from the origin to the sides, with signed areas. It holds for
+        a loop of any shape and a function over the tangent plane that is smooth on the triangles.
         """
         node, weight = np.polynomial.legendre.leggauss(_GAUSS)
         node, weight = 0.5 * (node + 1.0), 0.5 * weight
@@ -108,7 +104,7 @@ class TrimmedPatch:
 
     @property
     def area(self) -> float:
-        """Of the trimmed patch, length^2: the integral of sqrt(1 + zx^2 + zy^2).
+        """Area of the trimmed patch, length^2: the integral of sqrt(1 + zx^2 + zy^2).
 
         NaN where the patch stands upright within its cell.
         """
@@ -119,7 +115,7 @@ class TrimmedPatch:
 
 @dataclass(frozen=True, eq=False)
 class _Half:
-    """A side before it is chained: between two ends that have names."""
+    """A side that is to be chained, with the names of its two ends."""
 
     start: tuple
     end: tuple
@@ -137,8 +133,7 @@ def trimmed_patches(state: AtlasState) -> list[TrimmedPatch]:
     Returns
     -------
     list of TrimmedPatch
-        One for each patch with a cell of its own; more where contradictions among its
-        neighbours leave it in pieces.
+        One for each patch with a cell; several where the cell is in pieces.
 
     Raises
     ------
@@ -147,39 +142,44 @@ def trimmed_patches(state: AtlasState) -> list[TrimmedPatch]:
 
     Notes
     -----
-    The cells are those of the power diagram of the cores restricted to the surface (see
-    ``graph/power_diagram.py``). Aurenhammer, Power diagrams: properties, algorithms and
-    applications, SIAM Journal on Computing 16, 1987.
+    The cells are those of the power diagram on the surface (see ``graph/power_diagram.py``).
     """
     if not len(state):
         raise ValueError("the atlas has no patch yet; add a touch with three contours first")
-    table, graph, numbers = state.table, state.graph, count()
-    patches = {i: state.patch(i) for i in sorted(graph)}
-    halves: dict[int, list[_Half]] = {i: [] for i in patches}
-    begins, finishes = _corner_ends(state, patches)
-    for i, j in sorted(tuple(sorted(edge)) for edge in graph.edges):
-        curve = shared_curve(patches[i], patches[j], table.site[[i, j]], table.weight[[i, j]])
-        seen = bool(len(graph.edges[i, j]["boundary"].points))
-        for start, end in _spans(curve, begins.get((i, j), []), finishes.get((i, j), []), seen):
-            points, number = curve.arc(start[1], end[1]), next(numbers)
-            halves[i].append(_Half(start[0], end[0], Side(number, j, points)))
-            halves[j].append(_Half(end[0], start[0], Side(number, i, points[::-1])))
-    faces = []
+    numbers, faces = count(), []
+    patches = {i: state.patch(i) for i in sorted(state.graph)}
+    halves = _shared_sides(state, patches, numbers)
     for i, patch in patches.items():
-        if halves[i] or _owns_its_centre(state, i):
+        if halves[i] or _owns_its_site(state, i):
             loops = _loops(patch, float(state.table.weight[i]), halves[i], numbers)
             found = [TrimmedPatch(patch, sides) for sides in loops]
-            # A loop that runs clockwise holds nothing.
+            # A clockwise loop encloses nothing.
             faces += [face for face in found if face.quadrature()[1].sum() > 0.0]
     return faces
 
 
-def _corner_ends(state: AtlasState, patches):
-    """For each pair (i, j): the corners where i's side toward j begins, and where it ends.
+def _shared_sides(state: AtlasState, patches, numbers) -> dict[int, list[_Half]]:
+    """The sides of each patch that it shares with a neighbour."""
+    table, graph = state.table, state.graph
+    halves: dict[int, list[_Half]] = {i: [] for i in patches}
+    begins, finishes = _corner_ends(state, patches)
+    for i, j in sorted(tuple(sorted(edge)) for edge in graph.edges):
+        curve = shared_curve(patches[i], patches[j], table.site[[i, j]], table.weight[[i, j]])
+        has_points = bool(len(graph.edges[i, j]["boundary"].points))
+        ends = begins.get((i, j), []), finishes.get((i, j), [])
+        for start, end in _spans(curve, *ends, has_points):
+            points, number = curve.arc(start[1], end[1]), next(numbers)
+            halves[i].append(_Half(start[0], end[0], Side(number, j, points)))
+            halves[j].append(_Half(end[0], start[0], Side(number, i, points[::-1])))
+    return halves
 
-    Each is a list of (name, point). In the order in which the three patches come around a
-    corner, counter-clockwise from outside, i's side toward the next one ends there and its side
-    toward the last one begins there.
+
+def _corner_ends(state: AtlasState, patches):
+    """For each pair (i, j) the corners at which i's side toward j begins, and those at which it
+    ends, as lists of (name, point).
+
+    The three patches of a corner are taken in counter-clockwise order seen from outside. The side
+    of i toward the next patch ends there, and its side toward the previous one begins there.
     """
     begins: dict[tuple, list] = {}
     finishes: dict[tuple, list] = {}
@@ -188,43 +188,45 @@ def _corner_ends(state: AtlasState, patches):
         normal = sum(patches[m].normal(point[None])[0] for m in triple)
         origin = patches[i].frame.origin
         turn = np.cross(patches[j].frame.origin - origin, patches[k].frame.origin - origin)
-        ring = (i, j, k) if turn @ normal > 0 else (i, k, j)
-        for first, second, third in (ring, ring[1:] + ring[:1], ring[2:] + ring[:2]):
+        cycle = (i, j, k) if turn @ normal > 0 else (i, k, j)
+        for first, second, third in (cycle, cycle[1:] + cycle[:1], cycle[2:] + cycle[:2]):
             finishes.setdefault((first, second), []).append((triple, point))
             begins.setdefault((first, third), []).append((triple, point))
     return begins, finishes
 
 
-def _spans(curve: SharedCurve, begins, finishes, seen: bool):
-    """Pairs of named ends between which a curve bounds both of its patches' cells.
+def _spans(curve: SharedCurve, begins, finishes, has_points: bool):
+    """Pairs of named ends between which a curve bounds the cells of its two patches.
 
-    Corners where the third patch gives way, and where it takes over, come in turn along the
-    curve; before the first and after the last it runs out of both cores.
+    Along the curve, corners at which it begins and corners at which it ends take turns. Where the
+    first or the last one is missing, the curve runs out of both cores. With no corner at all it is
+    a boundary if its edge of the graph has points.
     """
     events = [(curve.abscissa(end[1]), 0, end) for end in begins]
     events += [(curve.abscissa(end[1]), 1, end) for end in finishes]
     events.sort(key=lambda event: event[:2])
-    turns = [(finish, end) for _, finish, end in events]
-    runs_out = curve.half_square > 0.0 and (seen or bool(turns))
-    if runs_out and (not turns or turns[0][0]):
-        turns = [(0, _free_end(curve, -1)), *turns]
-    if runs_out and not turns[-1][0]:
-        turns.append((1, _free_end(curve, 1)))
-    spans = [(a, b) for (x, a), (y, b) in pairwise(turns) if not x and y]
-    # A corner just outside the cores begins nothing that runs out of them.
+    ends = [(finish, end) for _, finish, end in events]
+    runs_out = curve.half_square > 0.0 and (has_points or bool(ends))
+    if runs_out and (not ends or ends[0][0]):
+        ends = [(0, _free_end(curve, -1)), *ends]
+    if runs_out and not ends[-1][0]:
+        ends.append((1, _free_end(curve, 1)))
+    spans = [(a, b) for (x, a), (y, b) in pairwise(ends) if not x and y]
+    # A corner just outside the cores would begin a span that runs backward.
     return [(a, b) for a, b in spans if curve.abscissa(a[1]) < curve.abscissa(b[1])]
 
 
 def _free_end(curve: SharedCurve, side: int):
+    """Name and point of the end -1 or 1 at which a curve leaves both cores."""
     first, second = (patch.id for patch in curve.patches)
     return (first, second, side, "rim"), curve.free_end(side)
 
 
-def _loops(patch: Patch, power: float, halves: list[_Half], numbers) -> list[tuple[Side, ...]]:
-    """The sides of one patch chained up, with those on its own rim between loose ends."""
+def _loops(patch: Patch, weight: float, halves: list[_Half], numbers) -> list[tuple[Side, ...]]:
+    """The sides of one patch chained to loops, with sides on its own rim between loose ends."""
 
     def rim(start=None, end=None):
-        return [Side(next(numbers), None, p) for p in rim_arcs(patch, power, start, end)]
+        return [Side(next(numbers), None, p) for p in rim_arcs(patch, weight, start, end)]
 
     if not halves:
         return [tuple(rim())]
@@ -250,13 +252,14 @@ def _loops(patch: Patch, power: float, halves: list[_Half], numbers) -> list[tup
 
 
 def _next_around(patch: Patch, point, loose: list[_Half]) -> _Half:
-    """Of the sides that begin on the rim, the first one counter-clockwise after a point."""
+    """The first of the sides that begin on the rim, counter-clockwise after a point."""
     ends = patch.frame.to_local(np.array([point, *(half.side.points[0] for half in loose)]))
     angle = np.arctan2(ends[:, 1], ends[:, 0])
     return loose[int(np.argmin((angle[1:] - angle[0]) % (2.0 * np.pi)))]
 
 
-def _owns_its_centre(state: AtlasState, row: int) -> bool:
+def _owns_its_site(state: AtlasState, row: int) -> bool:
+    """Whether the site of a row lies in its own cell."""
     if not state.neighbours[row]:
         return True
     rivals = power_at(state.table, sorted(state.neighbours[row]), state.table.site[row])

@@ -1,4 +1,4 @@
-"""What must hold of an atlas's samples: whose they are, their sums, what is solved from them."""
+"""Sample invariants: owners of samples, normal equations, and what is solved from them."""
 
 from collections.abc import Iterator
 from copy import deepcopy
@@ -10,37 +10,41 @@ from touchatlas.atlas.patches.patch_table import PatchTable
 from touchatlas.atlas.residual.learn_residuals import samples_of, solve_patch_residual
 from touchatlas.atlas.state import AtlasState
 
-# Of sums over the same samples in another order, over the largest of them.
-_ROUNDING = 1e-9
-# Of what is solved from these, in standard deviations: the sums' rounding times their condition.
+# Largest error of sums over the same numbers in another order, over the largest of them, and of
+# the products of unit vectors; no unit: far above rounding. Doubled, nothing else passes.
+ROUNDING = 1e-9
+# Largest error of what is solved from such sums, in standard deviations: their rounding times their
+# condition. Doubled, coefficients may be off by two millionths of their deviation.
 _SOLVED = 1e-6
+# Largest rounding of a root mean square residual, in patch radii: a sum of squares is a difference
+# of sums, so its rounding counts as a square root. Doubled, smaller wrong residuals pass.
+_RESIDUAL_ROUNDING = 10.0 * np.sqrt(np.finfo(float).eps)
 
 
 def sample_violations(state: AtlasState) -> list[str]:
-    """What does not hold, a sentence each."""
+    """A sentence for each invariant that does not hold."""
     found = list(_samples(state))
-    # Sums and solutions of samples that are not there make no sense.
+    # The other checks look up the samples, so these must be there.
     checks = () if found else (_equations, _solutions, _residuals, _edge_ends)
     return found + [sentence for check in checks for sentence in check(state)]
 
 
 def _samples(state: AtlasState) -> Iterator[str]:
-    membership, pool, alive = (
-        state.membership,
-        state.membership.pool,
-        set(state.table.rows.tolist()),
-    )
-    brought = np.concatenate([np.zeros(0, int), *membership.owned])
-    if not np.array_equal(np.sort(brought), np.arange(len(pool))):
-        yield "a sample is brought by none, or by two"
-    for row, (members, own) in enumerate(zip(membership.fitted, membership.owned, strict=True)):
-        if len(members) != len(np.unique(members)):
+    """Each sample has one owner, patches are fitted to samples that are there, and these have
+    finite points and unit normals."""
+    membership, pool = state.membership, state.membership.pool
+    alive = set(state.table.rows.tolist())
+    every = np.concatenate([np.zeros(0, int), *membership.owned])
+    if not np.array_equal(np.sort(every), np.arange(len(pool))):
+        yield "a sample is owned by no patch, or by two"
+    for row, (fitted, owned) in enumerate(zip(membership.fitted, membership.owned, strict=True)):
+        if len(fitted) != len(np.unique(fitted)):
             yield f"patch {row} learned a sample twice"
-        if len(members) and not (members.min() >= 0 and members.max() < len(pool)):
+        if len(fitted) and not (fitted.min() >= 0 and fitted.max() < len(pool)):
             yield f"patch {row} learned a sample that is not there"
-        if row in alive and not len(members):
+        if row in alive and not len(fitted):
             yield f"patch {row} knows no sample"
-        if row not in alive and len(members) + len(own):
+        if row not in alive and len(fitted) + len(owned):
             yield f"patch {row} is removed but has samples"
     if not np.isfinite(pool.points).all():
         yield "a sample's point is not finite"
@@ -51,81 +55,85 @@ def _samples(state: AtlasState) -> Iterator[str]:
 
 
 def _are_unit(vectors) -> bool:
+    """Whether vectors (n, 3) are of unit length."""
     return bool(np.allclose((vectors * vectors).sum(axis=1), 1.0, atol=_SOLVED))
 
 
 def _equations(state: AtlasState) -> Iterator[str]:
+    """The normal equations of each patch are the sums over its samples."""
     table, membership = state.table, state.membership
     for row in table.rows.tolist():
         index = membership.fitted[row]
         every = np.ones((1, len(index)), bool)
-        moments, right, square = sums_of(table, np.array([row]), membership.pool, index, every)
-        scale = _ROUNDING * np.abs(moments).max()
+        moments, rhs, square = sums_of(table, np.array([row]), membership.pool, index, every)
+        scale = ROUNDING * np.abs(moments).max()
         if table.count[row] != len(index):
             yield f"patch {row} counts other samples than it learned"
         elif np.abs(moments[0] - table.moments[row]).max() > scale:
             yield f"the equations (moments) of patch {row} are not those of its samples"
-        elif np.abs(right[0] - table.rhs[row]).max() > scale:
+        elif np.abs(rhs[0] - table.rhs[row]).max() > scale:
             yield f"the right side of patch {row} is not that of its samples"
         elif abs(square[0] - table.sum_of_squares[row]) > scale:
-            yield f"the square of patch {row} is not that of its samples"
+            yield f"the sum of squares of patch {row} is not that of its samples"
 
 
 def without_residuals(table: PatchTable) -> PatchTable:
-    """A copy of a table with its patches solved from their equations alone."""
+    """A copy of a table with its patches solved from their normal equations alone."""
     plain = deepcopy(table)
     solve(plain, table.rows)
     return plain
 
 
 def _solutions(state: AtlasState) -> Iterator[str]:
-    """Coefficients, variance and residual are those of the equations, or of the residual."""
+    """Coefficients, variance and residual follow from the normal equations; where a patch has a
+    Gaussian-process residual, coefficients and variance follow from that."""
     table, plain = state.table, without_residuals(state.table)
     for row in table.rows.tolist():
-        rough = table.residuals.get(row)
-        mean = plain.mean[row] if rough is None else rough.mean
-        covariance = covariance_of(plain, row) if rough is None else rough.covariance
+        detail = table.residuals.get(row)
+        mean = plain.mean[row] if detail is None else detail.mean
+        covariance = covariance_of(plain, row) if detail is None else detail.covariance
         deviation = np.sqrt(np.diagonal(covariance))
         if (np.abs(mean - table.mean[row]) > _SOLVED * deviation).any():
             yield f"the coefficients (mean) of patch {row} do not solve its equations"
-        update_creases = table.products.quadratic_forms
-        apart = np.abs(update_creases(covariance) - table.variance[row])
-        if (apart > _SOLVED * update_creases(np.outer(deviation, deviation))).any():
+        quadratic_forms = table.products.quadratic_forms
+        apart = np.abs(quadratic_forms(covariance) - table.variance[row])
+        if (apart > _SOLVED * quadratic_forms(np.outer(deviation, deviation))).any():
             yield f"the variance of patch {row} does not follow from its equations"
-        # Without noise it is what rounding of the sums leaves.
-        least = 10.0 * np.sqrt(np.finfo(float).eps) * table.radius[row]
+        least = _RESIDUAL_ROUNDING * table.radius[row]
         if abs(plain.residual[row] - table.residual[row]) > _SOLVED * plain.residual[row] + least:
             yield f"the residual of patch {row} is not that of its samples"
 
 
 def _residuals(state: AtlasState) -> Iterator[str]:
-    """Rough patches are in use, hold what they learned, and solve again to what they say."""
+    """Patches with a residual are in use, and the residual follows from the samples of the patch
+    when it is solved again."""
     table, rows = state.table, sorted(state.table.residuals)
     if not set(rows) <= set(table.rows.tolist()):
         yield "a residual is of a removed patch"
     elif rows:
         if not state.residual_scale.amplitude > 0:
-            yield "there are residuals but no texture"
+            yield "there are residuals but no residual scale"
         learned = samples_of(
             without_residuals(table), state.membership, np.array(rows), state.residual_scale
         )
         for i, row in enumerate(rows):
-            rough, samples = table.residuals[row], learned.only(i)
+            detail, samples = table.residuals[row], learned.only(i)
             if not all(
-                (mine := getattr(rough.samples, name)).shape == theirs.shape
+                (mine := getattr(detail.samples, name)).shape == theirs.shape
                 and np.allclose(mine, theirs, rtol=_SOLVED, atol=_SOLVED)
                 for name, theirs in vars(samples).items()
             ):
                 yield f"the residual of patch {row} is of other samples than the patch"
-            again = solve_patch_residual(table.basis, rough.samples, rough.shape)
+            again = solve_patch_residual(table.basis, detail.samples, detail.shape)
             if not all(
                 np.allclose(mine, vars(again.residual)[name], rtol=_SOLVED, atol=0.0)
-                for name, mine in vars(rough.residual).items()
-            ) or not np.allclose(rough.mean, again.mean, rtol=_SOLVED):
+                for name, mine in vars(detail.residual).items()
+            ) or not np.allclose(detail.mean, again.mean, rtol=_SOLVED):
                 yield f"the residual of patch {row} does not follow from its samples"
 
 
 def _edge_ends(state: AtlasState) -> Iterator[str]:
+    """Ends at edges are samples, of patches in use, with a tangent, a normal and a step."""
     ends = state.edge_ends
     if not set(ends.home.tolist()) <= set(state.table.rows.tolist()):
         yield "an end at an edge is at home at a removed patch"

@@ -1,4 +1,4 @@
-"""Finishing: what an exploration ends with, before its surface is drawn."""
+"""Finish: the steps that end an exploration, before its surface is drawn."""
 
 from touchatlas.atlas.edit.fill import fill
 from touchatlas.atlas.edit.refresh import update_creases
@@ -9,10 +9,10 @@ from touchatlas.atlas.state import AtlasState
 
 
 def finish(state: AtlasState) -> int:
-    """Refit all patches, fill what lies between them, merge what one patch explains, and learn the
-    residuals; how many patches have one.
+    """Refit all patches, fill, simplify and learn the residuals; returns how many patches have a
+    residual.
 
-    Finishing again changes little: what is fitted, filled and merged stays so.
+    A second call changes little.
     """
     refit_all(state)
     fill(state)
@@ -21,7 +21,8 @@ def finish(state: AtlasState) -> int:
 
 
 def refit_all(state: AtlasState) -> None:
-    """Refit all patches from all they could have learned from, and split those that do not hold."""
+    """Refit all patches from all samples about them, and split those whose degree leaves out more
+    than a residual may explain."""
     state.refit(state.table.rows)
     for row in state.too_large(state.table.rows):
         if state.table.alive[row]:
@@ -30,10 +31,10 @@ def refit_all(state: AtlasState) -> None:
 
 
 def update_residuals(state: AtlasState) -> int:
-    """Detail finer than the patches, where the evidence asks for it; how many have it.
+    """Learn the detail that polynomials leave out, where the evidence favours it; returns how many
+    patches have a residual.
 
-    To be called when the surface is wanted: a patch that learns from a later touch loses its
-    residual.
+    A patch that learns from a later touch loses its residual.
     """
     before = set(state.table.residuals)
     state.residual_scale = learn_residuals(state.table, state.membership, state.prior)

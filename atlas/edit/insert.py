@@ -1,6 +1,6 @@
-"""Insertion: a touch brings a patch, which takes its place among its sheet neighbours.
+"""Insert: a patch is fitted to a touch and entered among its sheet neighbours.
 
-All of them learn the samples of the touch, and the new patch learns theirs.
+The neighbours learn the samples of the touch, and the new patch learns theirs.
 """
 
 from dataclasses import replace
@@ -9,7 +9,7 @@ import numpy as np
 
 from touchatlas.atlas.edit.refresh import separate_sheets, smooth_neighbours, update_creases
 from touchatlas.atlas.edit.repeated_contours import learned_before
-from touchatlas.atlas.edit.replace import remove_hidden
+from touchatlas.atlas.edit.replace import in_ball, remove_hidden, root_mean_square
 from touchatlas.atlas.edit.split import split
 from touchatlas.atlas.graph.creases import Crease
 from touchatlas.atlas.graph.find_creases import find_creases
@@ -24,23 +24,25 @@ from touchatlas.patch.fit.start import UnfitError
 from touchatlas.patch.geometry.contour import Contour, ContourEnd
 from touchatlas.patch.geometry.section import contour_normals
 
-# A contour that stays this near to the contact, in deviations of its noise, has no direction:
-# that of five samples would be off by 9 degrees.
-_POINT = 10.0
-# A core ends this fraction of the way to where it would take an earlier centre. Doubling what is
-# left of the way changes nothing but the size of a few cores by 1 %.
+# Length that a contour must exceed, in standard deviations of its noise. At this length the
+# direction of five samples is off by 9 degrees. Doubled, by 4 degrees, and fewer contours in the
+# corners of faces count.
+_LEAST_LENGTH = 10.0
+# Largest core radius over the one at which the core would take an earlier site out of its cell, no
+# unit. With twice the margin a few cores are 1 % smaller.
 _CLEAR = 0.99
-# Samples this near to a place that was touched in vain, in patch radii, need no touch, either.
-# Doubled, places that another patch could reach are given up.
+# Radius about a touch that gave no patch within which samples need no touch, in patch radii.
+# Doubled, places that another patch could cover are given up.
 _VISITED = 0.5
-# Sections that the principal curvatures need: do Carmo, section 3-2.
+# Sections that the principal curvatures need (do Carmo, section 3-2). With twice as many a touch
+# would be refused where three of its contours suffice.
 LEAST_CONTOURS = 3
 
 
 def learn(state: AtlasState, touch: Touch) -> AtlasChange:
-    """Learn one touch, or refuse it in words."""
+    """Learn one touch, or say why it is refused."""
     if not isinstance(touch, Touch):
-        raise ValueError(f"got {type(touch).__name__}; give a Touch, as a probe brings back")
+        raise ValueError(f"got {type(touch).__name__}; give a Touch, as a probe returns it")
     if touch.status is not TouchStatus.TOUCHED:
         return AtlasChange(refused=f"the probe reported: {touch.status.value}")
     contours = tuple(c for c in touch.contours if len(c.points) >= LEAST_POINTS)
@@ -52,7 +54,7 @@ def learn(state: AtlasState, touch: Touch) -> AtlasChange:
     if learned_before(state, touch.contact, contours):
         return AtlasChange(
             refused=f"a contour of touch {touch.number} was learned before, point for point; give "
-            "each once: twice it would pass for more than it tells"
+            "each once, because a repeated contour holds no new measurement"
         )
     try:
         fit = fit_touch(state, touch, contours)
@@ -67,7 +69,7 @@ def fit_touch(state: AtlasState, touch: Touch, contours) -> PatchFit:
     Raises
     ------
     UnfitError
-        Where they make none.
+        When no patch fits the contours.
     """
     options, tolerance = state.options, state.tolerance
     return fit_patch(
@@ -84,16 +86,15 @@ def fit_touch(state: AtlasState, touch: Touch, contours) -> PatchFit:
 
 
 def _has_direction(contour: Contour, contact) -> bool:
-    """Whether a contour leads away from the contact by more than its noise: in the very corner of
-    a face it may not."""
-    offset = contour.points - contact
-    return bool((offset * offset).sum(axis=1).max() > (_POINT * contour.noise_std) ** 2)
+    """Whether a contour goes farther from the contact than its noise explains. In the corner of a
+    face it may not."""
+    return not in_ball(contour.points, contact, _LEAST_LENGTH * contour.noise_std).all()
 
 
 def _radius_limit(state: AtlasState, touch: Touch) -> float:
-    """Largest radius whose core takes no earlier centre out of its own cell.
+    """Largest patch radius with which no earlier site falls into the cell of the new patch, length.
 
-    Infinite where it is beyond all contours, and so limits nothing.
+    It is infinite when no earlier site is near the contours.
     """
     table = state.table
     ends = np.concatenate([c.points for c in touch.contours]) - touch.contact
@@ -108,13 +109,13 @@ def _radius_limit(state: AtlasState, touch: Touch) -> float:
 def insert(state: AtlasState, fit: PatchFit, contours) -> AtlasChange:
     """Enter a fitted patch with the samples of its contours.
 
-    One whose centre lies in the cell of another adds its samples alone.
+    Where the origin of the patch lies in the cell of another patch, only the samples are entered.
     """
     trial, row = state.table.with_candidate(fit)
-    trial.measurement_std[row] = np.sqrt(np.mean([contour.noise_std**2 for contour in contours]))
+    trial.measurement_std[row] = root_mean_square([contour.noise_std for contour in contours])
     index = _enter_samples(state, trial, row, contours)
     creases = _new_creases(state, trial, row, index)
-    neighbours = smooth_neighbours(state, trial, row, set(creases))
+    neighbours = smooth_neighbours(state, trial, row, frozenset(creases))
     owner = _owner(trial, row, neighbours)
     if len(neighbours):
         state.membership.learn(neighbours, index)
@@ -124,22 +125,23 @@ def insert(state: AtlasState, fit: PatchFit, contours) -> AtlasChange:
     else:
         too_large = _give_to_owner(state, owner, fit, contours, index, neighbours)
         change = AtlasChange(changed=tuple(neighbours.tolist()))
-    return _tidy(state, too_large, change)
+    return _split_and_remove(state, too_large, change)
 
 
 def _enter_patch(state: AtlasState, fit: PatchFit, contours, index, creases, neighbours):
-    """Make a fitted patch a node; returns the rows that do not hold what they have learned."""
+    """Make a fitted patch a node with its samples ``index``; returns the rows that leave out more
+    than a residual may explain."""
     table, membership = state.table, state.membership
-    row, members = table.append(fit), neighbours.tolist()
-    table.measurement_std[row] = np.sqrt(np.mean([contour.noise_std**2 for contour in contours]))
-    state.enter(row, members)
+    row, beside = table.append(fit), neighbours.tolist()
+    table.measurement_std[row] = root_mean_square([contour.noise_std for contour in contours])
+    state.enter(row, beside)
     membership.owned[row] = index
-    membership.learn(np.array([row]), membership.owned_by([row, *members]))
+    membership.learn(np.array([row]), membership.owned_by([row, *beside]))
     table.learned[row] = table.count[row]
     for other, crease in creases.items():
         state.creases.enter(row, other, crease)
     too_large = state.learned(np.append(neighbours, row))
-    update_creases(state, [row, *members])
+    update_creases(state, [row, *beside])
     state.edge_ends.extend(table, row, contours)
     state.edge_ends.drop_passed(table)
     for other in creases:
@@ -148,28 +150,27 @@ def _enter_patch(state: AtlasState, fit: PatchFit, contours, index, creases, nei
 
 
 def _give_to_owner(state: AtlasState, owner: int, fit: PatchFit, contours, index, neighbours):
-    """Give the samples of a touch to the patch in whose cell its centre lies; returns the rows that
-    do not hold what they have learned."""
+    """Give the samples ``index`` of a touch to the patch in whose cell its origin lies; returns the
+    rows that leave out more than a residual may explain."""
     membership, pool = state.membership, state.membership.pool
     membership.owned[owner] = np.concatenate([membership.owned[owner], index])
     state.edge_ends.extend(state.table, owner, contours)
     pool.visited[index] = True
     frame, samples = fit.patch.frame, state.frontier.samples
-    offset = pool.points[samples] - frame.origin
-    there = (offset * offset).sum(axis=1) <= (_VISITED * fit.patch.radius) ** 2
-    there &= pool.normals[samples] @ frame.normal >= SHEET_COSINE
-    pool.visited[samples[there]] = True
+    visited = in_ball(pool.points[samples], frame.origin, _VISITED * fit.patch.radius)
+    visited &= pool.normals[samples] @ frame.normal >= SHEET_COSINE
+    pool.visited[samples[visited]] = True
     _link(state, owner, neighbours)
     too_large = state.learned(neighbours)
     update_creases(state, neighbours.tolist())
     return too_large
 
 
-def _tidy(state: AtlasState, rows: tuple[int, ...], change: AtlasChange) -> AtlasChange:
-    """Remove the patches that the change left without a cell; split the rows, where their samples
-    allow it."""
+def _split_and_remove(state: AtlasState, rows: tuple[int, ...], change: AtlasChange) -> AtlasChange:
+    """Remove the patches that the change left without a cell, then split the rows whose samples
+    allow it; returns the change with both."""
     hidden = remove_hidden(state, {*change.added, *change.changed})
-    # One that was split may have hidden the next.
+    # The parts of one row may have hidden the next row.
     splits = [split(state, i) for i in rows if state.table.alive[i]]
     gone = tuple(i for one in splits for i in one.removed) + tuple(hidden)
     added = (*change.added, *(i for one in splits for i in one.added))
@@ -183,8 +184,11 @@ def _tidy(state: AtlasState, rows: tuple[int, ...], change: AtlasChange) -> Atla
 
 
 def _enter_samples(state: AtlasState, table: PatchTable, row: int, contours) -> np.ndarray:
-    """Samples of the contours into the pool, with the best normals there are for them: within the
-    patch ``row`` of the table its polynomial knows them better than single contours do."""
+    """Add the samples of the contours to the pool; returns their indices.
+
+    Within the radius of the patch ``row`` their normals are those of its polynomial, which are more
+    accurate than those of single contours.
+    """
     frame_normal = table.axes[row, 2]
     points = np.concatenate([c.points_in_plane for c in contours])
     normals = np.concatenate([contour_normals(c, frame_normal) for c in contours])
@@ -193,20 +197,20 @@ def _enter_samples(state: AtlasState, table: PatchTable, row: int, contours) -> 
     upward = table.surface(np.array([row]), scaled)[1][0]
     upward = upward / np.sqrt((upward**2).sum(axis=1))[:, None] @ table.axes[row]
     inside = (scaled[0, :, :2] ** 2).sum(axis=1) <= 1.0
-    edges = np.concatenate([_at_edge(c) for c in contours])
+    edges = np.concatenate([_is_at_edge(c) for c in contours])
     normals = np.where(inside[:, None], upward, normals)
     return state.membership.pool.add(points, normals, across, edges)
 
 
-def _at_edge(contour: Contour) -> np.ndarray:
-    """(n,) whether points of a contour are its last before an edge."""
+def _is_at_edge(contour: Contour) -> np.ndarray:
+    """(n,) whether each point of a contour is the last one before an edge."""
     out = np.zeros(len(contour.points), bool)
     out[0], out[-1] = (end is ContourEnd.EDGE for end in contour.ends)
     return out
 
 
 def _new_creases(state: AtlasState, table: PatchTable, row: int, index) -> dict[int, Crease]:
-    """The rows that a candidate ``row`` of the table is creased with, by its samples (n,)."""
+    """The rows with which a candidate ``row`` of the table makes a crease, by its samples (n,)."""
     if not state.membership.pool.edges[index].any():
         return {}
     near = table.index.rows_near(table.origin[row], table.radius[row])
@@ -216,7 +220,7 @@ def _new_creases(state: AtlasState, table: PatchTable, row: int, index) -> dict[
 
 
 def _owner(table: PatchTable, row: int, neighbours: np.ndarray) -> int:
-    """The patch in whose cell the centre of ``row`` lies: itself, unless it is hidden."""
+    """The patch in whose cell the site of ``row`` lies: the row itself, unless it is hidden."""
     if not len(neighbours):
         return row
     power = power_at(table, neighbours, table.site[row])
@@ -224,13 +228,12 @@ def _owner(table: PatchTable, row: int, neighbours: np.ndarray) -> int:
 
 
 def _link(state: AtlasState, owner: int, neighbours: np.ndarray) -> None:
-    """Make the patches that learned one touch, which lay in the cell of the owner, neighbours of
-    it, as far as their discs overlap: they are all of the touch's sheet."""
+    """Link a hidden touch's owner to every patch that accepted its samples, where the two overlap:
+    all of them are of the touch's sheet."""
     table = state.table
     others = neighbours[neighbours != owner]
-    offset = table.origin[others] - table.origin[owner]
     reach = table.radius[others] + table.radius[owner]
-    near = others[(offset * offset).sum(axis=1) < reach**2].tolist()
+    near = others[in_ball(table.origin[others], table.origin[owner], reach)].tolist()
     for i in set(near) - state.creases.of(owner):
         state.neighbours.join(owner, i)
     state.mark_stale([owner])

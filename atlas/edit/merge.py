@@ -1,4 +1,4 @@
-"""Merging: one patch in the place of several, where one polynomial holds all that they know."""
+"""Merge: one patch replaces several, where one polynomial fits all their samples."""
 
 import numpy as np
 
@@ -8,9 +8,11 @@ from touchatlas.atlas.edit.replace import (
     LEAST_COSINE,
     enter_fit,
     give_samples,
+    in_ball,
     is_upright,
     points_over,
     remove_hidden,
+    root_mean_square,
 )
 from touchatlas.atlas.field.patch_values import COVER_MARGIN
 from touchatlas.atlas.graph.visibility import is_behind
@@ -25,16 +27,18 @@ from touchatlas.patch.fit.refit_patch import refit_patch
 from touchatlas.patch.fit.start import UnfitError
 from touchatlas.patch.geometry.frame import DarbouxFrame, axes_from_normal
 
-# The core of a merged patch is wider by this factor than what holds both: its origin moves in the
-# fit. Doubling the excess makes merged patches 2 % larger than they need be.
+# Core radius of a merged patch over that of the ball that holds both cores, no unit: the origin
+# moves in the fit. With twice the excess merged patches are 2 % larger than they need be.
 _SLACK = 1.02
-# Outlines are looked at so far out, as a fraction: on the crease itself either answer is right.
+# Fraction of the way from the centre to an outline that must be free of creases, no unit: a point
+# on the crease itself would count as hidden or not by rounding. With twice the margin, 0.9, a
+# merged patch may lose a tenth of its way behind a crease.
 _INNER = 0.95
 
 
 def merge(state: AtlasState, first: int, second: int) -> AtlasChange:
-    """One patch in the place of two that meet, and of all that it covers, when one polynomial
-    holds their samples within the noise; refused otherwise."""
+    """Replace two neighbours, and all that the merged patch covers, by one patch; refused where no
+    one polynomial fits their samples within the noise."""
     state.check(first, second)
     if first == second:
         raise ValueError(f"both patches are {first}; give two that meet")
@@ -57,28 +61,27 @@ def enclosing_balls(first, first_radius, second, second_radius):
     """
     offset = second - first
     distance = np.sqrt((offset * offset).sum(axis=1))
-    # Where one ball holds the other it is the larger of them.
+    # Where one ball holds the other, the result is the larger of them.
     larger = np.maximum(first_radius, second_radius)
     radius = np.maximum(0.5 * (distance + first_radius + second_radius), larger)
-    share = (radius - first_radius) / np.maximum(distance, np.finfo(float).tiny)
-    return first + np.minimum(share, 1.0)[:, None] * offset, radius
+    parameter = (radius - first_radius) / np.maximum(distance, np.finfo(float).tiny)
+    return first + np.minimum(parameter, 1.0)[:, None] * offset, radius
 
 
 def merged_fit(state: AtlasState, first: int, second: int) -> PatchFit | None:
-    """The patch that holds the samples of two kin patches and of all between; None when no one
-    polynomial does, within the noise."""
+    """One patch for the samples of two sheet neighbours and of the patches between; None when no
+    polynomial fits them within the noise."""
     table = state.table
     normal = table.axes[first, 2] + table.axes[second, 2]
     normal /= np.sqrt(normal @ normal)
     centres, cores = middles(table, np.array([[first, second]]), normal[None])
     centre, core = centres[0], float(cores[0])
     radius = _SLACK * core / table.core
-    rows = _within(state, first, centre, radius, normal)
-    if _turn_away(state, rows, centre, core, normal):
+    rows = _connected_in_ball(state, first, centre, radius, normal)
+    if _are_steep(state, rows, centre, core, normal):
         return None
     pool, index = state.membership.pool, state.membership.fitted_by(rows)
-    offset = pool.points[index] - centre
-    index = index[(offset * offset).sum(axis=1) <= (CANDIDATE_REACH * radius) ** 2]
+    index = index[in_ball(pool.points[index], centre, CANDIDATE_REACH * radius)]
     try:
         fit = refit_patch(
             DarbouxFrame(centre, axes_from_normal(normal, table.axes[first, 0])),
@@ -94,21 +97,23 @@ def merged_fit(state: AtlasState, first: int, second: int) -> PatchFit | None:
         )
     except UnfitError:
         return None
-    moved = fit.patch.frame.origin - centre
-    stays = moved @ moved <= ((_SLACK - 1.0) * core) ** 2
+    stays = in_ball(fit.patch.frame.origin, centre, (_SLACK - 1.0) * core)
     return fit if stays and is_upright(fit.patch) else None
 
 
 def noise_of(state: AtlasState, rows):
-    """(...) of the probe, and of what lack of fit is borne, over rows (..., k): detail is none, it
-    would be smoothed away."""
-    sensor = np.sqrt((state.table.measurement_std[rows] ** 2).mean(axis=-1))
-    return np.hypot(sensor, BIAS_NOISE_FRACTION * state.bias)
+    """(...) standard deviation of measurements and of the allowed lack of fit, over rows (..., k),
+    length.
+
+    Detail is no part of it: otherwise merging would smooth detail away.
+    """
+    measurement = np.sqrt((state.table.measurement_std[rows] ** 2).mean(axis=-1))
+    return np.hypot(measurement, BIAS_NOISE_FRACTION * state.bias)
 
 
 def middles(table: PatchTable, pairs, normals):
     """Points (m, 3) of the surface midway between pairs of patches (m, 2), along normals (m, 3),
-    and the radii (m,) of the balls about them that hold the cores of both."""
+    and the radii (m,) of the balls about them that hold both cores."""
     cores, sites = np.sqrt(table.weight[pairs]), table.site[pairs]
     centre, _ = enclosing_balls(sites[:, 0], cores[:, 0], sites[:, 1], cores[:, 1])
     offset = sites - centre[:, None]
@@ -119,39 +124,38 @@ def middles(table: PatchTable, pairs, normals):
     return centre, (np.sqrt((offset * offset).sum(axis=2)) + cores).max(axis=1)
 
 
-def _within(state: AtlasState, start: int, centre, radius: float, normal) -> list[int]:
-    """Rows that reach into a ball and face about as ``normal``, from neighbour to neighbour."""
+def _connected_in_ball(state: AtlasState, start: int, centre, radius: float, normal) -> list[int]:
+    """Rows that reach into a ball, have about the normal ``normal``, and are connected to ``start``
+    by such rows."""
     table, found, todo = state.table, {start}, [start]
     while todo:
         near = np.array(sorted(set().union(*(state.neighbours[i] for i in todo)) - found), int)
-        offset = table.origin[near] - centre
-        reach = (offset * offset).sum(axis=1) < (radius + table.radius[near]) ** 2
+        reach = in_ball(table.origin[near], centre, radius + table.radius[near])
         todo = near[reach & (table.axes[near, 2] @ normal >= SHEET_COSINE)].tolist()
         found.update(todo)
     return sorted(found)
 
 
-def _turn_away(state: AtlasState, rows, centre, core: float, normal) -> bool:
-    """Whether outlines of rows turn away from ``normal`` by more than 45 degrees within a ball:
-    a patch that held their samples would do so up to its core."""
+def _are_steep(state: AtlasState, rows, centre, core: float, normal) -> bool:
+    """Whether outlines of rows within a ball are more than 45 degrees off ``normal``: a patch with
+    their samples would be as steep within its core."""
     table, rows = state.table, np.array(rows)
     points = state.surface_graph.outlines.points(rows)
     upward = table.surface(rows, table.scaled_local(rows, points))[1]
     rise = (upward * (table.axes[rows] @ normal)[:, None]).sum(axis=-1)
     steep = rise < LEAST_COSINE * np.sqrt((upward * upward).sum(axis=-1))
-    offset = points - centre
-    return bool((steep & ((offset * offset).sum(axis=-1) <= core * core)).any())
+    return bool((steep & in_ball(points, centre, core)).any())
 
 
 def _put_in_place(state: AtlasState, fit: PatchFit) -> tuple[int, tuple[int, ...]] | None:
-    """Enter a merged patch and remove those whose cores it holds; its row, and theirs.
+    """Enter a merged patch and remove those whose cores it holds; returns its row and theirs.
 
-    None, and nothing changed, when a patch that shares a corner with these would not be a
-    neighbour of it: it turns too far; when a crease would hide a part of them from its centre; or
-    when it would reach where no patch did.
+    Returns None, with nothing changed, in three cases: a patch that shares a corner with the
+    removed ones would be no neighbour of the merged one; a crease would hide a part of the removed
+    ones from its site; or it would reach where no patch did.
     """
     trial, row = state.table.with_candidate(fit)
-    neighbours = smooth_neighbours(state, trial, row, set())
+    neighbours = smooth_neighbours(state, trial, row)
     offset = trial.site[neighbours] - trial.site[row]
     core = np.sqrt(trial.weight[neighbours])
     distance = np.sqrt((offset * offset).sum(axis=1))
@@ -164,10 +168,9 @@ def _put_in_place(state: AtlasState, fit: PatchFit) -> tuple[int, tuple[int, ...
         or _spreads(state, trial, row, neighbours, gone)
     ):
         return None
-    std = np.sqrt((state.table.measurement_std[gone] ** 2).mean())
+    std = root_mean_square(state.table.measurement_std[gone])
     creases = state.creases.of_all(gone)
-    enter_fit(state, fit, stay, state.membership.fitted_by(neighbours.tolist()))
-    state.table.measurement_std[row] = std
+    enter_fit(state, fit, stay, state.membership.fitted_by(neighbours.tolist()), std)
     give_samples(state, gone, row)
     around = {row, *stay.tolist()} | state.neighbours.around(gone) - set(gone)
     state.remove(gone)
@@ -179,27 +182,29 @@ def _put_in_place(state: AtlasState, fit: PatchFit) -> tuple[int, tuple[int, ...
 
 
 def _hides(state: AtlasState, table: PatchTable, row: int, gone: list[int]) -> bool:
-    """Whether a part of the outlines of rows ``gone`` that are creased cannot be seen from the
-    centre of a candidate ``row`` that is to take their place."""
+    """Whether a crease lies between the site of a candidate ``row`` and a part of the outlines of
+    the rows ``gone`` that it is to replace."""
     visibility, outlines = state.surface_graph.visibility, state.surface_graph.outlines
     segments = visibility.segments_about(gone)
     if not len(segments):
         return False
-    places = []
+    visible = []
     for i in gone:
         points, centre = outlines.points([i])[0], visibility.centre(i)
         beyond = is_behind(table, i, centre, points, segments)
-        places.append(np.concatenate([points[~beyond], centre[None]]))
-    hidden = is_behind(table, row, table.site[row], np.concatenate(places), segments, _INNER)
+        visible.append(np.concatenate([points[~beyond], centre[None]]))
+    hidden = is_behind(table, row, table.site[row], np.concatenate(visible), segments, _INNER)
     return bool(hidden.any())
 
 
 def _spreads(
     state: AtlasState, table: PatchTable, row: int, neighbours: np.ndarray, gone: list[int]
 ) -> bool:
-    """Whether a candidate ``row`` would be asked where none was of its neighbours (m,), of theirs,
-    and of the rows ``gone`` in its place: at the rim of what was touched it would claim what nobody
-    touched."""
+    """Whether a candidate ``row`` would cover points that no patch covered before: at the rim of
+    the touched surface it would claim what was not touched.
+
+    The patches before are its neighbours (m,) and theirs; the rows ``gone`` are among them.
+    """
     points = points_over(table, row, DISC * table.core * np.sqrt(1.0 + COVER_MARGIN))
     segments = state.surface_graph.visibility.segments_about(gone)
     if len(segments):

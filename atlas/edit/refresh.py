@@ -1,9 +1,10 @@
-"""Creases of patches that came or changed, and which sheets they part."""
+"""Refresh: the creases of new and changed patches, and the sheets that they separate."""
 
 from collections.abc import Iterator
 
 import numpy as np
 
+from touchatlas.atlas.edit.replace import in_ball
 from touchatlas.atlas.graph.creases import Crease
 from touchatlas.atlas.graph.find_creases import find_creases, move_anchors
 from touchatlas.atlas.graph.power_diagram import CREASE_ANGLE, MEETS, power_at
@@ -12,13 +13,13 @@ from touchatlas.atlas.patches.intersect import intersect, patches_at
 from touchatlas.atlas.patches.patch_table import PatchTable
 from touchatlas.atlas.state import AtlasState
 
-# So far, in smaller patch radii, a crease may be from that of the next patches of its sheets: a
-# few deviations of both. Doubled, creases go on around corners.
-_MOVED = 0.05
+# Largest distance of a crease from the known crease that it continues, in radii of the smaller
+# patch: a few predicted deviations of both. Doubled, creases go on around corners.
+_LARGEST_OFFSET = 0.05
 
 
 def update_creases(state: AtlasState, rows) -> None:
-    """Find the creases of rows that came or changed, and move the anchors of those they had."""
+    """Find the creases of new and changed rows, and move the anchors of the creases they had."""
     table, creases, pairs = state.table, state.creases, set[tuple[int, int]]()
     move_anchors(table, creases, rows)
     fitted, edges = state.membership.fitted, state.membership.pool.edges
@@ -41,29 +42,31 @@ def _enter_creases(state: AtlasState, found: dict[tuple[int, int], Crease]) -> N
 
 
 def continued_creases(state: AtlasState, rows: set[int]) -> dict[tuple[int, int], Crease]:
-    """Creases of the sheets of rows that no contours of the two patches themselves told of: along
-    a crease those are creased that have the least power of their sheets."""
+    """Creases that continue those of rows, by ascending pairs of patches.
+
+    Where a crease curve runs from the cells of its two patches into the cells of their neighbours,
+    those neighbours are creased too, although no contour of theirs may have ended at the edge.
+    """
     table, creases, neighbours = state.table, state.creases, state.neighbours
     curve = state.surface_graph.curves.curve
-    places: dict[tuple[int, int], tuple[int, np.ndarray]] = {}
+    starts: dict[tuple[int, int], tuple[int, np.ndarray]] = {}
     for i, j in sorted(pair for pair in creases.pairs if not rows.isdisjoint(pair)):
         line = curve(i, j)
         sheets = [np.array([k, *sorted(neighbours[k])]) for k in (i, j)]
         for a, b, point in _facing_along(table, sheets, line):
             if a != b and b not in neighbours[a] and not creases.between(a, b):
-                places.setdefault((min(a, b), max(a, b)), (creases.sign(i, j), point))
-    if not places:
+                starts.setdefault((min(a, b), max(a, b)), (creases.sign(i, j), point))
+    if not starts:
         return {}
-    both, start = np.array(list(places)), np.array([point for _, point in places.values()])
+    both, start = np.array(list(starts)), np.array([point for _, point in starts.values()])
     seen = intersect(table, both, start)
     good = (np.abs(seen.distance) <= MEETS * table.radius[both]).all(axis=1)
     cosine = np.abs((seen.normals[:, 0] * seen.normals[:, 1]).sum(axis=1))
     good &= (seen.across <= 1.0).all(axis=1) & (cosine <= np.cos(CREASE_ANGLE))
-    offset = seen.points - start
-    good &= (offset * offset).sum(axis=1) <= (_MOVED * table.radius[both].min(axis=1)) ** 2
+    good &= in_ball(seen.points, start, _LARGEST_OFFSET * table.radius[both].min(axis=1))
     return {
         pair: Crease(sign, point)
-        for (pair, (sign, _)), point, keep in zip(places.items(), seen.points, good, strict=True)
+        for (pair, (sign, _)), point, keep in zip(starts.items(), seen.points, good, strict=True)
         if keep
     }
 
@@ -86,12 +89,12 @@ def _facing_along(table: PatchTable, sheets, line) -> Iterator[tuple[int, int, n
 
 
 def smooth_neighbours(
-    state: AtlasState, table: PatchTable, row: int, partners: set[int]
+    state: AtlasState, table: PatchTable, row: int, partners: frozenset[int] = frozenset()
 ) -> np.ndarray:
-    """The sheet neighbours of a row of the table, or of a candidate, but for those across edges.
+    """The sheet neighbours of a row of the table, or of a candidate, without those across edges.
 
-    Across an edge are the rows ``partners`` that it is creased with, and the sheets behind the
-    edges of its own sheet where they turn away from it by as much as a crease.
+    Across an edge are the rows ``partners`` with which it makes a crease, and the patches behind
+    the creases of its own sheet whose normals differ from its own by a crease angle.
     """
     neighbours = sheet_neighbours(table, row)
     if not (partners or len(state.creases)):
@@ -104,7 +107,7 @@ def smooth_neighbours(
 
 
 def inherit_creases(state: AtlasState, row: int, creases: dict[int, Crease]) -> None:
-    """Crease a row with those that the rows in whose place it stands were creased with."""
+    """Give a row the creases of the rows that it replaces, by the patch behind each."""
     for other, crease in creases.items():
         if state.table.alive[other] and other not in state.neighbours[row]:
             state.creases.enter(row, other, crease)
@@ -113,8 +116,10 @@ def inherit_creases(state: AtlasState, row: int, creases: dict[int, Crease]) -> 
 
 
 def separate_sheets(state: AtlasState, first: int, second: int) -> None:
-    """Let a neighbour of both sides of a crease stay a neighbour of the side whose normal it
-    matches better: it was taken for one of the other before the edge was known."""
+    """Keep a neighbour of both sides of a crease on the side whose normal it matches better.
+
+    Before the edge was known the two sides were taken for one sheet.
+    """
     crease = state.creases.between(first, second)
     both = sorted(state.neighbours[first] & state.neighbours[second])
     if crease is None or not both:

@@ -1,4 +1,4 @@
-"""Repeated contours: those that were learned before, found among the samples about them."""
+"""Repeated contours: a contour that was learned before tells nothing new."""
 
 import numpy as np
 
@@ -9,20 +9,21 @@ from touchatlas.patch.geometry.contour import Contour
 def learned_before(state: AtlasState, contact, contours: tuple[Contour, ...]) -> bool:
     """Whether the points of any contour of a touch are samples of the atlas already, bit for bit.
 
-    Noise repeats no point: what is equal is the same measurement, or an exact one, and tells
-    nothing the second time. Samples stand in the order of their contours, so that the middle one
-    tells where the others are. It is looked for among those that patches about it brought: the
-    time this takes does not depend on how many others there are.
+    Noise repeats no point, so equal points are the same measurement. The pool keeps the samples of
+    a contour in order, so the point next to the contact tells where the others must be. Only
+    samples of the patches near the contact are searched, so the time does not grow with the atlas.
 
     Parameters
     ----------
+    state : AtlasState
     contact : (3,) float, length, world
+    contours : tuple of Contour
     """
     table, membership = state.table, state.membership
     paths = [contour.points_in_plane for contour in contours]
-    away = [((path - contact) ** 2).sum(axis=1) for path in paths]
-    middles = [int(square.argmin()) for square in away]
-    reach = np.sqrt(max(square[k] for square, k in zip(away, middles, strict=True)))
+    squares = [((path - contact) ** 2).sum(axis=1) for path in paths]
+    middles = [int(square.argmin()) for square in squares]
+    reach = np.sqrt(max(square.min() for square in squares))
     rows = table.index.rows_near(contact, float(reach)).tolist()
     index = membership.owned_by(state.neighbours.around(rows))
     samples = membership.pool.points

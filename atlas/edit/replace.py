@@ -1,4 +1,7 @@
-"""What merging, splitting and filling share: patches that come and go with their samples."""
+"""Replace: enter fitted patches and remove hidden ones, with their samples.
+
+Insert, merge, split and fill share these steps.
+"""
 
 import numpy as np
 
@@ -10,35 +13,54 @@ from touchatlas.patch.fit.fit_patch import PatchFit
 from touchatlas.patch.geometry.patch import Patch
 from touchatlas.patch.geometry.polynomial import scaled_height
 
-# Up to its core a patch turns by no more than 45 degrees: steeper, corners are not found on it and
-# distances of first order are off by a seventh.
+# Least cosine between the normal at a patch's origin and the normals up to its core radius: 45
+# degrees. On steeper patches corners are not found, and a first-order distance is off by a
+# seventh. Doubling the angle allows patches that stand upright at the rim.
 LEAST_COSINE = np.sqrt(0.5)
-# Places over a disc of radius one: its middle and six rings of 24 points. A cell that holds none of
-# them is narrower than a sixth of the core. Twice as many take twice the time.
-_RINGS, _TURNS = np.linspace(0.0, 1.0, 7), np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
-DISC = np.stack([np.outer(_RINGS, np.cos(_TURNS)), np.outer(_RINGS, np.sin(_TURNS))], -1)
+# Points of the unit disc, no unit: the centre and six circles of 24 points. A cell that holds none
+# of them is narrower than a sixth of the core. Twice as many take twice the time.
+_RADII, _ANGLES = np.linspace(0.0, 1.0, 7), np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
+DISC = np.stack([np.outer(_RADII, np.cos(_ANGLES)), np.outer(_RADII, np.sin(_ANGLES))], -1)
 DISC = DISC.reshape(-1, 2)[23:]
 
 
+def in_ball(points, centre, radius) -> np.ndarray:
+    """(...) whether points (..., 3) lie within a radius of a centre (3,), or each of its own."""
+    offset = points - centre
+    return np.asarray((offset * offset).sum(axis=-1) <= radius**2)
+
+
+def root_mean_square(values) -> float:
+    """Of values (n,), in their unit."""
+    return float(np.sqrt((np.asarray(values) ** 2).mean()))
+
+
 def is_upright(patch: Patch) -> bool:
-    """Whether a patch turns by less than 45 degrees up to its core radius."""
+    """Whether the normals up to the core radius are within 45 degrees of the patch's own."""
     normals = patch.normal(patch.outline)
     return bool(((normals @ patch.frame.normal) >= LEAST_COSINE).all())
 
 
-def enter_fit(state: AtlasState, fit: PatchFit, neighbours: np.ndarray, candidates) -> int:
-    """Make a fitted patch a node among its neighbours (m,), fitted to those of the samples
-    ``candidates`` (n,) that are of its sheet; returns its row."""
+def enter_fit(
+    state: AtlasState, fit: PatchFit, neighbours: np.ndarray, candidates, measurement_std: float
+) -> int:
+    """Enter a fitted patch with its neighbours (m,) and the noise of its measurements, length.
+
+    It learns those of the samples ``candidates`` (n,) that are of its sheet. Returns its row.
+    """
     row = state.table.append(fit)
     state.enter(row, neighbours.tolist())
     state.membership.enter_fits(np.array([row]), [fit], CandidateSamples([candidates]))
+    state.table.measurement_std[row] = measurement_std
     state.mark_stale([row])
     return row
 
 
 def remove_hidden(state: AtlasState, rows: set[int]) -> list[int]:
-    """Remove those of the rows that have no cell left; their samples go to the owners of the cells
-    that their sites are in."""
+    """Remove those of the rows that have no cell left; returns them.
+
+    The samples of each go to the neighbour in whose cell its site lies.
+    """
     table, hidden = state.table, []
     for i in sorted(rows):
         neighbours = np.array(sorted(state.neighbours[i]), int)
@@ -51,7 +73,7 @@ def remove_hidden(state: AtlasState, rows: set[int]) -> list[int]:
 
 
 def give_samples(state: AtlasState, rows: list[int], owner: int) -> None:
-    """Make a row the owner of what the touches of rows brought."""
+    """Make ``owner`` the owner of the samples and edge ends of some rows."""
     owned = state.membership.owned
     owned[owner] = np.concatenate([owned[owner], *(owned[i] for i in rows)])
     for i in rows:
@@ -61,7 +83,7 @@ def give_samples(state: AtlasState, rows: list[int], owner: int) -> None:
 
 
 def _is_hidden(state: AtlasState, row: int, neighbours) -> bool:
-    """Whether the neighbours (m,) of a row, and the creases of its sheet, leave it no cell."""
+    """Whether the neighbours (m,) of a row and the creases of its sheet leave it no cell."""
     table, rows = state.table, np.array([row])
     behind_edges = bool(state.creases.behind(row))
     covers_site = power_at(table, neighbours, table.site[row]).min() >= -table.weight[row]
@@ -77,8 +99,8 @@ def _is_hidden(state: AtlasState, row: int, neighbours) -> bool:
 
 
 def points_over(table: PatchTable, row: int, xy) -> np.ndarray:
-    """(n, 3) points of a patch over places (m, 2) of its tangent plane, scaled; without those
-    where it folds."""
+    """(n, 3) world points of a patch over scaled points (m, 2) of its tangent plane, without those
+    over which it has no height."""
     z = scaled_height(table.basis, table.mean[row], *xy.T)
     scaled = np.column_stack([xy, z])[np.isfinite(z)]
     return scaled * table.radius[row] @ table.axes[row] + table.origin[row]

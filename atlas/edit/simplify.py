@@ -1,4 +1,4 @@
-"""Simplifying: pairs that one patch may explain are merged until none is left."""
+"""Simplify: merge pairs of patches until one polynomial fits no further pair."""
 
 from collections.abc import Iterable
 
@@ -10,14 +10,15 @@ from touchatlas.atlas.records.change import AtlasChange
 from touchatlas.atlas.state import AtlasState
 from touchatlas.patch.fit.smoothness import leftover
 
-# What the degree leaves out at the rim of a merged patch, in deviations of the noise.
-_NOTICEABLE = 5.0
-# Sine of how far it may turn up to its core.
-_MOST_RISE = np.sqrt(1.0 - LEAST_COSINE**2)
+# Largest height that the degree may leave out at the rim of a merged patch, in standard deviations
+# of the noise. It only saves fits: the samples decide. Doubled, more pairs are fitted in vain.
+_LARGEST_LEFTOVER = 5.0
+# Largest sine of the angle between normals at the origin and at the core radius, no unit.
+_LARGEST_SINE = np.sqrt(1.0 - LEAST_COSINE**2)
 
 
 def simplify(state: AtlasState) -> AtlasChange:
-    """Merge whatever one patch explains, pair by pair, until nothing more can be."""
+    """Merge pairs of neighbours until one polynomial fits no further pair."""
     added: set[int] = set()
     removed: set[int] = set()
     todo = mergeable(state, state.surface_graph.cells.boundaries)
@@ -30,26 +31,27 @@ def simplify(state: AtlasState) -> AtlasChange:
             beside = [(row, other) for row in change.added for other in state.neighbours[row]]
             todo += mergeable(state, beside)
     gone = tuple(sorted(removed))
-    return AtlasChange(tuple(sorted(added - removed)), (), gone, (), gone)
+    return AtlasChange(added=tuple(sorted(added - removed)), merged=gone, removed=gone)
 
 
 def mergeable(state: AtlasState, pairs: Iterable[tuple[int, int]]) -> list[tuple[int, int]]:
-    """Those pairs of patches whose merged patch would leave out little enough for the noise, and
-    turn little enough, as far as the two know their surface."""
+    """Those pairs of patches whose merged patch would be flat enough, and smooth enough for its
+    degree, by the curvatures and feature lengths of the two."""
     table, rows = state.table, np.array(list(pairs), int).reshape(-1, 2)
     if not len(rows):
         return []
-    bend = (2.0 * np.abs(table.mean[rows, 3:6]).max(axis=2) / table.radius[rows]).min(axis=1)
-    turn = (table.length_ratio[rows] / table.radius[rows]).min(axis=1)
-    borne = np.maximum(noise_of(state, rows), state.bias)
+    curvature = 2.0 * np.abs(table.mean[rows, 3:6]).max(axis=2) / table.radius[rows]
+    curvature = curvature.min(axis=1)
+    inverse_length = (table.length_ratio[rows] / table.radius[rows]).min(axis=1)
+    noise = np.maximum(noise_of(state, rows), state.bias)
 
-    def bears(core):
+    def fits(core):
         radius = core / table.core
-        left = leftover(table.basis, turn * radius) * radius
-        return (core * bend <= _MOST_RISE) & (left <= _NOTICEABLE * borne)
+        left_out = leftover(table.basis, inverse_length * radius) * radius
+        return (core * curvature <= _LARGEST_SINE) & (left_out <= _LARGEST_LEFTOVER * noise)
 
     (a, b), (c, d) = table.site[rows].transpose(1, 0, 2), np.sqrt(table.weight[rows]).T
     # No ball that holds both cores is smaller than this, wherever on the surface its centre is.
     least = enclosing_balls(a, c, b, d)[1]
-    good = bears(least) & bears(middles(table, rows, table.axes[rows[:, 0], 2])[1])
+    good = fits(least) & fits(middles(table, rows, table.axes[rows[:, 0], 2])[1])
     return [(i, j) for i, j in rows[good].tolist()]

@@ -1,4 +1,4 @@
-"""A coarse triangulation of the zero set: marching cubes on the cubes that the surface passes."""
+"""Coarse mesh: marching cubes on the cubes that the surface passes."""
 
 from dataclasses import dataclass
 
@@ -8,15 +8,15 @@ from touchatlas.atlas.field.blend import Field
 from touchatlas.atlas.mesh.marching_cubes import corners_of, ends_of, triangles, unkey
 from touchatlas.atlas.mesh.narrow_band import REACH, Corners, core_cubes, extend, find_cubes
 
-# A vertex is moved a second time when it was farther off than this, in edges: then what the
-# first-order distance errs is less than a sixth of the sagitta. Doubled, a third less time.
+# Distance from the surface above which a vertex is moved a second time, in edges: below it the
+# error of the first-order distance is less than a sixth of the sagitta. Doubled, a third less time.
 _NEAR = 0.02
-# Vertices keep this fraction of their edge from its ends, before they are moved: else triangles
-# are slivers. Doubled, vertices are moved farther along the surface.
+# Least distance of a vertex from the ends of its edge before it is moved, as a fraction of the
+# edge: nearer vertices make slivers. Doubled, vertices are moved farther along the surface.
 _CLEAR = 0.1
-# The origin of the lattice, in edges from a patch: no plane of it lies in a flat face. Any numbers
-# without a small common multiple do.
-_ASIDE = np.array([0.31, 0.43, 0.37])
+# Offset of the lattice from a patch, in edges, so that no lattice plane lies in a flat face. Any
+# numbers without a small common multiple do; doubled, they do as well.
+_OFFSET = np.array([0.31, 0.43, 0.37])
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,14 +26,15 @@ class Vertices:
     Parameters
     ----------
     keys : (v,) int
-        Of the edges, ascending.
+        Keys of the edges, ascending.
     points : (v, 3) float, length, world
     normals : (v, 3) float, unit, world
     variance : (v,) float, length^2
     curvature : (v,) float, 1/length^2
-        Gaussian.
+        Gaussian curvature.
     patch : (v,) int
-        Patch in whose cell the vertex lies, or the owner of the corner next to it.
+        Patch in whose cell the vertex lies; where the surface is unknown, the owner of the nearer
+        end of the edge.
     known : (v,) bool
         Whether the surface is known there.
     """
@@ -54,7 +55,7 @@ class CoarseMesh:
     Parameters
     ----------
     edge : float, length
-        Of the cubes.
+        Edge of the cubes.
     vertices : Vertices
     faces : (f, 3) int
         Counter-clockwise seen from outside.
@@ -70,7 +71,7 @@ def coarse_mesh(field: Field, edge: float) -> CoarseMesh:
     table = field.table
     start = table.origin[table.rows[0]].copy()
     if field.graph.creases:
-        start += _ASIDE * edge
+        start += _OFFSET * edge
     found, corners = find_cubes(field, core_cubes(table, table.rows, start, edge), start, edge)
     at = corners.at(corners_of(found))
     corners = extend(field, at, corners, start, edge)
@@ -84,8 +85,8 @@ def coarse_mesh(field: Field, edge: float) -> CoarseMesh:
 
 
 def _crossings(corners: Corners, low, high, start, edge: float):
-    """Where the values at the ends of edges change sign (e, 3), and the owner (e,) of the nearer
-    end."""
+    """Points (e, 3) where the values change sign along edges, by linear interpolation, and the
+    owner (e,) of the nearer end."""
     a, b = corners.values[low], corners.values[high]
     parameter = np.clip(a / (a - b), _CLEAR, 1.0 - _CLEAR)[:, None]
     first, second = (unkey(corners.keys[i]) * edge + start for i in (low, high))
@@ -94,27 +95,28 @@ def _crossings(corners: Corners, low, high, start, edge: float):
 
 
 def _project(field: Field, keys, points, owners, edge: float) -> Vertices:
-    """Vertices moved onto the zero set, with what is known there; where nothing is, onto the
-    owner of the corner next to it."""
-    columns = _look_up(field, points, owners, edge)
+    """Vertices moved onto the zero set, with the values of the field there; where the field is
+    unknown, onto the patch that owns the nearer end of the edge."""
+    columns = _values(field, points, owners, edge)
     far = np.abs(columns[0]) > _NEAR * edge
     points = points - np.clip(columns[0], -edge, edge)[:, None] * columns[1]
-    again = _look_up(field, points[far], owners[far], edge)
+    again = _values(field, points[far], owners[far], edge)
     points[far] -= np.clip(again[0], -edge, edge)[:, None] * again[1]
     for column, new in zip(columns, again, strict=True):
         column[far] = new
     return Vertices(keys, points, *columns[1:])
 
 
-def _look_up(field: Field, points, owners, edge: float):
-    """Distance, normal, variance, curvature, patch, known at points (n, 3)."""
+def _values(field: Field, points, owners, edge: float):
+    """Distance, normal, variance, curvature, patch and known at points (n, 3): of the field, or
+    of the owners (n,) alone where the field is unknown."""
     seen = field.at(points, REACH * edge)
     out = seen.distance, seen.normal, seen.deviation**2, seen.gaussian_curvature, seen.patch
-    blind = np.flatnonzero(~seen.known)
-    if len(blind):
-        alone = field.of_patches(owners[blind], points[blind])
+    unknown = np.flatnonzero(~seen.known)
+    if len(unknown):
+        alone = field.of_patches(owners[unknown], points[unknown])
         _, variance, curvature = alone.numbers[:, :3].T
-        found = alone.distance, alone.numbers[:, 3:], variance, curvature, owners[blind]
+        found = alone.distance, alone.numbers[:, 3:], variance, curvature, owners[unknown]
         for column, value in zip(out, found, strict=True):
-            column[blind] = value
+            column[unknown] = value
     return *out, seen.known

@@ -1,9 +1,9 @@
 """Triangles of the blended surface: marching cubes along it, then curved triangles.
 
-The cubes are as large as the patches and the distance between sheets let them be; their
-vertices are put on the zero set, and triangles that know the normals there are cut into small
-ones that follow the curve. So the field is evaluated at few points, the surface is closed as
-far as the patches cover, and open exactly where they do not.
+The cubes are as large as the patches and the distance between sheets allow. Their vertices are
+moved onto the zero set, and the triangles are cut into small ones that follow the normals there.
+So the field is evaluated at few points. The surface is closed where the patches cover it, and open
+where they do not.
 """
 
 import numpy as np
@@ -17,11 +17,10 @@ from touchatlas.atlas.mesh.resolution import OPPOSED, check_edge, cube_edge, gap
 from touchatlas.atlas.mesh.sharp_edges import sharpen
 from touchatlas.atlas.mesh.surface import Surface
 from touchatlas.atlas.mesh.trim import supported
+from touchatlas.atlas.patches.normal_equations import SHEET_COSINE
 from touchatlas.atlas.patches.patch_table import PatchTable
 from touchatlas.atlas.state import AtlasState
 
-# Cosine of normals above which two neighbours are of one sheet.
-_ALIKE = 0.5
 # A patch clearly covers within this fraction of the power up to which it is evaluated: beyond it
 # the foot of a vertex may be out, and the field is asked.
 _CLEARLY = 0.95
@@ -34,12 +33,13 @@ def extract_surface(state: AtlasState, edge: float | None = None) -> Surface:
     ----------
     state : AtlasState
     edge : float, length, optional
-        Of the triangles, about; see ``resolution``.
+        Typical edge of the triangles; see ``resolution`` for what is used without it.
 
     Raises
     ------
     ValueError
-        When the atlas has no patch, or the edge is no length or absurdly short.
+        When the atlas has no patch, or the edge is no length, longer than the patches span, or
+        too short for the memory.
     """
     if not len(state):
         raise ValueError("the atlas has no patch yet; add a touch with three contours first")
@@ -50,9 +50,10 @@ def extract_surface(state: AtlasState, edge: float | None = None) -> Surface:
 
 
 def smooth_surface(state: AtlasState, coarse: CoarseMesh, count: int) -> Surface:
-    """The triangles of a coarse mesh cut into ``count`` x ``count`` curved ones each, as far as the
-    surface is known: where patches reach, among their samples, and where they expect to be off by
-    no more than is trusted."""
+    """Each triangle of a coarse mesh cut into ``count`` x ``count`` curved ones.
+
+    The surface is kept where patches reach it and where samples support it (see ``supported``).
+    """
     field, old = state.field, coarse.vertices
     cut = Subdivision(len(old.keys), coarse.faces, count)
     points, faces = cut.points(old.points, old.normals), cut.faces()
@@ -74,34 +75,39 @@ def smooth_surface(state: AtlasState, coarse: CoarseMesh, count: int) -> Surface
 
 
 def mean_height(edges, points, normals, count: int) -> np.ndarray:
-    """(v,) by how much the surface is above small triangles about the vertices, in the mean.
+    """(v,) mean height of the surface above the small triangles at each vertex, length.
 
-    Over a triangle with its corners on the surface that is the mean of the sagittas k l^2 / 8 of
-    its sides (second order), and k l^2 = (n_2 - n_1) (p_2 - p_1). Vertices that are moved out by
-    as much make triangles that lie as much above the surface as below.
+    Over a triangle with its corners on the surface the mean height is the mean of the sagittas
+    k l^2 / 8 of its sides (second order), and k l^2 = (n_2 - n_1) (p_2 - p_1). Vertices that are
+    moved out by as much make triangles that lie above the surface as much as below it.
 
     Parameters
     ----------
     edges : (e, 2) int
-        Of large triangles, whose sides are cut into ``count``.
-    points, normals : (v, 3) float
+        Edges of the large triangles.
+    points : (v, 3) float, length, world
+    normals : (v, 3) float, unit, world
+    count : int
+        Parts into which each edge is cut.
     """
     first, second = edges.T
-    bend = np.einsum("ij,ij->i", normals[second] - normals[first], points[second] - points[first])
-    bend *= np.einsum("ij,ij->i", normals[first], normals[second]) > _ALIKE
+    sagitta = np.einsum(
+        "ij,ij->i", normals[second] - normals[first], points[second] - points[first]
+    )
+    sagitta *= np.einsum("ij,ij->i", normals[first], normals[second]) > SHEET_COSINE
     total, times = (
         np.bincount(edges.T.ravel(), np.tile(each, 2), len(points))
-        for each in (bend, np.ones(len(bend)))
+        for each in (sagitta, np.ones(len(sagitta)))
     )
     return total / np.maximum(times, 1.0) / (8.0 * count * count)
 
 
 def _without_bridging_triangles(faces, normals, coarse, coarse_normals) -> np.ndarray:
-    """Those of the triangles (f, 3) that do not join two sheets which turn their backs, or faces,
-    to each other: at the rim of a thin wall that is known on one side only.
+    """The triangles (f, 3) without those that join two sheets of opposed normals. They arise at the
+    rim of a thin wall that is known on one side only.
 
-    They were cut, in equal numbers, from triangles ``coarse`` (c, 3), and their normals are between
-    those there: where these are at right angles at most, so are they.
+    The triangles were cut in equal numbers from triangles ``coarse`` (c, 3), and their normals are
+    between those there. Where the coarse normals differ by a right angle at most, so do theirs.
     """
     doubt = np.flatnonzero(_least_cosine(coarse, coarse_normals) < 0.0)
     if not len(doubt):
@@ -121,8 +127,8 @@ def _least_cosine(faces, normals) -> np.ndarray:
 
 
 def _nearest(table: PatchTable, cut: Subdivision, patch, points) -> np.ndarray:
-    """(w,) at points (w, 3) the patch with least power of those (v,) of the old vertices next to
-    them."""
+    """(w,) the patch of least power at points (w, 3), among the patches (v,) of the old vertices
+    of the same edge or triangle."""
     out = cut.shared(patch)
     mixed = np.flatnonzero(out < 0)
     some, here = patch[cut.parents(mixed)].T, points[mixed]
@@ -136,8 +142,9 @@ def _nearest(table: PatchTable, cut: Subdivision, patch, points) -> np.ndarray:
 
 
 def _known(field: Field, patch, points, reach: float) -> np.ndarray:
-    """(w,) whether the surface is known at points (w, 3) of it, which lie with the patches (w,):
-    as the field says, which is asked only where the patch does not clearly cover."""
+    """(w,) whether the surface is known at points (w, 3) of it, which lie in the cells of patches
+    (w,). The field is evaluated only where that patch does not
+    clearly cover the point."""
     table, graph = field.table, field.graph
     offset = points - table.site[patch]
     square = np.einsum("ij,ij->i", offset, offset)

@@ -8,8 +8,10 @@ import numpy as np
 CORNERS = np.array(
     [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]]
 )
-# Of the twelve edges: the lower corner, and the axis along which it runs.
+# Lower corner and axis of each of the twelve edges.
 EDGES = np.array([(*c, a) for c in CORNERS.tolist() for a in range(3) if c[a] == 0])
+# Bits of each lattice index in a key: three of them, and two bits for the axis of an edge, fit
+# into 64. Doubled, they do not.
 _BITS = 20
 _HALF = 1 << (_BITS - 1)
 _MASK = (1 << _BITS) - 1
@@ -59,8 +61,8 @@ def ends_of(edges) -> tuple[np.ndarray, np.ndarray]:
 
 
 def crossed_neighbours(cubes, inside) -> np.ndarray:
-    """Keys of the cubes into which the surface goes on through a face of the cubes (c,), of
-    whose corners ``inside`` (c, 8) tells the side. With repetitions."""
+    """Keys of the cubes behind those faces of the cubes (c,) that the surface crosses, with
+    repetitions; ``inside`` (c, 8) tells the side of each corner."""
     out = []
     for axis, side, four in _FACES:
         face = inside[:, four]
@@ -71,9 +73,10 @@ def crossed_neighbours(cubes, inside) -> np.ndarray:
 
 @lru_cache(maxsize=1)
 def _cases() -> tuple[np.ndarray, np.ndarray]:
-    """Triangles of the 256 cases (256, 5, 3), as edges of the cube, and how many (256,).
+    """Triangles of the 256 cases (256, 5, 3), as edges of the cube, and their number (256,).
 
-    igl's own table (Lorensen and Cline, Marching cubes, 1987), read off cube by cube.
+    The table (Lorensen and Cline, Marching cubes, 1987) is read off igl's results for single
+    cubes.
     """
     middles = {
         tuple(2 * low + (np.arange(3) == axis)): e
@@ -86,7 +89,7 @@ def _cases() -> tuple[np.ndarray, np.ndarray]:
         edges = [middles[tuple(v)] for v in np.rint(2.0 * vertices).astype(int).tolist()]
         counts[case] = len(faces)
         table[case, : len(faces)] = np.array(edges)[faces]
-    # One corner inside: the triangle faces away from it.
+    # With one corner inside the triangle must face away from that corner.
     a, b, c = EDGES[table[1, 0], 3]
     if round(float(np.linalg.det(np.eye(3)[[a, b, c]]))) < 0:
         table = table[:, :, ::-1]
@@ -96,13 +99,14 @@ def _cases() -> tuple[np.ndarray, np.ndarray]:
 def triangles(cubes, inside) -> np.ndarray:
     """(f, 3) keys of the lattice edges on which the corners of the triangles lie.
 
+    The triangles are counter-clockwise seen from outside.
+
     Parameters
     ----------
     cubes : (c,) int
         Keys of cubes.
     inside : (c, 8) bool
-        Side of their corners. Triangles are counter-clockwise seen from the side that is not
-        inside.
+        Whether each of their corners is inside.
     """
     table, counts = _cases()
     case = inside @ (1 << np.arange(8))

@@ -1,8 +1,8 @@
-"""Curved triangles: a mesh with normals, each triangle cut into n x n that follow its curve.
+"""PN triangles: each triangle of a mesh with normals is cut into n x n that follow the normals.
 
-Cubic triangles through the vertices, tangent to the planes across the normals there (Vlachos,
-Peters, Boyd and Mitchell, Curved PN triangles, 2001). What is on an edge follows from the
-edge alone, so that neighbours fit.
+The small triangles lie on cubic triangles through the vertices whose tangent planes there are
+across the normals (Vlachos, Peters, Boyd and Mitchell, Curved PN triangles, 2001). Points on an
+edge depend on that edge alone, so the cubic triangles of two neighbours share it.
 """
 
 from functools import lru_cache
@@ -11,16 +11,17 @@ import numpy as np
 
 
 class Subdivision:
-    """How the triangles of a mesh are cut: which new vertices there are, and their triangles.
+    """The vertices and triangles of a mesh whose triangles are cut into ``count`` x ``count``.
 
-    New vertices are the old ones, then ``count`` - 1 times one on every edge, then as often as
-    there are points inside a triangle one in every triangle.
+    The old vertices come first, then the first point of every edge, the second of every edge and so
+    on, then in the same way the points inside of the triangles.
 
     Parameters
     ----------
     size : int
-        Number of its vertices.
+        Number of the old vertices.
     faces : (f, 3) int
+        The old triangles.
     count : int
         Parts of an edge.
 
@@ -33,9 +34,9 @@ class Subdivision:
     def __init__(self, size: int, faces, count: int) -> None:
         self._size, self._old, self._count = size, faces, count
         tails, heads = faces, np.roll(faces, -1, axis=1)
-        names = np.minimum(tails, heads) * size + np.maximum(tails, heads)
-        names, sides = np.unique(names, return_inverse=True)
-        self.edges = np.stack(np.divmod(names, max(size, 1)), axis=1)
+        keys = np.minimum(tails, heads) * size + np.maximum(tails, heads)
+        keys, sides = np.unique(keys, return_inverse=True)
+        self.edges = np.stack(np.divmod(keys, max(size, 1)), axis=1)
         self._sides, self._backward = sides.reshape(-1, 3), tails > heads
 
     def faces(self) -> np.ndarray:
@@ -51,15 +52,15 @@ class Subdivision:
         return np.concatenate(parts, axis=1).take(template.ravel(), axis=1).reshape(-1, 3)
 
     def linear(self, values) -> np.ndarray:
-        """(w, ...) values (v, ...) of the old vertices, at all vertices by linear interpolation."""
+        """(w, ...) values at all vertices, linear between the values (v, ...) at the old ones."""
         inner, _ = _template(self._count)
         t = np.arange(1, self._count)[:, None] / self._count
         on_edges = _combined(np.concatenate([1.0 - t, t], axis=1), values[self.edges.T])
         return np.concatenate([values, on_edges, _combined(inner, values[self._old.T])])
 
     def shared(self, labels) -> np.ndarray:
-        """(w,) labels (v,) >= 0 of the old vertices at all vertices, -1 on edges and in triangles
-        whose old vertices have different ones."""
+        """(w,) labels at all vertices, from labels (v,) >= 0 of the old ones: -1 on edges and in
+        triangles whose old vertices have different labels."""
         parts = [labels]
         for of, times in (
             (self.edges, self._count - 1),
@@ -70,8 +71,8 @@ class Subdivision:
         return np.concatenate(parts)
 
     def parents(self, which) -> np.ndarray:
-        """(m, 3) the old vertices next to the new ones ``which`` (m,): the ends of their edge,
-        the second twice, or the corners of their triangle."""
+        """(m, 3) the old vertices about new ones ``which`` (m,): the ends of the edge, the second
+        end twice, or the corners of the triangle."""
         on_edge = which < self._size + (self._count - 1) * len(self.edges)
         out = np.empty((len(which), 3), np.int64)
         edge = (which[on_edge] - self._size) % max(len(self.edges), 1)
@@ -81,7 +82,7 @@ class Subdivision:
         return out
 
     def points(self, vertices, normals) -> np.ndarray:
-        """(w, 3) points of the curved triangles of vertices and unit normals (v, 3)."""
+        """(w, 3) all vertices on the cubic triangles of old vertices and unit normals (v, 3)."""
         inner, _ = _template(self._count)
         lifted = self._lifted(vertices, normals)
         t = np.arange(1, self._count)[:, None] / self._count
@@ -89,7 +90,7 @@ class Subdivision:
         ends = vertices[self.edges.T]
         on_edges = _combined(cubic, np.stack([ends[0], lifted[0], ends[1], lifted[1]]))
         corners = vertices[self._old.T]
-        # The control points along the sides in turn, near the first corner and near the second.
+        # Control points of each side in turn: near its first corner, then near its second.
         backward, sides = self._backward.T.astype(int), self._sides.T
         six = np.stack([lifted[backward, sides], lifted[1 - backward, sides]], axis=1)
         six = six.reshape(6, -1, 3)
@@ -98,7 +99,7 @@ class Subdivision:
         return np.concatenate([vertices, on_edges, _combined(_bernstein(inner), control)])
 
     def _lifted(self, vertices, normals) -> np.ndarray:
-        """(2, e, 3) control points of the edges: their thirds, put into the tangent planes."""
+        """(2, e, 3) control points of the edges: their thirds, projected on the tangent planes."""
         first, second = self.edges.T
         a, b, n, m = vertices[first], vertices[second], normals[first], normals[second]
         chord = b - a
@@ -113,12 +114,13 @@ def _combined(weights, values) -> np.ndarray:
 
 
 def _thirds(s, t) -> np.ndarray:
-    """Weights of an end and of the control point next to it, s and t = 1 - s."""
+    """Cubic weights of an end and of the control point next to it, at s and t = 1 - s."""
     return np.concatenate([s**3, 3.0 * s * s * t], axis=1)
 
 
 def _bernstein(weights) -> np.ndarray:
-    """(m, 10) cubic weights at barycentric (m, 3): corners, pairs of each side, middle."""
+    """(m, 10) cubic Bernstein weights at barycentric points (m, 3): corners, two of each side,
+    middle."""
     u, v, w = weights.T
     sides = [
         3.0 * a * b * c for p, q in ((u, v), (v, w), (w, u)) for a, b, c in ((p, p, q), (q, q, p))
@@ -128,8 +130,8 @@ def _bernstein(weights) -> np.ndarray:
 
 @lru_cache
 def _template(count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Barycentric coordinates (m, 3) of the points inside a triangle, and its small triangles
-    (n n, 3) among corners, points of the three sides in turn, and these."""
+    """Barycentric coordinates (m, 3) of the points inside a triangle, and the small triangles
+    (n n, 3): indices of corners, then points of the three sides in turn, then points inside."""
     n = count
     place = {(n, 0, 0): 0, (0, n, 0): 1, (0, 0, n): 2}
     steps = range(1, n)

@@ -1,4 +1,4 @@
-"""How fine a surface is to be: edges of its triangles, and of the cubes that they start from."""
+"""Resolution: the edges of a surface's triangles, and of the cubes that they start from."""
 
 import numpy as np
 
@@ -9,57 +9,65 @@ from touchatlas.atlas.patches.patch_table import PatchTable
 from touchatlas.atlas.state import AtlasState
 from touchatlas.patch.geometry.arrays import real
 
-# Height of the arc over its chord that the triangles may have, in tolerances.
+# Largest sagitta of a triangle's edge, the height of the arc over the chord, in tolerances: small
+# beside the error that is allowed. Doubled, there are half as many triangles.
 _SAGITTA = 0.02
-# Or, where that is more, in deviations of the surface; asked of so many patches.
-_UNSURE, _ASKED = 0.1, 64
+# The same in predicted deviations, where that is more, and the number of patches for which the
+# deviation is predicted. With either doubled, half as many triangles or twice the time of that.
+_DEVIATION_FRACTION, _SAMPLED_PATCHES = 0.1, 64
+# Quantile of the patches' curvatures that sets the edge, so that single patches do not. With twice
+# the rest left out, 0.8, edges of objects with a few curved places are longer.
 _CURVATURE_QUANTILE = 0.9
-# Of the cubes: in edges of the triangles, and of the smallest patch radius.
-_MOST, _FRACTION = 6, 0.5
-# Triangles along a crease, over its length.
+# Largest edge of the cubes: in edges of the triangles, and over the smallest patch radius. Doubled,
+# features of the size of a patch fall between the corners.
+_MOST_PARTS, _RADIUS_FRACTION = 6, 0.5
+# Longest edge of a triangle over the typical length of a crease curve. Doubled, a crease is drawn
+# with four edges instead of eight.
 _CREASE_FRACTION = 0.125
-# Memory that a triangle takes while a surface is made, as measured: without and with creases,
-# which bear no large cubes. And what a surface may take: more is a mistake, or no computer's.
+# Memory per triangle while a surface is made, bytes, as measured: without creases, and with creases
+# where cubes are small. The last is the limit: 16 GB; doubled, few computers hold the surface.
 _BYTES, _BYTES_CREASED, _MOST_BYTES = 100.0, 1200.0, 2.0**34
-# Cosine of normals below which two sheets turn their backs to each other.
+# Cosine between normals below which two sheets are the two sides of a wall or of a slit, no unit:
+# 120 degrees. Doubled, none are.
 OPPOSED = -0.5
-# Triangles are finer where sheets are near, but for the nearest of places (at a rim sheets come as
-# near as one likes), and for what takes more squares than this on all cores.
-_NEAREST, _MOST_SQUARES = 0.02, 2e5
+# Quantile of the distances between sheets that sets the edge, because at a rim sheets come as near
+# as one likes. And the largest number of squares of the edge on all cores, beyond which sheets are
+# not separated. Doubled, the first leaves out more thin walls, the second fewer.
+_GAP_QUANTILE, _MOST_SQUARES = 0.02, 2e5
 
 
 def resolution(state: AtlasState, gaps) -> float:
-    """Edge of the triangles: as long as the patches bear, and short enough to part sheets that are
-    ``gaps`` (m,) apart."""
-    return parting_edge(state.table, patch_resolution(state), gaps)
+    """Edge of the triangles, length: as long as the patches allow, and short enough to separate
+    sheets that are ``gaps`` (m,) apart."""
+    return separating_edge(state.table, patch_resolution(state), gaps)
 
 
-def parting_edge(table: PatchTable, edge: float, gaps) -> float:
-    """An edge, or the one whose cubes are passed by one of two sheets at most, where these are
-    ``gaps`` (m,) apart, if that is shorter."""
-    parting = gaps / np.sqrt(3.0)
-    parting = parting[np.pi * table.weight[table.rows].sum() <= _MOST_SQUARES * parting**2]
-    return min(edge, float(np.quantile(parting, _NEAREST))) if len(parting) else edge
+def separating_edge(table: PatchTable, edge: float, gaps) -> float:
+    """``edge``, or the longest edge of cubes that no two sheets ``gaps`` (m,) apart can both pass,
+    if that is shorter, length."""
+    diagonal = gaps / np.sqrt(3.0)
+    diagonal = diagonal[np.pi * table.weight[table.rows].sum() <= _MOST_SQUARES * diagonal**2]
+    return min(edge, float(np.quantile(diagonal, _GAP_QUANTILE))) if len(diagonal) else edge
 
 
 def patch_resolution(state: AtlasState) -> float:
-    """Edge of the triangles that the patches bear, wherever other sheets are.
+    """Edge of the triangles that the patches allow, without regard to other sheets, length.
 
-    It is the chord that leaves a sagitta of 0.02 tolerance, or a tenth of what the patches expect
-    to be off, on all but the most curved tenth of the patches, and no more than half the smallest
-    core.
+    It is the chord with a sagitta of 0.02 tolerance, or of a tenth of the predicted deviation if
+    that is more, at the 90 % quantile of the patches' curvatures. It is no more than half the
+    smallest core radius and an eighth of the typical crease curve.
     """
     table, rows = state.table, state.table.rows
     second = 2.0 * np.abs(table.mean[rows, 3:6]).max(axis=1) / table.radius[rows]
     if table.residuals:
-        # Of residuals, too: the second derivative of a Matern process of smoothness 5/2 has the
-        # standard deviation 5 a / l^2.
-        rough, residual_scale = np.isin(rows, list(table.residuals)), state.residual_scale
-        second[rough] = np.hypot(
-            second[rough], 5.0 * residual_scale.amplitude / residual_scale.length**2
+        # The second derivative of a Matern process of smoothness 5/2 has the standard deviation
+        # 5 a / l^2.
+        has_residual, scale = np.isin(rows, list(table.residuals)), state.residual_scale
+        second[has_residual] = np.hypot(
+            second[has_residual], 5.0 * scale.amplitude / scale.length**2
         )
     curvature = np.quantile(second, _CURVATURE_QUANTILE)
-    sagitta = max(_SAGITTA * state.tolerance, _UNSURE * usual_deviation(state))
+    sagitta = max(_SAGITTA * state.tolerance, _DEVIATION_FRACTION * usual_deviation(state))
     chord = np.sqrt(8.0 * sagitta / max(curvature, np.finfo(float).tiny))
     core = table.core * table.radius[rows].min()
     along_creases = _CREASE_FRACTION * state.surface_graph.curves.typical_length()
@@ -72,9 +80,9 @@ def check_edge(state: AtlasState, edge: float) -> float:
     Raises
     ------
     ValueError
-        No length, longer than all patches together, or so short that the triangles would fill
-        the memory. Equilateral ones are counted on the area of all cores, which overlap: about
-        half of them come to be.
+        No length, longer than the patches span, or so short that the triangles would fill the
+        memory. The estimate counts equilateral triangles on the area of all cores. Because cores
+        overlap it is about twice the true number.
     """
     table, rows = state.table, state.table.rows
     radius = table.radius[rows, None]
@@ -97,46 +105,45 @@ def check_edge(state: AtlasState, edge: float) -> float:
 
 
 def usual_deviation(state: AtlasState) -> float:
-    """Median of the predicted deviation half-way to the rims of some of the patches, length."""
+    """Median predicted deviation half-way to the rims of some of the patches, length."""
     rows = state.table.rows
-    some = rows[:: max(1, len(rows) // _ASKED)]
+    some = rows[:: max(1, len(rows) // _SAMPLED_PATCHES)]
     outlines = state.surface_graph.outlines.points(some)
     points = 0.5 * (outlines + state.table.origin[some, None])
-    # Off the surface patches are less sure than on it.
-    seen = state.blend(_on_surface(state, points[:, ::4].reshape(-1, 3)))
+    points = points[:, ::4].reshape(-1, 3)
+    # The deviation is larger off the surface, so it is predicted at first-order feet on it.
+    seen = state.blend(points)
+    feet = (points - seen.distance[:, None] * seen.normal)[seen.known]
+    seen = state.blend(feet)
     return float(np.median(seen.deviation[seen.known])) if seen.known.any() else 0.0
 
 
-def _on_surface(state: AtlasState, points) -> np.ndarray:
-    """Feet on the surface, to first order, of those of the points (n, 3) where it is known."""
-    seen = state.blend(points)
-    return (points - seen.distance[:, None] * seen.normal)[seen.known]
-
-
 def cube_edge(field: Field, edge: float, gaps) -> float:
-    """Edge of the cubes: as many of the triangles' edges as the patches bear, and the ``gaps`` (m,)
-    between their sheets; with creases one."""
+    """Edge of the cubes, length: as many triangle edges as the patches and the ``gaps`` (m,)
+    between their sheets allow. With creases it is one."""
     if field.graph.creases:
         return edge
-    most = _FRACTION * field.table.radius[field.table.rows].min() / edge
-    # Sheets nearer to each other than a cube of the triangles' own edge stay unparted anyway.
+    most = _RADIUS_FRACTION * field.table.radius[field.table.rows].min() / edge
+    # Even the smallest cubes do not separate sheets that are nearer than their diagonal.
     gaps = gaps / (np.sqrt(3.0) * edge)
     apart = gaps[gaps >= 1.0].min(initial=np.inf)
-    return edge * max(1, int(min(_MOST, most, apart)))
+    return edge * max(1, int(min(_MOST_PARTS, most, apart)))
 
 
 def gaps_of(field: Field, outlines: Outlines, rows) -> np.ndarray:
-    """(m,) distances between two sheets that turn their backs, or faces, to each other: from
-    outlines and centres of the patches ``rows`` to the cores of patches of other sheets that they
-    lie under or over."""
+    """(m,) distances between sheets of opposed normals, length.
+
+    They are measured from the outlines and origins of the patches ``rows`` to patches of other
+    sheets, where the foot lies in the cell of that patch.
+    """
     table, rows = field.table, np.array(rows, int)
-    places = np.concatenate([outlines.points(rows), table.origin[rows][:, None]], axis=1)
-    home = np.repeat(rows, places.shape[1])
-    places = places.reshape(-1, 3)
-    who, which = table.index.near(places)
+    points = np.concatenate([outlines.points(rows), table.origin[rows][:, None]], axis=1)
+    home = np.repeat(rows, points.shape[1])
+    points = points.reshape(-1, 3)
+    others, which = table.index.near(points)
     mine = home[which]
-    opposed = (table.axes[who, 2] * table.axes[mine, 2]).sum(axis=1) < OPPOSED
-    opposed[opposed] &= ~same_sheet(field.graph.neighbours, mine[opposed], who[opposed])
-    who, which = who[opposed], which[opposed]
-    distance, _, own = field.distances(who, places[which])
+    opposed = (table.axes[others, 2] * table.axes[mine, 2]).sum(axis=1) < OPPOSED
+    opposed[opposed] &= ~same_sheet(field.graph.neighbours, mine[opposed], others[opposed])
+    others, which = others[opposed], which[opposed]
+    distance, _, own = field.distances(others, points[which])
     return np.abs(distance[own])

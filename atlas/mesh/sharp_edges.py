@@ -1,8 +1,8 @@
-"""Sharp edges: triangles that run across a crease are cut along it.
+"""Sharp edges: triangles that cross a crease are cut along it.
 
-Marching cubes chamfer an edge. Here every edge of the mesh between two sheets gets a vertex on
-both polynomials, every triangle between three sheets one on all three; and vertices that lie so
-near to the crease that slivers would arise are put on it instead.
+Marching cubes chamfer an edge. Here every mesh edge between two sheets gets a vertex on both
+polynomials, and every triangle between three sheets gets a vertex on all three. A vertex so near to
+the crease that slivers would arise is moved onto it instead.
 """
 
 from dataclasses import dataclass, replace
@@ -19,10 +19,14 @@ from touchatlas.atlas.mesh.surface import Surface
 from touchatlas.atlas.patches.intersect import intersect, patches_at
 from touchatlas.atlas.patches.patch_table import PatchTable
 
-# A vertex this near to the crease, as a share of its edge, or to a corner is put on it.
+# Distance from a crease or corner below which a vertex is moved onto it, as a fraction of its edge.
+# Doubled, most vertices beside a crease are moved, and triangles become uneven.
 _SNAP = 0.2
+# First-order steps that move vertices beside a crease onto the surface. Each squares the error over
+# the radius of curvature; doubled, nothing changes but the time.
 _PROJECTIONS = 3
-# A point of a crease this far from the edge that it cuts, in its lengths, is not taken.
+# Largest distance of a crease point from its estimate on the edge, in edge lengths: a farther one
+# is of another part of the crease. Doubled, triangles may fold over.
 _FAR = 1.5
 
 
@@ -36,7 +40,7 @@ class _Mesh:
     sheets : (v, 3) int
         Patches of the sheets that a vertex lies on, filled up with -1.
     parents : (v, 2) int
-        Old vertices that a vertex has its numbers from.
+        Two old vertices whose normals and deviations the vertex averages.
     """
 
     points: np.ndarray
@@ -52,7 +56,7 @@ def sharpen(field: Field, surface: Surface, reach: float) -> Surface:
     field : Field
     surface : Surface
     reach : float, length
-        Patches farther than this from a vertex are not considered there.
+        Distance from a vertex within which patches are evaluated.
     """
     table, graph = field.table, field.graph
     if not graph.creases:
@@ -71,8 +75,8 @@ def sharpen(field: Field, surface: Surface, reach: float) -> Surface:
 
 
 def _projected(field: Field, surface: Surface, reach: float):
-    """Vertices (v, 3) next to the creases moved onto the surface, and the patches (v,) they lie
-    in."""
+    """The vertices (v, 3), those beside creases moved onto the surface, and the patches (v,) in
+    whose cells they lie."""
     points, patch = surface.vertices.copy(), surface.patch.copy()
     neighbours = field.graph.neighbours
     one, two, three = patch[surface.faces].T
@@ -92,7 +96,7 @@ def _projected(field: Field, surface: Surface, reach: float):
 
 
 def _crossing(graph: SurfaceGraph, faces, patch):
-    """Edges of the mesh (e, 2) between two sheets, and creased patches (e, 2) of these."""
+    """Mesh edges (e, 2) between two sheets, and the two patches (e, 2) that are creased there."""
     ends = np.sort(np.concatenate([faces, np.roll(faces, -1, axis=1)], axis=0).reshape(2, -1).T)
     ends = np.unique(ends, axis=0)
     first, second = patch[ends].T
@@ -108,7 +112,7 @@ def _crossing(graph: SurfaceGraph, faces, patch):
 
 
 def _creased(graph: SurfaceGraph, first: int, second: int) -> tuple[int, int] | None:
-    """Creased patches of the sheets of two patches: these themselves, if they are."""
+    """Two creased patches, the first ones found among each of two patches and its neighbours."""
     for i in (first, *sorted(graph.neighbours[first])):
         for j in (second, *sorted(graph.neighbours[second])):
             if graph.creases.sign(i, j):
@@ -117,26 +121,25 @@ def _creased(graph: SurfaceGraph, first: int, second: int) -> tuple[int, int] | 
 
 
 def _cut_edges(table: PatchTable, graph: SurfaceGraph, mesh: _Mesh, ends, pairs) -> dict:
-    """Put a vertex on the crease on every edge (e, 2), or one of its ends where that is near.
+    """Put a new vertex of every edge (e, 2) on the crease, or an end of the edge that is near.
 
     Returns
     -------
-    dict of ascending pairs of vertices to the vertex between them
+    dict
+        Ascending pairs of vertices to the new vertex between them.
     """
     u, v = ends.T
     a, b = mesh.points[u], mesh.points[v]
     high = np.abs(_distance(table, pairs[:, 1], a))
     low = np.abs(_distance(table, pairs[:, 0], b))
-    share = high / np.maximum(high + low, np.finfo(float).tiny)
+    parameter = high / np.maximum(high + low, np.finfo(float).tiny)
     length = np.sqrt(((b - a) ** 2).sum(axis=1))
-    points = _on_crease(table, graph.creases, pairs, a + share[:, None] * (b - a), length)
-    # The nearest edge decides where a vertex goes that is put on the crease.
-    near = np.minimum(share, 1.0 - share)
-    snapped = np.where(share <= 0.5, u, v)
-    cut: dict[tuple[int, int], int] = {}
+    points = _on_crease(table, graph.creases, pairs, a + parameter[:, None] * (b - a), length)
+    # Of several crease points near to a vertex it is moved to the nearest.
+    near = np.minimum(parameter, 1.0 - parameter)
+    nearer_end = np.where(parameter <= 0.5, u, v)
     for e in np.argsort(near, kind="stable").tolist():
-        one, other = ends[e].tolist()
-        at = int(snapped[e])
+        at = int(nearer_end[e])
         if near[e] < _SNAP and mesh.sheets[at, 1] < 0:
             mesh.points[at], mesh.sheets[at, :2] = points[e], pairs[e]
     fresh = [
@@ -145,10 +148,8 @@ def _cut_edges(table: PatchTable, graph: SurfaceGraph, mesh: _Mesh, ends, pairs)
         if not _have_common_sheet(graph.neighbours, mesh.sheets, one, other)
     ]
     size = len(mesh.points)
-    for place, e in enumerate(fresh):
-        cut[int(u[e]), int(v[e])] = size + place
     _append(mesh, points[fresh], pairs[fresh], ends[fresh])
-    return cut
+    return {(int(u[e]), int(v[e])): size + place for place, e in enumerate(fresh)}
 
 
 def _have_common_sheet(neighbours: SheetNeighbours, sheets, first: int, second: int) -> bool:
@@ -163,10 +164,9 @@ def _distance(table: PatchTable, rows, points) -> np.ndarray:
 
 
 def _on_crease(table: PatchTable, creases: Creases, pairs, points, length) -> np.ndarray:
-    """Points (m, 3) moved onto both patches of pairs (m, 2), and to the corner where a third
-    sheet cuts the crease off, or is near."""
-    found = intersect(table, pairs, points).points
-    out = np.where((_away(found, points) <= _FAR * length)[:, None], found, points)
+    """Points (m, 3) moved onto both patches of pairs (m, 2), and on to the corner with a third
+    sheet where that ends the crease before them, or nearly so."""
+    out = _intersection(table, pairs, points, length)
     thirds = [sorted(creases.of(i) & creases.of(j)) for i, j in pairs.tolist()]
     which = np.repeat(np.arange(len(pairs)), [len(third) for third in thirds])
     if not len(which):
@@ -180,18 +180,26 @@ def _on_crease(table: PatchTable, creases: Creases, pairs, points, length) -> np
         ]
     )
     height = side * _distance(table, third, out[which])
-    away = _away(corner.points, out[which])
     moves = (corner.across <= 1.0).all(axis=1) & (height > -_SNAP * length[which])
-    moves &= away <= _FAR * length[which]
+    moves &= _distances(corner.points, out[which]) <= _FAR * length[which]
     out[which[moves]] = corner.points[moves]
     return out
 
 
-def _away(a, b) -> np.ndarray:
+def _intersection(table: PatchTable, rows, points, length) -> np.ndarray:
+    """Points (m, 3) moved onto all patches of rows (m, k), unless these meet too far away for an
+    edge of ``length`` (m,)."""
+    found = intersect(table, rows, points).points
+    return np.where((_distances(found, points) <= _FAR * length)[:, None], found, points)
+
+
+def _distances(a, b) -> np.ndarray:
+    """(m,) distances between points (m, 3) and points (m, 3)."""
     return np.sqrt(((a - b) ** 2).sum(axis=1))
 
 
 def _append(mesh: _Mesh, points, pairs, parents) -> None:
+    """Add vertices (m, 3) with their sheets (m, k) and parents (m, 2)."""
     sheets = np.full((len(points), 3), -1)
     sheets[:, : pairs.shape[1]] = pairs
     mesh.points = np.concatenate([mesh.points, points])
@@ -200,28 +208,25 @@ def _append(mesh: _Mesh, points, pairs, parents) -> None:
 
 
 def _fill_middles(table: PatchTable, mesh: _Mesh, middles) -> None:
-    """Add the vertices inside triangles between three sheets: on all three, if they meet."""
+    """Add the vertices inside triangles between three sheets, on all three where they meet."""
     if not middles:
         return
     corners = np.array([vertices for vertices, _ in middles])
     rows = np.array([sheets for _, sheets in middles])
     start = mesh.points[corners].mean(axis=1)
     length = np.sqrt(((mesh.points[corners] - start[:, None]) ** 2).sum(axis=2)).max(axis=1)
-    found = intersect(table, rows, start).points
-    points = np.where((_away(found, start) <= _FAR * length)[:, None], found, start)
-    _append(mesh, points, rows, corners[:, :2])
+    _append(mesh, _intersection(table, rows, start, length), rows, corners[:, :2])
 
 
 def _finished(table: PatchTable, surface: Surface, mesh: _Mesh, faces) -> Surface:
-    """The surface of the cut mesh, with its corners welded."""
+    """The surface of the cut mesh, with vertices of one place welded."""
     count = len(surface.vertices)
-    edge = np.median(_away(mesh.points[faces[:, 0]], mesh.points[faces[:, 1]]))
+    edge = np.median(_distances(mesh.points[faces[:, 0]], mesh.points[faces[:, 1]]))
     faces, kept = weld(mesh.points, faces, mesh.sheets[:, 1] >= 0, 1e-6 * float(edge))
     first, second = mesh.parents.T
     normals = surface.normals[first] + surface.normals[second]
     on_edge = np.flatnonzero(mesh.sheets[:, 1] >= 0)
-    seen = _normals(table, mesh.sheets[on_edge], mesh.points[on_edge])
-    normals[on_edge] = seen
+    normals[on_edge] = _normals(table, mesh.sheets[on_edge], mesh.points[on_edge])
     normals /= np.maximum(np.sqrt((normals**2).sum(axis=1)), np.finfo(float).tiny)[:, None]
     patch = mesh.sheets[:, 0]
     patch[:count] = np.where(mesh.sheets[:count, 1] >= 0, surface.patch, patch[:count])
@@ -237,7 +242,7 @@ def _finished(table: PatchTable, surface: Surface, mesh: _Mesh, faces) -> Surfac
 
 
 def _normals(table: PatchTable, sheets, points) -> np.ndarray:
-    """(m, 3) sums of the unit normals of the sheets (m, 3), where not -1, at points (m, 3)."""
+    """(m, 3) sums of the unit normals of sheets (m, 3), where not -1, at points (m, 3)."""
     rows = np.where(sheets >= 0, sheets, sheets[:, :1])
     normals = patches_at(table, rows, points).normals
     return (normals * (sheets >= 0)[..., None]).sum(axis=1)

@@ -1,4 +1,4 @@
-"""Surface: triangles of an atlas, and what is known at each vertex."""
+"""Surface: the triangles of an atlas, with normal and predicted deviation at each vertex."""
 
 from dataclasses import dataclass
 
@@ -8,7 +8,7 @@ import numpy as np
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """Triangles of an atlas, and what is known at each vertex.
+    """The triangles of an atlas, with the values of the field at each vertex.
 
     Parameters
     ----------
@@ -21,7 +21,7 @@ class Surface:
     patch : (v,) int
         Patch in whose cell the vertex lies.
     gaussian_curvature : (v,) float, 1/length^2
-        Of the patches, not of the triangles.
+        Curvature of the patches, not of the triangles.
     """
 
     vertices: np.ndarray
@@ -32,18 +32,17 @@ class Surface:
     gaussian_curvature: np.ndarray
 
     def total_curvature(self) -> float:
-        """Integral of the patches' Gaussian curvature over the triangles.
+        """Integral of the patches' Gaussian curvature over the triangles, no unit.
 
-        2 pi times the Euler characteristic on a closed surface (Gauss-Bonnet; do Carmo,
-        section 4-5), up to the error of the patches: a check that needs no truth.
+        On a closed surface it is 2 pi times the Euler characteristic, up to the error of the
+        patches (Gauss-Bonnet; do Carmo, section 4-5). This check needs no truth.
         """
         areas = 0.5 * igl.doublearea(self.vertices, self.faces)
         return float(areas @ self.gaussian_curvature[self.faces].mean(axis=1))
 
     def only(self, known) -> "Surface":
-        """The triangles between vertices that are known (v,), and the vertices they need."""
+        """The triangles whose vertices are all ``known`` (v,), and their vertices."""
         faces = self.faces[known[self.faces].all(axis=1)]
-        used = np.zeros(len(known), bool)
-        used[faces] = True
+        _, faces, _, used = igl.remove_unreferenced(self.vertices, faces)
         columns = {name: column[used] for name, column in vars(self).items() if name != "faces"}
-        return Surface(faces=(np.cumsum(used) - 1)[faces], **columns)
+        return Surface(faces=faces, **columns)

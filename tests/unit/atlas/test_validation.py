@@ -182,8 +182,8 @@ CORRUPTIONS = {
     "index": ("closed", lambda a: a.table.index.move(PATCH, a.table.origin[PATCH], 1.0), "index"),
     "index, removed": ("closed", lambda a: a.table.index.remove(PATCH), "index"),
     "lengths": ("closed", of("table.lengths", nudged), "lengths"),
-    "sample owned twice": ("closed", own_twice, "brought"),
-    "sample lost": ("closed", lose, "brought"),
+    "sample owned twice": ("closed", own_twice, "owned"),
+    "sample lost": ("closed", lose, "owned"),
     "sample learned twice": ("closed", member(lambda m: np.append(m, m[0])), "twice"),
     "sample not learned": ("closed", member(lambda m: m[1:]), "counts"),
     "other sample learned": (
