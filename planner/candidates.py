@@ -24,6 +24,10 @@ _FAR_ENOUGH = 1.25
 # Samples of the frontier that are checked first, and then in each further step: mostly one of the
 # first is open. Doubled, a check takes longer and fewer are needed.
 _FIRST, _AT_ONCE = 16, 256
+# Places of one patch within this fraction of its core radius are one place: half of the distance
+# between two points of its outline, which move a little whenever the patch learns. Doubled, a
+# place that was tried in vain hides its neighbours.
+_SAME_PLACE = 0.13
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,6 +39,8 @@ class Candidate:
     point : (3,) float, length, world
     home : int
         Patch that predicts the surface there.
+    extent : float, length
+        Places within this distance of the point are the same place.
     normal : (3,) float, unit, world
         Predicted outward normal.
     reason : Reason
@@ -42,6 +48,7 @@ class Candidate:
 
     point: np.ndarray
     home: int
+    extent: float
     normal: np.ndarray
     reason: Reason
 
@@ -69,13 +76,14 @@ def frontier_candidate(atlas: Atlas, position, spent) -> Candidate | None:
         if len(left):
             best = int(left[0])
             home = int(frontier.owners(best))
-            return Candidate(pool.points[best], home, pool.normals[best], Reason.EXPAND)
+            point, normal = pool.points[best], pool.normals[best]
+            return Candidate(point, home, atlas.tolerance, normal, Reason.EXPAND)
     return None
 
 
-def gap_candidate(atlas: Atlas, position, spent) -> Candidate | None:
+def gap_candidate(atlas: Atlas, position, spent, given_up=()) -> Candidate | None:
     """The point nearest to the probe that no core covers, of the open outlines and of the gaps
-    between three patches; None when there is none, or all are spent."""
+    between three patches; None when there is none, or all are spent, or of patches given up."""
     table = atlas.table
     which, places = np.nonzero(atlas.open_outlines())
     rows = table.rows[which]
@@ -83,52 +91,65 @@ def gap_candidate(atlas: Atlas, position, spent) -> Candidate | None:
     if gaps := atlas.gaps:
         points = np.concatenate([points, list(gaps.values())])
         rows = np.concatenate([rows, [triple[2] for triple in gaps]])
-    best = _nearest_free(points, position, spent, atlas.tolerance)
+    left = ~np.isin(rows, given_up)
+    rows, points = rows[left], points[left]
+    extents = _extents(atlas, rows)
+    best = _nearest_free(points, position, spent, extents)
     if best is None:
         return None
     row = int(rows[best])
     upward = table.surface([row], table.scaled_local([row], points[[best]]))[1]
     normal = upward[0, 0] @ table.axes[row]
     normal /= np.sqrt(normal @ normal)
-    return Candidate(points[best], row, normal, Reason.CLOSE_GAP)
+    return Candidate(points[best], row, float(extents[best]), normal, Reason.CLOSE_GAP)
 
 
-def weak_candidate(atlas: Atlas, position, spent) -> Candidate | None:
+def weak_candidate(atlas: Atlas, position, spent, given_up=()) -> Candidate | None:
     """The point nearest to the probe whose predicted deviation exceeds the tolerance, of the
-    outlines and of points half-way to them; None when there is none, or all are spent."""
+    outlines and of points half-way to them; None when there is none, or all are spent, or of
+    patches given up."""
     table, rows = atlas.table, atlas.table.rows
     outlines = atlas.surface_graph.outlines.points(rows)
     points = np.concatenate([outlines, 0.5 * (outlines + table.origin[rows, None])])
     points = points.reshape(-1, 3)
     seen = atlas.blend(points)
     weak = np.flatnonzero(seen.known & (np.nan_to_num(seen.deviation) > atlas.tolerance))
+    weak = weak[~np.isin(seen.patch[weak], given_up)]
     if len(atlas.creases):
         # Beyond an edge a patch is not part of the surface.
         homes = np.tile(np.repeat(rows, outlines.shape[1]), 2)
         weak = weak[~atlas.surface_graph.visibility.beyond(homes[weak], points[weak])]
     # A point half-way is on the chord, so it is moved onto the surface.
     points = points[weak] - seen.distance[weak, None] * seen.normal[weak]
-    best = _nearest_free(points, position, spent, atlas.tolerance)
+    homes = seen.patch[weak]
+    extents = _extents(atlas, homes)
+    best = _nearest_free(points, position, spent, extents)
     if best is None:
         return None
-    at = weak[best]
-    return Candidate(points[best], int(seen.patch[at]), seen.normal[at], Reason.REFINE)
+    normal, extent = seen.normal[weak[best]], float(extents[best])
+    return Candidate(points[best], int(homes[best]), extent, normal, Reason.REFINE)
 
 
-def _nearest_free(points, position, spent, tolerance: float) -> int | None:
+def _extents(atlas: Atlas, rows) -> np.ndarray:
+    """(n,) distance within which places of patches (n,) are the same place, length."""
+    return np.maximum(atlas.tolerance, _SAME_PLACE * np.sqrt(atlas.table.weight[rows]))
+
+
+def _nearest_free(points, position, spent, extents) -> int | None:
     """Index of the point (n, 3) nearest to the probe that is not spent; None when all are."""
-    free = np.flatnonzero(~is_spent(points, spent, tolerance))
+    free = np.flatnonzero(~is_spent(points, spent, extents))
     if not len(free):
         return None
     return int(free[((points[free] - position) ** 2).sum(axis=1).argmin()])
 
 
-def is_spent(points, spent, tolerance: float) -> np.ndarray:
-    """(n,) whether points (n, 3) are within a tolerance of spent points (m, 3)."""
+def is_spent(points, spent, extents) -> np.ndarray:
+    """(n,) whether points (n, 3) are within their extents (n,), or one, of spent points (m, 3)."""
     if not len(spent):
         return np.zeros(len(points), bool)
     offset = points[:, None] - np.asarray(spent)
-    return ((offset * offset).sum(axis=2) <= tolerance**2).any(axis=1)
+    square = np.broadcast_to(np.square(extents), len(points))
+    return ((offset * offset).sum(axis=2) <= square[:, None]).any(axis=1)
 
 
 def predicted_curvature(atlas: Atlas, point, home: int) -> float:

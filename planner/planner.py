@@ -3,7 +3,9 @@
 Another planner is a class with ``ask`` and ``tell``: ``explore`` in ``loop.py`` calls nothing else.
 """
 
+from collections import Counter
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -28,6 +30,13 @@ from touchatlas.planner.probe_plan import ProbePlan, Reason
 # over the least reach; no unit. With the first doubled, more touches fail in narrow places; with
 # the second doubled, narrower ones are given up.
 _CLOSER, _CLOSEST = 0.35, 0.1
+# Touches for the gaps and weak places of one patch that brought no patch, after which these are
+# left as they are: no touch can cover them, or its polynomial is off there. So every exploration
+# ends. Doubled, such patches cost twice the touches.
+_MOST_IN_VAIN = 4
+
+
+_LAST = Reason.CLOSE_GAP, Reason.REFINE
 
 
 @dataclass(frozen=True)
@@ -95,6 +104,8 @@ class Planner:
         self._position = self._start
         self._asked: ProbePlan | None = None
         self._target: np.ndarray | None = None
+        self._home: int | None = None
+        self._vain: Counter[int] = Counter()
         self._spent: list[np.ndarray] = []
         self._tried_ends: list[np.ndarray] = []
         self._retry: ProbePlan | None = None
@@ -133,6 +144,8 @@ class Planner:
             )
         if touch.status is TouchStatus.TOUCHED:
             self._position = touch.contact
+        if self._home is not None and not change.added and self._asked.reason in _LAST:
+            self._vain[self._home] += 1
         if change.refused and touch.status is TouchStatus.TOUCHED:
             self._retry, self._at_edge = self._asked, _ends_at_edge(touch)
         elif change.refused and self._target is not None:
@@ -143,14 +156,15 @@ class Planner:
     def _next_plan(self, atlas: Atlas) -> ProbePlan | None:
         """A plan on the frontier, else behind an edge, else in a gap, else where the predicted
         deviation is too large."""
+        given_up = self._given_up()
         candidate = self._candidate(atlas, frontier_candidate)
         if candidate is None:
             guess = edge_guess(atlas, self._position, self._tried_ends)
             if guess is not None:
                 return self._edge_plan(atlas, guess)
-            candidate = self._candidate(atlas, gap_candidate)
+            candidate = self._candidate(atlas, partial(gap_candidate, given_up=given_up))
         if candidate is None:
-            candidate = self._candidate(atlas, weak_candidate)
+            candidate = self._candidate(atlas, partial(weak_candidate, given_up=given_up))
         return None if candidate is None else self._plan(atlas, candidate)
 
     def _candidate(self, atlas: Atlas, choose) -> Candidate | None:
@@ -159,14 +173,19 @@ class Planner:
         if (
             candidate is not None
             and self._target is not None
-            and is_spent(candidate.point[None], [self._target], atlas.tolerance)[0]
+            and is_spent(self._target[None], [candidate.point], candidate.extent)[0]
         ):
             # The last touch did not cover it, so another one would not either.
-            self._spent.append(self._target)
+            self._spent.append(candidate.point)
             candidate = choose(atlas, self._position, self._spent)
         if candidate is not None:
             self._target = candidate.point.copy()
+            self._home = candidate.home
         return candidate
+
+    def _given_up(self) -> list[int]:
+        """Patches whose gaps and weak places are left as they are."""
+        return [home for home, count in self._vain.items() if count >= _MOST_IN_VAIN]
 
     def _closer(self, atlas: Atlas, plan: ProbePlan) -> ProbePlan | None:
         """A plan at the same place with finer steps, after contours that were too short; None when
@@ -198,7 +217,7 @@ class Planner:
     def _edge_plan(self, atlas: Atlas, guess: EdgeGuess) -> ProbePlan:
         """The plan of a touch behind an edge."""
         self._tried_ends.append(guess.end.copy())
-        self._target = None
+        self._target = self._home = None
         reach = self._reach(atlas, guess.end, guess.home)
         point, normal = guess.target(reach)
         return self._probe_plan(point, normal, guess.normal, reach, Reason.EXPAND)

@@ -158,7 +158,7 @@ def boundaries_with_creases(
 ) -> dict[Pair, Boundary]:
     """Boundaries of cells, without the points beyond a crease, and the creases as boundaries.
 
-    A boundary without points is kept only if a corner ends it: its pair is in ``ended``.
+    A boundary without points is there only if a corner ends it: its pair is in ``ended``.
     """
     out = {}
     for pair, boundary in boundaries.items():
@@ -172,6 +172,9 @@ def boundaries_with_creases(
         points = _owned_points(table, neighbours, pair, curves.curve(*pair))
         if len(points) or pair in ended:
             out[pair] = _crease_boundary(table, pair, points, crease)
+    # Two cells that meet in a corner alone, beside an edge.
+    for pair in sorted(ended - out.keys()):
+        out[pair] = Boundary(pair, np.zeros((0, 3)), 0.0, 0.0, False)
     return out
 
 
