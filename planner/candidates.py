@@ -28,6 +28,10 @@ _FIRST, _AT_ONCE = 16, 256
 # between two points of its outline, which move a little whenever the patch learns. Doubled, a
 # place that was tried in vain hides its neighbours.
 _SAME_PLACE = 0.13
+# Weak places within this fraction of the median core radius are one place: where a polynomial
+# cannot follow the surface, touches beside each other would go on without end. Doubled, fewer
+# places become sure.
+_WEAK_PLACE = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,7 +126,7 @@ def weak_candidate(atlas: Atlas, position, spent, given_up=()) -> Candidate | No
     # A point half-way is on the chord, so it is moved onto the surface.
     points = points[weak] - seen.distance[weak, None] * seen.normal[weak]
     homes = seen.patch[weak]
-    extents = _extents(atlas, homes)
+    extents = np.full(len(weak), _WEAK_PLACE * np.sqrt(np.median(table.weight[rows])))
     best = _nearest_free(points, position, spent, extents)
     if best is None:
         return None
