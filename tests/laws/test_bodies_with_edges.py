@@ -52,7 +52,11 @@ def test_faces_with_a_notch_are_one_patch_each(seed):
     """In whatever order touches came and merges were refused."""
     atlas = simplified("step", seed=seed)
     assert len(atlas) == 8
-    assert sum(data["boundary"].crease for *_, data in atlas.graph.edges(data=True)) == 18
+    edges = [data["boundary"] for *_, data in atlas.graph.edges(data=True)]
+    assert len(edges) == 18 and all(edge.crease for edge in edges)
+    # The concave one is the line x = 0, z = 0.
+    concave = [e for e in edges if np.abs(e.points[:, [0, 2]]).max(initial=0.0) < 5 * NOISE]
+    assert len(concave) == 1
 
 
 @pytest.mark.parametrize("noise", [0.0, NOISE])
@@ -91,15 +95,24 @@ def test_boundary_at_an_edge_of_the_cube_is_a_crease_on_both_faces():
             assert off[1:-1].max() < 1e-9 and off.max() < 0.01 * atlas.tolerance
 
 
-def test_distance_outside_of_an_edge_is_that_of_the_intersection():
-    """Points in the wedge beyond two faces: the larger of the two distances (CSG)."""
-    atlas, rng = simplified("block"), np.random.default_rng(0)
+@pytest.mark.parametrize("finished", [False, True])
+def test_distance_outside_of_an_edge_is_that_of_the_intersection(finished):
+    """Points in the wedge beyond two faces: the larger of the two distances (CSG). Before merging
+    several patches of a face are blended there: the distance is not that of one of them."""
+    rng = np.random.default_rng(0)
+    atlas = simplified("block") if finished else explored_sharp("block").atlas
     points = np.column_stack([rng.uniform(-12, 12, 200), 20.0 + rng.uniform(0.5, 3, (200, 2))])
     seen = atlas.blend(points)
     assert seen.known.all()
     expected = (points[:, 1:] - 20.0).max(axis=1)
     # Two fitted planes at their rim, some five deviations of a sample.
     assert np.abs(seen.distance - expected).max() < 5 * NOISE
+    alone = [
+        atlas.patch(i).signed_distance(point[None])[0]
+        for i, point in zip(seen.patch.tolist(), points, strict=True)
+    ]
+    is_blended = np.abs(seen.distance - alone) > 1e-9
+    assert is_blended.mean() == 0.0 if finished else is_blended.mean() > 0.5
 
 
 @pytest.mark.parametrize("name", ["block", "step", "roof", "wall"])
