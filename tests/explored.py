@@ -1,4 +1,4 @@
-"""Atlases of built-in objects, explored once each and shared by the tests."""
+"""Atlases of built-in objects, explored once each; every test gets its own copy."""
 
 from copy import deepcopy
 from dataclasses import dataclass, replace
@@ -7,16 +7,15 @@ from functools import lru_cache
 import numpy as np
 import trimesh
 
-from touchatlas.atlas.atlas import Atlas
-from touchatlas.atlas.records.touch import Touch
-from touchatlas.planner.loop import explore
-from touchatlas.planner.planner import Planner
+from touchatlas.atlas import Atlas, Touch
+from touchatlas.planner import Planner, explore
+from touchatlas.sim import Probe, make_object
 from touchatlas.sim.study.surface_peers import spread_plans
 from touchatlas.sim.world.implicit_fields import quadric_with_bumps
 from touchatlas.sim.world.implicit_object import ImplicitObject
 from touchatlas.sim.world.mesh_object import MeshObject
-from touchatlas.sim.world.objects import make_object
-from touchatlas.sim.world.probe import Probe
+
+BUMPY_RADIUS, BUMPY_HEIGHT, BUMPY_FREQUENCY = 33.0, 0.02, 0.45
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,9 +37,20 @@ def object_at(name: str, scale: float):
 
 
 def explored(name: str, scale: float = 1.0, max_touches: int | None = None) -> Explored:
-    """Explore with seed 1; explorations are kept, and handed out as copies."""
-    kept = _kept(name, scale, max_touches)
+    """A copy of an exploration with seed 1."""
+    kept = _explored(name, scale, max_touches)
     return Explored(deepcopy(kept.atlas), list(kept.touches))
+
+
+@lru_cache
+def _explored(name: str, scale: float, max_touches: int | None) -> Explored:
+    obj = object_at(name, scale)
+    atlas = Atlas(obj.tolerance)
+    start, outward = make_object(name).start()
+    probe = Probe(obj, obj.noise_std, np.random.default_rng(1))
+    planner = Planner(scale * start, outward)
+    touches = [step.touch for step in explore(atlas, planner, probe, max_touches)]
+    return Explored(atlas, touches)
 
 
 def touched_again(touch: Touch, rng) -> Touch:
@@ -52,35 +62,51 @@ def touched_again(touch: Touch, rng) -> Touch:
     return replace(touch, contours=contours)
 
 
-def _explore(name, scale, max_touches):
-    obj = object_at(name, scale)
-    atlas = Atlas(obj.tolerance)
-    start, outward = make_object(name).start()
-    probe = Probe(obj, obj.noise_std, np.random.default_rng(1))
-    planner = Planner(scale * start, outward)
-    touches = [step.touch for step in explore(atlas, planner, probe, max_touches)]
-    return Explored(atlas, touches)
+def spread_touches(obj, count: int, noise_std: float | None = None, seed: int = 3) -> list[Touch]:
+    """Touches at places spread evenly over an object, with arms that reach beyond their patches."""
+    rng = np.random.default_rng(seed)
+    probe = Probe(obj, obj.noise_std if noise_std is None else noise_std, rng)
+    return [probe(plan) for plan in spread_plans(*obj.sample(4000, rng), count)]
 
 
-@lru_cache
-def _kept(name, scale, max_touches):
-    return _explore(name, scale, max_touches)
-
-
-@lru_cache
-def bumpy():
+@dataclass(frozen=True, eq=False)
+class Bumpy:
     """A ball with bumps a fifth of a patch wide, touched at 60 places spread evenly.
 
-    Returns its atlas with residuals, points of the ball, their distances from the atlas without
-    residuals, and how many patches have one.
+    Parameters
+    ----------
+    atlas : Atlas
+        With residuals.
+    touches : list of Touch
+    points : (n, 3) float
+        Vertices of the ball.
+    before : (n,) float
+        Their distances from the atlas before it had residuals.
+    count : int
+        How many patches have a residual.
     """
-    rng = np.random.default_rng(3)
-    sphere = trimesh.creation.icosphere(5, 33.0)
-    sphere.vertices *= 1.0 + 0.02 * np.sin(0.45 * sphere.vertices).prod(axis=1)[:, None]
+
+    atlas: Atlas
+    touches: list[Touch]
+    points: np.ndarray
+    before: np.ndarray
+    count: int
+
+
+def bumpy() -> Bumpy:
+    """A copy of the atlas of the bumpy ball."""
+    return deepcopy(_bumpy())
+
+
+@lru_cache
+def _bumpy() -> Bumpy:
+    sphere = trimesh.creation.icosphere(5, BUMPY_RADIUS)
+    waves = np.sin(BUMPY_FREQUENCY * sphere.vertices).prod(axis=1)
+    sphere.vertices *= 1.0 + BUMPY_HEIGHT * waves[:, None]
     obj = MeshObject("bumpy", np.array(sphere.vertices), np.array(sphere.faces))
-    probe, atlas = Probe(obj, 0.005, rng), Atlas(0.1)
-    for plan in spread_plans(*obj.sample(2000, rng), 60):
-        atlas.add(probe(plan))
-    points = sphere.vertices[::40]
+    atlas, touches = Atlas(0.1), spread_touches(obj, 60, 0.005)
+    for touch in touches:
+        atlas.add(touch)
+    points = np.array(sphere.vertices[::40])
     before = np.abs(atlas.blend(points).distance)
-    return atlas, points, before, atlas.learn_residuals()
+    return Bumpy(atlas, touches, points, before, atlas.learn_residuals())

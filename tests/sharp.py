@@ -1,4 +1,4 @@
-"""Bodies with sharp edges, explored once each and shared by the tests."""
+"""Bodies with sharp edges, explored once each; every test gets its own copy."""
 
 from copy import deepcopy
 from functools import lru_cache
@@ -6,13 +6,11 @@ from functools import lru_cache
 import numpy as np
 
 from tests.explored import Explored
-from touchatlas.atlas.atlas import Atlas
-from touchatlas.planner.loop import explore
-from touchatlas.planner.planner import Planner
+from touchatlas.atlas import Atlas
+from touchatlas.planner import Planner, explore
+from touchatlas.sim import Probe, make_object
 from touchatlas.sim.world.implicit_fields import polyhedron, union
 from touchatlas.sim.world.implicit_object import ImplicitObject
-from touchatlas.sim.world.objects import make_object
-from touchatlas.sim.world.probe import Probe
 
 
 def box(low, high):
@@ -22,7 +20,7 @@ def box(low, high):
 
 
 def _roof(slope: float):
-    """A box under a roof of two slopes: its ridge turns by twice the slope."""
+    """A box under a roof of two slopes: the normals at its ridge differ by twice the slope."""
     s, c = np.sin(slope), np.cos(slope)
     sides = np.array([[0, 1, 0], [0, -1, 0], [0, 0, -1], [1, 0, 0], [-1, 0, 0]], float)
     normals = np.concatenate([[[s, 0, c], [-s, 0, c]], sides])
@@ -30,13 +28,15 @@ def _roof(slope: float):
 
 
 _FIELDS = {
+    # A cube of 40, two thirds of the built-in one: half as many touches.
+    "block": (box((-20, -20, -20), (20, 20, 20)), (20, 20, 20)),
     # A step: one concave edge among convex ones.
     "step": (
         union(box((-30, -20, -20), (30, 20, 0)), box((-30, -20, -20), (0, 20, 15))),
         (30, 20, 20),
     ),
     "roof": (_roof(np.deg2rad(25.0)), (25, 25, 20)),
-    # A wall 6 thin: its two faces are as near to each other as samples to an edge.
+    # A wall 6 thick: its two faces are as near to each other as samples are to an edge.
     "wall": (box((-20, -20, -3), (20, 20, 3)), (20, 20, 3)),
     # Two fingers with a gap of 4 between them.
     "fingers": (
@@ -59,7 +59,7 @@ def sharp_object(name: str):
 def explored_sharp(
     name: str, noise: float = 0.02, max_touches: int = 250, seed: int = 0
 ) -> Explored:
-    """A body with sharp edges, explored once, and handed out as a copy."""
+    """A copy of an exploration of a body with sharp edges."""
     kept = _explored(name, noise, max_touches, seed)
     return Explored(deepcopy(kept.atlas), list(kept.touches))
 

@@ -1,8 +1,5 @@
 """Reading never writes: whatever is asked of an atlas, in any order, the saved bytes stay."""
 
-from copy import deepcopy
-from functools import lru_cache
-
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -33,12 +30,11 @@ READINGS = {
 START = np.array([0.0, 0.0, 50.0]), np.array([0.0, 0.0, 1.0])
 
 
-@lru_cache
 def half_explored(name: str) -> Atlas:
     """An atlas with open outlines, one with creases, or one with residuals."""
     if name == "bumpy":
-        return bumpy()[0]
-    whole = explored_sharp(name, max_touches=30) if name == "cube" else explored(name, 1.0, 25)
+        return bumpy().atlas
+    whole = explored_sharp("wall", max_touches=20) if name == "wall" else explored(name, 1.0, 25)
     return whole.atlas
 
 
@@ -47,7 +43,7 @@ def saved(atlas: Atlas, path) -> bytes:
     return path.read_bytes()
 
 
-@pytest.mark.parametrize("name", ["torus", "cube", "bumpy"])
+@pytest.mark.parametrize("name", ["torus", "wall", "bumpy"])
 @settings(
     max_examples=12,
     deadline=None,
@@ -58,19 +54,19 @@ def saved(atlas: Atlas, path) -> bytes:
 @given(readings=st.lists(st.sampled_from(sorted(READINGS)), min_size=1, max_size=8))
 def test_what_is_saved_does_not_depend_on_what_was_read(name, readings, tmp_path_factory):
     folder = tmp_path_factory.mktemp("reading")
-    atlas, planner = deepcopy(half_explored(name)), Planner(*START)
+    atlas, planner = half_explored(name), Planner(*START)
     before = saved(atlas, folder / "before.npz")
     for reading in readings:
         READINGS[reading](atlas, planner, folder / "other.npz")
     assert saved(atlas, folder / "after.npz") == before
 
 
-@pytest.mark.parametrize("name", ["torus", "cube"])
+@pytest.mark.parametrize("name", ["torus", "wall"])
 def test_what_is_learned_does_not_depend_on_what_was_read(name, tmp_path):
-    """Ten more touches give the same bytes, whether all was read between them or nothing."""
-    touches = (explored_sharp(name, max_touches=30) if name == "cube" else explored(name)).touches
+    """Twenty touches give the same bytes, whether all was read between them or nothing."""
+    whole = explored_sharp(name, max_touches=20) if name == "wall" else explored(name, 1.0, 25)
     quiet, read = Atlas(0.1), Atlas(0.1)
-    for touch in touches[:30]:
+    for touch in whole.touches[:20]:
         quiet.add(touch)
         read.add(touch)
         for reading in READINGS.values() if len(read) else ():

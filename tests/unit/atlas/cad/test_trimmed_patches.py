@@ -1,4 +1,4 @@
-"""The patchwork against the power diagram it is drawn from, and against theorems."""
+"""Trimmed patches against the power diagram that they are cut by, and against theorems."""
 
 from collections import Counter
 
@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 
 from tests.explored import explored
-from touchatlas.atlas.atlas import Atlas
+from touchatlas.atlas import Atlas, extract_surface
 from touchatlas.atlas.cad.bezier import bernstein, curve_poles
 from touchatlas.atlas.cad.trim_curves import shared_curve
 from touchatlas.atlas.cad.trimmed_patches import trimmed_patches
 from touchatlas.atlas.graph.power_diagram import power_at
-from touchatlas.atlas.mesh.extract import extract_surface
 from touchatlas.patch.geometry.polynomial import gaussian_curvature
 
 RADIUS = 33.0
@@ -90,10 +89,10 @@ def test_arc_is_its_curve_between_its_points_too(ball):
             abscissa = (points - curve.base) @ curve.along
             first, last = side.points[[0, -1]]
             ends = [curve.abscissa(first), curve.abscissa(last)]
-            share = (abscissa - ends[0]) / (ends[1] - ends[0])
+            along_chord = (abscissa - ends[0]) / (ends[1] - ends[0])
             wanted = curve.at(abscissa)
-            wanted += np.outer(1.0 - share, first - curve.at(np.array(ends[:1]))[0])
-            wanted += np.outer(share, last - curve.at(np.array(ends[1:]))[0])
+            wanted += np.outer(1.0 - along_chord, first - curve.at(np.array(ends[:1]))[0])
+            wanted += np.outer(along_chord, last - curve.at(np.array(ends[1:]))[0])
             assert np.abs(points - wanted).max() < 1e-7 * RADIUS
 
 
@@ -109,8 +108,8 @@ def inside(loop, points) -> np.ndarray:
 
 @pytest.mark.parametrize("which", ["ball", "half"])
 def test_face_holds_just_the_points_of_its_cell(which, request):
-    """Random points of a patch: in its loop where no kin has less power, and within its core
-    where it is open. The loop is midway between two patches, the cell here on one of them:
+    """Random points of a patch: in its loop where no sheet neighbour has less power, and within its
+    core where it is open. The loop is midway between two patches, the cell here on one of them:
     their normals differ by some 0.01, their heights by 0.01, the cell is 14 wide; of 1,000
     points none or one falls between."""
     atlas, faces = request.getfixturevalue(which)
@@ -145,8 +144,8 @@ def test_areas_of_a_closed_atlas_sum_to_that_of_its_surface(ball):
     assert area == pytest.approx(triangles, rel=2e-4)
 
 
-def test_total_curvature_of_a_closed_patchwork_is_four_pi(ball):
-    """Gauss and Bonnet: what the faces lack is the bend over their sides, whose normals differ
+def test_total_curvature_of_closed_trimmed_patches_is_four_pi(ball):
+    """Gauss and Bonnet: what the faces lack is the angle at their sides, whose normals differ
     by some 0.01; it has either sign."""
     total = 0.0
     for face in ball[1]:
@@ -158,15 +157,15 @@ def test_total_curvature_of_a_closed_patchwork_is_four_pi(ball):
     assert total == pytest.approx(4.0 * np.pi, rel=0.01)
 
 
-def test_area_of_an_open_patchwork_is_what_the_cores_cover(half):
+def test_area_of_open_trimmed_patches_is_what_the_cores_cover(half):
     """Against 40,000 even random points of the ball in any core; within four standard errors."""
     atlas, faces = half
     assert not all(face.closed for face in faces)
     points = np.random.default_rng(4).normal(size=(40_000, 3))
     points *= RADIUS / np.linalg.norm(points, axis=1)[:, None]
-    share = np.mean(power_at(atlas.table, np.arange(len(atlas)), points).min(axis=1) <= 0.0)
+    fraction = np.mean(power_at(atlas.table, np.arange(len(atlas)), points).min(axis=1) <= 0.0)
     found = sum(face.area for face in faces) / (4.0 * np.pi * RADIUS**2)
-    assert found == pytest.approx(share, abs=4.0 * np.sqrt(share * (1.0 - share) / 40_000))
+    assert found == pytest.approx(fraction, abs=4.0 * np.sqrt(fraction * (1.0 - fraction) / 40_000))
 
 
 def test_first_patch_is_trimmed_by_its_whole_rim():
@@ -178,7 +177,7 @@ def test_first_patch_is_trimmed_by_its_whole_rim():
     assert face.area == pytest.approx(np.pi * atlas.table.weight[0], rel=0.01)
 
 
-def test_scaling_all_input_scales_the_patchwork(ball):
+def test_scaling_all_input_scales_the_trimmed_patches(ball):
     twice = trimmed_patches(explored("sphere", scale=2.0).atlas)
     for face, other in zip(ball[1], twice, strict=True):
         assert face.neighbours == other.neighbours
@@ -191,6 +190,6 @@ def test_torus_closes_without_a_hole():
     assert set(Counter(s.number for f in faces for s in f.sides).values()) == {2}
 
 
-def test_patchwork_of_nothing_is_refused():
+def test_an_atlas_of_nothing_is_refused():
     with pytest.raises(ValueError, match="no patch yet"):
         trimmed_patches(Atlas(0.1))

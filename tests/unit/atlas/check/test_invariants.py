@@ -1,4 +1,4 @@
-"""Validation proves what it says: one number of each kind is corrupted, and is named."""
+"""Validation finds what it says it does: one number of each kind is corrupted, and is named."""
 
 from copy import deepcopy
 from functools import lru_cache
@@ -15,21 +15,21 @@ PATCH, SAMPLE = 5, 40
 
 @lru_cache
 def sound(name: str):
-    """Half an exploration with open outlines, a closed one, one with residuals, or one with edges;
-    what follows from it is worked out, and kept."""
-    atlas = deepcopy(_made(name))
+    """An atlas with open outlines, a closed one, one with residuals, or one with edges; cells and
+    outlines are computed, so that a change of them is not computed away."""
+    atlas = _made(name)
     atlas.validate()
     return atlas
 
 
 def _made(name: str):
     if name == "begun":
-        return explored("torus", max_touches=25).atlas
+        return explored("sphere", max_touches=15).atlas
     if name == "edges":
-        return explored_sharp("cube", max_touches=40).atlas
+        return explored_sharp("block", max_touches=30).atlas
     if name == "detailed":
-        return bumpy()[0]
-    return explored("torus").atlas
+        return bumpy().atlas
+    return explored("sphere").atlas
 
 
 def column(name, change):

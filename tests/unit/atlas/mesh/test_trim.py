@@ -1,4 +1,4 @@
-"""The surface is drawn among its samples: half-touched bodies have no flaps."""
+"""The surface is drawn only among its samples: half-touched bodies have no flaps."""
 
 from dataclasses import replace
 
@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from tests.explored import explored
+from tests.flat import plane
 from tests.sharp import explored_sharp, sharp_object
-from tests.unit.atlas.test_merging import plane
-from touchatlas.atlas.atlas import Atlas
-from touchatlas.atlas.mesh.extract import extract_surface
+from touchatlas.atlas import Atlas, extract_surface
 from touchatlas.atlas.mesh.trim import rim, supported
 from touchatlas.sim.world.triangles import areas_of
 
@@ -24,7 +23,7 @@ def half(touches, tolerance: float, side: int) -> Atlas:
     return atlas
 
 
-@pytest.mark.parametrize(("name", "side"), [("cube", 0), ("wall", 1)])
+@pytest.mark.parametrize(("name", "side"), [("block", 0), ("wall", 1)])
 def test_half_touched_bodies_with_edges_have_no_flaps(name, side):
     """A face whose neighbour was not touched ends at its samples, with no crease to end it: nothing
     lies farther than three tolerances off the body, where flaps were 0.4 % of the wall's."""
@@ -49,8 +48,8 @@ def test_among_samples_is_within_their_hull():
     assert not supported(atlas, np.array([row]), farther[None], np.zeros(1)).any()
 
 
-def test_whole_objects_are_asked_nothing():
-    """No outline is bare: far from all samples, too, the answer is yes."""
+def test_closed_surfaces_are_supported_everywhere():
+    """No outline is open: far from all samples, too, the answer is yes."""
     atlas = explored("sphere").atlas
     far = np.full((1, 3), 1e3)
     assert supported(atlas, atlas.table.rows[:1], far, np.zeros(1)).all()
@@ -77,7 +76,7 @@ def test_amid_others_the_surface_is_drawn_three_times_as_unsure_as_at_a_rim():
     whole = explored("sphere").atlas
     rows = whole.table.rows[:5]
     centres = whole.table.origin[rows]
-    two, four = (np.full(5, share * whole.tolerance) for share in (2.0, 4.0))
+    two, four = (np.full(5, factor * whole.tolerance) for factor in (2.0, 4.0))
     assert supported(whole, rows, centres, two).all()
     assert not supported(whole, rows, centres, four).any()
     part = half(explored("sphere").touches, 0.1, 0)

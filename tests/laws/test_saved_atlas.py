@@ -1,0 +1,145 @@
+"""Saved atlases: what comes back, and which files are refused."""
+
+import io
+import json
+import zipfile
+
+import numpy as np
+import pytest
+
+from tests.explored import bumpy, explored
+from tests.sharp import explored_sharp
+from touchatlas.atlas import Atlas, load_atlas, save_atlas
+
+
+@pytest.fixture(scope="module")
+def ball():
+    return explored("sphere").atlas
+
+
+KINDS = {
+    "closed": lambda: explored("sphere").atlas,
+    "open": lambda: explored("torus", max_touches=25).atlas,
+    "with edges": lambda: explored_sharp("step", max_touches=30).atlas,
+    "with residuals": lambda: bumpy().atlas,
+}
+POINTS = np.random.default_rng(0).uniform(-40.0, 40.0, (2000, 3))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_saved_atlas_comes_back_whole(kind, tmp_path):
+    """It answers the same, number by number, and is saved as the same bytes."""
+    atlas = KINDS[kind]()
+    save_atlas(tmp_path / "atlas.npz", atlas)
+    again = load_atlas(tmp_path / "atlas.npz")
+    for name, then in vars(atlas.blend(POINTS)).items():
+        assert np.array_equal(getattr(again.blend(POINTS), name), then, equal_nan=True), name
+    assert sorted(again.graph.edges) == sorted(atlas.graph.edges)
+    for i, j, data in atlas.graph.edges(data=True):
+        assert np.array_equal(again.boundary(i, j).points, data["boundary"].points)
+        assert again.boundary(i, j).crease == data["boundary"].crease
+    assert np.array_equal(again.open_outlines(), atlas.open_outlines())
+    assert np.array_equal(again.frontier.samples, atlas.frontier.samples)
+    for name, column in vars(atlas.edge_ends).items():
+        assert np.array_equal(getattr(again.edge_ends, name), column)
+    assert again.residual_scale == atlas.residual_scale
+    save_atlas(tmp_path / "again.npz", again)
+    assert (tmp_path / "again.npz").read_bytes() == (tmp_path / "atlas.npz").read_bytes()
+
+
+@pytest.mark.parametrize("name", ["sphere", "cube"])
+def test_loaded_atlas_goes_on_learning(name, tmp_path):
+    """Ten more touches give the same bytes, whether it was saved and loaded between or not."""
+    touches = explored(name, max_touches=30).touches
+    atlas = Atlas(0.1)
+    for touch in touches[:20]:
+        atlas.add(touch)
+    save_atlas(tmp_path / "half.npz", atlas)
+    again = load_atlas(tmp_path / "half.npz")
+    for touch in touches[20:]:
+        assert again.add(touch) == atlas.add(touch)
+    save_atlas(tmp_path / "atlas.npz", atlas)
+    save_atlas(tmp_path / "again.npz", again)
+    assert (tmp_path / "again.npz").read_bytes() == (tmp_path / "atlas.npz").read_bytes()
+
+
+def test_file_of_another_format_is_refused_with_what_to_do(ball, tmp_path):
+    save_atlas(tmp_path / "a.npz", ball)
+    with np.load(tmp_path / "a.npz") as file:
+        arrays = {name: file[name] for name in file.files}
+    header = json.loads(arrays["header"].tobytes())
+    for number in (1, 99):
+        text = json.dumps({**header, "format": number}).encode()
+        with open(tmp_path / "b.npz", "wb") as file:
+            np.savez(file, **{**arrays, "header": np.frombuffer(text, np.uint8)})
+        with pytest.raises(ValueError, match=f"has format {number}; .* explore again"):
+            load_atlas(tmp_path / "b.npz")
+
+
+def test_an_open_bracket_in_a_header_is_damage(ball, tmp_path):
+    """An array says its shape in a line of Python, which numpy reads by Python's own tokenizer."""
+    save_atlas(tmp_path / "a.npz", ball)
+    with np.load(tmp_path / "a.npz") as file:
+        arrays = {name: file[name] for name in file.files}
+    with zipfile.ZipFile(tmp_path / "bad.npz", "w") as out:
+        for name, array in arrays.items():
+            buffer = io.BytesIO()
+            np.save(buffer, array)
+            data = buffer.getvalue()
+            out.writestr(f"{name}.npy", data.replace(b"), }", b"(, }", 1))
+    with pytest.raises(ValueError, match="no whole atlas file"):
+        load_atlas(tmp_path / "bad.npz")
+
+
+@pytest.mark.parametrize("path", ["/dev/zero", "."])
+def test_what_is_no_file_is_not_read(path):
+    with pytest.raises(ValueError, match="folder or device"):
+        load_atlas(path)
+
+
+@pytest.mark.parametrize("damage", ["cut", "flip"])
+def test_damaged_file_is_refused(ball, tmp_path, damage):
+    path = tmp_path / "atlas.npz"
+    save_atlas(path, ball)
+    data = bytearray(path.read_bytes())
+    if damage == "cut":
+        data = data[: len(data) // 2]
+    else:
+        data[len(data) // 2] ^= 0xFF
+    path.write_bytes(bytes(data))
+    with pytest.raises(ValueError, match="cut off or altered"):
+        load_atlas(path)
+
+
+@pytest.mark.parametrize("name", ["header", "sample_points", "table_mean", "owned_counts"])
+def test_file_with_other_arrays_is_refused(ball, tmp_path, name):
+    """Arrays that are not there, or of another length."""
+    path = tmp_path / "atlas.npz"
+    save_atlas(path, ball)
+    with np.load(path) as file:
+        arrays = {key: file[key] for key in file.files}
+    for wrong in ({}, {name: arrays[name][:-1]}):
+        with open(path, "wb") as file:
+            np.savez(file, **({k: v for k, v in arrays.items() if k != name} | wrong))
+        with pytest.raises(ValueError, match="cut off or altered"):
+            load_atlas(path)
+
+
+def test_only_files_are_replaced(ball, tmp_path):
+    with pytest.raises(OSError, match="give the path of a file"):
+        save_atlas(tmp_path, ball)
+
+
+def test_failed_write_leaves_the_old_file(ball, tmp_path, monkeypatch):
+    path = tmp_path / "atlas.npz"
+    save_atlas(path, ball)
+    before = path.read_bytes()
+
+    def full(descriptor):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("os.fsync", full)
+    with pytest.raises(OSError, match="No space"):
+        save_atlas(path, Atlas(0.1))
+    assert path.read_bytes() == before
+    assert [p.name for p in tmp_path.iterdir()] == ["atlas.npz"]
