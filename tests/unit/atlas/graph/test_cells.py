@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.explored import explored
-from touchatlas.atlas.graph.cells import Cells, mended
+from touchatlas.atlas.graph.cells import Cells, with_even_ends
 from touchatlas.atlas.graph.power_diagram import CELL_MARGIN, Boundary, points_of_equal_power
 
 
@@ -64,7 +64,7 @@ def test_a_corner_that_was_lost_or_added_is_mended(change):
     if change == "lost":
         triple = min(corners)
         del known[triple]
-        found = mended(atlas.table, known, {}, boundaries)
+        found = with_even_ends(atlas.table, known, {}, boundaries)
         assert found.keys() == corners.keys()
         assert found[triple] == pytest.approx(corners[triple], abs=1e-9)
     else:
@@ -73,4 +73,4 @@ def test_a_corner_that_was_lost_or_added_is_mended(change):
         empty = np.zeros((0, 3))
         boundaries |= {pair: Boundary(pair, empty, 0.0, 0.0, False) for pair in pairs}
         known[0, 10**6, 10**6 + 1] = np.zeros(3)
-        assert mended(atlas.table, known, {}, boundaries).keys() == corners.keys()
+        assert with_even_ends(atlas.table, known, {}, boundaries).keys() == corners.keys()
