@@ -115,7 +115,13 @@ def test_types_hold_and_a_script_of_public_names_passes_strictly(tmp_path):
     script = tmp_path / "script.py"
     script.write_text("from collections.abc import Callable\n" + ROBOT_LOOP)
     packages = [word for storey in STOREYS for word in ("-p", f"touchatlas.{storey}")]
-    setting = ["--config-file", str(ROOT / "pyproject.toml"), "--namespace-packages"]
+    setting = [
+        "--cache-dir",
+        str(ROOT / ".mypy_cache"),
+        "--config-file",
+        str(ROOT / "pyproject.toml"),
+        "--namespace-packages",
+    ]
     path = {"MYPYPATH": str(tmp_path)}
     run("mypy", *setting, "--explicit-package-bases", *packages, cwd=tmp_path, **path)
     run("mypy", *setting, "--strict", "--follow-imports=silent", str(script), cwd=tmp_path, **path)

@@ -69,7 +69,7 @@ def test_a_contour_as_far_off_its_plane_as_real_probes_are_is_accepted(scale):
 
 
 def test_contours_that_miss_the_contact_are_refused():
-    """Half an arm is a quarter of a contour; far less, or deviations of the noise, is accepted."""
+    """Half an arm is a quarter of a contour; far less, and deviations of the noise, pass."""
     for contact in ([100.0, 0, 0], [0, 0, 0.6 * REACH]):
         with pytest.raises(ValueError, match="away from the contact"):
             touch(contours(), contact)

@@ -47,7 +47,7 @@ def test_merged_cube_is_closed_and_of_euler_characteristic_two():
     assert simplified("block").closed and simplified("block").euler_characteristic() == 2
 
 
-@pytest.mark.parametrize("seed", [0, 5, *(pytest.param(s, marks=pytest.mark.slow) for s in (1, 2))])
+@pytest.mark.parametrize("seed", [0, *(pytest.param(s, marks=pytest.mark.slow) for s in (1, 2, 5))])
 def test_faces_with_a_notch_are_one_patch_each(seed):
     """In whatever order touches came and merges were refused."""
     atlas = simplified("step", seed=seed)

@@ -93,7 +93,7 @@ def test_two_sides_of_a_thin_slab_stay_two_sheets(thickness):
 @pytest.mark.parametrize("turned", [False, True])
 @pytest.mark.parametrize("thickness", [0.05, 0.15, 0.3, 0.6])
 def test_thin_slabs_have_two_whole_sides(thickness, turned):
-    """However thin it is against the edge that flat patches allow, 0.37, each side is one disc:
+    """However thin it is against the edge of flat patches, 0.37, each side is one disc:
     V - E + F = 1, as large as that of a slab twice as thick as the edge."""
     rng = np.random.default_rng(0)
     turn = np.linalg.qr(rng.normal(size=(3, 3)))[0] if turned else np.eye(3)

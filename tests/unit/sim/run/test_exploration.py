@@ -129,14 +129,14 @@ def test_settings_survive_numpy_numbers_and_any_name(ball, tmp_path):
 
 
 def test_an_interrupt_in_the_midst_of_a_touch_lets_it_finish(ball, tmp_path, monkeypatch):
-    join = insert._join
+    enter = insert._enter_patch
 
-    def interrupted_join(atlas, row, *rest):
-        if row == 2:
+    def interrupted(state, *rest):
+        if len(state) == 2:
             signal.raise_signal(signal.SIGINT)
-        join(atlas, row, *rest)
+        return enter(state, *rest)
 
-    monkeypatch.setattr(insert, "_join", interrupted_join)
+    monkeypatch.setattr(insert, "_enter_patch", interrupted)
     before = signal.getsignal(signal.SIGINT)
     result = run_exploration(ball, tmp_path / "r", FEW)
     assert signal.getsignal(signal.SIGINT) is before
