@@ -69,12 +69,11 @@ class Frontier:
         rows, which = rows[covers], which[covers]
         sample = index[which]
         alike = on_sheet_of_each(table, rows, pool.points[sample], pool.normals[sample])
-        across = [
-            row in self._creases.of(home)
-            for row, home in zip(rows.tolist(), self._owner[sample].tolist(), strict=True)
-        ]
+        if self._creases:
+            pairs = zip(rows.tolist(), self._owner[sample].tolist(), strict=True)
+            alike &= np.array([row not in self._creases.of(home) for row, home in pairs], bool)
         out = np.ones(len(index), bool)
-        out[which[alike & ~np.array(across, bool)]] = False
+        out[which[alike]] = False
         return out
 
     def owners(self, index) -> np.ndarray:
@@ -90,16 +89,17 @@ class Frontier:
         """Compute depths and owners of the samples of stale rows."""
         pool, owned = self._membership.pool, self._membership.owned
         self._depth, self._owner = (grown(a, len(pool)) for a in (self._depth, self._owner))
-        for row in self._stale:
-            if row in self._table.index and len(index := owned[row]):
-                self._owner[index] = row
-                self._depth[index] = self._depth_of(row, pool.points[index])
+        rows = sorted(row for row in self._stale if row in self._table.index)
         self._stale.clear()
+        index = np.concatenate([np.zeros(0, np.int32), *(owned[row] for row in rows)])
+        owner = np.repeat(np.array(rows, np.int32), [len(owned[row]) for row in rows])
+        self._owner[index] = owner
+        self._depth[index] = self._depth_of(owner, pool.points[index])
 
-    def _depth_of(self, row: int, points) -> np.ndarray:
-        """(n,) least ratio of distance and core radius of points (n, 3) that a row owns."""
-        table = self._table
-        rows = [row, *(self._neighbours[row] - self._creases.of(row))]
-        offset = points[:, None] - table.site[rows]
-        square = (offset * offset).sum(axis=2) / table.weight[rows]
-        return np.asarray(np.sqrt(square.min(axis=1)))
+    def _depth_of(self, owner, points) -> np.ndarray:
+        """(n,) least ratio of distance and core radius of points (n, 3) of owners (n,)."""
+        # Neighbours are never across an edge; lines are filled up with the owner itself.
+        lines = self._neighbours.lines()[owner]
+        offset = points[:, None] - self._table.site[lines]
+        square = (offset * offset).sum(axis=2) / self._table.weight[lines]
+        return np.sqrt(square.min(axis=1, initial=np.inf))
