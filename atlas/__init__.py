@@ -1,4 +1,4 @@
-"""Many pieces of surface: the one mutable object, a graph of Darboux-frame patches."""
+"""Atlas: a graph of Darboux-frame patches, the only object that changes."""
 
 from typing import TYPE_CHECKING
 

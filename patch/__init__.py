@@ -18,9 +18,9 @@ Folders
 ``geometry`` holds the records (Contour, DarbouxFrame, Patch) and the formulas of differential
 geometry; it knows no estimator. ``fit`` is the default estimator: ``fit_patch`` gives the most
 probable polynomial in x, y and z. ``paper`` is the paper's own estimator: ``fit_paper`` with its
-penalty on folds. A new estimator is one more folder on top of ``geometry``: a function of
-a point, contours and an outward vector that returns a Patch with its covariance. The laws in
-``tests/laws`` say what such a patch must satisfy.
+penalty on folds. To add an estimator, make a folder beside ``fit`` that imports ``geometry`` only.
+Its function takes a point, contours and an outward vector, and returns a PatchFit. The laws in
+``tests/laws`` say what its patch must satisfy.
 """
 
 from typing import TYPE_CHECKING

@@ -26,9 +26,9 @@ from touchatlas.planner.edges import EdgeGuess, edge_guess
 from touchatlas.planner.planes import concurrent_planes
 from touchatlas.planner.probe_plan import ProbePlan, Reason
 
-# Factor on the arms and steps after contours that were too short for a patch, and the least arm
-# over the least reach; no unit. With the first doubled, more touches fail in narrow places; with
-# the second doubled, narrower ones are given up.
+# _CLOSER: factor by which arms and steps shrink after contours that were too short for a patch.
+# Doubled, more touches fail in narrow places. _CLOSEST: the shortest arm that is tried then, as a
+# fraction of ``least_reach``. Doubled, narrow places are given up.
 _CLOSER, _CLOSEST = 0.35, 0.1
 # Touches for the gaps and weak places of one patch that brought no patch, after which these are
 # left as they are: no touch can cover them, or its polynomial is off there. So every exploration
@@ -98,6 +98,8 @@ class Planner:
     """
 
     def __init__(self, start, outward, options: PlannerOptions = PlannerOptions()) -> None:
+        if not isinstance(options, PlannerOptions):
+            raise ValueError(f"options are {options!r}; they must be PlannerOptions")
         self._start = frozen_array(start, (3,), "start point")
         self._outward = check_unit(outward, "outward direction")
         self.options = options

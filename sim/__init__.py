@@ -1,4 +1,4 @@
-"""A world to touch, and the judge."""
+"""Simulated objects and probe, evaluation against the truth, studies, the command line."""
 
 from typing import TYPE_CHECKING
 

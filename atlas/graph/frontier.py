@@ -98,8 +98,8 @@ class Frontier:
 
     def _depth_of(self, owner, points) -> np.ndarray:
         """(n,) least ratio of distance and core radius of points (n, 3) of owners (n,)."""
-        # Neighbours are never across an edge; lines are filled up with the owner itself.
-        lines = self._neighbours.lines()[owner]
+        # Neighbours are never across an edge.
+        lines = np.column_stack([self._neighbours.lines()[owner], owner])
         offset = points[:, None] - self._table.site[lines]
         square = (offset * offset).sum(axis=2) / self._table.weight[lines]
         return np.sqrt(square.min(axis=1, initial=np.inf))

@@ -73,7 +73,8 @@ class SheetNeighbours:
         return set(rows).union(*(self._sets[row] for row in rows))
 
     def lines(self) -> np.ndarray:
-        """(m, w) neighbours of every row, ascending, each line padded with the row itself."""
+        """(m, w) neighbours of every row, ascending, padded with the row itself: a line as
+        long as the longest has no padding."""
         size = len(self._sets)
         self._lines = grown(self._lines, size)
         for row in self._stale:
