@@ -64,3 +64,14 @@ def test_depth_is_the_least_distance_in_core_radii():
         ]
         assert depth == pytest.approx(min(reach), rel=1e-12)
         assert depth > 1.0
+
+
+def test_a_patch_with_the_most_neighbours_covers_its_own_samples():
+    """Its line of neighbours has no padding, so that it does not stand in its own line."""
+    atlas = explored("torus", max_touches=30).atlas
+    before = atlas.frontier.candidates()
+    rows, lines = atlas.table.rows.tolist(), atlas.neighbours.lines()
+    most = max(len(atlas.neighbours[row]) for row in rows)
+    atlas.neighbours._lines = lines[:, :most].copy()
+    atlas.frontier.mark_stale(rows)
+    assert np.array_equal(atlas.frontier.candidates(), before)
