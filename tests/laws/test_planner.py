@@ -6,9 +6,7 @@ import pytest
 from tests.explored import explored
 from touchatlas.atlas import Atlas, AtlasChange
 from touchatlas.atlas.records.touch import Touch, TouchStatus
-from touchatlas.patch.geometry.curvature import curvatures_from_sections
 from touchatlas.planner.loop import explore
-from touchatlas.planner.planes import concurrent_planes
 from touchatlas.planner.planner import Planner, PlannerOptions
 from touchatlas.planner.probe_plan import Reason
 from touchatlas.sim.world.objects import make_object
@@ -53,18 +51,6 @@ def test_nothing_touched_at_the_start_ends_the_exploration():
     p, atlas = planner(), Atlas(0.1)
     steps = list(explore(atlas, p, missed))
     assert len(steps) == 1 and len(atlas) == 0
-
-
-def test_planes_contain_the_normal_and_are_sixty_degrees_apart():
-    rng = np.random.default_rng(0)
-    point, normal = rng.normal(size=3), rng.normal(size=3)
-    normal /= np.linalg.norm(normal)
-    planes = concurrent_planes(point, normal, rng.normal(size=3), 3)
-    for i, plane in enumerate(planes):
-        assert abs(plane.normal @ normal) < 1e-12
-        assert abs(plane.normal @ planes[i - 1].normal) == pytest.approx(0.5, abs=1e-12)
-    angles = np.pi / 3 * np.arange(3)
-    assert curvatures_from_sections(np.zeros(3), angles, np.ones(3))[-1] == pytest.approx(2**0.5)
 
 
 def test_frontier_is_explored_before_gaps_and_then_nothing_is_left():
