@@ -1,16 +1,12 @@
-"""The planner's protocol, and the law of its planes."""
+"""The planner's protocol: ask and tell, budgets, and the order of its places."""
 
 import numpy as np
 import pytest
 
 from tests.explored import explored
-from touchatlas.atlas import Atlas, AtlasChange
-from touchatlas.atlas.records.touch import Touch, TouchStatus
-from touchatlas.planner.loop import explore
-from touchatlas.planner.planner import Planner, PlannerOptions
-from touchatlas.planner.probe_plan import Reason
-from touchatlas.sim.world.objects import make_object
-from touchatlas.sim.world.probe import Probe
+from touchatlas.atlas import Atlas, AtlasChange, Touch, TouchStatus
+from touchatlas.planner import Planner, PlannerOptions, Reason, explore
+from touchatlas.sim import Probe, make_object
 
 
 def planner():
