@@ -31,8 +31,8 @@ from touchatlas.planner.probe_plan import ProbePlan, Reason
 # fraction of ``least_reach``. Doubled, narrow places are given up.
 _CLOSER, _CLOSEST = 0.35, 0.1
 # Touches for the gaps and weak places of one patch that brought no patch, after which these are
-# left as they are: no touch can cover them, or its polynomial is off there. So every exploration
-# ends. Doubled, such patches cost twice the touches.
+# left as they are: no touch can cover them, or its polynomial is off there. Doubled, such patches
+# cost twice the touches.
 _MOST_IN_VAIN = 4
 
 
