@@ -36,6 +36,9 @@ class AtlasState:
     tolerance : float, length
         Error of the surface that is wanted.
     options : AtlasOptions
+    scale : float, length, optional
+        Unit of the options of the fits; the tolerance without. A tolerance of five standard
+        deviations of the noise suits a probe, whatever accuracy is wanted.
 
     Attributes
     ----------
@@ -61,10 +64,16 @@ class AtlasState:
         Number of touches, with those that were refused.
     """
 
-    def __init__(self, tolerance: float, options: AtlasOptions = AtlasOptions()) -> None:
+    def __init__(
+        self,
+        tolerance: float,
+        options: AtlasOptions = AtlasOptions(),
+        scale: float | None = None,
+    ) -> None:
         if not isinstance(options, AtlasOptions):
             raise ValueError(f"options are {options!r}; they must be AtlasOptions")
         self.tolerance = check_tolerance(tolerance)
+        self.scale = self.tolerance if scale is None else check_tolerance(scale)
         self.options = options
         self.table = PatchTable(options.fit.basis, options.fit.core)
         self.neighbours = SheetNeighbours()
@@ -105,7 +114,7 @@ class AtlasState:
     @property
     def bias(self) -> float:
         """Lack of fit that counts as if it were noise, length."""
-        return self.options.bias * self.tolerance
+        return self.options.bias * self.scale
 
     @property
     def prior(self) -> SmoothnessPrior:
@@ -212,15 +221,15 @@ class AtlasState:
         return self.too_large(due)
 
     def too_large(self, rows: np.ndarray) -> tuple[int, ...]:
-        """The rows whose terms above the degree exceed ``detail`` tolerances at the core's rim."""
+        """The rows whose terms above the degree exceed ``detail`` scales at the core's rim."""
         table = self.table
         rim = leftover(table.basis, table.length_ratio[rows])
         rim = rim * table.core ** (table.basis.degree + 1)
-        most = self.options.detail * self.tolerance
+        most = self.options.detail * self.scale
         return tuple(rows[rim * table.radius[rows] > most].tolist())
 
     def refit(self, rows) -> None:
-        """Refit rows to the samples that they and their neighbours own."""
-        known = [self.membership.known_about(row, self.neighbours[row]) for row in rows.tolist()]
+        """Refit rows to all samples of their sheets."""
+        known = self.membership.known_about(rows)
         self.membership.refit(rows, known, self.bias, self.prior, self.options.fit)
         self.surface_graph.mark_stale(rows.tolist())

@@ -45,6 +45,7 @@ def atlas_bytes(atlas: Atlas) -> bytes:
     header = {
         "format": FORMAT,
         "tolerance": atlas.tolerance,
+        "scale": atlas.scale,
         "touches": atlas.touches,
         "options": asdict(atlas.options),
         "residual_scale": asdict(atlas.residual_scale),
@@ -116,7 +117,9 @@ def _restored(arrays, header) -> Atlas:
     """The atlas from the arrays and the header of a file."""
     options = header["options"]
     atlas = Atlas(
-        header["tolerance"], AtlasOptions(**{**options, "fit": FitOptions(**options["fit"])})
+        header["tolerance"],
+        AtlasOptions(**{**options, "fit": FitOptions(**options["fit"])}),
+        header["scale"],
     )
     _check_lengths(arrays)
     atlas.touches = header["touches"]

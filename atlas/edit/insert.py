@@ -7,9 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from touchatlas.atlas.edit.near_arcs import near_arc
 from touchatlas.atlas.edit.refresh import separate_sheets, smooth_neighbours, update_creases
 from touchatlas.atlas.edit.repeated_contours import learned_before
 from touchatlas.atlas.edit.replace import in_ball, remove_hidden, root_mean_square
+from touchatlas.atlas.edit.renew import remove_filled, renewed
 from touchatlas.atlas.edit.split import split
 from touchatlas.atlas.graph.creases import Crease
 from touchatlas.atlas.graph.find_creases import find_creases
@@ -40,27 +42,52 @@ LEAST_CONTOURS = 3
 
 
 def learn(state: AtlasState, touch: Touch) -> AtlasChange:
-    """Learn one touch, or say why it is refused."""
+    """Learn one touch, and renew the patches between touches about it; or say why it is refused."""
     if not isinstance(touch, Touch):
         raise ValueError(f"got {type(touch).__name__}; give a Touch, as a probe returns it")
     if touch.status is not TouchStatus.TOUCHED:
         return AtlasChange(refused=f"the probe reported: {touch.status.value}")
     contours = tuple(c for c in touch.contours if len(c.points) >= LEAST_POINTS)
-    if len(contours) < LEAST_CONTOURS:
+    if not contours:
         return AtlasChange(
-            refused=f"contours of {LEAST_POINTS} points or more: {len(contours)}; a patch needs "
-            f"{LEAST_CONTOURS}: track more planes, or sample more finely"
+            refused=f"no contour has {LEAST_POINTS} points or more: track more planes, or sample "
+            "more finely"
         )
     if learned_before(state, touch.contact, contours):
         return AtlasChange(
             refused=f"a contour of touch {touch.number} was learned before, point for point; give "
             "each once, because a repeated contour holds no new measurement"
         )
+    fit, reason = _fit_or_reason(state, touch, contours)
+    owner = None if fit is not None else _owner_at(state, touch)
+    if fit is None and owner is None:
+        return AtlasChange(refused=reason)
+    before = set(state.table.rows.tolist())
+    around, samples = remove_filled(state, np.concatenate([c.points for c in contours]), owner)
+    first = len(state.membership.pool)
+    change = insert(state, fit, contours) if fit else add_contours(state, owner, contours)
+    samples = np.union1d(samples, np.arange(first, len(state.membership.pool)))
+    return renewed(state, before, around.union(change.added, change.changed), samples, change)
+
+
+def _fit_or_reason(state: AtlasState, touch: Touch, contours) -> tuple[PatchFit | None, str]:
+    """The patch of a touch alone, or None and why there is none."""
+    if len(contours) < LEAST_CONTOURS:
+        return None, (
+            f"contours of {LEAST_POINTS} points or more: {len(contours)}; a patch needs "
+            f"{LEAST_CONTOURS}: track more planes, or sample more finely"
+        )
     try:
-        fit = fit_touch(state, touch, contours)
+        return fit_touch(state, touch, contours), ""
     except UnfitError as error:
-        return AtlasChange(refused=str(error))
-    return insert(state, fit, contours)
+        return None, str(error)
+
+
+def _owner_at(state: AtlasState, touch: Touch) -> int | None:
+    """The patch in whose cell a contact lies, if it faces the approach; None elsewhere."""
+    found = state.blend(touch.contact[None])
+    faces = found.known[0] and found.normal[0] @ touch.approach > 0.0
+    return int(found.patch[0]) if faces else None
 
 
 def fit_touch(state: AtlasState, touch: Touch, contours) -> PatchFit:
@@ -71,14 +98,15 @@ def fit_touch(state: AtlasState, touch: Touch, contours) -> PatchFit:
     UnfitError
         When no patch fits the contours.
     """
-    options, tolerance = state.options, state.tolerance
+    options, scale = state.options, state.scale
+    arcs = (near_arc(contour, touch.contact) for contour in contours)
     return fit_patch(
         touch.contact,
-        tuple(c for c in contours if _has_direction(c, touch.contact)),
+        tuple(arc for arc in arcs if _has_direction(arc, touch.contact)),
         touch.approach,
-        bias=options.bias * tolerance,
-        detail=options.detail * tolerance,
-        radius_floor=options.least_radius * tolerance,
+        bias=options.bias * scale,
+        detail=options.detail * scale,
+        radius_floor=options.least_radius * scale,
         radius_limit=_radius_limit(state, touch),
         prior=state.prior,
         options=options.fit,
@@ -92,15 +120,14 @@ def _has_direction(contour: Contour, contact) -> bool:
 
 
 def _radius_limit(state: AtlasState, touch: Touch) -> float:
-    """Largest patch radius with which no earlier site falls into the cell of the new patch, length.
-
-    It is infinite when no earlier site is near the contours.
-    """
+    """Largest patch radius with which the site of no earlier touch falls into the cell of the new
+    patch, length; infinite when none is near the contours."""
     table = state.table
     ends = np.concatenate([c.points for c in touch.contours]) - touch.contact
-    reach = max(state.options.least_radius * state.tolerance, np.sqrt((ends**2).sum(1).max()))
+    reach = max(state.options.least_radius * state.scale, np.sqrt((ends**2).sum(1).max()))
     rows = table.index.rows_near(touch.contact, table.core * float(reach) / _CLEAR)
     rows = rows[table.axes[rows, 2] @ touch.approach > 0]
+    rows = np.array([row for row in rows.tolist() if not state.membership.is_filled(row)], int)
     offset = table.site[rows] - touch.contact
     square = (offset * offset).sum(axis=1) + table.weight[rows]
     return float(_CLEAR * np.sqrt(square.min()) / table.core) if len(rows) else np.inf
@@ -147,6 +174,20 @@ def _enter_patch(state: AtlasState, fit: PatchFit, contours, index, creases, nei
     for other in creases:
         separate_sheets(state, row, other)
     return too_large
+
+
+def add_contours(state: AtlasState, owner: int, contours) -> AtlasChange:
+    """Enter the samples of contours that give no patch of their own: ``owner`` owns them, and its
+    sheet neighbours learn them too."""
+    index = _enter_samples(state, state.table, owner, contours)
+    neighbours = np.array(sorted(state.neighbours.around([owner])), int)
+    state.membership.learn(neighbours, index)
+    state.membership.owned[owner] = np.concatenate([state.membership.owned[owner], index])
+    state.edge_ends.extend(state.table, owner, contours)
+    too_large = state.learned(neighbours)
+    update_creases(state, neighbours.tolist())
+    state.mark_stale([owner])
+    return _split_and_remove(state, too_large, AtlasChange(changed=tuple(neighbours.tolist())))
 
 
 def _give_to_owner(state: AtlasState, owner: int, fit: PatchFit, contours, index, neighbours):

@@ -2,8 +2,9 @@
 
 import numpy as np
 
-from touchatlas.atlas.patches.normal_equations import absorb, of_patch, solve
+from touchatlas.atlas.patches.normal_equations import SHEET_COSINE, absorb, of_patch, solve
 from touchatlas.atlas.patches.patch_table import PatchTable
+from touchatlas.atlas.patches.sample_index import SampleIndex
 from touchatlas.atlas.patches.sample_pool import SamplePool
 from touchatlas.patch.fit.fit_patch import PatchFit
 from touchatlas.patch.fit.refit_patch import refit_patches
@@ -64,6 +65,7 @@ class SampleMembership:
     def __init__(self, table: PatchTable) -> None:
         self._table = table
         self.pool = SamplePool()
+        self._index = SampleIndex()
         self.fitted: list[np.ndarray] = []
         self.owned: list[np.ndarray] = []
 
@@ -79,13 +81,27 @@ class SampleMembership:
             found[self.fitted[i]] = True
         return np.flatnonzero(found)
 
-    def known_about(self, row: int, neighbours) -> np.ndarray:
-        """(n,) indices of the samples that a row and its neighbours own, ascending.
+    def known_about(self, rows) -> list[np.ndarray]:
+        """For each row the indices (n,) of the samples that it may be fitted to, ascending: those
+        near its origin whose normals are within 60 degrees of its own, whoever owns them."""
+        table, pool = self._table, self.pool
+        near = self._index.near(
+            pool.points, table.origin[rows], CANDIDATE_REACH * table.radius[rows]
+        )
+        return [
+            index[pool.normals[index] @ table.axes[row, 2] >= SHEET_COSINE]
+            for row, index in zip(np.asarray(rows).tolist(), near, strict=True)
+        ]
 
-        A filled patch owns none: the samples that it is fitted to are added.
-        """
-        owned = self.owned_by([row, *neighbours])
-        return owned if len(self.owned[row]) else np.union1d(self.fitted[row], owned)
+    def near(self, centre, normal, radius: float) -> np.ndarray:
+        """(n,) indices of the samples within a ball whose normals are within 60 degrees of a
+        normal (3,), ascending."""
+        (index,) = self._index.near(self.pool.points, np.asarray(centre)[None], [radius])
+        return index[self.pool.normals[index] @ normal >= SHEET_COSINE]
+
+    def is_filled(self, row: int) -> bool:
+        """Whether a patch lies between touches: it owns no sample."""
+        return not len(self.owned[row])
 
     def learn(self, rows: np.ndarray, index: np.ndarray) -> None:
         """Add new samples ``index`` (n,) to the equations of those of rows (m,) whose sheet they

@@ -25,12 +25,12 @@ class AtlasOptions:
     fit : FitOptions
         How each patch is fitted.
     bias : float
-        Lack of fit that counts as if it were noise, in tolerances.
+        Lack of fit that counts as if it were noise, in scales of the atlas.
     detail : float
-        Lack of fit beyond which the radius of a patch is reduced, in tolerances. Smaller detail is
+        Lack of fit beyond which the radius of a patch is reduced, in scales. Smaller detail is
         left to residuals.
     least_radius : float
-        Radius below which contours and residuals make no patch smaller, in tolerances.
+        Radius below which contours and residuals make no patch smaller, in scales.
     trust : float
         Largest predicted deviation with which the surface is drawn at an open rim, in tolerances;
         among covered patches it is three times as much. Infinite: wherever patches reach.
@@ -38,7 +38,7 @@ class AtlasOptions:
 
     fit: FitOptions = FitOptions(adaptive=False)
     bias: float = 0.2
-    detail: float = 5.0
+    detail: float = 0.2
     least_radius: float = 10.0
     trust: float = 1.0
 

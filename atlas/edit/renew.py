@@ -1,0 +1,51 @@
+"""Renew: the patches between touches are made again where a touch brought samples."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from touchatlas.atlas.edit.fill import fill
+from touchatlas.atlas.edit.refresh import update_creases
+from touchatlas.atlas.edit.split import split
+from touchatlas.atlas.records.change import AtlasChange
+from touchatlas.atlas.state import AtlasState
+
+# A patch is refitted from all samples near it when its sample count has grown by this factor since
+# its last fit. Doubled, the frames and priors of patches lag behind their samples.
+_GROWN = 1.2
+
+
+def remove_filled(state: AtlasState, points, kept: int | None) -> tuple[set[int], np.ndarray]:
+    """Remove the filled patches within whose radius points (n, 3) lie, but ``kept``.
+
+    Returns the sheet neighbours that they had, and the samples (m,) that they were fitted to.
+    """
+    near = np.unique(state.table.index.near(points)[0]).tolist()
+    rows = [row for row in near if state.membership.is_filled(row) and row != kept]
+    samples = state.membership.fitted_by(rows)
+    around = state.neighbours.around(rows) - set(rows)
+    state.remove(rows)
+    return around, samples
+
+
+def renewed(
+    state: AtlasState, before: set[int], changed: set[int], samples, change: AtlasChange
+) -> AtlasChange:
+    """Refit the rows ``changed`` that have many new samples, fill about samples (n,), and return
+    the change since the rows were ``before``."""
+    alive = state.table.alive
+    rows = np.array(sorted(row for row in changed if alive[row]), int)
+    due = rows[state.table.count[rows] >= _GROWN * state.table.learned[rows]]
+    state.refit(due)
+    splits = [split(state, row) for row in state.too_large(due) if alive[row]]
+    update_creases(state, [row for row in due.tolist() if alive[row]])
+    filled = fill(state, samples)
+    after = set(state.table.rows.tolist())
+    changed = changed.union(filled.changed, *(one.added for one in splits)) & after & before
+    return replace(
+        change,
+        added=tuple(sorted(after - before)),
+        changed=tuple(sorted(changed)),
+        split=(*change.split, *(row for one in splits for row in one.split)),
+        removed=tuple(sorted(before - after)),
+    )
