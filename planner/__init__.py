@@ -8,25 +8,35 @@ from typing import TYPE_CHECKING
 from touchatlas.patch.lazy_names import lazy_names
 
 if TYPE_CHECKING:
+    from touchatlas.planner.frontier_planner import FrontierOptions, FrontierPlanner
     from touchatlas.planner.loop import Step, explore
     from touchatlas.planner.planner import Planner, PlannerOptions
     from touchatlas.planner.probe_plan import ProbePlan, Reason
+    from touchatlas.planner.stop import Stop, StopReason
 
 __all__ = [
+    "FrontierOptions",
+    "FrontierPlanner",
     "Planner",
     "PlannerOptions",
     "ProbePlan",
     "Reason",
     "Step",
+    "Stop",
+    "StopReason",
     "explore",
 ]
 __getattr__ = lazy_names(
     {
+        "FrontierOptions": "touchatlas.planner.frontier_planner",
+        "FrontierPlanner": "touchatlas.planner.frontier_planner",
         "Planner": "touchatlas.planner.planner",
         "PlannerOptions": "touchatlas.planner.planner",
         "ProbePlan": "touchatlas.planner.probe_plan",
         "Reason": "touchatlas.planner.probe_plan",
         "Step": "touchatlas.planner.loop",
+        "Stop": "touchatlas.planner.stop",
+        "StopReason": "touchatlas.planner.stop",
         "explore": "touchatlas.planner.loop",
     }
 )

@@ -1,5 +1,6 @@
 """ProbePlan: where and how to touch next."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 
@@ -42,6 +43,9 @@ class ProbePlan:
     max_turn : float, rad
         Angle between the curve and its direction at the contact at which tracking stops.
     reason : Reason
+    until : function from points (n, 3) to (n,) bool, optional
+        Whether the surface is known at points. An arm may end where it is, for some samples in a
+        row. Without, arms go on.
     """
 
     number: int
@@ -52,6 +56,7 @@ class ProbePlan:
     step: float
     max_turn: float
     reason: Reason
+    until: Callable[[np.ndarray], np.ndarray] | None = None
 
     def __post_init__(self) -> None:
         point = frozen_array(self.reference_point, (3,), "reference point")

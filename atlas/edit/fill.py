@@ -99,8 +99,11 @@ def _any_fitted(state: AtlasState, rows, samples) -> bool:
 
 def _fill_at(state: AtlasState, owner: int, point, normal, changed: set[int]) -> bool:
     """Fit and enter a patch about a point beside the patch ``owner``; whether one was entered."""
-    # A face with an edge ends where its own touches show it, so it is not extended.
-    fit = None if state.creases.of(owner) else _fit(state, owner, point, normal)
+    edges, fitted = state.membership.pool.edges, state.membership.fitted[owner]
+    if state.creases.of(owner) or edges[fitted].any():
+        # A face with an edge ends where its own touches show it, so it is not extended.
+        return False
+    fit = _fit(state, owner, point, normal)
     return fit is not None and _enter(state, fit, _samples_of(state, fit.patch), changed)
 
 

@@ -9,9 +9,9 @@ import numpy as np
 
 from touchatlas.atlas.edit.near_arcs import near_arc
 from touchatlas.atlas.edit.refresh import separate_sheets, smooth_neighbours, update_creases
+from touchatlas.atlas.edit.renew import remove_filled, renewed
 from touchatlas.atlas.edit.repeated_contours import learned_before
 from touchatlas.atlas.edit.replace import in_ball, remove_hidden, root_mean_square
-from touchatlas.atlas.edit.renew import remove_filled, renewed
 from touchatlas.atlas.edit.split import split
 from touchatlas.atlas.graph.creases import Crease
 from touchatlas.atlas.graph.find_creases import find_creases

@@ -15,6 +15,9 @@ _DIRECTIONS = 24
 # Largest deviation inside of the touched surface over the one at its rim, no unit: patches all
 # around leave no room for another surface. Doubled, less certain surface is drawn.
 _INSIDE_FACTOR = 3.0
+# Distance from the origin at which is asked whether the surface goes on, in distances of the
+# outline. With twice the excess, narrow gaps between patches pass for open rims.
+_BEYOND = 1.05
 _ANGLES = 2.0 * np.pi / _DIRECTIONS * np.arange(_DIRECTIONS)
 _ALONG = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)])
 
@@ -42,9 +45,13 @@ def supported(state: AtlasState, patch, points, deviation) -> np.ndarray:
 
 
 def rim(state: AtlasState) -> list[int]:
-    """Rows with an open outline, and their neighbours, ascending."""
-    bare = state.table.rows[state.open_outlines().any(axis=1)].tolist()
-    return sorted(state.neighbours.around(bare))
+    """Rows beyond whose outline no patch knows the surface, and their neighbours, ascending."""
+    which, place = np.nonzero(state.open_outlines())
+    rows = state.table.rows[which]
+    origin = state.table.origin[rows]
+    outlines = state.surface_graph.outlines.points(rows)[np.arange(len(rows)), place]
+    bare = rows[~state.blend(origin + _BEYOND * (outlines - origin)).known]
+    return sorted(state.neighbours.around(bare.tolist()))
 
 
 def _samples(state: AtlasState, row: int) -> np.ndarray:

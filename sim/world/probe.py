@@ -9,8 +9,13 @@ from touchatlas.planner import ProbePlan
 from touchatlas.sim.world.implicit_object import ImplicitObject
 from touchatlas.sim.world.mesh_object import MeshObject
 
-# The approach starts this far above the reference point and ends this far below, in reaches.
-_APPROACH = 0.5
+# The approach starts this far above the reference point and ends this far below: in reaches, or in
+# steps if that is less. Doubled, the probe travels farther and finds places that were predicted
+# less well.
+_APPROACH, _STEPS = 0.5, 10.0
+# An arm ends where the surface has been known for this number of samples, at least as many from the
+# contact. Doubled, arms run on over what is known.
+_IN_A_ROW, _LEAST = 5, 4
 
 
 class Probe:
@@ -32,7 +37,7 @@ class Probe:
 
     def __call__(self, plan: ProbePlan) -> Touch:
         """Approach along the planned normal, then track in every planned plane."""
-        lift = _APPROACH * plan.reach
+        lift = min(_APPROACH * plan.reach, _STEPS * plan.step)
         origin = plan.reference_point + lift * plan.normal
         travel = 0.0
         if self._position is not None:
@@ -68,6 +73,7 @@ class Probe:
             plan.step,
             plan.max_turn,
         )
+        arms = [_ended(points, end, plan.until) for points, end in arms]
         contours, tracked = [], 0.0
         count = len(normals)
         for ahead, behind, normal in zip(arms[:count], arms[count:], normals, strict=True):
@@ -80,3 +86,17 @@ class Probe:
             )
             tracked += (len(points) - 1) * plan.step
         return tuple(contours), tracked
+
+
+def _ended(points, end: ContourEnd, until):
+    """An arm, points (n, 3) and its end, up to where the surface has been known for some samples.
+
+    A real probe asks while it tracks; the result is the same.
+    """
+    if until is None or end is ContourEnd.CLOSED_LOOP or len(points) <= _LEAST + _IN_A_ROW:
+        return points, end
+    known = np.asarray(until(points), bool)
+    runs = np.lib.stride_tricks.sliding_window_view(known[_LEAST:], _IN_A_ROW).all(axis=1)
+    if not runs.any():
+        return points, end
+    return points[: _LEAST + int(runs.argmax()) + _IN_A_ROW], ContourEnd.LENGTH_REACHED

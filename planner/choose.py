@@ -1,0 +1,91 @@
+"""Choose: the place of the next touch, from the places of all patches."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from touchatlas.atlas.atlas import Atlas
+from touchatlas.patch.geometry.frame import any_tangent
+from touchatlas.planner.places import Places
+from touchatlas.planner.probe_plan import Reason
+
+# Places within this fraction of the extent of an earlier touch or attempt are not touched again, so
+# that every exploration ends. Doubled, fewer places in narrow features are touched.
+_APART = 0.02
+# Places of a first touch: points of a spiral about the start, in extents, and their number. The
+# angle between two is the golden angle, which leaves no direction out. Doubled, the spiral is
+# twice as wide.
+_SPIRAL, _STARTS = 0.5, 24
+_GOLDEN = np.pi * (3.0 - np.sqrt(5.0))
+
+
+@dataclass(frozen=True, eq=False)
+class Target:
+    """A place to touch.
+
+    Parameters
+    ----------
+    point : (3,) float, length, world
+    normal : (3,) float, unit, world
+        Predicted outward normal.
+    reason : Reason
+    """
+
+    point: np.ndarray
+    normal: np.ndarray
+    reason: Reason
+
+
+def start_targets(start, outward) -> Iterator[np.ndarray]:
+    """Offsets (3,) of the first touch and of the next attempts from the start point, in extents:
+    a spiral across the direction of approach."""
+    e1 = any_tangent(outward)
+    e2 = np.cross(outward, e1)
+    for k in range(_STARTS):
+        radius, angle = _SPIRAL * np.sqrt(k / _STARTS), _GOLDEN * k
+        yield radius * (np.cos(angle) * e1 + np.sin(angle) * e2)
+
+
+def open_target(atlas: Atlas, places: Places, touched, done, extent: float) -> Target | None:
+    """The open place farthest from all touches; None where all are near touches or attempts.
+
+    Parameters
+    ----------
+    atlas : Atlas
+    places : Places
+    touched, done : (n, 3) and (m, 3) float, length, world
+        Contacts of the touches, and these with the reference points of all attempts.
+    extent : float, length
+    """
+    points, homes = places.open(atlas.table.rows)
+    free = cKDTree(done).query(points)[0] > _APART * extent
+    points, homes = points[free], homes[free]
+    if not len(points):
+        return None
+    best = int(cKDTree(touched).query(points)[0].argmax())
+    point, home = points[best], homes[best]
+    found = atlas.blend(point[None])
+    normal = found.normal[0] if found.known[0] else atlas.table.axes[home, 2]
+    return Target(point, normal, Reason.EXPAND)
+
+
+def weak_target(atlas: Atlas, places: Places, done, extent: float) -> Target | None:
+    """The place of largest predicted deviation, of the patch from which a touch can take most.
+
+    What a touch can take is the area times the logarithm of deviation over noise; None where all
+    places are near touches or attempts, or as sure as a single sample.
+    """
+    rows = atlas.table.rows
+    known, noise = places.known(rows), atlas.table.measurement_std[rows][:, None]
+    floor = np.maximum(noise, np.finfo(float).eps * extent)
+    gain = known.area * np.log(np.maximum(known.deviation / floor, 1.0))
+    apart = cKDTree(done).query(known.points.reshape(-1, 3))[0].reshape(gain.shape)
+    free = (apart > _APART * extent) & (gain > 0.0)
+    score = np.where(free.any(axis=1), gain.sum(axis=1), 0.0)
+    if not score.max(initial=0.0) > 0.0:
+        return None
+    best = int(score.argmax())
+    place = int(np.where(free[best], known.deviation[best], 0.0).argmax())
+    return Target(known.points[best, place], known.normals[best, place], Reason.REFINE)

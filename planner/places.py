@@ -1,0 +1,170 @@
+"""Places: points of the surface with what is known there, kept from touch to touch.
+
+Each patch has places just beyond its outline, which are open where no patch knows the surface, and
+places in its cell, each with a predicted deviation and a share of the area.
+"""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import erf
+
+from touchatlas.atlas.atlas import Atlas
+from touchatlas.atlas.graph.outlines import COUNT
+from touchatlas.atlas.patches.growing_array import grown
+
+# Distance of an open place from the origin, in distances of the outline: it is asked about beyond
+# the outline, and touched within it, where a prediction is worth something. Doubled excess: places
+# are asked about that need no patch.
+_BEYOND, _TOUCHED = 1.05, 0.9
+# Largest distance from the blended surface of a point that is known, in patch radii: a patch whose
+# own prediction is farther off is wrong there. Doubled, more of such places pass for known.
+_OFF = 0.15
+# Standard deviations that hold 95 % of a normal error, and the distance between places that are
+# listed at the end, in extents. Doubled, fewer places are named.
+_SURE, _LISTED = 1.96, 0.1
+# Places within a cell: every second point of the outline, every third half-way, and the origin.
+_INNER = COUNT // 2 + COUNT // 3 + 1
+
+
+@dataclass(frozen=True, eq=False)
+class Known:
+    """Places in cells, one line for each of m patches.
+
+    Parameters
+    ----------
+    points, normals : (m, 21, 3) float, length; unit, world
+        Feet on the blended surface.
+    deviation : (m, 21) float, length
+    area : (m, 21) float, length^2
+        Area that the place stands for; 0 where another patch owns it.
+    """
+
+    points: np.ndarray
+    normals: np.ndarray
+    deviation: np.ndarray
+    area: np.ndarray
+
+
+def known_to(atlas: Atlas, limit: float) -> Callable[[np.ndarray], np.ndarray]:
+    """A function from points (n, 3) to whether (n,) the surface is known there to a deviation: the
+    points lie within three deviations of it, and its deviation is ``limit`` at most, length."""
+
+    def known(points: np.ndarray) -> np.ndarray:
+        found = atlas.blend(points)
+        sure = found.known & (np.nan_to_num(found.deviation) <= limit)
+        near: np.ndarray = np.abs(np.nan_to_num(found.distance)) <= 3.0 * limit
+        return sure & near
+
+    return known
+
+
+class Places:
+    """The places of all patches of an atlas.
+
+    Notes
+    -----
+    ``update`` computes the places of patches that changed, so its time does not grow with the
+    atlas.
+    """
+
+    def __init__(self) -> None:
+        self._open = np.zeros((0, COUNT), bool)
+        self._edge = np.zeros((0, COUNT, 3))
+        self._inner = np.zeros((0, _INNER, 8))
+        self._touches = -1
+
+    def update(self, atlas: Atlas, stale: Iterable[int], touches: int) -> None:
+        """Compute the places of patches ``stale`` and of their neighbours again.
+
+        Parameters
+        ----------
+        atlas : Atlas
+        stale : iterable of int
+            Patches that changed since the last update.
+        touches : int
+            Touches since then. If the atlas learned others, all places are computed.
+        """
+        size = atlas.table.size
+        self._open, self._edge, self._inner = (
+            grown(column, size) for column in (self._open, self._edge, self._inner)
+        )
+        rows = atlas.table.rows
+        if self._touches >= 0 and atlas.touches - self._touches == touches:
+            near = atlas.neighbours.around(row for row in stale if atlas.table.alive[row])
+            rows = np.array(sorted(near), int)
+        self._touches = atlas.touches
+        if len(rows):
+            outlines = atlas.surface_graph.outlines.points(rows)
+            self._update_open(atlas, rows, outlines)
+            self._update_inner(atlas, rows, outlines)
+
+    def _update_open(self, atlas: Atlas, rows, outlines) -> None:
+        """Places just beyond the outlines (m, 24, 3) of rows (m,)."""
+        table, origin = atlas.table, atlas.table.origin[rows][:, None]
+        beyond = (origin + _BEYOND * (outlines - origin)).reshape(-1, 3)
+        home = np.repeat(rows, COUNT)
+        found = atlas.blend(beyond)
+        is_open = ~found.known
+        is_open |= np.abs(np.nan_to_num(found.distance)) > _OFF * table.radius[home]
+        if atlas.creases:
+            is_open &= ~atlas.surface_graph.visibility.beyond(home, beyond)
+        self._open[rows] = is_open.reshape(-1, COUNT)
+        self._edge[rows] = origin + _TOUCHED * _BEYOND * (outlines - origin)
+
+    def _update_inner(self, atlas: Atlas, rows, outlines) -> None:
+        """Places in the cells of rows (m,)."""
+        origin = atlas.table.origin[rows][:, None]
+        points = np.concatenate([outlines[:, ::2], 0.5 * (outlines[:, ::3] + origin), origin], 1)
+        found = atlas.blend(points.reshape(-1, 3))
+        own = found.known & (found.patch == np.repeat(rows, _INNER))
+        inner = np.zeros((len(own), 8))
+        inner[own, :3] = points.reshape(-1, 3)[own] - (
+            found.distance[own, None] * found.normal[own]
+        )
+        inner[own, 3:6] = found.normal[own]
+        inner[own, 6] = found.deviation[own]
+        area = np.pi / _INNER * atlas.table.weight[rows]
+        inner[:, 7] = own * np.repeat(area, _INNER)
+        self._inner[rows] = inner.reshape(-1, _INNER, 8)
+
+    def open(self, rows) -> tuple[np.ndarray, np.ndarray]:
+        """Open places (k, 3) of rows (m,), where a touch may begin, and the patch (k,) of each."""
+        which, place = np.nonzero(self._open[rows])
+        return self._edge[rows[which], place], rows[which]
+
+    def known(self, rows) -> Known:
+        """The places in the cells of rows (m,)."""
+        inner = self._inner[rows]
+        return Known(inner[..., :3], inner[..., 3:6], inner[..., 6], inner[..., 7])
+
+    def areas(self, atlas: Atlas) -> tuple[float, float]:
+        """Expected area within the tolerance, and all area, length^2.
+
+        The error of a place is taken to be normal with its deviation. An open place stands for a
+        24th of the core of its patch, of which nothing is known.
+        """
+        rows = atlas.table.rows
+        known = self.known(rows)
+        with np.errstate(divide="ignore"):
+            within = erf(atlas.tolerance / (np.sqrt(2.0) * known.deviation))
+        inside = float((known.area * within).sum())
+        return inside, float(known.area.sum()) + self._open_area(atlas, rows)
+
+    def _open_area(self, atlas: Atlas, rows) -> float:
+        """Area that the open places of rows (m,) stand for, length^2."""
+        share = np.pi / COUNT * atlas.table.weight[rows]
+        return float((self._open[rows].sum(axis=1) * share).sum())
+
+    def left(self, atlas: Atlas, extent: float) -> np.ndarray:
+        """(k, 3) places that are open or not known to the tolerance, far apart from each other."""
+        rows = atlas.table.rows
+        known = self.known(rows)
+        weak = (known.area > 0.0) & (_SURE * known.deviation > atlas.tolerance)
+        found = np.concatenate([self.open(rows)[0], known.points[weak]])
+        kept: list[np.ndarray] = []
+        for point in found:
+            if all(((point - other) ** 2).sum() > (_LISTED * extent) ** 2 for other in kept):
+                kept.append(point)
+        return np.array(kept).reshape(-1, 3)

@@ -1,0 +1,33 @@
+"""Stop: why an exploration ended, and what is left."""
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+
+class StopReason(Enum):
+    """Why a planner has no more plans."""
+
+    KNOWN = "known to the tolerance"
+    TRIED = "every place left was tried"
+    STAGNATION = "touches no longer improve what is known"
+    NO_PATCH = "no touch gave a patch"
+
+
+@dataclass(frozen=True, eq=False)
+class Stop:
+    """The end of an exploration.
+
+    Parameters
+    ----------
+    reason : StopReason
+    predicted_coverage : float
+        Expected fraction of the surface that is within the tolerance.
+    open_places : (n, 3) float, length, world
+        Where nothing is known, or too little, far apart from each other.
+    """
+
+    reason: StopReason
+    predicted_coverage: float
+    open_places: np.ndarray
