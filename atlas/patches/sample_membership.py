@@ -84,20 +84,30 @@ class SampleMembership:
     def known_about(self, rows) -> list[np.ndarray]:
         """For each row the indices (n,) of the samples that it may be fitted to, ascending: those
         near its origin whose normals are within 60 degrees of its own, whoever owns them."""
-        table, pool = self._table, self.pool
-        near = self._index.near(
-            pool.points, table.origin[rows], CANDIDATE_REACH * table.radius[rows]
+        table = self._table
+        return self.near(
+            table.origin[rows], table.axes[rows, 2], CANDIDATE_REACH * table.radius[rows]
         )
+
+    def near(self, centres, normals, radii) -> list[np.ndarray]:
+        """For each of m balls the indices (n,) of the samples in it whose normals are within 60
+        degrees of a normal, ascending.
+
+        Parameters
+        ----------
+        centres, normals : (m, 3) float, length; unit, world
+        radii : (m,) float, length
+        """
+        found = self._index.near(self.pool.points, centres, radii)
         return [
-            index[pool.normals[index] @ table.axes[row, 2] >= SHEET_COSINE]
-            for row, index in zip(np.asarray(rows).tolist(), near, strict=True)
+            index[self.pool.normals[index] @ normal >= SHEET_COSINE]
+            for index, normal in zip(found, normals, strict=True)
         ]
 
-    def near(self, centre, normal, radius: float) -> np.ndarray:
-        """(n,) indices of the samples within a ball whose normals are within 60 degrees of a
-        normal (3,), ascending."""
-        (index,) = self._index.near(self.pool.points, np.asarray(centre)[None], [radius])
-        return index[self.pool.normals[index] @ normal >= SHEET_COSINE]
+    def count_near(self, centres, radii) -> np.ndarray:
+        """(m,) number of samples in each of m balls, centres (m, 3) and radii (m,), length."""
+        found = self._index.near(self.pool.points, centres, radii)
+        return np.array([len(index) for index in found], int)
 
     def is_filled(self, row: int) -> bool:
         """Whether a patch lies between touches: it owns no sample."""
