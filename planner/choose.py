@@ -14,6 +14,9 @@ from touchatlas.planner.probe_plan import Reason
 # Places within this fraction of the extent of an earlier touch or attempt are not touched again, so
 # that every exploration ends. Doubled, fewer places in narrow features are touched.
 _APART = 0.02
+# Deviation of a place that needs no touch, in deviations of a sample: a dozen samples give it.
+# Doubled, explorations to tolerances near the noise end too early.
+_SURE = 0.3
 # Places of a first touch: points of a spiral about the start, in extents, and their number. The
 # angle between two is the golden angle, which leaves no direction out. Doubled, the spiral is
 # twice as wide.
@@ -74,13 +77,12 @@ def open_target(atlas: Atlas, places: Places, touched, done, extent: float) -> T
 def weak_target(atlas: Atlas, places: Places, done, extent: float) -> Target | None:
     """The place of largest predicted deviation, of the patch from which a touch can take most.
 
-    What a touch can take is the area times the logarithm of deviation over noise; None where all
-    places are near touches or attempts, or as sure as a single sample.
+    What a touch can take is the integral of the variance; None where all places are near touches
+    or attempts, or much surer than a single sample.
     """
     rows = atlas.table.rows
     known, noise = places.known(rows), atlas.table.measurement_std[rows][:, None]
-    floor = np.maximum(noise, np.finfo(float).eps * extent)
-    gain = known.area * np.log(np.maximum(known.deviation / floor, 1.0))
+    gain = known.area * np.maximum(known.deviation**2 - (_SURE * noise) ** 2, 0.0)
     apart = cKDTree(done).query(known.points.reshape(-1, 3))[0].reshape(gain.shape)
     free = (apart > _APART * extent) & (gain > 0.0)
     score = np.where(free.any(axis=1), gain.sum(axis=1), 0.0)

@@ -28,6 +28,9 @@ _CLOSER, _TIMES_CLOSER = 0.35, 2
 # Arms end where the predicted deviation is below this fraction of the atlas's scale: there they
 # teach little. Doubled, arms are shorter and more touches are needed.
 _KNOWN = 0.5
+# Largest predicted deviation anywhere, in tolerances, of a surface that is known: where less is
+# known it is no surface. Doubled, holes remain and a touch or two is saved.
+_WORST = 1.0
 # Stagnation: the area within the tolerance has not grown by this fraction in so many touches, or
 # in the last quarter of all touches. Doubled, an exploration is given up earlier, or goes on for
 # twice as long.
@@ -188,7 +191,9 @@ class Planner:
             return self._plan_with_edges(atlas)
         done = np.array([*self._touched, *self._tried])
         target = open_target(atlas, self._places, np.array(self._touched), done, extent)
-        if target is None and self._coverage >= self.options.coverage:
+        worst = self._places.largest_deviation(atlas)
+        is_known = self._coverage >= self.options.coverage and worst <= _WORST * atlas.tolerance
+        if target is None and is_known:
             return self._end(atlas, StopReason.KNOWN)
         if self._stagnates():
             return self._end(atlas, StopReason.STAGNATION)

@@ -9,7 +9,7 @@ import numpy as np
 
 from touchatlas.atlas.edit.near_arcs import near_arc
 from touchatlas.atlas.edit.refresh import separate_sheets, smooth_neighbours, update_creases
-from touchatlas.atlas.edit.renew import remove_filled, renewed
+from touchatlas.atlas.edit.renew import learn_along, remove_filled, renewed
 from touchatlas.atlas.edit.repeated_contours import learned_before
 from touchatlas.atlas.edit.replace import in_ball, remove_hidden, root_mean_square
 from touchatlas.atlas.edit.split import split
@@ -66,8 +66,10 @@ def learn(state: AtlasState, touch: Touch) -> AtlasChange:
     around, samples = remove_filled(state, np.concatenate([c.points for c in contours]), owner)
     first = len(state.membership.pool)
     change = insert(state, fit, contours) if fit else add_contours(state, owner, contours)
-    samples = np.union1d(samples, np.arange(first, len(state.membership.pool)))
-    return renewed(state, before, around.union(change.added, change.changed), samples, change)
+    index = np.arange(first, len(state.membership.pool), dtype=np.int32)
+    changed = around.union(change.added, change.changed)
+    changed |= learn_along(state, index, {*change.added, *change.changed})
+    return renewed(state, before, changed, np.union1d(samples, index), change)
 
 
 def _fit_or_reason(state: AtlasState, touch: Touch, contours) -> tuple[PatchFit | None, str]:

@@ -13,19 +13,38 @@ from touchatlas.atlas.state import AtlasState
 # A patch is refitted from all samples near it when its sample count has grown by this factor since
 # its last fit. Doubled, the frames and priors of patches lag behind their samples.
 _GROWN = 1.2
+# A filled patch is removed, and others are fitted in its place, where new samples are this fraction
+# of its own: it was hardly more than a guess. Doubled, more guesses stay.
+_MUCH = 0.3
 
 
 def remove_filled(state: AtlasState, points, kept: int | None) -> tuple[set[int], np.ndarray]:
-    """Remove the filled patches within whose radius points (n, 3) lie, but ``kept``.
+    """Remove the filled patches, but ``kept``, that would learn much from samples at points (n, 3).
 
     Returns the sheet neighbours that they had, and the samples (m,) that they were fitted to.
     """
-    near = np.unique(state.table.index.near(points)[0]).tolist()
-    rows = [row for row in near if state.membership.is_filled(row) and row != kept]
+    near, count = np.unique(state.table.index.near(points)[0], return_counts=True)
+    much = near[count > _MUCH * state.table.count[near]].tolist()
+    rows = [row for row in much if state.membership.is_filled(row) and row != kept]
     samples = state.membership.fitted_by(rows)
     around = state.neighbours.around(rows) - set(rows)
     state.remove(rows)
     return around, samples
+
+
+def learn_along(state: AtlasState, index, learned: set[int]) -> set[int]:
+    """Let the patches near new samples ``index`` (n,) learn those of their sheets, but the rows
+    that have ``learned`` them; returns the rows that did."""
+    points = state.membership.pool.points[index]
+    near = np.unique(state.table.index.near(points)[0])
+    rows = np.array([row for row in near.tolist() if row not in learned], int)
+    if not len(rows):
+        return set()
+    before = state.table.count[rows].copy()
+    state.membership.learn(rows, index)
+    rows = rows[state.table.count[rows] > before]
+    state.learned(rows)
+    return set(rows.tolist())
 
 
 def renewed(
