@@ -149,7 +149,7 @@ class FitReport:
         title = f"{self.name}: {self.method}"
         contents = (
             (self.json() + "\n").encode(),
-            ply_bytes(surface),
+            ply_bytes(surface, float(surface.deviation.max()) or self.patch.radius),
             png_bytes(self.recording, self.patch, surface, title),
         )
         folder.mkdir(parents=True, exist_ok=True)
