@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from touchatlas.atlas.edit.plausible_touch import check_unit_of_length
 from touchatlas.atlas.edit.refresh import separate_sheets, smooth_neighbours, update_creases
 from touchatlas.atlas.edit.repeated_contours import learned_before
 from touchatlas.atlas.edit.replace import in_ball, remove_hidden, root_mean_square
@@ -51,6 +52,7 @@ def learn(state: AtlasState, touch: Touch) -> AtlasChange:
             refused=f"contours of {LEAST_POINTS} points or more: {len(contours)}; a patch needs "
             f"{LEAST_CONTOURS}: track more planes, or sample more finely"
         )
+    check_unit_of_length(state, touch, contours)
     if learned_before(state, touch.contact, contours):
         return AtlasChange(
             refused=f"a contour of touch {touch.number} was learned before, point for point; give "

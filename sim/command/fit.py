@@ -28,7 +28,8 @@ def fit(
     Parameters
     ----------
     contours
-        A CSV file with the columns curve, x, y, z, and nx, ny, nz of the sampling planes if known.
+        A CSV file with the columns curve, x, y, z, and nx, ny, nz of the sampling planes if known;
+        other separators, decimal commas, units and usual names are found out, and said.
     noise
         Standard deviation of each coordinate, in the file's unit; estimated by default.
     method
@@ -60,6 +61,8 @@ def fit(
         table.add_row(name, value)
     console = Console()
     console.print(table)
+    for sentence in report.assumed:
+        console.print(f"assumed: {sentence}", markup=False, highlight=False)
     for flag in report.flags:
         console.print(f"{flag}: {MEANING[flag]}", markup=False, highlight=False)
     return 0
