@@ -57,6 +57,11 @@ class Touch:
     def __post_init__(self) -> None:
         object.__setattr__(self, "contact", frozen_array(self.contact, (3,), "contact"))
         object.__setattr__(self, "approach", check_unit(self.approach, "approach"))
+        whole = isinstance(self.number, int | np.integer) and not isinstance(self.number, bool)
+        if not (whole and self.number >= 0):
+            raise ValueError(
+                f"number is {self.number!r}; it must be that of a ProbePlan, 0 or more"
+            )
         if not isinstance(self.status, TouchStatus):
             raise ValueError(f"status is {self.status!r}; it must be a TouchStatus")
         for name in ("tracked_length", "travel_length"):

@@ -10,7 +10,7 @@ from cyclopts import Parameter
 from touchatlas.sim.command.numbers import Json
 from touchatlas.sim.command.option_flags import with_options
 from touchatlas.sim.command.outcome import say
-from touchatlas.sim.command.run_end import end_of
+from touchatlas.sim.command.run_end import end_of, resumable
 from touchatlas.sim.command.show import shown
 from touchatlas.sim.run.exploration import NO_OPTIONS, run_exploration
 from touchatlas.sim.run.option_tables import differences
@@ -53,7 +53,8 @@ def explore(
         for sentence in getattr(obj, "notes", ()):
             say(sentence)
         out = default_folder(obj.name, options) if out is None else out
-        result = run_exploration(obj, out, options, force, watcher)
+        with resumable(out):
+            result = run_exploration(obj, out, options, force, watcher)
     return end_of(result, obj, json_)
 
 

@@ -39,9 +39,8 @@ def exit_code(command: Callable[[], int | None]) -> int:
     except MemoryError:
         code = complain("out of memory; try a smaller mesh or a larger tolerance", FAILURE)
     except KeyboardInterrupt as stop:
-        doing = f" while {', '.join(notes)}" if (notes := getattr(stop, "__notes__", [])) else ""
         code = TERMINATED if isinstance(stop, Terminated) else INTERRUPTED
-        complain(f"stopped{doing}; touches already in the journal are kept", code)
+        complain("; ".join(["stopped", *getattr(stop, "__notes__", [])]), code)
     except Exception as error:
         code = complain(f"internal error, please report it: {error!r}", FAILURE)
     return code

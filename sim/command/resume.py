@@ -5,7 +5,7 @@ from pathlib import Path
 from touchatlas.sim.command.numbers import Json, print_numbers, unit_of
 from touchatlas.sim.command.option_flags import Whole
 from touchatlas.sim.command.outcome import say
-from touchatlas.sim.command.run_end import end_of
+from touchatlas.sim.command.run_end import end_of, resumable
 from touchatlas.sim.command.show import shown
 from touchatlas.sim.run.exploration import FinishedError, resume_exploration
 from touchatlas.sim.run.run_folder import changed_versions, read_settings
@@ -38,7 +38,7 @@ def resume(
     if changed := changed_versions(settings):
         say(f"{run} was begun with {changed}; the last digits may differ")
     try:
-        with shown(f"resuming {run}") as watcher:
+        with shown(f"resuming {run}") as watcher, resumable(run):
             result = resume_exploration(run, max_touches, max_length, watcher)
     except FinishedError as finished:
         source = settings["object"]

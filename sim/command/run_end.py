@@ -1,5 +1,8 @@
 """What is printed at the end of a run, and its exit code."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 from touchatlas.sim.command.numbers import print_numbers, sentences, unit_of
 from touchatlas.sim.command.outcome import FAILURE, INTERRUPTED, complain, say
 from touchatlas.sim.run.exploration import Result
@@ -8,6 +11,16 @@ _UNSURE = (
     "nowhere is the surface known to within the tolerance; give a larger --tolerance, less --noise "
     "or more touches"
 )
+
+
+@contextmanager
+def resumable(folder) -> Iterator[None]:
+    """Let an interrupt in the block say how to go on."""
+    try:
+        yield
+    except KeyboardInterrupt as stop:
+        stop.add_note(f"touches in the journal are kept, and touchatlas resume {folder} goes on")
+        raise
 
 
 def end_of(result: Result, obj, as_json: bool) -> int:

@@ -117,6 +117,8 @@ def run_exploration(
     Touches already in the journal stay there, whatever happens: ``resume_exploration`` goes on
     with them.
     """
+    if not isinstance(options, RunOptions):
+        raise ValueError(f"options are {options!r}; they must be RunOptions")
     phases = Phases(watcher.begins)
     options = _completed(options, obj)
     with new_run(out, force) as folder:

@@ -20,6 +20,8 @@ create table contour (
 """
 # Errors that reading an altered journal raises.
 _DAMAGE = (sqlite3.Error, ValueError, TypeError, AttributeError, OverflowError)
+# Letters of another library's message that are passed on. Doubled, sentences are pages.
+_LONGEST = 200
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,16 +55,18 @@ class Journal:
         self._path = Path(path)
         if self._path.exists() and not self._path.is_file():
             raise ValueError(f"{path} is no file; give the journal.sqlite of a run")
+        if not self._path.parent.is_dir():
+            raise ValueError(f"{self._path.parent} is no folder; make it, or give another journal")
         self._database = sqlite3.connect(path)
         try:
             if not self._tables():
                 self._database.executescript(f"begin; {_SCHEMA} commit;")
-            self._database.execute("select probe from touch limit 1").fetchone()
-            self._database.execute("select points from contour limit 1").fetchone()
-        except sqlite3.DatabaseError as error:
+            self._database.execute("select probe from touch limit 0").fetchone()
+            self._database.execute("select points from contour limit 0").fetchone()
+        except (sqlite3.DatabaseError, ValueError) as error:
             self._database.close()
             # A full disk or a lock is no fault of the file.
-            if isinstance(error, sqlite3.OperationalError) and "no such" not in str(error):
+            if isinstance(error, sqlite3.OperationalError) and _is_of_the_disk(error):
                 raise
             raise self._damaged(error) from None
 
@@ -119,7 +123,9 @@ class Journal:
             When the file was altered, or lacks a touch.
         """
         try:
-            return self._entries()
+            # Numbers that were altered may be too large for their squares.
+            with np.errstate(all="ignore"):
+                return self._entries()
         except _DAMAGE as error:
             raise self._damaged(error) from None
 
@@ -164,11 +170,17 @@ class Journal:
         )
 
     def _damaged(self, error: Exception) -> ValueError:
+        words = " ".join(str(error).split())[:_LONGEST]
         return ValueError(
-            f"{self._path} is no whole journal of a run ({error}); give another copy, or explore "
+            f"{self._path} is no whole journal of a run ({words}); give another copy, or explore "
             "again"
         )
 
     def close(self) -> None:
         """Close the file."""
         self._database.close()
+
+
+def _is_of_the_disk(error: sqlite3.OperationalError) -> bool:
+    """Whether the file could not be read or written, whatever it holds."""
+    return any(word in str(error) for word in ("locked", "disk", "full", "unable", "readonly"))

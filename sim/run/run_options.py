@@ -1,6 +1,7 @@
 """RunOptions: what is asked of one exploration, checked against its object."""
 
 from dataclasses import dataclass
+from numbers import Integral, Real
 
 import numpy as np
 
@@ -58,12 +59,23 @@ class RunOptions:
         check_number("max-touches", self.max_touches, 1)
         check_number("max-length", self.max_length)
         check_number("seed", self.seed, 0)
+        for name, value in (("max-touches", self.max_touches), ("seed", self.seed)):
+            if value is not None and not isinstance(value, Integral):
+                raise ValueError(f"{name} is {value}; it must be a whole number")
+        for name, value, kind in (
+            ("planner", self.planner, PlannerOptions),
+            ("atlas", self.atlas, AtlasOptions),
+        ):
+            if not isinstance(value, kind):
+                raise ValueError(f"{name} is {value!r}; it must be {kind.__name__}")
 
 
 def check_number(name: str, value: float | None, least: int | None = None) -> None:
-    """ValueError for a number that is not finite, or is below ``least``; without ``least``, for
+    """ValueError for what is no finite number, or is below ``least``; without ``least``, for
     one that is not positive."""
     if value is not None:
+        if isinstance(value, bool) or not isinstance(value, Real):
+            raise ValueError(f"{name} is {value!r}; it must be a number")
         good = value > 0 if least is None else value >= least
         # np.isfinite fails for integers of more than 64 bits.
         if not (good and value < np.inf):
