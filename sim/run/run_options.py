@@ -62,12 +62,9 @@ class RunOptions:
         for name, value in (("max-touches", self.max_touches), ("seed", self.seed)):
             if value is not None and not isinstance(value, Integral):
                 raise ValueError(f"{name} is {value}; it must be a whole number")
-        for name, value, kind in (
-            ("planner", self.planner, PlannerOptions),
-            ("atlas", self.atlas, AtlasOptions),
-        ):
-            if not isinstance(value, kind):
-                raise ValueError(f"{name} is {value!r}; it must be {kind.__name__}")
+        for record, kind in ((self.planner, PlannerOptions), (self.atlas, AtlasOptions)):
+            if not isinstance(record, kind):
+                raise ValueError(f"got {record!r}; {kind.__name__} are needed there")
 
 
 def check_number(name: str, value: float | None, least: int | None = None) -> None:
