@@ -8,6 +8,7 @@ if TYPE_CHECKING:
     from touchatlas.sim.run.conclusion import truth_of
     from touchatlas.sim.run.evaluate import EvaluateOptions, Evaluation, Truth, evaluate_surface
     from touchatlas.sim.run.exploration import Result, resume_exploration, run_exploration
+    from touchatlas.sim.run.journal import Journal
     from touchatlas.sim.run.run_options import RunOptions
     from touchatlas.sim.run.watcher import Watcher
     from touchatlas.sim.world.objects import make_object, object_names
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 __all__ = [
     "EvaluateOptions",
     "Evaluation",
+    "Journal",
     "Probe",
     "Result",
     "RunOptions",
@@ -32,6 +34,7 @@ __getattr__ = lazy_names(
     {
         "EvaluateOptions": "touchatlas.sim.run.evaluate",
         "Evaluation": "touchatlas.sim.run.evaluate",
+        "Journal": "touchatlas.sim.run.journal",
         "Probe": "touchatlas.sim.world.probe",
         "Result": "touchatlas.sim.run.exploration",
         "RunOptions": "touchatlas.sim.run.run_options",

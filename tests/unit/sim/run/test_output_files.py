@@ -4,6 +4,7 @@ import csv
 import io
 import json
 import shutil
+from pathlib import Path
 
 import matplotlib.image
 import numpy as np
@@ -90,6 +91,13 @@ def test_runs_that_cannot_be_compared_are_refused(whole_run, tmp_path):
     other = shutil.copytree(one, tmp_path / "other")
     (other / "evaluation.json").unlink()
     assert_refused(touchatlas("compare", one, other, cwd=tmp_path), 2, "touchatlas resume")
+
+
+@pytest.mark.parametrize("listed", [NUMBERS, COLUMNS])
+def test_the_glossary_says_what_the_output_says(listed):
+    glossary = (Path(__file__).parents[4] / "docs" / "glossary.md").read_text()
+    rows = [f"| `{n}` | {m.what} | {m.unit} | {m.good} |" for n, m in listed.items()]
+    assert "\n".join(rows) in glossary
 
 
 def test_every_number_and_column_has_a_meaning(whole_run):
