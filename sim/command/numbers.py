@@ -62,10 +62,10 @@ def sentences(numbers: dict) -> list[str]:
     """What a user must know of a run or an evaluation, in words."""
     found = []
     parts, reached = numbers["components"], numbers["components_reached"]
-    if parts is not None and reached is not None and reached < parts:
+    if parts is not None and parts > 1 and reached < parts:
         found.append(
-            f"the object has {parts} separate parts, and {parts - reached} of them were not "
-            "reached: they lie inside another, or no contour leads to them"
+            f"{parts - reached} of the {parts} separate parts of the object were not reached: what "
+            "lies inside another cannot be touched, and no contour leads from one to another"
         )
     if numbers["coverage"] < _WHOLE:
         found.append(f"{1.0 - numbers['coverage']:.1%} of the true surface was not reached")

@@ -300,13 +300,13 @@ def _notes_on_edges(name: str, counts) -> list[str]:
     found, open_edges, many = [], int((counts == 1).sum()), int((counts > 2).sum())
     if open_edges:
         found.append(
-            f"{name} is an open mesh ({open_edges} edges have one triangle only): its surface will "
-            "be open too"
+            f"{name} is an open mesh (edges with one triangle only: {open_edges}); its surface "
+            "will be open too"
         )
     if many:
         found.append(
-            f"{name} has {many} edges where more than two triangles meet; contours that cross one "
-            "may go on along the wrong one"
+            f"{name} has edges where more than two triangles meet ({many}); contours that cross "
+            "one may go on along the wrong triangle"
         )
     return found
 
