@@ -45,7 +45,13 @@ def fit(
     json_
         Print numbers as JSON on standard output.
     """
-    from touchatlas.sim.recorded.fit_report import MEANING, check_folder, fit_file, parse_vector
+    from touchatlas.sim.recorded.fit_report import (
+        MEANING,
+        UNITS,
+        check_folder,
+        fit_file,
+        parse_vector,
+    )
 
     at = None if point is None else parse_vector(point, "--point")
     side = None if outward is None else parse_vector(outward, "--outward")
@@ -56,9 +62,9 @@ def fit(
     if json_:
         print(report.json())
         return 0
-    table = Table("quantity", "value", title=escape(f"{contours}: {method}"))
+    table = Table("quantity", "value", "unit", title=escape(f"{contours}: {method}"))
     for name, value in report.summary().items():
-        table.add_row(name, value)
+        table.add_row(name, value, UNITS.get(name, "–"))
     console = Console()
     console.print(table)
     for sentence in report.assumed:

@@ -58,6 +58,11 @@ MEANING = {
     "in the unit of the file, or leave it out.",
     "outliers": "Some points were left out as bad contacts.",
 }
+# Units of what is printed, where it has one.
+UNITS = {
+    **dict.fromkeys(("origin", "radius", "residual rms", "noise"), "file's unit"),
+    **dict.fromkeys(("k1", "k2"), "1 / file's unit"),
+}
 
 
 @dataclass(frozen=True, eq=False)

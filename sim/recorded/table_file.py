@@ -72,7 +72,7 @@ def read_table(path: Path) -> Table:
     elif rows:
         table.header = _commented_header(comments, rows[0], separator, assumed)
     if comments:
-        assumed.append(f"{len(comments)} lines of comment were skipped")
+        assumed.append(f"lines of comment were skipped: {len(comments)}")
     data = [cell for _, _, cells in rows for cell in cells if _NUMBER.fullmatch(cell)]
     table.decimal_comma = any("," in cell for cell in data)
     if table.decimal_comma:

@@ -18,7 +18,7 @@ def _m(what: str, unit: str = "–", good: str = "–") -> Meaning:
     return Meaning(what, unit, good)
 
 
-_BELOW = "below the tolerance"
+_BELOW = "< tolerance"
 NUMBERS: dict[str, Meaning] = {
     "coverage": _m("fraction of the true area within three tolerances of the surface", good="1"),
     "accuracy_mean": _m("distance from the surface to the truth: mean", LENGTH, _BELOW),
@@ -45,7 +45,7 @@ NUMBERS: dict[str, Meaning] = {
         good="0.95",
     ),
     "watertight": _m(
-        "whether each edge of the mesh has two triangles, wound alike", good="true if closed"
+        "whether each edge of the mesh has two triangles, wound alike", good="True if closed"
     ),
     "euler_characteristic": _m("V - E + F of the triangle mesh", good="the true one"),
     "true_euler_characteristic": _m("the same of the object; null where it is open"),
@@ -54,8 +54,9 @@ NUMBERS: dict[str, Meaning] = {
     "tolerance": _m("how well the surface was wanted", LENGTH),
     "diagonal": _m("of the object's bounding box", LENGTH),
     "total_curvature_over_2pi": _m(
-        "integral of the surface's Gaussian curvature over 2 pi; needs no truth",
-        good="true_euler_characteristic if smooth, 0 on a polyhedron",
+        "integral of the surface's Gaussian curvature over 2 pi: its Euler characteristic if it is "
+        "smooth and closed, 0 on a polyhedron; needs no truth",
+        good="the true one",
     ),
     "ended": _m("why the exploration ended", good="nothing left to touch"),
     "noise_std": _m("standard deviation of each coordinate of each sample", LENGTH),
@@ -68,7 +69,7 @@ NUMBERS: dict[str, Meaning] = {
     "patch_euler_characteristic": _m("V - E + F of the patch graph", good="the true one"),
     "tracked_length": _m("path of the probe in contact", LENGTH, "short"),
     "travel_length": _m("path of the probe in the air", LENGTH, "short"),
-    "residual_patches": _m("patches that have a residual", good="0 on smooth objects"),
+    "residual_patches": _m("patches that have a residual", good="0 if smooth"),
     "seconds_plan": _m("planning of all touches", "s"),
     "seconds_fit": _m("learning of all touches", "s"),
     "seconds_sim": _m("simulated probe", "s"),

@@ -386,3 +386,9 @@ def test_a_touch_in_another_unit_is_refused(factor):
     with pytest.raises(ValueError, match="give all touches in the same unit of length"):
         atlas.add(scaled)
     assert len(atlas) == len(known.atlas) and atlas.point_count == known.atlas.point_count
+
+
+@pytest.mark.parametrize("number", ["x", -1, 1.5, True, None])
+def test_the_number_of_a_touch_is_that_of_a_plan(number):
+    with pytest.raises(ValueError, match="number is .*; it must be that of a ProbePlan"):
+        Touch(number, np.zeros(3), UP, contours(), TouchStatus.TOUCHED, 60.0, 0.0)

@@ -116,7 +116,7 @@ SLOPPY = {
     "lengths are in mm": ["curve,x [mm],y [mm],z [mm]", *LINES],
     "lengths are in cm": ["curve,x_cm,y_cm,z_cm", *LINES],
     "contour_id as curve, px as x": ["contour_id,px,py,pz", *LINES],
-    "2 lines of comment were skipped": ["# made by hand", "curve,x,y,z", "# now", *LINES],
+    "lines of comment were skipped: 2": ["# made by hand", "curve,x,y,z", "# now", *LINES],
     "columns are those in line 1": ["# curve x y z", *(" ".join(row) for row in SAME)],
     "read as curve, x, y, z": LINES,
     "read as x, y, z, curve": [",".join([*row[1:], row[0]]) for row in SAME],
