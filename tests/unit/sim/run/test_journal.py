@@ -44,7 +44,7 @@ def test_what_is_no_journal_is_refused(tmp_path):
 )
 def test_an_altered_journal_is_refused(tmp_path, change):
     ball, path = make_object("sphere"), tmp_path / "journal.sqlite"
-    probe, atlas, planner = Probe(ball, 0.02, np.random.default_rng(0)), Atlas(0.5)
+    probe, atlas = Probe(ball, 0.02, np.random.default_rng(0)), Atlas(0.5)
     planner = Planner(*ball.start())
     with closing(Journal(path)) as journal:
         for _ in range(2):
