@@ -61,7 +61,9 @@ def complain(sentence: str, code: int) -> int:
 
 def _trouble(error: OSError) -> str:
     if error.strerror is None:
-        return str(error)
-    where = f"{error.filename}: " if error.filename is not None else ""
-    advice = f"; {_ADVICE[error.errno]}" if error.errno in _ADVICE else ""
-    return where + error.strerror + advice
+        words = str(error)
+    else:
+        where = f"{error.filename}: " if error.filename is not None else ""
+        advice = f"; {_ADVICE[error.errno]}" if error.errno in _ADVICE else ""
+        words = where + error.strerror + advice
+    return "; ".join([words, *getattr(error, "__notes__", [])])

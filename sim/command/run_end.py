@@ -2,10 +2,12 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 from touchatlas.sim.command.numbers import print_numbers, sentences, unit_of
 from touchatlas.sim.command.outcome import FAILURE, INTERRUPTED, complain, say
 from touchatlas.sim.run.exploration import Result
+from touchatlas.sim.run.run_folder import is_run
 
 _UNSURE = (
     "nowhere is the surface known to within the tolerance; give a larger --tolerance, less --noise "
@@ -15,9 +17,13 @@ _UNSURE = (
 
 @contextmanager
 def resumable(folder) -> Iterator[None]:
-    """Let an interrupt in the block say how to go on."""
+    """Let what stops the block say how to go on."""
     try:
         yield
+    except OSError as error:
+        if is_run(Path(folder)) and "resume" not in str(error):
+            error.add_note(f"touchatlas resume {folder} goes on")
+        raise
     except KeyboardInterrupt as stop:
         stop.add_note(f"touches in the journal are kept, and touchatlas resume {folder} goes on")
         raise

@@ -131,7 +131,7 @@ def _shown(words: str) -> Iterator[Shown]:
     if sys.stderr is not None and console.is_terminal:
         columns = (
             TextColumn("{task.description}", markup=False),
-            BarColumn(),
+            BarColumn(bar_width=12),
             TextColumn("{task.fields[note]}", markup=False),
             TimeElapsedColumn(),
         )

@@ -77,6 +77,8 @@ def old_run(path) -> Iterator[Path]:
         When it holds no run, or another process is at work there.
     """
     path = Path(path)
+    if path.name == REPLACEMENT and is_run(path.parent):
+        path = path.parent
     if not is_run(path) and not (path / _WHOLE).is_dir():
         raise ValueError(
             f"{path} holds no run (a run.toml of ours); give the folder of one, or run explore"

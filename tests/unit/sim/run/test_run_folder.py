@@ -101,8 +101,9 @@ def test_a_crash_while_a_run_is_replaced_is_made_good(run, monkeypatch, moves):
 
 def test_a_run_that_was_to_replace_another_is_the_one_that_is_gone_on_with(run):
     folder = replacement_of(run, {"journal.sqlite"})
-    with old_run(run) as taken_again:
-        assert taken_again == folder
+    for path in (run, folder):
+        with old_run(path) as taken_again:
+            assert taken_again == folder
 
 
 def test_a_folder_of_the_users_named_replacement_is_not_touched(run):
