@@ -5,6 +5,7 @@ The file holds what was learned. What follows from it, such as cells, is compute
 
 import io
 import json
+import os
 import tokenize
 import zipfile
 from dataclasses import asdict
@@ -24,6 +25,8 @@ from touchatlas.patch.fit.fit_patch import FitOptions
 
 # Version of the file, no unit; a file of another version is refused.
 FORMAT = 4
+# Letters of another library's message that are passed on. Doubled, sentences are pages.
+_LONGEST = 200
 _POOL = "points", "normals", "across", "edges", "visited"
 # Errors that reading a damaged file raises.
 _DAMAGE = (
@@ -70,7 +73,18 @@ def atlas_bytes(atlas: Atlas) -> bytes:
 
 
 def save_atlas(path, atlas: Atlas) -> None:
-    """Write an atlas to a file. If that fails, the file stays as it was."""
+    """Write an atlas to a file. If that fails, the file stays as it was.
+
+    Raises
+    ------
+    ValueError
+        When the arguments are no path and no Atlas.
+    OSError
+        When the file cannot be written.
+    """
+    if not isinstance(atlas, Atlas):
+        raise ValueError(f"got {type(atlas).__name__} for the atlas; call save_atlas(path, atlas)")
+    _check_path(path)
     write_whole(path, atlas_bytes(atlas))
 
 
@@ -80,8 +94,9 @@ def load_atlas(path) -> Atlas:
     Raises
     ------
     ValueError
-        When the file is missing, cut off, altered, or of another format.
+        When the path is none, or the file is missing, cut off, altered, or of another format.
     """
+    _check_path(path)
     if Path(path).exists() and not Path(path).is_file():
         raise ValueError(f"{path} is a folder or device; give the atlas.npz of a run")
     try:
@@ -106,10 +121,18 @@ def load_atlas(path) -> Atlas:
         raise _damaged(path, error) from None
 
 
+def _check_path(path) -> None:
+    """ValueError for what names no file."""
+    if not isinstance(path, str | os.PathLike):
+        raise ValueError(f"got {type(path).__name__} for the path; give that of an atlas.npz")
+
+
 def _damaged(path, error: Exception) -> ValueError:
     """The error for a file that is not as it was written."""
+    # A message of zipfile or numpy may hold pages of the file.
+    words = " ".join(str(error).split())[:_LONGEST]
     return ValueError(
-        f"{path} is no whole atlas file ({error}); it was cut off or altered: give another copy"
+        f"{path} is no whole atlas file ({words}); it was cut off or altered: give another copy"
     )
 
 

@@ -5,21 +5,28 @@ from typing import TYPE_CHECKING
 from touchatlas.patch.lazy_names import lazy_names
 
 if TYPE_CHECKING:
+    from touchatlas.sim.run.conclusion import truth_of
     from touchatlas.sim.run.evaluate import EvaluateOptions, Evaluation, Truth, evaluate_surface
-    from touchatlas.sim.run.exploration import Result, RunOptions, run_exploration, truth_of
+    from touchatlas.sim.run.exploration import Result, resume_exploration, run_exploration
+    from touchatlas.sim.run.journal import Journal
+    from touchatlas.sim.run.run_options import RunOptions
+    from touchatlas.sim.run.watcher import Watcher
     from touchatlas.sim.world.objects import make_object, object_names
     from touchatlas.sim.world.probe import Probe
 
 __all__ = [
     "EvaluateOptions",
     "Evaluation",
+    "Journal",
     "Probe",
     "Result",
     "RunOptions",
     "Truth",
+    "Watcher",
     "evaluate_surface",
     "make_object",
     "object_names",
+    "resume_exploration",
     "run_exploration",
     "truth_of",
 ]
@@ -27,14 +34,17 @@ __getattr__ = lazy_names(
     {
         "EvaluateOptions": "touchatlas.sim.run.evaluate",
         "Evaluation": "touchatlas.sim.run.evaluate",
+        "Journal": "touchatlas.sim.run.journal",
         "Probe": "touchatlas.sim.world.probe",
         "Result": "touchatlas.sim.run.exploration",
-        "RunOptions": "touchatlas.sim.run.exploration",
+        "RunOptions": "touchatlas.sim.run.run_options",
+        "Watcher": "touchatlas.sim.run.watcher",
         "Truth": "touchatlas.sim.run.evaluate",
         "evaluate_surface": "touchatlas.sim.run.evaluate",
         "make_object": "touchatlas.sim.world.objects",
         "object_names": "touchatlas.sim.world.objects",
+        "resume_exploration": "touchatlas.sim.run.exploration",
         "run_exploration": "touchatlas.sim.run.exploration",
-        "truth_of": "touchatlas.sim.run.exploration",
+        "truth_of": "touchatlas.sim.run.conclusion",
     }
 )

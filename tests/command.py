@@ -1,5 +1,6 @@
 """The command line, called in the process of the tests, so that its imports are paid once."""
 
+import re
 import subprocess
 import sys
 from contextlib import chdir, redirect_stderr, redirect_stdout
@@ -7,10 +8,10 @@ from io import StringIO
 from unittest.mock import patch
 from warnings import catch_warnings, filterwarnings
 
-from touchatlas.sim.command.cli import main
+from touchatlas.sim.command.entry import main
 
 # The same in a process of its own.
-PROCESS = [sys.executable, "-c", "from touchatlas.sim.command.cli import main; main()"]
+PROCESS = [sys.executable, "-c", "from touchatlas.sim.command.entry import main; main()"]
 
 # A whole run of a ball, to a tolerance of 0.3 instead of 0.1: it takes about 30 touches instead of
 # 70, and its truth has a third of the triangles.
@@ -42,9 +43,15 @@ def touchatlas_process(*arguments, cwd) -> subprocess.CompletedProcess:
     return subprocess.run([*PROCESS, *map(str, arguments)], cwd=cwd, capture_output=True, text=True)
 
 
+def progress_lines(errors: str) -> list[str]:
+    """The lines that say how long a phase has taken so far."""
+    return re.findall(r"^touchatlas: [^:\n]+: \d+ s.*$", errors, re.MULTILINE)
+
+
 def assert_refused(done, code, words) -> None:
     """A command ended with this code, and its one line of error holds these words."""
     assert done.returncode == code, done.stderr
     assert words in done.stderr
     assert "Traceback" not in done.stderr
-    assert len(done.stderr.strip().splitlines()) == 1, done.stderr
+    lines = done.stderr.strip().splitlines()
+    assert len(lines) - len(progress_lines(done.stderr)) == 1, done.stderr

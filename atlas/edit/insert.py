@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from touchatlas.atlas.edit.near_arcs import near_arc
+from touchatlas.atlas.edit.plausible_touch import check_unit_of_length
 from touchatlas.atlas.edit.refresh import separate_sheets, smooth_neighbours, update_creases
 from touchatlas.atlas.edit.renew import learn_along, remove_filled, renewed
 from touchatlas.atlas.edit.repeated_contours import learned_before
@@ -53,6 +54,7 @@ def learn(state: AtlasState, touch: Touch) -> AtlasChange:
             refused=f"no contour has {LEAST_POINTS} points or more: track more planes, or sample "
             "more finely"
         )
+    check_unit_of_length(state, touch, contours)
     if learned_before(state, touch.contact, contours):
         return AtlasChange(
             refused=f"a contour of touch {touch.number} was learned before, point for point; give "

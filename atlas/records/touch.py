@@ -5,6 +5,7 @@ from enum import Enum
 
 import numpy as np
 
+from touchatlas.atlas.records.order_of_points import out_of_order
 from touchatlas.patch.geometry.arrays import check_unit, frozen_array, real
 from touchatlas.patch.geometry.contour import Contour
 from touchatlas.patch.geometry.section import LEAST_POINTS
@@ -56,6 +57,11 @@ class Touch:
     def __post_init__(self) -> None:
         object.__setattr__(self, "contact", frozen_array(self.contact, (3,), "contact"))
         object.__setattr__(self, "approach", check_unit(self.approach, "approach"))
+        whole = isinstance(self.number, int | np.integer) and not isinstance(self.number, bool)
+        if not (whole and self.number >= 0):
+            raise ValueError(
+                f"number is {self.number!r}; it must be that of a ProbePlan, 0 or more"
+            )
         if not isinstance(self.status, TouchStatus):
             raise ValueError(f"status is {self.status!r}; it must be a TouchStatus")
         for name in ("tracked_length", "travel_length"):
@@ -71,11 +77,12 @@ class Touch:
             )
         object.__setattr__(self, "contours", tuple(self.contours))
         self._check_contact()
+        self._check_order()
 
     def _check_contact(self) -> None:
         """Refuse contours that do not run through the contact."""
         long = [contour for contour in self.contours if len(contour.points) >= LEAST_POINTS]
-        length = max((_length(contour.points) for contour in long), default=0.0)
+        length = max((extent_of(contour.points) for contour in long), default=0.0)
         for contour in long:
             away = float(np.sqrt(((contour.points - self.contact) ** 2).sum(axis=1).min()))
             if away > max(_ASTRAY * length, _NOISE * contour.noise_std):
@@ -85,8 +92,19 @@ class Touch:
                     "same frame and unit"
                 )
 
+    def _check_order(self) -> None:
+        """Refuse contours whose points are shuffled."""
+        for place, contour in enumerate(self.contours):
+            # Of contours no longer than their noise, the order tells nothing.
+            long = extent_of(contour.points) > 2.0 * _NOISE * contour.noise_std
+            if len(contour.points) >= LEAST_POINTS and long and out_of_order(contour.points):
+                raise ValueError(
+                    f"contour {place} of touch {self.number} goes to and fro; give its points in "
+                    "the order in which they were tracked"
+                )
 
-def _length(points) -> float:
+
+def extent_of(points) -> float:
     """Twice the largest distance of points (n, 3) from their mean."""
     offset = points - points.mean(axis=0)
     return 2.0 * float(np.sqrt((offset * offset).sum(axis=1).max()))

@@ -28,7 +28,8 @@ def fit(
     Parameters
     ----------
     contours
-        A CSV file with the columns curve, x, y, z, and nx, ny, nz of the sampling planes if known.
+        A CSV file with the columns curve, x, y, z, and nx, ny, nz of the sampling planes if known;
+        other separators, decimal commas, units and usual names are found out, and said.
     noise
         Standard deviation of each coordinate, in the file's unit; estimated by default.
     method
@@ -44,7 +45,13 @@ def fit(
     json_
         Print numbers as JSON on standard output.
     """
-    from touchatlas.sim.recorded.fit_report import MEANING, check_folder, fit_file, parse_vector
+    from touchatlas.sim.recorded.fit_report import (
+        MEANING,
+        UNITS,
+        check_folder,
+        fit_file,
+        parse_vector,
+    )
 
     at = None if point is None else parse_vector(point, "--point")
     side = None if outward is None else parse_vector(outward, "--outward")
@@ -55,11 +62,13 @@ def fit(
     if json_:
         print(report.json())
         return 0
-    table = Table("quantity", "value", title=escape(f"{contours}: {method}"))
+    table = Table("quantity", "value", "unit", title=escape(f"{contours}: {method}"))
     for name, value in report.summary().items():
-        table.add_row(name, value)
+        table.add_row(name, value, UNITS.get(name, "–"))
     console = Console()
     console.print(table)
+    for sentence in report.assumed:
+        console.print(f"assumed: {sentence}", markup=False, highlight=False)
     for flag in report.flags:
         console.print(f"{flag}: {MEANING[flag]}", markup=False, highlight=False)
     return 0

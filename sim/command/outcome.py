@@ -8,7 +8,9 @@ from contextlib import suppress
 
 from cyclopts import CycloptsError
 
-USER, FAILURE, INTERRUPTED = 2, 1, 130
+from touchatlas.sim.run.interrupt import Terminated
+
+USER, FAILURE, INTERRUPTED, TERMINATED = 2, 1, 130, 143
 _ADVICE = {
     **dict.fromkeys((errno.EACCES, errno.EPERM, errno.EROFS), "see who may read and write there"),
     **dict.fromkeys((errno.ENOSPC, errno.EDQUOT, errno.EFBIG), "see that there is space"),
@@ -36,24 +38,32 @@ def exit_code(command: Callable[[], int | None]) -> int:
         code = complain(_trouble(error), FAILURE)
     except MemoryError:
         code = complain("out of memory; try a smaller mesh or a larger tolerance", FAILURE)
-    except KeyboardInterrupt:
-        code = complain("stopped; touches already in the journal are kept", INTERRUPTED)
+    except KeyboardInterrupt as stop:
+        code = TERMINATED if isinstance(stop, Terminated) else INTERRUPTED
+        complain("; ".join(["stopped", *getattr(stop, "__notes__", [])]), code)
     except Exception as error:
         code = complain(f"internal error, please report it: {error!r}", FAILURE)
     return code
 
 
-def complain(sentence: str, code: int) -> int:
-    """Print one line on standard error, if it can be written, and return the code."""
+def say(sentence: str) -> None:
+    """Print one line on standard error, if it can be written."""
     if sys.stderr is not None:
         with suppress(OSError):
             print("touchatlas:", " ".join(sentence.split()), file=sys.stderr)
+
+
+def complain(sentence: str, code: int) -> int:
+    """Say what is wrong, and return the code."""
+    say(sentence)
     return code
 
 
 def _trouble(error: OSError) -> str:
     if error.strerror is None:
-        return str(error)
-    where = f"{error.filename}: " if error.filename is not None else ""
-    advice = f"; {_ADVICE[error.errno]}" if error.errno in _ADVICE else ""
-    return where + error.strerror + advice
+        words = str(error)
+    else:
+        where = f"{error.filename}: " if error.filename is not None else ""
+        advice = f"; {_ADVICE[error.errno]}" if error.errno in _ADVICE else ""
+        words = where + error.strerror + advice
+    return "; ".join([words, *getattr(error, "__notes__", [])])

@@ -1,17 +1,17 @@
 """A file of recorded contours: CSV to curves, every line checked."""
 
-import csv
-import io
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
+
+from touchatlas.sim.recorded.column_names import COORDINATES, NORMAL, WANTED, name_columns
+from touchatlas.sim.recorded.table_file import Table, read_table
 
 # Fewest points of a curve that can be fitted: a section has up to five coefficients. With twice as
 # many, sparse recordings would be refused.
 LEAST_POINTS = 5
-_COLUMNS, _NORMAL = ("curve", "x", "y", "z"), ("nx", "ny", "nz")
-_WANTED = "the columns curve, x, y, z (and nx, ny, nz if known) in its first line, comma-separated"
 # Cosine of the largest angle, 2 degrees, between the normals that the lines of one curve give.
 # Twice the angle would accept files that mix two planes.
 _SAME_PLANE = np.cos(np.deg2rad(2.0))
@@ -28,8 +28,17 @@ class Curve:
     normal: np.ndarray | None
 
 
-def read_curves(path) -> tuple[list[Curve], bool]:
-    """Curves of a CSV file in order of appearance, and whether points were repeated.
+class Curves(NamedTuple):
+    """Curves of a file in order of appearance, whether points were repeated, and what was assumed
+    about the file, in sentences."""
+
+    curves: list[Curve]
+    repeated: bool
+    assumed: tuple[str, ...]
+
+
+def read_curves(path) -> Curves:
+    """Curves of a CSV file: of any common separator, decimal sign and names of columns.
 
     A curve without a name holds scattered contacts. Of points that one curve repeats exactly
     the first is kept, but for the end of a closed loop.
@@ -37,11 +46,12 @@ def read_curves(path) -> tuple[list[Curve], bool]:
     Raises
     ------
     ValueError
-        In one sentence, with the line where there is one: missing, empty or undecodable file,
+        In one sentence, with the line where there is one: missing or empty file, no text,
         missing columns, cells that are no finite numbers, several planes for one curve.
     """
     rows: dict[str, list[list[float]]] = {}
-    for name, values in _read_rows(Path(path)):
+    assumed: list[str] = []
+    for name, values in _read_rows(Path(path), assumed):
         rows.setdefault(name, []).append(values)
     curves, repeated = [], False
     for name, listed in rows.items():
@@ -58,7 +68,7 @@ def read_curves(path) -> tuple[list[Curve], bool]:
             f"{path} has points that span {span:.3g}; that is no size that double precision can "
             "take powers of: use another unit"
         )
-    return curves, repeated
+    return Curves(curves, repeated, tuple(assumed))
 
 
 def _without_repeats(points) -> np.ndarray:
@@ -69,63 +79,44 @@ def _without_repeats(points) -> np.ndarray:
     return points[keep]
 
 
-def _read_rows(path: Path) -> list[tuple[str, list[float]]]:
+def _read_rows(path: Path, assumed: list[str]) -> list[tuple[str, list[float]]]:
+    """Names of curves and x, y, z, nx, ny, nz, line by line; NaN for a normal not given."""
     if not path.is_file():
-        raise ValueError(f"{path} is no file; give a CSV file with {_WANTED}")
-    try:
-        text = path.read_text("utf-8-sig")
-    except UnicodeDecodeError:
-        raise ValueError(f"{path} is not UTF-8 text; save it again as CSV in UTF-8") from None
-    reader = csv.reader(io.StringIO(text, newline=""), strict=True)
-    try:
-        lines = [(reader.line_num, row) for row in reader if any(cell.strip() for cell in row)]
-    except csv.Error as error:
-        raise ValueError(f"{path}, line {reader.line_num}: {error}; correct the quoting") from None
-    if len(lines) < 2:
-        what = "has no points below its header" if lines else "is empty"
+        raise ValueError(f"{path} is no file; give a CSV file with {WANTED} in its first line")
+    table = read_table(path)
+    if not table.rows:
+        what = "has no points below its header" if table.header else "is empty"
         raise ValueError(
-            f"{path} {what}; give a CSV file with {_WANTED}, and a line for each point"
+            f"{path} {what}; give a CSV file with {WANTED} in its first line, and a line for each "
+            "point"
         )
-    header = [name.strip().lower() for name in lines[0][1]]
-    places = _column_places(path, header)
-    return [_parse(f"{path}, line {n}", row, header, places) for n, row in lines[1:]]
+    places = name_columns(path, table)
+    assumed += table.assumed
+    width = len(table.header) if table.header else 1 + max(places.values())
+    return [
+        _parse(f"{path}, line {number}", table, block, cells, width, places)
+        for number, block, cells in table.rows
+    ]
 
 
-def _column_places(path, header: list[str]) -> dict[str, int]:
-    missing = [name for name in _COLUMNS if name not in header]
-    if missing:
+def _parse(where: str, table: Table, block: int, row: list[str], width: int, places):
+    """Name of the curve and x, y, z, nx, ny, nz of one line."""
+    if len(row) > width and not any(row[width:]):
+        row = row[:width]
+    if len(row) != width:
         raise ValueError(
-            f"{path} has no column {', '.join(missing)} among {', '.join(header)}; give a CSV "
-            f"file with {_WANTED}"
+            f"{where} has {len(row)} cells, but the header {width}; write decimals with a point, "
+            "or separate cells by semicolons"
         )
-    known = [name for name in _NORMAL if name in header]
-    if known and len(known) < 3:
-        raise ValueError(f"{path} has {', '.join(known)} only; give all of nx, ny, nz or none")
-    for name in (*_COLUMNS, *known):
-        if header.count(name) > 1:
-            raise ValueError(f"{path} has the column {name} twice; rename one of them")
-    return {name: header.index(name) for name in (*_COLUMNS, *known)}
+    cells = {name: row[place] for name, place in places.items()}
+    bare = not any(cells.get(name) for name in NORMAL)
+    values = [_number(where, table, name, cells[name]) for name in COORDINATES]
+    values += [np.nan if bare else _number(where, table, name, cells[name]) for name in NORMAL]
+    return cells.get("curve", f"{block + 1}"), values
 
 
-def _parse(where: str, row: list[str], header: list[str], places) -> tuple[str, list[float]]:
-    """Name of the curve and x, y, z, nx, ny, nz of one line; NaN for a normal not given."""
-    if len(row) != len(header):
-        raise ValueError(
-            f"{where} has {len(row)} cells, but the header {len(header)}; write decimals with a "
-            "point and separate cells by commas"
-        )
-    cells = {name: row[place].strip() for name, place in places.items()}
-    bare = not any(cells.get(name) for name in _NORMAL)
-    values = [_number(where, name, cells[name]) for name in ("x", "y", "z")]
-    values += [np.nan if bare else _number(where, name, cells[name]) for name in _NORMAL]
-    return cells["curve"], values
-
-
-def _number(where: str, name: str, cell: str) -> float:
-    try:
-        value = float(cell)
-    except ValueError:
-        value = np.nan
+def _number(where: str, table: Table, name: str, cell: str) -> float:
+    value = table.number(cell)
     if not np.isfinite(value):
         raise ValueError(f"{where}: {name} is {cell!r}; a finite number is needed")
     return value

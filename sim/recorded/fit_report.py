@@ -39,7 +39,8 @@ MEANING = {
     "noise estimated": "The noise was not given; it was estimated from the curves.",
     "outward side assumed": "The outward side was not given; the one to which the surface bulges "
     "was taken.",
-    "curves do not meet": "The curves miss their common point by more than noise explains.",
+    "curves do not meet": "The curves miss their common point by more than noise explains: one may "
+    "be displaced. The miss was counted as noise, which makes the deviations hold it.",
     "curves not planar": "A curve leaves its sampling plane by more than noise explains; see to "
     "nx, ny, nz, or track each curve in one plane.",
     "curves cut": "Curves were used only until they turn by 45 degrees from the reference point.",
@@ -56,6 +57,11 @@ MEANING = {
     "noise exceeds residuals": "The points lie much closer to the patch than --noise says; give it "
     "in the unit of the file, or leave it out.",
     "outliers": "Some points were left out as bad contacts.",
+}
+# Units of what is printed, where it has one.
+UNITS = {
+    **dict.fromkeys(("origin", "radius", "residual rms", "noise"), "file's unit"),
+    **dict.fromkeys(("k1", "k2"), "1 / file's unit"),
 }
 
 
@@ -78,6 +84,8 @@ class FitReport:
     residual_rms : float, length
         Root mean square distance of the points within the radius from the patch, bad contacts
         left out.
+    assumed : tuple of str
+        What was found out about the file, in sentences.
     """
 
     name: str
@@ -87,6 +95,7 @@ class FitReport:
     outliers: int
     flags: tuple[str, ...]
     residual_rms: float
+    assumed: tuple[str, ...] = ()
 
     def as_dict(self) -> dict:
         """The numbers of ``touchatlas fit --json``, all finite: lengths in the unit of the file.
@@ -118,6 +127,7 @@ class FitReport:
             "count": int(patch.count),
             "outliers": self.outliers,
             "flags": list(self.flags),
+            "assumed": list(self.assumed),
         }
 
     def summary(self) -> dict[str, str]:
@@ -149,7 +159,7 @@ class FitReport:
         title = f"{self.name}: {self.method}"
         contents = (
             (self.json() + "\n").encode(),
-            ply_bytes(surface),
+            ply_bytes(surface, float(surface.deviation.max()) or self.patch.radius),
             png_bytes(self.recording, self.patch, surface, title),
         )
         folder.mkdir(parents=True, exist_ok=True)
@@ -182,7 +192,7 @@ def fit_file(path, method="map", noise=None, point=None, outward=None) -> FitRep
         near = difflib.get_close_matches(method, METHODS, 1)
         hint = f"did you mean {near[0]}?" if near else f"choose from {', '.join(METHODS)}"
         raise ValueError(f"there is no method {method!r}; {hint}")
-    curves, repeated = read_curves(path)
+    curves, repeated, assumed = read_curves(path)
     recording = prepare(curves, noise, point)
     side = _outer_side(recording) if outward is None else _shortened(outward)
     patch, outliers = _fit(method, recording, side)
@@ -201,7 +211,9 @@ def fit_file(path, method="map", noise=None, point=None, outward=None) -> FitRep
     flags += [*recording.flags, *([] if outward is not None else ["outward side assumed"])]
     residual = _residual_rms(patch, recording)
     flags += _doubts(patch, outliers, residual, recording, noise is None)
-    return FitReport(Path(path).name, method, recording, patch, outliers, tuple(flags), residual)
+    return FitReport(
+        Path(path).name, method, recording, patch, outliers, tuple(flags), residual, assumed
+    )
 
 
 def _shortened(vector) -> np.ndarray:

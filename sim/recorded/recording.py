@@ -1,6 +1,6 @@
 """Recorded curves made ready for a fit: reference point, arcs around it, planes and noise."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -10,6 +10,7 @@ from touchatlas.patch.geometry.arrays import cross
 from touchatlas.patch.geometry.curvature import normal_from_tangents
 from touchatlas.sim.recorded.arcs import binding_ends, near_arc, this_side
 from touchatlas.sim.recorded.contour_file import LEAST_POINTS, Curve
+from touchatlas.sim.recorded.curve_offsets import check_order, offset_deviation
 from touchatlas.sim.recorded.noise_estimate import estimate_noise
 
 # Least ratio of the second to the first eigenvalue of the scatter of directions: below it they
@@ -22,6 +23,9 @@ _ASTRAY = 0.25
 # noise and more than this fraction of their size. Twice as much flags only gross errors.
 _MANY_DEVIATIONS = 4.0
 _SMALL_FRACTION = 0.01
+# Samples of each curve, at most, among which the start of the meeting point is sought. Doubled, the
+# search takes twice as long and starts half as far from the point.
+_STARTS = 1000
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,6 +79,8 @@ def prepare(curves: list[Curve], noise: float | None = None, point=None) -> Reco
         raise ValueError(f"noise is {noise}; give a length >= 0, or leave it out to estimate it")
     long = [curve for curve in curves if curve.name and len(curve.points) >= LEAST_POINTS]
     _check_count(long, curves, "")
+    for curve in long:
+        check_order(curve.name, curve.points, np.inf)
     span = max(float(np.ptp(curve.points, axis=0).max()) for curve in long)
     if noise is not None and noise > span:
         raise ValueError(
@@ -88,7 +94,10 @@ def prepare(curves: list[Curve], noise: float | None = None, point=None) -> Reco
     _check_count(arcs, curves, near)
     normals = _plane_normals([p for _, p, _ in arcs], [curve.normal for curve, *_ in arcs])
     flags = [] if noise is not None else ["noise estimated"]
-    noise = estimate_noise([p for _, p, _ in arcs], normals) if noise is None else noise
+    estimated = estimate_noise([p for _, p, _ in arcs], normals)
+    noise = estimated if noise is None else noise
+    for curve, p, _ in arcs:
+        check_order(curve.name, p, noise)
     sections = [
         (curve, normal, *this_side(p, normal, noise, point, ends))
         for (curve, p, ends), normal in zip(arcs, normals, strict=True)
@@ -102,6 +111,10 @@ def prepare(curves: list[Curve], noise: float | None = None, point=None) -> Reco
         for (_, normal, p, _), e in zip(sections, ends, strict=True)
     )
     flags += _doubts(point, contours)
+    # Noise that was stated too small is no offset.
+    if offset := offset_deviation(point, contours, max(noise, estimated)):
+        flags += [] if "curves do not meet" in flags else ["curves do not meet"]
+        contours = _with_offset(contours, offset)
     # A curve that starts beside the point only to run over an edge is not of this face.
     seen = [curve for curve, *_ in arcs]
     rest = [curve.points for curve in curves if curve not in seen]
@@ -112,14 +125,14 @@ def prepare(curves: list[Curve], noise: float | None = None, point=None) -> Reco
 def meeting_point(curves) -> np.ndarray:
     """(3,) point nearest to all curves (n, 3) in least squares, taken as polylines.
 
-    Starts at the best sample and goes on by Gauss-Newton, each curve a line near its foot.
+    Starts at the best of some samples and goes on by Gauss-Newton, each curve a line near its foot.
 
     >>> x = np.linspace(-1.0, 2.0, 7)[:, None]
     >>> curves = [x * [1.0, 0, 0], x * [0, 1.0, 0], x * [0.6, 0.8, 0] + [0, 0, 0.3]]
     >>> meeting_point(curves).round(6) + 0.0
     array([0. , 0. , 0.1])
     """
-    samples = np.concatenate(curves)
+    samples = np.concatenate([curve[:: 1 + len(curve) // _STARTS] for curve in curves])
     total = sum(cKDTree(curve).query(samples)[0] ** 2 for curve in curves)
     point = samples[np.argmin(total)]
     for _ in range(20):
@@ -158,6 +171,15 @@ def _plane_normals(points, given) -> np.ndarray:
         bent = size[1] > 3.0 * size[2] and size[1] > 1e-9 * size[0]
         normals.append(known if known is not None else vectors[2] if bent else across)
     return np.array(normals)
+
+
+def _with_offset(contours, offset: float):
+    """Contours of which each may be displaced: what all its points share is no smaller in their
+    mean, so it counts as noise that is larger by the root of their number."""
+    return tuple(
+        replace(c, noise_std=float(np.hypot(c.noise_std, offset * np.sqrt(len(c.points)))))
+        for c in contours
+    )
 
 
 def _doubts(point, contours) -> list[str]:

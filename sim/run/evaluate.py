@@ -5,13 +5,18 @@ from dataclasses import asdict, dataclass
 import igl
 import numpy as np
 import trimesh
+from scipy.sparse.csgraph import connected_components
 
+from touchatlas.sim.run.closest_points import closest_points
 from touchatlas.sim.world.mesh_object import load_mesh
 from touchatlas.sim.world.triangles import areas_of, sample_triangles
 
 # Standard deviations within which 95 % of a Gaussian lie. Twice as many would call every
 # prediction good.
 _DEVIATIONS = 1.96
+# Distance, in tolerances, within which the truth counts as covered. Doubled, surface that is wrong
+# counts as coverage.
+_COVERED = 3.0
 # Cosine of the angle, 20 degrees, between the normals of a vertex and of a triangle there beyond
 # which the vertex is on an edge. At 40 degrees the edges of a cube would be called smooth where
 # they are cut by short triangles.
@@ -64,6 +69,17 @@ class Truth:
         """Diagonal of the bounding box, length."""
         return float(np.linalg.norm(np.ptp(self.vertices[np.unique(self.faces)], axis=0)))
 
+    @property
+    def parts(self) -> np.ndarray:
+        """(n,) for each point, the number of the separate part of the surface that it is on."""
+        _, labels = connected_components(igl.adjacency_matrix(self.faces), directed=False)
+        # Vertices of no triangle are no part.
+        names, labels = np.unique(labels[self.faces[:, 0]], return_inverse=True)
+        if len(names) == 1:
+            return np.zeros(len(self.points), int)
+        _, face, _ = closest_points(self.points, self.vertices, self.faces)
+        return labels[face]
+
 
 @dataclass(frozen=True)
 class Evaluation:
@@ -72,8 +88,10 @@ class Evaluation:
     ``accuracy`` is the distance from the surface to the truth, ``completeness`` that from the
     truth to the surface. ``coverage`` is the fraction of the true area within three tolerances of
     the surface. ``f_score`` is the harmonic mean of precision and recall at one tolerance.
-    ``deviation_calibration`` is the fraction of true points whose error is within 1.96 predicted
-    deviations (None when none are predicted).
+    ``deviation_calibration`` is the fraction of the surface whose distance from the truth is within
+    1.96 predicted deviations (None when none are predicted); what the surface does not reach counts
+    in ``coverage`` alone. ``components`` is the number of separate parts of the truth, and
+    ``components_reached`` of those of which a point is within three tolerances of the surface.
     """
 
     coverage: float
@@ -94,6 +112,8 @@ class Evaluation:
     watertight: bool
     euler_characteristic: int
     true_euler_characteristic: int | None
+    components: int
+    components_reached: int
     tolerance: float
     diagonal: float
 
@@ -180,19 +200,22 @@ def evaluate_surface(
     if not (np.isfinite(tolerance) and tolerance > 0):
         raise ValueError(f"tolerance is {tolerance}; it must be a length > 0")
     deviation = None if deviation is None else _check_deviation(deviation, len(vertices))
-    sampled, _ = sample_triangles(vertices, faces, options.samples, rng)
-    square, _, _ = igl.point_mesh_squared_distance(sampled, truth.vertices, truth.faces)
-    accuracy = np.sqrt(square)
-    square, index, feet = igl.point_mesh_squared_distance(truth.points, vertices, faces)
-    completeness = np.sqrt(square)
+    sampled, owners = sample_triangles(vertices, faces, options.samples, rng)
+    accuracy, _, _ = closest_points(sampled, truth.vertices, truth.faces)
+    completeness, index, feet = closest_points(truth.points, vertices, faces)
     corners = faces[index]
     weights = _barycentric(feet, vertices[corners])
     normals = (weights[:, :, None] * _corner_normals(vertices, faces)[index]).sum(axis=1)
     angles = _angles_deg(normals, truth.normals)
-    predicted = None if deviation is None else (weights * deviation[corners]).sum(axis=1)
+    predicted = None
+    if deviation is not None:
+        corners = faces[owners]
+        weights = _barycentric(sampled, vertices[corners])
+        predicted = (weights * deviation[corners]).sum(axis=1)
+    parts = truth.parts
     mesh = trimesh.Trimesh(vertices, faces, process=False)
     return Evaluation(
-        float(np.mean(completeness <= 3.0 * tolerance)),
+        float(np.mean(completeness <= _COVERED * tolerance)),
         *_statistics(accuracy),
         *_statistics(completeness),
         0.5 * float(accuracy.mean() + completeness.mean()),
@@ -200,10 +223,12 @@ def evaluate_surface(
         _f_score(accuracy, completeness, tolerance),
         float(angles.mean()),
         float(np.quantile(angles, 0.95)),
-        _calibration(completeness, predicted),
+        _calibration(accuracy, predicted),
         bool(mesh.is_watertight and mesh.is_winding_consistent),
         int(mesh.euler_number),
         truth.euler_characteristic if truth.closed else None,
+        int(parts.max()) + 1,
+        len(np.unique(parts[completeness <= _COVERED * tolerance])),
         float(tolerance),
         truth.diagonal,
     )

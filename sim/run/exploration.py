@@ -1,91 +1,89 @@
 """A run: explore a simulated object, evaluate the atlas, and write the run folder."""
 
+import hashlib
 import json
 import sqlite3
 import time
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager, suppress
-from dataclasses import asdict, dataclass, fields, replace
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext, suppress
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
-from touchatlas.atlas import Atlas, Surface, extract_surface, save_atlas
+from touchatlas.atlas import Atlas, Surface
 from touchatlas.atlas.files import write_whole
 from touchatlas.planner import Planner, Step, explore
-from touchatlas.sim.run.evaluate import EvaluateOptions, Evaluation, Truth, evaluate_surface
-from touchatlas.sim.run.interrupt import held_interrupt
-from touchatlas.sim.run.journal import Journal
-from touchatlas.sim.run.ply import ply_bytes
-from touchatlas.sim.run.progress import Progress
-from touchatlas.sim.run.run_folder import create_folder, write_settings
+from touchatlas.sim.run.conclusion import Conclusion
+from touchatlas.sim.run.interrupt import GRACE, Hold, held_interrupt
+from touchatlas.sim.run.journal import Entry, Journal
+from touchatlas.sim.run.option_tables import as_table, updated
+from touchatlas.sim.run.phases import Phases
+from touchatlas.sim.run.progress import Progress, read_seconds
+from touchatlas.sim.run.recorder import Recorder
+from touchatlas.sim.run.run_folder import (
+    new_run,
+    old_run,
+    read_settings,
+    replace_run,
+    write_settings,
+)
+from touchatlas.sim.run.run_options import RunOptions, check_effort, check_scale
+from touchatlas.sim.run.watcher import Watcher
 from touchatlas.sim.world.implicit_object import ImplicitObject
 from touchatlas.sim.world.mesh_object import MeshObject
+from touchatlas.sim.world.objects import make_object
 from touchatlas.sim.world.probe import Probe
 
-# Truth triangles may be off the true surface by this fraction of the tolerance. Twice as much
-# halves the number of triangles and adds 1 % of the tolerance to the measured errors.
-_TRUTH_SAGITTA = 0.01
-# Largest noise, in tolerances: the grid of a surface that is spread over more of them would not fit
-# into memory. Twice as much needs a grid twice as fine for the same spread.
-_NOISIEST = 1000
-# Smallest tolerance, as a fraction of an object's diagonal: the rounding of its points, with three
-# digits of slack. Twice as much would refuse nothing that anyone can measure.
-_FINEST = 1e-12
 # Points of the true surface at which the true progress is measured. Four times as many halve the
 # standard error of the coverage, about 1 %.
 _PROGRESS_POINTS = 2000
-
-
-@dataclass(frozen=True)
-class RunOptions:
-    """What is asked of one exploration.
-
-    Parameters
-    ----------
-    noise : float, length, optional
-        Standard deviation of each coordinate of each point; the object's own when None.
-    tolerance : float, length, optional
-        How well the surface is wanted; the object's own when None.
-    max_touches : int, optional
-    max_length : float, length, optional
-        Of tracking in contact.
-    seed : int
-    """
-
-    noise: float | None = None
-    tolerance: float | None = None
-    max_touches: int | None = None
-    max_length: float | None = None
-    seed: int = 0
-
-    def __post_init__(self) -> None:
-        _check("noise", self.noise, 0)
-        _check("tolerance", self.tolerance)
-        _check("max-touches", self.max_touches, 1)
-        _check("max-length", self.max_length)
-        _check("seed", self.seed, 0)
-
-
-def _check(name: str, value: float | None, least: int | None = None) -> None:
-    """ValueError for a number that is not finite, or is below ``least``; without ``least``, for
-    one that is not positive."""
-    if value is not None:
-        good = value > 0 if least is None else value >= least
-        # np.isfinite fails for integers of more than 64 bits.
-        if not (good and value < np.inf):
-            need = "> 0" if least is None else f">= {least}"
-            raise ValueError(f"{name} is {value}; it must be finite and {need}")
+# Keys of run.toml that are no options of the run.
+NO_OPTIONS = ("object", "digest", "versions")
+NOTHING_LEFT, MAX_TOUCHES, MAX_LENGTH, INTERRUPTED = (
+    "nothing left to touch",
+    "max_touches reached",
+    "max_length reached",
+    "interrupted",
+)
 
 
 @dataclass(frozen=True, eq=False)
 class Result:
-    """The result of a run: the atlas, its surface, and the numbers of evaluation.json."""
+    """The result of a run.
+
+    Parameters
+    ----------
+    atlas : Atlas
+    surface : Surface or None
+        None without patches.
+    numbers : dict
+        Those of evaluation.json.
+    folder : Path
+        Where the files are.
+    refusal : str
+        Why the last touch gave no patch; empty if all did, or met nothing.
+    """
 
     atlas: Atlas
     surface: Surface | None
     numbers: dict
-    interrupted: bool
+    folder: Path
+    refusal: str = ""
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether Ctrl-C or SIGTERM ended the exploration."""
+        return self.numbers["ended"] == INTERRUPTED
+
+
+class FinishedError(ValueError):
+    """A run that is to be gone on with is finished; ``numbers`` are those of evaluation.json."""
+
+    def __init__(self, words: str, numbers: dict) -> None:
+        super().__init__(words)
+        self.numbers = numbers
 
 
 def random_streams(seed: int) -> list[np.random.Generator]:
@@ -98,7 +96,7 @@ def run_exploration(
     out,
     options: RunOptions = RunOptions(),
     force: bool = False,
-    watch: Callable[[Step, Atlas], None] = lambda step, atlas: None,
+    watcher: Watcher = Watcher(),
 ) -> Result:
     """Explore an object, write the run folder, evaluate.
 
@@ -108,156 +106,251 @@ def run_exploration(
     out : path of the run folder
     options : RunOptions
     force : bool
-        Replace the run that the folder holds.
-    watch : called after each touch, for progress
+        Replace the run that the folder holds, when the new one is whole.
+    watcher : Watcher
+        Hears of phases and touches.
 
     Notes
     -----
-    An interrupt (Ctrl-C) ends the exploration after the current touch; the atlas is still
-    evaluated. A second interrupt ends the run at once. Touches already in the journal stay there,
-    whatever happens.
+    An interrupt (Ctrl-C, SIGTERM) ends the exploration after the current touch. What can be
+    written of the results within four seconds is written. A second interrupt ends the run at once.
+    Touches already in the journal stay there, whatever happens: ``resume_exploration`` goes on
+    with them.
     """
+    if not isinstance(options, RunOptions):
+        raise ValueError(f"options are {options!r}; they must be RunOptions")
+    phases = Phases(watcher.begins)
+    options = _completed(options, obj)
+    with new_run(out, force) as folder:
+        settings = {"object": obj.source, "digest": _digest(obj), **as_table(options)}
+        write_settings(folder, settings)
+        return _Run(obj, folder, options, phases, watcher).carry_out()
+
+
+def resume_exploration(
+    path,
+    max_touches: int | None = None,
+    max_length: float | None = None,
+    watcher: Watcher = Watcher(),
+) -> Result:
+    """Go on with a run that was stopped in any way, or with a finished one to a larger budget.
+
+    Planner and atlas learn the touches of the journal again, and the probe goes on as it would
+    have. So the atlas is that of the run that was never stopped, byte for byte.
+
+    Parameters
+    ----------
+    path : path of the run folder
+    max_touches, max_length
+        The new budget; that of the run where None.
+    watcher : Watcher
+
+    Raises
+    ------
+    FinishedError
+        When nothing is left to do.
+    ValueError
+        When the path holds no run, its object has changed, or its budget is smaller than what the
+        journal holds.
+    """
+    phases = Phases(watcher.begins)
+    with old_run(path) as folder:
+        settings = read_settings(folder)
+        table = {key: value for key, value in settings.items() if key not in NO_OPTIONS}
+        options = updated(RunOptions(), table, str(folder / "run.toml"))
+        new = {"max_touches": max_touches, "max_length": max_length}
+        options = replace(options, **{k: v for k, v in new.items() if v is not None})
+        with phases("start", "reading the journal"):
+            kept = _entries(folder / "journal.sqlite")
+        _check_budget(folder, options, kept)
+        with phases("start", f"preparing {settings['object']}"):
+            obj = make_object(settings["object"], options.seed)
+        if settings.get("digest") != _digest(obj):
+            raise ValueError(
+                f"{settings['object']} has changed since {folder} was begun; explore it again"
+            )
+        options = _completed(options, obj)
+        settings = {"object": obj.source, "digest": _digest(obj), **as_table(options)}
+        write_settings(folder, settings)
+        return _Run(obj, folder, options, phases, watcher, kept).carry_out()
+
+
+def _completed(options: RunOptions, obj) -> RunOptions:
+    """Options with the object's own noise and tolerance where they are left out, checked."""
     noise = float(obj.noise_std if options.noise is None else options.noise)
     tolerance = float(obj.tolerance if options.tolerance is None else options.tolerance)
-    _check_scale(noise, tolerance, obj.diagonal)
-    probe_rng, judge_rng, progress_rng = random_streams(options.seed)
-    atlas, planner = Atlas(tolerance), Planner(*obj.start())
-    probe = Probe(obj, noise, probe_rng)
-    folder = create_folder(out, force)
-    settings = asdict(replace(options, noise=noise, tolerance=tolerance))
-    parts = {"atlas": asdict(atlas.options), "planner": asdict(planner.options)}
-    write_settings(folder, {"object": obj.source, **settings, **parts})
-    progress = Progress(atlas, obj.sample(_PROGRESS_POINTS, progress_rng)[0])
-    steps = explore(atlas, planner, probe, options.max_touches, options.max_length)
-    stopped = _take(steps, folder, progress, lambda step: watch(step, atlas))
-    surface, numbers = _conclude(obj, atlas, progress, folder, noise, judge_rng)
-    return Result(atlas, surface, numbers, stopped)
+    check_scale(noise, tolerance, obj.diagonal)
+    start, outward = obj.start()
+    planner = Planner(start, outward, options.planner)
+    check_effort(options, tolerance, planner, obj.bounds[1] - obj.bounds[0])
+    return replace(options, noise=noise, tolerance=tolerance)
 
 
-def check_tolerance(tolerance: float, diagonal: float) -> None:
-    """ValueError for a tolerance that does not suit an object of this diagonal."""
-    _check("tolerance", tolerance)
-    if tolerance > diagonal:
-        raise ValueError(
-            f"tolerance is {tolerance:g}, but the object is only {diagonal:.4g} across; "
-            "give a smaller --tolerance"
-        )
-    if tolerance < _FINEST * diagonal:
-        raise ValueError(
-            f"tolerance is {tolerance:g}, but an object {diagonal:.4g} across has coordinates that "
-            f"are rounded; give a --tolerance of {_FINEST * diagonal:.2g} or more"
-        )
+def _digest(obj) -> str | None:
+    """SHA-256 of the triangles of a mesh; None for a built-in object."""
+    if not isinstance(obj, MeshObject):
+        return None
+    return hashlib.sha256(obj.vertices.tobytes() + obj.faces.tobytes()).hexdigest()
 
 
-def _check_scale(noise: float, tolerance: float, diagonal: float) -> None:
-    """ValueError for a noise and tolerance from which no surface can result; no file is written
-    before."""
-    check_tolerance(tolerance, diagonal)
-    if noise > _NOISIEST * tolerance:
-        raise ValueError(
-            f"noise is {noise:g}, more than {_NOISIEST} times the tolerance {tolerance:g}; "
-            "give a smaller --noise or a larger --tolerance"
-        )
-
-
-def _take(steps: Iterable[Step], folder: Path, progress: Progress, watch) -> bool:
-    """Carry out the steps, each written before the next begins; true when interrupted."""
-    # An interrupt within a touch would leave the atlas inconsistent.
-    with _kept(folder, progress) as journal, held_interrupt() as interrupted:
-        for step in steps:
-            journal.append(step.plan, step.touch)
-            progress.add(step)
-            watch(step)
-            if interrupted():
-                break
-        progress.measure()
-        return interrupted()
-
-
-@contextmanager
-def _kept(folder: Path, progress: Progress) -> Iterator[Journal]:
-    """The journal of a run. steps.csv is written, however the exploration ends."""
-    path, steps = folder / "journal.sqlite", folder / "steps.csv"
-    journal = None
+def _entries(path: Path) -> list[Entry]:
+    """What a journal holds; nothing where it was not begun."""
+    if not path.exists():
+        return []
+    journal = Journal(path)
     try:
-        journal = Journal(path)
-        yield journal
-    except sqlite3.Error as error:
-        with suppress(OSError):
-            write_whole(steps, progress.csv_bytes())
-        raise OSError(
-            f"{path} cannot be written ({error}) after {len(progress.rows)} touches, which are "
-            "kept; free some space or choose another --out"
-        ) from None
-    except BaseException:
-        with suppress(OSError):
-            write_whole(steps, progress.csv_bytes())
-        raise
+        return journal.entries()
     finally:
-        if journal is not None:
-            journal.close()
-    write_whole(steps, progress.csv_bytes())
+        journal.close()
 
 
-def truth_of(obj, tolerance: float, rng, options: EvaluateOptions = EvaluateOptions()) -> Truth:
-    """The object as the judge sees it."""
-    _check("tolerance", tolerance)
-    points, normals = obj.sample(options.samples, rng)
-    vertices, faces = obj.mesh(_TRUTH_SAGITTA * tolerance)
-    return Truth(vertices, faces, points, normals, obj.closed, obj.euler_characteristic)
-
-
-def _conclude(obj, atlas: Atlas, progress: Progress, folder: Path, noise: float, rng):
-    """Surface and numbers of a run, and the files of what was learned."""
-    residual_patches = atlas.finish()
-    save_atlas(folder / "atlas.npz", atlas)
-    start = time.perf_counter()
-    surface = extract_surface(atlas) if len(atlas) else None
-    seconds = time.perf_counter() - start
-    numbers = _quality(obj, atlas, surface, rng)
-    numbers |= {"noise_std": noise} | _expense(atlas, progress, seconds)
-    numbers["residual_patches"] = residual_patches
-    if surface is not None:
-        write_whole(folder / "surface.ply", ply_bytes(surface))
-    write_whole(folder / "evaluation.json", (json.dumps(numbers, indent=2) + "\n").encode())
-    if progress.rows:
-        write_whole(folder / "progress.png", progress.png_bytes(obj.name))
-    return surface, numbers
-
-
-def _quality(obj, atlas: Atlas, surface: Surface | None, rng) -> dict:
-    """How good the surface is; without a surface the numbers are None or zero."""
-    numbers: dict = dict.fromkeys(field.name for field in fields(Evaluation))
-    numbers |= {"coverage": 0.0, "f_score": 0.0, "watertight": False}
-    numbers["true_euler_characteristic"] = obj.euler_characteristic if obj.closed else None
-    numbers |= {"total_curvature_over_2pi": None, "diagonal": obj.diagonal}
-    if surface is not None and len(surface.faces):
-        evaluation = evaluate_surface(
-            surface.vertices,
-            surface.faces,
-            truth_of(obj, atlas.tolerance, rng),
-            atlas.tolerance,
-            rng,
-            surface.deviation,
+def _check_budget(folder: Path, options: RunOptions, kept: list[Entry]) -> None:
+    """FinishedError for a run in which nothing is left to do; ValueError for a budget that is
+    less than what was touched."""
+    touches, length = len(kept), sum(entry.touch.tracked_length for entry in kept)
+    before = sum(entry.touch.tracked_length for entry in kept[:-1])
+    most, longest = options.max_touches, options.max_length
+    if most is not None and touches > most:
+        raise ValueError(f"max-touches is {most}, but {folder} holds {touches}; give a larger one")
+    if longest is not None and before >= longest:
+        raise ValueError(
+            f"max-length is {longest:g}, but {folder} holds {length:.4g}; give a larger one"
         )
-        numbers |= evaluation.as_dict()
-        numbers["total_curvature_over_2pi"] = surface.total_curvature() / (2.0 * np.pi)
-    return numbers | {"tolerance": atlas.tolerance}
+    try:
+        numbers = json.loads((folder / "evaluation.json").read_text(encoding="utf-8"))
+        ended = numbers["ended"] if numbers["touches"] == touches else None
+    except (OSError, ValueError, LookupError, TypeError, RecursionError):
+        return
+    if ended == NOTHING_LEFT:
+        raise FinishedError(f"{folder} is finished: nothing was left to touch", numbers)
+    if ended == MAX_TOUCHES and touches == most:
+        words = f"{folder} is finished: it has its {most} touches; give a larger --max-touches"
+        raise FinishedError(words, numbers)
+    if ended == MAX_LENGTH and longest is not None and length >= longest:
+        words = f"{folder} is finished: it has tracked {length:.4g}; give a larger --max-length"
+        raise FinishedError(words, numbers)
 
 
-def _expense(atlas: Atlas, progress: Progress, seconds_surface: float) -> dict:
-    """Numbers of touches, samples and patches, lengths, and seconds."""
-    return {
-        "touches": len(progress.rows),
-        "contours": progress.sum("contours"),
-        "points": atlas.point_count,
-        "patches": len(atlas),
-        "parameters": atlas.parameter_count,
-        "patch_euler_characteristic": atlas.euler_characteristic(),
-        "tracked_length": progress.last("tracked_length"),
-        "travel_length": progress.last("travel_length"),
-        "seconds_fit": progress.sum("seconds_fit"),
-        "seconds_plan": progress.sum("seconds_plan"),
-        "seconds_surface": seconds_surface,
-        "seconds_sim": progress.sum("seconds_sim"),
-    }
+@dataclass
+class _Run:
+    """One process at work on a run."""
+
+    obj: ImplicitObject | MeshObject
+    folder: Path
+    options: RunOptions
+    phases: Phases
+    watcher: Watcher
+    kept: list[Entry] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        options = self.options
+        assert options.noise is not None and options.tolerance is not None
+        probe_rng, self.judge_rng, progress_rng = random_streams(options.seed)
+        self.atlas = Atlas(options.tolerance, options.atlas)
+        start, outward = self.obj.start()
+        self.planner = Planner(start, outward, options.planner)
+        self.probe = Probe(self.obj, options.noise, probe_rng)
+        with self.phases("start", "sampling the truth"):
+            points = self.obj.sample(_PROGRESS_POINTS, progress_rng)[0]
+        self.progress = Progress(self.atlas, points)
+        self.old_seconds = read_seconds(self.folder / "steps.csv")[: len(self.kept)]
+
+    def carry_out(self) -> Result:
+        """Touch until nothing is left, and write the results."""
+        # The systems of equations are small: several threads wait for each other longer than they
+        # work, and hundred times longer where the cores are busy.
+        with threadpool_limits(1, "blas"):
+            with held_interrupt(self._noticed, GRACE) as hold:
+                ended = self._explore(hold)
+                if ended == INTERRUPTED:
+                    return self._result(ended)
+            if hold:
+                raise KeyboardInterrupt
+            return self._result(ended)
+
+    def _noticed(self) -> None:
+        number = len(self.progress.rows) + 1
+        self.watcher.interrupted(f"finishing touch {number}, then writing the results so far")
+
+    def _result(self, ended: str) -> Result:
+        """The results, written; a run that is whole takes the place of the one it replaces."""
+        before = sum(map(sum, self.old_seconds))
+        conclusion = Conclusion(self.obj, self.atlas, self.progress, self.phases, before)
+        known = {"ended": ended, "noise_std": self.options.noise}
+        surface, numbers = conclusion.write(self.folder, self.judge_rng, known)
+        folder = self.folder if ended == INTERRUPTED else replace_run(self.folder)
+        refusal = (self.progress.refusals or [""])[-1]
+        return Result(self.atlas, surface, numbers, folder, refusal)
+
+    def _explore(self, hold: Hold) -> str:
+        """Carry out the touches, each written before it is learned; returns why they ended."""
+        options, start, done = self.options, time.perf_counter(), len(self.kept)
+        with self._journal() as journal:
+            recorder = Recorder(self.probe, journal, self.kept)
+            self.watcher.begins(f"repeating {done} touches of the journal" if done else "touching")
+            steps = explore(
+                self.atlas, self.planner, recorder, options.max_touches, options.max_length
+            )
+            for step in steps:
+                self._add(step, recorder)
+                self.watcher.touched(step, self.atlas)
+                if hold:
+                    break
+            counted = sum(self.progress.sum(f"seconds_{part}") for part in ("plan", "fit", "sim"))
+            counted += self.phases.seconds.get("repeat", 0.0) - sum(map(sum, self.old_seconds))
+            if hold and len(self.progress.rows) < done:
+                # The files of before know more.
+                raise KeyboardInterrupt
+            self.progress.measure()
+            self.phases.add("record", time.perf_counter() - start - counted)
+        return INTERRUPTED if hold else self._why_ended()
+
+    def _why_ended(self) -> str:
+        most, longest = self.options.max_touches, self.options.max_length
+        if most is not None and len(self.progress.rows) >= most:
+            return MAX_TOUCHES
+        if longest is not None and self.progress.last("tracked_length") >= longest:
+            return MAX_LENGTH
+        return NOTHING_LEFT
+
+    def _add(self, step: Step, recorder: Recorder) -> None:
+        """A row of steps.csv for one touch, with the seconds of the process that made it."""
+        number, done = step.plan.number, len(self.kept)
+        sim = step.seconds_touch - recorder.take_seconds()
+        seconds: tuple[float, ...] = (step.seconds_plan, step.seconds_fit, sim)
+        if number < done:
+            seconds = (step.seconds_plan, step.seconds_fit, 0.0)
+        if number < len(self.old_seconds):
+            self.phases.add("repeat", sum(seconds))
+            seconds = self.old_seconds[number]
+        self.progress.add(step, seconds)
+        path = self.folder / "steps.csv"
+        if number == max(done - 1, 0):
+            write_whole(path, self.progress.csv_bytes())
+        elif number >= done:
+            with open(path, "ab") as file:
+                file.write(self.progress.last_row_bytes())
+        if number == done - 1:
+            self.watcher.begins("touching")
+
+    @contextmanager
+    def _journal(self) -> Iterator[Journal]:
+        """The journal of the run. steps.csv is written, however the exploration ends."""
+        journal, failed = None, True
+        try:
+            journal = Journal(self.folder / "journal.sqlite")
+            yield journal
+            failed = False
+        except (sqlite3.Error, OSError) as error:
+            name = "journal.sqlite" if isinstance(error, sqlite3.Error) else "steps.csv"
+            raise OSError(
+                f"{self.folder / name} cannot be written ({error}) after "
+                f"{max(len(self.progress.rows), len(self.kept))} touches, which are kept; free "
+                f"some space, then touchatlas resume {self.folder}"
+            ) from None
+        finally:
+            if journal is not None:
+                journal.close()
+            if len(self.progress.rows) >= len(self.kept):
+                with suppress(OSError) if failed else nullcontext():
+                    write_whole(self.folder / "steps.csv", self.progress.csv_bytes())

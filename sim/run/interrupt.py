@@ -1,39 +1,79 @@
-"""Ctrl-C, held back until it does no harm."""
+"""Ctrl-C and SIGTERM, held back until they do no harm."""
 
 import signal
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+# Seconds from a held interrupt to the end of what it lets finish. A second is left, of the five
+# that are promised, for what cannot be cut short. Doubled, more results are written of long runs.
+GRACE = 4.0
+_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+
+
+class Terminated(KeyboardInterrupt):
+    """SIGTERM: it ends a program as Ctrl-C does."""
+
+
+class Hold:
+    """Whether an interrupt came while it was held back."""
+
+    def __init__(self) -> None:
+        self.signal: int | None = None
+
+    def __bool__(self) -> bool:
+        return self.signal is not None
+
 
 @contextmanager
-def held_interrupt() -> Iterator[Callable[[], bool]]:
-    """Hold Ctrl-C back; what is yielded tells whether it came. A second one interrupts at once."""
-    came: list[int] = []
+def held_interrupt(
+    noticed: Callable[[], None] = lambda: None, grace: float | None = None
+) -> Iterator[Hold]:
+    """Hold Ctrl-C and SIGTERM back; what is yielded tells whether one came.
+
+    A second one interrupts at once.
+
+    Parameters
+    ----------
+    noticed : called when the first one comes
+    grace : float, s, optional
+        How long after the first one the block is interrupted, if it has not ended.
+    """
+    hold = Hold()
+    # Signals belong to the main thread.
+    if threading.current_thread() is not threading.main_thread():
+        yield hold
+        return
 
     def note(number, _frame) -> None:
-        if came:
-            raise KeyboardInterrupt
-        came.append(number)
+        if hold:
+            raise _interrupt_of(number)
+        hold.signal = number
+        if grace is not None and hasattr(signal, "setitimer"):
+            signal.setitimer(signal.ITIMER_REAL, grace)
+        noticed()
 
-    # Signals belong to the main thread, and one that is ignored (nohup) stays so.
-    ours = threading.current_thread() is threading.main_thread()
-    before = signal.getsignal(signal.SIGINT)
-    if not ours or before in (signal.SIG_IGN, None):
-        yield lambda: False
-        return
-    signal.signal(signal.SIGINT, note)
+    def too_late(_number, _frame) -> None:
+        raise _interrupt_of(hold.signal)
+
+    # One that is ignored (nohup) stays so.
+    before = {s: signal.getsignal(s) for s in _SIGNALS}
+    ours: dict[signal.Signals, Callable] = {
+        s: note for s, handler in before.items() if handler not in (signal.SIG_IGN, None)
+    }
+    if hasattr(signal, "SIGALRM"):
+        before[signal.SIGALRM], ours[signal.SIGALRM] = signal.getsignal(signal.SIGALRM), too_late
+    for number, handler in ours.items():
+        signal.signal(number, handler)
     try:
-        yield lambda: bool(came)
+        yield hold
     finally:
-        signal.signal(signal.SIGINT, before)
+        if hold and hasattr(signal, "setitimer"):
+            signal.setitimer(signal.ITIMER_REAL, 0.0)
+        for number in ours:
+            signal.signal(number, before[number])
 
 
-@contextmanager
-def late_interrupt() -> Iterator[None]:
-    """Let Ctrl-C interrupt at the end of the block, not within; for imports of extension
-    modules, some of which swallow it or break on it."""
-    with held_interrupt() as interrupted:
-        yield
-    if interrupted():
-        raise KeyboardInterrupt
+def _interrupt_of(number) -> KeyboardInterrupt:
+    """The exception for a signal."""
+    return Terminated() if number == signal.SIGTERM else KeyboardInterrupt()

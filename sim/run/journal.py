@@ -1,6 +1,7 @@
-"""Journal: every touch on disk before the next is planned."""
+"""Journal: every touch on disk before it is learned."""
 
 import sqlite3
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -12,27 +13,72 @@ from touchatlas.planner import ProbePlan
 _SCHEMA = """
 create table touch (
     number integer primary key, reason text, status text, contact blob, approach blob,
-    tracked_length real, travel_length real);
+    tracked_length real, travel_length real, probe text);
 create table contour (
     touch integer, place integer, plane_point blob, plane_normal blob, noise_std real,
     first_end text, last_end text, points blob, primary key (touch, place));
 """
+# Errors that reading an altered journal raises.
+_DAMAGE = (sqlite3.Error, ValueError, TypeError, AttributeError, OverflowError)
+# Letters of another library's message that are passed on. Doubled, sentences are pages.
+_LONGEST = 200
+
+
+@dataclass(frozen=True, eq=False)
+class Entry:
+    """One touch of a journal.
+
+    Parameters
+    ----------
+    reason : str
+        Of its plan.
+    touch : Touch
+    probe : str
+        State of the probe after the touch, as ``Probe.state``.
+    """
+
+    reason: str
+    touch: Touch
+    probe: str
 
 
 class Journal:
-    """The touches of a run in an SQLite file; no times, so that equal runs give equal bytes."""
+    """The touches of a run in an SQLite file; no times, so that equal runs give equal bytes.
+
+    Raises
+    ------
+    ValueError
+        When the path holds something else than a journal.
+    """
 
     def __init__(self, path) -> None:
-        fresh = not Path(path).exists()
+        self._path = Path(path)
+        if self._path.exists() and not self._path.is_file():
+            raise ValueError(f"{path} is no file; give the journal.sqlite of a run")
+        if not self._path.parent.is_dir():
+            raise ValueError(f"{self._path.parent} is no folder; make it, or give another journal")
         self._database = sqlite3.connect(path)
-        if fresh:
-            self._database.executescript(_SCHEMA)
+        try:
+            if not self._tables():
+                self._database.executescript(f"begin; {_SCHEMA} commit;")
+            self._database.execute("select probe from touch limit 0").fetchone()
+            self._database.execute("select points from contour limit 0").fetchone()
+        except (sqlite3.DatabaseError, ValueError) as error:
+            self._database.close()
+            # A full disk or a lock is no fault of the file.
+            if isinstance(error, sqlite3.OperationalError) and _is_of_the_disk(error):
+                raise
+            raise self._damaged(error) from None
 
-    def append(self, plan: ProbePlan, touch: Touch) -> None:
-        """Write one touch and commit it."""
+    def _tables(self) -> list:
+        """The names of what the file holds; none in a new one, or one killed at its first step."""
+        return self._database.execute("select name from sqlite_master").fetchall()
+
+    def append(self, plan: ProbePlan, touch: Touch, probe: str = "") -> None:
+        """Write one touch, with the state of the probe after it, and commit it."""
         with self._database as database:
             database.execute(
-                "insert into touch values (?, ?, ?, ?, ?, ?, ?)",
+                "insert into touch values (?, ?, ?, ?, ?, ?, ?, ?)",
                 (
                     touch.number,
                     plan.reason.value,
@@ -41,6 +87,7 @@ class Journal:
                     touch.approach.tobytes(),
                     touch.tracked_length,
                     touch.travel_length,
+                    probe,
                 ),
             )
             database.executemany(
@@ -60,23 +107,50 @@ class Journal:
                 ],
             )
 
+    def __len__(self) -> int:
+        return self._database.execute("select count(*) from touch").fetchone()[0]
+
     def touches(self) -> list[Touch]:
         """All touches, in order."""
+        return [entry.touch for entry in self.entries()]
+
+    def entries(self) -> list[Entry]:
+        """All entries, in order.
+
+        Raises
+        ------
+        ValueError
+            When the file was altered, or lacks a touch.
+        """
+        try:
+            # Numbers that were altered may be too large for their squares.
+            with np.errstate(all="ignore"):
+                return self._entries()
+        except _DAMAGE as error:
+            raise self._damaged(error) from None
+
+    def _entries(self) -> list[Entry]:
         rows = self._database.execute(
-            "select number, contact, approach, status, tracked_length, travel_length "
-            "from touch order by number"
+            "select number, reason, contact, approach, status, tracked_length, travel_length, "
+            "probe from touch order by number"
         ).fetchall()
+        if [row[0] for row in rows] != list(range(len(rows))):
+            raise ValueError("a touch is missing")
         return [
-            Touch(
-                number,
-                np.frombuffer(contact),
-                np.frombuffer(approach),
-                self._contours(number),
-                TouchStatus(status),
-                tracked,
-                travel,
+            Entry(
+                reason,
+                Touch(
+                    number,
+                    np.frombuffer(contact),
+                    np.frombuffer(approach),
+                    self._contours(number),
+                    TouchStatus(status),
+                    tracked,
+                    travel,
+                ),
+                str(probe),
             )
-            for number, contact, approach, status, tracked, travel in rows
+            for number, reason, contact, approach, status, tracked, travel, probe in rows
         ]
 
     def _contours(self, number: int) -> tuple[Contour, ...]:
@@ -95,6 +169,18 @@ class Journal:
             for point, normal, noise, first, last, points in rows
         )
 
+    def _damaged(self, error: Exception) -> ValueError:
+        words = " ".join(str(error).split())[:_LONGEST]
+        return ValueError(
+            f"{self._path} is no whole journal of a run ({words}); give another copy, or explore "
+            "again"
+        )
+
     def close(self) -> None:
         """Close the file."""
         self._database.close()
+
+
+def _is_of_the_disk(error: sqlite3.OperationalError) -> bool:
+    """Whether the file could not be read or written, whatever it holds."""
+    return any(word in str(error) for word in ("locked", "disk", "full", "unable", "readonly"))

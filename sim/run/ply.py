@@ -1,24 +1,65 @@
-"""surface.ply: binary PLY with normals, predicted deviation and patch id at each vertex."""
+"""surface.ply: binary PLY with normal, predicted deviation, patch id and colour at each vertex."""
+
+from dataclasses import replace
 
 import numpy as np
 
 from touchatlas.atlas import Surface
 
-_DOUBLES = ("x", "y", "z", "nx", "ny", "nz", "deviation")
-_VERTEX = np.dtype([(name, "<f8") for name in _DOUBLES] + [("patch", "<i4")])
+_NUMBERS = ("x", "y", "z", "nx", "ny", "nz", "deviation")
+_COLOURS = ("red", "green", "blue")
 _FACE = np.dtype([("count", "u1"), ("indices", "<i4", (3,))])
+_WORDS = {"<f4": "float", "<f8": "double"}
+# Rounding of a coordinate, as a fraction of the tolerance, up to which single precision is enough.
+# Doubled, meshes far from their origin lose a few more digits.
+_ROUNDING = 0.01
 
 
-def ply_bytes(surface: Surface) -> bytes:
-    """A surface as a little-endian binary PLY."""
-    vertices = np.empty(len(surface.vertices), _VERTEX)
+def stored(surface: Surface, tolerance: float) -> Surface:
+    """A surface rounded as surface.ply holds it, so that who reads the file finds its numbers."""
+    kind = _kind(surface, tolerance)
+    rounded = {
+        name: getattr(surface, name).astype(kind).astype(float)
+        for name in ("vertices", "normals", "deviation")
+    }
+    return replace(surface, **rounded)
+
+
+def ply_bytes(surface: Surface, tolerance: float) -> bytes:
+    """A surface as a little-endian binary PLY.
+
+    Coordinates are in single precision where that rounds by a hundredth of the tolerance at most.
+    Colours show the deviation: those of viridis, from 0 to the tolerance.
+    """
+    kind = _kind(surface, tolerance)
+    columns = [(name, kind) for name in _NUMBERS]
+    columns += [("patch", "<i4"), *((name, "u1") for name in _COLOURS)]
+    vertices = np.empty(len(surface.vertices), np.dtype(columns))
     for axis, name in enumerate("xyz"):
         vertices[name] = surface.vertices[:, axis]
         vertices["n" + name] = surface.normals[:, axis]
     vertices["deviation"], vertices["patch"] = surface.deviation, surface.patch
+    colours = deviation_colours(surface.deviation, tolerance)
+    for channel, name in enumerate(_COLOURS):
+        vertices[name] = colours[:, channel]
     faces = np.empty(len(surface.faces), _FACE)
     faces["count"], faces["indices"] = 3, surface.faces
     header = ["ply", "format binary_little_endian 1.0", f"element vertex {len(vertices)}"]
-    header += [f"property double {name}" for name in _DOUBLES] + ["property int patch"]
+    header += [f"property {_WORDS[kind]} {name}" for name in _NUMBERS] + ["property int patch"]
+    header += [f"property uchar {name}" for name in _COLOURS]
     header += [f"element face {len(faces)}", "property list uchar int vertex_indices", "end_header"]
     return ("\n".join(header) + "\n").encode() + vertices.tobytes() + faces.tobytes()
+
+
+def deviation_colours(deviation, tolerance: float) -> np.ndarray:
+    """(v, 3) bytes of red, green and blue for deviations (v,) from 0 to the tolerance."""
+    from matplotlib import colormaps
+
+    fraction = np.clip(np.asarray(deviation) / tolerance, 0.0, 1.0)
+    return colormaps["viridis"](fraction, bytes=True)[:, :3]
+
+
+def _kind(surface: Surface, tolerance: float) -> str:
+    """Single precision, or double where that rounds too much."""
+    largest = float(np.abs(surface.vertices).max(initial=0.0))
+    return "<f4" if largest * np.finfo("f4").epsneg <= _ROUNDING * tolerance else "<f8"

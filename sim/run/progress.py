@@ -2,11 +2,13 @@
 
 import csv
 import io
+import math
 import warnings
+from pathlib import Path
 
 import numpy as np
 
-from touchatlas.atlas import Atlas
+from touchatlas.atlas import Atlas, TouchStatus
 from touchatlas.planner import Step
 
 _COLUMNS = (
@@ -20,7 +22,7 @@ _COLUMNS = (
     "travel_length",
     "patches",
     "parameters",
-    "predicted_coverage",
+    "outlines_closed",
     "predicted_deviation",
     "coverage",
     "completeness_mean",
@@ -31,6 +33,8 @@ _COLUMNS = (
 # Touches from one measurement of the true progress to the next. Twice as many save half of its
 # time, and the curve in progress.png has half as many points.
 _MEASURE_EVERY = 5
+# Columns that a process that goes on with a run takes from the one before it.
+SECONDS = ("seconds_plan", "seconds_fit", "seconds_sim")
 
 
 class Progress:
@@ -47,10 +51,18 @@ class Progress:
     def __init__(self, atlas: Atlas, points) -> None:
         self._atlas, self._points = atlas, points
         self.rows: list[dict] = []
+        self.not_touched = 0
+        self.refusals: list[str] = []
 
-    def add(self, step: Step) -> None:
-        """Add a row for one touch; every fifth one has the truth's columns filled."""
+    def add(self, step: Step, seconds) -> None:
+        """Add a row for one touch; every fifth one has the truth's columns filled.
+
+        ``seconds`` (3,) are those of planning, learning and the simulated probe.
+        """
         atlas, touch = self._atlas, step.touch
+        self.not_touched += touch.status is not TouchStatus.TOUCHED
+        if step.change.refused and touch.status is TouchStatus.TOUCHED:
+            self.refusals.append(step.change.refused)
         values = (
             step.plan.number,
             step.plan.reason.value,
@@ -64,9 +76,7 @@ class Progress:
             atlas.predicted_deviation() if len(atlas) else "",
             "",
             "",
-            step.seconds_plan,
-            step.seconds_fit,
-            step.seconds_touch,
+            *seconds,
         )
         self.rows.append(dict(zip(_COLUMNS, values, strict=True)))
         if step.plan.number % _MEASURE_EVERY == 0:
@@ -92,11 +102,11 @@ class Progress:
 
     def csv_bytes(self) -> bytes:
         """The rows as steps.csv."""
-        text = io.StringIO()
-        writer = csv.DictWriter(text, fieldnames=_COLUMNS)
-        writer.writeheader()
-        writer.writerows(self.rows)
-        return text.getvalue().encode()
+        return _csv(self.rows, header=True)
+
+    def last_row_bytes(self) -> bytes:
+        """The last row as a line of steps.csv, with the header before the first."""
+        return _csv(self.rows[-1:], header=len(self.rows) == 1)
 
     def png_bytes(self, name: str) -> bytes:
         """Coverage and mean error against tracked length, as progress.png."""
@@ -107,13 +117,13 @@ class Progress:
         figure = Figure(figsize=(10, 4), layout="constrained")
         FigureCanvasAgg(figure)
         left, right = figure.subplots(1, 2)
-        self._curve(left, "predicted_coverage", "outlines closed", "-")
-        self._curve(left, "coverage", "true coverage", "o-")
-        left.set(xlabel="tracked length", ylabel="coverage", ylim=(0, 1.02))
+        self._curve(left, "outlines_closed", "outlines closed", "-")
+        self._curve(left, "coverage", "coverage", "o-")
+        left.set(xlabel="tracked length", ylabel="fraction", ylim=(0, 1.02))
         left.set_title(name, parse_math=False)
         left.legend()
         self._curve(right, "predicted_deviation", "predicted deviation", "-")
-        self._curve(right, "completeness_mean", "true mean error", "o-")
+        self._curve(right, "completeness_mean", "completeness mean", "o-")
         right.set(xlabel="tracked length", ylabel="length", title="where it is covered")
         if any(y > 0.0 for line in right.lines for y in line.get_ydata()):
             right.set_yscale("log")
@@ -130,3 +140,28 @@ class Progress:
         seen = [row for row in self.rows if row[column] != ""]
         length = [row["tracked_length"] for row in seen]
         axes.plot(length, [row[column] for row in seen], style, ms=3, label=label)
+
+
+def _csv(rows: list[dict], header: bool) -> bytes:
+    """Rows as CSV."""
+    text = io.StringIO()
+    writer = csv.DictWriter(text, fieldnames=_COLUMNS)
+    if header:
+        writer.writeheader()
+    writer.writerows(rows)
+    return text.getvalue().encode()
+
+
+def read_seconds(path: Path) -> list[tuple[float, ...]]:
+    """The seconds of the touches of a steps.csv, as far as it can be read."""
+    found: list[tuple[float, ...]] = []
+    try:
+        with open(path, newline="", encoding="utf-8") as file:
+            for row in csv.DictReader(file):
+                seconds = tuple(float(row[name]) for name in SECONDS)
+                if int(row["touch"]) != len(found) or not all(map(math.isfinite, seconds)):
+                    break
+                found.append(seconds)
+    except (OSError, ValueError, KeyError, TypeError, csv.Error):
+        pass
+    return found

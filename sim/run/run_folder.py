@@ -1,4 +1,4 @@
-"""The folder of a run: its files, and its settings, run.toml."""
+"""The folder of a run: who may write to it, how a run replaces another, its settings, run.toml."""
 
 import json
 import math
@@ -6,10 +6,13 @@ import os
 import platform
 import tempfile
 import tomllib
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from importlib.metadata import version
 from pathlib import Path
 
 from touchatlas.atlas.files import write_whole
+from touchatlas.sim.run.run_lock import LOCK, locked
 
 RUN_FILES = (
     "run.toml",
@@ -19,52 +22,151 @@ RUN_FILES = (
     "steps.csv",
     "evaluation.json",
     "progress.png",
+    "surface.png",
 )
+# Where a run is made that is to replace another, and its name when it is whole. Names of files that
+# the whole one lacks are marked there, so that replacing can be done again after a crash.
+REPLACEMENT, _WHOLE, _ABSENT = "replacement", "replacement.whole", ".absent"
 # Files that a killed run may leave beside them. SQLite would replay an old journal.sqlite-journal
 # into a new journal.
 _LEFTOVERS = ("journal.sqlite-journal", *(f"{name}.part" for name in RUN_FILES))
 _PACKAGES = ("touchatlas", "numpy", "scipy", "networkx", "trimesh", "libigl")
 
 
-def create_folder(path, force: bool) -> Path:
-    """The run folder, made or taken over; only the files of a run are ever removed.
+@contextmanager
+def new_run(path, force: bool) -> Iterator[Path]:
+    """The folder for a new run, made or taken over, and locked for others.
+
+    Where it holds a run and ``force`` is set, what is yielded is a folder ``replacement`` within
+    it; ``replace_run`` then puts the new run in the place of the old one. Only the files of a run
+    are ever removed.
 
     Raises
     ------
     ValueError
         When it holds something and ``force`` is not set, or holds files of the same names that
-        are no run's.
+        are no run's, or another process is at work there.
     OSError
         When it cannot be made or written.
     """
     path = Path(path)
-    if os.path.lexists(path) and not path.is_dir():
-        raise ValueError(f"{path} is a file or a broken link; give a folder with --out")
-    is_run = _is_run(path)
-    if path.is_dir() and any(path.iterdir()):
-        if not force:
-            what = "already holds a run" if is_run else "is not empty"
-            raise ValueError(f"{path} {what}; choose another --out, or --force to replace a run")
-        ours = Path.is_file if is_run else lambda _: False
-        others = [n for n in RUN_FILES if (path / n).exists() and not ours(path / n)]
-        if others:
-            raise ValueError(
-                f"{path} holds {', '.join(others)}, of no run, which a run would overwrite; "
-                "choose another --out"
-            )
+    _check_new(path, force)
     path.mkdir(parents=True, exist_ok=True)
     _try_to_write(path)
-    # run.toml goes last: while it is there, what else is left is known to be a run's.
-    for name in (*_LEFTOVERS, *reversed(RUN_FILES)) if is_run else ():
+    with locked(path):
+        # Another process may have been here since.
+        _check_new(path, force)
+        _finish_replacing(path)
+        if not is_run(path):
+            yield path
+            return
+        target = path / REPLACEMENT
+        target.mkdir(exist_ok=True)
+        _remove_run(target)
+        yield target
+
+
+@contextmanager
+def old_run(path) -> Iterator[Path]:
+    """The folder of a run that is gone on with, locked for others: the one that was to replace
+    another, where it was not finished.
+
+    Raises
+    ------
+    ValueError
+        When it holds no run, or another process is at work there.
+    """
+    path = Path(path)
+    if path.name == REPLACEMENT and is_run(path.parent):
+        path = path.parent
+    if not is_run(path) and not (path / _WHOLE).is_dir():
+        raise ValueError(
+            f"{path} holds no run (a run.toml of ours); give the folder of one, or run explore"
+        )
+    _try_to_write(path)
+    with locked(path):
+        _finish_replacing(path)
+        yield path / REPLACEMENT if is_run(path / REPLACEMENT) else path
+
+
+def replace_run(folder: Path) -> Path:
+    """Put a whole run in the place of the one that it replaces; returns its folder then.
+
+    A crash within is made good by the next one who takes the folder.
+    """
+    if folder.name != REPLACEMENT or not is_run(folder.parent):
+        return folder
+    for name in RUN_FILES:
+        if not (folder / name).exists():
+            (folder / f"{name}{_ABSENT}").touch()
+    folder.rename(folder.parent / _WHOLE)
+    _finish_replacing(folder.parent)
+    return folder.parent
+
+
+def _finish_replacing(path: Path) -> None:
+    """Move the files of a whole replacement to their place; nothing where there is none."""
+    whole = path / _WHOLE
+    if not whole.is_dir():
+        return
+    for name in _LEFTOVERS:
         (path / name).unlink(missing_ok=True)
-    return path
+    for name in reversed(RUN_FILES):
+        if (whole / name).exists():
+            os.replace(whole / name, path / name)
+        elif (mark := whole / f"{name}{_ABSENT}").exists():
+            (path / name).unlink(missing_ok=True)
+            mark.unlink()
+    # The user may have put something there.
+    with suppress(OSError):
+        whole.rmdir()
 
 
-def _is_run(path: Path) -> bool:
+def _check_new(path: Path, force: bool) -> None:
+    """ValueError unless a run may be written to the path."""
+    if os.path.lexists(path) and not path.is_dir():
+        raise ValueError(f"{path} is a file or a broken link; give a folder with --out")
+    if not path.is_dir() or _is_empty(path):
+        return
+    held = is_run(path)
+    if not force:
+        what = "already holds a run" if held else "is not empty"
+        go_on = f", touchatlas resume {path} to go on with it" if held else ""
+        raise ValueError(f"{path} {what}; choose another --out{go_on}, or --force to replace a run")
+    ours = Path.is_file if held else lambda _: False
+    others = [n for n in RUN_FILES if (path / n).exists() and not ours(path / n)]
+    inner = path / REPLACEMENT
+    if os.path.lexists(inner) and not (held and _is_replacement(inner)):
+        others.append(REPLACEMENT)
+    if others:
+        raise ValueError(
+            f"{path} holds {', '.join(others)}, of no run, which a run would overwrite; "
+            "choose another --out"
+        )
+
+
+def _is_replacement(path: Path) -> bool:
+    """Whether a folder is a run that was to replace another, or was killed before it began."""
+    return path.is_dir() and not path.is_symlink() and (is_run(path) or _is_empty(path))
+
+
+def _is_empty(path: Path) -> bool:
+    """Whether a folder holds nothing but what a process killed at its first step leaves."""
+    return all(file.name in (LOCK, *_LEFTOVERS) for file in path.iterdir())
+
+
+def _remove_run(path: Path) -> None:
+    """Remove the files of a run."""
+    # run.toml goes last: while it is there, what else is left is known to be a run's.
+    for name in (*_LEFTOVERS, *reversed(RUN_FILES)):
+        (path / name).unlink(missing_ok=True)
+
+
+def is_run(path: Path) -> bool:
     """Whether the folder has a run.toml that we wrote."""
     try:
         settings = tomllib.loads((path / "run.toml").read_text(encoding="utf-8"))
-    except (FileNotFoundError, NotADirectoryError, IsADirectoryError, ValueError):
+    except (FileNotFoundError, NotADirectoryError, IsADirectoryError, ValueError, RecursionError):
         return False
     versions = settings.get("versions")
     return isinstance(versions, dict) and "touchatlas" in versions
@@ -79,28 +181,39 @@ def _try_to_write(path: Path) -> None:
         raise OSError(error.errno, error.strerror, str(path)) from None
 
 
+def versions() -> dict[str, str]:
+    """The versions that make a run."""
+    return {"python": platform.python_version()} | {p: version(p) for p in _PACKAGES}
+
+
+def changed_versions(settings: dict) -> str:
+    """The versions that made a run and are others now, in words; empty if all are the same."""
+    then, now = settings.get("versions"), versions()
+    if not isinstance(then, dict):
+        return ""
+    changed = [name for name in now if name in then and then[name] != now[name]]
+    return ", ".join(f"{name} {then[name]} (now {now[name]})" for name in changed)
+
+
 def write_settings(folder: Path, settings: dict) -> None:
     """Write run.toml: the settings of a run, and the versions that make it."""
-    versions = {"python": platform.python_version()} | {p: version(p) for p in _PACKAGES}
-    write_whole(folder / "run.toml", _toml({**settings, "versions": versions}).encode())
+    write_whole(folder / "run.toml", _toml({**settings, "versions": versions()}).encode())
 
 
 def read_settings(folder) -> dict:
-    """run.toml of a finished run.
+    """run.toml of a run.
 
     Raises
     ------
     ValueError
-        When the folder holds none, or no surface.ply, or the settings no object, tolerance, seed.
+        When the folder holds none, or the settings no object, tolerance, seed.
     """
     path = Path(folder) / "run.toml"
     if not path.is_file():
         raise ValueError(f"{folder} is not the folder of a run; run explore first")
-    if not path.with_name("surface.ply").is_file():
-        raise ValueError(f"{folder} holds a run without a surface.ply; let explore finish one")
     try:
         settings = tomllib.loads(path.read_text(encoding="utf-8"))
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise ValueError(f"{path} cannot be read ({error}); explore again") from None
     proper = {
         "object": lambda value: isinstance(value, str),
@@ -110,6 +223,17 @@ def read_settings(folder) -> dict:
     wrong = [name for name, is_proper in proper.items() if not is_proper(settings.get(name))]
     if wrong:
         raise ValueError(f"{path} lacks a proper {' and '.join(wrong)}; explore again")
+    return settings
+
+
+def read_finished(folder) -> dict:
+    """run.toml of a run that has a surface; ValueError where it has none."""
+    settings = read_settings(folder)
+    if not (Path(folder) / "surface.ply").is_file():
+        raise ValueError(
+            f"{folder} holds a run without a surface.ply; touchatlas resume {folder} goes on with "
+            "one that was stopped"
+        )
     return settings
 
 

@@ -42,6 +42,8 @@ def load_mesh(path):
     try:
         mesh = trimesh.load(path, force="mesh", process=False)
         vertices, faces = np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int64)
+        if vertices.shape[1:] != (3,) or (faces.size and faces.shape[1:] != (3,)):
+            raise ValueError
     except Exception:
         # The messages of trimesh and numpy for a broken file do not name the cause.
         raise ValueError(
@@ -113,14 +115,23 @@ class MeshObject:
     name : str
     vertices : (v, 3) float, length
     faces : (f, 3) int
-        Turned outward when the mesh is closed and inside out.
+        Turned alike where they are not, and outward when the mesh is closed.
+
+    Attributes
+    ----------
+    notes : list of str
+        What a user should know about the mesh, in sentences.
     """
 
     description = "a mesh file"
 
     def __init__(self, name: str, vertices, faces) -> None:
-        mesh = trimesh.Trimesh(vertices, faces, process=False)
-        self.closed = bool(mesh.is_watertight)
+        mesh, self.notes = _wound_alike(name, vertices, faces)
+        faces = np.asarray(mesh.faces)
+        counts = _triangles_of_edges(faces)
+        # Bodies that touch along an edge have four triangles there, and are closed.
+        self.closed = bool((counts % 2 == 0).all())
+        self.notes += _notes_on_edges(name, counts)
         if self.closed and mesh.volume < 0:
             faces = np.ascontiguousarray(faces[:, ::-1])
         used = np.unique(faces)
@@ -262,6 +273,42 @@ class MeshObject:
             if score > best[2]:
                 best = (edge, crossing, score)
         return best[0], best[1]
+
+
+def _wound_alike(name: str, vertices, faces):
+    """A mesh whose neighbouring triangles are wound alike, and a note where they had to be turned
+    or could not be."""
+    mesh = trimesh.Trimesh(vertices, faces, process=False)
+    if mesh.is_winding_consistent:
+        return mesh, []
+    trimesh.repair.fix_winding(mesh)
+    if mesh.is_winding_consistent:
+        return mesh, [f"{name} has triangles wound in different directions; they were turned alike"]
+    return mesh, [
+        f"{name} cannot be wound alike everywhere: it has one side only, like a Moebius strip"
+    ]
+
+
+def _triangles_of_edges(faces) -> np.ndarray:
+    """(e,) how many triangles each edge has."""
+    pairs = np.sort(faces[:, [[1, 2], [2, 0], [0, 1]]], axis=2).reshape(-1, 2)
+    return np.unique(pairs, axis=0, return_counts=True)[1]
+
+
+def _notes_on_edges(name: str, counts) -> list[str]:
+    """Notes on edges that do not have two triangles."""
+    found, open_edges, many = [], int((counts == 1).sum()), int((counts > 2).sum())
+    if open_edges:
+        found.append(
+            f"{name} is an open mesh (edges with one triangle only: {open_edges}); its surface "
+            "will be open too"
+        )
+    if many:
+        found.append(
+            f"{name} has edges where more than two triangles meet ({many}); contours that cross "
+            "one may go on along the wrong triangle"
+        )
+    return found
 
 
 def _resample(point, path, step, reach):

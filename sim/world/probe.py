@@ -1,5 +1,7 @@
 """The simulated touch probe: carries out a ProbePlan on an object."""
 
+import json
+
 import numpy as np
 
 from touchatlas.atlas import Touch, TouchStatus
@@ -86,6 +88,23 @@ class Probe:
             )
             tracked += (len(points) - 1) * plan.step
         return tuple(contours), tracked
+
+    def state(self) -> str:
+        """Place and random numbers of the probe, as JSON; ``restore`` takes it."""
+        position = None if self._position is None else self._position.tolist()
+        return json.dumps({"position": position, "random": self._rng.bit_generator.state})
+
+    def restore(self, state: str) -> None:
+        """Go on from a state, as if all touches before had been made; ValueError if it is none."""
+        try:
+            known = json.loads(state)
+            position = known["position"]
+            self._rng.bit_generator.state = known["random"]
+        except (ValueError, TypeError, KeyError) as error:
+            raise ValueError(
+                f"the probe's state cannot be read ({error!r}); explore again"
+            ) from None
+        self._position = None if position is None else np.array(position, float)
 
 
 def _ended(points, end: ContourEnd, until):

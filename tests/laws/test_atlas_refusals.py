@@ -1,5 +1,6 @@
 """What a caller gets wrong: one clear sentence, and an atlas that is as it was before."""
 
+from copy import deepcopy
 from dataclasses import replace
 from functools import lru_cache
 
@@ -351,3 +352,43 @@ def test_surface_of_nothing_is_refused():
 def test_options_are_numbers_of_tolerances(wrong):
     with pytest.raises(ValueError, match="tolerances"):
         AtlasOptions(**wrong)
+
+
+def test_shuffled_contours_are_refused_and_jumps_back_are_not():
+    rng = np.random.default_rng(0)
+    one = contours()[0]
+    for order in (rng.permutation(len(one.points)) for _ in range(20)):
+        with pytest.raises(ValueError, match="contour 0 of touch 0 goes to and fro"):
+            touch((replace(one, points=one.points[order]), *contours()[1:]))
+    # Tracked from the contact to one end, then from the contact to the other.
+    half = len(one.points) // 2
+    twice = np.concatenate([one.points[half:], one.points[:half][::-1]])
+    touch((replace(one, points=twice), *contours()[1:]))
+
+
+@pytest.mark.parametrize("factor", [1e-3, 1e3])
+def test_a_touch_in_another_unit_is_refused(factor):
+    known = begun()
+    atlas, again = deepcopy(known.atlas), known.touches[-1]
+    scaled = replace(
+        again,
+        contact=factor * again.contact,
+        contours=tuple(
+            replace(
+                c,
+                points=factor * c.points,
+                plane=SamplingPlane(factor * c.plane.point, c.plane.normal),
+                noise_std=factor * c.noise_std,
+            )
+            for c in again.contours
+        ),
+    )
+    with pytest.raises(ValueError, match="give all touches in the same unit of length"):
+        atlas.add(scaled)
+    assert len(atlas) == len(known.atlas) and atlas.point_count == known.atlas.point_count
+
+
+@pytest.mark.parametrize("number", ["x", -1, 1.5, True, None])
+def test_the_number_of_a_touch_is_that_of_a_plan(number):
+    with pytest.raises(ValueError, match="number is .*; it must be that of a ProbePlan"):
+        Touch(number, np.zeros(3), UP, contours(), TouchStatus.TOUCHED, 60.0, 0.0)

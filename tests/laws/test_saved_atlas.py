@@ -143,3 +143,14 @@ def test_failed_write_leaves_the_old_file(ball, tmp_path, monkeypatch):
         save_atlas(path, Atlas(0.1))
     assert path.read_bytes() == before
     assert [p.name for p in tmp_path.iterdir()] == ["atlas.npz"]
+
+
+def test_swapped_arguments_and_other_types_are_refused(ball, tmp_path):
+    with pytest.raises(ValueError, match=r"got str for the atlas; call save_atlas\(path, atlas\)"):
+        save_atlas(ball, str(tmp_path / "a.npz"))
+    for path in (5, None, b"a", []):
+        with pytest.raises(ValueError, match="for the path; give that of an atlas.npz"):
+            load_atlas(path)
+        with pytest.raises(ValueError, match="for the path"):
+            save_atlas(path, ball)
+    assert not list(tmp_path.iterdir())

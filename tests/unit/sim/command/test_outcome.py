@@ -1,13 +1,12 @@
-"""How commands end, and that Ctrl-C waits where it must."""
+"""How commands end."""
 
 import errno
-import signal
 
 import pytest
 from cyclopts import CycloptsError
 
 from touchatlas.sim.command.outcome import exit_code
-from touchatlas.sim.run.interrupt import late_interrupt
+from touchatlas.sim.run.interrupt import Terminated
 
 
 def raising(error):
@@ -28,6 +27,7 @@ def raising(error):
         (OSError("in our own words"), 1, "in our own words"),
         (MemoryError(), 1, "out of memory"),
         (KeyboardInterrupt(), 130, "stopped"),
+        (Terminated(), 143, "stopped"),
         (KeyError("x"), 1, "internal error"),
     ],
 )
@@ -41,13 +41,3 @@ def test_every_end_has_its_code_and_one_sentence(capsys, error, code, words):
 @pytest.mark.parametrize("code", [None, 0, 1, 130])
 def test_a_commands_own_code_is_kept(code):
     assert exit_code(lambda: code) == (code or 0)
-
-
-def test_ctrl_c_in_the_midst_comes_at_the_end():
-    done = []
-    before = signal.getsignal(signal.SIGINT)
-    with pytest.raises(KeyboardInterrupt), late_interrupt():
-        signal.raise_signal(signal.SIGINT)
-        done.append("rest")
-    assert done == ["rest"]
-    assert signal.getsignal(signal.SIGINT) is before

@@ -42,7 +42,7 @@ def ball_curves(noise=0.02, count=25, reach=12.0, seed=0, **more):
 
 def test_columns_in_any_order_with_extra_ones_and_a_byte_order_mark(file):
     lines = [",".join([*reversed(line.split(",")), "7"]) for line in LINES]
-    curves, repeated = read_curves(file("Z , y,x,curve,time", *lines, "", encoding="utf-8-sig"))
+    curves, repeated, _ = read_curves(file("Z , y,x,curve,time", *lines, "", encoding="utf-8-sig"))
     assert [curve.name for curve in curves] == ["a", "b", "c"] and not repeated
     assert curves[1].points.tolist() == [[x, 1.0, x * x] for x in range(6)]
     assert all(curve.normal is None for curve in curves)
@@ -50,15 +50,15 @@ def test_columns_in_any_order_with_extra_ones_and_a_byte_order_mark(file):
 
 def test_plane_normals_are_read_and_made_unit(file):
     lines = [f"{line},0,-2,0" for line in LINES] + [",0,0,1,,,"]
-    curves, _ = read_curves(file(HEADER + ",nx,ny,nz", *lines))
+    curves, _, _ = read_curves(file(HEADER + ",nx,ny,nz", *lines))
     assert curves[0].normal.tolist() == [0.0, -1.0, 0.0]
     assert curves[3].name == "" and curves[3].normal is None
 
 
 def test_repeated_points_count_once_but_a_loop_keeps_its_end(file):
-    curves, repeated = read_curves(file(HEADER, *LINES, LINES[3]))
+    curves, repeated, _ = read_curves(file(HEADER, *LINES, LINES[3]))
     assert repeated and len(curves[0].points) == 6
-    curves, repeated = read_curves(file(HEADER, *LINES[:6], LINES[0]))
+    curves, repeated, _ = read_curves(file(HEADER, *LINES[:6], LINES[0]))
     assert not repeated and len(curves[0].points) == 7
 
 
@@ -66,7 +66,11 @@ REFUSED = {
     "is empty": [""],
     "no points below its header": [HEADER],
     "no column z among curve, x, y": ["curve,x,y", "a,0,0"],
-    "no column curve, x, y, z": ["curve;x;y;z", "a;0;0;0"],
+    "no column curve, x, y, z": ["u;v;w", "1;0;0"],
+    "no column curve among x, y, z": ["x;y;z", "0;0;0"],
+    "names no columns in its first line, and it has 5": ["a,1,2,3,4"],
+    "x, y, z in different units (m, mm)": ["curve,x [mm],y [mm],z [m]", "a,1,2,3"],
+    "y is '1.234,5'": ["curve;x;y;z", "a;1,5;1.234,5;3,5"],
     "has nx only": [HEADER + ",nx", "a,0,0,0,1"],
     "column x twice": [HEADER + ",x", "a,0,0,0,1"],
     "line 3 has 7 cells, but the header 4": [HEADER, "a,1,2,3", "a,1,5,2,5,3,5"],
@@ -89,11 +93,55 @@ def test_a_bad_file_is_refused_in_one_sentence(file, words):
     assert words in str(refusal.value) and "\n" not in str(refusal.value)
 
 
-def test_missing_and_undecodable_files_are_refused(tmp_path, file):
+def test_missing_and_binary_files_are_refused(tmp_path):
     with pytest.raises(ValueError, match="is no file"):
         read_curves(tmp_path)
-    with pytest.raises(ValueError, match="not UTF-8"):
-        read_curves(file(HEADER, "bö,1,2,3", encoding="latin-1"))
+    for data in (bytes(range(256)) * 9, b"\xff\xfe\x00\xd8"):
+        (tmp_path / "binary").write_bytes(data)
+        with pytest.raises(ValueError, match="is no text"):
+            read_curves(tmp_path / "binary")
+
+
+SAME = [tuple(line.split(",")) for line in LINES]
+SLOPPY = {
+    "cells are separated by semicolons": ["curve;x;y;z", *(";".join(row) for row in SAME)],
+    "cells are separated by tabs": ["curve\tx\ty\tz", *("\t".join(row) for row in SAME)],
+    "cells are separated by spaces": ["curve x y z", *("  ".join(row) for row in SAME)],
+    "cells are separated by bars": ["curve|x|y|z", *("|".join(row) for row in SAME)],
+    "decimals are written with a comma": [
+        "curve;x;y;z",
+        *(f"{c};{x},0;{y},00;{z},0" for c, x, y, z in SAME),
+    ],
+    "spaces": ["curve x y z", *(f"{c} {x},0 {y},00 {z},0" for c, x, y, z in SAME)],
+    "lengths are in mm": ["curve,x [mm],y [mm],z [mm]", *LINES],
+    "lengths are in cm": ["curve,x_cm,y_cm,z_cm", *LINES],
+    "contour_id as curve, px as x": ["contour_id,px,py,pz", *LINES],
+    "lines of comment were skipped: 2": ["# made by hand", "curve,x,y,z", "# now", *LINES],
+    "columns are those in line 1": ["# curve x y z", *(" ".join(row) for row in SAME)],
+    "read as curve, x, y, z": LINES,
+    "read as x, y, z, curve": [",".join([*row[1:], row[0]]) for row in SAME],
+    "empty lines separate": ["x,y,z", *(",".join(r[1:]) + "\n" * (r[1] == "5") for r in SAME)],
+    "were read as x, y, z": [",".join(r[1:]) + "\n" * (r[1] == "5") for r in SAME],
+}
+
+
+@pytest.mark.parametrize("words", SLOPPY)
+def test_the_files_that_people_have_give_the_same_curves_and_say_what_was_assumed(file, words):
+    expected, _, nothing = read_curves(file(HEADER, *LINES))
+    assert nothing == ()
+    curves, repeated, assumed = read_curves(file(*SLOPPY[words]))
+    assert words in "; ".join(assumed) and not repeated
+    assert len(curves) == 3
+    for found, true in zip(curves, expected, strict=True):
+        assert (found.points == true.points).all()
+
+
+@pytest.mark.parametrize("encoding", ["latin-1", "utf-16"])
+def test_other_encodings_are_read_and_said(file, encoding):
+    lines = ["curve,x [µm],y [µm],z [µm]", *(f"Bö{line}" for line in LINES)]
+    curves, _, assumed = read_curves(file(*lines, encoding=encoding))
+    assert [curve.name for curve in curves] == ["Böa", "Böb", "Böc"]
+    assert "not UTF-8" in assumed[0] and any("µm" in sentence for sentence in assumed)
 
 
 def test_meeting_point_of_a_ball_is_on_the_curves():

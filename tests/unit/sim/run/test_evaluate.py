@@ -1,9 +1,13 @@
 """The judge against pairs whose distances are known in closed form."""
 
+import time
+
+import igl
 import numpy as np
 import pytest
 import trimesh
 
+from touchatlas.sim.run.closest_points import closest_points
 from touchatlas.sim.run.evaluate import (
     EvaluateOptions,
     evaluate_surface,
@@ -75,12 +79,60 @@ def test_scaling_all_input_scales_all_lengths():
     ten = judge(ball(21.0, 3), ball(20.0, 3), 0.4)
     for name, value in one.as_dict().items():
         other = getattr(ten, name)
-        if name in ("tolerance", "diagonal", "chamfer", "hausdorff") or name[:3] in ("acc", "com"):
+        lengths = ("tolerance", "diagonal", "chamfer", "hausdorff")
+        if name in lengths or name.startswith(("accuracy", "completeness")):
             assert other == pytest.approx(10 * value, rel=1e-9), name
         elif isinstance(value, float):
             assert other == pytest.approx(value, rel=1e-9), name
         else:
             assert other == value, name
+
+
+def test_calibration_is_of_the_known_surface_and_coverage_says_what_is_not_reached():
+    """The upper half, as exact as it says, with the lower one missing: calibrated, half covered."""
+    rng = np.random.default_rng(1)
+    vertices, faces = ball(2.0, 5)
+    noisy = vertices * (1.0 + 0.005 * rng.normal(size=(len(vertices), 1)))
+    upper = faces[(vertices[faces][:, :, 2] > 0.0).all(axis=1)]
+    found = judge((noisy, upper), ball(2.0, 5), 0.01, deviation=np.full(len(vertices), 0.01))
+    # Errors within triangles are means of those of their vertices, so they are smaller.
+    assert found.deviation_calibration > 0.95
+    assert found.coverage == pytest.approx(0.5, abs=0.03)
+
+
+def test_parts_of_the_truth_that_nothing_reached_are_counted():
+    one, other = ball(1.0, 3), ball(1.0, 3)
+    both = (
+        np.concatenate([one[0], other[0] + [5.0, 0.0, 0.0]]),
+        np.concatenate([one[1], other[1] + len(one[0])]),
+    )
+    found = judge(one, both, 0.01)
+    assert (found.components, found.components_reached) == (2, 1)
+    assert found.coverage == pytest.approx(0.5, abs=0.01)
+    assert judge(both, both, 0.01).components_reached == 2
+
+
+def test_a_tiny_surface_at_the_centre_of_a_ball_is_judged_at_once():
+    """All triangles of the ball are equally far: a tree of boxes leaves none of them out."""
+    start = time.monotonic()
+    found = judge(ball(1e-3, 5), ball(1.0, 7), 0.01)
+    assert time.monotonic() - start < 20.0
+    # What is estimated is less than 1 % too far.
+    assert found.accuracy_mean == pytest.approx(1.0, rel=0.01)
+
+
+def test_estimated_distances_are_taken_only_where_most_of_a_mesh_is_equally_far():
+    vertices, faces = ball(1.0, 4)
+    points = np.random.default_rng(0).normal(size=(3000, 3))
+    distance, index, feet = closest_points(points, vertices, faces)
+    square, _, _ = igl.point_mesh_squared_distance(points, vertices, faces)
+    # At half a radius from the ball, 1 % of the distance is a cap of less than half a percent.
+    near = np.abs(np.linalg.norm(points, axis=1) - 1.0) < 0.5
+    assert near.sum() > 1000 and (distance[near] == np.sqrt(square)[near]).all()
+    assert distance == pytest.approx(np.sqrt(square), rel=0.01)
+    assert np.linalg.norm(points - feet, axis=1) == pytest.approx(distance, abs=1e-9)
+    weights = igl.barycentric_coordinates(feet, *vertices[faces[index]].transpose(1, 0, 2))
+    assert (weights > -1e-6).all()
 
 
 def test_calibration_counts_errors_within_the_predicted_interval():

@@ -14,14 +14,26 @@ import numpy as np
 import pytest
 import trimesh
 
+from tests.command import progress_lines
 from touchatlas.atlas import Atlas
 from touchatlas.atlas.edit import insert
-from touchatlas.sim.run.exploration import RunOptions, random_streams, run_exploration, truth_of
+from touchatlas.sim.run.conclusion import truth_of
+from touchatlas.sim.run.exploration import random_streams, run_exploration
 from touchatlas.sim.run.journal import Journal
 from touchatlas.sim.run.run_folder import RUN_FILES, read_settings
+from touchatlas.sim.run.run_options import RunOptions
+from touchatlas.sim.run.watcher import Watcher
 from touchatlas.sim.world.mesh_object import MeshObject
 
+pytestmark = pytest.mark.usefixtures("no_pictures")
 FEW = RunOptions(max_touches=7)
+
+
+class Called(Watcher):
+    """Calls a function after each touch."""
+
+    def __init__(self, call):
+        self.touched = call
 
 
 @pytest.fixture(scope="module")
@@ -33,7 +45,9 @@ def ball():
 @pytest.fixture(scope="module")
 def finished(ball, tmp_path_factory):
     folder, touches = tmp_path_factory.mktemp("runs") / "a", []
-    result = run_exploration(ball, folder, FEW, watch=lambda step, _: touches.append(step.touch))
+    result = run_exploration(
+        ball, folder, FEW, watcher=Called(lambda step, _: touches.append(step.touch))
+    )
     return folder, result, touches
 
 
@@ -73,7 +87,7 @@ def test_every_touch_is_committed_before_the_next_is_planned(ball, tmp_path):
         with closing(sqlite3.connect(tmp_path / "r" / "journal.sqlite")) as other:
             seen.append(other.execute("select count(*) from touch").fetchone()[0])
 
-    run_exploration(ball, tmp_path / "r", FEW, watch=watch)
+    run_exploration(ball, tmp_path / "r", FEW, watcher=Called(watch))
     assert seen == [1, 2, 3, 4, 5, 6, 7]
 
 
@@ -81,7 +95,7 @@ def test_steps_have_the_contracts_columns_and_add_up(finished):
     folder, result, touches = finished
     rows = steps_of(folder)
     text = "touch reason x y z contours tracked_length travel_length patches parameters"
-    contract = [*text.split(), "predicted_coverage", "predicted_deviation", "coverage"]
+    contract = [*text.split(), "outlines_closed", "predicted_deviation", "coverage"]
     contract += ["completeness_mean", "seconds_plan", "seconds_fit"]
     assert list(rows[0])[: len(contract)] == contract
     assert [int(row["touch"]) for row in rows] == list(range(7))
@@ -156,7 +170,7 @@ def test_a_second_interrupt_ends_at_once_and_loses_no_touch(ball, tmp_path):
             signal.raise_signal(signal.SIGINT)
 
     with pytest.raises(KeyboardInterrupt):
-        run_exploration(ball, tmp_path / "r", FEW, watch=watch)
+        run_exploration(ball, tmp_path / "r", FEW, watcher=Called(watch))
     assert len(kept_touches(tmp_path / "r")) == len(steps_of(tmp_path / "r")) == 3
 
 
@@ -166,7 +180,7 @@ def test_a_failing_probe_or_watcher_loses_no_touch(ball, tmp_path):
             raise RuntimeError("watcher")
 
     with pytest.raises(RuntimeError, match="watcher"):
-        run_exploration(ball, tmp_path / "r", FEW, watch=watch)
+        run_exploration(ball, tmp_path / "r", FEW, watcher=Called(watch))
     assert len(kept_touches(tmp_path / "r")) == len(steps_of(tmp_path / "r")) == 4
 
 
@@ -221,7 +235,7 @@ def test_streams_of_one_seed_are_their_own(tmp_path):
 FULL_DISK = """
 import resource, sys
 resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, 60_000))
-from touchatlas.sim.command.cli import main
+from touchatlas.sim.command.entry import main
 main()
 """
 
@@ -236,7 +250,8 @@ def test_a_full_disk_is_one_sentence_and_keeps_what_was_committed(ball, tmp_path
         text=True,
     )
     assert done.returncode == 1
-    assert len(done.stderr.strip().splitlines()) == 1, done.stderr
+    lines = done.stderr.strip().splitlines()
+    assert len(lines) - len(progress_lines(done.stderr)) == 1, done.stderr
     count = len(kept_touches(tmp_path / "r"))
     assert count > 3 and f"after {count} touches, which are kept" in done.stderr
     assert len(steps_of(tmp_path / "r")) == count

@@ -1,5 +1,6 @@
 """Meshes as objects: contours on plane sections, contacts, bad files refused in one sentence."""
 
+import igl
 import numpy as np
 import pytest
 import trimesh
@@ -127,3 +128,64 @@ def test_a_file_that_was_cut_off_is_refused(tmp_path, ending, kept):
         path.write_bytes(whole[: int(kept * len(whole))])
         with pytest.raises(ValueError, match="cut off"):
             load_mesh(path)
+
+
+def merged(*meshes):
+    mesh = trimesh.util.concatenate(meshes)
+    mesh.merge_vertices()
+    return np.asarray(mesh.vertices), np.asarray(mesh.faces)
+
+
+def test_mixed_winding_is_mended_and_said():
+    ball = trimesh.creation.icosphere(subdivisions=3, radius=10.0)
+    vertices, faces = np.array(ball.vertices), np.array(ball.faces)
+    faces[::3] = faces[::3, ::-1]
+    obj = MeshObject("mixed", vertices, faces)
+    assert obj.closed and "wound in different directions" in obj.notes[0] and len(obj.notes) == 1
+    normals = igl.per_face_normals(obj.vertices, obj.faces, np.zeros(3))
+    centres = obj.vertices[obj.faces].mean(axis=1)
+    assert ((normals * centres).sum(axis=1) > 0.0).all()
+
+
+def test_boxes_that_share_an_edge_are_closed_and_the_edge_is_said():
+    box = trimesh.creation.box((10.0, 10.0, 10.0))
+    other = box.copy()
+    other.apply_translation([10.0, 10.0, 0.0])
+    obj = MeshObject("boxes", *merged(box, other))
+    assert obj.closed
+    assert obj.notes == [
+        "boxes has edges where more than two triangles meet (1); contours that cross one may go on "
+        "along the wrong triangle"
+    ]
+
+
+def test_an_open_mesh_says_how_many_edges_are_open():
+    box = trimesh.creation.box((10.0, 10.0, 10.0))
+    vertices, faces = merged(box)
+    obj = MeshObject("box", vertices, faces[1:])
+    assert not obj.closed and "edges with one triangle only: 3" in obj.notes[0]
+
+
+def test_a_moebius_strip_has_one_side():
+    angle = np.linspace(0.0, 2.0 * np.pi, 40, endpoint=False)
+    rim = [
+        np.stack(
+            [
+                (10.0 + s * np.cos(angle / 2)) * np.cos(angle),
+                (10.0 + s * np.cos(angle / 2)) * np.sin(angle),
+                s * np.sin(angle / 2),
+            ],
+            axis=1,
+        )
+        for s in (-2.0, 2.0)
+    ]
+    k = np.arange(40)
+    following, crossed = (k + 1) % 40, k == 39
+    low, high = k, k + 40
+    next_low = np.where(crossed, following + 40, following)
+    next_high = np.where(crossed, following, following + 40)
+    faces = np.concatenate(
+        [np.stack([low, next_low, high], axis=1), np.stack([next_low, next_high, high], axis=1)]
+    )
+    obj = MeshObject("strip", np.concatenate(rim), faces)
+    assert any("one side only" in note for note in obj.notes)

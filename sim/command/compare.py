@@ -1,0 +1,33 @@
+"""touchatlas compare: the command."""
+
+import json
+from pathlib import Path
+
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from touchatlas.sim.command.numbers import Json
+from touchatlas.sim.run.comparison import compare_runs
+
+
+def compare(*runs: Path, out: Path = Path("runs/compare"), json_: Json = False) -> int:
+    """Compare runs: a table of their numbers and of the options in which they differ, and a chart.
+
+    Parameters
+    ----------
+    runs
+        The folders of two or more runs.
+    out
+        Folder for compare.csv and compare.png.
+    """
+    comparison = compare_runs(runs)
+    comparison.write(out)
+    if json_:
+        print(json.dumps(comparison.table, indent=2))
+        return 0
+    table = Table("", *(escape(name) for name in comparison.names))
+    for quantity, values in comparison.rows():
+        table.add_row(escape(quantity), *(escape(value) for value in values))
+    Console().print(table)
+    return 0

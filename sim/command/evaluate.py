@@ -1,0 +1,63 @@
+"""touchatlas evaluate: the command."""
+
+from pathlib import Path
+
+import numpy as np
+
+from touchatlas.sim.command.numbers import Json, print_numbers, sentences, unit_hint, unit_of
+from touchatlas.sim.command.outcome import say
+from touchatlas.sim.command.show import shown
+from touchatlas.sim.run.conclusion import truth_of
+from touchatlas.sim.run.evaluate import evaluate_surface, load_surface
+from touchatlas.sim.run.exploration import random_streams
+from touchatlas.sim.run.run_folder import read_finished
+from touchatlas.sim.run.run_options import check_tolerance
+from touchatlas.sim.world.objects import make_object
+
+
+def evaluate(
+    surface: Path,
+    /,
+    *,
+    truth: str | None = None,
+    tolerance: float | None = None,
+    json_: Json = False,
+) -> int:
+    """Compare a surface with the ground truth, both ways.
+
+    Parameters
+    ----------
+    surface
+        A mesh file, or the folder of a run, of which surface.ply is used.
+    truth
+        A mesh file or built-in object; the run's own object by default.
+    tolerance
+        1e-3 of the truth's diagonal, or the run's own, by default.
+    """
+    seed = 0
+    if surface.is_dir():
+        run = read_finished(surface)
+        truth = run["object"] if truth is None else truth
+        tolerance = run["tolerance"] if tolerance is None else tolerance
+        seed, surface = run["seed"], surface / "surface.ply"
+    elif not surface.is_file():
+        raise ValueError(f"there is no file {surface}; give a mesh file, or the folder of a run")
+    if truth is None:
+        raise ValueError("no truth was given; name a mesh file or built-in object with --truth")
+    with shown(f"reading {surface}") as watcher:
+        vertices, faces, deviation = load_surface(surface)
+        watcher.begins(f"preparing {truth}")
+        obj = make_object(truth, seed)
+        tolerance = obj.tolerance if tolerance is None else tolerance
+        check_tolerance(tolerance, obj.diagonal)
+        rng = random_streams(seed)[1]
+        known = truth_of(obj, tolerance, rng)
+        watcher.begins("comparing the surface with the truth")
+        found = evaluate_surface(vertices, faces, known, tolerance, rng, deviation)
+    numbers = found.as_dict()
+    print_numbers(numbers, f"{surface} against {obj.name}", json_, unit_of(obj.source))
+    size = float(np.linalg.norm(np.ptp(vertices[np.unique(faces)], axis=0)))
+    for sentence in (unit_hint(size, obj.diagonal), *sentences(numbers)):
+        if sentence is not None:
+            say(sentence)
+    return 0

@@ -1,0 +1,86 @@
+"""Numbers as a table that explains itself, or as JSON; and what they say in plain sentences."""
+
+import json
+from typing import Annotated
+
+from cyclopts import Parameter
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from touchatlas.sim.run.number_meanings import LENGTH, NUMBERS
+from touchatlas.sim.world.objects import object_names
+
+Json = Annotated[
+    bool,
+    Parameter(
+        name="--json",
+        negative="",
+        help="Print numbers as JSON on standard output.",
+        show_default=False,
+    ),
+]
+# Letters of a terminal in which the meanings fit beside the numbers. Doubled, few see them.
+_WIDE = 130
+# Coverage above which nothing is said of what was not reached. Doubled distance from one: half a
+# percent more may be missing without a word.
+_WHOLE = 0.995
+# Ratios of common units of length (millimetre, centimetre, inch, foot, metre), and how near to one
+# of them the sizes of two bodies may be by chance: a hundredth.
+_UNITS, _NEAR = (10.0, 25.4, 100.0, 304.8, 1000.0, 12.0, 39.37), 0.03
+
+
+def print_numbers(numbers: dict, title: str, as_json: bool, unit: str = LENGTH) -> None:
+    """Print numbers with their units and meanings."""
+    if as_json:
+        print(json.dumps(numbers, indent=2))
+        return
+    table = Table(title=escape(title))
+    table.add_column("quantity", no_wrap=True)
+    table.add_column("value", no_wrap=True)
+    table.add_column("unit", no_wrap=True)
+    table.add_column("good")
+    console = Console()
+    if wide := console.width >= _WIDE:
+        table.add_column("what")
+    for name, value in numbers.items():
+        about = NUMBERS[name]
+        shown = f"{value:.5g}" if isinstance(value, float) else str(value)
+        in_unit = unit if about.unit == LENGTH else about.unit
+        table.add_row(name, shown, in_unit, about.good, *([about.what] if wide else []))
+    console.print(table)
+    if not wide:
+        console.print("touchatlas evaluate --help says what each number is.")
+
+
+def unit_of(source: str) -> str:
+    """The unit of lengths of an object: built-in ones are in millimetres."""
+    return "mm" if source in object_names() else "file's unit"
+
+
+def sentences(numbers: dict) -> list[str]:
+    """What a user must know of a run or an evaluation, in words."""
+    found = []
+    parts, reached = numbers["components"], numbers["components_reached"]
+    if parts is not None and parts > 1 and reached < parts:
+        found.append(
+            f"{parts - reached} of the {parts} separate parts of the object were not reached: what "
+            "lies inside another cannot be touched, and no contour leads from one to another"
+        )
+    if numbers["coverage"] < _WHOLE:
+        found.append(f"{1.0 - numbers['coverage']:.1%} of the true surface was not reached")
+    if missed := numbers.get("touches_without_contact"):
+        found.append(f"{missed} of {numbers['touches']} touches met nothing")
+    return found
+
+
+def unit_hint(size: float, true_size: float) -> str | None:
+    """A sentence where two bodies differ in size as units of length do."""
+    ratio = size / true_size
+    larger = max(ratio, 1.0 / ratio)
+    if not any(abs(larger / unit - 1.0) < _NEAR for unit in _UNITS):
+        return None
+    return (
+        f"the surface is {ratio:.4g} times as large as the truth; see whether both are in the same "
+        "unit of length"
+    )

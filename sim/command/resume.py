@@ -1,0 +1,48 @@
+"""touchatlas resume: the command."""
+
+from pathlib import Path
+
+from touchatlas.sim.command.numbers import Json, print_numbers, unit_of
+from touchatlas.sim.command.option_flags import Whole
+from touchatlas.sim.command.outcome import say
+from touchatlas.sim.command.run_end import end_of, resumable
+from touchatlas.sim.command.show import shown
+from touchatlas.sim.run.exploration import FinishedError, resume_exploration
+from touchatlas.sim.run.run_folder import changed_versions, read_settings
+from touchatlas.sim.world.objects import make_object
+
+
+def resume(
+    run: Path,
+    /,
+    *,
+    max_touches: Whole | None = None,
+    max_length: float | None = None,
+    json_: Json = False,
+) -> int:
+    """Go on with a run that was stopped, or with a finished one to a larger budget.
+
+    It works after Ctrl-C, kill, a full disk and a crash. The touches of the journal are learned
+    again, and the atlas is that of the run that was never stopped, byte for byte.
+
+    Parameters
+    ----------
+    run
+        The folder of a run.
+    max_touches
+        Stop after this many touches, those of before included; the run's own by default.
+    max_length
+        Stop after this much tracked length, that of before included; the run's own by default.
+    """
+    settings = read_settings(run)
+    if changed := changed_versions(settings):
+        say(f"{run} was begun with {changed}; the last digits may differ")
+    try:
+        with shown(f"resuming {run}") as watcher, resumable(run):
+            result = resume_exploration(run, max_touches, max_length, watcher)
+    except FinishedError as finished:
+        source = settings["object"]
+        print_numbers(finished.numbers, f"{source}: {run}", json_, unit_of(source))
+        say(str(finished))
+        return 0
+    return end_of(result, make_object(settings["object"], settings["seed"]), json_)

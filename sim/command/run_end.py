@@ -1,0 +1,55 @@
+"""What is printed at the end of a run, and its exit code."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from touchatlas.sim.command.numbers import print_numbers, sentences, unit_of
+from touchatlas.sim.command.outcome import FAILURE, INTERRUPTED, complain, say
+from touchatlas.sim.run.exploration import Result
+from touchatlas.sim.run.run_folder import is_run
+
+_UNSURE = (
+    "nowhere is the surface known to within the tolerance; give a larger --tolerance, less --noise "
+    "or more touches"
+)
+
+
+@contextmanager
+def resumable(folder) -> Iterator[None]:
+    """Let what stops the block say how to go on."""
+    try:
+        yield
+    except OSError as error:
+        if is_run(Path(folder)) and "resume" not in str(error):
+            error.add_note(f"touchatlas resume {folder} goes on")
+        raise
+    except KeyboardInterrupt as stop:
+        stop.add_note(f"touches in the journal are kept, and touchatlas resume {folder} goes on")
+        raise
+
+
+def end_of(result: Result, obj, as_json: bool) -> int:
+    """Print the numbers of a run and what they say; returns the exit code."""
+    numbers, folder = result.numbers, result.folder
+    print_numbers(numbers, f"{obj.name}: {folder}", as_json, unit_of(obj.source))
+    if result.surface is not None:
+        for sentence in sentences(numbers):
+            say(sentence)
+    if result.interrupted:
+        kept = f"stopped after {numbers['touches']} touches, which are kept"
+        return complain(f"{kept}; touchatlas resume {folder} goes on", INTERRUPTED)
+    if result.surface is None:
+        return complain(_no_surface(result), FAILURE)
+    return 0 if len(result.surface.faces) else complain(_UNSURE, FAILURE)
+
+
+def _no_surface(result: Result) -> str:
+    """Why there is no surface."""
+    touches, missed = result.numbers["touches"], result.numbers["touches_without_contact"]
+    if missed == touches:
+        return (
+            f"none of {touches} touches met the object, so there is no surface; a probe from above "
+            "does not meet it: turn the object"
+        )
+    return f"no touch gave a patch, so there is no surface: {result.refusal}"

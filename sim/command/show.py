@@ -1,0 +1,148 @@
+"""What a command is doing: a bar on a terminal, plain lines elsewhere."""
+
+import os
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
+
+from touchatlas.sim.run.watcher import Watcher
+
+# Seconds after which a phase shows itself in a plain line, and between its further lines. Doubled,
+# users wait longer without a word.
+_FIRST, _THEN = 2.0, 10.0
+# Seconds between two looks at the atlas for a note. Doubled, notes are older.
+_LOOK = 0.5
+
+
+class Shown(Watcher):
+    """A watcher that remembers what is being done, with a note of how far it is."""
+
+    def __init__(self) -> None:
+        self.words, self._note, self._looked = "", "", 0.0
+        self._tracked = 0.0
+
+    def begins(self, words: str) -> None:
+        """A phase begins."""
+        self.words, self._note = words, ""
+
+    def touched(self, step, atlas) -> None:
+        """A touch was learned."""
+        self._tracked += step.touch.tracked_length
+        if time.monotonic() - self._looked > _LOOK:
+            closed = atlas.predicted_coverage()
+            self.note(
+                f"touch {step.plan.number + 1}, outlines closed {closed:.0%}, deviation "
+                f"{atlas.predicted_deviation():.3g}, tracked {self._tracked:.4g}",
+                closed,
+            )
+            self._looked = time.monotonic()
+
+    def count(self, things: str):
+        """A callback (done, total) that notes how many things are done."""
+        return lambda done, total: self.note(f"{done} of {total} {things}", done / max(total, 1))
+
+    def note(self, text: str, fraction: float | None = None) -> None:
+        """How far the phase is."""
+        self._note = text
+
+    def interrupted(self, words: str) -> None:
+        """Ctrl-C or SIGTERM came."""
+        # print could meet its own lock in a signal handler.
+        with suppress(OSError):
+            os.write(2, f"\ntouchatlas: {words}; Ctrl-C again ends at once\n".encode())
+
+
+class PlainLines(Shown):
+    """A line for each phase of more than two seconds, and every ten seconds of it."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._since = time.monotonic()
+        self._timer: threading.Timer | None = None
+
+    def begins(self, words: str) -> None:
+        """A phase begins."""
+        self.end()
+        super().begins(words)
+        self._since = time.monotonic()
+        self._wait(_FIRST)
+
+    def end(self) -> None:
+        """No more lines."""
+        if self._timer is not None:
+            self._timer.cancel()
+
+    def _wait(self, seconds: float) -> None:
+        self._timer = threading.Timer(seconds, self._say)
+        self._timer.daemon = True
+        self._timer.start()
+
+    def _say(self) -> None:
+        note = f", {self._note}" if self._note else ""
+        line = f"touchatlas: {self.words}: {time.monotonic() - self._since:.0f} s{note}"
+        with suppress(OSError, ValueError, AttributeError):
+            print(line, file=sys.stderr, flush=True)
+        self._wait(_THEN)
+
+
+class Bar(Shown):
+    """A bar for each phase."""
+
+    def __init__(self, progress: Progress) -> None:
+        super().__init__()
+        self._progress = progress
+        self._task: TaskID | None = None
+
+    def begins(self, words: str) -> None:
+        """A phase begins."""
+        super().begins(words)
+        if self._task is not None:
+            self._progress.stop_task(self._task)
+            self._progress.update(self._task, completed=1.0, total=1.0)
+        self._task = self._progress.add_task(words, total=None, note="")
+
+    def note(self, text: str, fraction: float | None = None) -> None:
+        """How far the phase is."""
+        super().note(text)
+        if self._task is not None:
+            total = None if fraction is None else 1.0
+            self._progress.update(self._task, completed=fraction, total=total, note=text)
+
+
+@contextmanager
+def shown(words: str) -> Iterator[Shown]:
+    """Show on standard error what goes on in the block, which begins with ``words``."""
+    with _shown(words) as watcher:
+        try:
+            yield watcher
+        except KeyboardInterrupt as stop:
+            stop.add_note(f"this was left: {watcher.words}")
+            raise
+
+
+@contextmanager
+def _shown(words: str) -> Iterator[Shown]:
+    console = Console(stderr=True)
+    if sys.stderr is not None and console.is_terminal:
+        columns = (
+            TextColumn("{task.description}", markup=False),
+            BarColumn(bar_width=12),
+            TextColumn("{task.fields[note]}", markup=False),
+            TimeElapsedColumn(),
+        )
+        with Progress(*columns, console=console) as progress:
+            bar = Bar(progress)
+            bar.begins(words)
+            yield bar
+        return
+    lines = PlainLines()
+    lines.begins(words)
+    try:
+        yield lines
+    finally:
+        lines.end()

@@ -1,0 +1,191 @@
+"""Runs side by side: their options, their numbers, and curves of error against cost."""
+
+import csv
+import io
+import json
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+from touchatlas.atlas.files import write_whole
+from touchatlas.sim.run.number_meanings import NUMBERS
+from touchatlas.sim.run.run_folder import read_settings
+
+FILES = ("compare.csv", "compare.png")
+# Numbers that are printed, of those in evaluation.json.
+_PRINTED = (
+    "ended",
+    "coverage",
+    "accuracy_mean",
+    "accuracy_p95",
+    "completeness_mean",
+    "completeness_p95",
+    "normal_error_deg_mean",
+    "deviation_calibration",
+    "watertight",
+    "euler_characteristic",
+    "touches",
+    "tracked_length",
+    "travel_length",
+    "patches",
+    "seconds_total",
+)
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Numbers of runs, and the steps of each.
+
+    Parameters
+    ----------
+    names : tuple of str
+        Of the runs.
+    differing : dict
+        Options in which the runs differ, each with a value for every run.
+    numbers : tuple of dict
+        evaluation.json of each.
+    steps : tuple of list of dict
+        steps.csv of each.
+    """
+
+    names: tuple[str, ...]
+    differing: dict[str, list]
+    numbers: tuple[dict, ...]
+    steps: tuple[list[dict], ...]
+
+    @property
+    def table(self) -> dict:
+        """Options and numbers of each run by its name."""
+        return {
+            name: {key: values[i] for key, values in self.differing.items()} | self.numbers[i]
+            for i, name in enumerate(self.names)
+        }
+
+    def rows(self) -> list[tuple[str, list[str]]]:
+        """What is printed: a quantity and its value for every run."""
+        found = [(key, [_shown(v) for v in values]) for key, values in self.differing.items()]
+        for name in _PRINTED:
+            unit = NUMBERS[name].unit
+            label = name if unit == "–" else f"{name} ({unit})"
+            found.append((label, [_shown(numbers.get(name)) for numbers in self.numbers]))
+        return found
+
+    def csv_bytes(self) -> bytes:
+        """All options that differ and all numbers, a row for each run."""
+        text = io.StringIO()
+        names = [*self.differing, *NUMBERS]
+        writer = csv.writer(text)
+        writer.writerow(["run", *names])
+        for run, values in self.table.items():
+            writer.writerow([run, *(values.get(name) for name in names)])
+        return text.getvalue().encode()
+
+    def png_bytes(self) -> bytes:
+        """Coverage and mean error against tracked length, a curve for each run."""
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure
+
+        figure = Figure(figsize=(10, 4.5), layout="constrained")
+        FigureCanvasAgg(figure)
+        left, right = figure.subplots(1, 2)
+        for axes, column, label in (
+            (left, "coverage", "coverage"),
+            (right, "completeness_mean", "mean error where covered (length)"),
+        ):
+            for name, steps in zip(self.names, self.steps, strict=True):
+                points = [
+                    (float(row["tracked_length"]), float(row[column]))
+                    for row in steps
+                    if row.get(column)
+                ]
+                axes.plot(*zip(*points, strict=True) if points else ([], []), "o-", ms=3)
+                axes.lines[-1].set_label(name.replace("$", r"\$"))
+            axes.set(xlabel="tracked length", ylabel=label)
+        left.set_ylim(0, 1.02)
+        if any(y > 0.0 for line in right.lines for y in line.get_ydata()):
+            right.set_yscale("log")
+        figure.legend(*left.get_legend_handles_labels(), loc="outside lower center")
+        image = io.BytesIO()
+        figure.savefig(image, dpi=110, metadata={"Software": None})
+        return image.getvalue()
+
+    def write(self, folder: Path) -> None:
+        """Write compare.csv and compare.png."""
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, content in zip(FILES, (self.csv_bytes(), self.png_bytes()), strict=True):
+            write_whole(folder / name, content)
+
+
+def compare_runs(folders) -> Comparison:
+    """Read runs to be compared.
+
+    Raises
+    ------
+    ValueError
+        When there are fewer than two, one of them twice, or one did not finish.
+    """
+    folders = [Path(folder) for folder in folders]
+    if len({folder.resolve() for folder in folders}) < max(len(folders), 2):
+        raise ValueError(f"{len(folders)} folders were given; give two or more different runs")
+    settings = [_flat(read_settings(folder)) for folder in folders]
+    keys = {key: None for one in settings for key in one}
+    differing = {key: [one.get(key) for one in settings] for key in keys}
+    differing = {k: v for k, v in differing.items() if any(x != v[0] for x in v)}
+    return Comparison(
+        _names(folders),
+        differing,
+        tuple(_numbers(folder) for folder in folders),
+        tuple(_steps(folder) for folder in folders),
+    )
+
+
+def _names(folders) -> tuple[str, ...]:
+    """The last parts of paths, as many as make them different."""
+    paths = [folder.resolve().parts for folder in folders]
+    count = 1
+    while len({path[-count:] for path in paths}) < len(paths):
+        count += 1
+    return tuple(os.sep.join(path[-count:]) for path in paths)
+
+
+def _flat(table: dict, path: str = "") -> dict:
+    """A nested table with dotted keys, without versions and digest."""
+    found: dict = {}
+    for key, value in table.items():
+        if isinstance(value, dict):
+            found |= _flat(value, f"{path}{key}.") if key != "versions" else {}
+        elif key != "digest":
+            found[path + key] = value
+    return found
+
+
+def _numbers(folder: Path) -> dict:
+    try:
+        numbers = json.loads((folder / "evaluation.json").read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError):
+        numbers = None
+    if not isinstance(numbers, dict):
+        raise ValueError(
+            f"{folder} has no evaluation.json that can be read; touchatlas resume {folder} "
+            "goes on with a run that was stopped"
+        )
+    return {name: value for name, value in numbers.items() if name in NUMBERS}
+
+
+def _steps(folder: Path) -> list[dict]:
+    """The rows of steps.csv."""
+    path = folder / "steps.csv"
+    try:
+        rows = list(csv.DictReader(path.read_text(encoding="utf-8").splitlines()))
+        for row in rows:
+            for name in ("tracked_length", "coverage", "completeness_mean"):
+                float(row[name] or 0.0)
+    except (OSError, ValueError, KeyError, TypeError, csv.Error) as error:
+        raise ValueError(f"{path} cannot be read ({error}); explore again") from None
+    return rows
+
+
+def _shown(value) -> str:
+    if value is None:
+        return "–"
+    return f"{value:.4g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,133 @@
+"""The end of a run: the atlas finished, its surface, the judge's numbers, pictures, files."""
+
+import json
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+import numpy as np
+
+from touchatlas.atlas import Atlas, Surface, extract_surface, save_atlas
+from touchatlas.atlas.files import write_whole
+from touchatlas.sim.run.closest_points import closest_points
+from touchatlas.sim.run.evaluate import EvaluateOptions, Evaluation, Truth, evaluate_surface
+from touchatlas.sim.run.phases import Phases
+from touchatlas.sim.run.ply import ply_bytes, stored
+from touchatlas.sim.run.progress import SECONDS, Progress
+from touchatlas.sim.run.run_options import check_number
+from touchatlas.sim.run.surface_picture import surface_picture
+from touchatlas.sim.world.implicit_object import ImplicitObject
+from touchatlas.sim.world.mesh_object import MeshObject
+
+# Truth triangles may be off the true surface by this fraction of the tolerance. Twice as much
+# halves the number of triangles and adds 1 % of the tolerance to the measured errors.
+_TRUTH_SAGITTA = 0.01
+# Phases whose seconds stand in evaluation.json beside those of steps.csv.
+_PHASES = ("start", "repeat", "record", "finish", "surface", "evaluate", "files")
+
+
+def truth_of(obj, tolerance: float, rng, options: EvaluateOptions = EvaluateOptions()) -> Truth:
+    """The object as the judge sees it."""
+    check_number("tolerance", tolerance)
+    points, normals = obj.sample(options.samples, rng)
+    vertices, faces = obj.mesh(_TRUTH_SAGITTA * tolerance)
+    return Truth(vertices, faces, points, normals, obj.closed, obj.euler_characteristic)
+
+
+@dataclass
+class Conclusion:
+    """What an exploration came to.
+
+    Parameters
+    ----------
+    obj : ImplicitObject or MeshObject
+    atlas : Atlas
+    progress : Progress
+    phases : Phases
+    seconds_before : float, s
+        Of an earlier process, as far as they are known.
+    """
+
+    obj: ImplicitObject | MeshObject
+    atlas: Atlas
+    progress: Progress
+    phases: Phases
+    seconds_before: float = 0.0
+
+    def write(self, folder: Path, rng, known: dict) -> tuple[Surface | None, dict]:
+        """Surface and numbers, with the files of both; ``known`` are numbers of the caller.
+
+        evaluation.json is written last: where it agrees with the journal, the run is whole.
+        """
+        atlas, phases = self.atlas, self.phases
+        with phases("files", "saving the atlas"):
+            # Before it is finished, too: if that is cut short, this is there.
+            save_atlas(folder / "atlas.npz", atlas)
+        with phases("finish", f"refitting, filling and simplifying {len(atlas)} patches"):
+            residual_patches = atlas.finish()
+        with phases("files", "saving the atlas"):
+            save_atlas(folder / "atlas.npz", atlas)
+        with phases("surface", "extracting the surface"):
+            surface = stored(extract_surface(atlas), atlas.tolerance) if len(atlas) else None
+        if surface is not None:
+            write_whole(folder / "surface.ply", ply_bytes(surface, atlas.tolerance))
+        with phases("evaluate", "comparing the surface with the truth"):
+            numbers = self._quality(surface, rng)
+        with phases("files", "drawing the pictures"):
+            self._draw(folder, surface)
+        numbers |= known | self._expense() | {"residual_patches": residual_patches}
+        numbers |= self._seconds()
+        write_whole(folder / "evaluation.json", (json.dumps(numbers, indent=2) + "\n").encode())
+        return surface, numbers
+
+    def _draw(self, folder: Path, surface: Surface | None) -> None:
+        """Write progress.png and surface.png."""
+        name, tolerance = self.obj.name, self.atlas.tolerance
+        if self.progress.rows:
+            write_whole(folder / "progress.png", self.progress.png_bytes(name))
+        if surface is not None and len(surface.faces):
+            truth = self.obj.mesh(_TRUTH_SAGITTA * tolerance)
+            error, _, _ = closest_points(surface.vertices, *truth)
+            body = surface.vertices, surface.faces
+            picture = surface_picture(name, body, error, truth, tolerance)
+            write_whole(folder / "surface.png", picture)
+
+    def _quality(self, surface: Surface | None, rng) -> dict:
+        """How good the surface is; without a surface the numbers are None or zero."""
+        obj, atlas = self.obj, self.atlas
+        numbers: dict = dict.fromkeys(field.name for field in fields(Evaluation))
+        numbers |= {"coverage": 0.0, "f_score": 0.0, "watertight": False}
+        numbers["true_euler_characteristic"] = obj.euler_characteristic if obj.closed else None
+        numbers |= {"total_curvature_over_2pi": None, "diagonal": obj.diagonal}
+        if surface is not None and len(surface.faces):
+            evaluation = evaluate_surface(
+                surface.vertices,
+                surface.faces,
+                truth_of(obj, atlas.tolerance, rng),
+                atlas.tolerance,
+                rng,
+                surface.deviation,
+            )
+            numbers |= evaluation.as_dict()
+            numbers["total_curvature_over_2pi"] = surface.total_curvature() / (2.0 * np.pi)
+        return numbers | {"tolerance": atlas.tolerance}
+
+    def _expense(self) -> dict:
+        """Numbers of touches, samples and patches, and lengths."""
+        atlas, progress = self.atlas, self.progress
+        return {
+            "touches": len(progress.rows),
+            "touches_without_contact": progress.not_touched,
+            "contours": progress.sum("contours"),
+            "points": atlas.point_count,
+            "patches": len(atlas),
+            "parameters": atlas.parameter_count,
+            "patch_euler_characteristic": atlas.euler_characteristic(),
+            "tracked_length": progress.last("tracked_length"),
+            "travel_length": progress.last("travel_length"),
+        }
+
+    def _seconds(self) -> dict:
+        """Seconds of all parts, and their sum, which is the time that the run took."""
+        parts = {name: self.progress.sum(name) for name in SECONDS}
+        parts |= {f"seconds_{name}": self.phases.seconds.get(name, 0.0) for name in _PHASES}
+        return parts | {"seconds_total": self.seconds_before + self.phases.elapsed()}

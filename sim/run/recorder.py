@@ -1,0 +1,72 @@
+"""The probe of a run: it repeats the touches of the journal, then goes on with new ones."""
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from touchatlas.atlas import Touch
+from touchatlas.planner import ProbePlan
+from touchatlas.sim.run.journal import Entry, Journal
+from touchatlas.sim.world.probe import Probe
+
+
+@dataclass
+class Recorder:
+    """Answers plans: with the touches of an earlier process first, then with those of the probe.
+
+    Planner and atlas learn the same touches in the same order as in the run that was stopped, and
+    the probe goes on from the state that it had. So what follows is the same, bit for bit.
+
+    Parameters
+    ----------
+    probe : Probe
+    journal : Journal
+        Each new touch is committed before it is returned.
+    kept : list of Entry
+        What the journal held at the beginning.
+    seconds : float, s
+        Time taken by the journal, not yet asked for.
+    """
+
+    probe: Probe
+    journal: Journal
+    kept: list[Entry]
+    seconds: float = 0.0
+
+    def __call__(self, plan: ProbePlan) -> Touch:
+        """The touch that answers a plan.
+
+        Raises
+        ------
+        ValueError
+            When the plan is not the one that the journal's touch answered.
+        """
+        if plan.number < len(self.kept):
+            entry = self.kept[plan.number]
+            self._check(plan, entry)
+            if plan.number == len(self.kept) - 1:
+                self.probe.restore(entry.probe)
+            return entry.touch
+        touch = self.probe(plan)
+        start = time.perf_counter()
+        self.journal.append(plan, touch, self.probe.state())
+        self.seconds += time.perf_counter() - start
+        return touch
+
+    def take_seconds(self) -> float:
+        """Seconds that the journal took since this was last asked."""
+        seconds, self.seconds = self.seconds, 0.0
+        return seconds
+
+    @staticmethod
+    def _check(plan: ProbePlan, entry: Entry) -> None:
+        # What the probe was told of the plan, as far as the touch shows it.
+        told = np.array([plan.normal, *(plane.normal for plane in plan.planes)])
+        held = np.array([entry.touch.approach, *(c.plane.normal for c in entry.touch.contours)])
+        same = (told[: len(held)] == held).all() if len(held) in (1, len(told)) else False
+        if plan.reason.value != entry.reason or not same:
+            raise ValueError(
+                f"touch {entry.touch.number} of the journal answers another plan than this version "
+                "makes; resume with the versions that run.toml names, or explore again"
+            )

@@ -1,0 +1,132 @@
+"""RunOptions: what is asked of one exploration, checked against its object."""
+
+from dataclasses import dataclass
+from numbers import Integral, Real
+
+import numpy as np
+
+from touchatlas.atlas import Atlas, AtlasOptions
+from touchatlas.planner import Planner, PlannerOptions
+
+# Largest noise, in tolerances: the grid of a surface that is spread over more of them would not fit
+# into memory. Twice as much needs a grid twice as fine for the same spread.
+_NOISIEST = 1000
+# Smallest tolerance, as a fraction of an object's diagonal: the rounding of its points, with three
+# digits of slack. Twice as much would refuse nothing that anyone can measure.
+_FINEST = 1e-12
+# Most touches that may be needed, no unit: of some 20 ms each they take six hours. Twice as many
+# take twice as long.
+_MOST_TOUCHES = 1e6
+# Seconds of a touch in a forecast: what touches of the built-in objects take in the mean.
+_SECONDS = 0.02
+# Most samples of one touch, no unit: of so many a fit takes a second. Twice as many take twice as
+# long.
+_MOST_SAMPLES = 10_000
+
+
+@dataclass(frozen=True)
+class RunOptions:
+    """What is asked of one exploration.
+
+    Parameters
+    ----------
+    noise : float, length, optional
+        Standard deviation of each coordinate of each point, in the object's unit; the object's own
+        by default.
+    tolerance : float, length, optional
+        How well the surface is wanted, in the object's unit; the object's own by default.
+    max_touches : int, optional
+        Stop after this many touches.
+    max_length : float, length, optional
+        Stop after this much tracked length, in the object's unit.
+    seed : int
+        Seed of the probe's noise, and of objects that are random.
+    planner : PlannerOptions
+    atlas : AtlasOptions
+    """
+
+    noise: float | None = None
+    tolerance: float | None = None
+    max_touches: int | None = None
+    max_length: float | None = None
+    seed: int = 0
+    planner: PlannerOptions = PlannerOptions()
+    atlas: AtlasOptions = AtlasOptions()
+
+    def __post_init__(self) -> None:
+        check_number("noise", self.noise, 0)
+        check_number("tolerance", self.tolerance)
+        check_number("max-touches", self.max_touches, 1)
+        check_number("max-length", self.max_length)
+        check_number("seed", self.seed, 0)
+        for name, value in (("max-touches", self.max_touches), ("seed", self.seed)):
+            if value is not None and not isinstance(value, Integral):
+                raise ValueError(f"{name} is {value}; it must be a whole number")
+        for record, kind in ((self.planner, PlannerOptions), (self.atlas, AtlasOptions)):
+            if not isinstance(record, kind):
+                raise ValueError(f"got {record!r}; {kind.__name__} are needed there")
+
+
+def check_number(name: str, value: float | None, least: int | None = None) -> None:
+    """ValueError for what is no finite number, or is below ``least``; without ``least``, for
+    one that is not positive."""
+    if value is not None:
+        if isinstance(value, bool) or not isinstance(value, Real):
+            raise ValueError(f"{name} is {value!r}; it must be a number")
+        good = value > 0 if least is None else value >= least
+        # np.isfinite fails for integers of more than 64 bits.
+        if not (good and value < np.inf):
+            need = "> 0" if least is None else f">= {least}"
+            raise ValueError(f"{name} is {value}; it must be finite and {need}")
+
+
+def check_tolerance(tolerance: float, diagonal: float) -> None:
+    """ValueError for a tolerance that does not suit an object of this diagonal."""
+    check_number("tolerance", tolerance)
+    if tolerance > diagonal:
+        raise ValueError(
+            f"tolerance is {tolerance:g}, but the object is only {diagonal:.4g} across; "
+            "give a smaller --tolerance"
+        )
+    if tolerance < _FINEST * diagonal:
+        raise ValueError(
+            f"tolerance is {tolerance:g}, but an object {diagonal:.4g} across has coordinates that "
+            f"are rounded; give a --tolerance of {_FINEST * diagonal:.2g} or more"
+        )
+
+
+def check_scale(noise: float, tolerance: float, diagonal: float) -> None:
+    """ValueError for a noise and tolerance from which no surface can result; no file is written
+    before."""
+    check_tolerance(tolerance, diagonal)
+    if noise > _NOISIEST * tolerance:
+        raise ValueError(
+            f"noise is {noise:g}, more than {_NOISIEST} times the tolerance {tolerance:g}; "
+            "give a smaller --noise or a larger --tolerance"
+        )
+
+
+def check_effort(options: RunOptions, tolerance: float, planner: Planner, sides) -> None:
+    """ValueError for an exploration that would not end in a day, and has no budget.
+
+    The arms of the first plan are the longest, and a touch covers a disc of their length at most.
+    The area is half that of the bounding box with ``sides`` (3,), which suits a ball.
+    """
+    samples = 2 * options.planner.curves * options.planner.samples
+    if samples > _MOST_SAMPLES:
+        raise ValueError(
+            f"planner.curves, planner.samples are {options.planner.curves}, "
+            f"{options.planner.samples}, which makes {samples:.2g} samples a touch; give fewer, "
+            f"{_MOST_SAMPLES} in all at most"
+        )
+    plan = planner.ask(Atlas(tolerance, options.atlas))
+    if plan is None or options.max_touches is not None or options.max_length is not None:
+        return
+    x, y, z = sides
+    touches = (x * y + y * z + z * x) / (np.pi * plan.reach**2)
+    if touches > _MOST_TOUCHES:
+        raise ValueError(
+            f"a tolerance of {tolerance:g} needs {touches:.2g} touches or more, some "
+            f"{touches * _SECONDS / 86400:.2g} days; give a larger --tolerance, or a budget with "
+            "--max-touches"
+        )

@@ -1,0 +1,116 @@
+"""surface.png: the surface of a run from four sides, coloured by error, the truth below."""
+
+import io
+import warnings
+
+import igl
+import numpy as np
+
+# Views as azimuth and elevation, degrees.
+_VIEWS = ((35.0, 25.0), (125.0, 25.0), (215.0, -25.0), (305.0, 25.0))
+# Pixels of the side of a view. Doubled, drawing takes four times as long.
+_PIXELS = 200
+# Diagonal of the body in the frame in which rays are traced: the tree's rays are in single
+# precision. Doubled, nothing changes.
+_EXTENT = 1e3
+# Half the side of a view over the largest half extent that is seen. Doubled, bodies are drawn half
+# as large.
+_MARGIN = 1.05
+# Direction to the light: right, up, toward the eye.
+_LIGHT = np.array([-0.35, 0.45, 0.82])
+_GREY = np.array([0.72, 0.74, 0.78])
+
+
+def surface_picture(title: str, surface, error, truth, tolerance: float) -> bytes:
+    """A PNG with four views of the surface, and of the truth from the same sides.
+
+    Parameters
+    ----------
+    title : str
+    surface, truth : pairs of vertices (n, 3) and faces (f, 3)
+    error : (v,) float, length
+        Distance of each vertex of the surface from the truth.
+    tolerance : float, length
+        Error at which the colours end.
+    """
+    # Not through pyplot, whose choice of back end is the caller's own.
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(11.5, 5.6), layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.subplots(2, len(_VIEWS))
+    scale = ScalarMappable(Normalize(0.0, tolerance), "viridis")
+    box = np.array([truth[0].min(axis=0), truth[0].max(axis=0)])
+    grey = np.tile(_GREY, (len(truth[0]), 1))
+    rows = (("surface", surface, scale.to_rgba(error)[:, :3]), ("truth", truth, grey))
+    half = _MARGIN * max(_half_extent(truth[0], view, box.mean(axis=0)) for view in _VIEWS)
+    for line, (label, body, colours) in zip(axes, rows, strict=True):
+        for place, image in zip(line, _views(body[0], body[1], colours, box, half), strict=True):
+            place.imshow(image, interpolation="bilinear")
+            place.set(xticks=[], yticks=[])
+            place.spines[:].set_visible(False)
+        line[0].set_ylabel(label)
+    figure.suptitle(title, parse_math=False)
+    bar = figure.colorbar(scale, ax=axes, shrink=0.7, extend="max")
+    bar.set_label("distance from the truth (object's unit)")
+    file = io.BytesIO()
+    with warnings.catch_warnings():
+        # A letter that the font lacks is drawn as a box, which is good enough.
+        warnings.filterwarnings("ignore", "Glyph .* missing")
+        figure.savefig(file, dpi=110, metadata={"Software": None})
+    return file.getvalue()
+
+
+def _half_extent(vertices, view, centre) -> float:
+    """Half of the extent of vertices (n, 3) as seen from one side, length."""
+    right, up, _ = _camera(*view)
+    return float(np.abs((vertices - centre) @ np.stack([right, up], axis=1)).max())
+
+
+def _views(vertices, faces, colours, box, half: float) -> list[np.ndarray]:
+    """Images (p, p, 3) of triangles by parallel rays, one for each view."""
+    unit = max(float(np.sqrt(((box[1] - box[0]) ** 2).sum())), np.finfo(float).tiny) / _EXTENT
+    scaled = np.ascontiguousarray((vertices - box.mean(axis=0)) / unit)
+    tree = igl.AABB()
+    tree.init(scaled, faces)
+    side = half / unit * np.linspace(-1.0, 1.0, _PIXELS)
+    across, upward = (x.reshape(-1, 1) for x in np.meshgrid(side, -side))
+    images = []
+    for azimuth, elevation in _VIEWS:
+        right, up, toward = _camera(azimuth, elevation)
+        eyes = across * right + upward * up + _EXTENT * toward
+        away = np.tile(-toward, (len(eyes), 1))
+        face, _, (u, v) = _first_hits(tree, scaled, faces, eyes, away)
+        image, hit = np.ones((len(eyes), 3)), np.flatnonzero(face >= 0)
+        corners = faces[face[hit]]
+        weights = np.stack([1.0 - u[hit] - v[hit], u[hit], v[hit]], axis=1)
+        light = _shade(scaled[corners], _LIGHT @ np.array([right, up, toward]))
+        image[hit] = light[:, None] * (weights[:, :, None] * colours[corners]).sum(axis=1)
+        images.append(np.clip(image, 0.0, 1.0).reshape(_PIXELS, _PIXELS, 3))
+    return images
+
+
+def _first_hits(tree, vertices, faces, origins, directions):
+    """Face that each ray meets first, or -1; the distance; and its two barycentric coordinates."""
+    face, distance, places = tree.intersect_ray_first(vertices, faces, origins, directions)
+    return np.where(np.isfinite(distance), face, -1), distance, places.T
+
+
+def _shade(corners, light) -> np.ndarray:
+    """(n,) brightness of triangles (n, 3, 3), the same from behind: open surfaces are seen so."""
+    a, b, c = corners.transpose(1, 0, 2)
+    normals = np.cross(b - a, c - a)
+    length = np.sqrt((normals**2).sum(axis=1))
+    cosine = np.abs(normals @ light) / np.where(length > 0.0, length, 1.0)
+    return 0.4 + 0.6 * cosine
+
+
+def _camera(azimuth: float, elevation: float):
+    """Unit vectors to the right, up, and toward the eye."""
+    a, e = np.deg2rad([azimuth, elevation])
+    toward = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
+    right = np.array([-np.sin(a), np.cos(a), 0.0])
+    return right, np.cross(toward, right), toward

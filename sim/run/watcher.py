@@ -1,0 +1,18 @@
+"""Watcher: what the caller of a run may hear of it while it goes on."""
+
+from touchatlas.atlas import Atlas
+from touchatlas.planner import Step
+
+
+class Watcher:
+    """Hears of a run and does nothing; a subclass shows it."""
+
+    def begins(self, words: str) -> None:
+        """A phase begins."""
+
+    def touched(self, step: Step, atlas: Atlas) -> None:
+        """A touch was learned."""
+
+    def interrupted(self, words: str) -> None:
+        """Ctrl-C or SIGTERM came; the words say what is finished. This is called within a signal
+        handler: it must take no lock."""

@@ -1,0 +1,59 @@
+"""What the numbers of a run or an evaluation say in plain sentences."""
+
+import json
+
+import numpy as np
+import pytest
+import trimesh
+
+from tests.command import touchatlas
+from touchatlas.sim.command.numbers import sentences, unit_hint
+
+
+def numbers(**changes):
+    return {"coverage": 1.0, "components": 1, "components_reached": 1} | changes
+
+
+def test_a_whole_result_needs_no_words():
+    assert sentences(numbers()) == []
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"coverage": 0.7}, "30.0% of the true surface was not reached"),
+        ({"components": 3, "components_reached": 1}, "2 of the 3 separate parts of the object"),
+        ({"touches": 9, "touches_without_contact": 2}, "2 of 9 touches met nothing"),
+    ],
+)
+def test_what_is_missing_is_said(changes, words):
+    (sentence,) = sentences(numbers(**changes))
+    assert words in sentence
+
+
+def test_sizes_that_differ_as_units_do_are_doubted():
+    assert "0.001 times as large" in unit_hint(0.1, 100.0)
+    assert "25.4 times as large" in unit_hint(25.4, 1.0)
+    assert unit_hint(0.5, 1.0) is None and unit_hint(1.0, 1.0) is None
+
+
+def test_a_surface_in_metres_against_millimetres_is_doubted(tmp_path):
+    ball = trimesh.creation.icosphere(subdivisions=3, radius=30.0)
+    ball.export(tmp_path / "mm.ply")
+    ball.apply_scale(1e-3).export(tmp_path / "m.ply")
+    done = touchatlas("evaluate", "m.ply", "--truth", "mm.ply", "--json", cwd=tmp_path)
+    assert done.returncode == 0 and "same unit of length" in done.stderr
+    assert json.loads(done.stdout)["coverage"] == 0.0
+
+
+def test_a_body_hidden_in_another_is_named(tmp_path):
+    ball = trimesh.creation.icosphere(subdivisions=3, radius=30.0)
+    inner = trimesh.creation.icosphere(subdivisions=3, radius=5.0)
+    trimesh.util.concatenate([ball, inner]).export(tmp_path / "two.ply")
+    ball.export(tmp_path / "ball.ply")
+    done = touchatlas("evaluate", "ball.ply", "--truth", "two.ply", "--json", cwd=tmp_path)
+    assert "1 of the 2 separate parts of the object were not reached" in done.stderr
+    # Areas of balls grow with the square of their radii.
+    share = 25.0 / 925.0
+    assert json.loads(done.stdout)["coverage"] == pytest.approx(1.0 - share, abs=0.005)
+    assert np.isclose(json.loads(done.stdout)["accuracy_max"], 0.0, atol=1e-6)

@@ -1,0 +1,118 @@
+"""What stops a command from outside: signals, full disks, read-only folders, other processes."""
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from contextlib import closing
+
+import pytest
+
+from tests.command import PROCESS, assert_refused, progress_lines, touchatlas
+from touchatlas.sim.run.journal import Journal
+from touchatlas.sim.run.run_folder import old_run
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals and file locks of POSIX")
+RUN = ("explore", "sphere", "--tolerance", "0.3", "--max-touches", "12", "--out", "r")
+
+
+def start(*words, cwd):
+    return subprocess.Popen(
+        [*PROCESS, *words], cwd=cwd, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+
+
+def wait_for(condition, process):
+    while process.poll() is None and not condition():
+        time.sleep(0.002)
+
+
+def touches_in(folder):
+    if not (folder / "journal.sqlite").exists():
+        return 0
+    with closing(Journal(folder / "journal.sqlite")) as journal:
+        return len(journal)
+
+
+@pytest.mark.parametrize("seconds", [0.03, 0.1, 0.2, 0.4, 0.6, 0.8, 1.0, 1.3, 1.7, 2.5])
+def test_ctrl_c_at_ten_moments_is_one_sentence_within_five_seconds(tmp_path, seconds):
+    with start(*RUN, cwd=tmp_path) as process:
+        time.sleep(seconds)
+        process.send_signal(signal.SIGINT)
+        sent = time.monotonic()
+        _, errors = process.communicate(timeout=60)
+    if seconds > 0.05:
+        # Earlier, Python itself is still starting.
+        assert "Traceback" not in errors and process.returncode in (0, 130), errors
+    # Five seconds, and a second for a machine that is busy with other tests.
+    assert time.monotonic() - sent < 6.0
+    assert not list(tmp_path.glob("r/*.part")) and not (tmp_path / "r" / "run.lock").exists()
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_signal_names_what_it_waits_for_and_how_to_go_on(tmp_path, number, code):
+    """With a hundred touches to go the signal comes while it touches."""
+    with start("explore", "blob", "--out", "r", cwd=tmp_path) as process:
+        wait_for((tmp_path / "r" / "journal.sqlite").exists, process)
+        process.send_signal(number)
+        _, errors = process.communicate(timeout=60)
+    assert process.returncode in (130, code), errors
+    assert "finishing touch" in errors and "touchatlas resume r" in errors
+
+
+def test_a_second_process_is_refused_with_the_number_of_the_first(tmp_path):
+    with start("explore", "blob", "--out", "r", cwd=tmp_path) as first:
+        wait_for(lambda: touches_in(tmp_path / "r") > 0, first)
+        for words in (["explore", "blob", "--out", "r", "--force"], ["resume", "r"]):
+            done = touchatlas(*words, cwd=tmp_path)
+            assert_refused(done, 2, f"process {first.pid} is at work in r")
+        first.send_signal(signal.SIGKILL)
+        first.communicate()
+    # The lock goes with its process.
+    with old_run(tmp_path / "r") as folder:
+        assert folder == tmp_path / "r"
+
+
+def test_two_processes_that_start_at_once_do_not_disturb_each_other(tmp_path):
+    few = [*RUN[:5], "3", *RUN[6:]]
+    both = [start(*few, cwd=tmp_path) for _ in range(2)]
+    ends = [(p.communicate(timeout=120)[1], p.returncode) for p in both]
+    codes = sorted(code for _, code in ends)
+    assert codes == [0, 2], ends
+    refusal = next(errors for errors, code in ends if code == 2)
+    assert "at work in r" in refusal or "already holds a run" in refusal
+    assert touches_in(tmp_path / "r") == 3
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="mounting takes root")
+def test_a_disk_that_fills_up_keeps_the_touches_and_the_run_is_resumed(tmp_path):
+    small = tmp_path / "small"
+    small.mkdir()
+    mounted = subprocess.run(
+        ["mount", "-t", "tmpfs", "-o", "size=100k", "tmpfs", str(small)], capture_output=True
+    )
+    if mounted.returncode:
+        pytest.skip("no tmpfs can be mounted here")
+    try:
+        words = ["sphere", "--tolerance", 0.3, "--max-touches", 30, "--out", small / "r"]
+        done = touchatlas("explore", *words, cwd=tmp_path)
+        assert done.returncode == 1, done.stderr
+        others = set(done.stderr.splitlines()) - set(progress_lines(done.stderr))
+        assert len(others) == 1 and "space" in others.pop(), done.stderr
+        count = touches_in(small / "r")
+        assert count > 3
+        assert not list((small / "r").glob("*.part"))
+        shutil.copytree(small / "r", tmp_path / "r")
+    finally:
+        subprocess.run(["umount", str(small)], check=True)
+    done = touchatlas("resume", "r", "--max-touches", count + 2, "--json", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["touches"] == touches_in(tmp_path / "r") == count + 2
+
+
+def test_a_folder_that_cannot_be_written_is_one_sentence(tmp_path):
+    """/proc is read-only to everybody, root too."""
+    assert_refused(touchatlas(*RUN[:-1], "/proc/r", cwd=tmp_path), 1, "/proc/r")

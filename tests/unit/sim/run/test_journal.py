@@ -1,0 +1,85 @@
+"""The journal and the options on what they are not made for: one sentence each."""
+
+import sqlite3
+from contextlib import closing
+
+import numpy as np
+import pytest
+
+from touchatlas.atlas import Atlas
+from touchatlas.planner import Planner, PlannerOptions
+from touchatlas.sim import Probe, make_object
+from touchatlas.sim.run.exploration import run_exploration
+from touchatlas.sim.run.journal import Journal
+from touchatlas.sim.run.run_options import RunOptions, check_effort
+
+
+def test_what_is_no_journal_is_refused(tmp_path):
+    (tmp_path / "junk").write_bytes(b"junk" * 300)
+    with closing(sqlite3.connect(tmp_path / "other.db")) as other:
+        other.execute("create table mine (a)")
+        other.commit()
+    for name in ("junk", "other.db"):
+        before = (tmp_path / name).read_bytes()
+        with pytest.raises(ValueError, match=f"{name} is no whole journal of a run"):
+            Journal(tmp_path / name)
+        assert (tmp_path / name).read_bytes() == before
+    with pytest.raises(ValueError, match="is no file; give the journal.sqlite"):
+        Journal(tmp_path)
+    with pytest.raises(ValueError, match="nowhere is no folder"):
+        Journal(tmp_path / "nowhere" / "journal.sqlite")
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        "update touch set number = 7 where number = 1",
+        "update touch set status = 'odd'",
+        "update touch set contact = x'00'",
+        "update touch set approach = null",
+        "update contour set points = 'text'",
+        "update contour set noise_std = -1.0",
+        "drop table contour",
+    ],
+)
+def test_an_altered_journal_is_refused(tmp_path, change):
+    ball, path = make_object("sphere"), tmp_path / "journal.sqlite"
+    probe, atlas = Probe(ball, 0.02, np.random.default_rng(0)), Atlas(0.5)
+    planner = Planner(*ball.start())
+    with closing(Journal(path)) as journal:
+        for _ in range(2):
+            plan = planner.ask(atlas)
+            touch = probe(plan)
+            journal.append(plan, touch, probe.state())
+            planner.tell(touch, atlas.add(touch))
+        assert len(journal.entries()) == 2
+    with closing(sqlite3.connect(path)) as journal:
+        journal.execute(change)
+        journal.commit()
+    with pytest.raises(ValueError, match="is no whole journal of a run"):
+        Journal(path).entries()
+
+
+def test_an_exploration_that_would_not_end_is_refused_with_a_forecast(tmp_path):
+    """A ball of radius 33 has 13,700 square millimetres; arms are 200 tolerances long at most."""
+    ball = make_object("sphere")
+    endless = RunOptions(tolerance=1e-4, noise=0.0)
+    with pytest.raises(ValueError, match=r"needs 1e\+07 touches or more, some 2.4 days"):
+        run_exploration(ball, tmp_path / "r", endless)
+    many = RunOptions(planner=PlannerOptions(curves=10**6))
+    with pytest.raises(ValueError, match="makes 2.4e.07 samples a touch"):
+        run_exploration(ball, tmp_path / "r", many)
+    assert not (tmp_path / "r").exists()
+    # With a budget it ends.
+    few = RunOptions(tolerance=1e-4, noise=0.0, max_touches=2)
+    check_effort(few, 1e-4, Planner(*ball.start()), ball.bounds[1] - ball.bounds[0])
+
+
+@pytest.mark.parametrize(
+    "values",
+    [{"seed": "a"}, {"seed": 1.5}, {"max_touches": 2.5}, {"tolerance": None, "noise": True}],
+)
+def test_options_of_other_types_are_refused(values):
+    with pytest.raises(ValueError, match="must be a (whole )?number"):
+        RunOptions(**values)
+    assert RunOptions(seed=np.int64(3), noise=np.float32(0.5)).seed == 3

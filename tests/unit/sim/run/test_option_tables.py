@@ -1,0 +1,129 @@
+"""Option records as flags, files and names of folders: nothing is rounded, and nothing is lost."""
+
+from dataclasses import dataclass, replace
+
+import pytest
+
+from tests.command import assert_refused, touchatlas
+from touchatlas.planner import PlannerOptions
+from touchatlas.sim.command.explore import default_folder
+from touchatlas.sim.run.option_tables import (
+    as_table,
+    differences,
+    nested,
+    options_of,
+    read_options,
+    updated,
+)
+from touchatlas.sim.run.run_folder import _toml
+from touchatlas.sim.run.run_options import RunOptions
+
+OTHER = RunOptions(noise=0.5, max_touches=7, seed=2, planner=PlannerOptions(curves=5, max_turn=0.5))
+
+
+def test_every_field_is_an_option_with_a_meaning():
+    found = {option.name: option for option in options_of(RunOptions())}
+    assert {"noise", "seed", "planner.curves", "atlas.trust", "atlas.fit.degree"} <= set(found)
+    assert all(option.meaning and option.meaning.endswith(".") for option in found.values())
+    assert (found["planner.curves"].kind, found["noise"].kind) == (int, float)
+
+
+@pytest.mark.parametrize("record", [RunOptions(), OTHER])
+def test_a_record_comes_back_from_its_file(record, tmp_path):
+    path = tmp_path / "run.toml"
+    path.write_text('object = "sphere"\n' + _toml(as_table(record)) + '[versions]\na = "1"\n')
+    assert read_options(path, RunOptions(), ("object", "versions")) == record
+
+
+def test_differences_are_what_was_changed():
+    assert differences(OTHER, RunOptions()) == {
+        "noise": 0.5,
+        "max_touches": 7,
+        "seed": 2,
+        "planner.curves": 5,
+        "planner.max_turn": 0.5,
+    }
+    assert updated(RunOptions(), nested({("planner", "curves"): 5}), "x").planner.curves == 5
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("curves = 4", "has curves, which is no option; there are noise"),
+        ("tolerence = 0.1", "has tolerence, which is no option; did you mean tolerance"),
+        ("planner = 3", "planner = 3; it must be a table"),
+        ("[planner]\ncurves = 4.0", "planner.curves is 4.0; it must be a whole number"),
+        ("[planner]\ncurves = true", "planner.curves is True; it must be a whole number"),
+        ("[planner]\ncurves = 1", "curves is 1"),
+        ("noise = 'a'", "noise is 'a'; it must be a number"),
+        ("noise = ", "cannot be read as TOML"),
+        ("noise = -1", "noise is -1"),
+        ("[atlas.fit]\nadaptive = 1", "atlas.fit.adaptive is 1; it must be true or false"),
+        ("noise = 1" + "0" * 400, "noise is too large for a number"),
+    ],
+)
+def test_a_wrong_file_is_refused_in_one_sentence(tmp_path, text, words):
+    (tmp_path / "o.toml").write_text(text)
+    done = touchatlas("explore", "sphere", "--options", "o.toml", cwd=tmp_path)
+    assert_refused(done, 2, words)
+
+
+def test_flags_come_after_the_file_and_both_are_in_run_toml(tmp_path):
+    (tmp_path / "o.toml").write_text("tolerance = 0.5\nmax_touches = 5\n[planner]\ncurves = 5\n")
+    words = ["--options", "o.toml", "--max-touches", 1, "--atlas.fit.degree", 3, "--out", "r"]
+    done = touchatlas("explore", "sphere", *words, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    found = read_options(tmp_path / "r" / "run.toml", RunOptions(), ("object", "versions"))
+    assert (found.tolerance, found.max_touches, found.planner.curves) == (0.5, 1, 5)
+    # The rest of the record is the run's own default, not that of a record made anew.
+    fit = RunOptions().atlas.fit
+    assert found.atlas.fit == replace(fit, degree=3)
+
+
+def test_runs_of_other_options_have_other_folders():
+    folders = {
+        default_folder("sphere", options).name
+        for options in (
+            RunOptions(),
+            RunOptions(seed=1),
+            RunOptions(tolerance=0.3),
+            RunOptions(planner=PlannerOptions(curves=4)),
+        )
+    }
+    assert folders == {
+        "sphere-0",
+        "sphere-1",
+        "sphere-0-tolerance=0.3",
+        "sphere-0-planner.curves=4",
+    }
+    # A larger budget is another part of the same run.
+    assert default_folder("sphere", RunOptions(max_touches=9)).name == "sphere-0"
+    assert len(default_folder("s" * 300, OTHER).name) == 120
+
+
+@dataclass(frozen=True)
+class Named:
+    """A record of two kinds.
+
+    Parameters
+    ----------
+    one, two : int
+        Said
+        once.
+    three : str
+        More.
+
+    Notes
+    -----
+    four : int
+        No option.
+    """
+
+    one: int = 1
+    two: int = 2
+    three: str = "x"
+
+
+def test_meanings_are_those_of_the_docstring():
+    found = {option.name: option.meaning for option in options_of(Named())}
+    assert found == {"one": "Said once.", "two": "Said once.", "three": "More."}

@@ -1,0 +1,258 @@
+"""Resuming: however a run was stopped, it ends as the run that was never stopped."""
+
+import json
+import shutil
+import signal
+
+import numpy as np
+import pytest
+import trimesh
+
+from touchatlas.atlas import Atlas
+from touchatlas.planner import Planner
+from touchatlas.sim.run import exploration
+from touchatlas.sim.run.exploration import FinishedError, resume_exploration, run_exploration
+from touchatlas.sim.run.journal import Journal
+from touchatlas.sim.run.progress import read_seconds
+from touchatlas.sim.run.recorder import Recorder
+from touchatlas.sim.run.run_options import RunOptions
+from touchatlas.sim.run.watcher import Watcher
+from touchatlas.sim.world.objects import make_object
+
+pytestmark = pytest.mark.usefixtures("no_pictures")
+WHOLE = RunOptions(max_touches=9, seed=3)
+# What must be the same, byte for byte. Pictures show seconds nowhere, tables do.
+SAME = ("journal.sqlite", "atlas.npz", "surface.ply", "run.toml", "progress.png", "surface.png")
+
+
+class KilledError(BaseException):
+    """Ends a run as kill -9 does: nothing is caught, nothing is cleaned up."""
+
+
+@pytest.fixture(scope="module")
+def ball(tmp_path_factory):
+    path = tmp_path_factory.mktemp("mesh") / "ball.ply"
+    trimesh.creation.icosphere(subdivisions=4, radius=30.0).export(path)
+    return path
+
+
+@pytest.fixture
+def whole(ball, no_pictures):
+    folder = ball.parent / "whole"
+    if not folder.exists():
+        run_exploration(make_object(str(ball), 3), folder, WHOLE)
+    return folder
+
+
+def assert_same(folder, whole):
+    for name in SAME:
+        assert (folder / name).read_bytes() == (whole / name).read_bytes(), name
+    untimed = [
+        {
+            k: v
+            for k, v in json.loads((f / "evaluation.json").read_text()).items()
+            if k[:7] != "seconds"
+        }
+        for f in (folder, whole)
+    ]
+    assert untimed[0] == untimed[1]
+
+
+class Killer(Watcher):
+    """Kills a run at a touch, or at the beginning of a phase."""
+
+    def __init__(self, touch=None, phase=None):
+        self.touch, self.phase = touch, phase
+
+    def touched(self, step, atlas):
+        if step.plan.number == self.touch:
+            raise KilledError
+
+    def begins(self, words):
+        if self.phase is not None and words.startswith(self.phase):
+            raise KilledError
+
+
+@pytest.mark.parametrize(
+    "killer",
+    [
+        Killer(touch=0),
+        Killer(touch=5),
+        Killer(phase="refitting"),
+        Killer(phase="comparing"),
+        Killer(phase="drawing"),
+    ],
+)
+def test_a_killed_run_ends_as_the_one_that_was_never_stopped(ball, whole, tmp_path, killer):
+    with pytest.raises(KilledError):
+        run_exploration(make_object(str(ball), 3), tmp_path / "r", WHOLE, watcher=killer)
+    resume_exploration(tmp_path / "r")
+    assert_same(tmp_path / "r", whole)
+
+
+def test_a_run_killed_between_a_touch_and_its_learning_ends_the_same(
+    ball, whole, tmp_path, monkeypatch
+):
+    def journal_and_die(self, plan, answer=Recorder.__call__):
+        touch = answer(self, plan)
+        if plan.number == 4:
+            raise KilledError
+        return touch
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Recorder, "__call__", journal_and_die)
+        with pytest.raises(KilledError):
+            run_exploration(make_object(str(ball), 3), tmp_path / "r", WHOLE)
+    # The touch was made, and is not lost.
+    journal = Journal(tmp_path / "r" / "journal.sqlite")
+    assert len(journal) == 5
+    journal.close()
+    resume_exploration(tmp_path / "r")
+    assert_same(tmp_path / "r", whole)
+
+
+def test_a_run_that_is_killed_again_while_it_is_resumed_ends_the_same(ball, whole, tmp_path):
+    with pytest.raises(KilledError):
+        run_exploration(make_object(str(ball), 3), tmp_path / "r", WHOLE, watcher=Killer(touch=6))
+    seconds = read_seconds(tmp_path / "r" / "steps.csv")
+    assert len(seconds) == 7
+    for touch in (2, 7):
+        with pytest.raises(KilledError):
+            resume_exploration(tmp_path / "r", watcher=Killer(touch=touch))
+        # The seconds of touches are those of the process that made them.
+        assert read_seconds(tmp_path / "r" / "steps.csv")[:7] == seconds
+    resume_exploration(tmp_path / "r")
+    assert_same(tmp_path / "r", whole)
+
+
+def test_a_finished_run_is_extended_to_a_larger_budget(ball, whole, tmp_path):
+    few = RunOptions(max_touches=4, seed=3)
+    run_exploration(make_object(str(ball), 3), tmp_path / "r", few)
+    result = resume_exploration(tmp_path / "r", max_touches=9)
+    assert result.numbers["touches"] == 9 and not result.interrupted
+    assert_same(tmp_path / "r", whole)
+
+
+def test_an_interrupted_run_keeps_its_results_and_goes_on(ball, whole, tmp_path):
+    class Interrupting(Watcher):
+        def touched(self, step, atlas):
+            if step.plan.number == 3:
+                signal.raise_signal(signal.SIGTERM)
+
+    before = signal.getsignal(signal.SIGTERM)
+    result = run_exploration(
+        make_object(str(ball), 3), tmp_path / "r", WHOLE, watcher=Interrupting()
+    )
+    assert signal.getsignal(signal.SIGTERM) is before
+    assert result.interrupted and result.numbers["touches"] == 4
+    resume_exploration(tmp_path / "r")
+    assert_same(tmp_path / "r", whole)
+
+
+def test_an_interrupt_while_touches_are_repeated_leaves_the_files_as_they_are(ball, tmp_path):
+    with pytest.raises(KilledError):
+        run_exploration(make_object(str(ball), 3), tmp_path / "r", WHOLE, watcher=Killer(touch=6))
+    before = {p.name: p.read_bytes() for p in (tmp_path / "r").iterdir() if p.name != "run.lock"}
+
+    class Interrupting(Watcher):
+        def touched(self, step, atlas):
+            signal.raise_signal(signal.SIGINT)
+
+    with pytest.raises(KeyboardInterrupt):
+        resume_exploration(tmp_path / "r", watcher=Interrupting())
+    assert {p.name: p.read_bytes() for p in (tmp_path / "r").iterdir()} == before
+
+
+def test_results_that_take_too_long_after_an_interrupt_are_cut_short(
+    ball, whole, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(exploration, "GRACE", 0.05)
+
+    class Interrupting(Watcher):
+        def touched(self, step, atlas):
+            if step.plan.number == 3:
+                signal.raise_signal(signal.SIGINT)
+
+    with pytest.raises(KeyboardInterrupt):
+        run_exploration(make_object(str(ball), 3), tmp_path / "r", WHOLE, watcher=Interrupting())
+    assert signal.getitimer(signal.ITIMER_REAL)[0] == 0.0
+    resume_exploration(tmp_path / "r")
+    assert_same(tmp_path / "r", whole)
+
+
+def test_a_forced_run_replaces_the_old_one_only_when_it_is_whole(ball, whole, tmp_path):
+    folder, other = tmp_path / "r", RunOptions(max_touches=2)
+    run_exploration(make_object(str(ball)), folder, other)
+    before = (folder / "atlas.npz").read_bytes()
+    obj = make_object(str(ball), 3)
+    with pytest.raises(KilledError):
+        run_exploration(obj, folder, WHOLE, force=True, watcher=Killer(touch=4))
+    assert (folder / "atlas.npz").read_bytes() == before
+    resume_exploration(folder)
+    assert_same(folder, whole)
+    assert not (folder / "replacement").exists()
+
+
+def test_all_seconds_are_accounted_for(ball, tmp_path):
+    with pytest.raises(KilledError):
+        run_exploration(make_object(str(ball), 3), tmp_path / "r", WHOLE, watcher=Killer(touch=6))
+    for numbers in (
+        run_exploration(make_object(str(ball), 3), tmp_path / "s", WHOLE).numbers,
+        resume_exploration(tmp_path / "r").numbers,
+    ):
+        parts = [v for k, v in numbers.items() if k[:8] == "seconds_" and k != "seconds_total"]
+        # What lies between phases is a few file operations.
+        assert sum(parts) == pytest.approx(numbers["seconds_total"], rel=0.05)
+
+
+def test_what_cannot_be_resumed_is_said(ball, whole, tmp_path):
+    run = shutil.copytree(whole, tmp_path / "r")
+    with pytest.raises(
+        FinishedError, match="has its 9 touches; give a larger --max-touches"
+    ) as end:
+        resume_exploration(run)
+    assert end.value.numbers["touches"] == 9
+    with pytest.raises(ValueError, match="max-touches is 3, but .* holds 9"):
+        resume_exploration(run, max_touches=3)
+    with pytest.raises(ValueError, match="holds no run"):
+        resume_exploration(tmp_path)
+    (run / "journal.sqlite").write_bytes(b"junk" * 100)
+    with pytest.raises(ValueError, match="is no whole journal of a run"):
+        resume_exploration(run)
+
+
+def test_a_mesh_that_has_changed_is_refused(ball, tmp_path):
+    mine = tmp_path / "mine.ply"
+    shutil.copy(ball, mine)
+    with pytest.raises(KilledError):
+        run_exploration(make_object(str(mine)), tmp_path / "r", WHOLE, watcher=Killer(touch=1))
+    trimesh.creation.icosphere(subdivisions=4, radius=31.0).export(mine)
+    with pytest.raises(ValueError, match=r"mine.ply has changed since .* was begun"):
+        resume_exploration(tmp_path / "r")
+
+
+def test_a_journal_of_another_version_is_refused(ball, tmp_path):
+    """A planner that makes other plans cannot go on with these touches."""
+    with pytest.raises(KilledError):
+        run_exploration(make_object(str(ball), 3), tmp_path / "r", WHOLE, watcher=Killer(touch=3))
+    text = (tmp_path / "r" / "run.toml").read_text()
+    other = text.replace("[planner]\ncurves = 3", "[planner]\ncurves = 4")
+    assert other != text
+    (tmp_path / "r" / "run.toml").write_text(other)
+    with pytest.raises(ValueError, match="answers another plan than this version makes"):
+        resume_exploration(tmp_path / "r")
+
+
+def test_the_probe_goes_on_from_its_state():
+    obj, rng = make_object("sphere"), np.random.default_rng(5)
+    probe = exploration.Probe(obj, 0.02, rng)
+    plan = Planner(*obj.start()).ask(Atlas(0.1))
+    probe(plan)
+    state, expected = probe.state(), probe(plan)
+    other = exploration.Probe(obj, 0.02, np.random.default_rng(0))
+    other.restore(state)
+    found = other(plan)
+    assert (found.contact == expected.contact).all()
+    assert found.travel_length == expected.travel_length
+    with pytest.raises(ValueError, match="the probe's state cannot be read"):
+        other.restore("{}")
