@@ -16,7 +16,7 @@ from touchatlas.planner.frontier_planner import FrontierPlanner
 from touchatlas.planner.places import Places, known_to
 from touchatlas.planner.planes import concurrent_planes
 from touchatlas.planner.probe_plan import ProbePlan, Reason
-from touchatlas.planner.stop import Stop, StopReason
+from touchatlas.planner.stop import Forecast, Stop, StopReason
 
 # Extent of the object that is assumed before the first touch, in scales of the atlas: with a scale
 # of five deviations of noise, a probe that is good to 1/1,700 of the object. Doubled, the first
@@ -181,8 +181,7 @@ class Planner:
 
     def _next_plan(self, atlas: Atlas) -> ProbePlan | None:
         """A plan where nothing is known, else where too little is known."""
-        self._places.update(atlas, self._stale, self._told)
-        self._stale, self._told = set(), 0
+        self._update(atlas)
         extent = self._extent(atlas)
         inside, total = self._places.areas(atlas)
         self._area.append(inside)
@@ -218,9 +217,22 @@ class Planner:
         before, since = self._area[:-patience], self._area[-patience:]
         return bool(before) and max(since) < (1.0 + _LEAST_GAIN) * max(before)
 
-    def _end(self, atlas: Atlas, reason: StopReason) -> None:
-        """Set ``stop``."""
-        self.stop = Stop(reason, self._coverage, self._places.left(atlas, self._extent(atlas)))
+    def _end(self, atlas: Atlas, reason: StopReason) -> ProbePlan | None:
+        """No plan: ``stop`` says why."""
+        self.stop = Stop(reason, self.forecast(atlas))
+        return None
+
+    def forecast(self, atlas: Atlas) -> Forecast:
+        """What is known of the surface of an atlas, and where too little is."""
+        self._update(atlas)
+        inside, total = self._places.areas(atlas)
+        left = self._places.left(atlas, self._extent(atlas))
+        return Forecast(inside / total if total > 0.0 else 0.0, left)
+
+    def _update(self, atlas: Atlas) -> None:
+        """Compute the places of the patches that changed since the last time."""
+        self._places.update(atlas, self._stale, self._told)
+        self._stale, self._told = set(), 0
 
     def _extent(self, atlas: Atlas) -> float:
         """Diagonal of the bounding box of all samples, length; a guess before there are any."""

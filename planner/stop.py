@@ -16,18 +16,30 @@ class StopReason(Enum):
 
 
 @dataclass(frozen=True, eq=False)
-class Stop:
-    """The end of an exploration.
+class Forecast:
+    """What the atlas predicts of its own surface.
 
     Parameters
     ----------
-    reason : StopReason
     predicted_coverage : float
         Expected fraction of the surface that is within the tolerance.
     open_places : (n, 3) float, length, world
         Where nothing is known, or too little, far apart from each other.
     """
 
-    reason: StopReason
     predicted_coverage: float
     open_places: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Stop:
+    """The end of an exploration.
+
+    Parameters
+    ----------
+    reason : StopReason
+    forecast : Forecast
+    """
+
+    reason: StopReason
+    forecast: Forecast

@@ -62,12 +62,16 @@ def learn(state: AtlasState, touch: Touch) -> AtlasChange:
         )
     fit, reason = _fit_or_reason(state, touch, contours)
     owner = None if fit is not None else _owner_at(state, touch)
+    change = AtlasChange(refused=reason)
     if fit is None and owner is None:
-        return AtlasChange(refused=reason)
+        return change
     before = set(state.table.rows.tolist())
     around, samples = remove_filled(state, np.concatenate([c.points for c in contours]), owner)
     first = len(state.membership.pool)
-    change = insert(state, fit, contours) if fit else add_contours(state, owner, contours)
+    if owner is not None:
+        change = add_contours(state, owner, contours)
+    elif fit is not None:
+        change = insert(state, fit, contours)
     index = np.arange(first, len(state.membership.pool), dtype=np.int32)
     changed = around.union(change.added, change.changed)
     changed |= learn_along(state, index, {*change.added, *change.changed})

@@ -14,7 +14,7 @@ from threadpoolctl import threadpool_limits
 
 from touchatlas.atlas import Atlas, Surface
 from touchatlas.atlas.files import write_whole
-from touchatlas.planner import Planner, Step, explore
+from touchatlas.planner import Planner, Step, StopReason, explore
 from touchatlas.sim.run.conclusion import Conclusion
 from touchatlas.sim.run.interrupt import GRACE, Hold, held_interrupt
 from touchatlas.sim.run.journal import Entry, Journal
@@ -29,7 +29,7 @@ from touchatlas.sim.run.run_folder import (
     replace_run,
     write_settings,
 )
-from touchatlas.sim.run.run_options import RunOptions, check_effort, check_scale
+from touchatlas.sim.run.run_options import RunOptions, check_effort, check_scale, fit_scale
 from touchatlas.sim.run.watcher import Watcher
 from touchatlas.sim.world.implicit_object import ImplicitObject
 from touchatlas.sim.world.mesh_object import MeshObject
@@ -41,8 +41,7 @@ from touchatlas.sim.world.probe import Probe
 _PROGRESS_POINTS = 2000
 # Keys of run.toml that are no options of the run.
 NO_OPTIONS = ("object", "digest", "versions")
-NOTHING_LEFT, MAX_TOUCHES, MAX_LENGTH, INTERRUPTED = (
-    "nothing left to touch",
+MAX_TOUCHES, MAX_LENGTH, INTERRUPTED = (
     "max_touches reached",
     "max_length reached",
     "interrupted",
@@ -180,9 +179,7 @@ def _completed(options: RunOptions, obj) -> RunOptions:
     noise = float(obj.noise_std if options.noise is None else options.noise)
     tolerance = float(obj.tolerance if options.tolerance is None else options.tolerance)
     check_scale(noise, tolerance, obj.diagonal)
-    start, outward = obj.start()
-    planner = Planner(start, outward, options.planner)
-    check_effort(options, tolerance, planner, obj.bounds[1] - obj.bounds[0])
+    check_effort(options.planner)
     return replace(options, noise=noise, tolerance=tolerance)
 
 
@@ -221,8 +218,8 @@ def _check_budget(folder: Path, options: RunOptions, kept: list[Entry]) -> None:
         ended = numbers["ended"] if numbers["touches"] == touches else None
     except (OSError, ValueError, LookupError, TypeError, RecursionError):
         return
-    if ended == NOTHING_LEFT:
-        raise FinishedError(f"{folder} is finished: nothing was left to touch", numbers)
+    if ended in {reason.value for reason in StopReason}:
+        raise FinishedError(f"{folder} is finished: {ended}", numbers)
     if ended == MAX_TOUCHES and touches == most:
         words = f"{folder} is finished: it has its {most} touches; give a larger --max-touches"
         raise FinishedError(words, numbers)
@@ -246,7 +243,8 @@ class _Run:
         options = self.options
         assert options.noise is not None and options.tolerance is not None
         probe_rng, self.judge_rng, progress_rng = random_streams(options.seed)
-        self.atlas = Atlas(options.tolerance, options.atlas)
+        scale = fit_scale(options.noise, self.obj.diagonal)
+        self.atlas = Atlas(options.tolerance, options.atlas, scale)
         start, outward = self.obj.start()
         self.planner = Planner(start, outward, options.planner)
         self.probe = Probe(self.obj, options.noise, probe_rng)
@@ -276,11 +274,19 @@ class _Run:
         """The results, written; a run that is whole takes the place of the one it replaces."""
         before = sum(map(sum, self.old_seconds))
         conclusion = Conclusion(self.obj, self.atlas, self.progress, self.phases, before)
-        known = {"ended": ended, "noise_std": self.options.noise}
+        known = {"ended": ended, "noise_std": self.options.noise} | self._left()
         surface, numbers = conclusion.write(self.folder, self.judge_rng, known)
         folder = self.folder if ended == INTERRUPTED else replace_run(self.folder)
         refusal = (self.progress.refusals or [""])[-1]
         return Result(self.atlas, surface, numbers, folder, refusal)
+
+    def _left(self) -> dict:
+        """What the planner predicts of the surface, and where it is not known to the tolerance."""
+        state = self.planner.forecast(self.atlas)
+        return {
+            "predicted_coverage": state.predicted_coverage,
+            "open_places": state.open_places.tolist(),
+        }
 
     def _explore(self, hold: Hold) -> str:
         """Carry out the touches, each written before it is learned; returns why they ended."""
@@ -311,7 +317,8 @@ class _Run:
             return MAX_TOUCHES
         if longest is not None and self.progress.last("tracked_length") >= longest:
             return MAX_LENGTH
-        return NOTHING_LEFT
+        assert self.planner.stop is not None
+        return self.planner.stop.reason.value
 
     def _add(self, step: Step, recorder: Recorder) -> None:
         """A row of steps.csv for one touch, with the seconds of the process that made it."""

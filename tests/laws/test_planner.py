@@ -63,7 +63,9 @@ def test_the_surface_is_known_to_the_tolerance_at_the_end(name):
     assert p.stop.reason is StopReason.KNOWN
     points, _ = obj.sample(4000, np.random.default_rng(2))
     distance = np.abs(np.nan_to_num(atlas.blend(points).distance, nan=np.inf))
-    assert (distance <= obj.tolerance).mean() == pytest.approx(p.stop.predicted_coverage, abs=0.01)
+    assert (distance <= obj.tolerance).mean() == pytest.approx(
+        p.stop.forecast.predicted_coverage, abs=0.01
+    )
 
 
 def test_a_looser_tolerance_ends_the_same_touches_earlier():
