@@ -122,7 +122,7 @@ class FrontierPlanner:
             self._asked = self._closer(atlas, self._retry)
             self._retry = None
         if self._asked is None and len(atlas) == 0:
-            self._asked = self._start_plan(atlas) if self._count == 0 else None
+            self._asked = self.start_plan(atlas) if self._count == 0 else None
         elif self._asked is None:
             self._asked = self._next_plan(atlas)
         return self._asked
@@ -211,7 +211,7 @@ class FrontierPlanner:
             plan.reference_point, plan.normal, heading, reach, plan.reason, step / reach
         )
 
-    def _start_plan(self, atlas: Atlas) -> ProbePlan:
+    def start_plan(self, atlas: Atlas) -> ProbePlan:
         """The plan of the first touch."""
         reach = self.options.reach * atlas.scale
         heading = any_tangent(self._outward)

@@ -15,13 +15,12 @@ from touchatlas.planner.choose import Target, open_target, start_targets, weak_t
 from touchatlas.planner.frontier_planner import FrontierPlanner
 from touchatlas.planner.places import Places, known_to
 from touchatlas.planner.planes import concurrent_planes
-from touchatlas.planner.probe_plan import ProbePlan, Reason
+from touchatlas.planner.probe_plan import ProbePlan
 from touchatlas.planner.stop import Forecast, Stop, StopReason
 
-# Extent of the object that is assumed before the first touch, in scales of the atlas: with a scale
-# of five deviations of noise, a probe that is good to 1/1,700 of the object. Doubled, the first
-# touch is twice as large.
-_FIRST_EXTENT = 333.0
+# Width of the spiral of first attempts, in scales of the atlas: with a scale of five deviations of
+# noise, a probe that is good to 1/5,000 of it. Doubled, the attempts are twice as far apart.
+_FIRST_EXTENT = 1000.0
 # Factor by which arms and steps shrink where contours were too short for a patch, and how often.
 # Doubled, more touches fail in narrow places.
 _CLOSER, _TIMES_CLOSER = 0.35, 2
@@ -235,20 +234,20 @@ class Planner:
         self._stale, self._told = set(), 0
 
     def _extent(self, atlas: Atlas) -> float:
-        """Diagonal of the bounding box of all samples, length; a guess before there are any."""
+        """Diagonal of the bounding box of all samples, length."""
         points = atlas.membership.pool.points
-        if not len(points):
-            return _FIRST_EXTENT * atlas.scale
         return float(np.linalg.norm(points.max(axis=0) - points.min(axis=0)))
 
     def _start_plan(self, atlas: Atlas) -> ProbePlan | None:
-        """The next attempt at a first touch."""
-        extent = self._extent(atlas)
+        """The next attempt at a first touch, with short arms: nothing is known of the size."""
         offset = next(self._starts, None)
         if offset is None:
             return self._end(atlas, StopReason.NO_PATCH)
-        point, heading = self._start + extent * offset, any_tangent(self._outward)
-        return self._probe_plan(point, self._outward, heading, extent, Reason.START, None)
+        plan = self._beside_edges.start_plan(atlas)
+        point = self._start + _FIRST_EXTENT * atlas.scale * offset
+        heading = cross(plan.planes[0].normal, plan.normal)
+        planes = concurrent_planes(point, plan.normal, heading, self.options.curves)
+        return replace(plan, number=self._count, reference_point=point, planes=planes)
 
     def _plan(self, atlas: Atlas, target: Target, extent: float) -> ProbePlan:
         """The plan of a touch at a target, with its first plane across the nearest contour."""

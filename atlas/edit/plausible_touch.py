@@ -24,7 +24,9 @@ def check_unit_of_length(state: AtlasState, touch: Touch, contours) -> None:
     if len(rows) < _ENOUGH:
         return
     length = max(extent_of(contour.points) for contour in contours)
-    radius = float(np.median(state.table.radius[rows]))
+    # A patch for a large tolerance is larger than the object.
+    seen = extent_of(state.membership.pool.points)
+    radius = min(float(np.median(state.table.radius[rows])), seen)
     if not _SHORTEST * radius <= length <= _LONGEST * radius:
         raise ValueError(
             f"the contours of touch {touch.number} are {length:.3g} long, but the patches so far "
