@@ -1,0 +1,188 @@
+"""diagnose: how far a patch can be trusted, and what to do where it cannot."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from touchatlas.patch.geometry.contour import Contour
+from touchatlas.patch.geometry.patch import Patch
+from touchatlas.patch.geometry.polynomial import (
+    GRADIENT,
+    SECOND_ORDER,
+    derivative_coefficients,
+    evaluate,
+    gaussian_curvature,
+    graph_derivatives,
+    monomials,
+)
+
+# Condition of the sections above which curvatures are doubtful: 1.4 for planes 60 degrees apart,
+# 10 for planes within 20 degrees. Doubled, planes within 10 degrees pass.
+_POOR_CONDITION = 10.0
+# Distance of an outlier in deviations. Doubled, bad contacts of five to ten deviations count as
+# lack of fit.
+_OUTLIER = 5.0
+# Largest fraction of outliers that a patch bears. Doubled, one bad contact in ten is no doubt.
+_OUTLIERS = 0.05
+# Tests at this many standard deviations: one false alarm in a thousand good patches. Doubled, only
+# gross misfits are doubted.
+_LIMIT = 3.3
+# Residuals below this fraction of the noise: it is not the noise of these points. Doubled, good
+# fits of many terms are doubted.
+_TOO_NOISY = 1.0 / 3.0
+# Largest deviation at the core's rim over the core radius: a slope of a degree. Doubled, patches
+# pass that hardly know more than their tangent plane.
+_UNCERTAIN = 0.02
+# Rounding of exact contacts over the radius: the fit takes noise to be no less.
+_ROUNDING = 1e-6
+# Directions of the rim that are compared, 7.5 degrees apart.
+_RIM = np.pi / 24.0 * np.arange(48)
+# Radii of the grid on which the sign of K is read, over the core radius.
+_RINGS = np.array([0.25, 0.5, 0.75, 1.0])
+_LEAST_GRADIENT = 0.2
+
+ADVICE = {
+    "poor sections": "The curves run in similar directions; track one more in another plane.",
+    "uncertain": "Nothing is known beside the curves; track one more in the weakest direction.",
+    "misfit": "The curves miss the patch by more than their noise; track shorter curves, or state "
+    "a larger noise.",
+    "waves": "The residuals run in waves: detail, an edge or drift that the patch does not follow; "
+    "track shorter curves.",
+    "contradiction": "One curve lies beside the others; track it again: the object may have moved, "
+    "or the curve be of another frame or unit.",
+    "bad contacts": "Many contacts are far off; track again, or elsewhere.",
+    "noise overstated": "The curves lie much closer to the patch than their noise; state a smaller "
+    "noise.",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnosis:
+    """What is doubtful about a patch, and the numbers behind it.
+
+    Parameters
+    ----------
+    doubts : tuple of str
+        Keys of ADVICE; empty where no test fails.
+    condition : float
+        Condition number of the sections.
+    weakest_direction : (3,) float, unit, world
+        Tangent direction in which the rim of the core is least certain.
+    weakest_deviation : float, length
+        Standard deviation of the patch there.
+    leverage : float
+        Its square over that of the noise: above 1 the place is extrapolated.
+    residual_ratio : float
+        Root mean square of the residuals over their deviations; outliers are left out.
+    serial : float
+        Serial correlation of the residuals along the contours, in its standard deviations.
+    offset : float
+        Largest mean residual of one contour, in its standard deviations.
+    sign_changes : float
+        Fraction of the core where the Gaussian curvature has another sign than at the origin.
+    outliers : float
+        Fraction of the samples that are five deviations off.
+    """
+
+    doubts: tuple[str, ...]
+    condition: float
+    weakest_direction: np.ndarray
+    weakest_deviation: float
+    leverage: float
+    residual_ratio: float
+    serial: float
+    offset: float
+    sign_changes: float
+    outliers: float
+
+
+def diagnose(patch: Patch, contours: tuple[Contour, ...]) -> Diagnosis:
+    """The diagnosis of a patch against contours of its surface.
+
+    Parameters
+    ----------
+    patch : Patch
+    contours : tuple of Contour
+        Those it was fitted to, or others. Only samples within the patch radius are compared.
+
+    Notes
+    -----
+    Residuals are studentised by the leverage of their samples. The serial correlation is von
+    Neumann's: the sum of products of neighbours over the sum of squares, times the root of the
+    number. Each test fails for one good patch in a thousand.
+    """
+    noise = max(_pooled_noise(contours), _ROUNDING * patch.radius)
+    residuals = [_studentised(patch, contour, noise) for contour in contours]
+    residuals = [r for r in residuals if len(r)]
+    joined = np.concatenate([np.zeros(0), *residuals])
+    outliers = float(np.mean(np.abs(joined) > _OUTLIER)) if len(joined) else 0.0
+    inliers = [r[np.abs(r) <= _OUTLIER] for r in residuals]
+    count = max(sum(len(r) for r in inliers), 1)
+    square = sum(float(r @ r) for r in inliers)
+    serial = sum(float(r[1:] @ r[:-1]) for r in inliers) / max(square, 1e-300) * np.sqrt(count)
+    offset = max((abs(float(r.sum())) / np.sqrt(len(r)) for r in inliers if len(r)), default=0.0)
+    direction, deviation = _weakest(patch)
+    ratio = float(np.sqrt(square / count))
+    failed = {
+        "poor sections": patch.condition > _POOR_CONDITION,
+        "uncertain": deviation > _UNCERTAIN * patch.core * patch.radius,
+        "misfit": square > count + _LIMIT * np.sqrt(2.0 * count),
+        "waves": serial > _LIMIT,
+        "contradiction": offset > _LIMIT * max(1.0, ratio),
+        "bad contacts": outliers > _OUTLIERS,
+        "noise overstated": ratio < _TOO_NOISY and noise > 10.0 * _ROUNDING * patch.radius,
+    }
+    return Diagnosis(
+        *(tuple(name for name, holds in failed.items() if holds), patch.condition),
+        *(direction, deviation, (deviation / noise) ** 2, ratio, float(serial), float(offset)),
+        *(_sign_changes(patch), outliers),
+    )
+
+
+def _pooled_noise(contours) -> float:
+    return float(np.sqrt(np.mean([c.noise_std**2 for c in contours])))
+
+
+def _studentised(patch: Patch, contour: Contour, noise: float) -> np.ndarray:
+    """(n,) distances of a contour's samples within the radius, in their standard deviations.
+
+    A distance is within the sampling plane, where the noise lies.
+    """
+    basis, radius = patch.polynomial.basis, patch.radius
+    local = patch.frame.to_local(contour.points_in_plane) / radius
+    local = local[(local * local).sum(axis=1) <= 1.0]
+    terms = monomials(basis, *local.T)
+    rows = derivative_coefficients(basis, patch.polynomial.coefficients, list(GRADIENT))
+    phi, px, py, pz = rows @ terms
+    gradient = np.stack([-px, -py, 1.0 - pz], axis=1)
+    across = patch.frame.axes @ contour.plane.normal
+    gradient -= (gradient @ across)[:, None] * across
+    length = np.maximum(np.sqrt((gradient * gradient).sum(axis=1)), _LEAST_GRADIENT)
+    own = max(contour.noise_std, noise) / radius * length
+    terms = terms[: basis.size]
+    explained = (terms * (patch.covariance @ terms)).sum(axis=0)
+    beyond = patch.leftover**2 * (local[:, :2] ** 2).sum(axis=1) ** (basis.degree + 1)
+    variance = np.maximum(own * own - explained, 0.25 * own * own) + beyond
+    return (local[:, 2] - phi) / np.sqrt(variance)
+
+
+def _weakest(patch: Patch) -> tuple[np.ndarray, float]:
+    """Direction (3,), world, in which the core's rim is least certain, and the deviation there."""
+    flat = patch.core * patch.radius * np.stack([np.cos(_RIM), np.sin(_RIM)], axis=1)
+    height = np.nan_to_num(patch.polynomial.height(flat))
+    deviation = patch.deviation(patch.frame.to_world(np.column_stack([flat, height])))
+    worst = int(deviation.argmax())
+    direction = np.cos(_RIM[worst]) * patch.frame.axes[0] + np.sin(_RIM[worst]) * patch.frame.axes[1]
+    return direction, float(deviation[worst])
+
+
+def _sign_changes(patch: Patch) -> float:
+    """Fraction of the core where K has another sign than at the origin."""
+    r, angle = np.meshgrid(patch.core * np.sqrt(_RINGS), _RIM)
+    x, y = np.append(0.0, r * np.cos(angle)), np.append(0.0, r * np.sin(angle))
+    basis, coefficients = patch.polynomial.basis, patch.polynomial.coefficients
+    z = np.nan_to_num(patch.polynomial.height(np.stack([x, y], axis=1) * patch.radius)) / patch.radius
+    k = gaussian_curvature(
+        *graph_derivatives(*evaluate(basis, coefficients, x, y, z, SECOND_ORDER))
+    )
+    return float(np.mean(k[1:] * k[0] < 0.0))
