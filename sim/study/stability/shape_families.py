@@ -1,14 +1,21 @@
 """Families of shapes: umbilics, parabolic points, saddles, edges, folds, detail."""
 
-from functools import cache
+from dataclasses import replace
 
 import numpy as np
 
 from touchatlas.sim.study.scenes import draw_scene
-from touchatlas.sim.study.stability.case import Case, Shape, Track, Truth, moved
-from touchatlas.sim.study.stability.family import Family, anywhere, even_plan, smooth
-from touchatlas.sim.study.stability.surfaces import Height, crease, quadric, total, wavy
-from touchatlas.sim.study.stability.tracking import NOISE, placed, touch_ball
+from touchatlas.sim.study.stability.case import Case, Shape, Track, Truth
+from touchatlas.sim.study.stability.family import Family, anywhere, even_plan
+from touchatlas.sim.study.stability.surfaces import (
+    Height,
+    crease,
+    graph_truth,
+    quadric,
+    total,
+    wavy,
+)
+from touchatlas.sim.study.stability.tracking import NOISE, placed, touch_ball, touch_graph
 
 # Curvature of the surfaces where it is not the severity, over the reach.
 _BEND = 0.4
@@ -117,8 +124,14 @@ def step(height: float, rng) -> Case:
 
 
 def texture_height(amplitude: float, rng) -> Case:
-    """Waves of 0.15 reach, a little longer than the samples' spacing; amplitude in noise."""
-    return anywhere(total(wavy(rng), _waves(rng, 0.15, amplitude * NOISE)), rng)
+    """Waves of 0.15 reach, a little longer than the samples' spacing; amplitude in noise.
+
+    Normal and curvatures are those of the surface without the waves.
+    """
+    base, waves = wavy(rng), _waves(rng, 0.15, amplitude * NOISE)
+    touched = touch_graph(total(base, waves), even_plan(rng), rng)
+    truth = Truth(touched.truth.around, graph_truth(base).at)
+    return placed(replace(touched, truth=truth), rng)
 
 
 def texture_length(length: float, rng) -> Case:
@@ -163,8 +176,7 @@ def _scene_case(surface: str, reach: float, rng) -> Case:
         Track(c.points, c.plane.point, c.plane.normal, c.noise_std) for c in scene.contours
     )
     truth = Truth(around, at)
-    case = Case(scene.contact, scene.normal, tracks, truth, scene.noise_std, scene.reach)
-    return moved(case, np.eye(3), 1.0, np.zeros(3))
+    return Case(scene.contact, scene.normal, tracks, truth, scene.noise_std, scene.reach)
 
 
 FAMILIES = {
