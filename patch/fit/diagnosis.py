@@ -14,6 +14,7 @@ from touchatlas.patch.geometry.polynomial import (
     gaussian_curvature,
     graph_derivatives,
     monomials,
+    scaled_height,
 )
 
 # Condition of the sections above which curvatures are doubtful: 1.4 for planes 60 degrees apart,
@@ -30,11 +31,17 @@ _LIMIT = 3.3
 # Residuals below this fraction of the noise: it is not the noise of these points. Doubled, good
 # fits of many terms are doubted.
 _TOO_NOISY = 1.0 / 3.0
-# Largest deviation at the core's rim over the core radius: a slope of a degree. Doubled, patches
-# pass that hardly know more than their tangent plane.
-_UNCERTAIN = 0.02
+# Largest deviation at the core's rim over the core radius: a slope of three degrees. Doubled,
+# patches pass that hardly know more than their tangent plane.
+_UNCERTAIN = 0.05
 # Rounding of exact contacts over the radius: the fit takes noise to be no less.
 _ROUNDING = 1e-6
+# Largest root mean square distance of a curve from its plane, in noises, and over its size where
+# there is less noise than that. Doubled, planes off by twice the angle pass.
+_OFF_PLANE, _OFF_PLANE_FRACTION = 2.0, 1e-3
+# Largest ratio of the spacings of two curves' samples. Doubled, a curve in a unit eight times as
+# large passes.
+_UNLIKE = 5.0
 # Directions of the rim that are compared, 7.5 degrees apart.
 _RIM = np.pi / 24.0 * np.arange(48)
 # Radii of the grid on which the sign of K is read, over the core radius.
@@ -50,6 +57,9 @@ ADVICE = {
     "track shorter curves.",
     "contradiction": "One curve lies beside the others; track it again: the object may have moved, "
     "or the curve be of another frame or unit.",
+    "off plane": "A curve leaves its sampling plane; give the plane it was tracked in.",
+    "unlike curves": "The samples of one curve lie much closer together than those of another; see "
+    "that all curves have one unit.",
     "bad contacts": "Many contacts are far off; track again, or elsewhere.",
     "noise overstated": "The curves lie much closer to the patch than their noise; state a smaller "
     "noise.",
@@ -82,6 +92,10 @@ class Diagnosis:
         Fraction of the core where the Gaussian curvature has another sign than at the origin.
     outliers : float
         Fraction of the samples that are five deviations off.
+    off_plane : float
+        Largest root mean square distance of a curve from its plane, in its noise.
+    unlike : float
+        Largest ratio of the median spacings of two curves' samples.
     """
 
     doubts: tuple[str, ...]
@@ -94,6 +108,8 @@ class Diagnosis:
     offset: float
     sign_changes: float
     outliers: float
+    off_plane: float
+    unlike: float
 
 
 def diagnose(patch: Patch, contours: tuple[Contour, ...]) -> Diagnosis:
@@ -122,6 +138,8 @@ def diagnose(patch: Patch, contours: tuple[Contour, ...]) -> Diagnosis:
     serial = sum(float(r[1:] @ r[:-1]) for r in inliers) / max(square, 1e-300) * np.sqrt(count)
     offset = max((abs(float(r.sum())) / np.sqrt(len(r)) for r in inliers if len(r)), default=0.0)
     direction, deviation = _weakest(patch)
+    off_plane = max(_off_plane(contour) for contour in contours)
+    unlike = _spacing_ratio(contours)
     ratio = float(np.sqrt(square / count))
     failed = {
         "poor sections": patch.condition > _POOR_CONDITION,
@@ -129,13 +147,15 @@ def diagnose(patch: Patch, contours: tuple[Contour, ...]) -> Diagnosis:
         "misfit": square > count + _LIMIT * np.sqrt(2.0 * count),
         "waves": serial > _LIMIT,
         "contradiction": offset > _LIMIT * max(1.0, ratio),
+        "off plane": off_plane > _OFF_PLANE,
+        "unlike curves": unlike > _UNLIKE,
         "bad contacts": outliers > _OUTLIERS,
         "noise overstated": ratio < _TOO_NOISY and noise > 10.0 * _ROUNDING * patch.radius,
     }
     return Diagnosis(
         *(tuple(name for name, holds in failed.items() if holds), patch.condition),
         *(direction, deviation, (deviation / noise) ** 2, ratio, float(serial), float(offset)),
-        *(_sign_changes(patch), outliers),
+        *(_sign_changes(patch), outliers, off_plane, unlike),
     )
 
 
@@ -166,13 +186,32 @@ def _studentised(patch: Patch, contour: Contour, noise: float) -> np.ndarray:
     return (local[:, 2] - phi) / np.sqrt(variance)
 
 
+def _off_plane(contour: Contour) -> float:
+    """Root mean square distance of a curve from its plane, in noises.
+
+    Medians, which single bad contacts hardly change: 1.48 makes a deviation of a median.
+    """
+    off = np.abs((contour.points - contour.plane.point) @ contour.plane.normal)
+    size = float(np.ptp(contour.points, axis=0).max())
+    return 1.48 * float(np.median(off)) / max(contour.noise_std, _OFF_PLANE_FRACTION * size, 1e-300)
+
+
+def _spacing_ratio(contours) -> float:
+    """Largest over smallest median distance of neighbouring samples of the curves."""
+    steps = [np.diff(c.points, axis=0) for c in contours]
+    spacing = [float(np.median(np.sqrt((d * d).sum(axis=1)))) for d in steps if len(d)]
+    return max(spacing, default=1.0) / max(min(spacing, default=1.0), 1e-300)
+
+
 def _weakest(patch: Patch) -> tuple[np.ndarray, float]:
     """Direction (3,), world, in which the core's rim is least certain, and the deviation there."""
     flat = patch.core * patch.radius * np.stack([np.cos(_RIM), np.sin(_RIM)], axis=1)
     height = np.nan_to_num(patch.polynomial.height(flat))
     deviation = patch.deviation(patch.frame.to_world(np.column_stack([flat, height])))
     worst = int(deviation.argmax())
-    direction = np.cos(_RIM[worst]) * patch.frame.axes[0] + np.sin(_RIM[worst]) * patch.frame.axes[1]
+    direction = (
+        np.cos(_RIM[worst]) * patch.frame.axes[0] + np.sin(_RIM[worst]) * patch.frame.axes[1]
+    )
     return direction, float(deviation[worst])
 
 
@@ -181,8 +220,7 @@ def _sign_changes(patch: Patch) -> float:
     r, angle = np.meshgrid(patch.core * np.sqrt(_RINGS), _RIM)
     x, y = np.append(0.0, r * np.cos(angle)), np.append(0.0, r * np.sin(angle))
     basis, coefficients = patch.polynomial.basis, patch.polynomial.coefficients
-    z = np.nan_to_num(patch.polynomial.height(np.stack([x, y], axis=1) * patch.radius)) / patch.radius
-    k = gaussian_curvature(
-        *graph_derivatives(*evaluate(basis, coefficients, x, y, z, SECOND_ORDER))
-    )
+    z = np.nan_to_num(scaled_height(basis, coefficients, x, y))
+    derivatives = evaluate(basis, coefficients, x, y, z, SECOND_ORDER)
+    k = gaussian_curvature(*graph_derivatives(*derivatives))
     return float(np.mean(k[1:] * k[0] < 0.0))

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from touchatlas.patch.fit.averaging import averaged, log_posterior_of
+from touchatlas.patch.fit.averaging import averaged, averaged_again
 from touchatlas.patch.fit.bad_contacts import without_bad_contacts
 from touchatlas.patch.fit.darboux_fit import Solution
 from touchatlas.patch.fit.estimate import (
@@ -15,7 +15,12 @@ from touchatlas.patch.fit.estimate import (
     solve_choices,
     with_terms_chosen,
 )
-from touchatlas.patch.fit.smoothness import NormalEquations, SmoothnessPrior, leftover
+from touchatlas.patch.fit.smoothness import (
+    NormalEquations,
+    SmoothnessPrior,
+    leftover,
+    smoothness_grid,
+)
 from touchatlas.patch.fit.start import Stack, UnfitError, start_stack
 from touchatlas.patch.fit.term_choice import DEGREES, candidates_of
 from touchatlas.patch.geometry.arrays import frozen_array, real
@@ -216,14 +221,14 @@ def _with_terms_chosen(choices: Choices, prior, options: FitOptions) -> PatchFit
     basis = options.basis
     candidates = candidates_of(options.height_only) if options.adaptive else (basis,)
     choices, choice = with_terms_chosen(choices, basis, prior, candidates)
-    solution = solve_choices(choices, choice.basis)
-    solution = averaged(solution, log_posterior_of(solution, prior))
+    solution = averaged_again(solve_choices(choices, choice.basis), prior)
     return replace(patch_fits(solution, options)[0], outliers=choice.outliers)
 
 
 def _solved(choices: Choices, basis: Basis, options: FitOptions) -> PatchFit:
     """The patch of one fit's choices."""
-    solution = averaged(solve_choices(choices, basis), choices.log_posterior)
+    precisions = smoothness_grid(basis)[2]
+    solution = averaged(solve_choices(choices, basis), choices.log_posterior, precisions)
     return patch_fits(solution, options)[0]
 
 

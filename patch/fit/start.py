@@ -14,6 +14,12 @@ _HARD_ENDS = frozenset({ContourEnd.EDGE, ContourEnd.LOST_CONTACT, ContourEnd.UNR
 # Least ratio of the second to the largest eigenvalue of sum T T^t, no unit: sections within
 # about 3e-5 rad (its square root) are parallel. Doubled, 1.4 times that angle is refused.
 _PARALLEL = 1e-9
+# Least variance of a contour's noise over the largest: an exact contour among noisy ones would make
+# the normal equations singular. Doubled, such a contour has half the weight.
+_LEAST_VARIANCE = 1e-6
+# Least distance of a contour's ends from the reference point, in deviations of its noise. Doubled,
+# touches on surfaces known only to their noise are refused twice as far out.
+_LEAST_REACH = 3.0
 # Rounding of one number, relative.
 _ROUNDING = np.finfo(float).eps
 
@@ -36,7 +42,8 @@ class Stack:
         Normal of the plane that each sample was tracked in; its noise lies in that plane. Zero
         for a sample of no plane.
     weight : (m, n) float
-        0 for entries that only pad the arrays.
+        Variance of the stack's noise over that of the sample; 0 for entries that only pad the
+        arrays.
     reach : (m,) float, length
         At the start: how far the contours run around the point. At the end: the patch radius.
     noise : (m,) float, length
@@ -78,24 +85,46 @@ def start_stack(point, contours: tuple[Contour, ...], outward) -> Stack:
     outward = frozen_array(outward, (3,), "outward vector")
     _check_counts(contours)
     offsets = [_in_plane(contour) - point for contour in contours]
+    reach = _reach(offsets, contours)
     tangents = np.array([_chord_tangent(o) for o in offsets])
     axes, condition = _first_axes(tangents, outward)
     normals = np.array([c.plane.normal for c in contours])
-    noise = np.array([c.noise_std for c in contours])
+    stds = [c.noise_std for c in contours]
+    if 0.0 < reach < _LEAST_REACH * min(stds):
+        raise UnfitError(
+            f"a contour ends {reach:.3g} from the reference point, which its noise of "
+            f"{min(stds):.3g} hides; track further to both sides"
+        )
+    noise = np.array(stds)
     # Contours are padded to one length: rounding of all later sums follows from this order.
     index = np.arange(max(len(o) for o in offsets))
     padded = [o[np.minimum(index, len(o) - 1)] for o in offsets]
     weight = np.concatenate([index < len(o) for o in offsets]).astype(float)
+    if stds.count(stds[0]) < len(stds):
+        noise, weights = _noise_and_weights(noise)
+        weight *= np.repeat(weights, len(index))
+    else:
+        noise = np.sqrt((noise * noise).sum() / len(contours))
     return Stack(
         point[None],
         axes[None],
         np.concatenate(padded)[None],
         np.repeat(normals, len(index), axis=0)[None],
         weight[None],
-        np.array([_reach(offsets, contours)]),
-        np.array([np.sqrt((noise * noise).sum() / len(contours))]),
+        np.array([reach]),
+        np.array([noise]),
         np.array([condition]),
     )
+
+
+def _noise_and_weights(stds) -> tuple[float, np.ndarray]:
+    """Noise that stands for all contours of noise (c,), and their weights (c,).
+
+    1/s^2 is the mean of 1/s_i^2, and the weights are s^2/s_i^2 (generalised least squares).
+    """
+    variance = np.maximum(stds * stds, _LEAST_VARIANCE * (stds * stds).max())
+    joint = 1.0 / np.mean(1.0 / variance)
+    return float(np.sqrt(joint)), joint / variance
 
 
 def _in_plane(contour: Contour) -> np.ndarray:

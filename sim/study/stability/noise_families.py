@@ -76,11 +76,33 @@ def uneven_noise(ratio: float, rng) -> Case:
 
 
 FAMILIES = {
-    "noise": Family("noise over R", (1e-6, 1e-5, 1e-4, 1e-3, 3e-3, 0.01, 0.03, 0.1), noise),
-    "stated_noise": Family("true over stated noise", (0.01, 0.1, 0.3, 1.0, 2.0, 5.0, 20.0, 100.0), stated_noise),
-    "bad_contacts": Family("fraction of bad contacts, all to one side", (0.0, 0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4), bad_contacts),
-    "bad_both_sides": Family("fraction of bad contacts, to both sides", (0.0, 0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4), bad_both_sides),
-    "drift": Family("drift at the end of a contour, in noise", (0.0, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0), drift),
-    "contradiction": Family("offset of one curve, in noise", (0.0, 0.5, 1.0, 2.0, 4.0, 10.0, 30.0, 100.0), contradiction),
-    "uneven_noise": Family("noise of one curve over that of the others", (1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 100.0), uneven_noise),
+    "noise": Family(
+        "noise over R",
+        (1e-6, 1e-5, 1e-4, 1e-3, 3e-3, 0.01, 0.03, 0.1),
+        noise,
+    ),
+    "stated_noise": Family(
+        "true over stated noise", (0.01, 0.1, 0.3, 1.0, 2.0, 5.0, 20.0, 100.0), stated_noise
+    ),
+    "bad_contacts": Family(
+        "fraction of bad contacts, all to one side",
+        (0.0, 0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4),
+        bad_contacts,
+    ),
+    "bad_both_sides": Family(
+        "fraction of bad contacts, to both sides",
+        (0.0, 0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4),
+        bad_both_sides,
+    ),
+    "drift": Family(
+        "drift at the end of a contour, in noise", (0.0, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0), drift
+    ),
+    "contradiction": Family(
+        "offset of one curve, in noise", (0.0, 0.5, 1.0, 2.0, 4.0, 10.0, 30.0, 100.0), contradiction
+    ),
+    "uneven_noise": Family(
+        "noise of one curve over that of the others",
+        (1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 100.0),
+        uneven_noise,
+    ),
 }

@@ -14,6 +14,9 @@ from touchatlas.sim.study.stability.methods import Answer
 _DEVIATIONS = 1.96
 # An error of so many noises is good whatever was predicted.
 _NOISES = 3.0
+# A predicted deviation above this fraction of the core radius tells nothing: a slope of three
+# degrees.
+_VAGUE = 0.05
 # Rounding of exact contacts over the reach: the fits take noise to be no less.
 _ROUNDING = 1e-6
 
@@ -91,8 +94,9 @@ def judge(answer: Answer, case: Case) -> Verdict:
     of the true surface from the found one within c of its origin; c times the angle of the
     normals; c^2/2 times the root mean square error of the two curvatures. Each must be within
     1.96 predicted standard deviations of the same quantity, or within 3 noises. A case of which
-    all three are is good. Any other is flagged where the answer's diagnosis names a doubt, and
-    wrong where it does not. Numbers that are not finite are wrong, whatever is said of them.
+    all three are is good, but for one that is held only by a deviation of more than a twentieth of
+    c: its own deviation flags it. Any other is flagged where the answer's diagnosis names a doubt,
+    and wrong where it does not. Numbers that are not finite are wrong, whatever is said of them.
     """
     points = case.truth.around(answer.origin, answer.core)
     distance = answer.distance(points)
@@ -105,12 +109,14 @@ def judge(answer: Answer, case: Case) -> Verdict:
     errors = np.array([_rms(distance), core * angle, 0.5 * core**2 * _rms(bends)])
     predicted, held = _predicted(answer, points, distance)
     unit = max(case.noise_std, _ROUNDING * case.reach)
-    good = bool((errors <= np.maximum(_DEVIATIONS * np.nan_to_num(predicted), _NOISES * unit)).all())
+    far = errors > _NOISES * unit
+    held_by = far & (errors <= _DEVIATIONS * np.nan_to_num(predicted))
+    vague = bool((held_by & (predicted > _VAGUE * core)).any())
     finite = np.isfinite(errors).all() and not np.isinf(predicted).any()
-    if good and finite:
-        outcome = Outcome.GOOD
-    else:
+    if not finite or (far & ~held_by).any():
         outcome = Outcome.FLAGGED if answer.doubts and finite else Outcome.WRONG
+    else:
+        outcome = Outcome.FLAGGED if vague else Outcome.GOOD
     ratios = errors / predicted
     return Verdict(
         *(outcome, float(errors[0] / unit), tuple(ratios.tolist()), held),

@@ -141,20 +141,74 @@ def wrong_plane(angle: float, rng) -> Case:
 
 
 FAMILIES = {
-    "parallel_planes": Family("angle between planes, degrees", (60.0, 30.0, 10.0, 5.0, 2.0, 1.0, 0.3, 0.1), parallel_planes),
-    "situation_b": Family("angle of the third curve from the second, degrees", (40.0, 20.0, 10.0, 5.0, 2.0, 1.0, 0.1, 0.0), situation_b),
-    "grazing": Family("lean of the planes from the normal, degrees", (0.0, 20.0, 40.0, 60.0, 70.0, 80.0, 85.0, 89.0), grazing),
-    "few_points": Family("samples of each contour", (61.0, 31.0, 19.0, 13.0, 9.0, 7.0, 5.0, 4.0), few_points),
-    "few_curves": Family("curves", (9.0, 7.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.0), few_curves),
-    "short_curve": Family("length of one curve over the others'", (1.0, 0.8, 0.6, 0.4, 0.3, 0.2, 0.1, 0.02), short_curve),
-    "one_sided": Family("length of one arm over R", (1.0, 0.8, 0.6, 0.4, 0.2, 0.1, 0.03, 0.0), one_sided),
-    "all_one_sided": Family("length of one arm of each curve over R", (1.0, 0.8, 0.6, 0.4, 0.2, 0.1, 0.03, 0.0), all_one_sided),
-    "missing_point": Family("distance of the planes from the point over R", (0.0, 1e-3, 0.003, 0.01, 0.03, 0.1, 0.2, 0.4), missing_point),
-    "scale": Family("factor on all lengths", (1.0, 1e-6, 1e-4, 1e-2, 1e2, 1e4, 1e5, 1e6), scale),
-    "far_away": Family("distance from the origin over R", (0.0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e8), far_away),
-    "repeated_points": Family("fraction of repeated samples", (0.0, 0.1, 0.2, 0.4, 0.6, 0.8, 0.9, 0.95), repeated_points),
-    "still_curve": Family("curves without length", (0.0, 1.0, 2.0, 3.0), still_curve),
-    "other_unit": Family("unit of one curve over that of the others", (1.0, 1.001, 1.01, 1.1, 2.0, 10.0, 25.4, 1000.0), other_unit),
-    "other_frame": Family("rotation of one curve, degrees", (0.0, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 45.0), other_frame),
-    "wrong_plane": Family("error of one plane's normal, degrees", (0.0, 0.1, 0.3, 1.0, 3.0, 10.0, 20.0, 45.0), wrong_plane),
+    "parallel_planes": Family(
+        "angle between planes, degrees",
+        (60.0, 30.0, 10.0, 5.0, 2.0, 1.0, 0.3, 0.1),
+        parallel_planes,
+    ),
+    "situation_b": Family(
+        "angle of the third curve from the second, degrees",
+        (40.0, 20.0, 10.0, 5.0, 2.0, 1.0, 0.1, 0.0),
+        situation_b,
+    ),
+    "grazing": Family(
+        "lean of the planes from the normal, degrees",
+        (0.0, 20.0, 40.0, 60.0, 70.0, 80.0, 85.0, 89.0),
+        grazing,
+    ),
+    "few_points": Family(
+        "samples of each contour", (61.0, 31.0, 19.0, 13.0, 9.0, 7.0, 5.0, 4.0), few_points
+    ),
+    "few_curves": Family(
+        "curves",
+        (9.0, 7.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.0),
+        few_curves,
+    ),
+    "short_curve": Family(
+        "length of one curve over the others'",
+        (1.0, 0.8, 0.6, 0.4, 0.3, 0.2, 0.1, 0.02),
+        short_curve,
+    ),
+    "one_sided": Family(
+        "length of one arm over R", (1.0, 0.8, 0.6, 0.4, 0.2, 0.1, 0.03, 0.0), one_sided
+    ),
+    "all_one_sided": Family(
+        "length of one arm of each curve over R",
+        (1.0, 0.8, 0.6, 0.4, 0.2, 0.1, 0.03, 0.0),
+        all_one_sided,
+    ),
+    "missing_point": Family(
+        "distance of the planes from the point over R",
+        (0.0, 1e-3, 0.003, 0.01, 0.03, 0.1, 0.2, 0.4),
+        missing_point,
+    ),
+    "scale": Family(
+        "factor on all lengths",
+        (1.0, 1e-6, 1e-4, 1e-2, 1e2, 1e4, 1e5, 1e6),
+        scale,
+    ),
+    "far_away": Family(
+        "distance from the origin over R", (0.0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e8), far_away
+    ),
+    "repeated_points": Family(
+        "fraction of repeated samples", (0.0, 0.1, 0.2, 0.4, 0.6, 0.8, 0.9, 0.95), repeated_points
+    ),
+    "still_curve": Family(
+        "curves without length",
+        (0.0, 1.0, 2.0, 3.0),
+        still_curve,
+    ),
+    "other_unit": Family(
+        "unit of one curve over that of the others",
+        (1.0, 1.001, 1.01, 1.1, 2.0, 10.0, 25.4, 1000.0),
+        other_unit,
+    ),
+    "other_frame": Family(
+        "rotation of one curve, degrees", (0.0, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 45.0), other_frame
+    ),
+    "wrong_plane": Family(
+        "error of one plane's normal, degrees",
+        (0.0, 0.1, 0.3, 1.0, 3.0, 10.0, 20.0, 45.0),
+        wrong_plane,
+    ),
 }

@@ -142,8 +142,9 @@ def texture_length(length: float, rng) -> Case:
 def _waves(rng, length: float, amplitude: float) -> Height:
     phases, turn = rng.uniform(0.0, 2.0 * np.pi, 2), _turn(rng)
     c, s, k = np.cos(turn), np.sin(turn), 2.0 * np.pi / length
-    return lambda x, y: amplitude * (
-        np.sin(k * (c * x + s * y) + phases[0]) * np.sin(k * (c * y - s * x) + phases[1])
+    return lambda x, y: (
+        amplitude
+        * (np.sin(k * (c * x + s * y) + phases[0]) * np.sin(k * (c * y - s * x) + phases[1]))
     )
 
 
@@ -180,21 +181,79 @@ def _scene_case(surface: str, reach: float, rng) -> Case:
 
 
 FAMILIES = {
-    "umbilic": Family("(k1 - k2) R", (0.0, 1e-3, 3e-3, 0.01, 0.03, 0.1, 0.3, 0.8), umbilic),
-    "parabolic": Family("k1 R, with k2 R = -0.4", (0.0, 1e-3, 3e-3, 0.01, 0.03, 0.1, 0.2, 0.4), parabolic),
-    "plane": Family("largest |k| R", (0.0, 1e-5, 1e-4, 1e-3, 3e-3, 0.01, 0.03, 0.1), plane),
-    "saddle": Family("k1 R = -k2 R", (0.01, 0.03, 0.1, 0.3, 0.6, 1.0, 1.5, 2.0), saddle),
-    "monkey_saddle": Family("size of x^3 - 3 x y^2 over R", (1e-3, 3e-3, 0.01, 0.03, 0.1, 0.2, 0.4, 0.8), monkey_saddle),
-    "changing_sign": Family("d^3z/dy^3 R^2", (0.01, 0.03, 0.1, 0.3, 0.6, 1.0, 1.5, 2.0), changing_sign),
-    "unseen_cubic": Family("height of the cubic between the curves at R, over R", (0.0, 1e-3, 3e-3, 0.01, 0.02, 0.04, 0.08, 0.16), unseen_cubic),
-    "torus": Family("arms over the tube's radius", (0.2, 0.4, 0.6, 0.8, 1.0, 1.2, 1.5, 1.8), torus),
-    "fold": Family("arc of an arm of a ball, rad", (0.2, 0.5, 0.8, 1.1, 1.4, 1.7, 2.0, 2.5), fold),
-    "crease_distance": Family("distance of an edge of 60 degrees over R", (1.0, 0.8, 0.6, 0.4, 0.3, 0.2, 0.1, 0.05), crease_distance),
-    "crease_angle": Family("angle of an edge at 0.4 R, degrees", (0.1, 0.3, 1.0, 3.0, 10.0, 20.0, 45.0, 80.0), crease_angle),
-    "corner": Family("distance of three edges over R", (1.0, 0.8, 0.6, 0.4, 0.3, 0.2, 0.1, 0.05), corner),
-    "step": Family("height of a step at 0.4 R, in noise", (0.0, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 200.0), step),
-    "texture_height": Family("amplitude of waves of 0.15 R, in noise", (0.0, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0), texture_height),
-    "texture_length": Family("length of waves of 10 noises over R", (4.0, 2.0, 1.0, 0.5, 0.25, 0.12, 0.06, 0.03), texture_length),
-    "radius": Family("R over the feature length", (0.1, 0.3, 0.5, 0.7, 1.0, 2.0, 4.0, 8.0), radius),
-    "exact": Family("curvature times R, contacts without noise", (0.01, 0.03, 0.1, 0.2, 0.4, 0.8, 1.2, 1.6), smooth_noise_free),
+    "umbilic": Family(
+        "(k1 - k2) R",
+        (0.0, 1e-3, 3e-3, 0.01, 0.03, 0.1, 0.3, 0.8),
+        umbilic,
+    ),
+    "parabolic": Family(
+        "k1 R, with k2 R = -0.4", (0.0, 1e-3, 3e-3, 0.01, 0.03, 0.1, 0.2, 0.4), parabolic
+    ),
+    "plane": Family(
+        "largest |k| R",
+        (0.0, 1e-5, 1e-4, 1e-3, 3e-3, 0.01, 0.03, 0.1),
+        plane,
+    ),
+    "saddle": Family(
+        "k1 R = -k2 R",
+        (0.01, 0.03, 0.1, 0.3, 0.6, 1.0, 1.5, 2.0),
+        saddle,
+    ),
+    "monkey_saddle": Family(
+        "size of x^3 - 3 x y^2 over R", (1e-3, 3e-3, 0.01, 0.03, 0.1, 0.2, 0.4, 0.8), monkey_saddle
+    ),
+    "changing_sign": Family(
+        "d^3z/dy^3 R^2", (0.01, 0.03, 0.1, 0.3, 0.6, 1.0, 1.5, 2.0), changing_sign
+    ),
+    "unseen_cubic": Family(
+        "height of the cubic between the curves at R, over R",
+        (0.0, 1e-3, 3e-3, 0.01, 0.02, 0.04, 0.08, 0.16),
+        unseen_cubic,
+    ),
+    "torus": Family(
+        "arms over the tube's radius",
+        (0.2, 0.4, 0.6, 0.8, 1.0, 1.2, 1.5, 1.8),
+        torus,
+    ),
+    "fold": Family(
+        "arc of an arm of a ball, rad",
+        (0.2, 0.5, 0.8, 1.1, 1.4, 1.7, 2.0, 2.5),
+        fold,
+    ),
+    "crease_distance": Family(
+        "distance of an edge of 60 degrees over R",
+        (1.0, 0.8, 0.6, 0.4, 0.3, 0.2, 0.1, 0.05),
+        crease_distance,
+    ),
+    "crease_angle": Family(
+        "angle of an edge at 0.4 R, degrees",
+        (0.1, 0.3, 1.0, 3.0, 10.0, 20.0, 45.0, 80.0),
+        crease_angle,
+    ),
+    "corner": Family(
+        "distance of three edges over R", (1.0, 0.8, 0.6, 0.4, 0.3, 0.2, 0.1, 0.05), corner
+    ),
+    "step": Family(
+        "height of a step at 0.4 R, in noise", (0.0, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 200.0), step
+    ),
+    "texture_height": Family(
+        "amplitude of waves of 0.15 R, in noise",
+        (0.0, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0),
+        texture_height,
+    ),
+    "texture_length": Family(
+        "length of waves of 10 noises over R",
+        (4.0, 2.0, 1.0, 0.5, 0.25, 0.12, 0.06, 0.03),
+        texture_length,
+    ),
+    "radius": Family(
+        "R over the feature length",
+        (0.1, 0.3, 0.5, 0.7, 1.0, 2.0, 4.0, 8.0),
+        radius,
+    ),
+    "exact": Family(
+        "curvature times R, contacts without noise",
+        (0.01, 0.03, 0.1, 0.2, 0.4, 0.8, 1.2, 1.6),
+        smooth_noise_free,
+    ),
 }

@@ -67,7 +67,9 @@ def random_rotation(rng: np.random.Generator) -> np.ndarray:
 def touch_graph(height: Height, plan: Plan, rng: np.random.Generator) -> Case:
     """A touch of the graph z = height(x, y) at the origin; the reach is one."""
     curves = [_graph_curve(height, *parts) for parts in _parts(plan)]
-    return _case(curves, graph_truth(height), np.array([0.0, 0.0, float(height(0.0, 0.0))]), plan, rng)
+    return _case(
+        curves, graph_truth(height), np.array([0.0, 0.0, float(height(0.0, 0.0))]), plan, rng
+    )
 
 
 def touch_ball(radius: float, plan: Plan, rng: np.random.Generator) -> Case:
@@ -128,9 +130,11 @@ def _ball_curve(radius, angle, tilt, arms, count, miss):
     circle = np.sqrt(max(radius**2 - off**2, 0.0))
     middle = centre + off * normal
     s = np.linspace(-arms[0], arms[1], count) / circle
-    return middle + circle * (np.outer(np.sin(s), direction) + np.outer(np.cos(s), up)), (
-        miss * side
-    ), normal
+    return (
+        middle + circle * (np.outer(np.sin(s), direction) + np.outer(np.cos(s), up)),
+        (miss * side),
+        normal,
+    )
 
 
 def _case(curves, truth, point, plan: Plan, rng) -> Case:
