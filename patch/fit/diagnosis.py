@@ -1,6 +1,6 @@
 """diagnose: how far a patch can be trusted, and what to do where it cannot."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -28,6 +28,12 @@ _OUTLIERS = 0.05
 # Tests at this many standard deviations: one false alarm in a thousand good patches. Doubled, only
 # gross misfits are doubted.
 _LIMIT = 3.3
+# Largest serial correlation, and largest offset of one curve. A fit leaves residuals that
+# alternate, by one deviation, and curves hardly any offset: both limits are about 3.5 deviations
+# above what good patches have. Doubled, drift and curves of a moved object pass twice as far.
+_WAVES, _OFFSET = 2.3, 2.5
+# Least core over the reach of the longest curve. Doubled, a core of a tenth is doubted.
+_SMALL = 0.05
 # Residuals below this fraction of the noise: it is not the noise of these points. Doubled, good
 # fits of many terms are doubted.
 _TOO_NOISY = 1.0 / 3.0
@@ -46,11 +52,18 @@ _UNLIKE = 5.0
 _RIM = np.pi / 24.0 * np.arange(48)
 # Radii of the grid on which the sign of K is read, over the core radius.
 _RINGS = np.array([0.25, 0.5, 0.75, 1.0])
+# Least gradient within a sampling plane that a distance is divided by, no unit. Doubled, residuals
+# on curves nearly along the surface count half.
 _LEAST_GRADIENT = 0.2
+# Least singular value of the design over the largest: a combination of terms below it is not seen.
+# Doubled, one combination in twenty more is not.
+_LEAST_VALUE = 1e-3
 
 ADVICE = {
     "poor sections": "The curves run in similar directions; track one more in another plane.",
-    "uncertain": "Nothing is known beside the curves; track one more in the weakest direction.",
+    "uncertain": "Between the curves little is known; track one more in the weakest direction.",
+    "small": "The patch covers little of what was tracked; take a reference point farther from the "
+    "ends of the curves, or track them further to both sides.",
     "misfit": "The curves miss the patch by more than their noise; track shorter curves, or state "
     "a larger noise.",
     "waves": "The residuals run in waves: detail, an edge or drift that the patch does not follow; "
@@ -111,6 +124,17 @@ class Diagnosis:
     off_plane: float
     unlike: float
 
+    @property
+    def advice(self) -> tuple[str, ...]:
+        """What to do about each doubt, a sentence each."""
+        return tuple(ADVICE[doubt] for doubt in self.doubts)
+
+    def as_dict(self) -> dict:
+        """All numbers and sentences, ready for JSON."""
+        values = {field.name: getattr(self, field.name) for field in fields(self)}
+        plain = {k: v.tolist() if isinstance(v, np.ndarray) else v for k, v in values.items()}
+        return plain | {"doubts": list(self.doubts), "advice": list(self.advice)}
+
 
 def diagnose(patch: Patch, contours: tuple[Contour, ...]) -> Diagnosis:
     """The diagnosis of a patch against contours of its surface.
@@ -123,30 +147,31 @@ def diagnose(patch: Patch, contours: tuple[Contour, ...]) -> Diagnosis:
 
     Notes
     -----
-    Residuals are studentised by the leverage of their samples. The serial correlation is von
+    The serial correlation is von
     Neumann's: the sum of products of neighbours over the sum of squares, times the root of the
     number. Each test fails for one good patch in a thousand.
     """
     noise = max(_pooled_noise(contours), _ROUNDING * patch.radius)
-    residuals = [_studentised(patch, contour, noise) for contour in contours]
-    residuals = [r for r in residuals if len(r)]
-    joined = np.concatenate([np.zeros(0), *residuals])
-    outliers = float(np.mean(np.abs(joined) > _OUTLIER)) if len(joined) else 0.0
+    residuals, freedom = _standardised(patch, contours)
+    joined = np.concatenate(residuals)
+    outliers = float((np.abs(joined) > _OUTLIER).sum()) / max(len(joined), 1)
     inliers = [r[np.abs(r) <= _OUTLIER] for r in residuals]
     count = max(sum(len(r) for r in inliers), 1)
+    freedom *= 1.0 - outliers
     square = sum(float(r @ r) for r in inliers)
     serial = sum(float(r[1:] @ r[:-1]) for r in inliers) / max(square, 1e-300) * np.sqrt(count)
     offset = max((abs(float(r.sum())) / np.sqrt(len(r)) for r in inliers if len(r)), default=0.0)
+    ratio = float(np.sqrt(square / max(freedom, 1.0)))
     direction, deviation = _weakest(patch)
     off_plane = max(_off_plane(contour) for contour in contours)
     unlike = _spacing_ratio(contours)
-    ratio = float(np.sqrt(square / count))
     failed = {
         "poor sections": patch.condition > _POOR_CONDITION,
         "uncertain": deviation > _UNCERTAIN * patch.core * patch.radius,
-        "misfit": square > count + _LIMIT * np.sqrt(2.0 * count),
-        "waves": serial > _LIMIT,
-        "contradiction": offset > _LIMIT * max(1.0, ratio),
+        "small": patch.core * patch.radius < _SMALL * _longest_reach(patch, contours),
+        "misfit": square > freedom + _LIMIT * np.sqrt(2.0 * count),
+        "waves": serial > _WAVES,
+        "contradiction": offset > _OFFSET * max(1.0, ratio),
         "off plane": off_plane > _OFF_PLANE,
         "unlike curves": unlike > _UNLIKE,
         "bad contacts": outliers > _OUTLIERS,
@@ -163,13 +188,28 @@ def _pooled_noise(contours) -> float:
     return float(np.sqrt(np.mean([c.noise_std**2 for c in contours])))
 
 
-def _studentised(patch: Patch, contour: Contour, noise: float) -> np.ndarray:
-    """(n,) distances of a contour's samples within the radius, in their standard deviations.
+def _standardised(patch: Patch, contours) -> tuple[list[np.ndarray], float]:
+    """Distances of each contour's samples within the radius, in their standard deviations, and
+    their degrees of freedom.
 
-    A distance is within the sampling plane, where the noise lies.
+    A distance is within the sampling plane, where the noise lies; the orders that the patch leaves
+    out add to its variance. A sample's leverage is that of least squares or as the patch's
+    covariance has it, whichever is smaller.
     """
-    basis, radius = patch.polynomial.basis, patch.radius
-    local = patch.frame.to_local(contour.points_in_plane) / radius
+    parts = [_distances(patch, contour) for contour in contours]
+    design = np.concatenate([terms / std for _, std, _, terms in parts])
+    left, values, _ = np.linalg.svd(design, full_matrices=False)
+    left = left[:, values > _LEAST_VALUE * values.max(initial=0.0)]
+    explained = ((design @ patch.covariance) * design).sum(axis=1)
+    freedom = float((1.0 - np.minimum((left * left).sum(axis=1), explained)).sum())
+    return [d / np.sqrt(std[:, 0] ** 2 + beyond) for d, std, beyond, _ in parts], freedom
+
+
+def _distances(patch: Patch, contour: Contour):
+    """F (n,) at a contour's samples within the radius, its standard deviation (n, 1) by the noise,
+    its variance (n,) by the orders left out, and the monomials (n, t); all scaled."""
+    basis = patch.polynomial.basis
+    local = patch.frame.to_local(contour.points_in_plane) / patch.radius
     local = local[(local * local).sum(axis=1) <= 1.0]
     terms = monomials(basis, *local.T)
     rows = derivative_coefficients(basis, patch.polynomial.coefficients, list(GRADIENT))
@@ -178,12 +218,9 @@ def _studentised(patch: Patch, contour: Contour, noise: float) -> np.ndarray:
     across = patch.frame.axes @ contour.plane.normal
     gradient -= (gradient @ across)[:, None] * across
     length = np.maximum(np.sqrt((gradient * gradient).sum(axis=1)), _LEAST_GRADIENT)
-    own = max(contour.noise_std, noise) / radius * length
-    terms = terms[: basis.size]
-    explained = (terms * (patch.covariance @ terms)).sum(axis=0)
+    std = max(contour.noise_std, _ROUNDING * patch.radius) / patch.radius * length
     beyond = patch.leftover**2 * (local[:, :2] ** 2).sum(axis=1) ** (basis.degree + 1)
-    variance = np.maximum(own * own - explained, 0.25 * own * own) + beyond
-    return (local[:, 2] - phi) / np.sqrt(variance)
+    return local[:, 2] - phi, std[:, None], beyond, terms[: basis.size].T
 
 
 def _off_plane(contour: Contour) -> float:
@@ -194,6 +231,12 @@ def _off_plane(contour: Contour) -> float:
     off = np.abs((contour.points - contour.plane.point) @ contour.plane.normal)
     size = float(np.ptp(contour.points, axis=0).max())
     return 1.48 * float(np.median(off)) / max(contour.noise_std, _OFF_PLANE_FRACTION * size, 1e-300)
+
+
+def _longest_reach(patch: Patch, contours) -> float:
+    """Distance of the farthest sample from the origin of the patch."""
+    offsets = [c.points - patch.frame.origin for c in contours]
+    return float(np.sqrt(max((o * o).sum(axis=1).max() for o in offsets)))
 
 
 def _spacing_ratio(contours) -> float:

@@ -17,9 +17,11 @@ _PARALLEL = 1e-9
 # Least variance of a contour's noise over the largest: an exact contour among noisy ones would make
 # the normal equations singular. Doubled, such a contour has half the weight.
 _LEAST_VARIANCE = 1e-6
-# Least distance of a contour's ends from the reference point, in deviations of its noise. Doubled,
-# touches on surfaces known only to their noise are refused twice as far out.
-_LEAST_REACH = 3.0
+# Distance of a contour's end from the reference point, in deviations of the noise, below which the
+# probe may not have moved; and least distance of the ends of a curve over its length that shows
+# that it did. A straight curve has 1, an arc of 180 degrees 0.6, 19 samples of noise 0.1. Doubled,
+# the first tests longer curves, the second refuses arcs.
+_LEAST_REACH, _LEAST_CHORD = 5.0, 0.3
 # Rounding of one number, relative.
 _ROUNDING = np.finfo(float).eps
 
@@ -90,11 +92,8 @@ def start_stack(point, contours: tuple[Contour, ...], outward) -> Stack:
     axes, condition = _first_axes(tangents, outward)
     normals = np.array([c.plane.normal for c in contours])
     stds = [c.noise_std for c in contours]
-    if 0.0 < reach < _LEAST_REACH * min(stds):
-        raise UnfitError(
-            f"a contour ends {reach:.3g} from the reference point, which its noise of "
-            f"{min(stds):.3g} hides; track further to both sides"
-        )
+    if reach < _LEAST_REACH * min(stds):
+        _check_that_it_moved(offsets, reach)
     noise = np.array(stds)
     # Contours are padded to one length: rounding of all later sums follows from this order.
     index = np.arange(max(len(o) for o in offsets))
@@ -115,6 +114,19 @@ def start_stack(point, contours: tuple[Contour, ...], outward) -> Stack:
         np.array([noise]),
         np.array([condition]),
     )
+
+
+def _check_that_it_moved(offsets, reach: float) -> None:
+    """UnfitError for a contour that wanders about one place: it shows noise alone."""
+    for points in offsets:
+        steps = points[1:] - points[:-1]
+        path = np.sqrt((steps * steps).sum(axis=1)).sum()
+        chord = points[-1] - points[0]
+        if np.sqrt(chord @ chord) < _LEAST_CHORD * path:
+            raise UnfitError(
+                f"a contour ends {reach:.3g} from the reference point and wanders about it, so it "
+                "shows noise alone; track further to both sides"
+            )
 
 
 def _noise_and_weights(stds) -> tuple[float, np.ndarray]:
