@@ -4,25 +4,20 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from touchatlas.patch.fit.residual_tests import residual_tests
 from touchatlas.patch.geometry.contour import Contour
 from touchatlas.patch.geometry.patch import Patch
 from touchatlas.patch.geometry.polynomial import (
-    GRADIENT,
     SECOND_ORDER,
-    derivative_coefficients,
     evaluate,
     gaussian_curvature,
     graph_derivatives,
-    monomials,
     scaled_height,
 )
 
 # Condition of the sections above which curvatures are doubtful: 1.4 for planes 60 degrees apart,
 # 10 for planes within 20 degrees. Doubled, planes within 10 degrees pass.
 _POOR_CONDITION = 10.0
-# Distance of an outlier in deviations. Doubled, bad contacts of five to ten deviations count as
-# lack of fit.
-_OUTLIER = 5.0
 # Largest fraction of outliers that a patch bears. Doubled, one bad contact in ten is no doubt.
 _OUTLIERS = 0.05
 # Tests at this many standard deviations: one false alarm in a thousand good patches. Doubled, only
@@ -52,12 +47,6 @@ _UNLIKE = 5.0
 _RIM = np.pi / 24.0 * np.arange(48)
 # Radii of the grid on which the sign of K is read, over the core radius.
 _RINGS = np.array([0.25, 0.5, 0.75, 1.0])
-# Least gradient within a sampling plane that a distance is divided by, no unit. Doubled, residuals
-# on curves nearly along the surface count half.
-_LEAST_GRADIENT = 0.2
-# Least singular value of the design over the largest: a combination of terms below it is not seen.
-# Doubled, one combination in twenty more is not.
-_LEAST_VALUE = 1e-3
 
 ADVICE = {
     "poor sections": "The curves run in similar directions; track one more in another plane.",
@@ -147,80 +136,57 @@ def diagnose(patch: Patch, contours: tuple[Contour, ...]) -> Diagnosis:
 
     Notes
     -----
-    The serial correlation is von
-    Neumann's: the sum of products of neighbours over the sum of squares, times the root of the
-    number. Each test fails for one good patch in a thousand.
+    Each test fails for about one good patch in a thousand.
+
+    Examples
+    --------
+    Exact curves of a paraboloid, of which the third is stated in another plane:
+
+    >>> from touchatlas.patch import ContourEnd, SamplingPlane, fit_patch
+    >>> s, ends = np.linspace(-1.0, 1.0, 21)[:, None], (ContourEnd.LENGTH_REACHED,) * 2
+    >>> def curve(angle, plane):
+    ...     along = np.array([np.cos(angle), np.sin(angle), 0.0])
+    ...     normal = np.array([-np.sin(plane), np.cos(plane), 0.0])
+    ...     points = s * along - 0.3 * s**2 * [0.0, 0.0, 1.0]
+    ...     return Contour(points, SamplingPlane(np.zeros(3), normal), 1e-3, ends)
+    >>> curves = curve(0.0, 0.0), curve(1.0, 1.0), curve(2.0, 2.0)
+    >>> up = np.array([0.0, 0.0, 1.0])
+    >>> "off plane" in diagnose(fit_patch(np.zeros(3), curves, up).patch, curves).doubts
+    False
+    >>> curves = *curves[:2], curve(2.0, 2.1)
+    >>> "off plane" in diagnose(fit_patch(np.zeros(3), curves, up).patch, curves).doubts
+    True
     """
-    noise = max(_pooled_noise(contours), _ROUNDING * patch.radius)
-    residuals, freedom = _standardised(patch, contours)
-    joined = np.concatenate(residuals)
-    outliers = float((np.abs(joined) > _OUTLIER).sum()) / max(len(joined), 1)
-    inliers = [r[np.abs(r) <= _OUTLIER] for r in residuals]
-    count = max(sum(len(r) for r in inliers), 1)
-    freedom *= 1.0 - outliers
-    square = sum(float(r @ r) for r in inliers)
-    serial = sum(float(r[1:] @ r[:-1]) for r in inliers) / max(square, 1e-300) * np.sqrt(count)
-    offset = max((abs(float(r.sum())) / np.sqrt(len(r)) for r in inliers if len(r)), default=0.0)
-    ratio = float(np.sqrt(square / max(freedom, 1.0)))
+    noise = max(patch.noise_std, _ROUNDING * patch.radius)
+    core, tests = patch.core * patch.radius, residual_tests(patch, contours)
     direction, deviation = _weakest(patch)
-    off_plane = max(_off_plane(contour) for contour in contours)
-    unlike = _spacing_ratio(contours)
+    off_plane, unlike = max(_off_plane(contour) for contour in contours), _spacing_ratio(contours)
     failed = {
         "poor sections": patch.condition > _POOR_CONDITION,
-        "uncertain": deviation > _UNCERTAIN * patch.core * patch.radius,
-        "small": patch.core * patch.radius < _SMALL * _longest_reach(patch, contours),
-        "misfit": square > freedom + _LIMIT * np.sqrt(2.0 * count),
-        "waves": serial > _WAVES,
-        "contradiction": offset > _OFFSET * max(1.0, ratio),
+        "uncertain": deviation > _UNCERTAIN * core,
+        "small": core < _SMALL * _longest_reach(patch, contours),
+        "misfit": tests.excess > _LIMIT,
+        "waves": tests.serial > _WAVES,
+        "contradiction": tests.offset > _OFFSET * max(1.0, tests.ratio),
         "off plane": off_plane > _OFF_PLANE,
         "unlike curves": unlike > _UNLIKE,
-        "bad contacts": outliers > _OUTLIERS,
-        "noise overstated": ratio < _TOO_NOISY and noise > 10.0 * _ROUNDING * patch.radius,
+        "bad contacts": tests.outliers > _OUTLIERS,
+        "noise overstated": tests.ratio < _TOO_NOISY and noise > 10.0 * _ROUNDING * patch.radius,
     }
     return Diagnosis(
-        *(tuple(name for name, holds in failed.items() if holds), patch.condition),
-        *(direction, deviation, (deviation / noise) ** 2, ratio, float(serial), float(offset)),
-        *(_sign_changes(patch), outliers, off_plane, unlike),
+        doubts=tuple(name for name, holds in failed.items() if holds),
+        condition=float(patch.condition),
+        weakest_direction=direction,
+        weakest_deviation=deviation,
+        leverage=(deviation / noise) ** 2,
+        residual_ratio=tests.ratio,
+        serial=tests.serial,
+        offset=tests.offset,
+        sign_changes=_sign_changes(patch),
+        outliers=tests.outliers,
+        off_plane=off_plane,
+        unlike=unlike,
     )
-
-
-def _pooled_noise(contours) -> float:
-    return float(np.sqrt(np.mean([c.noise_std**2 for c in contours])))
-
-
-def _standardised(patch: Patch, contours) -> tuple[list[np.ndarray], float]:
-    """Distances of each contour's samples within the radius, in their standard deviations, and
-    their degrees of freedom.
-
-    A distance is within the sampling plane, where the noise lies; the orders that the patch leaves
-    out add to its variance. A sample's leverage is that of least squares or as the patch's
-    covariance has it, whichever is smaller.
-    """
-    parts = [_distances(patch, contour) for contour in contours]
-    design = np.concatenate([terms / std for _, std, _, terms in parts])
-    left, values, _ = np.linalg.svd(design, full_matrices=False)
-    left = left[:, values > _LEAST_VALUE * values.max(initial=0.0)]
-    explained = ((design @ patch.covariance) * design).sum(axis=1)
-    freedom = float((1.0 - np.minimum((left * left).sum(axis=1), explained)).sum())
-    return [d / np.sqrt(std[:, 0] ** 2 + beyond) for d, std, beyond, _ in parts], freedom
-
-
-def _distances(patch: Patch, contour: Contour):
-    """F (n,) at a contour's samples within the radius, its standard deviation (n, 1) by the noise,
-    its variance (n,) by the orders left out, and the monomials (n, t); all scaled."""
-    basis = patch.polynomial.basis
-    local = patch.frame.to_local(contour.points_in_plane) / patch.radius
-    local = local[(local * local).sum(axis=1) <= 1.0]
-    terms = monomials(basis, *local.T)
-    rows = derivative_coefficients(basis, patch.polynomial.coefficients, list(GRADIENT))
-    phi, px, py, pz = rows @ terms
-    gradient = np.stack([-px, -py, 1.0 - pz], axis=1)
-    across = patch.frame.axes @ contour.plane.normal
-    gradient -= (gradient @ across)[:, None] * across
-    length = np.maximum(np.sqrt((gradient * gradient).sum(axis=1)), _LEAST_GRADIENT)
-    std = max(contour.noise_std, _ROUNDING * patch.radius) / patch.radius * length
-    beyond = patch.leftover**2 * (local[:, :2] ** 2).sum(axis=1) ** (basis.degree + 1)
-    return local[:, 2] - phi, std[:, None], beyond, terms[: basis.size].T
 
 
 def _off_plane(contour: Contour) -> float:

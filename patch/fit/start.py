@@ -94,16 +94,13 @@ def start_stack(point, contours: tuple[Contour, ...], outward) -> Stack:
     stds = [c.noise_std for c in contours]
     if reach < _LEAST_REACH * min(stds):
         _check_that_it_moved(offsets, reach)
-    noise = np.array(stds)
     # Contours are padded to one length: rounding of all later sums follows from this order.
     index = np.arange(max(len(o) for o in offsets))
     padded = [o[np.minimum(index, len(o) - 1)] for o in offsets]
     weight = np.concatenate([index < len(o) for o in offsets]).astype(float)
-    if stds.count(stds[0]) < len(stds):
-        noise, weights = _noise_and_weights(noise)
+    noise, weights = _noise_and_weights(np.array(stds))
+    if weights is not None:
         weight *= np.repeat(weights, len(index))
-    else:
-        noise = np.sqrt((noise * noise).sum() / len(contours))
     return Stack(
         point[None],
         axes[None],
@@ -129,12 +126,15 @@ def _check_that_it_moved(offsets, reach: float) -> None:
             )
 
 
-def _noise_and_weights(stds) -> tuple[float, np.ndarray]:
-    """Noise that stands for all contours of noise (c,), and their weights (c,).
+def _noise_and_weights(stds) -> tuple[float, np.ndarray | None]:
+    """Noise that stands for all contours of noise (c,), and their weights (c,), None where equal.
 
     1/s^2 is the mean of 1/s_i^2, and the weights are s^2/s_i^2 (generalised least squares).
     """
-    variance = np.maximum(stds * stds, _LEAST_VARIANCE * (stds * stds).max())
+    variance = stds * stds
+    if (variance == variance[0]).all():
+        return float(np.sqrt(variance.sum() / len(stds))), None
+    variance = np.maximum(variance, _LEAST_VARIANCE * variance.max())
     joint = 1.0 / np.mean(1.0 / variance)
     return float(np.sqrt(joint)), joint / variance
 

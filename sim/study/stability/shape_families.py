@@ -34,8 +34,8 @@ def _detail(rng) -> Height:
 
 def umbilic(difference: float, rng) -> Case:
     """Both curvatures nearly equal."""
-    k = -_BEND + 0.5 * difference * np.array([1.0, -1.0])
-    return anywhere(quadric(*k, _turn(rng)), rng)
+    k1, k2 = -_BEND + 0.5 * difference, -_BEND - 0.5 * difference
+    return anywhere(quadric(k1, k2, _turn(rng)), rng)
 
 
 def parabolic(second: float, rng) -> Case:

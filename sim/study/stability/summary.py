@@ -48,10 +48,8 @@ def summary(rows: list[dict[str, str]]) -> list[dict[str, str | float]]:
         own = [row for row in rows if row["method"] == method]
         for family in families:
             part = own if family == "all" else [row for row in own if row["family"] == family]
-            found.append(
-                {"family": family, "method": method, "cases": len(part)}
-                | shares(part)
-                | {"error": median_error(part), "three noises": within_three_noises(part)}
-                | {"held": held(part)}
-            )
+            row: dict[str, str | float] = {"family": family, "method": method, "cases": len(part)}
+            row |= shares(part)
+            row |= {"error": median_error(part), "three noises": within_three_noises(part)}
+            found.append(row | {"held": held(part)})
     return found

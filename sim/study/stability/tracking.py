@@ -68,7 +68,11 @@ def touch_graph(height: Height, plan: Plan, rng: np.random.Generator) -> Case:
     """A touch of the graph z = height(x, y) at the origin; the reach is one."""
     curves = [_graph_curve(height, *parts) for parts in _parts(plan)]
     return _case(
-        curves, graph_truth(height), np.array([0.0, 0.0, float(height(0.0, 0.0))]), plan, rng
+        curves,
+        graph_truth(height),
+        np.array([0.0, 0.0, float(height(*np.zeros((2, 1)))[0])]),
+        plan,
+        rng,
     )
 
 
