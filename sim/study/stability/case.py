@@ -69,6 +69,9 @@ class Case:
         The true standard deviation of each coordinate of a good sample.
     reach : float, length
         How far a contour of full length runs from the reference point.
+    probe : callable, optional
+        (direction (3,), arm) to the Track of one more curve through the reference point, of good
+        contacts. None where the case cannot be touched again.
     """
 
     point: np.ndarray
@@ -77,6 +80,7 @@ class Case:
     truth: Truth
     noise_std: float
     reach: float
+    probe: Callable[[np.ndarray, float], Track] | None = None
 
     def contours(self) -> tuple[Contour, ...]:
         """The tracks as records. ValueError where a record refuses them."""
@@ -109,11 +113,15 @@ def moved(case: Case, rotation, scale: float, shift) -> Case:
     def there(points):
         return scale * points @ rotation.T + shift
 
-    tracks = tuple(
-        Track(there(t.points), there(t.through), rotation @ t.normal, scale * t.noise_std)
-        for t in case.tracks
-    )
+    def track(t: Track) -> Track:
+        return Track(there(t.points), there(t.through), rotation @ t.normal, scale * t.noise_std)
+
+    def probe(direction, arm: float) -> Track:
+        assert case.probe is not None
+        return track(case.probe(direction @ rotation, arm / scale))
+
     return Case(
-        *(there(case.point), rotation @ case.outward, tracks, Truth(around, at)),
-        *(scale * case.noise_std, scale * case.reach),
+        *(there(case.point), rotation @ case.outward, tuple(map(track, case.tracks))),
+        *(Truth(around, at), scale * case.noise_std, scale * case.reach),
+        probe if case.probe else None,
     )

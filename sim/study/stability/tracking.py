@@ -1,6 +1,6 @@
 """Curves that a probe would track on a known surface: lengths, planes, counts, noise."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -67,13 +67,15 @@ def random_rotation(rng: np.random.Generator) -> np.ndarray:
 def touch_graph(height: Height, plan: Plan, rng: np.random.Generator) -> Case:
     """A touch of the graph z = height(x, y) at the origin; the reach is one."""
     curves = [_graph_curve(height, *parts) for parts in _parts(plan)]
-    return _case(
-        curves,
-        graph_truth(height),
-        np.array([0.0, 0.0, float(height(*np.zeros((2, 1)))[0])]),
-        plan,
-        rng,
-    )
+    origin = np.array([0.0, 0.0, float(height(*np.zeros((2, 1)))[0])])
+    case = _case(curves, graph_truth(height), origin, plan, rng)
+
+    def probe(direction, arm: float) -> Track:
+        angle = float(np.arctan2(direction[1], direction[0]))
+        curve = _graph_curve(height, angle, 0.0, (arm, arm), COUNT, 0.0)
+        return _track(curve, plan.noise, plan.noise, rng)
+
+    return replace(case, probe=probe)
 
 
 def touch_ball(radius: float, plan: Plan, rng: np.random.Generator) -> Case:
@@ -143,9 +145,12 @@ def _ball_curve(radius, angle, tilt, arms, count, miss):
 
 def _case(curves, truth, point, plan: Plan, rng) -> Case:
     stated = plan.noise if plan.stated is None else plan.stated
-    tracks = tuple(
-        Track(points + plan.noise * rng.normal(size=points.shape), through, normal, stated)
-        for points, through, normal in curves
-    )
+    tracks = tuple(_track(curve, plan.noise, stated, rng) for curve in curves)
     contact = point + plan.noise * rng.normal(size=3)
     return Case(contact, _UP, tracks, truth, plan.noise, 1.0)
+
+
+def _track(curve, noise: float, stated: float, rng) -> Track:
+    """What a probe reports of exact points on a plane."""
+    points, through, normal = curve
+    return Track(points + noise * rng.normal(size=points.shape), through, normal, stated)
