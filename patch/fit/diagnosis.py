@@ -161,17 +161,19 @@ def diagnose(patch: Patch, contours: tuple[Contour, ...]) -> Diagnosis:
     core, tests = patch.core * patch.radius, residual_tests(patch, contours)
     direction, deviation = _weakest(patch)
     off_plane, unlike = max(_off_plane(contour) for contour in contours), _spacing_ratio(contours)
+    # Without noise the residuals are what the patch leaves out, and have no law.
+    noisy = noise > 10.0 * _ROUNDING * patch.radius
     failed = {
         "poor sections": patch.condition > _POOR_CONDITION,
         "uncertain": deviation > _UNCERTAIN * core,
         "small": core < _SMALL * _longest_reach(patch, contours),
         "misfit": tests.excess > _LIMIT,
-        "waves": tests.serial > _WAVES,
+        "waves": tests.serial > _WAVES and noisy,
         "contradiction": tests.offset > _OFFSET * max(1.0, tests.ratio),
         "off plane": off_plane > _OFF_PLANE,
         "unlike curves": unlike > _UNLIKE,
         "bad contacts": tests.outliers > _OUTLIERS,
-        "noise overstated": tests.ratio < _TOO_NOISY and noise > 10.0 * _ROUNDING * patch.radius,
+        "noise overstated": tests.ratio < _TOO_NOISY and noisy,
     }
     return Diagnosis(
         doubts=tuple(name for name, holds in failed.items() if holds),
