@@ -28,6 +28,7 @@ from typing import TYPE_CHECKING
 from touchatlas.patch.lazy_names import lazy_names
 
 if TYPE_CHECKING:
+    from touchatlas.patch.fit.diagnosis import Diagnosis, diagnose
     from touchatlas.patch.fit.fit_patch import FitOptions, PatchFit, fit_patch
     from touchatlas.patch.fit.start import UnfitError
     from touchatlas.patch.geometry.contour import Contour, ContourEnd, SamplingPlane
@@ -39,12 +40,14 @@ __all__ = [
     "Contour",
     "ContourEnd",
     "DarbouxFrame",
+    "Diagnosis",
     "FitOptions",
     "Patch",
     "PatchFit",
     "Penalty",
     "SamplingPlane",
     "UnfitError",
+    "diagnose",
     "fit_paper",
     "fit_patch",
 ]
@@ -53,12 +56,14 @@ __getattr__ = lazy_names(
         "Contour": "touchatlas.patch.geometry.contour",
         "ContourEnd": "touchatlas.patch.geometry.contour",
         "DarbouxFrame": "touchatlas.patch.geometry.frame",
+        "Diagnosis": "touchatlas.patch.fit.diagnosis",
         "FitOptions": "touchatlas.patch.fit.fit_patch",
         "Patch": "touchatlas.patch.geometry.patch",
         "PatchFit": "touchatlas.patch.fit.fit_patch",
         "Penalty": "touchatlas.patch.paper.fit_paper",
         "SamplingPlane": "touchatlas.patch.geometry.contour",
         "UnfitError": "touchatlas.patch.fit.start",
+        "diagnose": "touchatlas.patch.fit.diagnosis",
         "fit_paper": "touchatlas.patch.paper.fit_paper",
         "fit_patch": "touchatlas.patch.fit.fit_patch",
     }

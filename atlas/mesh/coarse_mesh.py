@@ -6,7 +6,7 @@ import numpy as np
 
 from touchatlas.atlas.field.blend import Field
 from touchatlas.atlas.mesh.marching_cubes import corners_of, ends_of, triangles, unkey
-from touchatlas.atlas.mesh.narrow_band import REACH, Corners, core_cubes, extend, find_cubes
+from touchatlas.atlas.mesh.narrow_band import REACH, Corners, complete, core_cubes, find_cubes
 
 # Distance from the surface above which a vertex is moved a second time, in edges: below it the
 # error of the first-order distance is less than a sixth of the sagitta. Doubled, a third less time.
@@ -73,9 +73,8 @@ def coarse_mesh(field: Field, edge: float) -> CoarseMesh:
     if field.graph.creases:
         start += _OFFSET * edge
     found, corners = find_cubes(field, core_cubes(table, table.rows, start, edge), start, edge)
-    at = corners.at(corners_of(found))
-    corners = extend(field, at, corners, start, edge)
-    inside = corners.values[at] < 0.0
+    found, corners = complete(field, found, corners, start, edge)
+    inside = corners.values[corners.at(corners_of(found))] < 0.0
     crossed = inside.any(axis=1) & ~inside.all(axis=1)
     keys, faces = np.unique(triangles(found[crossed], inside[crossed]), return_inverse=True)
     low, high = (corners.at(end) for end in ends_of(keys))

@@ -15,6 +15,7 @@ from touchatlas.atlas.mesh.narrow_band import REACH
 from touchatlas.atlas.mesh.pn_triangles import Subdivision
 from touchatlas.atlas.mesh.resolution import OPPOSED, check_edge, cube_edge, gaps_of, resolution
 from touchatlas.atlas.mesh.sharp_edges import sharpen
+from touchatlas.atlas.mesh.stray_pieces import without_stray_pieces
 from touchatlas.atlas.mesh.surface import Surface
 from touchatlas.atlas.mesh.trim import supported
 from touchatlas.atlas.patches.normal_equations import SHEET_COSINE
@@ -71,6 +72,7 @@ def smooth_surface(state: AtlasState, coarse: CoarseMesh, count: int) -> Surface
     whole = Surface(points, kept, normals, deviation, patch, curvature)
     if not known.all() or len(whole.faces) < len(faces):
         whole = whole.only(known)
+    whole = without_stray_pieces(state, whole)
     return sharpen(field, whole, REACH * coarse.edge)
 
 

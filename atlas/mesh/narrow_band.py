@@ -114,6 +114,28 @@ def find_cubes(field: Field, first, start, edge: float):
     return cubes[~np.isnan(values).all(axis=1)], corners
 
 
+def complete(field: Field, cubes, corners: Corners, start, edge: float):
+    """Cubes (c,) and their corners, all with values, without a neighbour missing.
+
+    A cube that a patch reaches with few of its corners has no sign there before ``extend``. Where
+    it then has one, the surface may go on in a neighbour that was not flooded; without it the
+    surface would have a hole. A neighbour is added where a patch owns one of its corners.
+    """
+    for _ in range(_FLOODS):
+        corners = extend(field, corners.at(corners_of(cubes)), corners, start, edge)
+        inside = corners.values[corners.at(corners_of(cubes))] < 0.0
+        fresh = np.setdiff1d(crossed_neighbours(cubes, inside), cubes)
+        needed = np.unique(corners_of(fresh))
+        missing = needed[~corners.has(needed)]
+        corners = corners.joined(field_at_corners(field, missing, start, edge))
+        owned = corners.owners[corners.at(corners_of(fresh))] >= 0
+        fresh = fresh[owned.any(axis=1)]
+        if not len(fresh):
+            return cubes, corners
+        cubes = np.union1d(cubes, fresh)
+    return cubes, extend(field, corners.at(corners_of(cubes)), corners, start, edge)
+
+
 def field_at_corners(field: Field, keys, start, edge: float) -> Corners:
     """The corners of ascending keys (g,), each with the distance to the patch that owns it."""
     graph = field.graph

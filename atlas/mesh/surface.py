@@ -1,6 +1,6 @@
 """Surface: the triangles of an atlas, with normal and predicted deviation at each vertex."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import igl
 import numpy as np
@@ -22,6 +22,8 @@ class Surface:
         Patch in whose cell the vertex lies.
     gaussian_curvature : (v,) float, 1/length^2
         Curvature of the patches, not of the triangles.
+    stray_pieces : int
+        Number of pieces beside the surface that were removed.
     """
 
     vertices: np.ndarray
@@ -30,6 +32,7 @@ class Surface:
     deviation: np.ndarray
     patch: np.ndarray
     gaussian_curvature: np.ndarray
+    stray_pieces: int = 0
 
     def total_curvature(self) -> float:
         """Integral of the patches' Gaussian curvature over the triangles, no unit.
@@ -44,5 +47,9 @@ class Surface:
         """The triangles whose vertices are all ``known`` (v,), and their vertices."""
         faces = self.faces[known[self.faces].all(axis=1)]
         _, faces, _, used = igl.remove_unreferenced(self.vertices, faces)
-        columns = {name: column[used] for name, column in vars(self).items() if name != "faces"}
-        return Surface(faces=faces, **columns)
+        columns = {
+            name: column[used]
+            for name, column in vars(self).items()
+            if name not in ("faces", "stray_pieces")
+        }
+        return replace(self, faces=faces, **columns)

@@ -146,19 +146,22 @@ class LinearSystem:
         return self.heights - (mean[:, None] @ self.phi)[:, 0]
 
 
-def raw_samples(stack: Stack) -> Samples:
-    """The samples before any polynomial is known."""
-    feet = stack.scaled()
-    return Samples(feet, np.zeros(feet.shape[:2]), np.ones(feet.shape[:2]))
+def raw_system(stack: Stack, basis: Basis) -> tuple[LinearSystem, np.ndarray]:
+    """The problem before any polynomial is known, and all monomials (s, m, n) at the samples."""
+    x, y, z = stack.scaled().transpose(2, 0, 1)
+    terms = monomials(basis, x, y, z)
+    return LinearSystem(terms[: basis.size].transpose(1, 0, 2), z, stack.weight), terms
 
 
-def reframed(stack: Stack, basis: Basis, mean, fraction: float = 1.0) -> tuple[Stack, Samples]:
+def reframed(
+    stack: Stack, basis: Basis, mean, fraction: float = 1.0, terms=None
+) -> tuple[Stack, Samples]:
     """The stack in the Darboux frames of its polynomials (m, t), and its samples there.
 
     Each origin moves along the old normal to the polynomial. Axes rotate by a fraction of the
-    angle to the Darboux frame.
+    angle to the Darboux frame. ``terms`` are the monomials (s, m, n) at the samples, if known.
     """
-    linear = _linearised(stack, basis, mean)
+    linear = _linearised(stack, basis, mean, terms)
     local, height, slope = _darboux_axes(basis, mean, fraction)
     feet = linear.feet
     feet[..., 2] -= height[:, None]
@@ -179,10 +182,11 @@ def reframed(stack: Stack, basis: Basis, mean, fraction: float = 1.0) -> tuple[S
     return stack, samples
 
 
-def _linearised(stack: Stack, basis: Basis, mean) -> Samples:
+def _linearised(stack: Stack, basis: Basis, mean, terms) -> Samples:
     """Feet, F and |grad F|^2 of samples for polynomials (m, t), in the frames of the stack."""
     scaled = stack.scaled()
-    terms = monomials(basis, scaled[..., 0], scaled[..., 1], scaled[..., 2])
+    if terms is None:
+        terms = monomials(basis, scaled[..., 0], scaled[..., 1], scaled[..., 2])
     phi, px, py, pz = evaluate_batch(basis, mean, terms, GRADIENT)
     value = scaled[..., 2] - phi
     gradient = np.empty_like(scaled)

@@ -9,7 +9,7 @@ from touchatlas.patch.fit.darboux_fit import (
     Solution,
     joined,
     map_coefficients,
-    raw_samples,
+    raw_system,
     reframed,
     solve_in_darboux_frame,
 )
@@ -67,6 +67,8 @@ class Choices:
         Most probable values.
     doubtful : (m,) bool
         Whether a test rejects the choice.
+    log_posterior : (m, g) float
+        Of each point of the smoothness grid, up to a constant.
     """
 
     stack: Stack
@@ -74,12 +76,13 @@ class Choices:
     length_ratio: np.ndarray
     z_scale: np.ndarray
     doubtful: np.ndarray
+    log_posterior: np.ndarray
 
     def __getitem__(self, rows) -> "Choices":
         """The choices of some of the fits."""
         return Choices(
             *(self.stack[rows], self.mean[rows], self.length_ratio[rows], self.z_scale[rows]),
-            self.doubtful[rows],
+            *(self.doubtful[rows], self.log_posterior[rows]),
         )
 
 
@@ -107,14 +110,17 @@ def first_choices(
     noise = scaled_noise(stack.noise, stack.reach)
     stack, equations = _in_first_frames(stack, basis, noise)
     length_ratios, z_scales, precisions = smoothness_grid(basis)
-    best, chi_square = _most_probable(equations, basis, noise, stack.reach, prior)
+    log_posterior, chi_square = _log_posterior(equations, basis, noise, stack.reach, prior)
+    best = log_posterior.argmax(axis=1)
     allowed = (bias / (noise * stack.reach)) ** 2 if np.isfinite(bias) else 0.0
     count = equations.count
     doubtful = chi_square > count * (1.0 + allowed) + _DOUBTFUL_EXCESS * np.sqrt(2.0 * count)
     mean = map_coefficients(equations, noise, precisions[best])
     if strict:
         doubtful |= leftover(basis, length_ratios[best]) > _DOUBTFUL_LEFTOVER * noise
-    return Choices(stack, mean, length_ratios[best], z_scales[best], doubtful)
+    return Choices(
+        *(stack, mean, length_ratios[best], z_scales[best], doubtful, log_posterior),
+    )
 
 
 def _in_reach(stack: Stack) -> Stack:
@@ -132,15 +138,15 @@ def _in_reach(stack: Stack) -> Stack:
 def _in_first_frames(stack: Stack, basis: Basis, noise) -> tuple[Stack, NormalEquations]:
     """The stack in the Darboux frames of first polynomials, and the normal equations there."""
     precision = _first_precision(basis)
-    raw = raw_samples(stack).system(basis, stack.weight).equations()
-    mean = map_coefficients(raw, noise, precision)
-    stack, samples = reframed(stack, basis, mean)
+    raw, terms = raw_system(stack, basis)
+    mean = map_coefficients(raw.equations(), noise, precision)
+    stack, samples = reframed(stack, basis, mean, terms=terms)
     stack = replace(stack, weight=stack.weight / samples.squared_gradient)
     return stack, samples.system(basis, stack.weight).equations()
 
 
-def _most_probable(equations: NormalEquations, basis: Basis, noise, reach, prior):
-    """Index (m,) in the smoothness grid of the largest posterior, and chi-square (m,) there.
+def _log_posterior(equations: NormalEquations, basis: Basis, noise, reach, prior):
+    """Log posterior (m, g) over the smoothness grid, and chi-square (m,) where it is largest.
 
     Where chi-square is large, no terms of this degree explain the residuals. There the noise is
     enlarged to explain them, and terms in z are excluded: they would fit such fine detail.
@@ -148,7 +154,8 @@ def _most_probable(equations: NormalEquations, basis: Basis, noise, reach, prior
     length_ratios, z_scales, precisions = smoothness_grid(basis)
     density = log_prior(prior, length_ratios, reach[:, None])
     evidence, chi_square = log_evidence(equations[:, None], noise[:, None], precisions)
-    best = (evidence + density).argmax(axis=1)
+    found = evidence + density
+    best = found.argmax(axis=1)
     chi_square = chi_square[np.arange(len(best)), best]
     per_sample = chi_square / equations.count
     large = per_sample > _LARGE_CHI_SQUARE
@@ -157,8 +164,8 @@ def _most_probable(equations: NormalEquations, basis: Basis, noise, reach, prior
         evidence, _ = log_evidence(equations[large][:, None], spread[:, None], precisions)
         heights_only = np.where(z_scales > z_scales.min(), -np.inf, 0.0)
         density = np.broadcast_to(density, (len(large), len(length_ratios)))[large]
-        best[large] = (evidence + density + heights_only).argmax(axis=1)
-    return best, chi_square
+        found[large] = evidence + density + heights_only
+    return found, chi_square
 
 
 @lru_cache
@@ -203,7 +210,7 @@ def _diverged(before: Stack, after: Stack) -> np.ndarray:
     return ~((upright > _LARGEST_TILT_COSINE) & near)
 
 
-def shrunk(stack: Stack, basis: Basis, bias: float, floor: float, prior) -> Solution:
+def shrunk(stack: Stack, basis: Basis, bias: float, floor: float, prior) -> Choices:
     """One patch, made smaller until the test accepts its terms, or to the floor (a length)."""
     reach = stack.reach
     for level in _RADIUS_LEVELS:
@@ -211,19 +218,15 @@ def shrunk(stack: Stack, basis: Basis, bias: float, floor: float, prior) -> Solu
         choices = first_choices(replace(stack, reach=smaller), basis, bias, prior)
         if level * reach[0] <= floor or not choices.doubtful[0]:
             break
-    return solve_choices(choices, basis)
+    return choices
 
 
 def with_terms_chosen(
     choices: Choices, basis: Basis, prior: SmoothnessPrior, candidates: tuple[Basis, ...]
-) -> tuple[Solution, int]:
-    """One patch with the most probable terms, made smaller where its residuals are large.
+) -> tuple[Choices, Choice]:
+    """The most probable terms of one patch, made smaller where its residuals are large.
 
-    Returns
-    -------
-    Solution
-    outliers : int
-        Number of samples that were left out.
+    The choices are those of the basis in the second record.
     """
     whole = choices.stack
     for level in (*_RADIUS_LEVELS, None):
@@ -236,7 +239,7 @@ def with_terms_chosen(
         basis = monge_basis(basis.degree)
         candidates = candidates_of(True) if len(candidates) > 1 else (basis,)
         choices = first_choices(replace(whole, reach=level * whole.reach), basis, np.inf, prior)
-    return solve_choices(chosen, choice.basis), choice.outliers
+    return chosen, choice
 
 
 def with_smoothness_chosen(choices: Choices, basis: Basis, prior: SmoothnessPrior) -> Solution:
@@ -253,5 +256,11 @@ def _chosen(choices: Choices, basis: Basis, prior, candidates) -> tuple[Choices,
         samples.feet[0], samples.value[0], stack.weight[0], noise, radius, prior, candidates
     )
     stack = replace(stack, weight=choice.weight[None])
-    length_ratio, z_scale = np.array([choice.length_ratio]), np.array([choice.z_scale])
-    return Choices(stack, choice.mean[None], length_ratio, z_scale, choices.doubtful), choice
+    chosen = replace(
+        choices,
+        stack=stack,
+        mean=choice.mean[None],
+        length_ratio=np.array([choice.length_ratio]),
+        z_scale=np.array([choice.z_scale]),
+    )
+    return chosen, choice

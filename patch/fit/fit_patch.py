@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from touchatlas.patch.fit.averaging import averaged, averaged_again
 from touchatlas.patch.fit.bad_contacts import without_bad_contacts
 from touchatlas.patch.fit.darboux_fit import Solution
 from touchatlas.patch.fit.estimate import (
@@ -14,7 +15,12 @@ from touchatlas.patch.fit.estimate import (
     solve_choices,
     with_terms_chosen,
 )
-from touchatlas.patch.fit.smoothness import NormalEquations, SmoothnessPrior, leftover
+from touchatlas.patch.fit.smoothness import (
+    NormalEquations,
+    SmoothnessPrior,
+    leftover,
+    smoothness_grid,
+)
 from touchatlas.patch.fit.start import Stack, UnfitError, start_stack
 from touchatlas.patch.fit.term_choice import DEGREES, candidates_of
 from touchatlas.patch.geometry.arrays import frozen_array, real
@@ -176,7 +182,7 @@ def fit_patch(
         stack = replace(stack, noise=np.hypot(stack.noise, BIAS_NOISE_FRACTION * bias))
     choices = first_choices(stack, options.basis, bias, prior, strict=not has_bias)
     if not choices.doubtful[0]:
-        return patch_fits(solve_choices(choices, options.basis), options)[0]
+        return _solved(choices, options.basis, options)
     cleaned = tuple(without_bad_contacts(c) for c in contours)
     bad = sum(len(c.points) for c in contours) - sum(len(c.points) for c in cleaned)
     if bad:
@@ -205,16 +211,25 @@ def _within_bias(stack: Stack, bias, detail, radius_floor, prior, options) -> Pa
         stack, bias = replace(stack, noise=np.hypot(stack.noise, detail)), detail
         choices = first_choices(stack, options.basis, bias, prior)
         if not choices.doubtful[0]:
-            return patch_fits(solve_choices(choices, options.basis), options)[0]
-    return patch_fits(shrunk(stack, options.basis, bias, radius_floor, prior), options)[0]
+            return _solved(choices, options.basis, options)
+    choices = shrunk(stack, options.basis, bias, radius_floor, prior)
+    return _solved(choices, options.basis, options)
 
 
 def _with_terms_chosen(choices: Choices, prior, options: FitOptions) -> PatchFit:
     """The patch with the most probable terms, and the number of its outliers."""
     basis = options.basis
     candidates = candidates_of(options.height_only) if options.adaptive else (basis,)
-    solution, outliers = with_terms_chosen(choices, basis, prior, candidates)
-    return replace(patch_fits(solution, options)[0], outliers=outliers)
+    choices, choice = with_terms_chosen(choices, basis, prior, candidates)
+    solution = averaged_again(solve_choices(choices, choice.basis), prior)
+    return replace(patch_fits(solution, options)[0], outliers=choice.outliers)
+
+
+def _solved(choices: Choices, basis: Basis, options: FitOptions) -> PatchFit:
+    """The patch of one fit's choices."""
+    precisions = smoothness_grid(basis)[2]
+    solution = averaged(solve_choices(choices, basis), choices.log_posterior, precisions)
+    return patch_fits(solution, options)[0]
 
 
 def patch_fits(solution: Solution, options: FitOptions) -> list[PatchFit]:

@@ -84,7 +84,8 @@ def refit_patch(
     elif radius_floor is None:
         raise UnfitError(_UNFIT)
     else:
-        solution = shrunk(stack, options.basis, bias, radius_floor, prior)
+        choices = shrunk(stack, options.basis, bias, radius_floor, prior)
+        solution = solve_choices(choices, options.basis)
     return patch_fits(solution, options)[0]
 
 

@@ -147,8 +147,8 @@ def log_evidence(equations: NormalEquations, noise, prior_precision):
     gram, rhs = equations.gram, equations.rhs
     shape = np.broadcast_shapes(prior_precision.shape[:-1], weight.shape, gram.shape[:-2])
     bordered = np.empty((*shape, t + 1, t + 1))
-    bordered[..., :t, :t] = gram * weight[..., None, None]
-    bordered[..., t, :t] = rhs * weight[..., None]
+    np.multiply(gram, weight[..., None, None], out=bordered[..., :t, :t])
+    np.multiply(rhs, weight[..., None], out=bordered[..., t, :t])
     # One is added here and subtracted from chi-square, so that rounding leaves it positive.
     bordered[..., t, t] = equations.sum_of_squares * weight + 1.0
     diagonal = np.einsum("...ii->...i", bordered)[..., :t]

@@ -14,6 +14,14 @@ _HARD_ENDS = frozenset({ContourEnd.EDGE, ContourEnd.LOST_CONTACT, ContourEnd.UNR
 # Least ratio of the second to the largest eigenvalue of sum T T^t, no unit: sections within
 # about 3e-5 rad (its square root) are parallel. Doubled, 1.4 times that angle is refused.
 _PARALLEL = 1e-9
+# Least variance of a contour's noise over the largest: an exact contour among noisy ones would make
+# the normal equations singular. Doubled, such a contour has half the weight.
+_LEAST_VARIANCE = 1e-6
+# Distance of a contour's end from the reference point, in deviations of the noise, below which the
+# probe may not have moved; and least distance of the ends of a curve over its length that shows
+# that it did. A straight curve has 1, an arc of 180 degrees 0.6, 19 samples of noise 0.1. Doubled,
+# the first tests longer curves, the second refuses arcs.
+_LEAST_REACH, _LEAST_CHORD = 5.0, 0.3
 # Rounding of one number, relative.
 _ROUNDING = np.finfo(float).eps
 
@@ -36,7 +44,8 @@ class Stack:
         Normal of the plane that each sample was tracked in; its noise lies in that plane. Zero
         for a sample of no plane.
     weight : (m, n) float
-        0 for entries that only pad the arrays.
+        Variance of the stack's noise over that of the sample; 0 for entries that only pad the
+        arrays.
     reach : (m,) float, length
         At the start: how far the contours run around the point. At the end: the patch radius.
     noise : (m,) float, length
@@ -78,24 +87,56 @@ def start_stack(point, contours: tuple[Contour, ...], outward) -> Stack:
     outward = frozen_array(outward, (3,), "outward vector")
     _check_counts(contours)
     offsets = [_in_plane(contour) - point for contour in contours]
+    reach = _reach(offsets, contours)
     tangents = np.array([_chord_tangent(o) for o in offsets])
     axes, condition = _first_axes(tangents, outward)
     normals = np.array([c.plane.normal for c in contours])
-    noise = np.array([c.noise_std for c in contours])
+    stds = [c.noise_std for c in contours]
+    if reach < _LEAST_REACH * min(stds):
+        _check_that_it_moved(offsets, reach)
     # Contours are padded to one length: rounding of all later sums follows from this order.
     index = np.arange(max(len(o) for o in offsets))
     padded = [o[np.minimum(index, len(o) - 1)] for o in offsets]
     weight = np.concatenate([index < len(o) for o in offsets]).astype(float)
+    noise, weights = _noise_and_weights(np.array(stds))
+    if weights is not None:
+        weight *= np.repeat(weights, len(index))
     return Stack(
         point[None],
         axes[None],
         np.concatenate(padded)[None],
         np.repeat(normals, len(index), axis=0)[None],
         weight[None],
-        np.array([_reach(offsets, contours)]),
-        np.array([np.sqrt((noise * noise).sum() / len(contours))]),
+        np.array([reach]),
+        np.array([noise]),
         np.array([condition]),
     )
+
+
+def _check_that_it_moved(offsets, reach: float) -> None:
+    """UnfitError for a contour that wanders about one place: it shows noise alone."""
+    for points in offsets:
+        steps = points[1:] - points[:-1]
+        path = np.sqrt((steps * steps).sum(axis=1)).sum()
+        chord = points[-1] - points[0]
+        if np.sqrt(chord @ chord) < _LEAST_CHORD * path:
+            raise UnfitError(
+                f"a contour ends {reach:.3g} from the reference point and wanders about it, so it "
+                "shows noise alone; track further to both sides"
+            )
+
+
+def _noise_and_weights(stds) -> tuple[float, np.ndarray | None]:
+    """Noise that stands for all contours of noise (c,), and their weights (c,), None where equal.
+
+    1/s^2 is the mean of 1/s_i^2, and the weights are s^2/s_i^2 (generalised least squares).
+    """
+    variance = stds * stds
+    if (variance == variance[0]).all():
+        return float(np.sqrt(variance.sum() / len(stds))), None
+    variance = np.maximum(variance, _LEAST_VARIANCE * variance.max())
+    joint = 1.0 / np.mean(1.0 / variance)
+    return float(np.sqrt(joint)), joint / variance
 
 
 def _in_plane(contour: Contour) -> np.ndarray:

@@ -127,7 +127,7 @@ def candidates_of(height_only: bool) -> tuple[Basis, ...]:
 def _best(basis, terms, z, weight, distance, sigmas, radius, prior):
     """Largest log posterior of a basis, with its length ratio, z scale and noise."""
     length_ratio, z_scale, precision = smoothness_grid(basis)
-    length_ratios, place = np.unique(length_ratio, return_inverse=True)
+    length_ratios = np.unique(length_ratio)
     beyond = np.multiply.outer(leftover(basis, length_ratios), distance ** (basis.degree + 1))
     variance = sigmas[:, None, None] ** 2 + beyond**2
     w = weight / variance
@@ -136,10 +136,12 @@ def _best(basis, terms, z, weight, distance, sigmas, radius, prior):
     sums = NormalEquations(
         weighted @ phi.T, weighted @ z, w @ (z * z), np.full(w.shape[:2], (weight > 0).sum())
     )
-    evidence, _ = log_evidence(sums[:, place], np.ones(1), precision)
+    # The z scales of the grid are an axis of their own: the sums do not depend on them.
+    precision = precision.reshape(len(length_ratios), -1, basis.size)
+    evidence, _ = log_evidence(sums[:, :, None], np.ones(1), precision)
     used = weight > 0
-    evidence += 0.5 * np.log(w[:, :, used]).sum(axis=-1)[:, place]
-    score = evidence + log_prior(prior, length_ratio, radius)
+    evidence += 0.5 * np.log(w[:, :, used]).sum(axis=-1)[:, :, None]
+    score = evidence.reshape(len(sigmas), -1) + log_prior(prior, length_ratio, radius)
     s, g = np.unravel_index(score.argmax(), score.shape)
     return float(score[s, g]), float(length_ratio[g]), float(z_scale[g]), float(sigmas[s])
 

@@ -58,7 +58,8 @@ class Contour:
     Parameters
     ----------
     points : (n, 3) float, length, world
-        In order of travel. At least half of them are near the plane.
+        In order of travel. At least half of them are near the plane. A point that repeats the one
+        before is left out: the probe stood still and measured nothing new.
     plane : SamplingPlane
     noise_std : float, length, >= 0
         Standard deviation of each coordinate of each point.
@@ -72,7 +73,8 @@ class Contour:
     ends: tuple[ContourEnd, ContourEnd]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "points", check_points(self.points, "contour points"))
+        points = check_points(self.points, "contour points")
+        object.__setattr__(self, "points", _without_repeats(points))
         if not 0.0 <= real(self.noise_std) < np.inf:
             raise ValueError(f"noise_std is {self.noise_std}; it must be a length >= 0")
         if not isinstance(self.plane, SamplingPlane):
@@ -107,3 +109,13 @@ class Contour:
         """
         off = (self.points - self.plane.point) @ self.plane.normal
         return self.points - off[:, None] * self.plane.normal
+
+
+def _without_repeats(points: np.ndarray) -> np.ndarray:
+    """Read-only points (n, 3) without those that equal the one before."""
+    new = (points[1:] != points[:-1]).any(axis=1)
+    if new.all():
+        return points
+    points = points[np.append(True, new)]
+    points.flags.writeable = False
+    return points

@@ -2,21 +2,25 @@
 
 import json
 from pathlib import Path
+from typing import Annotated
 
+from cyclopts import Parameter
 from rich.console import Console
 
 from touchatlas.sim.command.numbers import Json
 from touchatlas.sim.command.option_flags import Whole
 from touchatlas.sim.command.show import shown
+from touchatlas.sim.command.stability import chart_stability
 from touchatlas.sim.study.paper.tables import check_options
 from touchatlas.sim.study.tradeoff import measure, overall
 from touchatlas.sim.study.tradeoff_chart import known, make_folder, overall_table, write_chart
 
 
 def chart(
-    *,
+    *families: Annotated[str, Parameter(name="FAMILY", show_default=False)],
+    stability: Annotated[bool, Parameter(negative="")] = False,
     out: Path = Path("runs/chart"),
-    draws: Whole = 50,
+    draws: Whole | None = None,
     seed: Whole = 0,
     json_: Json = False,
 ) -> int:
@@ -24,13 +28,23 @@ def chart(
 
     Parameters
     ----------
+    families
+        With --stability: the families to measure; all of them where none is named.
+    stability
+        Chart where the methods fail instead: families of ever harder cases.
     out
-        Folder for tradeoff.csv and tradeoff.png.
+        Folder for tradeoff.csv and tradeoff.png, or the tables and pictures of the families.
     draws
-        Number of scenes of each kind: surface, noise, planes.
+        Number of scenes of each kind (surface, noise, planes), 50 if not given; with --stability
+        of cases of each severity, 25 if not given.
     seed
         Seed of the scenes.
     """
+    if stability:
+        return chart_stability(families, out, draws, seed, json_)
+    if families:
+        raise ValueError(f"{families[0]} is a family of --stability; give that, too")
+    draws = 50 if draws is None else draws
     check_options(draws, seed)
     make_folder(out)
     with shown("charting") as watcher:

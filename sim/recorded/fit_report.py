@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from touchatlas.atlas.files import write_whole
-from touchatlas.patch import FitOptions, Patch, Penalty, fit_paper, fit_patch
+from touchatlas.patch import FitOptions, Patch, Penalty, diagnose, fit_paper, fit_patch
 from touchatlas.sim.recorded.contour_file import read_curves
 from touchatlas.sim.recorded.fit_picture import patch_surface, png_bytes
 from touchatlas.sim.recorded.recording import Recording, prepare
@@ -128,6 +128,7 @@ class FitReport:
             "outliers": self.outliers,
             "flags": list(self.flags),
             "assumed": list(self.assumed),
+            "diagnosis": diagnose(patch, self.recording.contours).as_dict(),
         }
 
     def summary(self) -> dict[str, str]:

@@ -98,7 +98,7 @@ def measure(
     """
     check_options(draws, seed)
     found: dict[Cell, list[dict]] = {}
-    with _workers(len(cells)) as pool:
+    with workers(len(cells)) as pool:
         waiting = {pool.submit(measure_cell, cell, draws, seed): cell for cell in cells}
         for future in as_completed(waiting):
             found[waiting[future]] = future.result()
@@ -107,7 +107,7 @@ def measure(
 
 
 @contextmanager
-def _workers(most: int) -> Iterator[ProcessPoolExecutor]:
+def workers(most: int) -> Iterator[ProcessPoolExecutor]:
     """Fresh processes with one thread each."""
     before = {name: os.environ.get(name) for name in _THREADS}
     # Read when numpy is loaded, so before the processes begin.

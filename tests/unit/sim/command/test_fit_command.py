@@ -27,7 +27,7 @@ SHIFT = np.array([5.0, 80.0, -3.0])
 KEYS = [
     *("method", "frame", "terms", "coefficients", "coefficients_std", "radius", "k1", "k2"),
     *("k1_std", "k2_std", "umbilic", "condition", "normal_std", "residual_rms", "noise_std"),
-    *("count", "outliers", "flags", "assumed"),
+    *("count", "outliers", "flags", "assumed", "diagnosis"),
 ]
 
 

@@ -1,0 +1,16 @@
+"""K that changes its sign across the patch."""
+
+from tests.stability.walk import nothing_crashes, outcomes
+from touchatlas.sim.study.stability.families import FAMILIES
+from touchatlas.sim.study.stability.outcome import Outcome
+
+FAMILY = "changing_sign"
+SEVERITIES = FAMILIES[FAMILY].severities
+
+
+def test_k_may_change_its_sign():
+    assert outcomes(FAMILY, SEVERITIES) == {Outcome.GOOD}
+
+
+def test_nothing_crashes():
+    assert nothing_crashes(FAMILY)

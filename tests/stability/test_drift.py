@@ -1,0 +1,20 @@
+"""Contours that drift."""
+
+from tests.stability.walk import nothing_crashes, outcomes
+from touchatlas.sim.study.stability.families import FAMILIES
+from touchatlas.sim.study.stability.outcome import Outcome
+
+FAMILY = "drift"
+SEVERITIES = FAMILIES[FAMILY].severities
+
+
+def test_a_drift_of_two_noises_is_borne():
+    assert outcomes(FAMILY, SEVERITIES[:4]) == {Outcome.GOOD}
+
+
+def test_a_drift_of_eight_is_seen():
+    assert outcomes(FAMILY, SEVERITIES[5:]) == {Outcome.FLAGGED}
+
+
+def test_nothing_crashes():
+    assert nothing_crashes(FAMILY)

@@ -1,0 +1,16 @@
+"""Touches far from the origin of the coordinates."""
+
+from tests.stability.walk import nothing_crashes, outcomes
+from touchatlas.sim.study.stability.families import FAMILIES
+from touchatlas.sim.study.stability.outcome import Outcome
+
+FAMILY = "far_away"
+SEVERITIES = FAMILIES[FAMILY].severities
+
+
+def test_a_million_reaches_away_is_as_near_as_none():
+    assert outcomes(FAMILY, SEVERITIES) == {Outcome.GOOD}
+
+
+def test_nothing_crashes():
+    assert nothing_crashes(FAMILY)

@@ -1,0 +1,16 @@
+"""Points where one curvature is zero, or nearly so."""
+
+from tests.stability.walk import nothing_crashes, outcomes
+from touchatlas.sim.study.stability.families import FAMILIES
+from touchatlas.sim.study.stability.outcome import Outcome
+
+FAMILY = "parabolic"
+SEVERITIES = FAMILIES[FAMILY].severities
+
+
+def test_one_curvature_may_vanish():
+    assert outcomes(FAMILY, SEVERITIES) == {Outcome.GOOD}
+
+
+def test_nothing_crashes():
+    assert nothing_crashes(FAMILY)

@@ -1,0 +1,16 @@
+"""Touches that reach over more than one feature."""
+
+from tests.stability.walk import nothing_crashes, outcomes
+from touchatlas.sim.study.stability.families import FAMILIES
+from touchatlas.sim.study.stability.outcome import Outcome
+
+FAMILY = "radius"
+SEVERITIES = FAMILIES[FAMILY].severities
+
+
+def test_a_reach_of_0_7_features_is_good():
+    assert outcomes(FAMILY, SEVERITIES[:4]) == {Outcome.GOOD}
+
+
+def test_nothing_crashes():
+    assert nothing_crashes(FAMILY)

@@ -1,0 +1,16 @@
+"""All units of length."""
+
+from tests.stability.walk import nothing_crashes, outcomes
+from touchatlas.sim.study.stability.families import FAMILIES
+from touchatlas.sim.study.stability.outcome import Outcome
+
+FAMILY = "scale"
+SEVERITIES = FAMILIES[FAMILY].severities
+
+
+def test_no_unit_is_special():
+    assert outcomes(FAMILY, SEVERITIES) == {Outcome.GOOD}
+
+
+def test_nothing_crashes():
+    assert nothing_crashes(FAMILY)

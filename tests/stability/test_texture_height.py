@@ -1,0 +1,20 @@
+"""Waves shorter than the patch can follow."""
+
+from tests.stability.walk import nothing_crashes, outcomes
+from touchatlas.sim.study.stability.families import FAMILIES
+from touchatlas.sim.study.stability.outcome import Outcome
+
+FAMILY = "texture_height"
+SEVERITIES = FAMILIES[FAMILY].severities
+
+
+def test_waves_of_two_noises_are_noise():
+    assert outcomes(FAMILY, SEVERITIES[:4]) == {Outcome.GOOD}
+
+
+def test_waves_of_ten_noises_are_seen():
+    assert outcomes(FAMILY, SEVERITIES[5:]) == {Outcome.FLAGGED}
+
+
+def test_nothing_crashes():
+    assert nothing_crashes(FAMILY)

@@ -1,0 +1,16 @@
+"""A cubic that no curve sees."""
+
+from tests.stability.walk import nothing_crashes, outcomes
+from touchatlas.sim.study.stability.families import FAMILIES
+from touchatlas.sim.study.stability.outcome import Outcome
+
+FAMILY = "unseen_cubic"
+SEVERITIES = FAMILIES[FAMILY].severities
+
+
+def test_an_unseen_cubic_of_a_hundredth_is_held():
+    assert outcomes(FAMILY, SEVERITIES[:4]) == {Outcome.GOOD}
+
+
+def test_nothing_crashes():
+    assert nothing_crashes(FAMILY)

@@ -1,0 +1,105 @@
+"""The diagnosis names what was done to a touch, and leaves good touches alone."""
+
+import json
+
+import numpy as np
+import pytest
+
+from tests.truths import graph_contours, moved, quadric_height, random_rotation
+from touchatlas.patch import Contour, SamplingPlane, diagnose, fit_patch
+from touchatlas.patch.fit.diagnosis import ADVICE
+
+UP, ORIGIN, NOISE = np.array([0.0, 0.0, 1.0]), np.zeros(3), 1e-3
+HEIGHT = quadric_height(-0.2, -0.4, 0.3)
+
+
+def touch(seed=0, height=HEIGHT, angles=None, reach=1.0):
+    rng = np.random.default_rng(seed)
+    return graph_contours(height, reach, 19, NOISE, rng, angles=angles)
+
+
+def diagnosed(contours):
+    return diagnose(fit_patch(ORIGIN, contours, UP).patch, contours)
+
+
+def shifted(contour, off):
+    return Contour(contour.points + off, contour.plane, contour.noise_std, contour.ends)
+
+
+def test_good_touches_are_not_doubted():
+    """One false alarm in a thousand for each of ten tests: at most two in sixty touches."""
+    assert sum(bool(diagnosed(touch(seed)).doubts) for seed in range(60)) <= 2
+
+
+def test_a_curve_beside_the_others_is_doubted():
+    one, *others = touch()
+    found = diagnosed((shifted(one, 20 * NOISE * UP), *others))
+    assert {"misfit", "contradiction"} & set(found.doubts)
+
+
+def test_a_curve_in_another_unit_is_doubted():
+    one, *others = touch()
+    larger = moved((one,), np.eye(3), ORIGIN, 25.4)[0]
+    larger = Contour(larger.points, larger.plane, NOISE, larger.ends)
+    assert "unlike curves" in diagnosed((larger, *others)).doubts
+
+
+def test_a_curve_off_its_plane_is_doubted():
+    one, *others = touch()
+    plane = SamplingPlane(ORIGIN, np.array([0.0, np.cos(0.4), np.sin(0.4)]))
+    wrong = Contour(one.points, plane, NOISE, one.ends)
+    assert "off plane" in diagnosed((wrong, *others)).doubts
+
+
+def test_waves_that_the_patch_does_not_follow_are_doubted():
+    """Four noises high, three samples a wave."""
+    found = diagnosed(touch(height=lambda x, y: HEIGHT(x, y) + 0.004 * np.sin(20.0 * x + 20.0 * y)))
+    assert {"misfit", "waves"} & set(found.doubts)
+
+
+def test_near_planes_are_doubted_and_the_weakest_direction_is_across_them():
+    """Planes within 8 degrees of the x axis say least along y."""
+    angles = np.deg2rad([-8.0, 0.0, 8.0])
+    found = diagnosed(touch(angles=angles))
+    assert "poor sections" in found.doubts and found.condition > 10.0
+    assert abs(found.weakest_direction[1]) > 0.8
+
+
+def test_the_weakest_direction_lies_between_the_curves():
+    """Three planes 60 degrees apart are weakest 30 degrees off them, to the grid of 7.5."""
+    found = diagnosed(touch())
+    angle = np.rad2deg(np.arctan2(found.weakest_direction[1], found.weakest_direction[0]))
+    assert abs(angle % 60.0 - 30.0) < 15.0
+
+
+def test_a_curve_in_the_weakest_direction_lowers_the_deviation_there():
+    contours = touch()
+    found = diagnosed(contours)
+    direction = np.arctan2(found.weakest_direction[1], found.weakest_direction[0])
+    more = touch(1, angles=[direction])
+    assert diagnosed((*contours, *more)).weakest_deviation < 0.7 * found.weakest_deviation
+
+
+def test_k_changes_its_sign_over_half_of_a_cubic_cylinder():
+    """z = -x^2/2 + y^3/6 has K = -y: another sign on one side than on the other. K = 0 at the
+    origin, so the patch is moved by the noise to either side."""
+    found = diagnosed(touch(height=lambda x, y: -0.5 * x * x + (y + 0.05) ** 3 / 6.0))
+    assert found.sign_changes == pytest.approx(0.5, abs=0.15)
+
+
+def test_no_unit_and_no_frame_changes_a_diagnosis():
+    contours = touch()
+    rotation, scale = random_rotation(np.random.default_rng(2)), 1e4
+    there = moved(contours, rotation, np.array([1e5, 0.0, 3.0]), scale)
+    patch = fit_patch(np.array([1e5, 0.0, 3.0]), there, rotation @ UP).patch
+    here, found = diagnosed(contours), diagnose(patch, there)
+    assert found.doubts == here.doubts
+    # The slope tolerance of a frame is half a deviation of the mean.
+    assert found.weakest_deviation == pytest.approx(scale * here.weakest_deviation, rel=0.05)
+    assert found.residual_ratio == pytest.approx(here.residual_ratio, rel=0.02)
+
+
+def test_a_diagnosis_is_strict_json_with_a_sentence_for_each_doubt():
+    found = diagnosed(touch(angles=np.deg2rad([-8.0, 0.0, 8.0]))).as_dict()
+    assert json.loads(json.dumps(found, allow_nan=False)) == found
+    assert found["advice"] == [ADVICE[doubt] for doubt in found["doubts"]]
