@@ -64,6 +64,8 @@ class Result:
         Where the files are.
     refusal : str
         Why the last touch gave no patch; empty if all did, or met nothing.
+    signal : int or None
+        What ended the exploration: SIGINT (Ctrl-C) or SIGTERM; None if nothing did.
     """
 
     atlas: Atlas
@@ -71,11 +73,12 @@ class Result:
     numbers: dict
     folder: Path
     refusal: str = ""
+    signal: int | None = None
 
     @property
     def interrupted(self) -> bool:
         """Whether Ctrl-C or SIGTERM ended the exploration."""
-        return self.numbers["ended"] == INTERRUPTED
+        return self.signal is not None
 
 
 class FinishedError(ValueError):
@@ -263,7 +266,7 @@ class _Run:
             with held_interrupt(self._noticed, GRACE) as hold:
                 ended = self._explore(hold)
                 if ended == INTERRUPTED:
-                    return self._result(ended)
+                    return self._result(ended, hold.signal)
             if hold:
                 raise KeyboardInterrupt
             return self._result(ended)
@@ -272,7 +275,7 @@ class _Run:
         number = len(self.progress.rows) + 1
         self.watcher.interrupted(f"finishing touch {number}, then writing the results so far")
 
-    def _result(self, ended: str) -> Result:
+    def _result(self, ended: str, signal: int | None = None) -> Result:
         """The results, written; a run that is whole takes the place of the one it replaces."""
         before = sum(map(sum, self.old_seconds))
         conclusion = Conclusion(self.obj, self.atlas, self.progress, self.phases, before)
@@ -280,7 +283,7 @@ class _Run:
         surface, numbers = conclusion.write(self.folder, self.judge_rng, known)
         folder = self.folder if ended == INTERRUPTED else replace_run(self.folder)
         refusal = (self.progress.refusals or [""])[-1]
-        return Result(self.atlas, surface, numbers, folder, refusal)
+        return Result(self.atlas, surface, numbers, folder, refusal, signal)
 
     def _explore(self, hold: Hold) -> str:
         """Carry out the touches, each written before it is learned; returns why they ended."""
