@@ -6,8 +6,8 @@ from pathlib import Path
 
 from touchatlas.sim.command.numbers import print_numbers, sentences, unit_of
 from touchatlas.sim.command.outcome import FAILURE, complain, say
-from touchatlas.sim.run.exploration import Result
 from touchatlas.sim.run.run_folder import is_run
+from touchatlas.sim.run.work import Result
 
 _UNSURE = (
     "nowhere is the surface known to within the tolerance; give a larger --tolerance, less --noise "
