@@ -7,10 +7,11 @@ from touchatlas.patch.lazy_names import lazy_names
 if TYPE_CHECKING:
     from touchatlas.sim.run.conclusion import truth_of
     from touchatlas.sim.run.evaluate import EvaluateOptions, Evaluation, Truth, evaluate_surface
-    from touchatlas.sim.run.exploration import Result, resume_exploration, run_exploration
+    from touchatlas.sim.run.exploration import resume_exploration, run_exploration
     from touchatlas.sim.run.journal import Journal
     from touchatlas.sim.run.run_options import RunOptions
     from touchatlas.sim.run.watcher import Watcher
+    from touchatlas.sim.run.work import Result
     from touchatlas.sim.world.objects import make_object, object_names
     from touchatlas.sim.world.probe import Probe
 
@@ -36,7 +37,7 @@ __getattr__ = lazy_names(
         "Evaluation": "touchatlas.sim.run.evaluate",
         "Journal": "touchatlas.sim.run.journal",
         "Probe": "touchatlas.sim.world.probe",
-        "Result": "touchatlas.sim.run.exploration",
+        "Result": "touchatlas.sim.run.work",
         "RunOptions": "touchatlas.sim.run.run_options",
         "Watcher": "touchatlas.sim.run.watcher",
         "Truth": "touchatlas.sim.run.evaluate",

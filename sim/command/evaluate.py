@@ -9,9 +9,9 @@ from touchatlas.sim.command.outcome import say
 from touchatlas.sim.command.show import shown
 from touchatlas.sim.run.conclusion import truth_of
 from touchatlas.sim.run.evaluate import evaluate_surface, load_surface
-from touchatlas.sim.run.exploration import random_streams
 from touchatlas.sim.run.run_folder import read_finished
 from touchatlas.sim.run.run_options import check_tolerance
+from touchatlas.sim.run.work import random_streams
 from touchatlas.sim.world.objects import make_object
 
 

@@ -5,9 +5,9 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from touchatlas.sim.command.numbers import print_numbers, sentences, unit_of
-from touchatlas.sim.command.outcome import FAILURE, INTERRUPTED, complain, say
-from touchatlas.sim.run.exploration import Result
+from touchatlas.sim.command.outcome import FAILURE, complain, say
 from touchatlas.sim.run.run_folder import is_run
+from touchatlas.sim.run.work import Result
 
 _UNSURE = (
     "nowhere is the surface known to within the tolerance; give a larger --tolerance, less --noise "
@@ -36,9 +36,9 @@ def end_of(result: Result, obj, as_json: bool) -> int:
     if result.surface is not None:
         for sentence in sentences(numbers):
             say(sentence)
-    if result.interrupted:
+    if result.signal is not None:
         kept = f"stopped after {numbers['touches']} touches, which are kept"
-        return complain(f"{kept}; touchatlas resume {folder} goes on", INTERRUPTED)
+        return complain(f"{kept}; touchatlas resume {folder} goes on", 128 + result.signal)
     if result.surface is None:
         return complain(_no_surface(result), FAILURE)
     return 0 if len(result.surface.faces) else complain(_UNSURE, FAILURE)

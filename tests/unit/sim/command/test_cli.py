@@ -313,7 +313,10 @@ def test_interrupt_ends_with_results_so_far(mesh_run, tmp_path):
         out, errors = process.communicate(timeout=60)
     assert process.returncode == 130, errors
     assert "Traceback" not in errors
-    assert json.loads(out)["touches"] == len(kept(tmp_path / "r")) > 0
+    count = len(kept(tmp_path / "r"))
+    assert count > 0 and "touchatlas resume r goes on" in errors
+    # On a busy machine the four seconds may not be enough for the judge.
+    assert json.loads(out)["touches"] == count if out else "this was left" in errors
 
 
 def kept(folder):

@@ -68,6 +68,7 @@ def test_a_wrong_file_is_refused_in_one_sentence(tmp_path, text, words):
     assert_refused(done, 2, words)
 
 
+@pytest.mark.usefixtures("no_pictures")
 def test_flags_come_after_the_file_and_both_are_in_run_toml(tmp_path):
     (tmp_path / "o.toml").write_text("tolerance = 0.5\nmax_touches = 5\n[planner]\ncurves = 5\n")
     words = ["--options", "o.toml", "--max-touches", 1, "--atlas.fit.degree", 3, "--out", "r"]

@@ -10,7 +10,7 @@ import trimesh
 
 from touchatlas.atlas import Atlas
 from touchatlas.planner import Planner
-from touchatlas.sim.run import exploration
+from touchatlas.sim.run import work
 from touchatlas.sim.run.exploration import FinishedError, resume_exploration, run_exploration
 from touchatlas.sim.run.journal import Journal
 from touchatlas.sim.run.progress import read_seconds
@@ -166,7 +166,7 @@ def test_an_interrupt_while_touches_are_repeated_leaves_the_files_as_they_are(ba
 def test_results_that_take_too_long_after_an_interrupt_are_cut_short(
     ball, whole, tmp_path, monkeypatch
 ):
-    monkeypatch.setattr(exploration, "GRACE", 0.05)
+    monkeypatch.setattr(work, "GRACE", 0.05)
 
     class Interrupting(Watcher):
         def touched(self, step, atlas):
@@ -245,11 +245,11 @@ def test_a_journal_of_another_version_is_refused(ball, tmp_path):
 
 def test_the_probe_goes_on_from_its_state():
     obj, rng = make_object("sphere"), np.random.default_rng(5)
-    probe = exploration.Probe(obj, 0.02, rng)
+    probe = work.Probe(obj, 0.02, rng)
     plan = Planner(*obj.start()).ask(Atlas(0.1))
     probe(plan)
     state, expected = probe.state(), probe(plan)
-    other = exploration.Probe(obj, 0.02, np.random.default_rng(0))
+    other = work.Probe(obj, 0.02, np.random.default_rng(0))
     other.restore(state)
     found = other(plan)
     assert (found.contact == expected.contact).all()

@@ -1,0 +1,209 @@
+"""One process at work on a run: touches, journal, and the end."""
+
+import sqlite3
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext, suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from touchatlas.atlas import Atlas, Surface
+from touchatlas.atlas.files import write_whole
+from touchatlas.planner import Planner, Step, explore
+from touchatlas.sim.run.conclusion import Conclusion
+from touchatlas.sim.run.interrupt import GRACE, Hold, held_interrupt
+from touchatlas.sim.run.journal import Entry, Journal
+from touchatlas.sim.run.phases import Phases
+from touchatlas.sim.run.progress import Progress, read_seconds
+from touchatlas.sim.run.recorder import Recorder
+from touchatlas.sim.run.run_folder import replace_run
+from touchatlas.sim.run.run_options import RunOptions, fit_scale
+from touchatlas.sim.run.watcher import Watcher
+from touchatlas.sim.world.implicit_object import ImplicitObject
+from touchatlas.sim.world.mesh_object import MeshObject
+from touchatlas.sim.world.probe import Probe
+
+# Points of the true surface at which the true progress is measured. Four times as many halve the
+# standard error of the coverage, about 1 %.
+_PROGRESS_POINTS = 2000
+# Why an exploration ended that the planner did not end.
+MAX_TOUCHES, MAX_LENGTH, INTERRUPTED = (
+    "max_touches reached",
+    "max_length reached",
+    "interrupted",
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """The result of a run.
+
+    Parameters
+    ----------
+    atlas : Atlas
+    surface : Surface or None
+        None without patches.
+    numbers : dict
+        Those of evaluation.json.
+    folder : Path
+        Where the files are.
+    refusal : str
+        Why the last touch gave no patch; empty if all did, or met nothing.
+    signal : int or None
+        What ended the exploration: SIGINT (Ctrl-C) or SIGTERM; None if nothing did.
+    """
+
+    atlas: Atlas
+    surface: Surface | None
+    numbers: dict
+    folder: Path
+    refusal: str = ""
+    signal: int | None = None
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether Ctrl-C or SIGTERM ended the exploration."""
+        return self.signal is not None
+
+
+def random_streams(seed: int) -> list[np.random.Generator]:
+    """Independent generators of one seed: the probe's noise, the judge, the true progress."""
+    return [np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(3)]
+
+
+@dataclass
+class Work:
+    """One process at work on a run."""
+
+    obj: ImplicitObject | MeshObject
+    folder: Path
+    options: RunOptions
+    phases: Phases
+    watcher: Watcher
+    kept: list[Entry] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        options = self.options
+        assert options.noise is not None and options.tolerance is not None
+        probe_rng, self.judge_rng, progress_rng = random_streams(options.seed)
+        scale = fit_scale(options.noise, self.obj.diagonal)
+        self.atlas = Atlas(options.tolerance, options.atlas, scale)
+        start, outward = self.obj.start()
+        self.planner = Planner(start, outward, options.planner)
+        self.probe = Probe(self.obj, options.noise, probe_rng)
+        with self.phases("start", "sampling the truth"):
+            points = self.obj.sample(_PROGRESS_POINTS, progress_rng)[0]
+        self.progress = Progress(self.atlas, points)
+        self.old_seconds = read_seconds(self.folder / "steps.csv")[: len(self.kept)]
+
+    def carry_out(self) -> Result:
+        """Touch until nothing is left, and write the results."""
+        # The systems of equations are small: several threads wait for each other longer than they
+        # work, and hundred times longer where the cores are busy.
+        with threadpool_limits(1, "blas"):
+            with held_interrupt(self._noticed, GRACE) as hold:
+                ended = self._explore(hold)
+                if ended == INTERRUPTED:
+                    return self._result(ended, hold.signal)
+            if hold:
+                raise KeyboardInterrupt
+            return self._result(ended)
+
+    def _noticed(self) -> None:
+        number = len(self.progress.rows) + 1
+        self.watcher.interrupted(f"finishing touch {number}, then writing the results so far")
+
+    def _result(self, ended: str, signal: int | None = None) -> Result:
+        """The results, written; a run that is whole takes the place of the one it replaces."""
+        before = sum(map(sum, self.old_seconds))
+        conclusion = Conclusion(self.obj, self.atlas, self.progress, self.phases, before)
+        known = {"ended": ended, "noise_std": self.options.noise} | self._left()
+        surface, numbers = conclusion.write(self.folder, self.judge_rng, known)
+        folder = self.folder if ended == INTERRUPTED else replace_run(self.folder)
+        refusal = (self.progress.refusals or [""])[-1]
+        return Result(self.atlas, surface, numbers, folder, refusal, signal)
+
+    def _left(self) -> dict:
+        """What the planner predicts of the surface, and where it is not known to the tolerance."""
+        forecast = self.planner.forecast(self.atlas)
+        return {
+            "predicted_coverage": forecast.predicted_coverage,
+            "open_places": forecast.open_places.tolist(),
+        }
+
+    def _explore(self, hold: Hold) -> str:
+        """Carry out the touches, each written before it is learned; returns why they ended."""
+        options, start, done = self.options, time.perf_counter(), len(self.kept)
+        with self._journal() as journal:
+            recorder = Recorder(self.probe, journal, self.kept)
+            self.watcher.begins(f"repeating {done} touches of the journal" if done else "touching")
+            steps = explore(
+                self.atlas, self.planner, recorder, options.max_touches, options.max_length
+            )
+            for step in steps:
+                self._add(step, recorder)
+                self.watcher.touched(step, self.atlas)
+                if hold:
+                    break
+            counted = sum(self.progress.sum(f"seconds_{part}") for part in ("plan", "fit", "sim"))
+            counted += self.phases.seconds.get("repeat", 0.0) - sum(map(sum, self.old_seconds))
+            if hold and len(self.progress.rows) < done:
+                # The files of before know more.
+                raise KeyboardInterrupt
+            self.progress.measure()
+            self.phases.add("record", time.perf_counter() - start - counted)
+        return INTERRUPTED if hold else self._why_ended()
+
+    def _why_ended(self) -> str:
+        most, longest = self.options.max_touches, self.options.max_length
+        if most is not None and len(self.progress.rows) >= most:
+            return MAX_TOUCHES
+        if longest is not None and self.progress.last("tracked_length") >= longest:
+            return MAX_LENGTH
+        assert self.planner.stop is not None
+        return self.planner.stop.reason.value
+
+    def _add(self, step: Step, recorder: Recorder) -> None:
+        """A row of steps.csv for one touch, with the seconds of the process that made it."""
+        number, done = step.plan.number, len(self.kept)
+        sim = step.seconds_touch - recorder.take_seconds()
+        seconds: tuple[float, ...] = (step.seconds_plan, step.seconds_fit, sim)
+        if number < done:
+            seconds = (step.seconds_plan, step.seconds_fit, 0.0)
+        if number < len(self.old_seconds):
+            self.phases.add("repeat", sum(seconds))
+            seconds = self.old_seconds[number]
+        self.progress.add(step, seconds)
+        path = self.folder / "steps.csv"
+        if number == max(done - 1, 0):
+            write_whole(path, self.progress.csv_bytes())
+        elif number >= done:
+            with open(path, "ab") as file:
+                file.write(self.progress.last_row_bytes())
+        if number == done - 1:
+            self.watcher.begins("touching")
+
+    @contextmanager
+    def _journal(self) -> Iterator[Journal]:
+        """The journal of the run. steps.csv is written, however the exploration ends."""
+        journal, failed = None, True
+        try:
+            journal = Journal(self.folder / "journal.sqlite")
+            yield journal
+            failed = False
+        except (sqlite3.Error, OSError) as error:
+            name = "journal.sqlite" if isinstance(error, sqlite3.Error) else "steps.csv"
+            raise OSError(
+                f"{self.folder / name} cannot be written ({error}) after "
+                f"{max(len(self.progress.rows), len(self.kept))} touches, which are kept; free "
+                f"some space, then touchatlas resume {self.folder}"
+            ) from None
+        finally:
+            if journal is not None:
+                journal.close()
+            if len(self.progress.rows) >= len(self.kept):
+                with suppress(OSError) if failed else nullcontext():
+                    write_whole(self.folder / "steps.csv", self.progress.csv_bytes())
