@@ -19,6 +19,7 @@ EXAMPLES = Path(__file__).parent.parent / "examples"
 # Small stand-ins for the arguments that a reader would give.
 ARGUMENTS = {
     "cost_of_an_atlas.py": ["15", "30"],
+    "faces.py": ["wall", "30"],
     "same_bytes.py": ["ellipsoid_paper:3"],
     "surface_peers.py": ["sphere", "4", "2e-4", "16"],
     "table_of_objects.py": ["cap.ply"],

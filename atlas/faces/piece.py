@@ -14,6 +14,9 @@ _LEAST_GRADIENT = 0.3
 # Least part of the normal within a sampling plane, no unit: below it the plane is almost tangent
 # to the surface, and its contour says nothing of the normal. Doubled, oblique contours are lost.
 _LEAST_IN_PLANE = 0.3
+# Difference for slopes of monomials, in scales. Doubled, the error of a central difference is four
+# times 1e-8.
+_DIFFERENCE = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,6 +82,18 @@ class Piece:
         bent = project @ hessians(self.kind, self.coefficients, scaled) @ project
         bent = bent / (length * self.scale)[:, None, None]
         return self.axes.T @ bent @ self.axes
+
+    def slope_variance(self, points, directions) -> np.ndarray:
+        """(n,) variance of the derivative of the distance along unit directions (n, 3): that of the
+        angle by which the surface may be tilted."""
+        scaled, along = self.scaled(points), directions @ self.axes.T
+        terms = terms_at(self.kind, scaled)
+        _, gradient = value_and_gradient(self.kind, self.coefficients, scaled, terms)
+        square = np.maximum((gradient * gradient).sum(axis=1), np.finfo(float).tiny)
+        ahead = terms_at(self.kind, scaled + _DIFFERENCE * along)
+        behind = terms_at(self.kind, scaled - _DIFFERENCE * along)
+        slope = (ahead - behind)[: len(self.coefficients)] / (2.0 * _DIFFERENCE)
+        return ((self.covariance @ slope) * slope).sum(axis=0) / square
 
     def feet(self, points, steps: int = 2) -> np.ndarray:
         """(n, 3) points moved onto the surface along its normals."""
