@@ -6,6 +6,7 @@ import numpy as np
 
 from tests.sharp import sharp_object
 from touchatlas.atlas.faces.samples import ContourSamples, contour_samples
+from touchatlas.patch.geometry.section import contour_normals
 from touchatlas.planner import ProbePlan, Reason
 from touchatlas.planner.planes import concurrent_planes
 from touchatlas.sim import Probe
@@ -32,7 +33,7 @@ def touched(name: str, count: int, seed: int = 3):
         )
         contours += [(c, normals[i]) for c in probe(plan).contours if len(c.points) >= 5]
     points = np.concatenate([c.points_in_plane for c, _ in contours])
-    outward = np.concatenate([np.tile(a, (len(c.points), 1)) for c, a in contours])
+    outward = np.concatenate([contour_normals(c, a) for c, a in contours])
     planes = np.concatenate([np.tile(c.plane.normal, (len(c.points), 1)) for c, _ in contours])
     return points, outward, planes, obj.noise_std
 

@@ -21,6 +21,7 @@ from touchatlas.atlas.faces.grow import evenly
 from touchatlas.atlas.faces.kinds import Kind
 from touchatlas.atlas.faces.labels import NONE, Labels
 from touchatlas.atlas.faces.misfit import rim_errors, unseen_misfit
+from touchatlas.patch.geometry.arrays import cross
 
 # Distance of samples of two pieces between which an edge is sought although no contour crosses it,
 # in steps. Doubled, edges are found between fewer touches, and some beyond a third face.
@@ -30,15 +31,21 @@ _NEAR = 4.0
 _WINDOW = 4.0
 # Nats by which two pieces must explain them better: odds of 400. Doubled, slight rims are missed.
 _BETTER = 6.0
+# Samples about a boundary that are too few to say that one quartic does not explain them. Doubled,
+# rims of narrow faces are missed.
+_FEW = 25
+# Samples of a piece beside a point of an edge, and the least excess of those on one side of the
+# other piece. Doubled, they lie where the pieces bend apart.
+_BESIDE, _ONE_SIDE = 8, 0.6
 # Boundary points at which the extent of a piece is measured. Doubled, it takes twice as long.
 _MEASURED = 16
 # Points that a sharp edge needs. Doubled, short edges are missed.
 _LEAST_POINTS = 3
 # Samples about a point of a boundary, and the least fraction that is of the two pieces. Doubled,
 # boundaries end farther from corners.
-_ABOUT, _MOST = 8, 0.75
-# Largest jump of the curvature between two lawful pieces that may be one smooth surface, over the
-# larger curvature: they show its change nowhere else. Doubled, a fillet continues a flat face.
+_ABOUT, _MOST = 8, 1.0
+# Largest jump of the curvature between a lawful piece and one that may continue it smoothly, over
+# the larger curvature: a law shows no change of it. Doubled, a fillet continues a flat face.
 _LAWFUL_JUMP = 0.5
 # Least angle of a sharp edge that no contour crosses, rad: contours run on over blunter ones.
 # Doubled, edges of 20 degrees between contours that end there are missed.
@@ -122,10 +129,8 @@ class _Judge:
         errors = [self._rim_errors(k, evenly(at, _MEASURED), across) for k in (a, b)]
         slope, curvature = np.sum(errors, axis=0)
         if angle > slope:
-            sharp = self.uncrossed(a, b, points, slope)
-            if sharp is not None:
-                return sharp
-        if all(piece.kind.lawful for piece in pieces):
+            return self.uncrossed(a, b, points, slope)
+        if any(piece.kind.lawful for piece in pieces):
             curvature = min(curvature, _LAWFUL_JUMP * largest_curvature(*pieces, at))
         smooth = jump <= curvature and self._one_holds(a, b, middles)
         kind = EdgeKind.ARTIFICIAL if smooth else EdgeKind.SMOOTH_RIM
@@ -141,10 +146,9 @@ class _Judge:
         if len(curve.points) < _LEAST_POINTS:
             return None
         angle = float(np.median(angles(*pieces, curve.points)))
-        if angle <= least:
+        kind = self._sides(a, b, curve.points)
+        if angle <= least or kind is None:
             return None
-        convex = self._lies_below(a, b, curve.points)
-        kind = EdgeKind.SHARP_CONVEX if convex else EdgeKind.SHARP_CONCAVE
         jump = curvature_jump(*pieces, evenly(curve.points, _MEASURED))[1]
         return Boundary(a, b, kind, curve, angle, jump, gap(*pieces, curve.points))
 
@@ -184,7 +188,7 @@ class _Judge:
             costs += self.evidence.misfit(distance).sum()
             about.append(near)
         both = np.sort(np.concatenate(about))
-        if len(both) < 2 * Kind.QUARTIC.parameters:
+        if len(both) < _FEW:
             return True
         one = self.evidence.fit(Kind.QUARTIC, both)
         if one is None:
@@ -192,16 +196,26 @@ class _Judge:
         together = self.evidence.misfit(self.evidence.compare(one, both)[0]).sum()
         return bool(together - costs < _BETTER)
 
-    def _lies_below(self, a: int, b: int, at) -> bool:
-        """Whether the samples about an edge lie below the tangent planes of the other piece."""
-        total = 0.0
+    def _sides(self, a: int, b: int, at) -> EdgeKind | None:
+        """Whether an edge at points (m, 3) is convex or concave: the near samples of each piece lie
+        below the other, or above. None where they lie on both sides, so that a piece goes on."""
+        sides = []
         for one, other in ((a, b), (b, a)):
             points = self.evidence.samples.points[self.members[other]]
-            _, near = cKDTree(points).query(at, k=min(6, len(points)))
-            offset = points[np.reshape(near, (len(at), -1))] - at[:, None]
+            _, near = cKDTree(points).query(at, k=min(_BESIDE, len(points)))
+            offset = points[near.reshape(len(at), -1)] - at[:, None]
             normals = self.labels.pieces[one].at(at)[1]
-            total += float((offset * normals[:, None]).sum())
-        return total < 0.0
+            edge = cross(normals, self.labels.pieces[other].at(at)[1])[:, None]
+            along = (offset * edge).sum(axis=2) ** 2
+            square = (offset * offset).sum(axis=2) * (edge * edge).sum(axis=2)
+            height = (offset * normals[:, None]).sum(axis=2)
+            # Those along the edge may lie beyond its end.
+            beside = (along < 0.25 * square) & (np.abs(height) > 3.0 * self.evidence.samples.std)
+            far = height[beside]
+            sides.append(float(np.sign(far).mean()) if len(far) else 0.0)
+        if max(sides) < -_ONE_SIDE:
+            return EdgeKind.SHARP_CONVEX
+        return EdgeKind.SHARP_CONCAVE if min(sides) > _ONE_SIDE else None
 
 
 def _across_ends(labels: Labels) -> dict[tuple[int, int], np.ndarray]:

@@ -128,6 +128,16 @@ def valley_points(first: Piece, second: Piece, points, reach: float) -> CurvePoi
     return CurvePoints(at[good], deviation)
 
 
+def rim_distances(first: Piece, second: Piece, points, toward) -> np.ndarray:
+    """(m,) distances of points (m, 3) from the rim of two tangent pieces, length: (n₁ - n₂)·e / κ,
+    with e on the side of directions ``toward`` (m, 3). The distance is positive on that side."""
+    at = mean_foot(first, second, points)
+    direction, jump = _strongest(first, second, at)
+    direction = direction * np.where((direction * toward).sum(axis=1) < 0.0, -1.0, 1.0)[:, None]
+    difference = ((first.at(at)[1] - second.at(at)[1]) * direction).sum(axis=1)
+    return difference / np.where(np.abs(jump) > 0.0, jump, np.inf)
+
+
 def half_extent(samples, points, across, piece: Piece, width: float) -> float:
     """Half the extent of samples (n, 3) of a piece across a rim, length: the median over points
     (m, 3) of the rim with directions (m, 3), each in a strip so wide to either side."""

@@ -61,6 +61,7 @@ def revise_all(labels: Labels) -> None:
         labels.separate()
         refit(labels)
         merge(labels)
+        split(labels, tried)
     labels.relax()
     drop(labels)
     labels.relax()

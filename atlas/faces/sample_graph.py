@@ -51,7 +51,7 @@ class SampleGraph:
         high = np.concatenate([along + 1, np.maximum(first, second)])
         keys = np.unique(low * self.size + high)
         self.pairs = np.stack([keys // self.size, keys % self.size], axis=1)
-        cosine = (samples.normals[self.pairs[:, 0]] * samples.normals[self.pairs[:, 1]]).sum(axis=1)
+        cosine = _cosines(samples, *self.pairs.T)
         self.weights = np.maximum((cosine - _COSINE) / (1.0 - _COSINE), 0.0) ** 2
         self.neighbours, self.neighbour_weights = _padded(self.pairs, self.weights, self.size)
 
@@ -104,6 +104,13 @@ class SampleGraph:
         return np.sort(members[order[:count]])
 
 
+def _cosines(samples: ContourSamples, i, j) -> np.ndarray:
+    """(m,) cosines between the normals of samples i and j (m,), within their sampling planes or of
+    the surface, whichever differ more: an oblique contour shows a part of the normal only."""
+    within = (samples.normals[i] * samples.normals[j]).sum(axis=1)
+    return np.minimum(within, (samples.outward[i] * samples.outward[j]).sum(axis=1))
+
+
 def _links_across(samples: ContourSamples, tree) -> tuple[np.ndarray, np.ndarray]:
     """Samples (m,) and the nearest sample of each of the nearest other contours (m,)."""
     everyone = np.arange(len(samples))
@@ -135,7 +142,7 @@ def _fitting_links(samples: ContourSamples, tree, some, count: int):
     i, j, length = i[other], j[other], length[other]
     chord = points[j] - points[i]
     rise, fall = (chord * normals[i]).sum(axis=1), (chord * normals[j]).sum(axis=1)
-    fits = (normals[i] * normals[j]).sum(axis=1) > _COSINE
+    fits = _cosines(samples, i, j) > _COSINE
     fits &= np.maximum(np.abs(rise), np.abs(fall)) < _OFF_TANGENT * length + noise
     fits &= np.abs(rise + fall) < _OFF_ARC * length + noise
     return i[fits], j[fits], length[fits]

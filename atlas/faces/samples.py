@@ -28,6 +28,8 @@ class ContourSamples:
     normals : (n, 3) float, unit, world
         Outward, perpendicular to the contour within its sampling plane: the projection of the
         surface normal to that plane.
+    outward : (n, 3) float, unit, world
+        Estimates of the surface normal itself. They say which samples are next to each other.
     planes : (n, 3) float, unit, world
         Normal of the sampling plane.
     contours : (n,) int
@@ -43,6 +45,7 @@ class ContourSamples:
 
     points: np.ndarray
     normals: np.ndarray
+    outward: np.ndarray
     planes: np.ndarray
     contours: np.ndarray
     touches: np.ndarray
@@ -61,7 +64,7 @@ def contour_samples(points, outward, planes, std: float) -> ContourSamples:
     points : (n, 3) float, length, world
         In order of travel, contour after contour.
     outward : (n, 3) float, unit, world
-        Surface normals; only their side is used.
+        Estimates of the surface normals.
     planes : (n, 3) float, unit, world
         Normals of the sampling planes. Where the plane changes, a new contour begins.
     std : float, length, > 0
@@ -73,7 +76,7 @@ def contour_samples(points, outward, planes, std: float) -> ContourSamples:
     votes = np.bincount(contours, side, contours[-1] + 1)
     normals = normals * np.where(votes < 0.0, -1.0, 1.0)[contours][:, None]
     touches = group_contours(points, contours, steps)
-    return ContourSamples(points, normals, planes, contours, touches, steps, float(std))
+    return ContourSamples(points, normals, outward, planes, contours, touches, steps, float(std))
 
 
 def split_contours(points, planes) -> tuple[np.ndarray, np.ndarray]:
