@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from touchatlas.atlas.cad.step_file import StepReport, save_step
     from touchatlas.atlas.faces.boundaries import EdgeKind
     from touchatlas.atlas.faces.face_graph import write_graphml, write_json
+    from touchatlas.atlas.faces.face_values import FaceValues, face_values
     from touchatlas.atlas.faces.faces import Face, FaceEdge, Faces
     from touchatlas.atlas.field.blend import Blend
     from touchatlas.atlas.graph.power_diagram import Boundary
@@ -27,12 +28,14 @@ __all__ = [
     "EdgeKind",
     "Face",
     "FaceEdge",
+    "FaceValues",
     "Faces",
     "StepReport",
     "Surface",
     "Touch",
     "TouchStatus",
     "extract_surface",
+    "face_values",
     "load_atlas",
     "save_atlas",
     "save_step",
@@ -49,6 +52,8 @@ __getattr__ = lazy_names(
         "EdgeKind": "touchatlas.atlas.faces.boundaries",
         "Face": "touchatlas.atlas.faces.faces",
         "FaceEdge": "touchatlas.atlas.faces.faces",
+        "FaceValues": "touchatlas.atlas.faces.face_values",
+        "face_values": "touchatlas.atlas.faces.face_values",
         "Faces": "touchatlas.atlas.faces.faces",
         "StepReport": "touchatlas.atlas.cad.step_file",
         "Surface": "touchatlas.atlas.mesh.extract",

@@ -32,6 +32,8 @@ class Face:
         Numbers of a lawful face; None for a free-form one.
     pieces : tuple of Piece
         One for a lawful face.
+    patches : tuple of int
+        Numbers of the pieces among all, as in ``Faces.patch_of``.
     samples : (m,) int
         Indices of its samples, ascending.
     explained : float
@@ -47,6 +49,7 @@ class Face:
     kind: str
     law: Law | None
     pieces: tuple[Piece, ...]
+    patches: tuple[int, ...]
     samples: np.ndarray
     explained: float
     deviation: float
@@ -97,12 +100,15 @@ class Faces:
         All samples.
     of : (n,) int
         Id of the face of each sample, -1 where nothing explains it.
+    patch_of : (n,) int
+        Number of the piece of each sample, -1 where there is none.
     """
 
     faces: tuple[Face, ...]
     edges: tuple[FaceEdge, ...]
     points: np.ndarray
     of: np.ndarray
+    patch_of: np.ndarray
 
     def __len__(self) -> int:
         return len(self.faces)
@@ -131,7 +137,8 @@ def join_faces(labels: Labels, boundaries: list[Boundary]) -> Faces:
     face_of_label = rank[group]
     of = np.where(labels.of == NONE, NONE, face_of_label[labels.of])
     faces = [_face(labels, k, np.flatnonzero(face_of_label == k), of) for k in range(len(sizes))]
-    return Faces(tuple(faces), _edges(labels, boundaries, face_of_label), _points(labels), of)
+    edges = _edges(labels, boundaries, face_of_label)
+    return Faces(tuple(faces), edges, _points(labels), of, labels.of.copy())
 
 
 def _points(labels: Labels) -> np.ndarray:
@@ -172,6 +179,7 @@ def _face(labels: Labels, number: int, own, of) -> Face:
         kind,
         law,
         pieces,
+        tuple(own.tolist()),
         members,
         float((np.abs(distance) <= 3.0 * samples.std).mean()),
         float(np.sqrt((distance * distance).mean())),

@@ -30,7 +30,7 @@ def read_faces(state: AtlasState, options: FaceOptions = FaceOptions()) -> Faces
     fit that the atlas bears.
     """
     if not len(state.membership.pool):
-        return Faces((), (), np.zeros((0, 3)), np.zeros(0, int))
+        return Faces((), (), np.zeros((0, 3)), np.zeros(0, int), np.zeros(0, int))
     return faces_of_samples(samples_of(state), options)
 
 
