@@ -14,7 +14,7 @@ from collections import Counter
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from touchatlas.atlas import Atlas
+from touchatlas.atlas import Atlas, Faces, face_values
 from touchatlas.planner import Planner, ProbePlan, Reason, explore
 from touchatlas.planner.planes import concurrent_planes
 from touchatlas.sim import Probe, make_object
@@ -114,6 +114,21 @@ def right_and_found(truth, of) -> tuple[float, int]:
     return float(common.sum() / len(of)), int(found.sum())
 
 
+def compare_fields(obj, atlas: Atlas, faces: Faces) -> None:
+    """Print the distances of true points by the faces, and by the blended patches where known."""
+    points, _ = obj.sample(10000, np.random.default_rng(99))
+    blend = atlas.blend(points)
+    for what, distance in (
+        ("faces", face_values(faces, points).distance),
+        ("blended patches", blend.distance[blend.known]),
+    ):
+        off = np.abs(distance)
+        tail = np.quantile(off, [0.95, 0.999])
+        known = len(off) / len(points)
+        print(f"{what}: {known:.3f} known, mean {off.mean():.4f}, 95 % {tail[0]:.4f}, ", end="")
+        print(f"99.9 % {tail[1]:.4f}")
+
+
 def main(name: str, touches: str = "", seed: str = "0") -> None:
     obj = body(name)
     count = int(touches or 0)
@@ -133,6 +148,7 @@ def main(name: str, touches: str = "", seed: str = "0") -> None:
     errors = rim_errors(name, np.concatenate(curves)) if curves else np.zeros(0)
     if len(errors):
         print(f"edges off by {np.median(errors):.4f}, 95 % {np.quantile(errors, 0.95):.4f}")
+    compare_fields(obj, atlas, faces)
     for face in faces.faces[:30]:
         print(f"  {face.id}: {face.words}; {len(face.samples)} samples, rms {face.deviation:.2g}")
 
