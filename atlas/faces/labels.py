@@ -85,16 +85,25 @@ class Labels:
         """
         movable = self._movable()
         sample, label, cost = self._candidates(movable)
+        if not len(movable):
+            return
         begin = np.searchsorted(sample, movable)
+        counts = np.diff(begin, append=len(sample))
         graph, price = self.evidence.graph, self.evidence.options.boundary
         of, still = np.append(self.of, -2), 0
-        around, weights = graph.neighbours[sample], graph.neighbour_weights[sample]
+        entry, column = np.nonzero(graph.neighbours[sample] < graph.size)
+        around = graph.neighbours[sample[entry], column]
+        weights, wanted = graph.neighbour_weights[sample[entry], column], label[entry]
         for sweep in range(2 * _SWEEPS):
-            same = of[around] == label[:, None]
-            energy = cost - price * (weights * same).sum(axis=1)
+            same = of[around] == wanted
+            energy = cost - price * np.bincount(entry, weights * same, len(sample))
             # A label spreads from neighbour to neighbour.
-            energy[~same.any(axis=1) & (label != NONE) & (label != of[sample])] = np.inf
-            new = label[np.lexsort((label, energy, sample))[begin]]
+            alone = np.bincount(entry, same, len(sample)) == 0
+            energy[alone & (label != NONE) & (label != of[sample])] = np.inf
+            least = np.repeat(np.minimum.reduceat(energy, begin), counts)
+            best = np.flatnonzero(energy == least)
+            # The first of equals, by label.
+            new = label[best[np.searchsorted(best, begin)]]
             changed = (new != of[movable]) & (movable % 2 == sweep % 2)
             of[movable[changed]] = new[changed]
             still = 0 if changed.any() else still + 1
