@@ -7,6 +7,10 @@ from touchatlas.patch.lazy_names import lazy_names
 if TYPE_CHECKING:
     from touchatlas.atlas.atlas import Atlas
     from touchatlas.atlas.cad.step_file import StepReport, save_step
+    from touchatlas.atlas.faces.boundaries import EdgeKind
+    from touchatlas.atlas.faces.face_graph import write_graphml, write_json
+    from touchatlas.atlas.faces.face_values import FaceValues, face_values
+    from touchatlas.atlas.faces.faces import Face, FaceEdge, Faces
     from touchatlas.atlas.field.blend import Blend
     from touchatlas.atlas.graph.power_diagram import Boundary
     from touchatlas.atlas.mesh.extract import Surface, extract_surface
@@ -21,14 +25,22 @@ __all__ = [
     "AtlasOptions",
     "Blend",
     "Boundary",
+    "EdgeKind",
+    "Face",
+    "FaceEdge",
+    "FaceValues",
+    "Faces",
     "StepReport",
     "Surface",
     "Touch",
     "TouchStatus",
     "extract_surface",
+    "face_values",
     "load_atlas",
     "save_atlas",
     "save_step",
+    "write_graphml",
+    "write_json",
 ]
 __getattr__ = lazy_names(
     {
@@ -37,6 +49,12 @@ __getattr__ = lazy_names(
         "AtlasOptions": "touchatlas.atlas.records.options",
         "Blend": "touchatlas.atlas.field.blend",
         "Boundary": "touchatlas.atlas.graph.power_diagram",
+        "EdgeKind": "touchatlas.atlas.faces.boundaries",
+        "Face": "touchatlas.atlas.faces.faces",
+        "FaceEdge": "touchatlas.atlas.faces.faces",
+        "FaceValues": "touchatlas.atlas.faces.face_values",
+        "face_values": "touchatlas.atlas.faces.face_values",
+        "Faces": "touchatlas.atlas.faces.faces",
         "StepReport": "touchatlas.atlas.cad.step_file",
         "Surface": "touchatlas.atlas.mesh.extract",
         "Touch": "touchatlas.atlas.records.touch",
@@ -45,5 +63,7 @@ __getattr__ = lazy_names(
         "load_atlas": "touchatlas.atlas.store",
         "save_atlas": "touchatlas.atlas.store",
         "save_step": "touchatlas.atlas.cad.step_file",
+        "write_graphml": "touchatlas.atlas.faces.face_graph",
+        "write_json": "touchatlas.atlas.faces.face_graph",
     }
 )

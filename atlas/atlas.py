@@ -7,6 +7,8 @@ from touchatlas.atlas.edit.insert import learn
 from touchatlas.atlas.edit.merge import merge
 from touchatlas.atlas.edit.simplify import simplify
 from touchatlas.atlas.edit.split import split
+from touchatlas.atlas.faces.faces import Faces
+from touchatlas.atlas.faces.read_faces import read_faces
 from touchatlas.atlas.records.change import AtlasChange
 from touchatlas.atlas.records.touch import Touch
 from touchatlas.atlas.state import AtlasState
@@ -88,6 +90,11 @@ class Atlas(AtlasState):
         """Refit, fill, simplify and learn residuals at the end of an exploration; returns how many
         patches have a residual. More touches may be added afterwards."""
         return finish(self)
+
+    def faces(self) -> Faces:
+        """The faces of what was touched, each with its kind in words and numbers, and the sharp
+        edges and smooth rims between them; read from the samples, from scratch."""
+        return read_faces(self)
 
     def validate(self) -> None:
         """Check all invariants: owners of samples, normal equations and their solutions, relations

@@ -1,0 +1,1 @@
+"""Faces: samples labelled by the laws that they obey, and the edges between them."""

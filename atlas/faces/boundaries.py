@@ -1,0 +1,242 @@
+"""Boundaries between pieces: sharp edge, smooth rim, or none but that one polynomial ends."""
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from touchatlas.atlas.faces.edge_curves import (
+    CurvePoints,
+    angles,
+    curvature_jump,
+    gap,
+    half_extent,
+    intersection_points,
+    largest_curvature,
+    mean_foot,
+    valley_points,
+)
+from touchatlas.atlas.faces.grow import evenly
+from touchatlas.atlas.faces.kinds import Kind
+from touchatlas.atlas.faces.labels import NONE, Labels
+from touchatlas.atlas.faces.misfit import rim_errors, unseen_misfit
+from touchatlas.patch.geometry.arrays import cross
+
+# Distance of samples of two pieces between which an edge is sought although no contour crosses it,
+# in steps. Doubled, edges are found between fewer touches, and some beyond a third face.
+_NEAR = 4.0
+# Samples about a boundary that one quartic must explain if nothing else is there: within so many
+# steps of it. Doubled, quartics fail on smooth surfaces too.
+_WINDOW = 4.0
+# Nats by which two pieces must explain them better: odds of 400. Doubled, slight rims are missed.
+_BETTER = 6.0
+# Samples about a boundary that are too few to say that one quartic does not explain them. Doubled,
+# rims of narrow faces are missed.
+_FEW = 25
+# Samples of a piece beside a point of an edge, and the least excess of those on one side of the
+# other piece. Doubled, they lie where the pieces bend apart.
+_BESIDE, _ONE_SIDE = 8, 0.6
+# Boundary points at which the extent of a piece is measured. Doubled, it takes twice as long.
+_MEASURED = 16
+# Points that a sharp edge needs. Doubled, short edges are missed.
+_LEAST_POINTS = 3
+# Samples about a point of a boundary, and the least fraction that is of the two pieces. Doubled,
+# boundaries end farther from corners.
+_ABOUT, _MOST = 8, 1.0
+# Largest jump of the curvature between a lawful piece and one that may continue it smoothly, over
+# the larger curvature: a law shows no change of it. Doubled, a fillet continues a flat face.
+_LAWFUL_JUMP = 0.5
+# Least angle of a sharp edge that no contour crosses, rad: contours run on over blunter ones.
+# Doubled, edges of 20 degrees between contours that end there are missed.
+_UNCROSSED = np.deg2rad(10.0)
+
+
+class EdgeKind(Enum):
+    """What lies between two pieces."""
+
+    SHARP_CONVEX = "sharp convex"
+    SHARP_CONCAVE = "sharp concave"
+    SMOOTH_RIM = "smooth rim"
+    ARTIFICIAL = "artificial"
+
+    @property
+    def sharp(self) -> bool:
+        """Whether the normals differ."""
+        return self in (EdgeKind.SHARP_CONVEX, EdgeKind.SHARP_CONCAVE)
+
+
+@dataclass(frozen=True, eq=False)
+class Boundary:
+    """Where two pieces meet.
+
+    Parameters
+    ----------
+    first, second : int
+        Labels, the lower first.
+    kind : EdgeKind
+    curve : CurvePoints
+        Points of the boundary, in no order.
+    angle : float, rad
+        Median angle between the normals of both pieces at the boundary.
+    jump : float, 1/length
+        Median of the largest difference of their normal curvatures.
+    gap : float, length
+        Root mean square of the difference of their distances.
+    """
+
+    first: int
+    second: int
+    kind: EdgeKind
+    curve: CurvePoints
+    angle: float
+    jump: float
+    gap: float
+
+
+def find_boundaries(labels: Labels) -> list[Boundary]:
+    """All boundaries between the pieces of a labelling, in order of their labels."""
+    judge = _Judge(labels)
+    linked = [(a, b) for a, b, _ in labels.pairs()]
+    found = {pair: judge.linked(*pair) for pair in linked}
+    for pair, middles in _across_ends(labels).items():
+        if found.get(pair) is None:
+            found[pair] = judge.uncrossed(*pair, middles)
+    return [boundary for _, boundary in sorted(found.items()) if boundary is not None]
+
+
+class _Judge:
+    """What lies between two pieces, from the samples of both."""
+
+    def __init__(self, labels: Labels) -> None:
+        self.labels, self.evidence = labels, labels.evidence
+        self.members = labels.all_members()
+        pairs = zip(labels.pieces, self.members, strict=True)
+        self.misfits = [unseen_misfit(self.evidence, p, m) if len(m) else 0.0 for p, m in pairs]
+        self.step = float(np.median(self.evidence.samples.steps))
+
+    def linked(self, a: int, b: int) -> Boundary | None:
+        """The boundary of two pieces between whose samples there are links."""
+        points, pieces = self._between(a, b), (self.labels.pieces[a], self.labels.pieces[b])
+        valley = self._own(a, b, valley_points(*pieces, points, _NEAR * self.step))
+        middles = mean_foot(*pieces, points)
+        middles = self._own(a, b, CurvePoints(middles, np.full(len(middles), self.step))).points
+        if len(middles) < _LEAST_POINTS:
+            return None
+        at = valley.points if len(valley.points) >= _LEAST_POINTS else middles
+        angle = float(np.median(angles(*pieces, at)))
+        across, jump = curvature_jump(*pieces, evenly(at, _MEASURED))
+        errors = [self._rim_errors(k, evenly(at, _MEASURED), across) for k in (a, b)]
+        slope, curvature = np.sum(errors, axis=0)
+        if angle > slope:
+            return self.uncrossed(a, b, points, slope)
+        if any(piece.kind.lawful for piece in pieces):
+            curvature = min(curvature, _LAWFUL_JUMP * largest_curvature(*pieces, at))
+        smooth = jump <= curvature and self._one_holds(a, b, middles)
+        kind = EdgeKind.ARTIFICIAL if smooth else EdgeKind.SMOOTH_RIM
+        if smooth or len(valley.points) < _LEAST_POINTS:
+            valley = CurvePoints(middles, np.full(len(middles), self.step))
+        return Boundary(a, b, kind, valley, angle, jump, gap(*pieces, middles))
+
+    def uncrossed(self, a: int, b: int, middles, least: float = _UNCROSSED) -> Boundary | None:
+        """The sharp edge of two pieces about points between their samples, or None where they do
+        not meet at an angle."""
+        pieces = self.labels.pieces[a], self.labels.pieces[b]
+        curve = self._own(a, b, intersection_points(*pieces, middles, _NEAR * self.step))
+        if len(curve.points) < _LEAST_POINTS:
+            return None
+        angle = float(np.median(angles(*pieces, curve.points)))
+        kind = self._sides(a, b, curve.points)
+        if angle <= least or kind is None:
+            return None
+        jump = curvature_jump(*pieces, evenly(curve.points, _MEASURED))[1]
+        return Boundary(a, b, kind, curve, angle, jump, gap(*pieces, curve.points))
+
+    def _between(self, a: int, b: int) -> np.ndarray:
+        """(m, 3) middles of the links between two labels."""
+        graph, points = self.evidence.graph, self.evidence.samples.points
+        both = np.sort(self.labels.of[graph.pairs], axis=1)
+        pairs = graph.pairs[(both == (a, b)).all(axis=1)]
+        return points[pairs].mean(axis=1)
+
+    def _own(self, a: int, b: int, curve: CurvePoints) -> CurvePoints:
+        """The points of a curve about which most samples are of the two pieces: elsewhere these
+        meet beyond a third."""
+        if not len(curve.points):
+            return curve
+        tree = self.evidence.graph.tree
+        _, near = tree.query(curve.points, k=min(_ABOUT, tree.n))
+        of = self.labels.of[near.reshape(len(curve.points), -1)]
+        own = ((of == a) | (of == b)).mean(axis=1) >= _MOST
+        return CurvePoints(curve.points[own], curve.deviation[own])
+
+    def _rim_errors(self, label: int, at, across) -> tuple[float, float]:
+        """Errors of slope and curvature of a piece at its rim, by its extent across the rim."""
+        points = self.evidence.samples.points[self.members[label]]
+        half = half_extent(points, at, across, self.labels.pieces[label], 2.0 * self.step)
+        kind = self.labels.pieces[label].kind
+        return rim_errors(kind, self.misfits[label], max(half, self.step))
+
+    def _one_holds(self, a: int, b: int, middles) -> bool:
+        """Whether one quartic explains the samples about a boundary as well as both pieces do."""
+        points, tree = self.evidence.samples.points, cKDTree(middles)
+        costs, about = 0.0, []
+        for label in (a, b):
+            members = self.members[label]
+            near = members[tree.query(points[members])[0] < _WINDOW * self.step]
+            distance = self.evidence.compare(self.labels.pieces[label], near)[0]
+            costs += self.evidence.misfit(distance).sum()
+            about.append(near)
+        both = np.sort(np.concatenate(about))
+        if len(both) < _FEW:
+            return True
+        one = self.evidence.fit(Kind.QUARTIC, both)
+        if one is None:
+            return False
+        together = self.evidence.misfit(self.evidence.compare(one, both)[0]).sum()
+        return bool(together - costs < _BETTER)
+
+    def _sides(self, a: int, b: int, at) -> EdgeKind | None:
+        """Whether an edge at points (m, 3) is convex or concave: the near samples of each piece lie
+        below the other, or above. None where they lie on both sides, so that a piece goes on."""
+        sides = []
+        for one, other in ((a, b), (b, a)):
+            points = self.evidence.samples.points[self.members[other]]
+            _, near = cKDTree(points).query(at, k=min(_BESIDE, len(points)))
+            offset = points[near.reshape(len(at), -1)] - at[:, None]
+            normals = self.labels.pieces[one].at(at)[1]
+            edge = cross(normals, self.labels.pieces[other].at(at)[1])[:, None]
+            along = (offset * edge).sum(axis=2) ** 2
+            square = (offset * offset).sum(axis=2) * (edge * edge).sum(axis=2)
+            height = (offset * normals[:, None]).sum(axis=2)
+            # Those along the edge may lie beyond its end.
+            beside = (along < 0.25 * square) & (np.abs(height) > 3.0 * self.evidence.samples.std)
+            far = height[beside]
+            sides.append(float(np.sign(far).mean()) if len(far) else 0.0)
+        if max(sides) < -_ONE_SIDE:
+            return EdgeKind.SHARP_CONVEX
+        return EdgeKind.SHARP_CONCAVE if min(sides) > _ONE_SIDE else None
+
+
+def _across_ends(labels: Labels) -> dict[tuple[int, int], np.ndarray]:
+    """Pairs of labels, mapped to the points (m, 3) half-way between an end of a contour of one and
+    the nearest sample of the other."""
+    samples, of = labels.evidence.samples, labels.of
+    new = np.diff(samples.contours, prepend=-1, append=samples.contours[-1] + 1) > 0
+    ends = np.flatnonzero(new[:-1] | new[1:])
+    ends = ends[of[ends] != NONE]
+    reach = _NEAR * float(np.median(samples.steps))
+    near = labels.evidence.graph.tree.query_ball_point(samples.points[ends], reach)
+    i = np.repeat(ends, [len(some) for some in near])
+    j = np.concatenate([np.array(some, int) for some in near]) if len(near) else i
+    apart = (of[i] != of[j]) & (of[j] != NONE)
+    i, j = i[apart], j[apart]
+    chord = samples.points[i] - samples.points[j]
+    order = np.lexsort(((chord * chord).sum(axis=1), of[j], i))
+    i, j = i[order], j[order]
+    first = np.append(True, (i[1:] != i[:-1]) | (of[j[1:]] != of[j[:-1]]))[: len(i)]
+    i, j = i[first], j[first]
+    middle = 0.5 * (samples.points[i] + samples.points[j])
+    both = np.sort(np.stack([of[i], of[j]], axis=1), axis=1)
+    pairs = np.unique(both, axis=0)
+    return {(a, b): middle[(both == (a, b)).all(axis=1)] for a, b in pairs.tolist()}

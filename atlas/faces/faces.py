@@ -1,0 +1,217 @@
+"""Faces: pieces joined where nothing but the reach of one polynomial lies between them."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import networkx as nx
+import numpy as np
+
+from touchatlas.atlas.faces.boundaries import Boundary, EdgeKind
+from touchatlas.atlas.faces.labels import NONE, Labels
+from touchatlas.atlas.faces.laws import Law, law_of
+from touchatlas.atlas.faces.piece import Piece
+from touchatlas.atlas.faces.polylines import polylines
+
+# Least distance of the points of an edge, and longest gap in it, in steps of the contours. Doubled,
+# edges are coarser, and bridge wider gaps between touches.
+_SPACING, _LONGEST_GAP = 0.5, 8.0
+
+
+@dataclass(frozen=True, eq=False)
+class Face:
+    """A part of the surface bounded by sharp edges, smooth rims, and the end of what was touched.
+
+    Parameters
+    ----------
+    id : int
+    words : str
+        Kind and numbers: "cylinder, radius 5.01 ± 0.01, axis (0.000, 0.000, 1.000)".
+    kind : str
+        "plane", "sphere", "cylinder", "quadric" or "free-form".
+    law : Law or None
+        Numbers of a lawful face; None for a free-form one.
+    pieces : tuple of Piece
+        One for a lawful face.
+    patches : tuple of int
+        Numbers of the pieces among all, as in ``Faces.patch_of``.
+    samples : (m,) int
+        Indices of its samples, ascending.
+    explained : float
+        Fraction of the samples within three standard deviations of their piece.
+    deviation : float, length
+        Root mean square of the distances of the samples from their pieces.
+    middle : (3,) float, length, world
+        The sample nearest to the mean of all.
+    """
+
+    id: int
+    words: str
+    kind: str
+    law: Law | None
+    pieces: tuple[Piece, ...]
+    patches: tuple[int, ...]
+    samples: np.ndarray
+    explained: float
+    deviation: float
+    middle: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class FaceEdge:
+    """Where two faces meet in one way.
+
+    Parameters
+    ----------
+    first, second : int
+        Ids of the faces, the lower first.
+    kind : EdgeKind
+    curves : tuple of (k, 3) float, length, world
+        Points in order; the last is the first where a curve is closed.
+    length : float, length
+        Of all curves.
+    deviation : float, length
+        Median standard deviation of a point's distance from the true curve, as predicted.
+    angle : float, rad
+        Median angle between the normals of both faces; about zero at a smooth rim.
+    gap : float, length
+        Root mean square of how far the two surfaces are apart there.
+    """
+
+    first: int
+    second: int
+    kind: EdgeKind
+    curves: tuple[np.ndarray, ...]
+    length: float
+    deviation: float
+    angle: float
+    gap: float
+
+
+@dataclass(frozen=True, eq=False)
+class Faces:
+    """The faces of what was touched, and their edges.
+
+    Parameters
+    ----------
+    faces : tuple of Face
+        The id of a face is its place.
+    edges : tuple of FaceEdge
+    points : (n, 3) float, length, world
+        All samples.
+    of : (n,) int
+        Id of the face of each sample, -1 where nothing explains it.
+    patch_of : (n,) int
+        Number of the piece of each sample, -1 where there is none.
+    """
+
+    faces: tuple[Face, ...]
+    edges: tuple[FaceEdge, ...]
+    points: np.ndarray
+    of: np.ndarray
+    patch_of: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.faces)
+
+    @cached_property
+    def unexplained(self) -> float:
+        """Fraction of the samples that belong to no face; 0 without samples."""
+        return float((self.of == NONE).mean()) if len(self.of) else 0.0
+
+    def graph(self) -> nx.MultiGraph:
+        """The faces as nodes and their edges as edges, with numbers and words only: see
+        ``touchatlas.atlas.faces.face_graph``."""
+        from touchatlas.atlas.faces.face_graph import as_networkx
+
+        return as_networkx(self)
+
+
+def join_faces(labels: Labels, boundaries: list[Boundary]) -> Faces:
+    """Faces of a labelling, the largest first, and the edges between them.
+
+    Pieces with an artificial boundary between them are of one face.
+    """
+    group = _groups(len(labels.pieces), boundaries)
+    sizes = np.bincount(group, [len(m) for m in labels.all_members()])
+    rank = np.argsort(np.argsort(-sizes, kind="stable"), kind="stable")
+    face_of_label = rank[group]
+    of = np.where(labels.of == NONE, NONE, face_of_label[labels.of])
+    faces = [_face(labels, k, np.flatnonzero(face_of_label == k), of) for k in range(len(sizes))]
+    edges = _edges(labels, boundaries, face_of_label)
+    return Faces(tuple(faces), edges, _points(labels), of, labels.of.copy())
+
+
+def _points(labels: Labels) -> np.ndarray:
+    points = labels.evidence.samples.points.copy()
+    points.flags.writeable = False
+    return points
+
+
+def _groups(count: int, boundaries: list[Boundary]) -> np.ndarray:
+    """(count,) number of the face of each label."""
+    graph = nx.Graph()
+    graph.add_nodes_from(range(count))
+    artificial = [b for b in boundaries if b.kind is EdgeKind.ARTIFICIAL]
+    graph.add_edges_from((b.first, b.second) for b in artificial)
+    group = np.zeros(count, int)
+    for number, part in enumerate(nx.connected_components(graph)):
+        group[list(part)] = number
+    return group
+
+
+def _face(labels: Labels, number: int, own, of) -> Face:
+    """The face of a number with its own labels."""
+    samples, pieces = labels.evidence.samples, tuple(labels.pieces[k] for k in own)
+    members = np.flatnonzero(of == number)
+    distance = np.empty(len(members))
+    for k in own:
+        mine = labels.of[members] == k
+        distance[mine] = labels.pieces[k].at(samples.points[members[mine]])[0]
+    law = None
+    if len(pieces) == 1 and pieces[0].kind.lawful:
+        law = law_of(pieces[0], samples.points[members], samples.std)
+    kind = pieces[0].kind.name.lower() if law else "free-form"
+    patches = f"{len(pieces)} patch" + ("" if len(pieces) == 1 else "es")
+    offset = samples.points[members] - samples.points[members].mean(axis=0)
+    return Face(
+        number,
+        law.words if law else f"free-form, {patches}",
+        kind,
+        law,
+        pieces,
+        tuple(own.tolist()),
+        members,
+        float((np.abs(distance) <= 3.0 * samples.std).mean()),
+        float(np.sqrt((distance * distance).mean())),
+        samples.points[members[(offset * offset).sum(axis=1).argmin()]],
+    )
+
+
+def _edges(labels: Labels, boundaries: list[Boundary], face_of_label) -> tuple[FaceEdge, ...]:
+    """The edges between faces: one for each pair and kind."""
+    groups: dict[tuple[int, int, str], list[Boundary]] = {}
+    for b in boundaries:
+        low, high = sorted((int(face_of_label[b.first]), int(face_of_label[b.second])))
+        if low != high:
+            groups.setdefault((low, high, b.kind.value), []).append(b)
+    step = float(np.median(labels.evidence.samples.steps))
+    return tuple(_edge(*key[:2], parts, step) for key, parts in sorted(groups.items()))
+
+
+def _edge(first: int, second: int, parts: list[Boundary], step: float) -> FaceEdge:
+    """One edge from the boundaries between the pieces of two faces."""
+    points = np.concatenate([b.curve.points for b in parts])
+    deviation = np.concatenate([b.curve.deviation for b in parts])
+    lines = polylines(points, deviation, _SPACING * step, _LONGEST_GAP * step)
+    curves = tuple(points[line] for line in lines)
+    weights = np.array([len(b.curve.points) for b in parts], float)
+    return FaceEdge(
+        first,
+        second,
+        parts[0].kind,
+        curves,
+        float(sum(np.linalg.norm(np.diff(c, axis=0), axis=1).sum() for c in curves)),
+        float(np.median(deviation)),
+        float(np.average([b.angle for b in parts], weights=weights)),
+        float(np.sqrt(np.average([b.gap**2 for b in parts], weights=weights))),
+    )

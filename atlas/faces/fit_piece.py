@@ -1,0 +1,111 @@
+"""Fit a piece of a kind to samples: linear least squares, at feet."""
+
+import numpy as np
+
+from touchatlas.atlas.faces.fit_cylinder import fit_cylinder
+from touchatlas.atlas.faces.kinds import Kind, prior_precision, terms_at, value_and_gradient
+from touchatlas.atlas.faces.piece import Piece
+from touchatlas.patch.geometry.frame import any_tangent, axes_from_normal
+
+# Fits at the feet of the fit before. They change it by less than its deviation after the second.
+# Doubled, it takes twice the time.
+_AT_FEET = 3
+# Largest distance of a sample from its foot, in standard deviations. Doubled, feet are sought where
+# the fit before does not hold.
+_FARTHEST = 5.0
+# Least length of the mean normal; below it the samples face all ways and one normal is taken.
+# Doubled, half a ball has the normal of one sample.
+_ONE_SIDED = 0.3
+# Least gradient in a weight, no unit. Doubled, samples near a crossing weigh less.
+_LEAST_GRADIENT = 0.2
+# Coefficients of a sphere through the origin of its frame: 1, x, y, and the sum of the squares.
+_SPHERE = np.zeros((9, 4))
+_SPHERE[0, 0] = _SPHERE[1, 1] = _SPHERE[2, 2] = _SPHERE[3, 3] = _SPHERE[5, 3] = _SPHERE[8, 3] = 1.0
+_SUBSPACES = {
+    Kind.PLANE: np.eye(9)[:, :3],
+    Kind.SPHERE: _SPHERE,
+    Kind.QUADRIC: np.eye(9),
+    Kind.QUARTIC: np.eye(21),
+}
+
+
+def fit_piece(kind: Kind, points, normals, std: float) -> Piece | None:
+    """The piece of a kind that fits samples best, or None where there is none.
+
+    Parameters
+    ----------
+    kind : Kind
+    points : (n, 3) float, length, world
+        As many as the kind has parameters, or more.
+    normals : (n, 3) float, unit, world
+        Outward, for the frame alone.
+    std : float, length
+        Standard deviation of a sample's distance.
+
+    Notes
+    -----
+    Orthogonal distances, linearised at the feet of the fit before. At the samples themselves F
+    would be made small by a small gradient, where many polynomials vanish nearly.
+
+    Examples
+    --------
+    >>> direction = np.random.default_rng(0).normal(size=(200, 3))
+    >>> direction /= np.linalg.norm(direction, axis=1)[:, None]
+    >>> ball = fit_piece(Kind.SPHERE, 33.0 * direction, direction, 0.02)
+    >>> float(abs(ball.at(35.0 * direction[:3])[0] - 2.0).max().round(1))
+    0.1
+    """
+    origin, axes, scale = _frame(points, normals)
+    if kind is Kind.CYLINDER:
+        start = _linear(Kind.QUADRIC, points, origin, axes, scale, std)
+        return fit_cylinder(start, points, std)
+    return _linear(kind, points, origin, axes, scale, std)
+
+
+def _frame(points, normals):
+    """Origin, axes and scale for samples. They move, turn and scale as the samples do."""
+    offset = points - points.mean(axis=0)
+    nearest = (offset * offset).sum(axis=1).argmin()
+    origin = points[nearest]
+    normal = normals.mean(axis=0)
+    length = np.sqrt(normal @ normal)
+    normal = normal / length if length > _ONE_SIDED else normals[nearest]
+    offset = points - origin
+    square = (offset * offset).sum(axis=1)
+    tangent = offset[square.argmax()]
+    across = tangent - (tangent @ normal) * normal
+    if not across @ across > 1e-6 * square.max():
+        tangent = any_tangent(normal)
+    scale = float(np.sqrt(max(square.max(), np.finfo(float).tiny)))
+    return origin, axes_from_normal(normal, tangent), scale
+
+
+def _linear(kind: Kind, points, origin, axes, scale: float, std: float) -> Piece:
+    """The piece by linear least squares with a prior, first of distances along z."""
+    scaled = (points - origin) @ (axes.T / scale)
+    noise, weight, shift = std / scale, 1.0, 0.0
+    at, start = scaled, Kind.QUADRIC if kind is Kind.QUARTIC else kind
+    for number in range(1 + (_AT_FEET if kind is not Kind.PLANE else 0)):
+        now = start if number == 0 else kind
+        solution = _solve(now, at, at[:, 2] + shift, weight / noise**2)
+        value, gradient = value_and_gradient(now, solution[0], scaled, terms_at(now, scaled))
+        steep = np.sqrt((gradient * gradient).sum(axis=1))
+        steep = np.maximum(steep, _LEAST_GRADIENT)
+        distance = np.clip(value / steep, -_FARTHEST * noise, _FARTHEST * noise)
+        at = scaled - (distance / steep)[:, None] * gradient
+        weight, shift = steep**-2.0, steep * distance
+    if kind is Kind.PLANE:
+        # The gradient is the same everywhere.
+        solution = solution[0], solution[1] * steep[0] ** 2
+    return Piece(kind, origin, axes, scale, *solution)
+
+
+def _solve(kind: Kind, at, heights, weight) -> tuple[np.ndarray, np.ndarray]:
+    """Coefficients and covariance of the φ that has given heights (n,) at scaled points (n, 3)."""
+    subspace = _SUBSPACES[kind]
+    terms, precision = terms_at(kind, at)[: len(subspace)], prior_precision(kind)
+    reduced = subspace.T @ terms
+    weighted = reduced * weight
+    inverse = np.linalg.inv(weighted @ reduced.T + (subspace.T * precision) @ subspace)
+    mean = subspace @ (inverse @ (weighted @ heights))
+    return mean, subspace @ inverse @ subspace.T

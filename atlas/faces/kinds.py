@@ -1,0 +1,109 @@
+"""Kinds of pieces: plane, sphere, cylinder, quadric and quartic, and the monomials of each.
+
+Every piece is the zero set of F = z - φ(x, y, z) in a frame of its own. The first four kinds are
+quadrics, whose φ has nine monomials; the quartic has the 21 of ``graded_basis(4)``. In every array
+the monomials are the first axis.
+"""
+
+from enum import IntEnum
+
+import numpy as np
+
+from touchatlas.patch.geometry.polynomial import (
+    GRADIENT,
+    derivative_coefficients,
+    graded_basis,
+    monomials,
+)
+
+
+class Kind(IntEnum):
+    """What law a piece obeys, in order of the number of parameters."""
+
+    PLANE = 0
+    SPHERE = 1
+    CYLINDER = 2
+    QUADRIC = 3
+    QUARTIC = 4
+
+    @property
+    def parameters(self) -> int:
+        """Number of parameters that the samples determine."""
+        return (3, 4, 5, 9, 21)[self]
+
+    @property
+    def lawful(self) -> bool:
+        """Whether the piece is a plane, sphere, cylinder or quadric."""
+        return self is not Kind.QUARTIC
+
+
+QUARTIC_BASIS = graded_basis(4)
+# Exponents of the quadric's monomials.
+QUADRIC_TERMS = np.array(
+    [
+        (0, 0, 0),
+        (1, 0, 0),
+        (0, 1, 0),
+        (2, 0, 0),
+        (1, 1, 0),
+        (0, 2, 0),
+        (1, 0, 1),
+        (0, 1, 1),
+        (0, 0, 2),
+    ]
+)
+# Prior standard deviation of a scaled coefficient of order 0 and 1, 2, and more, no unit. A ball of
+# the piece's size has second-order coefficients of 0.5. Doubled, quartics fold between contours.
+_FLAT, _SECOND, _HIGHER = 3.0, 1.0, 0.5
+
+
+def _prior(orders) -> np.ndarray:
+    return np.where(orders <= 1, _FLAT, np.where(orders == 2, _SECOND, _HIGHER)) ** -2.0
+
+
+_QUADRIC_PRIOR = _prior(QUADRIC_TERMS.sum(axis=1))
+_QUARTIC_PRIOR = _prior(QUARTIC_BASIS.orders)
+
+
+def prior_precision(kind: Kind) -> np.ndarray:
+    """(t,) prior precision of the scaled coefficients."""
+    return _QUARTIC_PRIOR if kind is Kind.QUARTIC else _QUADRIC_PRIOR
+
+
+def terms_at(kind: Kind, scaled) -> np.ndarray:
+    """(s, n) monomials at scaled local points (n, 3). The quartic's have z itself last."""
+    x, y, z = scaled.T
+    if kind is Kind.QUARTIC:
+        return monomials(QUARTIC_BASIS, x, y, z)
+    out = np.empty((len(QUADRIC_TERMS), len(scaled)))
+    out[0], out[1], out[2] = 1.0, x, y
+    for row, (a, b) in enumerate(((x, x), (x, y), (y, y), (x, z), (y, z), (z, z)), 3):
+        np.multiply(a, b, out=out[row])
+    return out
+
+
+def value_and_gradient(kind: Kind, coefficients, scaled, terms) -> tuple[np.ndarray, np.ndarray]:
+    """F (n,) and its gradient (n, 3) at scaled local points (n, 3) with their monomials."""
+    if kind is Kind.QUARTIC:
+        rows = derivative_coefficients(QUARTIC_BASIS, coefficients, list(GRADIENT))
+        values = rows @ terms
+        phi, gradient = values[0], -values[1:].T
+    else:
+        _, b, c, xx, xy, yy, xz, yz, zz = coefficients
+        phi = coefficients @ terms
+        second = np.array([[2.0 * xx, xy, xz], [xy, 2.0 * yy, yz], [xz, yz, 2.0 * zz]])
+        gradient = -(scaled @ second) - np.array([b, c, 0.0])
+    gradient[:, 2] += 1.0
+    return scaled[:, 2] - phi, gradient
+
+
+def hessians(kind: Kind, coefficients, scaled) -> np.ndarray:
+    """(n, 3, 3) second derivatives of F at scaled local points (n, 3)."""
+    if kind is Kind.QUARTIC:
+        # XX, XY, XZ, YY, YZ, ZZ of touchatlas.patch.geometry.polynomial.
+        rows = derivative_coefficients(QUARTIC_BASIS, coefficients, [3, 4, 7, 5, 8, 9])
+        xx, xy, xz, yy, yz, zz = -(rows @ terms_at(kind, scaled))
+    else:
+        xx, xy, yy, xz, yz, zz = -np.asarray(coefficients)[3:] * np.array([2, 1, 2, 1, 1, 2])
+    flat = np.array([xx, xy, xz, xy, yy, yz, xz, yz, zz]).T
+    return np.broadcast_to(flat.reshape(-1, 3, 3), (len(scaled), 3, 3))

@@ -1,0 +1,187 @@
+"""Labels: which piece explains each sample, by iterated conditional modes (Besag 1986)."""
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from touchatlas.atlas.faces.grow import Evidence
+from touchatlas.atlas.faces.piece import Piece
+
+NONE = -1
+# Links over which a piece may take samples from its neighbours in one run of sweeps. Doubled, twice
+# as many samples are compared.
+_BAND = 4
+# Most sweeps; boundaries move by one link in each. Doubled, nothing changes.
+_SWEEPS = 12
+# Least cosine of normals within the sampling plane for a label: 46 degrees. Doubled, it allows no
+# noisy normals beside edges.
+_COSINE = 0.7
+# Largest predicted deviation for a label, over that for a claim. Doubled, pieces speak farther
+# beyond their samples.
+_DOUBT = 2.0
+# Price of a sample far from its piece, over that of an unexplained one. Doubled, nothing changes.
+_WORST = 2.5
+# Least part of a label that stays one when it falls apart. Doubled, more samples lose their label.
+_PART = 0.15
+
+
+class Labels:
+    """Pieces, and the number of the piece of each sample.
+
+    Parameters
+    ----------
+    evidence : Evidence
+
+    Attributes
+    ----------
+    pieces : list of Piece
+    of : (n,) int
+        Index of the piece, or NONE.
+    """
+
+    def __init__(self, evidence: Evidence) -> None:
+        self.evidence = evidence
+        self.pieces: list[Piece] = []
+        # Merges and seeds that were tried, and the samples that each piece was fitted to.
+        self.tried: set = set()
+        self.fitted: dict[Piece, np.ndarray] = {}
+        self.of = np.full(len(evidence.samples), NONE)
+
+    def members(self, label: int) -> np.ndarray:
+        """The samples of a label, ascending."""
+        return np.flatnonzero(self.of == label)
+
+    def is_fitted(self, label: int, members) -> bool:
+        """Whether the piece of a label was fitted to these samples."""
+        return np.array_equal(self.fitted.get(self.pieces[label], np.array([-1])), members)
+
+    def mark_fitted(self, label: int, members) -> None:
+        """Note that the piece of a label is fitted to these samples."""
+        self.fitted[self.pieces[label]] = members
+
+    def all_members(self) -> list[np.ndarray]:
+        """The samples of each label."""
+        order = np.argsort(self.of, kind="stable")
+        bounds = np.searchsorted(self.of[order], np.arange(len(self.pieces) + 1))
+        return [order[a:b] for a, b in zip(bounds[:-1], bounds[1:], strict=True)]
+
+    def add(self, piece: Piece, members) -> None:
+        """One more label for samples."""
+        self.of[members] = len(self.pieces)
+        self.pieces.append(piece)
+
+    def pairs(self) -> list[tuple[int, int, float]]:
+        """Labels that are linked, lower first, and the sum of the weights of their links."""
+        both = np.sort(self.of[self.evidence.graph.pairs], axis=1)
+        apart = (both[:, 0] != both[:, 1]) & (both[:, 0] >= 0)
+        pairs, which = np.unique(both[apart], axis=0, return_inverse=True)
+        sums = np.bincount(which.ravel(), self.evidence.graph.weights[apart], len(pairs))
+        return [(int(a), int(b), float(w)) for (a, b), w in zip(pairs, sums, strict=True)]
+
+    def relax(self) -> None:
+        """Give each sample the label that costs least beside its neighbours', until none changes.
+
+        Even samples change first, then odd ones: neighbours on a contour never change together.
+        """
+        movable = self._movable()
+        sample, label, cost = self._candidates(movable)
+        if not len(movable):
+            return
+        begin = np.searchsorted(sample, movable)
+        counts = np.diff(begin, append=len(sample))
+        graph, price = self.evidence.graph, self.evidence.options.boundary
+        of, still = np.append(self.of, -2), 0
+        entry, column = np.nonzero(graph.neighbours[sample] < graph.size)
+        around = graph.neighbours[sample[entry], column]
+        weights, wanted = graph.neighbour_weights[sample[entry], column], label[entry]
+        for sweep in range(2 * _SWEEPS):
+            same = of[around] == wanted
+            energy = cost - price * np.bincount(entry, weights * same, len(sample))
+            # A label spreads from neighbour to neighbour.
+            alone = np.bincount(entry, same, len(sample)) == 0
+            energy[alone & (label != NONE) & (label != of[sample])] = np.inf
+            least = np.repeat(np.minimum.reduceat(energy, begin), counts)
+            best = np.flatnonzero(energy == least)
+            # The first of equals, by label.
+            new = label[best[np.searchsorted(best, begin)]]
+            changed = (new != of[movable]) & (movable % 2 == sweep % 2)
+            of[movable[changed]] = new[changed]
+            still = 0 if changed.any() else still + 1
+            if still == 2:
+                break
+        self.of = of[:-1]
+
+    def _movable(self) -> np.ndarray:
+        """Samples about boundaries of labels, or far from their piece, ascending."""
+        graph = self.evidence.graph
+        at_boundary = self.of[graph.pairs[:, 0]] != self.of[graph.pairs[:, 1]]
+        far = [np.flatnonzero(self.of == NONE), np.unique(graph.pairs[at_boundary])]
+        for piece, members in zip(self.pieces, self.all_members(), strict=True):
+            cost = self.costs(piece, members, np.ones(len(members), bool))
+            far.append(members[cost > self.evidence.options.unexplained])
+        return graph.around(np.unique(np.concatenate(far)), _BAND)
+
+    def _candidates(self, movable) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Sample (m,), label (m,) and cost (m,) of each label that a movable sample may take,
+        ordered by sample, with NONE among them."""
+        evidence = self.evidence
+        moves = np.zeros(len(self.of), bool)
+        moves[movable] = True
+        samples, labels = [movable], [np.full(len(movable), NONE)]
+        costs = [np.full(len(movable), evidence.options.unexplained)]
+        for label, members in enumerate(self.all_members()):
+            inside = members[moves[members]]
+            if not len(inside):
+                continue
+            band = evidence.graph.around(inside, _BAND)
+            band = band[moves[band]]
+            cost = self.costs(self.pieces[label], band, self.of[band] == label)
+            usable = np.isfinite(cost)
+            samples.append(band[usable])
+            labels.append(np.full(int(usable.sum()), label))
+            costs.append(cost[usable])
+        sample, name = np.concatenate(samples), np.concatenate(labels)
+        order = np.lexsort((name, sample))
+        return sample[order], name[order], np.concatenate(costs)[order]
+
+    def costs(self, piece: Piece, members, own) -> np.ndarray:
+        """(m,) nats of the distances of samples from a piece; infinite where it may not be their
+        label. ``own`` (m,) says whose label it is: these may be doubtful."""
+        options = self.evidence.options
+        distance, cosine, variance = self.evidence.compare(piece, members)
+        cost = np.minimum(0.5 * distance**2, _WORST * options.unexplained)
+        sure = own | (variance < (_DOUBT * options.doubt) ** 2)
+        return np.where((cosine > _COSINE) & sure, cost, np.inf)
+
+    def separate(self) -> None:
+        """Give each large connected part of a label its own label, and none to small ones."""
+        size, pairs = len(self.of), self.evidence.graph.pairs
+        first, second = self.of[pairs].T
+        low, high = pairs[(first == second) & (first >= 0)].T
+        links = coo_matrix((np.ones(len(low)), (low, high)), shape=(size, size))
+        _, part = connected_components(links, directed=False)
+        old, new = self.all_members(), np.full(size, NONE)
+        pieces: list[Piece] = []
+        for piece, members in zip(self.pieces, old, strict=True):
+            parts, counts = np.unique(part[members], return_counts=True)
+            least = max(_PART * len(members), piece.kind.parameters + 4)
+            for k in np.argsort(-counts, kind="stable"):
+                if counts[k] >= least:
+                    new[members[part[members] == parts[k]]] = len(pieces)
+                    pieces.append(piece)
+        self.of, self.pieces = new, pieces
+
+    def energy(self, piece: Piece, members) -> float:
+        """Nats of a piece that explains samples: their misfit and its parameters."""
+        distance = piece.at(self.evidence.samples.points[members])[0] / self.evidence.samples.std
+        price = self.evidence.price(piece.kind, len(members))
+        return float(self.evidence.misfit(distance).sum()) + price
+
+    def total(self) -> float:
+        """Nats of the whole description: what labelling makes small."""
+        options, graph = self.evidence.options, self.evidence.graph
+        both = self.of[graph.pairs]
+        cost = options.boundary * graph.weights[both[:, 0] != both[:, 1]].sum()
+        cost += options.unexplained * np.count_nonzero(self.of == NONE)
+        pairs = zip(self.pieces, self.all_members(), strict=True)
+        return float(cost) + sum(self.energy(piece, m) for piece, m in pairs if len(m))

@@ -1,0 +1,44 @@
+"""FaceOptions: what a label costs, and which samples a piece may claim."""
+
+from dataclasses import dataclass
+
+from touchatlas.patch.geometry.arrays import real
+
+
+@dataclass(frozen=True)
+class FaceOptions:
+    """What a label costs, and which samples a piece may claim.
+
+    Costs are negative logarithms of probabilities (nats). A description has the squared distances
+    of the samples over twice their variance, half the logarithm of their number for each
+    parameter, and the prices below.
+
+    Parameters
+    ----------
+    unexplained : float
+        Price of a sample that no piece explains. 6 is that of a sample 3.5 deviations off.
+    boundary : float
+        Price of two neighbouring samples with different labels (Potts model).
+    gate : float
+        Distance up to which a growing piece claims samples, in standard deviations.
+    doubt : float
+        Predicted deviation up to which a growing piece claims samples, in deviations of a sample.
+    better : float
+        How many times as much a kind of more parameters must explain.
+    rounds : int
+        Most rounds of labels, drops, refits, splits and merges.
+    """
+
+    unexplained: float = 6.0
+    boundary: float = 0.5
+    gate: float = 3.0
+    doubt: float = 1.5
+    better: float = 1.25
+    rounds: int = 4
+
+    def __post_init__(self) -> None:
+        for name in ("unexplained", "boundary", "gate", "doubt", "better"):
+            if not 0.0 < real(getattr(self, name)) < float("inf"):
+                raise ValueError(f"{name} is {getattr(self, name)!r}; it must be a number > 0")
+        if not (isinstance(self.rounds, int) and self.rounds >= 1):
+            raise ValueError(f"rounds is {self.rounds!r}; it must be a whole number >= 1")

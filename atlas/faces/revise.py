@@ -1,0 +1,94 @@
+"""Revisions of a labelling: fit pieces again, drop labels, and add some where nothing explains."""
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from touchatlas.atlas.faces.grow import evenly, grow_at
+from touchatlas.atlas.faces.kinds import Kind
+from touchatlas.atlas.faces.labels import NONE, Labels
+
+# Least number of unexplained samples that hang together for a new seed. Doubled, small corners stay
+# unexplained.
+_CLUSTER = 6
+
+
+def refit(labels: Labels) -> None:
+    """Fit each label again to its interior, by the kind of least description up to its own."""
+    evidence = labels.evidence
+    for label, members in enumerate(labels.all_members()):
+        if labels.is_fitted(label, members):
+            continue
+        best, least = None, np.inf
+        for kind in Kind:
+            core = evidence.fitting_core(kind, members)
+            if kind > labels.pieces[label].kind or len(core) < kind.parameters + 2:
+                continue
+            piece = evidence.fit(kind, core)
+            if piece is None:
+                continue
+            distance = piece.at(evidence.samples.points[core])[0] / evidence.samples.std
+            cost = evidence.misfit(distance).mean() * len(members)
+            cost += evidence.price(kind, len(members))
+            if cost < least:
+                best, least = piece, cost
+        if best is not None:
+            labels.pieces[label] = best
+        labels.mark_fitted(label, members)
+
+
+def drop(labels: Labels) -> int:
+    """Give up labels that save less than they cost when their samples go to neighbours; returns how
+    many."""
+    evidence, dropped = labels.evidence, 0
+    options, graph = evidence.options, evidence.graph
+    sizes = np.bincount(labels.of[labels.of >= 0], minlength=len(labels.pieces))
+    for label in np.argsort(sizes, kind="stable").tolist():
+        members = labels.members(label)
+        if not len(members):
+            continue
+        around = labels.of[graph.neighbours[members].clip(max=graph.size - 1)]
+        around[graph.neighbours[members] == graph.size] = label
+        none = np.zeros(len(members), bool)
+        best, to = np.full(len(members), options.unexplained), np.full(len(members), NONE)
+        for other in np.unique(around):
+            if other in (NONE, label):
+                continue
+            cost = labels.costs(labels.pieces[other], members, none)
+            lower = cost < best
+            best[lower], to[lower] = cost[lower], other
+        own = np.minimum(labels.costs(labels.pieces[label], members, ~none), options.unexplained)
+        links = graph.neighbour_weights[members][around != label].sum()
+        boundary = 0.5 * options.boundary * links
+        saved = best.sum() - own.sum() - boundary
+        if saved < evidence.price(labels.pieces[label].kind, len(members)):
+            labels.of[members] = to
+            dropped += 1
+    return dropped
+
+
+def add(labels: Labels, per_cluster: int = 2) -> int:
+    """New labels that grow from unexplained samples that hang together; returns how many."""
+    evidence, size = labels.evidence, len(labels.of)
+    pairs = evidence.graph.pairs
+    loose = labels.of == NONE
+    low, high = pairs[loose[pairs].all(axis=1)].T
+    links = coo_matrix((np.ones(len(low)), (low, high)), shape=(size, size))
+    _, part = connected_components(links, directed=False)
+    added, covered = 0, np.zeros(size, bool)
+    for cluster in np.flatnonzero(np.bincount(part[loose]) >= _CLUSTER):
+        members = np.flatnonzero(loose & (part == cluster))
+        for seed in evenly(members, 2 * per_cluster)[1::2].tolist():
+            if covered[seed] or seed in labels.tried:
+                continue
+            labels.tried.add(seed)
+            growth = grow_at(evidence, seed)
+            if growth is None:
+                continue
+            covered[growth.members] = True
+            free = labels.of[growth.members] == NONE
+            price = evidence.price(growth.piece.kind, len(growth.members))
+            if growth.saved[free].sum() > price:
+                labels.add(growth.piece, growth.members[free])
+                added += 1
+    return added

@@ -1,0 +1,176 @@
+"""SampleGraph: which samples are next to each other on the surface."""
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from touchatlas.atlas.faces.samples import ContourSamples
+
+# Other contours of its own touch, and of other touches, of each of which a sample is linked to the
+# nearest sample. Doubled, labels are smoother and take longer.
+_OWN_TOUCH, _OTHER_TOUCHES = 2, 4
+# Nearest samples that are looked at; more where all are of the sample's own touch. Doubled, few are
+# found that are not found otherwise.
+_NEAREST, _MANY = 40, 240
+# Longest link over the shortest to another contour. Doubled, links pass over samples between.
+_LONGEST = 2.5
+# Least cosine of the normals of linked samples: 66 degrees, for the two ends of a chord across a
+# gap between touches. Doubled, few samples are linked across gaps.
+_COSINE = 0.4
+# Largest sine of the angle between a chord and the tangent at either end, and of the mean of both:
+# the chord of an arc has two equal and opposite ones. Doubled, the sides of an edge are linked.
+_OFF_TANGENT, _OFF_ARC = 0.5, 0.35
+# Noise of a chord's height in standard deviations of a sample.
+_NOISE = 4.0
+
+
+class SampleGraph:
+    """Links along contours, and to the nearest samples of other contours of the same surface.
+
+    Parameters
+    ----------
+    samples : ContourSamples
+
+    Attributes
+    ----------
+    tree : cKDTree
+        Of the points.
+    pairs : (e, 2) int
+        Linked samples, each pair once, the lower first.
+    weights : (e,) float
+        1 where both normals agree, 0 where they differ by 66 degrees or more.
+    neighbours, neighbour_weights : (n, k) int and float
+        Linked samples of each, and the weights of the links; n stands for none.
+    """
+
+    def __init__(self, samples: ContourSamples) -> None:
+        self.size = len(samples)
+        self.tree = cKDTree(samples.points)
+        along = np.flatnonzero(samples.contours[1:] == samples.contours[:-1])
+        first, second = _links_across(samples, self.tree)
+        low = np.concatenate([along, np.minimum(first, second)]).astype(np.int64)
+        high = np.concatenate([along + 1, np.maximum(first, second)])
+        keys = np.unique(low * self.size + high)
+        self.pairs = np.stack([keys // self.size, keys % self.size], axis=1)
+        cosine = _cosines(samples, *self.pairs.T)
+        self.weights = np.maximum((cosine - _COSINE) / (1.0 - _COSINE), 0.0) ** 2
+        self.neighbours, self.neighbour_weights = _padded(self.pairs, self.weights, self.size)
+
+    def mask(self, members) -> np.ndarray:
+        """(n + 1,) whether each sample is a member; the last, for no sample, is true."""
+        inside = np.zeros(self.size + 1, bool)
+        inside[members] = inside[-1] = True
+        return inside
+
+    def interior(self, members) -> np.ndarray:
+        """The members all of whose neighbours are members."""
+        return members[self.mask(members)[self.neighbours[members]].all(axis=1)]
+
+    def around(self, members, hops: int) -> np.ndarray:
+        """The members and all samples within so many links of them, ascending."""
+        seen = np.zeros(self.size + 1, bool)
+        seen[members], front = True, members
+        for _ in range(hops):
+            ahead = self.neighbours[front].ravel()
+            ahead = ahead[~seen[ahead]]
+            seen[ahead] = True
+            seen[-1] = False
+            front = np.unique(ahead[ahead < self.size])
+        return np.flatnonzero(seen[:-1])
+
+    def connected(self, allowed, start) -> np.ndarray:
+        """The allowed samples that hang together with those allowed of ``start``, ascending."""
+        free = np.zeros(self.size + 1, bool)
+        free[allowed] = True
+        front = start[free[start]]
+        free[front] = False
+        parts = [front]
+        while len(front):
+            ahead = self.neighbours[front].ravel()
+            front = np.unique(ahead[free[ahead]])
+            free[front] = False
+            parts.append(front)
+        return np.sort(np.concatenate(parts))
+
+    def nearest(self, points, sample: int, count: int) -> np.ndarray:
+        """The ``count`` samples nearest to one of those reached by fewest links, ascending."""
+        members = np.array([sample])
+        for _ in range(count):
+            more = self.around(members, 1)
+            if len(more) == len(members) or len(members) >= 1.5 * count:
+                break
+            members = more
+        offset = points[members] - points[sample]
+        order = np.argsort((offset * offset).sum(axis=1), kind="stable")
+        return np.sort(members[order[:count]])
+
+
+def _cosines(samples: ContourSamples, i, j) -> np.ndarray:
+    """(m,) cosines between the normals of samples i and j (m,), within their sampling planes or of
+    the surface, whichever differ more: an oblique contour shows a part of the normal only."""
+    within = (samples.normals[i] * samples.normals[j]).sum(axis=1)
+    return np.minimum(within, (samples.outward[i] * samples.outward[j]).sum(axis=1))
+
+
+def _links_across(samples: ContourSamples, tree) -> tuple[np.ndarray, np.ndarray]:
+    """Samples (m,) and the nearest sample of each of the nearest other contours (m,)."""
+    everyone = np.arange(len(samples))
+    first, second, length = _fitting_links(samples, tree, everyone, _NEAREST)
+    alone = np.ones(len(samples), bool)
+    alone[first[samples.touches[first] != samples.touches[second]]] = False
+    far = _fitting_links(samples, tree, everyone[alone], _MANY)
+    near = ~alone[first]
+    first, second = np.append(first[near], far[0]), np.append(second[near], far[1])
+    length = np.append(length[near], far[2])
+    own = samples.touches[first] == samples.touches[second]
+    parts = [
+        _nearest_links(samples, first[some], second[some], length[some], most)
+        for some, most in ((own, _OWN_TOUCH), (~own, _OTHER_TOUCHES))
+    ]
+    (i, j), (k, m) = parts
+    return np.append(i, k), np.append(j, m)
+
+
+def _fitting_links(samples: ContourSamples, tree, some, count: int):
+    """Samples (m,), near ones (m,) of other contours whose chords fit both normals, and their
+    distances (m,), for some samples."""
+    points, normals, noise = samples.points, samples.normals, _NOISE * samples.std
+    count = min(count, len(points))
+    length, near = tree.query(points[some], k=count)
+    i, j = np.repeat(some, count), near.ravel()
+    length = length.ravel()
+    other = samples.contours[i] != samples.contours[j]
+    i, j, length = i[other], j[other], length[other]
+    chord = points[j] - points[i]
+    rise, fall = (chord * normals[i]).sum(axis=1), (chord * normals[j]).sum(axis=1)
+    fits = _cosines(samples, i, j) > _COSINE
+    fits &= np.maximum(np.abs(rise), np.abs(fall)) < _OFF_TANGENT * length + noise
+    fits &= np.abs(rise + fall) < _OFF_ARC * length + noise
+    return i[fits], j[fits], length[fits]
+
+
+def _nearest_links(samples: ContourSamples, i, j, length, most: int):
+    """Of links from samples i, the shortest to each other contour, ``most`` of each sample."""
+    order = np.lexsort((length, i))
+    i, j, length = i[order], j[order], length[order]
+    # np.unique returns the first of each contour, which is the nearest.
+    _, first = np.unique(i * (samples.contours[-1] + 1) + samples.contours[j], return_index=True)
+    first = np.sort(first)
+    i, j, length = i[first], j[first], length[first]
+    begin = np.searchsorted(i, i)
+    rank = np.arange(len(i)) - begin
+    limit = np.maximum(_LONGEST * length[begin], _LONGEST * samples.steps[i])
+    keep = (rank < most) & (length <= limit)
+    return i[keep], j[keep]
+
+
+def _padded(pairs, weights, size: int) -> tuple[np.ndarray, np.ndarray]:
+    """Neighbours (n, k) of each sample, padded with ``size``, and weights (n, k), with 0."""
+    both = np.concatenate([pairs, pairs[:, ::-1]])
+    order = np.lexsort((both[:, 1], both[:, 0]))
+    both = both[order]
+    rank = np.arange(len(both)) - np.searchsorted(both[:, 0], both[:, 0])
+    out = np.full((size, int(rank.max(initial=-1)) + 1), size)
+    of = np.zeros(out.shape)
+    out[both[:, 0], rank] = both[:, 1]
+    of[both[:, 0], rank] = np.append(weights, weights)[order]
+    return out, of

@@ -1,0 +1,151 @@
+"""ContourSamples: the samples of contours as arrays, with normals within their sampling planes."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from touchatlas.patch.geometry.arrays import cross
+
+# Samples of a window that gives a normal: a quadratic leaves two degrees of freedom. Doubled,
+# normals are a third as noisy, and wrong within nine samples of an edge.
+_WINDOW = 5
+# By how much a window to one side must have smaller squared residuals than the centred one, in
+# variances of the noise: with a chance of 1e-3 noise does (chi-square, two degrees of freedom).
+# Doubled, normals beside blunt edges are of both sides.
+_MUCH_BETTER = 14.0
+# Longest step along a contour over its median step; a longer one begins a new contour. Doubled,
+# nothing changes but where a contour was interrupted.
+_LONGEST_STEP = 4.0
+
+
+@dataclass(frozen=True, eq=False)
+class ContourSamples:
+    """Samples in order of their contours.
+
+    Parameters
+    ----------
+    points : (n, 3) float, length, world
+    normals : (n, 3) float, unit, world
+        Outward, perpendicular to the contour within its sampling plane: the projection of the
+        surface normal to that plane.
+    outward : (n, 3) float, unit, world
+        Estimates of the surface normal itself. They say which samples are next to each other.
+    planes : (n, 3) float, unit, world
+        Normal of the sampling plane.
+    contours : (n,) int
+        Number of the contour, ascending.
+    touches : (n,) int
+        Number of the group of contours that were tracked from one contact, ascending.
+    steps : (n,) float, length
+        Median step of the sample's contour.
+    std : float, length
+        Standard deviation of a sample's distance from the surface: noise, and the lack of fit that
+        is borne.
+    """
+
+    points: np.ndarray
+    normals: np.ndarray
+    outward: np.ndarray
+    planes: np.ndarray
+    contours: np.ndarray
+    touches: np.ndarray
+    steps: np.ndarray
+    std: float
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+
+def contour_samples(points, outward, planes, std: float) -> ContourSamples:
+    """Samples with contours and normals, from the columns of a sample pool.
+
+    Parameters
+    ----------
+    points : (n, 3) float, length, world
+        In order of travel, contour after contour.
+    outward : (n, 3) float, unit, world
+        Estimates of the surface normals.
+    planes : (n, 3) float, unit, world
+        Normals of the sampling planes. Where the plane changes, a new contour begins.
+    std : float, length, > 0
+    """
+    contours, steps = split_contours(points, planes)
+    normals = plane_normals(points, planes, contours, std)
+    side = np.where((normals * outward).sum(axis=1) < 0.0, -1.0, 1.0)
+    # The probe stays on one side, so one sign holds for a whole contour.
+    votes = np.bincount(contours, side, contours[-1] + 1)
+    normals = normals * np.where(votes < 0.0, -1.0, 1.0)[contours][:, None]
+    touches = group_contours(points, contours, steps)
+    return ContourSamples(points, normals, outward, planes, contours, touches, steps, float(std))
+
+
+def split_contours(points, planes) -> tuple[np.ndarray, np.ndarray]:
+    """Number of the contour (n,) and its median step (n,) of samples in order of travel."""
+    step = np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1))
+    new_plane = (planes[1:] != planes[:-1]).any(axis=1)
+    numbers = np.concatenate([[0], np.cumsum(new_plane)])
+    within = _medians(step[~new_plane], numbers[1:][~new_plane], numbers[-1] + 1)
+    far = step > _LONGEST_STEP * within[numbers[1:]]
+    numbers = np.concatenate([[0], np.cumsum(new_plane | far)])
+    inside = numbers[1:] == numbers[:-1]
+    return numbers, _medians(step[inside], numbers[1:][inside], numbers[-1] + 1)[numbers]
+
+
+def group_contours(points, contours, steps) -> np.ndarray:
+    """(n,) number of the touch of samples: successive contours that come within a step of each
+    other were tracked from one contact."""
+    bounds = np.append(np.flatnonzero(np.diff(contours, prepend=-1)), len(contours))
+    apart = [True]
+    for a, b, c in zip(bounds[:-2], bounds[1:-1], bounds[2:], strict=True):
+        square = ((points[a:b, None] - points[None, b:c]) ** 2).sum(axis=2)
+        apart.append(bool(square.min() > max(steps[a], steps[b]) ** 2))
+    return (np.cumsum(apart) - 1)[contours]
+
+
+def _medians(values, groups, count: int) -> np.ndarray:
+    """(count,) median of the values of each group, that of all where a group is empty."""
+    order = np.lexsort((values, groups))
+    sizes = np.bincount(groups, minlength=count)
+    first = np.cumsum(sizes) - sizes
+    overall = float(np.median(values)) if len(values) else 0.0
+    middle = np.minimum(first + sizes // 2, max(len(values) - 1, 0))
+    return np.where(sizes > 0, values[order][middle] if len(values) else overall, overall)
+
+
+def plane_normals(points, planes, contours, std: float) -> np.ndarray:
+    """(n, 3) unit normals within the sampling planes, of either sign from contour to contour.
+
+    Each is perpendicular to the tangent of a parabola through five samples. Of the window about
+    the sample and those to either side the one that fits is taken, so that normals beside an edge
+    are those of the sample's own side (essentially non-oscillatory, Harten and others, 1987).
+    """
+    count = len(points)
+    first = np.searchsorted(contours, contours)
+    last = np.searchsorted(contours, contours, side="right") - 1
+    tangents, best = np.empty((count, 3)), np.full(count, np.inf)
+    for back in (_WINDOW // 2, 0, _WINDOW - 1):
+        start = np.clip(np.arange(count) - back, first, np.maximum(last - _WINDOW + 1, first))
+        index = np.minimum(start[:, None] + np.arange(_WINDOW), last[:, None])
+        tangent, residual = _parabola_tangents(points, index)
+        # The centred window comes first: others must be much better.
+        better = residual + (_MUCH_BETTER if back != _WINDOW // 2 else 0.0) * std**2 < best
+        tangents[better], best[better] = tangent[better], residual[better]
+    normals = cross(planes, tangents)
+    length = np.sqrt((normals * normals).sum(axis=1))
+    return normals / np.maximum(length, np.finfo(float).tiny)[:, None]
+
+
+def _parabola_tangents(points, index) -> tuple[np.ndarray, np.ndarray]:
+    """Tangents (n, 3), not unit, at each sample, and squared residuals (n,), length^2, of parabolas
+    in the place along the chord, through samples index (n, w)."""
+    window = points[index]
+    chord = window[:, -1] - window[:, 0]
+    span = np.maximum((chord * chord).sum(axis=1), np.finfo(float).tiny)
+    s = ((window - points[:, None]) * chord[:, None]).sum(axis=2) / span[:, None]
+    powers = np.stack([np.ones_like(s), s, s * s], axis=2)
+    gram = powers.transpose(0, 2, 1) @ powers
+    # Repeated samples of short contours make it singular.
+    gram = gram + 1e-9 * np.eye(3)
+    coefficients = np.linalg.solve(gram, powers.transpose(0, 2, 1) @ (window - points[:, None]))
+    rest = window - points[:, None] - powers @ coefficients
+    return coefficients[:, 1], (rest * rest).sum(axis=(1, 2))

@@ -1,0 +1,126 @@
+"""Faces of explored bodies: their kinds, their edges, and their graph."""
+
+import json
+from functools import lru_cache
+
+import networkx as nx
+import numpy as np
+import pytest
+
+from tests.explored import explored
+from tests.sharp import explored_sharp
+from touchatlas.atlas import (
+    Atlas,
+    EdgeKind,
+    Faces,
+    face_values,
+    save_atlas,
+    write_graphml,
+    write_json,
+)
+
+# Faces, convex and concave edges.
+BODIES = {"block": (6, 12, 0), "step": (8, 17, 1), "roof": (7, 15, 0)}
+
+
+@lru_cache
+def faces_of(name: str) -> Faces:
+    atlas = explored(name).atlas if name == "sphere" else explored_sharp(name).atlas
+    return atlas.faces()
+
+
+@pytest.mark.parametrize("name", BODIES)
+def test_a_polyhedron_has_its_planes_and_its_edges(name):
+    faces, (planes, convex, concave) = faces_of(name), BODIES[name]
+    assert [face.kind for face in faces.faces] == planes * ["plane"]
+    kinds = [edge.kind for edge in faces.edges]
+    # Few contours end at the step's two short edges beside its concave one: one may be missed.
+    assert convex - 2 * concave <= kinds.count(EdgeKind.SHARP_CONVEX) <= convex
+    assert kinds.count(EdgeKind.SHARP_CONCAVE) == concave
+    assert all(kind.sharp for kind in kinds)
+
+
+@pytest.mark.parametrize("name", BODIES)
+def test_points_of_an_edge_lie_on_both_its_planes(name):
+    """Newton's method ends where both distances are zero; five steps square the error each."""
+    faces = faces_of(name)
+    for edge in faces.edges:
+        points = np.concatenate(edge.curves)
+        for k in (edge.first, edge.second):
+            law = faces.faces[k].law.numbers
+            height = points @ law["normal"] - law["level"]
+            assert np.abs(height).max() < 1e-9
+
+
+def test_a_ball_is_one_face_without_edges():
+    faces = faces_of("sphere")
+    assert len(faces) == 1 and not faces.edges
+    numbers = faces.faces[0].law.numbers
+    assert abs(numbers["radius"] - 33.0) < 4.0 * numbers["radius_std"]
+    assert np.linalg.norm(numbers["centre"]) < 4.0 * np.sqrt(3.0) * numbers["centre_std"]
+    assert faces.unexplained < 0.001
+
+
+def test_the_graph_has_words_and_numbers_that_graphml_and_json_keep(tmp_path):
+    faces = faces_of("step")
+    write_graphml(faces, tmp_path / "faces.graphml")
+    write_json(faces, tmp_path / "faces.json")
+    read = nx.read_graphml(tmp_path / "faces.graphml", node_type=int, force_multigraph=True)
+    assert read.nodes == faces.graph().nodes and len(read.edges) == len(faces.edges)
+    for _, numbers in read.nodes(data=True):
+        assert numbers["words"].startswith("plane, normal (")
+        normal = [numbers[f"normal_{c}"] for c in "xyz"]
+        assert abs(np.linalg.norm(normal) - 1.0) < 1e-12
+    for _, _, numbers in read.edges(data=True):
+        assert numbers["kind"].startswith("sharp") and abs(numbers["angle_deg"] - 90.0) < 0.2
+    data = json.loads((tmp_path / "faces.json").read_text())
+    again = nx.node_link_graph(data, edges="edges")
+    assert sorted(map(sorted, again.edges())) == sorted(map(sorted, read.edges()))
+    assert all(len(point) == 3 for edge in data["edges"] for c in edge["points"] for point in c)
+
+
+def test_an_empty_atlas_has_no_faces(tmp_path):
+    faces = Atlas(0.1).faces()
+    assert len(faces) == 0 and faces.unexplained == 0.0
+    write_graphml(faces, tmp_path / "faces.graphml")
+    assert len(nx.read_graphml(tmp_path / "faces.graphml")) == 0
+
+
+def test_reading_faces_changes_no_byte_of_the_atlas(tmp_path):
+    atlas = explored_sharp("wall", max_touches=20).atlas
+    save_atlas(tmp_path / "before.npz", atlas)
+    atlas.faces()
+    save_atlas(tmp_path / "after.npz", atlas)
+    assert (tmp_path / "after.npz").read_bytes() == (tmp_path / "before.npz").read_bytes()
+    atlas.validate()
+
+
+def test_samples_of_faces_and_those_without_are_all_samples():
+    faces = faces_of("block")
+    counted = sum(len(face.samples) for face in faces.faces)
+    assert counted + np.count_nonzero(faces.of == -1) == len(faces.points)
+    for face in faces.faces:
+        assert (faces.of[face.samples] == face.id).all()
+
+
+def test_the_field_of_a_polyhedron_is_that_of_its_half_spaces():
+    """A cube of 40: signed distance of the nearest face inside, of the farthest beyond an edge. The
+    planes are known to some thousandths; so near to an edge a sample may be on either side."""
+    faces = faces_of("block")
+    rng = np.random.default_rng(0)
+    points = rng.uniform(-20.0, 20.0, (2000, 3))
+    points[np.arange(2000), rng.integers(0, 3, 2000)] = rng.choice([-20.3, -19.7, 19.7, 20.3], 2000)
+    exact = np.abs(points).max(axis=1) - 20.0
+    values = face_values(faces, points)
+    assert np.quantile(np.abs(values.distance - exact), 0.99) < 0.02
+    assert values.deviation.max() < 0.02
+    assert np.abs(np.linalg.norm(values.normal, axis=1) - 1.0).max() < 1e-12
+    side = np.abs(points).argmax(axis=1)
+    clear = np.sort(np.abs(points), axis=1)[:, 1] < 19.0
+    out = values.normal[np.arange(2000), side] * np.sign(points[np.arange(2000), side])
+    assert (out[clear] > 0.999).all()
+
+
+def test_the_field_of_no_face_is_refused():
+    with pytest.raises(ValueError, match="there is no face; add touches"):
+        face_values(Atlas(0.1).faces(), np.zeros((1, 3)))
