@@ -230,6 +230,6 @@ class AtlasState:
 
     def refit(self, rows) -> None:
         """Refit rows to all samples of their sheets."""
-        known = self.membership.known_about(rows)
+        known = self.membership.known_about(rows, self.neighbours)
         self.membership.refit(rows, known, self.bias, self.prior, self.options.fit)
         self.surface_graph.mark_stale(rows.tolist())

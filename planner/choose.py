@@ -14,6 +14,8 @@ from touchatlas.planner.probe_plan import Reason
 # Places within this fraction of the extent of an earlier touch or attempt are not touched again, so
 # that every exploration ends. Doubled, fewer places in narrow features are touched.
 _APART = 0.02
+# The same for single places of large deviation at the end. Doubled, some holes remain.
+_APART_WORST = 0.005
 # Deviation of a place that needs no touch, in deviations of a sample: a dozen samples give it.
 # Doubled, explorations to tolerances near the noise end too early.
 _SURE = 0.3
@@ -51,6 +53,14 @@ def start_targets(start, outward) -> Iterator[np.ndarray]:
         yield radius * (np.cos(angle) * e1 + np.sin(angle) * e2)
 
 
+def _distance_to(others, points) -> np.ndarray:
+    """(n,) distance of points (n, 3) to the nearest of others (m, 3), length; infinite for none."""
+    if not len(others):
+        return np.full(len(points), np.inf)
+    out: np.ndarray = cKDTree(others).query(points)[0]
+    return out
+
+
 def open_target(atlas: Atlas, places: Places, touched, done, extent: float) -> Target | None:
     """The open place farthest from all touches; None where all are near touches or attempts.
 
@@ -63,11 +73,11 @@ def open_target(atlas: Atlas, places: Places, touched, done, extent: float) -> T
     extent : float, length
     """
     points, homes = places.open(atlas.table.rows)
-    free = cKDTree(done).query(points)[0] > _APART * extent
+    free = _distance_to(done, points) > _APART * extent
     points, homes = points[free], homes[free]
     if not len(points):
         return None
-    best = int(cKDTree(touched).query(points)[0].argmax())
+    best = int(_distance_to(touched, points).argmax())
     point, home = points[best], homes[best]
     found = atlas.blend(point[None])
     normal = found.normal[0] if found.known[0] else atlas.table.axes[home, 2]
@@ -83,7 +93,7 @@ def weak_target(atlas: Atlas, places: Places, done, extent: float) -> Target | N
     rows = atlas.table.rows
     known, noise = places.known(rows), atlas.table.measurement_std[rows][:, None]
     gain = known.area * np.maximum(known.deviation**2 - (_SURE * noise) ** 2, 0.0)
-    apart = cKDTree(done).query(known.points.reshape(-1, 3))[0].reshape(gain.shape)
+    apart = _distance_to(done, known.points.reshape(-1, 3)).reshape(gain.shape)
     free = (apart > _APART * extent) & (gain > 0.0)
     score = np.where(free.any(axis=1), gain.sum(axis=1), 0.0)
     if not score.max(initial=0.0) > 0.0:
@@ -91,3 +101,16 @@ def weak_target(atlas: Atlas, places: Places, done, extent: float) -> Target | N
     best = int(score.argmax())
     place = int(np.where(free[best], known.deviation[best], 0.0).argmax())
     return Target(known.points[best, place], known.normals[best, place], Reason.REFINE)
+
+
+def worst_target(atlas: Atlas, places: Places, done, extent: float) -> Target | None:
+    """The place of largest predicted deviation; None where none that exceeds the tolerance is
+    left, but near touches or attempts."""
+    known = places.known(atlas.table.rows)
+    weak = (known.area > 0.0) & (known.deviation > atlas.tolerance)
+    points, normals = known.points[weak], known.normals[weak]
+    free = np.flatnonzero(_distance_to(done, points) > _APART_WORST * extent)
+    if not len(free):
+        return None
+    best = free[known.deviation[weak][free].argmax()]
+    return Target(points[best], normals[best], Reason.REFINE)

@@ -152,11 +152,6 @@ class Places:
         inside = float((known.area * within).sum())
         return inside, float(known.area.sum()) + self._open_area(atlas, rows)
 
-    def largest_deviation(self, atlas: Atlas) -> float:
-        """Largest predicted deviation of a place in a cell, length."""
-        known = self.known(atlas.table.rows)
-        return float(np.where(known.area > 0.0, known.deviation, 0.0).max(initial=0.0))
-
     def _open_area(self, atlas: Atlas, rows) -> float:
         """Area that the open places of rows (m,) stand for, length^2."""
         share = np.pi / COUNT * atlas.table.weight[rows]

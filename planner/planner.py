@@ -11,7 +11,7 @@ from touchatlas.atlas.atlas import Atlas, AtlasChange
 from touchatlas.atlas.records.touch import Touch, TouchStatus
 from touchatlas.patch.geometry.arrays import check_unit, cross, frozen_array, real
 from touchatlas.patch.geometry.frame import any_tangent
-from touchatlas.planner.choose import Target, open_target, start_targets, weak_target
+from touchatlas.planner.choose import Target, open_target, start_targets, weak_target, worst_target
 from touchatlas.planner.frontier_planner import FrontierPlanner
 from touchatlas.planner.places import Places, known_to
 from touchatlas.planner.planes import concurrent_planes
@@ -27,9 +27,6 @@ _CLOSER, _TIMES_CLOSER = 0.35, 2
 # Arms end where the predicted deviation is below this fraction of the atlas's scale: there they
 # teach little. Doubled, arms are shorter and more touches are needed.
 _KNOWN = 0.5
-# Largest predicted deviation anywhere, in tolerances, of a surface that is known: where less is
-# known it is no surface. Doubled, holes remain and a touch or two is saved.
-_WORST = 1.0
 # Stagnation: the area within the tolerance has not grown by this fraction in so many touches, or
 # in the last quarter of all touches. Doubled, an exploration is given up earlier, or goes on for
 # twice as long.
@@ -189,10 +186,11 @@ class Planner:
             return self._plan_with_edges(atlas)
         done = np.array([*self._touched, *self._tried])
         target = open_target(atlas, self._places, np.array(self._touched), done, extent)
-        worst = self._places.largest_deviation(atlas)
-        is_known = self._coverage >= self.options.coverage and worst <= _WORST * atlas.tolerance
-        if target is None and is_known:
-            return self._end(atlas, StopReason.KNOWN)
+        if target is None and self._coverage >= self.options.coverage:
+            # What is left are single places, where a hole would be.
+            target = worst_target(atlas, self._places, done, extent)
+            if target is None:
+                return self._end(atlas, StopReason.KNOWN)
         if self._stagnates():
             return self._end(atlas, StopReason.STAGNATION)
         if target is None:
@@ -223,6 +221,8 @@ class Planner:
 
     def forecast(self, atlas: Atlas) -> Forecast:
         """What is known of the surface of an atlas, and where too little is."""
+        if not len(atlas):
+            return Forecast(0.0, np.zeros((0, 3)))
         self._update(atlas)
         inside, total = self._places.areas(atlas)
         left = self._places.left(atlas, self._extent(atlas))

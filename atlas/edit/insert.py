@@ -61,7 +61,8 @@ def learn(state: AtlasState, touch: Touch) -> AtlasChange:
             "each once, because a repeated contour holds no new measurement"
         )
     fit, reason = _fit_or_reason(state, touch, contours)
-    owner = None if fit is not None else _owner_at(state, touch)
+    at_edge = state.membership.pool.edges.any() or _ends_at_edge(contours)
+    owner = None if fit is not None or at_edge else _owner_at(state, touch)
     change = AtlasChange(refused=reason)
     if fit is None and owner is None:
         return change
@@ -72,6 +73,9 @@ def learn(state: AtlasState, touch: Touch) -> AtlasChange:
         change = add_contours(state, owner, contours)
     elif fit is not None:
         change = insert(state, fit, contours)
+    if at_edge:
+        # Faces with edges end where their own touches show it, so nothing is filled between them.
+        return change
     index = np.arange(first, len(state.membership.pool), dtype=np.int32)
     changed = around.union(change.added, change.changed)
     changed |= learn_along(state, index, {*change.added, *change.changed})
@@ -89,6 +93,11 @@ def _fit_or_reason(state: AtlasState, touch: Touch, contours) -> tuple[PatchFit 
         return fit_touch(state, touch, contours), ""
     except UnfitError as error:
         return None, str(error)
+
+
+def _ends_at_edge(contours) -> bool:
+    """Whether any of the contours ended at an edge."""
+    return any(end is ContourEnd.EDGE for contour in contours for end in contour.ends)
 
 
 def _owner_at(state: AtlasState, touch: Touch) -> int | None:
