@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 import trimesh
 
-from touchatlas.atlas import Atlas, Touch
+from touchatlas.atlas import Atlas, AtlasOptions, Touch
 from touchatlas.planner import Planner, explore
 from touchatlas.sim import Probe, make_object
 from touchatlas.sim.study.surface_peers import spread_plans
@@ -104,7 +104,8 @@ def _bumpy() -> Bumpy:
     waves = np.sin(BUMPY_FREQUENCY * sphere.vertices).prod(axis=1)
     sphere.vertices *= 1.0 + BUMPY_HEIGHT * waves[:, None]
     obj = MeshObject("bumpy", np.array(sphere.vertices), np.array(sphere.faces))
-    atlas, touches = Atlas(0.1), spread_touches(obj, 60, 0.005)
+    options = AtlasOptions(detail=5.0)
+    atlas, touches = Atlas(0.1, options), spread_touches(obj, 60, 0.005)
     for touch in touches:
         atlas.add(touch)
     points = np.array(sphere.vertices[::40])
