@@ -117,6 +117,12 @@ class AtlasState:
         return self.options.bias * self.scale
 
     @property
+    def fills(self) -> bool:
+        """Whether patches between touches are fitted as touches arrive. Where the probe reports
+        edges faces end as their own touches show it, and nothing is filled between them."""
+        return self.options.fill and not self.membership.pool.edges.any()
+
+    @property
     def prior(self) -> SmoothnessPrior:
         """Prior of the next patch, from the feature lengths of the patches so far."""
         return prior_of(self.table.lengths)
@@ -229,7 +235,11 @@ class AtlasState:
         return tuple(rows[rim * table.radius[rows] > most].tolist())
 
     def refit(self, rows) -> None:
-        """Refit rows to all samples of their sheets."""
-        known = self.membership.known_about(rows, self.neighbours)
+        """Refit rows to the samples of their sheets: all near that face alike. Where nothing is
+        filled, those that the row and its sheet neighbours own."""
+        if self.fills:
+            known = self.membership.known_about(rows)
+        else:
+            known = [self.membership.of_sheet(row, self.neighbours[row]) for row in rows.tolist()]
         self.membership.refit(rows, known, self.bias, self.prior, self.options.fit)
         self.surface_graph.mark_stale(rows.tolist())

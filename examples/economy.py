@@ -51,9 +51,7 @@ def run(name: str, tolerance: float | None, seed: int, frontier: bool) -> None:
     surface = extract_surface(atlas)
     truth = obj.sample(_POINTS, np.random.default_rng(99))[0]
     missed = distances(truth, surface.vertices, surface.faces)
-    points = sample_triangles(
-        surface.vertices, surface.faces, _POINTS, np.random.default_rng(7)
-    )[0]
+    points = sample_triangles(surface.vertices, surface.faces, _POINTS, np.random.default_rng(7))[0]
     off = distances(points, *obj.mesh(0.01 * tolerance))
     mesh = trimesh.Trimesh(surface.vertices, surface.faces, process=False)
     within, far = float((missed <= tolerance).mean()), float(np.quantile(missed, 0.95))

@@ -61,11 +61,13 @@ def learn(state: AtlasState, touch: Touch) -> AtlasChange:
             "each once, because a repeated contour holds no new measurement"
         )
     fit, reason = _fit_or_reason(state, touch, contours)
-    at_edge = state.membership.pool.edges.any() or _ends_at_edge(contours)
-    owner = None if fit is not None or at_edge else _owner_at(state, touch)
+    fills = state.fills and not _ends_at_edge(contours)
+    owner = _owner_at(state, touch) if fit is None and fills else None
     change = AtlasChange(refused=reason)
     if fit is None and owner is None:
         return change
+    if fit is not None and not fills:
+        return insert(state, fit, contours)
     before = set(state.table.rows.tolist())
     around, samples = remove_filled(state, np.concatenate([c.points for c in contours]), owner)
     first = len(state.membership.pool)
@@ -73,9 +75,6 @@ def learn(state: AtlasState, touch: Touch) -> AtlasChange:
         change = add_contours(state, owner, contours)
     elif fit is not None:
         change = insert(state, fit, contours)
-    if at_edge:
-        # Faces with edges end where their own touches show it, so nothing is filled between them.
-        return change
     index = np.arange(first, len(state.membership.pool), dtype=np.int32)
     changed = around.union(change.added, change.changed)
     changed |= learn_along(state, index, {*change.added, *change.changed})

@@ -81,23 +81,15 @@ class SampleMembership:
             found[self.fitted[i]] = True
         return np.flatnonzero(found)
 
-    def known_about(self, rows, neighbours) -> list[np.ndarray]:
-        """For each row the indices (n,) of the samples that it may be fitted to, ascending.
-
-        These are the samples near its origin whose normals are within 60 degrees of its own,
-        whoever owns them. Where the probe reports edges, samples behind a blunt edge are among
-        those: there they are the samples that the row and its sheet neighbours own. ``neighbours``
-        maps each row to these.
-        """
-        rows = np.asarray(rows)
-        if self.pool.edges.any():
-            return [self._of_sheet(row, neighbours[row]) for row in rows.tolist()]
+    def known_about(self, rows) -> list[np.ndarray]:
+        """For each row the indices (n,) of the samples that it may be fitted to, ascending: those
+        near its origin whose normals are within 60 degrees of its own, whoever owns them."""
         table = self._table
         return self.near(
             table.origin[rows], table.axes[rows, 2], CANDIDATE_REACH * table.radius[rows]
         )
 
-    def _of_sheet(self, row: int, neighbours) -> np.ndarray:
+    def of_sheet(self, row: int, neighbours) -> np.ndarray:
         """(n,) indices of the samples that a row and its neighbours own, and, of a filled patch,
         that it is fitted to, ascending."""
         owned = self.owned_by([row, *neighbours])

@@ -34,6 +34,9 @@ class AtlasOptions:
     trust : float
         Largest predicted deviation with which the surface is drawn at an open rim, in tolerances;
         among covered patches it is three times as much. Infinite: wherever patches reach.
+    fill : bool
+        Whether patches between touches are fitted as touches arrive. Without, an atlas has one
+        patch a touch until ``Atlas.fill``.
     """
 
     fit: FitOptions = FitOptions(adaptive=False)
@@ -41,12 +44,15 @@ class AtlasOptions:
     detail: float = 0.2
     least_radius: float = 10.0
     trust: float = 1.0
+    fill: bool = True
 
     def __post_init__(self) -> None:
         if not (isinstance(self.fit, FitOptions) and self.fit.core >= _LEAST_CORE):
             raise ValueError(
                 f"fit is {self.fit!r}; it must be FitOptions with a core of {_LEAST_CORE} or more"
             )
+        if not isinstance(self.fill, bool):
+            raise ValueError(f"fill is {self.fill!r}; it must be True or False")
         numbers = self.bias, self.detail, self.least_radius
         if not (all(0.0 <= real(x) <= _MOST for x in numbers) and real(self.trust) > 0.0):
             raise ValueError(

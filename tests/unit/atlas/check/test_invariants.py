@@ -11,7 +11,6 @@ from tests.sharp import explored_sharp
 from touchatlas.atlas.graph.creases import Crease
 
 
-
 def touched(atlas) -> int:
     """The patch that owns the most samples."""
     return max(atlas.table.rows.tolist(), key=lambda row: len(atlas.membership.owned[row]))
