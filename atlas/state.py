@@ -117,6 +117,12 @@ class AtlasState:
         return self.options.bias * self.scale
 
     @property
+    def detail(self) -> float:
+        """Lack of fit beyond which the radius of a patch is reduced, length. With filling it is the
+        bias: a patch that leaves out more is wrong beyond its samples."""
+        return self.bias if self.options.fill else self.options.detail * self.scale
+
+    @property
     def fills(self) -> bool:
         """Whether patches between touches are fitted as touches arrive. Where the probe reports
         edges faces end as their own touches show it, and nothing is filled between them."""
@@ -231,7 +237,7 @@ class AtlasState:
         table = self.table
         rim = leftover(table.basis, table.length_ratio[rows])
         rim = rim * table.core ** (table.basis.degree + 1)
-        most = self.options.detail * self.scale
+        most = self.detail
         return tuple(rows[rim * table.radius[rows] > most].tolist())
 
     def refit(self, rows) -> None:

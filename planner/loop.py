@@ -10,6 +10,7 @@ from touchatlas.atlas.atlas import Atlas, AtlasChange
 from touchatlas.atlas.records.touch import Touch
 from touchatlas.planner.planner import Planner
 from touchatlas.planner.probe_plan import ProbePlan
+from touchatlas.planner.tolerance_planner import TolerancePlanner
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +36,7 @@ class Step:
 
 def explore(
     atlas: Atlas,
-    planner: Planner,
+    planner: Planner | TolerancePlanner,
     touch: Callable[[ProbePlan], Touch],
     max_touches: int | None = None,
     max_length: float | None = None,
@@ -46,7 +47,7 @@ def explore(
     ----------
     atlas : Atlas
         Grows in place.
-    planner : Planner
+    planner : Planner or TolerancePlanner
     touch : function from ProbePlan to Touch
     max_touches : int, optional
     max_length : float, length, optional

@@ -85,7 +85,7 @@ def _enter_all(state: AtlasState, sites: Sites, changed: set[int]) -> int:
     smooth = {
         row
         for row in np.unique(sites.owners).tolist()
-        if not (state.creases.of(row) or edges[fitted[row]].any())
+        if not (state.creases.of(row) or (state.options.fill and edges[fitted[row]].any()))
     }
     sites = sites.only(np.isin(sites.owners, list(smooth)))
     sites = sites.only(_far_apart(sites, _APART * np.sqrt(state.table.weight[sites.owners])))

@@ -49,10 +49,10 @@ def learn(state: AtlasState, touch: Touch) -> AtlasChange:
     if touch.status is not TouchStatus.TOUCHED:
         return AtlasChange(refused=f"the probe reported: {touch.status.value}")
     contours = tuple(c for c in touch.contours if len(c.points) >= LEAST_POINTS)
-    if not contours:
+    if len(contours) < (1 if state.fills else LEAST_CONTOURS):
         return AtlasChange(
-            refused=f"no contour has {LEAST_POINTS} points or more: track more planes, or sample "
-            "more finely"
+            refused=f"contours of {LEAST_POINTS} points or more: {len(contours)}; a patch needs "
+            f"{LEAST_CONTOURS}: track more planes, or sample more finely"
         )
     check_unit_of_length(state, touch, contours)
     if learned_before(state, touch.contact, contours):
@@ -121,7 +121,7 @@ def fit_touch(state: AtlasState, touch: Touch, contours) -> PatchFit:
         tuple(arc for arc in arcs if _has_direction(arc, touch.contact)),
         touch.approach,
         bias=options.bias * scale,
-        detail=options.detail * scale,
+        detail=state.detail,
         radius_floor=options.least_radius * scale,
         radius_limit=_radius_limit(state, touch),
         prior=state.prior,
@@ -143,7 +143,8 @@ def _radius_limit(state: AtlasState, touch: Touch) -> float:
     reach = max(state.options.least_radius * state.scale, np.sqrt((ends**2).sum(1).max()))
     rows = table.index.rows_near(touch.contact, table.core * float(reach) / _CLEAR)
     rows = rows[table.axes[rows, 2] @ touch.approach > 0]
-    rows = np.array([row for row in rows.tolist() if not state.membership.is_filled(row)], int)
+    if state.fills:
+        rows = np.array([row for row in rows.tolist() if not state.membership.is_filled(row)], int)
     offset = table.site[rows] - touch.contact
     square = (offset * offset).sum(axis=1) + table.weight[rows]
     return float(_CLEAR * np.sqrt(square.min()) / table.core) if len(rows) else np.inf

@@ -45,7 +45,11 @@ def supported(state: AtlasState, patch, points, deviation) -> np.ndarray:
 
 
 def rim(state: AtlasState) -> list[int]:
-    """Rows beyond whose outline no patch knows the surface, and their neighbours, ascending."""
+    """Rows with an open outline, and their neighbours, ascending. In an atlas that is filled only
+    those beyond whose outline no patch knows the surface."""
+    if not state.fills:
+        bare = state.table.rows[state.open_outlines().any(axis=1)]
+        return sorted(state.neighbours.around(bare.tolist()))
     which, place = np.nonzero(state.open_outlines())
     rows = state.table.rows[which]
     origin = state.table.origin[rows]

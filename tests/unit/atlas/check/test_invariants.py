@@ -10,10 +10,7 @@ from tests.explored import bumpy, explored
 from tests.sharp import explored_sharp
 from touchatlas.atlas.graph.creases import Crease
 
-
-def touched(atlas) -> int:
-    """The patch that owns the most samples."""
-    return max(atlas.table.rows.tolist(), key=lambda row: len(atlas.membership.owned[row]))
+PATCH, SAMPLE = 5, 40
 
 
 @lru_cache
@@ -27,7 +24,7 @@ def sound(name: str):
 
 def _made(name: str):
     if name == "begun":
-        return explored_sharp("block", max_touches=8).atlas
+        return explored("sphere", max_touches=15).atlas
     if name == "edges":
         return explored_sharp("block", max_touches=30).atlas
     if name == "detailed":
@@ -37,8 +34,8 @@ def _made(name: str):
 
 def column(name, change):
     def corrupt(atlas):
-        values, row = getattr(atlas.table, name), touched(atlas)
-        values[row] = change(values[row])
+        values = getattr(atlas.table, name)
+        values[PATCH] = change(values[PATCH])
 
     return corrupt
 
@@ -56,8 +53,7 @@ def nudged(values):
 
 def member(change):
     def corrupt(atlas):
-        row = touched(atlas)
-        atlas.membership.fitted[row] = change(atlas.membership.fitted[row].copy())
+        atlas.membership.fitted[PATCH] = change(atlas.membership.fitted[PATCH].copy())
 
     return corrupt
 
@@ -118,19 +114,19 @@ def kept_outline(change):
     """Corrupts what is kept of the outline of a patch, after it was worked out."""
 
     def corrupt(atlas):
-        outlines, row = atlas.surface_graph.outlines, touched(atlas)
-        outlines.points([row])
-        change(outlines, row)
+        outlines = atlas.surface_graph.outlines
+        outlines.points([PATCH])
+        change(outlines)
 
     return corrupt
 
 
-def move_outline(outlines, row):
-    outlines._points[row] += 1e-3
+def move_outline(outlines):
+    outlines._points[PATCH] += 1e-3
 
 
-def open_outline(outlines, row):
-    outlines._open[row] = ~outlines._open[row]
+def open_outline(outlines):
+    outlines._open[PATCH] = ~outlines._open[PATCH]
 
 
 def cover_frontier(atlas):
@@ -138,23 +134,19 @@ def cover_frontier(atlas):
 
 
 def one_sided_neighbour(atlas):
-    row = touched(atlas)
-    atlas.neighbours._sets[row].discard(min(atlas.neighbours[row]))
+    atlas.neighbours._sets[PATCH].discard(min(atlas.neighbours[PATCH]))
 
 
 def stale_line(atlas):
-    row = touched(atlas)
-    atlas.neighbours.lines()[row, 0] = row
+    atlas.neighbours.lines()[PATCH, 0] = PATCH
 
 
 def own_twice(atlas):
-    row, owned = touched(atlas), atlas.membership.owned
-    owned[row] = np.append(owned[row], owned[row][:1])
+    atlas.membership.owned[PATCH] = np.append(atlas.membership.owned[PATCH], 0)
 
 
 def lose(atlas):
-    row, owned = touched(atlas), atlas.membership.owned
-    owned[row] = owned[row][1:]
+    atlas.membership.owned[PATCH] = atlas.membership.owned[PATCH][1:]
 
 
 CORRUPTIONS = {
@@ -187,8 +179,8 @@ CORRUPTIONS = {
     "outline, opened": ("closed", kept_outline(open_outline), "outline is open"),
     "outline, closed": ("begun", kept_outline(open_outline), "outline is open"),
     "not a number": ("closed", column("mean", lambda v: v * np.nan), "mean is not finite"),
-    "index": ("closed", lambda a: a.table.index.move(touched(a), [0, 0, 0], 1.0), "index"),
-    "index, removed": ("closed", lambda a: a.table.index.remove(touched(a)), "index"),
+    "index": ("closed", lambda a: a.table.index.move(PATCH, a.table.origin[PATCH], 1.0), "index"),
+    "index, removed": ("closed", lambda a: a.table.index.remove(PATCH), "index"),
     "lengths": ("closed", of("table.lengths", nudged), "lengths"),
     "sample owned twice": ("closed", own_twice, "owned"),
     "sample lost": ("closed", lose, "owned"),

@@ -1,0 +1,290 @@
+"""TolerancePlanner: it touches where least is known, until that is known to the tolerance."""
+
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+
+from touchatlas.atlas.atlas import Atlas, AtlasChange
+from touchatlas.atlas.records.touch import Touch, TouchStatus
+from touchatlas.patch.geometry.arrays import check_unit, cross, frozen_array, real
+from touchatlas.patch.geometry.frame import any_tangent
+from touchatlas.planner.choose import Target, open_target, start_targets, weak_target, worst_target
+from touchatlas.planner.places import Places, known_to
+from touchatlas.planner.planes import concurrent_planes
+from touchatlas.planner.planner import Planner
+from touchatlas.planner.probe_plan import ProbePlan
+from touchatlas.planner.stop import Forecast, Stop, StopReason
+
+# Width of the spiral of first attempts, in scales of the atlas: with a scale of five deviations of
+# noise, a probe that is good to 1/5,000 of it. Doubled, the attempts are twice as far apart.
+_FIRST_EXTENT = 1000.0
+# Factor by which arms and steps shrink where contours were too short for a patch, and how often.
+# Doubled, more touches fail in narrow places.
+_CLOSER, _TIMES_CLOSER = 0.35, 2
+# Arms end where the predicted deviation is below this fraction of the atlas's scale: there they
+# teach little. Doubled, arms are shorter and more touches are needed.
+_KNOWN = 0.5
+# Stagnation: the area within the tolerance has not grown by this fraction in so many touches, or
+# in the last quarter of all touches. Doubled, an exploration is given up earlier, or goes on for
+# twice as long.
+_LEAST_GAIN, _PATIENCE, _PATIENCE_FRACTION = 2e-3, 16, 0.25
+
+
+@dataclass(frozen=True)
+class ToleranceOptions:
+    """What a planner is asked for, and how it touches.
+
+    Parameters
+    ----------
+    coverage : float
+        Expected fraction of the surface within the tolerance at which it is known.
+    curves : int
+        Sampling planes per touch.
+    reach : float
+        Longest arm of a contour, in extents of what is touched so far.
+    step : float
+        Arc length between samples, in the same extents.
+    max_turn : float, rad
+        Largest angle by which a contour may turn from the contact to its end.
+    """
+
+    coverage: float = 0.995
+    curves: int = 3
+    reach: float = 0.6
+    step: float = 0.014
+    max_turn: float = 2.0 * np.pi / 3.0
+
+    def __post_init__(self) -> None:
+        whole = isinstance(self.curves, int | np.integer) and not isinstance(self.curves, bool)
+        if not (whole and 3 <= self.curves <= 36):
+            raise ValueError(f"curves is {self.curves!r}; it must be a whole number from 3 to 36")
+        limits = {"coverage": 1.0, "reach": 10.0, "step": 0.2, "max_turn": np.pi}
+        for field in fields(self):
+            value, most = getattr(self, field.name), limits.get(field.name)
+            if most is not None and not 0.0 < real(value) < most:
+                raise ValueError(
+                    f"{field.name} is {value!r}; it must be a number between 0 and {most:.4g}"
+                )
+        if not 4.0 * self.step <= self.reach:
+            raise ValueError(
+                f"step, reach are {self.step}, {self.reach}; an arm must have four steps or more"
+            )
+
+
+class TolerancePlanner:
+    """Chooses the reference points and sampling planes that make the surface known to the
+    tolerance with few touches.
+
+    Places where nothing is known come first, the farthest from all touches before others; then
+    places of large predicted deviation. The choice does not depend on the tolerance: a looser one
+    ends the same sequence of touches earlier.
+
+    Parameters
+    ----------
+    start : (3,) float, length, world
+        Reference point of the first touch.
+    outward : (3,) float, unit, world
+        Direction from the object to the free space from which ``start`` is approached.
+    options : ToleranceOptions
+
+    Attributes
+    ----------
+    stop : Stop or None
+        Why there is no further plan, and what is left; None before the end.
+
+    Examples
+    --------
+    The whole loop, with ``robot`` a function from ProbePlan to Touch::
+
+        while (plan := planner.ask(atlas)) is not None:
+            touch = robot(plan)
+            planner.tell(touch, atlas.add(touch))
+    """
+
+    def __init__(self, start, outward, options: ToleranceOptions = ToleranceOptions()) -> None:
+        if not isinstance(options, ToleranceOptions):
+            raise ValueError(f"options are {options!r}; they must be ToleranceOptions")
+        self._start = frozen_array(start, (3,), "start point")
+        self._outward = check_unit(outward, "outward direction")
+        self.options = options
+        self.stop: Stop | None = None
+        self._places = Places()
+        self._stale: set[int] = set()
+        self._told = 0
+        self._asked: ProbePlan | None = None
+        self._retry: ProbePlan | None = None
+        self._closer_count = 0
+        self._touched: list[np.ndarray] = []
+        self._tried: list[np.ndarray] = []
+        self._area: list[float] = []
+        self._coverage = 0.0
+        self._beside_edges = Planner(self._start, self._outward)
+        self._starts = start_targets(self._start, self._outward)
+        self._count = 0
+
+    def ask(self, atlas: Atlas) -> ProbePlan | None:
+        """The next plan; None at the end, and ``stop`` says why.
+
+        Without ``tell`` in between, a second call returns the same plan.
+        """
+        if self._asked is None:
+            self.stop = None
+            if self._retry is not None:
+                self._asked, self._retry = self._closer(self._retry), None
+            elif len(atlas) == 0:
+                self._asked = self._start_plan(atlas)
+            else:
+                self._asked = self._next_plan(atlas)
+        return self._asked
+
+    def tell(self, touch: Touch, change: AtlasChange) -> None:
+        """Take the result of the plan last asked for.
+
+        Raises
+        ------
+        ValueError
+            When no plan is open, or the touch answers another plan.
+        """
+        if self._asked is None:
+            raise ValueError("no plan is open: call ask before tell")
+        if not (isinstance(touch, Touch) and isinstance(change, AtlasChange)):
+            raise ValueError(
+                f"got {type(touch).__name__} and {type(change).__name__}; give the Touch and the "
+                "AtlasChange that Atlas.add returned for it"
+            )
+        if touch.number != self._asked.number:
+            raise ValueError(
+                f"the touch answers plan {touch.number}, but plan {self._asked.number} is open"
+            )
+        self._tried.append(self._asked.reference_point)
+        met = touch.status is TouchStatus.TOUCHED
+        if met and not change.refused:
+            self._touched.append(touch.contact)
+        alone = not self._beside_edges.is_open
+        if met and change.refused and alone and self._closer_count < _TIMES_CLOSER:
+            self._retry, self._closer_count = self._asked, self._closer_count + 1
+        else:
+            self._closer_count = 0
+        if self._beside_edges.is_open:
+            self._beside_edges.tell(replace(touch, number=self._beside_edges.count), change)
+        self._stale.update((*change.added, *change.changed))
+        self._told += 1
+        self._count += 1
+        self._asked = None
+
+    def _next_plan(self, atlas: Atlas) -> ProbePlan | None:
+        """A plan where nothing is known, else where too little is known."""
+        if atlas.membership.pool.edges.any():
+            return self._plan_with_edges(atlas)
+        self._update(atlas)
+        extent = self._extent(atlas)
+        inside, total = self._places.areas(atlas)
+        self._area.append(inside)
+        self._coverage = inside / total if total > 0.0 else 0.0
+        done = np.array([*self._touched, *self._tried])
+        target = open_target(atlas, self._places, np.array(self._touched), done, extent)
+        if target is None and self._coverage >= self.options.coverage:
+            # What is left are single places, where a hole would be.
+            target = worst_target(atlas, self._places, done, extent)
+            if target is None:
+                return self._end(atlas, StopReason.KNOWN)
+        if self._stagnates():
+            return self._end(atlas, StopReason.STAGNATION)
+        if target is None:
+            target = weak_target(atlas, self._places, done, extent)
+        if target is None:
+            return self._end(atlas, StopReason.TRIED)
+        return self._plan(atlas, target, extent)
+
+    def _plan_with_edges(self, atlas: Atlas) -> ProbePlan | None:
+        """A plan where the probe reports edges: patches end there, so their cores must fill the
+        faces."""
+        plan = self._beside_edges.ask(atlas)
+        if plan is not None:
+            return replace(plan, number=self._count)
+        known = self.forecast(atlas).predicted_coverage >= self.options.coverage
+        return self._end(atlas, StopReason.KNOWN if known else StopReason.TRIED)
+
+    def _stagnates(self) -> bool:
+        """Whether the area within the tolerance has not grown for long."""
+        patience = max(_PATIENCE, int(_PATIENCE_FRACTION * len(self._area)))
+        before, since = self._area[:-patience], self._area[-patience:]
+        return bool(before) and max(since) < (1.0 + _LEAST_GAIN) * max(before)
+
+    def _end(self, atlas: Atlas, reason: StopReason) -> ProbePlan | None:
+        """No plan: ``stop`` says why."""
+        self.stop = Stop(reason, self.forecast(atlas))
+        return None
+
+    def forecast(self, atlas: Atlas) -> Forecast:
+        """What is known of the surface of an atlas, and where too little is."""
+        if not len(atlas):
+            return Forecast(0.0, np.zeros((0, 3)))
+        self._update(atlas)
+        inside, total = self._places.areas(atlas)
+        left = self._places.left(atlas, self._extent(atlas))
+        return Forecast(inside / total if total > 0.0 else 0.0, left)
+
+    def _update(self, atlas: Atlas) -> None:
+        """Compute the places of the patches that changed since the last time."""
+        self._places.update(atlas, self._stale, self._told)
+        self._stale, self._told = set(), 0
+
+    def _extent(self, atlas: Atlas) -> float:
+        """Diagonal of the bounding box of all samples, length."""
+        points = atlas.membership.pool.points
+        return float(np.linalg.norm(points.max(axis=0) - points.min(axis=0)))
+
+    def _start_plan(self, atlas: Atlas) -> ProbePlan | None:
+        """The next attempt at a first touch, with short arms: nothing is known of the size."""
+        offset = next(self._starts, None)
+        if offset is None:
+            return self._end(atlas, StopReason.NO_PATCH)
+        plan = self._beside_edges.start_plan(atlas)
+        point = self._start + _FIRST_EXTENT * atlas.scale * offset
+        heading = cross(plan.planes[0].normal, plan.normal)
+        planes = concurrent_planes(point, plan.normal, heading, self.options.curves)
+        size = atlas.scale / atlas.tolerance
+        return replace(
+            plan,
+            number=self._count,
+            reference_point=point,
+            planes=planes,
+            reach=size * plan.reach,
+            step=size * plan.step,
+        )
+
+    def _plan(self, atlas: Atlas, target: Target, extent: float) -> ProbePlan:
+        """The plan of a touch at a target, with its first plane across the nearest contour."""
+        pool, normal = atlas.membership.pool, target.normal
+        offset = pool.points - target.point
+        along = cross(pool.across[(offset * offset).sum(axis=1).argmin()], normal)
+        heading = cross(normal, along)
+        if heading @ heading < np.finfo(float).eps:
+            heading = any_tangent(normal)
+        until = known_to(atlas, _KNOWN * atlas.scale)
+        return self._probe_plan(target.point, normal, heading, extent, target.reason, until)
+
+    def _closer(self, plan: ProbePlan) -> ProbePlan:
+        """A plan at the same place with finer steps and shorter arms."""
+        heading = cross(plan.planes[0].normal, plan.normal)
+        planes = concurrent_planes(plan.reference_point, plan.normal, heading, self.options.curves)
+        return ProbePlan(
+            self._count,
+            plan.reference_point,
+            plan.normal,
+            planes,
+            _CLOSER * plan.reach,
+            _CLOSER * plan.step,
+            plan.max_turn,
+            plan.reason,
+            plan.until,
+        )
+
+    def _probe_plan(self, point, normal, heading, extent, reason, until) -> ProbePlan:
+        """The next ProbePlan."""
+        options = self.options
+        planes = concurrent_planes(point, normal, heading, options.curves)
+        reach, step = options.reach * extent, options.step * extent
+        number, turn = self._count, options.max_turn
+        return ProbePlan(number, point, normal, planes, reach, step, turn, reason, until)

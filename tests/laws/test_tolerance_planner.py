@@ -1,0 +1,93 @@
+"""The planner that touches what a tolerance asks for: known at the end, and no more touches."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import trimesh
+
+from touchatlas.atlas import Atlas, AtlasOptions, Touch, TouchStatus, extract_surface
+from touchatlas.planner import StopReason, ToleranceOptions, TolerancePlanner, explore
+from touchatlas.sim import Probe, make_object
+
+
+def filled(tolerance: float) -> Atlas:
+    return Atlas(tolerance, AtlasOptions(fill=True), scale=0.1)
+
+
+def missed(plan):
+    return Touch(
+        plan.number, plan.reference_point, plan.normal, (), TouchStatus.NO_CONTACT, 0.0, 0.0
+    )
+
+
+def test_a_first_touch_that_meets_nothing_is_tried_elsewhere_and_then_given_up():
+    """24 places about the start, no two alike; then the planner says that no touch gave a patch."""
+    p, atlas = TolerancePlanner([0, 0, 33], [0, 0, 1]), filled(0.1)
+    steps = list(explore(atlas, p, missed))
+    points = np.array([step.plan.reference_point for step in steps])
+    assert len(np.unique(points.round(6), axis=0)) == len(points) == 24
+    assert len(atlas) == 0 and p.stop.reason is StopReason.NO_PATCH
+
+
+@pytest.mark.parametrize("name", ["sphere", "bottle"])
+def test_the_surface_is_known_to_the_tolerance_at_the_end(name):
+    """The predicted coverage is that of the truth, to 0.01: the fraction of 4,000 points within
+    the tolerance has a standard error of 0.001. The surface is closed."""
+    obj = make_object(name)
+    atlas, p = filled(obj.tolerance), TolerancePlanner(*obj.start())
+    list(explore(atlas, p, Probe(obj, obj.noise_std, np.random.default_rng(1))))
+    assert p.stop.reason is StopReason.KNOWN
+    points, _ = obj.sample(4000, np.random.default_rng(2))
+    distance = np.abs(np.nan_to_num(atlas.blend(points).distance, nan=np.inf))
+    predicted = p.stop.forecast.predicted_coverage
+    assert (distance <= obj.tolerance).mean() == pytest.approx(predicted, abs=0.01)
+    atlas.validate()
+    surface = extract_surface(atlas)
+    mesh = trimesh.Trimesh(surface.vertices, surface.faces, process=False)
+    assert mesh.is_watertight and mesh.euler_number == 2
+
+
+def test_a_looser_tolerance_ends_the_same_touches_earlier():
+    obj = make_object("ellipsoid")
+    sequences = []
+    for tolerance in (0.1, 0.4):
+        atlas, p = filled(tolerance), TolerancePlanner(*obj.start())
+        steps = explore(atlas, p, Probe(obj, obj.noise_std, np.random.default_rng(1)))
+        sequences.append([step.plan.reference_point.tolist() for step in steps])
+        assert p.stop.reason is StopReason.KNOWN
+    fine, coarse = sequences
+    assert len(coarse) < len(fine) and coarse == fine[: len(coarse)]
+
+
+def test_arms_end_where_the_surface_is_known():
+    """The last touch, amid others, tracks less than one that may not end so."""
+    obj = make_object("ellipsoid")
+    atlas, p = filled(obj.tolerance), TolerancePlanner(*obj.start())
+    probe = Probe(obj, obj.noise_std, np.random.default_rng(1))
+    last = list(explore(atlas, p, probe))[-1]
+    free = probe(replace(last.plan, until=None))
+    assert last.touch.tracked_length < 0.8 * free.tracked_length
+
+
+@pytest.mark.parametrize(
+    ("options", "word"),
+    [
+        ({"curves": 2}, "curves"),
+        ({"curves": 10**6}, "curves"),
+        ({"coverage": 1.0}, "coverage"),
+        ({"step": 0.5}, "step"),
+        ({"reach": 0.01}, "reach"),
+        ({"max_turn": np.nan}, "max_turn"),
+    ],
+)
+def test_options_that_plan_nothing_are_refused_by_name(options, word):
+    with pytest.raises(ValueError, match=word):
+        ToleranceOptions(**options)
+
+
+def test_tell_takes_only_a_touch_and_its_change():
+    p = TolerancePlanner([0, 0, 33], [0, 0, 1])
+    plan = p.ask(filled(0.1))
+    with pytest.raises(ValueError, match="give the Touch and the AtlasChange"):
+        p.tell(missed(plan), None)
