@@ -14,13 +14,13 @@ from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.graph.outlines import COUNT
 from touchatlas.atlas.patches.growing_array import grown
 
-# Distance of an open place from the origin, in distances of the outline: it is asked about beyond
-# the outline, and touched within it, where a prediction is worth something. Doubled excess: places
-# are asked about that need no patch.
-_BEYOND, _TOUCHED = 1.05, 0.9
+# Distance of an open place from the origin, in distances of the outline, where the patch itself no
+# longer knows the surface; and the distance at which it is touched, as a fraction of that. Doubled
+# excess: places are asked about that need no patch.
+_BEYOND, _TOUCHED = 1.35, 0.7
 # Largest distance from the blended surface of a point that is known, in patch radii: a patch whose
 # own prediction is farther off is wrong there. Doubled, more of such places pass for known.
-_OFF = 0.15
+_OFF = 0.25
 # Standard deviations that hold 95 % of a normal error, and the distance between places that are
 # listed at the end, in extents. Doubled, fewer places are named.
 _SURE, _LISTED = 1.96, 0.1

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from touchatlas.atlas.edit.fill import fill
+from touchatlas.atlas.edit.fill_about import fill_about
 from touchatlas.atlas.edit.refresh import update_creases
 from touchatlas.atlas.edit.split import split
 from touchatlas.atlas.records.change import AtlasChange
@@ -58,7 +58,7 @@ def renewed(
     state.refit(due)
     splits = [split(state, row) for row in state.too_large(due) if alive[row]]
     update_creases(state, [row for row in due.tolist() if alive[row]])
-    filled = fill(state, samples)
+    filled = fill_about(state, samples)
     after = set(state.table.rows.tolist())
     changed = changed.union(filled.changed, *(one.added for one in splits)) & after & before
     return replace(
