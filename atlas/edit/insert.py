@@ -115,7 +115,8 @@ def fit_touch(state: AtlasState, touch: Touch, contours) -> PatchFit:
         When no patch fits the contours.
     """
     options, scale = state.options, state.scale
-    arcs = (near_arc(contour, touch.contact) for contour in contours)
+    # Long arms come with filling; short ones turn less than their patch may.
+    arcs = [near_arc(c, touch.contact) for c in contours] if state.fills else contours
     return fit_patch(
         touch.contact,
         tuple(arc for arc in arcs if _has_direction(arc, touch.contact)),
