@@ -24,7 +24,7 @@ from touchatlas.planner.candidates import (
 )
 from touchatlas.planner.edges import EdgeGuess, edge_guess
 from touchatlas.planner.planes import concurrent_planes
-from touchatlas.planner.probe_plan import ProbePlan, Reason
+from touchatlas.planner.probe_plan import ProbePlan, Reason, check_answer
 
 # _CLOSER: factor by which arms and steps shrink after contours that were too short for a patch.
 # Doubled, more touches fail in narrow places. _CLOSEST: the shortest arm that is tried then, as a
@@ -146,20 +146,15 @@ class Planner:
         Raises
         ------
         ValueError
-            When no plan is open, or the touch answers another plan.
+            See ``check_answer``.
         """
-        if self._asked is None:
-            raise ValueError("no plan is open: call ask before tell")
-        if touch.number != self._asked.number:
-            raise ValueError(
-                f"the touch answers plan {touch.number}, but plan {self._asked.number} is open"
-            )
+        asked = check_answer(self._asked, touch, change)
         if touch.status is TouchStatus.TOUCHED:
             self._position = touch.contact
-        if self._home is not None and not change.added and self._asked.reason in _LAST:
+        if self._home is not None and not change.added and asked.reason in _LAST:
             self._vain[self._home] += 1
         if change.refused and touch.status is TouchStatus.TOUCHED:
-            self._retry, self._at_edge = self._asked, _ends_at_edge(touch)
+            self._retry, self._at_edge = asked, _ends_at_edge(touch)
         elif change.refused and self._target is not None:
             self._spent.append(self._target)
         self._count += 1

@@ -6,6 +6,8 @@ from enum import Enum
 
 import numpy as np
 
+from touchatlas.atlas.records.change import AtlasChange
+from touchatlas.atlas.records.touch import Touch
 from touchatlas.patch.geometry.arrays import check_unit, frozen_array
 from touchatlas.patch.geometry.contour import SamplingPlane
 
@@ -64,3 +66,24 @@ class ProbePlan:
         object.__setattr__(self, "normal", check_unit(self.normal, "plan normal"))
         if not 0 < self.step <= self.reach:
             raise ValueError(f"step is {self.step} and reach {self.reach}; need 0 < step <= reach")
+
+
+def check_answer(plan: ProbePlan | None, touch: Touch, change: AtlasChange) -> ProbePlan:
+    """The open plan, if a touch and what the atlas made of it answer it.
+
+    Raises
+    ------
+    ValueError
+        No plan is open, the arguments are no Touch and no AtlasChange, or the touch answers
+        another plan.
+    """
+    if plan is None:
+        raise ValueError("no plan is open: call ask before tell")
+    if not (isinstance(touch, Touch) and isinstance(change, AtlasChange)):
+        raise ValueError(
+            f"got {type(touch).__name__} and {type(change).__name__}; give the Touch and the "
+            "AtlasChange that Atlas.add returned for it"
+        )
+    if touch.number != plan.number:
+        raise ValueError(f"the touch answers plan {touch.number}, but plan {plan.number} is open")
+    return plan

@@ -12,7 +12,7 @@ from touchatlas.planner.choose import Target, open_target, start_targets, weak_t
 from touchatlas.planner.places import Places, known_to
 from touchatlas.planner.planes import concurrent_planes
 from touchatlas.planner.planner import Planner
-from touchatlas.planner.probe_plan import ProbePlan
+from touchatlas.planner.probe_plan import ProbePlan, check_answer
 from touchatlas.planner.stop import Forecast, Stop, StopReason
 
 # Width of the spiral of first attempts, in scales of the atlas: with a scale of five deviations of
@@ -76,8 +76,12 @@ class TolerancePlanner:
     tolerance with few touches.
 
     Places where nothing is known come first, the farthest from all touches before others; then
-    places of large predicted deviation. The choice does not depend on the tolerance: a looser one
-    ends the same sequence of touches earlier.
+    places of large predicted deviation. Neither choice depends on the tolerance, so a looser one
+    ends the same sequence of touches earlier. Only the last touches, at single places whose
+    deviation exceeds the tolerance, depend on it.
+
+    The atlas needs ``AtlasOptions(fill=True)``. Where the probe reports edges, the plans are those
+    of ``Planner``.
 
     Parameters
     ----------
@@ -143,26 +147,16 @@ class TolerancePlanner:
         Raises
         ------
         ValueError
-            When no plan is open, or the touch answers another plan.
+            See ``check_answer``.
         """
-        if self._asked is None:
-            raise ValueError("no plan is open: call ask before tell")
-        if not (isinstance(touch, Touch) and isinstance(change, AtlasChange)):
-            raise ValueError(
-                f"got {type(touch).__name__} and {type(change).__name__}; give the Touch and the "
-                "AtlasChange that Atlas.add returned for it"
-            )
-        if touch.number != self._asked.number:
-            raise ValueError(
-                f"the touch answers plan {touch.number}, but plan {self._asked.number} is open"
-            )
-        self._tried.append(self._asked.reference_point)
+        asked = check_answer(self._asked, touch, change)
+        self._tried.append(asked.reference_point)
         met = touch.status is TouchStatus.TOUCHED
         if met and not change.refused:
             self._touched.append(touch.contact)
         alone = not self._beside_edges.is_open
         if met and change.refused and alone and self._closer_count < _TIMES_CLOSER:
-            self._retry, self._closer_count = self._asked, self._closer_count + 1
+            self._retry, self._closer_count = asked, self._closer_count + 1
         else:
             self._closer_count = 0
         if self._beside_edges.is_open:

@@ -32,6 +32,13 @@ def test_tell_of_another_plan_is_refused():
         p.tell(other, AtlasChange())
 
 
+def test_tell_takes_only_a_touch_and_its_change():
+    p = planner()
+    plan = p.ask(Atlas(0.1))
+    with pytest.raises(ValueError, match="give the Touch and the AtlasChange"):
+        p.tell(missed(plan), None)
+
+
 def test_asking_twice_answers_the_same():
     p, atlas = planner(), Atlas(0.1)
     assert p.ask(atlas) is p.ask(atlas)
