@@ -87,8 +87,9 @@ class Atlas(AtlasState):
         return update_residuals(self)
 
     def finish(self) -> int:
-        """Refit, fill, simplify and learn residuals at the end of an exploration; returns how many
-        patches have a residual. More touches may be added afterwards."""
+        """Simplify and learn residuals at the end of an exploration, after refitting and filling
+        where that was not done touch by touch; returns how many patches have a residual. More
+        touches may be added afterwards."""
         return finish(self)
 
     def faces(self) -> Faces:

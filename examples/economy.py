@@ -4,7 +4,7 @@ Each object, a name or the path of a mesh, is explored to its own tolerance or t
 the object's unit. A line tells touches, lengths, the share of the true surface within the
 tolerance beside the predicted one, and whether the surface meets the tolerance: coverage within it
 0.99 or more, 95 % of the truth within it, 99 % of the surface within twice of it, watertight, and
-of the right Euler characteristic. With ``--frontier`` the default planner is used.
+of the right Euler characteristic. With ``--frontier`` the planner that closes the frontier is used.
 """
 
 import os
@@ -19,8 +19,9 @@ import numpy as np
 import trimesh
 
 from touchatlas.atlas import Atlas, AtlasOptions, extract_surface
-from touchatlas.planner import Planner, TolerancePlanner, explore
+from touchatlas.planner import FrontierPlanner, Planner, explore
 from touchatlas.sim import Probe, make_object
+from touchatlas.sim.run.run_options import fit_scale
 from touchatlas.sim.world.triangles import sample_triangles
 
 # Points at which either surface is compared with the other: the standard error of a share of 0.99
@@ -40,11 +41,10 @@ def run(name: str, tolerance: float | None, seed: int, frontier: bool) -> None:
     """Explore one object, and print its line."""
     obj = make_object(name)
     tolerance = obj.tolerance if tolerance is None else tolerance
-    scale = max(5.0 * obj.noise_std, 2e-4 * obj.diagonal)
-    atlas = Atlas(tolerance, AtlasOptions(fill=True), scale)
-    planner: Planner | TolerancePlanner = TolerancePlanner(*obj.start())
+    atlas = Atlas(tolerance, scale=fit_scale(obj.noise_std, obj.diagonal))
+    planner: FrontierPlanner | Planner = Planner(*obj.start())
     if frontier:
-        atlas, planner = Atlas(tolerance), Planner(*obj.start())
+        atlas, planner = Atlas(tolerance, AtlasOptions(fill=False)), FrontierPlanner(*obj.start())
     probe = Probe(obj, obj.noise_std, np.random.default_rng(seed))
     start = time.process_time()
     touches = [step.touch for step in explore(atlas, planner, probe)]

@@ -14,8 +14,8 @@ from collections import Counter
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from touchatlas.atlas import Atlas, Faces, face_values
-from touchatlas.planner import Planner, ProbePlan, Reason, explore
+from touchatlas.atlas import Atlas, AtlasOptions, Faces, face_values
+from touchatlas.planner import FrontierPlanner, ProbePlan, Reason, explore
 from touchatlas.planner.planes import concurrent_planes
 from touchatlas.sim import Probe, make_object
 from touchatlas.sim.study.surface_peers import spread
@@ -54,7 +54,7 @@ def body(name: str):
 def spread_atlas(obj, count: int, seed: int) -> Atlas:
     """An atlas of touches spread over the object, as long as the planner would make them."""
     rng = np.random.default_rng(seed)
-    probe, atlas = Probe(obj, obj.noise_std, rng), Atlas(obj.tolerance)
+    probe, atlas = Probe(obj, obj.noise_std, rng), Atlas(obj.tolerance, AtlasOptions(fill=False))
     points, normals = obj.sample(20 * count, rng)
     for number, i in enumerate(spread(points, count)):
         bend = 0.0
@@ -72,8 +72,9 @@ def spread_atlas(obj, count: int, seed: int) -> Atlas:
 
 def explored_atlas(obj, seed: int) -> Atlas:
     """An atlas that the planner explored, not finished."""
-    atlas, probe = Atlas(obj.tolerance), Probe(obj, obj.noise_std, np.random.default_rng(seed))
-    for _ in explore(atlas, Planner(*obj.start()), probe, MOST_TOUCHES):
+    atlas = Atlas(obj.tolerance, AtlasOptions(fill=False))
+    probe = Probe(obj, obj.noise_std, np.random.default_rng(seed))
+    for _ in explore(atlas, FrontierPlanner(*obj.start()), probe, MOST_TOUCHES):
         pass
     return atlas
 

@@ -8,13 +8,15 @@ from typing import TYPE_CHECKING
 from touchatlas.patch.lazy_names import lazy_names
 
 if TYPE_CHECKING:
+    from touchatlas.planner.frontier_planner import FrontierOptions, FrontierPlanner
     from touchatlas.planner.loop import Step, explore
     from touchatlas.planner.planner import Planner, PlannerOptions
     from touchatlas.planner.probe_plan import ProbePlan, Reason
     from touchatlas.planner.stop import Stop, StopReason
-    from touchatlas.planner.tolerance_planner import ToleranceOptions, TolerancePlanner
 
 __all__ = [
+    "FrontierOptions",
+    "FrontierPlanner",
     "Planner",
     "PlannerOptions",
     "ProbePlan",
@@ -22,12 +24,12 @@ __all__ = [
     "Step",
     "Stop",
     "StopReason",
-    "ToleranceOptions",
-    "TolerancePlanner",
     "explore",
 ]
 __getattr__ = lazy_names(
     {
+        "FrontierOptions": "touchatlas.planner.frontier_planner",
+        "FrontierPlanner": "touchatlas.planner.frontier_planner",
         "Planner": "touchatlas.planner.planner",
         "PlannerOptions": "touchatlas.planner.planner",
         "ProbePlan": "touchatlas.planner.probe_plan",
@@ -35,8 +37,6 @@ __getattr__ = lazy_names(
         "Step": "touchatlas.planner.loop",
         "Stop": "touchatlas.planner.stop",
         "StopReason": "touchatlas.planner.stop",
-        "ToleranceOptions": "touchatlas.planner.tolerance_planner",
-        "TolerancePlanner": "touchatlas.planner.tolerance_planner",
         "explore": "touchatlas.planner.loop",
     }
 )

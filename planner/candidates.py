@@ -1,7 +1,7 @@
 """Candidates: uncovered samples, gaps between patches, and points of large predicted deviation.
 
 Another rule for where to touch is one more function here, from an atlas, the position of the probe
-and the spent points to a Candidate; ``Planner`` calls it.
+and the spent points to a Candidate; ``FrontierPlanner`` calls it.
 """
 
 from dataclasses import dataclass
@@ -71,7 +71,7 @@ def frontier_candidate(atlas: Atlas, position, spent) -> Candidate | None:
     """
     frontier, pool = atlas.frontier, atlas.membership.pool
     samples = frontier.candidates()
-    samples = samples[~is_spent(pool.points[samples], spent, atlas.tolerance)]
+    samples = samples[~is_spent(pool.points[samples], spent, atlas.scale)]
     depth, offset = frontier.depth(samples), pool.points[samples] - position
     far = np.minimum(depth, _FAR_ENOUGH)
     order = samples[np.lexsort(((offset * offset).sum(axis=1), -far))]
@@ -81,7 +81,7 @@ def frontier_candidate(atlas: Atlas, position, spent) -> Candidate | None:
             best = int(left[0])
             home = int(frontier.owners(best))
             point, normal = pool.points[best], pool.normals[best]
-            return Candidate(point, home, atlas.tolerance, normal, Reason.EXPAND)
+            return Candidate(point, home, atlas.scale, normal, Reason.EXPAND)
     return None
 
 
@@ -136,7 +136,7 @@ def weak_candidate(atlas: Atlas, position, spent, given_up=()) -> Candidate | No
 
 def _extents(atlas: Atlas, rows) -> np.ndarray:
     """(n,) distance within which places of patches (n,) are the same place, length."""
-    return np.maximum(atlas.tolerance, _SAME_PLACE * np.sqrt(atlas.table.weight[rows]))
+    return np.maximum(atlas.scale, _SAME_PLACE * np.sqrt(atlas.table.weight[rows]))
 
 
 def _nearest_free(points, position, spent, extents) -> int | None:

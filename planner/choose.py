@@ -8,6 +8,7 @@ from scipy.spatial import cKDTree
 
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.patch.geometry.frame import any_tangent
+from touchatlas.planner.holes import hole_centres
 from touchatlas.planner.places import Places
 from touchatlas.planner.probe_plan import Reason
 
@@ -16,6 +17,9 @@ from touchatlas.planner.probe_plan import Reason
 _APART = 0.02
 # The same for single places of large deviation at the end. Doubled, some holes remain.
 _APART_WORST = 0.005
+# Largest hole, in extents: a longer boundary may be a true rim, and has open places. Doubled, more
+# touches are tried at rims.
+_LARGEST_HOLE = 0.1
 # Deviation of a place that needs no touch, in deviations of a sample: a dozen samples give it.
 # Doubled, explorations to tolerances near the noise end too early.
 _SURE = 0.3
@@ -104,13 +108,29 @@ def weak_target(atlas: Atlas, places: Places, done, extent: float) -> Target | N
 
 
 def worst_target(atlas: Atlas, places: Places, done, extent: float) -> Target | None:
-    """The place of largest predicted deviation; None where none that exceeds the tolerance is
-    left, but near touches or attempts."""
+    """The place of largest predicted deviation, also of the corners between patches, which are
+    farthest from their samples; None where none that exceeds the tolerance is left, but near
+    touches or attempts."""
     known = places.known(atlas.table.rows)
-    weak = (known.area > 0.0) & (known.deviation > atlas.tolerance)
-    points, normals = known.points[weak], known.normals[weak]
-    free = np.flatnonzero(_distance_to(done, points) > _APART_WORST * extent)
+    corners = places.corners(atlas)
+    parts = (known, corners)
+    points = np.concatenate([part.points[part.area > 0.0] for part in parts])
+    normals = np.concatenate([part.normals[part.area > 0.0] for part in parts])
+    deviation = np.concatenate([part.deviation[part.area > 0.0] for part in parts])
+    weak = deviation > atlas.tolerance
+    free = np.flatnonzero(weak & (_distance_to(done, points) > _APART_WORST * extent))
     if not len(free):
         return None
-    best = free[known.deviation[weak][free].argmax()]
+    best = free[deviation[free].argmax()]
     return Target(points[best], normals[best], Reason.REFINE)
+
+
+def hole_target(atlas: Atlas, done, extent: float) -> Target | None:
+    """The hole of the surface that is farthest from all touches and attempts; None where all are
+    near these, or there is none."""
+    centres, normals = hole_centres(atlas, _LARGEST_HOLE * extent)
+    apart = _distance_to(done, centres)
+    if not (apart > _APART_WORST * extent).any():
+        return None
+    best = int(apart.argmax())
+    return Target(centres[best], normals[best], Reason.CLOSE_GAP)

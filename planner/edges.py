@@ -70,7 +70,7 @@ def edge_guess(atlas: Atlas, position, tried) -> EdgeGuess | None:
     if not len(ends):
         return None
     offset = ends.points[:, None] - np.asarray(tried, dtype=float).reshape(-1, 3)
-    number = ((offset * offset).sum(axis=2) <= atlas.tolerance**2).sum(axis=1)
+    number = ((offset * offset).sum(axis=2) <= atlas.scale**2).sum(axis=1)
     if number.min() >= len(_GUESSES):
         return None
     sites = atlas.table.site[ends.home]

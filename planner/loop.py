@@ -3,14 +3,23 @@
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
 from touchatlas.atlas.atlas import Atlas, AtlasChange
 from touchatlas.atlas.records.touch import Touch
-from touchatlas.planner.planner import Planner
 from touchatlas.planner.probe_plan import ProbePlan
-from touchatlas.planner.tolerance_planner import TolerancePlanner
+
+
+class AsksAndTells(Protocol):
+    """A planner: it says where to touch next, and learns what became of the touch."""
+
+    def ask(self, atlas: Atlas) -> ProbePlan | None:
+        """The next plan, or None at the end."""
+
+    def tell(self, touch: Touch, change: AtlasChange) -> None:
+        """Take the result of the plan last asked for."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +45,7 @@ class Step:
 
 def explore(
     atlas: Atlas,
-    planner: Planner | TolerancePlanner,
+    planner: AsksAndTells,
     touch: Callable[[ProbePlan], Touch],
     max_touches: int | None = None,
     max_length: float | None = None,
@@ -47,7 +56,7 @@ def explore(
     ----------
     atlas : Atlas
         Grows in place.
-    planner : Planner or TolerancePlanner
+    planner : Planner, or another with its ``ask`` and ``tell``
     touch : function from ProbePlan to Touch
     max_touches : int, optional
     max_length : float, length, optional

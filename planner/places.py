@@ -30,14 +30,14 @@ _INNER = COUNT // 2 + COUNT // 3 + 1
 
 @dataclass(frozen=True, eq=False)
 class Known:
-    """Places in cells, one line for each of m patches.
+    """Places in cells: 21 for each of m patches, or any n.
 
     Parameters
     ----------
-    points, normals : (m, 21, 3) float, length; unit, world
+    points, normals : (m, 21, 3) or (n, 3) float, length; unit, world
         Feet on the blended surface.
-    deviation : (m, 21) float, length
-    area : (m, 21) float, length^2
+    deviation : (m, 21) or (n,) float, length
+    area : (m, 21) or (n,) float, length^2
         Area that the place stands for; 0 where another patch owns it.
     """
 
@@ -138,6 +138,15 @@ class Places:
         """The places in the cells of rows (m,)."""
         inner = self._inner[rows]
         return Known(inner[..., :3], inner[..., 3:6], inner[..., 6], inner[..., 7])
+
+    def corners(self, atlas: Atlas) -> Known:
+        """Where three cells meet, one line of n places, each of area 1."""
+        points = np.array([*atlas.corners.values(), *atlas.gaps.values()]).reshape(-1, 3)
+        found = atlas.blend(points)
+        some = np.flatnonzero(found.known)
+        normals = found.normal[some]
+        feet = points[some] - found.distance[some, None] * normals
+        return Known(feet, normals, found.deviation[some], np.ones(len(some)))
 
     def areas(self, atlas: Atlas) -> tuple[float, float]:
         """Expected area within the tolerance, and all area, length^2.

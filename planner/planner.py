@@ -1,84 +1,98 @@
-"""Planner: it says where to touch next, and learns what became of the touch.
+"""Planner: it touches where least is known, until that is known to the tolerance."""
 
-Another planner is a class with ``ask`` and ``tell``: ``explore`` in ``loop.py`` calls nothing else.
-"""
-
-from collections import Counter
-from dataclasses import dataclass
-from functools import partial
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
 from touchatlas.atlas.atlas import Atlas, AtlasChange
 from touchatlas.atlas.records.touch import Touch, TouchStatus
 from touchatlas.patch.geometry.arrays import check_unit, cross, frozen_array, real
-from touchatlas.patch.geometry.contour import ContourEnd
 from touchatlas.patch.geometry.frame import any_tangent
-from touchatlas.planner.candidates import (
-    Candidate,
-    frontier_candidate,
-    gap_candidate,
-    is_spent,
-    predicted_curvature,
-    weak_candidate,
+from touchatlas.planner.choose import (
+    Target,
+    hole_target,
+    open_target,
+    start_targets,
+    weak_target,
+    worst_target,
 )
-from touchatlas.planner.edges import EdgeGuess, edge_guess
+from touchatlas.planner.frontier_planner import FrontierOptions, FrontierPlanner
+from touchatlas.planner.places import Places, known_to
 from touchatlas.planner.planes import concurrent_planes
-from touchatlas.planner.probe_plan import ProbePlan, Reason, check_answer
+from touchatlas.planner.probe_plan import ProbePlan, check_answer
+from touchatlas.planner.stop import Forecast, Stop, StopReason
 
-# _CLOSER: factor by which arms and steps shrink after contours that were too short for a patch.
-# Doubled, more touches fail in narrow places. _CLOSEST: the shortest arm that is tried then, as a
-# fraction of ``least_reach``. Doubled, narrow places are given up.
-_CLOSER, _CLOSEST = 0.35, 0.1
-# Touches for the gaps and weak places of one patch that brought no patch, after which these are
-# left as they are: no touch can cover them, or its polynomial is off there. Doubled, such patches
-# cost twice the touches.
-_MOST_IN_VAIN = 4
-
-
-_LAST = Reason.CLOSE_GAP, Reason.REFINE
+# Width of the spiral of first attempts, in scales of the atlas: with a scale of five deviations of
+# noise, a probe that is good to 1/5,000 of it. Doubled, the attempts are twice as far apart.
+_FIRST_EXTENT = 1000.0
+# Factor by which arms and steps shrink where contours were too short for a patch, and how often.
+# Before any patch nothing is known of the size, so it is tried more often. Doubled, more touches
+# fail in narrow places.
+_CLOSER, _TIMES_CLOSER, _TIMES_CLOSER_FIRST = 0.35, 2, 5
+# Arms beside edges, in arms elsewhere: each patch must be a disc within its face. Doubled, cores
+# overlap other faces, and some edges between faces are not found.
+_BESIDE_EDGES = 0.75
+# Arms end where the predicted deviation is below this fraction of the atlas's scale: there they
+# teach little. Doubled, arms are shorter and more touches are needed.
+_KNOWN = 0.5
+# Stagnation: the area within the tolerance has not grown by this fraction in so many touches, or
+# in the last quarter of all touches. Doubled, an exploration is given up earlier, or goes on for
+# twice as long.
+_LEAST_GAIN, _PATIENCE, _PATIENCE_FRACTION = 2e-3, 16, 0.25
 
 
 @dataclass(frozen=True)
 class PlannerOptions:
-    """Options for reference points and sampling planes.
+    """What a planner is asked for, and how it touches.
 
     Parameters
     ----------
+    coverage : float
+        Expected fraction of the surface within the tolerance at which it is known.
     curves : int
         Sampling planes per touch.
-    samples : int
-        Samples each way along a curve.
-    max_turn : float, rad
-        Largest angle by which a curve may turn from the contact to its end.
     reach : float
-        Longest arm of a curve, in tolerances of the atlas.
-    least_reach : float
-        Shortest arm that is planned, in tolerances.
+        Longest arm of a contour, in extents of what is touched so far.
+    step : float
+        Arc length between samples, in the same extents.
+    max_turn : float, rad
+        Largest angle by which a contour may turn from the contact to its end.
     """
 
+    coverage: float = 0.995
     curves: int = 3
-    samples: int = 12
-    max_turn: float = np.pi / 4
-    reach: float = 200.0
-    least_reach: float = 60.0
+    reach: float = 0.6
+    step: float = 0.014
+    max_turn: float = 2.0 * np.pi / 3.0
 
     def __post_init__(self) -> None:
-        for name, least in (("curves", 3), ("samples", 2)):
-            value = getattr(self, name)
-            if not (isinstance(value, int | np.integer) and value >= least):
-                raise ValueError(f"{name} is {value!r}; it must be a whole number >= {least}")
-        if not 0.0 < real(self.max_turn) < np.pi / 2:
-            raise ValueError(f"max_turn is {self.max_turn!r}; it must be an angle in (0, pi/2) rad")
-        if not 0.0 < real(self.least_reach) <= real(self.reach) < np.inf:
+        whole = isinstance(self.curves, int | np.integer) and not isinstance(self.curves, bool)
+        if not (whole and 3 <= self.curves <= 36):
+            raise ValueError(f"curves is {self.curves!r}; it must be a whole number from 3 to 36")
+        limits = {"coverage": 1.0, "reach": 10.0, "step": 0.2, "max_turn": np.pi}
+        for field in fields(self):
+            value, most = getattr(self, field.name), limits.get(field.name)
+            if most is not None and not 0.0 < real(value) < most:
+                raise ValueError(
+                    f"{field.name} is {value!r}; it must be a number between 0 and {most:.4g}"
+                )
+        if not 4.0 * self.step <= self.reach:
             raise ValueError(
-                f"least_reach, reach are {self.least_reach!r}, {self.reach!r}; they must be "
-                "numbers of tolerances, 0 < least_reach <= reach"
+                f"step, reach are {self.step}, {self.reach}; an arm must have four steps or more"
             )
 
 
 class Planner:
-    """Chooses reference points on the frontier and concurrent sampling planes there.
+    """Chooses the reference points and sampling planes that make the surface known to the
+    tolerance with few touches.
+
+    Places where nothing is known come first, the farthest from all touches before others; then
+    places of large predicted deviation. Neither choice depends on the tolerance, so a looser one
+    ends the same sequence of touches earlier. Only the last touches, at single places whose
+    deviation exceeds the tolerance, depend on it.
+
+    Where the probe reports edges, the plans are those
+    of ``FrontierPlanner``.
 
     Parameters
     ----------
@@ -87,6 +101,11 @@ class Planner:
     outward : (3,) float, unit, world
         Direction from the object to the free space from which ``start`` is approached.
     options : PlannerOptions
+
+    Attributes
+    ----------
+    stop : Stop or None
+        Why there is no further plan, and what is left; None before the end.
 
     Examples
     --------
@@ -103,42 +122,36 @@ class Planner:
         self._start = frozen_array(start, (3,), "start point")
         self._outward = check_unit(outward, "outward direction")
         self.options = options
-        self._position = self._start
+        self.stop: Stop | None = None
+        self._places = Places()
+        self._stale: set[int] = set()
+        self._told = 0
         self._asked: ProbePlan | None = None
-        self._target: np.ndarray | None = None
-        self._home: int | None = None
-        self._vain: Counter[int] = Counter()
-        self._spent: list[np.ndarray] = []
-        self._tried_ends: list[np.ndarray] = []
         self._retry: ProbePlan | None = None
-        self._at_edge = False
+        self._closer_count = 0
+        self._touched: list[np.ndarray] = []
+        self._tried: list[np.ndarray] = []
+        self._area: list[float] = []
+        self._coverage = 0.0
+        self._beside_edges = FrontierPlanner(self._start, self._outward)
+        self._starts = start_targets(self._start, self._outward)
         self._count = 0
 
     def ask(self, atlas: Atlas) -> ProbePlan | None:
-        """The next plan; None when nothing is left to explore.
+        """The next plan; None at the end, and ``stop`` says why.
 
         Without ``tell`` in between, a second call returns the same plan.
         """
-        if self._asked is not None:
-            return self._asked
-        if self._retry is not None:
-            self._asked = self._closer(atlas, self._retry)
-            self._retry = None
-        if self._asked is None and len(atlas) == 0:
-            self._asked = self.start_plan(atlas) if self._count == 0 else None
-        elif self._asked is None:
-            self._asked = self._next_plan(atlas)
+        if self._asked is None:
+            self.stop = None
+            if self._retry is not None:
+                plan, self._retry = self._closer(self._retry), None
+            elif len(atlas) == 0:
+                plan = self._start_plan(atlas)
+            else:
+                plan = self._next_plan(atlas)
+            self._asked = None if plan is None else replace(plan, known=self._coverage)
         return self._asked
-
-    @property
-    def is_open(self) -> bool:
-        """Whether a plan is open, that ``tell`` has not answered yet."""
-        return self._asked is not None
-
-    @property
-    def count(self) -> int:
-        """Number of plans that were answered."""
-        return self._count
 
     def tell(self, touch: Touch, change: AtlasChange) -> None:
         """Take the result of the plan last asked for.
@@ -149,102 +162,142 @@ class Planner:
             See ``check_answer``.
         """
         asked = check_answer(self._asked, touch, change)
-        if touch.status is TouchStatus.TOUCHED:
-            self._position = touch.contact
-        if self._home is not None and not change.added and asked.reason in _LAST:
-            self._vain[self._home] += 1
-        if change.refused and touch.status is TouchStatus.TOUCHED:
-            self._retry, self._at_edge = asked, _ends_at_edge(touch)
-        elif change.refused and self._target is not None:
-            self._spent.append(self._target)
+        self._tried.append(asked.reference_point)
+        met = touch.status is TouchStatus.TOUCHED
+        if met and not change.refused:
+            self._touched.append(touch.contact)
+        alone = not self._beside_edges.is_open
+        most = _TIMES_CLOSER if self._touched else _TIMES_CLOSER_FIRST
+        if met and change.refused and alone and self._closer_count < most:
+            self._retry, self._closer_count = asked, self._closer_count + 1
+        else:
+            self._closer_count = 0
+        if self._beside_edges.is_open:
+            self._beside_edges.tell(replace(touch, number=self._beside_edges.count), change)
+        self._stale.update((*change.added, *change.changed))
+        self._told += 1
         self._count += 1
         self._asked = None
 
     def _next_plan(self, atlas: Atlas) -> ProbePlan | None:
-        """A plan on the frontier, else behind an edge, else in a gap, else where the predicted
-        deviation is too large."""
-        given_up = self._given_up()
-        candidate = self._candidate(atlas, frontier_candidate)
-        if candidate is None:
-            guess = edge_guess(atlas, self._position, self._tried_ends)
-            if guess is not None:
-                return self._edge_plan(atlas, guess)
-            candidate = self._candidate(atlas, partial(gap_candidate, given_up=given_up))
-        if candidate is None:
-            candidate = self._candidate(atlas, partial(weak_candidate, given_up=given_up))
-        return None if candidate is None else self._plan(atlas, candidate)
+        """A plan where nothing is known, else where too little is known."""
+        self._update(atlas)
+        extent = self._extent(atlas)
+        inside, total = self._places.areas(atlas)
+        self._area.append(inside)
+        self._coverage = inside / total if total > 0.0 else 0.0
+        if atlas.membership.pool.edges.any():
+            return self._plan_with_edges(atlas)
+        done = np.array([*self._touched, *self._tried])
+        target = open_target(atlas, self._places, np.array(self._touched), done, extent)
+        if target is None and self._coverage >= self.options.coverage:
+            # What is left are single places, where a hole would be.
+            target = worst_target(atlas, self._places, done, extent)
+            target = hole_target(atlas, done, extent) if target is None else target
+            if target is None:
+                return self._end(atlas, StopReason.KNOWN)
+        if self._stagnates():
+            return self._end(atlas, StopReason.STAGNATION)
+        if target is None:
+            target = weak_target(atlas, self._places, done, extent)
+        if target is None:
+            return self._end(atlas, StopReason.TRIED)
+        return self._plan(atlas, target, extent)
 
-    def _candidate(self, atlas: Atlas, choose) -> Candidate | None:
-        """The candidate that ``choose`` finds, unless the last touch was there already."""
-        candidate = choose(atlas, self._position, self._spent)
-        if (
-            candidate is not None
-            and self._target is not None
-            and is_spent(self._target[None], [candidate.point], candidate.extent)[0]
-        ):
-            # The last touch did not cover it, so another one would not either.
-            self._spent.append(candidate.point)
-            candidate = choose(atlas, self._position, self._spent)
-        if candidate is not None:
-            self._target = candidate.point.copy()
-            self._home = candidate.home
-        return candidate
+    def _plan_with_edges(self, atlas: Atlas) -> ProbePlan | None:
+        """A plan where the probe reports edges: patches end there, so their cores must fill the
+        faces."""
+        self._beside_edges.options = self._long_arms(atlas)
+        plan = self._beside_edges.ask(atlas)
+        if plan is not None:
+            return replace(plan, number=self._count)
+        known = self._coverage >= self.options.coverage
+        return self._end(atlas, StopReason.KNOWN if known else StopReason.TRIED)
 
-    def _given_up(self) -> list[int]:
-        """Patches whose gaps and weak places are left as they are."""
-        return [home for home, count in self._vain.items() if count >= _MOST_IN_VAIN]
-
-    def _closer(self, atlas: Atlas, plan: ProbePlan) -> ProbePlan | None:
-        """A plan at the same place with finer steps, after contours that were too short; None when
-        the steps would be too fine. The arms are shorter too, unless edges ended the contours."""
-        step, least = _CLOSER * plan.step, _CLOSEST * self.options.least_reach * atlas.tolerance
-        # In the corner of a face edges end the contours, so finer steps are allowed there.
-        if step * self.options.samples < (_CLOSER * least if self._at_edge else least):
-            if self._target is not None:
-                self._spent.append(self._target)
-            return None
-        heading = cross(plan.planes[0].normal, plan.normal)
-        reach = plan.reach if self._at_edge else _CLOSER * plan.reach
-        return self._probe_plan(
-            plan.reference_point, plan.normal, heading, reach, plan.reason, step / reach
+    def _long_arms(self, atlas: Atlas) -> FrontierOptions:
+        """Options of plans beside edges, with arms and steps of this planner."""
+        extent, options = self._extent(atlas) / atlas.scale, self.options
+        reach = _BESIDE_EDGES * options.reach * extent
+        return FrontierOptions(
+            options.curves,
+            int(_BESIDE_EDGES * options.reach / options.step),
+            min(options.max_turn, FrontierOptions().max_turn),
+            reach,
+            min(FrontierOptions().least_reach, reach),
         )
 
-    def start_plan(self, atlas: Atlas) -> ProbePlan:
-        """The plan of the first touch."""
-        reach = self.options.reach * atlas.tolerance
-        heading = any_tangent(self._outward)
-        return self._probe_plan(self._start, self._outward, heading, reach, Reason.START)
+    def _stagnates(self) -> bool:
+        """Whether the area within the tolerance has not grown for long."""
+        patience = max(_PATIENCE, int(_PATIENCE_FRACTION * len(self._area)))
+        before, since = self._area[:-patience], self._area[-patience:]
+        return bool(before) and max(since) < (1.0 + _LEAST_GAIN) * max(before)
 
-    def _plan(self, atlas: Atlas, candidate: Candidate) -> ProbePlan:
-        """The plan of a touch at a candidate, with its first plane away from the patch there."""
-        reach = self._reach(atlas, candidate.point, candidate.home)
-        heading = candidate.point - atlas.table.origin[candidate.home]
-        return self._probe_plan(candidate.point, candidate.normal, heading, reach, candidate.reason)
+    def _end(self, atlas: Atlas, reason: StopReason) -> ProbePlan | None:
+        """No plan: ``stop`` says why."""
+        self.stop = Stop(reason, self.forecast(atlas))
+        return None
 
-    def _edge_plan(self, atlas: Atlas, guess: EdgeGuess) -> ProbePlan:
-        """The plan of a touch behind an edge."""
-        self._tried_ends.append(guess.end.copy())
-        self._target = self._home = None
-        reach = self._reach(atlas, guess.end, guess.home)
-        point, normal = guess.target(reach)
-        return self._probe_plan(point, normal, guess.normal, reach, Reason.EXPAND)
+    def forecast(self, atlas: Atlas) -> Forecast:
+        """What is known of the surface of an atlas, and where too little is."""
+        if not len(atlas):
+            return Forecast(0.0, np.zeros((0, 3)))
+        self._update(atlas)
+        inside, total = self._places.areas(atlas)
+        left = self._places.left(atlas, self._extent(atlas))
+        return Forecast(inside / total if total > 0.0 else 0.0, left)
 
-    def _reach(self, atlas: Atlas, point, home: int) -> float:
-        """Length of arms that turn by ``max_turn``, within the limits of the options, by the
-        curvature that patch ``home`` predicts at a point."""
-        curvature = predicted_curvature(atlas, point, home)
-        longest = self.options.reach * atlas.tolerance
-        shortest = self.options.least_reach * atlas.tolerance
-        return max(shortest, min(longest, self.options.max_turn / max(curvature, 1.0 / longest)))
+    def _update(self, atlas: Atlas) -> None:
+        """Compute the places of the patches that changed since the last time."""
+        self._places.update(atlas, self._stale, self._told)
+        self._stale, self._told = set(), 0
 
-    def _probe_plan(self, point, normal, heading, reach, reason, fraction=None) -> ProbePlan:
-        """The next ProbePlan; ``fraction`` is the step over the reach."""
-        fraction = 1.0 / self.options.samples if fraction is None else fraction
-        planes = concurrent_planes(point, normal, heading, self.options.curves)
-        turn = self.options.max_turn
-        return ProbePlan(self._count, point, normal, planes, reach, fraction * reach, turn, reason)
+    def _extent(self, atlas: Atlas) -> float:
+        """Diagonal of the bounding box of all samples, length."""
+        points = atlas.membership.pool.points
+        return float(np.linalg.norm(points.max(axis=0) - points.min(axis=0)))
 
+    def _start_plan(self, atlas: Atlas) -> ProbePlan | None:
+        """The next attempt at a first touch, with short arms: nothing is known of the size."""
+        offset = next(self._starts, None)
+        if offset is None:
+            return self._end(atlas, StopReason.NO_PATCH)
+        plan = self._beside_edges.start_plan(atlas)
+        point = self._start + _FIRST_EXTENT * atlas.scale * offset
+        heading = cross(plan.planes[0].normal, plan.normal)
+        planes = concurrent_planes(point, plan.normal, heading, self.options.curves)
+        return replace(plan, number=self._count, reference_point=point, planes=planes)
 
-def _ends_at_edge(touch: Touch) -> bool:
-    """Whether any contour of a touch ended at an edge."""
-    return any(end is ContourEnd.EDGE for contour in touch.contours for end in contour.ends)
+    def _plan(self, atlas: Atlas, target: Target, extent: float) -> ProbePlan:
+        """The plan of a touch at a target, with its first plane across the nearest contour."""
+        pool, normal = atlas.membership.pool, target.normal
+        offset = pool.points - target.point
+        along = cross(pool.across[(offset * offset).sum(axis=1).argmin()], normal)
+        heading = cross(normal, along)
+        if heading @ heading < np.finfo(float).eps:
+            heading = any_tangent(normal)
+        until = known_to(atlas, _KNOWN * atlas.scale)
+        return self._probe_plan(target.point, normal, heading, extent, target.reason, until)
+
+    def _closer(self, plan: ProbePlan) -> ProbePlan:
+        """A plan at the same place with finer steps and shorter arms."""
+        heading = cross(plan.planes[0].normal, plan.normal)
+        planes = concurrent_planes(plan.reference_point, plan.normal, heading, self.options.curves)
+        return ProbePlan(
+            self._count,
+            plan.reference_point,
+            plan.normal,
+            planes,
+            _CLOSER * plan.reach,
+            _CLOSER * plan.step,
+            plan.max_turn,
+            plan.reason,
+            plan.until,
+        )
+
+    def _probe_plan(self, point, normal, heading, extent, reason, until) -> ProbePlan:
+        """The next ProbePlan."""
+        options = self.options
+        planes = concurrent_planes(point, normal, heading, options.curves)
+        reach, step = options.reach * extent, options.step * extent
+        number, turn = self._count, options.max_turn
+        return ProbePlan(number, point, normal, planes, reach, step, turn, reason, until)

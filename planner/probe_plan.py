@@ -48,6 +48,8 @@ class ProbePlan:
     until : function from points (n, 3) to (n,) bool, optional
         Whether the surface is known at points. An arm may end where it is, for some samples in a
         row. Without, arms go on.
+    known : float
+        Expected fraction of the surface within the tolerance when this was planned.
     """
 
     number: int
@@ -59,6 +61,7 @@ class ProbePlan:
     max_turn: float
     reason: Reason
     until: Callable[[np.ndarray], np.ndarray] | None = None
+    known: float = 0.0
 
     def __post_init__(self) -> None:
         point = frozen_array(self.reference_point, (3,), "reference point")

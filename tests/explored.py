@@ -1,4 +1,5 @@
-"""Atlases of built-in objects, explored once each; every test gets its own copy."""
+"""Atlases of built-in objects, explored once each until no outline is open; every test gets its own
+copy."""
 
 from copy import deepcopy
 from dataclasses import dataclass, replace
@@ -7,14 +8,16 @@ from functools import lru_cache
 import numpy as np
 import trimesh
 
-from touchatlas.atlas import Atlas, Touch
-from touchatlas.planner import Planner, explore
+from touchatlas.atlas import Atlas, AtlasOptions, Touch
+from touchatlas.planner import FrontierPlanner, explore
 from touchatlas.sim import Probe, make_object
 from touchatlas.sim.study.surface_peers import spread_plans
 from touchatlas.sim.world.implicit_fields import quadric_with_bumps
 from touchatlas.sim.world.implicit_object import ImplicitObject
 from touchatlas.sim.world.mesh_object import MeshObject
 
+# One patch a touch, and detail left to residuals.
+ONE_A_TOUCH = AtlasOptions(fill=False)
 BUMPY_RADIUS, BUMPY_HEIGHT, BUMPY_FREQUENCY = 33.0, 0.02, 0.45
 
 
@@ -45,10 +48,10 @@ def explored(name: str, scale: float = 1.0, max_touches: int | None = None) -> E
 @lru_cache
 def _explored(name: str, scale: float, max_touches: int | None) -> Explored:
     obj = object_at(name, scale)
-    atlas = Atlas(obj.tolerance)
+    atlas = Atlas(obj.tolerance, ONE_A_TOUCH)
     start, outward = make_object(name).start()
     probe = Probe(obj, obj.noise_std, np.random.default_rng(1))
-    planner = Planner(scale * start, outward)
+    planner = FrontierPlanner(scale * start, outward)
     touches = [step.touch for step in explore(atlas, planner, probe, max_touches)]
     return Explored(atlas, touches)
 
@@ -104,7 +107,8 @@ def _bumpy() -> Bumpy:
     waves = np.sin(BUMPY_FREQUENCY * sphere.vertices).prod(axis=1)
     sphere.vertices *= 1.0 + BUMPY_HEIGHT * waves[:, None]
     obj = MeshObject("bumpy", np.array(sphere.vertices), np.array(sphere.faces))
-    atlas, touches = Atlas(0.1), spread_touches(obj, 60, 0.005)
+    options = ONE_A_TOUCH
+    atlas, touches = Atlas(0.1, options), spread_touches(obj, 60, 0.005)
     for touch in touches:
         atlas.add(touch)
     points = np.array(sphere.vertices[::40])

@@ -5,9 +5,9 @@ from functools import lru_cache
 
 import numpy as np
 
-from tests.explored import Explored
+from tests.explored import ONE_A_TOUCH, Explored
 from touchatlas.atlas import Atlas
-from touchatlas.planner import Planner, explore
+from touchatlas.planner import FrontierPlanner, explore
 from touchatlas.sim import Probe, make_object
 from touchatlas.sim.world.implicit_fields import polyhedron, union
 from touchatlas.sim.world.implicit_object import ImplicitObject
@@ -67,7 +67,7 @@ def explored_sharp(
 @lru_cache
 def _explored(name: str, noise: float, max_touches: int, seed: int) -> Explored:
     obj = sharp_object(name)
-    atlas, planner = Atlas(obj.tolerance), Planner(*obj.start())
+    atlas, planner = Atlas(obj.tolerance, ONE_A_TOUCH), FrontierPlanner(*obj.start())
     probe = Probe(obj, noise, np.random.default_rng(seed))
     touches = [step.touch for step in explore(atlas, planner, probe, max_touches)]
     return Explored(atlas, touches)

@@ -116,6 +116,10 @@ def _enter(state: AtlasState, fit: PatchFit, changed: set[int]) -> bool:
     (index,) = state.membership.near(frame.origin[None], frame.normal[None], [radius])
     std = root_mean_square(state.table.measurement_std[neighbours])
     row = enter_fit(state, fit, neighbours, index, std)
+    if not state.table.count[row]:
+        # None of the samples near is of its sheet: it would be a guess.
+        state.remove([row])
+        return False
     update_creases(state, [row])
     changed.update(neighbours.tolist())
     remove_hidden(state, {row, *neighbours.tolist()})

@@ -9,13 +9,14 @@ from touchatlas.atlas.state import AtlasState
 
 
 def finish(state: AtlasState) -> int:
-    """Refit all patches, fill, simplify and learn the residuals; returns how many patches have a
-    residual.
+    """Simplify and learn the residuals; returns how many patches have a residual.
 
-    A second call changes little.
+    Where touches were not filled between as they arrived, all patches are refitted and filled
+    first. A second call changes little.
     """
-    refit_all(state)
-    fill(state)
+    if not state.fills:
+        refit_all(state)
+        fill(state)
     simplify(state)
     return update_residuals(state)
 

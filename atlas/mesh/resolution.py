@@ -11,7 +11,7 @@ from touchatlas.patch.geometry.arrays import real
 
 # Largest sagitta of a triangle's edge, the height of the arc over the chord, in tolerances: small
 # beside the error that is allowed. Doubled, there are half as many triangles.
-_SAGITTA = 0.02
+_SAGITTA = 0.15
 # The same in predicted deviations, where that is more, and the number of patches for which the
 # deviation is predicted. With either doubled, half as many triangles or twice the time of that.
 _DEVIATION_FRACTION, _SAMPLED_PATCHES = 0.1, 64
@@ -53,7 +53,7 @@ def separating_edge(table: PatchTable, edge: float, gaps) -> float:
 def patch_resolution(state: AtlasState) -> float:
     """Edge of the triangles that the patches allow, without regard to other sheets, length.
 
-    It is the chord with a sagitta of 0.02 tolerance, or of a tenth of the predicted deviation if
+    It is the chord with a sagitta of 0.15 tolerances, or of a tenth of the predicted deviation if
     that is more, at the 90 % quantile of the patches' curvatures. It is no more than half the
     smallest core radius and an eighth of the typical crease curve.
     """

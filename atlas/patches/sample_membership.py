@@ -141,8 +141,9 @@ class SampleMembership:
         """The rows that are due for a refit: see ``_GROWN`` and ``_GROWN_TILTED``."""
         table = self._table
         slope = np.abs(table.mean[rows, 1:3]).max(axis=1)
-        grown = table.count[rows] / table.learned[rows]
-        return rows[(grown >= _GROWN) | ((grown >= _GROWN_TILTED) & (slope > _TILTED))]
+        count, learned = table.count[rows], table.learned[rows]
+        due = (count >= _GROWN * learned) | ((count >= _GROWN_TILTED * learned) & (slope > _TILTED))
+        return rows[due & (count > learned)]
 
     def refit(self, rows, candidates, bias: float, prior: SmoothnessPrior, options) -> None:
         """Refit rows: choose frames, priors and coefficients again from candidate samples.

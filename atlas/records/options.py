@@ -35,8 +35,8 @@ class AtlasOptions:
         Largest predicted deviation with which the surface is drawn at an open rim, in tolerances;
         among covered patches it is three times as much. Infinite: wherever patches reach.
     fill : bool
-        Whether patches between touches are fitted as touches arrive, as the TolerancePlanner needs
-        it. Without, an atlas has one patch a touch until ``Atlas.fill``.
+        Whether patches between touches are fitted as touches arrive. Without, an atlas
+        has one patch a touch until ``Atlas.fill``.
     """
 
     fit: FitOptions = FitOptions(adaptive=False)
@@ -44,7 +44,7 @@ class AtlasOptions:
     detail: float = 5.0
     least_radius: float = 10.0
     trust: float = 1.0
-    fill: bool = False
+    fill: bool = True
 
     def __post_init__(self) -> None:
         if not (isinstance(self.fit, FitOptions) and self.fit.core >= _LEAST_CORE):

@@ -25,6 +25,8 @@ _WIDE = 130
 # Coverage above which nothing is said of what was not reached. Doubled distance from one: half a
 # percent more may be missing without a word.
 _WHOLE = 0.995
+# Number of places that are named at the end. Doubled, a sentence takes two lines.
+_NAMED = 3
 # Ratios of common units of length (millimetre, centimetre, inch, foot, metre), and how near to one
 # of them the sizes of two bodies may be by chance: a hundredth.
 _UNITS, _NEAR = (10.0, 25.4, 100.0, 304.8, 1000.0, 12.0, 39.37), 0.03
@@ -45,7 +47,10 @@ def print_numbers(numbers: dict, title: str, as_json: bool, unit: str = LENGTH) 
         table.add_column("what")
     for name, value in numbers.items():
         about = NUMBERS[name]
-        shown = f"{value:.5g}" if isinstance(value, float) else str(value)
+        if isinstance(value, list):
+            shown = f"{len(value)} places"
+        else:
+            shown = f"{value:.5g}" if isinstance(value, float) else str(value)
         in_unit = unit if about.unit == LENGTH else about.unit
         table.add_row(name, shown, in_unit, about.good, *([about.what] if wide else []))
     console.print(table)
@@ -69,6 +74,13 @@ def sentences(numbers: dict) -> list[str]:
         )
     if numbers["coverage"] < _WHOLE:
         found.append(f"{1.0 - numbers['coverage']:.1%} of the true surface was not reached")
+    predicted, places = numbers.get("predicted_coverage"), numbers.get("open_places")
+    if predicted is not None and predicted < _WHOLE and places:
+        where = ", ".join(f"({x:.4g}, {y:.4g}, {z:.4g})" for x, y, z in places[:_NAMED])
+        found.append(
+            f"{1.0 - predicted:.1%} of the surface is predicted not to be known to the tolerance, "
+            f"about {where}: {numbers['ended']}"
+        )
     if missed := numbers.get("touches_without_contact"):
         found.append(f"{missed} of {numbers['touches']} touches met nothing")
     return found

@@ -34,11 +34,11 @@ class Shown(Watcher):
         """A touch was learned."""
         self._tracked += step.touch.tracked_length
         if time.monotonic() - self._looked > _LOOK:
-            closed = atlas.predicted_coverage()
+            known = step.plan.known
             self.note(
-                f"touch {step.plan.number + 1}, outlines closed {closed:.0%}, deviation "
-                f"{atlas.predicted_deviation():.3g}, tracked {self._tracked:.4g}",
-                closed,
+                f"touch {step.plan.number + 1}, known to the tolerance {known:.1%}, "
+                f"tracked {self._tracked:.4g}",
+                known,
             )
             self._looked = time.monotonic()
 

@@ -5,14 +5,14 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
-from touchatlas.planner import Planner
+from touchatlas.planner import StopReason
 from touchatlas.sim.run.journal import Entry, Journal
 from touchatlas.sim.run.option_tables import as_table, updated
 from touchatlas.sim.run.phases import Phases
 from touchatlas.sim.run.run_folder import new_run, old_run, read_settings, write_settings
 from touchatlas.sim.run.run_options import RunOptions, check_effort, check_scale
 from touchatlas.sim.run.watcher import Watcher
-from touchatlas.sim.run.work import MAX_LENGTH, MAX_TOUCHES, NOTHING_LEFT, Result, Work
+from touchatlas.sim.run.work import MAX_LENGTH, MAX_TOUCHES, Result, Work
 from touchatlas.sim.world.implicit_object import ImplicitObject
 from touchatlas.sim.world.mesh_object import MeshObject
 from touchatlas.sim.world.objects import make_object
@@ -118,9 +118,7 @@ def _completed(options: RunOptions, obj) -> RunOptions:
     noise = float(obj.noise_std if options.noise is None else options.noise)
     tolerance = float(obj.tolerance if options.tolerance is None else options.tolerance)
     check_scale(noise, tolerance, obj.diagonal)
-    start, outward = obj.start()
-    planner = Planner(start, outward, options.planner)
-    check_effort(options, tolerance, planner, obj.bounds[1] - obj.bounds[0])
+    check_effort(options.planner)
     return replace(options, noise=noise, tolerance=tolerance)
 
 
@@ -159,8 +157,8 @@ def _check_budget(folder: Path, options: RunOptions, kept: list[Entry]) -> None:
         ended = numbers["ended"] if numbers["touches"] == touches else None
     except (OSError, ValueError, LookupError, TypeError, RecursionError):
         return
-    if ended == NOTHING_LEFT:
-        raise FinishedError(f"{folder} is finished: nothing was left to touch", numbers)
+    if ended in {reason.value for reason in StopReason}:
+        raise FinishedError(f"{folder} is finished: {ended}", numbers)
     if ended == MAX_TOUCHES and touches == most:
         words = f"{folder} is finished: it has its {most} touches; give a larger --max-touches"
         raise FinishedError(words, numbers)

@@ -58,7 +58,11 @@ NUMBERS: dict[str, Meaning] = {
         "smooth and closed, 0 on a polyhedron; needs no truth",
         good="the true one",
     ),
-    "ended": _m("why the exploration ended", good="nothing left to touch"),
+    "ended": _m("why the exploration ended", good="known to the tolerance"),
+    "predicted_coverage": _m(
+        "expected fraction of the surface within the tolerance, without the truth", good="near 1"
+    ),
+    "open_places": _m("places that are not known to the tolerance", "length", good="none"),
     "noise_std": _m("standard deviation of each coordinate of each sample", LENGTH),
     "touches": _m("visits of the probe, also those without contact", good="few"),
     "touches_without_contact": _m("visits that met nothing", good="0"),

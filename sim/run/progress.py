@@ -29,6 +29,7 @@ _COLUMNS = (
     "seconds_plan",
     "seconds_fit",
     "seconds_sim",
+    "predicted_coverage",
 )
 # Touches from one measurement of the true progress to the next. Twice as many save half of its
 # time, and the curve in progress.png has half as many points.
@@ -77,6 +78,7 @@ class Progress:
             "",
             "",
             *seconds,
+            step.plan.known,
         )
         self.rows.append(dict(zip(_COLUMNS, values, strict=True)))
         if step.plan.number % _MEASURE_EVERY == 0:
@@ -117,7 +119,7 @@ class Progress:
         figure = Figure(figsize=(10, 4), layout="constrained")
         FigureCanvasAgg(figure)
         left, right = figure.subplots(1, 2)
-        self._curve(left, "outlines_closed", "outlines closed", "-")
+        self._curve(left, "predicted_coverage", "predicted coverage", "-")
         self._curve(left, "coverage", "coverage", "o-")
         left.set(xlabel="tracked length", ylabel="fraction", ylim=(0, 1.02))
         left.set_title(name, parse_math=False)

@@ -5,8 +5,8 @@ from numbers import Integral, Real
 
 import numpy as np
 
-from touchatlas.atlas import Atlas, AtlasOptions
-from touchatlas.planner import Planner, PlannerOptions
+from touchatlas.atlas import AtlasOptions
+from touchatlas.planner import PlannerOptions
 
 # Largest noise, in tolerances: the grid of a surface that is spread over more of them would not fit
 # into memory. Twice as much needs a grid twice as fine for the same spread.
@@ -14,14 +14,12 @@ _NOISIEST = 1000
 # Smallest tolerance, as a fraction of an object's diagonal: the rounding of its points, with three
 # digits of slack. Twice as much would refuse nothing that anyone can measure.
 _FINEST = 1e-12
-# Most touches that may be needed, no unit: of some 20 ms each they take six hours. Twice as many
-# take twice as long.
-_MOST_TOUCHES = 1e6
-# Seconds of a touch in a forecast: what touches of the built-in objects take in the mean.
-_SECONDS = 0.02
 # Most samples of one touch, no unit: of so many a fit takes a second. Twice as many take twice as
 # long.
 _MOST_SAMPLES = 10_000
+# Scale of the fits in standard deviations of the noise, and at least in diagonals of the object.
+# Doubled, patches are larger and less accurate.
+_SCALE_NOISE, _SCALE_DIAGONAL = 5.0, 2e-4
 
 
 @dataclass(frozen=True)
@@ -106,27 +104,21 @@ def check_scale(noise: float, tolerance: float, diagonal: float) -> None:
         )
 
 
-def check_effort(options: RunOptions, tolerance: float, planner: Planner, sides) -> None:
-    """ValueError for an exploration that would not end in a day, and has no budget.
-
-    The arms of the first plan are the longest, and a touch covers a disc of their length at most.
-    The area is half that of the bounding box with ``sides`` (3,), which suits a ball.
-    """
-    samples = 2 * options.planner.curves * options.planner.samples
+def check_effort(options: PlannerOptions) -> None:
+    """ValueError for a touch of so many samples that its fit would take seconds."""
+    samples = 2 * options.curves * int(options.reach / options.step)
     if samples > _MOST_SAMPLES:
         raise ValueError(
-            f"planner.curves, planner.samples are {options.planner.curves}, "
-            f"{options.planner.samples}, which makes {samples:.2g} samples a touch; give fewer, "
+            f"planner.curves, planner.reach, planner.step are {options.curves}, {options.reach}, "
+            f"{options.step}, which makes {samples:.2g} samples a touch; give fewer, "
             f"{_MOST_SAMPLES} in all at most"
         )
-    plan = planner.ask(Atlas(tolerance, options.atlas))
-    if plan is None or options.max_touches is not None or options.max_length is not None:
-        return
-    x, y, z = sides
-    touches = (x * y + y * z + z * x) / (np.pi * plan.reach**2)
-    if touches > _MOST_TOUCHES:
-        raise ValueError(
-            f"a tolerance of {tolerance:g} needs {touches:.2g} touches or more, some "
-            f"{touches * _SECONDS / 86400:.2g} days; give a larger --tolerance, or a budget with "
-            "--max-touches"
-        )
+
+
+def fit_scale(noise: float, diagonal: float) -> float:
+    """Scale of the fits of an atlas, length: five deviations of the noise, or a small fraction of
+    the object where there is no noise.
+
+    It does not depend on the tolerance, so a looser one ends the same touches earlier.
+    """
+    return max(_SCALE_NOISE * noise, _SCALE_DIAGONAL * diagonal)

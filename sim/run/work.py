@@ -20,7 +20,7 @@ from touchatlas.sim.run.phases import Phases
 from touchatlas.sim.run.progress import Progress, read_seconds
 from touchatlas.sim.run.recorder import Recorder
 from touchatlas.sim.run.run_folder import replace_run
-from touchatlas.sim.run.run_options import RunOptions
+from touchatlas.sim.run.run_options import RunOptions, fit_scale
 from touchatlas.sim.run.watcher import Watcher
 from touchatlas.sim.world.implicit_object import ImplicitObject
 from touchatlas.sim.world.mesh_object import MeshObject
@@ -29,9 +29,8 @@ from touchatlas.sim.world.probe import Probe
 # Points of the true surface at which the true progress is measured. Four times as many halve the
 # standard error of the coverage, about 1 %.
 _PROGRESS_POINTS = 2000
-# Why an exploration ended.
-NOTHING_LEFT, MAX_TOUCHES, MAX_LENGTH, INTERRUPTED = (
-    "nothing left to touch",
+# Why an exploration ended that the planner did not end.
+MAX_TOUCHES, MAX_LENGTH, INTERRUPTED = (
     "max_touches reached",
     "max_length reached",
     "interrupted",
@@ -90,7 +89,8 @@ class Work:
         options = self.options
         assert options.noise is not None and options.tolerance is not None
         probe_rng, self.judge_rng, progress_rng = random_streams(options.seed)
-        self.atlas = Atlas(options.tolerance, options.atlas)
+        scale = fit_scale(options.noise, self.obj.diagonal)
+        self.atlas = Atlas(options.tolerance, options.atlas, scale)
         start, outward = self.obj.start()
         self.planner = Planner(start, outward, options.planner)
         self.probe = Probe(self.obj, options.noise, probe_rng)
@@ -120,11 +120,19 @@ class Work:
         """The results, written; a run that is whole takes the place of the one it replaces."""
         before = sum(map(sum, self.old_seconds))
         conclusion = Conclusion(self.obj, self.atlas, self.progress, self.phases, before)
-        known = {"ended": ended, "noise_std": self.options.noise}
+        known = {"ended": ended, "noise_std": self.options.noise} | self._left()
         surface, numbers = conclusion.write(self.folder, self.judge_rng, known)
         folder = self.folder if ended == INTERRUPTED else replace_run(self.folder)
         refusal = (self.progress.refusals or [""])[-1]
         return Result(self.atlas, surface, numbers, folder, refusal, signal)
+
+    def _left(self) -> dict:
+        """What the planner predicts of the surface, and where it is not known to the tolerance."""
+        forecast = self.planner.forecast(self.atlas)
+        return {
+            "predicted_coverage": forecast.predicted_coverage,
+            "open_places": forecast.open_places.tolist(),
+        }
 
     def _explore(self, hold: Hold) -> str:
         """Carry out the touches, each written before it is learned; returns why they ended."""
@@ -155,7 +163,8 @@ class Work:
             return MAX_TOUCHES
         if longest is not None and self.progress.last("tracked_length") >= longest:
             return MAX_LENGTH
-        return NOTHING_LEFT
+        assert self.planner.stop is not None
+        return self.planner.stop.reason.value
 
     def _add(self, step: Step, recorder: Recorder) -> None:
         """A row of steps.csv for one touch, with the seconds of the process that made it."""

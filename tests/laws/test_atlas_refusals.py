@@ -208,7 +208,7 @@ def test_what_is_no_patch_is_a_key_error_in_words(number):
 def test_a_patch_neither_merges_with_itself_nor_has_a_boundary_with_those_far_away():
     atlas = begun().atlas
     with pytest.raises(ValueError, match="give two"):
-        atlas.merge(1, 1)
+        atlas.merge(0, 0)
     far = next(i for i in atlas.graph if i != 0 and i not in atlas.graph[0])
     with pytest.raises(KeyError, match=f"0 and {far} do not meet; 0 meets"):
         atlas.boundary(0, far)
@@ -241,7 +241,7 @@ def test_the_graph_follows_the_atlas():
     atlas = Atlas(0.1)
     assert not list(atlas.graph)
     atlas.add(touch(contours()))
-    assert list(atlas.graph) == [0]
+    assert 0 in atlas.graph and set(atlas.graph) == set(atlas.table.rows.tolist())
 
 
 @pytest.mark.parametrize("tolerance", ["x", None, [1.0], True, np.inf, 1e-300, 1e300])

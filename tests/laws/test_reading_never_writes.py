@@ -5,15 +5,15 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from tests.explored import bumpy, explored
+from tests.explored import ONE_A_TOUCH, bumpy, explored
 from tests.sharp import explored_sharp
 from touchatlas.atlas import Atlas, extract_surface, save_atlas
-from touchatlas.planner import Planner
+from touchatlas.planner import FrontierPlanner
 
 POINTS = np.random.default_rng(0).uniform(-40.0, 40.0, (50, 3))
 READINGS = {
     "ask": lambda atlas, planner, path: planner.ask(atlas),
-    "ask another planner": lambda atlas, planner, path: Planner(*START).ask(atlas),
+    "ask another planner": lambda atlas, planner, path: FrontierPlanner(*START).ask(atlas),
     "blend": lambda atlas, planner, path: atlas.blend(POINTS),
     "graph": lambda atlas, planner, path: atlas.graph,
     "corners": lambda atlas, planner, path: atlas.corners,
@@ -54,7 +54,7 @@ def saved(atlas: Atlas, path) -> bytes:
 @given(readings=st.lists(st.sampled_from(sorted(READINGS)), min_size=1, max_size=8))
 def test_what_is_saved_does_not_depend_on_what_was_read(name, readings, tmp_path_factory):
     folder = tmp_path_factory.mktemp("reading")
-    atlas, planner = half_explored(name), Planner(*START)
+    atlas, planner = half_explored(name), FrontierPlanner(*START)
     before = saved(atlas, folder / "before.npz")
     for reading in readings:
         READINGS[reading](atlas, planner, folder / "other.npz")
@@ -65,10 +65,10 @@ def test_what_is_saved_does_not_depend_on_what_was_read(name, readings, tmp_path
 def test_what_is_learned_does_not_depend_on_what_was_read(name, tmp_path):
     """Twenty touches give the same bytes, whether all was read between them or nothing."""
     whole = explored_sharp(name, max_touches=20) if name == "wall" else explored(name, 1.0, 25)
-    quiet, read = Atlas(0.1), Atlas(0.1)
+    quiet, read = Atlas(0.1, ONE_A_TOUCH), Atlas(0.1, ONE_A_TOUCH)
     for touch in whole.touches[:20]:
         quiet.add(touch)
         read.add(touch)
         for reading in READINGS.values() if len(read) else ():
-            reading(read, Planner(*START), tmp_path / "other.npz")
+            reading(read, FrontierPlanner(*START), tmp_path / "other.npz")
     assert saved(read, tmp_path / "read.npz") == saved(quiet, tmp_path / "quiet.npz")

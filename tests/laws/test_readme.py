@@ -5,7 +5,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 
+from touchatlas.planner import StopReason
 from touchatlas.sim import Probe, make_object
 
 README = Path(__file__).parents[2] / "README.md"
@@ -24,11 +26,13 @@ def ended():
 
 def test_the_loop_ends_with_a_closed_surface_and_its_deviation(ended):
     surface, atlas = ended["surface"], ended["atlas"]
-    assert atlas.closed and atlas.euler_characteristic() == 2
+    assert ended["planner"].stop.reason is StopReason.KNOWN
+    mesh = trimesh.Trimesh(surface.vertices, surface.faces, process=False)
+    assert mesh.is_watertight and mesh.euler_number == 2
     assert len(surface.deviation) == len(surface.vertices) > 1000
     assert (surface.deviation > 0.0).all()
-    # Vertices are on the zero set up to the sagitta of the triangles, 0.02 tolerances.
-    assert np.median(np.abs(ended["distance"])) < 0.02 * atlas.tolerance
+    # Vertices are on the zero set up to the sagitta of the triangles, 0.15 tolerances.
+    assert np.median(np.abs(ended["distance"])) < 0.15 * atlas.tolerance
 
 
 def test_every_file_and_folder_that_it_names_is_there():

@@ -4,9 +4,10 @@ import igl
 import numpy as np
 import pytest
 
+from tests.explored import ONE_A_TOUCH
 from tests.real import real_mesh
 from touchatlas.atlas import Atlas, extract_surface
-from touchatlas.planner import Planner, explore
+from touchatlas.planner import FrontierPlanner, explore
 from touchatlas.sim import Probe
 
 MESHES = (
@@ -27,10 +28,10 @@ NOISE, FEW, MANY = 2e-4, 8, 40
 def explored(name: str, touches: int):
     """An object, its atlas validated at every fifth touch, and all contact points."""
     obj = real_mesh(name)
-    atlas = Atlas(obj.tolerance)
+    atlas = Atlas(obj.tolerance, ONE_A_TOUCH)
     probe = Probe(obj, NOISE * obj.diagonal, np.random.default_rng(2))
     points = []
-    for step in explore(atlas, Planner(*obj.start()), probe, touches):
+    for step in explore(atlas, FrontierPlanner(*obj.start()), probe, touches):
         points += [contour.points for contour in step.touch.contours]
         if step.plan.number % 5 == 0:
             atlas.validate()

@@ -163,7 +163,7 @@ def test_area_of_open_trimmed_patches_is_what_the_cores_cover(half):
     assert not all(face.closed for face in faces)
     points = np.random.default_rng(4).normal(size=(40_000, 3))
     points *= RADIUS / np.linalg.norm(points, axis=1)[:, None]
-    fraction = np.mean(power_at(atlas.table, np.arange(len(atlas)), points).min(axis=1) <= 0.0)
+    fraction = np.mean(power_at(atlas.table, atlas.table.rows, points).min(axis=1) <= 0.0)
     found = sum(face.area for face in faces) / (4.0 * np.pi * RADIUS**2)
     assert found == pytest.approx(fraction, abs=4.0 * np.sqrt(fraction * (1.0 - fraction) / 40_000))
 

@@ -10,7 +10,10 @@ from tests.explored import bumpy, explored
 from tests.sharp import explored_sharp
 from touchatlas.atlas.graph.creases import Crease
 
-PATCH, SAMPLE = 5, 40
+
+def touched(atlas) -> int:
+    """The patch that owns the most samples."""
+    return max(atlas.table.rows.tolist(), key=lambda row: len(atlas.membership.owned[row]))
 
 
 @lru_cache
@@ -24,7 +27,7 @@ def sound(name: str):
 
 def _made(name: str):
     if name == "begun":
-        return explored("sphere", max_touches=15).atlas
+        return explored_sharp("block", max_touches=8).atlas
     if name == "edges":
         return explored_sharp("block", max_touches=30).atlas
     if name == "detailed":
@@ -34,8 +37,8 @@ def _made(name: str):
 
 def column(name, change):
     def corrupt(atlas):
-        values = getattr(atlas.table, name)
-        values[PATCH] = change(values[PATCH])
+        values, row = getattr(atlas.table, name), touched(atlas)
+        values[row] = change(values[row])
 
     return corrupt
 
@@ -53,7 +56,8 @@ def nudged(values):
 
 def member(change):
     def corrupt(atlas):
-        atlas.membership.fitted[PATCH] = change(atlas.membership.fitted[PATCH].copy())
+        row = touched(atlas)
+        atlas.membership.fitted[row] = change(atlas.membership.fitted[row].copy())
 
     return corrupt
 
@@ -114,19 +118,19 @@ def kept_outline(change):
     """Corrupts what is kept of the outline of a patch, after it was worked out."""
 
     def corrupt(atlas):
-        outlines = atlas.surface_graph.outlines
-        outlines.points([PATCH])
-        change(outlines)
+        outlines, row = atlas.surface_graph.outlines, touched(atlas)
+        outlines.points([row])
+        change(outlines, row)
 
     return corrupt
 
 
-def move_outline(outlines):
-    outlines._points[PATCH] += 1e-3
+def move_outline(outlines, row):
+    outlines._points[row] += 1e-3
 
 
-def open_outline(outlines):
-    outlines._open[PATCH] = ~outlines._open[PATCH]
+def open_outline(outlines, row):
+    outlines._open[row] = ~outlines._open[row]
 
 
 def cover_frontier(atlas):
@@ -134,19 +138,23 @@ def cover_frontier(atlas):
 
 
 def one_sided_neighbour(atlas):
-    atlas.neighbours._sets[PATCH].discard(min(atlas.neighbours[PATCH]))
+    row = touched(atlas)
+    atlas.neighbours._sets[row].discard(min(atlas.neighbours[row]))
 
 
 def stale_line(atlas):
-    atlas.neighbours.lines()[PATCH, 0] = PATCH
+    row = touched(atlas)
+    atlas.neighbours.lines()[row, 0] = row
 
 
 def own_twice(atlas):
-    atlas.membership.owned[PATCH] = np.append(atlas.membership.owned[PATCH], 0)
+    row, owned = touched(atlas), atlas.membership.owned
+    owned[row] = np.append(owned[row], owned[row][:1])
 
 
 def lose(atlas):
-    atlas.membership.owned[PATCH] = atlas.membership.owned[PATCH][1:]
+    row, owned = touched(atlas), atlas.membership.owned
+    owned[row] = owned[row][1:]
 
 
 CORRUPTIONS = {
@@ -179,8 +187,8 @@ CORRUPTIONS = {
     "outline, opened": ("closed", kept_outline(open_outline), "outline is open"),
     "outline, closed": ("begun", kept_outline(open_outline), "outline is open"),
     "not a number": ("closed", column("mean", lambda v: v * np.nan), "mean is not finite"),
-    "index": ("closed", lambda a: a.table.index.move(PATCH, a.table.origin[PATCH], 1.0), "index"),
-    "index, removed": ("closed", lambda a: a.table.index.remove(PATCH), "index"),
+    "index": ("closed", lambda a: a.table.index.move(touched(a), [0, 0, 0], 1.0), "index"),
+    "index, removed": ("closed", lambda a: a.table.index.remove(touched(a)), "index"),
     "lengths": ("closed", of("table.lengths", nudged), "lengths"),
     "sample owned twice": ("closed", own_twice, "owned"),
     "sample lost": ("closed", lose, "owned"),

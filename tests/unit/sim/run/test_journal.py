@@ -9,9 +9,8 @@ import pytest
 from touchatlas.atlas import Atlas
 from touchatlas.planner import Planner, PlannerOptions
 from touchatlas.sim import Probe, make_object
-from touchatlas.sim.run.exploration import run_exploration
 from touchatlas.sim.run.journal import Journal
-from touchatlas.sim.run.run_options import RunOptions, check_effort
+from touchatlas.sim.run.run_options import RunOptions, check_effort, fit_scale
 
 
 def test_what_is_no_journal_is_refused(tmp_path):
@@ -60,19 +59,15 @@ def test_an_altered_journal_is_refused(tmp_path, change):
         Journal(path).entries()
 
 
-def test_an_exploration_that_would_not_end_is_refused_with_a_forecast(tmp_path):
-    """A ball of radius 33 has 13,700 square millimetres; arms are 200 tolerances long at most."""
-    ball = make_object("sphere")
-    endless = RunOptions(tolerance=1e-4, noise=0.0)
-    with pytest.raises(ValueError, match=r"needs 1e\+07 touches or more, some 2.4 days"):
-        run_exploration(ball, tmp_path / "r", endless)
-    many = RunOptions(planner=PlannerOptions(curves=10**6))
-    with pytest.raises(ValueError, match="makes 2.4e.07 samples a touch"):
-        run_exploration(ball, tmp_path / "r", many)
-    assert not (tmp_path / "r").exists()
-    # With a budget it ends.
-    few = RunOptions(tolerance=1e-4, noise=0.0, max_touches=2)
-    check_effort(few, 1e-4, Planner(*ball.start()), ball.bounds[1] - ball.bounds[0])
+def test_touches_of_millions_of_samples_are_refused():
+    with pytest.raises(ValueError, match="makes 2.1e.04 samples a touch"):
+        check_effort(PlannerOptions(step=1.7e-4))
+    check_effort(PlannerOptions())
+
+
+def test_the_scale_of_fits_follows_the_noise_and_not_the_tolerance():
+    assert fit_scale(0.02, 200.0) == pytest.approx(0.1)
+    assert fit_scale(0.0, 200.0) == pytest.approx(0.04)
 
 
 @pytest.mark.parametrize(

@@ -32,7 +32,9 @@ class KilledError(BaseException):
 @pytest.fixture(scope="module")
 def ball(tmp_path_factory):
     path = tmp_path_factory.mktemp("mesh") / "ball.ply"
-    trimesh.creation.icosphere(subdivisions=4, radius=30.0).export(path)
+    mesh = trimesh.creation.icosphere(subdivisions=4, radius=30.0)
+    mesh.apply_scale([1.0, 0.8, 0.6])
+    mesh.export(path)
     return path
 
 
@@ -236,7 +238,7 @@ def test_a_journal_of_another_version_is_refused(ball, tmp_path):
     with pytest.raises(KilledError):
         run_exploration(make_object(str(ball), 3), tmp_path / "r", WHOLE, watcher=Killer(touch=3))
     text = (tmp_path / "r" / "run.toml").read_text()
-    other = text.replace("[planner]\ncurves = 3", "[planner]\ncurves = 4")
+    other = text.replace("curves = 3", "curves = 4")
     assert other != text
     (tmp_path / "r" / "run.toml").write_text(other)
     with pytest.raises(ValueError, match="answers another plan than this version makes"):
