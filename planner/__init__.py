@@ -10,7 +10,8 @@ from touchatlas.patch.lazy_names import lazy_names
 if TYPE_CHECKING:
     from touchatlas.planner.frontier_planner import FrontierOptions, FrontierPlanner
     from touchatlas.planner.loop import Step, explore
-    from touchatlas.planner.planner import Planner, PlannerOptions
+    from touchatlas.planner.options import PlannerOptions
+    from touchatlas.planner.planner import Planner
     from touchatlas.planner.probe_plan import ProbePlan, Reason
     from touchatlas.planner.stop import Stop, StopReason
 
@@ -31,7 +32,7 @@ __getattr__ = lazy_names(
         "FrontierOptions": "touchatlas.planner.frontier_planner",
         "FrontierPlanner": "touchatlas.planner.frontier_planner",
         "Planner": "touchatlas.planner.planner",
-        "PlannerOptions": "touchatlas.planner.planner",
+        "PlannerOptions": "touchatlas.planner.options",
         "ProbePlan": "touchatlas.planner.probe_plan",
         "Reason": "touchatlas.planner.probe_plan",
         "Step": "touchatlas.planner.loop",

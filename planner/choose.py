@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.patch.geometry.frame import any_tangent
 from touchatlas.planner.holes import hole_centres
-from touchatlas.planner.places import Places
+from touchatlas.planner.places import Known, Places
 from touchatlas.planner.probe_plan import Reason
 
 # Places within this fraction of the extent of an earlier touch or attempt are not touched again, so
@@ -28,6 +28,34 @@ _SURE = 0.3
 # twice as wide.
 _SPIRAL, _STARTS = 0.5, 24
 _GOLDEN = np.pi * (3.0 - np.sqrt(5.0))
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """What the choice of a place depends on.
+
+    Parameters
+    ----------
+    atlas : Atlas
+    places : Places
+        Those of all patches, up to date.
+    touched : (n, 3) float, length, world
+        Contacts of the touches.
+    done : (m, 3) float, length, world
+        These and the reference points of all attempts.
+    extent : float, length
+        Diagonal of the bounding box of all samples.
+    """
+
+    atlas: Atlas
+    places: Places
+    touched: np.ndarray
+    done: np.ndarray
+    extent: float
+
+    def apart(self, points) -> np.ndarray:
+        """(n,) distance of points (n, 3) to the nearest touch or attempt, length."""
+        return _distance_to(self.done, points)
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,40 +93,40 @@ def _distance_to(others, points) -> np.ndarray:
     return out
 
 
-def open_target(atlas: Atlas, places: Places, touched, done, extent: float) -> Target | None:
-    """The open place farthest from all touches; None where all are near touches or attempts.
-
-    Parameters
-    ----------
-    atlas : Atlas
-    places : Places
-    touched, done : (n, 3) and (m, 3) float, length, world
-        Contacts of the touches, and these with the reference points of all attempts.
-    extent : float, length
-    """
-    points, homes = places.open(atlas.table.rows)
-    free = _distance_to(done, points) > _APART * extent
-    points, homes = points[free], homes[free]
+def open_target(view: View) -> Target | None:
+    """The open place farthest from all touches; None where all are near touches or attempts."""
+    points, homes = open_places(view)
     if not len(points):
         return None
-    best = int(_distance_to(touched, points).argmax())
-    point, home = points[best], homes[best]
-    found = atlas.blend(point[None])
-    normal = found.normal[0] if found.known[0] else atlas.table.axes[home, 2]
+    best = int(_distance_to(view.touched, points).argmax())
+    return at_open(view, points[best], homes[best])
+
+
+def open_places(view: View) -> tuple[np.ndarray, np.ndarray]:
+    """Open places (k, 3) away from touches and attempts, and the patch (k,) of each."""
+    points, homes = view.places.open(view.atlas.table.rows)
+    free = view.apart(points) > _APART * view.extent
+    return points[free], homes[free]
+
+
+def at_open(view: View, point, home: int) -> Target:
+    """The target at an open place (3,) of patch ``home``."""
+    found = view.atlas.blend(point[None])
+    normal = found.normal[0] if found.known[0] else view.atlas.table.axes[home, 2]
     return Target(point, normal, Reason.EXPAND)
 
 
-def weak_target(atlas: Atlas, places: Places, done, extent: float) -> Target | None:
+def weak_target(view: View) -> Target | None:
     """The place of largest predicted deviation, of the patch from which a touch can take most.
 
     What a touch can take is the integral of the variance; None where all places are near touches
     or attempts, or much surer than a single sample.
     """
-    rows = atlas.table.rows
-    known, noise = places.known(rows), atlas.table.measurement_std[rows][:, None]
+    table = view.atlas.table
+    known, noise = view.places.known(table.rows), table.measurement_std[table.rows][:, None]
     gain = known.area * np.maximum(known.deviation**2 - (_SURE * noise) ** 2, 0.0)
-    apart = _distance_to(done, known.points.reshape(-1, 3)).reshape(gain.shape)
-    free = (apart > _APART * extent) & (gain > 0.0)
+    apart = view.apart(known.points.reshape(-1, 3)).reshape(gain.shape)
+    free = (apart > _APART * view.extent) & (gain > 0.0)
     score = np.where(free.any(axis=1), gain.sum(axis=1), 0.0)
     if not score.max(initial=0.0) > 0.0:
         return None
@@ -107,30 +135,43 @@ def weak_target(atlas: Atlas, places: Places, done, extent: float) -> Target | N
     return Target(known.points[best, place], known.normals[best, place], Reason.REFINE)
 
 
-def worst_target(atlas: Atlas, places: Places, done, extent: float) -> Target | None:
+def known_places(view: View) -> Known:
+    """The places of cells that are away from touches and attempts, and where cells meet."""
+    known = view.places.known(view.atlas.table.rows)
+    some = known.area > 0.0
+    some[some] = view.apart(known.points[some]) > _APART * view.extent
+    return Known(known.points[some], known.normals[some], known.deviation[some], known.area[some])
+
+
+def last_target(view: View) -> Target | None:
+    """A single place that keeps the surface from being known or closed: the place of largest
+    predicted deviation that exceeds the tolerance, or a hole; None where there is none."""
+    target = _worst_target(view)
+    return _hole_target(view) if target is None else target
+
+
+def _worst_target(view: View) -> Target | None:
     """The place of largest predicted deviation, also of the corners between patches, which are
     farthest from their samples; None where none that exceeds the tolerance is left, but near
     touches or attempts."""
-    known = places.known(atlas.table.rows)
-    corners = places.corners(atlas)
-    parts = (known, corners)
+    parts = view.places.known(view.atlas.table.rows), view.places.corners(view.atlas)
     points = np.concatenate([part.points[part.area > 0.0] for part in parts])
     normals = np.concatenate([part.normals[part.area > 0.0] for part in parts])
     deviation = np.concatenate([part.deviation[part.area > 0.0] for part in parts])
-    weak = deviation > atlas.tolerance
-    free = np.flatnonzero(weak & (_distance_to(done, points) > _APART_WORST * extent))
+    weak = deviation > view.atlas.tolerance
+    free = np.flatnonzero(weak & (view.apart(points) > _APART_WORST * view.extent))
     if not len(free):
         return None
     best = free[deviation[free].argmax()]
     return Target(points[best], normals[best], Reason.REFINE)
 
 
-def hole_target(atlas: Atlas, done, extent: float) -> Target | None:
+def _hole_target(view: View) -> Target | None:
     """The hole of the surface that is farthest from all touches and attempts; None where all are
     near these, or there is none."""
-    centres, normals = hole_centres(atlas, _LARGEST_HOLE * extent)
-    apart = _distance_to(done, centres)
-    if not (apart > _APART_WORST * extent).any():
+    centres, normals = hole_centres(view.atlas, _LARGEST_HOLE * view.extent)
+    apart = view.apart(centres)
+    if not (apart > _APART_WORST * view.extent).any():
         return None
     best = int(apart.argmax())
     return Target(centres[best], normals[best], Reason.CLOSE_GAP)

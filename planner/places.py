@@ -159,12 +159,12 @@ class Places:
         with np.errstate(divide="ignore"):
             within = erf(atlas.tolerance / (np.sqrt(2.0) * known.deviation))
         inside = float((known.area * within).sum())
-        return inside, float(known.area.sum()) + self._open_area(atlas, rows)
+        return inside, float(known.area.sum() + self.open_area(atlas, self.open(rows)[1]).sum())
 
-    def _open_area(self, atlas: Atlas, rows) -> float:
-        """Area that the open places of rows (m,) stand for, length^2."""
-        share = np.pi / COUNT * atlas.table.weight[rows]
-        return float((self._open[rows].sum(axis=1) * share).sum())
+    def open_area(self, atlas: Atlas, homes) -> np.ndarray:
+        """(k,) area that open places of patches (k,) stand for, length^2."""
+        share: np.ndarray = np.pi / COUNT * atlas.table.weight[homes]
+        return share
 
     def left(self, atlas: Atlas, extent: float) -> np.ndarray:
         """(k, 3) places that are open or not known to the tolerance, far apart from each other."""

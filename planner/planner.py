@@ -1,25 +1,20 @@
 """Planner: it touches where least is known, until that is known to the tolerance."""
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import replace
 
 import numpy as np
 
 from touchatlas.atlas.atlas import Atlas, AtlasChange
 from touchatlas.atlas.records.touch import Touch, TouchStatus
-from touchatlas.patch.geometry.arrays import check_unit, cross, frozen_array, real
+from touchatlas.patch.geometry.arrays import check_unit, cross, frozen_array
 from touchatlas.patch.geometry.frame import any_tangent
-from touchatlas.planner.choose import (
-    Target,
-    hole_target,
-    open_target,
-    start_targets,
-    weak_target,
-    worst_target,
-)
+from touchatlas.planner.choose import Target, View, last_target, open_target, start_targets
 from touchatlas.planner.frontier_planner import FrontierOptions, FrontierPlanner
+from touchatlas.planner.options import FRONTIER, PlannerOptions
 from touchatlas.planner.places import Places, known_to
 from touchatlas.planner.planes import concurrent_planes
 from touchatlas.planner.probe_plan import ProbePlan, check_answer
+from touchatlas.planner.rules import RULES
 from touchatlas.planner.stop import Forecast, Stop, StopReason
 
 # Width of the spiral of first attempts, in scales of the atlas: with a scale of five deviations of
@@ -41,47 +36,6 @@ _KNOWN = 0.5
 _LEAST_GAIN, _PATIENCE, _PATIENCE_FRACTION = 2e-3, 16, 0.25
 
 
-@dataclass(frozen=True)
-class PlannerOptions:
-    """What a planner is asked for, and how it touches.
-
-    Parameters
-    ----------
-    coverage : float
-        Expected fraction of the surface within the tolerance at which it is known.
-    curves : int
-        Sampling planes per touch.
-    reach : float
-        Longest arm of a contour, in extents of what is touched so far.
-    step : float
-        Arc length between samples, in the same extents.
-    max_turn : float, rad
-        Largest angle by which a contour may turn from the contact to its end.
-    """
-
-    coverage: float = 0.995
-    curves: int = 3
-    reach: float = 0.6
-    step: float = 0.014
-    max_turn: float = 2.0 * np.pi / 3.0
-
-    def __post_init__(self) -> None:
-        whole = isinstance(self.curves, int | np.integer) and not isinstance(self.curves, bool)
-        if not (whole and 3 <= self.curves <= 36):
-            raise ValueError(f"curves is {self.curves!r}; it must be a whole number from 3 to 36")
-        limits = {"coverage": 1.0, "reach": 10.0, "step": 0.2, "max_turn": np.pi}
-        for field in fields(self):
-            value, most = getattr(self, field.name), limits.get(field.name)
-            if most is not None and not 0.0 < real(value) < most:
-                raise ValueError(
-                    f"{field.name} is {value!r}; it must be a number between 0 and {most:.4g}"
-                )
-        if not 4.0 * self.step <= self.reach:
-            raise ValueError(
-                f"step, reach are {self.step}, {self.reach}; an arm must have four steps or more"
-            )
-
-
 class Planner:
     """Chooses the reference points and sampling planes that make the surface known to the
     tolerance with few touches.
@@ -101,6 +55,8 @@ class Planner:
     outward : (3,) float, unit, world
         Direction from the object to the free space from which ``start`` is approached.
     options : PlannerOptions
+    rng : numpy.random.Generator, optional
+        For the rule "random" only.
 
     Attributes
     ----------
@@ -116,12 +72,18 @@ class Planner:
             planner.tell(touch, atlas.add(touch))
     """
 
-    def __init__(self, start, outward, options: PlannerOptions = PlannerOptions()) -> None:
+    def __init__(
+        self,
+        start,
+        outward,
+        options: PlannerOptions = PlannerOptions(),
+        rng: np.random.Generator | None = None,
+    ) -> None:
         if not isinstance(options, PlannerOptions):
             raise ValueError(f"options are {options!r}; they must be PlannerOptions")
         self._start = frozen_array(start, (3,), "start point")
         self._outward = check_unit(outward, "outward direction")
-        self.options = options
+        self.options, self._rng = options, rng
         self.stop: Stop | None = None
         self._places = Places()
         self._stale: set[int] = set()
@@ -186,28 +148,28 @@ class Planner:
         inside, total = self._places.areas(atlas)
         self._area.append(inside)
         self._coverage = inside / total if total > 0.0 else 0.0
+        if self.options.name == FRONTIER:
+            return self._plan_as_frontier(atlas)
         if atlas.membership.pool.edges.any():
-            return self._plan_with_edges(atlas)
+            self._beside_edges.options = self._long_arms(atlas)
+            return self._plan_as_frontier(atlas)
         done = np.array([*self._touched, *self._tried])
-        target = open_target(atlas, self._places, np.array(self._touched), done, extent)
-        if target is None and self._coverage >= self.options.coverage:
-            # What is left are single places, where a hole would be.
-            target = worst_target(atlas, self._places, done, extent)
-            target = hole_target(atlas, done, extent) if target is None else target
-            if target is None:
-                return self._end(atlas, StopReason.KNOWN)
+        view = View(atlas, self._places, np.array(self._touched), done, extent)
+        known = self._coverage >= self.options.coverage and open_target(view) is None
+        target = last_target(view) if known else None
+        if known and target is None:
+            return self._end(atlas, StopReason.KNOWN)
         if self._stagnates():
             return self._end(atlas, StopReason.STAGNATION)
         if target is None:
-            target = weak_target(atlas, self._places, done, extent)
+            target = RULES[self.options.name](view, self._rng)
         if target is None:
             return self._end(atlas, StopReason.TRIED)
         return self._plan(atlas, target, extent)
 
-    def _plan_with_edges(self, atlas: Atlas) -> ProbePlan | None:
-        """A plan where the probe reports edges: patches end there, so their cores must fill the
-        faces."""
-        self._beside_edges.options = self._long_arms(atlas)
+    def _plan_as_frontier(self, atlas: Atlas) -> ProbePlan | None:
+        """The plan of a FrontierPlanner. Where the probe reports edges, patches end there, so that
+        their cores must fill the faces."""
         plan = self._beside_edges.ask(atlas)
         if plan is not None:
             return replace(plan, number=self._count)

@@ -60,10 +60,11 @@ def _flag(name: str, option: Option | type, meaning: str) -> inspect.Parameter:
     """A keyword argument that is None unless the flag is given."""
     kind, flag, default = option, f"--{name}", ""
     if isinstance(option, Option):
-        kind, flag = option.kind, "--" + option.name.replace("_", "-")
-        default = "" if option.value is None else f" (default {option.value:.5g})"
-        if option.kind is bool:
-            default = f" (default {option.value})"
+        # The name of a kind is the flag of its record: --planner random.
+        kind, flag = option.kind, "--" + option.name.removesuffix(".name").replace("_", "-")
+        if option.value is not None:
+            value = f"{option.value:.5g}" if option.kind is float else option.value
+            default = f" (default {value})"
     about: dict[str, Any] = {"name": flag, "help": meaning + default, "show_default": False}
     if kind is int:
         about["converter"] = whole

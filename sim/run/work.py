@@ -4,7 +4,7 @@ import sqlite3
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext, suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +13,7 @@ from threadpoolctl import threadpool_limits
 from touchatlas.atlas import Atlas, Surface
 from touchatlas.atlas.files import write_whole
 from touchatlas.planner import Planner, Step, explore
+from touchatlas.planner.options import FRONTIER
 from touchatlas.sim.run.conclusion import Conclusion
 from touchatlas.sim.run.interrupt import GRACE, Hold, held_interrupt
 from touchatlas.sim.run.journal import Entry, Journal
@@ -70,8 +71,20 @@ class Result:
 
 
 def random_streams(seed: int) -> list[np.random.Generator]:
-    """Independent generators of one seed: the probe's noise, the judge, the true progress."""
-    return [np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(3)]
+    """Independent generators of one seed: the probe's noise, the judge, the true progress, and a
+    planner that touches at random."""
+    return [np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(4)]
+
+
+def begin(options: RunOptions, obj, rng: np.random.Generator) -> tuple[Atlas, Planner]:
+    """The empty atlas and the planner of a run whose options are complete."""
+    assert options.noise is not None and options.tolerance is not None
+    planner = Planner(*obj.start(), options.planner, rng)
+    if options.planner.name == FRONTIER:
+        # As its figures were made: one patch a touch, and fits to the tolerance.
+        return Atlas(options.tolerance, replace(options.atlas, fill=False)), planner
+    scale = fit_scale(options.noise, obj.diagonal)
+    return Atlas(options.tolerance, options.atlas, scale), planner
 
 
 @dataclass
@@ -87,12 +100,9 @@ class Work:
 
     def __post_init__(self) -> None:
         options = self.options
-        assert options.noise is not None and options.tolerance is not None
-        probe_rng, self.judge_rng, progress_rng = random_streams(options.seed)
-        scale = fit_scale(options.noise, self.obj.diagonal)
-        self.atlas = Atlas(options.tolerance, options.atlas, scale)
-        start, outward = self.obj.start()
-        self.planner = Planner(start, outward, options.planner)
+        assert options.noise is not None
+        probe_rng, self.judge_rng, progress_rng, planner_rng = random_streams(options.seed)
+        self.atlas, self.planner = begin(options, self.obj, planner_rng)
         self.probe = Probe(self.obj, options.noise, probe_rng)
         with self.phases("start", "sampling the truth"):
             points = self.obj.sample(_PROGRESS_POINTS, progress_rng)[0]

@@ -1,0 +1,58 @@
+"""PlannerOptions: what a planner is asked for, and how it touches."""
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from touchatlas.patch.geometry.arrays import real
+from touchatlas.planner.rules import RULES
+
+# The planner of older figures, for comparison.
+FRONTIER = "frontier"
+
+
+@dataclass(frozen=True)
+class PlannerOptions:
+    """What a planner is asked for, and how it touches.
+
+    Parameters
+    ----------
+    name : str
+        Which place is touched next: "tolerance", or for comparison "random", "farthest",
+        "variance", or "frontier", whose plans are those of ``FrontierPlanner``.
+    coverage : float
+        Expected fraction of the surface within the tolerance at which it is known.
+    curves : int
+        Sampling planes per touch.
+    reach : float
+        Longest arm of a contour, in extents of what is touched so far.
+    step : float
+        Arc length between samples, in the same extents.
+    max_turn : float, rad
+        Largest angle by which a contour may turn from the contact to its end.
+    """
+
+    name: str = "tolerance"
+    coverage: float = 0.995
+    curves: int = 3
+    reach: float = 0.6
+    step: float = 0.014
+    max_turn: float = 2.0 * np.pi / 3.0
+
+    def __post_init__(self) -> None:
+        if self.name not in (names := (*RULES, FRONTIER)):
+            raise ValueError(f"the planner is {self.name!r}; it must be one of {', '.join(names)}")
+        whole = isinstance(self.curves, int | np.integer) and not isinstance(self.curves, bool)
+        if not (whole and 3 <= self.curves <= 36):
+            raise ValueError(f"curves is {self.curves!r}; it must be a whole number from 3 to 36")
+        limits = {"coverage": 1.0, "reach": 10.0, "step": 0.2, "max_turn": np.pi}
+        for field in fields(self):
+            value, most = getattr(self, field.name), limits.get(field.name)
+            if most is not None and not 0.0 < real(value) < most:
+                raise ValueError(
+                    f"{field.name} is {value!r}; it must be a number between 0 and {most:.4g}"
+                )
+        if not 4.0 * self.step <= self.reach:
+            raise ValueError(
+                f"step, reach are {self.step}, {self.reach}; an arm must have four steps or more"
+            )

@@ -1,0 +1,71 @@
+"""Rules: which place is touched next, by name. All but ``tolerance`` are baselines.
+
+Another rule is one more function here, from a View and a generator to a Target or None.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from touchatlas.planner.choose import (
+    Target,
+    View,
+    at_open,
+    known_places,
+    open_places,
+    open_target,
+    weak_target,
+)
+from touchatlas.planner.probe_plan import Reason
+
+Rule = Callable[[View, np.random.Generator | None], Target | None]
+
+
+def tolerance(view: View, _: np.random.Generator | None) -> Target | None:
+    """Where nothing is known, the farthest from all touches; else where a touch can take most of
+    the variance."""
+    target = open_target(view)
+    return weak_target(view) if target is None else target
+
+
+def random(view: View, rng: np.random.Generator | None) -> Target | None:
+    """A place at random, each with its share of the area."""
+    if rng is None:
+        raise ValueError("the rule random needs rng, a numpy.random.Generator; pass one")
+    points, homes = open_places(view)
+    known = known_places(view)
+    share = np.concatenate([view.places.open_area(view.atlas, homes), known.area])
+    if not share.sum() > 0.0:
+        return None
+    return _at(view, int(rng.choice(len(share), p=share / share.sum())))
+
+
+def farthest(view: View, _: np.random.Generator | None) -> Target | None:
+    """The place farthest from all touches, whether anything is known there or not."""
+    points = np.concatenate([open_places(view)[0], known_places(view).points])
+    if not len(points):
+        return None
+    offset = points[:, None] - view.touched
+    return _at(view, int((offset * offset).sum(axis=2).min(axis=1).argmax()))
+
+
+def variance(view: View, _: np.random.Generator | None) -> Target | None:
+    """The place of largest predicted variance: first where nothing is known, next to the last
+    touch."""
+    points, known = open_places(view)[0], known_places(view)
+    if len(points):
+        offset = points - view.touched[-1]
+        return _at(view, int((offset * offset).sum(axis=1).argmin()))
+    return _at(view, int(known.deviation.argmax())) if len(known.points) else None
+
+
+def _at(view: View, number: int) -> Target:
+    """The target of a number among open and known places."""
+    points, homes = open_places(view)
+    if number < len(points):
+        return at_open(view, points[number], homes[number])
+    known, number = known_places(view), number - len(points)
+    return Target(known.points[number], known.normals[number], Reason.REFINE)
+
+
+RULES: dict[str, Rule] = {rule.__name__: rule for rule in (tolerance, random, farthest, variance)}
