@@ -12,6 +12,7 @@ from touchatlas.atlas import Atlas
 from touchatlas.planner import Planner
 from touchatlas.sim.run import work
 from touchatlas.sim.run.exploration import FinishedError, resume_exploration, run_exploration
+from touchatlas.sim.run.interrupt import Terminated
 from touchatlas.sim.run.journal import Journal
 from touchatlas.sim.run.progress import read_seconds
 from touchatlas.sim.run.recorder import Recorder
@@ -149,17 +150,26 @@ def test_an_interrupted_run_keeps_its_results_and_goes_on(ball, whole, tmp_path)
     assert_same(tmp_path / "r", whole)
 
 
-def test_an_interrupt_while_touches_are_repeated_leaves_the_files_as_they_are(ball, tmp_path):
+@pytest.mark.parametrize(
+    ("number", "end"), [(signal.SIGINT, KeyboardInterrupt), (signal.SIGTERM, Terminated)]
+)
+def test_an_interrupt_while_touches_are_repeated_leaves_the_files_as_they_are(
+    ball, tmp_path, number, end
+):
     with pytest.raises(KilledError):
         run_exploration(make_object(str(ball), 3), tmp_path / "r", WHOLE, watcher=Killer(touch=6))
     before = {p.name: p.read_bytes() for p in (tmp_path / "r").iterdir() if p.name != "run.lock"}
 
     class Interrupting(Watcher):
         def touched(self, step, atlas):
-            signal.raise_signal(signal.SIGINT)
+            signal.raise_signal(number)
 
-    with pytest.raises(KeyboardInterrupt):
+        def interrupted(self, words):
+            assert words == "stopping"
+
+    with pytest.raises(KeyboardInterrupt) as stop:
         resume_exploration(tmp_path / "r", watcher=Interrupting())
+    assert stop.type is end
     assert {p.name: p.read_bytes() for p in (tmp_path / "r").iterdir()} == before
 
 
