@@ -67,6 +67,8 @@ def sentences(numbers: dict) -> list[str]:
             f"{parts - reached} of the {parts} separate parts of the object were not reached: what "
             "lies inside another cannot be touched, and no contour leads from one to another"
         )
+    if hidden := numbers["hidden_area"]:
+        found.append(f"{hidden:.1%} of the true surface lies inside, where no touch can reach it")
     if numbers["coverage"] < _WHOLE:
         found.append(f"{1.0 - numbers['coverage']:.1%} of the true surface was not reached")
     if missed := numbers.get("touches_without_contact"):
