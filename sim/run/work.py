@@ -114,9 +114,8 @@ class Work:
 
     def _noticed(self) -> None:
         number = len(self.progress.rows) + 1
-        repeats = number <= len(self.kept)
-        work = "stopping" if repeats else f"finishing touch {number}, then writing the results so far"
-        self.watcher.interrupted(work)
+        new = f"finishing touch {number}, then writing the results so far"
+        self.watcher.interrupted("stopping" if number <= len(self.kept) else new)
 
     def _result(self, ended: str, signal: int | None = None) -> Result:
         """The results, written; a run that is whole takes the place of the one it replaces."""

@@ -300,6 +300,16 @@ def test_a_run_without_its_settings_is_refused(mesh_run, tmp_path):
     assert_refused(touchatlas("evaluate", run, cwd=tmp_path), 2, "lacks a proper object")
 
 
+def test_a_run_is_not_compared_with_a_mesh_that_has_changed_unless_it_is_named(mesh_run):
+    folder = mesh_run[0]
+    settings = folder / "[r]" / "run.toml"
+    settings.write_text(settings.read_text().replace('digest = "', 'digest = "other'))
+    done = touchatlas("evaluate", "[r]", "--json", cwd=folder)
+    assert_refused(done, 2, "a[red]b.ply has changed since the run was made")
+    done = touchatlas("evaluate", "[r]", "--truth", "a[red]b.ply", "--json", cwd=folder)
+    assert done.returncode == 0, done.stderr
+
+
 def test_interrupt_ends_with_results_so_far(mesh_run, tmp_path):
     explore = [*PROCESS, "explore", str(mesh_run[0] / "a[red]b.ply"), "--out", "r", "--json"]
     with subprocess.Popen(

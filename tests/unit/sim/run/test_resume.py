@@ -3,6 +3,7 @@
 import json
 import shutil
 import signal
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,7 +19,7 @@ from touchatlas.sim.run.progress import read_seconds
 from touchatlas.sim.run.recorder import Recorder
 from touchatlas.sim.run.run_options import RunOptions
 from touchatlas.sim.run.watcher import Watcher
-from touchatlas.sim.world.objects import make_object
+from touchatlas.sim.world.objects import digest_of, make_object
 
 pytestmark = pytest.mark.usefixtures("no_pictures")
 WHOLE = RunOptions(max_touches=9, seed=3)
@@ -239,6 +240,36 @@ def test_a_mesh_that_has_changed_is_refused(ball, tmp_path):
     trimesh.creation.icosphere(subdivisions=4, radius=31.0).export(mine)
     with pytest.raises(ValueError, match=r"mine.ply has changed since .* was begun"):
         resume_exploration(tmp_path / "r")
+
+
+@pytest.mark.parametrize("lost", [Path.unlink, lambda path: path.write_bytes(b"")])
+def test_a_lost_journal_is_not_begun_again_in_silence(ball, whole, tmp_path, lost):
+    run = shutil.copytree(whole, tmp_path / "r")
+    lost(run / "journal.sqlite")
+    with pytest.raises(ValueError, match=r"journal.sqlite holds 0 touches, but steps.csv 9"):
+        resume_exploration(run, max_touches=10)
+    for name in ("atlas.npz", "surface.ply", "steps.csv"):
+        assert (run / name).read_bytes() == (whole / name).read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [("seed = 3", "seed = 4"), ("noise = ", "noise = 1"), ('ball.ply"', 'other.ply"')],
+)
+def test_settings_that_did_not_give_the_touches_are_refused(ball, whole, tmp_path, old, new):
+    """Another seed, a larger noise, and another object of the same top."""
+    run, settings = shutil.copytree(whole, tmp_path / "r"), (whole / "run.toml").read_text()
+    assert old in settings
+    changed = trimesh.load(ball)
+    changed.vertices[changed.vertices[:, 2] < 29.9] *= 0.99
+    changed.export(ball.parent / "other.ply")
+    changed = settings.replace(old, new)
+    if "other" in new:
+        digest = digest_of(make_object(str(ball.parent / "other.ply")))
+        changed = changed.replace(digest_of(make_object(str(ball))), digest)
+    (run / "run.toml").write_text(changed)
+    with pytest.raises(ValueError, match="does not give the first touch of the journal"):
+        resume_exploration(run, max_touches=10)
 
 
 def test_a_journal_of_another_version_is_refused(ball, tmp_path):
