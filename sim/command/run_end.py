@@ -55,4 +55,7 @@ def _no_surface(result: Result) -> str:
             f"none of {touches} touches met the object, so there is no surface; a probe from above "
             "does not meet it: turn the object"
         )
-    return f"no touch gave a patch, so there is no surface: {result.refusal}"
+    return (
+        f"no touch gave a patch, so there is no surface ({result.refusal}); give less --noise or a "
+        "larger --tolerance"
+    )

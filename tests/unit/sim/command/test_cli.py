@@ -199,6 +199,13 @@ def test_an_object_that_no_probe_meets_is_a_failure(tmp_path):
     assert json.loads(done.stdout) == json.loads((tmp_path / "r" / "evaluation.json").read_text())
 
 
+def test_noise_that_hides_every_curve_is_a_failure_with_advice(tmp_path):
+    words = ["--noise", 5, "--max-touches", 2, "--out", "r", "--json"]
+    done = touchatlas("explore", "sphere", *words, cwd=tmp_path)
+    assert done.returncode == 1
+    assert "give less --noise or a larger --tolerance" in done.stderr
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="a shell that closes and breaks streams")
 @pytest.mark.parametrize(
     ("command", "code"),
