@@ -1,6 +1,8 @@
 """A run: explore a simulated object, evaluate the atlas, write the run folder; and resume it."""
 
 import json
+import sqlite3
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
@@ -55,6 +57,8 @@ def run_exploration(
     Touches already in the journal stay there, whatever happens: ``resume_exploration`` goes on
     with them.
     """
+    if not isinstance(obj, ImplicitObject | MeshObject):
+        raise ValueError(f"got {obj!r} for the object; give what make_object returns")
     if not isinstance(options, RunOptions):
         raise ValueError(f"options are {options!r}; they must be RunOptions")
     phases = Phases(watcher.begins)
@@ -134,11 +138,14 @@ def _kept(folder: Path) -> list[Entry]:
     """
     path, kept = folder / "journal.sqlite", []
     if path.exists():
-        journal = Journal(path)
         try:
-            kept = journal.entries()
-        finally:
-            journal.close()
+            with closing(Journal(path)) as journal:
+                kept = journal.entries()
+        except sqlite3.Error as error:
+            raise OSError(
+                f"{path} cannot be read ({error}); see that there is space, and that no other "
+                "program has it open"
+            ) from None
     if (learned := len(read_seconds(folder / "steps.csv"))) > len(kept):
         raise ValueError(
             f"{path} holds {len(kept)} touches, but steps.csv {learned}; put the whole journal "

@@ -3,6 +3,9 @@
 import json
 import shutil
 import signal
+import sqlite3
+from contextlib import closing
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -240,6 +243,15 @@ def test_a_mesh_that_has_changed_is_refused(ball, tmp_path):
     trimesh.creation.icosphere(subdivisions=4, radius=31.0).export(mine)
     with pytest.raises(ValueError, match=r"mine.ply has changed since .* was begun"):
         resume_exploration(tmp_path / "r")
+
+
+def test_a_journal_that_another_program_holds_is_the_worlds_failure(whole, tmp_path, monkeypatch):
+    run = shutil.copytree(whole, tmp_path / "r")
+    monkeypatch.setattr(sqlite3, "connect", partial(sqlite3.connect, timeout=0.01))
+    with closing(sqlite3.connect(run / "journal.sqlite", isolation_level=None)) as other:
+        other.execute("begin exclusive")
+        with pytest.raises(OSError, match=r"database is locked.*no other program has it open"):
+            resume_exploration(run, max_touches=10)
 
 
 @pytest.mark.parametrize("lost", [Path.unlink, lambda path: path.write_bytes(b"")])
