@@ -1,5 +1,7 @@
 """Atlas: a graph of patches that grows touch by touch."""
 
+from dataclasses import replace
+
 from touchatlas.atlas.check.invariants import violations
 from touchatlas.atlas.edit.fill import fill
 from touchatlas.atlas.edit.finish import finish, refit_all, update_residuals
@@ -55,7 +57,7 @@ class Atlas(AtlasState):
         """
         change = learn(self, touch)
         self.touches += 1
-        return change
+        return replace(change, touch=touch.number)
 
     def merge(self, first: int, second: int) -> AtlasChange:
         """Replace two neighbours, and all that the merged patch covers, by one patch; refused where

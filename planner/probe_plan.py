@@ -77,8 +77,8 @@ def check_answer(plan: ProbePlan | None, touch: Touch, change: AtlasChange) -> P
     Raises
     ------
     ValueError
-        No plan is open, the arguments are no Touch and no AtlasChange, or the touch answers
-        another plan.
+        No plan is open, the arguments are no Touch and no AtlasChange, the touch answers another
+        plan, or the change is that of another touch.
     """
     if plan is None:
         raise ValueError("no plan is open: call ask before tell")
@@ -89,4 +89,6 @@ def check_answer(plan: ProbePlan | None, touch: Touch, change: AtlasChange) -> P
         )
     if touch.number != plan.number:
         raise ValueError(f"the touch answers plan {touch.number}, but plan {plan.number} is open")
+    if change.touch not in (None, touch.number):
+        raise ValueError(f"the change is that of touch {change.touch}, not of {touch.number}")
     return plan

@@ -17,6 +17,8 @@ class AtlasChange:
         All former patches that are gone, with those two.
     refused : str
         Why nothing was changed; empty otherwise.
+    touch : int, optional
+        Number of the touch that ``Atlas.add`` learned; None for other operations.
     """
 
     added: tuple[int, ...] = ()
@@ -25,3 +27,4 @@ class AtlasChange:
     split: tuple[int, ...] = ()
     removed: tuple[int, ...] = ()
     refused: str = ""
+    touch: int | None = None

@@ -8,6 +8,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from touchatlas.sim.command.numbers import Json
+from touchatlas.sim.command.outcome import say
 from touchatlas.sim.run.comparison import compare_runs
 
 
@@ -23,6 +24,8 @@ def compare(*runs: Path, out: Path = Path("runs/compare"), json_: Json = False) 
     """
     comparison = compare_runs(runs)
     comparison.write(out)
+    for sentence in comparison.doubts:
+        say(sentence)
     if json_:
         print(json.dumps(comparison.table, indent=2))
         return 0

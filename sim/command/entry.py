@@ -1,4 +1,8 @@
-"""The entry point: it imports nothing heavy before Ctrl-C is taken care of."""
+"""The entry point: it imports nothing heavy before Ctrl-C is taken care of.
+
+Before that, while Python itself starts, Ctrl-C is Python's own: it prints a traceback. Nothing has
+been read or written then.
+"""
 
 import os
 import signal

@@ -12,7 +12,7 @@ from touchatlas.sim.run.evaluate import evaluate_surface, load_surface
 from touchatlas.sim.run.run_folder import read_finished
 from touchatlas.sim.run.run_options import check_tolerance
 from touchatlas.sim.run.work import random_streams
-from touchatlas.sim.world.objects import make_object
+from touchatlas.sim.world.objects import digest_of, make_object
 
 
 def evaluate(
@@ -34,10 +34,11 @@ def evaluate(
     tolerance
         1e-3 of the truth's diagonal, or the run's own, by default.
     """
-    seed = 0
+    seed, expected = 0, None
     if surface.is_dir():
         run = read_finished(surface)
-        truth = run["object"] if truth is None else truth
+        if truth is None:
+            truth, expected = run["object"], run.get("digest")
         tolerance = run["tolerance"] if tolerance is None else tolerance
         seed, surface = run["seed"], surface / "surface.ply"
     elif not surface.is_file():
@@ -48,6 +49,11 @@ def evaluate(
         vertices, faces, deviation = load_surface(surface)
         watcher.begins(f"preparing {truth}")
         obj = make_object(truth, seed)
+        if expected is not None and digest_of(obj) != expected:
+            raise ValueError(
+                f"{truth} has changed since the run was made; put the old one back, or name a "
+                "truth with --truth"
+            )
         tolerance = obj.tolerance if tolerance is None else tolerance
         check_tolerance(tolerance, obj.diagonal)
         rng = random_streams(seed)[1]

@@ -8,6 +8,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from touchatlas.sim.run.doubts import differ_as_units
 from touchatlas.sim.run.number_meanings import LENGTH, NUMBERS
 from touchatlas.sim.world.objects import object_names
 
@@ -27,9 +28,6 @@ _WIDE = 130
 _WHOLE = 0.995
 # Number of places that are named at the end. Doubled, a sentence takes two lines.
 _NAMED = 3
-# Ratios of common units of length (millimetre, centimetre, inch, foot, metre), and how near to one
-# of them the sizes of two bodies may be by chance: a hundredth.
-_UNITS, _NEAR = (10.0, 25.4, 100.0, 304.8, 1000.0, 12.0, 39.37), 0.03
 
 
 def print_numbers(numbers: dict, title: str, as_json: bool, unit: str = LENGTH) -> None:
@@ -72,6 +70,8 @@ def sentences(numbers: dict) -> list[str]:
             f"{parts - reached} of the {parts} separate parts of the object were not reached: what "
             "lies inside another cannot be touched, and no contour leads from one to another"
         )
+    if hidden := numbers["hidden_area"]:
+        found.append(f"{hidden:.1%} of the true surface lies inside, where no touch can reach it")
     if numbers["coverage"] < _WHOLE:
         found.append(f"{1.0 - numbers['coverage']:.1%} of the true surface was not reached")
     predicted, places = numbers.get("predicted_coverage"), numbers.get("open_places")
@@ -88,11 +88,9 @@ def sentences(numbers: dict) -> list[str]:
 
 def unit_hint(size: float, true_size: float) -> str | None:
     """A sentence where two bodies differ in size as units of length do."""
-    ratio = size / true_size
-    larger = max(ratio, 1.0 / ratio)
-    if not any(abs(larger / unit - 1.0) < _NEAR for unit in _UNITS):
+    if not differ_as_units(size, true_size):
         return None
     return (
-        f"the surface is {ratio:.4g} times as large as the truth; see whether both are in the same "
-        "unit of length"
+        f"the surface is {size / true_size:.4g} times as large as the truth; see whether both are "
+        "in the same unit of length"
     )

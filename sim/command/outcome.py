@@ -26,7 +26,7 @@ def exit_code(command: Callable[[], int | None]) -> int:
             sys.stdout.flush()
     except CycloptsError as error:
         command_line = " ".join(("touchatlas", *(error.command_chain or ())))
-        code = complain(f"{str(error).rstrip('.')}; see {command_line} --help", USER)
+        code = complain(f"{str(error).rstrip(' ,.')}; see {command_line} --help", USER)
     except ValueError as error:
         code = complain(str(error), USER)
     except BrokenPipeError:

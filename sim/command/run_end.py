@@ -1,5 +1,6 @@
 """What is printed at the end of a run, and its exit code."""
 
+import errno
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -13,6 +14,8 @@ _UNSURE = (
     "nowhere is the surface known to within the tolerance; give a larger --tolerance, less --noise "
     "or more touches"
 )
+# Where nothing can be written, nothing was begun.
+_NOT_OURS = (errno.EROFS, errno.EACCES, errno.EPERM)
 
 
 @contextmanager
@@ -21,7 +24,7 @@ def resumable(folder) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        if is_run(Path(folder)) and "resume" not in str(error):
+        if error.errno not in _NOT_OURS and is_run(Path(folder)) and "resume" not in str(error):
             error.add_note(f"touchatlas resume {folder} goes on")
         raise
     except KeyboardInterrupt as stop:
@@ -52,4 +55,7 @@ def _no_surface(result: Result) -> str:
             f"none of {touches} touches met the object, so there is no surface; a probe from above "
             "does not meet it: turn the object"
         )
-    return f"no touch gave a patch, so there is no surface: {result.refusal}"
+    return (
+        f"no touch gave a patch, so there is no surface ({result.refusal}); give less --noise or a "
+        "larger --tolerance"
+    )

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from touchatlas.atlas.files import write_whole
+from touchatlas.sim.run.doubts import doubts_of_comparison
 from touchatlas.sim.run.number_meanings import NUMBERS
 from touchatlas.sim.run.run_folder import read_settings
 
@@ -46,12 +47,15 @@ class Comparison:
         evaluation.json of each.
     steps : tuple of list of dict
         steps.csv of each.
+    doubts : tuple of str
+        Why they do not fit together, in sentences.
     """
 
     names: tuple[str, ...]
     differing: dict[str, list]
     numbers: tuple[dict, ...]
     steps: tuple[list[dict], ...]
+    doubts: tuple[str, ...]
 
     @property
     def table(self) -> dict:
@@ -111,6 +115,8 @@ class Comparison:
 
     def write(self, folder: Path) -> None:
         """Write compare.csv and compare.png."""
+        if folder.exists() and not folder.is_dir():
+            raise ValueError(f"{folder} is a file; give a folder with --out")
         folder.mkdir(parents=True, exist_ok=True)
         for name, content in zip(FILES, (self.csv_bytes(), self.png_bytes()), strict=True):
             write_whole(folder / name, content)
@@ -127,15 +133,18 @@ def compare_runs(folders) -> Comparison:
     folders = [Path(folder) for folder in folders]
     if len({folder.resolve() for folder in folders}) < max(len(folders), 2):
         raise ValueError(f"{len(folders)} folders were given; give two or more different runs")
-    settings = [_flat(read_settings(folder)) for folder in folders]
+    tables = [read_settings(folder) for folder in folders]
+    settings = [_flat(table) for table in tables]
     keys = {key: None for one in settings for key in one}
     differing = {key: [one.get(key) for one in settings] for key in keys}
     differing = {k: v for k, v in differing.items() if any(x != v[0] for x in v)}
+    numbers = tuple(_numbers(folder) for folder in folders)
     return Comparison(
         _names(folders),
         differing,
-        tuple(_numbers(folder) for folder in folders),
+        numbers,
         tuple(_steps(folder) for folder in folders),
+        tuple(doubts_of_comparison(tables, numbers)),
     )
 
 

@@ -69,7 +69,8 @@ class Conclusion:
         with phases("surface", "extracting the surface"):
             surface = stored(extract_surface(atlas), atlas.tolerance) if len(atlas) else None
         if surface is not None:
-            write_whole(folder / "surface.ply", ply_bytes(surface, atlas.tolerance))
+            with phases("files", "writing the surface"):
+                write_whole(folder / "surface.ply", ply_bytes(surface, atlas.tolerance))
         with phases("evaluate", "comparing the surface with the truth"):
             numbers = self._quality(surface, rng)
         with phases("files", "drawing the pictures"):

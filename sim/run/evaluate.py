@@ -5,9 +5,9 @@ from dataclasses import asdict, dataclass
 import igl
 import numpy as np
 import trimesh
-from scipy.sparse.csgraph import connected_components
 
 from touchatlas.sim.run.closest_points import closest_points
+from touchatlas.sim.run.truth_parts import hidden_area, part_of_faces
 from touchatlas.sim.world.mesh_object import load_mesh
 from touchatlas.sim.world.triangles import areas_of, sample_triangles
 
@@ -72,10 +72,8 @@ class Truth:
     @property
     def parts(self) -> np.ndarray:
         """(n,) for each point, the number of the separate part of the surface that it is on."""
-        _, labels = connected_components(igl.adjacency_matrix(self.faces), directed=False)
-        # Vertices of no triangle are no part.
-        names, labels = np.unique(labels[self.faces[:, 0]], return_inverse=True)
-        if len(names) == 1:
+        labels = part_of_faces(self.faces)
+        if not labels.any():
             return np.zeros(len(self.points), int)
         _, face, _ = closest_points(self.points, self.vertices, self.faces)
         return labels[face]
@@ -92,6 +90,7 @@ class Evaluation:
     1.96 predicted deviations (None when none are predicted); what the surface does not reach counts
     in ``coverage`` alone. ``components`` is the number of separate parts of the truth, and
     ``components_reached`` of those of which a point is within three tolerances of the surface.
+    ``hidden_area`` is the fraction of the true area in parts that lie inside others.
     """
 
     coverage: float
@@ -114,6 +113,7 @@ class Evaluation:
     true_euler_characteristic: int | None
     components: int
     components_reached: int
+    hidden_area: float
     tolerance: float
     diagonal: float
 
@@ -229,6 +229,7 @@ def evaluate_surface(
         truth.euler_characteristic if truth.closed else None,
         int(parts.max()) + 1,
         len(np.unique(parts[completeness <= _COVERED * tolerance])),
+        hidden_area(truth.vertices, truth.faces),
         float(tolerance),
         truth.diagonal,
     )

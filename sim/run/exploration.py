@@ -1,7 +1,8 @@
 """A run: explore a simulated object, evaluate the atlas, write the run folder; and resume it."""
 
-import hashlib
 import json
+import sqlite3
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,13 +10,14 @@ from touchatlas.planner import StopReason
 from touchatlas.sim.run.journal import Entry, Journal
 from touchatlas.sim.run.option_tables import as_table, updated
 from touchatlas.sim.run.phases import Phases
+from touchatlas.sim.run.progress import read_seconds
 from touchatlas.sim.run.run_folder import new_run, old_run, read_settings, write_settings
 from touchatlas.sim.run.run_options import RunOptions, check_effort, check_scale
 from touchatlas.sim.run.watcher import Watcher
 from touchatlas.sim.run.work import MAX_LENGTH, MAX_TOUCHES, Result, Work
 from touchatlas.sim.world.implicit_object import ImplicitObject
 from touchatlas.sim.world.mesh_object import MeshObject
-from touchatlas.sim.world.objects import make_object
+from touchatlas.sim.world.objects import digest_of, make_object
 
 # Keys of run.toml that are no options of the run.
 NO_OPTIONS = ("object", "digest", "versions")
@@ -55,12 +57,14 @@ def run_exploration(
     Touches already in the journal stay there, whatever happens: ``resume_exploration`` goes on
     with them.
     """
+    if not isinstance(obj, ImplicitObject | MeshObject):
+        raise ValueError(f"got {obj!r} for the object; give what make_object returns")
     if not isinstance(options, RunOptions):
         raise ValueError(f"options are {options!r}; they must be RunOptions")
     phases = Phases(watcher.begins)
     options = _completed(options, obj)
     with new_run(out, force) as folder:
-        settings = {"object": obj.source, "digest": _digest(obj), **as_table(options)}
+        settings = {"object": obj.source, "digest": digest_of(obj), **as_table(options)}
         write_settings(folder, settings)
         return Work(obj, folder, options, phases, watcher).carry_out()
 
@@ -88,8 +92,8 @@ def resume_exploration(
     FinishedError
         When nothing is left to do.
     ValueError
-        When the path holds no run, its object has changed, or its budget is smaller than what the
-        journal holds.
+        When the path holds no run, its object or its options have changed, touches of its journal
+        are lost, or its budget is smaller than what the journal holds.
     """
     phases = Phases(watcher.begins)
     with old_run(path) as folder:
@@ -99,16 +103,16 @@ def resume_exploration(
         new = {"max_touches": max_touches, "max_length": max_length}
         options = replace(options, **{k: v for k, v in new.items() if v is not None})
         with phases("start", "reading the journal"):
-            kept = _entries(folder / "journal.sqlite")
+            kept = _kept(folder)
         _check_budget(folder, options, kept)
         with phases("start", f"preparing {settings['object']}"):
             obj = make_object(settings["object"], options.seed)
-        if settings.get("digest") != _digest(obj):
+        if settings.get("digest") != digest_of(obj):
             raise ValueError(
                 f"{settings['object']} has changed since {folder} was begun; explore it again"
             )
         options = _completed(options, obj)
-        settings = {"object": obj.source, "digest": _digest(obj), **as_table(options)}
+        settings = {"object": obj.source, "digest": digest_of(obj), **as_table(options)}
         write_settings(folder, settings)
         return Work(obj, folder, options, phases, watcher, kept).carry_out()
 
@@ -122,22 +126,30 @@ def _completed(options: RunOptions, obj) -> RunOptions:
     return replace(options, noise=noise, tolerance=tolerance)
 
 
-def _digest(obj) -> str | None:
-    """SHA-256 of the triangles of a mesh; None for a built-in object."""
-    if not isinstance(obj, MeshObject):
-        return None
-    return hashlib.sha256(obj.vertices.tobytes() + obj.faces.tobytes()).hexdigest()
+def _kept(folder: Path) -> list[Entry]:
+    """What the journal of a run holds; nothing where it was not begun.
 
-
-def _entries(path: Path) -> list[Entry]:
-    """What a journal holds; nothing where it was not begun."""
-    if not path.exists():
-        return []
-    journal = Journal(path)
-    try:
-        return journal.entries()
-    finally:
-        journal.close()
+    Raises
+    ------
+    ValueError
+        When it is damaged, or holds fewer touches than steps.csv, which is written after it.
+    """
+    path, kept = folder / "journal.sqlite", []
+    if path.exists():
+        try:
+            with closing(Journal(path)) as journal:
+                kept = journal.entries()
+        except sqlite3.Error as error:
+            raise OSError(
+                f"{path} cannot be read ({error}); see that there is space, and that no other "
+                "program has it open"
+            ) from None
+    if (learned := len(read_seconds(folder / "steps.csv"))) > len(kept):
+        raise ValueError(
+            f"{path} holds {len(kept)} touches, but steps.csv {learned}; put the whole journal "
+            "back, or explore again with --force"
+        )
+    return kept
 
 
 def _check_budget(folder: Path, options: RunOptions, kept: list[Entry]) -> None:

@@ -47,14 +47,14 @@ def held_interrupt(
 
     def note(number, _frame) -> None:
         if hold:
-            raise _interrupt_of(number)
+            raise interrupt_of(number)
         hold.signal = number
         if grace is not None and hasattr(signal, "setitimer"):
             signal.setitimer(signal.ITIMER_REAL, grace)
         noticed()
 
     def too_late(_number, _frame) -> None:
-        raise _interrupt_of(hold.signal)
+        raise interrupt_of(hold.signal)
 
     # One that is ignored (nohup) stays so.
     before = {s: signal.getsignal(s) for s in _SIGNALS}
@@ -74,6 +74,6 @@ def held_interrupt(
             signal.signal(number, before[number])
 
 
-def _interrupt_of(number) -> KeyboardInterrupt:
+def interrupt_of(number) -> KeyboardInterrupt:
     """The exception for a signal."""
     return Terminated() if number == signal.SIGTERM else KeyboardInterrupt()

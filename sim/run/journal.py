@@ -49,6 +49,8 @@ class Journal:
     ------
     ValueError
         When the path holds something else than a journal.
+    sqlite3.Error
+        When another program has it locked, or the disk is full.
     """
 
     def __init__(self, path) -> None:
@@ -65,8 +67,7 @@ class Journal:
             self._database.execute("select points from contour limit 0").fetchone()
         except (sqlite3.DatabaseError, ValueError) as error:
             self._database.close()
-            # A full disk or a lock is no fault of the file.
-            if isinstance(error, sqlite3.OperationalError) and _is_of_the_disk(error):
+            if _is_no_damage(error):
                 raise
             raise self._damaged(error) from None
 
@@ -75,7 +76,23 @@ class Journal:
         return self._database.execute("select name from sqlite_master").fetchall()
 
     def append(self, plan: ProbePlan, touch: Touch, probe: str = "") -> None:
-        """Write one touch, with the state of the probe after it, and commit it."""
+        """Write one touch, with the state of the probe after it, and commit it.
+
+        Raises
+        ------
+        ValueError
+            When the arguments are no plan and no touch, or the touch is not the next one.
+        sqlite3.Error
+            When it cannot be written. The touches before it are kept.
+        """
+        if not (isinstance(plan, ProbePlan) and isinstance(touch, Touch)):
+            got = f"{type(plan).__name__} and {type(touch).__name__}"
+            raise ValueError(f"got {got}; give a ProbePlan and the Touch that answers it")
+        if touch.number != (count := len(self)):
+            raise ValueError(
+                f"touch {touch.number} is not the next one of {self._path}, which holds {count}; "
+                f"repeat those and go on with number {count}, or begin another journal"
+            )
         with self._database as database:
             database.execute(
                 "insert into touch values (?, ?, ?, ?, ?, ?, ?, ?)",
@@ -127,6 +144,8 @@ class Journal:
             with np.errstate(all="ignore"):
                 return self._entries()
         except _DAMAGE as error:
+            if _is_no_damage(error):
+                raise
             raise self._damaged(error) from None
 
     def _entries(self) -> list[Entry]:
@@ -181,6 +200,8 @@ class Journal:
         self._database.close()
 
 
-def _is_of_the_disk(error: sqlite3.OperationalError) -> bool:
-    """Whether the file could not be read or written, whatever it holds."""
-    return any(word in str(error) for word in ("locked", "disk", "full", "unable", "readonly"))
+def _is_no_damage(error: Exception) -> bool:
+    """Whether a full disk, a lock or a closed file is the cause, whatever the file holds."""
+    words = ("locked", "disk I/O", "full", "unable", "readonly")
+    of_disk = isinstance(error, sqlite3.OperationalError) and any(w in str(error) for w in words)
+    return of_disk or isinstance(error, sqlite3.ProgrammingError)

@@ -51,6 +51,10 @@ NUMBERS: dict[str, Meaning] = {
     "true_euler_characteristic": _m("the same of the object; null where it is open"),
     "components": _m("separate parts of the object"),
     "components_reached": _m("parts of which something is within three tolerances", good="all"),
+    "hidden_area": _m(
+        "fraction of the true area in parts that lie inside others, where no touch reaches",
+        good="0",
+    ),
     "tolerance": _m("how well the surface was wanted", LENGTH),
     "diagonal": _m("of the object's bounding box", LENGTH),
     "total_curvature_over_2pi": _m(

@@ -10,6 +10,10 @@ from touchatlas.planner import ProbePlan
 from touchatlas.sim.run.journal import Entry, Journal
 from touchatlas.sim.world.probe import Probe
 
+# Rounding by which versions of the libraries may differ, as a fraction of the largest coordinate.
+# Ten times as much would take noise of a millionth of an object for rounding.
+_LAST_DIGITS = 1e-7
+
 
 @dataclass
 class Recorder:
@@ -40,11 +44,14 @@ class Recorder:
         Raises
         ------
         ValueError
-            When the plan is not the one that the journal's touch answered.
+            When the plan is not the one that the journal's touch answered, or another object, seed
+            or noise than that of the probe gave the touch.
         """
         if plan.number < len(self.kept):
             entry = self.kept[plan.number]
             self._check(plan, entry)
+            if plan.number == 0:
+                self._check_probe(plan, entry.touch)
             if plan.number == len(self.kept) - 1:
                 self.probe.restore(entry.probe)
             return entry.touch
@@ -58,6 +65,20 @@ class Recorder:
         """Seconds that the journal took since this was last asked."""
         seconds, self.seconds = self.seconds, 0.0
         return seconds
+
+    def _check_probe(self, plan: ProbePlan, held: Touch) -> None:
+        # The probe is new, and its first touch is the one that it made then.
+        touch = self.probe(plan)
+        size = np.abs(held.contact).max() + plan.reach
+        found, kept = ([t.contact, *(c.points for c in t.contours)] for t in (touch, held))
+        same = [len(p) for p in found[1:]] == [len(p) for p in kept[1:]]
+        if not same or any(
+            np.abs(a - b).max() > _LAST_DIGITS * size for a, b in zip(found, kept, strict=True)
+        ):
+            raise ValueError(
+                "the object, seed or noise of run.toml does not give the first touch of the "
+                "journal; undo what was changed in run.toml, or explore again"
+            )
 
     @staticmethod
     def _check(plan: ProbePlan, entry: Entry) -> None:

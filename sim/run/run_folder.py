@@ -12,7 +12,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 from touchatlas.atlas.files import write_whole
-from touchatlas.sim.run.run_lock import LOCK, locked
+from touchatlas.sim.run.run_lock import LOCK, check_free, locked
 
 RUN_FILES = (
     "run.toml",
@@ -130,6 +130,7 @@ def _check_new(path: Path, force: bool) -> None:
         return
     held = is_run(path)
     if not force:
+        check_free(path)
         what = "already holds a run" if held else "is not empty"
         go_on = f", touchatlas resume {path} to go on with it" if held else ""
         raise ValueError(f"{path} {what}; choose another --out{go_on}, or --force to replace a run")

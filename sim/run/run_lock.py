@@ -44,6 +44,18 @@ def locked(folder: Path) -> Iterator[None]:
         file.close()
 
 
+def check_free(folder: Path) -> None:
+    """ValueError, with the number of the process, where another one holds the lock."""
+    if fcntl is None:
+        return
+    with suppress(OSError), (folder / LOCK).open() as file:
+        try:
+            # Shared, so that two who only look do not refuse each other.
+            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise _at_work(folder, file) from None
+
+
 def _lock(path: Path) -> IO[str]:
     """The lock file, opened and locked."""
     while True:
@@ -57,16 +69,21 @@ def _lock(path: Path) -> IO[str]:
                 if os.path.samestat(os.fstat(file.fileno()), path.stat()):
                     return file
         except BlockingIOError:
-            holder = _holder(file)
+            refusal = _at_work(path.parent, file)
             file.close()
-            raise ValueError(
-                f"process {holder} is at work in {path.parent}; wait for it, stop it, or choose "
-                "another --out"
-            ) from None
+            raise refusal from None
         except BaseException:
             file.close()
             raise
         file.close()
+
+
+def _at_work(folder: Path, file: IO[str]) -> ValueError:
+    """The error for a folder that another process holds."""
+    return ValueError(
+        f"process {_holder(file)} is at work in {folder}; wait for it, stop it, or choose "
+        "another --out"
+    )
 
 
 def _holder(file: IO[str]) -> str:

@@ -84,7 +84,7 @@ def check_tolerance(tolerance: float, diagonal: float) -> None:
     if tolerance > diagonal:
         raise ValueError(
             f"tolerance is {tolerance:g}, but the object is only {diagonal:.4g} across; "
-            "give a smaller --tolerance"
+            "give a smaller --tolerance, in the object's unit of length"
         )
     if tolerance < _FINEST * diagonal:
         raise ValueError(

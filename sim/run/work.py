@@ -15,7 +15,7 @@ from touchatlas.atlas.files import write_whole
 from touchatlas.planner import Planner, Step, explore
 from touchatlas.planner.options import FRONTIER
 from touchatlas.sim.run.conclusion import Conclusion
-from touchatlas.sim.run.interrupt import GRACE, Hold, held_interrupt
+from touchatlas.sim.run.interrupt import GRACE, Hold, held_interrupt, interrupt_of
 from touchatlas.sim.run.journal import Entry, Journal
 from touchatlas.sim.run.phases import Phases
 from touchatlas.sim.run.progress import Progress, read_seconds
@@ -119,12 +119,13 @@ class Work:
                 if ended == INTERRUPTED:
                     return self._result(ended, hold.signal)
             if hold:
-                raise KeyboardInterrupt
+                raise interrupt_of(hold.signal)
             return self._result(ended)
 
     def _noticed(self) -> None:
         number = len(self.progress.rows) + 1
-        self.watcher.interrupted(f"finishing touch {number}, then writing the results so far")
+        new = f"finishing touch {number}, then writing the results so far"
+        self.watcher.interrupted("stopping" if number <= len(self.kept) else new)
 
     def _result(self, ended: str, signal: int | None = None) -> Result:
         """The results, written; a run that is whole takes the place of the one it replaces."""
@@ -162,7 +163,7 @@ class Work:
             counted += self.phases.seconds.get("repeat", 0.0) - sum(map(sum, self.old_seconds))
             if hold and len(self.progress.rows) < done:
                 # The files of before know more.
-                raise KeyboardInterrupt
+                raise interrupt_of(hold.signal)
             self.progress.measure()
             self.phases.add("record", time.perf_counter() - start - counted)
         return INTERRUPTED if hold else self._why_ended()

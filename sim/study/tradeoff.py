@@ -13,7 +13,7 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import product
-from multiprocessing import get_context
+from multiprocessing import active_children, get_context
 from typing import Any
 
 import numpy as np
@@ -108,14 +108,21 @@ def measure(
 
 @contextmanager
 def workers(most: int) -> Iterator[ProcessPoolExecutor]:
-    """Fresh processes with one thread each."""
+    """Fresh processes with one thread each; what stops the block ends them at once."""
     before = {name: os.environ.get(name) for name in _THREADS}
     # Read when numpy is loaded, so before the processes begin.
     os.environ.update(dict.fromkeys(_THREADS, "1"))
     count = max(1, min(os.cpu_count() or 1, most))
+    others = active_children()
     pool = ProcessPoolExecutor(count, get_context("spawn"), _end_at_interrupts)
     try:
         yield pool
+    except BaseException:
+        # A signal to this process alone does not reach them, and their work takes minutes.
+        for process in active_children():
+            if process not in others:
+                process.terminate()
+        raise
     finally:
         pool.shutdown(cancel_futures=True)
         for name, value in before.items():

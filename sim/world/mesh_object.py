@@ -1,5 +1,6 @@
 """A triangle mesh as an object to touch: contours are its plane sections."""
 
+import warnings
 from functools import cached_property
 from itertools import islice
 from pathlib import Path
@@ -40,7 +41,10 @@ def load_mesh(path):
     if not path.is_file():
         raise ValueError(f"{path} is no file; give the path of a mesh (PLY, STL, OBJ, OFF, ...)")
     try:
-        mesh = trimesh.load(path, force="mesh", process=False)
+        # Where a number cannot be stored, numpy warns and takes another one.
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", RuntimeWarning)
+            mesh = trimesh.load(path, force="mesh", process=False)
         vertices, faces = np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int64)
         if vertices.shape[1:] != (3,) or (faces.size and faces.shape[1:] != (3,)):
             raise ValueError

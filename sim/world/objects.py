@@ -1,6 +1,7 @@
 """The catalogue of built-in objects, in millimetres, and the way from a name to an object."""
 
 import difflib
+import hashlib
 from collections.abc import Callable
 from pathlib import Path
 
@@ -113,3 +114,10 @@ def make_object(name: str, seed: int = 0) -> ImplicitObject | MeshObject:
     obj = MeshObject(Path(name).stem, *load_mesh(name))
     obj.source = str(Path(name).resolve())
     return obj
+
+
+def digest_of(obj: ImplicitObject | MeshObject) -> str | None:
+    """SHA-256 of the triangles of a mesh; None for a built-in object."""
+    if not isinstance(obj, MeshObject):
+        return None
+    return hashlib.sha256(obj.vertices.tobytes() + obj.faces.tobytes()).hexdigest()

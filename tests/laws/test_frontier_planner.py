@@ -37,6 +37,8 @@ def test_tell_takes_only_a_touch_and_its_change():
     plan = p.ask(Atlas(0.1, ONE_A_TOUCH))
     with pytest.raises(ValueError, match="give the Touch and the AtlasChange"):
         p.tell(missed(plan), None)
+    with pytest.raises(ValueError, match="the change is that of touch 7, not of 0"):
+        p.tell(missed(plan), AtlasChange(touch=7))
 
 
 def test_asking_twice_answers_the_same():

@@ -199,6 +199,13 @@ def test_an_object_that_no_probe_meets_is_a_failure(tmp_path):
     assert json.loads(done.stdout) == json.loads((tmp_path / "r" / "evaluation.json").read_text())
 
 
+def test_noise_that_hides_every_curve_is_a_failure_with_advice(tmp_path):
+    words = ["--noise", 5, "--max-touches", 2, "--out", "r", "--json"]
+    done = touchatlas("explore", "sphere", *words, cwd=tmp_path)
+    assert done.returncode == 1
+    assert "give less --noise or a larger --tolerance" in done.stderr
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="a shell that closes and breaks streams")
 @pytest.mark.parametrize(
     ("command", "code"),
@@ -301,6 +308,16 @@ def test_a_run_without_its_settings_is_refused(mesh_run, tmp_path):
     run = mesh_run[0] / "[r]"
     (run / "run.toml").write_text("seed = 0\n")
     assert_refused(touchatlas("evaluate", run, cwd=tmp_path), 2, "lacks a proper object")
+
+
+def test_a_run_is_not_compared_with_a_mesh_that_has_changed_unless_it_is_named(mesh_run):
+    folder = mesh_run[0]
+    settings = folder / "[r]" / "run.toml"
+    settings.write_text(settings.read_text().replace('digest = "', 'digest = "other'))
+    done = touchatlas("evaluate", "[r]", "--json", cwd=folder)
+    assert_refused(done, 2, "a[red]b.ply has changed since the run was made")
+    done = touchatlas("evaluate", "[r]", "--truth", "a[red]b.ply", "--json", cwd=folder)
+    assert done.returncode == 0, done.stderr
 
 
 def test_interrupt_ends_with_results_so_far(mesh_run, tmp_path):

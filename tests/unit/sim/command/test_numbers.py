@@ -11,7 +11,7 @@ from touchatlas.sim.command.numbers import sentences, unit_hint
 
 
 def numbers(**changes):
-    return {"coverage": 1.0, "components": 1, "components_reached": 1} | changes
+    return {"coverage": 1.0, "components": 1, "components_reached": 1, "hidden_area": 0.0} | changes
 
 
 def test_a_whole_result_needs_no_words():
@@ -23,6 +23,7 @@ def test_a_whole_result_needs_no_words():
     [
         ({"coverage": 0.7}, "30.0% of the true surface was not reached"),
         ({"components": 3, "components_reached": 1}, "2 of the 3 separate parts of the object"),
+        ({"hidden_area": 0.1}, "10.0% of the true surface lies inside, where no touch can reach"),
         ({"touches": 9, "touches_without_contact": 2}, "2 of 9 touches met nothing"),
     ],
 )
@@ -55,5 +56,7 @@ def test_a_body_hidden_in_another_is_named(tmp_path):
     assert "1 of the 2 separate parts of the object were not reached" in done.stderr
     # Areas of balls grow with the square of their radii.
     share = 25.0 / 925.0
+    assert json.loads(done.stdout)["hidden_area"] == pytest.approx(share)
+    assert f"{share:.1%} of the true surface lies inside" in done.stderr
     assert json.loads(done.stdout)["coverage"] == pytest.approx(1.0 - share, abs=0.005)
     assert np.isclose(json.loads(done.stdout)["accuracy_max"], 0.0, atol=1e-6)

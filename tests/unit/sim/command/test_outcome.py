@@ -21,6 +21,7 @@ def raising(error):
     [
         (ValueError("noise is\n -1"), 2, "noise is -1"),
         (CycloptsError(msg="odd"), 2, "odd"),
+        (CycloptsError(msg="There are: a, b, ..."), 2, "There are: a, b; see touchatlas --help"),
         (OSError(errno.EACCES, "No", "run.toml"), 1, "run.toml: No; see who may read and write"),
         (OSError(errno.ENOSPC, "Full", "a"), 1, "a: Full; see that there is space"),
         (OSError(errno.EISDIR, "Is a directory", "a"), 1, "a: Is a directory\n"),

@@ -1,11 +1,13 @@
 """What stops a command from outside: signals, full disks, read-only folders, other processes."""
 
+import errno
 import json
 import os
 import shutil
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from contextlib import closing
 
@@ -75,7 +77,8 @@ def test_a_signal_names_what_it_waits_for_and_how_to_go_on(tmp_path, number, cod
 def test_a_second_process_is_refused_with_the_number_of_the_first(tmp_path):
     with start("explore", "blob", "--out", "r", cwd=tmp_path) as first:
         wait_for(lambda: touches_in(tmp_path / "r") > 0, first)
-        for words in (["explore", "blob", "--out", "r", "--force"], ["resume", "r"]):
+        again = ["explore", "blob", "--out", "r"]
+        for words in (again, [*again, "--force"], ["resume", "r"]):
             done = touchatlas(*words, cwd=tmp_path)
             assert_refused(done, 2, f"process {first.pid} is at work in r")
         first.send_signal(signal.SIGKILL)
@@ -125,3 +128,20 @@ def test_a_disk_that_fills_up_keeps_the_touches_and_the_run_is_resumed(tmp_path)
 def test_a_folder_that_cannot_be_written_is_one_sentence(tmp_path):
     """/proc is read-only to everybody, root too."""
     assert_refused(touchatlas(*RUN[:-1], "/proc/r", cwd=tmp_path), 1, "/proc/r")
+
+
+def test_a_run_that_is_read_only_is_left_as_it_is(whole_run, monkeypatch):
+    """Root may write anywhere: the refusal of the file system stands in for a real one."""
+
+    def refuse(*_, **__):
+        raise OSError(errno.EROFS, "Read-only file system")
+
+    monkeypatch.setattr(tempfile, "TemporaryFile", refuse)
+    run = whole_run[0]
+    before = {path.name: path.read_bytes() for path in run.iterdir()}
+    forced = ["explore", "sphere", "--force", "--out", run]
+    for words in (["resume", run, "--max-touches", 99], forced):
+        done = touchatlas(*words, cwd=run.parent)
+        assert_refused(done, 1, f"{run}: Read-only file system; see who may read and write there")
+        assert "goes on" not in done.stderr
+    assert {path.name: path.read_bytes() for path in run.iterdir()} == before

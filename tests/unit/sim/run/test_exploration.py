@@ -295,6 +295,11 @@ def test_the_judge_wants_a_tolerance(ball):
         truth_of(ball, -1.0, np.random.default_rng(0))
 
 
+def test_a_name_is_no_object(tmp_path):
+    with pytest.raises(ValueError, match="got 'sphere' for the object; give what make_object"):
+        run_exploration("sphere", tmp_path / "r")
+
+
 def test_bad_options_are_refused():
     for name, value in (("noise", np.inf), ("max_length", 0.0), ("max_touches", 0), ("seed", -1)):
         with pytest.raises(ValueError, match=name.replace("_", "-")):

@@ -2,6 +2,8 @@
 
 import sqlite3
 from contextlib import closing
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -27,6 +29,36 @@ def test_what_is_no_journal_is_refused(tmp_path):
         Journal(tmp_path)
     with pytest.raises(ValueError, match="nowhere is no folder"):
         Journal(tmp_path / "nowhere" / "journal.sqlite")
+
+
+def test_only_the_next_touch_is_written(tmp_path):
+    """A touch written twice, or after a gap, would make a journal that nobody can read."""
+    ball, path = make_object("sphere"), tmp_path / "journal.sqlite"
+    plan = Planner(*ball.start()).ask(Atlas(0.5))
+    touch = Probe(ball, 0.02, np.random.default_rng(0))(plan)
+    with closing(Journal(path)) as journal:
+        for wrong in ((None, touch), (plan, None)):
+            with pytest.raises(ValueError, match="give a ProbePlan and the Touch"):
+                journal.append(*wrong)
+        with pytest.raises(ValueError, match=r"touch 1 is not the next one .* which holds 0"):
+            journal.append(plan, replace(touch, number=1))
+        journal.append(plan, touch)
+        with pytest.raises(ValueError, match=r"touch 0 is not the next one .* go on with number 1"):
+            journal.append(plan, touch)
+        assert len(journal.touches()) == 1
+
+
+def test_a_journal_that_is_closed_or_locked_is_not_called_damaged(tmp_path, monkeypatch):
+    monkeypatch.setattr(sqlite3, "connect", partial(sqlite3.connect, timeout=0.01))
+    path = tmp_path / "journal.sqlite"
+    with closing(Journal(path)) as journal:
+        with closing(sqlite3.connect(path, isolation_level=None)) as other:
+            other.execute("begin exclusive")
+            with pytest.raises(sqlite3.OperationalError, match="locked"):
+                journal.touches()
+        assert journal.touches() == []
+    with pytest.raises(sqlite3.ProgrammingError, match="closed"):
+        journal.touches()
 
 
 @pytest.mark.parametrize(

@@ -90,6 +90,8 @@ def test_runs_that_cannot_be_compared_are_refused(whole_run, tmp_path):
     assert_refused(touchatlas("compare", one, one, cwd=tmp_path), 2, "two or more different runs")
     assert_refused(touchatlas("compare", one, "x", cwd=tmp_path), 2, "not the folder of a run")
     other = shutil.copytree(one, tmp_path / "other")
+    done = touchatlas("compare", one, other, "--out", one / "run.toml", cwd=tmp_path)
+    assert_refused(done, 2, "run.toml is a file; give a folder with --out")
     (other / "evaluation.json").unlink()
     assert_refused(touchatlas("compare", one, other, cwd=tmp_path), 2, "touchatlas resume")
 

@@ -3,6 +3,10 @@
 import json
 import shutil
 import signal
+import sqlite3
+from contextlib import closing
+from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,12 +16,13 @@ from touchatlas.atlas import Atlas
 from touchatlas.planner import Planner
 from touchatlas.sim.run import work
 from touchatlas.sim.run.exploration import FinishedError, resume_exploration, run_exploration
+from touchatlas.sim.run.interrupt import Terminated
 from touchatlas.sim.run.journal import Journal
 from touchatlas.sim.run.progress import read_seconds
 from touchatlas.sim.run.recorder import Recorder
 from touchatlas.sim.run.run_options import RunOptions
 from touchatlas.sim.run.watcher import Watcher
-from touchatlas.sim.world.objects import make_object
+from touchatlas.sim.world.objects import digest_of, make_object
 
 pytestmark = pytest.mark.usefixtures("no_pictures")
 WHOLE = RunOptions(max_touches=9, seed=3)
@@ -151,17 +156,26 @@ def test_an_interrupted_run_keeps_its_results_and_goes_on(ball, whole, tmp_path)
     assert_same(tmp_path / "r", whole)
 
 
-def test_an_interrupt_while_touches_are_repeated_leaves_the_files_as_they_are(ball, tmp_path):
+@pytest.mark.parametrize(
+    ("number", "end"), [(signal.SIGINT, KeyboardInterrupt), (signal.SIGTERM, Terminated)]
+)
+def test_an_interrupt_while_touches_are_repeated_leaves_the_files_as_they_are(
+    ball, tmp_path, number, end
+):
     with pytest.raises(KilledError):
         run_exploration(make_object(str(ball), 3), tmp_path / "r", WHOLE, watcher=Killer(touch=6))
     before = {p.name: p.read_bytes() for p in (tmp_path / "r").iterdir() if p.name != "run.lock"}
 
     class Interrupting(Watcher):
         def touched(self, step, atlas):
-            signal.raise_signal(signal.SIGINT)
+            signal.raise_signal(number)
 
-    with pytest.raises(KeyboardInterrupt):
+        def interrupted(self, words):
+            assert words == "stopping"
+
+    with pytest.raises(KeyboardInterrupt) as stop:
         resume_exploration(tmp_path / "r", watcher=Interrupting())
+    assert stop.type is end
     assert {p.name: p.read_bytes() for p in (tmp_path / "r").iterdir()} == before
 
 
@@ -231,6 +245,45 @@ def test_a_mesh_that_has_changed_is_refused(ball, tmp_path):
     trimesh.creation.icosphere(subdivisions=4, radius=31.0).export(mine)
     with pytest.raises(ValueError, match=r"mine.ply has changed since .* was begun"):
         resume_exploration(tmp_path / "r")
+
+
+def test_a_journal_that_another_program_holds_is_the_worlds_failure(whole, tmp_path, monkeypatch):
+    run = shutil.copytree(whole, tmp_path / "r")
+    monkeypatch.setattr(sqlite3, "connect", partial(sqlite3.connect, timeout=0.01))
+    with closing(sqlite3.connect(run / "journal.sqlite", isolation_level=None)) as other:
+        other.execute("begin exclusive")
+        with pytest.raises(OSError, match=r"database is locked.*no other program has it open"):
+            resume_exploration(run, max_touches=10)
+
+
+@pytest.mark.parametrize("lost", [Path.unlink, lambda path: path.write_bytes(b"")])
+def test_a_lost_journal_is_not_begun_again_in_silence(ball, whole, tmp_path, lost):
+    run = shutil.copytree(whole, tmp_path / "r")
+    lost(run / "journal.sqlite")
+    with pytest.raises(ValueError, match=r"journal.sqlite holds 0 touches, but steps.csv 9"):
+        resume_exploration(run, max_touches=10)
+    for name in ("atlas.npz", "surface.ply", "steps.csv"):
+        assert (run / name).read_bytes() == (whole / name).read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [("seed = 3", "seed = 4"), ("noise = ", "noise = 1"), ('ball.ply"', 'other.ply"')],
+)
+def test_settings_that_did_not_give_the_touches_are_refused(ball, whole, tmp_path, old, new):
+    """Another seed, a larger noise, and another object of the same top."""
+    run, settings = shutil.copytree(whole, tmp_path / "r"), (whole / "run.toml").read_text()
+    assert old in settings
+    changed = trimesh.load(ball)
+    changed.vertices[changed.vertices[:, 2] < 29.9] *= 0.99
+    changed.export(ball.parent / "other.ply")
+    changed = settings.replace(old, new)
+    if "other" in new:
+        digest = digest_of(make_object(str(ball.parent / "other.ply")))
+        changed = changed.replace(digest_of(make_object(str(ball))), digest)
+    (run / "run.toml").write_text(changed)
+    with pytest.raises(ValueError, match="does not give the first touch of the journal"):
+        resume_exploration(run, max_touches=10)
 
 
 def test_a_journal_of_another_version_is_refused(ball, tmp_path):

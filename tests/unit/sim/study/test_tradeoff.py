@@ -2,6 +2,8 @@
 
 import csv
 import io
+import time
+from multiprocessing import active_children
 
 import numpy as np
 import pytest
@@ -11,7 +13,16 @@ from tests.truths import BALL_RADIUS, graph_contours
 from touchatlas.patch import fit_patch
 from touchatlas.sim.study.peers import fit_jet, mesh_around, mesh_curvatures
 from touchatlas.sim.study.scenes import draw_scene
-from touchatlas.sim.study.tradeoff import CELLS, Cell, measure, measure_cell, middle, overall, timed
+from touchatlas.sim.study.tradeoff import (
+    CELLS,
+    Cell,
+    measure,
+    measure_cell,
+    middle,
+    overall,
+    timed,
+    workers,
+)
 from touchatlas.sim.study.tradeoff_chart import csv_bytes, make_folder, pareto_front, write_chart
 from touchatlas.sim.study.tradeoff_methods import METHODS, PAPER, height_error
 
@@ -172,3 +183,15 @@ def test_mesh_is_as_dense_as_the_contours():
     assert edges.mean() == pytest.approx(scene.reach / 9, rel=1e-3)
     # A quadric through five rings: their half angle of 20 degrees squared.
     assert mesh_curvatures(vertices, faces)[0] == pytest.approx(-1.0 / BALL_RADIUS, rel=0.05)
+
+
+def test_what_stops_a_study_ends_its_processes():
+    """They are not waited for: a minute of work would be left."""
+    begun = time.monotonic()
+    with pytest.raises(KeyboardInterrupt), workers(1) as pool:
+        future = pool.submit(time.sleep, 60.0)
+        while not future.running():
+            time.sleep(0.01)
+        raise KeyboardInterrupt
+    assert time.monotonic() - begun < 30.0
+    assert not active_children()

@@ -1,5 +1,7 @@
 """Meshes as objects: contours on plane sections, contacts, bad files refused in one sentence."""
 
+import warnings
+
 import igl
 import numpy as np
 import pytest
@@ -94,6 +96,17 @@ def test_bad_mesh_files_are_refused_in_one_sentence(tmp_path, text, words):
     with pytest.raises(ValueError, match=words) as caught:
         load_mesh(path)
     assert "\n" not in str(caught.value)
+
+
+def test_a_number_that_cannot_be_stored_is_not_replaced_by_another(tmp_path):
+    """numpy makes the smallest integer of it, and warns; to users warnings are no errors."""
+    header = "ply\nformat ascii 1.0\nelement vertex 3\nproperty int x\n"
+    header += "property float y\nproperty float z\nelement face 1\n"
+    header += "property list uchar int vertex_indices\nend_header\n"
+    (tmp_path / "nan.ply").write_text(header + "nan 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")
+    with warnings.catch_warnings(), pytest.raises(ValueError, match=r"nan.ply cannot be read"):
+        warnings.simplefilter("default")
+        load_mesh(tmp_path / "nan.ply")
 
 
 def test_missing_file_is_named():
