@@ -106,6 +106,7 @@ class Planner:
         """
         if self._asked is None:
             self.stop = None
+            plan: ProbePlan | None
             if self._retry is not None:
                 plan, self._retry = self._closer(self._retry), None
             elif len(atlas) == 0:

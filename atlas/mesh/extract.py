@@ -62,12 +62,14 @@ def smooth_surface(state: AtlasState, coarse: CoarseMesh, count: int) -> Surface
     known = _known(field, patch, points, REACH * coarse.edge)
     normals: np.ndarray = cut.linear(old.normals)
     normals /= np.sqrt(np.einsum("ij,ij->i", normals, normals))[:, None]
+    height = np.zeros(len(points))
     if not field.graph.creases:
-        points += (
-            cut.linear(mean_height(cut.edges, old.points, old.normals, count))[:, None] * normals
-        )
+        height = cut.linear(mean_height(cut.edges, old.points, old.normals, count))
+        points += height[:, None] * normals
     deviation, curvature = np.sqrt(cut.linear(old.variance)), cut.linear(old.curvature)
     known &= supported(state, patch, points, deviation)
+    # The triangles lie off the patches by as much as the vertices were moved.
+    deviation = np.hypot(deviation, height)
     kept = _without_bridging_triangles(faces, normals, coarse.faces, old.normals)
     whole = Surface(points, kept, normals, deviation, patch, curvature)
     if not known.all() or len(whole.faces) < len(faces):

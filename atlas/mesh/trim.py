@@ -16,8 +16,9 @@ _DIRECTIONS = 24
 # around leave no room for another surface. Doubled, less certain surface is drawn.
 _INSIDE_FACTOR = 3.0
 # Distance from the origin at which is asked whether the surface goes on, in distances of the
-# outline. With twice the excess, narrow gaps between patches pass for open rims.
-_BEYOND = 1.05
+# outline: there the patch itself no longer knows it. With twice the excess, narrow gaps between
+# patches pass for open rims.
+_BEYOND = 1.35
 _ANGLES = 2.0 * np.pi / _DIRECTIONS * np.arange(_DIRECTIONS)
 _ALONG = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)])
 

@@ -19,7 +19,13 @@ from touchatlas.patch.fit.smoothness import (
     coefficient_precision,
     scaled_noise,
 )
-from touchatlas.patch.geometry.polynomial import Basis, monomials
+from touchatlas.patch.geometry.polynomial import (
+    GRADIENT,
+    Basis,
+    evaluate_batch,
+    monomials,
+    scaled_height,
+)
 
 # Largest number of patches from which amplitude and length are learned. Doubled, that takes twice
 # the time.
@@ -32,6 +38,13 @@ _FINE = 1.0 / 3.0
 # Least side of these squares, in patch radii: smaller ones make matrices too large. Doubled,
 # residuals shorter than a third of the radius are smoothed.
 _FINEST = SIDE / 2.0
+
+# Cosine of the largest angle between the normals of a patch with and without its trend: 30 degrees.
+# Residuals are small beside patches. With the angle doubled, folded trends are entered. And the
+# points of the core at which it is taken, in core radii and directions.
+_LEAST_COSINE, _RADII = np.cos(np.pi / 6.0), (0.0, 0.5, 1.0)
+_ANGLES = np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False)
+_CIRCLE = np.column_stack([np.cos(_ANGLES), np.sin(_ANGLES)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,7 +129,22 @@ def _learn(
     if len(rows):
         fine = samples_of(table, membership, rows, residual_scale)
         for i, row in enumerate(rows.tolist()):
-            enter(table, row, solve_patch_residual(table.basis, fine.only(i), shapes[i]))
+            solved = solve_patch_residual(table.basis, fine.only(i), shapes[i])
+            if _keeps_normals(table, row, solved.mean):
+                enter(table, row, solved)
+
+
+def _keeps_normals(table: PatchTable, row: int, mean) -> bool:
+    """Whether a trend (t,) has nearly the normals of a patch all over its core: where little is
+    measured a trend may fold, because a multiple of F is zero at the same points."""
+    x, y = table.core * np.concatenate([radius * _CIRCLE for radius in _RADII]).T
+    z = scaled_height(table.basis, table.mean[row], x, y)
+    points = np.column_stack([x, y, z])[np.isfinite(z)]
+    terms = np.repeat(monomials(table.basis, *points.T)[:, None], 2, axis=1)
+    _, px, py, pz = evaluate_batch(table.basis, np.stack([table.mean[row], mean]), terms, GRADIENT)
+    upward = np.stack([-px, -py, 1.0 - pz], axis=-1)
+    before, after = upward / np.sqrt((upward * upward).sum(axis=-1))[..., None]
+    return bool(((before * after).sum(axis=-1) >= _LEAST_COSINE).all())
 
 
 def enter(table: PatchTable, row: int, solved: PatchResidual) -> None:

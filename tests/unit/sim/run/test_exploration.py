@@ -256,7 +256,7 @@ def test_a_full_disk_is_one_sentence_and_keeps_what_was_committed(ball, tmp_path
     lines = done.stderr.strip().splitlines()
     assert len(lines) - len(progress_lines(done.stderr)) == 1, done.stderr
     count = len(kept_touches(tmp_path / "r"))
-    assert count > 2 and f"after {count} touches, which are kept" in done.stderr
+    assert count > 1 and f"after {count} touches, which are kept" in done.stderr
     assert len(steps_of(tmp_path / "r")) == count
     # Whole or not at all: nothing half written is left.
     assert not list((tmp_path / "r").glob("*.part"))
