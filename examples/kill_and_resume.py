@@ -96,6 +96,8 @@ def main(out: Path, kills: int, terms: int, objects: list[str]) -> int:
             one, two = stopped_and_resumed(words, folder, number, span, rng)
             stops, resumes = stops + one, resumes + two
             same += contents(folder) == expected
+            # Hours may pass: what is known so far is there if this script is stopped, too.
+            print(f"{stem}: {same} of {count + 1} runs the same", file=sys.stderr, flush=True)
             for file in folder.iterdir():
                 file.unlink()
         wrong += len(mine) - same
