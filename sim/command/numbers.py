@@ -29,6 +29,9 @@ _WHOLE = 0.995
 # of them the sizes of two bodies may be by chance: a hundredth.
 _UNITS, _NEAR = (10.0, 25.4, 100.0, 304.8, 1000.0, 12.0, 39.37), 0.03
 
+# Places of a doubt that are said; evaluation.json holds five. Doubled, sentences fill two lines.
+_SAID = 2
+
 
 def print_numbers(numbers: dict, title: str, as_json: bool, unit: str = LENGTH) -> None:
     """Print numbers with their units and meanings."""
@@ -46,6 +49,8 @@ def print_numbers(numbers: dict, title: str, as_json: bool, unit: str = LENGTH) 
     for name, value in numbers.items():
         about = NUMBERS[name]
         shown = f"{value:.5g}" if isinstance(value, float) else str(value)
+        if name == "doubts":
+            shown = ", ".join(doubt["name"] for doubt in value) or "none"
         in_unit = unit if about.unit == LENGTH else about.unit
         table.add_row(name, shown, in_unit, about.good, *([about.what] if wide else []))
     console.print(table)
@@ -71,7 +76,14 @@ def sentences(numbers: dict) -> list[str]:
         found.append(f"{1.0 - numbers['coverage']:.1%} of the true surface was not reached")
     if missed := numbers.get("touches_without_contact"):
         found.append(f"{missed} of {numbers['touches']} touches met nothing")
-    return found
+    return found + [_doubt(doubt) for doubt in numbers.get("doubts", ())]
+
+
+def _doubt(doubt: dict) -> str:
+    """A doubt as one sentence with its first places."""
+    places = "; ".join(", ".join(f"{x:.4g}" for x in place) for place in doubt["places"][:_SAID])
+    words = doubt["words"].rstrip(".")
+    return f"{words} (near {places})" if places else words
 
 
 def unit_hint(size: float, true_size: float) -> str | None:

@@ -7,9 +7,12 @@ from pathlib import Path
 import numpy as np
 
 from touchatlas.atlas import Atlas, Surface, extract_surface, save_atlas
+from touchatlas.atlas.check.doubts import doubts
 from touchatlas.atlas.files import write_whole
+from touchatlas.planner.stop import Stop, StopReason
 from touchatlas.sim.run.closest_points import closest_points
 from touchatlas.sim.run.evaluate import EvaluateOptions, Evaluation, Truth, evaluate_surface
+from touchatlas.sim.run.number_meanings import NUMBERS
 from touchatlas.sim.run.phases import Phases
 from touchatlas.sim.run.ply import ply_bytes, stored
 from touchatlas.sim.run.progress import SECONDS, Progress
@@ -45,6 +48,8 @@ class Conclusion:
     phases : Phases
     seconds_before : float, s
         Of an earlier process, as far as they are known.
+    stop : Stop, optional
+        Why the planner has no more plans, where it says so.
     """
 
     obj: ImplicitObject | MeshObject
@@ -52,6 +57,7 @@ class Conclusion:
     progress: Progress
     phases: Phases
     seconds_before: float = 0.0
+    stop: Stop | None = None
 
     def write(self, folder: Path, rng, known: dict) -> tuple[Surface | None, dict]:
         """Surface and numbers, with the files of both; ``known`` are numbers of the caller.
@@ -72,12 +78,22 @@ class Conclusion:
             write_whole(folder / "surface.ply", ply_bytes(surface, atlas.tolerance))
         with phases("evaluate", "comparing the surface with the truth"):
             numbers = self._quality(surface, rng)
+            numbers["doubts"] = self._doubts(surface, known)
         with phases("files", "drawing the pictures"):
             self._draw(folder, surface)
         numbers |= known | self._expense() | {"residual_patches": residual_patches}
         numbers |= self._seconds()
         write_whole(folder / "evaluation.json", (json.dumps(numbers, indent=2) + "\n").encode())
         return surface, numbers
+
+    def _doubts(self, surface: Surface | None, known: dict) -> list[dict]:
+        """What speaks against the surface, ready for JSON."""
+        whole, ended = NUMBERS["ended"].good, known.get("ended")
+        places = np.zeros((0, 3))
+        stopped = "" if ended in (None, whole) else ended
+        if self.stop is not None and self.stop.reason is not StopReason.KNOWN:
+            stopped, places = self.stop.reason.value, self.stop.forecast.open_places
+        return [doubt.as_dict() for doubt in doubts(self.atlas, surface, places, stopped)]
 
     def _draw(self, folder: Path, surface: Surface | None) -> None:
         """Write progress.png and surface.png."""

@@ -59,6 +59,7 @@ NUMBERS: dict[str, Meaning] = {
         good="the true one",
     ),
     "ended": _m("why the exploration ended", good="nothing left to touch"),
+    "doubts": _m("what speaks against the surface, where, and what to do", good="none"),
     "noise_std": _m("standard deviation of each coordinate of each sample", LENGTH),
     "touches": _m("visits of the probe, also those without contact", good="few"),
     "touches_without_contact": _m("visits that met nothing", good="0"),
