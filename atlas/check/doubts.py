@@ -177,7 +177,9 @@ def _close_sheets(atlas: AtlasState, extent: float) -> list[Doubt]:
     pool, limit = atlas.membership.pool, _CLOSE * atlas.tolerance
     _, which, found = claims(atlas)
     opposite = (found.numbers[:, 3:] * pool.normals[which]).sum(axis=1) < _OPPOSITE
-    places = pool.points[np.unique(which[opposite & (np.abs(found.distance) <= limit)])]
+    # Beyond its cell a polynomial may turn back to any place.
+    close = opposite & found.own & (np.abs(found.distance) <= limit)
+    places = pool.points[np.unique(which[close])]
     if not len(places):
         return []
     words = (

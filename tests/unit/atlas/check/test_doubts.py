@@ -80,7 +80,7 @@ def test_two_close_sheets_are_told():
     found = []
     for thickness in (3.0, 10.0):
         atlas = Atlas(1.0, AtlasOptions(fill=True), 0.1)
-        for touch in spread_touches(slab(thickness), 6):
+        for touch in spread_touches(slab(thickness), 12):
             atlas.add(touch)
         found.append("close sheets" in names(doubts(atlas, surface())))
     assert found == [True, False]
