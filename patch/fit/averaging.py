@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from touchatlas.patch.fit.angular_waves import phase_excess
 from touchatlas.patch.fit.darboux_fit import Solution
 from touchatlas.patch.fit.smoothness import (
     SmoothnessPrior,
@@ -57,6 +58,7 @@ def averaged(solution: Solution, log_posterior, precisions) -> Solution:
     variance; Hoeting, Madigan, Raftery and Volinsky, Bayesian model averaging: a tutorial, 1999).
     With W = V^-1/2 C V^-1/2, the fraction of the posterior covariance C that comes from the prior,
     W^4 V g W^4 is added: all of V g where no sample helps, and a 256th of it where half is known.
+    V g includes the excess of waves of which one phase is seen, see ``phase_excess``.
     The posterior is tempered, because the model is only nearly right (Gruenwald and
     van Ommen, Inconsistency of Bayesian inference for misspecified linear models, 2017).
     """
@@ -67,9 +69,13 @@ def averaged(solution: Solution, log_posterior, precisions) -> Solution:
     gain = np.maximum((weight @ (1.0 / precisions)) * (own / weight.sum()) - 1.0, 0.0)
     noise = scaled_noise(solution.stack.noise.item(), solution.stack.reach.item())
     excess = max(1.0, (solution.residual.item() / noise) ** 2)
-    fraction = solution.covariance[0] / (excess * root * root[:, None])
+    covariance, variance = solution.covariance[0] / excess, root * root
+    averaged_variance = (1.0 + gain) * variance
+    phases = phase_excess(solution.basis, solution.mean[0], covariance, variance, averaged_variance)
+    fraction = covariance / (root * root[:, None])
     fraction = fraction @ fraction
     fraction = fraction @ fraction
-    unseen = root[:, None] * fraction * np.sqrt(excess * gain)
+    added = np.concatenate([np.diag(np.sqrt(gain)), phases / root[:, None]], axis=1)
+    unseen = root[:, None] * (fraction @ added) * np.sqrt(excess)
     unseen[_SEEN] = 0.0
     return replace(solution, covariance=solution.covariance + unseen @ unseen.T)

@@ -29,14 +29,15 @@ def chart(
     Parameters
     ----------
     families
-        With --stability: the families to measure; all of them where none is named.
+        With --stability: the families to measure; all of one patch where none is named. Those of
+        many patches are explorations, and take minutes.
     stability
         Chart where the methods fail instead: families of ever harder cases.
     out
         Folder for tradeoff.csv and tradeoff.png, or the tables and pictures of the families.
     draws
         Number of scenes of each kind (surface, noise, planes), 50 if not given; with --stability
-        of cases of each severity, 25 if not given.
+        of cases of each severity, 25 if not given, and 2 of many patches.
     seed
         Seed of the scenes.
     """

@@ -26,8 +26,8 @@ _WIDE = 130
 # Coverage above which nothing is said of what was not reached. Doubled distance from one: half a
 # percent more may be missing without a word.
 _WHOLE = 0.995
-# Number of places that are named at the end. Doubled, a sentence takes two lines.
-_NAMED = 3
+# Places of a doubt that are said; evaluation.json holds five. Doubled, sentences fill two lines.
+_SAID = 2
 
 
 def print_numbers(numbers: dict, title: str, as_json: bool, unit: str = LENGTH) -> None:
@@ -45,10 +45,11 @@ def print_numbers(numbers: dict, title: str, as_json: bool, unit: str = LENGTH) 
         table.add_column("what")
     for name, value in numbers.items():
         about = NUMBERS[name]
-        if isinstance(value, list):
+        shown = f"{value:.5g}" if isinstance(value, float) else str(value)
+        if name == "doubts":
+            shown = ", ".join(doubt["name"] for doubt in value) or "none"
+        elif isinstance(value, list):
             shown = f"{len(value)} places"
-        else:
-            shown = f"{value:.5g}" if isinstance(value, float) else str(value)
         in_unit = unit if about.unit == LENGTH else about.unit
         table.add_row(name, shown, in_unit, about.good, *([about.what] if wide else []))
     console.print(table)
@@ -74,16 +75,16 @@ def sentences(numbers: dict) -> list[str]:
         found.append(f"{hidden:.1%} of the true surface lies inside, where no touch can reach it")
     if numbers["coverage"] < _WHOLE:
         found.append(f"{1.0 - numbers['coverage']:.1%} of the true surface was not reached")
-    predicted, places = numbers.get("predicted_coverage"), numbers.get("open_places")
-    if predicted is not None and predicted < _WHOLE and places:
-        where = ", ".join(f"({x:.4g}, {y:.4g}, {z:.4g})" for x, y, z in places[:_NAMED])
-        found.append(
-            f"{1.0 - predicted:.1%} of the surface is predicted not to be known to the tolerance, "
-            f"about {where}: {numbers['ended']}"
-        )
     if missed := numbers.get("touches_without_contact"):
         found.append(f"{missed} of {numbers['touches']} touches met nothing")
-    return found
+    return found + [_doubt(doubt) for doubt in numbers.get("doubts", ())]
+
+
+def _doubt(doubt: dict) -> str:
+    """A doubt as one sentence with its first places."""
+    places = "; ".join(", ".join(f"{x:.4g}" for x in place) for place in doubt["places"][:_SAID])
+    words = doubt["words"].rstrip(".")
+    return f"{words} (near {places})" if places else words
 
 
 def unit_hint(size: float, true_size: float) -> str | None:

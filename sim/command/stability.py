@@ -10,9 +10,8 @@ from touchatlas.sim.command.show import shown
 
 def chart_stability(families, out: Path, draws: int | None, seed: int, as_json: bool) -> int:
     """Measure the families, write their tables and pictures to a folder, print the shares."""
-    from touchatlas.sim.study.stability.report import DRAWS, stability_chart, stability_table
+    from touchatlas.sim.study.stability.report import stability_chart, stability_table
 
-    draws = DRAWS if draws is None else draws
     with shown("measuring") as watcher:
         watch = watcher.count("severities")
         summed = stability_chart(out, tuple(families), draws, seed, watch)

@@ -7,7 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from touchatlas.atlas import Atlas, Surface, extract_surface, save_atlas
+from touchatlas.atlas.check.doubts import doubts
 from touchatlas.atlas.files import write_whole
+from touchatlas.planner import StopReason
 from touchatlas.sim.run.closest_points import closest_points
 from touchatlas.sim.run.evaluate import EvaluateOptions, Evaluation, Truth, evaluate_surface
 from touchatlas.sim.run.phases import Phases
@@ -73,12 +75,21 @@ class Conclusion:
                 write_whole(folder / "surface.ply", ply_bytes(surface, atlas.tolerance))
         with phases("evaluate", "comparing the surface with the truth"):
             numbers = self._quality(surface, rng)
+            numbers["doubts"] = self._doubts(surface, known)
         with phases("files", "drawing the pictures"):
             self._draw(folder, surface)
         numbers |= known | self._expense() | {"residual_patches": residual_patches}
         numbers |= self._seconds()
         write_whole(folder / "evaluation.json", (json.dumps(numbers, indent=2) + "\n").encode())
         return surface, numbers
+
+    def _doubts(self, surface: Surface | None, known: dict) -> list[dict]:
+        """What speaks against the surface, ready for JSON."""
+        stopped, places = "", ()
+        if known["ended"] != StopReason.KNOWN.value:
+            share, places = known["predicted_coverage"], known["open_places"]
+            stopped = f"{known['ended']}, with {share:.1%} of the surface known to the tolerance"
+        return [doubt.as_dict() for doubt in doubts(self.atlas, surface, places, stopped)]
 
     def _draw(self, folder: Path, surface: Surface | None) -> None:
         """Write progress.png and surface.png."""

@@ -1,7 +1,5 @@
 """Contacts without noise."""
 
-import pytest
-
 from tests.stability.walk import GIVEN_OR_REFUSED, nothing_crashes, outcomes
 from touchatlas.sim.study.stability.families import FAMILIES
 from touchatlas.sim.study.stability.outcome import Outcome
@@ -14,7 +12,6 @@ def test_exact_contacts_are_not_trusted_between_the_curves():
     assert outcomes(FAMILY, SEVERITIES[:4]) == {Outcome.GOOD}
 
 
-@pytest.mark.xfail(strict=True, reason="5.5 % of these cases are wrong: see docs/stability.md")
 def test_strong_curvature_is_never_silently_wrong():
     assert outcomes(FAMILY, SEVERITIES[4:]) <= GIVEN_OR_REFUSED
 

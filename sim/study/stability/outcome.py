@@ -73,14 +73,14 @@ def verdict(method: Callable[[Case], Answer], case: Case) -> Verdict:
             answer = method(case)
             return judge(answer, case)
     except Exception as error:
-        refused = isinstance(error, ValueError) and not isinstance(error, np.linalg.LinAlgError)
-        clear = refused and _is_ours(error)
         words = f"{type(error).__name__}: {error}"
-        return Verdict(Outcome.REFUSED if clear else Outcome.CRASHED, words=words)
+        return Verdict(Outcome.REFUSED if is_refusal(error) else Outcome.CRASHED, words=words)
 
 
-def _is_ours(error: Exception) -> bool:
-    """Whether the exception was raised by a line of touchatlas."""
+def is_refusal(error: Exception) -> bool:
+    """Whether the exception is a sentence of ours: a ValueError of a line of touchatlas."""
+    if not isinstance(error, ValueError) or isinstance(error, np.linalg.LinAlgError):
+        return False
     trace = error.__traceback__
     while trace is not None and trace.tb_next is not None:
         trace = trace.tb_next

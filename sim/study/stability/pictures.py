@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from touchatlas.sim.study.stability.families import FAMILIES
 from touchatlas.sim.study.stability.outcome import Outcome
 from touchatlas.sim.study.stability.summary import median_error, shares
+from touchatlas.sim.study.stability.sweep import Study
 
 # Colours of Okabe and Ito, which differ for all kinds of colour vision, and hatches besides.
 COLOURS = {
@@ -22,27 +22,27 @@ _LEAST, _MOST = 0.1, 1e3
 _DOTS = 110
 
 
-def family_picture(family: str, rows: list[dict[str, str]]) -> dict[str, bytes]:
+def family_picture(study: Study, family: str, rows: list[dict[str, str]]) -> dict[str, bytes]:
     """PNG and SVG of one family's rows, by suffix."""
-    figure = _figure((9.0, 6.6))
-    errors, outcomes = figure.subplots(2, 1, sharex=True, height_ratios=(1.0, 1.25))
-    severities = FAMILIES[family].severities
+    severities = study.families[family].severities
     methods = list(dict.fromkeys(row["method"] for row in rows))
+    figure = _figure((9.0, 2.1 + 0.9 * len(methods)))
+    errors, outcomes = figure.subplots(2, 1, sharex=True, height_ratios=(1.0, 1.25))
     cells = {
         (m, s): [r for r in rows if r["method"] == m and float(r["severity"]) == s]
         for m in methods
         for s in severities
     }
     values = [[median_error(cells[m, s]) for s in severities] for m in methods]
-    _heat(figure, errors, np.array(values), methods, "median error of heights / noise")
+    _heat(figure, errors, np.array(values), methods, study.error)
     _bars(outcomes, cells, methods, severities)
     outcomes.set_xticks(range(len(severities)), [f"{s:g}" for s in severities])
-    outcomes.set_xlabel(FAMILIES[family].title)
+    outcomes.set_xlabel(study.families[family].title)
     figure.suptitle(f"{family}: {len(rows) // len(methods)} cases")
     return _bytes(figure)
 
 
-def overview_picture(summed: list[dict[str, Any]]) -> dict[str, bytes]:
+def overview_picture(study: Study, summed: list[dict[str, Any]]) -> dict[str, bytes]:
     """PNG and SVG of the share of wrong cases, family against method."""
     families = list(dict.fromkeys(str(row["family"]) for row in summed))
     methods = list(dict.fromkeys(str(row["method"]) for row in summed))
@@ -58,8 +58,7 @@ def overview_picture(summed: list[dict[str, Any]]) -> dict[str, bytes]:
             words = f"{100.0 * value:.0f}"
             panel.text(column, row, words, ha="center", va="center", color=colour, size=7)
         panel.set_xticks(range(len(methods)), methods, rotation=35, ha="right")
-        title = {"wrong": "wrong, %", "three noises": "heights within 3 noises, %"}[name]
-        panel.set_title(title)
+        panel.set_title({"wrong": "wrong, %", "three noises": study.near}[name])
     axes[0].set_yticks(range(len(families)), families)
     return _bytes(figure)
 

@@ -1,11 +1,12 @@
-"""Every method on every case of the families, in as many processes as there are cores."""
+"""Every case of the families of a study, in as many processes as there are cores."""
 
 import csv
 import io
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import as_completed
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 
@@ -32,18 +33,49 @@ class Job:
     seed: int
 
 
-def check_families(names: tuple[str, ...]) -> tuple[str, ...]:
-    """The families of these names, all for none. ValueError for a name that is none."""
-    for name in names:
-        if name not in FAMILIES:
-            raise ValueError(f"there is no family {name!r}; choose from {', '.join(FAMILIES)}")
-    return names or tuple(FAMILIES)
+class Severities(Protocol):
+    """What a sweep and its pictures ask of a family."""
+
+    @property
+    def title(self) -> str: ...
+    @property
+    def severities(self) -> tuple[float, ...]: ...
+
+
+@dataclass(frozen=True)
+class Study:
+    """Families that are measured alike.
+
+    Parameters
+    ----------
+    name : str
+        Of the files of its summary.
+    families : mapping of str
+        The families by name.
+    measure : callable
+        Job to its rows, dicts with the COLUMNS as text.
+    methods : int
+        Rows of each case.
+    draws : int
+        Cases of each severity that a full sweep has.
+    error, near : str
+        What ``error`` is, and what is counted where it is three at most, for the pictures.
+    """
+
+    name: str
+    families: Mapping[str, Severities]
+    measure: Callable[[Job], list[dict[str, str]]]
+    methods: int
+    draws: int
+    error: str
+    near: str
 
 
 def sweep(
+    study: Study,
     folder: Path,
     families: tuple[str, ...] = (),
-    draws: int = 25,
+    draws: int | None = None,
     seed: int = 0,
     watch: Callable[[int, int], None] = lambda done, total: None,
 ) -> list[dict[str, str]]:
@@ -51,13 +83,14 @@ def sweep(
 
     Parameters
     ----------
+    study : Study
     folder : Path
         Holds ``FAMILY.csv``; severities that it has already, of as many draws and the same seed,
         are not measured again.
     families : tuple of str
         All of them when empty.
-    draws : int
-        Cases of each severity.
+    draws : int, optional
+        Cases of each severity; those of the study if not given.
     seed : int
         A case depends on it, on the family, the severity and its number alone.
     watch : callable
@@ -68,14 +101,16 @@ def sweep(
     list of dict
         One row a case and method, with the COLUMNS as text.
     """
+    draws = study.draws if draws is None else draws
     check_options(draws, seed)
-    names = check_families(families)
-    jobs = [Job(name, s, draws, seed) for name in names for s in FAMILIES[name].severities]
-    known = {name: _read(folder / f"{name}-{seed}.csv", draws) for name in names}
+    names, found = families or tuple(study.families), study.families
+    jobs = [Job(name, s, draws, seed) for name in names for s in found[name].severities]
+    whole = draws * study.methods
+    known = {name: _read(folder / f"{name}-{seed}.csv", whole) for name in names}
     waiting = [job for job in jobs if job.severity not in known[job.family]]
     watch(len(jobs) - len(waiting), len(jobs))
     with workers(max(1, len(waiting))) as pool:
-        running = {pool.submit(measure_severity, job): job for job in waiting}
+        running = {pool.submit(study.measure, job): job for job in waiting}
         for done, future in enumerate(as_completed(running)):
             job = running[future]
             known[job.family][job.severity] = future.result()
@@ -106,14 +141,20 @@ def _row(job: Job, draw: int, method: str, found: Verdict) -> dict[str, str]:
     return dict(zip(COLUMNS, values, strict=True))
 
 
-def _read(path: Path, draws: int) -> dict[float, list[dict[str, str]]]:
+ONE_PATCH = Study(
+    *("stability", FAMILIES, measure_severity, len(METHODS), 25),
+    *("median error of heights / noise", "heights within 3 noises, %"),
+)
+
+
+def _read(path: Path, whole: int) -> dict[float, list[dict[str, str]]]:
     """The rows of a file by severity, those that have all draws of all methods."""
     if not path.is_file():
         return {}
     found: dict[float, list[dict[str, str]]] = {}
     for row in csv.DictReader(io.StringIO(path.read_text())):
         found.setdefault(float(row["severity"]), []).append(row)
-    return {s: rows for s, rows in found.items() if len(rows) == draws * len(METHODS)}
+    return {s: rows for s, rows in found.items() if len(rows) == whole}
 
 
 def _write(path: Path, rows: dict[float, list[dict[str, str]]]) -> None:

@@ -4,9 +4,14 @@ import numpy as np
 import pytest
 
 from tests.truths import graph_contours, quadric_height
+from touchatlas.patch.fit.angular_waves import waves
 from touchatlas.patch.fit.averaging import averaged
 from touchatlas.patch.fit.estimate import first_choices, solve_choices
-from touchatlas.patch.fit.smoothness import SmoothnessPrior, smoothness_grid
+from touchatlas.patch.fit.smoothness import (
+    SmoothnessPrior,
+    coefficient_precision,
+    smoothness_grid,
+)
 from touchatlas.patch.fit.start import start_stack
 from touchatlas.patch.geometry.polynomial import graded_basis, monomials
 
@@ -22,11 +27,15 @@ def solved():
     return choices, solve_choices(choices, BASIS)
 
 
-def test_one_certain_smoothness_changes_nothing(solved):
+def test_one_certain_smoothness_adds_no_more_than_student_s_t(solved):
+    """With three degrees of freedom and nothing seen, that is twice the prior variance."""
     choices, solution = solved
     certain = np.where(choices.log_posterior == choices.log_posterior.max(), 0.0, -np.inf)
-    same = averaged(solution, certain, smoothness_grid(BASIS)[2])
-    assert same.covariance == pytest.approx(solution.covariance, rel=1e-12, abs=0.0)
+    wider = averaged(solution, certain, smoothness_grid(BASIS)[2])
+    added, rows = (wider.covariance - solution.covariance)[0], waves(BASIS)[1]
+    precision = coefficient_precision(BASIS, solution.length_ratio, solution.z_scale)[0]
+    most = 2.0 * rows**2 @ (1.0 / precision)
+    assert (np.einsum("wi,ij,wj->w", rows, added, rows) <= most).all()
 
 
 def test_slopes_and_curvatures_keep_their_covariance(solved):

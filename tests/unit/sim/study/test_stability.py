@@ -13,10 +13,10 @@ from touchatlas.sim.study.stability.family import smooth
 from touchatlas.sim.study.stability.methods import METHODS
 from touchatlas.sim.study.stability.outcome import Outcome, judge, verdict
 from touchatlas.sim.study.stability.pictures import family_picture, overview_picture
-from touchatlas.sim.study.stability.report import stability_chart
+from touchatlas.sim.study.stability.report import stability_chart, studies_of
 from touchatlas.sim.study.stability.summary import held, median_error, summary
 from touchatlas.sim.study.stability.surfaces import ball_truth, graph_shape, quadric
-from touchatlas.sim.study.stability.sweep import check_families, sweep
+from touchatlas.sim.study.stability.sweep import ONE_PATCH, sweep
 from touchatlas.sim.study.stability.tracking import random_rotation
 
 
@@ -109,11 +109,13 @@ def test_a_sweep_goes_on_where_it_was_and_its_files_are_the_same(tmp_path, monke
     whole, broken = tmp_path / "whole", tmp_path / "broken"
     for folder in (whole, broken):
         folder.mkdir()
-    rows = sweep(whole, ("still_curve",), draws=1)
+    rows = sweep(ONE_PATCH, whole, ("still_curve",), draws=1)
     kept = (whole / "still_curve-0.csv").read_text().splitlines(keepends=True)
     (broken / "still_curve-0.csv").write_text("".join(kept[: 1 + len(METHODS)]))
     asked = []
-    again = sweep(broken, ("still_curve",), 1, 0, lambda done, total: asked.append((done, total)))
+    again = sweep(
+        ONE_PATCH, broken, ("still_curve",), 1, 0, lambda done, total: asked.append((done, total))
+    )
     assert again == rows and asked[0] == (1, 4) and asked[-1] == (4, 4)
 
 
@@ -138,14 +140,17 @@ def test_pictures_of_equal_rows_have_equal_bytes():
         | {"error": "nan", "held": "nan", "doubts": ""}
         for s in FAMILIES["noise"].severities
     ]
-    assert family_picture("noise", rows) == family_picture("noise", rows)
+    assert family_picture(ONE_PATCH, "noise", rows) == family_picture(ONE_PATCH, "noise", rows)
     assert np.isnan(median_error(rows)) and np.isnan(held(rows))
-    assert overview_picture(summary(rows))["svg"] == overview_picture(summary(rows))["svg"]
+    assert (
+        overview_picture(ONE_PATCH, summary(rows))["svg"]
+        == overview_picture(ONE_PATCH, summary(rows))["svg"]
+    )
 
 
 def test_a_family_that_is_none_is_named():
     with pytest.raises(ValueError, match="no family 'noises'; choose from umbilic"):
-        check_families(("noises",))
+        studies_of(("noises",))
 
 
 @pytest.mark.parametrize("family", ["drift", "bad_contacts", "other_frame", "wrong_plane"])

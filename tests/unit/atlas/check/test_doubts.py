@@ -1,0 +1,92 @@
+"""What an atlas doubts: nothing where all is well, else the cause and its places."""
+
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+from tests.explored import spread_touches
+from touchatlas.atlas import Atlas, extract_surface
+from touchatlas.atlas.check.contradictions import contradictions, shift_between
+from touchatlas.atlas.check.doubts import doubts
+from touchatlas.sim import make_object
+from touchatlas.sim.study.stability_atlas.bodies import slab
+from touchatlas.sim.study.stability_atlas.trial import shifted
+
+# Ten tolerances, in which all contradicting samples are seen.
+SHIFT = np.array([0.6, -0.5, 0.6])
+
+
+@lru_cache
+def ball(move: bool):
+    """A ball that sixteen touches hold, the later half of them moved or not."""
+    obj = make_object("sphere")
+    atlas = Atlas(obj.tolerance)
+    for number, touch in enumerate(spread_touches(obj, 16)):
+        atlas.add(shifted(touch, SHIFT) if move and number >= 8 else touch)
+    return atlas
+
+
+@lru_cache
+def surface():
+    return extract_surface(ball(False))
+
+
+def names(found) -> list[str]:
+    return [doubt.name for doubt in found]
+
+
+def test_nothing_speaks_against_a_ball():
+    assert doubts(ball(False), surface()) == ()
+
+
+def test_what_a_planner_left_is_said_with_its_places():
+    places = [[0.0, 0.0, 33.0], [33.0, 0.0, 0.0]]
+    found = doubts(ball(False), surface(), places, "touches no longer improve what is known")
+    assert names(found) == ["unfinished", "open places"]
+    assert found[1].places.tolist() == places and "2 places are" in found[1].words
+
+
+def test_a_moved_object_is_told_with_its_move():
+    """Patches that are fitted to both halves lie half-way, so that the move is larger than found,
+    two and a half times at most. Its direction is right to 25 degrees."""
+    atlas = ball(True)
+    assert names(doubts(atlas, surface())) == ["moved", "misfit"]
+    shift, explained = shift_between(atlas, contradictions(atlas))
+    size, true = np.linalg.norm(shift), np.linalg.norm(SHIFT)
+    assert 0.4 * true < size < 1.1 * true and explained > 0.5
+    assert shift @ SHIFT > np.cos(np.deg2rad(25.0)) * size * true
+
+
+def test_a_hole_is_told_with_its_place():
+    top = surface().vertices[:, 2] > 30.0
+    found = doubts(ball(False), surface().only(~top))
+    assert names(found) == ["holes"]
+    assert found[0].places[:, 2] == pytest.approx(30.0, abs=1.0)
+
+
+def test_pieces_are_counted():
+    height = surface().vertices[:, 2]
+    found = doubts(ball(False), surface().only(np.abs(height) > 5.0))
+    assert names(found) == ["pieces", "holes"] and "2 pieces" in found[0].words
+
+
+def test_no_surface_is_a_doubt():
+    assert names(doubts(Atlas(0.1))) == ["no surface"]
+
+
+def test_two_close_sheets_are_told():
+    """A plate three tolerances thick, and one of ten."""
+    found = []
+    for thickness in (3.0, 10.0):
+        atlas = Atlas(1.0, scale=0.1)
+        for touch in spread_touches(slab(thickness), 12):
+            atlas.add(touch)
+        found.append("close sheets" in names(doubts(atlas, surface())))
+    assert found == [True, False]
+
+
+def test_doubts_are_ready_for_json():
+    doubt, _ = doubts(ball(True), surface())
+    as_dict = doubt.as_dict()
+    assert set(as_dict) == {"name", "words", "places"} and len(as_dict["places"]) <= 5
