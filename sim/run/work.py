@@ -79,7 +79,8 @@ def random_streams(seed: int) -> list[np.random.Generator]:
 def begin(options: RunOptions, obj, rng: np.random.Generator) -> tuple[Atlas, Planner]:
     """The empty atlas and the planner of a run whose options are complete."""
     assert options.noise is not None and options.tolerance is not None
-    planner = Planner(*obj.start(), options.planner, rng)
+    start, outward = obj.start()
+    planner = Planner(start, outward, options.planner, rng)
     if options.planner.name == FRONTIER:
         # As its figures were made: one patch a touch, and fits to the tolerance.
         return Atlas(options.tolerance, replace(options.atlas, fill=False)), planner
