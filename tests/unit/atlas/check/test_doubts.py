@@ -79,7 +79,7 @@ def test_two_close_sheets_are_told():
     """A plate three tolerances thick, and one of ten."""
     found = []
     for thickness in (3.0, 10.0):
-        atlas = Atlas(1.0, AtlasOptions(fill=True), 0.1)
+        atlas = Atlas(1.0)
         for touch in spread_touches(slab(thickness), 12):
             atlas.add(touch)
         found.append("close sheets" in names(doubts(atlas, surface())))
