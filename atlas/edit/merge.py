@@ -162,8 +162,10 @@ def _put_in_place(state: AtlasState, fit: PatchFit) -> tuple[int, tuple[int, ...
     held = distance + core <= np.sqrt(trial.weight[row]) * (1.0 + 1e-9)
     gone, stay = neighbours[held].tolist(), neighbours[~held]
     cells = state.surface_graph.cells
+    # Rounding may leave out both patches that are merged.
     if (
-        _hides(state, trial, row, gone)
+        not gone
+        or _hides(state, trial, row, gone)
         or not cells.sharing_corners(gone) <= set(neighbours.tolist())
         or _spreads(state, trial, row, neighbours, gone)
     ):

@@ -26,7 +26,7 @@ def family_picture(study: Study, family: str, rows: list[dict[str, str]]) -> dic
     """PNG and SVG of one family's rows, by suffix."""
     severities = study.families[family].severities
     methods = list(dict.fromkeys(row["method"] for row in rows))
-    figure = _figure((9.0, 2.1 + 0.9 * len(methods)))
+    figure = _figure((9.0, 3.9 + 0.54 * len(methods)))
     errors, outcomes = figure.subplots(2, 1, sharex=True, height_ratios=(1.0, 1.25))
     cells = {
         (m, s): [r for r in rows if r["method"] == m and float(r["severity"]) == s]

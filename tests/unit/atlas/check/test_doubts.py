@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.explored import spread_touches
-from touchatlas.atlas import Atlas, extract_surface
+from touchatlas.atlas import Atlas, AtlasOptions, extract_surface
 from touchatlas.atlas.check.contradictions import contradictions, shift_between
 from touchatlas.atlas.check.doubts import doubts
 from touchatlas.sim import make_object
@@ -79,7 +79,7 @@ def test_two_close_sheets_are_told():
     """A plate three tolerances thick, and one of ten."""
     found = []
     for thickness in (3.0, 10.0):
-        atlas = Atlas(1.0, scale=0.1)
+        atlas = Atlas(1.0)
         for touch in spread_touches(slab(thickness), 12):
             atlas.add(touch)
         found.append("close sheets" in names(doubts(atlas, surface())))
