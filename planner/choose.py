@@ -143,14 +143,7 @@ def known_places(view: View) -> Known:
     return Known(known.points[some], known.normals[some], known.deviation[some], known.area[some])
 
 
-def last_target(view: View) -> Target | None:
-    """A single place that keeps the surface from being known or closed: the place of largest
-    predicted deviation that exceeds the tolerance, or a hole; None where there is none."""
-    target = _worst_target(view)
-    return _hole_target(view) if target is None else target
-
-
-def _worst_target(view: View) -> Target | None:
+def worst_target(view: View) -> Target | None:
     """The place of largest predicted deviation, also of the corners between patches, which are
     farthest from their samples; None where none that exceeds the tolerance is left, but near
     touches or attempts."""
@@ -166,12 +159,11 @@ def _worst_target(view: View) -> Target | None:
     return Target(points[best], normals[best], Reason.REFINE)
 
 
-def _hole_target(view: View) -> Target | None:
-    """The hole of the surface that is farthest from all touches and attempts; None where all are
-    near these, or there is none."""
+def hole_targets(view: View) -> list[Target]:
+    """The holes of the surface that are not near touches and attempts, the farthest from these
+    first."""
     centres, normals = hole_centres(view.atlas, _LARGEST_HOLE * view.extent)
     apart = view.apart(centres)
-    if not (apart > _APART_WORST * view.extent).any():
-        return None
-    best = int(apart.argmax())
-    return Target(centres[best], normals[best], Reason.CLOSE_GAP)
+    order = np.argsort(-apart, kind="stable")
+    free = order[apart[order] > _APART_WORST * view.extent].tolist()
+    return [Target(centres[i], normals[i], Reason.CLOSE_GAP) for i in free]

@@ -8,7 +8,14 @@ from touchatlas.atlas.atlas import Atlas, AtlasChange
 from touchatlas.atlas.records.touch import Touch, TouchStatus
 from touchatlas.patch.geometry.arrays import check_unit, cross, frozen_array
 from touchatlas.patch.geometry.frame import any_tangent
-from touchatlas.planner.choose import Target, View, last_target, open_target, start_targets
+from touchatlas.planner.choose import (
+    Target,
+    View,
+    hole_targets,
+    open_target,
+    start_targets,
+    worst_target,
+)
 from touchatlas.planner.frontier_planner import FrontierOptions, FrontierPlanner
 from touchatlas.planner.options import FRONTIER, PlannerOptions
 from touchatlas.planner.places import Places, known_to
@@ -30,6 +37,9 @@ _BESIDE_EDGES = 0.75
 # Arms end where the predicted deviation is below this fraction of the atlas's scale: there they
 # teach little. Doubled, arms are shorter and more touches are needed.
 _KNOWN = 0.5
+# How often the surface is drawn to look for holes. Doubled, some more holes are closed, and
+# explorations that leave many take longer.
+_LOOKS = 4
 # Stagnation: the area within the tolerance has not grown by this fraction in so many touches, or
 # in the last quarter of all touches. Doubled, an exploration is given up earlier, or goes on for
 # twice as long.
@@ -98,6 +108,8 @@ class Planner:
         self._beside_edges = FrontierPlanner(self._start, self._outward)
         self._starts = start_targets(self._start, self._outward)
         self._count = 0
+        self._holes: list[Target] = []
+        self._looked = 0
 
     def ask(self, atlas: Atlas) -> ProbePlan | None:
         """The next plan; None at the end, and ``stop`` says why.
@@ -157,16 +169,23 @@ class Planner:
         done = np.array([*self._touched, *self._tried])
         view = View(atlas, self._places, np.array(self._touched), done, extent)
         known = self._coverage >= self.options.coverage and open_target(view) is None
-        target = last_target(view) if known else None
-        if known and target is None:
-            return self._end(atlas, StopReason.KNOWN)
-        if self._stagnates():
-            return self._end(atlas, StopReason.STAGNATION)
+        stagnates = self._stagnates()
+        target = None if known or stagnates else RULES[self.options.name](view, self._rng)
+        reason = StopReason.STAGNATION if stagnates else StopReason.TRIED
         if target is None:
-            target = RULES[self.options.name](view, self._rng)
-        if target is None:
-            return self._end(atlas, StopReason.TRIED)
-        return self._plan(atlas, target, extent)
+            # Single places are left, where the surface would have holes.
+            target = worst_target(view) if known else None
+            target = self._next_hole(view) if target is None else target
+            reason = StopReason.KNOWN if known else reason
+        return self._end(atlas, reason) if target is None else self._plan(atlas, target, extent)
+
+    def _next_hole(self, view: View) -> Target | None:
+        """The next hole of the surface; None where there is none, they were looked for too often, or
+        they are so many that little is known there."""
+        if not self._holes and self._looked < _LOOKS:
+            holes, self._looked = hole_targets(view), self._looked + 1
+            self._holes = holes if len(holes) <= _PATIENCE else []
+        return self._holes.pop(0) if self._holes else None
 
     def _plan_as_frontier(self, atlas: Atlas) -> ProbePlan | None:
         """The plan of a FrontierPlanner. Where the probe reports edges, patches end there, so that

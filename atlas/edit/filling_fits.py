@@ -13,11 +13,15 @@ from touchatlas.patch.fit.refit_patch import refit_patches
 from touchatlas.patch.fit.start import Stack, UnfitError
 from touchatlas.patch.geometry.frame import axes_from_normal
 
-# Radii that are tried in turn, as fractions of the owner's radius. The next one is tried where a
-# patch would be steep, or where most samples in it are of another sheet. The samples of a patch
-# of less than half the radius would be of one contour. Doubled, the patches would be larger than
-# the owner, whose samples they are fitted to.
-_FRACTIONS = 1.0, 0.7, 0.5
+# Radii that are tried in turn, as fractions of the owner's radius, each about 1/sqrt(2) of the one
+# before. The next one is tried where a patch would be steep, misses its samples, or where most
+# samples in it are of another sheet. Doubled, the patches would be larger than the owner, whose
+# samples they are fitted to. The last is that of a fillet beside a flat face.
+_FRACTIONS = 1.0, 0.7, 0.5, 0.35, 0.25, 0.17
+# Largest misfit of a patch, in what noise and bias explain together: chi-square over its degrees of
+# freedom exceeds 1.5^2 by chance in one of a thousand patches of 20 samples. Doubled,
+# patches hold flat faces and fillets at once.
+_MISFIT = 1.5
 # Least fraction of the samples in the ball of a patch that are of its sheet: the majority.
 # Doubled, a single sample of another sheet would refuse a patch.
 _LEAST_ON_SHEET = 0.5
@@ -59,9 +63,17 @@ def fits_at(state: AtlasState, sites: Sites) -> list[PatchFit | None]:
         left = [i for i, fit in enumerate(out) if fit is None and len(known[i])]
         fits = _fits(state, sites.only(left), [known[i] for i in left], fraction * radii[left])
         for i, fit in zip(left, fits, strict=True):
-            if fit is not None and is_upright(fit.patch) and _is_of_sheet(state, fit, known[i]):
+            if fit is not None and _is_good(state, fit, sites.owners[i], known[i]):
                 out[i] = fit
     return out
+
+
+def _is_good(state: AtlasState, fit: PatchFit, owner: int, index) -> bool:
+    """Whether a patch is upright, follows its samples, and most samples ``index`` (n,) near it are
+    of its sheet."""
+    explained = np.hypot(state.table.measurement_std[owner], state.bias)
+    follows = fit.patch.residual_rms <= _MISFIT * explained
+    return bool(follows and is_upright(fit.patch) and _is_of_sheet(state, fit, index))
 
 
 def _fits(state: AtlasState, sites: Sites, known, radii) -> list[PatchFit | None]:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.explored import spread_touches
-from touchatlas.atlas import Atlas, AtlasOptions, extract_surface
+from touchatlas.atlas import Atlas, extract_surface
 from touchatlas.atlas.check.contradictions import contradictions, shift_between
 from touchatlas.atlas.check.doubts import doubts
 from touchatlas.sim import make_object
