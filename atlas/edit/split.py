@@ -54,11 +54,15 @@ def parts_of(state: AtlasState, row: int) -> list[PatchFit] | None:
             return None
         given = (pool.points[inside], pool.across[inside], float(table.noise[row]))
         try:
-            parts.append(
-                refit_patch(frame, *given, radius, state.bias, None, state.prior, state.options.fit)
+            fit = refit_patch(
+                frame, *given, radius, state.bias, None, state.prior, state.options.fit
             )
         except UnfitError:
             return None
+        trial, candidate = table.with_candidate(fit)
+        if not of_patch(trial, np.array([candidate]), *samples).any():
+            return None
+        parts.append(fit)
     return parts or None
 
 
