@@ -32,7 +32,8 @@ def frozen_array(values, shape: tuple[int | None, ...], name: str) -> np.ndarray
         wanted = "(" + ", ".join("n" if size is None else str(size) for size in shape) + ")"
         raise ValueError(f"{name} has shape {array.shape}; it must have shape {wanted}")
     if not np.isfinite(array).all():
-        raise ValueError(f"{name} holds NaN or infinity; remove those rows first")
+        advice = "give finite numbers" if array.ndim < 2 else "remove those rows first"
+        raise ValueError(f"{name} holds NaN or infinity; {advice}")
     array.flags.writeable = False
     return array
 

@@ -29,8 +29,12 @@ def compare(*runs: Path, out: Path = Path("runs/compare"), json_: Json = False) 
     if json_:
         print(json.dumps(comparison.table, indent=2))
         return 0
-    table = Table("", *(escape(name) for name in comparison.names))
+    table = Table("")
+    for name in comparison.names:
+        # Names of runs differ at their end, which must not be cut off.
+        table.add_column(escape(name), overflow="fold")
     for quantity, values in comparison.rows():
         table.add_row(escape(quantity), *(escape(value) for value in values))
     Console().print(table)
+    print(f"compare.csv and compare.png are in {out}")
     return 0

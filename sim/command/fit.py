@@ -33,13 +33,14 @@ def fit(
     noise
         Standard deviation of each coordinate, in the file's unit; estimated by default.
     method
-        map, monge, total_curvature, excess_curvature or least_squares.
+        map, the most probable polynomial; monge, the same as a height without terms in z; or the
+        paper's total_curvature, excess_curvature and least_squares.
     point
         Reference point, as X,Y,Z; where the curves meet by default.
     outward
         A direction out of the body, as X,Y,Z; by default the side to which the surface bulges.
     out
-        Folder for patch.json, patch.ply and patch.png.
+        Folder for patch.json, patch.ply and patch.png; without, no file is written.
     force
         Replace such files that the folder holds.
     json_

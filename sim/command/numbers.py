@@ -37,7 +37,8 @@ def print_numbers(numbers: dict, title: str, as_json: bool, unit: str = LENGTH) 
         return
     table = Table(title=escape(title))
     table.add_column("quantity", no_wrap=True)
-    table.add_column("value", no_wrap=True)
+    # Long values fold, as the list of doubts does: names, units and meanings need their width.
+    table.add_column("value")
     table.add_column("unit", no_wrap=True)
     table.add_column("good")
     console = Console()
@@ -53,6 +54,8 @@ def print_numbers(numbers: dict, title: str, as_json: bool, unit: str = LENGTH) 
         in_unit = unit if about.unit == LENGTH else about.unit
         table.add_row(name, shown, in_unit, about.good, *([about.what] if wide else []))
     console.print(table)
+    if words := verdict(numbers):
+        console.print(words, markup=False, highlight=False)
     if not wide:
         console.print("touchatlas evaluate --help says what each number is.")
 
@@ -78,6 +81,23 @@ def sentences(numbers: dict) -> list[str]:
     if missed := numbers.get("touches_without_contact"):
         found.append(f"{missed} of {numbers['touches']} touches met nothing")
     return found + [_doubt(doubt) for doubt in numbers.get("doubts", ())]
+
+
+def verdict(numbers: dict) -> str | None:
+    """Whether the surface is as good as the tolerance asks, in words; None without a surface.
+
+    It is where 95 % of the surface is within the tolerance of the truth and 95 % of the truth
+    within the tolerance of the surface: false surface fails the one, holes fail the other.
+    """
+    false, missing = numbers.get("accuracy_p95"), numbers.get("completeness_p95")
+    if false is None or missing is None:
+        return None
+    tolerance = numbers["tolerance"]
+    met = "met" if max(false, missing) <= tolerance else "not met"
+    return (
+        f"The tolerance {tolerance:.4g} is {met}: 95% of the surface is within {false:.4g} of the "
+        f"truth, and 95% of the truth within {missing:.4g} of the surface."
+    )
 
 
 def _doubt(doubt: dict) -> str:

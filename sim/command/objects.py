@@ -28,6 +28,7 @@ def objects(*, json_: Json = False) -> int:
         print(json.dumps(rows, indent=2))
         return 0
     table = Table("name", "extent (mm)", "noise (mm)", "tolerance (mm)", "what")
+    table.columns[0].no_wrap = True
     for row in rows:
         extent = " x ".join(f"{x:g}" for x in row["extent"])
         table.add_row(

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Callable
 from contextlib import suppress
 
-from cyclopts import CycloptsError
+from cyclopts import CycloptsError, UnusedCliTokensError
 
 from touchatlas.sim.run.interrupt import Terminated
 
@@ -26,7 +26,7 @@ def exit_code(command: Callable[[], int | None]) -> int:
             sys.stdout.flush()
     except CycloptsError as error:
         command_line = " ".join(("touchatlas", *(error.command_chain or ())))
-        code = complain(f"{str(error).rstrip(' ,.')}; see {command_line} --help", USER)
+        code = complain(f"{_misused(error, command_line)}; see {command_line} --help", USER)
     except ValueError as error:
         code = complain(str(error), USER)
     except BrokenPipeError:
@@ -57,6 +57,16 @@ def complain(sentence: str, code: int) -> int:
     """Say what is wrong, and return the code."""
     say(sentence)
     return code
+
+
+def _misused(error: CycloptsError, command_line: str) -> str:
+    """What is wrong with a command line."""
+    if isinstance(error, UnusedCliTokensError):
+        rest = " ".join(error.unused_tokens or ())
+        return (
+            f"{command_line} takes fewer arguments: leave out {rest}, or quote a name with spaces"
+        )
+    return str(error).rstrip(" ,.")
 
 
 def _trouble(error: OSError) -> str:

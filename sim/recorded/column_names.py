@@ -14,6 +14,7 @@ _CURVE = [
     "section",
     "profile",
     "track",
+    "trace",
     "path",
     "polyline",
     "segment",
@@ -54,7 +55,7 @@ def name_columns(path, table: Table) -> dict[str, int]:
     renamed = [f"{table.header[i]} as {name}" for name, i in places.items() if names[i] != name]
     if renamed:
         table.assumed.append(f"columns were read: {', '.join(renamed)}")
-    _note_unit(path, table, {parts[places[name]][1] for name in COORDINATES})
+    _note_unit(path, table, _units(table, parts, places))
     return places
 
 
@@ -91,20 +92,38 @@ def _check(path, table: Table, names, places) -> None:
     if missing:
         raise ValueError(
             f"{path} has no column {', '.join(missing)} among {', '.join(table.header or [])}; "
-            f"give a CSV file with {WANTED} in its first line"
+            f"give a CSV file with {WANTED} in its first line{_also_called(missing)}"
         )
     known = [name for name in NORMAL if name in places]
     if known and len(known) < 3:
         raise ValueError(f"{path} has {', '.join(known)} only; give all of nx, ny, nz or none")
 
 
+def _units(table: Table, parts, places) -> set[str]:
+    """Units of x, y, z: with their names, or in a line of units below them, which is taken off."""
+    written = {parts[places[name]][1] for name in COORDINATES}
+    cells = table.rows[0][2]
+    below = [cells[places[name]] if places[name] < len(cells) else "" for name in COORDINATES]
+    units = {cell.strip("[](){} ").lower() for cell in below}
+    if written != {""} or len(table.rows) == 1 or not units.issubset(_UNITS):
+        return written
+    table.rows.pop(0)
+    return units
+
+
+def _also_called(missing: list[str]) -> str:
+    """Which other names of the curve are understood, where that is what is missing."""
+    return f"; curve may also be {', '.join(_CURVE[1:])}" if missing == ["curve"] else ""
+
+
 def _note_unit(path, table: Table, units: set[str]) -> None:
     if len(units) > 1:
         raise ValueError(
-            f"{path} has x, y, z in different units ({', '.join(sorted(units))}); write all in one"
+            f"{path} has x, y, z in different units "
+            f"({', '.join(unit or 'none' for unit in sorted(units))}); write all in one"
         )
     if unit := units.pop():
-        table.assumed.append(f"lengths are in {unit}, as the names of the columns say")
+        table.assumed.append(f"lengths are in {unit}, as the file says")
 
 
 def _by_count(path, table: Table) -> dict[str, int]:

@@ -104,10 +104,12 @@ def _parse(where: str, table: Table, block: int, row: list[str], width: int, pla
     if len(row) > width and not any(row[width:]):
         row = row[:width]
     if len(row) != width:
-        raise ValueError(
-            f"{where} has {len(row)} cells, but the header {width}; write decimals with a point, "
-            "or separate cells by semicolons"
+        advice = (
+            "fill them in, or delete the line"
+            if len(row) < width
+            else "write decimals with a point, or separate cells by semicolons"
         )
+        raise ValueError(f"{where} has {len(row)} cells, but the header {width}; {advice}")
     cells = {name: row[place] for name, place in places.items()}
     bare = not any(cells.get(name) for name in NORMAL)
     values = [_number(where, table, name, cells[name]) for name in COORDINATES]
@@ -118,7 +120,9 @@ def _parse(where: str, table: Table, block: int, row: list[str], width: int, pla
 def _number(where: str, table: Table, name: str, cell: str) -> float:
     value = table.number(cell)
     if not np.isfinite(value):
-        raise ValueError(f"{where}: {name} is {cell!r}; a finite number is needed")
+        raise ValueError(
+            f"{where}: {name} is {cell!r}; a finite number is needed: correct or delete the line"
+        )
     return value
 
 

@@ -110,7 +110,11 @@ COLUMNS: dict[str, Meaning] = {
     "predicted_deviation": _m(
         "root mean square of the patches' deviation half-way to the rim", LENGTH, _BELOW
     ),
-    "coverage": _m("fraction of true points that the atlas has within three tolerances", good="1"),
+    "coverage": _m(
+        "fraction of true points within three tolerances of the patches, also where the surface "
+        "is not drawn because it is not trusted",
+        good="1",
+    ),
     "completeness_mean": _m("mean error of these points", LENGTH, _BELOW),
     "seconds_plan": _m("planning of this touch", "s"),
     "seconds_fit": _m("learning of this touch", "s"),

@@ -57,7 +57,10 @@ def load_mesh(path):
     if _is_cut_off(mesh) or len(faces) < _declared_in_off(path):
         raise ValueError(f"{path} is cut off: it holds less than it declares; export it again")
     if len(faces) == 0:
-        raise ValueError(f"{path} holds no triangles: it is empty or cut off; give a surface mesh")
+        raise ValueError(
+            f"{path} holds no triangles: it is empty, cut off, or holds points only; give a "
+            "surface mesh"
+        )
     if not np.isfinite(vertices).all():
         raise ValueError(f"{path} holds NaN or infinite vertices; repair the mesh first")
     if faces.min() < 0 or faces.max() >= len(vertices):

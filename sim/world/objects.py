@@ -108,8 +108,7 @@ def make_object(name: str, seed: int = 0) -> ImplicitObject | MeshObject:
         near = difflib.get_close_matches(name, object_names(), 1)
         hint = f"; did you mean {near[0]}?" if near else "; give one of these, or a file"
         raise ValueError(
-            f"{name!r} is neither a mesh file nor a built-in object ({', '.join(object_names())})"
-            f"{hint}"
+            f"there is no file {name!r}, nor a built-in object ({', '.join(object_names())}){hint}"
         )
     obj = MeshObject(Path(name).stem, *load_mesh(name))
     obj.source = str(Path(name).resolve())

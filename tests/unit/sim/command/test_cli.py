@@ -139,7 +139,10 @@ def test_force_replaces_the_run_and_nothing_else(whole_run):
         (["explore", "botle"], "cube); did you mean bottle?"),
         (["explore", "nosuch"], "cube); give one of these, or a file"),
         (["explore"], "requires an argument; see touchatlas explore --help"),
-        (["explore", "sphere", "cube"], "['cube']; see touchatlas explore --help"),
+        (
+            ["explore", "sphere", "cube"],
+            "leave out cube, or quote a name with spaces; see touchatlas explore --help",
+        ),
         (["nosuch"], "Unknown command"),
         (["explore", "sphere", "--noise", "-1"], "noise is -1"),
         (["explore", "sphere", "--noise", "nan"], "noise is nan"),
@@ -152,6 +155,7 @@ def test_force_replaces_the_run_and_nothing_else(whole_run):
         (["explore", "sphere", "--tolerance", "1e6"], "object is only 114.3 across"),
         (["explore", "sphere", "--noise", "0", "--tolerance", "1e-300"], "1.1e-10 or more"),
         (["explore", "empty.off"], "empty.off"),
+        (["explore", "missing.stl"], "there is no file 'missing.stl'"),
         (["explore", "huge.off"], "use another unit"),
         (["explore", "nan.off"], "NaN"),
         (["evaluate", "missing.ply", "--truth", "sphere"], "no file missing.ply"),
@@ -273,10 +277,12 @@ def _mesh_run(tmp_path_factory):
     mesh.export(folder / "a[red]b.ply")
     done = touchatlas("explore", "a[red]b.ply", *FEW, "--out", "[r]", "--json", cwd=folder)
     assert done.returncode == 0, done.stderr
-    others = set(done.stderr.splitlines()) - set(progress_lines(done.stderr))
-    words = ["of the true surface was not reached", "of the surface is predicted not to be known"]
-    assert len(others) == 2, done.stderr
-    assert all(word in line for word, line in zip(words, sorted(others), strict=True)), done.stderr
+    progress = set(progress_lines(done.stderr))
+    said = [line for line in done.stderr.splitlines() if line not in progress]
+    doubts = [doubt["words"].rstrip(".") for doubt in json.loads(done.stdout)["doubts"]]
+    words = ["of the true surface was not reached", "The exploration ended early", *doubts[1:]]
+    assert len(said) == len(words), done.stderr
+    assert all(word in line for word, line in zip(words, said, strict=True)), done.stderr
     return folder, done.stdout
 
 

@@ -7,7 +7,7 @@ import pytest
 import trimesh
 
 from tests.command import touchatlas
-from touchatlas.sim.command.numbers import sentences, unit_hint
+from touchatlas.sim.command.numbers import print_numbers, sentences, unit_hint, verdict
 
 
 def numbers(**changes):
@@ -30,6 +30,30 @@ def test_a_whole_result_needs_no_words():
 def test_what_is_missing_is_said(changes, words):
     (sentence,) = sentences(numbers(**changes))
     assert words in sentence
+
+
+@pytest.mark.parametrize(
+    ("false", "missing", "words"),
+    [(0.09, 0.1, "is met"), (0.11, 0.05, "is not met"), (0.05, 0.2, "is not met")],
+)
+def test_a_tolerance_is_met_both_ways_or_not_met(false, missing, words):
+    found = verdict({"tolerance": 0.1, "accuracy_p95": false, "completeness_p95": missing})
+    assert f"The tolerance 0.1 {words}: " in found
+    assert f"within {false} of the truth" in found and f"within {missing} of the surface" in found
+
+
+def test_nothing_is_met_or_not_where_there_is_no_surface():
+    assert verdict({"tolerance": 0.1, "accuracy_p95": None, "completeness_p95": None}) is None
+
+
+def test_names_units_and_meanings_stay_whole_beside_many_doubts(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    doubts = [{"name": f"doubt number {i}", "words": "", "places": []} for i in range(9)]
+    print_numbers(
+        {"normal_error_deg_mean": 0.2, "accuracy_p95": 0.01, "doubts": doubts}, "run", False
+    )
+    shown = capsys.readouterr().out
+    assert "normal_error_deg_mean" in shown and "degree" in shown and "< tolerance" in shown
 
 
 def test_sizes_that_differ_as_units_do_are_doubted():
