@@ -136,7 +136,8 @@ class Planner:
         else:
             self._closer_count = 0
         if self._beside_edges.is_open:
-            self._beside_edges.tell(replace(touch, number=self._beside_edges.count), change)
+            number = self._beside_edges.count
+            self._beside_edges.tell(replace(touch, number=number), replace(change, touch=number))
         self._stale.update((*change.added, *change.changed))
         self._told += 1
         self._count += 1
