@@ -7,7 +7,7 @@ import numpy as np
 
 from touchatlas.sim.study.economy.summary import COSTS, middle, number, pairs
 from touchatlas.sim.study.economy.sweep import Row
-from touchatlas.sim.study.economy.trial import OTHERS, OURS
+from touchatlas.sim.study.economy.trial import ORACLE, OTHERS, OURS
 from touchatlas.sim.study.tradeoff_chart import pareto_front
 
 # Colours of Okabe and Ito, which differ for all kinds of colour vision, with grey, and markers
@@ -50,7 +50,7 @@ def _unknown_share(row: Row) -> float:
 _PANELS = (
     (_mean_error, "mean error / diagonal"),
     (_p95_error, "95th percentile of error / diagonal"),
-    (_unknown_share, "share of truth not known"),
+    (_unknown_share, "share of truth not within the tolerance"),
 )
 
 
@@ -84,11 +84,15 @@ def _panel(axes, rows: list[Row], cost, error) -> None:
             face = colour if row["met"] == "yes" else "none"
             point = cost(row), error(row)
             axes.plot(*point, marker, mfc=face, mec=colour, ms=8 if marker != "*" else 11, mew=1.5)
-        axes.plot(*_middles(own, cost, error).T, color=colour, lw=1.2)
-    real = [(cost(row), error(row)) for row in rows if row["method"] != "oracle"]
+        if error is not _unknown_share:
+            axes.plot(*_middles(own, cost, error).T, color=colour, lw=1.2)
+    _plain_numbers(axes.xaxis)
+    if error is _unknown_share:
+        # Shares are within different tolerances, so no line joins them.
+        return
+    real = [(cost(row), error(row)) for row in rows if row["method"] != ORACLE]
     front = np.array(pareto_front(real)).reshape(-1, 2)
     axes.plot(*front.T, **_FRONT, zorder=1)
-    _plain_numbers(axes.xaxis)
 
 
 def _legend(figure, methods) -> None:

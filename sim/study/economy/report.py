@@ -61,16 +61,18 @@ def atlas_table(rows: list[Row]) -> Table:
     gaps = {name: gap_closed(rows, cost) for name, cost in COSTS.items()}
     table = Table(
         title="cost of ours over that of the method, median of the runs that both met",
-        caption="length: tracked plus travel; to 99 %: until so much of the truth is within the "
-        "tolerance, whether the planner knows it or not; gap closed: 0 as random, 1 as oracle",
+        caption="length: tracked plus travel; *: until 99 % of the truth is within the tolerance, "
+        "whether the planner knows it or not; gap closed: 0 as random, 1 as oracle",
         box=SIMPLE,
+        pad_edge=False,
+        collapse_padding=True,
     )
     table.add_column("method", no_wrap=True)
     for header in ("met", *COSTS):
-        table.add_column(header, justify="right")
+        table.add_column(header.replace(" to 99 %", "*"), justify="right", no_wrap=True)
     for row in summary(rows):
         shown = (f"{row[name]:.2f}" if known(row[name]) else "" for name in COSTS)
-        table.add_row(row["method"], f"{row['met']} of {row['runs']}", *shown)
+        table.add_row(row["method"], f"{row['met']}/{row['runs']}", *shown)
     closed = (f"{gap:.2f}" if known(gap) else "" for gap in gaps.values())
     table.add_row("gap closed", "", *closed)
     return table
