@@ -149,8 +149,7 @@ class Planner:
             self._closer_count = 0
         if self._beside_edges.is_open:
             number = self._beside_edges.count
-            own = None if change.touch is None else number
-            self._beside_edges.tell(replace(touch, number=number), replace(change, touch=own))
+            self._beside_edges.tell(replace(touch, number=number), replace(change, touch=number))
         self._stale.update((*change.added, *change.changed))
         self._told += 1
         self._count += 1

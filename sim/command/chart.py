@@ -7,6 +7,7 @@ from typing import Annotated
 from cyclopts import Parameter
 from rich.console import Console
 
+from touchatlas.sim.command.atlas_chart import chart_atlas
 from touchatlas.sim.command.numbers import Json
 from touchatlas.sim.command.option_flags import Whole
 from touchatlas.sim.command.show import shown
@@ -17,7 +18,8 @@ from touchatlas.sim.study.tradeoff_chart import known, make_folder, overall_tabl
 
 
 def chart(
-    *families: Annotated[str, Parameter(name="FAMILY", show_default=False)],
+    *names: Annotated[str, Parameter(name="NAME", show_default=False)],
+    atlas: Annotated[bool, Parameter(negative="")] = False,
     stability: Annotated[bool, Parameter(negative="")] = False,
     out: Path = Path("runs/chart"),
     draws: Whole | None = None,
@@ -28,23 +30,36 @@ def chart(
 
     Parameters
     ----------
-    families
+    names
         With --stability: the families to measure; all of one patch where none is named. Those of
-        many patches are explorations, and take minutes.
+        many patches are explorations, and take minutes. With --atlas: the objects to explore, or
+        mesh files; ellipsoid and blob where none is named.
+    atlas
+        Chart the error of whole surfaces against touches, lengths and time instead: our planner,
+        others by name, one that knows the truth, and peers' surfaces where they are installed. A
+        few minutes an object. A chart that was interrupted goes on where it was.
     stability
         Chart where the methods fail instead: families of ever harder cases.
     out
-        Folder for tradeoff.csv and tradeoff.png, or the tables and pictures of the families.
+        Folder for tradeoff.csv and tradeoff.png, or the tables and pictures of the families or
+        objects.
     draws
         Number of scenes of each kind (surface, noise, planes), 50 if not given; with --stability
-        of cases of each severity, 25 if not given, and 2 of many patches.
+        of cases of each severity, 25 if not given, and 2 of many patches; with --atlas of seeds,
+        1 if not given.
     seed
         Seed of the scenes.
     """
+    if atlas and stability:
+        raise ValueError("got --atlas and --stability; give one of them")
+    if atlas:
+        return chart_atlas(names, out, draws, seed, json_)
     if stability:
-        return chart_stability(families, out, draws, seed, json_)
-    if families:
-        raise ValueError(f"{families[0]} is a family of --stability; give that, too")
+        return chart_stability(names, out, draws, seed, json_)
+    if names:
+        raise ValueError(
+            f"{names[0]} is a family of --stability or an object of --atlas; give that, too"
+        )
     draws = 50 if draws is None else draws
     check_options(draws, seed)
     make_folder(out)

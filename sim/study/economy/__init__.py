@@ -1,0 +1,1 @@
+"""What touches, lengths and time a tolerance takes: our planner, baselines, and peers."""

@@ -1,0 +1,158 @@
+"""The study of touches against error: the oracle, the sweep, its sums and pictures, the command."""
+
+import csv
+
+import numpy as np
+import pytest
+
+from tests.command import touchatlas
+from touchatlas.atlas import Atlas
+from touchatlas.planner import PlannerOptions, Reason, StopReason, explore
+from touchatlas.sim import Probe, make_object
+from touchatlas.sim.run.run_options import RunOptions, fit_scale
+from touchatlas.sim.run.work import begin, random_streams
+from touchatlas.sim.study.economy.oracle import Oracle, errors, worst
+from touchatlas.sim.study.economy.pictures import STYLES, overview_picture
+from touchatlas.sim.study.economy.report import draw
+from touchatlas.sim.study.economy.summary import COSTS, gap_closed, summary
+from touchatlas.sim.study.economy.sweep import TOLERANCES, jobs_of, sweep
+from touchatlas.sim.study.economy.trial import COLUMNS, MOST, OTHERS, PLANNERS, judged
+
+METHODS = ("tolerance", "oracle")
+
+
+@pytest.fixture(scope="module")
+def swept(tmp_path_factory):
+    """Folder and rows of the sphere to 1 % of its diagonal."""
+    folder = tmp_path_factory.mktemp("chart")
+    return folder, swept_again(folder)
+
+
+def swept_again(folder, **how):
+    return sweep(folder / "atlas.csv", ("sphere",), tolerances=(1e-2,), methods=METHODS, **how)
+
+
+def row(method, seed, length, met="yes"):
+    cells = dict.fromkeys(COLUMNS, "1") | {"method": method, "seed": seed, "met": met}
+    return cells | {"tracked": str(0.5 * length), "travel": str(0.5 * length)}
+
+
+def test_the_oracle_touches_the_true_point_of_largest_error():
+    obj = make_object("sphere")
+    points, normals = obj.sample(300, np.random.default_rng(1))
+    atlas = Atlas(2e-3 * obj.diagonal, scale=fit_scale(obj.noise_std, obj.diagonal))
+    planner = Oracle(*obj.start(), points, normals)
+    probe, touched = Probe(obj, obj.noise_std, np.random.default_rng(2)), []
+    for _ in range(MOST):
+        before = errors(atlas, points)
+        plan = planner.ask(atlas)
+        if plan is None or plan.reason is Reason.CLOSE_GAP:
+            break
+        if touched:
+            place = int(((points - plan.reference_point) ** 2).sum(axis=1).argmin())
+            assert np.array_equal(points[place], plan.reference_point)
+            assert before[place] == before.max()
+            unknown = points[np.isinf(before)]
+            if len(unknown):
+                away = np.linalg.norm(unknown[:, None] - np.array(touched), axis=2).min(axis=1)
+                own = np.linalg.norm(points[place] - np.array(touched), axis=1).min()
+                assert own == pytest.approx(away.max())
+        touch = probe(plan)
+        planner.tell(touch, atlas.add(touch))
+        touched.append(touch.contact)
+    assert len(touched) < MOST
+    assert np.mean(errors(atlas, points) <= atlas.tolerance) >= planner.options.coverage
+
+
+def test_the_frontier_by_name_goes_on_after_the_first_touch_which_another_planner_chose():
+    obj = make_object("blob")
+    options = RunOptions(obj.noise_std, 1e-3 * obj.diagonal, planner=PlannerOptions("frontier"))
+    probe_rng, *_, planner_rng = random_streams(0)
+    atlas, planner = begin(options, obj, planner_rng)
+    steps = list(explore(atlas, planner, Probe(obj, obj.noise_std, probe_rng), 4))
+    assert [step.plan.number for step in steps] == [0, 1, 2, 3]
+
+
+def test_nothing_is_worst_where_all_errors_are_zero():
+    assert worst(np.zeros(3), np.eye(3), np.zeros((1, 3))) is None
+
+
+def test_the_oracle_makes_the_same_touches_as_a_planner():
+    obj = make_object("sphere")
+    atlas = Atlas(1e-2 * obj.diagonal, scale=fit_scale(obj.noise_std, obj.diagonal))
+    oracle = Oracle(*obj.start(), *obj.sample(300, np.random.default_rng(1)))
+    probe = Probe(obj, obj.noise_std, np.random.default_rng(2))
+    steps = list(explore(atlas, oracle, probe, 3))
+    reach, step = oracle.options.reach, oracle.options.step
+    for plan in (one.plan for one in steps[1:]):
+        assert len(plan.planes) == oracle.options.curves
+        assert plan.step / plan.reach == pytest.approx(step / reach)
+
+
+def test_our_planner_meets_the_tolerance_on_a_sphere(swept):
+    folder, rows = swept
+    with open(folder / "atlas.csv") as file:
+        written = list(csv.DictReader(file))
+    assert written == rows and tuple(written[0]) == COLUMNS
+    ours, oracle = (next(r for r in rows if r["method"] == name) for name in METHODS)
+    assert {r["method"] for r in rows} <= {*METHODS, *OTHERS}
+    for one in (ours, oracle):
+        assert one["met"] == "yes" and one["ended"] == StopReason.KNOWN.value
+        assert 0.0 < float(one["mean_error"]) < float(one["p95_error"]) <= 1e-2
+        assert float(one["known_share"]) >= 0.99 and float(one["seconds"]) > 0.0
+        whole = float(one["tracked"]) + float(one["travel"])
+        assert float(one["length_to_99"]) <= whole * (1.0 + 1e-4)  # five digits are written
+        assert int(float(one["touches_to_99"])) <= int(one["touches"])
+
+
+def test_a_sweep_goes_on_where_it_was(swept):
+    folder, rows = swept
+    told = []
+    again = swept_again(folder, watch=lambda done, total: told.append((done, total)))
+    assert again == rows and told == [(2, 2)]
+
+
+def test_tolerances_below_two_noises_are_left_out():
+    # The blob's noise is 1.7e-4 of its diagonal, the ellipsoid's 1.0e-4.
+    found = {
+        (job.obj, job.tolerance)
+        for job in jobs_of(("blob", "ellipsoid"), TOLERANCES, *[("tolerance",), (0,)])
+    }
+    assert ("ellipsoid", 3e-4) in found and ("blob", 3e-4) not in found
+    assert len(found) == 2 * len(TOLERANCES) - 1
+
+
+def test_a_surface_that_is_no_surface_is_not_met():
+    assert judged(None, make_object("sphere"), np.zeros((1, 3)), 1.0)["met"] == 0.0
+
+
+def test_ratios_are_of_runs_that_both_met():
+    rows = [row("tolerance", "0", 4), row("random", "0", 8), row("oracle", "0", 2)]
+    rows += [row("tolerance", "1", 4), row("random", "1", 400, "no"), row("oracle", "1", 1)]
+    found = {one["method"]: one for one in summary(rows)}
+    assert found["random"]["met"] == 1 and found["random"]["runs"] == 2
+    assert found["random"]["length"] == 0.5 and found["oracle"]["length"] == 3.0
+    # Ours takes 4 where random takes 8 and the oracle 2.
+    assert gap_closed(rows, COSTS["length"]) == pytest.approx(4.0 / 6.0)
+
+
+def test_every_method_has_its_own_colour_and_marker():
+    assert set(STYLES) == {*PLANNERS, *OTHERS}
+    for values in zip(*STYLES.values(), strict=True):
+        assert len(set(values)) == len(STYLES)
+
+
+def test_pictures_are_drawn_and_the_same_rows_give_the_same_bytes(swept, tmp_path):
+    draw(tmp_path, swept[1])
+    files = sorted(path.name for path in tmp_path.iterdir())
+    assert files == ["atlas.png", "atlas.svg", "sphere.png", "sphere.svg"]
+    for suffix, data in overview_picture(swept[1]).items():
+        assert (tmp_path / f"atlas.{suffix}").read_bytes() == data
+
+
+def test_the_command_says_what_is_no_object_and_what_does_not_go_together(tmp_path):
+    where = ["--out", str(tmp_path / "chart")]
+    wrong = touchatlas("chart", "--atlas", "spher", *where, cwd=tmp_path)
+    assert wrong.returncode == 2 and "did you mean sphere?" in wrong.stderr
+    both = touchatlas("chart", "--atlas", "--stability", *where, cwd=tmp_path)
+    assert both.returncode == 2 and "give one of them" in both.stderr
