@@ -157,6 +157,9 @@ class Planner:
 
     def _next_plan(self, atlas: Atlas) -> ProbePlan | None:
         """A plan where nothing is known, else where too little is known."""
+        if atlas.membership.pool.edges.any():
+            # A new crease changes what patches see that no change names.
+            self._places = Places()
         self._update(atlas)
         extent = self._extent(atlas)
         inside, total = self._places.areas(atlas)
