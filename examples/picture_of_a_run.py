@@ -53,8 +53,8 @@ def main(run: str | None = None, out: str = "run.png") -> None:
     axes = figure.add_subplot(133)
     axes.plot(
         [float(r["tracked_length"]) for r in rows],
-        [float(r["outlines_closed"]) for r in rows],
-        label="outlines closed",
+        [float(r["predicted_coverage"]) for r in rows],
+        label="known to the tolerance, as predicted",
     )
     seen = [r for r in rows if r["coverage"]]
     axes.plot(

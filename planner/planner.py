@@ -50,7 +50,7 @@ class Planner:
     """Chooses the reference points and sampling planes that make the surface known to the
     tolerance with few touches.
 
-    Places where nothing is known come first, the farthest from all touches before others; then
+    Places where nothing is known come first, those far from all touches before others; then
     places of large predicted deviation. Neither choice depends on the tolerance, so a looser one
     ends the same sequence of touches earlier. Only the last touches, at single places whose
     deviation exceeds the tolerance, depend on it.

@@ -22,7 +22,7 @@ Rule = Callable[[View, np.random.Generator | None], Target | None]
 
 
 def tolerance(view: View, _: np.random.Generator | None) -> Target | None:
-    """Where nothing is known, the farthest from all touches; else where a touch can take most of
+    """Where nothing is known, far from all touches; else where a touch can take most of
     the variance."""
     target = open_target(view)
     return weak_target(view) if target is None else target
