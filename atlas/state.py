@@ -147,7 +147,7 @@ class AtlasState:
         """(m, 24) whether points of the outlines of the m patches in use are in no cell."""
         return self.surface_graph.outlines.open(self.table.rows)
 
-    def predicted_coverage(self) -> float:
+    def outlines_closed(self) -> float:
         """Fraction of the points of all outlines that are not open; 0 without patches."""
         return float(1.0 - self.open_outlines().mean()) if len(self) else 0.0
 

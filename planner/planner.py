@@ -115,7 +115,14 @@ class Planner:
         """The next plan; None at the end, and ``stop`` says why.
 
         Without ``tell`` in between, a second call returns the same plan.
+
+        Raises
+        ------
+        ValueError
+            When the argument is no Atlas.
         """
+        if not isinstance(atlas, Atlas):
+            raise ValueError(f"got {type(atlas).__name__}; ask needs the Atlas that learns")
         if self._asked is None:
             self.stop = None
             plan: ProbePlan | None

@@ -73,7 +73,7 @@ class Progress:
             self.last("travel_length") + touch.travel_length,
             len(atlas),
             atlas.parameter_count,
-            atlas.predicted_coverage(),
+            atlas.outlines_closed(),
             atlas.predicted_deviation() if len(atlas) else "",
             "",
             "",

@@ -39,7 +39,7 @@ def test_every_face_of_a_convex_body_is_one_patch(name):
     assert (len(atlas), atlas.graph.number_of_edges()) == (faces, edges)
     # Where a core does not reach into the corner of its face, that is a gap.
     assert len(atlas.corners) + len(atlas.gaps) == corners
-    assert faces - edges + corners == 2 and atlas.predicted_coverage() == 1.0
+    assert faces - edges + corners == 2 and atlas.outlines_closed() == 1.0
     atlas.validate()
 
 

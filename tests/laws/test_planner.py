@@ -103,3 +103,5 @@ def test_tell_takes_only_a_touch_and_its_change():
     plan = p.ask(filled(0.1))
     with pytest.raises(ValueError, match="give the Touch and the AtlasChange"):
         p.tell(missed(plan), None)
+    with pytest.raises(ValueError, match="ask needs the Atlas"):
+        p.ask(None)

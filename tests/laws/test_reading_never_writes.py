@@ -19,7 +19,7 @@ READINGS = {
     "corners": lambda atlas, planner, path: atlas.corners,
     "gaps": lambda atlas, planner, path: atlas.gaps,
     "closed": lambda atlas, planner, path: atlas.closed,
-    "coverage": lambda atlas, planner, path: atlas.predicted_coverage(),
+    "coverage": lambda atlas, planner, path: atlas.outlines_closed(),
     "deviation": lambda atlas, planner, path: atlas.predicted_deviation(),
     "euler": lambda atlas, planner, path: atlas.euler_characteristic(),
     "patch": lambda atlas, planner, path: atlas.patch(min(atlas.graph)),
