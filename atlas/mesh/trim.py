@@ -19,6 +19,10 @@ _INSIDE_FACTOR = 3.0
 # outline: there the patch itself no longer knows it. With twice the excess, narrow gaps between
 # patches pass for open rims.
 _BEYOND = 1.35
+# Points of an outline beyond which nothing is known at an open rim, of 24: a straight rim leaves 60
+# degrees or more. Where the surface is bent a single point may lie off it. Doubled, corners of the
+# touched surface are not cut.
+_LEAST_BARE = 3
 _ANGLES = 2.0 * np.pi / _DIRECTIONS * np.arange(_DIRECTIONS)
 _ALONG = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)])
 
@@ -56,7 +60,8 @@ def rim(state: AtlasState) -> list[int]:
     origin = state.table.origin[rows]
     outlines = state.surface_graph.outlines.points(rows)[np.arange(len(rows)), place]
     bare = rows[~state.blend(origin + _BEYOND * (outlines - origin)).known]
-    return sorted(state.neighbours.around(bare.tolist()))
+    found, count = np.unique(bare, return_counts=True)
+    return sorted(state.neighbours.around(found[count >= _LEAST_BARE].tolist()))
 
 
 def _samples(state: AtlasState, row: int) -> np.ndarray:
