@@ -58,7 +58,7 @@ class View:
 
     def apart(self, points) -> np.ndarray:
         """(n,) distance of points (n, 3) to the nearest touch or attempt, length."""
-        return _distance_to(self.done, points)
+        return distance_to(self.done, points)
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +88,7 @@ def start_targets(start, outward) -> Iterator[np.ndarray]:
         yield radius * (np.cos(angle) * e1 + np.sin(angle) * e2)
 
 
-def _distance_to(others, points) -> np.ndarray:
+def distance_to(others, points) -> np.ndarray:
     """(n,) distance of points (n, 3) to the nearest of others (m, 3), length; infinite for none."""
     if not len(others):
         return np.full(len(points), np.inf)
@@ -102,7 +102,7 @@ def open_target(view: View) -> Target | None:
     points, homes = open_places(view)
     if not len(points):
         return None
-    away, offset = _distance_to(view.touched, points), points - view.touched[-1]
+    away, offset = distance_to(view.touched, points), points - view.touched[-1]
     travel = np.sqrt((offset * offset).sum(axis=1))
     best = int((away**2 / (_SET_UP * view.extent + travel)).argmax())
     return at_open(view, points[best], homes[best])
@@ -142,7 +142,7 @@ def weak_target(view: View) -> Target | None:
 
 
 def known_places(view: View) -> Known:
-    """The places of cells that are away from touches and attempts, and where cells meet."""
+    """The n places of cells that are away from touches and attempts."""
     known = view.places.known(view.atlas.table.rows)
     some = known.area > 0.0
     some[some] = view.apart(known.points[some]) > _APART * view.extent

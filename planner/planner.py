@@ -12,7 +12,7 @@ from touchatlas.planner.choose import (
     Target,
     View,
     hole_targets,
-    open_target,
+    open_places,
     start_targets,
     worst_target,
 )
@@ -179,7 +179,7 @@ class Planner:
             return self._plan_as_frontier(atlas)
         done = np.array([*self._touched, *self._tried])
         view = View(atlas, self._places, np.array(self._touched), done, extent)
-        known = self._coverage >= self.options.coverage and open_target(view) is None
+        known = self._coverage >= self.options.coverage and not len(open_places(view)[0])
         stagnates = self._stagnates()
         target = None if known or stagnates else RULES[self.options.name](view, self._rng)
         reason = StopReason.STAGNATION if stagnates else StopReason.TRIED

@@ -11,11 +11,13 @@ from touchatlas.planner.choose import (
     Target,
     View,
     at_open,
+    distance_to,
     known_places,
     open_places,
     open_target,
     weak_target,
 )
+from touchatlas.planner.places import Known
 from touchatlas.planner.probe_plan import Reason
 
 Rule = Callable[[View, np.random.Generator | None], Target | None]
@@ -32,39 +34,41 @@ def random(view: View, rng: np.random.Generator | None) -> Target | None:
     """A place at random, each with its share of the area."""
     if rng is None:
         raise ValueError("the rule random needs rng, a numpy.random.Generator; pass one")
-    points, homes = open_places(view)
-    known = known_places(view)
+    (points, homes), known = open_places(view), known_places(view)
     share = np.concatenate([view.places.open_area(view.atlas, homes), known.area])
     if not share.sum() > 0.0:
         return None
-    return _at(view, int(rng.choice(len(share), p=share / share.sum())))
+    chosen = int(rng.choice(len(share), p=share / share.sum()))
+    if chosen < len(points):
+        return at_open(view, points[chosen], homes[chosen])
+    return _at_known(known, chosen - len(points))
 
 
 def farthest(view: View, _: np.random.Generator | None) -> Target | None:
     """The place farthest from all touches, whether anything is known there or not."""
-    points = np.concatenate([open_places(view)[0], known_places(view).points])
-    if not len(points):
+    (points, homes), known = open_places(view), known_places(view)
+    away = distance_to(view.touched, np.concatenate([points, known.points]))
+    if not len(away):
         return None
-    offset = points[:, None] - view.touched
-    return _at(view, int((offset * offset).sum(axis=2).min(axis=1).argmax()))
+    chosen = int(away.argmax())
+    if chosen < len(points):
+        return at_open(view, points[chosen], homes[chosen])
+    return _at_known(known, chosen - len(points))
 
 
 def variance(view: View, _: np.random.Generator | None) -> Target | None:
     """The place of largest predicted variance: first where nothing is known, next to the last
     touch."""
-    points, known = open_places(view)[0], known_places(view)
-    if len(points):
-        offset = points - view.touched[-1]
-        return _at(view, int((offset * offset).sum(axis=1).argmin()))
-    return _at(view, int(known.deviation.argmax())) if len(known.points) else None
-
-
-def _at(view: View, number: int) -> Target:
-    """The target of a number among open and known places."""
     points, homes = open_places(view)
-    if number < len(points):
-        return at_open(view, points[number], homes[number])
-    known, number = known_places(view), number - len(points)
+    if len(points):
+        chosen = int(((points - view.touched[-1]) ** 2).sum(axis=1).argmin())
+        return at_open(view, points[chosen], homes[chosen])
+    known = known_places(view)
+    return _at_known(known, int(known.deviation.argmax())) if len(known.points) else None
+
+
+def _at_known(known: Known, number: int) -> Target:
+    """The target at one of n known places."""
     return Target(known.points[number], known.normals[number], Reason.REFINE)
 
 
