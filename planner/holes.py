@@ -1,5 +1,6 @@
 """Holes: where the surface that an atlas draws has small gaps that no contour crossed."""
 
+import igl
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
@@ -15,8 +16,7 @@ def hole_centres(atlas: Atlas, largest: float) -> tuple[np.ndarray, np.ndarray]:
     at most; a longer one may be a true rim.
     """
     surface = extract_surface(atlas)
-    edges = _boundary_edges(surface.faces)
-    vertices, ends = np.unique(edges, return_inverse=True)
+    vertices, ends = np.unique(igl.boundary_facets(surface.faces)[0], return_inverse=True)
     first, second = ends.reshape(-1, 2).T
     ones, size = np.ones(len(first), bool), len(vertices)
     count, loop = connected_components(coo_array((ones, (first, second)), (size, size)))
@@ -29,10 +29,3 @@ def hole_centres(atlas: Atlas, largest: float) -> tuple[np.ndarray, np.ndarray]:
     normals = np.array([surface.normals[vertices[loop == k]].sum(axis=0) for k in small])
     normals = normals.reshape(-1, 3)
     return centres, normals / np.linalg.norm(normals, axis=1, keepdims=True)
-
-
-def _boundary_edges(faces) -> np.ndarray:
-    """(n, 2) edges of one triangle only, of triangles (m, 3)."""
-    edges = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-    found, count = np.unique(edges, axis=0, return_counts=True)
-    return found[count == 1]

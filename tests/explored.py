@@ -107,8 +107,7 @@ def _bumpy() -> Bumpy:
     waves = np.sin(BUMPY_FREQUENCY * sphere.vertices).prod(axis=1)
     sphere.vertices *= 1.0 + BUMPY_HEIGHT * waves[:, None]
     obj = MeshObject("bumpy", np.array(sphere.vertices), np.array(sphere.faces))
-    options = ONE_A_TOUCH
-    atlas, touches = Atlas(0.1, options), spread_touches(obj, 60, 0.005)
+    atlas, touches = Atlas(0.1, ONE_A_TOUCH), spread_touches(obj, 60, 0.005)
     for touch in touches:
         atlas.add(touch)
     points = np.array(sphere.vertices[::40])

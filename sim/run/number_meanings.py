@@ -85,7 +85,7 @@ NUMBERS: dict[str, Meaning] = {
     "seconds_start": _m("reading and sampling of the object", "s"),
     "seconds_repeat": _m("touches of the journal, learned again by resume", "s"),
     "seconds_record": _m("journal, steps.csv, true progress", "s"),
-    "seconds_finish": _m("refitting, filling, simplifying, residuals at the end", "s"),
+    "seconds_finish": _m("simplifying and residuals at the end", "s"),
     "seconds_surface": _m("extraction of the triangles", "s"),
     "seconds_evaluate": _m("comparison with the truth", "s"),
     "seconds_files": _m("atlas, surface and pictures written", "s"),

@@ -10,6 +10,7 @@ from touchatlas.atlas.check.doubts import Doubt, doubts
 from touchatlas.patch import SamplingPlane
 from touchatlas.planner import Planner, explore
 from touchatlas.planner.stop import StopReason
+from touchatlas.sim.run.run_options import fit_scale
 from touchatlas.sim.study.stability_atlas.bodies import Placed
 from touchatlas.sim.world.implicit_object import ImplicitObject
 from touchatlas.sim.world.mesh_object import MeshObject
@@ -18,8 +19,6 @@ from touchatlas.sim.world.probe import Probe
 # Most touches of one exploration: two to three times what a hand-sized body takes. Doubled,
 # hopeless explorations take twice as long.
 MOST_TOUCHES = 60
-# Scale of the atlas in noises, and least scale in diagonals: as the economy of touches is measured.
-_NOISES, _DIAGONALS = 5.0, 2e-4
 
 Body = ImplicitObject | MeshObject | Placed
 
@@ -95,8 +94,7 @@ def explored(trial: Trial, rng: np.random.Generator) -> Explored:
 
 
 def _new_atlas(trial: Trial) -> Atlas:
-    scale = max(_NOISES * trial.noise, _DIAGONALS * trial.body.diagonal)
-    return Atlas(trial.tolerance, scale=scale)
+    return Atlas(trial.tolerance, scale=fit_scale(trial.noise, trial.body.diagonal))
 
 
 def shifted(touch: Touch, shift) -> Touch:
