@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Generic, TypeVar
 
 import numpy as np
 
@@ -9,9 +10,12 @@ from touchatlas.sim.study.stability.case import Case
 from touchatlas.sim.study.stability.surfaces import Height, wavy
 from touchatlas.sim.study.stability.tracking import Plan, even_angles, placed, touch_graph
 
+# A Case of one patch, or the Trial of an exploration.
+Drawn = TypeVar("Drawn")
+
 
 @dataclass(frozen=True)
-class Family:
+class Family(Generic[Drawn]):
     """Cases that differ in one number.
 
     Parameters
@@ -21,12 +25,12 @@ class Family:
     severities : tuple of float
         From easy to hard.
     draw : callable
-        (severity, generator) to a Case.
+        (severity, generator) to a Case, or to a Trial.
     """
 
     title: str
     severities: tuple[float, ...]
-    draw: Callable[[float, np.random.Generator], Case]
+    draw: Callable[[float, np.random.Generator], Drawn]
 
 
 # Lean of the sampling planes of a careful touch, rad: up to ten degrees.

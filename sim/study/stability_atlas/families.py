@@ -1,10 +1,10 @@
 """Families of many patches: bodies, noise and tolerance, touches that do not fit together."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
+from touchatlas.sim.study.stability.family import Family
 from touchatlas.sim.study.stability_atlas.bodies import (
     NOISE,
     TOLERANCE,
@@ -23,25 +23,6 @@ from touchatlas.sim.study.stability_atlas.trial import Body, Trial, shifted
 
 # Touches before the object moves.
 _BEFORE = 10
-
-
-@dataclass(frozen=True)
-class AtlasFamily:
-    """Explorations that differ in one number.
-
-    Parameters
-    ----------
-    title : str
-        What grows with the severity, and its unit.
-    severities : tuple of float
-        From easy to hard.
-    draw : callable
-        (severity, generator) to a Trial.
-    """
-
-    title: str
-    severities: tuple[float, ...]
-    draw: Callable[[float, np.random.Generator], Trial]
 
 
 def usual(body: Body) -> Trial:
@@ -99,48 +80,44 @@ def offset(distance: float, rng) -> Trial:
 
 
 ATLAS_FAMILIES = {
-    "atlas_noise": AtlasFamily(
-        "noise over tolerance", (0.0, 0.2, 0.5, 1.0, 3.0, 10.0), atlas_noise
-    ),
-    "atlas_tolerance": AtlasFamily(
+    "atlas_noise": Family("noise over tolerance", (0.0, 0.2, 0.5, 1.0, 3.0, 10.0), atlas_noise),
+    "atlas_tolerance": Family(
         "tolerance over the diagonal", (1e-3, 3e-4, 1e-4, 3e-3, 0.01, 0.03), tolerance
     ),
-    "atlas_slab": AtlasFamily(
+    "atlas_slab": Family(
         "thickness of a plate, mm; its tolerance is 0.1",
         (20.0, 10.0, 5.0, 2.0, 1.0, 0.5),
         _of(slab),
     ),
-    "atlas_gap": AtlasFamily(
+    "atlas_gap": Family(
         "width of a slot, mm; the tolerance is 0.1", (16.0, 8.0, 4.0, 2.0, 1.0, 0.5), _of(fork)
     ),
-    "atlas_edge": AtlasFamily(
+    "atlas_edge": Family(
         "radius of a box's edges over the tolerance",
         (100.0, 30.0, 10.0, 3.0, 1.0),
         _of(box, TOLERANCE),
     ),
-    "atlas_tip": AtlasFamily(
+    "atlas_tip": Family(
         "radius of a cone's tip over the tolerance",
         (100.0, 30.0, 10.0, 3.0, 1.0),
         _of(spike, TOLERANCE),
     ),
-    "atlas_dimple": AtlasFamily(
+    "atlas_dimple": Family(
         "width of a dimple, mm; the tolerance is 0.1", (12.0, 6.0, 3.0, 1.5, 0.8, 0.4), _of(dimpled)
     ),
-    "atlas_handles": AtlasFamily(
+    "atlas_handles": Family(
         "handles", (0.0, 1.0, 2.0, 3.0), lambda genus, rng: usual(handles(int(genus)))
     ),
-    "atlas_two": AtlasFamily("gap between two balls, mm", (20.0, 5.0, 1.0, 0.3), _of(two_balls)),
-    "atlas_rim": AtlasFamily(
-        "fraction of a ball that is open", (0.03, 0.1, 0.3, 0.5, 0.7), _of(cup)
-    ),
-    "atlas_moved": AtlasFamily(
+    "atlas_two": Family("gap between two balls, mm", (20.0, 5.0, 1.0, 0.3), _of(two_balls)),
+    "atlas_rim": Family("fraction of a ball that is open", (0.03, 0.1, 0.3, 0.5, 0.7), _of(cup)),
+    "atlas_moved": Family(
         "move of the object between touches, in tolerances",
         (0.0, 0.3, 1.0, 3.0, 10.0, 50.0),
         moved,
     ),
-    "atlas_order": AtlasFamily(
+    "atlas_order": Family(
         "times that each touch is given, shuffled", (1.0, 2.0, 3.0, 0.9, 0.7, 0.4), shuffled
     ),
-    "atlas_scale": AtlasFamily("factor on all lengths", (1.0, 1e-3, 1e3, 1e-6, 1e6), unit),
-    "atlas_far": AtlasFamily("distance from the origin in diagonals", (0.0, 1e2, 1e4, 1e6), offset),
+    "atlas_scale": Family("factor on all lengths", (1.0, 1e-3, 1e3, 1e-6, 1e6), unit),
+    "atlas_far": Family("distance from the origin in diagonals", (0.0, 1e2, 1e4, 1e6), offset),
 }
