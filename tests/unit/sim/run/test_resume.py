@@ -85,7 +85,7 @@ class Killer(Watcher):
     [
         Killer(touch=0),
         Killer(touch=5),
-        Killer(phase="refitting"),
+        Killer(phase="simplifying"),
         Killer(phase="comparing"),
         Killer(phase="drawing"),
     ],
