@@ -6,7 +6,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from touchatlas.atlas.atlas import Atlas
-from touchatlas.atlas.mesh.extract import extract_surface
+from touchatlas.atlas.mesh.extract import open_surface
 
 
 def hole_centres(atlas: Atlas, largest: float) -> tuple[np.ndarray, np.ndarray]:
@@ -15,7 +15,7 @@ def hole_centres(atlas: Atlas, largest: float) -> tuple[np.ndarray, np.ndarray]:
     A boundary of the surface is a hole where its bounding box has a diagonal of ``largest`` length
     at most; a longer one may be a true rim.
     """
-    surface = extract_surface(atlas)
+    surface = open_surface(atlas)
     vertices, ends = np.unique(igl.boundary_facets(surface.faces)[0], return_inverse=True)
     first, second = ends.reshape(-1, 2).T
     ones, size = np.ones(len(first), bool), len(vertices)

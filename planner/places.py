@@ -15,7 +15,7 @@ from touchatlas.atlas.graph.outlines import COUNT
 from touchatlas.atlas.patches.growing_array import grown
 
 # Distance of an open place from the origin, in distances of the outline, where the patch itself no
-# longer knows the surface; and the distance at which it is touched, as a fraction of that. Doubled
+# longer knows the surface: a narrow gap beside its outline needs no patch; and the distance at which it is touched, as a fraction of that. Doubled
 # excess: places are asked about that need no patch.
 _BEYOND, _TOUCHED = 1.35, 0.7
 # Largest distance from the blended surface of a point that is known, in patch radii: a patch whose
@@ -108,6 +108,7 @@ class Places:
         found = atlas.blend(beyond)
         is_open = ~found.known
         is_open |= np.abs(np.nan_to_num(found.distance)) > _OFF * table.radius[home]
+        is_open &= atlas.surface_graph.outlines.open(rows).reshape(-1)
         if atlas.creases:
             is_open &= ~atlas.surface_graph.visibility.beyond(home, beyond)
         self._open[rows] = is_open.reshape(-1, COUNT)

@@ -191,11 +191,10 @@ class Planner:
         return self._end(atlas, reason) if target is None else self._plan(atlas, target, extent)
 
     def _next_hole(self, view: View) -> Target | None:
-        """The next hole of the surface; None where there is none, they were looked for too often,
-        or they are so many that little is known there."""
+        """The next hole of the surface; None where there is none, or they were looked for too
+        often."""
         if not self._holes and self._looked < _LOOKS:
-            holes, self._looked = hole_targets(view), self._looked + 1
-            self._holes = holes if len(holes) <= _PATIENCE else []
+            self._holes, self._looked = hole_targets(view)[:_PATIENCE], self._looked + 1
         return self._holes.pop(0) if self._holes else None
 
     def _plan_as_frontier(self, atlas: Atlas) -> ProbePlan | None:

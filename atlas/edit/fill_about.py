@@ -5,7 +5,7 @@
 
 import numpy as np
 
-from touchatlas.atlas.edit.filling_fits import Sites, fits_at
+from touchatlas.atlas.edit.filling_fits import LEAST_SAMPLES, Sites, fits_at
 from touchatlas.atlas.edit.refresh import smooth_neighbours, update_creases
 from touchatlas.atlas.edit.replace import enter_fit, remove_hidden, root_mean_square
 from touchatlas.atlas.graph.power_diagram import power_at
@@ -116,8 +116,8 @@ def _enter(state: AtlasState, fit: PatchFit, changed: set[int]) -> bool:
     (index,) = state.membership.near(frame.origin[None], frame.normal[None], [radius])
     std = root_mean_square(state.table.measurement_std[neighbours])
     row = enter_fit(state, fit, neighbours, index, std)
-    if not state.table.count[row]:
-        # None of the samples near is of its sheet: it would be a guess.
+    if state.table.count[row] < LEAST_SAMPLES:
+        # Hardly any of the samples near is of its sheet: it would be a guess.
         state.remove([row])
         return False
     update_creases(state, [row])

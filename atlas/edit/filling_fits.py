@@ -4,8 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from touchatlas.atlas.edit.replace import in_ball, is_upright
-from touchatlas.atlas.patches.normal_equations import of_patch
+from touchatlas.atlas.edit.replace import is_upright
+from touchatlas.atlas.patches.normal_equations import absorb, of_patch, solve
+from touchatlas.atlas.patches.patch_table import PatchTable
 from touchatlas.atlas.patches.sample_membership import CANDIDATE_REACH, CandidateSamples
 from touchatlas.atlas.state import AtlasState
 from touchatlas.patch.fit.fit_patch import PatchFit
@@ -22,9 +23,12 @@ _FRACTIONS = 1.0, 0.7, 0.5, 0.35, 0.25, 0.17
 # freedom exceeds 1.5^2 by chance in one of a thousand patches of 20 samples. Doubled,
 # patches hold flat faces and fillets at once.
 _MISFIT = 1.5
-# Least fraction of the samples in the ball of a patch that are of its sheet: the majority.
-# Doubled, a single sample of another sheet would refuse a patch.
-_LEAST_ON_SHEET = 0.5
+# Least fraction of the samples in the core of a patch, facing as it does, that are of its sheet:
+# of more others it would hide the surface. With twice the rest, folds of polynomials stay.
+_LEAST_ON_SHEET = 0.9
+# Least number of samples of a patch between touches: the terms of its quadratic form. Doubled,
+# fewer gaps between sparse contours are filled.
+LEAST_SAMPLES = 6.0
 # Number of candidates that are fitted in one numpy call, so that they fit the caches. Doubled, a
 # call takes twice the memory.
 _AT_ONCE = 1 << 14
@@ -54,26 +58,47 @@ class Sites:
 
 
 def fits_at(state: AtlasState, sites: Sites) -> list[PatchFit | None]:
-    """The patch about each site, of the largest of the radii with which it fits the samples near;
-    None where it fits with none of them."""
-    radii = state.table.radius[sites.owners]
-    known = state.membership.near(sites.points, sites.normals, CANDIDATE_REACH * radii)
+    """The patch about each site, of the largest of the radii with which it follows the samples
+    near. Where none does it is the smallest one that is upright, whose misfit widens its deviation;
+    None where there is none.
+    """
+    table, options = state.table, state.options
+    least = np.minimum(options.least_radius * state.scale, table.radius[sites.owners])
+    known = state.membership.near(
+        sites.points, sites.normals, CANDIDATE_REACH * table.radius[sites.owners]
+    )
     out: list[PatchFit | None] = [None] * len(sites)
+    done = np.array([not len(index) for index in known], bool)
     for fraction in _FRACTIONS:
-        left = [i for i, fit in enumerate(out) if fit is None and len(known[i])]
-        fits = _fits(state, sites.only(left), [known[i] for i in left], fraction * radii[left])
+        left = np.flatnonzero(~done).tolist()
+        radii = np.maximum(fraction * table.radius[sites.owners[left]], least[left])
+        fits = _fits(state, sites.only(left), [known[i] for i in left], radii)
         for i, fit in zip(left, fits, strict=True):
-            if fit is not None and _is_good(state, fit, sites.owners[i], known[i]):
+            if fit is None or not is_upright(fit.patch):
+                continue
+            trial, row = _learned(state, fit, sites.owners[i], known[i])
+            if trial.count[row] >= LEAST_SAMPLES and explains_core(state, trial, row)[0]:
                 out[i] = fit
+                done[i] = follows(state, trial, row)[0]
     return out
 
 
-def _is_good(state: AtlasState, fit: PatchFit, owner: int, index) -> bool:
-    """Whether a patch is upright, follows its samples, and most samples ``index`` (n,) near it are
-    of its sheet."""
-    explained = np.hypot(state.table.measurement_std[owner], state.bias)
-    follows = fit.patch.residual_rms <= _MISFIT * explained
-    return bool(follows and is_upright(fit.patch) and _is_of_sheet(state, fit, index))
+def _learned(state: AtlasState, fit: PatchFit, owner: int, index) -> tuple[PatchTable, np.ndarray]:
+    """A table with a fitted patch that has learned the samples ``index`` (n,) of its sheet, as it
+    will when it is entered, and its row (1,)."""
+    trial, candidate = state.table.with_candidate(fit)
+    row, pool = np.array([candidate]), state.membership.pool
+    trial.measurement_std[row] = state.table.measurement_std[owner]
+    member = of_patch(trial, row, pool.points[index], pool.normals[index])
+    absorb(trial, row, pool, index, member)
+    solve(trial, row)
+    return trial, row
+
+
+def follows(state: AtlasState, table: PatchTable, rows) -> np.ndarray:
+    """(m,) whether the residuals of rows (m,) of a table are what noise and bias explain."""
+    explained = np.hypot(table.measurement_std[rows], state.bias)
+    return np.asarray(table.residual[rows] <= _MISFIT * explained)
 
 
 def _fits(state: AtlasState, sites: Sites, known, radii) -> list[PatchFit | None]:
@@ -114,10 +139,15 @@ def _halves(state: AtlasState, sites: Sites, known, radii, half: int) -> list[Pa
     ]
 
 
-def _is_of_sheet(state: AtlasState, fit: PatchFit, index) -> bool:
-    """Whether most of the samples ``index`` (n,) in the ball of a patch are of its sheet."""
-    pool = state.membership.pool
-    within = index[in_ball(pool.points[index], fit.patch.frame.origin, fit.patch.radius)]
-    trial, row = state.table.with_candidate(fit)
-    mine = of_patch(trial, np.array([row]), pool.points[within], pool.normals[within])
-    return bool(mine.sum() >= max(1.0, _LEAST_ON_SHEET * len(within)))
+def explains_core(state: AtlasState, table: PatchTable, rows) -> np.ndarray:
+    """(m,) whether most of the samples in the cores of rows (m,), whose normals are within 60
+    degrees of the patch's, are of its sheet."""
+    pool, core = state.membership.pool, table.core * table.radius[rows]
+    near = state.membership.near(table.origin[rows], table.axes[rows, 2], core)
+    shares = [
+        of_patch(table, np.array([row]), pool.points[index], pool.normals[index]).mean()
+        if len(index)
+        else 1.0
+        for row, index in zip(rows.tolist(), near, strict=True)
+    ]
+    return np.array(shares) >= _LEAST_ON_SHEET

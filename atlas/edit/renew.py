@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 
 from touchatlas.atlas.edit.fill_about import fill_about
+from touchatlas.atlas.edit.filling_fits import Sites, explains_core, fits_at, follows
 from touchatlas.atlas.edit.refresh import update_creases
-from touchatlas.atlas.edit.split import split
+from touchatlas.atlas.edit.split import divide, split
 from touchatlas.atlas.records.change import AtlasChange
 from touchatlas.atlas.state import AtlasState
 
@@ -47,6 +48,28 @@ def learn_along(state: AtlasState, index, learned: set[int]) -> set[int]:
     return set(rows.tolist())
 
 
+def replace_misfits(state: AtlasState, rows: set[int]) -> np.ndarray:
+    """Replace those of the rows that no longer follow their samples: a patch of a touch by a
+    smaller one that does, and a filled one by those that are filled next.
+
+    Returns the samples (n,) that they were fitted to.
+    """
+    table, is_filled = state.table, state.membership.is_filled
+    misfits = np.array(sorted(row for row in rows if table.alive[row]), int)
+    good = follows(state, table, misfits)
+    good &= explains_core(state, table, misfits)
+    misfits = misfits[~good]
+    samples = state.membership.fitted_by(misfits.tolist())
+    filled = [row for row in misfits.tolist() if is_filled(row)]
+    state.remove(filled)
+    touched = np.setdiff1d(misfits, filled)
+    fits = fits_at(state, Sites(table.origin[touched], table.axes[touched, 2], touched))
+    for row, fit in zip(touched.tolist(), fits, strict=True):
+        if fit is not None and table.alive[row]:
+            divide(state, row, [fit])
+    return samples
+
+
 def renewed(
     state: AtlasState, before: set[int], changed: set[int], samples, change: AtlasChange
 ) -> AtlasChange:
@@ -57,6 +80,7 @@ def renewed(
     due = rows[state.table.count[rows] >= _GROWN * state.table.learned[rows]]
     state.refit(due)
     splits = [split(state, row) for row in state.too_large(due) if alive[row]]
+    samples = np.union1d(samples, replace_misfits(state, changed))
     update_creases(state, [row for row in due.tolist() if alive[row]])
     filled = fill_about(state, samples)
     after = set(state.table.rows.tolist())

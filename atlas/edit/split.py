@@ -35,7 +35,7 @@ def split(state: AtlasState, patch_id: int) -> AtlasChange:
     parts = parts_of(state, patch_id)
     if parts is None:
         return AtlasChange(refused=f"too few samples about patch {patch_id} for smaller ones")
-    rows = _divide(state, patch_id, parts)
+    rows = divide(state, patch_id, parts)
     return AtlasChange(added=rows, split=(patch_id,), removed=(patch_id,))
 
 
@@ -106,7 +106,7 @@ def _reached(state: AtlasState, part: int, creases, curves) -> dict[int, Crease]
     return found
 
 
-def _divide(state: AtlasState, row: int, parts: list[PatchFit]) -> tuple[int, ...]:
+def divide(state: AtlasState, row: int, parts: list[PatchFit]) -> tuple[int, ...]:
     """Replace a row by its parts and distribute its samples among them; returns their rows."""
     table, membership = state.table, state.membership
     owned, known = membership.owned[row], membership.fitted[row]

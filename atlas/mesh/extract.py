@@ -6,10 +6,12 @@ So the field is evaluated at few points. The surface is closed where the patches
 where they do not.
 """
 
+import igl
 import numpy as np
 
 from touchatlas.atlas.field.blend import Field
 from touchatlas.atlas.field.patch_values import COVER_MARGIN
+from touchatlas.atlas.mesh.close_holes import close_holes
 from touchatlas.atlas.mesh.coarse_mesh import CoarseMesh, coarse_mesh
 from touchatlas.atlas.mesh.narrow_band import REACH
 from touchatlas.atlas.mesh.pn_triangles import Subdivision
@@ -28,7 +30,7 @@ _CLEARLY = 0.95
 
 
 def extract_surface(state: AtlasState, edge: float | None = None) -> Surface:
-    """Triangulated zero set of the atlas's blended signed distance.
+    """Triangulated zero set of the atlas's blended signed distance, its small holes closed.
 
     Parameters
     ----------
@@ -42,6 +44,11 @@ def extract_surface(state: AtlasState, edge: float | None = None) -> Surface:
         When the atlas has no patch, or the edge is no length, longer than the patches span, or
         too short for the memory.
     """
+    return close_holes(open_surface(state, edge))
+
+
+def open_surface(state: AtlasState, edge: float | None = None) -> Surface:
+    """The surface as ``extract_surface`` gives it, with its holes."""
     if not len(state):
         raise ValueError("the atlas has no patch yet; add a touch with three contours first")
     gaps = gaps_of(state.field, state.surface_graph.outlines, state.table.rows)
@@ -74,7 +81,8 @@ def smooth_surface(state: AtlasState, coarse: CoarseMesh, count: int) -> Surface
     whole = Surface(points, kept, normals, deviation, patch, curvature)
     if not known.all() or len(whole.faces) < len(faces):
         whole = whole.only(known)
-    whole = without_stray_pieces(state, whole)
+    faces, old = igl.split_nonmanifold(whole.faces)
+    whole = without_stray_pieces(state, whole.taken(old, faces))
     return sharpen(field, whole, REACH * coarse.edge)
 
 

@@ -1,4 +1,5 @@
-"""A closed surface is one piece for each component of the patch graph."""
+"""Stray pieces: a closed surface is one piece for each component of the patch graph, and no piece is
+a small part of one patch."""
 
 from dataclasses import replace
 
@@ -12,13 +13,19 @@ from touchatlas.atlas.mesh.surface import Surface
 from touchatlas.atlas.state import AtlasState
 
 
+# Least area of a piece, in cores of its largest patch: the star of one touch makes a hexagon, which
+# is four fifths of a disc. Doubled, more of what lone patches show is removed.
+_LEAST_AREA = 0.3
+
+
 def without_stray_pieces(state: AtlasState, surface: Surface) -> Surface:
     """The surface without pieces that the patch graph has no room for, and their number.
 
     Patches that are connected and have no open outline cover one connected surface. Another piece
     in their cells is a second zero of a polynomial beside the surface, not a part of it. So of all
     pieces that lie in the cells of such a component the one of the largest area is kept. Where an
-    outline is open nothing is removed: there the surface may rightly end and begin again.
+    outline is open the surface may rightly end and begin again. There only pieces are removed
+    that are smaller than a single patch would show, if patches are filled in between touches.
     """
     count, piece = _pieces(surface)
     if count < 2:
@@ -35,6 +42,10 @@ def without_stray_pieces(state: AtlasState, surface: Surface) -> Surface:
     # A vertex without triangles is no piece.
     stray = closed[home] & (area > 0.0)
     stray[largest] = False
+    if state.fills:
+        core = np.zeros(count)
+        np.maximum.at(core, piece, np.pi * state.table.weight[surface.patch])
+        stray |= (area > 0.0) & (area < _LEAST_AREA * core) & (area < area.max())
     if not stray.any():
         return surface
     return replace(surface.only(~stray[piece]), stray_pieces=int(stray.sum()))

@@ -24,6 +24,8 @@ class Surface:
         Curvature of the patches, not of the triangles.
     stray_pieces : int
         Number of pieces beside the surface that were removed.
+    closed_holes : int
+        Number of small holes that were closed across, without samples.
     """
 
     vertices: np.ndarray
@@ -33,6 +35,7 @@ class Surface:
     patch: np.ndarray
     gaussian_curvature: np.ndarray
     stray_pieces: int = 0
+    closed_holes: int = 0
 
     def total_curvature(self) -> float:
         """Integral of the patches' Gaussian curvature over the triangles, no unit.
@@ -47,9 +50,13 @@ class Surface:
         """The triangles whose vertices are all ``known`` (v,), and their vertices."""
         faces = self.faces[known[self.faces].all(axis=1)]
         _, faces, _, used = igl.remove_unreferenced(self.vertices, faces)
+        return self.taken(used, faces)
+
+    def taken(self, index, faces) -> "Surface":
+        """The vertices of indices (w,) with other triangles (f, 3) between them."""
         columns = {
-            name: column[used]
+            name: column[index]
             for name, column in vars(self).items()
-            if name not in ("faces", "stray_pieces")
+            if isinstance(column, np.ndarray) and name != "faces"
         }
         return replace(self, faces=faces, **columns)
