@@ -26,10 +26,6 @@ _LARGEST_HOLE = 0.1
 # Deviation of a place that needs no touch, in deviations of a sample: a dozen samples give it.
 # Doubled, explorations to tolerances near the noise end too early.
 _SURE = 0.3
-# Expected deviation of an unknown surface, in distances to the nearest touch: a slope of six
-# degrees. Doubled, small places where no patch fits are touched before larger ones of which too
-# little is known.
-_SLOPE = 0.1
 # Places of a first touch: points of a spiral about the start, in extents, and their number. The
 # angle between two is the golden angle, which leaves no direction out. Doubled, the spiral is
 # twice as wide.
@@ -100,20 +96,16 @@ def distance_to(others, points) -> np.ndarray:
     return out
 
 
-def open_target(view: View) -> tuple[Target | None, float]:
+def open_target(view: View) -> Target | None:
     """The open place that teaches most for its cost: the square of its distance to all touches over
-    the way from the last one. None where all are near touches or attempts.
-
-    The second number is what a touch there can take: an area times an expected squared deviation,
-    length^4.
-    """
+    the way from the last one; None where all are near touches or attempts."""
     points, homes = open_places(view)
     if not len(points):
-        return None, 0.0
+        return None
     away, offset = distance_to(view.touched, points), points - view.touched[-1]
     travel = np.sqrt((offset * offset).sum(axis=1))
     best = int((away**2 / (_SET_UP * view.extent + travel)).argmax())
-    return at_open(view, points[best], homes[best]), float(_SLOPE**2 * away[best] ** 4)
+    return at_open(view, points[best], homes[best])
 
 
 def open_places(view: View) -> tuple[np.ndarray, np.ndarray]:
@@ -130,11 +122,11 @@ def at_open(view: View, point, home: int) -> Target:
     return Target(point, normal, Reason.EXPAND)
 
 
-def weak_target(view: View) -> tuple[Target | None, float]:
+def weak_target(view: View) -> Target | None:
     """The place of largest predicted deviation, of the patch from which a touch can take most.
 
-    The second number is what a touch can take: the integral of the variance, length^4. None where
-    all places are near touches or attempts, or much surer than a single sample.
+    What a touch can take is the integral of the variance; None where all places are near touches
+    or attempts, or much surer than a single sample.
     """
     table = view.atlas.table
     known, noise = view.places.known(table.rows), table.measurement_std[table.rows][:, None]
@@ -143,11 +135,10 @@ def weak_target(view: View) -> tuple[Target | None, float]:
     free = (apart > _APART * view.extent) & (gain > 0.0)
     score = np.where(free.any(axis=1), gain.sum(axis=1), 0.0)
     if not score.max(initial=0.0) > 0.0:
-        return None, 0.0
+        return None
     best = int(score.argmax())
     place = int(np.where(free[best], known.deviation[best], 0.0).argmax())
-    target = Target(known.points[best, place], known.normals[best, place], Reason.REFINE)
-    return target, float(score[best])
+    return Target(known.points[best, place], known.normals[best, place], Reason.REFINE)
 
 
 def known_places(view: View) -> Known:

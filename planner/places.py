@@ -15,8 +15,8 @@ from touchatlas.atlas.graph.outlines import COUNT
 from touchatlas.atlas.patches.growing_array import grown
 
 # Distance of an open place from the origin, in distances of the outline, where the patch itself no
-# longer knows the surface: a narrow gap beside its outline needs no patch; and the distance at which it is touched, as a fraction of that. Doubled
-# excess: places are asked about that need no patch.
+# longer knows the surface: narrow gaps beside an outline need no patch; and the distance at which
+# it is touched, as a fraction of that. Doubled excess: places are asked about that need no patch.
 _BEYOND, _TOUCHED = 1.35, 0.7
 # Largest distance from the blended surface of a point that is known, in patch radii: a patch whose
 # own prediction is farther off is wrong there. Doubled, more of such places pass for known.

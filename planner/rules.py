@@ -24,10 +24,10 @@ Rule = Callable[[View, np.random.Generator | None], Target | None]
 
 
 def tolerance(view: View, _: np.random.Generator | None) -> Target | None:
-    """Where nothing is known, far from all touches; or where a touch can take more of the
-    variance."""
-    (unknown, most), (weak, gain) = open_target(view), weak_target(view)
-    return weak if unknown is None or gain > most else unknown
+    """Where nothing is known, far from all touches; else where a touch can take most of
+    the variance."""
+    target = open_target(view)
+    return weak_target(view) if target is None else target
 
 
 def random(view: View, rng: np.random.Generator | None) -> Target | None:

@@ -37,12 +37,14 @@ class Contradictions:
     normals: np.ndarray
 
 
-def contradictions(atlas: AtlasState) -> Contradictions:
+def contradictions(atlas: AtlasState, surely: bool = True) -> Contradictions:
     """The samples that lie in the core of a patch with a normal like their own, and more than five
-    deviations from it."""
+    deviations from it; if not ``surely``, those of the noise alone. A patch that is fitted to two
+    surfaces lies between them, and its deviation is as large as their distance.
+    """
     table = atlas.table
     rows, which, found = claims(atlas)
-    variance, normals = found.numbers[:, 1], found.numbers[:, 3:]
+    variance, normals = surely * found.numbers[:, 1], found.numbers[:, 3:]
     size = np.abs(found.distance)
     deviation = np.sqrt(variance + table.measurement_std[rows] ** 2 + atlas.bias**2)
     against = (size > _DEVIATIONS * deviation) & (size < _NEAR * table.radius[rows])

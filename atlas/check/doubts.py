@@ -135,19 +135,21 @@ def _apart(points, extent: float) -> np.ndarray:
 
 def _contradictions(atlas: AtlasState, extent: float) -> list[Doubt]:
     """One doubt where samples lie beside patches that claim their place."""
-    pool, found = atlas.membership.pool, contradictions(atlas)
-    samples = np.unique(found.sample)
+    pool, off = atlas.membership.pool, contradictions(atlas, surely=False)
+    if len(off.sample) >= _LEAST:
+        shift, explained = shift_between(atlas, off)
+        if explained > _EXPLAINED:
+            samples = np.unique(off.sample)
+            words = (
+                f"{len(samples) / len(pool):.1%} of the samples lie beside patches of other touches "
+                f"as if the object had moved by {np.linalg.norm(shift):.3g} or more; fix it, and "
+                "explore again."
+            )
+            return [Doubt("moved", words, _apart(pool.points[samples], extent))]
+    samples = np.unique(contradictions(atlas).sample)
     if len(samples) <= _FEW * len(pool):
         return []
     places, share = _apart(pool.points[samples], extent), len(samples) / len(pool)
-    if len(found.sample) >= _LEAST:
-        shift, explained = shift_between(atlas, found)
-        if explained > _EXPLAINED:
-            words = (
-                f"{share:.1%} of the samples lie beside patches of other touches as if the object "
-                f"had moved by {np.linalg.norm(shift):.3g} or more; fix it, and explore again."
-            )
-            return [Doubt("moved", words, places)]
     words = (
         f"{share:.1%} of the samples lie more than five deviations beside a patch; there is an "
         "edge, fine detail or a bad contact: touch there again, with shorter arms."

@@ -18,8 +18,8 @@ _SLOPE = 0.1
 def close_holes(surface: Surface) -> Surface:
     """The surface with a fan of triangles across each small hole, and their number.
 
-    The surface must be manifold. The middle of a fan lies where a sphere would have it that meets the vertices of the hole with
-    their normals: half as high as their tangent planes.
+    The surface must be manifold. The middle of a fan lies on the sphere through the rim of the hole
+    with its normals: half as high as the tangent planes of the rim.
     """
     faces, points = surface.faces, surface.vertices
     size = np.linalg.norm(np.ptp(points, axis=0)) if len(points) else 0.0

@@ -1,5 +1,4 @@
-"""Stray pieces: a closed surface is one piece for each component of the patch graph, and no piece is
-a small part of one patch."""
+"""Stray pieces: a closed surface is one piece for each component of the patch graph."""
 
 from dataclasses import replace
 
@@ -11,7 +10,6 @@ from scipy.sparse.csgraph import connected_components
 
 from touchatlas.atlas.mesh.surface import Surface
 from touchatlas.atlas.state import AtlasState
-
 
 # Least area of a piece, in cores of its largest patch: the star of one touch makes a hexagon, which
 # is four fifths of a disc. Doubled, more of what lone patches show is removed.

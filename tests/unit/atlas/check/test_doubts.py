@@ -49,12 +49,12 @@ def test_what_a_planner_left_is_said_with_its_places():
 
 def test_a_moved_object_is_told_with_its_move():
     """Patches that are fitted to both halves lie half-way, so that the move is larger than found,
-    two and a half times at most. Its direction is right to 25 degrees."""
+    three times at most. Its direction is right to 25 degrees."""
     atlas = ball(True)
     assert names(doubts(atlas, surface())) == ["moved", "misfit"]
-    shift, explained = shift_between(atlas, contradictions(atlas))
+    shift, explained = shift_between(atlas, contradictions(atlas, surely=False))
     size, true = np.linalg.norm(shift), np.linalg.norm(SHIFT)
-    assert 0.4 * true < size < 1.1 * true and explained > 0.5
+    assert 0.35 * true < size < 1.1 * true and explained > 0.5
     assert shift @ SHIFT > np.cos(np.deg2rad(25.0)) * size * true
 
 
