@@ -80,11 +80,14 @@ class Target:
     normal : (3,) float, unit, world
         Predicted outward normal.
     reason : Reason
+    across : (3,) float, unit, world, optional
+        Normal of the one plane in which a whole section is tracked; without, several planes.
     """
 
     point: np.ndarray
     normal: np.ndarray
     reason: Reason
+    across: np.ndarray | None = None
 
 
 def start_targets(start, outward) -> Iterator[np.ndarray]:

@@ -6,6 +6,7 @@ import numpy as np
 
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.patch.geometry.arrays import cross
+from touchatlas.patch.geometry.contour import SamplingPlane
 from touchatlas.patch.geometry.frame import any_tangent
 from touchatlas.planner.choose import Target
 from touchatlas.planner.frontier_planner import FrontierOptions
@@ -26,6 +27,9 @@ _BESIDE_EDGES = 0.75
 # Arms end where the predicted deviation is below this fraction of the atlas's scale: there they
 # teach little. Doubled, arms are shorter and more touches are needed.
 _KNOWN = 0.5
+# Longest arm of a section, in extents: a body that is not folded closes within it, as its sections
+# are no longer than 4 extents. Doubled, those of folded bodies close as well, and others run on.
+_SECTION = 2.0
 
 
 def plan_at(atlas: Atlas, target: Target, extent: float, options: PlannerOptions) -> ProbePlan:
@@ -33,6 +37,8 @@ def plan_at(atlas: Atlas, target: Target, extent: float, options: PlannerOptions
 
     Its number is 0. ``extent`` is the length that reach and step of the options are fractions of.
     """
+    if target.across is not None:
+        return _section_plan(target, target.across, extent, options)
     pool, normal = atlas.membership.pool, target.normal
     offset = pool.points - target.point
     along = cross(pool.across[(offset * offset).sum(axis=1).argmin()], normal)
@@ -43,6 +49,13 @@ def plan_at(atlas: Atlas, target: Target, extent: float, options: PlannerOptions
     reach, step = options.reach * extent, options.step * extent
     plan = ProbePlan(0, target.point, normal, planes, reach, step, options.max_turn, target.reason)
     return ending_where_known(plan, atlas)
+
+
+def _section_plan(target: Target, across, extent: float, options: PlannerOptions) -> ProbePlan:
+    """The plan of one whole section: arms turn as far as the body does, and end where they meet."""
+    planes = (SamplingPlane(target.point, across),)
+    reach, step = _SECTION * extent, options.step * extent
+    return ProbePlan(0, target.point, target.normal, planes, reach, step, np.pi, target.reason)
 
 
 def ending_where_known(plan: ProbePlan, atlas: Atlas) -> ProbePlan:

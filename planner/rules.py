@@ -19,6 +19,7 @@ from touchatlas.planner.choose import (
 )
 from touchatlas.planner.places import Known
 from touchatlas.planner.probe_plan import Reason
+from touchatlas.planner.raster import raster
 
 Rule = Callable[[View, np.random.Generator | None], Target | None]
 
@@ -72,4 +73,6 @@ def _at_known(known: Known, number: int) -> Target:
     return Target(known.points[number], known.normals[number], Reason.REFINE)
 
 
-RULES: dict[str, Rule] = {rule.__name__: rule for rule in (tolerance, random, farthest, variance)}
+RULES: dict[str, Rule] = {
+    rule.__name__: rule for rule in (tolerance, random, farthest, variance, raster)
+}
