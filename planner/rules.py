@@ -17,6 +17,7 @@ from touchatlas.planner.choose import (
     open_target,
     weak_target,
 )
+from touchatlas.planner.gpis import gpis
 from touchatlas.planner.places import Known
 from touchatlas.planner.probe_plan import Reason
 from touchatlas.planner.raster import raster
@@ -74,5 +75,5 @@ def _at_known(known: Known, number: int) -> Target:
 
 
 RULES: dict[str, Rule] = {
-    rule.__name__: rule for rule in (tolerance, random, farthest, variance, raster)
+    rule.__name__: rule for rule in (tolerance, random, farthest, variance, gpis, raster)
 }

@@ -18,6 +18,7 @@ STYLES = {
     "random": ("#999999", "s"),
     "farthest": ("#009E73", "D"),
     "variance": ("#CC79A7", "^"),
+    "gpis": ("#332288", "p"),
     "raster": ("#882255", "d"),
     "frontier": ("#E69F00", "v"),
     "APSS": ("#56B4E9", "P"),
