@@ -12,16 +12,16 @@ from touchatlas.planner.choose import (
 )
 from touchatlas.planner.probe_plan import Reason
 
-# Largest cosine between the normals of the surface and of a section, 45 degrees: beyond, a section
-# grazes the surface, and the normals of its samples are off by more. Doubled, sections of the ends
-# of a body would be tangent to them.
-_MOST_FACING = np.sqrt(0.5)
+# Largest cosine between the normals of the surface and of a section across the longest side, 20
+# degrees: the tangent plane that a section alone tells is off by as much. With twice as much, the
+# atlas of an ellipsoid had patches of wrong sheets, and knew 0.60 of it instead of all.
+_MOST_FACING = 0.35
 # Samples are of a parallel section where the cosine of the planes is this at least: all but
 # rounding. With twice the distance from 1 they are the same.
 _PARALLEL = 1.0 - 1e-9
 # A place needs a section where its predicted deviation is more than so many scales of the atlas.
-# With 0.5 four bodies took 1.2 to 1.6 times as many touches. Doubled, sections end earlier, and
-# touches in several planes do the rest.
+# With 0.5 ellipsoid, bottle and mouse took 1.2 to 1.5 times as many touches. Doubled, sections end
+# earlier, and touches in several planes do the rest.
 _UNSURE = 3.0
 
 
