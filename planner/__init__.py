@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from touchatlas.planner.planner import Planner
     from touchatlas.planner.probe_plan import ProbePlan, Reason
     from touchatlas.planner.stop import Stop, StopReason
+    from touchatlas.planner.store import load_planner, save_planner
 
 __all__ = [
     "FrontierOptions",
@@ -26,6 +27,8 @@ __all__ = [
     "Stop",
     "StopReason",
     "explore",
+    "load_planner",
+    "save_planner",
 ]
 __getattr__ = lazy_names(
     {
@@ -39,5 +42,7 @@ __getattr__ = lazy_names(
         "Stop": "touchatlas.planner.stop",
         "StopReason": "touchatlas.planner.stop",
         "explore": "touchatlas.planner.loop",
+        "load_planner": "touchatlas.planner.store",
+        "save_planner": "touchatlas.planner.store",
     }
 )

@@ -17,6 +17,9 @@ from touchatlas.planner.probe_plan import Reason
 _APART = 0.02
 # The same for single places of large deviation at the end. Doubled, some holes remain.
 _APART_WORST = 0.005
+# Share of the distance to a pending plan that counts: its arms will teach what is about it, so that
+# other arms go ten times as far away. Doubled, several arms touch nearer to each other.
+_PENDING = 0.1
 # Cost of a touch besides the way to it, in extents. With the way, 15 explorations of five bodies
 # tracked and travelled 5 % less. Doubled, touches jump farther.
 _SET_UP = 0.3
@@ -43,9 +46,11 @@ class View:
     places : Places
         Those of all patches, up to date.
     touched : (n, 3) float, length, world
-        Contacts of the touches.
+        Reference points of the pending plans, and contacts of the touches, the last one last.
     done : (m, 3) float, length, world
-        These and the reference points of all attempts.
+        The contacts and the reference points of all attempts.
+    pending : (k, 3) float, length, world
+        Reference points of the plans that are not answered yet.
     extent : float, length
         Diagonal of the bounding box of all samples.
     """
@@ -54,11 +59,15 @@ class View:
     places: Places
     touched: np.ndarray
     done: np.ndarray
+    pending: np.ndarray
     extent: float
 
     def apart(self, points) -> np.ndarray:
-        """(n,) distance of points (n, 3) to the nearest touch or attempt, length."""
-        return distance_to(self.done, points)
+        """(n,) distance of points (n, 3) to the nearest touch or attempt, length; a share of that
+        to the nearest pending plan, where that is less."""
+        return np.minimum(
+            distance_to(self.done, points), _PENDING * distance_to(self.pending, points)
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,11 +80,14 @@ class Target:
     normal : (3,) float, unit, world
         Predicted outward normal.
     reason : Reason
+    across : (3,) float, unit, world, optional
+        Normal of the one plane in which a whole section is tracked; without, several planes.
     """
 
     point: np.ndarray
     normal: np.ndarray
     reason: Reason
+    across: np.ndarray | None = None
 
 
 def start_targets(start, outward) -> Iterator[np.ndarray]:

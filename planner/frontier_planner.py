@@ -145,7 +145,7 @@ class FrontierPlanner:
         ValueError
             See ``check_answer``.
         """
-        asked = check_answer(self._asked, touch, change)
+        asked = check_answer([self._asked] if self._asked else [], touch, change)
         if touch.status is TouchStatus.TOUCHED:
             self._position = touch.contact
         if self._home is not None and not change.added and asked.reason in _LAST:

@@ -19,7 +19,7 @@ class PlannerOptions:
     ----------
     name : str
         Which place is touched next: "tolerance", or for comparison "random", "farthest",
-        "variance", or "frontier", whose plans are those of ``FrontierPlanner``.
+        "variance", "gpis", "raster", or "frontier", whose plans are those of ``FrontierPlanner``.
     coverage : float
         Expected fraction of the surface within the tolerance at which it is known.
     curves : int

@@ -6,8 +6,7 @@ import numpy as np
 
 from touchatlas.atlas.atlas import Atlas, AtlasChange
 from touchatlas.atlas.records.touch import Touch, TouchStatus
-from touchatlas.patch.geometry.arrays import check_unit, cross, frozen_array
-from touchatlas.patch.geometry.frame import any_tangent
+from touchatlas.patch.geometry.arrays import check_unit, frozen_array
 from touchatlas.planner.choose import (
     Target,
     View,
@@ -16,27 +15,18 @@ from touchatlas.planner.choose import (
     start_targets,
     worst_target,
 )
-from touchatlas.planner.frontier_planner import FrontierOptions, FrontierPlanner
+from touchatlas.planner.frontier_planner import FrontierPlanner
 from touchatlas.planner.options import FRONTIER, PlannerOptions
-from touchatlas.planner.places import Places, known_to
-from touchatlas.planner.planes import concurrent_planes
+from touchatlas.planner.pending import Pending
+from touchatlas.planner.places import Places
+from touchatlas.planner.plans import arms_beside_edges, closer_plan, first_plan, plan_at
 from touchatlas.planner.probe_plan import ProbePlan, check_answer
 from touchatlas.planner.rules import RULES
 from touchatlas.planner.stop import Forecast, Stop, StopReason
 
-# Width of the spiral of first attempts, in scales of the atlas: with a scale of five deviations of
-# noise, a probe that is good to 1/5,000 of it. Doubled, the attempts are twice as far apart.
-_FIRST_EXTENT = 1000.0
-# Factor by which arms and steps shrink where contours were too short for a patch, and how often.
-# Before any patch nothing is known of the size, so it is tried more often. Doubled, more touches
-# fail in narrow places.
-_CLOSER, _TIMES_CLOSER, _TIMES_CLOSER_FIRST = 0.35, 2, 5
-# Arms beside edges, in arms elsewhere: each patch must be a disc within its face. Doubled, cores
-# overlap other faces, and some edges between faces are not found.
-_BESIDE_EDGES = 0.75
-# Arms end where the predicted deviation is below this fraction of the atlas's scale: there they
-# teach little. Doubled, arms are shorter and more touches are needed.
-_KNOWN = 0.5
+# How often contours that were too short for a patch are tried closer. Before any patch nothing is
+# known of the size, so it is tried more often. Doubled, more touches fail in narrow places.
+_TIMES_CLOSER, _TIMES_CLOSER_FIRST = 2, 5
 # How often the surface is drawn to look for holes. Doubled, some more holes are closed, and
 # explorations that leave many take longer.
 _LOOKS = 4
@@ -98,69 +88,92 @@ class Planner:
         self._places = Places()
         self._stale: set[int] = set()
         self._told = 0
-        self._asked: ProbePlan | None = None
-        self._retry: ProbePlan | None = None
-        self._closer_count = 0
+        self._pending: dict[int, Pending] = {}
+        self._retries: list[Pending] = []
         self._touched: list[np.ndarray] = []
         self._tried: list[np.ndarray] = []
         self._area: list[float] = []
         self._coverage = 0.0
         self._beside_edges = FrontierPlanner(self._start, self._outward)
-        self._starts = start_targets(self._start, self._outward)
-        self._count = 0
+        self._starts = list(start_targets(self._start, self._outward))
+        # Plans asked for, plans answered, and plans answered when the area was last measured.
+        self._count, self._answered, self._measured = 0, 0, -1
         self._holes: list[Target] = []
         self._looked = 0
 
     def ask(self, atlas: Atlas) -> ProbePlan | None:
         """The next plan; None at the end, and ``stop`` says why.
 
-        Without ``tell`` in between, a second call returns the same plan.
+        Without ``tell`` in between, a second call returns the same plan. Of several pending plans
+        it is the first.
 
         Raises
         ------
         ValueError
             When the argument is no Atlas.
         """
+        return next(iter(self.ask_several(atlas, 1)), None)
+
+    def ask_several(self, atlas: Atlas, count: int) -> tuple[ProbePlan, ...]:
+        """The pending plans, those that ``tell`` has not answered, and new ones up to ``count``
+        in all: for a probe of several arms.
+
+        They may be told in any order. A plan whose touch was lost stays pending, so that it is
+        returned until it is told. There are fewer than ``count`` where no other place can be
+        chosen before one of them is told: at the first touch, beside edges, and at the end.
+
+        Raises
+        ------
+        ValueError
+            When the arguments are no Atlas and no whole number.
+        """
         if not isinstance(atlas, Atlas):
             raise ValueError(f"got {type(atlas).__name__}; ask needs the Atlas that learns")
-        if self._asked is None:
+        if not (isinstance(count, int | np.integer) and count >= 1):
+            raise ValueError(f"count is {count!r}; it must be a whole number >= 1")
+        self._pending = {number: one.bound(atlas) for number, one in self._pending.items()}
+        while len(self._pending) < count:
             self.stop = None
-            plan: ProbePlan | None
-            if self._retry is not None:
-                plan, self._retry = self._closer(self._retry), None
-            elif len(atlas) == 0:
-                plan = self._start_plan(atlas)
-            else:
-                plan = self._next_plan(atlas)
-            self._asked = None if plan is None else replace(plan, known=self._coverage)
-        return self._asked
+            found = self._further(atlas)
+            if found is None:
+                break
+            plan = replace(found.plan, number=self._count, known=self._coverage)
+            self._pending[self._count] = replace(found, plan=plan).bound(atlas)
+            self._count += 1
+        return tuple(one.plan for one in self._pending.values())
 
     def tell(self, touch: Touch, change: AtlasChange) -> None:
-        """Take the result of the plan last asked for.
+        """Take the result of a pending plan, that of the touch's number.
 
         Raises
         ------
         ValueError
             See ``check_answer``.
         """
-        asked = check_answer(self._asked, touch, change)
+        asked = check_answer([one.plan for one in self._pending.values()], touch, change)
+        pending = self._pending.pop(asked.number)
         self._tried.append(asked.reference_point)
         met = touch.status is TouchStatus.TOUCHED
         if met and not change.refused:
             self._touched.append(touch.contact)
-        alone = not self._beside_edges.is_open
         most = _TIMES_CLOSER if self._touched else _TIMES_CLOSER_FIRST
-        if met and change.refused and alone and self._closer_count < most:
-            self._retry, self._closer_count = asked, self._closer_count + 1
-        else:
-            self._closer_count = 0
         if self._beside_edges.is_open:
             number = self._beside_edges.count
             self._beside_edges.tell(replace(touch, number=number), replace(change, touch=number))
+        elif met and change.refused and pending.closer < most:
+            self._retries.append(pending)
         self._stale.update((*change.added, *change.changed))
         self._told += 1
-        self._count += 1
-        self._asked = None
+        self._answered += 1
+
+    def _further(self, atlas: Atlas) -> Pending | None:
+        """One more plan, besides those that are pending; None where there is none."""
+        if self._retries:
+            before = self._retries.pop(0)
+            plan = closer_plan(before.plan, self.options.curves)
+            return replace(before, plan=plan, closer=before.closer + 1)
+        found = self._next_plan(atlas) if len(atlas) else self._start_plan(atlas)
+        return None if found is None else Pending(found, found.until is not None)
 
     def _next_plan(self, atlas: Atlas) -> ProbePlan | None:
         """A plan where nothing is known, else where too little is known."""
@@ -170,15 +183,16 @@ class Planner:
         self._update(atlas)
         extent = self._extent(atlas)
         inside, total = self._places.areas(atlas)
-        self._area.append(inside)
+        if self._measured < self._answered:
+            self._area.append(inside)
+            self._measured = self._answered
         self._coverage = inside / total if total > 0.0 else 0.0
         if self.options.name == FRONTIER:
             return self._plan_as_frontier(atlas)
         if atlas.membership.pool.edges.any():
-            self._beside_edges.options = self._long_arms(atlas)
+            self._beside_edges.options = arms_beside_edges(self.options, extent / atlas.scale)
             return self._plan_as_frontier(atlas)
-        done = np.array([*self._touched, *self._tried])
-        view = View(atlas, self._places, np.array(self._touched), done, extent)
+        view = self._view(atlas, extent)
         known = self._coverage >= self.options.coverage and not len(open_places(view)[0])
         stagnates = self._stagnates()
         target = None if known or stagnates else RULES[self.options.name](view, self._rng)
@@ -188,35 +202,32 @@ class Planner:
             target = worst_target(view) if known else None
             target = self._next_hole(view) if target is None else target
             reason = StopReason.KNOWN if known else reason
-        return self._end(atlas, reason) if target is None else self._plan(atlas, target, extent)
+        if target is None:
+            return self._end(atlas, reason)
+        return plan_at(atlas, target, extent, self.options)
+
+    def _view(self, atlas: Atlas, extent: float) -> View:
+        """What the choice of a place depends on. Pending plans count as touched where they are."""
+        pending = [one.plan.reference_point for one in self._pending.values()]
+        touched = np.array([*pending, *(self._touched or [self._start])])
+        done = np.array([*self._touched, *self._tried]).reshape(-1, 3)
+        return View(atlas, self._places, touched, done, np.array(pending).reshape(-1, 3), extent)
 
     def _next_hole(self, view: View) -> Target | None:
         """The next hole of the surface; None where there is none, or they were looked for too
         often."""
-        if not self._holes and self._looked < _LOOKS:
+        if not self._holes and self._looked < _LOOKS and not self._pending:
             self._holes, self._looked = hole_targets(view)[:_PATIENCE], self._looked + 1
         return self._holes.pop(0) if self._holes else None
 
     def _plan_as_frontier(self, atlas: Atlas) -> ProbePlan | None:
         """The plan of a FrontierPlanner. Where the probe reports edges, patches end there, so that
         their cores must fill the faces."""
-        plan = self._beside_edges.ask(atlas)
+        plan = None if self._pending else self._beside_edges.ask(atlas)
         if plan is not None:
-            return replace(plan, number=self._count)
+            return plan
         known = self._coverage >= self.options.coverage
         return self._end(atlas, StopReason.KNOWN if known else StopReason.TRIED)
-
-    def _long_arms(self, atlas: Atlas) -> FrontierOptions:
-        """Options of plans beside edges, with arms and steps of this planner."""
-        extent, options = self._extent(atlas) / atlas.scale, self.options
-        reach = _BESIDE_EDGES * options.reach * extent
-        return FrontierOptions(
-            options.curves,
-            int(_BESIDE_EDGES * options.reach / options.step),
-            min(options.max_turn, FrontierOptions().max_turn),
-            reach,
-            min(FrontierOptions().least_reach, reach),
-        )
 
     def _stagnates(self) -> bool:
         """Whether the area within the tolerance has not grown for long."""
@@ -225,8 +236,9 @@ class Planner:
         return bool(before) and max(since) < (1.0 + _LEAST_GAIN) * max(before)
 
     def _end(self, atlas: Atlas, reason: StopReason) -> ProbePlan | None:
-        """No plan: ``stop`` says why."""
-        self.stop = Stop(reason, self.forecast(atlas))
+        """No plan: ``stop`` says why, unless a pending one may teach more."""
+        if not self._pending:
+            self.stop = Stop(reason, self.forecast(atlas))
         return None
 
     def forecast(self, atlas: Atlas) -> Forecast:
@@ -250,46 +262,7 @@ class Planner:
 
     def _start_plan(self, atlas: Atlas) -> ProbePlan | None:
         """The next attempt at a first touch, with short arms: nothing is known of the size."""
-        offset = next(self._starts, None)
-        if offset is None:
+        if self._pending or not self._starts:
             return self._end(atlas, StopReason.NO_PATCH)
         plan = self._beside_edges.start_plan(atlas)
-        point = self._start + _FIRST_EXTENT * atlas.scale * offset
-        heading = cross(plan.planes[0].normal, plan.normal)
-        planes = concurrent_planes(point, plan.normal, heading, self.options.curves)
-        return replace(plan, number=self._count, reference_point=point, planes=planes)
-
-    def _plan(self, atlas: Atlas, target: Target, extent: float) -> ProbePlan:
-        """The plan of a touch at a target, with its first plane across the nearest contour."""
-        pool, normal = atlas.membership.pool, target.normal
-        offset = pool.points - target.point
-        along = cross(pool.across[(offset * offset).sum(axis=1).argmin()], normal)
-        heading = cross(normal, along)
-        if heading @ heading < np.finfo(float).eps:
-            heading = any_tangent(normal)
-        until = known_to(atlas, _KNOWN * atlas.scale)
-        return self._probe_plan(target.point, normal, heading, extent, target.reason, until)
-
-    def _closer(self, plan: ProbePlan) -> ProbePlan:
-        """A plan at the same place with finer steps and shorter arms."""
-        heading = cross(plan.planes[0].normal, plan.normal)
-        planes = concurrent_planes(plan.reference_point, plan.normal, heading, self.options.curves)
-        return ProbePlan(
-            self._count,
-            plan.reference_point,
-            plan.normal,
-            planes,
-            _CLOSER * plan.reach,
-            _CLOSER * plan.step,
-            plan.max_turn,
-            plan.reason,
-            plan.until,
-        )
-
-    def _probe_plan(self, point, normal, heading, extent, reason, until) -> ProbePlan:
-        """The next ProbePlan."""
-        options = self.options
-        planes = concurrent_planes(point, normal, heading, options.curves)
-        reach, step = options.reach * extent, options.step * extent
-        number, turn = self._count, options.max_turn
-        return ProbePlan(number, point, normal, planes, reach, step, turn, reason, until)
+        return first_plan(plan, self._starts.pop(0), atlas.scale, self.options.curves)

@@ -1,6 +1,6 @@
 """ProbePlan: where and how to touch next."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
@@ -71,8 +71,8 @@ class ProbePlan:
             raise ValueError(f"step is {self.step} and reach {self.reach}; need 0 < step <= reach")
 
 
-def check_answer(plan: ProbePlan | None, touch: Touch, change: AtlasChange) -> ProbePlan:
-    """The open plan, if a touch and what the atlas made of it answer it.
+def check_answer(pending: Sequence[ProbePlan], touch: Touch, change: AtlasChange) -> ProbePlan:
+    """Which of the pending plans a touch and what the atlas made of it answer.
 
     Raises
     ------
@@ -80,15 +80,18 @@ def check_answer(plan: ProbePlan | None, touch: Touch, change: AtlasChange) -> P
         No plan is open, the arguments are no Touch and no AtlasChange, the touch answers another
         plan, or the change is that of another touch.
     """
-    if plan is None:
+    if not pending:
         raise ValueError("no plan is open: call ask before tell")
     if not (isinstance(touch, Touch) and isinstance(change, AtlasChange)):
         raise ValueError(
             f"got {type(touch).__name__} and {type(change).__name__}; give the Touch and the "
             "AtlasChange that Atlas.add returned for it"
         )
-    if touch.number != plan.number:
-        raise ValueError(f"the touch answers plan {touch.number}, but plan {plan.number} is open")
+    plan = next((plan for plan in pending if plan.number == touch.number), None)
+    if plan is None:
+        numbers = ", ".join(str(plan.number) for plan in pending)
+        is_open = f"plan {numbers} is open" if len(pending) == 1 else f"plans {numbers} are open"
+        raise ValueError(f"the touch answers plan {touch.number}, but {is_open}")
     if change.touch not in (None, touch.number):
         raise ValueError(f"the change is that of touch {change.touch}, not of {touch.number}")
     return plan

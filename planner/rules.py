@@ -17,8 +17,10 @@ from touchatlas.planner.choose import (
     open_target,
     weak_target,
 )
+from touchatlas.planner.gpis import gpis
 from touchatlas.planner.places import Known
 from touchatlas.planner.probe_plan import Reason
+from touchatlas.planner.raster import raster
 
 Rule = Callable[[View, np.random.Generator | None], Target | None]
 
@@ -72,4 +74,6 @@ def _at_known(known: Known, number: int) -> Target:
     return Target(known.points[number], known.normals[number], Reason.REFINE)
 
 
-RULES: dict[str, Rule] = {rule.__name__: rule for rule in (tolerance, random, farthest, variance)}
+RULES: dict[str, Rule] = {
+    rule.__name__: rule for rule in (tolerance, random, farthest, variance, gpis, raster)
+}

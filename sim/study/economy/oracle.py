@@ -8,6 +8,7 @@ from touchatlas.planner import Planner, ProbePlan, Reason, StopReason
 from touchatlas.planner.choose import Target
 from touchatlas.planner.holes import hole_centres
 from touchatlas.planner.options import PlannerOptions
+from touchatlas.planner.plans import plan_at
 
 # Places within this fraction of the extent of an earlier touch or attempt are not touched again, as
 # with the other planners; and within this one, if it is a hole. Doubled, fewer places in narrow
@@ -52,7 +53,9 @@ class Oracle(Planner):
             near = _distance(done, self._points) <= _APART * extent
             target = self._worst(np.where(near | (error <= atlas.tolerance), 0.0, error))
             end = StopReason.TRIED
-        return self._end(atlas, end) if target is None else self._plan(atlas, target, extent)
+        if target is None:
+            return self._end(atlas, end)
+        return plan_at(atlas, target, extent, self.options)
 
     def _worst(self, error) -> Target | None:
         """The true point of largest error (n,); None where all are zero."""

@@ -9,6 +9,7 @@ import trimesh
 from tests.explored import explored
 from tests.flat import slab
 from touchatlas.atlas import extract_surface
+from touchatlas.atlas.mesh.extract import open_surface
 from touchatlas.atlas.mesh.resolution import cube_edge, gaps_of, patch_resolution, resolution
 from touchatlas.atlas.mesh.trim import rim, supported
 from touchatlas.sim import make_object
@@ -65,7 +66,7 @@ def test_surface_is_drawn_as_far_as_it_is_trusted(half):
     atlas, areas = explored("torus", max_touches=60).atlas, []
     for trust in (0.1, 0.3, np.inf):
         atlas.options = replace(atlas.options, trust=trust)
-        surface = extract_surface(atlas)
+        surface = open_surface(atlas)
         at_rim = np.isin(surface.patch, rim(atlas))
         trusted, facets = trust * atlas.tolerance, 0.2 * atlas.tolerance
         assert surface.deviation[at_rim].max() <= np.hypot(trusted, facets)

@@ -1,0 +1,91 @@
+"""Plans: the planes and arms of a touch at a place."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from touchatlas.atlas.atlas import Atlas
+from touchatlas.patch.geometry.arrays import cross
+from touchatlas.patch.geometry.contour import SamplingPlane
+from touchatlas.patch.geometry.frame import any_tangent
+from touchatlas.planner.choose import Target
+from touchatlas.planner.frontier_planner import FrontierOptions
+from touchatlas.planner.options import PlannerOptions
+from touchatlas.planner.places import known_to
+from touchatlas.planner.planes import concurrent_planes
+from touchatlas.planner.probe_plan import ProbePlan
+
+# Width of the spiral of first attempts, in scales of the atlas: with a scale of five deviations of
+# noise, a probe that is good to 1/5,000 of it. Doubled, the attempts are twice as far apart.
+_FIRST_EXTENT = 1000.0
+# Factor by which arms and steps shrink where contours were too short for a patch. Doubled, more
+# touches fail in narrow places.
+_CLOSER = 0.35
+# Arms beside edges, in arms elsewhere: each patch must be a disc within its face. Doubled, cores
+# overlap other faces, and some edges between faces are not found.
+_BESIDE_EDGES = 0.75
+# Arms end where the predicted deviation is below this fraction of the atlas's scale: there they
+# teach little. Doubled, arms are shorter and more touches are needed.
+_KNOWN = 0.5
+# Longest arm of a section, in extents: a body that is not folded closes within it, as its sections
+# are no longer than 4 extents. Doubled, those of folded bodies close as well, and others run on.
+_SECTION = 2.0
+
+
+def plan_at(atlas: Atlas, target: Target, extent: float, options: PlannerOptions) -> ProbePlan:
+    """The plan of a touch at a target, with its first plane across the nearest contour.
+
+    Its number is 0. ``extent`` is the length that reach and step of the options are fractions of.
+    """
+    if target.across is not None:
+        return _section_plan(target, target.across, extent, options)
+    pool, normal = atlas.membership.pool, target.normal
+    offset = pool.points - target.point
+    along = cross(pool.across[(offset * offset).sum(axis=1).argmin()], normal)
+    heading = cross(normal, along)
+    if heading @ heading < np.finfo(float).eps:
+        heading = any_tangent(normal)
+    planes = concurrent_planes(target.point, normal, heading, options.curves)
+    reach, step = options.reach * extent, options.step * extent
+    plan = ProbePlan(0, target.point, normal, planes, reach, step, options.max_turn, target.reason)
+    return ending_where_known(plan, atlas)
+
+
+def _section_plan(target: Target, across, extent: float, options: PlannerOptions) -> ProbePlan:
+    """The plan of one whole section: arms turn as far as the body does, and end where they meet."""
+    planes = (SamplingPlane(target.point, across),)
+    reach, step = _SECTION * extent, options.step * extent
+    return ProbePlan(0, target.point, target.normal, planes, reach, step, np.pi, target.reason)
+
+
+def ending_where_known(plan: ProbePlan, atlas: Atlas) -> ProbePlan:
+    """A plan whose arms may end where the atlas knows the surface."""
+    return replace(plan, until=known_to(atlas, _KNOWN * atlas.scale))
+
+
+def closer_plan(plan: ProbePlan, curves: int) -> ProbePlan:
+    """A plan at the same place with finer steps and shorter arms, in ``curves`` planes."""
+    heading = cross(plan.planes[0].normal, plan.normal)
+    planes = concurrent_planes(plan.reference_point, plan.normal, heading, curves)
+    return replace(plan, planes=planes, reach=_CLOSER * plan.reach, step=_CLOSER * plan.step)
+
+
+def first_plan(plan: ProbePlan, offset, scale: float, curves: int) -> ProbePlan:
+    """The plan of a first touch, in ``curves`` planes, at an offset (3,) in extents of the spiral
+    of ``start_targets``."""
+    point = plan.reference_point + _FIRST_EXTENT * scale * offset
+    heading = cross(plan.planes[0].normal, plan.normal)
+    planes = concurrent_planes(point, plan.normal, heading, curves)
+    return replace(plan, reference_point=point, planes=planes)
+
+
+def arms_beside_edges(options: PlannerOptions, extent: float) -> FrontierOptions:
+    """Options of plans beside edges, with arms and steps of a planner; ``extent`` in scales."""
+    reach, usual = _BESIDE_EDGES * options.reach * extent, FrontierOptions()
+    return FrontierOptions(
+        options.curves,
+        int(_BESIDE_EDGES * options.reach / options.step),
+        min(options.max_turn, usual.max_turn),
+        reach,
+        min(usual.least_reach, reach),
+    )

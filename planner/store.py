@@ -1,0 +1,182 @@
+"""Save and load a planner: one JSON file, written whole or not at all.
+
+The file holds all attributes of a planner and of its parts. Of classes it can name those listed
+here alone, so that reading one runs no code of others.
+"""
+
+import hashlib
+import json
+import os
+from collections import Counter
+from collections.abc import Callable
+from enum import Enum
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from touchatlas.atlas.files import write_whole
+from touchatlas.patch.geometry.contour import SamplingPlane
+from touchatlas.planner.choose import Target
+from touchatlas.planner.frontier_planner import FrontierOptions, FrontierPlanner
+from touchatlas.planner.options import PlannerOptions
+from touchatlas.planner.pending import Pending
+from touchatlas.planner.places import Places
+from touchatlas.planner.planner import Planner
+from touchatlas.planner.probe_plan import ProbePlan, Reason
+from touchatlas.planner.stop import Forecast, Stop, StopReason
+
+# Version of the file, no unit; a file of another version is refused.
+FORMAT = 1
+_PLANNERS = (Planner, FrontierPlanner)
+_VALUES = (ProbePlan, SamplingPlane, Pending, Target, Stop, Forecast)
+_RECORDS: dict[str, type] = {
+    kind.__name__: kind for kind in (*_PLANNERS, *_VALUES, Places, PlannerOptions, FrontierOptions)
+}
+_GENERATORS = ("MT19937", "PCG64", "PCG64DXSM", "Philox", "SFC64")
+# Errors that reading an altered file raises.
+_DAMAGE = (ValueError, LookupError, TypeError, AttributeError, RecursionError, OverflowError)
+# Letters of another library's message that are passed on. Doubled, sentences are pages.
+_LONGEST = 200
+
+
+def save_planner(path, planner: Planner | FrontierPlanner) -> None:
+    """Write a planner to a file, with its pending plans and its random numbers. If that fails, the
+    file stays as it was.
+
+    Save the atlas (``save_atlas``) before it: the loaded planner with the loaded atlas plans what
+    these two would have planned. After a crash between the two, the last plan is still pending.
+
+    Raises
+    ------
+    ValueError
+        When the arguments are no path and no planner of this package.
+    OSError
+        When the file cannot be written.
+    """
+    if type(planner) not in _PLANNERS:
+        raise ValueError(
+            f"got {type(planner).__name__} for the planner; call save_planner(path, planner)"
+        )
+    _check_path(path)
+    state = json.dumps(_encoded(planner))
+    digest = hashlib.sha256(state.encode()).hexdigest()
+    whole = {"format": FORMAT, "sha256": digest, "planner": state}
+    write_whole(path, json.dumps(whole).encode())
+
+
+def load_planner(path) -> Any:
+    """Read a Planner or FrontierPlanner that ``save_planner`` wrote.
+
+    Raises
+    ------
+    ValueError
+        When the path is none, or the file is missing, cut off, altered, or of another format.
+    """
+    _check_path(path)
+    if not Path(path).is_file():
+        raise ValueError(f"{path} is no file; give one that save_planner wrote")
+    try:
+        whole = json.loads(Path(path).read_bytes())
+        found = whole["format"]
+        if found == FORMAT:
+            if hashlib.sha256(whole["planner"].encode()).hexdigest() != whole["sha256"]:
+                raise ValueError("its digest is that of other bytes")
+            return _planner(json.loads(whole["planner"]))
+    except (*_DAMAGE, OSError) as error:
+        words = " ".join(str(error).split())[:_LONGEST]
+        raise ValueError(
+            f"{path} is no whole planner file ({words}); it was cut off or altered: give another "
+            "copy"
+        ) from None
+    raise ValueError(
+        f"{path} has format {str(found)[:_LONGEST]}; this version reads {FORMAT}: use the version "
+        "that wrote it, or begin with a new planner"
+    )
+
+
+def _check_path(path) -> None:
+    """ValueError for what names no file."""
+    if not isinstance(path, str | os.PathLike):
+        raise ValueError(f"got {type(path).__name__} for the path; give that of a file")
+
+
+def _planner(state: Any) -> Planner | FrontierPlanner:
+    """The planner of a state; ValueError where it is that of another class or version."""
+    planner = _decoded(state)
+    if not isinstance(planner, _PLANNERS):
+        raise ValueError("it holds no planner")
+    if vars(planner).keys() != vars(type(planner)((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))).keys():
+        raise ValueError("it is that of another version")
+    return planner
+
+
+def _encoded(value: Any) -> Any:
+    """A value as JSON: a number or word as it is, else the name of its class and its parts."""
+    if isinstance(value, np.generic):
+        return _encoded(value.item())
+    if value is None or isinstance(value, bool | str | int | float):
+        return value
+    if callable(value):
+        # Where arms end is asked of the atlas, to which a pending plan is bound again.
+        return None
+    return {type(value).__name__: _parts(value)}
+
+
+def _parts(value: Any) -> list[Any]:
+    """What a value is made of."""
+    if isinstance(value, np.ndarray):
+        return [value.dtype.str, list(value.shape), value.ravel().tolist()]
+    if isinstance(value, Enum):
+        return [value.value]
+    if isinstance(value, np.random.Generator):
+        return [_encoded(value.bit_generator.state)]
+    if isinstance(value, dict):
+        return [[_encoded(key), _encoded(one)] for key, one in value.items()]
+    if isinstance(value, list | tuple | set):
+        return [_encoded(one) for one in value]
+    if type(value).__name__ not in _RECORDS:
+        raise TypeError(f"a planner with a {type(value).__name__} cannot be saved")
+    return [[name, _encoded(one)] for name, one in vars(value).items()]
+
+
+def _decoded(value: Any) -> Any:
+    """The value that ``_encoded`` made JSON of."""
+    if not isinstance(value, dict):
+        return value
+    ((kind, parts),) = value.items()
+    if kind in _MAKERS:
+        return _MAKERS[kind](parts)
+    record, attributes = _RECORDS[kind], {name: _decoded(one) for name, one in parts}
+    if record in (*_PLANNERS, Places):
+        made = object.__new__(record)
+        vars(made).update(attributes)
+        return made
+    # Constructors check values.
+    return record(**attributes)
+
+
+def _mapping(parts: list[Any]) -> dict[Any, Any]:
+    return {_decoded(key): _decoded(one) for key, one in parts}
+
+
+def _generator(parts: list[Any]) -> np.random.Generator:
+    state = _decoded(parts[0])
+    if state["bit_generator"] not in _GENERATORS:
+        raise ValueError("its random numbers are of no generator of numpy")
+    bits = getattr(np.random, state["bit_generator"])()
+    bits.state = state
+    return np.random.Generator(bits)
+
+
+_MAKERS: dict[str, Callable[[list[Any]], Any]] = {
+    "ndarray": lambda parts: np.array(parts[2], np.dtype(parts[0])).reshape(parts[1]),
+    "Generator": _generator,
+    "dict": _mapping,
+    "Counter": lambda parts: Counter(_mapping(parts)),
+    "list": lambda parts: [_decoded(one) for one in parts],
+    "tuple": lambda parts: tuple(map(_decoded, parts)),
+    "set": lambda parts: set(map(_decoded, parts)),
+    "Reason": lambda parts: Reason(*parts),
+    "StopReason": lambda parts: StopReason(*parts),
+}

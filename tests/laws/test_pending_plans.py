@@ -1,0 +1,239 @@
+"""Several pending plans, told in any order or lost, and planners that come back from a file."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from touchatlas.atlas import Atlas, AtlasOptions, Touch, TouchStatus, load_atlas, save_atlas
+from touchatlas.planner import (
+    FrontierPlanner,
+    Planner,
+    PlannerOptions,
+    StopReason,
+    load_planner,
+    save_planner,
+)
+from touchatlas.sim import Probe, make_object
+
+OPTIONS = AtlasOptions()
+
+
+def begun(name="ellipsoid", rule="tolerance", tolerance=None):
+    """An object's empty atlas, planner and probe."""
+    obj = make_object(name)
+    atlas = Atlas(obj.tolerance if tolerance is None else tolerance, OPTIONS, scale=obj.tolerance)
+    planner = Planner(*obj.start(), PlannerOptions(name=rule), np.random.default_rng(3))
+    return atlas, planner, Probe(obj, obj.noise_std, np.random.default_rng(1))
+
+
+def missed(plan):
+    return Touch(
+        plan.number, plan.reference_point, plan.normal, (), TouchStatus.NO_CONTACT, 0.0, 0.0
+    )
+
+
+def short(touch):
+    """A touch whose contours are too short for a patch, so that it is refused."""
+    return replace(touch, contours=tuple(replace(c, points=c.points[:2]) for c in touch.contours))
+
+
+def told(atlas, planner, touch):
+    change = atlas.add(touch)
+    planner.tell(touch, change)
+    return change
+
+
+def advance(atlas, planner, probe, count):
+    """The numbers, places and directions of the next plans, each told before the next is asked."""
+    out = []
+    while len(out) < count and (plan := planner.ask(atlas)) is not None:
+        told(atlas, planner, probe(plan))
+        planes = [plane.normal.tolist() for plane in plan.planes]
+        until = plan.until is None
+        out.append([plan.number, plan.reference_point.tolist(), planes, plan.reach, until])
+    return out
+
+
+@pytest.mark.parametrize(("name", "tolerance"), [("ellipsoid", 2.0), ("sphere", 0.1)])
+def test_plans_told_in_any_order_lead_to_a_known_surface(name, tolerance):
+    """Four arms; every sixth touch misses, every sixth is refused, every sixth is lost: it is made
+    again later, by the plan that is still pending."""
+    atlas, planner, probe = begun(name, tolerance=tolerance)
+    rng, made, lost = np.random.default_rng(0), 0, 0
+    while plans := planner.ask_several(atlas, 4):
+        assert planner.stop is None and planner.ask(atlas) is plans[0]
+        plan = plans[rng.integers(len(plans))]
+        fate, made = rng.integers(6), made + 1
+        if fate == 0:
+            lost += 1
+            assert plan in planner.ask_several(atlas, 4)
+            continue
+        touch = missed(plan) if fate == 1 else probe(plan)
+        change = told(atlas, planner, short(touch) if fate == 2 else touch)
+        assert change.refused or fate not in (1, 2)
+        assert made < 150
+    assert planner.stop.reason is StopReason.KNOWN and lost > 0
+    assert planner.stop.forecast.predicted_coverage >= 0.995
+    atlas.validate()
+
+
+def test_pending_plans_have_places_of_their_own():
+    """No two are within a tenth of the extent of what was touched; each keeps its number."""
+    atlas, planner, probe = begun()
+    advance(atlas, planner, probe, 2)
+    plans = planner.ask_several(atlas, 4)
+    assert [plan.number for plan in plans] == [2, 3, 4, 5]
+    places = np.array([plan.reference_point for plan in plans])
+    apart = np.linalg.norm(places[:, None] - places, axis=2) + np.diag(np.full(4, np.inf))
+    points = atlas.membership.pool.points
+    assert apart.min() > 0.1 * np.linalg.norm(np.ptp(points, axis=0))
+    assert planner.ask_several(atlas, 4) == plans and planner.ask_several(atlas, 2) == plans
+    told(atlas, planner, probe(plans[2]))
+    left = planner.ask_several(atlas, 3)
+    assert left == (plans[0], plans[1], plans[3])
+
+
+def test_one_plan_at_a_time_is_the_sequence_of_ask():
+    asked = advance(*begun(), 5)
+    atlas, planner, probe = begun()
+    for number, place, *_ in asked:
+        (plan,) = planner.ask_several(atlas, 1)
+        assert (plan.number, plan.reference_point.tolist()) == (number, place)
+        told(atlas, planner, probe(plan))
+
+
+def test_before_the_first_patch_and_beside_edges_one_plan_is_pending():
+    """Where nothing is known, or the next place depends on the last touch. Arms that all miss end
+    after the 24 places of a first touch."""
+    atlas, planner, probe = begun("cube")
+    (plan,) = planner.ask_several(atlas, 2)
+    told(atlas, planner, probe(plan))
+    while not atlas.membership.pool.edges.any() or len(planner.ask_several(atlas, 1)) > 1:
+        told(atlas, planner, probe(planner.ask_several(atlas, 2)[-1]))
+    for _ in range(4):
+        (plan,) = planner.ask_several(atlas, 2)
+        told(atlas, planner, probe(plan))
+    atlas, planner, _ = begun("cube")
+    count = 0
+    while plans := planner.ask_several(atlas, 2):
+        told(atlas, planner, missed(plans[0]))
+        count += 1
+    assert count == 24 and planner.stop.reason is StopReason.NO_PATCH
+
+
+def test_a_touch_is_told_once_and_by_a_number_that_is_pending():
+    atlas, planner, probe = begun()
+    advance(atlas, planner, probe, 2)
+    first, second = planner.ask_several(atlas, 2)
+    touch = probe(second)
+    change = told(atlas, planner, touch)
+    with pytest.raises(ValueError, match="the touch answers plan 3, but plan 2 is open"):
+        planner.tell(touch, change)
+    third = planner.ask_several(atlas, 2)[1]
+    assert (first.number, third.number) == (2, 4)
+    with pytest.raises(ValueError, match="answers plan 3, but plans 2, 4 are open"):
+        planner.tell(touch, change)
+    with pytest.raises(ValueError, match="count is 0; it must be a whole number"):
+        planner.ask_several(atlas, 0)
+
+
+def test_a_new_planner_goes_on_with_an_atlas_that_learned_before():
+    atlas, planner, probe = begun()
+    advance(atlas, planner, probe, 2)
+    other = begun()[1]
+    assert other.ask(atlas) is not None
+
+
+@pytest.mark.parametrize(
+    ("name", "rule", "count"),
+    [
+        ("ellipsoid", "tolerance", 0),
+        ("ellipsoid", "tolerance", 3),
+        ("ellipsoid", "random", 2),
+        ("cube", "tolerance", 8),
+        ("ellipsoid_paper", "frontier", 6),
+    ],
+)
+def test_a_loaded_planner_goes_on_as_the_one_that_was_never_saved(name, rule, count, tmp_path):
+    """With the loaded atlas it makes the same plans, number by number, and the one that is pending
+    comes back. Saved again it gives the same bytes."""
+    atlas, planner, probe = begun(name, rule)
+    advance(atlas, planner, probe, count)
+    pending = planner.ask_several(atlas, 2)
+    save_atlas(tmp_path / "atlas.npz", atlas)
+    save_planner(tmp_path / "planner.json", planner)
+    again, loaded = load_atlas(tmp_path / "atlas.npz"), load_planner(tmp_path / "planner.json")
+    assert [p.number for p in loaded.ask_several(again, 1)] == [p.number for p in pending]
+    save_planner(tmp_path / "again.json", loaded)
+    assert (tmp_path / "again.json").read_bytes() == (tmp_path / "planner.json").read_bytes()
+    state = probe.state()
+    expected = advance(atlas, planner, probe, 4)
+    probe.restore(state)
+    assert advance(again, loaded, probe, 4) == expected and len(expected) == 4
+
+
+def test_a_retry_and_the_end_come_back_from_a_file(tmp_path):
+    path = tmp_path / "planner.json"
+    atlas, planner, probe = begun("sphere")
+    told(atlas, planner, short(probe(planner.ask(atlas))))
+    save_planner(path, planner)
+    closer, again = planner.ask(atlas), load_planner(path).ask(atlas)
+    assert again.reach == closer.reach and again.number == closer.number == 1
+    advance(atlas, planner, probe, 100)
+    save_planner(path, planner)
+    stop = load_planner(path).stop
+    assert stop.reason is planner.stop.reason is StopReason.KNOWN
+    assert stop.forecast.predicted_coverage == planner.stop.forecast.predicted_coverage
+
+
+def test_the_frontier_planner_comes_back_from_a_file(tmp_path):
+    obj = make_object("ellipsoid_paper")
+    atlas = Atlas(obj.tolerance, AtlasOptions(fill=False))
+    planner = FrontierPlanner(*obj.start())
+    probe = Probe(obj, obj.noise_std, np.random.default_rng(1))
+    advance(atlas, planner, probe, 5)
+    save_planner(tmp_path / "planner.json", planner)
+    loaded, state = load_planner(tmp_path / "planner.json"), probe.state()
+    plan, again = planner.ask(atlas), loaded.ask(atlas)
+    assert again.reference_point.tolist() == plan.reference_point.tolist()
+    probe.restore(state)
+    assert again.number == plan.number == 5
+
+
+def test_what_is_no_planner_file_is_refused_in_one_sentence(tmp_path):
+    atlas, planner, probe = begun()
+    advance(atlas, planner, probe, 2)
+    path = tmp_path / "planner.json"
+    save_planner(path, planner)
+    good = path.read_bytes()
+    whole = json.loads(good)
+    altered = whole | {"planner": whole["planner"].replace("Planner", "Atlas", 1)}
+    junk = [b"", good[:-40], b"[1, 2]", b"\xff\xfe", b"{}", b"null", json.dumps(altered).encode()]
+    for data in junk:
+        path.write_bytes(data)
+        with pytest.raises(ValueError, match="is no whole planner file .* give another copy"):
+            load_planner(path)
+    path.write_bytes(json.dumps(whole | {"format": 99}).encode())
+    with pytest.raises(ValueError, match="has format 99; this version reads 1"):
+        load_planner(path)
+    for no_file in (tmp_path, tmp_path / "none.json"):
+        with pytest.raises(ValueError, match="is no file"):
+            load_planner(no_file)
+    for call in (lambda: load_planner(3), lambda: save_planner(3, planner)):
+        with pytest.raises(ValueError, match="got int for the path"):
+            call()
+    with pytest.raises(ValueError, match="got int for the planner"):
+        save_planner(path, 3)
+
+
+def test_a_planner_that_cannot_be_written_leaves_the_old_file(tmp_path):
+    path = tmp_path / "planner.json"
+    planner = begun()[1]
+    save_planner(path, planner)
+    before = path.read_bytes()
+    planner.extra = object()
+    with pytest.raises(TypeError, match="cannot be saved"):
+        save_planner(path, planner)
+    assert path.read_bytes() == before
