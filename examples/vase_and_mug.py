@@ -86,6 +86,7 @@ def mug() -> trimesh.Trimesh:
 def main(folder: str = ".") -> None:
     for name, mesh in (("vase", vase()), ("mug", mug())):
         path = Path(folder) / f"{name}.ply"
+        path.parent.mkdir(parents=True, exist_ok=True)
         mesh.export(path)
         print(f"{path}: {len(mesh.faces)} triangles, V - E + F = {mesh.euler_number}", flush=True)
 

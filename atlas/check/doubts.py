@@ -141,8 +141,8 @@ def _contradictions(atlas: AtlasState, extent: float) -> list[Doubt]:
         if explained > _EXPLAINED:
             samples = np.unique(off.sample)
             words = (
-                f"{len(samples) / len(pool):.1%} of the samples lie beside patches of other touches "
-                f"as if the object had moved by {np.linalg.norm(shift):.3g} or more; fix it, and "
+                f"{len(samples) / len(pool):.1%} of the samples lie beside patches of other "
+                f"touches as if the object had moved by {np.linalg.norm(shift):.3g} or more; fix it, and "
                 "explore again."
             )
             return [Doubt("moved", words, _apart(pool.points[samples], extent))]

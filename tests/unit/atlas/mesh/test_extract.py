@@ -36,7 +36,7 @@ def half():
 
 def test_surface_is_open_at_the_frontier_and_nowhere_else(half):
     atlas = half
-    surface, edge = extract_surface(atlas), resolution(atlas, sheet_gaps(atlas))
+    surface, edge = open_surface(atlas), resolution(atlas, sheet_gaps(atlas))
     border = boundary_edges(surface.faces)
     seen = atlas.blend(surface.vertices)
     assert len(border) and seen.known.all()
