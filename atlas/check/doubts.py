@@ -72,6 +72,7 @@ def doubts(
     surface: Triangles | None = None,
     open_places: Sequence | np.ndarray = (),
     stopped: str = "",
+    lost: Sequence | np.ndarray = (),
 ) -> tuple[Doubt, ...]:
     """What speaks against an atlas; empty where nothing does.
 
@@ -84,6 +85,9 @@ def doubts(
         Where a planner says that too little is known (``Forecast.open_places``).
     stopped : str
         Why the exploration ended before the surface was known; empty if it was known.
+    lost : (k, 3) float, length, world
+        Where contours lost contact and nothing was met beyond (``lost_contact``). An atlas does not
+        keep it.
 
     Returns
     -------
@@ -106,7 +110,7 @@ def doubts(
     if len(atlas):
         extent = _extent(atlas.membership.pool.points)
         found += _contradictions(atlas, extent) + _misfits(atlas, extent)
-        found += _close_sheets(atlas, extent)
+        found += _close_sheets(atlas, extent) + _lost_contact(lost, extent)
     return (*found, *_topology(surface))
 
 
@@ -187,6 +191,18 @@ def _close_sheets(atlas: AtlasState, extent: float) -> list[Doubt]:
         "give a smaller tolerance, or look there."
     )
     return [Doubt("close sheets", words, _apart(places, extent))]
+
+
+def _lost_contact(lost, extent: float) -> list[Doubt]:
+    """Ends of contours beyond which there may be no surface."""
+    places = np.reshape(np.asarray(lost, float), (-1, 3))
+    if not len(places):
+        return []
+    words = (
+        f"Contact was lost at {_count(len(places), 'end of a contour', 'ends of contours')} with "
+        "nothing met beyond; the surface may end there, and what is drawn beyond is not known."
+    )
+    return [Doubt("lost contact", words, _apart(places, extent))]
 
 
 def _topology(surface: Triangles | None) -> list[Doubt]:

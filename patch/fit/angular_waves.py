@@ -9,8 +9,8 @@ from touchatlas.patch.geometry.polynomial import Basis
 
 # Degrees of freedom of the variance of a wave before its phases are seen: of Cauchy's distribution,
 # the usual prior where nothing is known of a scale (Zellner and Siow, Posterior odds ratios for
-# selected regression hypotheses, 1980). Doubled, unseen phases widen by a quarter less where the seen
-# one is as large as expected, and four times as many patches of a torus are silently wrong.
+# selected regression hypotheses, 1980). Doubled, unseen phases widen by a quarter less where the
+# seen one is as large as expected, and four times as many patches of a torus are silently wrong.
 _FREEDOM = 1.0
 # The quantile that a deviation stands for: 1.96 of them hold 95 %.
 _QUANTILE = 0.975
