@@ -33,9 +33,9 @@ _SMALL = 0.05
 # Residuals below this fraction of the noise: it is not the noise of these points. Doubled, good
 # fits of many terms are doubted.
 _TOO_NOISY = 1.0 / 3.0
-# Largest deviation at the core's rim over the core radius: a slope of four degrees. Doubled,
+# Largest deviation at the core's rim over the core radius: a slope of 3.4 degrees. Doubled,
 # patches pass that hardly know more than their tangent plane.
-_UNCERTAIN = 0.07
+_UNCERTAIN = 0.06
 # Rounding of exact contacts over the radius: the fit takes noise to be no less.
 _ROUNDING = 1e-6
 # Largest root mean square distance of a curve from its plane, in noises, and over its size where

@@ -12,9 +12,9 @@ from touchatlas.sim.study.stability.outcome import Outcome, verdict
 WRONG = {
     "monkey_saddle": 1,
     "unseen_cubic": 2,
+    "torus": 1,
     "step": 1,
     "radius": 1,
-    "other_unit": 1,
     "contradiction": 1,
     "uneven_noise": 1,
 }
