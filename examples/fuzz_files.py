@@ -15,7 +15,7 @@ import signal
 import sys
 import tempfile
 import time
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import numpy as np
@@ -191,13 +191,29 @@ class Fuzzer:
                 read()
 
 
+@contextmanager
+def limited_time():
+    """Raise TooSlowError in a body that takes too long."""
+
+    def too_slow(*_):
+        raise TooSlowError
+
+    before = signal.signal(signal.SIGALRM, too_slow)
+    signal.setitimer(signal.ITIMER_REAL, MOST_SECONDS)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+
+
 def judge(fuzzer: Fuzzer, kind: str, data: bytes) -> str | None:
     """What is wrong with reading an input; None if nothing is."""
     with tempfile.TemporaryDirectory(dir=fuzzer.folder) as name:
         work, start = Path(name), time.perf_counter()
-        signal.setitimer(signal.ITIMER_REAL, MOST_SECONDS)
         try:
-            fuzzer.read(kind, data, work)
+            with limited_time():
+                fuzzer.read(kind, data, work)
         except (ValueError, OSError) as error:
             text = str(error)
             if "\n" in text or len(text) > 2000 or isinstance(error, UnicodeError):
@@ -206,8 +222,6 @@ def judge(fuzzer: Fuzzer, kind: str, data: bytes) -> str | None:
             return f"more than {MOST_SECONDS:g} s"
         except BaseException as error:
             return f"{type(error).__name__}: {error}"
-        finally:
-            signal.setitimer(signal.ITIMER_REAL, 0.0)
         allowed = {"in", "run.toml", *(f"in.{ending}" for ending in MESHES)}
         if others := {path.name for path in work.iterdir()} - allowed:
             return f"wrote {others}"
@@ -217,10 +231,7 @@ def judge(fuzzer: Fuzzer, kind: str, data: bytes) -> str | None:
 
 
 def main(count: int, seed: int, kinds) -> int:
-    def too_slow(*_):
-        raise TooSlowError
-
-    before, wrong = signal.signal(signal.SIGALRM, too_slow), 0
+    wrong = 0
     with tempfile.TemporaryDirectory(prefix="fuzz-") as name:
         fuzzer, failures = Fuzzer(Path(name)), Path("fuzz")
         for kind in kinds:
@@ -248,7 +259,6 @@ def main(count: int, seed: int, kinds) -> int:
             )
         with suppress(OSError):
             failures.rmdir()
-    signal.signal(signal.SIGALRM, before)
     return 1 if wrong else 0
 
 

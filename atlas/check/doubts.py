@@ -36,12 +36,14 @@ _APART, _MOST = 0.1, 5
 
 
 class Triangles(Protocol):
-    """Vertices (v, 3), length, and faces (f, 3), as a Surface has them."""
+    """Vertices (v, 3), length, faces (f, 3), and middles (h, 3) of closed holes of a Surface."""
 
     @property
     def vertices(self) -> np.ndarray: ...
     @property
     def faces(self) -> np.ndarray: ...
+    @property
+    def closed_holes(self) -> np.ndarray: ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,18 +74,22 @@ def doubts(
     surface: Triangles | None = None,
     open_places: Sequence | np.ndarray = (),
     stopped: str = "",
+    lost: Sequence | np.ndarray = (),
 ) -> tuple[Doubt, ...]:
     """What speaks against an atlas; empty where nothing does.
 
     Parameters
     ----------
     atlas : AtlasState
-    surface : Triangles, optional
+    surface : Surface, optional
         The atlas's Surface, whose pieces and holes are looked at.
     open_places : (k, 3) float, length, world
         Where a planner says that too little is known (``Forecast.open_places``).
     stopped : str
         Why the exploration ended before the surface was known; empty if it was known.
+    lost : (k, 3) float, length, world
+        Where contours lost contact and nothing was met beyond (``lost_contact``). An atlas does not
+        keep it.
 
     Returns
     -------
@@ -106,7 +112,7 @@ def doubts(
     if len(atlas):
         extent = _extent(atlas.membership.pool.points)
         found += _contradictions(atlas, extent) + _misfits(atlas, extent)
-        found += _close_sheets(atlas, extent)
+        found += _close_sheets(atlas, extent) + _lost_contact(lost, extent)
     return (*found, *_topology(surface))
 
 
@@ -142,8 +148,8 @@ def _contradictions(atlas: AtlasState, extent: float) -> list[Doubt]:
             samples = np.unique(off.sample)
             words = (
                 f"{len(samples) / len(pool):.1%} of the samples lie beside patches of other "
-                f"touches as if the object had moved by {np.linalg.norm(shift):.3g} or more; fix it, and "
-                "explore again."
+                f"touches as if the object had moved by {np.linalg.norm(shift):.3g} or more; fix "
+                "it, and explore again."
             )
             return [Doubt("moved", words, _apart(pool.points[samples], extent))]
     samples = np.unique(contradictions(atlas).sample)
@@ -191,8 +197,20 @@ def _close_sheets(atlas: AtlasState, extent: float) -> list[Doubt]:
     return [Doubt("close sheets", words, _apart(places, extent))]
 
 
+def _lost_contact(lost, extent: float) -> list[Doubt]:
+    """Ends of contours beyond which there may be no surface."""
+    places = np.reshape(np.asarray(lost, float), (-1, 3))
+    if not len(places):
+        return []
+    words = (
+        f"Contact was lost at {_count(len(places), 'end of a contour', 'ends of contours')} with "
+        "nothing met beyond; the surface may end there, and what is drawn beyond is not known."
+    )
+    return [Doubt("lost contact", words, _apart(places, extent))]
+
+
 def _topology(surface: Triangles | None) -> list[Doubt]:
-    """Pieces, holes and an odd Euler characteristic of the triangles."""
+    """Pieces, holes, closed or not, and an odd Euler characteristic of the triangles."""
     if surface is None or not len(surface.faces):
         return [Doubt("no surface", "Nowhere is the surface known.", _NOWHERE)]
     mesh = trimesh.Trimesh(surface.vertices, surface.faces, process=False)
@@ -203,6 +221,12 @@ def _topology(surface: Triangles | None) -> list[Doubt]:
     if pieces > 1:
         words = f"The surface has {pieces} pieces; touch between them, or check for a second body."
         found.append(Doubt("pieces", words, _NOWHERE))
+    if closed := len(surface.closed_holes):
+        words = (
+            f"{_count(closed, 'small hole was', 'small holes were')} closed across without a "
+            "sample; touch there."
+        )
+        found.append(Doubt("closed holes", words, _apart(surface.closed_holes, size)))
     rim = trimesh.grouping.group_rows(mesh.edges_sorted, require_count=1)
     if len(rim):
         middle = surface.vertices[mesh.edges_sorted[rim]].mean(axis=1)

@@ -1,7 +1,5 @@
 """Close holes: small holes of the surface are closed by triangles, counted, and sure of little."""
 
-from dataclasses import replace
-
 import igl
 import numpy as np
 
@@ -13,10 +11,13 @@ _LARGEST = 0.1
 # Expected deviation of an unknown surface, in distances to the known one: a slope of six degrees.
 # Doubled, the surface across a hole says that it may be twice as far off.
 _SLOPE = 0.1
+# Least cosine between the normals of a rim and of its hole, by which slopes are divided: 60
+# degrees. Doubled to 1, steep rims are taken for level ones.
+_UPRIGHT = 0.5
 
 
 def close_holes(surface: Surface) -> Surface:
-    """The surface with a fan of triangles across each small hole, and their number.
+    """The surface with a fan of triangles across each small hole, and the middles of these.
 
     The surface must be manifold. The middle of a fan lies on the sphere through the rim of the hole
     with its normals: half as high as the tangent planes of the rim.
@@ -32,12 +33,16 @@ def close_holes(surface: Surface) -> Surface:
         np.stack([np.roll(loop, -1), loop, np.full(len(loop), len(points) + k)], axis=1)
         for k, loop in enumerate(small)
     ]
-    columns = {
-        name: np.concatenate([getattr(surface, name), [middle[name] for middle in middles]])
-        for name in middles[0]
-    }
-    return replace(
-        surface, faces=np.concatenate([faces, *fans]), closed_holes=len(small), **columns
+    parts = [surface, *middles]
+    return Surface(
+        np.concatenate([part.vertices for part in parts]),
+        np.concatenate([faces, *fans]),
+        np.concatenate([part.normals for part in parts]),
+        np.concatenate([part.deviation for part in parts]),
+        np.concatenate([part.patch for part in parts]),
+        np.concatenate([part.gaussian_curvature for part in parts]),
+        surface.stray_pieces,
+        np.concatenate([middle.vertices for middle in middles]),
     )
 
 
@@ -46,8 +51,8 @@ def _diameter(points) -> float:
     return float(np.linalg.norm(np.ptp(points, axis=0)))
 
 
-def _middle(surface: Surface, loop) -> dict[str, np.ndarray]:
-    """Values of the vertex in the middle of a hole, by the names of a Surface."""
+def _middle(surface: Surface, loop) -> Surface:
+    """The vertex in the middle of a hole, without triangles."""
     rim, normals = surface.vertices[loop], surface.normals[loop]
     centre, normal = rim.mean(axis=0), normals.sum(axis=0)
     normal /= max(np.linalg.norm(normal), np.finfo(float).tiny)
@@ -55,13 +60,13 @@ def _middle(surface: Surface, loop) -> dict[str, np.ndarray]:
     # On a sphere a rim at distance d has tangent planes d^2 / R above its centre, and the sphere
     # itself is d^2 / (2 R) high.
     slope = np.einsum("ij,ij->i", normals, offset)
-    upright = np.maximum(normals @ normal, 0.5)
+    height = 0.5 * (slope / np.maximum(normals @ normal, _UPRIGHT)).mean()
     away = np.sqrt(np.einsum("ij,ij->i", offset, offset).mean())
-    deviation = np.hypot(surface.deviation[loop].max(), _SLOPE * away)
-    return {
-        "vertices": centre + 0.5 * (slope / upright).mean() * normal,
-        "normals": normal,
-        "deviation": deviation,
-        "patch": surface.patch[loop[0]],
-        "gaussian_curvature": surface.gaussian_curvature[loop].mean(),
-    }
+    return Surface(
+        (centre + height * normal)[None],
+        np.zeros((0, 3), int),
+        normal[None],
+        np.hypot(surface.deviation[loop].max(keepdims=True), _SLOPE * away),
+        surface.patch[loop[:1]],
+        surface.gaussian_curvature[loop].mean(keepdims=True),
+    )

@@ -1,6 +1,6 @@
 """Surface: the triangles of an atlas, with normal and predicted deviation at each vertex."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import igl
 import numpy as np
@@ -24,8 +24,8 @@ class Surface:
         Curvature of the patches, not of the triangles.
     stray_pieces : int
         Number of pieces beside the surface that were removed.
-    closed_holes : int
-        Number of small holes that were closed across, without samples.
+    closed_holes : (h, 3) float, length, world
+        Middles of small holes that were closed across, without samples.
     """
 
     vertices: np.ndarray
@@ -35,7 +35,7 @@ class Surface:
     patch: np.ndarray
     gaussian_curvature: np.ndarray
     stray_pieces: int = 0
-    closed_holes: int = 0
+    closed_holes: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
 
     def total_curvature(self) -> float:
         """Integral of the patches' Gaussian curvature over the triangles, no unit.
@@ -57,6 +57,6 @@ class Surface:
         columns = {
             name: column[index]
             for name, column in vars(self).items()
-            if isinstance(column, np.ndarray) and name != "faces"
+            if name not in ("faces", "stray_pieces", "closed_holes")
         }
         return replace(self, faces=faces, **columns)

@@ -4,6 +4,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from touchatlas.patch.fit.curve_tests import excess_scatter
 from touchatlas.patch.fit.residual_tests import residual_tests
 from touchatlas.patch.geometry.contour import Contour
 from touchatlas.patch.geometry.patch import Patch
@@ -16,25 +17,25 @@ from touchatlas.patch.geometry.polynomial import (
 )
 
 # Condition of the sections above which curvatures are doubtful: 1.4 for planes 60 degrees apart,
-# 10 for planes within 20 degrees. Doubled, planes within 10 degrees pass.
-_POOR_CONDITION = 10.0
+# 30 for planes within 15 degrees. Below, predicted deviations hold what it does. Doubled, planes
+# within 11 degrees pass.
+_POOR_CONDITION = 30.0
 # Largest fraction of outliers that a patch bears. Doubled, one bad contact in ten is no doubt.
 _OUTLIERS = 0.05
 # Tests at this many standard deviations: one false alarm in a thousand good patches. Doubled, only
 # gross misfits are doubted.
 _LIMIT = 3.3
-# Largest serial correlation, and largest offset of one curve. A fit leaves residuals that
-# alternate, by one deviation, and curves hardly any offset: both limits are about 3.5 deviations
-# above what good patches have. Doubled, drift and curves of a moved object pass twice as far.
-_WAVES, _OFFSET = 2.3, 2.5
+# Largest serial correlation. A fit leaves residuals that alternate, by one deviation: the limit is
+# about 3.5 deviations above what good patches have. Doubled, drift passes twice as far.
+_WAVES = 2.3
 # Least core over the reach of the longest curve. Doubled, a core of a tenth is doubted.
 _SMALL = 0.05
 # Residuals below this fraction of the noise: it is not the noise of these points. Doubled, good
 # fits of many terms are doubted.
 _TOO_NOISY = 1.0 / 3.0
-# Largest deviation at the core's rim over the core radius: a slope of three degrees. Doubled,
+# Largest deviation at the core's rim over the core radius: a slope of 3.4 degrees. Doubled,
 # patches pass that hardly know more than their tangent plane.
-_UNCERTAIN = 0.05
+_UNCERTAIN = 0.06
 # Rounding of exact contacts over the radius: the fit takes noise to be no less.
 _ROUNDING = 1e-6
 # Largest root mean square distance of a curve from its plane, in noises, and over its size where
@@ -57,11 +58,11 @@ ADVICE = {
     "a larger noise.",
     "waves": "The residuals run in waves: detail, an edge or drift that the patch does not follow; "
     "track shorter curves.",
-    "contradiction": "One curve lies beside the others; track it again: the object may have moved, "
-    "or the curve be of another frame or unit.",
+    "contradiction": "The curves do not cross on one surface; track them again: the object may "
+    "have moved, or one curve be of another frame or unit.",
     "off plane": "A curve leaves its sampling plane; give the plane it was tracked in.",
-    "unlike curves": "The samples of one curve lie much closer together than those of another; see "
-    "that all curves have one unit.",
+    "unlike curves": "The samples of one curve lie much closer together than those of another, or "
+    "scatter much less across its plane; see that all curves have one unit.",
     "bad contacts": "Many contacts are far off; track again, or elsewhere.",
     "noise overstated": "The curves lie much closer to the patch than their noise; state a smaller "
     "noise.",
@@ -88,8 +89,8 @@ class Diagnosis:
         Root mean square of the residuals over their deviations; outliers are left out.
     serial : float
         Serial correlation of the residuals along the contours, in its standard deviations.
-    offset : float
-        Largest mean residual of one contour, in its standard deviations.
+    disagreement : float
+        How far the curves disagree on the surface where they cross, in standard deviations.
     sign_changes : float
         Fraction of the core where the Gaussian curvature has another sign than at the origin.
     outliers : float
@@ -98,6 +99,8 @@ class Diagnosis:
         Largest root mean square distance of a curve from its plane, in its noise.
     unlike : float
         Largest ratio of the median spacings of two curves' samples.
+    scatter : float
+        How much more one curve scatters across its own plane than the others, in deviations.
     """
 
     doubts: tuple[str, ...]
@@ -107,11 +110,12 @@ class Diagnosis:
     leverage: float
     residual_ratio: float
     serial: float
-    offset: float
+    disagreement: float
     sign_changes: float
     outliers: float
     off_plane: float
     unlike: float
+    scatter: float
 
     @property
     def advice(self) -> tuple[str, ...]:
@@ -160,6 +164,7 @@ def diagnose(patch: Patch, contours: tuple[Contour, ...]) -> Diagnosis:
     noise = max(patch.noise_std, _ROUNDING * patch.radius)
     core, tests = patch.core * patch.radius, residual_tests(patch, contours)
     direction, deviation = _weakest(patch)
+    scatter = excess_scatter(contours)
     off_plane, unlike = max(_off_plane(contour) for contour in contours), _spacing_ratio(contours)
     # Without noise the residuals are what the patch leaves out, and have no law.
     noisy = noise > 10.0 * _ROUNDING * patch.radius
@@ -169,9 +174,9 @@ def diagnose(patch: Patch, contours: tuple[Contour, ...]) -> Diagnosis:
         "small": core < _SMALL * _longest_reach(patch, contours),
         "misfit": tests.excess > _LIMIT,
         "waves": tests.serial > _WAVES and noisy,
-        "contradiction": tests.offset > _OFFSET * max(1.0, tests.ratio),
+        "contradiction": tests.disagreement > _LIMIT and noisy,
         "off plane": off_plane > _OFF_PLANE,
-        "unlike curves": unlike > _UNLIKE,
+        "unlike curves": unlike > _UNLIKE or (scatter > _LIMIT and noisy),
         "bad contacts": tests.outliers > _OUTLIERS,
         "noise overstated": tests.ratio < _TOO_NOISY and noisy,
     }
@@ -183,11 +188,12 @@ def diagnose(patch: Patch, contours: tuple[Contour, ...]) -> Diagnosis:
         leverage=(deviation / noise) ** 2,
         residual_ratio=tests.ratio,
         serial=tests.serial,
-        offset=tests.offset,
+        disagreement=tests.disagreement,
         sign_changes=_sign_changes(patch),
         outliers=tests.outliers,
         off_plane=off_plane,
         unlike=unlike,
+        scatter=scatter,
     )
 
 

@@ -1,9 +1,10 @@
-"""Tests of a patch's residuals: size, order along the contours, offset of one contour, outliers."""
+"""Tests of a patch's residuals: size, order along the contours, curves that disagree, outliers."""
 
 from typing import NamedTuple
 
 import numpy as np
 
+from touchatlas.patch.fit.curve_tests import disagreement
 from touchatlas.patch.geometry.contour import Contour
 from touchatlas.patch.geometry.patch import Patch
 from touchatlas.patch.geometry.polynomial import GRADIENT, derivative_coefficients, monomials
@@ -28,14 +29,14 @@ class ResidualTests(NamedTuple):
     without them. ``ratio`` is the root of chi-square over its degrees of freedom, ``excess`` how
     far chi-square exceeds these, in its standard deviations. ``serial`` is von Neumann's serial
     correlation: the sum of products of neighbours over the sum of squares, times the root of the
-    number. ``offset`` is the largest mean of one contour, in its standard deviations.
+    number. ``disagreement`` is that of the curves.
     """
 
     outliers: float
     ratio: float
     excess: float
     serial: float
-    offset: float
+    disagreement: float
 
 
 def residual_tests(patch: Patch, contours: tuple[Contour, ...]) -> ResidualTests:
@@ -46,43 +47,51 @@ def residual_tests(patch: Patch, contours: tuple[Contour, ...]) -> ResidualTests
     von Neumann, Distribution of the ratio of the mean square successive difference to the variance,
     1941: without correlation the serial number is about normal with variance one.
     """
-    residuals, freedom = _standardised(patch, contours)
+    parts = [_distances(patch, contour) for contour in contours]
+    residuals, designs, freedom = _standardised(patch, parts)
     joined = np.concatenate(residuals)
     outliers = float((np.abs(joined) > _OUTLIER).sum()) / max(len(joined), 1)
-    inliers = [r[np.abs(r) <= _OUTLIER] for r in residuals]
+    good = [np.abs(r) <= _OUTLIER for r in residuals]
+    inliers = [r[keep] for r, keep in zip(residuals, good, strict=True)]
     count, freedom = max(sum(len(r) for r in inliers), 1), max(freedom * (1.0 - outliers), 1.0)
     square = sum(float(r @ r) for r in inliers)
     products = sum(float(r[1:] @ r[:-1]) for r in inliers)
-    offsets = [abs(float(r.sum())) / np.sqrt(len(r)) for r in inliers if len(r)]
     return ResidualTests(
         outliers=outliers,
         ratio=float(np.sqrt(square / freedom)),
         excess=(square - freedom) / float(np.sqrt(2.0 * count)),
         serial=products / max(square, 1e-300) * float(np.sqrt(count)),
-        offset=float(max(offsets, default=0.0)),
+        disagreement=disagreement(
+            inliers,
+            [design[keep] for design, keep in zip(designs, good, strict=True)],
+            [part[4][keep] for part, keep in zip(parts, good, strict=True)],
+            patch.covariance,
+        ),
     )
 
 
-def _standardised(patch: Patch, contours) -> tuple[list[np.ndarray], float]:
-    """Distances of each contour's samples within the radius, in their standard deviations, and
-    their degrees of freedom.
+def _standardised(patch: Patch, parts):
+    """Distances of each contour's samples within the radius and their terms, both in standard
+    deviations, and the degrees of freedom.
 
     A distance is within the sampling plane, where the noise lies; the orders that the patch leaves
     out add to its variance. A sample's leverage is that of least squares or as the patch's
     covariance has it, whichever is smaller.
     """
-    parts = [_distances(patch, contour) for contour in contours]
-    design = np.concatenate([terms / std for _, std, _, terms in parts])
+    design = np.concatenate([terms / std for _, std, _, terms, _ in parts])
     left, values, _ = np.linalg.svd(design, full_matrices=False)
     left = left[:, values > _LEAST_VALUE * values.max(initial=0.0)]
     explained = ((design @ patch.covariance) * design).sum(axis=1)
     freedom = float((1.0 - np.minimum((left * left).sum(axis=1), explained)).sum())
-    return [d / np.sqrt(std[:, 0] ** 2 + beyond) for d, std, beyond, _ in parts], freedom
+    whole = [np.sqrt(std[:, 0] ** 2 + beyond) for _, std, beyond, _, _ in parts]
+    residuals = [part[0] / s for part, s in zip(parts, whole, strict=True)]
+    return residuals, [part[3] / s[:, None] for part, s in zip(parts, whole, strict=True)], freedom
 
 
 def _distances(patch: Patch, contour: Contour):
     """F (n,) at a contour's samples within the radius, its standard deviation (n, 1) by the noise,
-    its variance (n,) by the orders left out, and the monomials (n, t); all scaled."""
+    its variance (n,) by the orders left out, the monomials (n, t), and the places (n,) of the
+    samples along the chord of the contour; all scaled."""
     basis = patch.polynomial.basis
     local = patch.frame.to_local(contour.points_in_plane) / patch.radius
     local = local[(local * local).sum(axis=1) <= 1.0]
@@ -95,4 +104,6 @@ def _distances(patch: Patch, contour: Contour):
     length = np.maximum(np.sqrt((gradient * gradient).sum(axis=1)), _LEAST_GRADIENT)
     std = max(contour.noise_std, _ROUNDING * patch.radius) / patch.radius * length
     beyond = patch.leftover**2 * (local[:, :2] ** 2).sum(axis=1) ** (basis.degree + 1)
-    return local[:, 2] - phi, std[:, None], beyond, terms[: basis.size].T
+    chord = patch.frame.axes @ (contour.points[-1] - contour.points[0])
+    along = local @ chord / max(np.sqrt(chord @ chord), np.finfo(float).tiny)
+    return local[:, 2] - phi, std[:, None], beyond, terms[: basis.size].T, along

@@ -8,6 +8,7 @@ import numpy as np
 
 from touchatlas.atlas import Atlas, Surface, extract_surface, save_atlas
 from touchatlas.atlas.check.doubts import doubts
+from touchatlas.atlas.check.lost_contact import lost_contact
 from touchatlas.atlas.files import write_whole
 from touchatlas.planner import StopReason
 from touchatlas.sim.run.closest_points import closest_points
@@ -89,7 +90,8 @@ class Conclusion:
         if known["ended"] != StopReason.KNOWN.value:
             share, places = known["predicted_coverage"], known["open_places"]
             stopped = f"{known['ended']}, with {share:.1%} of the surface known to the tolerance"
-        return [doubt.as_dict() for doubt in doubts(self.atlas, surface, places, stopped)]
+        lost = lost_contact(self.progress.contours)
+        return [doubt.as_dict() for doubt in doubts(self.atlas, surface, places, stopped, lost)]
 
     def _draw(self, folder: Path, surface: Surface | None) -> None:
         """Write progress.png and surface.png."""
@@ -110,6 +112,7 @@ class Conclusion:
         numbers |= {"coverage": 0.0, "f_score": 0.0, "watertight": False}
         numbers["true_euler_characteristic"] = obj.euler_characteristic if obj.closed else None
         numbers |= {"total_curvature_over_2pi": None, "diagonal": obj.diagonal}
+        numbers["closed_holes"] = 0 if surface is None else len(surface.closed_holes)
         if surface is not None and len(surface.faces):
             evaluation = evaluate_surface(
                 surface.vertices,

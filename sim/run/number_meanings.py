@@ -47,6 +47,9 @@ NUMBERS: dict[str, Meaning] = {
     "watertight": _m(
         "whether each edge of the mesh has two triangles, wound alike", good="True if closed"
     ),
+    "closed_holes": _m(
+        "small holes of the surface that were closed across without a sample", good="0"
+    ),
     "euler_characteristic": _m("V - E + F of the triangle mesh", good="the true one"),
     "true_euler_characteristic": _m("the same of the object; null where it is open"),
     "components": _m("separate parts of the object"),

@@ -1,6 +1,6 @@
 """Corners of three faces."""
 
-from tests.stability.walk import GIVEN_OR_REFUSED, nothing_crashes, outcomes
+from tests.stability.walk import GIVEN_OR_REFUSED, outcomes
 from touchatlas.sim.study.stability.families import FAMILIES
 from touchatlas.sim.study.stability.outcome import Outcome
 
@@ -14,7 +14,3 @@ def test_a_corner_at_the_rim_does_no_harm():
 
 def test_a_corner_inside_is_seen():
     assert outcomes(FAMILY, SEVERITIES[2:]) <= GIVEN_OR_REFUSED
-
-
-def test_nothing_crashes():
-    assert nothing_crashes(FAMILY)

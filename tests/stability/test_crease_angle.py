@@ -1,6 +1,6 @@
 """Edges of all angles at 0.4 of the reach."""
 
-from tests.stability.walk import GIVEN_OR_REFUSED, nothing_crashes, outcomes
+from tests.stability.walk import GIVEN_OR_REFUSED, outcomes
 from touchatlas.sim.study.stability.families import FAMILIES
 from touchatlas.sim.study.stability.outcome import Outcome
 
@@ -14,7 +14,3 @@ def test_an_edge_of_a_degree_is_within_the_noise():
 
 def test_a_sharp_edge_is_seen():
     assert outcomes(FAMILY, SEVERITIES[5:]) <= GIVEN_OR_REFUSED
-
-
-def test_nothing_crashes():
-    assert nothing_crashes(FAMILY)

@@ -1,6 +1,6 @@
 """Contacts without noise."""
 
-from tests.stability.walk import GIVEN_OR_REFUSED, nothing_crashes, outcomes
+from tests.stability.walk import GIVEN_OR_REFUSED, outcomes
 from touchatlas.sim.study.stability.families import FAMILIES
 from touchatlas.sim.study.stability.outcome import Outcome
 
@@ -14,7 +14,3 @@ def test_exact_contacts_are_not_trusted_between_the_curves():
 
 def test_strong_curvature_is_never_silently_wrong():
     assert outcomes(FAMILY, SEVERITIES[4:]) <= GIVEN_OR_REFUSED
-
-
-def test_nothing_crashes():
-    assert nothing_crashes(FAMILY)

@@ -1,6 +1,6 @@
 """More or fewer curves."""
 
-from tests.stability.walk import nothing_crashes, outcomes
+from tests.stability.walk import outcomes
 from touchatlas.sim.study.stability.families import FAMILIES
 from touchatlas.sim.study.stability.outcome import Outcome
 
@@ -14,7 +14,3 @@ def test_three_curves_are_enough():
 
 def test_two_curves_are_refused():
     assert outcomes(FAMILY, SEVERITIES[6:]) == {Outcome.REFUSED}
-
-
-def test_nothing_crashes():
-    assert nothing_crashes(FAMILY)

@@ -1,6 +1,6 @@
 """Contours of few samples."""
 
-from tests.stability.walk import nothing_crashes, outcomes
+from tests.stability.walk import outcomes
 from touchatlas.sim.study.stability.families import FAMILIES
 from touchatlas.sim.study.stability.outcome import Outcome
 
@@ -14,7 +14,3 @@ def test_nine_samples_are_enough():
 
 def test_four_samples_are_refused():
     assert outcomes(FAMILY, SEVERITIES[7:]) == {Outcome.REFUSED}
-
-
-def test_nothing_crashes():
-    assert nothing_crashes(FAMILY)

@@ -1,6 +1,6 @@
 """One curve that is shorter than the others."""
 
-from tests.stability.walk import nothing_crashes, outcomes
+from tests.stability.walk import outcomes
 from touchatlas.sim.study.stability.families import FAMILIES
 from touchatlas.sim.study.stability.outcome import Outcome
 
@@ -14,7 +14,3 @@ def test_a_curve_may_have_half_the_length():
 
 def test_a_curve_of_three_samples_is_refused():
     assert outcomes(FAMILY, SEVERITIES[5:]) == {Outcome.REFUSED}
-
-
-def test_nothing_crashes():
-    assert nothing_crashes(FAMILY)

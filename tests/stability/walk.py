@@ -27,14 +27,3 @@ def outcomes(family: str, severities, method: str = "map") -> set[Outcome]:
     """What becomes of the cases of some severities."""
     found = verdicts(family, method)
     return {v.outcome for severity in severities for v in found[severity]}
-
-
-def nothing_crashes(family: str) -> bool:
-    """Whether the paper's methods, too, answer or refuse the easiest and the hardest case."""
-    ends = (FAMILIES[family].severities[0], FAMILIES[family].severities[-1])
-    return all(
-        verdict(METHODS[method], FAMILIES[family].draw(s, np.random.default_rng(0))).outcome
-        is not Outcome.CRASHED
-        for method in METHODS
-        for s in ends
-    )

@@ -19,7 +19,7 @@ def with_a_piece_beside(surface, offset):
     columns = {
         name: np.concatenate([column, column[corners]])
         for name, column in vars(surface).items()
-        if isinstance(column, np.ndarray) and name not in ("vertices", "faces")
+        if name not in ("vertices", "faces", "stray_pieces", "closed_holes")
     }
     vertices = np.concatenate([surface.vertices, surface.vertices[corners] + offset])
     faces = np.concatenate([surface.faces, beside.reshape(-1, 3) + len(surface.vertices)])

@@ -42,12 +42,16 @@ def excess(amplitude: float, seen: float) -> np.ndarray:
 
 
 def test_a_large_phase_widens_the_unseen_one_as_student_s_t():
-    """(nu + q)/(nu + n - 2) with nu = 3, one phase seen and q = 25, less one."""
-    assert excess(5.0, 1.0)[SINE] == pytest.approx((3.0 + 25.0) / 2.0 - 1.0, rel=1e-12)
+    """Two degrees of freedom before, one phase seen: Student's t with three, whose 97.5 % quantile
+    is 3.182, and the scale (2 + 25)/3 for q = 25; less the one that is there."""
+    variance = (3.182 / 1.960) ** 2 * (2.0 + 25.0) / 3.0
+    assert excess(5.0, 1.0)[SINE] == pytest.approx(variance - 1.0, rel=1e-3)
 
 
-def test_nothing_seen_leaves_the_variance_of_student_s_t():
-    assert excess(0.0, 0.0) == pytest.approx(np.full(8, 2.0), rel=1e-12)
+def test_nothing_seen_leaves_the_interval_of_student_s_t_with_two_degrees():
+    """Its 97.5 % quantile is 0.95/sqrt(2 * 0.975 * 0.025) = 4.303."""
+    variance = (4.303 / 1.960) ** 2
+    assert excess(0.0, 0.0) == pytest.approx(np.full(8, variance - 1.0), rel=1e-3)
 
 
 def test_nothing_becomes_narrower():

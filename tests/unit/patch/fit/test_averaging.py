@@ -28,13 +28,13 @@ def solved():
 
 
 def test_one_certain_smoothness_adds_no_more_than_student_s_t(solved):
-    """With three degrees of freedom and nothing seen, that is twice the prior variance."""
+    """With two degrees of freedom and nothing seen: their 97.5 % quantile is 4.303."""
     choices, solution = solved
     certain = np.where(choices.log_posterior == choices.log_posterior.max(), 0.0, -np.inf)
     wider = averaged(solution, certain, smoothness_grid(BASIS)[2])
     added, rows = (wider.covariance - solution.covariance)[0], waves(BASIS)[1]
     precision = coefficient_precision(BASIS, solution.length_ratio, solution.z_scale)[0]
-    most = 2.0 * rows**2 @ (1.0 / precision)
+    most = ((4.303 / 1.960) ** 2 - 1.0) * rows**2 @ (1.0 / precision)
     assert (np.einsum("wi,ij,wj->w", rows, added, rows) <= most).all()
 
 

@@ -44,6 +44,21 @@ def test_a_curve_in_another_unit_is_doubted():
     assert "unlike curves" in diagnosed((larger, *others)).doubts
 
 
+@pytest.mark.parametrize("angle", [2.0, 4.0])
+def test_a_curve_that_was_rotated_about_the_point_is_doubted(angle):
+    """Its tangent leaves that of the others by 35 and 70 noises at its ends."""
+    one, *others = touch()
+    axis, turn = np.cross(one.plane.normal, UP), np.deg2rad(angle)
+    across = np.cross(one.plane.normal, axis)
+    rows = np.stack([np.cos(turn) * axis + np.sin(turn) * across, one.plane.normal])
+    rotation = np.stack([axis, one.plane.normal]).T @ rows + np.outer(
+        across, np.cos(turn) * across - np.sin(turn) * axis
+    )
+    turned = moved((one,), rotation, ORIGIN)[0]
+    assert np.linalg.det(rotation) == pytest.approx(1.0)
+    assert {"contradiction", "misfit"} & set(diagnosed((turned, *others)).doubts)
+
+
 def test_a_curve_off_its_plane_is_doubted():
     one, *others = touch()
     plane = SamplingPlane(ORIGIN, np.array([0.0, np.cos(0.4), np.sin(0.4)]))

@@ -1,0 +1,50 @@
+"""Patches that no longer follow their samples are replaced."""
+
+import numpy as np
+import pytest
+
+from tests.explored import spread_touches
+from touchatlas.atlas import Atlas
+from touchatlas.atlas.edit.filling_fits import Sites, explains_core, fits_at, follows
+from touchatlas.atlas.edit.renew import replace_misfits
+from touchatlas.sim import make_object
+
+
+@pytest.fixture
+def atlas():
+    obj = make_object("ellipsoid")
+    found = Atlas(obj.tolerance)
+    for touch in spread_touches(obj, 12):
+        found.add(touch)
+    return found
+
+
+def test_patches_of_a_smooth_body_follow_their_samples(atlas):
+    rows = atlas.table.rows
+    before = atlas.table.mean[rows].copy()
+    assert follows(atlas, atlas.table, rows).all() and explains_core(atlas, atlas.table, rows).all()
+    replace_misfits(atlas, set(rows.tolist()))
+    assert (atlas.table.rows == rows).all() and (atlas.table.mean[rows] == before).all()
+
+
+def test_a_patch_of_a_touch_that_missed_its_samples_is_smaller(atlas):
+    """Its owned samples stay with its part, and a filled one is removed."""
+    table = atlas.table
+    touched = next(r for r in table.rows.tolist() if not atlas.membership.is_filled(r))
+    filled = next(r for r in table.rows.tolist() if atlas.membership.is_filled(r))
+    owned = sum(map(len, atlas.membership.owned))
+    table.residual[[touched, filled]] = 1.0
+    samples = replace_misfits(atlas, {touched, filled})
+    assert len(samples) and not table.alive[[touched, filled]].any()
+    assert sum(map(len, atlas.membership.owned)) == owned
+    atlas.validate()
+
+
+def test_a_patch_is_judged_by_what_its_equations_give(atlas):
+    """A fit that is entered follows its samples as it did when it was chosen."""
+    table = atlas.table
+    some = table.rows[:6]
+    fits = fits_at(atlas, Sites(table.origin[some], table.axes[some, 2], some))
+    assert all(fit is not None for fit in fits)
+    normals = np.array([fit.patch.frame.normal for fit in fits if fit is not None])
+    assert (np.einsum("ij,ij->i", normals, table.axes[some, 2]) > 0.9).all()

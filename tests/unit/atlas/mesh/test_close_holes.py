@@ -1,0 +1,59 @@
+"""Small holes are closed, counted and doubted; true rims stay open."""
+
+import numpy as np
+import trimesh
+
+from touchatlas.atlas.mesh.close_holes import close_holes
+from touchatlas.atlas.mesh.surface import Surface
+
+RADIUS = 50.0
+
+
+def ball() -> Surface:
+    mesh = trimesh.creation.icosphere(subdivisions=5, radius=RADIUS)
+    count = len(mesh.vertices)
+    normals, sure = mesh.vertices / RADIUS, np.full(count, 1e-3)
+    return Surface(
+        *(mesh.vertices, mesh.faces, normals, sure, np.zeros(count, int)),
+        np.full(count, RADIUS**-2),
+    )
+
+
+def pierced(*directions, width: float) -> Surface:
+    """The ball without what is near some points of it."""
+    whole = ball()
+    far = [
+        np.linalg.norm(whole.vertices - RADIUS * np.array(d), axis=1) > width for d in directions
+    ]
+    return whole.only(np.all(far, axis=0))
+
+
+def euler_number(surface: Surface) -> int:
+    return int(trimesh.Trimesh(surface.vertices, surface.faces, process=False).euler_number)
+
+
+def test_small_holes_are_closed_on_the_sphere():
+    open_ball = pierced([1.0, 0.0, 0.0], [0.0, 0.6, 0.8], width=5.0)
+    assert euler_number(open_ball) == 0
+    closed = close_holes(open_ball)
+    mesh = trimesh.Trimesh(closed.vertices, closed.faces, process=False)
+    assert mesh.is_watertight and mesh.is_winding_consistent and mesh.euler_number == 2
+    assert len(closed.closed_holes) == 2
+    # The middle is as high as the sphere: half as high as the tangent planes, to fourth order,
+    # width^4 / (8 R^3) = 6e-4. The rim is jagged by an edge of 1.7: (2 x 5 x 1.7) / (2 R) = 0.17.
+    heights = np.linalg.norm(closed.closed_holes, axis=1) - RADIUS
+    assert np.abs(heights).max() < 0.1
+    # A tenth of the way to the rim, and no less.
+    deviation = closed.deviation[len(open_ball.vertices) :]
+    assert ((deviation > 0.4) & (deviation < 0.7)).all()
+
+
+def test_a_wide_opening_stays_open():
+    wide = pierced([0.0, 0.0, 1.0], width=20.0)
+    assert close_holes(wide) is wide
+
+
+def test_the_size_of_a_hole_is_a_fraction_of_the_surface():
+    small = pierced([0.0, 0.0, 1.0], width=5.0)
+    whole = close_holes(Surface(*(1e3 * small.vertices, *list(vars(small).values())[1:])))
+    assert len(whole.closed_holes) == 1
