@@ -30,6 +30,9 @@ class PlannerOptions:
         Arc length between samples, in the same extents.
     max_turn : float, rad
         Largest angle by which a contour may turn from the contact to its end.
+    pin_radius, pin_length : float, length
+        Of the straight pin that holds the tip. Where it would pass through what is known, no touch
+        is planned. Of no length it reaches everything.
     """
 
     name: str = "tolerance"
@@ -38,6 +41,8 @@ class PlannerOptions:
     reach: float = 0.6
     step: float = 0.014
     max_turn: float = 2.0 * np.pi / 3.0
+    pin_radius: float = 0.0
+    pin_length: float = 0.0
 
     def __post_init__(self) -> None:
         if self.name not in (names := (*RULES, FRONTIER)):
@@ -45,6 +50,11 @@ class PlannerOptions:
         whole = isinstance(self.curves, int | np.integer) and not isinstance(self.curves, bool)
         if not (whole and 3 <= self.curves <= 36):
             raise ValueError(f"curves is {self.curves!r}; it must be a whole number from 3 to 36")
+        for name in ("pin_radius", "pin_length"):
+            if not 0.0 <= real(getattr(self, name)) < np.inf:
+                raise ValueError(f"{name} is {getattr(self, name)!r}; it must be a length >= 0")
+        if self.pin_length and not self.pin_radius:
+            raise ValueError(f"pin_length is {self.pin_length} without pin_radius; give both")
         limits = {"coverage": 1.0, "reach": 10.0, "step": 0.2, "max_turn": np.pi}
         for field in fields(self):
             value, most = getattr(self, field.name), limits.get(field.name)

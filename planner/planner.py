@@ -21,6 +21,7 @@ from touchatlas.planner.pending import Pending
 from touchatlas.planner.places import Places
 from touchatlas.planner.plans import arms_beside_edges, closer_plan, first_plan, plan_at
 from touchatlas.planner.probe_plan import ProbePlan, check_answer
+from touchatlas.planner.reach import is_reachable
 from touchatlas.planner.rules import RULES
 from touchatlas.planner.stop import Forecast, Stop, StopReason
 
@@ -92,6 +93,7 @@ class Planner:
         self._retries: list[Pending] = []
         self._touched: list[np.ndarray] = []
         self._tried: list[np.ndarray] = []
+        self._unreachable: list[np.ndarray] = []
         self._area: list[float] = []
         self._coverage = 0.0
         self._beside_edges = FrontierPlanner(self._start, self._outward)
@@ -192,19 +194,33 @@ class Planner:
         if atlas.membership.pool.edges.any():
             self._beside_edges.options = arms_beside_edges(self.options, extent / atlas.scale)
             return self._plan_as_frontier(atlas)
-        view = self._view(atlas, extent)
+        while True:
+            target, reason = self._target(self._view(atlas, extent))
+            if target is None:
+                return self._end(atlas, reason)
+            if self._reaches(atlas, target):
+                return plan_at(atlas, target, extent, self.options)
+            self._unreachable.append(target.point)
+            self._tried.append(target.point)
+
+    def _reaches(self, atlas: Atlas, target: Target) -> bool:
+        """Whether the pin of the options reaches a target."""
+        pin = self.options.pin_radius, self.options.pin_length
+        return is_reachable(atlas, target.point, target.normal, *pin)
+
+    def _target(self, view: View) -> tuple[Target | None, StopReason]:
+        """Where to touch next; or None and why."""
         known = self._coverage >= self.options.coverage and not len(open_places(view)[0])
         stagnates = self._stagnates()
         target = None if known or stagnates else RULES[self.options.name](view, self._rng)
-        reason = StopReason.STAGNATION if stagnates else StopReason.TRIED
+        reason = StopReason.UNREACHABLE if self._unreachable else StopReason.TRIED
+        reason = StopReason.STAGNATION if stagnates else reason
         if target is None:
             # Single places are left, where the surface would have holes.
             target = worst_target(view) if known else None
             target = self._next_hole(view) if target is None else target
             reason = StopReason.KNOWN if known else reason
-        if target is None:
-            return self._end(atlas, reason)
-        return plan_at(atlas, target, extent, self.options)
+        return target, reason
 
     def _view(self, atlas: Atlas, extent: float) -> View:
         """What the choice of a place depends on. Pending plans count as touched where they are."""
@@ -238,7 +254,7 @@ class Planner:
     def _end(self, atlas: Atlas, reason: StopReason) -> ProbePlan | None:
         """No plan: ``stop`` says why, unless a pending one may teach more."""
         if not self._pending:
-            self.stop = Stop(reason, self.forecast(atlas))
+            self.stop = Stop(reason, self.forecast(atlas), np.reshape(self._unreachable, (-1, 3)))
         return None
 
     def forecast(self, atlas: Atlas) -> Forecast:

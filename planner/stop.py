@@ -1,6 +1,6 @@
 """Stop: why an exploration ended, and what is left."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 
 import numpy as np
@@ -11,6 +11,7 @@ class StopReason(Enum):
 
     KNOWN = "known to the tolerance"
     TRIED = "every place left was tried"
+    UNREACHABLE = "the places left cannot be reached"
     STAGNATION = "touches no longer improve what is known"
     NO_PATCH = "no touch gave a patch"
 
@@ -39,7 +40,10 @@ class Stop:
     ----------
     reason : StopReason
     forecast : Forecast
+    unreachable : (n, 3) float, length, world
+        Places that were not touched because the pin would have passed through what was known.
     """
 
     reason: StopReason
     forecast: Forecast
+    unreachable: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))

@@ -70,6 +70,9 @@ NUMBERS: dict[str, Meaning] = {
         "expected fraction of the surface within the tolerance, without the truth", good="near 1"
     ),
     "open_places": _m("places that are not known to the tolerance", "length", good="none"),
+    "unreachable_places": _m(
+        "places where the pin would have passed through what was known", "length", good="none"
+    ),
     "doubts": _m("what speaks against the surface, where, and what to do", good="none"),
     "noise_std": _m("standard deviation of each coordinate of each sample", LENGTH),
     "touches": _m("visits of the probe, also those without contact", good="few"),

@@ -140,10 +140,11 @@ class Work:
 
     def _left(self) -> dict:
         """What the planner predicts of the surface, and where it is not known to the tolerance."""
-        forecast = self.planner.forecast(self.atlas)
+        forecast, stop = self.planner.forecast(self.atlas), self.planner.stop
         return {
             "predicted_coverage": forecast.predicted_coverage,
             "open_places": forecast.open_places.tolist(),
+            "unreachable_places": [] if stop is None else stop.unreachable.tolist(),
         }
 
     def _explore(self, hold: Hold) -> str:

@@ -1,0 +1,65 @@
+"""A pin reaches what its straight way leads to, and no more."""
+
+import numpy as np
+import pytest
+
+from tests.explored import explored
+from touchatlas.atlas import Atlas
+from touchatlas.planner import Planner, PlannerOptions, StopReason
+from touchatlas.planner.reach import is_reachable
+from touchatlas.sim import Probe, make_object
+
+# The torus has a tube of radius 15 about a circle of radius 40: its hole is 50 wide.
+HOLE = 50.0
+
+
+@pytest.fixture(scope="module")
+def torus():
+    return explored("torus").atlas
+
+
+@pytest.mark.parametrize("angle", [0.0, 1.0, 4.0])
+def test_a_pin_longer_than_the_hole_does_not_reach_its_wall(torus, angle):
+    outward = np.array([np.cos(angle), np.sin(angle), 0.0])
+    inner, outer = 25.0 * outward, 55.0 * outward
+    assert is_reachable(torus, inner, -outward, 1.0, HOLE - 5.0)
+    assert not is_reachable(torus, inner, -outward, 1.0, HOLE + 5.0)
+    assert is_reachable(torus, outer, outward, 1.0, 10.0 * HOLE)
+
+
+def test_a_thick_pin_does_not_enter_the_hole(torus):
+    """The centre of a tip of radius 20 is 30 from the opposite wall, that of one of 30 is 20."""
+    inner, normal = np.array([25.0, 0.0, 0.0]), np.array([-1.0, 0.0, 0.0])
+    assert is_reachable(torus, inner, normal, 20.0, 21.0)
+    assert not is_reachable(torus, inner, normal, 30.0, 31.0)
+
+
+def test_a_pin_of_no_length_reaches_everything(torus):
+    assert is_reachable(torus, [25.0, 0.0, 0.0], np.array([-1.0, 0.0, 0.0]), 0.0, 0.0)
+
+
+def test_an_exploration_works_around_what_its_pin_cannot_reach():
+    """A pin of 60 mm reaches no wall of the hole where the opposite one is known. Contours from
+    other places cross these walls."""
+    obj = make_object("torus")
+    options = PlannerOptions(pin_radius=1.0, pin_length=HOLE + 10.0)
+    atlas, planner = Atlas(obj.tolerance), Planner(*obj.start(), options)
+    probe = Probe(obj, obj.noise_std, np.random.default_rng(0))
+    closer = False
+    while (plan := planner.ask(atlas)) is not None:
+        if len(atlas) and not closer:
+            assert is_reachable(atlas, plan.reference_point, plan.normal, 1.0, HOLE + 10.0)
+        touch = probe(plan)
+        change = atlas.add(touch)
+        planner.tell(touch, change)
+        # The next plan may be at the same place, with shorter arms.
+        closer = bool(change.refused)
+    assert planner.stop is not None and planner.stop.reason is StopReason.KNOWN
+    places = planner.stop.unreachable
+    assert len(places) and np.median(np.hypot(places[:, 0], places[:, 1])) < 40.0
+
+
+@pytest.mark.parametrize("pin", [{"pin_radius": -1.0}, {"pin_length": np.nan}, {"pin_length": 5.0}])
+def test_a_pin_that_is_none_is_refused(pin):
+    with pytest.raises(ValueError, match="pin_"):
+        PlannerOptions(**pin)
