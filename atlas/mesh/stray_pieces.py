@@ -14,6 +14,9 @@ from touchatlas.atlas.state import AtlasState
 # Least area of a piece, in cores of its largest patch: the star of one touch makes a hexagon, which
 # is four fifths of a disc. Doubled, more of what lone patches show is removed.
 _LEAST_AREA = 0.3
+# Least diagonal of the bounding box of a piece, over that of the surface: as for holes. Doubled,
+# bodies of a fifth of the scene are removed.
+_LEAST_SIZE = 0.1
 
 
 def without_stray_pieces(state: AtlasState, surface: Surface) -> Surface:
@@ -23,7 +26,8 @@ def without_stray_pieces(state: AtlasState, surface: Surface) -> Surface:
     in their cells is a second zero of a polynomial beside the surface, not a part of it. So of all
     pieces that lie in the cells of such a component the one of the largest area is kept. Where an
     outline is open the surface may rightly end and begin again. There only pieces are removed
-    that are smaller than a single patch would show, if patches are filled in between touches.
+    that are smaller than a tenth of the surface, or than a single patch would show, if patches are
+    filled in between touches.
     """
     count, piece = _pieces(surface)
     if count < 2:
@@ -41,12 +45,26 @@ def without_stray_pieces(state: AtlasState, surface: Surface) -> Surface:
     stray = closed[home] & (area > 0.0)
     stray[largest] = False
     if state.fills:
-        core = np.zeros(count)
-        np.maximum.at(core, piece, np.pi * state.table.weight[surface.patch])
-        stray |= (area > 0.0) & (area < _LEAST_AREA * core) & (area < area.max())
+        stray |= (area > 0.0) & _are_small(state, surface, count, piece, area)
     if not stray.any():
         return surface
     return replace(surface.only(~stray[piece]), stray_pieces=int(stray.sum()))
+
+
+def _are_small(state: AtlasState, surface: Surface, count: int, piece, area) -> np.ndarray:
+    """(n,) whether pieces are smaller than one patch shows, or than a tenth of the surface; the one
+    of the largest area is not."""
+    core, points = np.zeros(count), surface.vertices
+    np.maximum.at(core, piece, np.pi * state.table.weight[surface.patch])
+    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
+    np.minimum.at(low, piece, points)
+    np.maximum.at(high, piece, points)
+    size = np.linalg.norm(high - low, axis=1)
+    small = (area < _LEAST_AREA * core) | (
+        size < _LEAST_SIZE * np.linalg.norm(np.ptp(points, axis=0))
+    )
+    small[area.argmax()] = False
+    return small
 
 
 def _pieces(surface: Surface) -> tuple[int, np.ndarray]:

@@ -113,6 +113,7 @@ class Conclusion:
         numbers["true_euler_characteristic"] = obj.euler_characteristic if obj.closed else None
         numbers |= {"total_curvature_over_2pi": None, "diagonal": obj.diagonal}
         numbers["closed_holes"] = 0 if surface is None else len(surface.closed_holes)
+        numbers["stray_pieces"] = 0 if surface is None else surface.stray_pieces
         if surface is not None and len(surface.faces):
             evaluation = evaluate_surface(
                 surface.vertices,

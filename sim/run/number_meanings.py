@@ -50,6 +50,7 @@ NUMBERS: dict[str, Meaning] = {
     "closed_holes": _m(
         "small holes of the surface that were closed across without a sample", good="0"
     ),
+    "stray_pieces": _m("small pieces beside the surface that were left out", good="0"),
     "euler_characteristic": _m("V - E + F of the triangle mesh", good="the true one"),
     "true_euler_characteristic": _m("the same of the object; null where it is open"),
     "components": _m("separate parts of the object"),

@@ -17,8 +17,8 @@ from touchatlas.sim.world.implicit_object import ImplicitObject
 from touchatlas.sim.world.mesh_object import MeshObject
 from touchatlas.sim.world.probe import Probe
 
-# Most touches of one exploration: what a box with narrow fillets takes, and four times what a smooth
-# body does. Doubled, hopeless explorations take twice as long.
+# Most touches of one exploration: what a box with fillets takes, and four times what a smooth body
+# does. Doubled, hopeless explorations take twice as long.
 MOST_TOUCHES = 120
 
 Body = ImplicitObject | MeshObject | Placed
