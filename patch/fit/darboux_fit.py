@@ -38,6 +38,9 @@ _DAMPED_STEP = 0.5
 # Least (k1 - k2) R, no unit: below it rounding would choose the directions. Doubled, umbilics are
 # recognised at twice the difference.
 _NO_DIRECTION = 1e-7
+# Largest move of a frame that has not diverged: the cosine of 60 degrees, and half the radius.
+# Doubled, the cosine refuses every tilt, and origins may leave the patch.
+_LARGEST_TILT_COSINE, _LARGEST_SHIFT = 0.5, 0.5
 # Indices of the coefficients of x, y and x y, which vanish in the Darboux frame, and their
 # tolerances relative to each other: that of x y is about ten times less certain.
 _VANISHING, _RELATIVE_TOLERANCE = [1, 2, 4], np.array([1.0, 1.0, 10.0])
@@ -225,7 +228,8 @@ def _darboux_axes(basis: Basis, mean, fraction: float):
 def solve_in_darboux_frame(
     stack: Stack, basis: Basis, mean, weight, length_ratio, z_scale
 ) -> Solution:
-    """Refit the polynomials in their Darboux frames until the terms x, y and x y vanish.
+    """Refit the polynomials in their Darboux frames until the terms x, y and x y vanish, or until
+    they diverge.
 
     Parameters
     ----------
@@ -243,7 +247,7 @@ def solve_in_darboux_frame(
     noise = scaled_noise(stack.noise, stack.reach)
     count = np.maximum(np.count_nonzero(weight, axis=1), 1)
     tolerance = np.maximum(_ROUNDING, _SLOPE_TOLERANCE * noise / np.sqrt(count))
-    rows, parts, solutions = np.arange(len(length_ratio)), [], []
+    rows, parts, solutions, first = np.arange(len(length_ratio)), [], [], stack
     for number in range(_MOST_FRAMES):
         fraction = 1.0 if number < _FULL_STEPS else _DAMPED_STEP
         stack, samples = reframed(stack, basis, mean, fraction)
@@ -253,6 +257,7 @@ def solve_in_darboux_frame(
         slopes = np.abs(mean[:, _VANISHING] / _RELATIVE_TOLERANCE).max(axis=1)
         # A fit ends as soon as it converges, so that its result does not depend on the others.
         done = (slopes < tolerance[rows]) | (number == _MOST_FRAMES - 1)
+        done |= diverged(first[rows], stack)
         if done.any():
             ended = slice(None) if done.all() else done
             i = rows[ended]
@@ -267,6 +272,15 @@ def solve_in_darboux_frame(
                 break
             stack, mean, rows = stack[~done], mean[~done], rows[~done]
     return joined(parts, solutions)
+
+
+def diverged(before: Stack, after: Stack) -> np.ndarray:
+    """(m,) whether frames moved by 60 degrees, or half a radius, from the first polynomial."""
+    shift = after.origin - before.origin
+    upright = np.einsum("mi,mi->m", before.axes[:, 2], after.axes[:, 2])
+    near = (shift * shift).sum(axis=1) < (_LARGEST_SHIFT * before.reach) ** 2
+    # The comparisons are false for NaN, which therefore counts as diverged.
+    return ~((upright > _LARGEST_TILT_COSINE) & near)
 
 
 def joined(rows: list[np.ndarray], solutions: list[Solution]) -> Solution:

@@ -7,6 +7,7 @@ import numpy as np
 
 from touchatlas.patch.fit.darboux_fit import (
     Solution,
+    diverged,
     joined,
     map_coefficients,
     raw_system,
@@ -48,9 +49,9 @@ _LARGE_RESIDUAL, _LARGE_RESIDUAL_NOISE = 3e-3, 3.0
 # Radii that are tried one after the other, over the first radius: steps of 0.8. With the last one
 # doubled, a patch that does not fit at 0.8 becomes no smaller.
 _RADIUS_LEVELS = (0.8, 0.64, 0.5, 0.4)
-# Largest move of a frame that has not diverged: the cosine of 60 degrees, and half the radius.
-# Doubled, the cosine refuses every tilt, and origins may leave the patch.
-_LARGEST_TILT_COSINE, _LARGEST_SHIFT = 0.5, 0.5
+
+# What is said of a fit that diverges.
+BENT = "the contours bend too much for one patch; track shorter ones, or closer together"
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,32 +183,28 @@ def solve_choices(choices: Choices, basis: Basis) -> Solution:
     UnfitError
         The heights diverge, too.
     """
+    solution, lost = solved(choices, basis)
+    if lost.any():
+        raise UnfitError(BENT)
+    return solution
+
+
+def solved(choices: Choices, basis: Basis) -> tuple[Solution, np.ndarray]:
+    """As ``solve_choices``, with those (m,) that diverge as heights, too, and are no solution."""
     stack = choices.stack
     solution = solve_in_darboux_frame(
         stack, basis, choices.mean, stack.weight, choices.length_ratio, choices.z_scale
     )
-    diverged = _diverged(stack, solution.stack)
-    if not diverged.any():
-        return solution
-    again, rest = np.flatnonzero(diverged), np.flatnonzero(~diverged)
+    lost = diverged(stack, solution.stack)
+    if not lost.any():
+        return solution, lost
+    again, rest = np.flatnonzero(lost), np.flatnonzero(~lost)
     heights = solve_in_darboux_frame(
         *(stack[again], basis, 0.0 * choices.mean[again], stack.weight[again]),
         *(np.full(len(again), _FIRST_LENGTH_RATIO), np.full(len(again), _FIRST_Z_SCALE)),
     )
-    if _diverged(stack[again], heights.stack).any():
-        raise UnfitError(
-            "the contours bend too much for one patch; track shorter ones, or closer together"
-        )
-    return joined([rest, again], [solution[rest], heights]) if len(rest) else heights
-
-
-def _diverged(before: Stack, after: Stack) -> np.ndarray:
-    """(m,) whether frames moved by 60 degrees, or half a radius, from the first polynomial."""
-    shift = after.origin - before.origin
-    upright = np.einsum("mi,mi->m", before.axes[:, 2], after.axes[:, 2])
-    near = (shift * shift).sum(axis=1) < (_LARGEST_SHIFT * before.reach) ** 2
-    # The comparisons are false for NaN, which therefore counts as diverged.
-    return ~((upright > _LARGEST_TILT_COSINE) & near)
+    lost[again] = diverged(stack[again], heights.stack)
+    return (joined([rest, again], [solution[rest], heights]) if len(rest) else heights), lost
 
 
 def shrunk(stack: Stack, basis: Basis, bias: float, floor: float, prior) -> Choices:

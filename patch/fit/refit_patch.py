@@ -1,13 +1,16 @@
 """refit_patch: the patch of samples of one surface sheet, from an approximate frame."""
 
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
 
 from touchatlas.patch.fit.estimate import (
+    BENT,
     first_choices,
     shrunk,
     solve_choices,
+    solved,
     with_smoothness_chosen,
 )
 from touchatlas.patch.fit.fit_patch import FitOptions, PatchFit, patch_fits, unsolvable_is_unfit
@@ -75,7 +78,10 @@ def refit_patch(
         np.array([condition]),
     )
     if radius_floor is not None and radius_floor >= radius:
-        return refit_patches(stack, bias, prior, options)[0]
+        fit = refit_patches(stack, bias, prior, options)[0]
+        if fit is None:
+            raise UnfitError(BENT)
+        return fit
     if radius_floor is None and _clearly_unfit(stack, options.basis, bias, prior):
         raise UnfitError(_UNFIT)
     choices = first_choices(stack, options.basis, bias, prior)
@@ -103,22 +109,26 @@ def _clearly_unfit(stack: Stack, basis: Basis, bias: float, prior: SmoothnessPri
 @unsolvable_is_unfit()
 def refit_patches(
     stack: Stack, bias: float, prior: SmoothnessPrior, options: FitOptions
-) -> list[PatchFit]:
-    """Many patches in one call. Each equals that of ``refit_patch`` with its radius as its floor.
+) -> list[PatchFit | None]:
+    """Many patches in one call; None where the fit diverges. Each equals that of ``refit_patch``
+    with its radius as its floor.
 
     Raises
     ------
     UnfitError
-        One of them cannot be fitted.
+        The equations of one of them cannot be solved.
     """
     basis = options.basis
     choices = first_choices(stack, basis, bias, prior)
-    found = {
-        i: patch_fits(with_smoothness_chosen(choices[[i]], basis, prior), options)[0]
-        for i in np.flatnonzero(choices.doubtful).tolist()
-    }
+    found: list[PatchFit | None] = [None] * len(stack.reach)
+    for i in np.flatnonzero(choices.doubtful).tolist():
+        with suppress(UnfitError):
+            found[i] = patch_fits(with_smoothness_chosen(choices[[i]], basis, prior), options)[0]
     good = np.flatnonzero(~choices.doubtful)
     if len(good):
-        fits = patch_fits(solve_choices(choices[good], basis), options)
-        found |= dict(zip(good.tolist(), fits, strict=True))
-    return [found[i] for i in range(len(stack.reach))]
+        solution, lost = solved(choices[good], basis)
+        kept = np.flatnonzero(~lost)
+        fits = patch_fits(solution[kept], options) if len(kept) else []
+        for i, fit in zip(good[kept].tolist(), fits, strict=True):
+            found[i] = fit
+    return found
