@@ -18,12 +18,12 @@ _DEVIATION_FRACTION, _SAMPLED_PATCHES = 0.1, 64
 # Quantile of the patches' curvatures that sets the edge, so that single patches do not. With twice
 # the rest left out, 0.8, edges of objects with a few curved places are longer.
 _CURVATURE_QUANTILE = 0.9
-# Largest edge of the cubes: in edges of the triangles, and over the least usual patch radius.
-# Doubled, features of the size of a patch fall between the corners.
+# Largest edge of the cubes: in edges of the triangles, and over the smallest patch radius. Doubled,
+# features of the size of a patch fall between the corners.
 _MOST_PARTS, _RADIUS_FRACTION = 6, 0.5
-# Share of the area of all cores that smaller patches than the least usual one hold. Doubled, a
-# surface with few small features takes less time, and some of them are left out.
-_SMALL_SHARE = 0.01
+# Most squares of the smallest patch's edge on all cores, no unit. Doubled, a large body with tiny
+# patches takes twice the time, and fewer of them fall between the corners of cubes.
+_MOST_CUBES = 5e5
 # Longest edge of a triangle over the typical length of a crease curve. Doubled, a crease is drawn
 # with four edges instead of eight.
 _CREASE_FRACTION = 0.125
@@ -72,16 +72,11 @@ def patch_resolution(state: AtlasState) -> float:
     curvature = np.quantile(second, _CURVATURE_QUANTILE)
     sagitta = max(_SAGITTA * state.tolerance, _DEVIATION_FRACTION * usual_deviation(state))
     chord = np.sqrt(8.0 * sagitta / max(curvature, np.finfo(float).tiny))
-    core = table.core * usual_least_radius(table)
+    core = table.core * table.radius[rows].min()
+    # A few tiny patches do not make the triangles of a large body tiny.
+    least = np.sqrt(np.pi * table.weight[rows].sum() / _MOST_CUBES)
     along_creases = _CREASE_FRACTION * state.surface_graph.curves.typical_length()
-    return float(min(chord, 0.5 * core, along_creases))
-
-
-def usual_least_radius(table: PatchTable) -> float:
-    """Radius that all patches exceed but those that hold a hundredth of the area, length."""
-    radius = np.sort(table.radius[table.rows])
-    share = np.cumsum(radius**2) / (radius**2).sum()
-    return float(radius[np.searchsorted(share, _SMALL_SHARE)])
+    return float(min(chord, max(0.5 * core, least), along_creases))
 
 
 def check_edge(state: AtlasState, edge: float) -> float:
@@ -133,7 +128,7 @@ def cube_edge(field: Field, edge: float, gaps) -> float:
     between their sheets allow. With creases it is one."""
     if field.graph.creases:
         return edge
-    most = _RADIUS_FRACTION * usual_least_radius(field.table) / edge
+    most = _RADIUS_FRACTION * field.table.radius[field.table.rows].min() / edge
     # Even the smallest cubes do not separate sheets that are nearer than their diagonal.
     gaps = gaps / (np.sqrt(3.0) * edge)
     apart = gaps[gaps >= 1.0].min(initial=np.inf)
