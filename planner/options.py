@@ -30,9 +30,11 @@ class PlannerOptions:
         Arc length between samples, in the same extents.
     max_turn : float, rad
         Largest angle by which a contour may turn from the contact to its end.
-    pin_radius, pin_length : float, length
-        Of the straight pin that holds the tip. Where it would pass through what is known, no touch
-        is planned. Of no length it reaches everything.
+    pin_radius : float, length
+        Radius of the straight pin that holds the tip and comes along the normal; none is 0. Where
+        it would pass through what is known, no touch is planned.
+    pin_length : float, length
+        Length of the pin, more than its radius; given together with it.
     """
 
     name: str = "tolerance"
@@ -53,8 +55,17 @@ class PlannerOptions:
         for name in ("pin_radius", "pin_length"):
             if not 0.0 <= real(getattr(self, name)) < np.inf:
                 raise ValueError(f"{name} is {getattr(self, name)!r}; it must be a length >= 0")
-        if self.pin_length and not self.pin_radius:
-            raise ValueError(f"pin_length is {self.pin_length} without pin_radius; give both")
+        if not (
+            self.pin_length == self.pin_radius == 0.0 or 0.0 < self.pin_radius < self.pin_length
+        ):
+            raise ValueError(
+                f"pin_radius, pin_length are {self.pin_radius}, {self.pin_length}; give both, the "
+                "length more than the radius"
+            )
+        if self.pin_length and self.name == FRONTIER:
+            raise ValueError(
+                "the planner frontier knows no pin; take another one, or no pin_length"
+            )
         limits = {"coverage": 1.0, "reach": 10.0, "step": 0.2, "max_turn": np.pi}
         for field in fields(self):
             value, most = getattr(self, field.name), limits.get(field.name)

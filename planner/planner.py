@@ -82,6 +82,8 @@ class Planner:
     ) -> None:
         if not isinstance(options, PlannerOptions):
             raise ValueError(f"options are {options!r}; they must be PlannerOptions")
+        if not (rng is None or isinstance(rng, np.random.Generator)):
+            raise ValueError(f"rng is {rng!r}; it must be a numpy.random.Generator")
         self._start = frozen_array(start, (3,), "start point")
         self._outward = check_unit(outward, "outward direction")
         self.options, self._rng = options, rng

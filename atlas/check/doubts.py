@@ -75,6 +75,7 @@ def doubts(
     open_places: Sequence | np.ndarray = (),
     stopped: str = "",
     lost: Sequence | np.ndarray = (),
+    unreachable: Sequence | np.ndarray = (),
 ) -> tuple[Doubt, ...]:
     """What speaks against an atlas; empty where nothing does.
 
@@ -90,6 +91,8 @@ def doubts(
     lost : (k, 3) float, length, world
         Where contours lost contact and nothing was met beyond (``lost_contact``). An atlas does not
         keep it.
+    unreachable : (k, 3) float, length, world
+        Where a planner found no way for its pin (``Stop.unreachable``).
 
     Returns
     -------
@@ -109,6 +112,13 @@ def doubts(
                 places[:_MOST],
             )
         )
+    places = np.reshape(np.asarray(unreachable, float), (-1, 3))
+    if len(places):
+        words = (
+            f"{_count(len(places), 'place was', 'places were')} not touched, because the pin would "
+            "have passed through what is known; lean it, or take a thinner one."
+        )
+        found.append(Doubt("unreachable", words, _apart(places, _extent(places))))
     if len(atlas):
         extent = _extent(atlas.membership.pool.points)
         found += _contradictions(atlas, extent) + _misfits(atlas, extent)

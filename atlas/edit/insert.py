@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from touchatlas.atlas.edit.grazing_touch import grazes, known_side, turned
 from touchatlas.atlas.edit.near_arcs import near_arc
 from touchatlas.atlas.edit.plausible_touch import check_unit_of_length
 from touchatlas.atlas.edit.refresh import separate_sheets, smooth_neighbours, update_creases
@@ -89,7 +90,16 @@ def _fit_or_reason(state: AtlasState, touch: Touch, contours) -> tuple[PatchFit 
             f"{LEAST_CONTOURS}: track more planes, or sample more finely"
         )
     try:
-        return fit_touch(state, touch, contours), ""
+        fit = fit_touch(state, touch, contours)
+        if not grazes(fit, touch):
+            return fit, ""
+        side = known_side(state, fit)
+        if side == 0:
+            return None, (
+                "the probe came nearly along the surface, so that its outer side is not known; "
+                "come along the normal"
+            )
+        return (fit_touch(state, turned(touch), contours) if side < 0 else fit), ""
     except UnfitError as error:
         return None, str(error)
 

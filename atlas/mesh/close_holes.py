@@ -5,8 +5,8 @@ import numpy as np
 
 from touchatlas.atlas.mesh.surface import Surface
 
-# Largest hole that is closed, as a fraction of the diagonal of the surface's bounding box: a longer
-# boundary may be a true rim. Doubled, openings of a tenth of the object are closed.
+# Largest hole that is closed, as a fraction of the diagonal of the bounding box of its piece: a
+# longer boundary may be a true rim. Doubled, openings of a fifth of the object are closed.
 _LARGEST = 0.1
 # Expected deviation of an unknown surface, in distances to the known one: a slope of six degrees.
 # Doubled, the surface across a hole says that it may be twice as far off.
@@ -23,9 +23,12 @@ def close_holes(surface: Surface) -> Surface:
     with its normals: half as high as the tangent planes of the rim.
     """
     faces, points = surface.faces, surface.vertices
-    size = np.linalg.norm(np.ptp(points, axis=0)) if len(points) else 0.0
     loops = [np.array(loop) for loop in igl.boundary_loop_all(faces)] if len(faces) else []
-    small = [loop for loop in loops if _diameter(points[loop]) <= _LARGEST * size]
+    if not loops:
+        return surface
+    piece = igl.vertex_components(faces)
+    size = [_diameter(points[piece == piece[loop[0]]]) for loop in loops]
+    small = [k for k, s in zip(loops, size, strict=True) if _diameter(points[k]) <= _LARGEST * s]
     if not small:
         return surface
     middles = [_middle(surface, loop) for loop in small]

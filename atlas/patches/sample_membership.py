@@ -110,6 +110,10 @@ class SampleMembership:
             for index, normal in zip(found, normals, strict=True)
         ]
 
+    def in_ball(self, centre, radius: float) -> np.ndarray:
+        """(n,) indices of the samples in a ball, whichever way they face."""
+        return self._index.near(self.pool.points, centre[None], np.array([radius]))[0]
+
     def count_near(self, centres, radii) -> np.ndarray:
         """(m,) number of samples in each of m balls, centres (m, 3) and radii (m,), length."""
         found = self._index.near(self.pool.points, centres, radii)

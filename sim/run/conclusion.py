@@ -90,8 +90,9 @@ class Conclusion:
         if known["ended"] != StopReason.KNOWN.value:
             share, places = known["predicted_coverage"], known["open_places"]
             stopped = f"{known['ended']}, with {share:.1%} of the surface known to the tolerance"
-        lost = lost_contact(self.progress.contours)
-        return [doubt.as_dict() for doubt in doubts(self.atlas, surface, places, stopped, lost)]
+        lost, unreachable = lost_contact(self.progress.contours), known["unreachable_places"]
+        found = doubts(self.atlas, surface, places, stopped, lost, unreachable)
+        return [doubt.as_dict() for doubt in found]
 
     def _draw(self, folder: Path, surface: Surface | None) -> None:
         """Write progress.png and surface.png."""
