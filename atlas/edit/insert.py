@@ -18,7 +18,7 @@ from touchatlas.atlas.edit.split import split
 from touchatlas.atlas.graph.creases import Crease
 from touchatlas.atlas.graph.find_creases import find_creases
 from touchatlas.atlas.graph.power_diagram import power_at
-from touchatlas.atlas.patches.normal_equations import SHEET_COSINE
+from touchatlas.atlas.patches.normal_equations import SHEET_COSINE, of_patch
 from touchatlas.atlas.patches.patch_table import PatchTable
 from touchatlas.atlas.records.change import AtlasChange
 from touchatlas.atlas.records.touch import LEAST_POINTS, Touch, TouchStatus
@@ -255,17 +255,18 @@ def _split_and_remove(state: AtlasState, rows: tuple[int, ...], change: AtlasCha
 def _enter_samples(state: AtlasState, table: PatchTable, row: int, contours) -> np.ndarray:
     """Add the samples of the contours to the pool; returns their indices.
 
-    Within the radius of the patch ``row`` their normals are those of its polynomial, which are more
-    accurate than those of single contours.
+    Where they are of the sheet of the patch ``row`` their normals are those of its polynomial,
+    which are more accurate than those of single contours. An arm that goes round an edge comes back
+    over the same tangent plane, and is of another sheet there.
     """
     frame_normal = table.axes[row, 2]
     points = np.concatenate([c.points_in_plane for c in contours])
     normals = np.concatenate([contour_normals(c, frame_normal) for c in contours])
     across = np.concatenate([np.tile(c.plane.normal, (len(c.points), 1)) for c in contours])
-    scaled = table.scaled_local(np.array([row]), points)
-    upward = table.surface(np.array([row]), scaled)[1][0]
+    rows = np.array([row])
+    upward = table.surface(rows, table.scaled_local(rows, points))[1][0]
     upward = upward / np.sqrt((upward**2).sum(axis=1))[:, None] @ table.axes[row]
-    inside = (scaled[0, :, :2] ** 2).sum(axis=1) <= 1.0
+    inside = of_patch(table, rows, points, normals)[0]
     edges = np.concatenate([_is_at_edge(c) for c in contours])
     normals = np.where(inside[:, None], upward, normals)
     return state.membership.pool.add(points, normals, across, edges)

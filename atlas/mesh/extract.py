@@ -27,6 +27,9 @@ from touchatlas.atlas.state import AtlasState
 # A patch clearly covers within this fraction of the power up to which it is evaluated: beyond it
 # the foot of a vertex may be out, and the field is asked.
 _CLEARLY = 0.95
+# Least cosine between the surface and the axis of its patch, whose core turns by 45 degrees: 70
+# degrees. Doubled, 47 degrees, the rims of strongly curved patches are left out.
+_FACING = 0.34
 
 
 def extract_surface(state: AtlasState, edge: float | None = None) -> Surface:
@@ -75,6 +78,8 @@ def smooth_surface(state: AtlasState, coarse: CoarseMesh, count: int) -> Surface
         points += height[:, None] * normals
     deviation, curvature = np.sqrt(cut.linear(old.variance)), cut.linear(old.curvature)
     known &= supported(state, patch, points, deviation)
+    # A polynomial may have a second zero above the first, where it faces another way.
+    known &= np.einsum("ij,ij->i", normals, field.table.axes[patch, 2]) > _FACING
     # The triangles lie off the patches by as much as the vertices were moved.
     deviation = np.hypot(deviation, height)
     kept = _without_bridging_triangles(faces, normals, coarse.faces, old.normals)

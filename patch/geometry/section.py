@@ -208,7 +208,8 @@ def _widest_consistent_window(quadratics: _Quadratics, noise_std):
 
 
 def contour_normals(contour, outward) -> np.ndarray:
-    """(n, 3) unit normals of a contour within its sampling plane, toward ``outward`` (3,).
+    """(n, 3) unit normals of a contour within its sampling plane, toward ``outward`` (3,) where the
+    contour is nearest to the point of the plane, the contact.
 
     Each is the surface normal projected to the plane. They are computed by central differences
     over four steps, fewer at the ends.
@@ -220,7 +221,8 @@ def contour_normals(contour, outward) -> np.ndarray:
     normals = cross(contour.plane.normal, chords)
     length = np.sqrt((normals * normals).sum(axis=1))
     normals = normals / np.where(length > 0.0, length, 1.0)[:, None]
-    # The probe stays on one side of the surface, so one sign holds for the whole curve. It is
-    # taken where the normal is most nearly parallel to the reference direction.
-    along = normals @ outward
-    return normals if along[np.abs(along).argmax()] >= 0.0 else -normals
+    # The probe stays on one side of the surface, so one sign holds for the whole curve. It is that
+    # at the contact: far from it the surface may face the other way.
+    offset = points - contour.plane.point
+    contact = (offset * offset).sum(axis=1).argmin()
+    return normals if normals[contact] @ outward >= 0.0 else -normals
