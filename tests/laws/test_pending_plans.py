@@ -56,7 +56,10 @@ def advance(atlas, planner, probe, count):
     return out
 
 
-@pytest.mark.parametrize(("name", "tolerance"), [("ellipsoid", 2.0), ("sphere", 0.1)])
+@pytest.mark.parametrize(
+    ("name", "tolerance"),
+    [pytest.param("ellipsoid", 2.0, marks=pytest.mark.slow), ("sphere", 0.1)],
+)
 def test_plans_told_in_any_order_lead_to_a_known_surface(name, tolerance):
     """Four arms; every sixth touch misses, every sixth is refused, every sixth is lost: it is made
     again later, by the plan that is still pending."""
