@@ -7,6 +7,8 @@ from pathlib import Path
 def write_whole(path, data: bytes) -> None:
     """Write a file so that a crash or a full disk leaves either the old one or the new one.
 
+    A write that is interrupted (Ctrl-C) leaves no ``.part`` behind.
+
     Raises
     ------
     OSError
@@ -23,6 +25,7 @@ def write_whole(path, data: bytes) -> None:
             os.fsync(file.fileno())
         os.replace(part, path)
     except OSError as error:
-        part.unlink(missing_ok=True)
         error.filename = str(path)
         raise
+    finally:
+        part.unlink(missing_ok=True)
