@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from touchatlas.atlas.edit.replace import is_upright
+from touchatlas.atlas.edit.replace import are_upright, is_upright
 from touchatlas.atlas.patches.normal_equations import absorb, of_patch, solve
 from touchatlas.atlas.patches.patch_table import PatchTable
 from touchatlas.atlas.patches.sample_membership import CANDIDATE_REACH, CandidateSamples
@@ -77,7 +77,11 @@ def fits_at(state: AtlasState, sites: Sites) -> list[PatchFit | None]:
             if fit is None or not is_upright(fit.patch):
                 continue
             trial, row = _learned(state, fit, sites.owners[i], known[i])
-            if trial.count[row] >= LEAST_SAMPLES and explains_core(state, trial, row)[0]:
+            if (
+                trial.count[row] >= LEAST_SAMPLES
+                and explains_core(state, trial, row)[0]
+                and are_upright(trial, row)[0]
+            ):
                 out[i] = fit
                 done[i] = follows(state, trial, row)[0]
     return out

@@ -7,6 +7,7 @@ import numpy as np
 from touchatlas.atlas.edit.fill_about import fill_about
 from touchatlas.atlas.edit.filling_fits import Sites, explains_core, fits_at, follows
 from touchatlas.atlas.edit.refresh import update_creases
+from touchatlas.atlas.edit.replace import are_upright
 from touchatlas.atlas.edit.split import divide, split
 from touchatlas.atlas.records.change import AtlasChange
 from touchatlas.atlas.state import AtlasState
@@ -58,6 +59,7 @@ def replace_misfits(state: AtlasState, rows: set[int]) -> np.ndarray:
     misfits = np.array(sorted(row for row in rows if table.alive[row]), int)
     good = follows(state, table, misfits)
     good &= explains_core(state, table, misfits)
+    good &= are_upright(table, misfits)
     misfits = misfits[~good]
     samples = state.membership.fitted_by(misfits.tolist())
     filled = [row for row in misfits.tolist() if is_filled(row)]

@@ -5,6 +5,7 @@ Insert, merge, split and fill share these steps.
 
 import numpy as np
 
+from touchatlas.atlas.graph.outlines import core_outlines
 from touchatlas.atlas.graph.power_diagram import power_at
 from touchatlas.atlas.patches.patch_table import PatchTable
 from touchatlas.atlas.patches.sample_membership import CandidateSamples
@@ -39,6 +40,13 @@ def is_upright(patch: Patch) -> bool:
     """Whether the normals up to the core radius are within 45 degrees of the patch's own."""
     normals = patch.normal(patch.outline)
     return bool(((normals @ patch.frame.normal) >= LEAST_COSINE).all())
+
+
+def are_upright(table: PatchTable, rows) -> np.ndarray:
+    """(m,) whether ``is_upright`` holds for the polynomials that rows (m,) of a table have now."""
+    upward = table.surface(rows, table.scaled_local(rows, core_outlines(table, rows)))[1]
+    length = np.sqrt((upward * upward).sum(axis=-1))
+    return np.asarray((upward[..., 2] >= LEAST_COSINE * length).all(axis=-1))
 
 
 def enter_fit(
