@@ -27,8 +27,8 @@ from touchatlas.atlas.state import AtlasState
 # A patch clearly covers within this fraction of the power up to which it is evaluated: beyond it
 # the foot of a vertex may be out, and the field is asked.
 _CLEARLY = 0.95
-# Least cosine between the surface and the axis of its patch, whose core turns by 45 degrees: 70
-# degrees. Doubled, 47 degrees, the rims of strongly curved patches are left out.
+# Least cosine between a triangle and the axes of the patches at its corners, whose cores turn by 45
+# degrees: 70 degrees. Doubled, 47 degrees, the rims of strongly curved patches are left out.
 _FACING = 0.34
 
 
@@ -78,11 +78,10 @@ def smooth_surface(state: AtlasState, coarse: CoarseMesh, count: int) -> Surface
         points += height[:, None] * normals
     deviation, curvature = np.sqrt(cut.linear(old.variance)), cut.linear(old.curvature)
     known &= supported(state, patch, points, deviation)
-    # A polynomial may have a second zero above the first, where it faces another way.
-    known &= np.einsum("ij,ij->i", normals, field.table.axes[patch, 2]) > _FACING
     # The triangles lie off the patches by as much as the vertices were moved.
     deviation = np.hypot(deviation, height)
     kept = _without_bridging_triangles(faces, normals, coarse.faces, old.normals)
+    kept = kept[_faces_outward(kept, points, field.table.axes[patch, 2])]
     whole = Surface(points, kept, normals, deviation, patch, curvature)
     if not known.all() or len(whole.faces) < len(faces):
         whole = whole.only(known)
@@ -134,6 +133,16 @@ def _without_bridging_triangles(faces, normals, coarse, coarse_normals) -> np.nd
     keep = np.ones(len(faces), bool)
     keep[doubt] = _least_cosine(faces[doubt], normals) > OPPOSED
     return faces[keep]
+
+
+def _faces_outward(faces, points, axes) -> np.ndarray:
+    """(f,) whether triangles face as the axes (v, 3) of the patches at their corners do. Others are
+    folds, where cells of patches that disagree meet, or follow a second zero of a polynomial."""
+    a, b, c = (points[corner] for corner in faces.T)
+    across = np.cross(b - a, c - a)
+    least = _FACING * np.sqrt(np.einsum("ij,ij->i", across, across))
+    along = [np.einsum("ij,ij->i", across, axes[corner]) for corner in faces.T]
+    return np.asarray(np.minimum.reduce(along) >= least)
 
 
 def _least_cosine(faces, normals) -> np.ndarray:
