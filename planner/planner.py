@@ -19,8 +19,14 @@ from touchatlas.planner.frontier_planner import FrontierPlanner
 from touchatlas.planner.options import FRONTIER, PlannerOptions
 from touchatlas.planner.pending import Pending
 from touchatlas.planner.places import Places
-from touchatlas.planner.plans import arms_beside_edges, closer_plan, first_plan, plan_at
-from touchatlas.planner.probe_plan import ProbePlan, check_answer
+from touchatlas.planner.plans import (
+    arms_beside_edges,
+    closer_plan,
+    first_plan,
+    plan_at,
+    turned_plan,
+)
+from touchatlas.planner.probe_plan import ProbePlan, Reason, check_answer
 from touchatlas.planner.reach import is_reachable
 from touchatlas.planner.rules import RULES
 from touchatlas.planner.stop import Forecast, Stop, StopReason
@@ -93,6 +99,7 @@ class Planner:
         self._told = 0
         self._pending: dict[int, Pending] = {}
         self._retries: list[Pending] = []
+        self._missed: list[ProbePlan] = []
         self._touched: list[np.ndarray] = []
         self._tried: list[np.ndarray] = []
         self._unreachable: list[np.ndarray] = []
@@ -166,6 +173,8 @@ class Planner:
             self._beside_edges.tell(replace(touch, number=number), replace(change, touch=number))
         elif met and change.refused and pending.closer < most:
             self._retries.append(pending)
+        elif not met and asked.reason is Reason.EXPAND and not pending.turned:
+            self._missed.append(asked)
         self._stale.update((*change.added, *change.changed))
         self._told += 1
         self._answered += 1
@@ -176,6 +185,10 @@ class Planner:
             before = self._retries.pop(0)
             plan = closer_plan(before.plan, self.options.curves)
             return replace(before, plan=plan, closer=before.closer + 1)
+        while self._missed:
+            turned = turned_plan(self._missed.pop(0), atlas)
+            if turned is not None:
+                return Pending(turned, turned.until is not None, turned=True)
         found = self._next_plan(atlas) if len(atlas) else self._start_plan(atlas)
         return None if found is None else Pending(found, found.until is not None)
 

@@ -70,6 +70,28 @@ def closer_plan(plan: ProbePlan, curves: int) -> ProbePlan:
     return replace(plan, planes=planes, reach=_CLOSER * plan.reach, step=_CLOSER * plan.step)
 
 
+def turned_plan(plan: ProbePlan, atlas: Atlas) -> ProbePlan | None:
+    """A plan for a place that the probe missed beside a surface that bends away; None where no
+    sample faces as the place does.
+
+    The probe comes half from the side, between the place and the nearest sample.
+    """
+    pool, normal = atlas.membership.pool, plan.normal
+    beside = np.flatnonzero(pool.normals @ normal > 0.0)
+    offset = plan.reference_point - pool.points[beside]
+    if not len(beside):
+        return None
+    nearest = int((offset * offset).sum(axis=1).argmin())
+    away = offset[nearest] - (offset[nearest] @ normal) * normal
+    if not away @ away > 0.0:
+        return None
+    outward = normal + away / np.sqrt(away @ away)
+    outward /= np.sqrt(outward @ outward)
+    point = plan.reference_point - 0.5 * offset[nearest]
+    planes = concurrent_planes(point, outward, cross(outward, away), len(plan.planes))
+    return replace(plan, reference_point=point, normal=outward, planes=planes)
+
+
 def first_plan(plan: ProbePlan, offset, scale: float, curves: int) -> ProbePlan:
     """The plan of a first touch, in ``curves`` planes, at an offset (3,) in extents of the spiral
     of ``start_targets``."""
