@@ -28,6 +28,8 @@ class PlannerOptions:
         Longest arm of a contour, in extents of what is touched so far.
     step : float
         Arc length between samples, in the same extents.
+    step_turn : float, rad
+        Turn from one sample to the next beyond which the step is halved, up to three times.
     max_turn : float, rad
         Largest angle by which a contour may turn from the contact to its end.
     pin_radius : float, length
@@ -42,6 +44,7 @@ class PlannerOptions:
     curves: int = 3
     reach: float = 0.6
     step: float = 0.014
+    step_turn: float = np.pi / 12.0
     max_turn: float = 2.0 * np.pi / 3.0
     pin_radius: float = 0.0
     pin_length: float = 0.0
@@ -66,7 +69,8 @@ class PlannerOptions:
             raise ValueError(
                 "the planner frontier knows no pin; take another one, or no pin_length"
             )
-        limits = {"coverage": 1.0, "reach": 10.0, "step": 0.2, "max_turn": np.pi}
+        limits = {"coverage": 1.0, "reach": 10.0, "step": 0.2}
+        limits |= dict.fromkeys(("max_turn", "step_turn"), np.pi)
         for field in fields(self):
             value, most = getattr(self, field.name), limits.get(field.name)
             if most is not None and not 0.0 < real(value) < most:

@@ -296,4 +296,4 @@ class Planner:
         if self._pending or not self._starts:
             return self._end(atlas, StopReason.NO_PATCH)
         plan = self._beside_edges.start_plan(atlas)
-        return first_plan(plan, self._starts.pop(0), atlas.scale, self.options.curves)
+        return first_plan(plan, self._starts.pop(0), atlas.scale, self.options)

@@ -46,8 +46,17 @@ def plan_at(atlas: Atlas, target: Target, extent: float, options: PlannerOptions
     if heading @ heading < np.finfo(float).eps:
         heading = any_tangent(normal)
     planes = concurrent_planes(target.point, normal, heading, options.curves)
-    reach, step = options.reach * extent, options.step * extent
-    plan = ProbePlan(0, target.point, normal, planes, reach, step, options.max_turn, target.reason)
+    plan = ProbePlan(
+        0,
+        target.point,
+        normal,
+        planes,
+        options.reach * extent,
+        options.step * extent,
+        options.max_turn,
+        target.reason,
+        step_turn=options.step_turn,
+    )
     return ending_where_known(plan, atlas)
 
 
@@ -92,13 +101,13 @@ def turned_plan(plan: ProbePlan, atlas: Atlas) -> ProbePlan | None:
     return replace(plan, reference_point=point, normal=outward, planes=planes)
 
 
-def first_plan(plan: ProbePlan, offset, scale: float, curves: int) -> ProbePlan:
-    """The plan of a first touch, in ``curves`` planes, at an offset (3,) in extents of the spiral
-    of ``start_targets``."""
+def first_plan(plan: ProbePlan, offset, scale: float, options: PlannerOptions) -> ProbePlan:
+    """The plan of a first touch at an offset (3,) in extents of the spiral of
+    ``start_targets``."""
     point = plan.reference_point + _FIRST_EXTENT * scale * offset
     heading = cross(plan.planes[0].normal, plan.normal)
-    planes = concurrent_planes(point, plan.normal, heading, curves)
-    return replace(plan, reference_point=point, planes=planes)
+    planes = concurrent_planes(point, plan.normal, heading, options.curves)
+    return replace(plan, reference_point=point, planes=planes, step_turn=options.step_turn)
 
 
 def arms_beside_edges(options: PlannerOptions, extent: float) -> FrontierOptions:

@@ -48,6 +48,9 @@ class ProbePlan:
     until : function from points (n, 3) to (n,) bool, optional
         Whether the surface is known at points. An arm may end where it is, for some samples in a
         row. Without, arms go on.
+    step_turn : float, rad
+        Angle between the curve and its direction one step before, beyond which there are samples
+        between the two.
     known : float
         Expected fraction of the surface within the tolerance when this was planned.
     """
@@ -61,6 +64,7 @@ class ProbePlan:
     max_turn: float
     reason: Reason
     until: Callable[[np.ndarray], np.ndarray] | None = None
+    step_turn: float = np.pi
     known: float = 0.0
 
     def __post_init__(self) -> None:

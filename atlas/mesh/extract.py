@@ -27,8 +27,8 @@ from touchatlas.atlas.state import AtlasState
 # A patch clearly covers within this fraction of the power up to which it is evaluated: beyond it
 # the foot of a vertex may be out, and the field is asked.
 _CLEARLY = 0.95
-# Least cosine between a triangle and the axes of the patches at its corners, whose cores turn by 45
-# degrees: 70 degrees. Doubled, 47 degrees, the rims of strongly curved patches are left out.
+# Least cosine between a triangle and the axis of a patch at one of its corners, whose core turns by
+# 45 degrees: 70 degrees. Doubled, 47 degrees, the rims of strongly curved patches are left out.
 _FACING = 0.34
 
 
@@ -136,13 +136,14 @@ def _without_bridging_triangles(faces, normals, coarse, coarse_normals) -> np.nd
 
 
 def _faces_outward(faces, points, axes) -> np.ndarray:
-    """(f,) whether triangles face as the axes (v, 3) of the patches at their corners do. Others are
-    folds, where cells of patches that disagree meet, or follow a second zero of a polynomial."""
+    """(f,) whether triangles face as one of the axes (v, 3) of the patches at their corners does.
+    Others are folds, where cells of patches that disagree meet, or follow a second zero of a
+    polynomial."""
     a, b, c = (points[corner] for corner in faces.T)
     across = np.cross(b - a, c - a)
     least = _FACING * np.sqrt(np.einsum("ij,ij->i", across, across))
     along = [np.einsum("ij,ij->i", across, axes[corner]) for corner in faces.T]
-    return np.asarray(np.minimum.reduce(along) >= least)
+    return np.asarray(np.maximum.reduce(along) >= least)
 
 
 def _least_cosine(faces, normals) -> np.ndarray:

@@ -6,6 +6,7 @@ import numpy as np
 
 from touchatlas.patch import ContourEnd
 from touchatlas.patch.geometry.arrays import cross
+from touchatlas.sim.world.finer_steps import finer_steps
 from touchatlas.sim.world.implicit_fields import Field
 from touchatlas.sim.world.level_set import level_set_mesh, newton_projection
 from touchatlas.sim.world.triangles import areas_of, sample_triangles, top_sample
@@ -125,7 +126,7 @@ class ImplicitObject:
             at = float(np.clip(at - float(value[0] / (gradient[0] @ direction)), low, high))
         return origin + at * direction
 
-    def trace_arms(self, point, plane_normals, directions, reach, step, max_turn):
+    def trace_arms(self, point, plane_normals, directions, reach, step, max_turn, step_turn=np.pi):
         """Curves from a surface point in several planes, all advanced step by step together.
 
         Parameters
@@ -137,10 +138,13 @@ class ImplicitObject:
             Arc length of an arm, and that between its points.
         max_turn : float, rad
             Largest angle between the tangent and that at the start.
+        step_turn : float, rad
+            Turn from one point to the next beyond which there are others between them.
 
         Returns
         -------
-        list of m pairs: points (k, 3) at arc lengths step, 2 step, ..., and a ContourEnd
+        list of m pairs: points (k, 3) at arc lengths step, 2 step, ..., with those between, and a
+        ContourEnd
         """
         normals = np.array(plane_normals)
         first = self._tangents(np.broadcast_to(point, normals.shape), normals)
@@ -179,7 +183,26 @@ class ImplicitObject:
             if not active.any():
                 break
         path = np.array(paths).reshape(len(paths), len(normals), 3)
-        return [(path[: counts[arm], arm], ends[arm]) for arm in range(len(normals))]
+        arms = [path[: counts[arm], arm] for arm in range(len(normals))]
+        return [
+            (self._finer(point, arm, normal, step, step_turn), end)
+            for arm, normal, end in zip(arms, normals, ends, strict=True)
+        ]
+
+    def _finer(self, point, arm, normal, step, step_turn) -> np.ndarray:
+        """An arm (k, 3) with the points between those that it turns much."""
+        arm = np.vstack([point[None], arm])
+
+        def between(at) -> np.ndarray:
+            whole = at.astype(int)
+            planes = np.broadcast_to(normal, (len(at), 3))
+            return self._advance(arm[whole], planes, step * (at - whole)[:, None])
+
+        at = finer_steps(arm, step_turn, between)[1:]
+        whole = at == np.round(at)
+        points = np.empty((len(at), 3))
+        points[whole], points[~whole] = arm[1:], between(at[~whole])
+        return points
 
     def _end_ahead(self, x, normal, step) -> ContourEnd:
         """EDGE where the normal ahead of x jumps at a point, TURNED_AWAY where it turns slowly."""
@@ -199,7 +222,8 @@ class ImplicitObject:
         return tangents / np.sqrt((tangents**2).sum(axis=1))[:, None]
 
     def _advance(self, x, normals, step) -> np.ndarray:
-        """One step of arc length along each curve: Runge-Kutta, then Newton in the plane."""
+        """One step of arc length, or one of each of (m, 1), along each curve: Runge-Kutta, then
+        Newton in the plane."""
         a = self._tangents(x, normals)
         b = self._tangents(x + 0.5 * step * a, normals)
         c = self._tangents(x + 0.5 * step * b, normals)

@@ -10,6 +10,7 @@ import numpy as np
 import trimesh
 
 from touchatlas.patch import ContourEnd
+from touchatlas.sim.world.finer_steps import finer_steps
 from touchatlas.sim.world.triangles import areas_of, sample_triangles, top_sample
 
 # Default noise and tolerance, as fractions of the diagonal: what a touch probe reaches on an object
@@ -208,37 +209,40 @@ class MeshObject:
         slope = float(normal @ direction)
         return float(normal @ (a - origin)) / slope if slope != 0.0 else -1.0, slope < 0.0
 
-    def trace_arms(self, point, plane_normals, directions, reach, step, max_turn):
+    def trace_arms(self, point, plane_normals, directions, reach, step, max_turn, step_turn=np.pi):
         """Curves from a surface point in several planes; see ImplicitObject.trace_arms.
 
         A sharp edge of a mesh cannot be told from a coarse facet by one contour: turning is
         measured over a whole step, and an edge shows as TURNED_AWAY.
         """
         return [
-            self._arm(point, normal, direction, reach, step, max_turn)
+            self._arm(point, normal, direction, reach, step, max_turn, step_turn)
             for normal, direction in zip(plane_normals, directions, strict=True)
         ]
 
-    def _arm(self, point, normal, direction, reach, step, max_turn):
+    def _arm(self, point, normal, direction, reach, step, max_turn, step_turn):
         ahead, open_end = self._walk(point, normal, direction, reach + step)
         behind, _ = self._walk(point, normal, -direction, step)
-        samples, length = _resample(point, ahead, step, reach)
-        before, _ = _resample(point, behind, 0.5 * step, 0.5 * step)
-        after, _ = _resample(point, ahead, 0.5 * step, 0.5 * step)
+        line, lengths = _polyline(point, ahead)
+        length = min(float(lengths[-1]), reach)
+        samples = _at(line, lengths, step * np.arange(1, int(length / step + 1e-9) + 1))
         if not len(samples):
             return samples, ContourEnd.LOST_CONTACT if open_end else ContourEnd.TURNED_AWAY
-        first = (after[0] if len(after) else samples[0]) - (before[0] if len(before) else point)
+        first = _at(line, lengths, 0.5 * step) - _at(*_polyline(point, behind), 0.5 * step)
         chords = np.diff(np.vstack([point[None], samples]), axis=0)
         cosine = chords @ first / np.sqrt((chords**2).sum(axis=1) * (first @ first))
         turned = cosine < np.cos(max_turn)
         offset = samples - point
         home = ((offset**2).sum(axis=1) < (0.5 * step) ** 2) & (np.arange(len(samples)) > 2)
+        whole = length >= reach - 1e-9 * reach
+        end = ContourEnd.LENGTH_REACHED if whole else ContourEnd.LOST_CONTACT
         if (turned | home).any():
             stop = int((turned | home).argmax())
             end = ContourEnd.CLOSED_LOOP if home[stop] else ContourEnd.TURNED_AWAY
-            return samples[:stop], end
-        whole = length >= reach - 1e-9 * reach
-        return samples, ContourEnd.LENGTH_REACHED if whole else ContourEnd.LOST_CONTACT
+            samples = samples[:stop]
+        samples = np.vstack([point[None], samples])
+        at = finer_steps(samples, step_turn, lambda s: _at(line, lengths, step * s))
+        return _at(line, lengths, step * at[1:]), end
 
     def _walk(self, point, normal, direction, reach):
         """Polyline (k, 3) of the plane section from ``point`` onward, and whether it ended at a
@@ -318,10 +322,13 @@ def _notes_on_edges(name: str, counts) -> list[str]:
     return found
 
 
-def _resample(point, path, step, reach):
-    """Points at arc lengths step, 2 step, ... up to reach, and the arc length of the path."""
+def _polyline(point, path):
+    """Corners (k, 3) of a path from a point, and the arc lengths (k,) there."""
     line = np.vstack([point[None], path]) if len(path) else point[None]
-    lengths = np.concatenate([[0.0], np.cumsum(np.sqrt((np.diff(line, axis=0) ** 2).sum(axis=1)))])
-    total = min(float(lengths[-1]), reach)
-    at = step * np.arange(1, int(total / step + 1e-9) + 1)
-    return np.stack([np.interp(at, lengths, line[:, i]) for i in range(3)], axis=1), total
+    steps = np.sqrt((np.diff(line, axis=0) ** 2).sum(axis=1))
+    return line, np.concatenate([[0.0], np.cumsum(steps)])
+
+
+def _at(line, lengths, at) -> np.ndarray:
+    """(..., 3) points of a polyline at arc lengths (...); its end beyond it."""
+    return np.stack([np.interp(at, lengths, line[:, i]) for i in range(3)], axis=-1)

@@ -15,9 +15,10 @@ from touchatlas.sim.world.mesh_object import MeshObject
 # steps if that is less. Doubled, the probe travels farther and finds places that were predicted
 # less well.
 _APPROACH, _STEPS = 0.5, 10.0
-# An arm ends where the surface has been known for this number of samples, at least as many from the
-# contact. Doubled, arms run on over what is known.
-_IN_A_ROW, _LEAST = 5, 4
+# An arm ends where the surface has been known from one sample to another that is so many steps on,
+# both at least so many from the contact. The halves keep clear of whole numbers of steps. Doubled,
+# arms run on over what is known.
+_KNOWN_FOR, _LEAST = 3.5, 4.5
 
 
 class Probe:
@@ -74,8 +75,9 @@ class Probe:
             plan.reach,
             plan.step,
             plan.max_turn,
+            plan.step_turn,
         )
-        arms = [_ended(points, end, plan.until) for points, end in arms]
+        arms = [_ended(contact, points, end, plan) for points, end in arms]
         contours, tracked = [], 0.0
         count = len(normals)
         for ahead, behind, normal in zip(arms[:count], arms[count:], normals, strict=True):
@@ -86,7 +88,7 @@ class Probe:
             contours.append(
                 Contour(points, SamplingPlane(contact, normal), self._noise, (behind[1], ahead[1]))
             )
-            tracked += (len(points) - 1) * plan.step
+            tracked += sum(_lengths(contact, arm)[-1:].sum() for arm in (ahead[0], behind[0]))
         return tuple(contours), tracked
 
     def state(self) -> str:
@@ -107,15 +109,26 @@ class Probe:
         self._position = None if position is None else np.array(position, float)
 
 
-def _ended(points, end: ContourEnd, until):
-    """An arm, points (n, 3) and its end, up to where the surface has been known for some samples.
+def _ended(contact, points, end: ContourEnd, plan: ProbePlan):
+    """An arm, points (n, 3) and its end, up to where the surface has been known for some steps.
 
     A real probe asks while it tracks; the result is the same.
     """
-    if until is None or end is ContourEnd.CLOSED_LOOP or len(points) <= _LEAST + _IN_A_ROW:
+    if plan.until is None or end is ContourEnd.CLOSED_LOOP or not len(points):
         return points, end
-    known = np.asarray(until(points), bool)
-    runs = np.lib.stride_tricks.sliding_window_view(known[_LEAST:], _IN_A_ROW).all(axis=1)
-    if not runs.any():
+    steps = _lengths(contact, points) / plan.step
+    known = np.asarray(plan.until(points), bool) & (steps > _LEAST)
+    # The last sample before each that is not known.
+    before = np.maximum.accumulate(np.where(known, -1, np.arange(len(steps))))
+    began = steps[np.minimum(before + 1, len(steps) - 1)]
+    stop = np.flatnonzero(known & (steps - began > _KNOWN_FOR))
+    if not len(stop):
         return points, end
-    return points[: _LEAST + int(runs.argmax()) + _IN_A_ROW], ContourEnd.LENGTH_REACHED
+    return points[: stop[0] + 1], ContourEnd.LENGTH_REACHED
+
+
+def _lengths(contact, points) -> np.ndarray:
+    """(n,) arc lengths from the contact to the points (n, 3) of an arm, along its chords."""
+    steps = np.diff(np.vstack([contact[None], points]), axis=0)
+    out: np.ndarray = np.cumsum(np.sqrt((steps**2).sum(axis=1)))
+    return out

@@ -62,11 +62,11 @@ class Placed:
         found = self.body.contact(start, direction, length / self.scale)
         return None if found is None else self.scale * found + self.shift
 
-    def trace_arms(self, point, plane_normals, directions, reach, step, max_turn):
+    def trace_arms(self, point, plane_normals, directions, reach, step, max_turn, step_turn=np.pi):
         """As of ImplicitObject."""
         start, unit = (point - self.shift) / self.scale, self.scale
         arms = self.body.trace_arms(
-            start, plane_normals, directions, reach / unit, step / unit, max_turn
+            start, plane_normals, directions, reach / unit, step / unit, max_turn, step_turn
         )
         return [(unit * points + self.shift, end) for points, end in arms]
 
