@@ -81,7 +81,9 @@ def smooth_surface(state: AtlasState, coarse: CoarseMesh, count: int) -> Surface
     # The triangles lie off the patches by as much as the vertices were moved.
     deviation = np.hypot(deviation, height)
     kept = _without_bridging_triangles(faces, normals, coarse.faces, old.normals)
-    kept = kept[_faces_outward(kept, points, field.table.axes[patch, 2])]
+    if not field.graph.creases:
+        # Across a crease triangles lean from one face to the other, until they are cut along it.
+        kept = kept[_faces_outward(kept, points, field.table.axes[patch, 2])]
     whole = Surface(points, kept, normals, deviation, patch, curvature)
     if not known.all() or len(whole.faces) < len(faces):
         whole = whole.only(known)

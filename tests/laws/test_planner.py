@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from touchatlas.atlas import Atlas, AtlasOptions, Touch, TouchStatus, extract_surface
+from touchatlas.atlas import Atlas, AtlasChange, AtlasOptions, Touch, TouchStatus, extract_surface
 from touchatlas.planner import Planner, PlannerOptions, Reason, StopReason, explore
 from touchatlas.sim import Probe, make_object
 
@@ -76,6 +76,28 @@ def test_a_looser_tolerance_ends_the_same_touches_earlier():
     same = sum(itertools.takewhile(bool, map(operator.eq, coarse, fine)))
     assert 10 < same <= len(coarse) < len(fine)
     assert all(reason in last for _, reason in coarse[same:])
+
+
+def test_a_place_that_the_probe_missed_is_tried_once_from_the_side():
+    """The second touch comes at 45 degrees, from the side that was not touched, and lower."""
+    obj = make_object("ellipsoid")
+    atlas, p = filled(obj.tolerance), Planner(*obj.start())
+    probe = Probe(obj, obj.noise_std, np.random.default_rng(1))
+    first = p.ask(atlas)
+    touch = probe(first)
+    p.tell(touch, atlas.add(touch))
+    plan = p.ask(atlas)
+    assert plan.reason is Reason.EXPAND
+    p.tell(missed(plan), AtlasChange(refused="no contact"))
+    again = p.ask(atlas)
+    assert again.normal @ plan.normal == pytest.approx(np.sqrt(0.5), abs=1e-12)
+    assert (again.normal - plan.normal) @ (plan.reference_point - touch.contact) > 0.0
+    nearest = np.linalg.norm(atlas.membership.pool.points - plan.reference_point, axis=1).min()
+    moved = np.linalg.norm(again.reference_point - plan.reference_point)
+    assert moved == pytest.approx(0.5 * nearest)
+    p.tell(missed(again), AtlasChange(refused="no contact"))
+    third = p.ask(atlas)
+    assert np.linalg.norm(third.reference_point - plan.reference_point) > 1.01 * moved
 
 
 def test_arms_end_where_the_surface_is_known():

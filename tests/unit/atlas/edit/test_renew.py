@@ -7,6 +7,7 @@ from tests.explored import spread_touches
 from touchatlas.atlas import Atlas
 from touchatlas.atlas.edit.filling_fits import Sites, explains_core, fits_at, follows
 from touchatlas.atlas.edit.renew import replace_misfits
+from touchatlas.atlas.edit.replace import are_upright, is_upright
 from touchatlas.sim import make_object
 
 
@@ -48,3 +49,21 @@ def test_a_patch_is_judged_by_what_its_equations_give(atlas):
     assert all(fit is not None for fit in fits)
     normals = np.array([fit.patch.frame.normal for fit in fits if fit is not None])
     assert (np.einsum("ij,ij->i", normals, table.axes[some, 2]) > 0.9).all()
+
+
+def test_a_patch_that_became_steep_is_replaced_by_an_upright_one(atlas):
+    """Its polynomial is tilted by 60 degrees, a slope of 1.7: the height of each core is as far off."""
+    table = atlas.table
+    touched = next(r for r in table.rows.tolist() if not atlas.membership.is_filled(r))
+    assert are_upright(table, table.rows).all()
+    for row in table.rows.tolist():
+        assert is_upright(atlas.patch(row))
+    slope = table.basis.exponents.tolist().index([1, 0, 0])
+    table.mean[touched, slope] += np.tan(np.deg2rad(60.0))
+    assert not are_upright(table, np.array([touched]))[0]
+    before = set(table.rows.tolist())
+    replace_misfits(atlas, {touched})
+    assert not table.alive[touched]
+    new = np.array(sorted(set(table.rows.tolist()) - before))
+    assert len(new) and are_upright(table, new).all()
+    atlas.validate()
