@@ -18,6 +18,9 @@ from touchatlas.patch.geometry.polynomial import scaled_height
 # degrees. On steeper patches corners are not found, and a first-order distance is off by a
 # seventh. Doubling the angle allows patches that stand upright at the rim.
 LEAST_COSINE = np.sqrt(0.5)
+# The same for a patch that learned more samples than it was fitted to: 60 degrees. Doubled, no patch
+# but a plane is left; without it, some patches stand upright where they have no samples.
+_LEAST_LEARNED = 0.5
 # Points of the unit disc, no unit: the centre and six circles of 24 points. A cell that holds none
 # of them is narrower than a sixth of the core. Twice as many take twice the time.
 _RADII, _ANGLES = np.linspace(0.0, 1.0, 7), np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
@@ -43,10 +46,11 @@ def is_upright(patch: Patch) -> bool:
 
 
 def are_upright(table: PatchTable, rows) -> np.ndarray:
-    """(m,) whether ``is_upright`` holds for the polynomials that rows (m,) of a table have now."""
+    """(m,) whether the normals of rows (m,) of a table, as their polynomials are now, are within 60
+    degrees of their own up to the core radius."""
     upward = table.surface(rows, table.scaled_local(rows, core_outlines(table, rows)))[1]
     length = np.sqrt((upward * upward).sum(axis=-1))
-    return np.asarray((upward[..., 2] >= LEAST_COSINE * length).all(axis=-1))
+    return np.asarray((upward[..., 2] >= _LEAST_LEARNED * length).all(axis=-1))
 
 
 def enter_fit(
