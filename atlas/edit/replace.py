@@ -18,8 +18,8 @@ from touchatlas.patch.geometry.polynomial import scaled_height
 # degrees. On steeper patches corners are not found, and a first-order distance is off by a
 # seventh. Doubling the angle allows patches that stand upright at the rim.
 LEAST_COSINE = np.sqrt(0.5)
-# The same for a patch that learned more samples than it was fitted to: 60 degrees. Doubled, no patch
-# but a plane is left; without it, some patches stand upright where they have no samples.
+# The same for a patch that learned more samples than it was fitted to: 60 degrees. Doubled, only
+# planes are left; without it, some patches are as steep as a wall where they have no samples.
 _LEAST_LEARNED = 0.5
 # Points of the unit disc, no unit: the centre and six circles of 24 points. A cell that holds none
 # of them is narrower than a sixth of the core. Twice as many take twice the time.

@@ -20,6 +20,7 @@ from touchatlas.atlas.mesh.sharp_edges import sharpen
 from touchatlas.atlas.mesh.stray_pieces import without_stray_pieces
 from touchatlas.atlas.mesh.surface import Surface
 from touchatlas.atlas.mesh.trim import supported
+from touchatlas.atlas.mesh.unsure_rims import without_unsure_rims
 from touchatlas.atlas.patches.normal_equations import SHEET_COSINE
 from touchatlas.atlas.patches.patch_table import PatchTable
 from touchatlas.atlas.state import AtlasState
@@ -47,7 +48,7 @@ def extract_surface(state: AtlasState, edge: float | None = None) -> Surface:
         When the atlas has no patch, or the edge is no length, longer than the patches span, or
         too short for the memory.
     """
-    return close_holes(open_surface(state, edge))
+    return close_holes(without_unsure_rims(state, open_surface(state, edge)))
 
 
 def open_surface(state: AtlasState, edge: float | None = None) -> Surface:

@@ -48,7 +48,9 @@ def without_stray_pieces(state: AtlasState, surface: Surface) -> Surface:
         stray |= (area > 0.0) & _are_small(state, surface, count, piece, area)
     if not stray.any():
         return surface
-    return replace(surface.only(~stray[piece]), stray_pieces=int(stray.sum()))
+    return replace(
+        surface.only(~stray[piece]), stray_pieces=surface.stray_pieces + int(stray.sum())
+    )
 
 
 def _are_small(state: AtlasState, surface: Surface, count: int, piece, area) -> np.ndarray:

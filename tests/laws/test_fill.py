@@ -37,14 +37,15 @@ def turned(touch: Touch, rotation) -> Touch:
 @pytest.mark.parametrize(("name", "count"), [("torus", 25), ("bottle", 18), ("mouse", 18)])
 def test_filling_covers_what_contours_reached(name, count):
     """The surface between the touches is known then, and lies within the predicted deviation:
-    nine in ten points are within two deviations, where the law of the normal says 95 %."""
+    nine in ten points are within two deviations, where the law of the normal says 95 %. Where only
+    a steep patch would cover a place it is left out."""
     obj = make_object(name)
     atlas = atlas_of(spread_touches(obj, count), obj.tolerance)
     surface, _ = obj.sample(3000, np.random.default_rng(4))
     atlas.validate()
     assert len(atlas) > 1.5 * count
     found = atlas.blend(surface)
-    assert found.known.mean() > 0.98
+    assert found.known.mean() > 0.97
     # What is farther from all contacts than the patches of these touches reach.
     contacts = np.array([touch.contact for touch in spread_touches(obj, count)])
     apart = np.sqrt(((surface[:, None] - contacts) ** 2).sum(axis=-1).min(axis=1))

@@ -1,0 +1,59 @@
+"""Beside a hole the surface ends where it is no longer known to the tolerance."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import trimesh
+
+from tests.explored import explored
+from touchatlas.atlas import extract_surface
+from touchatlas.atlas.mesh.extract import _faces_outward
+from touchatlas.atlas.mesh.unsure_rims import without_unsure_rims
+
+
+@pytest.fixture(scope="module")
+def whole():
+    atlas = explored("sphere").atlas
+    return atlas, extract_surface(atlas)
+
+
+def within(surface, direction, angle):
+    """Whether vertices of a ball lie within an angle, in degrees, of a direction."""
+    normals = surface.vertices / np.linalg.norm(surface.vertices, axis=1)[:, None]
+    return normals @ np.asarray(direction, float) > np.cos(np.deg2rad(angle))
+
+
+def test_a_guess_that_reaches_into_a_hole_is_left_out_and_one_amid_the_surface_stays(whole):
+    atlas, surface = whole
+    guess, beside = within(surface, [0, 0, 1], 30), within(surface, [1, 0, 0], 20)
+    deviation = np.where(guess | beside, 1.1 * atlas.tolerance, surface.deviation)
+    holed = replace(surface, deviation=deviation).only(~within(surface, [0, 0, 1], 10))
+    left = without_unsure_rims(atlas, holed)
+    assert not within(left, [0, 0, 1], 29.9).any()
+    assert within(left, [1, 0, 0], 20).sum() == beside.sum()
+    # A ball without a cap.
+    mesh = trimesh.Trimesh(left.vertices, left.faces, process=False)
+    assert mesh.euler_number == 1 and mesh.body_count == 1
+
+
+def test_a_closed_surface_and_one_with_a_sure_rim_are_left_as_they_are(whole):
+    atlas, surface = whole
+    unsure = replace(surface, deviation=np.full(len(surface.deviation), 2.0 * atlas.tolerance))
+    assert without_unsure_rims(atlas, unsure) is unsure
+    holed = surface.only(~within(surface, [0, 0, 1], 10))
+    assert without_unsure_rims(atlas, holed) is holed
+
+
+def test_a_triangle_faces_as_one_of_the_patches_at_its_corners():
+    """A right angle from the x axis, tilted toward it by 25 and by 15 degrees, and turned over."""
+    lean = np.deg2rad([25.0, 15.0])
+    points = np.array([[0, 0, 0], [1, 0, 0], [0, np.sin(lean[0]), np.cos(lean[0])]])
+    steeper = np.array([[0, 0, 0], [1, 0, 0], [0, np.sin(lean[1]), np.cos(lean[1])]])
+    up = np.tile([0.0, 0.0, 1.0], (3, 1))
+    for corners, expected in ((points, True), (steeper, False)):
+        # The normal of (0, 1, 2) is (0, -cos, sin) of the lean.
+        assert _faces_outward(np.array([[0, 1, 2]]), corners, up).tolist() == [expected]
+        assert _faces_outward(np.array([[0, 2, 1]]), corners, up).tolist() == [False]
+    one = np.array([[0.0, 0, 1], [0, 0, 1], [0, -1, 0]])
+    assert _faces_outward(np.array([[0, 1, 2]]), steeper, one).all()
