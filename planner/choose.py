@@ -23,9 +23,6 @@ _PENDING = 0.1
 # Cost of a touch besides the way to it, in extents. With the way, 15 explorations of five bodies
 # tracked and travelled 5 % less. Doubled, touches jump farther.
 _SET_UP = 0.3
-# Largest hole, in extents: a longer boundary may be a true rim, and has open places. Doubled, more
-# touches are tried at rims.
-_LARGEST_HOLE = 0.1
 # Deviation of a place that needs no touch, in deviations of a sample: a dozen samples give it.
 # Doubled, explorations to tolerances near the noise end too early.
 _SURE = 0.3
@@ -180,7 +177,7 @@ def worst_target(view: View) -> Target | None:
 def hole_targets(view: View) -> list[Target]:
     """The holes of the surface that are not near touches and attempts, the farthest from these
     first."""
-    centres, normals = hole_centres(view.atlas, _LARGEST_HOLE * view.extent)
+    centres, normals = hole_centres(view.atlas)
     apart = view.apart(centres)
     order = np.argsort(-apart, kind="stable")
     free = order[apart[order] > _APART_WORST * view.extent].tolist()
