@@ -67,6 +67,20 @@ def test_a_patch_that_became_steep_is_replaced_by_an_upright_one(atlas):
     atlas.validate()
 
 
+def test_a_polynomial_that_folds_near_its_core_is_not_upright(atlas):
+    """F = z - phi with phi + 6 z^2 falls from z = 1/12 on, so that it has a second zero at 1/6."""
+    table, row = atlas.table, atlas.table.rows[:1]
+    flat = table.basis.exponents.tolist()
+    table.mean[row] = 0.0
+    assert are_upright(table, row)[0]
+    table.mean[row, flat.index([0, 0, 2])] = 4.0
+    assert are_upright(table, row)[0]
+    table.mean[row, flat.index([0, 0, 2])] = 6.0
+    assert not are_upright(table, row)[0]
+    table.mean[row, flat.index([0, 0, 2])] = -6.0
+    assert not are_upright(table, row)[0]
+
+
 def test_uprightness_is_that_of_the_normals_of_the_patch(atlas):
     """The angle by which a patch turns within its core, from its own normals."""
     rows = atlas.table.rows
