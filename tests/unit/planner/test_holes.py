@@ -9,10 +9,10 @@ from touchatlas.sim import make_object
 
 
 def test_the_open_side_of_a_ball_is_one_hole_however_large():
-    """Contours over the upper part of a ball end at a rim, whose middle lies below its centre line.
+    """Contours over the upper part of a ball end at a rim, whose middle lies below its centre.
 
-    By symmetry the middle is on the axis, up to the places of the touches, which are random: a tenth
-    of the radius. Normals near the equator add up to little, so that their sum is within 25 degrees.
+    By symmetry it is on the axis, up to the places of the touches, which are random: a tenth of the
+    radius. Normals near the equator add up to little, so that their sum is within 25 degrees.
     """
     obj = make_object("sphere")
     atlas = Atlas(obj.tolerance)
