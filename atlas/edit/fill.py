@@ -1,119 +1,128 @@
-"""Fill: fit patches to the samples that no core covers."""
+"""Fill: patches where no core covers samples, and in gaps between cells, many in one call."""
 
 import numpy as np
 
+from touchatlas.atlas.edit.filling_fits import LEAST_SAMPLES, Sites, fits_at
 from touchatlas.atlas.edit.refresh import smooth_neighbours, update_creases
-from touchatlas.atlas.edit.replace import (
-    enter_fit,
-    in_ball,
-    is_upright,
-    remove_hidden,
-    root_mean_square,
-)
+from touchatlas.atlas.edit.replace import enter_fit, remove_hidden, root_mean_square
 from touchatlas.atlas.graph.power_diagram import power_at
-from touchatlas.atlas.patches.normal_equations import SHEET_COSINE, of_patch
 from touchatlas.atlas.patches.sample_membership import CANDIDATE_REACH
 from touchatlas.atlas.records.change import AtlasChange
 from touchatlas.atlas.state import AtlasState
 from touchatlas.patch.fit.fit_patch import PatchFit
-from touchatlas.patch.fit.refit_patch import refit_patch
-from touchatlas.patch.fit.start import UnfitError
-from touchatlas.patch.geometry.frame import DarbouxFrame, axes_from_normal
-from touchatlas.patch.geometry.patch import Patch
 
-# Radii that are tried in turn, as fractions of the owner's radius. The next one is tried where a
-# patch would be steep, or where most samples in it are of another sheet. The samples of a patch
-# of less than half the radius would be of one contour. Doubled, the patches would be larger than
-# the owner, whose samples they are fitted to.
-_FRACTIONS = 1.0, 0.7, 0.5
-# Least fraction of the samples in the ball of a patch that are of its sheet: the majority.
-# Doubled, a single sample of another sheet would refuse a patch.
-_LEAST_ON_SHEET = 0.5
+# Least distance of two sites that are filled in one call, in core radii of the patches that own
+# them: each new patch covers the samples about it. Doubled, samples are filled in more calls.
+_APART = 0.9
+# Rounds in which samples, and then gaps, are filled: what patches of one round leave open is filled
+# in the next. Doubled, places that no patch fits are tried more often.
+_ROUNDS, _GAP_ROUNDS = 6, 2
 
 
 def fill(state: AtlasState) -> AtlasChange:
-    """Fit a patch about each sample that no core covers, those with the most samples near first.
+    """Fill about all samples, and all gaps."""
+    return fill_about(state, np.arange(len(state.membership.pool)))
+
+
+def fill_about(state: AtlasState, samples) -> AtlasChange:
+    """Fit a patch about each sample that no core covers, those with the most samples near first,
+    and then about each gap between three cells.
 
     A patch is fitted to all samples near it. Where these are of one contour they hardly tell how
     the surface bends across it, and the patch predicts a large deviation.
+
+    Parameters
+    ----------
+    state : AtlasState
+    samples : (n,) int
+        These samples, and the gaps of patches that are fitted to any of them, are filled.
     """
-    frontier, table, pool = state.frontier, state.table, state.membership.pool
-    before, samples = set(table.rows.tolist()), frontier.samples.tolist()
-    around = {
-        k: _samples_about(state, pool.points[k], pool.normals[k], float(table.radius[i]))
-        for k, i in zip(samples, frontier.owners(samples).tolist(), strict=True)
+    before, changed = set(state.table.rows.tolist()), set[int]()
+    for _ in range(_ROUNDS):
+        if not _enter_all(state, _open_samples(state, samples), changed):
+            break
+    for _ in range(_GAP_ROUNDS):
+        if not _enter_all(state, _gaps(state, samples), changed):
+            break
+    after = set(state.table.rows.tolist())
+    return AtlasChange(
+        added=tuple(sorted(after - before)),
+        changed=tuple(sorted(changed & after & before)),
+        removed=tuple(sorted(before - after)),
+    )
+
+
+def _open_samples(state: AtlasState, samples) -> Sites:
+    """The samples that no core covers, those with the most samples near first."""
+    frontier, membership = state.frontier, state.membership
+    candidates = np.intersect1d(frontier.candidates(), samples)
+    left = candidates[frontier.is_open(candidates)]
+    points, owners = membership.pool.points[left], frontier.owners(left)
+    count = membership.count_near(points, CANDIDATE_REACH * state.table.radius[owners])
+    order = np.argsort(-count, kind="stable")
+    return Sites(points, membership.pool.normals[left], owners).only(order)
+
+
+def _gaps(state: AtlasState, samples) -> Sites:
+    """The gaps between three cells, on the patch with the highest id."""
+    table, found = state.table, sorted(state.gaps.items())
+    beside = {row for triple, _ in found for row in triple}
+    fitted = state.membership.fitted
+    beside = {row for row in beside if np.isin(fitted[row], samples).any()}
+    found = [(triple, point) for triple, point in found if not beside.isdisjoint(triple)]
+    points = np.array([point for _, point in found]).reshape(-1, 3)
+    owners = np.array([triple[2] for triple, _ in found], int)
+    upward = table.surface(owners, table.scaled_local(owners, points[:, None]))[1]
+    normals = (upward @ table.axes[owners])[:, 0]
+    normals /= np.sqrt((normals * normals).sum(axis=1))[:, None]
+    return Sites(points, normals, owners)
+
+
+def _enter_all(state: AtlasState, sites: Sites, changed: set[int]) -> int:
+    """Fit and enter patches about those of the sites that are far apart; returns how many were
+    entered. Rows that they meet are added to ``changed``."""
+    edges, fitted = state.membership.pool.edges, state.membership.fitted
+    # A face with an edge ends where its own touches show it, so it is not extended.
+    smooth = {
+        row
+        for row in np.unique(sites.owners).tolist()
+        if not (state.creases.of(row) or edges[fitted[row]].any())
     }
-    for k in sorted(samples, key=lambda k: -len(around[k])):
-        if k not in frontier.samples:
-            continue
-        owner = int(frontier.owners(k))
-        if state.creases.of(owner):
-            # A face with an edge ends where its own touches show it, so it is not extended.
-            continue
-        fit = _fit(state, owner, pool.points[k], pool.normals[k], around[k])
-        if fit is not None:
-            _enter(state, fit, _samples_of(state, fit.patch))
-    after = set(table.rows.tolist())
-    return AtlasChange(added=tuple(sorted(after - before)), removed=tuple(sorted(before - after)))
+    sites = sites.only(np.isin(sites.owners, list(smooth)))
+    sites = sites.only(_far_apart(sites, _APART * np.sqrt(state.table.weight[sites.owners])))
+    fits = fits_at(state, sites)
+    return sum(_enter(state, fit, changed) for fit in fits if fit is not None)
 
 
-def _samples_about(state: AtlasState, point, normal, radius: float) -> np.ndarray:
-    """Ascending indices of the samples that a patch at a point may be fitted to, whoever owns
-    them."""
-    pool = state.membership.pool
-    near = np.flatnonzero(in_ball(pool.points, point, CANDIDATE_REACH * radius))
-    return near[pool.normals[near] @ normal >= SHEET_COSINE]
+def _far_apart(sites: Sites, apart) -> list[int]:
+    """Indices of sites, the first ones first, that are farther than ``apart`` (n,) from those
+    before that face alike."""
+    kept: list[int] = []
+    for i in range(len(sites)):
+        offset = sites.points[kept] - sites.points[i]
+        near = (offset * offset).sum(axis=1) < apart[i] ** 2
+        if not (near & (sites.normals[kept] @ sites.normals[i] > 0.0)).any():
+            kept.append(i)
+    return kept
 
 
-def _samples_of(state: AtlasState, patch: Patch) -> np.ndarray:
-    """Ascending indices of the samples that a fitted patch may learn from."""
-    return _samples_about(state, patch.frame.origin, patch.frame.normal, patch.radius)
-
-
-def _fit(state: AtlasState, owner: int, point, normal, index) -> PatchFit | None:
-    """A patch about a point, of the largest of the radii with which it fits the samples ``index``;
-    None where it fits with none of them."""
-    table, pool = state.table, state.membership.pool
-    frame = DarbouxFrame(point, axes_from_normal(normal, table.axes[owner, 0]))
-    for fraction in _FRACTIONS:
-        radius = fraction * float(table.radius[owner])
-        try:
-            fit = refit_patch(
-                frame,
-                pool.points[index],
-                pool.across[index],
-                float(table.noise[owner]),
-                radius,
-                state.bias,
-                radius,
-                state.prior,
-                state.options.fit,
-            )
-        except UnfitError:
-            continue
-        near = (_is_of_sheet(state, fit, some) for some in (index, _samples_of(state, fit.patch)))
-        if is_upright(fit.patch) and all(near):
-            return fit
-    return None
-
-
-def _enter(state: AtlasState, fit: PatchFit, index) -> None:
-    """Enter a patch among its neighbours, if it has any and their cells do not hold its site."""
+def _enter(state: AtlasState, fit: PatchFit, changed: set[int]) -> bool:
+    """Enter a patch among its neighbours, if it has any and their cells do not hold its site; these
+    are added to ``changed``."""
     trial, candidate = state.table.with_candidate(fit)
     neighbours = smooth_neighbours(state, trial, candidate)
     least = power_at(trial, neighbours, trial.site[candidate]).min(initial=np.inf)
     if not -trial.weight[candidate] < least < np.inf:
-        return
+        return False
+    frame, radius = fit.patch.frame, CANDIDATE_REACH * fit.patch.radius
+    (index,) = state.membership.near(frame.origin[None], frame.normal[None], [radius])
     std = root_mean_square(state.table.measurement_std[neighbours])
     row = enter_fit(state, fit, neighbours, index, std)
+    if state.table.count[row] < LEAST_SAMPLES:
+        # Hardly any of the samples near is of its sheet: it would be a guess.
+        state.remove([row])
+        return False
     update_creases(state, [row])
+    changed.update(neighbours.tolist())
     remove_hidden(state, {row, *neighbours.tolist()})
-
-
-def _is_of_sheet(state: AtlasState, fit: PatchFit, index) -> bool:
-    """Whether most of the samples ``index`` (n,) in the ball of a patch are of its sheet."""
-    pool = state.membership.pool
-    within = index[in_ball(pool.points[index], fit.patch.frame.origin, fit.patch.radius)]
-    trial, row = state.table.with_candidate(fit)
-    mine = of_patch(trial, np.array([row]), pool.points[within], pool.normals[within])
-    return bool(mine.sum() >= max(1.0, _LEAST_ON_SHEET * len(within)))
+    return True

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from touchatlas.atlas.edit.fill_about import fill_about
+from touchatlas.atlas.edit.fill import fill_about
 from touchatlas.atlas.edit.filling_fits import Sites, explains_core, fits_at, follows
 from touchatlas.atlas.edit.refresh import update_creases
 from touchatlas.atlas.edit.replace import are_upright

@@ -14,8 +14,6 @@ from touchatlas.planner.plans import plan_at
 # with the other planners; and within this one, if it is a hole. Doubled, fewer places in narrow
 # features are touched, and some holes remain.
 _APART, _APART_HOLE = 0.02, 0.005
-# Largest hole, in extents, as with the other planners. Doubled, more touches are tried at rims.
-_LARGEST_HOLE = 0.1
 
 
 class Oracle(Planner):
@@ -68,7 +66,7 @@ class Oracle(Planner):
 
 def _hole(atlas: Atlas, done, extent: float) -> Target | None:
     """The hole of the surface farthest from touches and attempts (m, 3); None without any."""
-    centres, normals = hole_centres(atlas, _LARGEST_HOLE * extent)
+    centres, normals = hole_centres(atlas)
     apart = _distance(done, centres) if len(centres) else np.zeros(0)
     if not apart.max(initial=0.0) > _APART_HOLE * extent:
         return None
