@@ -2,9 +2,8 @@
 
 Each object, a name or the path of a mesh, is explored to its own tolerance or the given one, in
 the object's unit. A line tells touches, lengths, the share of the true surface within the
-tolerance beside the predicted one, and whether the surface meets the tolerance: coverage within it
-0.99 or more, 95 % of the truth within it, 99 % of the surface within twice of it, watertight, and
-of the right Euler characteristic. With ``--frontier`` the planner that closes the frontier is used.
+tolerance beside the predicted one, and whether the surface meets the tolerance (see ``judged``).
+With ``--frontier`` the planner that closes the frontier is used.
 """
 
 import os
@@ -14,7 +13,6 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import argparse
 import time
 
-import igl
 import numpy as np
 import trimesh
 
@@ -22,19 +20,11 @@ from touchatlas.atlas import Atlas, AtlasOptions, extract_surface
 from touchatlas.planner import FrontierPlanner, Planner, explore
 from touchatlas.sim import Probe, make_object
 from touchatlas.sim.run.run_options import fit_scale
-from touchatlas.sim.world.triangles import sample_triangles
+from touchatlas.sim.study.economy.trial import judged
 
-# Points at which either surface is compared with the other: the standard error of a share of 0.99
+# Points at which the surface is compared with the truth: the standard error of a share of 0.99
 # is 0.001. Four times as many halve it.
 _POINTS = 8000
-
-
-def distances(points, vertices, faces) -> np.ndarray:
-    """(n,) distances of points (n, 3) to a mesh, length."""
-    tree = igl.AABB()
-    vertices, faces = np.ascontiguousarray(vertices), np.ascontiguousarray(faces, np.int64)
-    tree.init(vertices, faces)
-    return np.sqrt(np.ravel(tree.squared_distance(vertices, faces, points)[0]))
 
 
 def run(name: str, tolerance: float | None, seed: int, frontier: bool) -> None:
@@ -52,23 +42,18 @@ def run(name: str, tolerance: float | None, seed: int, frontier: bool) -> None:
     seconds = time.process_time() - start
     surface = extract_surface(atlas)
     truth = obj.sample(_POINTS, np.random.default_rng(99))[0]
-    missed = distances(truth, surface.vertices, surface.faces)
-    points = sample_triangles(surface.vertices, surface.faces, _POINTS, np.random.default_rng(7))[0]
-    off = distances(points, *obj.mesh(0.01 * tolerance))
-    mesh = trimesh.Trimesh(surface.vertices, surface.faces, process=False)
-    within, far = float((missed <= tolerance).mean()), float(np.quantile(missed, 0.95))
-    closed = mesh.is_watertight and mesh.euler_number == obj.euler_characteristic
-    met = within >= 0.99 and far <= tolerance and closed
-    met = met and np.quantile(off, 0.99) <= 2.0 * tolerance
+    found = judged((surface.vertices, surface.faces), obj, truth, tolerance)
+    euler = trimesh.Trimesh(surface.vertices, surface.faces, process=False).euler_number
     stop = getattr(planner, "stop", None)
+    ended = stop.reason.value if stop else ""
     predicted = f"{stop.forecast.predicted_coverage:.4f}" if stop else "-"
     print(
         f"{obj.name:14} tolerance {tolerance:<8.4g} seed {seed}  touches {len(touches):4d}  "
         f"tracked {sum(t.tracked_length for t in touches):9.5g}  "
         f"travel {sum(t.travel_length for t in touches):9.5g}  patches {len(atlas):4d}  "
-        f"within {within:.4f} predicted {predicted}  95 % {far / tolerance:.3f}  "
-        f"Euler {mesh.euler_number} ({obj.euler_characteristic})  "
-        f"{'met' if met else 'NOT MET'}  {seconds:.1f} s  {stop.reason.value if stop else ''}",
+        f"within {found['known_share']:.4f} predicted {predicted}  "
+        f"95 % {found['p95_error'] / tolerance:.3f}  Euler {euler} ({obj.euler_characteristic})  "
+        f"{'met' if found['met'] else 'NOT MET'}  {seconds:.1f} s  {ended}",
         flush=True,
     )
 
