@@ -5,7 +5,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from touchatlas.patch.geometry.arrays import real
-from touchatlas.planner.rules import RULES
+from touchatlas.planner.place.rules import RULES
 
 # The planner of older figures, for comparison.
 FRONTIER = "frontier"

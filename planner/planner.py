@@ -7,7 +7,10 @@ import numpy as np
 from touchatlas.atlas.atlas import Atlas, AtlasChange
 from touchatlas.atlas.records.touch import Touch, TouchStatus
 from touchatlas.patch.geometry.arrays import check_unit, frozen_array
-from touchatlas.planner.choose import (
+from touchatlas.planner.frontier.frontier_planner import FrontierPlanner
+from touchatlas.planner.options import FRONTIER, PlannerOptions
+from touchatlas.planner.pending import Pending
+from touchatlas.planner.place.choose import (
     Target,
     View,
     hole_targets,
@@ -15,10 +18,8 @@ from touchatlas.planner.choose import (
     start_targets,
     worst_target,
 )
-from touchatlas.planner.frontier_planner import FrontierPlanner
-from touchatlas.planner.options import FRONTIER, PlannerOptions
-from touchatlas.planner.pending import Pending
-from touchatlas.planner.places import Places
+from touchatlas.planner.place.places import Places
+from touchatlas.planner.place.rules import RULES
 from touchatlas.planner.plans import (
     arms_beside_edges,
     closer_plan,
@@ -28,7 +29,6 @@ from touchatlas.planner.plans import (
 )
 from touchatlas.planner.probe_plan import ProbePlan, Reason, check_answer
 from touchatlas.planner.reach import is_reachable
-from touchatlas.planner.rules import RULES
 from touchatlas.planner.stop import Forecast, Stop, StopReason
 
 # How often contours that were too short for a patch are tried closer. Before any patch nothing is

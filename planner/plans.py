@@ -8,10 +8,10 @@ from touchatlas.atlas.atlas import Atlas
 from touchatlas.patch.geometry.arrays import cross
 from touchatlas.patch.geometry.contour import SamplingPlane
 from touchatlas.patch.geometry.frame import any_tangent
-from touchatlas.planner.choose import Target
-from touchatlas.planner.frontier_planner import FrontierOptions
+from touchatlas.planner.frontier.frontier_planner import FrontierOptions
 from touchatlas.planner.options import PlannerOptions
-from touchatlas.planner.places import known_to
+from touchatlas.planner.place.choose import Target
+from touchatlas.planner.place.places import known_to
 from touchatlas.planner.planes import concurrent_planes
 from touchatlas.planner.probe_plan import ProbePlan
 

@@ -17,11 +17,11 @@ import numpy as np
 
 from touchatlas.atlas.files import write_whole
 from touchatlas.patch.geometry.contour import SamplingPlane
-from touchatlas.planner.choose import Target
-from touchatlas.planner.frontier_planner import FrontierOptions, FrontierPlanner
+from touchatlas.planner.frontier.frontier_planner import FrontierOptions, FrontierPlanner
 from touchatlas.planner.options import PlannerOptions
 from touchatlas.planner.pending import Pending
-from touchatlas.planner.places import Places
+from touchatlas.planner.place.choose import Target
+from touchatlas.planner.place.places import Places
 from touchatlas.planner.planner import Planner
 from touchatlas.planner.probe_plan import ProbePlan, Reason
 from touchatlas.planner.stop import Forecast, Stop, StopReason

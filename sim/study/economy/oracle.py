@@ -5,9 +5,9 @@ from scipy.spatial import cKDTree
 
 from touchatlas.atlas import Atlas
 from touchatlas.planner import Planner, ProbePlan, Reason, StopReason
-from touchatlas.planner.choose import Target
-from touchatlas.planner.holes import hole_centres
 from touchatlas.planner.options import PlannerOptions
+from touchatlas.planner.place.choose import Target
+from touchatlas.planner.place.holes import hole_centres
 from touchatlas.planner.plans import plan_at
 
 # Places within this fraction of the extent of an earlier touch or attempt are not touched again, as

@@ -10,9 +10,9 @@ from scipy.spatial.distance import cdist
 from touchatlas.atlas import Atlas, AtlasOptions, extract_surface
 from touchatlas.patch import ContourEnd
 from touchatlas.planner import Planner, PlannerOptions, Reason, StopReason, explore
-from touchatlas.planner.choose import View, distance_to, known_places, open_places
-from touchatlas.planner.gpis import ImplicitSurface, gpis, thin_plate
-from touchatlas.planner.places import Places
+from touchatlas.planner.place.choose import View, distance_to, known_places, open_places
+from touchatlas.planner.place.gpis import ImplicitSurface, gpis, thin_plate
+from touchatlas.planner.place.places import Places
 from touchatlas.sim import Probe
 from touchatlas.sim.world.implicit_fields import quadric_with_bumps
 from touchatlas.sim.world.implicit_object import ImplicitObject

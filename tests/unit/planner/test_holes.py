@@ -4,7 +4,7 @@ import numpy as np
 
 from tests.explored import explored, spread_touches
 from touchatlas.atlas import Atlas
-from touchatlas.planner.holes import hole_centres
+from touchatlas.planner.place.holes import hole_centres
 from touchatlas.sim import make_object
 
 

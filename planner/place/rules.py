@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from touchatlas.planner.choose import (
+from touchatlas.planner.place.choose import (
     Target,
     View,
     at_open,
@@ -17,10 +17,10 @@ from touchatlas.planner.choose import (
     open_target,
     weak_target,
 )
-from touchatlas.planner.gpis import gpis
-from touchatlas.planner.places import Known
+from touchatlas.planner.place.gpis import gpis
+from touchatlas.planner.place.places import Known
+from touchatlas.planner.place.raster import raster
 from touchatlas.planner.probe_plan import Reason
-from touchatlas.planner.raster import raster
 
 Rule = Callable[[View, np.random.Generator | None], Target | None]
 

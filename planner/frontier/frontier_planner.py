@@ -11,7 +11,7 @@ from touchatlas.atlas.records.touch import Touch, TouchStatus
 from touchatlas.patch.geometry.arrays import check_unit, cross, frozen_array, real
 from touchatlas.patch.geometry.contour import ContourEnd
 from touchatlas.patch.geometry.frame import any_tangent
-from touchatlas.planner.candidates import (
+from touchatlas.planner.frontier.candidates import (
     Candidate,
     frontier_candidate,
     gap_candidate,
@@ -19,7 +19,7 @@ from touchatlas.planner.candidates import (
     predicted_curvature,
     weak_candidate,
 )
-from touchatlas.planner.edges import EdgeGuess, edge_guess
+from touchatlas.planner.frontier.edges import EdgeGuess, edge_guess
 from touchatlas.planner.planes import concurrent_planes
 from touchatlas.planner.probe_plan import ProbePlan, Reason, check_answer
 

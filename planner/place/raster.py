@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from touchatlas.planner.choose import (
+from touchatlas.planner.place.choose import (
     Target,
     View,
     distance_to,

@@ -8,8 +8,8 @@ from scipy.spatial import cKDTree
 
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.patch.geometry.frame import any_tangent
-from touchatlas.planner.holes import hole_centres
-from touchatlas.planner.places import Known, Places
+from touchatlas.planner.place.holes import hole_centres
+from touchatlas.planner.place.places import Known, Places
 from touchatlas.planner.probe_plan import Reason
 
 # Places within this fraction of the extent of an earlier touch or attempt are not touched again, so

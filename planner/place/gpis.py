@@ -13,7 +13,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
 from scipy.spatial.distance import cdist
 
-from touchatlas.planner.choose import Target, View, known_places, open_places
+from touchatlas.planner.place.choose import Target, View, known_places, open_places
 from touchatlas.planner.probe_plan import Reason
 
 # Samples of the surface that are asked, evenly along the contours. Doubled, a plan takes six times

@@ -1,0 +1,1 @@
+"""The planner that closes the frontier: plans beside edges, and the baseline of older figures."""
