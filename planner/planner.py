@@ -140,7 +140,8 @@ class Planner:
         """
         if not isinstance(atlas, Atlas):
             raise ValueError(f"got {type(atlas).__name__}; ask needs the Atlas that learns")
-        if not (isinstance(count, int | np.integer) and count >= 1):
+        whole = isinstance(count, int | np.integer) and not isinstance(count, bool)
+        if not (whole and count >= 1):
             raise ValueError(f"count is {count!r}; it must be a whole number >= 1")
         self._pending = {number: one.bound(atlas) for number, one in self._pending.items()}
         while len(self._pending) < count:

@@ -45,14 +45,16 @@ def extract_surface(state: AtlasState, edge: float | None = None) -> Surface:
     Raises
     ------
     ValueError
-        When the atlas has no patch, or the edge is no length, longer than the patches span, or
-        too short for the memory.
+        When the argument is no Atlas, or has no patch, or the edge is no length, longer than the
+        patches span, or too short for the memory.
     """
     return close_holes(without_unsure_rims(state, open_surface(state, edge)))
 
 
 def open_surface(state: AtlasState, edge: float | None = None) -> Surface:
     """The surface as ``extract_surface`` gives it, with its holes."""
+    if not isinstance(state, AtlasState):
+        raise ValueError(f"got {type(state).__name__}; a surface is drawn of an Atlas")
     if not len(state):
         raise ValueError("the atlas has no patch yet; add a touch with three contours first")
     gaps = gaps_of(state.field, state.surface_graph.outlines, state.table.rows)

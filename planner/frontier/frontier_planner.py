@@ -115,7 +115,14 @@ class FrontierPlanner:
         """The next plan; None when nothing is left to explore.
 
         Without ``tell`` in between, a second call returns the same plan.
+
+        Raises
+        ------
+        ValueError
+            When the argument is no Atlas.
         """
+        if not isinstance(atlas, Atlas):
+            raise ValueError(f"got {type(atlas).__name__}; ask needs the Atlas that learns")
         if self._asked is not None:
             return self._asked
         if self._retry is not None:

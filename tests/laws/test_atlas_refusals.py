@@ -346,6 +346,8 @@ def test_tolerance_must_be_a_length(tolerance):
 def test_surface_of_nothing_is_refused():
     with pytest.raises(ValueError, match="no patch yet"):
         extract_surface(Atlas(0.1))
+    with pytest.raises(ValueError, match="got NoneType; a surface is drawn of an Atlas"):
+        extract_surface(None)
 
 
 @pytest.mark.parametrize("wrong", [{"trust": 0.0}, {"trust": np.nan}, {"bias": -1.0}])

@@ -138,6 +138,8 @@ def test_a_touch_is_told_once_and_by_a_number_that_is_pending():
     assert (first.number, third.number) == (2, 4)
     with pytest.raises(ValueError, match="answers plan 3, but plans 2, 4 are open"):
         planner.tell(touch, change)
+    with pytest.raises(ValueError, match="count is True; it must be a whole number"):
+        planner.ask_several(atlas, True)
     with pytest.raises(ValueError, match="count is 0; it must be a whole number"):
         planner.ask_several(atlas, 0)
 
