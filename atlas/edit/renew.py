@@ -12,8 +12,8 @@ from touchatlas.atlas.edit.split import divide, split
 from touchatlas.atlas.records.change import AtlasChange
 from touchatlas.atlas.state import AtlasState
 
-# A patch is refitted from all samples near it when its sample count has grown by this factor since
-# its last fit. Doubled, the frames and priors of patches lag behind their samples.
+# A patch is refitted from all samples near it, and judged, when its sample count has grown by this
+# factor since its last fit. Doubled, the frames and priors of patches lag behind their samples.
 _GROWN = 1.2
 # A filled patch is removed, and others are fitted in its place, where new samples are this fraction
 # of its own: it was hardly more than a guess. Doubled, more guesses stay.
@@ -53,12 +53,15 @@ def replace_misfits(state: AtlasState, rows: set[int]) -> np.ndarray:
     """Replace those of the rows that no longer follow their samples: a patch of a touch by a
     smaller one that does, and a filled one by those that are filled next.
 
-    Returns the samples (n,) that they were fitted to.
+    Unless it is steep, a patch is judged again when it has many new samples: where samples
+    contradict each other it would be replaced at each touch. Returns the samples (n,) that they
+    were fitted to.
     """
     table, is_filled = state.table, state.membership.is_filled
     misfits = np.array(sorted(row for row in rows if table.alive[row]), int)
     good = follows(state, table, misfits)
     good &= explains_core(state, table, misfits)
+    good |= table.count[misfits] < _GROWN * table.learned[misfits]
     good &= are_upright(table, misfits)
     misfits = misfits[~good]
     samples = state.membership.fitted_by(misfits.tolist())

@@ -35,6 +35,9 @@ def test_a_patch_of_a_touch_that_missed_its_samples_is_smaller(atlas):
     filled = next(r for r in table.rows.tolist() if atlas.membership.is_filled(r))
     owned = sum(map(len, atlas.membership.owned))
     table.residual[[touched, filled]] = 1.0
+    # Both have learned nothing since they were fitted, so that another fit would be the same.
+    assert not len(replace_misfits(atlas, {touched, filled}))
+    table.learned[[touched, filled]] /= 2.0
     samples = replace_misfits(atlas, {touched, filled})
     assert len(samples) and not table.alive[[touched, filled]].any()
     assert sum(map(len, atlas.membership.owned)) == owned
