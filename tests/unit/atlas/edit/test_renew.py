@@ -1,5 +1,7 @@
 """Patches that no longer follow their samples are replaced."""
 
+import copy
+
 import numpy as np
 import pytest
 
@@ -11,13 +13,18 @@ from touchatlas.atlas.edit.replace import are_upright
 from touchatlas.sim import make_object
 
 
-@pytest.fixture
-def atlas():
+@pytest.fixture(scope="module")
+def once():
     obj = make_object("ellipsoid")
     found = Atlas(obj.tolerance)
     for touch in spread_touches(obj, 12):
         found.add(touch)
     return found
+
+
+@pytest.fixture
+def atlas(once):
+    return copy.deepcopy(once)
 
 
 def test_patches_of_a_smooth_body_follow_their_samples(atlas):
