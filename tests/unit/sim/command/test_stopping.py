@@ -75,9 +75,11 @@ def test_a_signal_names_what_it_waits_for_and_how_to_go_on(tmp_path, number, cod
 
 
 def test_a_second_process_is_refused_with_the_number_of_the_first(tmp_path):
-    with start("explore", "blob", "--out", "r", cwd=tmp_path) as first:
-        wait_for(lambda: touches_in(tmp_path / "r") > 0, first)
-        again = ["explore", "blob", "--out", "r"]
+    """The plate takes a minute, and three refusals take ten seconds on a busy machine."""
+    with start("explore", "plate", "--out", "r", cwd=tmp_path) as first:
+        # The journal is not asked: who opens one while it is made disturbs it.
+        wait_for((tmp_path / "r" / "steps.csv").exists, first)
+        again = ["explore", "plate", "--out", "r"]
         for words in (again, [*again, "--force"], ["resume", "r"]):
             done = touchatlas(*words, cwd=tmp_path)
             assert_refused(done, 2, f"process {first.pid} is at work in r")
