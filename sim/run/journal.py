@@ -11,10 +11,10 @@ from touchatlas.patch import Contour, ContourEnd, SamplingPlane
 from touchatlas.planner import ProbePlan
 
 _SCHEMA = """
-create table touch (
+create table if not exists touch (
     number integer primary key, reason text, status text, contact blob, approach blob,
     tracked_length real, travel_length real, probe text);
-create table contour (
+create table if not exists contour (
     touch integer, place integer, plane_point blob, plane_normal blob, noise_std real,
     first_end text, last_end text, points blob, primary key (touch, place));
 """
@@ -62,7 +62,8 @@ class Journal:
         self._database = sqlite3.connect(path)
         try:
             if not self._tables():
-                self._database.executescript(f"begin; {_SCHEMA} commit;")
+                # Who opens it at the same moment waits, and finds the tables made.
+                self._database.executescript(f"begin immediate; {_SCHEMA} commit;")
             self._database.execute("select probe from touch limit 0").fetchone()
             self._database.execute("select points from contour limit 0").fetchone()
         except (sqlite3.DatabaseError, ValueError) as error:

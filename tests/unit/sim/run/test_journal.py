@@ -1,6 +1,7 @@
 """The journal and the options on what they are not made for: one sentence each."""
 
 import sqlite3
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
 from dataclasses import replace
 from functools import partial
@@ -110,3 +111,14 @@ def test_options_of_other_types_are_refused(values):
     with pytest.raises(ValueError, match="must be a (whole )?number"):
         RunOptions(**values)
     assert RunOptions(seed=np.int64(3), noise=np.float32(0.5)).seed == 3
+
+
+def test_a_journal_that_several_open_at_once_is_made_once(tmp_path):
+    """Without waiting for each other every second opening failed: the table was there already."""
+    with ThreadPoolExecutor(4) as pool:
+        for number in range(10):
+            path = tmp_path / f"{number}.sqlite"
+            for journal in [pool.submit(lambda p=path: Journal(p).close()) for _ in range(4)]:
+                journal.result()
+            with closing(Journal(path)) as made:
+                assert len(made) == 0
