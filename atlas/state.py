@@ -15,6 +15,7 @@ from touchatlas.atlas.graph.creases import Creases
 from touchatlas.atlas.graph.edge_ends import EdgeEnds
 from touchatlas.atlas.graph.frontier import Frontier
 from touchatlas.atlas.graph.power_diagram import Boundary
+from touchatlas.atlas.graph.rims import Rims
 from touchatlas.atlas.graph.sheets import SheetNeighbours
 from touchatlas.atlas.graph.surface_graph import SurfaceGraph
 from touchatlas.atlas.patches.normal_equations import covariance_of, half_way_deviation, solve
@@ -56,6 +57,8 @@ class AtlasState:
         The samples that no core covers.
     edge_ends : EdgeEnds
         The contour ends at edges whose far side is unknown.
+    rims : Rims
+        The contour ends at which contact was lost, and the rims of the surface that they show.
     field : Field
         The blended surface.
     residual_scale : ResidualScale
@@ -82,6 +85,7 @@ class AtlasState:
         self.membership = SampleMembership(self.table)
         self.frontier = Frontier(self.table, self.neighbours, self.creases, self.membership)
         self.edge_ends = EdgeEnds()
+        self.rims = Rims(self.membership.pool)
         self.field = Field(self.table, self.surface_graph)
         self.residual_scale = ResidualScale()
         self.touches = 0
@@ -161,8 +165,13 @@ class AtlasState:
         return len(self) - self.graph.number_of_edges() + len(self.corners)
 
     def blend(self, points) -> Blend:
-        """Signed distance, normal, deviation and curvature at points (n, 3), length, world."""
-        return self.field.at(points)
+        """Signed distance, normal, deviation and curvature at points (n, 3), length, world; unknown
+        beyond the rims of the surface."""
+        found = self.field.at(points)
+        if not self.rims:
+            return found
+        some = np.flatnonzero(found.known)
+        return found.without(some[self.rims.beyond(points[some], found.normal[some])])
 
     def boundary(self, first: int, second: int) -> Boundary:
         """The boundary of two patches that meet; KeyError if they do not."""

@@ -16,6 +16,7 @@ import numpy as np
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.files import write_whole
 from touchatlas.atlas.graph.creases import Crease
+from touchatlas.atlas.graph.lost_ends import LostEnds
 from touchatlas.atlas.patches.patch_table import PatchTable
 from touchatlas.atlas.records.options import AtlasOptions
 from touchatlas.atlas.residual.binned_samples import PatchSamples
@@ -24,7 +25,7 @@ from touchatlas.atlas.residual.learn_residuals import enter, solve_patch_residua
 from touchatlas.patch.fit.fit_patch import FitOptions
 
 # Version of the file, no unit; a file of another version is refused.
-FORMAT = 4
+FORMAT = 5
 # Letters of another library's message that are passed on. Doubled, sentences are pages.
 _LONGEST = 200
 _POOL = "points", "normals", "across", "edges", "visited"
@@ -65,6 +66,7 @@ def atlas_bytes(atlas: Atlas) -> bytes:
         **_packed("neighbours", neighbours),
         **_crease_arrays(atlas),
         **{f"ends_{name}": column for name, column in vars(atlas.edge_ends).items()},
+        **{f"rims_{name}": getattr(atlas.rims.ends, name) for name in LostEnds.NAMES},
         **_residual_arrays(table),
     }
     buffer = io.BytesIO()
@@ -159,13 +161,15 @@ def _restored(arrays, header) -> Atlas:
     _fill_creases(atlas, arrays)
     for name in vars(atlas.edge_ends):
         setattr(atlas.edge_ends, name, arrays[f"ends_{name}"])
+    for name in LostEnds.NAMES:
+        setattr(atlas.rims.ends, name, arrays[f"rims_{name}"])
     atlas.mark_stale(table.rows.tolist())
     return atlas
 
 
 def _check_lengths(arrays) -> None:
     """Raise ValueError, with the lengths, unless columns of one kind are equally long."""
-    for kind in ("table", "sample", "ends", "crease"):
+    for kind in ("table", "sample", "ends", "rims", "crease"):
         counts = {n: len(a) for n, a in arrays.items() if n.startswith(f"{kind}_")}
         if len(set(counts.values())) > 1:
             raise ValueError(f"columns are not equally long: {counts}")

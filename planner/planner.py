@@ -15,6 +15,7 @@ from touchatlas.planner.place.choose import (
     View,
     hole_targets,
     open_places,
+    rim_target,
     start_targets,
     worst_target,
 )
@@ -234,6 +235,7 @@ class Planner:
         if target is None:
             # Single places are left, where the surface would have holes.
             target = worst_target(view) if known else None
+            target = rim_target(view) if target is None else target
             target = self._next_hole(view) if target is None else target
             reason = StopReason.KNOWN if known else reason
         return target, reason

@@ -74,7 +74,6 @@ def doubts(
     surface: Triangles | None = None,
     open_places: Sequence | np.ndarray = (),
     stopped: str = "",
-    lost: Sequence | np.ndarray = (),
     unreachable: Sequence | np.ndarray = (),
 ) -> tuple[Doubt, ...]:
     """What speaks against an atlas; empty where nothing does.
@@ -88,9 +87,6 @@ def doubts(
         Where a planner says that too little is known (``Forecast.open_places``).
     stopped : str
         Why the exploration ended before the surface was known; empty if it was known.
-    lost : (k, 3) float, length, world
-        Where contours lost contact and nothing was met beyond (``lost_contact``). An atlas does not
-        keep it.
     unreachable : (k, 3) float, length, world
         Where a planner found no way for its pin (``Stop.unreachable``).
 
@@ -122,7 +118,7 @@ def doubts(
     if len(atlas):
         extent = _extent(atlas.membership.pool.points)
         found += _contradictions(atlas, extent) + _misfits(atlas, extent)
-        found += _close_sheets(atlas, extent) + _lost_contact(lost, extent)
+        found += _close_sheets(atlas, extent) + _lost_contact(atlas, extent)
     return (*found, *_topology(surface))
 
 
@@ -207,9 +203,9 @@ def _close_sheets(atlas: AtlasState, extent: float) -> list[Doubt]:
     return [Doubt("close sheets", words, _apart(places, extent))]
 
 
-def _lost_contact(lost, extent: float) -> list[Doubt]:
+def _lost_contact(atlas: AtlasState, extent: float) -> list[Doubt]:
     """Ends of contours beyond which there may be no surface."""
-    places = np.reshape(np.asarray(lost, float), (-1, 3))
+    places = atlas.rims.ends.points[atlas.rims.ends.open()]
     if not len(places):
         return []
     words = (

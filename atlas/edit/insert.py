@@ -269,6 +269,9 @@ def _enter_samples(state: AtlasState, table: PatchTable, row: int, contours) -> 
     inside = of_patch(table, rows, points, normals)[0]
     edges = np.concatenate([_is_at_edge(c) for c in contours])
     normals = np.where(inside[:, None], upward, normals)
+    state.rims.ends.extend(
+        contours, np.split(normals, np.cumsum([len(c.points) for c in contours])[:-1])
+    )
     return state.membership.pool.add(points, normals, across, edges)
 
 

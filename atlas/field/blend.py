@@ -48,6 +48,15 @@ class Blend:
     gaussian_curvature: np.ndarray
     patch: np.ndarray
 
+    def without(self, index) -> "Blend":
+        """The same, unknown at the points of indices (k,)."""
+        if not len(index):
+            return self
+        columns = {name: column.copy() for name, column in vars(self).items()}
+        for name, column in columns.items():
+            column[index] = {"known": False, "patch": -1}.get(name, np.nan)
+        return Blend(**columns)
+
 
 class Field:
     """The blended surface of the patches. Mesh, CAD, planner and evaluation read the surface here.

@@ -3,6 +3,7 @@
 import igl
 import numpy as np
 
+from touchatlas.atlas.graph.rims import Rims
 from touchatlas.atlas.mesh.surface import Surface
 
 # Largest hole that is closed, as a fraction of the diagonal of the bounding box of its piece: a
@@ -16,8 +17,10 @@ _SLOPE = 0.1
 _UPRIGHT = 0.5
 
 
-def close_holes(surface: Surface) -> Surface:
+def close_holes(surface: Surface, rims: Rims) -> Surface:
     """The surface with a fan of triangles across each small hole, and the middles of these.
+
+    Openings of the body, whose middles lie beyond ``rims``, stay open.
 
     The surface must be manifold. The middle of a fan lies on the sphere through the rim of the hole
     with its normals: half as high as the tangent planes of the rim.
@@ -29,12 +32,14 @@ def close_holes(surface: Surface) -> Surface:
     piece = igl.vertex_components(faces)
     size = [_diameter(points[piece == piece[loop[0]]]) for loop in loops]
     small = [k for k, s in zip(loops, size, strict=True) if _diameter(points[k]) <= _LARGEST * s]
-    if not small:
+    closed = [(loop, _middle(surface, loop)) for loop in small]
+    closed = [(k, m) for k, m in closed if not rims.beyond(m.vertices, m.normals).any()]
+    if not closed:
         return surface
-    middles = [_middle(surface, loop) for loop in small]
+    middles = [middle for _, middle in closed]
     fans = [
         np.stack([np.roll(loop, -1), loop, np.full(len(loop), len(points) + k)], axis=1)
-        for k, loop in enumerate(small)
+        for k, (loop, _) in enumerate(closed)
     ]
     parts = [surface, *middles]
     return Surface(

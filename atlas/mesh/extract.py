@@ -16,6 +16,7 @@ from touchatlas.atlas.mesh.coarse_mesh import CoarseMesh, coarse_mesh
 from touchatlas.atlas.mesh.narrow_band import REACH
 from touchatlas.atlas.mesh.pn_triangles import Subdivision
 from touchatlas.atlas.mesh.resolution import OPPOSED, check_edge, cube_edge, gaps_of, resolution
+from touchatlas.atlas.mesh.rim_vertices import ended_at_rims
 from touchatlas.atlas.mesh.sharp_edges import sharpen
 from touchatlas.atlas.mesh.stray_pieces import without_stray_pieces
 from touchatlas.atlas.mesh.surface import Surface
@@ -48,7 +49,7 @@ def extract_surface(state: AtlasState, edge: float | None = None) -> Surface:
         When the argument is no Atlas, or has no patch, or the edge is no length, longer than the
         patches span, or too short for the memory.
     """
-    return close_holes(without_unsure_rims(state, open_surface(state, edge)))
+    return close_holes(without_unsure_rims(state, open_surface(state, edge)), state.rims)
 
 
 def open_surface(state: AtlasState, edge: float | None = None) -> Surface:
@@ -81,6 +82,7 @@ def smooth_surface(state: AtlasState, coarse: CoarseMesh, count: int) -> Surface
         points += height[:, None] * normals
     deviation, curvature = np.sqrt(cut.linear(old.variance)), cut.linear(old.curvature)
     known &= supported(state, patch, points, deviation)
+    points, known = ended_at_rims(state, faces, points, field.table.axes[patch, 2], known)
     # The triangles lie off the patches by as much as the vertices were moved.
     deviation = np.hypot(deviation, height)
     kept = _without_bridging_triangles(faces, normals, coarse.faces, old.normals)

@@ -59,8 +59,9 @@ def rim(state: AtlasState) -> list[int]:
     rows = state.table.rows[which]
     origin = state.table.origin[rows]
     outlines = state.surface_graph.outlines.points(rows)[np.arange(len(rows)), place]
-    bare = rows[~state.blend(origin + _BEYOND * (outlines - origin)).known]
-    found, count = np.unique(bare, return_counts=True)
+    beyond = origin + _BEYOND * (outlines - origin)
+    bare = ~state.field.at(beyond).known & ~state.rims.beyond(beyond, state.table.axes[rows, 2])
+    found, count = np.unique(rows[bare], return_counts=True)
     return sorted(state.neighbours.around(found[count >= _LEAST_BARE].tolist()))
 
 

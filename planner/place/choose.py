@@ -174,6 +174,17 @@ def worst_target(view: View) -> Target | None:
     return Target(points[best], normals[best], Reason.REFINE)
 
 
+def rim_target(view: View) -> Target | None:
+    """The place half-way between two ends of contours at a rim where the rim is least sure; None
+    where none that is less sure than the tolerance is left, but near touches or attempts."""
+    points, normals, apart = view.atlas.rims.unsure(view.atlas.tolerance)
+    apart = np.where(view.apart(points) > _APART * view.extent, apart, 0.0)
+    if not apart.max(initial=0.0) > 0.0:
+        return None
+    best = int(apart.argmax())
+    return Target(points[best], normals[best], Reason.REFINE)
+
+
 def hole_targets(view: View) -> list[Target]:
     """The holes of the surface that are not near touches and attempts, the farthest from these
     first."""

@@ -12,8 +12,7 @@ from touchatlas.atlas.mesh.extract import open_surface
 def hole_centres(atlas: Atlas) -> tuple[np.ndarray, np.ndarray]:
     """Centres (k, 3) of the holes of the surface, length, world, and outward normals (k, 3) there.
 
-    A true opening of the body has a centre as well: a touch there meets what lies behind, or
-    nothing.
+    Openings of the body, whose centres lie beyond rims, are left out.
     """
     surface = open_surface(atlas)
     vertices, ends = np.unique(igl.boundary_facets(surface.faces)[0], return_inverse=True)
@@ -25,4 +24,6 @@ def hole_centres(atlas: Atlas) -> tuple[np.ndarray, np.ndarray]:
     outward = np.array([normals[loop == k].sum(axis=0) for k in range(count)]).reshape(-1, 3)
     length = np.linalg.norm(outward, axis=1)
     some = length > 0.0
-    return centres[some], outward[some] / length[some, None]
+    centres, outward = centres[some], outward[some] / length[some, None]
+    true = atlas.rims.beyond(centres, outward)
+    return centres[~true], outward[~true]

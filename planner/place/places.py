@@ -109,6 +109,7 @@ class Places:
         is_open = ~found.known
         is_open |= np.abs(np.nan_to_num(found.distance)) > _OFF * table.radius[home]
         is_open &= atlas.surface_graph.outlines.open(rows).reshape(-1)
+        is_open &= ~atlas.rims.beyond(beyond, table.axes[home, 2])
         if atlas.creases:
             is_open &= ~atlas.surface_graph.visibility.beyond(home, beyond)
         self._open[rows] = is_open.reshape(-1, COUNT)

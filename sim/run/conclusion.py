@@ -8,7 +8,6 @@ import numpy as np
 
 from touchatlas.atlas import Atlas, Surface, extract_surface, save_atlas
 from touchatlas.atlas.check.doubts import doubts
-from touchatlas.atlas.check.lost_contact import lost_contact
 from touchatlas.atlas.files import write_whole
 from touchatlas.planner import StopReason
 from touchatlas.sim.run.closest_points import closest_points
@@ -90,8 +89,7 @@ class Conclusion:
         if known["ended"] != StopReason.KNOWN.value:
             share, places = known["predicted_coverage"], known["open_places"]
             stopped = f"{known['ended']}, with {share:.1%} of the surface known to the tolerance"
-        lost, unreachable = lost_contact(self.progress.contours), known["unreachable_places"]
-        found = doubts(self.atlas, surface, places, stopped, lost, unreachable)
+        found = doubts(self.atlas, surface, places, stopped, known["unreachable_places"])
         return [doubt.as_dict() for doubt in found]
 
     def _draw(self, folder: Path, surface: Surface | None) -> None:

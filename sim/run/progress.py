@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 
 from touchatlas.atlas import Atlas, TouchStatus
-from touchatlas.patch import Contour
 from touchatlas.planner import Step
 
 _COLUMNS = (
@@ -54,7 +53,6 @@ class Progress:
         self._atlas, self._points = atlas, points
         self.rows: list[dict] = []
         self.not_touched = 0
-        self.contours: list[Contour] = []
         self.refusals: list[str] = []
 
     def add(self, step: Step, seconds) -> None:
@@ -64,7 +62,6 @@ class Progress:
         """
         atlas, touch = self._atlas, step.touch
         self.not_touched += touch.status is not TouchStatus.TOUCHED
-        self.contours += touch.contours
         if step.change.refused and touch.status is TouchStatus.TOUCHED:
             self.refusals.append(step.change.refused)
         values = (

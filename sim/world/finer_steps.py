@@ -10,6 +10,26 @@ from touchatlas.patch.geometry.arrays import cross
 _HALVINGS = 3
 
 
+def last_steps(length: float) -> np.ndarray:
+    """Arc lengths (n,), in steps, of the samples after the last whole step of a curve on which
+    contact is lost after ``length`` steps.
+
+    Where contact is lost, the probe goes half as far, three times: so the last sample lies within
+    an eighth of a step of the end.
+
+    Examples
+    --------
+    >>> last_steps(5.8).tolist()
+    [5.5, 5.75]
+    """
+    at, found = np.floor(length), []
+    for halving in range(1, _HALVINGS + 1):
+        if at + 0.5**halving <= length:
+            at += 0.5**halving
+            found.append(at)
+    return np.array(found)
+
+
 def finer_steps(points, turn: float, middles: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
     """Arc lengths (n,), in steps, at which a curve turns by ``turn`` at most from one to the next.
 

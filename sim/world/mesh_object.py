@@ -10,7 +10,7 @@ import numpy as np
 import trimesh
 
 from touchatlas.patch import ContourEnd
-from touchatlas.sim.world.finer_steps import finer_steps
+from touchatlas.sim.world.finer_steps import finer_steps, last_steps
 from touchatlas.sim.world.triangles import areas_of, sample_triangles, top_sample
 
 # Default noise and tolerance, as fractions of the diagonal: what a touch probe reaches on an object
@@ -226,8 +226,10 @@ class MeshObject:
         line, lengths = _polyline(point, ahead)
         length = min(float(lengths[-1]), reach)
         samples = _at(line, lengths, step * np.arange(1, int(length / step + 1e-9) + 1))
+        if not len(samples) and open_end:
+            return _at(line, lengths, step * last_steps(length / step)), ContourEnd.LOST_CONTACT
         if not len(samples):
-            return samples, ContourEnd.LOST_CONTACT if open_end else ContourEnd.TURNED_AWAY
+            return samples, ContourEnd.TURNED_AWAY
         first = _at(line, lengths, 0.5 * step) - _at(*_polyline(point, behind), 0.5 * step)
         chords = np.diff(np.vstack([point[None], samples]), axis=0)
         cosine = chords @ first / np.sqrt((chords**2).sum(axis=1) * (first @ first))
@@ -242,6 +244,8 @@ class MeshObject:
             samples = samples[:stop]
         samples = np.vstack([point[None], samples])
         at = finer_steps(samples, step_turn, lambda s: _at(line, lengths, step * s))
+        if end is ContourEnd.LOST_CONTACT:
+            at = np.append(at, last_steps(length / step))
         return _at(line, lengths, step * at[1:]), end
 
     def _walk(self, point, normal, direction, reach):

@@ -193,8 +193,9 @@ def two_balls(gap: float) -> ImplicitObject:
 
 
 def cup(missing: float) -> MeshObject:
-    """A ball of radius 33 without this fraction of its area below, open there."""
-    ball = trimesh.creation.icosphere(subdivisions=5, radius=33.0)
-    height = ball.triangles_center[:, 2]
-    faces = ball.faces[height > np.quantile(height, missing)]
-    return MeshObject("cup", ball.vertices, faces)
+    """A ball of radius 33 without this fraction of its area below, open there: cut by a plane
+    (Archimedes: the area of a zone goes with its height)."""
+    angle = np.linspace(np.pi - np.arccos(1.0 - 2.0 * missing), 0.0, 129)
+    arc = 33.0 * np.stack([np.sin(angle), np.cos(angle)], axis=1)
+    ball = trimesh.creation.revolve(arc, sections=256)
+    return MeshObject("cup", ball.vertices, ball.faces)

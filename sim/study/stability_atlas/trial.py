@@ -7,7 +7,6 @@ import numpy as np
 
 from touchatlas.atlas import Atlas, Surface, Touch, extract_surface
 from touchatlas.atlas.check.doubts import Doubt, doubts
-from touchatlas.atlas.check.lost_contact import lost_contact
 from touchatlas.patch import SamplingPlane
 from touchatlas.planner import Planner, explore
 from touchatlas.planner.stop import StopReason
@@ -90,8 +89,7 @@ def explored(trial: Trial, rng: np.random.Generator) -> Explored:
     known = stop is not None and stop.reason is StopReason.KNOWN
     known &= trial.again is None or forecast.predicted_coverage >= planner.options.coverage
     places = () if known else forecast.open_places
-    lost = lost_contact(contour for touch in touches for contour in touch.contours)
-    found = doubts(atlas, surface, places, "" if known else reason, lost)
+    found = doubts(atlas, surface, places, "" if known else reason)
     return Explored(surface, found, len(touches), reason)
 
 

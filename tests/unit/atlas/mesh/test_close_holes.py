@@ -3,10 +3,13 @@
 import numpy as np
 import trimesh
 
+from touchatlas.atlas.graph.rims import Rims
 from touchatlas.atlas.mesh.close_holes import close_holes
 from touchatlas.atlas.mesh.surface import Surface
+from touchatlas.atlas.patches.sample_pool import SamplePool
 
 RADIUS = 50.0
+NO_RIMS = Rims(SamplePool())
 
 
 def ball() -> Surface:
@@ -35,7 +38,7 @@ def euler_number(surface: Surface) -> int:
 def test_small_holes_are_closed_on_the_sphere():
     open_ball = pierced([1.0, 0.0, 0.0], [0.0, 0.6, 0.8], width=5.0)
     assert euler_number(open_ball) == 0
-    closed = close_holes(open_ball)
+    closed = close_holes(open_ball, NO_RIMS)
     mesh = trimesh.Trimesh(closed.vertices, closed.faces, process=False)
     assert mesh.is_watertight and mesh.is_winding_consistent and mesh.euler_number == 2
     assert len(closed.closed_holes) == 2
@@ -50,10 +53,10 @@ def test_small_holes_are_closed_on_the_sphere():
 
 def test_a_wide_opening_stays_open():
     wide = pierced([0.0, 0.0, 1.0], width=20.0)
-    assert close_holes(wide) is wide
+    assert close_holes(wide, NO_RIMS) is wide
 
 
 def test_the_size_of_a_hole_is_a_fraction_of_the_surface():
     small = pierced([0.0, 0.0, 1.0], width=5.0)
-    whole = close_holes(Surface(*(1e3 * small.vertices, *list(vars(small).values())[1:])))
+    whole = close_holes(Surface(*(1e3 * small.vertices, *list(vars(small).values())[1:])), NO_RIMS)
     assert len(whole.closed_holes) == 1

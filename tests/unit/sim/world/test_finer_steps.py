@@ -5,7 +5,7 @@ import pytest
 import trimesh
 
 from touchatlas.sim import make_object
-from touchatlas.sim.world.finer_steps import finer_steps
+from touchatlas.sim.world.finer_steps import finer_steps, last_steps
 from touchatlas.sim.world.mesh_object import MeshObject
 
 
@@ -81,3 +81,12 @@ def test_points_between_are_on_the_body():
     obj = make_object("torus")
     for points, _ in arms_of(obj, 0.1)[1]:
         assert np.linalg.norm(points - obj.project(points), axis=1).max() < 1e-9 * 50.0
+
+
+@pytest.mark.parametrize("length", [0.05, 0.3, 1.0, 5.8, 7.99])
+def test_the_last_sample_lies_within_an_eighth_of_a_step_of_where_contact_is_lost(length):
+    """Each halving takes one binary digit of the rest."""
+    at = last_steps(length)
+    last = at[-1] if len(at) else np.floor(length)
+    assert 0.0 <= length - last < 0.125
+    assert len(at) == bin(int(8.0 * (length % 1.0))).count("1")

@@ -1,0 +1,62 @@
+"""Bodies with open rims: the surface ends there, and the planner does not touch beyond."""
+
+from functools import lru_cache
+
+import numpy as np
+import trimesh
+
+from touchatlas.atlas import Atlas, Surface, extract_surface, load_atlas, save_atlas
+from touchatlas.planner import Planner, StopReason, explore
+from touchatlas.sim.run.run_options import fit_scale
+from touchatlas.sim.study.stability_atlas.bodies import cup
+from touchatlas.sim.world.probe import Probe
+
+TOLERANCE, NOISE, RADIUS = 0.1, 0.02, 33.0
+
+
+@lru_cache
+def bowl() -> tuple[Atlas, Surface, int]:
+    """The upper half of a ball, explored; its surface, and the touches without contact."""
+    body = cup(0.5)
+    atlas = Atlas(TOLERANCE, scale=fit_scale(NOISE, body.diagonal))
+    planner = Planner(*body.start())
+    touches = explore(atlas, planner, Probe(body, NOISE, np.random.default_rng(5)), 60)
+    missed = sum(not step.touch.contours for step in touches)
+    assert planner.stop is not None and planner.stop.reason is StopReason.KNOWN
+    atlas.finish()
+    return atlas, extract_surface(atlas), missed
+
+
+def test_the_surface_of_a_bowl_ends_at_its_rim():
+    """Ends lie within an eighth of a step, 0.17, of the rim; three noises come to it."""
+    _, surface, _ = bowl()
+    mesh = trimesh.Trimesh(surface.vertices, surface.faces, process=False)
+    assert mesh.euler_number == 1 and mesh.body_count == 1
+    assert surface.vertices[:, 2].min() > -0.17 - 3.0 * NOISE
+    rim = surface.vertices[np.unique(mesh.edges[trimesh.grouping.group_rows(mesh.edges_sorted, 1)])]
+    assert np.abs(rim[:, 2]).max() < 5.0 * TOLERANCE
+    assert np.abs(np.linalg.norm(surface.vertices, axis=1) - RADIUS).max() < 3.0 * TOLERANCE
+
+
+def test_few_touches_go_beyond_the_rim():
+    """Before any contour has met the rim a place beyond it may be touched in vain, and once more
+    from the side; afterwards none is, but where the rim itself is looked for."""
+    assert bowl()[2] <= 6
+
+
+def test_nothing_is_known_beyond_the_rim():
+    atlas, *_ = bowl()
+    angles = np.linspace(0.0, 2.0 * np.pi, 40)
+    for height, known in ((1.5, True), (-1.5, False)):
+        flat = np.sqrt(RADIUS**2 - height**2)
+        points = np.stack([flat * np.cos(angles), flat * np.sin(angles), 0 * angles + height], 1)
+        found = atlas.blend(points)
+        assert (found.known == known).all() and (np.isfinite(found.distance) == known).all()
+
+
+def test_a_saved_atlas_keeps_its_rims(tmp_path):
+    atlas, surface, _ = bowl()
+    save_atlas(tmp_path / "atlas.npz", atlas)
+    again = extract_surface(load_atlas(tmp_path / "atlas.npz"))
+    assert np.array_equal(again.vertices, surface.vertices)
+    assert np.array_equal(again.faces, surface.faces)
