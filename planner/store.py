@@ -6,16 +6,15 @@ here alone, so that reading one runs no code of others.
 
 import hashlib
 import json
-import os
 from collections import Counter
 from collections.abc import Callable
 from enum import Enum
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from touchatlas.atlas.files import write_whole
+from touchatlas.atlas.whole_file import FileKind, load_whole
 from touchatlas.patch.geometry.contour import SamplingPlane
 from touchatlas.planner.frontier.frontier_planner import FrontierOptions, FrontierPlanner
 from touchatlas.planner.options import PlannerOptions
@@ -26,18 +25,14 @@ from touchatlas.planner.planner import Planner
 from touchatlas.planner.probe_plan import ProbePlan, Reason
 from touchatlas.planner.stop import Forecast, Stop, StopReason
 
-# Version of the file, no unit; a file of another version is refused.
-FORMAT = 1
+# The version is that of the file, no unit.
+_FILE = FileKind("planner", "one that save_planner wrote", 1, "begin with a new planner")
 _PLANNERS = (Planner, FrontierPlanner)
 _VALUES = (ProbePlan, SamplingPlane, Pending, Target, Stop, Forecast)
 _RECORDS: dict[str, type] = {
     kind.__name__: kind for kind in (*_PLANNERS, *_VALUES, Places, PlannerOptions, FrontierOptions)
 }
 _GENERATORS = ("MT19937", "PCG64", "PCG64DXSM", "Philox", "SFC64")
-# Errors that reading an altered file raises.
-_DAMAGE = (ValueError, LookupError, TypeError, AttributeError, RecursionError, OverflowError)
-# Letters of another library's message that are passed on. Doubled, sentences are pages.
-_LONGEST = 200
 
 
 def save_planner(path, planner: Planner | FrontierPlanner) -> None:
@@ -58,10 +53,10 @@ def save_planner(path, planner: Planner | FrontierPlanner) -> None:
         raise ValueError(
             f"got {type(planner).__name__} for the planner; call save_planner(path, planner)"
         )
-    _check_path(path)
+    _FILE.check_path(path)
     state = json.dumps(_encoded(planner))
     digest = hashlib.sha256(state.encode()).hexdigest()
-    whole = {"format": FORMAT, "sha256": digest, "planner": state}
+    whole = {"format": _FILE.number, "sha256": digest, "planner": state}
     write_whole(path, json.dumps(whole).encode())
 
 
@@ -73,32 +68,20 @@ def load_planner(path) -> Any:
     ValueError
         When the path is none, or the file is missing, cut off, altered, or of another format.
     """
-    _check_path(path)
-    if not Path(path).is_file():
-        raise ValueError(f"{path} is no file; give one that save_planner wrote")
-    try:
-        whole = json.loads(Path(path).read_bytes())
-        found = whole["format"]
-        if found == FORMAT:
-            if hashlib.sha256(whole["planner"].encode()).hexdigest() != whole["sha256"]:
-                raise ValueError("its digest is that of other bytes")
-            return _planner(json.loads(whole["planner"]))
-    except (*_DAMAGE, OSError) as error:
-        words = " ".join(str(error).split())[:_LONGEST]
-        raise ValueError(
-            f"{path} is no whole planner file ({words}); it was cut off or altered: give another "
-            "copy"
-        ) from None
-    raise ValueError(
-        f"{path} has format {str(found)[:_LONGEST]}; this version reads {FORMAT}: use the version "
-        "that wrote it, or begin with a new planner"
-    )
+    return load_whole(path, _FILE, _read, _checked)
 
 
-def _check_path(path) -> None:
-    """ValueError for what names no file."""
-    if not isinstance(path, str | os.PathLike):
-        raise ValueError(f"got {type(path).__name__} for the path; give that of a file")
+def _read(data: bytes) -> tuple[Any, Any]:
+    """The number of the format of a file, and all it holds."""
+    whole = json.loads(data)
+    return whole["format"], whole
+
+
+def _checked(whole: Any) -> Planner | FrontierPlanner:
+    """The planner of a file whose digest is that of its state."""
+    if hashlib.sha256(whole["planner"].encode()).hexdigest() != whole["sha256"]:
+        raise ValueError("its digest is that of other bytes")
+    return _planner(json.loads(whole["planner"]))
 
 
 def _planner(state: Any) -> Planner | FrontierPlanner:

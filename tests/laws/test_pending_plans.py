@@ -223,8 +223,8 @@ def test_what_is_no_planner_file_is_refused_in_one_sentence(tmp_path):
     path.write_bytes(json.dumps(whole | {"format": 99}).encode())
     with pytest.raises(ValueError, match="has format 99; this version reads 1"):
         load_planner(path)
-    for no_file in (tmp_path, tmp_path / "none.json"):
-        with pytest.raises(ValueError, match="is no file"):
+    for no_file, words in ((tmp_path, "is a folder"), (tmp_path / "none", "does not exist")):
+        with pytest.raises(ValueError, match=f"{words}.*; give one that save_planner wrote"):
             load_planner(no_file)
     for call in (lambda: load_planner(3), lambda: save_planner(3, planner)):
         with pytest.raises(ValueError, match="got int for the path"):
