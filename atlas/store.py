@@ -19,7 +19,7 @@ from touchatlas.atlas.records.options import AtlasOptions
 from touchatlas.atlas.residual.binned_samples import PatchSamples
 from touchatlas.atlas.residual.hyperparameters import ResidualScale
 from touchatlas.atlas.residual.learn_residuals import enter, solve_patch_residual
-from touchatlas.atlas.whole_file import FileKind, load_whole
+from touchatlas.atlas.whole_file import DamagedError, FileKind, load_whole
 from touchatlas.patch.fit.fit_patch import FitOptions
 
 # The version is that of the file, no unit.
@@ -87,7 +87,7 @@ def _read(data: bytes) -> tuple[Any, tuple[dict[str, np.ndarray], Any]]:
     """The number of the format of a file, and its arrays and header."""
     file = io.BytesIO(data)
     if not zipfile.is_zipfile(file):
-        raise zipfile.BadZipFile("it has no end")
+        raise DamagedError("it has no end")
     with np.load(file, allow_pickle=False) as parts:
         arrays = {name: parts[name] for name in parts.files}
     header = json.loads(arrays["header"].tobytes())
@@ -122,15 +122,15 @@ def _restored(arrays, header) -> Atlas:
 
 
 def _check_lengths(arrays) -> None:
-    """Raise ValueError, with the lengths, unless columns of one kind are equally long."""
+    """Raise DamagedError unless columns of one kind are equally long."""
     for kind in ("table", "sample", "ends", "crease"):
         counts = {n: len(a) for n, a in arrays.items() if n.startswith(f"{kind}_")}
         if len(set(counts.values())) > 1:
-            raise ValueError(f"columns are not equally long: {counts}")
+            raise DamagedError("its columns are not equally long")
     for kind in ("fitted", "owned", "neighbours"):
         counts = arrays[f"{kind}_counts"]
         if len(counts) != len(arrays["table_alive"]) or counts.sum() != len(arrays[kind]):
-            raise ValueError(f"{kind} and {kind}_counts do not agree")
+            raise DamagedError(f"{kind} and {kind}_counts do not agree")
 
 
 def _crease_arrays(atlas: Atlas) -> dict[str, np.ndarray]:

@@ -11,9 +11,7 @@ from typing import Any, TypeVar
 
 _Read = TypeVar("_Read")
 _Made = TypeVar("_Made")
-# Letters of a message or of a file that are passed on. Doubled, sentences are pages.
-_LONGEST = 200
-# Errors that reading a damaged file raises.
+# Errors that reading a damaged file raises. Their messages are words of libraries, for programmers.
 _DAMAGE = (
     zipfile.BadZipFile,
     zlib.error,
@@ -28,6 +26,10 @@ _DAMAGE = (
     EOFError,
     OSError,
 )
+
+
+class DamagedError(ValueError):
+    """What a file holds is not what was written; the message says in plain words how."""
 
 
 @dataclass(frozen=True)
@@ -75,24 +77,30 @@ def load_whole(
     Raises
     ------
     ValueError
-        When the path is none, or the file is missing, cut off, altered, or of another format.
+        When the path is none, or the file is missing, unreadable, cut off, altered, or of another
+        format.
     """
     kind.check_path(path)
     if not Path(path).is_file():
         found = "is a folder or device" if Path(path).exists() else "does not exist"
         raise ValueError(f"{path} {found}; give {kind.wanted}")
     try:
-        number, content = read(Path(path).read_bytes())
+        data = Path(path).read_bytes()
+    except OSError as error:
+        raise ValueError(f"{path} cannot be read ({error.strerror}); give {kind.wanted}") from None
+    try:
+        number, content = read(data)
+        if type(number) is not int:
+            raise DamagedError("it has no number of a format")
         if number == kind.number:
             return make(content)
     except _DAMAGE as error:
-        # A message of zipfile or numpy may hold pages of the file.
-        words = " ".join(str(error).split())[:_LONGEST]
+        how = f" ({error})" if isinstance(error, DamagedError) else ""
         raise ValueError(
-            f"{path} is no whole {kind.name} file ({words}); it was cut off or altered: give "
-            "another copy"
+            f"{path} is no whole {kind.name} file{how}; it was cut off or altered: give another "
+            "copy"
         ) from None
     raise ValueError(
-        f"{path} has format {str(number)[:_LONGEST]}; this version reads {kind.number}: use the "
-        f"version that wrote it, or {kind.instead}"
+        f"{path} has format {number}; this version reads {kind.number}: use the version that "
+        f"wrote it, or {kind.instead}"
     )

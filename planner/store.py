@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from touchatlas.atlas.files import write_whole
-from touchatlas.atlas.whole_file import FileKind, load_whole
+from touchatlas.atlas.whole_file import DamagedError, FileKind, load_whole
 from touchatlas.patch.geometry.contour import SamplingPlane
 from touchatlas.planner.frontier.frontier_planner import FrontierOptions, FrontierPlanner
 from touchatlas.planner.options import PlannerOptions
@@ -80,17 +80,17 @@ def _read(data: bytes) -> tuple[Any, Any]:
 def _checked(whole: Any) -> Planner | FrontierPlanner:
     """The planner of a file whose digest is that of its state."""
     if hashlib.sha256(whole["planner"].encode()).hexdigest() != whole["sha256"]:
-        raise ValueError("its digest is that of other bytes")
+        raise DamagedError("its digest is that of other bytes")
     return _planner(json.loads(whole["planner"]))
 
 
 def _planner(state: Any) -> Planner | FrontierPlanner:
-    """The planner of a state; ValueError where it is that of another class or version."""
+    """The planner of a state; DamagedError where it is that of another class or version."""
     planner = _decoded(state)
     if not isinstance(planner, _PLANNERS):
-        raise ValueError("it holds no planner")
+        raise DamagedError("it holds no planner")
     if vars(planner).keys() != vars(type(planner)((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))).keys():
-        raise ValueError("it is that of another version")
+        raise DamagedError("it is that of another version")
     return planner
 
 
@@ -146,7 +146,7 @@ def _mapping(parts: list[Any]) -> dict[Any, Any]:
 def _generator(parts: list[Any]) -> np.random.Generator:
     state = _decoded(parts[0])
     if state["bit_generator"] not in _GENERATORS:
-        raise ValueError("its random numbers are of no generator of numpy")
+        raise DamagedError("its random numbers are of no generator of numpy")
     bits = getattr(np.random, state["bit_generator"])()
     bits.state = state
     return np.random.Generator(bits)

@@ -218,7 +218,7 @@ def test_what_is_no_planner_file_is_refused_in_one_sentence(tmp_path):
     junk = [b"", good[:-40], b"[1, 2]", b"\xff\xfe", b"{}", b"null", json.dumps(altered).encode()]
     for data in junk:
         path.write_bytes(data)
-        with pytest.raises(ValueError, match="is no whole planner file .* give another copy"):
+        with pytest.raises(ValueError, match="is no whole planner file.* give another copy"):
             load_planner(path)
     path.write_bytes(json.dumps(whole | {"format": 99}).encode())
     with pytest.raises(ValueError, match="has format 99; this version reads 1"):

@@ -1,6 +1,8 @@
 """Atlas and planner files: both kinds are refused in the same words, each with its own advice."""
 
+import hashlib
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -56,3 +58,59 @@ def test_what_is_no_whole_file_is_refused_in_the_same_words(name, tmp_path):
     other(path)
     with pytest.raises(ValueError, match="has format 99; this version reads .*use the version"):
         load(path)
+
+
+def sentence_of(load, path: Path) -> str:
+    """What is said of a file that is refused."""
+    with pytest.raises(ValueError) as refused:
+        load(path)
+    return str(refused.value)
+
+
+# Words of Python and of libraries that a message must not have.
+PYTHON = re.compile(r"[A-Za-z]*Error|NoneType|object|attribute|subscript|keyword|[A-Z]_|__|['{}\[]")
+
+
+@pytest.mark.parametrize(
+    "state",
+    [
+        "null",
+        "3",
+        "[]",
+        "{}",
+        '{"Planner": null}',
+        '{"Planner": []}',
+        '{"Pickle": []}',
+        '{"Planner": [["stop", {"Stop": []}]]}',
+        '{"Planner": [["stop", {"Generator": [3]}]]}',
+        '{"ndarray": ["<f8", [2], [1.0]]}',
+        "[" * 100000,
+        "{",
+    ],
+)
+def test_a_damaged_planner_is_refused_in_plain_words(state, tmp_path):
+    """Its digest is right, so that what it holds is read."""
+    path = tmp_path / "planner"
+    write_planner(path)
+    for whole in (
+        {"format": 1, "sha256": hashlib.sha256(state.encode()).hexdigest(), "planner": state},
+        {"format": state, "sha256": "", "planner": None},
+        {"format": 1, "planner": None},
+        [state],
+    ):
+        path.write_text(json.dumps(whole))
+        words = sentence_of(load_planner, path).removeprefix(str(path))
+        assert "is no whole planner file" in words and not PYTHON.search(words), words
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_a_file_that_may_not_be_read_is_not_called_damaged(name, tmp_path, monkeypatch):
+    write, load, wanted, _ = KINDS[name]
+    write(tmp_path / "file")
+
+    def denied(_):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(Path, "read_bytes", denied)
+    words = f"{tmp_path / 'file'} cannot be read (Permission denied); give {wanted}"
+    assert sentence_of(load, tmp_path / "file") == words
