@@ -8,11 +8,13 @@ import hashlib
 import json
 from collections import Counter
 from collections.abc import Callable
+from dataclasses import asdict
 from enum import Enum
 from typing import Any
 
 import numpy as np
 
+from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.files import write_whole
 from touchatlas.atlas.whole_file import DamagedError, FileKind, load_whole
 from touchatlas.patch.geometry.contour import SamplingPlane
@@ -26,7 +28,7 @@ from touchatlas.planner.probe_plan import ProbePlan, Reason
 from touchatlas.planner.stop import Forecast, Stop, StopReason
 
 # The version is that of the file, no unit.
-_FILE = FileKind("planner", "one that save_planner wrote", 1, "begin with a new planner")
+_FILE = FileKind("planner", "one that save_planner wrote", 2, "begin with a new planner")
 _PLANNERS = (Planner, FrontierPlanner)
 _VALUES = (ProbePlan, SamplingPlane, Pending, Target, Stop, Forecast)
 _RECORDS: dict[str, type] = {
@@ -35,9 +37,9 @@ _RECORDS: dict[str, type] = {
 _GENERATORS = ("MT19937", "PCG64", "PCG64DXSM", "Philox", "SFC64")
 
 
-def save_planner(path, planner: Planner | FrontierPlanner) -> None:
-    """Write a planner to a file, with its pending plans and its random numbers. If that fails, the
-    file stays as it was.
+def save_planner(path, planner: Planner | FrontierPlanner, atlas: Atlas) -> None:
+    """Write a planner to a file, with its pending plans and its random numbers, and by which
+    samples the atlas of its touches is known again. If that fails, the file stays as it was.
 
     Save the atlas (``save_atlas``) before it: the loaded planner with the loaded atlas plans what
     these two would have planned. After a crash between the two, the last plan is still pending.
@@ -45,30 +47,61 @@ def save_planner(path, planner: Planner | FrontierPlanner) -> None:
     Raises
     ------
     ValueError
-        When the arguments are no path and no planner of this package.
+        When the arguments are no path, no planner of this package and no Atlas.
     OSError
         When the file cannot be written.
     """
     if type(planner) not in _PLANNERS:
         raise ValueError(
-            f"got {type(planner).__name__} for the planner; call save_planner(path, planner)"
+            f"got {type(planner).__name__} for the planner; call save_planner(path, planner, atlas)"
         )
+    _check_atlas(atlas)
     _FILE.check_path(path)
     state = json.dumps(_encoded(planner))
     digest = hashlib.sha256(state.encode()).hexdigest()
-    whole = {"format": _FILE.number, "sha256": digest, "planner": state}
+    count = atlas.point_count
+    known = {"samples": count, "sha256": _fingerprint(atlas, count)}
+    whole = {"format": _FILE.number, "atlas": known, "sha256": digest, "planner": state}
     write_whole(path, json.dumps(whole).encode())
 
 
-def load_planner(path) -> Any:
-    """Read a Planner or FrontierPlanner that ``save_planner`` wrote.
+def load_planner(path, atlas: Atlas) -> Any:
+    """Read a Planner or FrontierPlanner that ``save_planner`` wrote, to go on with its atlas.
+
+    The atlas may have learned more touches since the planner was saved.
 
     Raises
     ------
     ValueError
-        When the path is none, or the file is missing, cut off, altered, or of another format.
+        When the arguments are no path and no Atlas, the file is missing, cut off, altered, or of
+        another format, or the planner was saved with another atlas.
     """
-    return load_whole(path, _FILE, _read, _checked)
+    _check_atlas(atlas)
+    known, planner = load_whole(path, _FILE, _read, _checked)
+    if _fingerprint(atlas, known["samples"]) != known["sha256"]:
+        raise ValueError(
+            f"{path} was saved with another atlas than this one, which has other samples, "
+            "tolerance or options; load the atlas that was saved with it, or begin with a new "
+            "planner"
+        )
+    return planner
+
+
+def _check_atlas(atlas) -> None:
+    if not isinstance(atlas, Atlas):
+        raise ValueError(f"got {type(atlas).__name__} for the atlas; give the one of the planner")
+
+
+def _fingerprint(atlas: Atlas, count: int) -> str:
+    """Digest of the first samples of an atlas and of how it learns; empty where it has fewer.
+
+    The index of a sample never changes, so an atlas that learns more keeps it.
+    """
+    points = atlas.membership.pool.points[:count]
+    if len(points) < count:
+        return ""
+    ways = json.dumps([atlas.tolerance, atlas.scale, asdict(atlas.options)], sort_keys=True)
+    return hashlib.sha256(ways.encode() + points.astype("<f8").tobytes()).hexdigest()
 
 
 def _read(data: bytes) -> tuple[Any, Any]:
@@ -77,11 +110,14 @@ def _read(data: bytes) -> tuple[Any, Any]:
     return whole["format"], whole
 
 
-def _checked(whole: Any) -> Planner | FrontierPlanner:
-    """The planner of a file whose digest is that of its state."""
+def _checked(whole: Any) -> tuple[dict[str, Any], Planner | FrontierPlanner]:
+    """What is said of the atlas in a file, and its planner, whose digest is that of its state."""
+    known = whole["atlas"]
+    if type(known["samples"]) is not int or known["samples"] < 0 or not known["sha256"]:
+        raise DamagedError("it says nothing of its atlas")
     if hashlib.sha256(whole["planner"].encode()).hexdigest() != whole["sha256"]:
         raise DamagedError("its digest is that of other bytes")
-    return _planner(json.loads(whole["planner"]))
+    return known, _planner(json.loads(whole["planner"]))
 
 
 def _planner(state: Any) -> Planner | FrontierPlanner:

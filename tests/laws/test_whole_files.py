@@ -17,7 +17,11 @@ def write_atlas(path: Path) -> None:
 
 
 def write_planner(path: Path) -> None:
-    save_planner(path, Planner([0.0, 0.0, 1.0], [0.0, 0.0, 1.0]))
+    save_planner(path, Planner([0.0, 0.0, 1.0], [0.0, 0.0, 1.0]), Atlas(0.1))
+
+
+def read_planner(path) -> Planner:
+    return load_planner(path, Atlas(0.1))
 
 
 def other_atlas(path: Path) -> None:
@@ -36,7 +40,7 @@ def other_planner(path: Path) -> None:
 
 KINDS = {
     "atlas": (write_atlas, load_atlas, "the atlas.npz of a run", other_atlas),
-    "planner": (write_planner, load_planner, "one that save_planner wrote", other_planner),
+    "planner": (write_planner, read_planner, "one that save_planner wrote", other_planner),
 }
 
 
@@ -92,14 +96,20 @@ def test_a_damaged_planner_is_refused_in_plain_words(state, tmp_path):
     """Its digest is right, so that what it holds is read."""
     path = tmp_path / "planner"
     write_planner(path)
+    known, digest = (
+        json.loads(path.read_text())["atlas"],
+        hashlib.sha256(state.encode()).hexdigest(),
+    )
     for whole in (
-        {"format": 1, "sha256": hashlib.sha256(state.encode()).hexdigest(), "planner": state},
+        {"format": 2, "atlas": known, "sha256": digest, "planner": state},
+        {"format": 2, "atlas": state, "sha256": digest, "planner": state},
+        {"format": 2, "atlas": {"samples": state}, "sha256": digest, "planner": state},
         {"format": state, "sha256": "", "planner": None},
-        {"format": 1, "planner": None},
+        {"format": 2, "planner": None},
         [state],
     ):
         path.write_text(json.dumps(whole))
-        words = sentence_of(load_planner, path).removeprefix(str(path))
+        words = sentence_of(read_planner, path).removeprefix(str(path))
         assert "is no whole planner file" in words and not PYTHON.search(words), words
 
 
