@@ -49,3 +49,7 @@ __getattr__ = lazy_names(
         "truth_of": "touchatlas.sim.run.conclusion",
     }
 )
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})
