@@ -15,7 +15,7 @@ import trimesh
 
 from touchatlas.atlas import load_atlas
 from touchatlas.sim import RunOptions, make_object, run_exploration
-from touchatlas.sim.world.mesh_object import load_mesh
+from touchatlas.sim.world.mesh_file import load_mesh
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 # Small stand-ins for the arguments that a reader would give.

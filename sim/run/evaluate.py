@@ -8,7 +8,7 @@ import trimesh
 
 from touchatlas.sim.run.closest_points import closest_points
 from touchatlas.sim.run.truth_parts import hidden_area, part_of_faces
-from touchatlas.sim.world.mesh_object import load_mesh
+from touchatlas.sim.world.mesh_file import load_mesh
 from touchatlas.sim.world.triangles import areas_of, sample_triangles
 
 # Standard deviations within which 95 % of a Gaussian lie. Twice as many would call every
