@@ -26,10 +26,10 @@ from touchatlas.sim import RunOptions, make_object, run_exploration
 from touchatlas.sim.command.outcome import exit_code
 from touchatlas.sim.recorded.fit_report import fit_file
 from touchatlas.sim.run.comparison import compare_runs
-from touchatlas.sim.run.evaluate import load_surface
 from touchatlas.sim.run.journal import Journal
 from touchatlas.sim.run.option_tables import read_options
 from touchatlas.sim.run.run_folder import read_settings
+from touchatlas.sim.run.surface_file import load_surface
 
 MOST_SECONDS, MOST_BYTES = 5.0, 2**30
 WORDS = (
