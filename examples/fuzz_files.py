@@ -24,7 +24,7 @@ import trimesh
 from touchatlas.atlas import load_atlas
 from touchatlas.sim import RunOptions, make_object, run_exploration
 from touchatlas.sim.command.outcome import exit_code
-from touchatlas.sim.recorded.fit_report import fit_file
+from touchatlas.sim.recorded.fit_file import fit_file
 from touchatlas.sim.run.comparison import compare_runs
 from touchatlas.sim.run.journal import Journal
 from touchatlas.sim.run.option_tables import read_options

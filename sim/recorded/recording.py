@@ -38,7 +38,7 @@ class Recording:
     point : (3,) float, length, world
         Reference point.
     flags : tuple of str
-        Doubts about the curves, as keys of ``fit_report.MEANING``.
+        Doubts about the curves, as keys of ``fit_flags.MEANING``.
     """
 
     names: tuple[str, ...]
@@ -46,6 +46,11 @@ class Recording:
     scattered: np.ndarray
     point: np.ndarray
     flags: tuple[str, ...]
+
+    @property
+    def all_points(self) -> np.ndarray:
+        """(n, 3) samples of all contours, then the scattered contacts, length, world."""
+        return np.concatenate([*(c.points for c in self.contours), self.scattered])
 
 
 def prepare(curves: list[Curve], noise: float | None = None, point=None) -> Recording:
