@@ -67,3 +67,7 @@ __getattr__ = lazy_names(
         "write_json": "touchatlas.atlas.faces.face_graph",
     }
 )
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -5,11 +5,9 @@ The file holds what was learned. What follows from it, such as cells, is compute
 
 import io
 import json
-import os
-import tokenize
 import zipfile
 from dataclasses import asdict
-from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -22,32 +20,18 @@ from touchatlas.atlas.records.options import AtlasOptions
 from touchatlas.atlas.residual.binned_samples import PatchSamples
 from touchatlas.atlas.residual.hyperparameters import ResidualScale
 from touchatlas.atlas.residual.learn_residuals import enter, solve_patch_residual
+from touchatlas.atlas.whole_file import DamagedError, FileKind, load_whole
 from touchatlas.patch.fit.fit_patch import FitOptions
 
-# Version of the file, no unit; a file of another version is refused.
-FORMAT = 5
-# Letters of another library's message that are passed on. Doubled, sentences are pages.
-_LONGEST = 200
+# The version is that of the file, no unit.
+_FILE = FileKind("atlas", "the atlas.npz of a run", 5, "explore again")
 _POOL = "points", "normals", "across", "edges", "visited"
-# Errors that reading a damaged file raises.
-_DAMAGE = (
-    zipfile.BadZipFile,
-    ArithmeticError,
-    ValueError,
-    LookupError,
-    TypeError,
-    RuntimeError,
-    SyntaxError,
-    tokenize.TokenError,
-    EOFError,
-    OSError,
-)
 
 
 def atlas_bytes(atlas: Atlas) -> bytes:
     """The bytes that ``save_atlas`` writes; they are equal for atlases that learned the same."""
     header = {
-        "format": FORMAT,
+        "format": _FILE.number,
         "tolerance": atlas.tolerance,
         "scale": atlas.scale,
         "touches": atlas.touches,
@@ -86,7 +70,7 @@ def save_atlas(path, atlas: Atlas) -> None:
     """
     if not isinstance(atlas, Atlas):
         raise ValueError(f"got {type(atlas).__name__} for the atlas; call save_atlas(path, atlas)")
-    _check_path(path)
+    _FILE.check_path(path)
     write_whole(path, atlas_bytes(atlas))
 
 
@@ -98,44 +82,18 @@ def load_atlas(path) -> Atlas:
     ValueError
         When the path is none, or the file is missing, cut off, altered, or of another format.
     """
-    _check_path(path)
-    if Path(path).exists() and not Path(path).is_file():
-        raise ValueError(f"{path} is a folder or device; give the atlas.npz of a run")
-    try:
-        data = io.BytesIO(Path(path).read_bytes())
-        if not zipfile.is_zipfile(data):
-            raise zipfile.BadZipFile("it has no end")
-        with np.load(data, allow_pickle=False) as file:
-            arrays = {name: file[name] for name in file.files}
-        header = json.loads(arrays["header"].tobytes())
-    except FileNotFoundError:
-        raise ValueError(f"{path} does not exist; give the atlas.npz of a run") from None
-    except _DAMAGE as error:
-        raise _damaged(path, error) from None
-    if isinstance(header, dict) and header.get("format") != FORMAT:
-        raise ValueError(
-            f"{path} has format {header.get('format')}; this version reads {FORMAT}: use "
-            "the version that wrote it, or explore again"
-        )
-    try:
-        return _restored(arrays, header)
-    except (*_DAMAGE, AttributeError) as error:
-        raise _damaged(path, error) from None
+    return load_whole(path, _FILE, _read, lambda content: _restored(*content))
 
 
-def _check_path(path) -> None:
-    """ValueError for what names no file."""
-    if not isinstance(path, str | os.PathLike):
-        raise ValueError(f"got {type(path).__name__} for the path; give that of an atlas.npz")
-
-
-def _damaged(path, error: Exception) -> ValueError:
-    """The error for a file that is not as it was written."""
-    # A message of zipfile or numpy may hold pages of the file.
-    words = " ".join(str(error).split())[:_LONGEST]
-    return ValueError(
-        f"{path} is no whole atlas file ({words}); it was cut off or altered: give another copy"
-    )
+def _read(data: bytes) -> tuple[Any, tuple[dict[str, np.ndarray], Any]]:
+    """The number of the format of a file, and its arrays and header."""
+    file = io.BytesIO(data)
+    if not zipfile.is_zipfile(file):
+        raise DamagedError("it has no end")
+    with np.load(file, allow_pickle=False) as parts:
+        arrays = {name: parts[name] for name in parts.files}
+    header = json.loads(arrays["header"].tobytes())
+    return header["format"], (arrays, header)
 
 
 def _restored(arrays, header) -> Atlas:
@@ -168,15 +126,15 @@ def _restored(arrays, header) -> Atlas:
 
 
 def _check_lengths(arrays) -> None:
-    """Raise ValueError, with the lengths, unless columns of one kind are equally long."""
+    """Raise DamagedError unless columns of one kind are equally long."""
     for kind in ("table", "sample", "ends", "rims", "crease"):
         counts = {n: len(a) for n, a in arrays.items() if n.startswith(f"{kind}_")}
         if len(set(counts.values())) > 1:
-            raise ValueError(f"columns are not equally long: {counts}")
+            raise DamagedError("its columns are not equally long")
     for kind in ("fitted", "owned", "neighbours"):
         counts = arrays[f"{kind}_counts"]
         if len(counts) != len(arrays["table_alive"]) or counts.sum() != len(arrays[kind]):
-            raise ValueError(f"{kind} and {kind}_counts do not agree")
+            raise DamagedError(f"{kind} and {kind}_counts do not agree")
 
 
 def _crease_arrays(atlas: Atlas) -> dict[str, np.ndarray]:

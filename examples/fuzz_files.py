@@ -23,12 +23,13 @@ import trimesh
 
 from touchatlas.atlas import load_atlas
 from touchatlas.sim import RunOptions, make_object, run_exploration
-from touchatlas.sim.recorded.fit_report import fit_file
+from touchatlas.sim.command.outcome import exit_code
+from touchatlas.sim.recorded.fit_file import fit_file
 from touchatlas.sim.run.comparison import compare_runs
-from touchatlas.sim.run.evaluate import load_surface
 from touchatlas.sim.run.journal import Journal
 from touchatlas.sim.run.option_tables import read_options
 from touchatlas.sim.run.run_folder import read_settings
+from touchatlas.sim.run.surface_file import load_surface
 
 MOST_SECONDS, MOST_BYTES = 5.0, 2**30
 WORDS = (
@@ -231,9 +232,11 @@ def judge(fuzzer: Fuzzer, kind: str, data: bytes) -> str | None:
 
 
 def main(count: int, seed: int, kinds) -> int:
-    wrong = 0
+    wrong, failures = 0, Path("fuzz")
+    if failures.exists() and not failures.is_dir():
+        raise ValueError(f"{failures} is a file here, where inputs are kept; move it away")
     with tempfile.TemporaryDirectory(prefix="fuzz-") as name:
-        fuzzer, failures = Fuzzer(Path(name)), Path("fuzz")
+        fuzzer = Fuzzer(Path(name))
         for kind in kinds:
             rng = np.random.default_rng([seed, len(kind), ord(kind[0])])
             found, slowest, kept = 0, 0.0, failures / f"{kind}-now"
@@ -265,4 +268,5 @@ def main(count: int, seed: int, kinds) -> int:
 if __name__ == "__main__":
     words = sys.argv[1:]
     numbers = [*words[:2], *("1000", "0")[len(words[:2]) :]]
-    sys.exit(main(*map(int, numbers), words[2:] or ("csv", "mesh", "journal", "atlas", "toml")))
+    kinds = words[2:] or ("csv", "mesh", "journal", "atlas", "toml")
+    sys.exit(exit_code(lambda: main(*map(int, numbers), kinds)))

@@ -18,6 +18,8 @@ import time
 from contextlib import suppress
 from pathlib import Path
 
+from touchatlas.sim.command.outcome import exit_code
+
 FILES = ("journal.sqlite", "atlas.npz", "surface.ply", "run.toml")
 COMMAND = [sys.executable, "-c", "from touchatlas.sim.command.entry import main; main()"]
 # Chance that a resumed run is stopped again.
@@ -80,6 +82,10 @@ def stopped_and_resumed(words, out: Path, number: int, span, rng) -> tuple[int, 
 
 
 def main(out: Path, kills: int, terms: int, objects: list[str]) -> int:
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except (FileExistsError, NotADirectoryError):
+        raise ValueError(f"{out} is a file, or in one; give a folder") from None
     rng, wrong = random.Random(0), 0
     for place, spec in enumerate(objects):
         name, _, touches = spec.partition(":")
@@ -114,4 +120,4 @@ if __name__ == "__main__":
     folder, kills, terms = [*given[:3], *("runs/kills", "3", "1")[len(given[:3]) :]]
     objects = given[3:] or ["sphere:8"]
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    sys.exit(main(Path(folder), int(kills), int(terms), objects))
+    sys.exit(exit_code(lambda: main(Path(folder), int(kills), int(terms), objects)))

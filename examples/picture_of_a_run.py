@@ -15,6 +15,7 @@ import numpy as np
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from touchatlas.atlas import Surface, extract_surface, load_atlas
+from touchatlas.sim.command.outcome import exit_code
 
 
 def draw(axes, surface: Surface, colours, title: str) -> None:
@@ -36,6 +37,8 @@ def main(run: str | None = None, out: str = "run.png") -> None:
     if run is None:
         print("give the folder of a run; see the first lines of this file")
         return
+    if Path(out).is_dir():
+        raise ValueError(f"{out} is a folder; give the path of a picture")
     atlas = load_atlas(Path(run) / "atlas.npz")
     surface = extract_surface(atlas, edge=float(np.ptp(atlas.table.origin, axis=0).max()) / 110)
     figure = plt.figure(figsize=(11, 4.6), layout="constrained")
@@ -71,4 +74,4 @@ def main(run: str | None = None, out: str = "run.png") -> None:
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    sys.exit(exit_code(lambda: main(*sys.argv[1:])))

@@ -15,6 +15,7 @@ import numpy as np
 import trimesh
 from scipy.interpolate import CubicSpline
 
+from touchatlas.sim.command.outcome import exit_code
 from touchatlas.sim.world.implicit_fields import Field
 from touchatlas.sim.world.level_set import newton_projection
 
@@ -84,12 +85,15 @@ def mug() -> trimesh.Trimesh:
 
 
 def main(folder: str = ".") -> None:
+    try:
+        Path(folder).mkdir(parents=True, exist_ok=True)
+    except (FileExistsError, NotADirectoryError):
+        raise ValueError(f"{folder} is a file, or in one; give a folder") from None
     for name, mesh in (("vase", vase()), ("mug", mug())):
         path = Path(folder) / f"{name}.ply"
-        path.parent.mkdir(parents=True, exist_ok=True)
         mesh.export(path)
         print(f"{path}: {len(mesh.faces)} triangles, V - E + F = {mesh.euler_number}", flush=True)
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    sys.exit(exit_code(lambda: main(*sys.argv[1:])))

@@ -68,3 +68,7 @@ __getattr__ = lazy_names(
         "fit_patch": "touchatlas.patch.fit.fit_patch",
     }
 )
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

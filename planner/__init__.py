@@ -46,3 +46,7 @@ __getattr__ = lazy_names(
         "save_planner": "touchatlas.planner.store",
     }
 )
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

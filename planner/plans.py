@@ -64,7 +64,17 @@ def _section_plan(target: Target, across, extent: float, options: PlannerOptions
     """The plan of one whole section: arms turn as far as the body does, and end where they meet."""
     planes = (SamplingPlane(target.point, across),)
     reach, step = _SECTION * extent, options.step * extent
-    return ProbePlan(0, target.point, target.normal, planes, reach, step, np.pi, target.reason)
+    return ProbePlan(
+        0,
+        target.point,
+        target.normal,
+        planes,
+        reach,
+        step,
+        np.pi,
+        target.reason,
+        step_turn=options.step_turn,
+    )
 
 
 def ending_where_known(plan: ProbePlan, atlas: Atlas) -> ProbePlan:

@@ -4,10 +4,15 @@ import numpy as np
 
 from touchatlas.atlas.atlas import Atlas
 
-# Distance between points of the pin's axis, and the least distance of a sample from it, in radii of
-# the pin. The first doubled, a wall as thick as the pin passes between two points; the second is
-# below 1 by what the contact is uncertain.
-_SPACING, _CLEAR = 0.5, 0.9
+# Distance between points of the pin's axis, in radii of the pin. Doubled, a wall as thick as the
+# pin passes between two points.
+_SPACING = 0.5
+# How far a sample may be inside the pin, in its radii, or in sizes of what is known if that is
+# less: the contact is uncertain. Doubled, a pin reaches where it is a fifth too thick.
+_INSIDE = 0.1
+# Largest radius that is told from a flat end, in sizes of what is known. Doubled, a millionth of
+# the size may be between the two.
+_FLAT = 1e6
 # Most points of the axis. Doubled, a pin thinner than a thousandth of its length takes twice as
 # long, and thinner walls stop it.
 _MOST_POINTS = 1000
@@ -30,12 +35,20 @@ def is_reachable(atlas: Atlas, point, normal, radius: float, length: float) -> b
     """
     if not length > radius:
         return True
+    if not len(atlas):
+        return True
+    offset = atlas.membership.pool.points - point
+    # Nothing is known farther away.
+    size = float(np.sqrt((offset * offset).sum(axis=1).max()))
+    size += float(atlas.table.radius[atlas.table.rows].max())
+    radius = min(radius, _FLAT * size)
+    length = min(length, radius + size)
     step = max(_SPACING * radius, length / _MOST_POINTS)
     heights = np.append(np.arange(radius, length, step), length)
     found = atlas.blend(point + heights[:, None] * normal)
     if (found.known & (np.nan_to_num(found.distance) < 0.0)).any():
         return False
-    offset = atlas.membership.pool.points - point
     along = np.clip(offset @ normal, radius, length)
     beside = offset - along[:, None] * normal
-    return bool((np.einsum("ij,ij->i", beside, beside) >= (_CLEAR * radius) ** 2).all())
+    least = radius - _INSIDE * min(radius, size)
+    return bool((np.einsum("ij,ij->i", beside, beside) >= least**2).all())

@@ -6,16 +6,17 @@ here alone, so that reading one runs no code of others.
 
 import hashlib
 import json
-import os
 from collections import Counter
 from collections.abc import Callable
+from dataclasses import asdict
 from enum import Enum
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.files import write_whole
+from touchatlas.atlas.whole_file import DamagedError, FileKind, load_whole
 from touchatlas.patch.geometry.contour import SamplingPlane
 from touchatlas.planner.frontier.frontier_planner import FrontierOptions, FrontierPlanner
 from touchatlas.planner.options import PlannerOptions
@@ -26,23 +27,19 @@ from touchatlas.planner.planner import Planner
 from touchatlas.planner.probe_plan import ProbePlan, Reason
 from touchatlas.planner.stop import Forecast, Stop, StopReason
 
-# Version of the file, no unit; a file of another version is refused.
-FORMAT = 1
+# The version is that of the file, no unit.
+_FILE = FileKind("planner", "one that save_planner wrote", 2, "begin with a new planner")
 _PLANNERS = (Planner, FrontierPlanner)
 _VALUES = (ProbePlan, SamplingPlane, Pending, Target, Stop, Forecast)
 _RECORDS: dict[str, type] = {
     kind.__name__: kind for kind in (*_PLANNERS, *_VALUES, Places, PlannerOptions, FrontierOptions)
 }
 _GENERATORS = ("MT19937", "PCG64", "PCG64DXSM", "Philox", "SFC64")
-# Errors that reading an altered file raises.
-_DAMAGE = (ValueError, LookupError, TypeError, AttributeError, RecursionError, OverflowError)
-# Letters of another library's message that are passed on. Doubled, sentences are pages.
-_LONGEST = 200
 
 
-def save_planner(path, planner: Planner | FrontierPlanner) -> None:
-    """Write a planner to a file, with its pending plans and its random numbers. If that fails, the
-    file stays as it was.
+def save_planner(path, planner: Planner | FrontierPlanner, atlas: Atlas) -> None:
+    """Write a planner to a file, with its pending plans and its random numbers, and by which
+    samples the atlas of its touches is known again. If that fails, the file stays as it was.
 
     Save the atlas (``save_atlas``) before it: the loaded planner with the loaded atlas plans what
     these two would have planned. After a crash between the two, the last plan is still pending.
@@ -50,64 +47,86 @@ def save_planner(path, planner: Planner | FrontierPlanner) -> None:
     Raises
     ------
     ValueError
-        When the arguments are no path and no planner of this package.
+        When the arguments are no path, no planner of this package and no Atlas.
     OSError
         When the file cannot be written.
     """
     if type(planner) not in _PLANNERS:
         raise ValueError(
-            f"got {type(planner).__name__} for the planner; call save_planner(path, planner)"
+            f"got {type(planner).__name__} for the planner; call save_planner(path, planner, atlas)"
         )
-    _check_path(path)
+    _check_atlas(atlas)
+    _FILE.check_path(path)
     state = json.dumps(_encoded(planner))
     digest = hashlib.sha256(state.encode()).hexdigest()
-    whole = {"format": FORMAT, "sha256": digest, "planner": state}
+    count = atlas.point_count
+    known = {"samples": count, "sha256": _fingerprint(atlas, count)}
+    whole = {"format": _FILE.number, "atlas": known, "sha256": digest, "planner": state}
     write_whole(path, json.dumps(whole).encode())
 
 
-def load_planner(path) -> Any:
-    """Read a Planner or FrontierPlanner that ``save_planner`` wrote.
+def load_planner(path, atlas: Atlas) -> Any:
+    """Read a Planner or FrontierPlanner that ``save_planner`` wrote, to go on with its atlas.
+
+    The atlas may have learned more touches since the planner was saved.
 
     Raises
     ------
     ValueError
-        When the path is none, or the file is missing, cut off, altered, or of another format.
+        When the arguments are no path and no Atlas, the file is missing, cut off, altered, or of
+        another format, or the planner was saved with another atlas.
     """
-    _check_path(path)
-    if not Path(path).is_file():
-        raise ValueError(f"{path} is no file; give one that save_planner wrote")
-    try:
-        whole = json.loads(Path(path).read_bytes())
-        found = whole["format"]
-        if found == FORMAT:
-            if hashlib.sha256(whole["planner"].encode()).hexdigest() != whole["sha256"]:
-                raise ValueError("its digest is that of other bytes")
-            return _planner(json.loads(whole["planner"]))
-    except (*_DAMAGE, OSError) as error:
-        words = " ".join(str(error).split())[:_LONGEST]
+    _check_atlas(atlas)
+    known, planner = load_whole(path, _FILE, _read, _checked)
+    if _fingerprint(atlas, known["samples"]) != known["sha256"]:
         raise ValueError(
-            f"{path} is no whole planner file ({words}); it was cut off or altered: give another "
-            "copy"
-        ) from None
-    raise ValueError(
-        f"{path} has format {str(found)[:_LONGEST]}; this version reads {FORMAT}: use the version "
-        "that wrote it, or begin with a new planner"
-    )
+            f"{path} was saved with another atlas than this one, which has other samples, "
+            "tolerance or options; load the atlas that was saved with it, or begin with a new "
+            "planner"
+        )
+    return planner
 
 
-def _check_path(path) -> None:
-    """ValueError for what names no file."""
-    if not isinstance(path, str | os.PathLike):
-        raise ValueError(f"got {type(path).__name__} for the path; give that of a file")
+def _check_atlas(atlas) -> None:
+    if not isinstance(atlas, Atlas):
+        raise ValueError(f"got {type(atlas).__name__} for the atlas; give the one of the planner")
+
+
+def _fingerprint(atlas: Atlas, count: int) -> str:
+    """Digest of the first samples of an atlas and of how it learns; empty where it has fewer.
+
+    The index of a sample never changes, so an atlas that learns more keeps it.
+    """
+    points = atlas.membership.pool.points[:count]
+    if len(points) < count:
+        return ""
+    ways = json.dumps([atlas.tolerance, atlas.scale, asdict(atlas.options)], sort_keys=True)
+    return hashlib.sha256(ways.encode() + points.astype("<f8").tobytes()).hexdigest()
+
+
+def _read(data: bytes) -> tuple[Any, Any]:
+    """The number of the format of a file, and all it holds."""
+    whole = json.loads(data)
+    return whole["format"], whole
+
+
+def _checked(whole: Any) -> tuple[dict[str, Any], Planner | FrontierPlanner]:
+    """What is said of the atlas in a file, and its planner, whose digest is that of its state."""
+    known = whole["atlas"]
+    if type(known["samples"]) is not int or known["samples"] < 0 or not known["sha256"]:
+        raise DamagedError("it says nothing of its atlas")
+    if hashlib.sha256(whole["planner"].encode()).hexdigest() != whole["sha256"]:
+        raise DamagedError("its digest is that of other bytes")
+    return known, _planner(json.loads(whole["planner"]))
 
 
 def _planner(state: Any) -> Planner | FrontierPlanner:
-    """The planner of a state; ValueError where it is that of another class or version."""
+    """The planner of a state; DamagedError where it is that of another class or version."""
     planner = _decoded(state)
     if not isinstance(planner, _PLANNERS):
-        raise ValueError("it holds no planner")
+        raise DamagedError("it holds no planner")
     if vars(planner).keys() != vars(type(planner)((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))).keys():
-        raise ValueError("it is that of another version")
+        raise DamagedError("it is that of another version")
     return planner
 
 
@@ -163,7 +182,7 @@ def _mapping(parts: list[Any]) -> dict[Any, Any]:
 def _generator(parts: list[Any]) -> np.random.Generator:
     state = _decoded(parts[0])
     if state["bit_generator"] not in _GENERATORS:
-        raise ValueError("its random numbers are of no generator of numpy")
+        raise DamagedError("its random numbers are of no generator of numpy")
     bits = getattr(np.random, state["bit_generator"])()
     bits.state = state
     return np.random.Generator(bits)

@@ -6,10 +6,11 @@ from touchatlas.patch.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from touchatlas.sim.run.conclusion import truth_of
-    from touchatlas.sim.run.evaluate import EvaluateOptions, Evaluation, Truth, evaluate_surface
+    from touchatlas.sim.run.evaluate import Evaluation, evaluate_surface
     from touchatlas.sim.run.exploration import resume_exploration, run_exploration
     from touchatlas.sim.run.journal import Journal
     from touchatlas.sim.run.run_options import RunOptions
+    from touchatlas.sim.run.truth import EvaluateOptions, Truth
     from touchatlas.sim.run.watcher import Watcher
     from touchatlas.sim.run.work import Result
     from touchatlas.sim.world.objects import make_object, object_names
@@ -33,14 +34,14 @@ __all__ = [
 ]
 __getattr__ = lazy_names(
     {
-        "EvaluateOptions": "touchatlas.sim.run.evaluate",
+        "EvaluateOptions": "touchatlas.sim.run.truth",
         "Evaluation": "touchatlas.sim.run.evaluate",
         "Journal": "touchatlas.sim.run.journal",
         "Probe": "touchatlas.sim.world.probe",
         "Result": "touchatlas.sim.run.work",
         "RunOptions": "touchatlas.sim.run.run_options",
         "Watcher": "touchatlas.sim.run.watcher",
-        "Truth": "touchatlas.sim.run.evaluate",
+        "Truth": "touchatlas.sim.run.truth",
         "evaluate_surface": "touchatlas.sim.run.evaluate",
         "make_object": "touchatlas.sim.world.objects",
         "object_names": "touchatlas.sim.world.objects",
@@ -49,3 +50,7 @@ __getattr__ = lazy_names(
         "truth_of": "touchatlas.sim.run.conclusion",
     }
 )
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -15,7 +15,7 @@ import trimesh
 
 from touchatlas.atlas import load_atlas
 from touchatlas.sim import RunOptions, make_object, run_exploration
-from touchatlas.sim.world.mesh_object import load_mesh
+from touchatlas.sim.world.mesh_file import load_mesh
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 # Small stand-ins for the arguments that a reader would give.
@@ -68,6 +68,29 @@ def test_an_example_runs_in_a_process_of_its_own(tmp_path):
     )
     assert done.returncode == 0, done.stderr
     assert "V - E + F = 2" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("name", "arguments", "words"),
+    [
+        ("vase_and_mug.py", ["a file"], "a file is a file, or in one; give a folder"),
+        ("vase_and_mug.py", ["a file/in"], "a file/in is a file, or in one; give a folder"),
+        ("kill_and_resume.py", ["a file"], "a file is a file, or in one; give a folder"),
+        ("fuzz_files.py", ["1"], "fuzz is a file here, where inputs are kept; move it away"),
+        ("picture_of_a_run.py", ["a file"], "a file/atlas.npz does not exist"),
+        ("picture_of_a_run.py", [".", "."], ". is a folder; give the path of a picture"),
+    ],
+)
+def test_an_example_that_cannot_write_says_so_in_one_sentence(
+    name, arguments, words, tmp_path, monkeypatch, capsys
+):
+    monkeypatch.chdir(tmp_path)
+    for file in ("a file", "fuzz"):
+        (tmp_path / file).touch()
+    with patch.object(sys, "argv", [name, *arguments]), pytest.raises(SystemExit) as end:
+        runpy.run_path(str(EXAMPLES / name), run_name="__main__")
+    said = capsys.readouterr().err
+    assert end.value.code == 2 and words in said and said.count("\n") == 1
 
 
 def small_cap() -> trimesh.Trimesh:

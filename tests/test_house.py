@@ -48,6 +48,14 @@ def test_every_file_is_a_module_and_every_folder_is_installed():
     assert set(settings["tool"]["setuptools"]["packages"]) == packages
 
 
+@pytest.mark.parametrize("storey", STOREYS)
+def test_public_names_are_listed_before_they_are_loaded(storey):
+    """``dir`` and the completion of names ask ``__dir__``."""
+    package = importlib.import_module(f"touchatlas.{storey}")
+    assert {*package.__all__, "__doc__"} <= {*dir(package)}
+    assert all(getattr(package, name).__name__ == name for name in package.__all__)
+
+
 @pytest.mark.parametrize("name", list(modules()))
 def test_docstring_examples_hold(name):
     assert doctest.testmod(importlib.import_module(name)).failed == 0

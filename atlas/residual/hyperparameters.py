@@ -10,7 +10,7 @@ import numpy as np
 
 from touchatlas.atlas.residual.binned_samples import PatchSamples
 from touchatlas.atlas.residual.gaussian_process import correlation, trend_equations
-from touchatlas.patch.fit.darboux_fit import LinearSystem
+from touchatlas.patch.fit.linear_system import LinearSystem
 from touchatlas.patch.fit.smoothness import (
     SmoothnessPrior,
     log_evidence,

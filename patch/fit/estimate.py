@@ -5,15 +5,9 @@ from functools import lru_cache
 
 import numpy as np
 
-from touchatlas.patch.fit.darboux_fit import (
-    Solution,
-    diverged,
-    joined,
-    map_coefficients,
-    raw_system,
-    reframed,
-    solve_in_darboux_frame,
-)
+from touchatlas.patch.fit.darboux_fit import Solution, diverged, joined, solve_in_darboux_frame
+from touchatlas.patch.fit.linear_system import map_coefficients
+from touchatlas.patch.fit.reframe import raw_system, reframed
 from touchatlas.patch.fit.smoothness import (
     NormalEquations,
     SmoothnessPrior,

@@ -24,7 +24,7 @@ def compare(*runs: Path, out: Path = Path("runs/compare"), json_: Json = False) 
     """
     comparison = compare_runs(runs)
     comparison.write(out)
-    for sentence in comparison.doubts:
+    for sentence in comparison.mismatches:
         say(sentence)
     if json_:
         print(json.dumps(comparison.table, indent=2))

@@ -46,13 +46,9 @@ def fit(
     json_
         Print numbers as JSON on standard output.
     """
-    from touchatlas.sim.recorded.fit_report import (
-        MEANING,
-        UNITS,
-        check_folder,
-        fit_file,
-        parse_vector,
-    )
+    from touchatlas.sim.recorded.fit_file import fit_file, parse_vector
+    from touchatlas.sim.recorded.fit_flags import MEANING
+    from touchatlas.sim.recorded.fit_report import UNITS, check_folder
 
     at = None if point is None else parse_vector(point, "--point")
     side = None if outward is None else parse_vector(outward, "--outward")

@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from touchatlas.sim.run.doubts import differ_as_units
+from touchatlas.sim.run.mismatches import differ_as_units
 from touchatlas.sim.run.number_meanings import LENGTH, NUMBERS
 from touchatlas.sim.world.objects import object_names
 

@@ -3,7 +3,6 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from touchatlas.patch import Contour, ContourEnd, SamplingPlane
 from touchatlas.patch.geometry.arrays import cross
@@ -12,20 +11,15 @@ from touchatlas.sim.recorded.arcs import binding_ends, near_arc, this_side
 from touchatlas.sim.recorded.contour_file import LEAST_POINTS, Curve
 from touchatlas.sim.recorded.curve_offsets import check_order, offset_deviation
 from touchatlas.sim.recorded.noise_estimate import estimate_noise
+from touchatlas.sim.recorded.reference_point import checked_point, common_point, foot, written
 
 # Least ratio of the second to the first eigenvalue of the scatter of directions: below it they
 # lie within about 5 degrees of each other. Twice as much refuses curves within about 7 degrees.
 _PARALLEL = 0.01
-# A curve that misses the reference point by more than this fraction of its size does not run
-# through it. Twice as much accepts curves of another place.
-_ASTRAY = 0.25
 # Curves are flagged that miss the point, or their plane, by more than so many deviations of the
 # noise and more than this fraction of their size. Twice as much flags only gross errors.
 _MANY_DEVIATIONS = 4.0
 _SMALL_FRACTION = 0.01
-# Samples of each curve, at most, among which the start of the meeting point is sought. Doubled, the
-# search takes twice as long and starts half as far from the point.
-_STARTS = 1000
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +38,7 @@ class Recording:
     point : (3,) float, length, world
         Reference point.
     flags : tuple of str
-        Doubts about the curves, as keys of ``fit_report.MEANING``.
+        Doubts about the curves, as keys of ``fit_flags.MEANING``.
     """
 
     names: tuple[str, ...]
@@ -52,6 +46,11 @@ class Recording:
     scattered: np.ndarray
     point: np.ndarray
     flags: tuple[str, ...]
+
+    @property
+    def all_points(self) -> np.ndarray:
+        """(n, 3) samples of all contours, then the scattered contacts, length, world."""
+        return np.concatenate([*(c.points for c in self.contours), self.scattered])
 
 
 def prepare(curves: list[Curve], noise: float | None = None, point=None) -> Recording:
@@ -75,6 +74,37 @@ def prepare(curves: list[Curve], noise: float | None = None, point=None) -> Reco
         Fewer than three curves with five points around the reference point, all in one
         direction, or a reference point far from them; noise that is no length.
     """
+    long = _long_curves(curves, noise)
+    point = common_point(long) if point is None else checked_point(point, long)
+    arcs = [(curve, *near_arc(curve.points, point)) for curve in long]
+    arcs = [arc for arc in arcs if len(arc[1]) >= LEAST_POINTS]
+    near = f" near {written(point)}, before they turn by 45 degrees or run over an edge"
+    _check_count(arcs, curves, near)
+    normals = _plane_normals([p for _, p, _ in arcs], [curve.normal for curve, *_ in arcs])
+    flags = [] if noise is not None else ["noise estimated"]
+    estimated = estimate_noise([p for _, p, _ in arcs], normals)
+    noise = estimated if noise is None else noise
+    for curve, p, _ in arcs:
+        check_order(curve.name, p, noise)
+    sections = _sections(arcs, normals, noise, point)
+    _check_count(sections, curves, near)
+    contours = _contours(sections, noise, point)
+    flags += _flags(point, contours)
+    # Noise that was stated too small is no offset.
+    if offset := offset_deviation(point, contours, max(noise, estimated)):
+        flags += [] if "curves do not meet" in flags else ["curves do not meet"]
+        contours = _with_offset(contours, offset)
+    # A curve that starts beside the point only to run over an edge is not of this face.
+    seen = [curve for curve, *_ in arcs]
+    rest = [curve.points for curve in curves if curve not in seen]
+    scattered = _near_contacts(point, contours, rest)
+    return Recording(
+        tuple(curve.name for curve, *_ in sections), contours, scattered, point, tuple(flags)
+    )
+
+
+def _long_curves(curves: list[Curve], noise: float | None) -> list[Curve]:
+    """The curves that are long enough for a section, and at least as long as a given noise."""
     if noise is not None and not (np.isfinite(noise) and noise >= 0.0):
         raise ValueError(f"noise is {noise}; give a length >= 0, or leave it out to estimate it")
     long = [curve for curve in curves if curve.name and len(curve.points) >= LEAST_POINTS]
@@ -87,70 +117,25 @@ def prepare(curves: list[Curve], noise: float | None = None, point=None) -> Reco
             f"noise is {noise:g}, but the curves are only {span:.4g} long; give a smaller one, or "
             "leave it out to estimate it"
         )
-    point = _meeting(long) if point is None else _checked(point, long)
-    arcs = [(curve, *near_arc(curve.points, point)) for curve in long]
-    arcs = [arc for arc in arcs if len(arc[1]) >= LEAST_POINTS]
-    near = f" near {_written(point)}, before they turn by 45 degrees or run over an edge"
-    _check_count(arcs, curves, near)
-    normals = _plane_normals([p for _, p, _ in arcs], [curve.normal for curve, *_ in arcs])
-    flags = [] if noise is not None else ["noise estimated"]
-    estimated = estimate_noise([p for _, p, _ in arcs], normals)
-    noise = estimated if noise is None else noise
-    for curve, p, _ in arcs:
-        check_order(curve.name, p, noise)
+    return long
+
+
+def _sections(arcs, normals, noise: float, point) -> list:
+    """Curve, plane normal, points and ends of each arc on the point's side of all edges."""
     sections = [
         (curve, normal, *this_side(p, normal, noise, point, ends))
         for (curve, p, ends), normal in zip(arcs, normals, strict=True)
     ]
-    sections = [section for section in sections if len(section[2]) >= LEAST_POINTS]
-    _check_count(sections, curves, near)
-    used = [curve for curve, *_ in sections]
+    return [section for section in sections if len(section[2]) >= LEAST_POINTS]
+
+
+def _contours(sections, noise: float, point) -> tuple[Contour, ...]:
+    """The contours of sections, each with its ends that bind the patch."""
     ends = binding_ends(point, [p for *_, p, _ in sections], [e for *_, e in sections])
-    contours = tuple(
+    return tuple(
         Contour(p, SamplingPlane(p.mean(axis=0), normal), noise, e)
         for (_, normal, p, _), e in zip(sections, ends, strict=True)
     )
-    flags += _doubts(point, contours)
-    # Noise that was stated too small is no offset.
-    if offset := offset_deviation(point, contours, max(noise, estimated)):
-        flags += [] if "curves do not meet" in flags else ["curves do not meet"]
-        contours = _with_offset(contours, offset)
-    # A curve that starts beside the point only to run over an edge is not of this face.
-    seen = [curve for curve, *_ in arcs]
-    rest = [curve.points for curve in curves if curve not in seen]
-    scattered = _near_contacts(point, contours, rest)
-    return Recording(tuple(c.name for c in used), contours, scattered, point, tuple(flags))
-
-
-def meeting_point(curves) -> np.ndarray:
-    """(3,) point nearest to all curves (n, 3) in least squares, taken as polylines.
-
-    Starts at the best of some samples and goes on by Gauss-Newton, each curve a line near its foot.
-
-    >>> x = np.linspace(-1.0, 2.0, 7)[:, None]
-    >>> curves = [x * [1.0, 0, 0], x * [0, 1.0, 0], x * [0.6, 0.8, 0] + [0, 0, 0.3]]
-    >>> meeting_point(curves).round(6) + 0.0
-    array([0. , 0. , 0.1])
-    """
-    samples = np.concatenate([curve[:: 1 + len(curve) // _STARTS] for curve in curves])
-    total = sum(cKDTree(curve).query(samples)[0] ** 2 for curve in curves)
-    point = samples[np.argmin(total)]
-    for _ in range(20):
-        feet, tangents = zip(*(_foot(curve, point) for curve in curves), strict=True)
-        across = len(curves) * np.eye(3) - np.array(tangents).T @ np.array(tangents)
-        step = (np.array(feet) - point).sum(axis=0)
-        point = point + np.linalg.lstsq(across, step, rcond=1e-6)[0]
-    return point
-
-
-def _foot(curve, point):
-    """Nearest point of a polyline (n, 3), and the direction of its segment there."""
-    chord = np.diff(curve, axis=0)
-    square = (chord * chord).sum(axis=1)
-    fraction = np.clip(((point - curve[:-1]) * chord).sum(axis=1) / square, 0.0, 1.0)
-    feet = curve[:-1] + fraction[:, None] * chord
-    nearest = int(((feet - point) ** 2).sum(axis=1).argmin())
-    return feet[nearest], chord[nearest] / np.sqrt(square[nearest])
 
 
 def _plane_normals(points, given) -> np.ndarray:
@@ -182,13 +167,13 @@ def _with_offset(contours, offset: float):
     )
 
 
-def _doubts(point, contours) -> list[str]:
+def _flags(point, contours) -> list[str]:
     """Flags for curves that are not plane sections through one point."""
     flags = []
     reach = max(float(np.ptp(c.points, axis=0).max()) for c in contours)
     noise = contours[0].noise_std
     slack = max(_MANY_DEVIATIONS * noise, _SMALL_FRACTION * reach)
-    if any(np.sqrt(((_foot(c.points, point)[0] - point) ** 2).sum()) > slack for c in contours):
+    if any(np.sqrt(((foot(c.points, point)[0] - point) ** 2).sum()) > slack for c in contours):
         flags.append("curves do not meet")
     # Medians, which single bad contacts hardly change.
     off = [1.5 * np.median(np.abs((c.points - c.plane.point) @ c.plane.normal)) for c in contours]
@@ -212,34 +197,6 @@ def _near_contacts(point, contours, rest) -> np.ndarray:
     return points[((points - point) ** 2).sum(axis=1) <= reach]
 
 
-def _checked(point, curves) -> np.ndarray:
-    """A reference point that the user gave, near the curves."""
-    samples = np.concatenate([curve.points for curve in curves])
-    # np.hypot does not overflow for the largest numbers allowed.
-    away = float(np.hypot.reduce(samples - point, axis=1).min())
-    size = min(float(np.ptp(curve.points, axis=0).max()) for curve in curves)
-    if not away <= _ASTRAY * size:
-        raise ValueError(
-            f"the point {_written(point)} is {away:.4g} away from all curves; give a point on "
-            "them, or leave it out"
-        )
-    return np.asarray(point, dtype=float)
-
-
-def _meeting(curves: list[Curve]) -> np.ndarray:
-    """Where the curves meet, no farther from any than they may miss each other."""
-    point = meeting_point([curve.points for curve in curves])
-    size = max(float(np.ptp(curve.points, axis=0).max()) for curve in curves)
-    for curve in curves:
-        away = float(np.sqrt(((_foot(curve.points, point)[0] - point) ** 2).sum()))
-        if away > _ASTRAY * size:
-            raise ValueError(
-                f"curve {curve.name!r} passes {away:.4g} away from {_written(point)}, the point "
-                "nearest to all curves; record curves through one point, or leave this one out"
-            )
-    return point
-
-
 def _check_count(sections, curves: list[Curve], where: str) -> None:
     if len(sections) < 3:
         number = ("no curve has", "only 1 curve has", "only 2 curves have")[len(sections)]
@@ -248,7 +205,3 @@ def _check_count(sections, curves: list[Curve], where: str) -> None:
             f"{number} {LEAST_POINTS} or more distinct points{where} ({counts}); "
             "a patch needs three such curves through one point"
         )
-
-
-def _written(point) -> str:
-    return ",".join(f"{x:.4g}" for x in point)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from touchatlas.atlas.files import write_whole
-from touchatlas.sim.run.doubts import doubts_of_comparison
+from touchatlas.sim.run.mismatches import mismatches_of
 from touchatlas.sim.run.number_meanings import NUMBERS
 from touchatlas.sim.run.run_folder import read_settings
 
@@ -47,7 +47,7 @@ class Comparison:
         evaluation.json of each.
     steps : tuple of list of dict
         steps.csv of each.
-    doubts : tuple of str
+    mismatches : tuple of str
         Why they do not fit together, in sentences.
     """
 
@@ -55,7 +55,7 @@ class Comparison:
     differing: dict[str, list]
     numbers: tuple[dict, ...]
     steps: tuple[list[dict], ...]
-    doubts: tuple[str, ...]
+    mismatches: tuple[str, ...]
 
     @property
     def table(self) -> dict:
@@ -144,7 +144,7 @@ def compare_runs(folders) -> Comparison:
         differing,
         numbers,
         tuple(_steps(folder) for folder in folders),
-        tuple(doubts_of_comparison(tables, numbers)),
+        tuple(mismatches_of(tables, numbers)),
     )
 
 

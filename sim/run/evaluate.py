@@ -7,9 +7,10 @@ import numpy as np
 import trimesh
 
 from touchatlas.sim.run.closest_points import closest_points
-from touchatlas.sim.run.truth_parts import hidden_area, part_of_faces
-from touchatlas.sim.world.mesh_object import load_mesh
-from touchatlas.sim.world.triangles import areas_of, sample_triangles
+from touchatlas.sim.run.surface_file import check_deviation, check_triangles
+from touchatlas.sim.run.truth import EvaluateOptions, Truth
+from touchatlas.sim.run.truth_parts import hidden_area
+from touchatlas.sim.world.triangles import sample_triangles
 
 # Standard deviations within which 95 % of a Gaussian lie. Twice as many would call every
 # prediction good.
@@ -24,59 +25,6 @@ _EDGE_COSINE = np.cos(np.deg2rad(20.0))
 _BY_AREA = igl.PER_VERTEX_NORMALS_WEIGHTING_TYPE_AREA
 # What stands for the normal of a degenerate triangle.
 _NO_NORMAL = np.zeros(3)
-
-
-@dataclass(frozen=True)
-class EvaluateOptions:
-    """How a surface is judged.
-
-    Parameters
-    ----------
-    samples : int
-        Area-uniform points each way.
-    """
-
-    samples: int = 40_000
-
-    def __post_init__(self) -> None:
-        if self.samples < 1:
-            raise ValueError(f"samples is {self.samples}; at least one point each way is needed")
-
-
-@dataclass(frozen=True, eq=False)
-class Truth:
-    """What the surface should be.
-
-    Parameters
-    ----------
-    vertices : (v, 3) float, length
-    faces : (f, 3) int
-    points, normals : (n, 3) float
-        Area-uniform points exactly on the true surface, with outward unit normals.
-    closed : bool
-    euler_characteristic : int
-    """
-
-    vertices: np.ndarray
-    faces: np.ndarray
-    points: np.ndarray
-    normals: np.ndarray
-    closed: bool
-    euler_characteristic: int
-
-    @property
-    def diagonal(self) -> float:
-        """Diagonal of the bounding box, length."""
-        return float(np.linalg.norm(np.ptp(self.vertices[np.unique(self.faces)], axis=0)))
-
-    @property
-    def parts(self) -> np.ndarray:
-        """(n,) for each point, the number of the separate part of the surface that it is on."""
-        labels = part_of_faces(self.faces)
-        if not labels.any():
-            return np.zeros(len(self.points), int)
-        _, face, _ = closest_points(self.points, self.vertices, self.faces)
-        return labels[face]
 
 
 @dataclass(frozen=True)
@@ -122,42 +70,6 @@ class Evaluation:
         return asdict(self)
 
 
-def check_triangles(vertices, faces, name: str):
-    """Vertices and faces as arrays; ValueError with one sentence when they are no surface."""
-    vertices, faces = np.asarray(vertices, dtype=float), np.asarray(faces)
-    if vertices.ndim != 2 or vertices.shape[1] != 3 or faces.ndim != 2 or faces.shape[1] != 3:
-        raise ValueError(
-            f"{name} has vertices of shape {vertices.shape} and faces of shape {faces.shape}; "
-            "both must be (n, 3)"
-        )
-    if len(faces) == 0:
-        raise ValueError(f"{name} has no triangles; there is nothing to compare")
-    if not np.issubdtype(faces.dtype, np.integer):
-        raise ValueError(f"{name} has faces of type {faces.dtype}; they must be vertex indices")
-    if not np.isfinite(vertices).all():
-        raise ValueError(f"{name} holds NaN or infinite vertices; repair it first")
-    if faces.min() < 0 or faces.max() >= len(vertices):
-        raise ValueError(f"{name} has faces that name vertices it does not have")
-    if not areas_of(vertices, faces).any():
-        raise ValueError(f"{name} has no area: all its triangles are degenerate")
-    return vertices, faces.astype(np.int64)
-
-
-def truth_from_mesh(vertices, faces, rng, options: EvaluateOptions = EvaluateOptions()) -> Truth:
-    """A mesh as the truth, sampled uniformly by area."""
-    vertices, faces = check_triangles(vertices, faces, "the true mesh")
-    mesh = trimesh.Trimesh(vertices, faces, process=False)
-    points, index = sample_triangles(vertices, faces, options.samples, rng)
-    return Truth(
-        vertices,
-        faces,
-        points,
-        igl.per_face_normals(vertices, faces, _NO_NORMAL)[index],
-        bool(mesh.is_watertight),
-        int(mesh.euler_number),
-    )
-
-
 def evaluate_surface(
     vertices,
     faces,
@@ -190,6 +102,7 @@ def evaluate_surface(
     --------
     A unit square a quarter above another:
 
+    >>> from touchatlas.sim.run.truth import truth_from_mesh
     >>> square = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
     >>> faces, rng = np.array([[0, 1, 2], [0, 2, 3]]), np.random.default_rng(0)
     >>> truth = truth_from_mesh(square, faces, rng)
@@ -199,23 +112,19 @@ def evaluate_surface(
     vertices, faces = check_triangles(vertices, faces, "the surface")
     if not (np.isfinite(tolerance) and tolerance > 0):
         raise ValueError(f"tolerance is {tolerance}; it must be a length > 0")
-    deviation = None if deviation is None else _check_deviation(deviation, len(vertices))
+    deviation = None if deviation is None else check_deviation(deviation, len(vertices))
     sampled, owners = sample_triangles(vertices, faces, options.samples, rng)
     accuracy, _, _ = closest_points(sampled, truth.vertices, truth.faces)
     completeness, index, feet = closest_points(truth.points, vertices, faces)
-    corners = faces[index]
-    weights = _barycentric(feet, vertices[corners])
-    normals = (weights[:, :, None] * _corner_normals(vertices, faces)[index]).sum(axis=1)
+    normals = _interpolated(_corner_normals(vertices, faces), vertices, faces, index, feet)
     angles = _angles_deg(normals, truth.normals)
     predicted = None
     if deviation is not None:
-        corners = faces[owners]
-        weights = _barycentric(sampled, vertices[corners])
-        predicted = (weights * deviation[corners]).sum(axis=1)
-    parts = truth.parts
+        predicted = _interpolated(deviation[faces], vertices, faces, owners, sampled)
+    covered, parts = completeness <= _COVERED * tolerance, truth.parts
     mesh = trimesh.Trimesh(vertices, faces, process=False)
     return Evaluation(
-        float(np.mean(completeness <= _COVERED * tolerance)),
+        float(np.mean(covered)),
         *_statistics(accuracy),
         *_statistics(completeness),
         0.5 * float(accuracy.mean() + completeness.mean()),
@@ -228,45 +137,11 @@ def evaluate_surface(
         int(mesh.euler_number),
         truth.euler_characteristic if truth.closed else None,
         int(parts.max()) + 1,
-        len(np.unique(parts[completeness <= _COVERED * tolerance])),
+        len(np.unique(parts[covered])),
         hidden_area(truth.vertices, truth.faces),
         float(tolerance),
         truth.diagonal,
     )
-
-
-def load_surface(path):
-    """A surface file for the judge: vertices (v, 3), faces (f, 3), deviation (v,) or None.
-
-    A file with the vertex property ``deviation`` was written by a run, and its vertices stay as
-    they are. In any other file equal vertices are merged, as ``load_mesh`` does.
-
-    Raises
-    ------
-    ValueError
-        In one sentence: missing or unreadable file, no triangles, NaN, no extent.
-    """
-    vertices, faces = load_mesh(path)
-    mesh = trimesh.load(path, force="mesh", process=False)
-    # Here trimesh keeps the properties of a PLY that are not geometry, for both encodings.
-    table = mesh.metadata.get("_ply_raw", {}).get("vertex", {}).get("data")
-    names = table.dtype.names if isinstance(table, np.ndarray) else (table or ())
-    if "deviation" not in names:
-        return vertices, faces, None
-    vertices, faces = check_triangles(mesh.vertices, mesh.faces, str(path))
-    return vertices, faces, _check_deviation(np.ravel(table["deviation"]), len(vertices))
-
-
-def _check_deviation(deviation, count: int) -> np.ndarray:
-    """(count,) predicted deviations, all finite and not negative."""
-    deviation = np.array(deviation, dtype=float)
-    if deviation.shape != (count,):
-        raise ValueError(
-            f"deviation has shape {deviation.shape}; one number a vertex is needed: ({count},)"
-        )
-    if not (np.isfinite(deviation).all() and (deviation >= 0.0).all()):
-        raise ValueError("deviation holds NaN, infinite or negative values; it must be >= 0")
-    return deviation
 
 
 def _f_score(accuracy, completeness, tolerance: float) -> float:
@@ -300,6 +175,15 @@ def _corner_normals(vertices, faces) -> np.ndarray:
     # A vertex of degenerate triangles alone has no normal: NaN is not above the limit.
     on_edge[faces[~((smooth * flat).sum(axis=2) >= _EDGE_COSINE)]] = True
     return np.where(on_edge[faces][..., None], flat, smooth)
+
+
+def _interpolated(values, vertices, faces, index, points) -> np.ndarray:
+    """Values at the corners of triangles (f, 3, ...), interpolated at points (n, 3) in the
+    triangles ``index`` (n,)."""
+    weights = _barycentric(points, vertices[faces[index]])
+    weights = weights.reshape(weights.shape + (1,) * (values.ndim - 2))
+    mean: np.ndarray = (weights * values[index]).sum(axis=1)
+    return mean
 
 
 def _barycentric(points, corners) -> np.ndarray:

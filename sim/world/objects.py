@@ -9,7 +9,8 @@ import numpy as np
 
 from touchatlas.sim.world.implicit_fields import bottle, quadric_with_bumps, rounded_box, torus
 from touchatlas.sim.world.implicit_object import ImplicitObject
-from touchatlas.sim.world.mesh_object import MeshObject, load_mesh
+from touchatlas.sim.world.mesh_file import load_mesh
+from touchatlas.sim.world.mesh_object import MeshObject
 
 # A hand-sized object touched by an arm that is good to 0.02 mm, as in the paper.
 _NOISE, _TOLERANCE = 0.02, 0.1

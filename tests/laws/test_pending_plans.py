@@ -168,10 +168,11 @@ def test_a_loaded_planner_goes_on_as_the_one_that_was_never_saved(name, rule, co
     advance(atlas, planner, probe, count)
     pending = planner.ask_several(atlas, 2)
     save_atlas(tmp_path / "atlas.npz", atlas)
-    save_planner(tmp_path / "planner.json", planner)
-    again, loaded = load_atlas(tmp_path / "atlas.npz"), load_planner(tmp_path / "planner.json")
+    save_planner(tmp_path / "planner.json", planner, atlas)
+    again = load_atlas(tmp_path / "atlas.npz")
+    loaded = load_planner(tmp_path / "planner.json", again)
     assert [p.number for p in loaded.ask_several(again, 1)] == [p.number for p in pending]
-    save_planner(tmp_path / "again.json", loaded)
+    save_planner(tmp_path / "again.json", loaded, again)
     assert (tmp_path / "again.json").read_bytes() == (tmp_path / "planner.json").read_bytes()
     state = probe.state()
     expected = advance(atlas, planner, probe, 4)
@@ -183,12 +184,12 @@ def test_a_retry_and_the_end_come_back_from_a_file(tmp_path):
     path = tmp_path / "planner.json"
     atlas, planner, probe = begun("sphere")
     told(atlas, planner, short(probe(planner.ask(atlas))))
-    save_planner(path, planner)
-    closer, again = planner.ask(atlas), load_planner(path).ask(atlas)
+    save_planner(path, planner, atlas)
+    closer, again = planner.ask(atlas), load_planner(path, atlas).ask(atlas)
     assert again.reach == closer.reach and again.number == closer.number == 1
     advance(atlas, planner, probe, 100)
-    save_planner(path, planner)
-    stop = load_planner(path).stop
+    save_planner(path, planner, atlas)
+    stop = load_planner(path, atlas).stop
     assert stop.reason is planner.stop.reason is StopReason.KNOWN
     assert stop.forecast.predicted_coverage == planner.stop.forecast.predicted_coverage
 
@@ -199,8 +200,8 @@ def test_the_frontier_planner_comes_back_from_a_file(tmp_path):
     planner = FrontierPlanner(*obj.start())
     probe = Probe(obj, obj.noise_std, np.random.default_rng(1))
     advance(atlas, planner, probe, 5)
-    save_planner(tmp_path / "planner.json", planner)
-    loaded, state = load_planner(tmp_path / "planner.json"), probe.state()
+    save_planner(tmp_path / "planner.json", planner, atlas)
+    loaded, state = load_planner(tmp_path / "planner.json", atlas), probe.state()
     plan, again = planner.ask(atlas), loaded.ask(atlas)
     assert again.reference_point.tolist() == plan.reference_point.tolist()
     probe.restore(state)
@@ -211,34 +212,76 @@ def test_what_is_no_planner_file_is_refused_in_one_sentence(tmp_path):
     atlas, planner, probe = begun()
     advance(atlas, planner, probe, 2)
     path = tmp_path / "planner.json"
-    save_planner(path, planner)
+    save_planner(path, planner, atlas)
     good = path.read_bytes()
     whole = json.loads(good)
     altered = whole | {"planner": whole["planner"].replace("Planner", "Atlas", 1)}
     junk = [b"", good[:-40], b"[1, 2]", b"\xff\xfe", b"{}", b"null", json.dumps(altered).encode()]
     for data in junk:
         path.write_bytes(data)
-        with pytest.raises(ValueError, match="is no whole planner file .* give another copy"):
-            load_planner(path)
+        with pytest.raises(ValueError, match="is no whole planner file.* give another copy"):
+            load_planner(path, atlas)
     path.write_bytes(json.dumps(whole | {"format": 99}).encode())
-    with pytest.raises(ValueError, match="has format 99; this version reads 1"):
-        load_planner(path)
-    for no_file in (tmp_path, tmp_path / "none.json"):
-        with pytest.raises(ValueError, match="is no file"):
-            load_planner(no_file)
-    for call in (lambda: load_planner(3), lambda: save_planner(3, planner)):
+    with pytest.raises(ValueError, match="has format 99; this version reads 2"):
+        load_planner(path, atlas)
+    for no_file, words in ((tmp_path, "is a folder"), (tmp_path / "none", "does not exist")):
+        with pytest.raises(ValueError, match=f"{words}.*; give one that save_planner wrote"):
+            load_planner(no_file, atlas)
+    for call in (lambda: load_planner(3, atlas), lambda: save_planner(3, planner, atlas)):
         with pytest.raises(ValueError, match="got int for the path"):
             call()
     with pytest.raises(ValueError, match="got int for the planner"):
-        save_planner(path, 3)
+        save_planner(path, 3, atlas)
+
+
+def test_a_planner_is_refused_beside_another_atlas(tmp_path):
+    """Of other touches, of fewer, or of the same with another tolerance; not of more, as after a
+    crash between saving the atlas and saving the planner."""
+    path = tmp_path / "planner.json"
+    atlas, planner, probe = begun()
+    touches = [probe(planner.ask(atlas))]
+    few = begun()[0]
+    for one in (atlas, few):
+        change = one.add(touches[0])
+    planner.tell(touches[0], change)
+    touches.append(probe(planner.ask(atlas)))
+    told(atlas, planner, touches[1])
+    save_planner(path, planner, atlas)
+    looser, other = begun(tolerance=0.3)[0], begun("sphere")
+    for touch in touches:
+        looser.add(touch)
+    advance(*other, 3)
+    for wrong in (few, looser, other[0], begun()[0]):
+        with pytest.raises(ValueError, match="was saved with another atlas .* begin with a new"):
+            load_planner(path, wrong)
+    lost = probe(planner.ask(atlas))
+    atlas.add(lost)
+    assert load_planner(path, atlas).ask(atlas).number == lost.number
+    for call in (lambda: load_planner(path, 3), lambda: save_planner(path, planner, 3)):
+        with pytest.raises(ValueError, match="got int for the atlas; give the one of the planner"):
+            call()
+
+
+def test_a_finished_atlas_or_one_that_learned_the_touches_again_is_the_same(tmp_path):
+    path = tmp_path / "planner.json"
+    atlas, planner, probe = begun()
+    again = begun()[0]
+    for _ in range(3):
+        touch = probe(planner.ask(atlas))
+        again.add(touch)
+        told(atlas, planner, touch)
+    save_planner(path, planner, atlas)
+    atlas.finish()
+    for right in (atlas, again):
+        assert load_planner(path, right).ask(right) is not None
 
 
 def test_a_planner_that_cannot_be_written_leaves_the_old_file(tmp_path):
     path = tmp_path / "planner.json"
-    planner = begun()[1]
-    save_planner(path, planner)
+    atlas, planner, _ = begun()
+    save_planner(path, planner, atlas)
     before = path.read_bytes()
     planner.extra = object()
     with pytest.raises(TypeError, match="cannot be saved"):
-        save_planner(path, planner)
+        save_planner(path, planner, atlas)
     assert path.read_bytes() == before

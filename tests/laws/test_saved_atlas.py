@@ -149,7 +149,7 @@ def test_swapped_arguments_and_other_types_are_refused(ball, tmp_path):
     with pytest.raises(ValueError, match=r"got str for the atlas; call save_atlas\(path, atlas\)"):
         save_atlas(ball, str(tmp_path / "a.npz"))
     for path in (5, None, b"a", []):
-        with pytest.raises(ValueError, match="for the path; give that of an atlas.npz"):
+        with pytest.raises(ValueError, match="for the path; give the atlas.npz of a run"):
             load_atlas(path)
         with pytest.raises(ValueError, match="for the path"):
             save_atlas(path, ball)

@@ -34,6 +34,27 @@ def test_a_thick_pin_does_not_enter_the_hole(torus):
     assert not is_reachable(torus, inner, normal, 30.0, 31.0)
 
 
+@pytest.mark.parametrize("length", [1e6, 1e17, 1e300, 1.7e308])
+@pytest.mark.parametrize("radius", [1e-300, 1.0])
+def test_a_pin_of_any_length_does_not_reach_the_wall_of_the_hole(torus, radius, length):
+    """What is beyond all that is known stops nothing; the wall opposite does, however far the pin
+    goes on behind it."""
+    inner, outer = np.array([25.0, 0.0, 0.0]), np.array([55.0, 0.0, 0.0])
+    outward = np.array([1.0, 0.0, 0.0])
+    assert is_reachable(torus, outer, outward, radius, length)
+    assert not is_reachable(torus, inner, -outward, radius, length)
+
+
+@pytest.mark.parametrize("radius", [1e3, 1e9, 1e300, 8e307])
+def test_a_pin_far_thicker_than_the_body_has_a_flat_end(torus, radius):
+    """It rests on the outside and on the top of a torus, whose tangent planes meet nothing else,
+    and does not enter the hole."""
+    out, up = np.eye(3)[0], np.eye(3)[2]
+    assert is_reachable(torus, 55.0 * out, out, radius, 2.0 * radius)
+    assert is_reachable(torus, 40.0 * out + 15.0 * up, up, radius, 2.0 * radius)
+    assert not is_reachable(torus, 25.0 * out, -out, radius, 2.0 * radius)
+
+
 def test_a_pin_of_no_length_reaches_everything(torus):
     assert is_reachable(torus, [25.0, 0.0, 0.0], np.array([-1.0, 0.0, 0.0]), 0.0, 0.0)
 

@@ -9,7 +9,7 @@ import trimesh
 from tests.explored import explored
 from tests.flat import slab
 from touchatlas.atlas import extract_surface
-from touchatlas.atlas.mesh.extract import open_surface
+from touchatlas.atlas.mesh.extract import _faces_outward, open_surface
 from touchatlas.atlas.mesh.resolution import cube_edge, gaps_of, patch_resolution, resolution
 from touchatlas.atlas.mesh.trim import rim, supported
 from touchatlas.sim import make_object
@@ -116,3 +116,17 @@ def test_thin_slabs_have_two_whole_sides(thickness, turned):
 def test_resolution_is_that_of_the_patches_where_no_sheets_are_near(half):
     gaps = sheet_gaps(half)
     assert resolution(half, gaps) == patch_resolution(half)
+
+
+def test_a_triangle_faces_as_one_of_the_patches_at_its_corners():
+    """A right angle from the x axis, tilted toward it by 25 and by 15 degrees, and turned over."""
+    lean = np.deg2rad([25.0, 15.0])
+    points = np.array([[0, 0, 0], [1, 0, 0], [0, np.sin(lean[0]), np.cos(lean[0])]])
+    steeper = np.array([[0, 0, 0], [1, 0, 0], [0, np.sin(lean[1]), np.cos(lean[1])]])
+    up = np.tile([0.0, 0.0, 1.0], (3, 1))
+    for corners, expected in ((points, True), (steeper, False)):
+        # The normal of (0, 1, 2) is (0, -cos, sin) of the lean.
+        assert _faces_outward(np.array([[0, 1, 2]]), corners, up).tolist() == [expected]
+        assert _faces_outward(np.array([[0, 2, 1]]), corners, up).tolist() == [False]
+    one = np.array([[0.0, 0, 1], [0, 0, 1], [0, -1, 0]])
+    assert _faces_outward(np.array([[0, 1, 2]]), steeper, one).all()

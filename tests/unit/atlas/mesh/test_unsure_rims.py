@@ -8,7 +8,6 @@ import trimesh
 
 from tests.explored import explored
 from touchatlas.atlas import extract_surface
-from touchatlas.atlas.mesh.extract import _faces_outward
 from touchatlas.atlas.mesh.unsure_rims import without_unsure_rims
 
 
@@ -43,17 +42,3 @@ def test_a_closed_surface_and_one_with_a_sure_rim_are_left_as_they_are(whole):
     assert without_unsure_rims(atlas, unsure) is unsure
     holed = surface.only(~within(surface, [0, 0, 1], 10))
     assert without_unsure_rims(atlas, holed) is holed
-
-
-def test_a_triangle_faces_as_one_of_the_patches_at_its_corners():
-    """A right angle from the x axis, tilted toward it by 25 and by 15 degrees, and turned over."""
-    lean = np.deg2rad([25.0, 15.0])
-    points = np.array([[0, 0, 0], [1, 0, 0], [0, np.sin(lean[0]), np.cos(lean[0])]])
-    steeper = np.array([[0, 0, 0], [1, 0, 0], [0, np.sin(lean[1]), np.cos(lean[1])]])
-    up = np.tile([0.0, 0.0, 1.0], (3, 1))
-    for corners, expected in ((points, True), (steeper, False)):
-        # The normal of (0, 1, 2) is (0, -cos, sin) of the lean.
-        assert _faces_outward(np.array([[0, 1, 2]]), corners, up).tolist() == [expected]
-        assert _faces_outward(np.array([[0, 2, 1]]), corners, up).tolist() == [False]
-    one = np.array([[0.0, 0, 1], [0, 0, 1], [0, -1, 0]])
-    assert _faces_outward(np.array([[0, 1, 2]]), steeper, one).all()

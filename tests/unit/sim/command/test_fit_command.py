@@ -18,8 +18,10 @@ from tests.truths import (
     random_rotation,
 )
 from touchatlas.patch.geometry.arrays import cross
+from touchatlas.sim.recorded.fit_file import METHODS, fit_file, parse_vector
+from touchatlas.sim.recorded.fit_flags import MEANING
 from touchatlas.sim.recorded.fit_picture import _draw_patch, patch_surface
-from touchatlas.sim.recorded.fit_report import FILES, MEANING, METHODS, fit_file, parse_vector
+from touchatlas.sim.recorded.fit_report import FILES
 
 K1, K2, ANGLE = -0.017, -0.042, 0.4
 ROTATION = random_rotation(np.random.default_rng(5))

@@ -11,7 +11,8 @@ from touchatlas.sim.recorded.arcs import near_arc
 from touchatlas.sim.recorded.contour_file import Curve, read_curves
 from touchatlas.sim.recorded.kinks import smooth_part
 from touchatlas.sim.recorded.noise_estimate import estimate_noise
-from touchatlas.sim.recorded.recording import meeting_point, prepare
+from touchatlas.sim.recorded.recording import prepare
+from touchatlas.sim.recorded.reference_point import meeting_point
 from touchatlas.sim.study.scenes import SURFACES, draw_scene
 
 LINES = [f"{c},{x},{k},{x * x}" for k, c in enumerate("abc") for x in range(6)]

@@ -6,7 +6,7 @@ import pytest
 from tests.truths import graph_contours, quadric_height
 from touchatlas.sim.recorded.contour_file import Curve
 from touchatlas.sim.recorded.curve_offsets import check_order, offset_deviation
-from touchatlas.sim.recorded.fit_report import _fit
+from touchatlas.sim.recorded.fit_file import _fit
 from touchatlas.sim.recorded.recording import prepare
 from touchatlas.sim.study.scenes import SURFACES, draw_scene
 

@@ -8,12 +8,9 @@ import pytest
 import trimesh
 
 from touchatlas.sim.run.closest_points import closest_points
-from touchatlas.sim.run.evaluate import (
-    EvaluateOptions,
-    evaluate_surface,
-    load_surface,
-    truth_from_mesh,
-)
+from touchatlas.sim.run.evaluate import evaluate_surface
+from touchatlas.sim.run.surface_file import load_surface
+from touchatlas.sim.run.truth import EvaluateOptions, truth_from_mesh
 
 FEW = EvaluateOptions(samples=4000)
 

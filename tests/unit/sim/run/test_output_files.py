@@ -13,9 +13,9 @@ import trimesh
 
 from tests.command import assert_refused, touchatlas
 from touchatlas.atlas import Surface, files
-from touchatlas.sim.run.evaluate import load_surface
 from touchatlas.sim.run.number_meanings import COLUMNS, NUMBERS
 from touchatlas.sim.run.ply import ply_bytes, stored
+from touchatlas.sim.run.surface_file import load_surface
 from touchatlas.sim.run.surface_picture import surface_picture
 
 

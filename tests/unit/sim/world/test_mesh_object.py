@@ -8,7 +8,9 @@ import pytest
 import trimesh
 
 from touchatlas.patch import ContourEnd
-from touchatlas.sim.world.mesh_object import MeshObject, load_mesh
+from touchatlas.sim.run.closest_points import closest_points
+from touchatlas.sim.world.mesh_file import load_mesh
+from touchatlas.sim.world.mesh_object import MeshObject
 
 
 def ball(scale=1.0):
@@ -39,8 +41,8 @@ def test_contour_lies_on_its_plane_and_on_the_mesh():
     )
     assert end is ContourEnd.LENGTH_REACHED and len(points) == 10
     assert np.abs((points - start) @ normal).max() < 1e-12
-    square, _, _ = obj._tree.squared_distance(obj.vertices, obj.faces, points)
-    assert np.sqrt(square).max() < 1e-9
+    distance, _, _ = closest_points(points, obj.vertices, obj.faces)
+    assert distance.max() < 1e-9
 
 
 def test_both_ways_start_in_opposite_directions():

@@ -2,7 +2,7 @@
 
 # Ratios of common units of length (millimetre, centimetre, inch, foot, metre), and how near to one
 # of them the sizes of two bodies may be by chance, as a fraction of it. Doubled, twice as many
-# pairs of bodies are doubted without reason.
+# pairs of bodies are called so without reason.
 _UNITS, _NEAR = (10.0, 25.4, 100.0, 304.8, 1000.0, 12.0, 39.37), 0.03
 
 
@@ -16,7 +16,7 @@ def differ_as_units(size: float, other: float) -> bool:
     return any(abs(larger / unit - 1.0) < _NEAR for unit in _UNITS)
 
 
-def doubts_of_comparison(settings, numbers) -> list[str]:
+def mismatches_of(settings, numbers) -> list[str]:
     """Sentences on why runs do not fit together; none where they do.
 
     Parameters

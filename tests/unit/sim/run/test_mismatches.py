@@ -2,18 +2,18 @@
 
 import pytest
 
-from touchatlas.sim.run.doubts import differ_as_units, doubts_of_comparison
+from touchatlas.sim.run.mismatches import differ_as_units, mismatches_of
 
 RUN = {"object": "a.ply", "digest": "1", "tolerance": 0.1, "versions": {"numpy": "2.0"}}
 
 
-def doubts(*sizes, **changes):
+def mismatches(*sizes, **changes):
     second = RUN | changes
-    return doubts_of_comparison([RUN, second], [{"diagonal": size} for size in sizes or (3.0, 3.0)])
+    return mismatches_of([RUN, second], [{"diagonal": size} for size in sizes or (3.0, 3.0)])
 
 
 def test_runs_that_differ_in_options_alone_fit_together():
-    assert doubts() == doubts(seed=3, planner={"curves": 4}) == []
+    assert mismatches() == mismatches(seed=3, planner={"curves": 4}) == []
 
 
 @pytest.mark.parametrize(
@@ -28,14 +28,14 @@ def test_runs_that_differ_in_options_alone_fit_together():
     ],
 )
 def test_what_else_differs_is_said(changes, words):
-    (sentence,) = doubts(**changes)
+    (sentence,) = mismatches(**changes)
     assert words in sentence
 
 
 def test_objects_in_different_units_are_doubted():
-    (sentence,) = doubts(100.0, 0.1)
+    (sentence,) = mismatches(100.0, 0.1)
     assert "one object is 1000 times as large as another" in sentence
-    assert doubts(100.0, 90.0) == doubts("large", None) == []
+    assert mismatches(100.0, 90.0) == mismatches("large", None) == []
 
 
 @pytest.mark.parametrize("ratio", [10.0, 25.4, 1000.0, 12.0])

@@ -1,0 +1,116 @@
+"""Fit a patch to a file of contours."""
+
+import difflib
+from pathlib import Path
+
+import numpy as np
+
+from touchatlas.patch import FitOptions, Patch, Penalty, fit_paper, fit_patch
+from touchatlas.sim.recorded.contour_file import read_curves
+from touchatlas.sim.recorded.fit_flags import fit_flags, residual_rms
+from touchatlas.sim.recorded.fit_report import FitReport
+from touchatlas.sim.recorded.recording import Recording, prepare
+
+_MAPS = {"map": FitOptions(), "monge": FitOptions(height_only=True, adaptive=False)}
+_PAPER = {
+    "total_curvature": Penalty.TOTAL_CURVATURE,
+    "excess_curvature": Penalty.EXCESS_CURVATURE,
+    "least_squares": Penalty.NONE,
+}
+METHODS = (*_MAPS, *_PAPER)
+# Cosine to the normal below which a direction tells no side.
+_SIDEWAYS = 0.05
+# Fewest points of a fit: a quadric has six coefficients.
+_LEAST_COUNT = 6
+
+
+def fit_file(path, method="map", noise=None, point=None, outward=None) -> FitReport:
+    """Patch from a CSV file of contours.
+
+    Parameters
+    ----------
+    path : path-like
+        Columns curve, x, y, z and, if known, nx, ny, nz.
+    method : str
+        One of METHODS.
+    noise : float, length, optional
+        Standard deviation of each coordinate; estimated where None.
+    point : (3,) float, length, optional
+        Reference point; where the curves meet where None.
+    outward : (3,) float, optional
+        Any vector on the outer side; where None, the side to which the surface bulges.
+
+    Raises
+    ------
+    ValueError
+        In one sentence, what is wrong with the file or an option.
+    """
+    if method not in METHODS:
+        near = difflib.get_close_matches(method, METHODS, 1)
+        hint = f"did you mean {near[0]}?" if near else f"choose from {', '.join(METHODS)}"
+        raise ValueError(f"there is no method {method!r}; {hint}")
+    curves, repeated, assumed = read_curves(path)
+    recording = prepare(curves, noise, point)
+    side = _outer_side(recording) if outward is None else _shortened(outward)
+    patch, outliers = _fit(method, recording, side)
+    if patch.count < _LEAST_COUNT:
+        raise ValueError(
+            f"only {patch.count} points lie within {patch.radius:.3g} of the reference point, "
+            "where the nearest curve ends; give a point farther from the ends, or track further"
+        )
+    cosine = float(patch.frame.normal @ side) / max(float(np.sqrt(side @ side)), 1e-300)
+    if cosine < _SIDEWAYS:
+        raise ValueError(
+            f"outward {','.join(f'{x:g}' for x in side)} lies within 3 degrees of the tangent "
+            "plane and tells no side; give a direction that points out of the body"
+        )
+    flags = ["repeated points"] if repeated else []
+    flags += [*recording.flags, *([] if outward is not None else ["outward side assumed"])]
+    residual = residual_rms(patch, recording)
+    flags += fit_flags(patch, outliers, residual, recording, noise is None)
+    return FitReport(
+        Path(path).name, method, recording, patch, outliers, tuple(flags), residual, assumed
+    )
+
+
+def _shortened(vector) -> np.ndarray:
+    """(3,) a direction by components of one at most."""
+    vector = np.asarray(vector, dtype=float)
+    return vector / max(float(np.abs(vector).max()), np.finfo(float).tiny)
+
+
+def _fit(method: str, recording: Recording, outward) -> tuple[Patch, int]:
+    point, contours = recording.point, recording.contours
+    if method in _PAPER:
+        return fit_paper(point, contours, outward, _PAPER[method]), 0
+    # A lack of fit as large as the noise is borne; beyond, the patch is made smaller.
+    fit = fit_patch(
+        point,
+        contours,
+        outward,
+        shared=recording.scattered,
+        options=_MAPS[method],
+    )
+    return fit.patch, int(fit.outliers)
+
+
+def _outer_side(recording: Recording) -> np.ndarray:
+    """(3,) normal to whose side the surface bulges: its mean curvature is not positive."""
+    patch, _ = _fit("map", recording, np.ones(3))
+    mean = patch.curvatures.k1 + patch.curvatures.k2
+    return -patch.frame.normal if mean > 0.0 else patch.frame.normal
+
+
+def parse_vector(text: str, name: str) -> np.ndarray:
+    """(3,) numbers of an option written X,Y,Z.
+
+    >>> parse_vector("0,-1,2.5", "--point")
+    array([ 0. , -1. ,  2.5])
+    """
+    try:
+        vector = np.array([float(part) for part in text.split(",")])
+    except ValueError:
+        vector = np.zeros(0)
+    if vector.shape != (3,) or not np.isfinite(vector).all():
+        raise ValueError(f"{name} is {text!r}; give three numbers as X,Y,Z, without spaces")
+    return vector

@@ -1,0 +1,68 @@
+"""What is doubtful about a patch that was fitted to recorded contours."""
+
+import numpy as np
+
+from touchatlas.patch import Patch
+from touchatlas.sim.recorded.recording import Recording
+
+# Of the sections: 60 degrees apart it is 1.4, within about 20 degrees of each other 10.
+_POOR_CONDITION = 10.0
+# Relative variance of the estimated noise, times the number of contour points.
+_ESTIMATED = 1.1
+# Residuals below this fraction of the noise show that the noise is not that of these points. Twice
+# as much would doubt the noise of good fits with many terms.
+_TOO_NOISY = 1.0 / 3.0
+_OUTLIER, _MEDIAN_TO_STD = 5.0, 1.4826
+MEANING = {
+    "repeated points": "Points that a curve repeats exactly were counted once.",
+    "noise estimated": "The noise was not given; it was estimated from the curves.",
+    "outward side assumed": "The outward side was not given; the one to which the surface bulges "
+    "was taken.",
+    "curves do not meet": "The curves miss their common point by more than noise explains: one may "
+    "be displaced. The miss was counted as noise, which makes the deviations hold it.",
+    "curves not planar": "A curve leaves its sampling plane by more than noise explains; see to "
+    "nx, ny, nz, or track each curve in one plane.",
+    "curves cut": "Curves were used only until they turn by 45 degrees from the reference point.",
+    "edge crossed": "A curve runs over an edge; only its part on the reference point's side was "
+    "used.",
+    "one-sided curves": "A curve ends near the reference point, much nearer than others; the patch "
+    "goes on without it there. It is better to track as far to both sides.",
+    "umbilic": "k1 and k2 differ by no more than noise explains, so e1 and e2 were chosen, not "
+    "measured.",
+    "poorly conditioned sections": "The curves run in similar directions, so k1, k2 and their "
+    "directions are ill determined; planes 60 degrees apart are best.",
+    "residuals exceed noise": "The patch misses its points by more than noise explains; leave "
+    "--noise out if it was given, or track shorter curves.",
+    "noise exceeds residuals": "The points lie much closer to the patch than --noise says; give it "
+    "in the unit of the file, or leave it out.",
+    "outliers": "Some points were left out as bad contacts.",
+}
+
+
+def residual_rms(patch: Patch, recording: Recording) -> float:
+    """Root mean square distance of points from a patch, length: of those within its radius, bad
+    contacts left out."""
+    points = recording.all_points
+    away = ((points - patch.frame.origin) ** 2).sum(axis=1)
+    distance = np.abs(patch.signed_distance(points[away <= patch.radius**2]))
+    typical = max(_MEDIAN_TO_STD * float(np.median(distance)), patch.noise_std)
+    return float(np.sqrt(np.mean(distance[distance <= _OUTLIER * typical] ** 2)))
+
+
+def fit_flags(
+    patch: Patch, outliers: int, residual: float, recording: Recording, estimated: bool
+) -> list[str]:
+    """What is doubtful about a patch fitted to a recording, as keys of ``MEANING``."""
+    size = sum(len(contour.points) for contour in recording.contours)
+    variance = 0.5 / patch.count + (_ESTIMATED / size if estimated else 0.0)
+    expected = patch.noise_std * np.exp(3.0 * np.sqrt(variance))
+    # Rounding leaves residuals of this size where there is no noise.
+    rounding = 1e-6 * patch.radius
+    found = {
+        "umbilic": patch.curvatures.umbilic,
+        "poorly conditioned sections": patch.condition > _POOR_CONDITION,
+        "residuals exceed noise": residual > max(expected, rounding),
+        "noise exceeds residuals": not estimated and residual < _TOO_NOISY * patch.noise_std,
+        "outliers": outliers > 0,
+    }
+    return [flag for flag, holds in found.items() if holds]

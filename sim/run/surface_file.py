@@ -1,0 +1,62 @@
+"""A surface for the judge: read from a file, and checked."""
+
+import numpy as np
+import trimesh
+
+from touchatlas.sim.world.mesh_file import load_mesh
+from touchatlas.sim.world.triangles import areas_of
+
+
+def load_surface(path):
+    """A surface file for the judge: vertices (v, 3), faces (f, 3), deviation (v,) or None.
+
+    A file with the vertex property ``deviation`` was written by a run, and its vertices stay as
+    they are. In any other file equal vertices are merged, as ``load_mesh`` does.
+
+    Raises
+    ------
+    ValueError
+        In one sentence: missing or unreadable file, no triangles, NaN, no extent.
+    """
+    vertices, faces = load_mesh(path)
+    mesh = trimesh.load(path, force="mesh", process=False)
+    # Here trimesh keeps the properties of a PLY that are not geometry, for both encodings.
+    table = mesh.metadata.get("_ply_raw", {}).get("vertex", {}).get("data")
+    names = table.dtype.names if isinstance(table, np.ndarray) else (table or ())
+    if "deviation" not in names:
+        return vertices, faces, None
+    vertices, faces = check_triangles(mesh.vertices, mesh.faces, str(path))
+    return vertices, faces, check_deviation(np.ravel(table["deviation"]), len(vertices))
+
+
+def check_triangles(vertices, faces, name: str):
+    """Vertices and faces as arrays; ValueError with one sentence when they are no surface."""
+    vertices, faces = np.asarray(vertices, dtype=float), np.asarray(faces)
+    if vertices.ndim != 2 or vertices.shape[1] != 3 or faces.ndim != 2 or faces.shape[1] != 3:
+        raise ValueError(
+            f"{name} has vertices of shape {vertices.shape} and faces of shape {faces.shape}; "
+            "both must be (n, 3)"
+        )
+    if len(faces) == 0:
+        raise ValueError(f"{name} has no triangles; there is nothing to compare")
+    if not np.issubdtype(faces.dtype, np.integer):
+        raise ValueError(f"{name} has faces of type {faces.dtype}; they must be vertex indices")
+    if not np.isfinite(vertices).all():
+        raise ValueError(f"{name} holds NaN or infinite vertices; repair it first")
+    if faces.min() < 0 or faces.max() >= len(vertices):
+        raise ValueError(f"{name} has faces that name vertices it does not have")
+    if not areas_of(vertices, faces).any():
+        raise ValueError(f"{name} has no area: all its triangles are degenerate")
+    return vertices, faces.astype(np.int64)
+
+
+def check_deviation(deviation, count: int) -> np.ndarray:
+    """(count,) predicted deviations, all finite and not negative."""
+    deviation = np.array(deviation, dtype=float)
+    if deviation.shape != (count,):
+        raise ValueError(
+            f"deviation has shape {deviation.shape}; one number a vertex is needed: ({count},)"
+        )
+    if not (np.isfinite(deviation).all() and (deviation >= 0.0).all()):
+        raise ValueError("deviation holds NaN, infinite or negative values; it must be >= 0")
+    return deviation

@@ -1,0 +1,104 @@
+"""Mesh files: vertices and faces, or one sentence on what is wrong with the file."""
+
+import warnings
+from itertools import islice
+from pathlib import Path
+
+import numpy as np
+import trimesh
+
+from touchatlas.sim.world.triangles import areas_of
+
+# Lines of an OFF file, comments included, in which its counts must stand.
+_HEADER = 50
+# Bounds of the coordinates, in any unit: beyond them their sixth powers leave the range of double
+# precision.
+_SMALLEST, _LARGEST = 1e-50, 1e50
+# Largest coordinate after scaling. Then trimesh merges vertices that differ by less than 1e-8;
+# with twice as much it would merge those of half the distance.
+_USUAL_SPAN = 64.0
+
+
+def load_mesh(path):
+    """Vertices (v, 3) and faces (f, 3) of a mesh file, equal vertices merged.
+
+    Raises
+    ------
+    ValueError
+        In one sentence: missing, unreadable or cut-off file, no triangles, NaN, no extent.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise ValueError(f"{path} is no file; give the path of a mesh (PLY, STL, OBJ, OFF, ...)")
+    try:
+        # Where a number cannot be stored, numpy warns and takes another one.
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", RuntimeWarning)
+            mesh = trimesh.load(path, force="mesh", process=False)
+        vertices, faces = np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int64)
+        if vertices.shape[1:] != (3,) or (faces.size and faces.shape[1:] != (3,)):
+            raise ValueError
+    except Exception:
+        # The messages of trimesh and numpy for a broken file do not name the cause.
+        raise ValueError(
+            f"{path} cannot be read as a mesh: it is cut off, damaged, or no {_kind(path)}; export "
+            "it again as PLY or STL"
+        ) from None
+    if _is_cut_off(mesh) or len(faces) < _declared_in_off(path):
+        raise ValueError(f"{path} is cut off: it holds less than it declares; export it again")
+    if len(faces) == 0:
+        raise ValueError(
+            f"{path} holds no triangles: it is empty, cut off, or holds points only; give a "
+            "surface mesh"
+        )
+    if not np.isfinite(vertices).all():
+        raise ValueError(f"{path} holds NaN or infinite vertices; repair the mesh first")
+    if faces.min() < 0 or faces.max() >= len(vertices):
+        raise ValueError(f"{path} has faces that name vertices it does not have; export it again")
+    vertices, faces = _merged(path, vertices, faces)
+    faces = faces[areas_of(vertices, faces) > 0.0]
+    if len(faces) == 0:
+        raise ValueError(f"{path} has no extent: all its triangles have zero area")
+    return vertices, faces
+
+
+def _kind(path: Path) -> str:
+    """The kind of file that the name promises."""
+    known = path.suffix.lower().lstrip(".") in trimesh.available_formats()
+    return f"{path.suffix[1:].upper()} file" if known else "file of a known ending"
+
+
+def _is_cut_off(mesh) -> bool:
+    """Whether a text PLY has fewer lines than its header says: trimesh takes what is there."""
+    parts = mesh.metadata.get("_ply_raw", {}).values()
+    tables = [(part.get("length", 0), part.get("data")) for part in parts]
+    return any(
+        length > min(map(len, data.values()), default=0)
+        for length, data in tables
+        if isinstance(data, dict)
+    )
+
+
+def _declared_in_off(path: Path) -> int:
+    """The faces that an OFF file says it has: trimesh may have found fewer. 0 for other files."""
+    if path.suffix.lower() != ".off":
+        return 0
+    with open(path, errors="replace") as file:
+        lines = list(islice(file, _HEADER))
+    words = " ".join(line.partition("#")[0] for line in lines).split()
+    return int(words[2]) if len(words) > 2 and words[2].isdigit() else 0
+
+
+def _merged(path: Path, vertices, faces):
+    """Vertices and faces with equal vertices merged, in any unit: trimesh compares decimals."""
+    span = float(np.abs(vertices[faces].reshape(-1, 3)).max())
+    if not _SMALLEST < span < _LARGEST:
+        raise ValueError(
+            f"{path} has coordinates up to {span:.3g}; that is no size that double precision can "
+            "take powers of: use another unit"
+        )
+    # By a power of two, which rounds nothing; 1 for hand-sized objects in millimetres.
+    unit = 2.0 ** np.round(np.log2(span / _USUAL_SPAN))
+    mesh = trimesh.Trimesh(vertices / unit, faces, process=False)
+    mesh.merge_vertices(merge_norm=True, merge_tex=True)
+    return unit * np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int64)

@@ -1,0 +1,116 @@
+"""Plane sections of a triangle mesh, walked from triangle to triangle."""
+
+import igl
+import numpy as np
+
+from touchatlas.patch import ContourEnd
+from touchatlas.sim.world.finer_steps import finer_steps, last_steps
+
+
+class PlaneSections:
+    """The plane sections of a triangle mesh.
+
+    Parameters
+    ----------
+    vertices : (v, 3) float, length
+    faces : (f, 3) int
+    """
+
+    def __init__(self, vertices, faces) -> None:
+        self.vertices, self.faces = vertices, faces
+        self._tree = igl.AABB()
+        self._tree.init(vertices, faces)
+        self._face_edges, self._edge_faces = _adjacency(faces)
+
+    def arm(self, point, normal, direction, reach, step, max_turn, step_turn):
+        """Samples (n, 3) of a section from a point onward, and why it ends; see
+        ``MeshObject.trace_arms``."""
+        ahead, open_end = self._walk(point, normal, direction, reach + step)
+        behind, _ = self._walk(point, normal, -direction, step)
+        line, lengths = _polyline(point, ahead)
+        length = min(float(lengths[-1]), reach)
+        samples = _at(line, lengths, step * np.arange(1, int(length / step + 1e-9) + 1))
+        if not len(samples) and open_end:
+            return _at(line, lengths, step * last_steps(length / step)), ContourEnd.LOST_CONTACT
+        if not len(samples):
+            return samples, ContourEnd.TURNED_AWAY
+        first = _at(line, lengths, 0.5 * step) - _at(*_polyline(point, behind), 0.5 * step)
+        chords = np.diff(np.vstack([point[None], samples]), axis=0)
+        cosine = chords @ first / np.sqrt((chords**2).sum(axis=1) * (first @ first))
+        turned = cosine < np.cos(max_turn)
+        offset = samples - point
+        home = ((offset**2).sum(axis=1) < (0.5 * step) ** 2) & (np.arange(len(samples)) > 2)
+        whole = length >= reach - 1e-9 * reach
+        end = ContourEnd.LENGTH_REACHED if whole else ContourEnd.LOST_CONTACT
+        if (turned | home).any():
+            stop = int((turned | home).argmax())
+            end = ContourEnd.CLOSED_LOOP if home[stop] else ContourEnd.TURNED_AWAY
+            samples = samples[:stop]
+        samples = np.vstack([point[None], samples])
+        at = finer_steps(samples, step_turn, lambda s: _at(line, lengths, step * s))
+        if end is ContourEnd.LOST_CONTACT:
+            at = np.append(at, last_steps(length / step))
+        return _at(line, lengths, step * at[1:]), end
+
+    def _walk(self, point, normal, direction, reach):
+        """Polyline (k, 3) of the plane section from ``point`` onward, and whether it ended at a
+        boundary of the mesh."""
+        level = (self.vertices - point) @ normal
+        above = level >= 0.0
+        _, face, _ = self._tree.squared_distance(self.vertices, self.faces, point[None])
+        face = int(np.ravel(face)[0])
+        path, came, here, length = [], -1, point, 0.0
+        owners, starts = self._edge_faces
+        while length < reach:
+            edge, crossing = self._exit(face, came, level, above, direction, point)
+            if edge < 0:
+                return np.array(path).reshape(-1, 3), False
+            length += float(np.sqrt(((crossing - here) ** 2).sum()))
+            path.append(crossing)
+            here, came = crossing, edge
+            beyond = [f for f in owners[starts[edge] : starts[edge + 1]] if f != face]
+            if not beyond:
+                return np.array(path), True
+            face = int(beyond[0])
+        return np.array(path), False
+
+    def _exit(self, face, came, level, above, direction, point):
+        """Edge by which the section leaves a face, and where; -1 when it does not cross it.
+
+        In the first face, the crossing that lies farther along ``direction``.
+        """
+        best = (-1, None, -np.inf)
+        corners = self.faces[face]
+        for m in range(3):
+            edge = int(self._face_edges[face, m])
+            a, b = corners[(m + 1) % 3], corners[(m + 2) % 3]
+            if edge == came or above[a] == above[b]:
+                continue
+            fraction = level[a] / (level[a] - level[b])
+            crossing = self.vertices[a] + fraction * (self.vertices[b] - self.vertices[a])
+            score = float((crossing - point) @ direction) if came < 0 else 0.0
+            if score > best[2]:
+                best = (edge, crossing, score)
+        return best[0], best[1]
+
+
+def _adjacency(faces):
+    """Edge ids of each face (f, 3), edge m opposite corner m, and faces of each edge."""
+    pairs = np.sort(faces[:, [[1, 2], [2, 0], [0, 1]]], axis=2).reshape(-1, 2)
+    _, edges = np.unique(pairs, axis=0, return_inverse=True)
+    edges = edges.reshape(-1, 3)
+    order = np.argsort(edges.ravel(), kind="stable")
+    starts = np.searchsorted(edges.ravel()[order], np.arange(edges.max() + 2))
+    return edges, (order // 3, starts)
+
+
+def _polyline(point, path):
+    """Corners (k, 3) of a path from a point, and the arc lengths (k,) there."""
+    line = np.vstack([point[None], path]) if len(path) else point[None]
+    steps = np.sqrt((np.diff(line, axis=0) ** 2).sum(axis=1))
+    return line, np.concatenate([[0.0], np.cumsum(steps)])
+
+
+def _at(line, lengths, at) -> np.ndarray:
+    """(..., 3) points of a polyline at arc lengths (...); its end beyond it."""
+    return np.stack([np.interp(at, lengths, line[:, i]) for i in range(3)], axis=-1)
