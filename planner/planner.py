@@ -19,6 +19,7 @@ from touchatlas.planner.place.choose import (
     start_targets,
     worst_target,
 )
+from touchatlas.planner.place.holes import LEAST_SHARE
 from touchatlas.planner.place.places import Places
 from touchatlas.planner.place.rules import RULES
 from touchatlas.planner.plans import (
@@ -38,10 +39,10 @@ _TIMES_CLOSER, _TIMES_CLOSER_FIRST = 2, 5
 # How often the surface is drawn to look for holes. Doubled, some more holes are closed, and
 # explorations that leave many take longer.
 _LOOKS = 4
-# Stagnation: the area within the tolerance has not grown by this fraction in so many touches, or
-# in the last quarter of all touches. Doubled, an exploration is given up earlier, or goes on for
+# Stagnation: the area within the tolerance has not grown by ``LEAST_SHARE`` a touch in so many
+# touches, or by as much in the last quarter of all touches. Doubled, an exploration goes on for
 # twice as long.
-_LEAST_GAIN, _PATIENCE, _PATIENCE_FRACTION = 2e-3, 16, 0.25
+_PATIENCE, _PATIENCE_FRACTION = 16, 0.25
 
 
 class Planner:
@@ -227,7 +228,9 @@ class Planner:
 
     def _target(self, view: View) -> tuple[Target | None, StopReason]:
         """Where to touch next; or None and why."""
-        known = self._coverage >= self.options.coverage and not len(open_places(view)[0])
+        known = self._coverage >= self.options.coverage
+        # What is open is then a hole of the surface, until that was drawn too often.
+        known &= self._looked < _LOOKS or not len(open_places(view)[0])
         stagnates = self._stagnates()
         target = None if known or stagnates else RULES[self.options.name](view, self._rng)
         reason = StopReason.UNREACHABLE if self._unreachable else StopReason.TRIED
@@ -267,7 +270,7 @@ class Planner:
         """Whether the area within the tolerance has not grown for long."""
         patience = max(_PATIENCE, int(_PATIENCE_FRACTION * len(self._area)))
         before, since = self._area[:-patience], self._area[-patience:]
-        return bool(before) and max(since) < (1.0 + _LEAST_GAIN) * max(before)
+        return bool(before) and max(since) < (1.0 + _PATIENCE * LEAST_SHARE) * max(before)
 
     def _end(self, atlas: Atlas, reason: StopReason) -> ProbePlan | None:
         """No plan: ``stop`` says why, unless a pending one may teach more."""
