@@ -21,12 +21,10 @@ _OFFSET = np.array([0.31, 0.43, 0.37])
 
 @dataclass(frozen=True, eq=False)
 class Vertices:
-    """Vertices on edges of the lattice.
+    """Vertices on the surface.
 
     Parameters
     ----------
-    keys : (v,) int
-        Keys of the edges, ascending.
     points : (v, 3) float, length, world
     normals : (v, 3) float, unit, world
     variance : (v,) float, length^2
@@ -39,13 +37,17 @@ class Vertices:
         Whether the surface is known there.
     """
 
-    keys: np.ndarray
     points: np.ndarray
     normals: np.ndarray
     variance: np.ndarray
     curvature: np.ndarray
     patch: np.ndarray
     known: np.ndarray
+
+    def joined(self, other: "Vertices") -> "Vertices":
+        """These vertices, then others."""
+        pairs = zip(vars(self).values(), vars(other).values(), strict=True)
+        return Vertices(*(np.concatenate(pair) for pair in pairs))
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +81,7 @@ def coarse_mesh(field: Field, edge: float) -> CoarseMesh:
     keys, faces = np.unique(triangles(found[crossed], inside[crossed]), return_inverse=True)
     low, high = (corners.at(end) for end in ends_of(keys))
     points, owners = _crossings(corners, low, high, start, edge)
-    vertices = _project(field, keys, points, owners, edge)
+    vertices = project(field, points, owners, edge)
     return CoarseMesh(edge, vertices, faces.reshape(-1, 3))
 
 
@@ -93,7 +95,7 @@ def _crossings(corners: Corners, low, high, start, edge: float):
     return first + parameter * (second - first), nearer
 
 
-def _project(field: Field, keys, points, owners, edge: float) -> Vertices:
+def project(field: Field, points, owners, edge: float) -> Vertices:
     """Vertices moved onto the zero set, with the values of the field there; where the field is
     unknown, onto the patch that owns the nearer end of the edge."""
     columns = _values(field, points, owners, edge)
@@ -103,7 +105,7 @@ def _project(field: Field, keys, points, owners, edge: float) -> Vertices:
     points[far] -= np.clip(again[0], -edge, edge)[:, None] * again[1]
     for column, new in zip(columns, again, strict=True):
         column[far] = new
-    return Vertices(keys, points, *columns[1:])
+    return Vertices(points, *columns[1:])
 
 
 def _values(field: Field, points, owners, edge: float):

@@ -1,4 +1,4 @@
-"""Resolution: the edges of a surface's triangles, and of the cubes that they start from."""
+"""Resolution: how near triangles come to the surface, and the cubes that they start from."""
 
 import numpy as np
 
@@ -9,8 +9,8 @@ from touchatlas.atlas.patches.patch_table import PatchTable
 from touchatlas.atlas.state import AtlasState
 from touchatlas.patch.geometry.arrays import real
 
-# Largest sagitta of a triangle's edge, the height of the arc over the chord, in tolerances: small
-# beside the error that is allowed. Doubled, there are half as many triangles.
+# Largest sagitta of the edge that resolves the patches, the height of the arc over the chord, in
+# tolerances. Doubled, rims are ragged by 1.4 times as much, and cubes along creases are larger.
 _SAGITTA = 0.15
 # The same in predicted deviations, where that is more, and the number of patches for which the
 # deviation is predicted. With either doubled, half as many triangles or twice the time of that.
@@ -18,8 +18,11 @@ _DEVIATION_FRACTION, _SAMPLED_PATCHES = 0.1, 64
 # Quantile of the patches' curvatures that sets the edge, so that single patches do not. With twice
 # the rest left out, 0.8, edges of objects with a few curved places are longer.
 _CURVATURE_QUANTILE = 0.9
-# Largest edge of the cubes: in edges of the triangles, and over the smallest patch radius. Doubled,
-# features of the size of a patch fall between the corners.
+# Largest distance of the surface from an edge, over that from a triangle: between the places where
+# it is predicted it is a little farther. Doubled, one triangle in a thousand is beyond the option.
+_MARGIN = 0.8
+# Largest edge of the cubes: in edges that resolve the patches, and over the smallest patch radius.
+# Doubled, features of the size of a patch fall between the corners.
 _MOST_PARTS, _RADIUS_FRACTION = 6, 0.5
 # Most squares of the smallest patch's edge on all cores, no unit. Doubled, a large body with tiny
 # patches takes twice the time, and fewer of them fall between the corners of cubes.
@@ -40,8 +43,8 @@ _GAP_QUANTILE, _MOST_SQUARES = 0.02, 2e5
 
 
 def resolution(state: AtlasState, gaps) -> float:
-    """Edge of the triangles, length: as long as the patches allow, and short enough to separate
-    sheets that are ``gaps`` (m,) apart."""
+    """Edge that resolves the patches, length: short enough to separate sheets that are ``gaps``
+    (m,) apart."""
     return separating_edge(state.table, patch_resolution(state), gaps)
 
 
@@ -54,7 +57,7 @@ def separating_edge(table: PatchTable, edge: float, gaps) -> float:
 
 
 def patch_resolution(state: AtlasState) -> float:
-    """Edge of the triangles that the patches allow, without regard to other sheets, length.
+    """Edge that resolves the patches, without regard to other sheets, length.
 
     It is the chord with a sagitta of 0.15 tolerances, or of a tenth of the predicted deviation if
     that is more, at the 90 % quantile of the patches' curvatures. It is no more than half the
@@ -77,6 +80,11 @@ def patch_resolution(state: AtlasState) -> float:
     least = np.sqrt(np.pi * table.weight[rows].sum() / _MOST_CUBES)
     along_creases = _CREASE_FRACTION * state.surface_graph.curves.typical_length()
     return float(min(chord, max(0.5 * core, least), along_creases))
+
+
+def facet_bound(state: AtlasState) -> float:
+    """Largest distance of the surface from edges of triangles, length."""
+    return _MARGIN * state.options.facets * state.tolerance
 
 
 def check_edge(state: AtlasState, edge: float) -> float:
@@ -124,15 +132,15 @@ def usual_deviation(state: AtlasState) -> float:
 
 
 def cube_edge(field: Field, edge: float, gaps) -> float:
-    """Edge of the cubes, length: as many triangle edges as the patches and the ``gaps`` (m,)
-    between their sheets allow. With creases it is one."""
+    """Edge of the cubes, length: as large as the patches and the ``gaps`` (m,) between their sheets
+    allow, up to six times the ``edge`` that resolves the patches. With creases it is that."""
     if field.graph.creases:
         return edge
-    most = _RADIUS_FRACTION * field.table.radius[field.table.rows].min() / edge
+    most = _RADIUS_FRACTION * field.table.radius[field.table.rows].min()
     # Even the smallest cubes do not separate sheets that are nearer than their diagonal.
-    gaps = gaps / (np.sqrt(3.0) * edge)
-    apart = gaps[gaps >= 1.0].min(initial=np.inf)
-    return edge * max(1, int(min(_MOST_PARTS, most, apart)))
+    apart = gaps / np.sqrt(3.0)
+    apart = apart[apart >= edge].min(initial=np.inf)
+    return float(max(edge, min(_MOST_PARTS * edge, most, apart)))
 
 
 def gaps_of(field: Field, outlines: Outlines, rows) -> np.ndarray:

@@ -11,6 +11,9 @@ _MOST = 1e3
 # Least core, as a fraction of the patch radius: of smaller ones, hundreds cover one patch. Doubled,
 # it refuses some cores that work.
 _LEAST_CORE = 0.1
+# Least distance of triangles from the surface, in tolerances: finer ones show nothing and fill the
+# memory. Doubled, it refuses what some may wish.
+_FINEST = 1e-3
 # Least tolerance, and inverse of the largest, in the user's unit: sixth powers of lengths must be
 # within double precision. Doubled, nothing changes.
 _SMALLEST = 1e-50
@@ -34,6 +37,9 @@ class AtlasOptions:
     trust : float
         Largest predicted deviation with which the surface is drawn at an open rim, in tolerances;
         among covered patches it is three times as much. Infinite: wherever patches reach.
+    facets : float
+        Largest distance of the triangles from the patches' surface, in tolerances. Half of it makes
+        about twice as many triangles.
     fill : bool
         Whether patches between touches are fitted as touches arrive. Without, an atlas
         has one patch a touch until ``Atlas.fill``.
@@ -44,6 +50,7 @@ class AtlasOptions:
     detail: float = 5.0
     least_radius: float = 10.0
     trust: float = 1.0
+    facets: float = 0.2
     fill: bool = True
 
     def __post_init__(self) -> None:
@@ -53,6 +60,11 @@ class AtlasOptions:
             )
         if not isinstance(self.fill, bool):
             raise ValueError(f"fill is {self.fill!r}; it must be True or False")
+        if not _FINEST <= real(self.facets) <= _MOST:
+            raise ValueError(
+                f"facets is {self.facets!r}; it must be a number of tolerances, {_FINEST:g} to "
+                f"{_MOST:g}"
+            )
         numbers = self.bias, self.detail, self.least_radius
         if not (all(0.0 <= real(x) <= _MOST for x in numbers) and real(self.trust) > 0.0):
             raise ValueError(

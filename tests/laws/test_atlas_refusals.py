@@ -262,6 +262,8 @@ def test_tolerances_that_cannot_work_are_refused(tolerance):
         {"least_radius": 1e300},
         {"trust": "x"},
         {"trust": None},
+        {"facets": 0.0},
+        {"facets": None},
         {"fit": None},
         {"fit": FitOptions(core=0.01)},
     ],

@@ -57,7 +57,7 @@ def test_surface_of_a_closed_atlas_is_watertight_and_near_the_truth(surface):
     _, counts = np.unique(edges, axis=0, return_counts=True)
     assert (counts == 2).all()
     radii = np.linalg.norm(surface.vertices, axis=1)
-    # Vertices lie off the surface by the sagitta of the triangles at most, 0.15 tolerances.
+    # Vertices are moved off the surface by 0.16 tolerances at most.
     assert np.abs(radii - 33.0).mean() < 0.015
     held = np.mean(np.abs(radii - 33.0) <= 1.96 * surface.deviation)
     assert 0.85 < held <= 1.0

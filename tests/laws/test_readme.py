@@ -31,7 +31,7 @@ def test_the_loop_ends_with_a_closed_surface_and_its_deviation(ended):
     assert mesh.is_watertight and mesh.euler_number == 2
     assert len(surface.deviation) == len(surface.vertices) > 1000
     assert (surface.deviation > 0.0).all()
-    # Vertices are on the zero set up to the sagitta of the triangles, 0.15 tolerances.
+    # Vertices are on the zero set up to the height by which they are moved, 0.16 tolerances.
     assert np.median(np.abs(ended["distance"])) < 0.15 * atlas.tolerance
 
 
