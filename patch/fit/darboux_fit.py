@@ -1,6 +1,7 @@
 """The polynomial of chosen terms in its own Darboux frame, each found from the other."""
 
 from dataclasses import dataclass, fields, is_dataclass
+from typing import TypeVar
 
 import numpy as np
 
@@ -15,6 +16,8 @@ from touchatlas.patch.fit.smoothness import (
 )
 from touchatlas.patch.fit.start import Stack
 from touchatlas.patch.geometry.polynomial import Basis
+
+Record = TypeVar("Record")
 
 # Largest slope at the origin of a finished frame, in standard deviations of the samples' mean.
 # Doubled, frames are tilted by up to one such deviation.
@@ -133,12 +136,13 @@ def diverged(before: Stack, after: Stack) -> np.ndarray:
     return ~((upright > _LARGEST_TILT_COSINE) & near)
 
 
-def joined(rows: list[np.ndarray], solutions: list[Solution]) -> Solution:
-    """One solution of all fits, from solutions of the given rows."""
-    if len(solutions) == 1:
-        return solutions[0]
-    order = np.argsort(np.concatenate(rows))
-    return _concatenated(solutions, order)
+def joined(rows: list[np.ndarray], records: list[Record]) -> Record:
+    """One record of all fits, as Solution or Choices, from records that together have these
+    rows."""
+    if len(records) == 1:
+        return records[0]
+    joint: Record = _concatenated(records, np.argsort(np.concatenate(rows)))
+    return joint
 
 
 def _concatenated(records, order):

@@ -233,10 +233,15 @@ def with_terms_chosen(
     return chosen, choice
 
 
-def with_smoothness_chosen(choices: Choices, basis: Basis, prior: SmoothnessPrior) -> Solution:
-    """One patch of given terms and radius. A sample has less weight where the orders above the
-    degree are larger than the noise."""
-    return solve_choices(_chosen(choices, basis, prior, (basis,))[0], basis)
+def with_smoothness_chosen(choices: Choices, basis: Basis, prior: SmoothnessPrior) -> Choices:
+    """The choices of given terms and radius, with another smoothness for each that is doubtful.
+    There a sample has less weight where the orders above the degree are larger than the noise."""
+    doubtful = np.flatnonzero(choices.doubtful)
+    if not len(doubtful):
+        return choices
+    chosen = [_chosen(choices[[i]], basis, prior, (basis,))[0] for i in doubtful.tolist()]
+    sure = np.flatnonzero(~choices.doubtful)
+    return joined([sure, doubtful], [choices[sure], *chosen])
 
 
 def _chosen(choices: Choices, basis: Basis, prior, candidates) -> tuple[Choices, Choice]:

@@ -1,6 +1,5 @@
 """refit_patch: the patch of samples of one surface sheet, from an approximate frame."""
 
-from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -121,14 +120,9 @@ def refit_patches(
     basis = options.basis
     choices = first_choices(stack, basis, bias, prior)
     found: list[PatchFit | None] = [None] * len(stack.reach)
-    for i in np.flatnonzero(choices.doubtful).tolist():
-        with suppress(UnfitError):
-            found[i] = patch_fits(with_smoothness_chosen(choices[[i]], basis, prior), options)[0]
-    good = np.flatnonzero(~choices.doubtful)
-    if len(good):
-        solution, lost = solved(choices[good], basis)
-        kept = np.flatnonzero(~lost)
-        fits = patch_fits(solution[kept], options) if len(kept) else []
-        for i, fit in zip(good[kept].tolist(), fits, strict=True):
-            found[i] = fit
+    solution, lost = solved(with_smoothness_chosen(choices, basis, prior), basis)
+    kept = np.flatnonzero(~lost)
+    fits = patch_fits(solution[kept], options) if len(kept) else []
+    for i, fit in zip(kept.tolist(), fits, strict=True):
+        found[i] = fit
     return found
