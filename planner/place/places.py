@@ -11,6 +11,7 @@ import numpy as np
 from scipy.special import erf
 
 from touchatlas.atlas.atlas import Atlas
+from touchatlas.atlas.field.blend import Blend
 from touchatlas.atlas.graph.outlines import COUNT
 from touchatlas.atlas.patches.growing_array import grown
 
@@ -126,7 +127,7 @@ class Places:
             found.distance[own, None] * found.normal[own]
         )
         inner[own, 3:6] = found.normal[own]
-        inner[own, 6] = found.deviation[own]
+        inner[own, 6] = _deviation(atlas, found)[own]
         area = np.pi / _INNER * atlas.table.weight[rows]
         inner[:, 7] = own * np.repeat(area, _INNER)
         self._inner[rows] = inner.reshape(-1, _INNER, 8)
@@ -148,7 +149,7 @@ class Places:
         some = np.flatnonzero(found.known)
         normals = found.normal[some]
         feet = points[some] - found.distance[some, None] * normals
-        return Known(feet, normals, found.deviation[some], np.ones(len(some)))
+        return Known(feet, normals, _deviation(atlas, found)[some], np.ones(len(some)))
 
     def areas(self, atlas: Atlas) -> tuple[float, float]:
         """Expected area within the tolerance, and all area, length^2.
@@ -179,3 +180,15 @@ class Places:
             if all(((point - other) ** 2).sum() > (_LISTED * extent) ** 2 for other in kept):
                 kept.append(point)
         return np.array(kept).reshape(-1, 3)
+
+
+def _deviation(atlas: Atlas, found: Blend) -> np.ndarray:
+    """(n,) predicted deviation of the surface at points, length; NaN where it is unknown.
+
+    It is that of the polynomials, and by how much the samples of the owner lie farther off than
+    their noise explains: until residuals are learned, polynomials know of no finer detail.
+    """
+    table, row = atlas.table, np.maximum(found.patch, 0)
+    unexplained = table.residual[row] ** 2 - table.measurement_std[row] ** 2
+    out: np.ndarray = np.sqrt(found.deviation**2 + np.maximum(unexplained, 0.0))
+    return out
