@@ -11,6 +11,12 @@ from touchatlas.patch.geometry.arrays import cross
 # next end if that is farther; the second fraction of them may lie on the other side. With the first
 # doubled, rims of small holes are none; with the second doubled, wrong ones pass.
 _LEAST, _STRAY = 4.0, 0.1
+# Weight of the distance of rims that are drawn on from the next ends: they err by about twice as
+# much as those between their ends. Doubled, round rims are touched twice as often.
+_DRAWN_ON = 0.5
+# Least cosine of the angle between the directions of one smooth rim at ends side by side: 30
+# degrees. Doubled in angle, right corners of sheets are drawn on.
+_SAME = 0.87
 # Ends are asked in the order of their distance until one faces as the point does. Doubled, points
 # of thin walls are asked about more ends.
 _ASKED = 4
@@ -45,15 +51,16 @@ class Rims:
     def beyond(self, points, normals) -> np.ndarray:
         """(m,) whether points (m, 3) near the surface, with its normals (m, 3), lie beyond a rim.
 
-        The point lies ahead of the rim at the nearest end of its sheet. The sample nearest to it
-        does not, or the point lies ahead of the rim that is nearest to that sample, too.
+        The point lies ahead of the rim at the nearest end of its sheet, or at a corner of the other
+        rim there. The sample nearest to it does not, or the point lies ahead of the rim that is
+        nearest to that sample, too.
         """
         points = np.asarray(points, float).reshape(-1, 3)
         out = np.zeros(len(points), bool)
         self._update()
         if not len(self._home):
             return out
-        which, facing = self._nearest(points, normals)
+        which, facing = self._passed(points, normals)
         some = np.flatnonzero(facing)
         some = some[self._ahead_of(which[some], points[some]) > 0.0]
         if len(some):
@@ -68,33 +75,52 @@ class Rims:
 
     def _nearest(self, points, normals) -> tuple[np.ndarray, np.ndarray]:
         """(m,) the nearest rim of the sheet of points (m, 3), and whether there is one."""
+        near, facing = self._near(points, normals)
+        return near[np.arange(len(points)), facing.argmax(axis=1)], facing.any(axis=1)
+
+    def _passed(self, points, normals) -> tuple[np.ndarray, np.ndarray]:
+        """The same; but where points are not ahead of that rim, another one near them of another
+        direction that they are ahead of, as at a corner."""
+        (near, facing), each = self._near(points, normals), np.arange(len(points))
+        first = near[each, facing.argmax(axis=1)]
+        ahead = np.stack([self._ahead_of(column, points) for column in near.T], axis=1)
+        turned = np.einsum("mki,mi->mk", self._across[near], self._across[first]) < _SAME
+        ahead[~(facing & turned)] = 0.0
+        passed = (self._ahead_of(first, points) <= 0.0) & (ahead.max(axis=1) > 0.0)
+        return np.where(passed, near[each, ahead.argmax(axis=1)], first), facing.any(axis=1)
+
+    def _near(self, points, normals) -> tuple[np.ndarray, np.ndarray]:
+        """(m, k) the rims at the ends nearest to points (m, 3), the nearest first, and whether they
+        are of their sheet."""
         asked = min(_ASKED, len(self._home))
         near = self._tree.query(points, k=asked)[1].reshape(len(points), asked)
         facing = np.einsum("mki,mi->mk", self.ends.normals[self._home[near]], normals) > 0.0
-        return near[np.arange(len(points)), facing.argmax(axis=1)], facing.any(axis=1)
+        return near, facing
 
     def onto(self, points, normals) -> np.ndarray:
         """(m, 3) points (m, 3) that lie beyond rims, with surface normals (m, 3), moved onto them
         over the tangent plane, length, world."""
-        which, _ = self._nearest(points, normals)
-        home = self._home[which]
-        offset = points - self.ends.points[home]
-        out = self._across[which] - self._bend[which, None] * offset
-        out -= (out * normals).sum(axis=1)[:, None] * normals
-        length = np.sqrt((out * out).sum(axis=1))[:, None]
-        out /= np.maximum(length, np.finfo(float).tiny)
-        moved: np.ndarray = points - self._ahead_of(which, points)[:, None] * out
-        return moved
+        for _ in range(2):
+            # At a corner the point of one rim may lie beyond the other.
+            which, _ = self._passed(points, normals)
+            out = self._across[which] - self._bend[which, None] * (
+                points - self.ends.points[self._home[which]]
+            )
+            out -= (out * normals).sum(axis=1)[:, None] * normals
+            length = np.sqrt((out * out).sum(axis=1))[:, None]
+            out /= np.maximum(length, np.finfo(float).tiny)
+            points = points - np.maximum(self._ahead_of(which, points), 0.0)[:, None] * out
+        return np.asarray(points)
 
     def unsure(self, limit: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Places half-way between ends where the rims at both, drawn on, do not meet, and as far
-        beyond the last ends of a rim as the next ones are.
+        """Places half-way between ends where the rims at both and at the next ones on either side,
+        drawn on, do not meet, and as far beyond the last ends of a rim as the next ones are.
 
         Parameters
         ----------
         limit : float, length
-            Distance of two rims that needs no touch. A quarter of a spacing comes to it, because
-            an end may lie an eighth off the rim.
+            Distance of rims that needs no touch. A quarter of a spacing comes to it, because an end
+            may lie an eighth off the rim.
 
         Returns
         -------
@@ -102,7 +128,7 @@ class Rims:
             Within the rims by their distance, and by a spacing at least.
         normals : (k, 3) float, unit, world
         apart : (k,) float, length
-            Distance of the two rims, or of the place from the next end where one shows none.
+            Distance of the rims, or of the place from the next end where one shows none.
         """
         self._update()
         pairs: set[tuple[int, int]] = set()
@@ -121,22 +147,38 @@ class Rims:
 
     def _place(self, point, ends, limit: float):
         """The place within the rims at one or two ends that is nearest to a point (3,), its normal,
-        and the distance of the rims there; None where that needs no touch."""
+        and the distance of the rims there, those at the next ends included; None where that needs
+        no touch."""
         normal = self.ends.normals[[*ends]].sum(axis=0)
         normal = normal / np.sqrt(normal @ normal)
         step, gap = self.ends.steps[[*ends]].max(), point - self.ends.points[ends[0]]
-        apart, back = (
-            float(np.sqrt(gap @ gap)) or np.inf,
-            _LEAST * step * self.ends.tangents[ends[0]],
-        )
-        rims = np.array([k for k in ends if k in self._rims], int)
-        if len(rims):
-            ahead = self._ahead_of(np.searchsorted(self._home, rims), point[None])
-            apart = float(abs(ahead[1] - ahead[0])) if len(rims) > 1 else apart
-            back = np.sum([self._rims[k][0] for k in rims.tolist()], axis=0)
+        apart = float(np.sqrt(gap @ gap)) or np.inf
+        back = _LEAST * step * self.ends.tangents[ends[0]]
+        rims = [k for k in ends if k in self._rims]
+        if rims:
+            ahead = self._ahead_at(point, rims)
+            if len(rims) > 1:
+                beside = {k for i in ends for k in self.ends.beside(i)[0] if k in self._rims}
+                drawn_on = self._ahead_at(point, sorted(beside.union(rims)))
+                apart = float(max(np.ptp(ahead), _DRAWN_ON * np.ptp(drawn_on)))
+            back = np.sum([self._rims[k][0] for k in rims], axis=0)
             back = back / np.sqrt(back @ back)
             back = (float(ahead.mean()) + min(max(step, apart), _LEAST * step)) * back
         return (point - back, normal, apart) if apart > limit + 0.25 * step else None
+
+    def at(self, points, normals, limit: float) -> np.ndarray:
+        """(m,) whether points (m, 3), with surface normals (m, 3), lie at a rim, to a limit (a
+        length) and a quarter of a spacing."""
+        self._update()
+        if not len(self._home):
+            return np.zeros(len(points), bool)
+        which, facing = self._nearest(points, normals)
+        near = limit + 0.25 * self.ends.steps[self._home[which]]
+        return np.asarray(facing & (np.abs(self._ahead_of(which, points)) <= near))
+
+    def _ahead_at(self, point, ends: list[int]) -> np.ndarray:
+        """(k,) distance of a point (3,) ahead of the rims at some ends, length."""
+        return self._ahead_of(np.searchsorted(self._home, ends), point[None])
 
     def _ahead_of(self, which, points) -> np.ndarray:
         """(m,) distance of points (m, 3) ahead of the rims at ends ``which`` (m,), length."""

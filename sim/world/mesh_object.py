@@ -17,6 +17,13 @@ _TOLERANCE_FRACTION = 1e-3
 # its double.
 _RAY_EXTENT = 1e3
 
+# Sides from which an open mesh is approached, in this order: from above, below, and around.
+_SIDES = np.array([[0, 0, 1], [0, 0, -1], [1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]], float)
+# Least cosine of the angle between such a side and the surface that is touched: 60 degrees; and
+# largest distance in front of it at which the probe may meet something else, in diagonals. With the
+# first doubled, to 1, no side will do; with the second doubled, other parts nearby are met.
+_SEEN, _SEEN_NEAR = 0.5, 0.01
+
 
 class MeshObject:
     """Any triangle mesh, closed or open.
@@ -76,8 +83,21 @@ class MeshObject:
         return points, igl.per_face_normals(self.vertices, self.faces, np.zeros(3))[index]
 
     def start(self):
-        """Point where a flat plate lowered on the object meets it, and the direction up."""
-        return top_sample(self.sample(4000, np.random.default_rng(0))[0]), np.array([0.0, 0.0, 1.0])
+        """Point where a flat plate lowered on the object meets it, and the direction up.
+
+        Of an open mesh it is the first of six sides from which the outer side of the surface is
+        seen: the plate would meet a bowl that stands upright at its rim.
+        """
+        points, normals = self.sample(4000, np.random.default_rng(0))
+        for side in _SIDES if not self.closed else ():
+            seen = points[normals @ side > _SEEN]
+            if not len(seen):
+                continue
+            top = top_sample(seen, side)
+            met = self.contact(top + self.diagonal * side, -side, 2.0 * self.diagonal)
+            if met is not None and (met - top) @ side < _SEEN_NEAR * self.diagonal:
+                return top, side
+        return top_sample(points), _SIDES[0]
 
     def contact(self, origin, direction, length: float):
         """First point where a segment meets the mesh, (3,), or None; None, too, for one that begins

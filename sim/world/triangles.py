@@ -29,9 +29,10 @@ def sample_triangles(vertices, faces, count: int, rng):
     return a + u * (b - a) + v * (c - a), index
 
 
-def top_sample(points) -> np.ndarray:
-    """The sample near the highest ones that lies most centrally among them."""
-    height = points[:, 2]
+def top_sample(points, up=(0.0, 0.0, 1.0)) -> np.ndarray:
+    """The sample near the highest ones, along a direction (3,), that lies most centrally among
+    them."""
+    height = points @ np.asarray(up)
     top = points[height >= height.max() - _TOP * np.ptp(height)]
     offset = top - top.mean(axis=0)
     return top[(offset**2).sum(axis=1).argmin()]
