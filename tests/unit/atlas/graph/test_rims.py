@@ -125,3 +125,19 @@ def test_rims_scale_with_the_unit():
     small = rims_of(ends, starts, flat).beyond(every, flat(every))
     large = rims_of(1e3 * ends, 1e3 * starts, flat, 1e3 * STEP).beyond(1e3 * every, flat(every))
     assert small.tolist() == large.tolist() and small.any() and not small.all()
+
+
+def test_a_probe_that_stands_still_as_it_loses_contact_has_the_direction_in_which_it_came():
+    """It reports the last place three times, off its plane by noise alone; so do the others. A
+    probe that never moved has no direction, and shows no rim."""
+    upright = np.array([0.0, 1.0, 0.0])
+    stood = np.repeat(np.arange(4.0), 3)[:, None] * np.eye(3)[0]
+    stood[1::3, 1], stood[2::3, 1] = 1e-3, -1e-3
+    for points, count in ((stood, 1), (stood[:3], 0)):
+        rims = Rims(SamplePool())
+        contour = Contour(points, SamplingPlane(np.zeros(3), upright), 1e-3, (KEPT, LOST))
+        rims.ends.extend([contour], [flat(points)])
+        assert len(rims.ends) == count
+        if count:
+            assert rims.ends.tangents[0].tolist() == [1.0, 0.0, 0.0]
+            assert rims.ends.steps[0] == 1.0
