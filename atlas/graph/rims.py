@@ -133,8 +133,7 @@ class Rims:
         if len(rims):
             ahead = self._ahead_of(np.searchsorted(self._home, rims), point[None])
             apart = float(abs(ahead[1] - ahead[0])) if len(rims) > 1 else apart
-            back = np.sum([self._rims[k][0] for k in rims.tolist()], axis=0)
-            back = back / np.sqrt(back @ back)
+            back = _unit(np.sum([self._rims[k][0] for k in rims.tolist()], axis=0))
             back = (float(ahead.mean()) + min(max(step, apart), _LEAST * step)) * back
         return (point - back, normal, apart) if apart > limit + 0.25 * step else None
 
@@ -178,6 +177,8 @@ class Rims:
         across, bend = self.ends.tangents[i], 0.0
         if len(beside):
             across, bend = _sphere(beside, normal)
+            if not across.any():
+                return None
             reach = max(reach, float(np.sqrt((beside * beside).sum(axis=1).max())))
         near = np.array(self._samples.query_ball_point(self.ends.points[i], reach))
         near = near[self._pool.normals[near] @ normal > 0.0]
@@ -190,9 +191,9 @@ class Rims:
 
 def _sphere(beside, normal) -> tuple[np.ndarray, float]:
     """Direction (3,) to the centre, perpendicular to ``normal``, and curvature, 1/length, of the
-    sphere through zero and one or two points ``beside`` (k, 3); a plane through one point."""
-    first = cross(cross(normal, beside[0]), normal)
-    first /= np.sqrt(first @ first)
+    sphere through zero and one or two points ``beside`` (k, 3); a plane through one point. The
+    direction is zero where none is that of all spheres, because a point lies along the normal."""
+    first = _unit(cross(cross(normal, beside[0]), normal))
     second = cross(normal, first)
     if len(beside) < 2:
         return second, 0.0
@@ -200,8 +201,14 @@ def _sphere(beside, normal) -> tuple[np.ndarray, float]:
     flat, square = beside @ np.stack([first, second], axis=1), (beside * beside).sum(axis=1)
     x, y = square[1] * flat[0] - square[0] * flat[1]
     length = np.hypot(x, y)
-    across = (x * second - y * first) / length
+    across = (x * second - y * first) / max(length, np.finfo(float).tiny)
     return across, 2.0 * float(across @ beside[0]) / float(square[0])
+
+
+def _unit(vector) -> np.ndarray:
+    """A vector (3,) divided by its length; zero stays zero."""
+    out: np.ndarray = vector / max(np.sqrt(vector @ vector), np.finfo(float).tiny)
+    return out
 
 
 def _ahead_of_sphere(offset, across, bend) -> np.ndarray:
