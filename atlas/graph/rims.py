@@ -76,6 +76,8 @@ class Rims:
     def onto(self, points, normals) -> np.ndarray:
         """(m, 3) points (m, 3) that lie beyond rims, with surface normals (m, 3), moved onto them
         over the tangent plane, length, world."""
+        if not len(points):
+            return points
         which, _ = self._nearest(points, normals)
         home = self._home[which]
         offset = points - self.ends.points[home]
