@@ -118,9 +118,9 @@ def _restored(arrays, header) -> Atlas:
         atlas.neighbours.append(i for i in neighbours.tolist() if i < row)
     _fill_creases(atlas, arrays)
     for name in vars(atlas.edge_ends):
-        setattr(atlas.edge_ends, name, arrays[f"ends_{name}"])
+        _fill_column(atlas.edge_ends, name, arrays[f"ends_{name}"])
     for name in LostEnds.NAMES:
-        setattr(atlas.rims.ends, name, arrays[f"rims_{name}"])
+        _fill_column(atlas.rims.ends, name, arrays[f"rims_{name}"])
     atlas.mark_stale(table.rows.tolist())
     return atlas
 
@@ -135,6 +135,14 @@ def _check_lengths(arrays) -> None:
         counts = arrays[f"{kind}_counts"]
         if len(counts) != len(arrays["table_alive"]) or counts.sum() != len(arrays[kind]):
             raise DamagedError(f"{kind} and {kind}_counts do not agree")
+
+
+def _fill_column(ends, name: str, column) -> None:
+    """Enter a column of ends, which is empty so far; DamagedError where it is not of its kind."""
+    empty = getattr(ends, name)
+    if column.shape[1:] != empty.shape[1:] or column.dtype != empty.dtype:
+        raise DamagedError("a column of ends has another shape or type")
+    setattr(ends, name, column)
 
 
 def _crease_arrays(atlas: Atlas) -> dict[str, np.ndarray]:

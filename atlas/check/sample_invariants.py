@@ -25,7 +25,7 @@ def sample_violations(state: AtlasState) -> list[str]:
     """A sentence for each invariant that does not hold."""
     found = list(_samples(state))
     # The other checks look up the samples, so these must be there.
-    checks = () if found else (_equations, _solutions, _residuals, _edge_ends)
+    checks = () if found else (_equations, _solutions, _residuals, _edge_ends, _lost_ends)
     return found + [sentence for check in checks for sentence in check(state)]
 
 
@@ -144,6 +144,17 @@ def _edge_ends(state: AtlasState) -> Iterator[str]:
         yield "tangent and normal of an end at an edge are no frame"
     if (ends.steps <= 0).any():
         yield "an end at an edge has no sampling step"
+
+
+def _lost_ends(state: AtlasState) -> Iterator[str]:
+    """Ends at which contact was lost have a finite place, a tangent, a normal and a step."""
+    ends = state.rims.ends
+    if not np.isfinite(ends.points).all():
+        yield "an end at which contact was lost is not finite"
+    if not (_are_unit(ends.tangents) and _are_unit(ends.normals)):
+        yield "tangent or normal of an end at which contact was lost is not of unit length"
+    if not ((ends.steps > 0) & np.isfinite(ends.steps)).all():
+        yield "an end at which contact was lost has no sampling step"
 
 
 def _among(points, others) -> bool:

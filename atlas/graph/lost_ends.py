@@ -66,10 +66,11 @@ class LostEnds:
     def extend(self, contours: Sequence[Contour], normals: Sequence[np.ndarray]) -> None:
         """Add the lost ends of contours, with the surface normals (k, 3) at the points of each."""
         found = [
-            (*_ahead(contour, side), normal[-side])
+            (*end, normal[-side])
             for contour, normal in zip(contours, normals, strict=True)
             for side in (0, 1)
             if contour.ends[side] is ContourEnd.LOST_CONTACT
+            and (end := _ahead(contour, side)) is not None
         ]
         if not found:
             return
@@ -127,12 +128,15 @@ class LostEnds:
         return int(same[some][length[some].argmin()]) if some.any() else None
 
 
-def _ahead(contour: Contour, side: int) -> tuple[np.ndarray, np.ndarray, float]:
-    """The end of a contour, the unit direction of travel there, and the spacing of samples."""
+def _ahead(contour: Contour, side: int) -> tuple[np.ndarray, np.ndarray, float] | None:
+    """The end of a contour, the unit direction of travel there, and the spacing of samples; None
+    where the probe stood still."""
     points = contour.points_in_plane if side else contour.points_in_plane[::-1]
-    steps = np.diff(points, axis=0)
-    spacing = float(np.median(np.sqrt((steps * steps).sum(axis=1))))
-    offset = points[-1] - points[:-1]
-    far = np.flatnonzero((offset * offset).sum(axis=1) >= (_RUN * spacing) ** 2)
-    chord = offset[far[-1] if len(far) else 0]
-    return points[-1], chord / np.sqrt(chord @ chord), spacing
+    steps, offset = np.diff(points, axis=0), points[-1] - points
+    length = np.sqrt((steps * steps).sum(axis=1))
+    # A probe that stands still moves by its noise across the plane alone.
+    if not length.any():
+        return None
+    spacing, away = float(np.median(length[length > 0.0])), np.sqrt((offset * offset).sum(axis=1))
+    far = np.flatnonzero(away >= min(_RUN * spacing, away.max()))
+    return points[-1], offset[far[-1]] / away[far[-1]], spacing

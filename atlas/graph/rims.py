@@ -76,7 +76,7 @@ class Rims:
     def _nearest(self, points, normals) -> tuple[np.ndarray, np.ndarray]:
         """(m,) the nearest rim of the sheet of points (m, 3), and whether there is one."""
         near, facing = self._near(points, normals)
-        return near[np.arange(len(points)), facing.argmax(axis=1)], facing.any(axis=1)
+        return near[np.arange(len(points)), facing.argmax(axis=1)], np.any(facing, axis=1)
 
     def _passed(self, points, normals) -> tuple[np.ndarray, np.ndarray]:
         """The same; but where points are not ahead of that rim, another one near them of another
@@ -87,7 +87,7 @@ class Rims:
         turned = np.einsum("mki,mi->mk", self._across[near], self._across[first]) < _SAME
         ahead[~(facing & turned)] = 0.0
         passed = (self._ahead_of(first, points) <= 0.0) & (ahead.max(axis=1) > 0.0)
-        return np.where(passed, near[each, ahead.argmax(axis=1)], first), facing.any(axis=1)
+        return np.where(passed, near[each, ahead.argmax(axis=1)], first), np.any(facing, axis=1)
 
     def _near(self, points, normals) -> tuple[np.ndarray, np.ndarray]:
         """(m, k) the rims at the ends nearest to points (m, 3), the nearest first, and whether they
@@ -100,6 +100,8 @@ class Rims:
     def onto(self, points, normals) -> np.ndarray:
         """(m, 3) points (m, 3) that lie beyond rims, with surface normals (m, 3), moved onto them
         over the tangent plane, length, world."""
+        if not len(points):
+            return np.asarray(points)
         for _ in range(2):
             # At a corner the point of one rim may lie beyond the other.
             which, _ = self._passed(points, normals)
@@ -161,8 +163,7 @@ class Rims:
                 beside = {k for i in ends for k in self.ends.beside(i)[0] if k in self._rims}
                 drawn_on = self._ahead_at(point, sorted(beside.union(rims)))
                 apart = float(max(np.ptp(ahead), _DRAWN_ON * np.ptp(drawn_on)))
-            back = np.sum([self._rims[k][0] for k in rims], axis=0)
-            back = back / np.sqrt(back @ back)
+            back = _unit(np.sum([self._rims[k][0] for k in rims], axis=0))
             back = (float(ahead.mean()) + min(max(step, apart), _LEAST * step)) * back
         return (point - back, normal, apart) if apart > limit + 0.25 * step else None
 
@@ -220,6 +221,8 @@ class Rims:
         across, bend = self.ends.tangents[i], 0.0
         if len(beside):
             across, bend = _sphere(beside, normal)
+            if not across.any():
+                return None
             reach = max(reach, float(np.sqrt((beside * beside).sum(axis=1).max())))
         near = np.array(self._samples.query_ball_point(self.ends.points[i], reach))
         near = near[self._pool.normals[near] @ normal > 0.0]
@@ -232,9 +235,9 @@ class Rims:
 
 def _sphere(beside, normal) -> tuple[np.ndarray, float]:
     """Direction (3,) to the centre, perpendicular to ``normal``, and curvature, 1/length, of the
-    sphere through zero and one or two points ``beside`` (k, 3); a plane through one point."""
-    first = cross(cross(normal, beside[0]), normal)
-    first /= np.sqrt(first @ first)
+    sphere through zero and one or two points ``beside`` (k, 3); a plane through one point. The
+    direction is zero where none is that of all spheres, because a point lies along the normal."""
+    first = _unit(cross(cross(normal, beside[0]), normal))
     second = cross(normal, first)
     if len(beside) < 2:
         return second, 0.0
@@ -242,8 +245,14 @@ def _sphere(beside, normal) -> tuple[np.ndarray, float]:
     flat, square = beside @ np.stack([first, second], axis=1), (beside * beside).sum(axis=1)
     x, y = square[1] * flat[0] - square[0] * flat[1]
     length = np.hypot(x, y)
-    across = (x * second - y * first) / length
+    across = (x * second - y * first) / max(length, np.finfo(float).tiny)
     return across, 2.0 * float(across @ beside[0]) / float(square[0])
+
+
+def _unit(vector) -> np.ndarray:
+    """A vector (3,) divided by its length; zero stays zero."""
+    out: np.ndarray = vector / max(np.sqrt(vector @ vector), np.finfo(float).tiny)
+    return out
 
 
 def _ahead_of_sphere(offset, across, bend) -> np.ndarray:

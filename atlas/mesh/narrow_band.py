@@ -26,6 +26,8 @@ _AT_ONCE = 2048
 # Largest distance of a patch from a corner at which it is evaluated, in edges: a cube's diagonal is
 # 1.7. Doubled, it takes more time and changes nothing.
 REACH = 2.0
+# Rounding of a point of a patch, in edges. Doubled, nothing changes.
+_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,8 +76,10 @@ def core_cubes(table: PatchTable, rows, start, edge: float) -> np.ndarray:
         alike, step = rows[counts == count], 1 + _AT_ONCE // len(flat)
         for first in range(0, len(alike), step):
             some = alike[first : first + step]
-            points = _on_patches(table, some, flat, core)
-            found.append(np.unique(key(np.floor((points - start) / edge).astype(np.int64))))
+            at = (_on_patches(table, some, flat, core) - start) / edge
+            # A flat patch may lie in a plane of the lattice, between the cubes of both sides.
+            sides = [np.floor(at + side).astype(np.int64) for side in (-_ROUNDING, _ROUNDING)]
+            found += [np.unique(key(side)) for side in sides]
     return np.unique(np.concatenate(found))
 
 

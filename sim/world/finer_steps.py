@@ -8,6 +8,14 @@ from touchatlas.patch.geometry.arrays import cross
 
 # How often a step is halved at most. Doubled, bends of an eighth of the radius are followed.
 _HALVINGS = 3
+# Rounding of an arc length, in steps: a curve of a whole number of steps has its last one. Doubled,
+# nothing changes.
+_ROUNDING = 1e-9
+
+
+def whole_steps(length: float) -> int:
+    """Number of whole steps in a curve of so many steps."""
+    return int(length + _ROUNDING)
 
 
 def last_steps(length: float) -> np.ndarray:
@@ -22,7 +30,7 @@ def last_steps(length: float) -> np.ndarray:
     >>> last_steps(5.8).tolist()
     [5.5, 5.75]
     """
-    at, found = np.floor(length), []
+    at, found = float(whole_steps(length)), []
     for halving in range(1, _HALVINGS + 1):
         if at + 0.5**halving <= length:
             at += 0.5**halving

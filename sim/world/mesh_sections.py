@@ -4,7 +4,7 @@ import igl
 import numpy as np
 
 from touchatlas.patch import ContourEnd
-from touchatlas.sim.world.finer_steps import finer_steps, last_steps
+from touchatlas.sim.world.finer_steps import finer_steps, last_steps, whole_steps
 
 
 class PlaneSections:
@@ -29,7 +29,7 @@ class PlaneSections:
         behind, _ = self._walk(point, normal, -direction, step)
         line, lengths = _polyline(point, ahead)
         length = min(float(lengths[-1]), reach)
-        samples = _at(line, lengths, step * np.arange(1, int(length / step + 1e-9) + 1))
+        samples = _at(line, lengths, step * np.arange(1, whole_steps(length / step) + 1))
         if not len(samples) and open_end:
             return _at(line, lengths, step * last_steps(length / step)), ContourEnd.LOST_CONTACT
         if not len(samples):

@@ -1,11 +1,14 @@
 """Bodies with open rims: the surface ends there, and the planner does not touch beyond."""
 
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 import trimesh
 
+from tests.flat import flat_touch
 from touchatlas.atlas import Atlas, Surface, extract_surface, load_atlas, save_atlas
+from touchatlas.patch import ContourEnd
 from touchatlas.planner import Planner, StopReason, explore
 from touchatlas.sim.run.run_options import fit_scale
 from touchatlas.sim.study.stability_atlas.bodies import cup
@@ -60,3 +63,21 @@ def test_a_saved_atlas_keeps_its_rims(tmp_path):
     again = extract_surface(load_atlas(tmp_path / "atlas.npz"))
     assert np.array_equal(again.vertices, surface.vertices)
     assert np.array_equal(again.faces, surface.faces)
+
+
+def test_a_slip_that_was_passed_leaves_the_surface_as_without_it():
+    """The first contour of the first touch lost contact at (1, 0, 0), and the second touch went on
+    from there: no end shows a rim."""
+
+    def drawn(end: ContourEnd) -> Surface:
+        atlas, rng = Atlas(0.01), np.random.default_rng(0)
+        for number, x in enumerate((0.0, 1.05)):
+            touch = flat_touch([x, 0, 0], *np.eye(3)[[2, 0]], 2e-3, rng, number)
+            first = replace(touch.contours[0], ends=(ContourEnd.LENGTH_REACHED, end))
+            slipped = replace(touch, contours=(first, *touch.contours[1:]))
+            atlas.add(touch if number else slipped)
+        return extract_surface(atlas)
+
+    slipped, whole = drawn(ContourEnd.LOST_CONTACT), drawn(ContourEnd.LENGTH_REACHED)
+    assert len(whole.faces) and np.array_equal(slipped.vertices, whole.vertices)
+    assert np.array_equal(slipped.faces, whole.faces)

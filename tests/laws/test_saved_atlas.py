@@ -125,6 +125,23 @@ def test_file_with_other_arrays_is_refused(ball, tmp_path, name):
             load_atlas(path)
 
 
+@pytest.mark.parametrize(
+    ("name", "column"),
+    [("points", np.zeros((0, 2))), ("steps", np.zeros((0, 3))), ("normals", np.zeros((0, 3), int))],
+)
+@pytest.mark.parametrize("kind", ["ends", "rims"])
+def test_a_file_whose_ends_have_another_shape_or_type_is_refused(
+    ball, tmp_path, kind, name, column
+):
+    path = tmp_path / "atlas.npz"
+    save_atlas(path, ball)
+    with np.load(path) as file:
+        arrays = {key: file[key] for key in file.files}
+    np.savez(path, **(arrays | {f"{kind}_{name}": column}))
+    with pytest.raises(ValueError, match="another shape or type"):
+        load_atlas(path)
+
+
 def test_only_files_are_replaced(ball, tmp_path):
     with pytest.raises(OSError, match="give the path of a file"):
         save_atlas(tmp_path, ball)

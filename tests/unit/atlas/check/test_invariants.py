@@ -1,14 +1,18 @@
 """Validation finds what it says it does: one number of each kind is corrupted, and is named."""
 
 from copy import deepcopy
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 import pytest
 
 from tests.explored import bumpy, explored
+from tests.flat import flat_touch
 from tests.sharp import explored_sharp
+from touchatlas.atlas import Atlas
 from touchatlas.atlas.graph.creases import Crease
+from touchatlas.patch import ContourEnd
 
 
 def touched(atlas) -> int:
@@ -32,7 +36,18 @@ def _made(name: str):
         return explored_sharp("block", max_touches=30).atlas
     if name == "detailed":
         return bumpy().atlas
+    if name == "lost":
+        return lost()
     return explored("sphere").atlas
+
+
+def lost() -> Atlas:
+    """An atlas of one touch, all of whose contours lost contact."""
+    atlas = Atlas(0.01)
+    touch = flat_touch(np.zeros(3), *np.eye(3)[[2, 0]], 2e-3, np.random.default_rng(0))
+    ends = (ContourEnd.LOST_CONTACT,) * 2
+    atlas.add(replace(touch, contours=tuple(replace(c, ends=ends) for c in touch.contours)))
+    return atlas
 
 
 def column(name, change):
@@ -208,6 +223,10 @@ CORRUPTIONS = {
     "edge end's normal": ("edges", of("edge_ends.normals", nudged), "frame"),
     "edge end's step": ("edges", of("edge_ends.steps", lambda v: -v), "step"),
     "edge end's home": ("edges", of("edge_ends.home", lambda v: v + 10**6), "removed"),
+    "lost end": ("lost", of("rims.ends.points", lambda v: np.nan * v), "not finite"),
+    "lost end's tangent": ("lost", of("rims.ends.tangents", lambda v: 2.0 * v), "unit length"),
+    "lost end's normal": ("lost", of("rims.ends.normals", lambda v: np.nan * v), "unit length"),
+    "lost end's step": ("lost", of("rims.ends.steps", lambda v: -v), "sampling step"),
     "crease of one only": ("edges", forget_crease, "not mutual"),
     "crease's sign": ("edges", lambda a: crease_of(a, sign=-1), "wrong sign"),
     "crease's anchor": ("edges", lambda a: crease_of(a, shift=0.5), "anchor"),
@@ -254,7 +273,7 @@ def test_a_corrupted_number_is_found_and_named(kind):
         atlas.validate()
 
 
-@pytest.mark.parametrize("name", ["begun", "edges", "closed", "detailed"])
+@pytest.mark.parametrize("name", ["begun", "edges", "closed", "detailed", "lost"])
 def test_atlases_to_be_corrupted_are_sound_and_have_all_that_is_corrupted(name):
     atlas = sound(name)
     atlas.validate()
@@ -262,4 +281,5 @@ def test_atlases_to_be_corrupted_are_sound_and_have_all_that_is_corrupted(name):
     begun = len(atlas.frontier) > 0 and atlas.open_outlines().any()
     edges = len(atlas.edge_ends) > 0 and len(atlas.creases) > 0
     has = {"begun": begun, "edges": edges, "closed": atlas.closed, "detailed": detailed}
+    has["lost"] = len(atlas.rims.ends) > 0
     assert has[name]

@@ -11,11 +11,16 @@ KEPT, LOST = ContourEnd.LENGTH_REACHED, ContourEnd.LOST_CONTACT
 STEP = 0.05
 
 
-def rims_of(ends, starts, upward, step: float = STEP) -> Rims:
+def rims_of(ends, starts, upward, step: float = STEP, kept=()) -> Rims:
     """Rims at straight contours (on the surface to second order) from starts (n, 3) to ends (n, 3);
-    ``upward`` is a function from points (k, 3) to surface normals (k, 3)."""
+    ``upward`` is a function from points (k, 3) to surface normals (k, 3); points ``kept`` (m, 3)
+    are samples besides."""
     pool = SamplePool()
     rims = Rims(pool)
+    if len(kept):
+        pool.add(
+            kept, upward(kept), np.tile(np.eye(3)[0], (len(kept), 1)), np.zeros(len(kept), bool)
+        )
     for end, start in zip(ends, starts, strict=True):
         count = int(np.linalg.norm(end - start) / step) + 1
         points = start + np.linspace(0.0, 1.0, count)[:, None] * (end - start)
@@ -125,3 +130,39 @@ def test_rims_scale_with_the_unit():
     small = rims_of(ends, starts, flat).beyond(every, flat(every))
     large = rims_of(1e3 * ends, 1e3 * starts, flat, 1e3 * STEP).beyond(1e3 * every, flat(every))
     assert small.tolist() == large.tolist() and small.any() and not small.all()
+
+
+def test_a_probe_that_stands_still_as_it_loses_contact_has_the_direction_in_which_it_came():
+    """It reports the last place three times, off its plane by noise alone; so do the others. A
+    probe that never moved has no direction, and shows no rim."""
+    upright = np.array([0.0, 1.0, 0.0])
+    stood = np.repeat(np.arange(4.0), 3)[:, None] * np.eye(3)[0]
+    stood[1::3, 1], stood[2::3, 1] = 1e-3, -1e-3
+    for points, count in ((stood, 1), (stood[:3], 0)):
+        rims = Rims(SamplePool())
+        contour = Contour(points, SamplingPlane(np.zeros(3), upright), 1e-3, (KEPT, LOST))
+        rims.ends.extend([contour], [flat(points)])
+        assert len(rims.ends) == count
+        if count:
+            assert rims.ends.tangents[0].tolist() == [1.0, 0.0, 0.0]
+            assert rims.ends.steps[0] == 1.0
+
+
+def test_ends_above_each_other_show_the_rim_across_the_direction_of_travel():
+    """No direction of the tangent plane leads from one to the next."""
+    ends = np.linspace(0.0, 0.6, 4)[:, None] * np.array([0.0, 0.0, 1.0])
+    rims = rims_of(ends, ends - [0.5, 0.0, 0.0], flat)
+    points = np.array([[0.01, 0.1, 0.2], [-0.01, 0.1, 0.2]])
+    assert rims.beyond(points, flat(points)).tolist() == [True, False]
+    assert all(np.isfinite(column).all() for column in rims.unsure(1e-3))
+
+
+def test_rims_that_face_each_other_over_a_slit_meet_half_way():
+    """Contours from opposite sides end at a slit. Others along the slit show that no rim runs along
+    the contours, so that their directions alone are left: these cancel."""
+    ends = np.array([[-0.1, 0.0, 0.0], [0.1, 0.0, 0.0]])
+    y = np.linspace(-0.2, 0.2, 9)
+    along = np.stack([np.stack([x + 0 * y, y, 0 * y], axis=1) for x in (-0.12, 0.12)])
+    rims = rims_of(ends, 5.0 * ends, flat, kept=along.reshape(-1, 3))
+    points, normals, _ = rims.unsure(1e-3)
+    assert np.isfinite(points).all() and normals.tolist() == flat(points).tolist()

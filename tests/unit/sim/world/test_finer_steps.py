@@ -7,6 +7,7 @@ import trimesh
 from touchatlas.sim import make_object
 from touchatlas.sim.world.finer_steps import finer_steps, last_steps
 from touchatlas.sim.world.mesh_object import MeshObject
+from touchatlas.sim.world.mesh_sections import PlaneSections
 
 
 def circle(at):
@@ -90,3 +91,18 @@ def test_the_last_sample_lies_within_an_eighth_of_a_step_of_where_contact_is_los
     last = at[-1] if len(at) else np.floor(length)
     assert 0.0 <= length - last < 0.125
     assert len(at) == bin(int(8.0 * (length % 1.0))).count("1")
+
+
+@pytest.mark.parametrize("step", [0.1, 0.3, 0.7])
+def test_a_plate_of_whole_steps_but_for_rounding_is_tracked_forward(step):
+    """The plate is shorter than whole steps by a unit of the last digit: its last step counts, and
+    none of the finer ones, which lie before it."""
+    for count in range(1, 20):
+        side = np.nextafter(step * count, 0.0)
+        corners = np.array(
+            [[-1.0, -1.0, 0.0], [side, -1.0, 0.0], [side, 1.0, 0.0], [-1.0, 1.0, 0.0]]
+        )
+        sections = PlaneSections(corners, np.array([[0, 1, 2], [0, 2, 3]]))
+        start, across, along = np.array([0.0, 0.3, 0.0]), np.eye(3)[1], np.eye(3)[0]
+        points, _ = sections.arm(start, across, along, 20.0, step, np.pi, np.pi)
+        assert len(points) == count and (np.diff(points[:, 0]) > 0.0).all()
