@@ -119,7 +119,7 @@ def doubts(
         extent = _extent(atlas.membership.pool.points)
         found += _contradictions(atlas, extent) + _misfits(atlas, extent)
         found += _close_sheets(atlas, extent) + _lost_contact(atlas, extent)
-    return (*found, *_topology(surface))
+    return (*found, *_topology(surface, atlas))
 
 
 _NOWHERE = np.zeros((0, 3))
@@ -204,18 +204,21 @@ def _close_sheets(atlas: AtlasState, extent: float) -> list[Doubt]:
 
 
 def _lost_contact(atlas: AtlasState, extent: float) -> list[Doubt]:
-    """Ends of contours beyond which there may be no surface."""
-    places = atlas.rims.ends.points[atlas.rims.ends.open()]
-    if not len(places):
+    """Ends of contours at which the surface is drawn to end."""
+    count = len(atlas.rims.ends.open())
+    if not count:
         return []
     words = (
-        f"Contact was lost at {_count(len(places), 'end of a contour', 'ends of contours')} with "
-        "nothing met beyond; the surface may end there, and what is drawn beyond is not known."
+        f"The surface ends where {_count(count, 'contour', 'contours')} lost contact and nothing "
+        "was met beyond; where the object goes on, the probe slipped: touch there again."
     )
+    places = atlas.rims.unsure(atlas.tolerance)[0]
+    if len(places):
+        words += " The rim is not known to the tolerance everywhere."
     return [Doubt("lost contact", words, _apart(places, extent))]
 
 
-def _topology(surface: Triangles | None) -> list[Doubt]:
+def _topology(surface: Triangles | None, atlas: AtlasState) -> list[Doubt]:
     """Pieces, holes, closed or not, and an odd Euler characteristic of the triangles."""
     if surface is None or not len(surface.faces):
         return [Doubt("no surface", "Nowhere is the surface known.", _NOWHERE)]
@@ -236,8 +239,10 @@ def _topology(surface: Triangles | None) -> list[Doubt]:
     rim = trimesh.grouping.group_rows(mesh.edges_sorted, require_count=1)
     if len(rim):
         middle = surface.vertices[mesh.edges_sorted[rim]].mean(axis=1)
+        middle = middle[~atlas.rims.at(middle, atlas.tolerance)]
         words = "The surface is not closed; touch at the rims, unless the object is open there."
-        found.append(Doubt("holes", words, _apart(middle, size)))
+        if len(middle):
+            found.append(Doubt("holes", words, _apart(middle, size)))
     elif not mesh.is_watertight or mesh.euler_number % 2:
         words = (
             f"The triangles do not make a closed surface (Euler characteristic {mesh.euler_number}"

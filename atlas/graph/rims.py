@@ -167,15 +167,18 @@ class Rims:
             back = (float(ahead.mean()) + min(max(step, apart), _LEAST * step)) * back
         return (point - back, normal, apart) if apart > limit + 0.25 * step else None
 
-    def at(self, points, normals, limit: float) -> np.ndarray:
-        """(m,) whether points (m, 3), with surface normals (m, 3), lie at a rim, to a limit (a
-        length) and a quarter of a spacing."""
+    def at(self, points, limit: float) -> np.ndarray:
+        """(m,) whether points (m, 3) lie at the rim of one of the nearest ends, to a limit, length,
+        and a quarter of a spacing."""
         self._update()
         if not len(self._home):
             return np.zeros(len(points), bool)
-        which, facing = self._nearest(points, normals)
-        near = limit + 0.25 * self.ends.steps[self._home[which]]
-        return np.asarray(facing & (np.abs(self._ahead_of(which, points)) <= near))
+        asked = min(_ASKED, len(self._home))
+        out = np.zeros(len(points), bool)
+        for which in self._tree.query(points, k=asked)[1].reshape(len(points), asked).T:
+            near = limit + 0.25 * self.ends.steps[self._home[which]]
+            out |= np.abs(self._ahead_of(which, points)) <= near
+        return out
 
     def _ahead_at(self, point, ends: list[int]) -> np.ndarray:
         """(k,) distance of a point (3,) ahead of the rims at some ends, length."""
