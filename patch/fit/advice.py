@@ -10,7 +10,7 @@ ADVICE = {
     "waves": "The residuals run in waves: detail, an edge or drift that the patch does not follow; "
     "track shorter curves.",
     "contradiction": "The curves do not cross on one surface; track them again: the object may "
-    "have moved, or one curve be of another frame or unit. One more curve may tell which.",
+    "have moved, or one curve be of another frame or unit. It cannot be told which one.",
     "off plane": "A curve leaves its sampling plane; give the plane it was tracked in.",
     "unlike curves": "The samples of one curve lie much closer together than those of another, or "
     "scatter much less across its plane; see that all curves have one unit.",

@@ -108,8 +108,8 @@ class Diagnosis:
 
     @property
     def advice(self) -> tuple[str, ...]:
-        """What to do about the doubts, a sentence each; curves are counted from 0."""
-        return advice_on(self.doubts, tuple(str(i) for i in self.displaced))
+        """What to do about the doubts, a sentence each."""
+        return advice_on(self.doubts, tuple(f"{i} (counted from 0)" for i in self.displaced))
 
     def as_dict(self) -> dict:
         """All numbers and sentences, ready for JSON."""
@@ -158,7 +158,7 @@ def diagnose(patch: Patch, contours: tuple[Contour, ...]) -> Diagnosis:
     off_plane, unlike = max(_off_plane(contour) for contour in contours), _spacing_ratio(contours)
     found = crossings(contours, patch.frame.origin, _ROUNDING * patch.radius)
     miss = max((crossing.miss for crossing in found), default=0.0)
-    contradicts = tests.disagreement > _LIMIT or miss > MISSED or bool(tests.left_out)
+    contradicts = tests.disagreement > _LIMIT or miss > MISSED or tests.left_out
     # Without noise the residuals are what the patch leaves out, and have no law.
     noisy = noise > 10.0 * _ROUNDING * patch.radius
     failed = {
@@ -183,21 +183,13 @@ def diagnose(patch: Patch, contours: tuple[Contour, ...]) -> Diagnosis:
         serial=tests.serial,
         disagreement=tests.disagreement,
         miss=miss,
-        displaced=_displaced(found, tests.left_out, len(contours)) if noisy else (),
+        displaced=displaced_curves(found, len(contours)) if noisy else (),
         sign_changes=_sign_changes(patch),
         outliers=tests.outliers,
         off_plane=off_plane,
         unlike=unlike,
         scatter=scatter,
     )
-
-
-def _displaced(found, left_out: tuple[int, ...], count: int) -> tuple[int, ...]:
-    """Curves beside the others: by their crossings, or else those that the fit leaves out.
-
-    Of three curves that meet in one point a fit may leave out any.
-    """
-    return displaced_curves(found, count) or (left_out if count > 3 else ())
 
 
 def _off_plane(contour: Contour) -> float:

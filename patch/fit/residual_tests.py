@@ -29,12 +29,12 @@ class ResidualTests(NamedTuple):
     without them. ``ratio`` is the root of chi-square over its degrees of freedom, ``excess`` how
     far chi-square exceeds these, in its standard deviations. ``serial`` is von Neumann's serial
     correlation: the sum of products of neighbours over the sum of squares, times the root of the
-    number. ``disagreement`` is that of the curves. ``left_out`` holds the indices of curves of
-    which most samples are five deviations off, where most other curves are not.
+    number. ``disagreement`` is that of the curves. ``left_out`` says whether most samples of some
+    curve are five deviations off, but not of most curves.
     """
 
     outliers: float
-    left_out: tuple[int, ...]
+    left_out: bool
     ratio: float
     excess: float
     serial: float
@@ -73,10 +73,13 @@ def residual_tests(patch: Patch, contours: tuple[Contour, ...]) -> ResidualTests
     )
 
 
-def _left_out(good) -> tuple[int, ...]:
-    """Indices of the curves most of whose samples are no inliers; none where those are most."""
-    out = tuple(i for i, keep in enumerate(good) if 2 * keep.sum() < len(keep))
-    return out if 2 * len(out) < len(good) else ()
+def _left_out(good) -> bool:
+    """Whether most samples of some curve are no inliers, but not of most curves.
+
+    It need not be the curve that lies beside the others: a fit may follow that one.
+    """
+    out = sum(2 * keep.sum() < len(keep) for keep in good)
+    return bool(0 < 2 * out < len(good))
 
 
 def _standardised(patch: Patch, parts):
