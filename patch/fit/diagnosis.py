@@ -4,6 +4,8 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from touchatlas.patch.fit.advice import advice_on
+from touchatlas.patch.fit.crossings import MISSED, crossings, displaced_curves
 from touchatlas.patch.fit.curve_tests import excess_scatter
 from touchatlas.patch.fit.residual_tests import residual_tests
 from touchatlas.patch.geometry.contour import Contour
@@ -49,25 +51,6 @@ _RIM = np.pi / 24.0 * np.arange(48)
 # Radii of the grid on which the sign of K is read, over the core radius.
 _RINGS = np.array([0.25, 0.5, 0.75, 1.0])
 
-ADVICE = {
-    "poor sections": "The curves run in similar directions; track one more in another plane.",
-    "uncertain": "Between the curves little is known; track one more in the weakest direction.",
-    "small": "The patch covers little of what was tracked; take a reference point farther from the "
-    "ends of the curves, or track them further to both sides.",
-    "misfit": "The curves miss the patch by more than their noise; track shorter curves, or state "
-    "a larger noise.",
-    "waves": "The residuals run in waves: detail, an edge or drift that the patch does not follow; "
-    "track shorter curves.",
-    "contradiction": "The curves do not cross on one surface; track them again: the object may "
-    "have moved, or one curve be of another frame or unit.",
-    "off plane": "A curve leaves its sampling plane; give the plane it was tracked in.",
-    "unlike curves": "The samples of one curve lie much closer together than those of another, or "
-    "scatter much less across its plane; see that all curves have one unit.",
-    "bad contacts": "Many contacts are far off; track again, or elsewhere.",
-    "noise overstated": "The curves lie much closer to the patch than their noise; state a smaller "
-    "noise.",
-}
-
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
@@ -91,6 +74,10 @@ class Diagnosis:
         Serial correlation of the residuals along the contours, in its standard deviations.
     disagreement : float
         How far the curves disagree on the surface where they cross, in standard deviations.
+    miss : float
+        Largest distance of two curves where their planes cross, in standard deviations.
+    displaced : tuple of int
+        Indices of the curves that lie beside the others; empty where it cannot be told which do.
     sign_changes : float
         Fraction of the core where the Gaussian curvature has another sign than at the origin.
     outliers : float
@@ -111,6 +98,8 @@ class Diagnosis:
     residual_ratio: float
     serial: float
     disagreement: float
+    miss: float
+    displaced: tuple[int, ...]
     sign_changes: float
     outliers: float
     off_plane: float
@@ -119,14 +108,15 @@ class Diagnosis:
 
     @property
     def advice(self) -> tuple[str, ...]:
-        """What to do about each doubt, a sentence each."""
-        return tuple(ADVICE[doubt] for doubt in self.doubts)
+        """What to do about the doubts, a sentence each."""
+        return advice_on(self.doubts, tuple(f"{i} (counted from 0)" for i in self.displaced))
 
     def as_dict(self) -> dict:
         """All numbers and sentences, ready for JSON."""
         values = {field.name: getattr(self, field.name) for field in fields(self)}
         plain = {k: v.tolist() if isinstance(v, np.ndarray) else v for k, v in values.items()}
-        return plain | {"doubts": list(self.doubts), "advice": list(self.advice)}
+        lists = {name: list(getattr(self, name)) for name in ("doubts", "displaced", "advice")}
+        return plain | lists
 
 
 def diagnose(patch: Patch, contours: tuple[Contour, ...]) -> Diagnosis:
@@ -166,6 +156,9 @@ def diagnose(patch: Patch, contours: tuple[Contour, ...]) -> Diagnosis:
     direction, deviation = _weakest(patch)
     scatter = excess_scatter(contours)
     off_plane, unlike = max(_off_plane(contour) for contour in contours), _spacing_ratio(contours)
+    found = crossings(contours, patch.frame.origin, _ROUNDING * patch.radius)
+    miss = max((crossing.miss for crossing in found), default=0.0)
+    contradicts = tests.disagreement > _LIMIT or miss > MISSED or tests.left_out
     # Without noise the residuals are what the patch leaves out, and have no law.
     noisy = noise > 10.0 * _ROUNDING * patch.radius
     failed = {
@@ -174,7 +167,7 @@ def diagnose(patch: Patch, contours: tuple[Contour, ...]) -> Diagnosis:
         "small": core < _SMALL * _longest_reach(patch, contours),
         "misfit": tests.excess > _LIMIT,
         "waves": tests.serial > _WAVES and noisy,
-        "contradiction": tests.disagreement > _LIMIT and noisy,
+        "contradiction": contradicts and noisy,
         "off plane": off_plane > _OFF_PLANE,
         "unlike curves": unlike > _UNLIKE or (scatter > _LIMIT and noisy),
         "bad contacts": tests.outliers > _OUTLIERS,
@@ -189,6 +182,8 @@ def diagnose(patch: Patch, contours: tuple[Contour, ...]) -> Diagnosis:
         residual_ratio=tests.ratio,
         serial=tests.serial,
         disagreement=tests.disagreement,
+        miss=miss,
+        displaced=displaced_curves(found, len(contours)) if noisy else (),
         sign_changes=_sign_changes(patch),
         outliers=tests.outliers,
         off_plane=off_plane,

@@ -29,10 +29,12 @@ class ResidualTests(NamedTuple):
     without them. ``ratio`` is the root of chi-square over its degrees of freedom, ``excess`` how
     far chi-square exceeds these, in its standard deviations. ``serial`` is von Neumann's serial
     correlation: the sum of products of neighbours over the sum of squares, times the root of the
-    number. ``disagreement`` is that of the curves.
+    number. ``disagreement`` is that of the curves. ``left_out`` says whether most samples of some
+    curve are five deviations off, but not of most curves.
     """
 
     outliers: float
+    left_out: bool
     ratio: float
     excess: float
     serial: float
@@ -58,6 +60,7 @@ def residual_tests(patch: Patch, contours: tuple[Contour, ...]) -> ResidualTests
     products = sum(float(r[1:] @ r[:-1]) for r in inliers)
     return ResidualTests(
         outliers=outliers,
+        left_out=_left_out(good),
         ratio=float(np.sqrt(square / freedom)),
         excess=(square - freedom) / float(np.sqrt(2.0 * count)),
         serial=products / max(square, 1e-300) * float(np.sqrt(count)),
@@ -68,6 +71,15 @@ def residual_tests(patch: Patch, contours: tuple[Contour, ...]) -> ResidualTests
             patch.covariance,
         ),
     )
+
+
+def _left_out(good) -> bool:
+    """Whether most samples of some curve are no inliers, but not of most curves.
+
+    It need not be the curve that lies beside the others: a fit may follow that one.
+    """
+    out = sum(2 * keep.sum() < len(keep) for keep in good)
+    return bool(0 < 2 * out < len(good))
 
 
 def _standardised(patch: Patch, parts):

@@ -68,4 +68,6 @@ def fit(
         console.print(f"assumed: {sentence}", markup=False, highlight=False)
     for flag in report.flags:
         console.print(f"{flag}: {MEANING[flag]}", markup=False, highlight=False)
+    for sentence in report.advice:
+        console.print(f"advice: {sentence}", markup=False, highlight=False)
     return 0

@@ -19,7 +19,7 @@ MEANING = {
     "outward side assumed": "The outward side was not given; the one to which the surface bulges "
     "was taken.",
     "curves do not meet": "The curves miss their common point by more than noise explains: one may "
-    "be displaced. The miss was counted as noise, which makes the deviations hold it.",
+    "be displaced. The fit counted the miss as noise, so that the deviations hold it.",
     "curves not planar": "A curve leaves its sampling plane by more than noise explains; see to "
     "nx, ny, nz, or track each curve in one plane.",
     "curves cut": "Curves were used only until they turn by 45 degrees from the reference point.",
@@ -62,7 +62,7 @@ def fit_flags(
         "umbilic": patch.curvatures.umbilic,
         "poorly conditioned sections": patch.condition > _POOR_CONDITION,
         "residuals exceed noise": residual > max(expected, rounding),
-        "noise exceeds residuals": not estimated and residual < _TOO_NOISY * patch.noise_std,
+        "noise exceeds residuals": not estimated and residual < _TOO_NOISY * recording.noise_std,
         "outliers": outliers > 0,
     }
     return [flag for flag, holds in found.items() if holds]

@@ -2,12 +2,14 @@
 
 import json
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 
 from touchatlas.atlas.files import write_whole
-from touchatlas.patch import Patch, diagnose
+from touchatlas.patch import Diagnosis, Patch, diagnose
+from touchatlas.patch.fit.advice import advice_on
 from touchatlas.sim.recorded.fit_picture import patch_surface, png_bytes
 from touchatlas.sim.recorded.recording import Recording
 from touchatlas.sim.run.ply import ply_bytes
@@ -52,11 +54,27 @@ class FitReport:
     residual_rms: float
     assumed: tuple[str, ...] = ()
 
+    @cached_property
+    def diagnosis(self) -> Diagnosis:
+        """Of the patch against the curves, with the noise that was stated or estimated."""
+        return diagnose(self.patch, self.recording.contours_as_recorded)
+
+    @property
+    def displaced(self) -> tuple[str, ...]:
+        """Names of the curves that lie beside the others."""
+        return tuple(self.recording.names[i] for i in self.diagnosis.displaced)
+
+    @property
+    def advice(self) -> tuple[str, ...]:
+        """What to do about the doubts, a sentence each, with the names of the curves."""
+        return advice_on(self.diagnosis.doubts, self.displaced)
+
     def as_dict(self) -> dict:
         """The numbers of ``touchatlas fit --json``, all finite: lengths in the unit of the file.
 
         ``normal_std`` (rad) is the root mean square angle between the true and the found normal
-        at the origin.
+        at the origin. ``noise_std`` is that of the fit: with the miss of curves that do not meet.
+        ``point_noise_std`` is that of the points, as stated or estimated.
         """
         patch, polynomial = self.patch, self.patch.polynomial
         curvatures = patch.curvatures
@@ -79,11 +97,13 @@ class FitReport:
             "normal_std": float(np.sqrt((slopes_std**2).sum())),
             "residual_rms": self.residual_rms,
             "noise_std": float(patch.noise_std),
+            "point_noise_std": float(self.recording.noise_std),
             "count": int(patch.count),
             "outliers": self.outliers,
             "flags": list(self.flags),
             "assumed": list(self.assumed),
-            "diagnosis": diagnose(patch, self.recording.contours).as_dict(),
+            "diagnosis": self.diagnosis.as_dict()
+            | {"displaced": list(self.displaced), "advice": list(self.advice)},
         }
 
     def summary(self) -> dict[str, str]:
@@ -100,10 +120,18 @@ class FitReport:
             "terms": f"{patch.polynomial.basis.size}",
             "condition of the sections": f"{patch.condition:.3g}",
             "residual rms": f"{self.residual_rms:.3g}",
-            "noise": f"{patch.noise_std:.3g}",
+            "noise": self._noise(),
             "points used": f"{patch.count} of {len(self.recording.all_points)}",
             "outliers": f"{self.outliers}",
         }
+
+    def _noise(self) -> str:
+        """The noise of the points, and apart from it what the fit counted as noise."""
+        given = "estimated" if "noise estimated" in self.flags else "stated"
+        own, counted = f"{self.recording.noise_std:.3g}", f"{self.patch.noise_std:.3g}"
+        if "curves do not meet" not in self.flags or own == counted:
+            return counted
+        return f"{own} {given}, {counted} with the miss of the curves"
 
     def json(self) -> str:
         """``as_dict`` as strict JSON."""

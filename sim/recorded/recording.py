@@ -39,6 +39,9 @@ class Recording:
         Reference point.
     flags : tuple of str
         Doubts about the curves, as keys of ``fit_flags.MEANING``.
+    noise_std : float, length
+        Of each coordinate, as stated or estimated. The noise of the contours is larger where the
+        curves do not meet.
     """
 
     names: tuple[str, ...]
@@ -46,6 +49,12 @@ class Recording:
     scattered: np.ndarray
     point: np.ndarray
     flags: tuple[str, ...]
+    noise_std: float
+
+    @property
+    def contours_as_recorded(self) -> tuple[Contour, ...]:
+        """The contours with the noise of their points alone."""
+        return tuple(replace(c, noise_std=self.noise_std) for c in self.contours)
 
     @property
     def all_points(self) -> np.ndarray:
@@ -99,7 +108,12 @@ def prepare(curves: list[Curve], noise: float | None = None, point=None) -> Reco
     rest = [curve.points for curve in curves if curve not in seen]
     scattered = _near_contacts(point, contours, rest)
     return Recording(
-        tuple(curve.name for curve, *_ in sections), contours, scattered, point, tuple(flags)
+        tuple(curve.name for curve, *_ in sections),
+        contours,
+        scattered,
+        point,
+        tuple(flags),
+        noise,
     )
 
 

@@ -29,7 +29,7 @@ SHIFT = np.array([5.0, 80.0, -3.0])
 KEYS = [
     *("method", "frame", "terms", "coefficients", "coefficients_std", "radius", "k1", "k2"),
     *("k1_std", "k2_std", "umbilic", "condition", "normal_std", "residual_rms", "noise_std"),
-    *("count", "outliers", "flags", "assumed", "diagnosis"),
+    *("point_noise_std", "count", "outliers", "flags", "assumed", "diagnosis"),
 ]
 
 
@@ -136,6 +136,53 @@ def test_noise_in_another_unit_is_doubted(folder):
     assert not {"noise exceeds residuals", "residuals exceed noise"} & set(
         fit_file(folder / "noisy.csv", noise=0.02).flags
     )
+
+
+@pytest.mark.parametrize("count", [3, 4, 5])
+@pytest.mark.parametrize("noise", [None, 0.02])
+def test_a_displaced_curve_is_named_and_not_blamed_on_the_noise(tmp_path, count, noise):
+    """Curve b lies twenty noises above the others. Without it the curvatures are right to six
+    deviations, as above."""
+    angles = np.deg2rad([0, 60, 120, 30, 90][:count])
+    rng = np.random.default_rng(count)
+    curves = graph_contours(quadric_height(K1, K2, ANGLE), 12.0, 25, 0.02, rng, angles=angles)
+    curves = [
+        replace(c, points=c.points + [0.0, 0.0, 0.4 * (i == 1)]) for i, c in enumerate(curves)
+    ]
+    path = write_csv(tmp_path / "displaced.csv", curves)
+    report = fit_file(path, noise=noise)
+    found = report.as_dict()
+    assert "curves do not meet" in found["flags"]
+    assert not {"noise exceeds residuals", "residuals exceed noise"} & set(found["flags"])
+    # 25 points determine an estimated noise to 10 % or so.
+    assert found["point_noise_std"] == pytest.approx(0.02, rel=1e-9 if noise else 0.4)
+    diagnosis = found["diagnosis"]
+    assert "contradiction" in diagnosis["doubts"]
+    assert "noise overstated" not in diagnosis["doubts"]
+    assert diagnosis["displaced"] == ["b"] and "Curve b lies beside" in diagnosis["advice"][0]
+    given = "0.02 stated" if noise else "estimated"
+    assert given in report.summary()["noise"] and "miss" in report.summary()["noise"]
+    if count > 3:
+        good = write_csv(tmp_path / "good.csv", [curves[0], *curves[2:]])
+        rest = fit_file(good, noise=noise)
+        known = rest.patch.curvatures
+        errors = np.array([known.k1, known.k2]) - [K1, K2]
+        assert (np.abs(errors) < 6.0 * known.std).all()
+        assert not rest.advice and "curves do not meet" not in rest.flags
+
+
+def test_the_advice_of_doubts_is_printed_without_json(tmp_path):
+    rng = np.random.default_rng(0)
+    curves = graph_contours(quadric_height(K1, K2, ANGLE), 12.0, 25, 0.02, rng)
+    write_csv(tmp_path / "good.csv", curves)
+    beside = replace(curves[0], points=curves[0].points + [0.0, 0.0, 0.4])
+    write_csv(tmp_path / "beside.csv", [beside, *curves[1:]])
+    good, bad = (
+        touchatlas("fit", name, "--noise", 0.02, cwd=tmp_path).stdout
+        for name in ("good.csv", "beside.csv")
+    )
+    assert "advice:" not in good
+    assert "advice: Curve a lies beside the others" in bad
 
 
 def test_many_contacts_do_not_doubt_the_noise_of_few_curves(tmp_path):
