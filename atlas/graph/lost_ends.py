@@ -18,6 +18,11 @@ _ALONG = 0.87
 # Least cosine of the angle between the surface normals at the ends of one rim: 120 degrees, for a
 # bowl. Doubled, to -1, the far side of a thin wall has the same rim.
 _OPPOSITE = -0.5
+# Largest cosines between the directions of travel at two ends, and between that at one and the way
+# to the other, at which the other is reached the other way and lies behind: it is at another rim,
+# as the outer rim of a ring is to its hole. Doubled, more of them pass for one rim; halved, ends
+# that are far apart on a round rim are no longer side by side.
+_OPPOSED, _BEHIND = -0.3, -0.2
 # Number of spacings over which the direction of travel at an end is measured. Doubled, it has half
 # the noise and twice the error from curvature.
 _RUN = 2.0
@@ -116,10 +121,13 @@ class LostEnds:
         same = self.open()[self.normals[self.open()] @ self.normals[i] > _OPPOSITE]
         offset = self.points[same] - self.points[i]
         length = np.sqrt((offset * offset).sum(axis=1))
-        along = np.abs(offset @ self.tangents[i])
+        along = offset @ self.tangents[i]
         some = (length > _APART * self.steps[i]) & (
-            (length < _LOCAL * self.steps[i]) | (along < _ALONG * length)
+            (length < _LOCAL * self.steps[i]) | (np.abs(along) < _ALONG * length)
         )
+        # What lies behind, and was reached the other way, is another rim.
+        opposed = self.tangents[same] @ self.tangents[i] < _OPPOSED
+        some &= ~(opposed & (along < _BEHIND * length))
         if beyond is not None:
             some &= offset @ (beyond - self.points[i]) < 0.0
         if but is not None:
