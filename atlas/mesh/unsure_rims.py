@@ -18,9 +18,12 @@ def without_unsure_rims(state: AtlasState, surface: Surface) -> Surface:
     a guess. There they may run beside each other, and make handles that the body does not have.
     """
     loops = [np.array(loop) for loop in igl.boundary_loop_all(surface.faces)]
-    unsure = surface.deviation > state.options.trust * state.tolerance
+    limit = state.options.trust * state.tolerance
+    unsure = surface.deviation > limit
     if not loops or not unsure.any():
         return surface
+    # The deviation of a vertex has that of its triangles in it, which says nothing of the patches.
+    unsure[unsure] = ~(state.field.at(surface.vertices[unsure]).deviation <= limit)
     rim = np.unique(np.concatenate(loops))
     joined = unsure.copy()
     joined[rim] = True
