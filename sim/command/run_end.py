@@ -43,11 +43,11 @@ def end_of(result: Result, obj, as_json: bool) -> int:
         kept = f"stopped after {numbers['touches']} touches, which are kept"
         return complain(f"{kept}; touchatlas resume {folder} goes on", 128 + result.signal)
     if result.surface is None:
-        return complain(_no_surface(result), FAILURE)
+        return complain(no_surface(result), FAILURE)
     return 0 if len(result.surface.faces) else complain(_UNSURE, FAILURE)
 
 
-def _no_surface(result: Result) -> str:
+def no_surface(result: Result) -> str:
     """Why there is no surface."""
     touches, missed = result.numbers["touches"], result.numbers["touches_without_contact"]
     if missed == touches:

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from contextlib import closing
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -22,6 +23,8 @@ from tests.command import (
     touchatlas_process,
 )
 from touchatlas.atlas import load_atlas
+from touchatlas.sim import make_object
+from touchatlas.sim.command import run_end
 from touchatlas.sim.run.journal import Journal
 
 FEW = ("--max-touches", 8)
@@ -195,12 +198,21 @@ def test_the_users_mistakes_are_one_sentence_and_exit_two(tmp_path, arguments, w
     assert_refused(touchatlas(*arguments, cwd=tmp_path), 2, words)
 
 
-def test_an_object_that_no_probe_meets_is_a_failure(tmp_path):
+def test_a_wall_without_thickness_is_approached_from_its_outer_side(tmp_path):
+    """From above its edge alone could be met. Its normal is -y."""
     wall = "0 0 0\n1 0 0\n1 0 1\n0 0 1\n3 0 1 2\n3 0 2 3\n"
     (tmp_path / "wall.off").write_text(f"OFF\n4 2 0\n{wall}")
-    done = touchatlas("explore", "wall.off", "--out", "r", "--json", cwd=tmp_path)
-    assert done.returncode == 1 and "touches met the object" in done.stderr
+    words = ["--max-touches", 3, "--out", "r", "--json"]
+    done = touchatlas("explore", "wall.off", *words, cwd=tmp_path)
+    assert done.returncode == 0 and "contours lost contact" in done.stderr
     assert json.loads(done.stdout) == json.loads((tmp_path / "r" / "evaluation.json").read_text())
+    assert make_object(str(tmp_path / "wall.off")).start()[1].tolist() == [0.0, -1.0, 0.0]
+
+
+def test_touches_that_meet_nothing_are_said():
+    met = {"touches": 24, "touches_without_contact": 24}
+    words = run_end.no_surface(SimpleNamespace(numbers=met, refusal=""))
+    assert "none of 24 touches met the object" in words
 
 
 def test_noise_that_hides_every_curve_is_a_failure_with_advice(tmp_path):
