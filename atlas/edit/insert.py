@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from touchatlas.atlas.edit.enter_samples import enter_samples
 from touchatlas.atlas.edit.grazing_touch import grazes, known_side, turned
 from touchatlas.atlas.edit.near_arcs import near_arc
 from touchatlas.atlas.edit.plausible_touch import check_unit_of_length
@@ -18,7 +19,7 @@ from touchatlas.atlas.edit.split import split
 from touchatlas.atlas.graph.creases import Crease
 from touchatlas.atlas.graph.find_creases import find_creases
 from touchatlas.atlas.graph.power_diagram import power_at
-from touchatlas.atlas.patches.normal_equations import SHEET_COSINE, of_patch
+from touchatlas.atlas.patches.normal_equations import SHEET_COSINE
 from touchatlas.atlas.patches.patch_table import PatchTable
 from touchatlas.atlas.records.change import AtlasChange
 from touchatlas.atlas.records.touch import LEAST_POINTS, Touch, TouchStatus
@@ -26,7 +27,6 @@ from touchatlas.atlas.state import AtlasState
 from touchatlas.patch.fit.fit_patch import PatchFit, fit_patch
 from touchatlas.patch.fit.start import UnfitError
 from touchatlas.patch.geometry.contour import Contour, ContourEnd
-from touchatlas.patch.geometry.section import contour_normals
 
 # Length that a contour must exceed, in standard deviations of its noise. At this length the
 # direction of five samples is off by 9 degrees. Doubled, by 4 degrees, and fewer contours in the
@@ -168,7 +168,7 @@ def insert(state: AtlasState, fit: PatchFit, contours) -> AtlasChange:
     """
     trial, row = state.table.with_candidate(fit)
     trial.measurement_std[row] = root_mean_square([contour.noise_std for contour in contours])
-    index = _enter_samples(state, trial, row, contours)
+    index = enter_samples(state, trial, row, contours)
     creases = _new_creases(state, trial, row, index)
     neighbours = smooth_neighbours(state, trial, row, frozenset(creases))
     owner = _owner(trial, row, neighbours)
@@ -207,7 +207,7 @@ def _enter_patch(state: AtlasState, fit: PatchFit, contours, index, creases, nei
 def add_contours(state: AtlasState, owner: int, contours) -> AtlasChange:
     """Enter the samples of contours that give no patch of their own: ``owner`` owns them, and its
     sheet neighbours learn them too."""
-    index = _enter_samples(state, state.table, owner, contours)
+    index = enter_samples(state, state.table, owner, contours)
     neighbours = np.array(sorted(state.neighbours.around([owner])), int)
     state.membership.learn(neighbours, index)
     state.membership.owned[owner] = np.concatenate([state.membership.owned[owner], index])
@@ -250,36 +250,6 @@ def _split_and_remove(state: AtlasState, rows: tuple[int, ...], change: AtlasCha
         split=tuple(i for one in splits for i in one.split),
         removed=gone,
     )
-
-
-def _enter_samples(state: AtlasState, table: PatchTable, row: int, contours) -> np.ndarray:
-    """Add the samples of the contours to the pool; returns their indices.
-
-    Where they are of the sheet of the patch ``row`` their normals are those of its polynomial,
-    which are more accurate than those of single contours. An arm that goes round an edge comes back
-    over the same tangent plane, and is of another sheet there.
-    """
-    frame_normal = table.axes[row, 2]
-    points = np.concatenate([c.points_in_plane for c in contours])
-    normals = np.concatenate([contour_normals(c, frame_normal) for c in contours])
-    across = np.concatenate([np.tile(c.plane.normal, (len(c.points), 1)) for c in contours])
-    rows = np.array([row])
-    upward = table.surface(rows, table.scaled_local(rows, points))[1][0]
-    upward = upward / np.sqrt((upward**2).sum(axis=1))[:, None] @ table.axes[row]
-    inside = of_patch(table, rows, points, normals)[0]
-    edges = np.concatenate([_is_at_edge(c) for c in contours])
-    normals = np.where(inside[:, None], upward, normals)
-    state.rims.ends.extend(
-        contours, np.split(normals, np.cumsum([len(c.points) for c in contours])[:-1])
-    )
-    return state.membership.pool.add(points, normals, across, edges)
-
-
-def _is_at_edge(contour: Contour) -> np.ndarray:
-    """(n,) whether each point of a contour is the last one before an edge."""
-    out = np.zeros(len(contour.points), bool)
-    out[0], out[-1] = (end is ContourEnd.EDGE for end in contour.ends)
-    return out
 
 
 def _new_creases(state: AtlasState, table: PatchTable, row: int, index) -> dict[int, Crease]:
