@@ -39,11 +39,7 @@ def main() -> None:
 
 def _interruptible(numbers) -> None:
     """Let signals raise KeyboardInterrupt from now on."""
-    from touchatlas.sim.run.interrupt import Terminated
+    from touchatlas.sim.run.interrupt import raise_interrupt
 
-    def terminate(_number, _frame) -> None:
-        raise Terminated
-
-    handlers = {signal.SIGINT: signal.default_int_handler, signal.SIGTERM: terminate}
     for number in numbers:
-        signal.signal(number, handlers[number])
+        signal.signal(number, raise_interrupt)

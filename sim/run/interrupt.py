@@ -4,11 +4,16 @@ import signal
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from importlib.machinery import ExtensionFileLoader
+from types import FrameType
 
 # Seconds from a held interrupt to the end of what it lets finish. A second is left, of the five
 # that are promised, for what cannot be cut short. Doubled, more results are written of long runs.
 GRACE = 4.0
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
+# Seconds after which an interrupt that met an import is tried again. Doubled, Ctrl-C ends 0.05 s
+# later.
+_AGAIN = 0.05
 
 
 class Terminated(KeyboardInterrupt):
@@ -45,16 +50,17 @@ def held_interrupt(
         yield hold
         return
 
-    def note(number, _frame) -> None:
+    def note(number, frame) -> None:
         if hold:
-            raise interrupt_of(number)
+            raise_interrupt(number, frame)
+            return
         hold.signal = number
         if grace is not None and hasattr(signal, "setitimer"):
             signal.setitimer(signal.ITIMER_REAL, grace)
         noticed()
 
-    def too_late(_number, _frame) -> None:
-        raise interrupt_of(hold.signal)
+    def too_late(_number, frame) -> None:
+        raise_interrupt(hold.signal, frame)
 
     # One that is ignored (nohup) stays so.
     before = {s: signal.getsignal(s) for s in _SIGNALS}
@@ -77,3 +83,23 @@ def held_interrupt(
 def interrupt_of(number) -> KeyboardInterrupt:
     """The exception for a signal."""
     return Terminated() if number == signal.SIGTERM else KeyboardInterrupt()
+
+
+def raise_interrupt(number, frame) -> None:
+    """Raise the exception for a signal; in the import of an extension module, right after it.
+
+    An extension module whose import is interrupted raises an ImportError instead.
+    """
+    if not hasattr(signal, "setitimer") or not _is_importing(frame):
+        raise interrupt_of(number)
+    signal.signal(signal.SIGALRM, lambda _alarm, later: raise_interrupt(number, later))
+    signal.setitimer(signal.ITIMER_REAL, _AGAIN)
+
+
+def _is_importing(frame: FrameType | None) -> bool:
+    """Whether a frame or one of its callers imports an extension module."""
+    while frame is not None:
+        if isinstance(frame.f_locals.get("self"), ExtensionFileLoader):
+            return True
+        frame = frame.f_back
+    return False

@@ -1,0 +1,64 @@
+"""Interrupts that wait for what they would break."""
+
+import signal
+import time
+from importlib.machinery import ExtensionFileLoader
+
+import pytest
+
+from touchatlas.sim.run.interrupt import held_interrupt, raise_interrupt
+
+pytestmark = pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="no timers here")
+
+
+class Importing(ExtensionFileLoader):
+    """An extension module whose import is interrupted."""
+
+    def __init__(self):
+        super().__init__("nothing", "nothing")
+        self.whole = False
+
+    def exec_module(self, module):
+        module()
+        time.sleep(0.05)
+        self.whole = True
+
+
+@pytest.fixture
+def handlers():
+    numbers = (signal.SIGINT, signal.SIGALRM)
+    before = [signal.signal(number, raise_interrupt) for number in numbers]
+    yield
+    for number, handler in zip(numbers, before, strict=True):
+        signal.signal(number, handler)
+
+
+def interrupt():
+    signal.raise_signal(signal.SIGINT)
+
+
+def test_an_interrupt_is_raised_at_once(handlers):
+    reached = False
+    with pytest.raises(KeyboardInterrupt):
+        interrupt()
+        reached = True
+    assert not reached
+
+
+def test_an_interrupt_waits_for_the_import_of_an_extension_module(handlers):
+    module = Importing()
+    with pytest.raises(KeyboardInterrupt):
+        module.exec_module(interrupt)
+        time.sleep(10.0)
+    assert module.whole
+
+
+@pytest.mark.parametrize("interrupts", [1, 2])
+def test_a_second_interrupt_and_the_end_of_the_grace_wait_for_it_too(handlers, interrupts):
+    """The grace ends 0.02 s after the first interrupt, in the 0.05 s of the import."""
+    module = Importing()
+    with pytest.raises(KeyboardInterrupt):
+        with held_interrupt(grace=0.02):
+            module.exec_module(lambda: [interrupt() for _ in range(interrupts)])
+            time.sleep(10.0)
+    assert module.whole
