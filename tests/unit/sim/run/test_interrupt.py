@@ -57,8 +57,7 @@ def test_an_interrupt_waits_for_the_import_of_an_extension_module(handlers):
 def test_a_second_interrupt_and_the_end_of_the_grace_wait_for_it_too(handlers, interrupts):
     """The grace ends 0.02 s after the first interrupt, in the 0.05 s of the import."""
     module = Importing()
-    with pytest.raises(KeyboardInterrupt):
-        with held_interrupt(grace=0.02):
-            module.exec_module(lambda: [interrupt() for _ in range(interrupts)])
-            time.sleep(10.0)
+    with pytest.raises(KeyboardInterrupt), held_interrupt(grace=0.02):
+        module.exec_module(lambda: [interrupt() for _ in range(interrupts)])
+        time.sleep(10.0)
     assert module.whole
