@@ -19,7 +19,7 @@ from touchatlas.planner.place.choose import (
     start_targets,
     worst_target,
 )
-from touchatlas.planner.place.holes import LEAST_SHARE
+from touchatlas.planner.place.known_area import KnownArea
 from touchatlas.planner.place.places import Places
 from touchatlas.planner.place.rules import RULES
 from touchatlas.planner.plans import (
@@ -39,10 +39,9 @@ _TIMES_CLOSER, _TIMES_CLOSER_FIRST = 2, 5
 # How often the surface is drawn to look for holes. Doubled, some more holes are closed, and
 # explorations that leave many take longer.
 _LOOKS = 4
-# Stagnation: the area within the tolerance has not grown by ``LEAST_SHARE`` a touch in so many
-# touches, or by as much in the last quarter of all touches. Doubled, an exploration goes on for
-# twice as long.
-_PATIENCE, _PATIENCE_FRACTION = 16, 0.25
+# Holes that are touched before the surface is drawn again. Doubled, more touches find their holes
+# closed already.
+_HOLES = 16
 
 
 class Planner:
@@ -105,8 +104,7 @@ class Planner:
         self._touched: list[np.ndarray] = []
         self._tried: list[np.ndarray] = []
         self._unreachable: list[np.ndarray] = []
-        self._area: list[float] = []
-        self._coverage = 0.0
+        self._known = KnownArea()
         self._beside_edges = FrontierPlanner(self._start, self._outward)
         self._starts = list(start_targets(self._start, self._outward))
         # Plans asked for, plans answered, and plans answered when the area was last measured.
@@ -151,7 +149,7 @@ class Planner:
             found = self._further(atlas)
             if found is None:
                 break
-            plan = replace(found.plan, number=self._count, known=self._coverage)
+            plan = replace(found.plan, number=self._count, known=self._known.coverage)
             self._pending[self._count] = replace(found, plan=plan).bound(atlas)
             self._count += 1
         return tuple(one.plan for one in self._pending.values())
@@ -202,11 +200,8 @@ class Planner:
             self._places = Places()
         self._update(atlas)
         extent = self._extent(atlas)
-        inside, total = self._places.areas(atlas)
-        if self._measured < self._answered:
-            self._area.append(inside)
-            self._measured = self._answered
-        self._coverage = inside / total if total > 0.0 else 0.0
+        self._known.measure(*self._places.areas(atlas), self._measured == self._answered)
+        self._measured = self._answered
         if self.options.name == FRONTIER:
             return self._plan_as_frontier(atlas)
         if atlas.membership.pool.edges.any():
@@ -228,10 +223,10 @@ class Planner:
 
     def _target(self, view: View) -> tuple[Target | None, StopReason]:
         """Where to touch next; or None and why."""
-        known = self._coverage >= self.options.coverage
+        known = self._known.coverage >= self.options.coverage
         # What is open is then a hole of the surface, until that was drawn too often.
         known &= self._looked < _LOOKS or not len(open_places(view)[0])
-        stagnates = self._stagnates()
+        stagnates = self._known.stagnates()
         target = None if known or stagnates else RULES[self.options.name](view, self._rng)
         reason = StopReason.UNREACHABLE if self._unreachable else StopReason.TRIED
         reason = StopReason.STAGNATION if stagnates else reason
@@ -254,7 +249,7 @@ class Planner:
         """The next hole of the surface; None where there is none, or they were looked for too
         often."""
         if not self._holes and self._looked < _LOOKS and not self._pending:
-            self._holes, self._looked = hole_targets(view)[:_PATIENCE], self._looked + 1
+            self._holes, self._looked = hole_targets(view)[:_HOLES], self._looked + 1
         return self._holes.pop(0) if self._holes else None
 
     def _plan_as_frontier(self, atlas: Atlas) -> ProbePlan | None:
@@ -263,14 +258,8 @@ class Planner:
         plan = None if self._pending else self._beside_edges.ask(atlas)
         if plan is not None:
             return plan
-        known = self._coverage >= self.options.coverage
+        known = self._known.coverage >= self.options.coverage
         return self._end(atlas, StopReason.KNOWN if known else StopReason.TRIED)
-
-    def _stagnates(self) -> bool:
-        """Whether the area within the tolerance has not grown for long."""
-        patience = max(_PATIENCE, int(_PATIENCE_FRACTION * len(self._area)))
-        before, since = self._area[:-patience], self._area[-patience:]
-        return bool(before) and max(since) < (1.0 + _PATIENCE * LEAST_SHARE) * max(before)
 
     def _end(self, atlas: Atlas, reason: StopReason) -> ProbePlan | None:
         """No plan: ``stop`` says why, unless a pending one may teach more."""

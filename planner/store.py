@@ -22,6 +22,7 @@ from touchatlas.planner.frontier.frontier_planner import FrontierOptions, Fronti
 from touchatlas.planner.options import PlannerOptions
 from touchatlas.planner.pending import Pending
 from touchatlas.planner.place.choose import Target
+from touchatlas.planner.place.known_area import KnownArea
 from touchatlas.planner.place.places import Places
 from touchatlas.planner.planner import Planner
 from touchatlas.planner.probe_plan import ProbePlan, Reason
@@ -30,9 +31,10 @@ from touchatlas.planner.stop import Forecast, Stop, StopReason
 # The version is that of the file, no unit.
 _FILE = FileKind("planner", "one that save_planner wrote", 2, "begin with a new planner")
 _PLANNERS = (Planner, FrontierPlanner)
+_PARTS = (KnownArea, Places)
 _VALUES = (ProbePlan, SamplingPlane, Pending, Target, Stop, Forecast)
 _RECORDS: dict[str, type] = {
-    kind.__name__: kind for kind in (*_PLANNERS, *_VALUES, Places, PlannerOptions, FrontierOptions)
+    kind.__name__: kind for kind in (*_PLANNERS, *_VALUES, *_PARTS, PlannerOptions, FrontierOptions)
 }
 _GENERATORS = ("MT19937", "PCG64", "PCG64DXSM", "Philox", "SFC64")
 
@@ -167,7 +169,7 @@ def _decoded(value: Any) -> Any:
     if kind in _MAKERS:
         return _MAKERS[kind](parts)
     record, attributes = _RECORDS[kind], {name: _decoded(one) for name, one in parts}
-    if record in (*_PLANNERS, Places):
+    if record in (*_PLANNERS, *_PARTS):
         made = object.__new__(record)
         vars(made).update(attributes)
         return made

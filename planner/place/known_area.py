@@ -1,0 +1,40 @@
+"""KnownArea: how much of the surface is within the tolerance, touch by touch."""
+
+from touchatlas.planner.place.holes import LEAST_SHARE
+
+# Stagnation: neither the area within the tolerance nor its share of the surface has grown by
+# ``LEAST_SHARE`` a touch in so many touches, or by as much in the last quarter of all touches.
+# Doubled, an exploration goes on for twice as long.
+_PATIENCE, _PATIENCE_FRACTION = 16, 0.25
+
+
+class KnownArea:
+    """The expected area within the tolerance after each touch, and its share of the surface."""
+
+    def __init__(self) -> None:
+        self.coverage = 0.0
+        self._areas: list[float] = []
+        self._shares: list[float] = []
+
+    def measure(self, inside: float, total: float, again: bool) -> None:
+        """Take the area within the tolerance and all area, length^2; ``again`` where no touch was
+        learned since the last time."""
+        self.coverage = inside / total if total > 0.0 else 0.0
+        if not again:
+            self._areas.append(inside)
+            self._shares.append(self.coverage)
+
+    def stagnates(self) -> bool:
+        """Whether too little has been added for long.
+
+        The share alone falls where new surface is found, and the area alone where cells are
+        measured again.
+        """
+        return not (_grows(self._areas) or _grows(self._shares))
+
+
+def _grows(values: list[float]) -> bool:
+    """Whether the latest values exceed those before them by enough."""
+    patience = max(_PATIENCE, int(_PATIENCE_FRACTION * len(values)))
+    before, since = values[:-patience], values[-patience:]
+    return not before or max(since) >= (1.0 + _PATIENCE * LEAST_SHARE) * max(before)

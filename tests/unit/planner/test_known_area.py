@@ -1,0 +1,51 @@
+"""KnownArea: when an exploration stagnates."""
+
+import pytest
+
+from touchatlas.planner.place.holes import LEAST_SHARE
+from touchatlas.planner.place.known_area import KnownArea
+
+
+def measured(areas, totals):
+    known = KnownArea()
+    for inside, total in zip(areas, totals, strict=True):
+        known.measure(inside, total, again=False)
+    return known
+
+
+def test_what_does_not_grow_in_sixteen_touches_stagnates():
+    assert not measured([1.0] * 16, [2.0] * 16).stagnates()
+    assert measured([1.0] * 17, [2.0] * 17).stagnates()
+
+
+def test_new_surface_is_growth_though_its_share_falls():
+    areas = [1.0 + 0.01 * k for k in range(40)]
+    assert not measured(areas, [1.0 + 0.05 * k for k in range(40)]).stagnates()
+
+
+def test_a_growing_share_is_growth_though_cells_are_measured_smaller():
+    """As on a lemon, whose cells shrank by a hundredth while its share went on growing."""
+    shares = [0.5 + 0.01 * k for k in range(40)]
+    totals = [1.0 - 0.05 * k / 40 if k > 10 else 2.0 for k in range(40)]
+    areas = [share * total for share, total in zip(shares, totals, strict=True)]
+    assert max(areas[24:]) < max(areas[:24])
+    assert not measured(areas, totals).stagnates()
+
+
+@pytest.mark.parametrize(("factor", "stagnates"), [(0.9, True), (1.1, False)])
+def test_growth_is_the_least_share_a_touch(factor, stagnates):
+    areas = [1.0] * 16 + [1.0 + factor * 16 * LEAST_SHARE] * 16
+    assert measured(areas, [2.0] * 32).stagnates() is stagnates
+
+
+def test_of_many_touches_a_quarter_may_pass_without_growth():
+    areas = [float(k) for k in range(1, 101)]
+    assert not measured([*areas, *[100.0] * 25], [200.0] * 125).stagnates()
+    assert measured([*areas, *[100.0] * 35], [200.0] * 135).stagnates()
+
+
+def test_a_measure_without_a_touch_between_changes_the_share_alone():
+    known = KnownArea()
+    for _ in range(40):
+        known.measure(1.0, 2.0, again=bool(known.coverage))
+    assert known.coverage == 0.5 and not known.stagnates()
