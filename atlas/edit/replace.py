@@ -5,7 +5,7 @@ Insert, merge, split and fill share these steps.
 
 import numpy as np
 
-from touchatlas.atlas.graph.outlines import core_outlines
+from touchatlas.atlas.graph.outlines import core_points
 from touchatlas.atlas.graph.power_diagram import power_at
 from touchatlas.atlas.patches.patch_table import PatchTable
 from touchatlas.atlas.patches.sample_membership import CandidateSamples
@@ -52,7 +52,7 @@ def is_upright(patch: Patch) -> bool:
 def are_upright(table: PatchTable, rows) -> np.ndarray:
     """(m,) whether the normals of rows (m,) of a table, as their polynomials are now, are within 60
     degrees of their own up to the core radius, and the polynomials do not fold near there."""
-    points = table.scaled_local(rows, core_outlines(table, rows))
+    points = table.scaled_local(rows, core_points(table, rows))
     upward = table.surface(rows, points)[1]
     length = np.sqrt((upward * upward).sum(axis=-1))
     upright = upward[..., 2] >= _LEAST_LEARNED * length
