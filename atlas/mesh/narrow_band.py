@@ -11,6 +11,7 @@ import numpy as np
 from touchatlas.atlas.field.blend import Field, owners
 from touchatlas.atlas.field.blend_at_edges import nearest_at_edges, own_beyond_edges
 from touchatlas.atlas.field.patch_values import COVER_MARGIN
+from touchatlas.atlas.graph.power_diagram import power_at
 from touchatlas.atlas.mesh.marching_cubes import corners_of, crossed_neighbours, key, unkey
 from touchatlas.atlas.patches.intersect import lift
 from touchatlas.atlas.patches.patch_table import PatchTable
@@ -163,8 +164,10 @@ def field_at_corners(field: Field, keys, start, edge: float) -> Corners:
 
 
 def extend(field: Field, at, corners: Corners, start, edge: float) -> Corners:
-    """The corners, with values also where no patch owns them: the least distance to a patch that
-    owns another corner of the same cube.
+    """The corners, with values also where no patch owns them: the distance to that patch of least
+    power which owns another corner of the same cube.
+
+    Far from its core a polynomial has other zeros, so the least distance is no sign of the owner.
 
     ``at`` (c, 8) are the indices of the cubes' corners.
     """
@@ -181,8 +184,8 @@ def extend(field: Field, at, corners: Corners, start, edge: float) -> Corners:
     distance, _, _ = field.distances(rows, points, plain=True)
     if field.graph.creases:
         keep = nearest_at_edges(field.graph.creases, rows, which, distance)
-        which, rows, distance = which[keep], rows[keep], distance[keep]
-    order = np.lexsort((rows, np.abs(distance), which))
+        which, rows, points, distance = (x[keep] for x in (which, rows, points, distance))
+    order = np.lexsort((rows, power_at(field.table, rows[:, None], points)[:, 0], which))
     which, first = np.unique(which[order], return_index=True)
     values, owner = corners.values.copy(), corners.owners.copy()
     values[which] = distance[order][first]

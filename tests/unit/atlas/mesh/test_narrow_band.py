@@ -1,10 +1,14 @@
 """The cubes of a closed atlas leave no hole."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import trimesh
 
 from tests.explored import explored
 from touchatlas.atlas.mesh.coarse_mesh import coarse_mesh
+from touchatlas.atlas.mesh.marching_cubes import corners_of, key
+from touchatlas.atlas.mesh.narrow_band import Corners, extend
 
 
 def test_coarse_meshes_of_a_closed_atlas_are_closed_on_every_lattice():
@@ -15,3 +19,22 @@ def test_coarse_meshes_of_a_closed_atlas_are_closed_on_every_lattice():
         mesh = coarse_mesh(field, float(edge))
         found = trimesh.Trimesh(mesh.vertices.points, mesh.faces, process=False)
         assert found.is_watertight and found.euler_number == 0, edge
+
+
+def test_a_corner_that_no_patch_owns_is_of_the_patch_in_whose_cell_it_lies():
+    """Not of the one that is nearest there: far from its core a polynomial has other zeros. One
+    such zero drew a hole of 10 mm into a blob."""
+    cube = np.array([key(np.zeros(3, np.int64))])
+    keys = np.unique(corners_of(cube))
+    owners = np.array([0, 1, -1, -1, -1, -1, -1, -1])
+    corners = Corners(keys, np.where(owners < 0, np.nan, 1.0), owners)
+    near, far = [0.0, 0.0, -2.0], [30.0, 0.0, 0.0]
+    table = SimpleNamespace(size=2, site=np.array([near, far]), weight=np.array([9.0, 9.0]))
+
+    def distances(rows, points, plain):
+        return np.where(rows == 0, 2.0, 0.1), None, None
+
+    field = SimpleNamespace(table=table, graph=SimpleNamespace(creases=()), distances=distances)
+    at = corners.at(corners_of(cube))
+    found = extend(field, at, corners, np.zeros(3), 1.0)
+    assert (found.owners[2:] == 0).all() and (found.values[2:] == 2.0).all()
