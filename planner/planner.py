@@ -17,7 +17,6 @@ from touchatlas.planner.place.choose import (
     open_places,
     rim_target,
     start_targets,
-    worst_target,
 )
 from touchatlas.planner.place.known_area import KnownArea
 from touchatlas.planner.place.places import Places
@@ -177,6 +176,7 @@ class Planner:
         elif not met and asked.reason is Reason.EXPAND and not pending.turned:
             self._missed.append(asked)
         self._stale.update((*change.added, *change.changed))
+        self._places.calibration.learn(change.innovations)
         self._told += 1
         self._answered += 1
 
@@ -197,7 +197,7 @@ class Planner:
         """A plan where nothing is known, else where too little is known."""
         if atlas.membership.pool.edges.any():
             # A new crease changes what patches see that no change names.
-            self._places = Places()
+            self._places.forget()
         self._update(atlas)
         extent = self._extent(atlas)
         self._known.measure(*self._places.areas(atlas), self._measured == self._answered)
@@ -231,9 +231,8 @@ class Planner:
         reason = StopReason.UNREACHABLE if self._unreachable else StopReason.TRIED
         reason = StopReason.STAGNATION if stagnates else reason
         if target is None:
-            # Single places are left, where the surface would have holes.
-            target = worst_target(view) if known else None
-            target = rim_target(view) if target is None else target
+            # Rims are left, and holes of the surface.
+            target = rim_target(view)
             target = self._next_hole(view) if target is None else target
             reason = StopReason.KNOWN if known else reason
         return target, reason

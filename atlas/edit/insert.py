@@ -9,6 +9,7 @@ import numpy as np
 
 from touchatlas.atlas.edit.enter_samples import enter_samples
 from touchatlas.atlas.edit.grazing_touch import grazes, known_side, turned
+from touchatlas.atlas.edit.innovations import innovations
 from touchatlas.atlas.edit.near_arcs import near_arc
 from touchatlas.atlas.edit.plausible_touch import check_unit_of_length
 from touchatlas.atlas.edit.refresh import separate_sheets, smooth_neighbours, update_creases
@@ -70,7 +71,9 @@ def learn(state: AtlasState, touch: Touch) -> AtlasChange:
     if fit is not None and not fills:
         return insert(state, fit, contours)
     before = set(state.table.rows.tolist())
-    around, samples = remove_filled(state, np.concatenate([c.points for c in contours]), owner)
+    points = np.concatenate([contour.points for contour in contours])
+    news = innovations(state, points)
+    around, samples = remove_filled(state, points, owner)
     first = len(state.membership.pool)
     if owner is not None:
         change = add_contours(state, owner, contours)
@@ -79,7 +82,8 @@ def learn(state: AtlasState, touch: Touch) -> AtlasChange:
     index = np.arange(first, len(state.membership.pool), dtype=np.int32)
     changed = around.union(change.added, change.changed)
     changed |= learn_along(state, index, {*change.added, *change.changed})
-    return renewed(state, before, changed, np.union1d(samples, index), change)
+    change = renewed(state, before, changed, np.union1d(samples, index), change)
+    return replace(change, innovations=news)
 
 
 def _fit_or_reason(state: AtlasState, touch: Touch, contours) -> tuple[PatchFit | None, str]:

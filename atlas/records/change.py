@@ -1,6 +1,8 @@
 """AtlasChange: which patches one operation changed."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+import numpy as np
 
 
 @dataclass(frozen=True)
@@ -19,6 +21,9 @@ class AtlasChange:
         Why nothing was changed; empty otherwise.
     touch : int, optional
         Number of the touch that ``Atlas.add`` learned; None for other operations.
+    innovations : (k,) float, no unit
+        How far samples of the touch were from the surface that was predicted before them, in
+        predicted standard deviations; of those that tell how good the prediction was.
     """
 
     added: tuple[int, ...] = ()
@@ -28,3 +33,4 @@ class AtlasChange:
     removed: tuple[int, ...] = ()
     refused: str = ""
     touch: int | None = None
+    innovations: np.ndarray = field(default_factory=lambda: np.zeros(0), compare=False, repr=False)

@@ -158,22 +158,6 @@ def known_places(view: View) -> Known:
     return Known(known.points[some], known.normals[some], known.deviation[some], known.area[some])
 
 
-def worst_target(view: View) -> Target | None:
-    """The place of largest predicted deviation, also of the corners between patches, which are
-    farthest from their samples; None where none that exceeds the tolerance is left, but near
-    touches or attempts."""
-    parts = view.places.known(view.atlas.table.rows), view.places.corners(view.atlas)
-    points = np.concatenate([part.points[part.area > 0.0] for part in parts])
-    normals = np.concatenate([part.normals[part.area > 0.0] for part in parts])
-    deviation = np.concatenate([part.deviation[part.area > 0.0] for part in parts])
-    weak = deviation > view.atlas.tolerance
-    free = np.flatnonzero(weak & (view.apart(points) > _APART_WORST * view.extent))
-    if not len(free):
-        return None
-    best = free[deviation[free].argmax()]
-    return Target(points[best], normals[best], Reason.REFINE)
-
-
 def rim_target(view: View) -> Target | None:
     """The place half-way between two ends of contours at a rim where the rim is least sure; None
     where none that is less sure than the tolerance is left, but near touches or attempts."""

@@ -1,0 +1,76 @@
+"""Calibration: errors over predicted deviations, from the samples of the last touches."""
+
+import numpy as np
+import pytest
+
+from tests.explored import spread_touches
+from touchatlas.atlas import Atlas
+from touchatlas.atlas.edit.innovations import innovations
+from touchatlas.planner.place.calibration import Calibration
+from touchatlas.sim import make_object
+
+
+def learned(*parts) -> Calibration:
+    calibration = Calibration()
+    for part in parts:
+        calibration.learn(np.asarray(part))
+    return calibration
+
+
+def test_without_samples_predictions_are_taken_as_they_are():
+    """The 95 % quantile of 150 points of a normal distribution is off by a percent."""
+    assert learned().factor == pytest.approx(1.0, abs=0.02)
+
+
+@pytest.mark.parametrize("factor", [0.5, 1.0, 3.0])
+def test_errors_that_are_so_many_times_larger_are_found(factor):
+    """Of 8,000 samples the 95 % quantile has a relative standard error of 0.012 (its density is
+    0.12 there); the 150 samples that come before all move it by less than 0.03."""
+    draws = factor * np.random.default_rng(0).normal(size=(8, 1000))
+    assert learned(*draws).factor == pytest.approx(factor, rel=0.06)
+
+
+def test_a_few_samples_of_a_wrong_patch_change_little():
+    draws = np.random.default_rng(1).normal(size=(8, 100))
+    wrong = draws.copy()
+    wrong[:, :2] = 1e3
+    assert learned(*wrong).factor < 1.2 * learned(*draws).factor
+
+
+def test_only_the_last_eight_touches_count_and_empty_ones_do_not():
+    early, late = np.full((5, 100), 7.0), np.full((8, 100), 0.5)
+    assert learned(*early, *late).factor == learned(*late).factor
+    assert learned(*late, [], [], []).factor == learned(*late).factor
+
+
+def test_the_change_of_a_touch_tells_what_was_predicted_before_it():
+    body = make_object("ellipsoid")
+    atlas = Atlas(body.tolerance)
+    touches = spread_touches(body, 12, body.noise_std)
+    assert not len(atlas.add(touches[0]).innovations)
+    for touch in touches[1:]:
+        points = np.concatenate([contour.points for contour in touch.contours])
+        before = innovations(atlas, points)
+        assert (atlas.add(touch).innovations == before).all()
+
+
+def test_innovations_are_distances_over_the_deviation_of_prediction_and_sample():
+    """Second route: sample by sample from the blend, in the places where it knows enough."""
+    body = make_object("ellipsoid")
+    atlas = Atlas(body.tolerance)
+    *first, last = spread_touches(body, 12, body.noise_std)
+    for touch in first:
+        atlas.add(touch)
+    points = np.concatenate([contour.points for contour in last.contours])
+    found, expected = atlas.blend(points), []
+    for known, distance, deviation, patch in zip(
+        found.known, found.distance, found.deviation, found.patch, strict=True
+    ):
+        if known:
+            noise = atlas.table.measurement_std[patch]
+            unexplained = max(atlas.table.residual[patch] ** 2 - noise**2, 0.0)
+            of_surface = np.sqrt(deviation**2 + unexplained)
+            if noise <= of_surface <= 4.0 * atlas.scale:
+                expected.append(distance / np.hypot(of_surface, noise))
+    assert len(expected) > 10
+    assert innovations(atlas, points) == pytest.approx(np.array(expected), rel=1e-12)
