@@ -49,11 +49,10 @@ class Planner:
 
     Places where nothing is known come first, those far from all touches before others; then
     places of large predicted deviation. Neither choice depends on the tolerance, so a looser one
-    ends the same sequence of touches earlier. Only the last touches, at single places whose
-    deviation exceeds the tolerance, depend on it.
+    ends the same sequence of touches earlier. Only the last touches, at rims and holes, depend on
+    it.
 
-    Where the probe reports edges, the plans are those
-    of ``FrontierPlanner``.
+    Where the probe reports edges, the plans are those of ``FrontierPlanner``.
 
     Parameters
     ----------
@@ -176,7 +175,7 @@ class Planner:
         elif not met and asked.reason is Reason.EXPAND and not pending.turned:
             self._missed.append(asked)
         self._stale.update((*change.added, *change.changed))
-        self._places.calibration.learn(change.innovations)
+        self._places.deviation_ratio.learn(change.innovations)
         self._told += 1
         self._answered += 1
 

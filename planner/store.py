@@ -21,8 +21,8 @@ from touchatlas.patch.geometry.contour import SamplingPlane
 from touchatlas.planner.frontier.frontier_planner import FrontierOptions, FrontierPlanner
 from touchatlas.planner.options import PlannerOptions
 from touchatlas.planner.pending import Pending
-from touchatlas.planner.place.calibration import Calibration
 from touchatlas.planner.place.choose import Target
+from touchatlas.planner.place.deviation_ratio import DeviationRatio
 from touchatlas.planner.place.known_area import KnownArea
 from touchatlas.planner.place.places import Places
 from touchatlas.planner.planner import Planner
@@ -32,7 +32,7 @@ from touchatlas.planner.stop import Forecast, Stop, StopReason
 # The version is that of the file, no unit.
 _FILE = FileKind("planner", "one that save_planner wrote", 2, "begin with a new planner")
 _PLANNERS = (Planner, FrontierPlanner)
-_PARTS = (Calibration, KnownArea, Places)
+_PARTS = (DeviationRatio, KnownArea, Places)
 _VALUES = (ProbePlan, SamplingPlane, Pending, Target, Stop, Forecast)
 _RECORDS: dict[str, type] = {
     kind.__name__: kind for kind in (*_PLANNERS, *_VALUES, *_PARTS, PlannerOptions, FrontierOptions)

@@ -15,8 +15,8 @@ from touchatlas.planner.probe_plan import Reason
 # Places within this fraction of the extent of an earlier touch or attempt are not touched again, so
 # that every exploration ends. Doubled, fewer places in narrow features are touched.
 _APART = 0.02
-# The same for single places of large deviation at the end. Doubled, some holes remain.
-_APART_WORST = 0.005
+# The same for holes of the surface at the end. Doubled, some holes remain.
+_APART_HOLES = 0.005
 # Share of the distance to a pending plan that counts: its arms will teach what is about it, so that
 # other arms go ten times as far away. Doubled, several arms touch nearer to each other.
 _PENDING = 0.1
@@ -175,5 +175,5 @@ def hole_targets(view: View) -> list[Target]:
     centres, normals = hole_centres(view.atlas)
     apart = view.apart(centres)
     order = np.argsort(-apart, kind="stable")
-    free = order[apart[order] > _APART_WORST * view.extent].tolist()
+    free = order[apart[order] > _APART_HOLES * view.extent].tolist()
     return [Target(centres[i], normals[i], Reason.CLOSE_GAP) for i in free]

@@ -15,7 +15,7 @@ from touchatlas.atlas.field.predicted_deviation import predicted_deviation
 from touchatlas.atlas.graph.outlines import COUNT, core_points
 from touchatlas.atlas.graph.power_diagram import power_at
 from touchatlas.atlas.patches.growing_array import grown
-from touchatlas.planner.place.calibration import Calibration
+from touchatlas.planner.place.deviation_ratio import DeviationRatio
 
 # Distance of an open place from the origin, in distances of the outline, where the patch itself no
 # longer knows the surface: narrow gaps beside an outline need no patch; and the distance at which
@@ -81,7 +81,7 @@ class Places:
         self._edge = np.zeros((0, COUNT, 3))
         self._inner = np.zeros((0, _INNER, 8))
         self._touches = -1
-        self.calibration = Calibration()
+        self.deviation_ratio = DeviationRatio()
 
     def forget(self) -> None:
         """Compute all places at the next update."""
@@ -156,14 +156,15 @@ class Places:
     def areas(self, atlas: Atlas) -> tuple[float, float]:
         """Expected area within the tolerance, and all area, length^2.
 
-        The error of a place is taken to be normal with its calibrated deviation. An open place
+        The error of a place is taken to be normal with its deviation, times the ratio of
+        errors to deviations. An open place
         stands for a 24th of the core of its patch, of which nothing is known.
         """
         rows = atlas.table.rows
         known = self.known(rows)
         with np.errstate(divide="ignore"):
             within = erf(
-                atlas.tolerance / (np.sqrt(2.0) * self.calibration.factor * known.deviation)
+                atlas.tolerance / (np.sqrt(2.0) * self.deviation_ratio.value * known.deviation)
             )
         inside = float((known.area * within).sum())
         return inside, float(known.area.sum() + self.open_area(atlas, self.open(rows)[1]).sum())
@@ -177,7 +178,7 @@ class Places:
         """(k, 3) places that are open or not known to the tolerance, far apart from each other."""
         rows = atlas.table.rows
         known = self.known(rows)
-        deviation = self.calibration.factor * known.deviation
+        deviation = self.deviation_ratio.value * known.deviation
         weak = (known.area > 0.0) & (_SURE * deviation > atlas.tolerance)
         found = np.concatenate([self.open(rows)[0], known.points[weak]])
         kept: list[np.ndarray] = []

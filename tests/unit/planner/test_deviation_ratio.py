@@ -1,4 +1,4 @@
-"""Calibration: errors over predicted deviations, from the samples of the last touches."""
+"""DeviationRatio: errors over predicted deviations, from the samples of the last touches."""
 
 import numpy as np
 import pytest
@@ -6,20 +6,20 @@ import pytest
 from tests.explored import spread_touches
 from touchatlas.atlas import Atlas
 from touchatlas.atlas.edit.innovations import innovations
-from touchatlas.planner.place.calibration import Calibration
+from touchatlas.planner.place.deviation_ratio import DeviationRatio
 from touchatlas.sim import make_object
 
 
-def learned(*parts) -> Calibration:
-    calibration = Calibration()
+def learned(*parts) -> DeviationRatio:
+    ratio = DeviationRatio()
     for part in parts:
-        calibration.learn(np.asarray(part))
-    return calibration
+        ratio.learn(np.asarray(part))
+    return ratio
 
 
 def test_without_samples_predictions_are_taken_as_they_are():
     """The 95 % quantile of 150 points of a normal distribution is off by a percent."""
-    assert learned().factor == pytest.approx(1.0, abs=0.02)
+    assert learned().value == pytest.approx(1.0, abs=0.02)
 
 
 @pytest.mark.parametrize("factor", [0.5, 1.0, 3.0])
@@ -27,20 +27,20 @@ def test_errors_that_are_so_many_times_larger_are_found(factor):
     """Of 8,000 samples the 95 % quantile has a relative standard error of 0.012 (its density is
     0.12 there); the 150 samples that come before all move it by less than 0.03."""
     draws = factor * np.random.default_rng(0).normal(size=(8, 1000))
-    assert learned(*draws).factor == pytest.approx(factor, rel=0.06)
+    assert learned(*draws).value == pytest.approx(factor, rel=0.06)
 
 
 def test_a_few_samples_of_a_wrong_patch_change_little():
     draws = np.random.default_rng(1).normal(size=(8, 100))
     wrong = draws.copy()
     wrong[:, :2] = 1e3
-    assert learned(*wrong).factor < 1.2 * learned(*draws).factor
+    assert learned(*wrong).value < 1.2 * learned(*draws).value
 
 
 def test_only_the_last_eight_touches_count_and_empty_ones_do_not():
     early, late = np.full((5, 100), 7.0), np.full((8, 100), 0.5)
-    assert learned(*early, *late).factor == learned(*late).factor
-    assert learned(*late, [], [], []).factor == learned(*late).factor
+    assert learned(*early, *late).value == learned(*late).value
+    assert learned(*late, [], [], []).value == learned(*late).value
 
 
 def test_the_change_of_a_touch_tells_what_was_predicted_before_it():

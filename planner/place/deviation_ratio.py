@@ -1,9 +1,9 @@
-"""Calibration: how much larger errors are than predicted, as new samples tell."""
+"""DeviationRatio: how much larger errors are than predicted, as new samples tell."""
 
 import numpy as np
 from scipy.stats import halfnorm
 
-# Touches whose samples count. Doubled, the calibration follows later what residuals explain.
+# Touches whose samples count. Doubled, the ratio follows later what residuals explain.
 _TOUCHES = 8
 # Samples of right predictions that are thought to have come before all others: a contour has some
 # twenty. Doubled, the first touches change less.
@@ -13,7 +13,7 @@ _BEFORE = 150
 _HELD, _NORMAL = 0.95, 1.96
 
 
-class Calibration:
+class DeviationRatio:
     """The ratio of errors to predicted deviations, from the innovations of the last touches."""
 
     def __init__(self) -> None:
@@ -25,7 +25,7 @@ class Calibration:
             self._latest = [*self._latest, np.abs(innovations)][-_TOUCHES:]
 
     @property
-    def factor(self) -> float:
+    def value(self) -> float:
         """By what predicted deviations are multiplied, so that intervals hold 95 % of new samples.
 
         Quantiles do not depend on the few samples where a patch is wrong.
