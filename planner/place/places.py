@@ -138,7 +138,10 @@ class Places:
         found = atlas.blend(points[which])
         feet = points[which] - found.distance[:, None] * found.normal
         deviation = predicted_deviation(table, found)
-        area = found.known * np.pi / _INNER * table.weight[rows][which[0]]
+        home, known = rows[which[0]], found.known
+        if atlas.creases:
+            known = known & ~atlas.surface_graph.visibility.beyond(home, points[which])
+        area = known * np.pi / _INNER * table.weight[home]
         inner = np.zeros((*points.shape[:2], 8))
         inner[which] = np.column_stack([feet, found.normal, deviation, area])
         self._inner[rows] = np.where(inner[..., 7:] > 0.0, inner, 0.0)

@@ -22,7 +22,7 @@ def test_without_samples_predictions_are_taken_as_they_are():
     assert learned().value == pytest.approx(1.0, abs=0.02)
 
 
-@pytest.mark.parametrize("factor", [0.5, 1.0, 3.0])
+@pytest.mark.parametrize("factor", [1.2, 2.0, 5.0])
 def test_errors_that_are_so_many_times_larger_are_found(factor):
     """Of 8,000 samples the 95 % quantile has a relative standard error of 0.012 (its density is
     0.12 there); the 150 samples that come before all move it by less than 0.03."""
@@ -30,15 +30,19 @@ def test_errors_that_are_so_many_times_larger_are_found(factor):
     assert learned(*draws).value == pytest.approx(factor, rel=0.06)
 
 
+def test_smaller_errors_are_not_believed():
+    assert learned(*np.full((8, 100), 0.1)).value == 1.0
+
+
 def test_a_few_samples_of_a_wrong_patch_change_little():
-    draws = np.random.default_rng(1).normal(size=(8, 100))
+    draws = 2.0 * np.random.default_rng(1).normal(size=(8, 100))
     wrong = draws.copy()
     wrong[:, :2] = 1e3
     assert learned(*wrong).value < 1.2 * learned(*draws).value
 
 
 def test_only_the_last_eight_touches_count_and_empty_ones_do_not():
-    early, late = np.full((5, 100), 7.0), np.full((8, 100), 0.5)
+    early, late = np.full((5, 100), 7.0), np.full((8, 100), 3.0)
     assert learned(*early, *late).value == learned(*late).value
     assert learned(*late, [], [], []).value == learned(*late).value
 
