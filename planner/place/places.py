@@ -60,7 +60,8 @@ def known_to(atlas: Atlas, limit: float) -> Callable[[np.ndarray], np.ndarray]:
 
     def known(points: np.ndarray) -> np.ndarray:
         found = atlas.blend(points)
-        sure = found.known & (np.nan_to_num(found.deviation) <= limit)
+        deviation = predicted_deviation(atlas.table, found)
+        sure = found.known & (np.nan_to_num(deviation) <= limit)
         near: np.ndarray = np.abs(np.nan_to_num(found.distance)) <= 3.0 * limit
         return sure & near
 
