@@ -24,9 +24,9 @@ _CLOSER = 0.35
 # Arms beside edges, in arms elsewhere: each patch must be a disc within its face. Doubled, cores
 # overlap other faces, and some edges between faces are not found.
 _BESIDE_EDGES = 0.75
-# Arms end where the predicted deviation is below this fraction of the atlas's scale: 99.5 % of normal
-# errors are less than the scale there, and more samples teach little. Doubled, arms are shorter,
-# more touches are needed, and textured bodies stay below the share that is asked.
+# Arms end where the predicted deviation is below this fraction of the atlas's scale: 99.5 % of
+# normal errors are less than the scale there, and more samples teach little. Doubled, arms are
+# shorter, more touches are needed, and textured bodies stay below the share that is asked.
 _KNOWN = 0.36
 # Longest arm of a section, in extents: a body that is not folded closes within it, as its sections
 # are no longer than 4 extents. Doubled, those of folded bodies close as well, and others run on.
