@@ -116,16 +116,17 @@ class Places:
     def _update_open(self, atlas: Atlas, rows, outlines) -> None:
         """Places just beyond the outlines (m, 24, 3) of rows (m,)."""
         table, origin = atlas.table, atlas.table.origin[rows][:, None]
-        beyond = (origin + _BEYOND * (outlines - origin)).reshape(-1, 3)
-        home = np.repeat(rows, COUNT)
+        is_open = atlas.surface_graph.outlines.open(rows)
+        which, place = np.nonzero(is_open)
+        home = rows[which]
+        beyond = table.origin[home] + _BEYOND * (outlines[which, place] - table.origin[home])
         found = atlas.blend(beyond)
-        is_open = ~found.known
-        is_open |= np.abs(np.nan_to_num(found.distance)) > _OFF * table.radius[home]
-        is_open &= atlas.surface_graph.outlines.open(rows).reshape(-1)
-        is_open &= ~atlas.rims.beyond(beyond, table.axes[home, 2])
+        bare = ~found.known | (np.abs(np.nan_to_num(found.distance)) > _OFF * table.radius[home])
+        bare &= ~atlas.rims.beyond(beyond, table.axes[home, 2])
         if atlas.creases:
-            is_open &= ~atlas.surface_graph.visibility.beyond(home, beyond)
-        self._open[rows] = is_open.reshape(-1, COUNT)
+            bare &= ~atlas.surface_graph.visibility.beyond(home, beyond)
+        is_open[which, place] = bare
+        self._open[rows] = is_open
         self._edge[rows] = origin + _TOUCHED * _BEYOND * (outlines - origin)
 
     def _update_inner(self, atlas: Atlas, rows) -> None:
