@@ -121,7 +121,7 @@ def shown(words: str) -> Iterator[Shown]:
         try:
             yield watcher
         except KeyboardInterrupt as stop:
-            stop.add_note(f"this was left: {watcher.words}")
+            stop.add_note(f"this was left, and all that comes after it: {watcher.words}")
             raise
 
 

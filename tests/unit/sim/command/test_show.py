@@ -38,7 +38,7 @@ def test_an_interrupt_says_what_was_left(hasty):
     with pytest.raises(KeyboardInterrupt) as stop, shown("reading") as watcher:
         watcher.begins("comparing")
         raise KeyboardInterrupt
-    assert stop.value.__notes__ == ["this was left: comparing"]
+    assert stop.value.__notes__ == ["this was left, and all that comes after it: comparing"]
 
 
 def test_counts_are_noted():
