@@ -19,7 +19,7 @@ import trimesh
 from touchatlas.atlas import Atlas, AtlasOptions, extract_surface
 from touchatlas.planner import FrontierPlanner, Planner, explore
 from touchatlas.sim import Probe, make_object
-from touchatlas.sim.run.run_options import fit_scale
+from touchatlas.sim.folder.run_options import fit_scale
 from touchatlas.sim.study.economy.trial import judged
 
 # Points at which the surface is compared with the truth: the standard error of a share of 0.99

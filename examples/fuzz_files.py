@@ -24,12 +24,12 @@ import trimesh
 from touchatlas.atlas import load_atlas
 from touchatlas.sim import RunOptions, make_object, run_exploration
 from touchatlas.sim.command.outcome import exit_code
+from touchatlas.sim.folder.journal import Journal
+from touchatlas.sim.folder.option_tables import read_options
+from touchatlas.sim.folder.run_folder import read_settings
+from touchatlas.sim.judge.comparison import compare_runs
+from touchatlas.sim.judge.surface_file import load_surface
 from touchatlas.sim.recorded.fit_file import fit_file
-from touchatlas.sim.run.comparison import compare_runs
-from touchatlas.sim.run.journal import Journal
-from touchatlas.sim.run.option_tables import read_options
-from touchatlas.sim.run.run_folder import read_settings
-from touchatlas.sim.run.surface_file import load_surface
 
 MOST_SECONDS, MOST_BYTES = 5.0, 2**30
 WORDS = (

@@ -15,7 +15,7 @@ import numpy as np
 import trimesh
 
 from touchatlas.atlas import Atlas, Surface, extract_surface, load_atlas
-from touchatlas.sim.run.ply import ply_bytes
+from touchatlas.sim.folder.ply import ply_bytes
 
 HEAD = "| run | triangles | bytes | seconds | off 99.9 % | off, largest | watertight | chi |"
 

@@ -5,12 +5,12 @@ from typing import TYPE_CHECKING
 from touchatlas.patch.lazy_names import lazy_names
 
 if TYPE_CHECKING:
+    from touchatlas.sim.folder.journal import Journal
+    from touchatlas.sim.folder.run_options import RunOptions
+    from touchatlas.sim.judge.evaluate import Evaluation, evaluate_surface
+    from touchatlas.sim.judge.truth import EvaluateOptions, Truth
     from touchatlas.sim.run.conclusion import truth_of
-    from touchatlas.sim.run.evaluate import Evaluation, evaluate_surface
     from touchatlas.sim.run.exploration import resume_exploration, run_exploration
-    from touchatlas.sim.run.journal import Journal
-    from touchatlas.sim.run.run_options import RunOptions
-    from touchatlas.sim.run.truth import EvaluateOptions, Truth
     from touchatlas.sim.run.watcher import Watcher
     from touchatlas.sim.run.work import Result
     from touchatlas.sim.world.objects import make_object, object_names
@@ -34,15 +34,15 @@ __all__ = [
 ]
 __getattr__ = lazy_names(
     {
-        "EvaluateOptions": "touchatlas.sim.run.truth",
-        "Evaluation": "touchatlas.sim.run.evaluate",
-        "Journal": "touchatlas.sim.run.journal",
+        "EvaluateOptions": "touchatlas.sim.judge.truth",
+        "Evaluation": "touchatlas.sim.judge.evaluate",
+        "Journal": "touchatlas.sim.folder.journal",
         "Probe": "touchatlas.sim.world.probe",
         "Result": "touchatlas.sim.run.work",
-        "RunOptions": "touchatlas.sim.run.run_options",
+        "RunOptions": "touchatlas.sim.folder.run_options",
         "Watcher": "touchatlas.sim.run.watcher",
-        "Truth": "touchatlas.sim.run.truth",
-        "evaluate_surface": "touchatlas.sim.run.evaluate",
+        "Truth": "touchatlas.sim.judge.truth",
+        "evaluate_surface": "touchatlas.sim.judge.evaluate",
         "make_object": "touchatlas.sim.world.objects",
         "object_names": "touchatlas.sim.world.objects",
         "resume_exploration": "touchatlas.sim.run.exploration",

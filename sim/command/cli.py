@@ -5,7 +5,7 @@ from collections.abc import Callable
 from cyclopts import App
 
 from touchatlas.sim.command.outcome import exit_code
-from touchatlas.sim.run.number_meanings import NUMBERS
+from touchatlas.sim.judge.number_meanings import NUMBERS
 
 app = App(name="touchatlas", help="Learn the shape of an object by touch.", help_format="markdown")
 

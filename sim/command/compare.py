@@ -9,7 +9,7 @@ from rich.table import Table
 
 from touchatlas.sim.command.numbers import Json
 from touchatlas.sim.command.outcome import say
-from touchatlas.sim.run.comparison import compare_runs
+from touchatlas.sim.judge.comparison import compare_runs
 
 
 def compare(*runs: Path, out: Path = Path("runs/compare"), json_: Json = False) -> int:

@@ -7,11 +7,11 @@ import numpy as np
 from touchatlas.sim.command.numbers import Json, print_numbers, sentences, unit_hint, unit_of
 from touchatlas.sim.command.outcome import say
 from touchatlas.sim.command.show import shown
+from touchatlas.sim.folder.run_folder import read_finished
+from touchatlas.sim.folder.run_options import check_tolerance
+from touchatlas.sim.judge.evaluate import evaluate_surface
+from touchatlas.sim.judge.surface_file import load_surface
 from touchatlas.sim.run.conclusion import truth_of
-from touchatlas.sim.run.evaluate import evaluate_surface
-from touchatlas.sim.run.run_folder import read_finished
-from touchatlas.sim.run.run_options import check_tolerance
-from touchatlas.sim.run.surface_file import load_surface
 from touchatlas.sim.run.work import random_streams
 from touchatlas.sim.world.objects import digest_of, make_object
 

@@ -12,9 +12,9 @@ from touchatlas.sim.command.option_flags import with_options
 from touchatlas.sim.command.outcome import say
 from touchatlas.sim.command.run_end import end_of, resumable
 from touchatlas.sim.command.show import shown
+from touchatlas.sim.folder.option_tables import differences
+from touchatlas.sim.folder.run_options import RunOptions
 from touchatlas.sim.run.exploration import NO_OPTIONS, run_exploration
-from touchatlas.sim.run.option_tables import differences
-from touchatlas.sim.run.run_options import RunOptions
 from touchatlas.sim.world.objects import make_object
 
 # Options that are a budget, which another run may have in the same folder.

@@ -8,8 +8,8 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from touchatlas.sim.run.mismatches import differ_as_units
-from touchatlas.sim.run.number_meanings import LENGTH, NUMBERS
+from touchatlas.sim.judge.mismatches import differ_as_units
+from touchatlas.sim.judge.number_meanings import LENGTH, NUMBERS
 from touchatlas.sim.world.objects import object_names
 
 Json = Annotated[

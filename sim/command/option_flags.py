@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
-from touchatlas.sim.run.option_tables import Option, nested, options_of, read_options, updated
+from touchatlas.sim.folder.option_tables import Option, nested, options_of, read_options, updated
 
 
 def whole(_type, tokens) -> int:

@@ -7,8 +7,8 @@ from touchatlas.sim.command.option_flags import Whole
 from touchatlas.sim.command.outcome import say
 from touchatlas.sim.command.run_end import end_of, resumable
 from touchatlas.sim.command.show import shown
+from touchatlas.sim.folder.run_folder import changed_versions, read_settings
 from touchatlas.sim.run.exploration import FinishedError, resume_exploration
-from touchatlas.sim.run.run_folder import changed_versions, read_settings
 from touchatlas.sim.world.objects import make_object
 
 

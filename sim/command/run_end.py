@@ -7,7 +7,7 @@ from pathlib import Path
 
 from touchatlas.sim.command.numbers import print_numbers, sentences, unit_of
 from touchatlas.sim.command.outcome import FAILURE, complain, say
-from touchatlas.sim.run.run_folder import is_run
+from touchatlas.sim.folder.run_folder import is_run
 from touchatlas.sim.run.work import Result
 
 _UNSURE = (

@@ -10,9 +10,9 @@ import numpy as np
 from touchatlas.atlas.files import write_whole
 from touchatlas.patch import Diagnosis, Patch, diagnose
 from touchatlas.patch.fit.advice import advice_on
+from touchatlas.sim.folder.ply import ply_bytes
 from touchatlas.sim.recorded.fit_picture import patch_surface, png_bytes
 from touchatlas.sim.recorded.recording import Recording
-from touchatlas.sim.run.ply import ply_bytes
 
 FILES = ("patch.json", "patch.ply", "patch.png")
 # Units of what is printed, where it has one.

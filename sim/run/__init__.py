@@ -1,1 +1,1 @@
-"""One exploration of a simulated object: its loop, its folder, its judge."""
+"""One run: its loop, its interruption, and how it ends."""

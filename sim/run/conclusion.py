@@ -10,14 +10,14 @@ from touchatlas.atlas import Atlas, Surface, extract_surface, save_atlas
 from touchatlas.atlas.check.doubts import doubts
 from touchatlas.atlas.files import write_whole
 from touchatlas.planner import StopReason
-from touchatlas.sim.run.closest_points import closest_points
-from touchatlas.sim.run.evaluate import Evaluation, evaluate_surface
+from touchatlas.sim.folder.ply import ply_bytes, stored
+from touchatlas.sim.folder.run_options import check_number
+from touchatlas.sim.judge.closest_points import closest_points
+from touchatlas.sim.judge.evaluate import Evaluation, evaluate_surface
+from touchatlas.sim.judge.surface_picture import surface_picture
+from touchatlas.sim.judge.truth import EvaluateOptions, Truth
 from touchatlas.sim.run.phases import Phases
-from touchatlas.sim.run.ply import ply_bytes, stored
 from touchatlas.sim.run.progress import SECONDS, Progress
-from touchatlas.sim.run.run_options import check_number
-from touchatlas.sim.run.surface_picture import surface_picture
-from touchatlas.sim.run.truth import EvaluateOptions, Truth
 from touchatlas.sim.world.implicit_object import ImplicitObject
 from touchatlas.sim.world.mesh_object import MeshObject
 

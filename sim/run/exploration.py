@@ -7,12 +7,12 @@ from dataclasses import replace
 from pathlib import Path
 
 from touchatlas.planner import StopReason
-from touchatlas.sim.run.journal import Entry, Journal
-from touchatlas.sim.run.option_tables import as_table, updated
+from touchatlas.sim.folder.journal import Entry, Journal
+from touchatlas.sim.folder.option_tables import as_table, updated
+from touchatlas.sim.folder.run_folder import new_run, old_run, read_settings, write_settings
+from touchatlas.sim.folder.run_options import RunOptions, check_effort, check_scale
 from touchatlas.sim.run.phases import Phases
 from touchatlas.sim.run.progress import read_seconds
-from touchatlas.sim.run.run_folder import new_run, old_run, read_settings, write_settings
-from touchatlas.sim.run.run_options import RunOptions, check_effort, check_scale
 from touchatlas.sim.run.watcher import Watcher
 from touchatlas.sim.run.work import MAX_LENGTH, MAX_TOUCHES, Result, Work
 from touchatlas.sim.world.implicit_object import ImplicitObject

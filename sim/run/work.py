@@ -14,14 +14,14 @@ from touchatlas.atlas import Atlas, Surface
 from touchatlas.atlas.files import write_whole
 from touchatlas.planner import Planner, Step, explore
 from touchatlas.planner.options import FRONTIER
+from touchatlas.sim.folder.journal import Entry, Journal
+from touchatlas.sim.folder.recorder import Recorder
+from touchatlas.sim.folder.run_folder import replace_run
+from touchatlas.sim.folder.run_options import RunOptions, fit_scale
 from touchatlas.sim.run.conclusion import Conclusion
 from touchatlas.sim.run.interrupt import GRACE, Hold, held_interrupt, interrupt_of
-from touchatlas.sim.run.journal import Entry, Journal
 from touchatlas.sim.run.phases import Phases
 from touchatlas.sim.run.progress import Progress, read_seconds
-from touchatlas.sim.run.recorder import Recorder
-from touchatlas.sim.run.run_folder import replace_run
-from touchatlas.sim.run.run_options import RunOptions, fit_scale
 from touchatlas.sim.run.watcher import Watcher
 from touchatlas.sim.world.implicit_object import ImplicitObject
 from touchatlas.sim.world.mesh_object import MeshObject

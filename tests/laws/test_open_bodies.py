@@ -10,7 +10,7 @@ from tests.flat import flat_touch
 from touchatlas.atlas import Atlas, Surface, extract_surface, load_atlas, save_atlas
 from touchatlas.patch import ContourEnd
 from touchatlas.planner import Planner, StopReason, explore
-from touchatlas.sim.run.run_options import fit_scale
+from touchatlas.sim.folder.run_options import fit_scale
 from touchatlas.sim.study.stability_atlas.bodies import cup
 from touchatlas.sim.world.probe import Probe
 

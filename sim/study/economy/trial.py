@@ -11,7 +11,7 @@ from touchatlas.atlas import Atlas, Touch, extract_surface
 from touchatlas.planner import PlannerOptions, ProbePlan, explore
 from touchatlas.planner.options import FRONTIER
 from touchatlas.planner.place.rules import RULES
-from touchatlas.sim.run.run_options import RunOptions
+from touchatlas.sim.folder.run_options import RunOptions
 from touchatlas.sim.run.work import begin, random_streams
 from touchatlas.sim.study.economy.oracle import Oracle, errors
 from touchatlas.sim.study.surface_peers import (

@@ -8,7 +8,7 @@ import trimesh
 from scipy.sparse.csgraph import connected_components
 
 from touchatlas.atlas import Surface
-from touchatlas.sim.run.closest_points import closest_points
+from touchatlas.sim.judge.closest_points import closest_points
 from touchatlas.sim.study.stability.outcome import Outcome, is_refusal
 from touchatlas.sim.study.stability_atlas.trial import Body, Explored, Trial, explored
 from touchatlas.sim.world.triangles import sample_triangles

@@ -10,7 +10,7 @@ from touchatlas.atlas.check.doubts import Doubt, doubts
 from touchatlas.patch import SamplingPlane
 from touchatlas.planner import Planner, explore
 from touchatlas.planner.stop import StopReason
-from touchatlas.sim.run.run_options import fit_scale
+from touchatlas.sim.folder.run_options import fit_scale
 from touchatlas.sim.study.stability_atlas.bodies import Placed
 from touchatlas.sim.world.implicit_object import ImplicitObject
 from touchatlas.sim.world.mesh_object import MeshObject

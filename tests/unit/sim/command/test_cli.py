@@ -25,7 +25,7 @@ from tests.command import (
 from touchatlas.atlas import load_atlas
 from touchatlas.sim import make_object
 from touchatlas.sim.command import run_end
-from touchatlas.sim.run.journal import Journal
+from touchatlas.sim.folder.journal import Journal
 
 FEW = ("--max-touches", 8)
 

@@ -14,8 +14,8 @@ from contextlib import closing
 import pytest
 
 from tests.command import PROCESS, assert_refused, progress_lines, touchatlas
-from touchatlas.sim.run.journal import Journal
-from touchatlas.sim.run.run_folder import old_run
+from touchatlas.sim.folder.journal import Journal
+from touchatlas.sim.folder.run_folder import old_run
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals and file locks of POSIX")
 RUN = ("explore", "sphere", "--tolerance", "0.3", "--max-touches", "12", "--out", "r")

@@ -17,11 +17,11 @@ import trimesh
 from tests.command import progress_lines
 from touchatlas.atlas import Atlas
 from touchatlas.atlas.edit import insert
+from touchatlas.sim.folder.journal import Journal
+from touchatlas.sim.folder.run_folder import RUN_FILES, read_settings
+from touchatlas.sim.folder.run_options import RunOptions
 from touchatlas.sim.run.conclusion import truth_of
 from touchatlas.sim.run.exploration import run_exploration
-from touchatlas.sim.run.journal import Journal
-from touchatlas.sim.run.run_folder import RUN_FILES, read_settings
-from touchatlas.sim.run.run_options import RunOptions
 from touchatlas.sim.run.watcher import Watcher
 from touchatlas.sim.run.work import random_streams
 from touchatlas.sim.world.mesh_object import MeshObject

@@ -14,13 +14,13 @@ import trimesh
 
 from touchatlas.atlas import Atlas
 from touchatlas.planner import Planner
+from touchatlas.sim.folder.journal import Journal
+from touchatlas.sim.folder.recorder import Recorder
+from touchatlas.sim.folder.run_options import RunOptions
 from touchatlas.sim.run import work
 from touchatlas.sim.run.exploration import FinishedError, resume_exploration, run_exploration
 from touchatlas.sim.run.interrupt import Terminated
-from touchatlas.sim.run.journal import Journal
 from touchatlas.sim.run.progress import read_seconds
-from touchatlas.sim.run.recorder import Recorder
-from touchatlas.sim.run.run_options import RunOptions
 from touchatlas.sim.run.watcher import Watcher
 from touchatlas.sim.world.objects import digest_of, make_object
 

@@ -9,7 +9,7 @@ from tests.command import touchatlas
 from touchatlas.atlas import Atlas
 from touchatlas.planner import PlannerOptions, Reason, StopReason, explore
 from touchatlas.sim import Probe, make_object
-from touchatlas.sim.run.run_options import RunOptions, fit_scale
+from touchatlas.sim.folder.run_options import RunOptions, fit_scale
 from touchatlas.sim.run.work import begin, random_streams
 from touchatlas.sim.study.economy.oracle import Oracle, errors, worst
 from touchatlas.sim.study.economy.pictures import STYLES, overview_picture

@@ -8,7 +8,7 @@ import pytest
 import trimesh
 
 from touchatlas.patch import ContourEnd
-from touchatlas.sim.run.closest_points import closest_points
+from touchatlas.sim.judge.closest_points import closest_points
 from touchatlas.sim.world.mesh_file import load_mesh
 from touchatlas.sim.world.mesh_object import MeshObject
 

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 import trimesh
 
-from touchatlas.sim.run.closest_points import closest_points
-from touchatlas.sim.run.evaluate import evaluate_surface
-from touchatlas.sim.run.surface_file import load_surface
-from touchatlas.sim.run.truth import EvaluateOptions, truth_from_mesh
+from touchatlas.sim.judge.closest_points import closest_points
+from touchatlas.sim.judge.evaluate import evaluate_surface
+from touchatlas.sim.judge.surface_file import load_surface
+from touchatlas.sim.judge.truth import EvaluateOptions, truth_from_mesh
 
 FEW = EvaluateOptions(samples=4000)
 

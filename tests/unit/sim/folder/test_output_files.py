@@ -13,10 +13,10 @@ import trimesh
 
 from tests.command import assert_refused, touchatlas
 from touchatlas.atlas import Surface, files
-from touchatlas.sim.run.number_meanings import COLUMNS, NUMBERS
-from touchatlas.sim.run.ply import ply_bytes, stored
-from touchatlas.sim.run.surface_file import load_surface
-from touchatlas.sim.run.surface_picture import surface_picture
+from touchatlas.sim.folder.ply import ply_bytes, stored
+from touchatlas.sim.judge.number_meanings import COLUMNS, NUMBERS
+from touchatlas.sim.judge.surface_file import load_surface
+from touchatlas.sim.judge.surface_picture import surface_picture
 
 
 def ball_surface(scale=1.0, shift=0.0):

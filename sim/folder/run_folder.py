@@ -12,7 +12,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 from touchatlas.atlas.files import write_whole
-from touchatlas.sim.run.run_lock import LOCK, check_free, locked
+from touchatlas.sim.folder.run_lock import LOCK, check_free, locked
 
 RUN_FILES = (
     "run.toml",

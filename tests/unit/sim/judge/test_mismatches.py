@@ -2,7 +2,7 @@
 
 import pytest
 
-from touchatlas.sim.run.mismatches import differ_as_units, mismatches_of
+from touchatlas.sim.judge.mismatches import differ_as_units, mismatches_of
 
 RUN = {"object": "a.ply", "digest": "1", "tolerance": 0.1, "versions": {"numpy": "2.0"}}
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from touchatlas.atlas import Touch
 from touchatlas.planner import ProbePlan
-from touchatlas.sim.run.journal import Entry, Journal
+from touchatlas.sim.folder.journal import Entry, Journal
 from touchatlas.sim.world.probe import Probe
 
 # Rounding by which versions of the libraries may differ, as a fraction of the largest coordinate.

@@ -7,7 +7,7 @@ import pytest
 from tests.command import assert_refused, touchatlas
 from touchatlas.planner import PlannerOptions
 from touchatlas.sim.command.explore import default_folder
-from touchatlas.sim.run.option_tables import (
+from touchatlas.sim.folder.option_tables import (
     as_table,
     differences,
     nested,
@@ -15,8 +15,8 @@ from touchatlas.sim.run.option_tables import (
     read_options,
     updated,
 )
-from touchatlas.sim.run.run_folder import _toml
-from touchatlas.sim.run.run_options import RunOptions
+from touchatlas.sim.folder.run_folder import _toml
+from touchatlas.sim.folder.run_options import RunOptions
 
 OTHER = RunOptions(noise=0.5, max_touches=7, seed=2, planner=PlannerOptions(curves=5, max_turn=0.5))
 

@@ -6,10 +6,10 @@ import igl
 import numpy as np
 import trimesh
 
-from touchatlas.sim.run.closest_points import closest_points
-from touchatlas.sim.run.surface_file import check_deviation, check_triangles
-from touchatlas.sim.run.truth import EvaluateOptions, Truth
-from touchatlas.sim.run.truth_parts import hidden_area
+from touchatlas.sim.judge.closest_points import closest_points
+from touchatlas.sim.judge.surface_file import check_deviation, check_triangles
+from touchatlas.sim.judge.truth import EvaluateOptions, Truth
+from touchatlas.sim.judge.truth_parts import hidden_area
 from touchatlas.sim.world.triangles import sample_triangles
 
 # Standard deviations within which 95 % of a Gaussian lie. Twice as many would call every
@@ -102,7 +102,7 @@ def evaluate_surface(
     --------
     A unit square a quarter above another:
 
-    >>> from touchatlas.sim.run.truth import truth_from_mesh
+    >>> from touchatlas.sim.judge.truth import truth_from_mesh
     >>> square = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
     >>> faces, rng = np.array([[0, 1, 2], [0, 2, 3]]), np.random.default_rng(0)
     >>> truth = truth_from_mesh(square, faces, rng)

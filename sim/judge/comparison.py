@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from touchatlas.atlas.files import write_whole
-from touchatlas.sim.run.mismatches import mismatches_of
-from touchatlas.sim.run.number_meanings import NUMBERS
-from touchatlas.sim.run.run_folder import read_settings
+from touchatlas.sim.folder.run_folder import read_settings
+from touchatlas.sim.judge.mismatches import mismatches_of
+from touchatlas.sim.judge.number_meanings import NUMBERS
 
 FILES = ("compare.csv", "compare.png")
 # Numbers that are printed, of those in evaluation.json.

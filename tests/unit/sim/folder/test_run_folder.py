@@ -6,8 +6,8 @@ import sys
 
 import pytest
 
-from touchatlas.sim.run import run_folder
-from touchatlas.sim.run.run_folder import (
+from touchatlas.sim.folder import run_folder
+from touchatlas.sim.folder.run_folder import (
     RUN_FILES,
     new_run,
     old_run,
@@ -16,7 +16,7 @@ from touchatlas.sim.run.run_folder import (
     replace_run,
     write_settings,
 )
-from touchatlas.sim.run.run_lock import LOCK
+from touchatlas.sim.folder.run_lock import LOCK
 
 GOOD = {"object": "sphere", "tolerance": 0.1, "seed": 0}
 

@@ -6,9 +6,9 @@ import igl
 import numpy as np
 import trimesh
 
-from touchatlas.sim.run.closest_points import closest_points
-from touchatlas.sim.run.surface_file import check_triangles
-from touchatlas.sim.run.truth_parts import part_of_faces
+from touchatlas.sim.judge.closest_points import closest_points
+from touchatlas.sim.judge.surface_file import check_triangles
+from touchatlas.sim.judge.truth_parts import part_of_faces
 from touchatlas.sim.world.triangles import sample_triangles
 
 

@@ -12,8 +12,8 @@ import pytest
 from touchatlas.atlas import Atlas
 from touchatlas.planner import Planner, PlannerOptions
 from touchatlas.sim import Probe, make_object
-from touchatlas.sim.run.journal import Journal
-from touchatlas.sim.run.run_options import RunOptions, check_effort, fit_scale
+from touchatlas.sim.folder.journal import Journal
+from touchatlas.sim.folder.run_options import RunOptions, check_effort, fit_scale
 
 
 def test_what_is_no_journal_is_refused(tmp_path):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from touchatlas.sim.run.truth_parts import hidden_area, part_of_faces
+from touchatlas.sim.judge.truth_parts import hidden_area, part_of_faces
 
 
 def box(side, x=0.0, inside_out=False):

@@ -1,0 +1,1 @@
+"""What a run keeps: its options, its journal of touches, its folder."""
