@@ -33,6 +33,13 @@ from touchatlas.patch.geometry.polynomial import (
 # weight: nearly as far as its contours reach, 0.98 R for a core of 0.75 R. Its deviation tells how
 # uncertain it is there. Doubled, patches are extrapolated to 1.16 R.
 COVER_MARGIN = 0.7
+# Largest rise of a patch over the way from its origin: a circle that turns by 60 degrees, the most
+# that a core may turn, rises by tan 30 degrees. Doubled, points nearer to the axis are taken for
+# outside that are inside.
+_STEEPEST = np.tan(np.pi / 6.0)
+# Height below which the side is not asked, in patch radii: an origin lies off its patch by less.
+# Doubled, zeros nearer to the patch are taken for its surface.
+_LEAST_HEIGHT = 0.1
 # Derivatives for distance, normal and curvature.
 _ALL = (*GRADIENT, XX, XY, YY, XZ, YZ, ZZ)
 
@@ -186,6 +193,7 @@ class _PatchesAtPoints:
     def inside(self, reach: float) -> np.ndarray:
         """(m, k) whether the patch is evaluated at the point: it is within reach and radius."""
         near = np.abs(self.distance) <= np.minimum(reach, HEIGHT_LIMIT * self._radius)
+        near &= ~on_wrong_side(self.scaled, self.distance)
         return near & (self._across <= 1.0) & self._rising
 
     def own(self, table: PatchTable, lines, rows, inside) -> np.ndarray:
@@ -197,6 +205,14 @@ class _PatchesAtPoints:
         some = own.any(axis=1)
         own[some] &= _is_lowest(table, lines[rows[some]], rows[some], feet[some])
         return own
+
+
+def on_wrong_side(scaled, distance) -> np.ndarray:
+    """(...) whether distances of points (..., 3), scaled, are to another zero than that of the
+    samples: the points lie steeply above or below a patch, where its side is known."""
+    z = scaled[..., 2]
+    steep = np.abs(z) > _LEAST_HEIGHT + _STEEPEST * np.hypot(scaled[..., 0], scaled[..., 1])
+    return np.asarray(steep & (z * distance < 0.0))
 
 
 def _is_lowest(table: PatchTable, neighbours, rows, feet) -> np.ndarray:

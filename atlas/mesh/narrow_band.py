@@ -10,7 +10,7 @@ import numpy as np
 
 from touchatlas.atlas.field.blend import Field, owners
 from touchatlas.atlas.field.blend_at_edges import nearest_at_edges, own_beyond_edges
-from touchatlas.atlas.field.patch_values import COVER_MARGIN
+from touchatlas.atlas.field.patch_values import COVER_MARGIN, on_wrong_side
 from touchatlas.atlas.graph.power_diagram import power_at
 from touchatlas.atlas.mesh.marching_cubes import corners_of, crossed_neighbours, key, unkey
 from touchatlas.atlas.patches.intersect import lift
@@ -168,6 +168,7 @@ def extend(field: Field, at, corners: Corners, start, edge: float) -> Corners:
     power which owns another corner of the same cube.
 
     Far from its core a polynomial has other zeros, so the least distance is no sign of the owner.
+    So it has far above and below: there the height over the tangent plane tells the side.
 
     ``at`` (c, 8) are the indices of the cubes' corners.
     """
@@ -182,6 +183,9 @@ def extend(field: Field, at, corners: Corners, start, edge: float) -> Corners:
     which, rows = np.divmod(np.unique(which * size + rows), size)
     points = unkey(corners.keys[which]) * edge + start
     distance, _, _ = field.distances(rows, points, plain=True)
+    scaled = field.table.scaled_local(rows, points[:, None])[:, 0]
+    height = scaled[:, 2] * field.table.radius[rows]
+    distance = np.where(on_wrong_side(scaled, distance), height, distance)
     if field.graph.creases:
         keep = nearest_at_edges(field.graph.creases, rows, which, distance)
         which, rows, points, distance = (x[keep] for x in (which, rows, points, distance))
