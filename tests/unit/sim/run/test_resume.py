@@ -25,7 +25,7 @@ from touchatlas.sim.run.watcher import Watcher
 from touchatlas.sim.world.objects import digest_of, make_object
 
 pytestmark = pytest.mark.usefixtures("no_pictures")
-WHOLE = RunOptions(max_touches=9, seed=3)
+WHOLE = RunOptions(max_touches=7, seed=3)
 # What must be the same, byte for byte. Pictures show seconds nowhere, tables do.
 SAME = ("journal.sqlite", "atlas.npz", "surface.ply", "run.toml", "progress.png", "surface.png")
 
@@ -120,14 +120,14 @@ def test_a_run_killed_between_a_touch_and_its_learning_ends_the_same(
 
 def test_a_run_that_is_killed_again_while_it_is_resumed_ends_the_same(ball, whole, tmp_path):
     with pytest.raises(KilledError):
-        run_exploration(make_object(str(ball), 3), tmp_path / "r", WHOLE, watcher=Killer(touch=6))
+        run_exploration(make_object(str(ball), 3), tmp_path / "r", WHOLE, watcher=Killer(touch=4))
     seconds = read_seconds(tmp_path / "r" / "steps.csv")
-    assert len(seconds) == 7
-    for touch in (2, 7):
+    assert len(seconds) == 5
+    for touch in (2, 5):
         with pytest.raises(KilledError):
             resume_exploration(tmp_path / "r", watcher=Killer(touch=touch))
         # The seconds of touches are those of the process that made them.
-        assert read_seconds(tmp_path / "r" / "steps.csv")[:7] == seconds
+        assert read_seconds(tmp_path / "r" / "steps.csv")[:5] == seconds
     resume_exploration(tmp_path / "r")
     assert_same(tmp_path / "r", whole)
 
@@ -135,8 +135,8 @@ def test_a_run_that_is_killed_again_while_it_is_resumed_ends_the_same(ball, whol
 def test_a_finished_run_is_extended_to_a_larger_budget(ball, whole, tmp_path):
     few = RunOptions(max_touches=4, seed=3)
     run_exploration(make_object(str(ball), 3), tmp_path / "r", few)
-    result = resume_exploration(tmp_path / "r", max_touches=9)
-    assert result.numbers["touches"] == 9 and not result.interrupted
+    result = resume_exploration(tmp_path / "r", max_touches=7)
+    assert result.numbers["touches"] == 7 and not result.interrupted
     assert_same(tmp_path / "r", whole)
 
 
@@ -224,11 +224,11 @@ def test_all_seconds_are_accounted_for(ball, tmp_path):
 def test_what_cannot_be_resumed_is_said(ball, whole, tmp_path):
     run = shutil.copytree(whole, tmp_path / "r")
     with pytest.raises(
-        FinishedError, match="has its 9 touches; give a larger --max-touches"
+        FinishedError, match="has its 7 touches; give a larger --max-touches"
     ) as end:
         resume_exploration(run)
-    assert end.value.numbers["touches"] == 9
-    with pytest.raises(ValueError, match="max-touches is 3, but .* holds 9"):
+    assert end.value.numbers["touches"] == 7
+    with pytest.raises(ValueError, match="max-touches is 3, but .* holds 7"):
         resume_exploration(run, max_touches=3)
     with pytest.raises(ValueError, match="holds no run"):
         resume_exploration(tmp_path)
@@ -253,15 +253,15 @@ def test_a_journal_that_another_program_holds_is_the_worlds_failure(whole, tmp_p
     with closing(sqlite3.connect(run / "journal.sqlite", isolation_level=None)) as other:
         other.execute("begin exclusive")
         with pytest.raises(OSError, match=r"database is locked.*no other program has it open"):
-            resume_exploration(run, max_touches=10)
+            resume_exploration(run, max_touches=8)
 
 
 @pytest.mark.parametrize("lost", [Path.unlink, lambda path: path.write_bytes(b"")])
 def test_a_lost_journal_is_not_begun_again_in_silence(ball, whole, tmp_path, lost):
     run = shutil.copytree(whole, tmp_path / "r")
     lost(run / "journal.sqlite")
-    with pytest.raises(ValueError, match=r"journal.sqlite holds 0 touches, but steps.csv 9"):
-        resume_exploration(run, max_touches=10)
+    with pytest.raises(ValueError, match=r"journal.sqlite holds 0 touches, but steps.csv 7"):
+        resume_exploration(run, max_touches=8)
     for name in ("atlas.npz", "surface.ply", "steps.csv"):
         assert (run / name).read_bytes() == (whole / name).read_bytes()
 
@@ -283,7 +283,7 @@ def test_settings_that_did_not_give_the_touches_are_refused(ball, whole, tmp_pat
         changed = changed.replace(digest_of(make_object(str(ball))), digest)
     (run / "run.toml").write_text(changed)
     with pytest.raises(ValueError, match="does not give the first touch of the journal"):
-        resume_exploration(run, max_touches=10)
+        resume_exploration(run, max_touches=8)
 
 
 def test_a_journal_of_another_version_is_refused(ball, tmp_path):
