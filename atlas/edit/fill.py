@@ -1,11 +1,13 @@
 """Fill: patches where no core covers samples, and in gaps between cells, many in one call."""
 
+import networkx as nx
 import numpy as np
 
 from touchatlas.atlas.edit.filling_fits import LEAST_SAMPLES, Sites, fits_at
 from touchatlas.atlas.edit.refresh import smooth_neighbours, update_creases
 from touchatlas.atlas.edit.replace import enter_fit, remove_hidden, root_mean_square
 from touchatlas.atlas.graph.power_diagram import power_at
+from touchatlas.atlas.patches.patch_table import PatchTable
 from touchatlas.atlas.patches.sample_membership import CANDIDATE_REACH
 from touchatlas.atlas.records.change import AtlasChange
 from touchatlas.atlas.state import AtlasState
@@ -20,8 +22,13 @@ _ROUNDS, _GAP_ROUNDS = 6, 2
 
 
 def fill(state: AtlasState) -> AtlasChange:
-    """Fill about all samples, and all gaps."""
-    return fill_about(state, np.arange(len(state.membership.pool)))
+    """Fill about all samples, all gaps, and all holes that one patch can cover."""
+    before, changed = set(state.table.rows.tolist()), set[int]()
+    _fill_about(state, np.arange(len(state.membership.pool)), changed)
+    for _ in range(_GAP_ROUNDS):
+        if not _enter_all(state, _holes(state), changed):
+            break
+    return _change(state, before, changed)
 
 
 def fill_about(state: AtlasState, samples) -> AtlasChange:
@@ -38,12 +45,22 @@ def fill_about(state: AtlasState, samples) -> AtlasChange:
         These samples, and the gaps of patches that are fitted to any of them, are filled.
     """
     before, changed = set(state.table.rows.tolist()), set[int]()
+    _fill_about(state, samples, changed)
+    return _change(state, before, changed)
+
+
+def _fill_about(state: AtlasState, samples, changed: set[int]) -> None:
+    """Fill samples, and then gaps. Rows that the new patches meet are added to ``changed``."""
     for _ in range(_ROUNDS):
         if not _enter_all(state, _open_samples(state, samples), changed):
             break
     for _ in range(_GAP_ROUNDS):
         if not _enter_all(state, _gaps(state, samples), changed):
             break
+
+
+def _change(state: AtlasState, before: set[int], changed: set[int]) -> AtlasChange:
+    """What differs from the rows ``before``, of which some ``changed``."""
     after = set(state.table.rows.tolist())
     return AtlasChange(
         added=tuple(sorted(after - before)),
@@ -71,7 +88,30 @@ def _gaps(state: AtlasState, samples) -> Sites:
     beside = {row for row in beside if np.isin(fitted[row], samples).any()}
     found = [(triple, point) for triple, point in found if not beside.isdisjoint(triple)]
     points = np.array([point for _, point in found]).reshape(-1, 3)
-    owners = np.array([triple[2] for triple, _ in found], int)
+    return _sites_on(table, np.array([triple[2] for triple, _ in found], int), points)
+
+
+def _holes(state: AtlasState) -> Sites:
+    """The open point of an outline in the middle of each hole between four cells or more.
+
+    At a hole boundaries lack one of their ends. What is left open farther apart than a core is
+    wide is the rim of what was touched, and no hole.
+    """
+    table, outlines = state.table, state.surface_graph.outlines
+    points, owners = [], []
+    for around in nx.connected_components(nx.Graph(state.surface_graph.odd_pairs())):
+        rows = np.array(sorted(around))
+        is_open = outlines.open(rows)
+        places = outlines.points(rows)[is_open]
+        off = np.linalg.norm(places - places.mean(axis=0), axis=1) if len(places) else np.inf
+        if np.max(off) <= np.sqrt(table.weight[rows].max()):
+            points.append(places[np.argmin(off)])
+            owners.append(rows[np.nonzero(is_open)[0][np.argmin(off)]])
+    return _sites_on(table, np.array(owners, int), np.array(points).reshape(-1, 3))
+
+
+def _sites_on(table: PatchTable, owners, points) -> Sites:
+    """Sites at points (n, 3) of the polynomials of rows ``owners`` (n,)."""
     upward = table.surface(owners, table.scaled_local(owners, points[:, None]))[1]
     normals = (upward @ table.axes[owners])[:, 0]
     normals /= np.sqrt((normals * normals).sum(axis=1))[:, None]

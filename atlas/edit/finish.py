@@ -9,7 +9,8 @@ from touchatlas.atlas.state import AtlasState
 
 
 def finish(state: AtlasState) -> int:
-    """Simplify and learn the residuals; returns how many patches have a residual.
+    """Simplify, fill what that opened, and learn the residuals; returns how many patches have a
+    residual.
 
     Where touches were not filled between as they arrived, all patches are refitted and filled
     first. A second call changes little.
@@ -18,6 +19,7 @@ def finish(state: AtlasState) -> int:
         refit_all(state)
         fill(state)
     simplify(state)
+    fill(state)
     return update_residuals(state)
 
 

@@ -1,5 +1,6 @@
 """SurfaceGraph: which patches meet, where, and at what kind of edge."""
 
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from itertools import combinations
 
@@ -77,6 +78,13 @@ class SurfaceGraph:
         if not self.creases:
             return gaps
         return visible_places(self.visibility, gaps) | self._at_creases()[1]
+
+    def odd_pairs(self) -> list[Pair]:
+        """Ascending pairs of rows whose boundary ends in an odd number of corners: at a hole, or at
+        the rim of what was touched."""
+        corners, boundaries = self._current_diagram()
+        ends = Counter(pair for triple in corners for pair in combinations(triple, 2))
+        return [pair for pair in boundaries if ends[pair] % 2]
 
     def as_networkx(self) -> nx.Graph:
         """The rows in use as nodes, and as edges those whose cells meet, each with its
