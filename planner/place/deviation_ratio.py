@@ -1,7 +1,7 @@
 """DeviationRatio: how much larger errors are than predicted, as new samples tell."""
 
 import numpy as np
-from scipy.special import ndtri
+from scipy.special import erf, ndtri
 
 # Touches whose samples count. Doubled, the ratio follows later what residuals explain.
 _TOUCHES = 8
@@ -12,6 +12,9 @@ _BEFORE = ndtri(0.5 + (np.arange(150) + 0.5) / 300)
 # Fraction of the errors that the predicted interval shall hold, and the half-width of that of a
 # normal error, in standard deviations.
 _HELD, _NORMAL = 0.95, 1.96
+# Error of a patch that is wrong, in predicted deviations: chance gives one in 500 million. Doubled,
+# errors at a rim that patches round off count as if all predictions were too sure.
+_WRONG = 6.0
 
 
 class DeviationRatio:
@@ -33,5 +36,24 @@ class DeviationRatio:
         Quantiles do not depend on the few samples where a patch is wrong. Contours are so few that
         a ratio below 1 may be chance: with it a bottle was 0.989 known where 0.997 was predicted.
         """
-        found = np.quantile(np.concatenate([_BEFORE, *self._latest]), _HELD) / _NORMAL
-        return max(1.0, float(found))
+        return _ratio(np.concatenate([_BEFORE, *self._latest]))
+
+    def within(self, deviations) -> np.ndarray:
+        """Chance that an error is less than so many predicted deviations, as an array of the same
+        shape.
+
+        Either all errors are that much larger than predicted, or a part of the patches is wrong, as
+        at a thin rim that they round off, and the others are right. The likelier law counts.
+        """
+        found = np.concatenate([_BEFORE, *self._latest])
+        right = found[found <= _WRONG]
+        whole = erf(np.asarray(deviations) / (np.sqrt(2.0) * _ratio(found)))
+        part = len(right) / len(found) * erf(deviations / (np.sqrt(2.0) * _ratio(right)))
+        chance: np.ndarray = np.maximum(whole, part)
+        return chance
+
+
+def _ratio(errors) -> float:
+    """The factor for deviations whose 95 % intervals hold 95 % of errors (n,) in deviations; 1 at
+    least."""
+    return max(1.0, float(np.quantile(errors, _HELD)) / _NORMAL)

@@ -8,7 +8,6 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import erf
 
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.field.predicted_deviation import predicted_deviation
@@ -161,16 +160,14 @@ class Places:
     def areas(self, atlas: Atlas) -> tuple[float, float]:
         """Expected area within the tolerance, and all area, length^2.
 
-        The error of a place is taken to be normal with its deviation, times the ratio of errors to
-        deviations. An open place stands for a 24th of the core of its patch, of which nothing is
-        known.
+        The chance that a place is within it follows from its deviation and from what new samples
+        told of such (``DeviationRatio.within``). An open place stands for a 24th of the core of its
+        patch, of which nothing is known.
         """
         rows = atlas.table.rows
         known = self.known(rows)
         with np.errstate(divide="ignore"):
-            within = erf(
-                atlas.tolerance / (np.sqrt(2.0) * self.deviation_ratio.value * known.deviation)
-            )
+            within = self.deviation_ratio.within(atlas.tolerance / known.deviation)
         inside = float((known.area * within).sum())
         return inside, float(known.area.sum() + self.open_area(atlas, self.open(rows)[1]).sum())
 

@@ -78,3 +78,21 @@ def test_innovations_are_distances_over_the_deviation_of_prediction_and_sample()
                 expected.append(distance / np.hypot(of_surface, noise))
     assert len(expected) > 10
     assert innovations(atlas, points) == pytest.approx(np.array(expected), rel=1e-12)
+
+
+def test_where_all_errors_are_larger_the_chance_is_that_of_the_larger_deviation():
+    draws = 2.0 * np.random.default_rng(2).normal(size=(8, 1000))
+    found = learned(*draws).within(np.array([2.0, 4.0]))
+    # The normal law holds 68.3 and 95.4 % within one and two deviations. The ratio is 2 to 3 %.
+    assert found == pytest.approx([0.683, 0.954], abs=0.02)
+
+
+def test_where_some_patches_are_wrong_the_others_count_as_known():
+    """A fifth of the samples lies anywhere. A place that is known to a quarter of the tolerance is
+    within it with a chance of 0.8, not with that of a ratio of hundreds."""
+    draws = np.random.default_rng(3).normal(size=(8, 1000))
+    draws[:, :200] *= 1e3
+    ratio = learned(*draws)
+    assert ratio.value > 100.0
+    # 150 right samples come before the 8,000: a fiftieth of a fifth.
+    assert ratio.within(4.0) == pytest.approx(0.8, abs=0.01)
