@@ -16,6 +16,7 @@ from touchatlas.planner.place.choose import (
     hole_targets,
     open_places,
     rim_target,
+    slip_target,
     start_targets,
 )
 from touchatlas.planner.place.known_area import KnownArea
@@ -230,8 +231,9 @@ class Planner:
         reason = StopReason.UNREACHABLE if self._unreachable else StopReason.TRIED
         reason = StopReason.STAGNATION if stagnates else reason
         if target is None:
-            # Rims are left, and holes of the surface.
-            target = rim_target(view)
+            # Slips of the probe are left, rims, and holes of the surface.
+            target = slip_target(view)
+            target = rim_target(view) if target is None else target
             target = self._next_hole(view) if target is None else target
             reason = StopReason.KNOWN if known else reason
         return target, reason

@@ -205,7 +205,7 @@ def _close_sheets(atlas: AtlasState, extent: float) -> list[Doubt]:
 
 def _lost_contact(atlas: AtlasState, extent: float) -> list[Doubt]:
     """Ends of contours at which the surface is drawn to end."""
-    count = len(atlas.rims.ends.open())
+    count = len(atlas.rims)
     if not count:
         return []
     words = (

@@ -11,6 +11,9 @@ from touchatlas.patch.geometry.arrays import cross
 # next end if that is farther; the second fraction of them may lie on the other side. With the first
 # doubled, rims of small holes are none; with the second doubled, wrong ones pass.
 _LEAST, _STRAY = 4.0, 0.1
+# Fraction of the samples nearest to an end that may lie beyond its rim. At the corners of sheets
+# some do. Doubled, a slip of the probe cuts off what is on one side of it.
+_REFUTED = 0.25
 # Weight of the distance of rims that are drawn on from the next ends: they err by about twice as
 # much as those between their ends. Doubled, round rims are touched twice as often.
 _DRAWN_ON = 0.5
@@ -48,6 +51,11 @@ class Rims:
     def __bool__(self) -> bool:
         return len(self.ends) > 0
 
+    def __len__(self) -> int:
+        """Number of ends at which the surface is taken to end."""
+        self._update()
+        return len(self._home)
+
     def beyond(self, points, normals) -> np.ndarray:
         """(m,) whether points (m, 3) near the surface, with its normals (m, 3), lie beyond a rim.
 
@@ -66,12 +74,15 @@ class Rims:
         if len(some):
             nearest = self._samples.query(points[some])[1]
             samples = self._pool.points[nearest]
-            limit = AHEAD * self.ends.steps[self._home[which[some]]]
             theirs, facing = self._nearest(samples, self._pool.normals[nearest])
-            out[some] = (self._ahead_of(which[some], samples) <= limit) | (
+            out[some] = self._holds(which[some], samples) | (
                 facing & (self._ahead_of(theirs, points[some]) > 0.0)
             )
         return out
+
+    def _holds(self, which, samples) -> np.ndarray:
+        """(m,) whether samples (m, 3) lie within the rims at ends ``which`` (m,)."""
+        return self._ahead_of(which, samples) <= AHEAD * self.ends.steps[self._home[which]]
 
     def _nearest(self, points, normals) -> tuple[np.ndarray, np.ndarray]:
         """(m,) the nearest rim of the sheet of points (m, 3), and whether there is one."""
@@ -200,6 +211,19 @@ class Rims:
             self._samples = cKDTree(self._pool.points)
         found = {i: self._rim_at(i) for i in self.ends.open().tolist()}
         self._rims = {i: rim for i, rim in found.items() if rim is not None}
+        self._index_rims()
+        if self._rims:
+            # What lies beyond a rim was not touched. Where it was the probe slipped.
+            which, facing = self._nearest(self._pool.points, self._pool.normals)
+            of_rim = np.bincount(which[facing], minlength=len(self._home))
+            facing &= ~self._holds(which, self._pool.points)
+            beyond = np.bincount(which[facing], minlength=len(self._home))
+            for i in self._home[beyond > _REFUTED * of_rim].tolist():
+                del self._rims[i]
+            self._index_rims()
+
+    def _index_rims(self) -> None:
+        """Arrays of the rims, and a tree of their ends."""
         self._home = np.array(list(self._rims), int)
         if self._rims:
             columns = zip(*self._rims.values(), strict=True)

@@ -17,6 +17,9 @@ from touchatlas.planner.probe_plan import Reason
 _APART = 0.02
 # The same for holes of the surface at the end. Doubled, some holes remain.
 _APART_HOLES = 0.005
+# Distance ahead of a lost end at which a contact shows that it was a slip, in spacings of its
+# samples: two at most. Halved, the error of the end itself decides.
+_AHEAD = 1.5
 # Share of the distance to a pending plan that counts: its arms will teach what is about it, so that
 # other arms go ten times as far away. Doubled, several arms touch nearer to each other.
 _PENDING = 0.1
@@ -25,7 +28,7 @@ _PENDING = 0.1
 _SET_UP = 0.3
 # Deviation of a place that needs no touch, in deviations of a sample: a dozen samples give it.
 # Doubled, explorations to tolerances near the noise end too early.
-_SURE = 0.3
+SUREST = 0.3
 # Places of a first touch: points of a spiral about the start, in extents, and their number. The
 # angle between two is the golden angle, which leaves no direction out. Doubled, the spiral is
 # twice as wide.
@@ -106,12 +109,16 @@ def distance_to(others, points) -> np.ndarray:
 
 
 def open_target(view: View) -> Target | None:
-    """The open place that teaches most for its cost: the square of its distance to all touches over
-    the way from the last one; None where all are near touches or attempts."""
+    """The open place that teaches most for its cost: the square of its distance to all touches and
+    attempts over the way from the last touch; None where all are near touches or attempts.
+
+    What lies about an attempt in vain comes last: more places of the same patch would miss, too.
+    """
     points, homes = open_places(view)
     if not len(points):
         return None
-    away, offset = distance_to(view.touched, points), points - view.touched[-1]
+    reached = np.concatenate([view.touched, view.done])
+    away, offset = distance_to(reached, points), points - view.touched[-1]
     travel = np.sqrt((offset * offset).sum(axis=1))
     best = int((away**2 / (_SET_UP * view.extent + travel)).argmax())
     return at_open(view, points[best], homes[best])
@@ -139,7 +146,7 @@ def weak_target(view: View) -> Target | None:
     """
     table = view.atlas.table
     known, noise = view.places.known(table.rows), table.measurement_std[table.rows][:, None]
-    gain = known.area * np.maximum(known.deviation**2 - (_SURE * noise) ** 2, 0.0)
+    gain = known.area * np.maximum(known.deviation**2 - (SUREST * noise) ** 2, 0.0)
     apart = view.apart(known.points.reshape(-1, 3)).reshape(gain.shape)
     free = (apart > _APART * view.extent) & (gain > 0.0)
     score = np.where(free.any(axis=1), gain.sum(axis=1), 0.0)
@@ -156,6 +163,18 @@ def known_places(view: View) -> Known:
     some = known.area > 0.0
     some[some] = view.apart(known.points[some]) > _APART * view.extent
     return Known(known.points[some], known.normals[some], known.deviation[some], known.area[some])
+
+
+def slip_target(view: View) -> Target | None:
+    """The place just ahead of an end at which contact was lost though the surface was met farther
+    on: a contact there shows that the probe slipped. None where all were attempted."""
+    ends = view.atlas.rims.ends
+    doubtful = ends.facing_samples() if len(ends) else np.zeros(0, int)
+    points = ends.points[doubtful] + _AHEAD * ends.steps[doubtful, None] * ends.tangents[doubtful]
+    free = np.flatnonzero(view.apart(points) > _APART_HOLES * view.extent)
+    if not len(free):
+        return None
+    return Target(points[free[0]], ends.normals[doubtful[free[0]]], Reason.CLOSE_GAP)
 
 
 def rim_target(view: View) -> Target | None:

@@ -4,12 +4,14 @@ from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
+import pytest
 import trimesh
 
 from tests.flat import flat_touch
-from touchatlas.atlas import Atlas, Surface, extract_surface, load_atlas, save_atlas
+from touchatlas.atlas import Atlas, Surface, Touch, extract_surface, load_atlas, save_atlas
 from touchatlas.patch import ContourEnd
-from touchatlas.planner import Planner, StopReason, explore
+from touchatlas.planner import Planner, ProbePlan, StopReason, explore
+from touchatlas.sim import make_object
 from touchatlas.sim.folder.run_options import fit_scale
 from touchatlas.sim.study.stability_atlas.bodies import cup
 from touchatlas.sim.world.probe import Probe
@@ -83,3 +85,32 @@ def test_a_slip_that_was_passed_leaves_the_surface_as_without_it():
     slipped, whole = drawn(ContourEnd.LOST_CONTACT), drawn(ContourEnd.LENGTH_REACHED)
     assert len(whole.faces) and np.array_equal(slipped.vertices, whole.vertices)
     assert np.array_equal(slipped.faces, whole.faces)
+
+
+@pytest.mark.parametrize("slips", [1, 3])
+def test_a_slip_does_not_hide_a_closed_body(slips):
+    """The second touch of a ball loses contact after 2 mm in one or all of its contours. The probe
+    touches beyond the ends then, and the whole ball is known."""
+    ball = make_object("sphere")
+    probe = Probe(ball, NOISE, np.random.default_rng(1))
+
+    def slipping(plan: ProbePlan) -> Touch:
+        if plan.number != 1:
+            return probe(plan)
+        touch = probe(replace(plan, reach=2.0, step=0.25))
+        lost = (ContourEnd.LOST_CONTACT, ContourEnd.LOST_CONTACT)
+        ended = tuple(replace(c, ends=lost) for c in touch.contours[:slips])
+        return replace(touch, contours=(*ended, *touch.contours[slips:]))
+
+    atlas = Atlas(TOLERANCE, scale=fit_scale(NOISE, ball.diagonal))
+    planner = Planner(*ball.start())
+    for _ in explore(atlas, planner, slipping, 40):
+        pass
+    assert planner.stop is not None and planner.stop.reason is StopReason.KNOWN
+    atlas.finish()
+    surface = extract_surface(atlas)
+    mesh = trimesh.Trimesh(surface.vertices, surface.faces, process=False)
+    assert mesh.is_watertight and mesh.euler_number == 2
+    # Triangles with sides of a thirtieth of the radius have 1e-3 less than the ball.
+    assert mesh.area == pytest.approx(4.0 * np.pi * RADIUS**2, rel=2e-3)
+    assert not len(atlas.rims)

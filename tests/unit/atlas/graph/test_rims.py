@@ -99,6 +99,20 @@ def test_what_was_tracked_beyond_an_end_shows_a_slip():
     assert rims.beyond(points, flat(points)).tolist() == [False, True]
 
 
+def test_what_was_touched_all_around_shows_slips_and_no_rim():
+    """Six contours of one touch lost contact on a plate that was met all around: nothing lies
+    beyond, and each end is doubtful. At a hole as wide the other ends lie ahead."""
+    x, y = np.meshgrid(np.linspace(-2.0, 2.0, 21), np.linspace(-2.0, 2.0, 21))
+    plate = np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], axis=1)
+    around = plate[np.hypot(plate[:, 0], plate[:, 1]) > 0.5]
+    slips = rims_of(circle(0.3, ANGLES), np.zeros((6, 3)), flat, kept=around)
+    assert not slips.beyond(circle(1.0, EVERY), flat(EVERY)).any()
+    assert slips.ends.facing_samples().tolist() == [*range(6)]
+    hole = rims_of(circle(0.5, ANGLES), circle(0.8, ANGLES), flat, kept=around)
+    assert hole.beyond(circle(0.3, EVERY), flat(EVERY)).all()
+    assert not len(hole.ends.facing_samples())
+
+
 def test_two_ends_of_a_tube_are_two_rims():
     """Contours along a plate of width 1 lose contact at both sides; no rim joins the sides."""
     y = np.linspace(0.0, 0.6, 4)
