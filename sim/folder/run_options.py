@@ -2,11 +2,13 @@
 
 from dataclasses import dataclass
 from numbers import Integral, Real
+from statistics import NormalDist
 
 import numpy as np
 
 from touchatlas.atlas import AtlasOptions
 from touchatlas.planner import PlannerOptions
+from touchatlas.planner.place.choose import SUREST
 
 # Largest noise, in tolerances: the grid of a surface that is spread over more of them would not fit
 # into memory. Twice as much needs a grid twice as fine for the same spread.
@@ -14,6 +16,9 @@ _NOISIEST = 1000
 # Smallest tolerance, as a fraction of an object's diagonal: the rounding of its points, with three
 # digits of slack. Twice as much would refuse nothing that anyone can measure.
 _FINEST = 1e-12
+# Least share of the surface that can be known to a tolerance, for a run without a budget. Doubled,
+# only tolerances that all of the surface can meet are taken.
+_LEAST_SHARE = 0.5
 # Most samples of one touch, no unit: of so many a fit takes a second. Twice as many take twice as
 # long.
 _MOST_SAMPLES = 10_000
@@ -101,6 +106,24 @@ def check_scale(noise: float, tolerance: float, diagonal: float) -> None:
         raise ValueError(
             f"noise is {noise:g}, more than {_NOISIEST} times the tolerance {tolerance:g}; "
             "give a smaller --noise or a larger --tolerance"
+        )
+
+
+def check_end(options: RunOptions, noise: float, tolerance: float, diagonal: float) -> None:
+    """ValueError for a run without a budget to a tolerance that most of the surface cannot meet.
+
+    A sample is as good as its noise and what fits leave out, and a place is no surer than
+    ``SUREST`` of that.
+    """
+    if options.max_touches is not None or options.max_length is not None:
+        return
+    sample = np.hypot(noise, options.atlas.bias * fit_scale(noise, diagonal))
+    least = SUREST * sample * NormalDist().inv_cdf(0.5 + 0.5 * _LEAST_SHARE)
+    if tolerance < least:
+        raise ValueError(
+            f"tolerance is {tolerance:g}, but with samples that are good to {sample:.2g} less than "
+            f"{_LEAST_SHARE:.0%} of the surface can be known to it, so that the run would not end; "
+            f"give a --tolerance of {least:.2g} or more, or a budget with --max-touches"
         )
 
 

@@ -10,7 +10,12 @@ from touchatlas.planner import StopReason
 from touchatlas.sim.folder.journal import Entry, Journal
 from touchatlas.sim.folder.option_tables import as_table, updated
 from touchatlas.sim.folder.run_folder import new_run, old_run, read_settings, write_settings
-from touchatlas.sim.folder.run_options import RunOptions, check_effort, check_scale
+from touchatlas.sim.folder.run_options import (
+    RunOptions,
+    check_effort,
+    check_end,
+    check_scale,
+)
 from touchatlas.sim.run.phases import Phases
 from touchatlas.sim.run.progress import read_seconds
 from touchatlas.sim.run.watcher import Watcher
@@ -122,6 +127,7 @@ def _completed(options: RunOptions, obj) -> RunOptions:
     noise = float(obj.noise_std if options.noise is None else options.noise)
     tolerance = float(obj.tolerance if options.tolerance is None else options.tolerance)
     check_scale(noise, tolerance, obj.diagonal)
+    check_end(options, noise, tolerance, obj.diagonal)
     check_effort(options.planner)
     return replace(options, noise=noise, tolerance=tolerance)
 

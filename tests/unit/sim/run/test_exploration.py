@@ -272,6 +272,7 @@ def test_a_seed_may_be_as_long_as_it_likes():
     [
         (RunOptions(noise=1e6), "noise is 1e.06, more than 1000 times the tolerance"),
         (RunOptions(tolerance=1e-9), "noise is .*, more than 1000 times the tolerance 1e-09"),
+        (RunOptions(tolerance=1e-6, noise=0.0), "give a --tolerance of 0.00069 or more, or a bu"),
         (RunOptions(tolerance=1e-300), "give a --tolerance of 8.5e-11 or more"),
         (RunOptions(tolerance=1e300), "the object is only 84.85 across"),
     ],
