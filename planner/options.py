@@ -32,6 +32,9 @@ class PlannerOptions:
         Turn from one sample to the next beyond which the step is halved, up to three times.
     max_turn : float, rad
         Largest angle by which a contour may turn from the contact to its end.
+    search : int
+        Approaches along rays past what is known, when nothing else is left, in search of other
+        parts. Parts smaller than a fifth of the extent may be missed.
     pin_radius : float, length
         Radius of the straight pin that holds the tip and comes along the normal; none is 0. Where
         it would pass through what is known, no touch is planned.
@@ -46,6 +49,7 @@ class PlannerOptions:
     step: float = 0.014
     step_turn: float = np.pi / 12.0
     max_turn: float = 2.0 * np.pi / 3.0
+    search: int = 0
     pin_radius: float = 0.0
     pin_length: float = 0.0
 
@@ -55,6 +59,9 @@ class PlannerOptions:
         whole = isinstance(self.curves, int | np.integer) and not isinstance(self.curves, bool)
         if not (whole and 3 <= self.curves <= 36):
             raise ValueError(f"curves is {self.curves!r}; it must be a whole number from 3 to 36")
+        whole = isinstance(self.search, int | np.integer) and not isinstance(self.search, bool)
+        if not (whole and 0 <= self.search <= 1000):
+            raise ValueError(f"search is {self.search!r}; it must be a whole number from 0 to 1000")
         for name in ("pin_radius", "pin_length"):
             if not 0.0 <= real(getattr(self, name)) < np.inf:
                 raise ValueError(f"{name} is {getattr(self, name)!r}; it must be a length >= 0")

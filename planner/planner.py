@@ -31,6 +31,7 @@ from touchatlas.planner.plans import (
 )
 from touchatlas.planner.probe_plan import ProbePlan, Reason, check_answer
 from touchatlas.planner.reach import is_reachable
+from touchatlas.planner.search import search_plan
 from touchatlas.planner.stop import Forecast, Stop, StopReason
 
 # How often contours that were too short for a patch are tried closer. Before any patch nothing is
@@ -110,6 +111,8 @@ class Planner:
         self._count, self._answered, self._measured = 0, 0, -1
         self._holes: list[Target] = []
         self._looked = 0
+        # Rays of the search for other parts: a point and the direction of each.
+        self._rays: list[np.ndarray] = []
 
     def ask(self, atlas: Atlas) -> ProbePlan | None:
         """The next plan; None at the end, and ``stop`` says why.
@@ -210,11 +213,21 @@ class Planner:
         while True:
             target, reason = self._target(self._view(atlas, extent))
             if target is None:
-                return self._end(atlas, reason)
+                plan = self._search_plan(atlas, extent)
+                return self._end(atlas, reason) if plan is None else plan
             if self._reaches(atlas, target):
                 return plan_at(atlas, target, extent, self.options)
             self._unreachable.append(target.point)
             self._tried.append(target.point)
+
+    def _search_plan(self, atlas: Atlas, extent: float) -> ProbePlan | None:
+        """The next approach in search of other parts; None where no more are asked for."""
+        if len(self._rays) >= self.options.search:
+            return None
+        plan = search_plan(atlas, self._places, self._rays, extent, self.options)
+        if plan is not None:
+            self._rays.append(np.stack([plan.reference_point, plan.normal]))
+        return plan
 
     def _reaches(self, atlas: Atlas, target: Target) -> bool:
         """Whether the pin of the options reaches a target."""

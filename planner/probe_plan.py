@@ -19,6 +19,7 @@ class Reason(Enum):
     EXPAND = "expand"
     REFINE = "refine"
     CLOSE_GAP = "close gap"
+    SEARCH = "search"
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +52,9 @@ class ProbePlan:
     step_turn : float, rad
         Angle between the curve and its direction one step before, beyond which there are samples
         between the two.
+    approach : float, length
+        Distance above and below the reference point over which the probe looks for the surface; 0
+        leaves it to the probe. The point of an approach in search of other parts is no prediction.
     known : float
         Expected fraction of the surface within the tolerance when this was planned.
     """
@@ -65,6 +69,7 @@ class ProbePlan:
     reason: Reason
     until: Callable[[np.ndarray], np.ndarray] | None = None
     step_turn: float = np.pi
+    approach: float = 0.0
     known: float = 0.0
 
     def __post_init__(self) -> None:

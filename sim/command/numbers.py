@@ -72,7 +72,8 @@ def sentences(numbers: dict) -> list[str]:
     if parts is not None and parts > 1 and reached < parts:
         found.append(
             f"{parts - reached} of the {parts} separate parts of the object were not reached: what "
-            "lies inside another cannot be touched, and no contour leads from one to another"
+            "lies inside another cannot be touched, and no contour leads from one to another; "
+            "--planner.search 20 looks for parts beside"
         )
     if hidden := numbers["hidden_area"]:
         found.append(f"{hidden:.1%} of the true surface lies inside, where no touch can reach it")

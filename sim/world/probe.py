@@ -40,7 +40,7 @@ class Probe:
 
     def __call__(self, plan: ProbePlan) -> Touch:
         """Approach along the planned normal, then track in every planned plane."""
-        lift = min(_APPROACH * plan.reach, _STEPS * plan.step)
+        lift = plan.approach or min(_APPROACH * plan.reach, _STEPS * plan.step)
         origin = plan.reference_point + lift * plan.normal
         travel = 0.0
         if self._position is not None:
