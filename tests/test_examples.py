@@ -27,6 +27,7 @@ ARGUMENTS = {
     "kill_and_resume.py": ["kills", "1", "1", "cap.ply:4"],
     "same_bytes.py": ["ellipsoid_paper:3"],
     "surface_peers.py": ["sphere", "4", "2e-4", "16"],
+    "sparse_states.py": ["sphere"],
     "table_of_objects.py": ["cap.ply"],
     "time_of_a_touch.py": ["sphere"],
     "turned_patches.py": ["1"],
