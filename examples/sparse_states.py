@@ -1,4 +1,6 @@
-"""What an atlas says of its errors while little is known: `sparse_states.py OBJECT ... [--seeds N]`.
+"""What an atlas says of its errors while little is known.
+
+    python examples/sparse_states.py OBJECT ... [--seeds N]
 
 Each object, a name or the path of a mesh, is explored to its own tolerance. After a quarter, a half
 and all of the touches, points of the true surface where the atlas knows it are compared with it: a

@@ -203,7 +203,9 @@ class Planner:
             self._places.forget()
         self._update(atlas)
         extent = self._extent(atlas)
-        self._known.measure(*self._places.areas(atlas), self._measured == self._answered)
+        view = self._view(atlas, extent)
+        areas = self._places.areas(atlas, view.is_untried)
+        self._known.measure(*areas, self._measured == self._answered)
         self._measured = self._answered
         if self.options.name == FRONTIER:
             return self._plan_as_frontier(atlas)
@@ -285,8 +287,9 @@ class Planner:
         if not len(atlas):
             return Forecast(0.0, np.zeros((0, 3)))
         self._update(atlas)
-        inside, total = self._places.areas(atlas)
-        left = self._places.left(atlas, self._extent(atlas))
+        extent = self._extent(atlas)
+        inside, total = self._places.areas(atlas, self._view(atlas, extent).is_untried)
+        left = self._places.left(atlas, extent)
         return Forecast(inside / total if total > 0.0 else 0.0, left)
 
     def _update(self, atlas: Atlas) -> None:

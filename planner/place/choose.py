@@ -69,6 +69,14 @@ class View:
             distance_to(self.done, points), _PENDING * distance_to(self.pending, points)
         )
 
+    def is_free(self, points) -> np.ndarray:
+        """(n,) whether points (n, 3) are away from touches, attempts and pending plans."""
+        return self.apart(points) > _APART * self.extent
+
+    def is_untried(self, points) -> np.ndarray:
+        """(n,) whether points (n, 3) are away from touches and attempts."""
+        return distance_to(self.done, points) > _APART * self.extent
+
 
 @dataclass(frozen=True, eq=False)
 class Target:
@@ -127,7 +135,7 @@ def open_target(view: View) -> Target | None:
 def open_places(view: View) -> tuple[np.ndarray, np.ndarray]:
     """Open places (k, 3) away from touches and attempts, and the patch (k,) of each."""
     points, homes = view.places.open(view.atlas.table.rows)
-    free = view.apart(points) > _APART * view.extent
+    free = view.is_free(points)
     return points[free], homes[free]
 
 
@@ -161,7 +169,7 @@ def known_places(view: View) -> Known:
     """The n places of cells that are away from touches and attempts."""
     known = view.places.known(view.atlas.table.rows)
     some = known.area > 0.0
-    some[some] = view.apart(known.points[some]) > _APART * view.extent
+    some[some] = view.is_free(known.points[some])
     return Known(known.points[some], known.normals[some], known.deviation[some], known.area[some])
 
 
@@ -181,7 +189,7 @@ def rim_target(view: View) -> Target | None:
     """The place half-way between two ends of contours at a rim where the rim is least sure; None
     where none that is less sure than the tolerance is left, but near touches or attempts."""
     points, normals, apart = view.atlas.rims.unsure(view.atlas.tolerance)
-    apart = np.where(view.apart(points) > _APART * view.extent, apart, 0.0)
+    apart = np.where(view.is_free(points), apart, 0.0)
     if not apart.max(initial=0.0) > 0.0:
         return None
     best = int(apart.argmax())

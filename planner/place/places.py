@@ -157,8 +157,14 @@ class Places:
         inner = self._inner[rows]
         return Known(inner[..., :3], inner[..., 3:6], inner[..., 6], inner[..., 7])
 
-    def areas(self, atlas: Atlas) -> tuple[float, float]:
+    def areas(
+        self, atlas: Atlas, is_untried: Callable[[np.ndarray], np.ndarray]
+    ) -> tuple[float, float]:
         """Expected area within the tolerance, and all area, length^2.
+
+        ``is_untried`` tells of points (n, 3) whether (n,) they are away from touches and attempts.
+        An open place that was tried is no surface that is left: there a patch runs on beyond an
+        edge or a thin wall.
 
         The chance that a place is within it follows from its deviation and from what new samples
         told of such (``DeviationRatio.within``). An open place stands for a 24th of the core of its
@@ -169,7 +175,9 @@ class Places:
         with np.errstate(divide="ignore"):
             within = self.deviation_ratio.within(atlas.tolerance / known.deviation)
         inside = float((known.area * within).sum())
-        return inside, float(known.area.sum() + self.open_area(atlas, self.open(rows)[1]).sum())
+        points, homes = self.open(rows)
+        is_open = float(self.open_area(atlas, homes[is_untried(points)]).sum())
+        return inside, float(known.area.sum()) + is_open
 
     def open_area(self, atlas: Atlas, homes) -> np.ndarray:
         """(k,) area that open places of patches (k,) stand for, length^2."""
