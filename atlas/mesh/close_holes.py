@@ -50,7 +50,7 @@ def close_holes(surface: Surface, rims: Rims) -> Surface:
         np.concatenate([part.patch for part in parts]),
         np.concatenate([part.gaussian_curvature for part in parts]),
         surface.stray_pieces,
-        np.concatenate([middle.vertices for middle in middles]),
+        np.concatenate([surface.closed_holes, *(middle.vertices for middle in middles)]),
     )
 
 

@@ -23,6 +23,7 @@ from touchatlas.atlas.mesh.resolution import (
 )
 from touchatlas.atlas.mesh.rim_vertices import ended_at_rims
 from touchatlas.atlas.mesh.sharp_edges import sharpen
+from touchatlas.atlas.mesh.small_handles import without_small_handles
 from touchatlas.atlas.mesh.stray_pieces import without_stray_pieces
 from touchatlas.atlas.mesh.surface import Surface
 from touchatlas.atlas.mesh.unsure_rims import without_unsure_rims
@@ -34,7 +35,8 @@ _FACING = 0.34
 
 
 def extract_surface(state: AtlasState, edge: float | None = None) -> Surface:
-    """Triangulated zero set of the atlas's blended signed distance, its small holes closed.
+    """Triangulated zero set of the atlas's blended signed distance, its small holes closed, and
+    without handles that are smaller than the smallest patch.
 
     Parameters
     ----------
@@ -49,7 +51,8 @@ def extract_surface(state: AtlasState, edge: float | None = None) -> Surface:
         When the argument is no Atlas, or has no patch, or the edge is no length, longer than the
         patches span, or too short for the memory.
     """
-    return close_holes(without_unsure_rims(state, open_surface(state, edge)), state.rims)
+    closed = close_holes(without_unsure_rims(state, open_surface(state, edge)), state.rims)
+    return without_small_handles(closed, state.rims, state.options.least_radius * state.scale)
 
 
 def open_surface(state: AtlasState, edge: float | None = None) -> Surface:

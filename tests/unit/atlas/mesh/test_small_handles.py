@@ -1,0 +1,107 @@
+"""Handles that are smaller than the smallest patch are cut; others stay."""
+
+from functools import lru_cache
+
+import igl
+import numpy as np
+import pytest
+import trimesh
+
+from touchatlas.atlas.graph.rims import Rims
+from touchatlas.atlas.mesh.small_handles import _handles, _loops, _span, without_small_handles
+from touchatlas.atlas.mesh.surface import Surface
+from touchatlas.atlas.patches.sample_pool import SamplePool
+
+_ROUND = 0.02
+NO_RIMS = Rims(SamplePool())
+
+
+def surface_of(vertices, faces) -> Surface:
+    """A Surface of triangles alone."""
+    mesh = trimesh.Trimesh(vertices, faces, process=False)
+    return Surface(
+        vertices,
+        faces,
+        np.array(mesh.vertex_normals),
+        np.full(len(vertices), 0.01),
+        np.zeros(len(vertices), int),
+        np.ones(len(vertices)),
+    )
+
+
+@lru_cache
+def ball_with_rings(*radii: float) -> Surface:
+    """A unit ball with an upright ring half out of it for each radius, a third as thick."""
+    # No grid point lies on the surface, where cubes have edges of no length.
+    axis = np.linspace(-1.707, 1.7, 149)
+    grid = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)
+    value = np.linalg.norm(grid, axis=1) - 1.0
+    for radius, middle in zip(radii, np.eye(3), strict=False):
+        offset = grid - middle
+        along = offset @ middle
+        across = np.roll(middle, 1)
+        side = offset @ across
+        flat = np.hypot(along, side) - radius
+        depth = np.linalg.norm(offset - along[:, None] * middle - side[:, None] * across, axis=1)
+        ring = np.hypot(flat, depth) - radius / 3.0
+        # A rounded crease, in which no cube is ambiguous.
+        value = -_ROUND * np.logaddexp(-value / _ROUND, -ring / _ROUND)
+    vertices, faces, *_ = igl.marching_cubes(value, grid, 149, 149, 149, 0.0)
+    assert len(igl.split_nonmanifold(faces)[1]) == len(vertices)
+    return surface_of(vertices, faces)
+
+
+def euler_number(surface: Surface) -> int:
+    return int(trimesh.Trimesh(surface.vertices, surface.faces, process=False).euler_number)
+
+
+def test_small_handles_are_cut_and_large_ones_stay():
+    """A loop round the tube of a ring of radius 0.15 is 0.1 wide: its box has a diagonal of 0.15
+    with edges of 0.025. One round that of a ring of 0.45 is 0.3 wide."""
+    body = ball_with_rings(0.15, 0.45)
+    assert _handles(body) == 2 and euler_number(body) == -2
+    mended = without_small_handles(body, NO_RIMS, 0.2)
+    assert _handles(mended) == 1 and euler_number(mended) == 0
+    assert len(mended.closed_holes) == 2
+    mesh = trimesh.Trimesh(mended.vertices, mended.faces, process=False)
+    assert mesh.is_watertight and mesh.is_winding_consistent and mesh.body_count == 1
+    # Only vertices at the loops are gone, and the new ones lie among them.
+    assert np.abs(np.linalg.norm(mended.closed_holes, axis=1) - 1.0).max() < 0.3
+
+
+def test_what_has_no_small_handle_stays_as_it_is():
+    body = ball_with_rings(0.4)
+    assert without_small_handles(body, NO_RIMS, 0.1) is body
+    ball = ball_with_rings()
+    assert without_small_handles(ball, NO_RIMS, 10.0) is ball
+
+
+def test_a_handle_of_an_open_surface_is_cut_and_its_opening_stays():
+    """Below a height of -0.5 the ball is open: a rim and a handle."""
+    body = ball_with_rings(0.15)
+    open_body = body.only(body.vertices[:, 1] > -0.5)
+    assert euler_number(open_body) == -1
+    mended = without_small_handles(open_body, NO_RIMS, 0.2)
+    assert euler_number(mended) == 1
+    assert len(igl.boundary_loop_all(mended.faces)) == 1
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1e3])
+def test_handles_scale_with_the_unit(scale):
+    body = ball_with_rings(0.15)
+    small = surface_of(scale * body.vertices, body.faces)
+    found = without_small_handles(small, NO_RIMS, scale * 0.2)
+    assert (found.faces == without_small_handles(body, NO_RIMS, 0.2).faces).all()
+
+
+def test_a_torus_has_the_loops_around_its_tube_and_its_hole():
+    """Two loops for one handle, as wide as the circles of radius 0.25 and of 0.75 at least; those
+    through one root are no longer than twice that."""
+    mesh = trimesh.creation.torus(1.0, 0.25, major_sections=96, minor_sections=32)
+    short, long = _loops(mesh.vertices, mesh.faces)
+    assert 0.5 * 0.99 <= _span(mesh.vertices[short]) <= 1.0
+    assert 1.5 * 0.99 <= _span(mesh.vertices[long]) <= 3.0
+    turn = np.unwrap(np.arctan2(*mesh.vertices[np.append(short, short[0])][:, 1::-1].T))
+    assert abs(turn[-1] - turn[0]) < 1e-9
+    turn = np.unwrap(np.arctan2(*mesh.vertices[np.append(long, long[0])][:, 1::-1].T))
+    assert abs(turn[-1] - turn[0]) == pytest.approx(2.0 * np.pi)
