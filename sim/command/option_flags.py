@@ -56,12 +56,20 @@ def with_options(record, ignored: tuple[str, ...]) -> Callable:
     return decorate
 
 
+def flag_of(name: str) -> str:
+    """The flag of an option; the name of a kind is the flag of its record: --planner random.
+
+    >>> flag_of("max_touches"), flag_of("planner.name")
+    ('--max-touches', '--planner')
+    """
+    return "--" + name.removesuffix(".name").replace("_", "-")
+
+
 def _flag(name: str, option: Option | type, meaning: str) -> inspect.Parameter:
     """A keyword argument that is None unless the flag is given."""
     kind, flag, default = option, f"--{name}", ""
     if isinstance(option, Option):
-        # The name of a kind is the flag of its record: --planner random.
-        kind, flag = option.kind, "--" + option.name.removesuffix(".name").replace("_", "-")
+        kind, flag = option.kind, flag_of(option.name)
         if option.value is not None:
             value = f"{option.value:.5g}" if option.kind is float else option.value
             default = f" (default {value})"

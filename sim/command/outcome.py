@@ -6,7 +6,7 @@ import sys
 from collections.abc import Callable
 from contextlib import suppress
 
-from cyclopts import CycloptsError, UnusedCliTokensError
+from cyclopts import CycloptsError, UnknownOptionError, UnusedCliTokensError
 
 from touchatlas.sim.run.interrupt import Terminated
 
@@ -66,7 +66,24 @@ def _misused(error: CycloptsError, command_line: str) -> str:
         return (
             f"{command_line} takes fewer arguments: leave out {rest}, or quote a name with spaces"
         )
+    if isinstance(error, UnknownOptionError) and (error.command_chain or ())[-1:] == ("resume",):
+        return _not_resumed(error)
     return str(error).rstrip(" ,.")
+
+
+def _not_resumed(error: UnknownOptionError) -> str:
+    """What to do where resume was given a setting that only explore takes."""
+    from touchatlas.sim.command.option_flags import flag_of
+    from touchatlas.sim.folder.option_tables import options_of
+    from touchatlas.sim.folder.run_options import RunOptions
+
+    flag = error.token.keyword
+    if flag not in {flag_of(option.name) for option in options_of(RunOptions())}:
+        return str(error).rstrip(" ,.")
+    return (
+        f"a run keeps its settings, so resume takes no {flag}; touchatlas explore OBJECT --options "
+        f"RUN/run.toml {flag} VALUE --out ANOTHER explores again with others"
+    )
 
 
 def _trouble(error: OSError) -> str:

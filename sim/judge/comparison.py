@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from touchatlas.atlas.files import write_whole
+from touchatlas.sim.folder.option_tables import flattened
 from touchatlas.sim.folder.run_folder import read_settings
 from touchatlas.sim.judge.mismatches import mismatches_of
 from touchatlas.sim.judge.number_meanings import NUMBERS
@@ -134,7 +135,7 @@ def compare_runs(folders) -> Comparison:
     if len({folder.resolve() for folder in folders}) < max(len(folders), 2):
         raise ValueError(f"{len(folders)} folders were given; give two or more different runs")
     tables = [read_settings(folder) for folder in folders]
-    settings = [_flat(table) for table in tables]
+    settings = [_options(table) for table in tables]
     keys = {key: None for one in settings for key in one}
     differing = {key: [one.get(key) for one in settings] for key in keys}
     differing = {k: v for k, v in differing.items() if any(x != v[0] for x in v)}
@@ -157,15 +158,9 @@ def _names(folders) -> tuple[str, ...]:
     return tuple(os.sep.join(path[-count:]) for path in paths)
 
 
-def _flat(table: dict, path: str = "") -> dict:
-    """A nested table with dotted keys, without versions and digest."""
-    found: dict = {}
-    for key, value in table.items():
-        if isinstance(value, dict):
-            found |= _flat(value, f"{path}{key}.") if key != "versions" else {}
-        elif key != "digest":
-            found[path + key] = value
-    return found
+def _options(table: dict) -> dict:
+    """A run.toml with dotted names, without versions and digest."""
+    return flattened({k: v for k, v in table.items() if k not in ("versions", "digest")})
 
 
 def _numbers(folder: Path) -> dict:
