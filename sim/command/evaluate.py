@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from touchatlas.sim.command.numbers import Json, print_numbers, sentences, unit_hint, unit_of
+from touchatlas.sim.command.numbers import Json, print_numbers, sentences, unit_hint
 from touchatlas.sim.command.outcome import say
 from touchatlas.sim.command.show import shown
 from touchatlas.sim.folder.run_folder import read_finished
@@ -13,7 +13,7 @@ from touchatlas.sim.judge.evaluate import evaluate_surface
 from touchatlas.sim.judge.surface_file import load_surface
 from touchatlas.sim.run.conclusion import truth_of
 from touchatlas.sim.run.work import random_streams
-from touchatlas.sim.world.objects import digest_of, make_object
+from touchatlas.sim.world.objects import digest_of, make_object, unit_of
 
 
 def evaluate(
@@ -61,8 +61,8 @@ def evaluate(
         known = truth_of(obj, tolerance, rng)
         watcher.begins("comparing the surface with the truth")
         found = evaluate_surface(vertices, faces, known, tolerance, rng, deviation)
-    numbers = found.as_dict()
-    print_numbers(numbers, f"{surface} against {obj.name}", json_, unit_of(obj.source))
+    numbers = found.as_dict() | {"unit": unit_of(obj)}
+    print_numbers(numbers, f"{surface} against {obj.name}", json_)
     size = float(np.linalg.norm(np.ptp(vertices[np.unique(faces)], axis=0)))
     for sentence in (unit_hint(size, obj.diagonal), *sentences(numbers)):
         if sentence is not None:

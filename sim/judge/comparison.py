@@ -78,7 +78,8 @@ class Comparison:
     def csv_bytes(self) -> bytes:
         """All options that differ and all numbers, a row for each run."""
         text = io.StringIO()
-        names = [*self.differing, *NUMBERS]
+        # The tolerance is both an option and a number.
+        names = list(dict.fromkeys((*self.differing, *NUMBERS)))
         writer = csv.writer(text)
         writer.writerow(["run", *names])
         for run, values in self.table.items():
