@@ -140,7 +140,7 @@ def compare_runs(folders) -> Comparison:
     keys = {key: None for one in settings for key in one}
     differing = {key: [one.get(key) for one in settings] for key in keys}
     differing = {k: v for k, v in differing.items() if any(x != v[0] for x in v)}
-    numbers = tuple(_numbers(folder) for folder in folders)
+    numbers = tuple(stored_numbers(folder) for folder in folders)
     return Comparison(
         _names(folders),
         differing,
@@ -164,7 +164,14 @@ def _options(table: dict) -> dict:
     return flattened({k: v for k, v in table.items() if k not in ("versions", "digest")})
 
 
-def _numbers(folder: Path) -> dict:
+def stored_numbers(folder: Path) -> dict:
+    """The numbers in the evaluation.json of a run, those that are explained.
+
+    Raises
+    ------
+    ValueError
+        When there is none, or it cannot be read.
+    """
     try:
         numbers = json.loads((folder / "evaluation.json").read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError):

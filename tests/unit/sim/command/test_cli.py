@@ -178,6 +178,8 @@ def test_force_replaces_the_run_and_nothing_else(whole_run):
         (["fit", "columns.csv"], "no column curve, x, y, z"),
         (["evaluate", "tetra.off", "--truth", "sphere", "--tolerance", "-1"], "tolerance is -1"),
         (["evaluate", "."], "not the folder of a run"),
+        (["resume", "r", "--tolerance", "1"], "RUN/run.toml --tolerance VALUE --out ANOTHER"),
+        (["resume", "r", "--odd", "1"], "Unknown option: --odd"),
     ],
 )
 def test_the_users_mistakes_are_one_sentence_and_exit_two(tmp_path, arguments, words):
@@ -337,6 +339,21 @@ def test_a_run_is_not_compared_with_a_mesh_that_has_changed_unless_it_is_named(m
     assert_refused(done, 2, "a[red]b.ply has changed since the run was made")
     done = touchatlas("evaluate", "[r]", "--truth", "a[red]b.ply", "--json", cwd=folder)
     assert done.returncode == 0, done.stderr
+
+
+def test_a_run_whose_mesh_is_gone_shows_what_was_measured_at_its_end(mesh_run):
+    folder, out = mesh_run
+    (folder / "a[red]b.ply").unlink()
+    settings = folder / "[r]" / "run.toml"
+    # The file is named by its whole path, which is that of the first run.
+    text = settings.read_text()
+    settings.write_text(text.replace(json.loads(f'"{text.split(chr(34))[1]}"'), "/gone/ball.ply"))
+    done = touchatlas("evaluate", "[r]", "--json", cwd=folder)
+    assert done.returncode == 0 and json.loads(done.stdout) == json.loads(out)
+    assert "no file /gone/ball.ply any more" in done.stderr and "end of the run" in done.stderr
+    # Another tolerance needs the truth.
+    done = touchatlas("evaluate", "[r]", "--tolerance", 1, cwd=folder)
+    assert_refused(done, 2, "there is no file '/gone/ball.ply'")
 
 
 def test_interrupt_ends_with_results_so_far(mesh_run, tmp_path):
