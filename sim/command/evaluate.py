@@ -47,7 +47,12 @@ def evaluate(
         tolerance = run["tolerance"] if tolerance is None else tolerance
         seed, surface = run["seed"], surface / "surface.ply"
     elif not surface.is_file():
-        raise ValueError(f"there is no file {surface}; give a mesh file, or the folder of a run")
+        what = (
+            f"{surface} is a device or a pipe"
+            if surface.exists()
+            else f"there is no file {surface}"
+        )
+        raise ValueError(f"{what}; give a mesh file, or the folder of a run")
     if truth is None:
         raise ValueError("no truth was given; name a mesh file or built-in object with --truth")
     with shown(f"reading {surface}") as watcher:

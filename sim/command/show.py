@@ -91,7 +91,9 @@ class PlainLines(Shown):
         note = f", {self._note}" if self._note else ""
         line = f"touchatlas: {self.words}: {time.monotonic() - self._since:.0f} s{note}"
         with suppress(OSError, ValueError, AttributeError):
-            print(line, file=sys.stderr, flush=True)
+            # In one piece: another thread may write as well.
+            sys.stderr.write(line + "\n")
+            sys.stderr.flush()
         self._wait(_THEN)
 
 

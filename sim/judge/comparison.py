@@ -9,6 +9,7 @@ from pathlib import Path
 
 from touchatlas.atlas.files import write_whole
 from touchatlas.sim.folder.option_tables import flattened
+from touchatlas.sim.folder.out_folder import make_out_folder
 from touchatlas.sim.folder.run_folder import read_settings
 from touchatlas.sim.judge.mismatches import mismatches_of
 from touchatlas.sim.judge.number_meanings import NUMBERS
@@ -117,9 +118,7 @@ class Comparison:
 
     def write(self, folder: Path) -> None:
         """Write compare.csv and compare.png."""
-        if folder.exists() and not folder.is_dir():
-            raise ValueError(f"{folder} is a file; give a folder with --out")
-        folder.mkdir(parents=True, exist_ok=True)
+        make_out_folder(folder)
         for name, content in zip(FILES, (self.csv_bytes(), self.png_bytes()), strict=True):
             write_whole(folder / name, content)
 

@@ -107,6 +107,8 @@ def make_object(name: str, seed: int = 0) -> ImplicitObject | MeshObject:
         return _CATALOGUE[name](seed)
     if Path(name).is_dir():
         raise ValueError(f"{name!r} is a folder; give a mesh file in it, or a built-in object")
+    if Path(name).exists() and not Path(name).is_file():
+        raise ValueError(f"{name!r} is a device or a pipe; give a mesh file, or a built-in object")
     if not Path(name).is_file():
         near = difflib.get_close_matches(name, object_names(), 1)
         hint = f"; did you mean {near[0]}?" if near else "; give one of these, or a file"
