@@ -20,7 +20,7 @@ create table if not exists contour (
     first_end text, last_end text, points blob, primary key (touch, place));
 """
 # Apart, because journals of earlier versions lack it.
-_SETTINGS = "create table if not exists setting (name text primary key, value text);"
+_SETTINGS = "create table if not exists setting (name text primary key, value text) without rowid;"
 # Errors that reading an altered journal raises.
 _DAMAGE = (sqlite3.Error, ValueError, TypeError, AttributeError, OverflowError)
 # Letters of another library's message that are passed on. Doubled, sentences are pages.
@@ -88,9 +88,9 @@ class Journal:
         ValueError
             When the file was altered.
         """
-        if ("setting",) not in self._tables():
-            return {}
         try:
+            if ("setting",) not in self._tables():
+                return {}
             rows = self._database.execute("select name, value from setting").fetchall()
             return {name: json.loads(value) for name, value in rows}
         except (*_DAMAGE, RecursionError) as error:

@@ -373,8 +373,8 @@ def test_interrupt_ends_with_results_so_far(mesh_run, tmp_path):
         explore, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     ) as process:
         journal = tmp_path / "r" / "journal.sqlite"
-        # Three pages hold the empty tables: more means a touch.
-        while process.poll() is None and not (journal.exists() and journal.stat().st_size > 20_000):
+        # Five pages hold the settings and the empty tables: more means a touch.
+        while process.poll() is None and not (journal.exists() and journal.stat().st_size > 20_480):
             time.sleep(0.001)
         process.send_signal(signal.SIGINT)
         out, errors = process.communicate(timeout=60)
