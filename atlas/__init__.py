@@ -7,6 +7,7 @@ from touchatlas.patch.lazy_names import lazy_names
 if TYPE_CHECKING:
     from touchatlas.atlas.atlas import Atlas
     from touchatlas.atlas.cad.step_file import StepReport, save_step
+    from touchatlas.atlas.check.doubts import Doubt, doubts
     from touchatlas.atlas.faces.boundaries import EdgeKind
     from touchatlas.atlas.faces.face_graph import write_graphml, write_json
     from touchatlas.atlas.faces.face_values import FaceValues, face_values
@@ -25,6 +26,7 @@ __all__ = [
     "AtlasOptions",
     "Blend",
     "Boundary",
+    "Doubt",
     "EdgeKind",
     "Face",
     "FaceEdge",
@@ -34,6 +36,7 @@ __all__ = [
     "Surface",
     "Touch",
     "TouchStatus",
+    "doubts",
     "extract_surface",
     "face_values",
     "load_atlas",
@@ -49,6 +52,7 @@ __getattr__ = lazy_names(
         "AtlasOptions": "touchatlas.atlas.records.options",
         "Blend": "touchatlas.atlas.field.blend",
         "Boundary": "touchatlas.atlas.graph.power_diagram",
+        "Doubt": "touchatlas.atlas.check.doubts",
         "EdgeKind": "touchatlas.atlas.faces.boundaries",
         "Face": "touchatlas.atlas.faces.faces",
         "FaceEdge": "touchatlas.atlas.faces.faces",
@@ -59,6 +63,7 @@ __getattr__ = lazy_names(
         "Surface": "touchatlas.atlas.mesh.extract",
         "Touch": "touchatlas.atlas.records.touch",
         "TouchStatus": "touchatlas.atlas.records.touch",
+        "doubts": "touchatlas.atlas.check.doubts",
         "extract_surface": "touchatlas.atlas.mesh.extract",
         "load_atlas": "touchatlas.atlas.store",
         "save_atlas": "touchatlas.atlas.store",

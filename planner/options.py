@@ -82,7 +82,7 @@ class PlannerOptions:
             value, most = getattr(self, field.name), limits.get(field.name)
             if most is not None and not 0.0 < real(value) < most:
                 raise ValueError(
-                    f"{field.name} is {value!r}; it must be a number between 0 and {most:.4g}"
+                    f"{field.name} is {value!r}; it must be greater than 0 and less than {most:.4g}"
                 )
         if not 4.0 * self.step <= self.reach:
             raise ValueError(

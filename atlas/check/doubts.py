@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from enum import Enum
 from typing import Protocol
 
 import numpy as np
@@ -33,6 +34,30 @@ _ROUNDING = 1e-6
 # Distance between places of one doubt, over the extent, and how many are named. Doubled, fewer or
 # more places are named.
 _APART, _MOST = 0.1, 5
+
+
+# The reason of a planner that has reached its end.
+_KNOWN = "known to the tolerance"
+
+
+class Forecast(Protocol):
+    """What a planner's Stop expects of the surface, as far as it is read here."""
+
+    @property
+    def predicted_coverage(self) -> float: ...
+    @property
+    def open_places(self) -> np.ndarray: ...
+
+
+class Stopped(Protocol):
+    """A planner's Stop, as far as it is read here; its ``reason`` is an Enum of words."""
+
+    @property
+    def reason(self) -> Enum: ...
+    @property
+    def forecast(self) -> Forecast: ...
+    @property
+    def unreachable(self) -> np.ndarray: ...
 
 
 class Triangles(Protocol):
@@ -73,7 +98,7 @@ def doubts(
     atlas: AtlasState,
     surface: Triangles | None = None,
     open_places: Sequence | np.ndarray = (),
-    stopped: str = "",
+    stopped: str | Stopped | None = "",
     unreachable: Sequence | np.ndarray = (),
 ) -> tuple[Doubt, ...]:
     """What speaks against an atlas; empty where nothing does.
@@ -85,8 +110,9 @@ def doubts(
         The atlas's Surface, whose pieces and holes are looked at.
     open_places : (k, 3) float, length, world
         Where a planner says that too little is known (``Forecast.open_places``).
-    stopped : str
-        Why the exploration ended before the surface was known; empty if it was known.
+    stopped : Stop or str, optional
+        Why the exploration ended: a planner's ``stop``, whose places are taken if none are given,
+        or words. It is no doubt if nothing is given, or the surface is known to the tolerance.
     unreachable : (k, 3) float, length, world
         Where a planner found no way for its pin (``Stop.unreachable``).
 
@@ -95,8 +121,10 @@ def doubts(
     tuple of Doubt
         In the order of how much they say.
     """
+    if stopped is not None and not isinstance(stopped, str):
+        stopped, open_places, unreachable = _of_stop(stopped, open_places, unreachable)
     found = []
-    if stopped:
+    if stopped and stopped != _KNOWN:
         found.append(Doubt("unfinished", f"The exploration ended early: {stopped}.", _NOWHERE))
     places = np.reshape(np.asarray(open_places, float), (-1, 3))
     if len(places):
@@ -123,6 +151,19 @@ def doubts(
 
 
 _NOWHERE = np.zeros((0, 3))
+
+
+def _of_stop(stop: Stopped, open_places, unreachable):
+    """Words of a planner's Stop, and its places where no others are given."""
+    words = str(stop.reason.value)
+    if not len(unreachable):
+        unreachable = stop.unreachable
+    if words == _KNOWN:
+        return words, open_places, unreachable
+    share = stop.forecast.predicted_coverage
+    if not len(open_places):
+        open_places = stop.forecast.open_places
+    return f"{words}, with {share:.1%} of the surface {_KNOWN}", open_places, unreachable
 
 
 def _count(number: int, one: str, many: str) -> str:

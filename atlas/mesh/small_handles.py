@@ -5,6 +5,9 @@ is smaller than any patch. It changes the Euler characteristic of a surface that
 (Guskov and Wood, Topological noise removal, 2001).
 """
 
+from collections.abc import Iterator
+from itertools import islice
+
 import igl
 import numpy as np
 from scipy.sparse import coo_array, csr_array
@@ -18,8 +21,8 @@ from touchatlas.atlas.mesh.surface import Surface
 # Radius in which shorter loops are looked for, in sizes: a handle of that size is within. Doubled,
 # four times as many triangles are looked at.
 _ABOUT = 3.0
-# Most loops that are cut. Doubled, surfaces that are wrong in many places take twice as long.
-_MOST = 16
+# Most loops that are tried. Doubled, surfaces that are wrong in many places take twice as long.
+_MOST = 24
 
 
 def without_small_handles(surface: Surface, rims: Rims, size: float) -> Surface:
@@ -29,14 +32,16 @@ def without_small_handles(surface: Surface, rims: Rims, size: float) -> Surface:
     does not leave one handle fewer, and as many pieces, is not done. The surface must be manifold.
     """
     seen: list[np.ndarray] = []
-    handles = _handles(surface)
-    for _ in range(_MOST):
-        loop = _next_loop(surface, size, seen) if handles else None
-        if loop is None:
+    handles, tries = _handles(surface), _MOST
+    while handles and tries:
+        for loop in islice(_loops_within(surface, size, seen), tries):
+            tries -= 1
+            cut = _cut(surface, loop, rims)
+            if _handles(cut) == handles - 1 and _pieces(cut) == _pieces(surface):
+                surface, handles = cut, handles - 1
+                break
+        else:
             break
-        cut = _cut(surface, loop, rims)
-        if _handles(cut) == handles - 1 and _pieces(cut) == _pieces(surface):
-            surface, handles = cut, handles - 1
     return surface
 
 
@@ -61,9 +66,9 @@ def _handles(surface: Surface) -> int:
     return _pieces(surface) - (characteristic + len(igl.boundary_loop_all(faces))) // 2
 
 
-def _next_loop(surface: Surface, size: float, seen: list[np.ndarray]) -> np.ndarray | None:
-    """A loop that cuts no piece in two, as vertices, whose bounding box has a diagonal of ``size``
-    at most; None where there is none.
+def _loops_within(surface: Surface, size: float, seen: list[np.ndarray]) -> Iterator[np.ndarray]:
+    """Loops that cut no piece in two, as vertices, whose bounding boxes have a diagonal of ``size``
+    at most.
 
     A loop through a far root passes the feet of its handle; one through a root beside these is as
     short as can be. Places that are ``seen`` are not looked at again; others are added to them.
@@ -81,9 +86,7 @@ def _next_loop(surface: Surface, size: float, seen: list[np.ndarray]) -> np.ndar
                 continue
             root = int(((points[used] - place) ** 2).sum(axis=1).argmin())
             near = _loops(points[used], index.reshape(-1, 3), root)
-            if near and _span(points[used[near[0]]]) <= size:
-                return np.asarray(used[near[0]])
-    return None
+            yield from (used[k] for k in near if _span(points[used[k]]) <= size)
 
 
 def _spread(points, apart: float) -> np.ndarray:

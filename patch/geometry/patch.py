@@ -67,6 +67,11 @@ class Patch:
     condition: float
     leftover: float = 0.0
 
+    def __repr__(self) -> str:
+        k1, k2 = self.curvatures.k1, self.curvatures.k2
+        place = ", ".join(f"{x:.5g}" for x in self.frame.origin)
+        return f"Patch({self.id} at ({place}), k1={k1:.4g}, k2={k2:.4g}, radius={self.radius:.4g})"
+
     @cached_property
     def curvatures(self) -> PrincipalCurvatures:
         """Principal curvatures at the frame's origin, with their standard deviations."""

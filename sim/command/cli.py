@@ -19,6 +19,11 @@ def _explained() -> str:
 
 
 _FOLDER = "touchatlas.sim.command"
+# Where cyclopts would call any number of arguments ARGS.
+_USAGE = {
+    "compare": "Usage: touchatlas compare [OPTIONS] RUN RUN ...",
+    "chart": "Usage: touchatlas chart [OPTIONS] [NAME ...]",
+}
 for _name, _help in (
     ("objects", "List the built-in objects."),
     ("explore", "Explore an object by simulated touch, build its atlas and judge it."),
@@ -31,7 +36,13 @@ for _name, _help in (
     ("paper", "Repeat the paper's tables and figures on simulated objects."),
 ):
     _epilogue = _explained() if _name == "evaluate" else None
-    app.command(f"{_FOLDER}.{_name}:{_name}", name=_name, help=_help, help_epilogue=_epilogue)
+    app.command(
+        f"{_FOLDER}.{_name}:{_name}",
+        name=_name,
+        help=_help,
+        help_epilogue=_epilogue,
+        usage=_USAGE.get(_name),
+    )
 
 
 def run(imported: Callable[[], object] = lambda: None) -> int:

@@ -2,7 +2,9 @@
 
 import json
 from pathlib import Path
+from typing import Annotated
 
+from cyclopts import Parameter
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
@@ -12,7 +14,11 @@ from touchatlas.sim.command.outcome import say
 from touchatlas.sim.judge.comparison import compare_runs
 
 
-def compare(*runs: Path, out: Path = Path("runs/compare"), json_: Json = False) -> int:
+def compare(
+    *runs: Annotated[Path, Parameter(name="RUN", show_default=False)],
+    out: Path = Path("runs/compare"),
+    json_: Json = False,
+) -> int:
     """Compare runs: a table of their numbers and of the options in which they differ, and a chart.
 
     Parameters

@@ -8,9 +8,10 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from touchatlas.sim.judge.judgement import is_met, truth_warnings
 from touchatlas.sim.judge.mismatches import differ_as_units
 from touchatlas.sim.judge.number_meanings import LENGTH, NUMBERS
-from touchatlas.sim.world.objects import object_names
+from touchatlas.sim.world.objects import INPUT_UNIT
 
 Json = Annotated[
     bool,
@@ -23,18 +24,18 @@ Json = Annotated[
 ]
 # Letters of a terminal in which the meanings fit beside the numbers. Doubled, few see them.
 _WIDE = 130
-# Coverage above which nothing is said of what was not reached. Doubled distance from one: half a
-# percent more may be missing without a word.
-_WHOLE = 0.995
 # Places of a doubt that are said; evaluation.json holds five. Doubled, sentences fill two lines.
 _SAID = 2
 
 
-def print_numbers(numbers: dict, title: str, as_json: bool, unit: str = LENGTH) -> None:
+def print_numbers(numbers: dict, title: str, as_json: bool) -> None:
     """Print numbers with their units and meanings."""
     if as_json:
         print(json.dumps(numbers, indent=2))
         return
+    unit = numbers.get("unit", LENGTH)
+    # The table has no room for more.
+    unit = "input's" if unit == INPUT_UNIT else unit
     table = Table(title=escape(title))
     table.add_column("quantity", no_wrap=True)
     # Long values fold, as the list of doubts does: names, units and meanings need their width.
@@ -49,6 +50,8 @@ def print_numbers(numbers: dict, title: str, as_json: bool, unit: str = LENGTH) 
         shown = f"{value:.5g}" if isinstance(value, float) else str(value)
         if name == "doubts":
             shown = ", ".join(doubt["name"] for doubt in value) or "none"
+        elif name == "warnings":
+            shown = f"{len(value)}, see below" if value else "none"
         elif isinstance(value, list):
             shown = f"{len(value)} places"
         in_unit = unit if about.unit == LENGTH else about.unit
@@ -60,41 +63,21 @@ def print_numbers(numbers: dict, title: str, as_json: bool, unit: str = LENGTH) 
         console.print("touchatlas evaluate --help says what each number is.")
 
 
-def unit_of(source: str) -> str:
-    """The unit of lengths of an object: built-in ones are in millimetres."""
-    return "mm" if source in object_names() else "file's unit"
-
-
 def sentences(numbers: dict) -> list[str]:
     """What a user must know of a run or an evaluation, in words."""
-    found = []
-    parts, reached = numbers["components"], numbers["components_reached"]
-    if parts is not None and parts > 1 and reached < parts:
-        found.append(
-            f"{parts - reached} of the {parts} separate parts of the object were not reached: what "
-            "lies inside another cannot be touched, and no contour leads from one to another; "
-            "--planner.search 20 looks for parts beside"
-        )
-    if hidden := numbers["hidden_area"]:
-        found.append(f"{hidden:.1%} of the true surface lies inside, where no touch can reach it")
-    if numbers["coverage"] < _WHOLE:
-        found.append(f"{1.0 - numbers['coverage']:.1%} of the true surface was not reached")
+    found = truth_warnings(numbers)
     if missed := numbers.get("touches_without_contact"):
         found.append(f"{missed} of {numbers['touches']} touches met nothing")
     return found + [_doubt(doubt) for doubt in numbers.get("doubts", ())]
 
 
 def verdict(numbers: dict) -> str | None:
-    """Whether the surface is as good as the tolerance asks, in words; None without a surface.
-
-    It is where 95 % of the surface is within the tolerance of the truth and 95 % of the truth
-    within the tolerance of the surface: false surface fails the one, holes fail the other.
-    """
+    """Whether the tolerance is met (``is_met``), in words; None without a surface."""
     false, missing = numbers.get("accuracy_p95"), numbers.get("completeness_p95")
     if false is None or missing is None:
         return None
     tolerance = numbers["tolerance"]
-    met = "met" if max(false, missing) <= tolerance else "not met"
+    met = "met" if is_met(numbers) else "not met"
     return (
         f"The tolerance {tolerance:.4g} is {met}: 95% of the surface is within {false:.4g} of the "
         f"truth, and 95% of the truth within {missing:.4g} of the surface."

@@ -1,6 +1,7 @@
 """Flags of a command, made from an option record: one for each field, and a TOML file of them."""
 
 import inspect
+import re
 from collections.abc import Callable
 from functools import wraps
 from pathlib import Path
@@ -41,9 +42,7 @@ def with_options(record, ignored: tuple[str, ...]) -> Callable:
             found = {listed[name].path: others.pop(name, None) for name in listed}
             given = {path: value for path, value in found.items() if value is not None}
             base = record if options is None else read_options(options, record, ignored)
-            return command(
-                *arguments, options=updated(base, nested(given), "the command"), **others
-            )
+            return command(*arguments, options=_with_flags(base, given), **others)
 
         old = inspect.signature(command).parameters
         flags = [p for name, p in old.items() if name != "options"]
@@ -56,12 +55,34 @@ def with_options(record, ignored: tuple[str, ...]) -> Callable:
     return decorate
 
 
+def _with_flags(base, given: dict[tuple[str, ...], Any]):
+    """A record with the values of flags; what it refuses names the flags."""
+    try:
+        return updated(base, nested(given), "the command")
+    except ValueError as error:
+        flags = {option.path[-1]: flag_of(option.name) for option in options_of(base)}
+        # A record begins with the names of what it refuses: "step, reach are 3, 1; ...".
+        names, verb, rest = (re.split(r" (is|are) ", str(error), maxsplit=1) + [""] * 2)[:3]
+        keys = [name.replace("-", "_") for name in names.split(", ")]
+        if not (given and verb and all(key in flags for key in keys)):
+            raise
+        raise ValueError(f"{', '.join(flags[key] for key in keys)} {verb} {rest}") from None
+
+
+def flag_of(name: str) -> str:
+    """The flag of an option; the name of a kind is the flag of its record: --planner random.
+
+    >>> flag_of("max_touches"), flag_of("planner.name")
+    ('--max-touches', '--planner')
+    """
+    return "--" + name.removesuffix(".name").replace("_", "-")
+
+
 def _flag(name: str, option: Option | type, meaning: str) -> inspect.Parameter:
     """A keyword argument that is None unless the flag is given."""
     kind, flag, default = option, f"--{name}", ""
     if isinstance(option, Option):
-        # The name of a kind is the flag of its record: --planner random.
-        kind, flag = option.kind, "--" + option.name.removesuffix(".name").replace("_", "-")
+        kind, flag = option.kind, flag_of(option.name)
         if option.value is not None:
             value = f"{option.value:.5g}" if option.kind is float else option.value
             default = f" (default {value})"

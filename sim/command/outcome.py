@@ -6,7 +6,7 @@ import sys
 from collections.abc import Callable
 from contextlib import suppress
 
-from cyclopts import CycloptsError, UnusedCliTokensError
+from cyclopts import CycloptsError, UnknownCommandError, UnknownOptionError, UnusedCliTokensError
 
 from touchatlas.sim.run.interrupt import Terminated
 
@@ -50,7 +50,8 @@ def say(sentence: str) -> None:
     """Print one line on standard error, if it can be written."""
     if sys.stderr is not None:
         with suppress(OSError):
-            print("touchatlas:", " ".join(sentence.split()), file=sys.stderr)
+            # In one piece: the thread that shows progress writes as well.
+            sys.stderr.write(f"touchatlas: {' '.join(sentence.split())}\n")
 
 
 def complain(sentence: str, code: int) -> int:
@@ -66,7 +67,27 @@ def _misused(error: CycloptsError, command_line: str) -> str:
         return (
             f"{command_line} takes fewer arguments: leave out {rest}, or quote a name with spaces"
         )
+    if isinstance(error, UnknownCommandError) and error.unused_tokens and error.app is not None:
+        commands = [name for name in error.app if not name.startswith("-")]
+        return f'Unknown command "{error.unused_tokens[0]}": there are {", ".join(commands)}'
+    if isinstance(error, UnknownOptionError) and (error.command_chain or ())[-1:] == ("resume",):
+        return _not_resumed(error)
     return str(error).rstrip(" ,.")
+
+
+def _not_resumed(error: UnknownOptionError) -> str:
+    """What to do where resume was given a setting that only explore takes."""
+    from touchatlas.sim.command.option_flags import flag_of
+    from touchatlas.sim.folder.option_tables import options_of
+    from touchatlas.sim.folder.run_options import RunOptions
+
+    flag = error.token.keyword
+    if flag not in {flag_of(option.name) for option in options_of(RunOptions())}:
+        return str(error).rstrip(" ,.")
+    return (
+        f"a run keeps its settings, so resume takes no {flag}; touchatlas explore OBJECT --options "
+        f"RUN/run.toml {flag} VALUE --out ANOTHER explores again with others"
+    )
 
 
 def _trouble(error: OSError) -> str:

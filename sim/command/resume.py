@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from touchatlas.sim.command.numbers import Json, print_numbers, unit_of
+from touchatlas.sim.command.numbers import Json, print_numbers
 from touchatlas.sim.command.option_flags import Whole
 from touchatlas.sim.command.outcome import say
 from touchatlas.sim.command.run_end import end_of, resumable
@@ -41,8 +41,7 @@ def resume(
         with shown(f"resuming {run}") as watcher, resumable(run):
             result = resume_exploration(run, max_touches, max_length, watcher)
     except FinishedError as finished:
-        source = settings["object"]
-        print_numbers(finished.numbers, f"{source}: {run}", json_, unit_of(source))
+        print_numbers(finished.numbers, f"{settings['object']}: {run}", json_)
         say(str(finished))
         return 0
     return end_of(result, make_object(settings["object"], settings["seed"]), json_)

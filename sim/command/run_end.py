@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from touchatlas.sim.command.numbers import print_numbers, sentences, unit_of
+from touchatlas.sim.command.numbers import print_numbers, sentences
 from touchatlas.sim.command.outcome import FAILURE, complain, say
 from touchatlas.sim.folder.run_folder import is_run
 from touchatlas.sim.run.work import Result
@@ -35,7 +35,7 @@ def resumable(folder) -> Iterator[None]:
 def end_of(result: Result, obj, as_json: bool) -> int:
     """Print the numbers of a run and what they say; returns the exit code."""
     numbers, folder = result.numbers, result.folder
-    print_numbers(numbers, f"{obj.name}: {folder}", as_json, unit_of(obj.source))
+    print_numbers(numbers, f"{obj.name}: {folder}", as_json)
     if result.surface is not None:
         for sentence in sentences(numbers):
             say(sentence)

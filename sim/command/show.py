@@ -10,6 +10,7 @@ from contextlib import contextmanager, suppress
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
+from touchatlas.sim.command.outcome import say
 from touchatlas.sim.run.watcher import Watcher
 
 # Seconds after which a phase shows itself in a plain line, and between its further lines. Doubled,
@@ -29,6 +30,10 @@ class Shown(Watcher):
     def begins(self, words: str) -> None:
         """A phase begins."""
         self.words, self._note = words, ""
+
+    def assumes(self, words: str) -> None:
+        """Something was assumed that the files of the run do not say."""
+        say(words)
 
     def touched(self, step, atlas) -> None:
         """A touch was learned."""
@@ -86,7 +91,9 @@ class PlainLines(Shown):
         note = f", {self._note}" if self._note else ""
         line = f"touchatlas: {self.words}: {time.monotonic() - self._since:.0f} s{note}"
         with suppress(OSError, ValueError, AttributeError):
-            print(line, file=sys.stderr, flush=True)
+            # In one piece: another thread may write as well.
+            sys.stderr.write(line + "\n")
+            sys.stderr.flush()
         self._wait(_THEN)
 
 

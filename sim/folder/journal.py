@@ -1,5 +1,6 @@
 """Journal: every touch on disk before it is learned."""
 
+import json
 import sqlite3
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +19,8 @@ create table if not exists contour (
     touch integer, place integer, plane_point blob, plane_normal blob, noise_std real,
     first_end text, last_end text, points blob, primary key (touch, place));
 """
+# Apart, because journals of earlier versions lack it.
+_SETTINGS = "create table if not exists setting (name text primary key, value text) without rowid;"
 # Errors that reading an altered journal raises.
 _DAMAGE = (sqlite3.Error, ValueError, TypeError, AttributeError, OverflowError)
 # Letters of another library's message that are passed on. Doubled, sentences are pages.
@@ -63,7 +66,7 @@ class Journal:
         try:
             if not self._tables():
                 # Who opens it at the same moment waits, and finds the tables made.
-                self._database.executescript(f"begin immediate; {_SCHEMA} commit;")
+                self._database.executescript(f"begin immediate; {_SCHEMA} {_SETTINGS} commit;")
             self._database.execute("select probe from touch limit 0").fetchone()
             self._database.execute("select points from contour limit 0").fetchone()
         except (sqlite3.DatabaseError, ValueError) as error:
@@ -75,6 +78,44 @@ class Journal:
     def _tables(self) -> list:
         """The names of what the file holds; none in a new one, or one killed at its first step."""
         return self._database.execute("select name from sqlite_master").fetchall()
+
+    def settings(self) -> dict:
+        """Names and values of the settings that the touches were made with; none in a journal
+        that nobody told.
+
+        Raises
+        ------
+        ValueError
+            When the file was altered.
+        """
+        try:
+            if ("setting",) not in self._tables():
+                return {}
+            rows = self._database.execute("select name, value from setting").fetchall()
+            return {name: json.loads(value) for name, value in rows}
+        except (*_DAMAGE, RecursionError) as error:
+            if _is_no_damage(error):
+                raise
+            raise self._damaged(error) from None
+
+    def keep_settings(self, settings: dict) -> None:
+        """Keep the settings that the touches are made with: names, and numbers or words.
+
+        Raises
+        ------
+        sqlite3.Error
+            When they cannot be written.
+        """
+        if self.settings() == settings:
+            return
+        rows = [
+            (name, json.dumps(value, default=lambda number: number.item()))
+            for name, value in settings.items()
+        ]
+        with self._database as database:
+            database.execute(_SETTINGS)
+            database.execute("delete from setting")
+            database.executemany("insert into setting values (?, ?)", rows)
 
     def append(self, plan: ProbePlan, touch: Touch, probe: str = "") -> None:
         """Write one touch, with the state of the probe after it, and commit it.

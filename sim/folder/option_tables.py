@@ -109,6 +109,19 @@ def nested(flat: dict[tuple[str, ...], Any]) -> dict:
     return table
 
 
+def flattened(table: dict, path: tuple[str, ...] = ()) -> dict[str, Any]:
+    """A nested table as one with dotted names.
+
+    >>> flattened({"a": 1, "b": {"c": 2}})
+    {'a': 1, 'b.c': 2}
+    """
+    found: dict[str, Any] = {}
+    for key, value in table.items():
+        inner = (*path, key)
+        found |= flattened(value, inner) if isinstance(value, dict) else {".".join(inner): value}
+    return found
+
+
 def differences(record, other) -> dict[str, Any]:
     """The options in which a record differs from another of its kind, by their names."""
     theirs = {option.path: option.value for option in options_of(other)}

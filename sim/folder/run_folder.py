@@ -12,6 +12,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 from touchatlas.atlas.files import write_whole
+from touchatlas.sim.folder.out_folder import make_out_folder
 from touchatlas.sim.folder.run_lock import LOCK, check_free, locked
 
 RUN_FILES = (
@@ -51,7 +52,7 @@ def new_run(path, force: bool) -> Iterator[Path]:
     """
     path = Path(path)
     _check_new(path, force)
-    path.mkdir(parents=True, exist_ok=True)
+    make_out_folder(path)
     _try_to_write(path)
     with locked(path):
         # Another process may have been here since.

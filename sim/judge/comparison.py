@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from touchatlas.atlas.files import write_whole
+from touchatlas.sim.folder.option_tables import flattened
+from touchatlas.sim.folder.out_folder import make_out_folder
 from touchatlas.sim.folder.run_folder import read_settings
 from touchatlas.sim.judge.mismatches import mismatches_of
 from touchatlas.sim.judge.number_meanings import NUMBERS
@@ -77,7 +79,8 @@ class Comparison:
     def csv_bytes(self) -> bytes:
         """All options that differ and all numbers, a row for each run."""
         text = io.StringIO()
-        names = [*self.differing, *NUMBERS]
+        # The tolerance is both an option and a number.
+        names = list(dict.fromkeys((*self.differing, *NUMBERS)))
         writer = csv.writer(text)
         writer.writerow(["run", *names])
         for run, values in self.table.items():
@@ -115,9 +118,7 @@ class Comparison:
 
     def write(self, folder: Path) -> None:
         """Write compare.csv and compare.png."""
-        if folder.exists() and not folder.is_dir():
-            raise ValueError(f"{folder} is a file; give a folder with --out")
-        folder.mkdir(parents=True, exist_ok=True)
+        make_out_folder(folder)
         for name, content in zip(FILES, (self.csv_bytes(), self.png_bytes()), strict=True):
             write_whole(folder / name, content)
 
@@ -134,11 +135,11 @@ def compare_runs(folders) -> Comparison:
     if len({folder.resolve() for folder in folders}) < max(len(folders), 2):
         raise ValueError(f"{len(folders)} folders were given; give two or more different runs")
     tables = [read_settings(folder) for folder in folders]
-    settings = [_flat(table) for table in tables]
+    settings = [_options(table) for table in tables]
     keys = {key: None for one in settings for key in one}
     differing = {key: [one.get(key) for one in settings] for key in keys}
     differing = {k: v for k, v in differing.items() if any(x != v[0] for x in v)}
-    numbers = tuple(_numbers(folder) for folder in folders)
+    numbers = tuple(stored_numbers(folder) for folder in folders)
     return Comparison(
         _names(folders),
         differing,
@@ -157,18 +158,19 @@ def _names(folders) -> tuple[str, ...]:
     return tuple(os.sep.join(path[-count:]) for path in paths)
 
 
-def _flat(table: dict, path: str = "") -> dict:
-    """A nested table with dotted keys, without versions and digest."""
-    found: dict = {}
-    for key, value in table.items():
-        if isinstance(value, dict):
-            found |= _flat(value, f"{path}{key}.") if key != "versions" else {}
-        elif key != "digest":
-            found[path + key] = value
-    return found
+def _options(table: dict) -> dict:
+    """A run.toml with dotted names, without versions and digest."""
+    return flattened({k: v for k, v in table.items() if k not in ("versions", "digest")})
 
 
-def _numbers(folder: Path) -> dict:
+def stored_numbers(folder: Path) -> dict:
+    """The numbers in the evaluation.json of a run, those that are explained.
+
+    Raises
+    ------
+    ValueError
+        When there is none, or it cannot be read.
+    """
     try:
         numbers = json.loads((folder / "evaluation.json").read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError):

@@ -7,6 +7,7 @@ import numpy as np
 import trimesh
 
 from touchatlas.sim.judge.closest_points import closest_points
+from touchatlas.sim.judge.judgement import is_met, truth_warnings
 from touchatlas.sim.judge.surface_file import check_deviation, check_triangles
 from touchatlas.sim.judge.truth import EvaluateOptions, Truth
 from touchatlas.sim.judge.truth_parts import hidden_area
@@ -39,6 +40,8 @@ class Evaluation:
     in ``coverage`` alone. ``components`` is the number of separate parts of the truth, and
     ``components_reached`` of those of which a point is within three tolerances of the surface.
     ``hidden_area`` is the fraction of the true area in parts that lie inside others.
+    ``normal_error_deg`` is measured where the truth is covered (None where nothing is): elsewhere
+    the nearest surface is another part of the object.
     """
 
     coverage: float
@@ -53,8 +56,8 @@ class Evaluation:
     chamfer: float
     hausdorff: float
     f_score: float
-    normal_error_deg_mean: float
-    normal_error_deg_p95: float
+    normal_error_deg_mean: float | None
+    normal_error_deg_p95: float | None
     deviation_calibration: float | None
     watertight: bool
     euler_characteristic: int
@@ -66,8 +69,18 @@ class Evaluation:
     diagonal: float
 
     def as_dict(self) -> dict:
-        """Field names to plain numbers."""
-        return asdict(self)
+        """Field names to plain numbers, whether the tolerance is met, and warnings."""
+        return asdict(self) | {"met": self.met, "warnings": self.warnings}
+
+    @property
+    def met(self) -> bool:
+        """Whether the tolerance is met, both ways."""
+        return is_met(asdict(self))
+
+    @property
+    def warnings(self) -> list[str]:
+        """What of the truth was not reached, in sentences."""
+        return truth_warnings(asdict(self))
 
 
 def evaluate_surface(
@@ -117,11 +130,11 @@ def evaluate_surface(
     accuracy, _, _ = closest_points(sampled, truth.vertices, truth.faces)
     completeness, index, feet = closest_points(truth.points, vertices, faces)
     normals = _interpolated(_corner_normals(vertices, faces), vertices, faces, index, feet)
-    angles = _angles_deg(normals, truth.normals)
     predicted = None
     if deviation is not None:
         predicted = _interpolated(deviation[faces], vertices, faces, owners, sampled)
     covered, parts = completeness <= _COVERED * tolerance, truth.parts
+    angles = _angles_deg(normals[covered], truth.normals[covered])
     mesh = trimesh.Trimesh(vertices, faces, process=False)
     return Evaluation(
         float(np.mean(covered)),
@@ -130,8 +143,8 @@ def evaluate_surface(
         0.5 * float(accuracy.mean() + completeness.mean()),
         float(max(accuracy.max(), completeness.max())),
         _f_score(accuracy, completeness, tolerance),
-        float(angles.mean()),
-        float(np.quantile(angles, 0.95)),
+        float(angles.mean()) if len(angles) else None,
+        float(np.quantile(angles, 0.95)) if len(angles) else None,
         _calibration(accuracy, predicted),
         bool(mesh.is_watertight and mesh.is_winding_consistent),
         int(mesh.euler_number),

@@ -36,7 +36,10 @@ NUMBERS: dict[str, Meaning] = {
         good="1",
     ),
     "normal_error_deg_mean": _m(
-        "angle between the true normal and that of the surface: mean", "degree", "below 1"
+        "angle between the true normal and that of the surface where the truth is covered: mean; "
+        "null where nothing is",
+        "degree",
+        "below 1",
     ),
     "normal_error_deg_p95": _m("the same: 95 % is less", "degree", "few"),
     "deviation_calibration": _m(
@@ -61,6 +64,13 @@ NUMBERS: dict[str, Meaning] = {
     ),
     "tolerance": _m("how well the surface was wanted", LENGTH),
     "diagonal": _m("of the object's bounding box", LENGTH),
+    "met": _m(
+        "whether 95 % of the surface is within the tolerance of the truth, and 95 % of the truth "
+        "within it of the surface",
+        good="True",
+    ),
+    "warnings": _m("what of the truth was not reached, in sentences", good="none"),
+    "unit": _m("of all lengths; mesh files name none"),
     "total_curvature_over_2pi": _m(
         "integral of the surface's Gaussian curvature over 2 pi: its Euler characteristic if it is "
         "smooth and closed, 0 on a polyhedron; needs no truth",
@@ -70,7 +80,7 @@ NUMBERS: dict[str, Meaning] = {
     "predicted_coverage": _m(
         "expected fraction of the surface within the tolerance, without the truth", good="near 1"
     ),
-    "open_places": _m("places that are not known to the tolerance", "length", good="none"),
+    "open_places": _m("places that are not known to the tolerance", "length", good="few"),
     "unreachable_places": _m(
         "places where the pin would have passed through what was known", "length", good="none"
     ),

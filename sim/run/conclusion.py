@@ -6,20 +6,21 @@ from pathlib import Path
 
 import numpy as np
 
-from touchatlas.atlas import Atlas, Surface, extract_surface, save_atlas
-from touchatlas.atlas.check.doubts import doubts
+from touchatlas.atlas import Atlas, Surface, doubts, extract_surface, save_atlas
 from touchatlas.atlas.files import write_whole
 from touchatlas.planner import StopReason
 from touchatlas.sim.folder.ply import ply_bytes, stored
 from touchatlas.sim.folder.run_options import check_number
 from touchatlas.sim.judge.closest_points import closest_points
 from touchatlas.sim.judge.evaluate import Evaluation, evaluate_surface
+from touchatlas.sim.judge.judgement import is_met, truth_warnings
 from touchatlas.sim.judge.surface_picture import surface_picture
 from touchatlas.sim.judge.truth import EvaluateOptions, Truth
 from touchatlas.sim.run.phases import Phases
 from touchatlas.sim.run.progress import SECONDS, Progress
 from touchatlas.sim.world.implicit_object import ImplicitObject
 from touchatlas.sim.world.mesh_object import MeshObject
+from touchatlas.sim.world.objects import unit_of
 
 # Truth triangles may be off the true surface by this fraction of the tolerance. Twice as much
 # halves the number of triangles and adds 1 % of the tolerance to the measured errors.
@@ -125,7 +126,8 @@ class Conclusion:
             )
             numbers |= evaluation.as_dict()
             numbers["total_curvature_over_2pi"] = surface.total_curvature() / (2.0 * np.pi)
-        return numbers | {"tolerance": atlas.tolerance}
+        numbers |= {"tolerance": atlas.tolerance, "unit": unit_of(obj)}
+        return numbers | {"met": is_met(numbers), "warnings": truth_warnings(numbers)}
 
     def _expense(self) -> dict:
         """Numbers of touches, samples and patches, and lengths."""

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from touchatlas.planner import StopReason
 from touchatlas.sim.folder.journal import Entry, Journal
+from touchatlas.sim.folder.kept_settings import check_settings
 from touchatlas.sim.folder.option_tables import as_table, updated
 from touchatlas.sim.folder.run_folder import new_run, old_run, read_settings, write_settings
 from touchatlas.sim.folder.run_options import (
@@ -26,6 +27,11 @@ from touchatlas.sim.world.objects import digest_of, make_object
 
 # Keys of run.toml that are no options of the run.
 NO_OPTIONS = ("object", "digest", "versions")
+# Journals of earlier versions do not hold the settings of their touches.
+_ASSUMED = (
+    "the journal of {folder} does not say with which settings it was made; those of run.toml are "
+    "taken for them"
+)
 
 
 class FinishedError(ValueError):
@@ -71,7 +77,7 @@ def run_exploration(
     with new_run(out, force) as folder:
         settings = {"object": obj.source, "digest": digest_of(obj), **as_table(options)}
         write_settings(folder, settings)
-        return Work(obj, folder, options, phases, watcher).carry_out()
+        return Work(obj, folder, options, settings, phases, watcher).carry_out()
 
 
 def resume_exploration(
@@ -98,7 +104,7 @@ def resume_exploration(
         When nothing is left to do.
     ValueError
         When the path holds no run, its object or its options have changed, touches of its journal
-        are lost, or its budget is smaller than what the journal holds.
+        are lost, or its budget is smaller than what the journal holds. No file has changed then.
     """
     phases = Phases(watcher.begins)
     with old_run(path) as folder:
@@ -108,7 +114,11 @@ def resume_exploration(
         new = {"max_touches": max_touches, "max_length": max_length}
         options = replace(options, **{k: v for k, v in new.items() if v is not None})
         with phases("start", "reading the journal"):
-            kept = _kept(folder)
+            kept, held = _kept(folder)
+        if held:
+            check_settings(folder, settings, held)
+        elif kept:
+            watcher.assumes(_ASSUMED.format(folder=folder))
         _check_budget(folder, options, kept)
         with phases("start", f"preparing {settings['object']}"):
             obj = make_object(settings["object"], options.seed)
@@ -118,8 +128,9 @@ def resume_exploration(
             )
         options = _completed(options, obj)
         settings = {"object": obj.source, "digest": digest_of(obj), **as_table(options)}
-        write_settings(folder, settings)
-        return Work(obj, folder, options, phases, watcher, kept).carry_out()
+        if not kept:
+            write_settings(folder, settings)
+        return Work(obj, folder, options, settings, phases, watcher, kept).carry_out()
 
 
 def _completed(options: RunOptions, obj) -> RunOptions:
@@ -132,19 +143,22 @@ def _completed(options: RunOptions, obj) -> RunOptions:
     return replace(options, noise=noise, tolerance=tolerance)
 
 
-def _kept(folder: Path) -> list[Entry]:
-    """What the journal of a run holds; nothing where it was not begun.
+def _kept(folder: Path) -> tuple[list[Entry], dict]:
+    """What the journal of a run holds, and the settings of its touches; nothing where it was not
+    begun.
 
     Raises
     ------
     ValueError
         When it is damaged, or holds fewer touches than steps.csv, which is written after it.
     """
-    path, kept = folder / "journal.sqlite", []
-    if path.exists():
+    path, kept, held = folder / "journal.sqlite", [], {}
+    # An empty file would be written to.
+    if path.exists() and path.stat().st_size:
         try:
             with closing(Journal(path)) as journal:
                 kept = journal.entries()
+                held = journal.settings() if kept else {}
         except sqlite3.Error as error:
             raise OSError(
                 f"{path} cannot be read ({error}); see that there is space, and that no other "
@@ -155,7 +169,7 @@ def _kept(folder: Path) -> list[Entry]:
             f"{path} holds {len(kept)} touches, but steps.csv {learned}; put the whole journal "
             "back, or explore again with --force"
         )
-    return kept
+    return kept, held
 
 
 def _check_budget(folder: Path, options: RunOptions, kept: list[Entry]) -> None:

@@ -10,6 +10,9 @@ class Watcher:
     def begins(self, words: str) -> None:
         """A phase begins."""
 
+    def assumes(self, words: str) -> None:
+        """Something was assumed that the files of the run do not say."""
+
     def touched(self, step: Step, atlas: Atlas) -> None:
         """A touch was learned."""
 

@@ -15,8 +15,9 @@ from touchatlas.atlas.files import write_whole
 from touchatlas.planner import Planner, Step, explore
 from touchatlas.planner.options import FRONTIER
 from touchatlas.sim.folder.journal import Entry, Journal
+from touchatlas.sim.folder.kept_settings import kept_settings
 from touchatlas.sim.folder.recorder import Recorder
-from touchatlas.sim.folder.run_folder import replace_run
+from touchatlas.sim.folder.run_folder import replace_run, write_settings
 from touchatlas.sim.folder.run_options import RunOptions, fit_scale
 from touchatlas.sim.run.conclusion import Conclusion
 from touchatlas.sim.run.interrupt import GRACE, Hold, held_interrupt, interrupt_of
@@ -90,11 +91,12 @@ def begin(options: RunOptions, obj, rng: np.random.Generator) -> tuple[Atlas, Pl
 
 @dataclass
 class Work:
-    """One process at work on a run."""
+    """One process at work on a run; ``settings`` are those of its run.toml."""
 
     obj: ImplicitObject | MeshObject
     folder: Path
     options: RunOptions
+    settings: dict
     phases: Phases
     watcher: Watcher
     kept: list[Entry] = field(default_factory=list)
@@ -152,23 +154,38 @@ class Work:
         options, start, done = self.options, time.perf_counter(), len(self.kept)
         with self._journal() as journal:
             recorder = Recorder(self.probe, journal, self.kept)
+            if not done:
+                journal.keep_settings(kept_settings(self.settings))
             self.watcher.begins(f"repeating {done} touches of the journal" if done else "touching")
             steps = explore(
                 self.atlas, self.planner, recorder, options.max_touches, options.max_length
             )
             for step in steps:
                 self._add(step, recorder)
+                if step.plan.number == done - 1:
+                    self._repeated(journal)
                 self.watcher.touched(step, self.atlas)
                 if hold:
                     break
             counted = sum(self.progress.sum(f"seconds_{part}") for part in ("plan", "fit", "sim"))
             counted += self.phases.seconds.get("repeat", 0.0) - sum(map(sum, self.old_seconds))
-            if hold and len(self.progress.rows) < done:
+            if (learned := len(self.progress.rows)) < done:
                 # The files of before know more.
-                raise interrupt_of(hold.signal)
+                if hold:
+                    raise interrupt_of(hold.signal)
+                raise ValueError(
+                    f"{self.folder} holds {done} touches, but this version ends after {learned}; "
+                    "resume with the versions that run.toml names, or explore again"
+                )
             self.progress.measure()
             self.phases.add("record", time.perf_counter() - start - counted)
         return INTERRUPTED if hold else self._why_ended()
+
+    def _repeated(self, journal: Journal) -> None:
+        """All touches of the journal answer plans of these settings: they are written."""
+        write_settings(self.folder, self.settings)
+        journal.keep_settings(kept_settings(self.settings))
+        self.watcher.begins("touching")
 
     def _why_ended(self) -> str:
         most, longest = self.options.max_touches, self.options.max_length
@@ -196,8 +213,6 @@ class Work:
         elif number >= done:
             with open(path, "ab") as file:
                 file.write(self.progress.last_row_bytes())
-        if number == done - 1:
-            self.watcher.begins("touching")
 
     @contextmanager
     def _journal(self) -> Iterator[Journal]:

@@ -10,6 +10,7 @@ from rich.box import SIMPLE
 from rich.table import Table
 
 from touchatlas.atlas.files import write_whole
+from touchatlas.sim.folder.out_folder import make_out_folder
 from touchatlas.sim.study.tradeoff import FRACTIONS, MEASURES, overall
 from touchatlas.sim.study.tradeoff_methods import PAPER
 
@@ -32,9 +33,7 @@ _MARKERS = "osD^vP*Xh<>p"
 
 def make_folder(path) -> None:
     """The folder of a chart; ValueError when there is a file in its place."""
-    if Path(path).is_file():
-        raise ValueError(f"{path} is a file; give a folder for the chart with --out")
-    Path(path).mkdir(parents=True, exist_ok=True)
+    make_out_folder(path)
 
 
 def write_chart(folder, rows: list[dict]) -> None:

@@ -92,6 +92,8 @@ def _declared_in_off(path: Path) -> int:
 def _merged(path: Path, vertices, faces):
     """Vertices and faces with equal vertices merged, in any unit: trimesh compares decimals."""
     span = float(np.abs(vertices[faces].reshape(-1, 3)).max())
+    if span == 0.0:
+        raise ValueError(f"{path} has no extent: all its vertices are at one point")
     if not _SMALLEST < span < _LARGEST:
         raise ValueError(
             f"{path} has coordinates up to {span:.3g}; that is no size that double precision can "

@@ -7,7 +7,7 @@ import numpy as np
 import trimesh
 
 from touchatlas.sim.world.mesh_sections import PlaneSections
-from touchatlas.sim.world.triangles import areas_of, sample_triangles, top_sample
+from touchatlas.sim.world.triangles import areas_of, edge_keys, sample_triangles, top_sample
 
 # Default noise and tolerance, as fractions of the diagonal: what a touch probe reaches on an object
 # of the size of a hand. With twice as much fewer patches are needed.
@@ -149,8 +149,7 @@ def _wound_alike(name: str, vertices, faces):
 
 def _triangles_of_edges(faces) -> np.ndarray:
     """(e,) how many triangles each edge has."""
-    pairs = np.sort(faces[:, [[1, 2], [2, 0], [0, 1]]], axis=2).reshape(-1, 2)
-    return np.unique(pairs, axis=0, return_counts=True)[1]
+    return np.unique(edge_keys(faces), return_counts=True)[1]
 
 
 def _notes_on_edges(name: str, counts) -> list[str]:

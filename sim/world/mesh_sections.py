@@ -5,6 +5,7 @@ import numpy as np
 
 from touchatlas.patch import ContourEnd
 from touchatlas.sim.world.finer_steps import finer_steps, last_steps, whole_steps
+from touchatlas.sim.world.triangles import edge_keys
 
 
 class PlaneSections:
@@ -96,8 +97,7 @@ class PlaneSections:
 
 def _adjacency(faces):
     """Edge ids of each face (f, 3), edge m opposite corner m, and faces of each edge."""
-    pairs = np.sort(faces[:, [[1, 2], [2, 0], [0, 1]]], axis=2).reshape(-1, 2)
-    _, edges = np.unique(pairs, axis=0, return_inverse=True)
+    _, edges = np.unique(edge_keys(faces), return_inverse=True)
     edges = edges.reshape(-1, 3)
     order = np.argsort(edges.ravel(), kind="stable")
     starts = np.searchsorted(edges.ravel()[order], np.arange(edges.max() + 2))

@@ -14,6 +14,8 @@ from touchatlas.sim.world.mesh_object import MeshObject
 
 # A hand-sized object touched by an arm that is good to 0.02 mm, as in the paper.
 _NOISE, _TOLERANCE = 0.02, 0.1
+# The unit of a mesh file, which names none.
+INPUT_UNIT = "the unit of the input"
 
 
 def _blob(seed: int) -> ImplicitObject:
@@ -105,6 +107,8 @@ def make_object(name: str, seed: int = 0) -> ImplicitObject | MeshObject:
         return _CATALOGUE[name](seed)
     if Path(name).is_dir():
         raise ValueError(f"{name!r} is a folder; give a mesh file in it, or a built-in object")
+    if Path(name).exists() and not Path(name).is_file():
+        raise ValueError(f"{name!r} is a device or a pipe; give a mesh file, or a built-in object")
     if not Path(name).is_file():
         near = difflib.get_close_matches(name, object_names(), 1)
         hint = f"; did you mean {near[0]}?" if near else "; give one of these, or a file"
@@ -114,6 +118,11 @@ def make_object(name: str, seed: int = 0) -> ImplicitObject | MeshObject:
     obj = MeshObject(Path(name).stem, *load_mesh(name))
     obj.source = str(Path(name).resolve())
     return obj
+
+
+def unit_of(obj: ImplicitObject | MeshObject) -> str:
+    """The unit of an object's lengths: millimetres of a built-in one; mesh files name none."""
+    return "mm" if isinstance(obj, ImplicitObject) else INPUT_UNIT
 
 
 def digest_of(obj: ImplicitObject | MeshObject) -> str | None:

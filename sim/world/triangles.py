@@ -19,6 +19,19 @@ def areas_of(vertices, faces) -> np.ndarray:
     return 0.5 * np.sqrt((cross(b - a, c - a) ** 2).sum(axis=1))
 
 
+def edge_keys(faces) -> np.ndarray:
+    """(3 f,) one number for each edge of each face, edge m opposite corner m; the same number for
+    the same edge, and ordered as the edges are.
+
+    Numbers are sorted in a tenth of the time that pairs take, and other threads run meanwhile.
+
+    >>> edge_keys(np.array([[0, 1, 2], [2, 1, 3]]))
+    array([ 6,  2,  1,  7, 11,  6])
+    """
+    pairs = faces[:, [[1, 2], [2, 0], [0, 1]]].astype(np.int64)
+    return (pairs.min(axis=2) * (int(faces.max()) + 1) + pairs.max(axis=2)).ravel()
+
+
 def sample_triangles(vertices, faces, count: int, rng):
     """Area-uniform points (count, 3) of a mesh and their face indices (count,)."""
     cumulative = np.cumsum(areas_of(vertices, faces))

@@ -35,6 +35,11 @@ def test_the_loop_ends_with_a_closed_surface_and_its_deviation(ended):
     assert np.median(np.abs(ended["distance"])) < 0.15 * atlas.tolerance
 
 
+def test_the_end_of_the_loop_is_no_doubt(ended):
+    found = ended["doubts"](ended["atlas"], ended["surface"], stopped=ended["planner"].stop)
+    assert {"unfinished", "open places", "holes"}.isdisjoint(doubt.name for doubt in found)
+
+
 def test_every_file_and_folder_that_it_names_is_there():
     text = README.read_text()
     for name in re.findall(r"\]\(([\w/.]+)\)", text):

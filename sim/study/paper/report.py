@@ -10,6 +10,7 @@ from rich.box import SIMPLE
 from rich.table import Table
 
 from touchatlas.atlas.files import write_whole
+from touchatlas.sim.folder.out_folder import make_out_folder
 from touchatlas.sim.study.paper.figures import figures
 from touchatlas.sim.study.paper.tables import check_options, paper_tables
 
@@ -46,7 +47,7 @@ def repeat_paper(out, draws: int, seed: int, watch: Callable[[int, int], None]) 
     folder = Path(out)
     if folder.exists() and not folder.is_dir():
         raise ValueError(f"{folder} is a file; give a folder for tables and figures with --out")
-    folder.mkdir(parents=True, exist_ok=True)
+    make_out_folder(folder)
     numbers = paper_tables(draws, seed, watch)
     files = {
         "paper.json": json_text(numbers).encode(),

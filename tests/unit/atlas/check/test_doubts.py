@@ -7,9 +7,9 @@ import pytest
 import trimesh
 
 from tests.explored import spread_touches
-from touchatlas.atlas import Atlas, extract_surface
+from touchatlas.atlas import Atlas, doubts, extract_surface
 from touchatlas.atlas.check.contradictions import contradictions, shift_between
-from touchatlas.atlas.check.doubts import doubts
+from touchatlas.planner.stop import Forecast, Stop, StopReason
 from touchatlas.sim import make_object
 from touchatlas.sim.study.stability_atlas.bodies import cup, slab
 from touchatlas.sim.study.stability_atlas.trial import shifted
@@ -89,6 +89,27 @@ def test_what_a_planner_left_is_said_with_its_places():
     found = doubts(ball(False), surface(), places, "touches no longer improve what is known")
     assert names(found) == ["unfinished", "open places"]
     assert found[1].places.tolist() == places and "2 places are" in found[1].words
+
+
+@pytest.mark.parametrize("reason", list(StopReason))
+def test_a_planners_stop_is_a_doubt_unless_the_surface_is_known(reason):
+    place = np.array([[0.0, 0.0, 33.0]])
+    stop = Stop(reason, Forecast(0.75, place), place[:0])
+    found = doubts(ball(False), surface(), stopped=stop)
+    if reason is StopReason.KNOWN:
+        assert found == ()
+        assert doubts(ball(False), surface(), stopped=reason.value) == ()
+        return
+    assert names(found) == ["unfinished", "open places"]
+    assert f"{reason.value}, with 75.0% of the surface known" in found[0].words
+    assert found[1].places.tolist() == place.tolist()
+
+
+def test_places_that_no_pin_reaches_are_taken_from_the_stop():
+    place = np.array([[0.0, 0.0, 33.0]])
+    stop = Stop(StopReason.KNOWN, Forecast(1.0, place[:0]), place)
+    assert names(doubts(ball(False), surface(), stopped=stop)) == ["unreachable"]
+    assert doubts(ball(False), surface(), stopped=None) == ()
 
 
 def test_a_moved_object_is_told_with_its_move():

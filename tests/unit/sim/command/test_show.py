@@ -2,6 +2,7 @@
 
 import io
 import time
+from types import SimpleNamespace
 
 import pytest
 from rich.console import Console
@@ -32,6 +33,20 @@ def test_slow_phases_show_themselves_in_plain_lines_and_quick_ones_do_not(hasty,
     assert out == "" and len(lines) == len(errors.splitlines())
     assert [line.split(":")[1] for line in lines] == [" reading", *[" working"] * (len(lines) - 1)]
     assert len(lines) >= 2 and lines[1].endswith("half done")
+
+
+def test_lines_of_two_threads_are_written_in_one_piece(monkeypatch):
+    """What is said while a line of progress is written is not glued to it."""
+    pieces = []
+    stream = SimpleNamespace(write=pieces.append, flush=lambda: None)
+    monkeypatch.setattr(show.sys, "stderr", stream)
+    lines = PlainLines()
+    lines.words = "reading"
+    lines._say()
+    lines.end()
+    lines.assumes("this and that")
+    assert len(pieces) == 2 and all(piece.endswith("\n") for piece in pieces)
+    assert progress_lines(pieces[0]) and pieces[1] == "touchatlas: this and that\n"
 
 
 def test_an_interrupt_says_what_was_left(hasty):

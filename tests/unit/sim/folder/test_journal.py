@@ -92,6 +92,27 @@ def test_an_altered_journal_is_refused(tmp_path, change):
         Journal(path).entries()
 
 
+def test_the_settings_of_the_touches_are_kept_as_they_are(tmp_path):
+    path = tmp_path / "journal.sqlite"
+    settings = {"seed": np.int64(3), "noise": 0.1 + 0.2, "atlas.trust": np.inf, "object": "cube"}
+    with closing(Journal(path)) as journal:
+        assert journal.settings() == {}
+        journal.keep_settings(settings)
+        assert journal.settings() == settings
+    before = path.read_bytes()
+    with closing(Journal(path)) as journal:
+        journal.keep_settings(settings)
+    assert path.read_bytes() == before
+    with closing(sqlite3.connect(path)) as journal:
+        journal.execute("update setting set value = 'odd' where name = 'seed'")
+        journal.commit()
+    with (
+        closing(Journal(path)) as journal,
+        pytest.raises(ValueError, match="is no whole journal of a run"),
+    ):
+        journal.settings()
+
+
 def test_touches_of_millions_of_samples_are_refused():
     with pytest.raises(ValueError, match="makes 2.1e.04 samples a touch"):
         check_effort(PlannerOptions(step=1.7e-4))

@@ -14,6 +14,7 @@ import trimesh
 from tests.command import assert_refused, touchatlas
 from touchatlas.atlas import Surface, files
 from touchatlas.sim.folder.ply import ply_bytes, stored
+from touchatlas.sim.judge.comparison import Comparison
 from touchatlas.sim.judge.number_meanings import COLUMNS, NUMBERS
 from touchatlas.sim.judge.surface_file import load_surface
 from touchatlas.sim.judge.surface_picture import surface_picture
@@ -95,6 +96,14 @@ def test_runs_are_compared_as_a_table_and_a_chart(whole_run, tmp_path):
     assert (tmp_path / "c" / "compare.png").stat().st_size > 10_000
     shown = touchatlas("compare", first, "second", "--out", "c", cwd=tmp_path).stdout
     assert "planner.curves" in shown and "coverage" in shown
+
+
+def test_an_option_that_is_also_a_number_has_one_column():
+    numbers = {"tolerance": 0.1}, {"tolerance": 0.2}
+    runs = Comparison(("a", "b"), {"tolerance": [0.1, 0.2]}, numbers, ([], []), ())
+    header, *rows = csv.reader(runs.csv_bytes().decode().splitlines())
+    assert header.count("tolerance") == 1
+    assert [row[header.index("tolerance")] for row in rows] == ["0.1", "0.2"]
 
 
 def test_runs_that_cannot_be_compared_are_refused(whole_run, tmp_path):

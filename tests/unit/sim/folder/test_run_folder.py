@@ -153,9 +153,9 @@ def test_a_broken_link_is_refused(tmp_path):
         taken(tmp_path / "link", force=False)
 
 
-def test_a_folder_that_cannot_be_made_is_the_worlds_failure(tmp_path):
+def test_a_folder_in_a_file_is_the_users_mistake(tmp_path):
     (tmp_path / "file").write_text("")
-    with pytest.raises(OSError, match="file"):
+    with pytest.raises(ValueError, match=r"no folder can be made at .*file.run"):
         taken(tmp_path / "file" / "run", force=False)
 
 

@@ -69,6 +69,23 @@ def test_half_a_ball_covers_half():
     assert found.coverage == pytest.approx(0.5, abs=4 * 0.5 / np.sqrt(4000) + 0.01)
     assert found.accuracy_max < 1e-12
     assert not found.watertight
+    # The lower half has no surface whose normal could be compared. Those of the truth are of its
+    # triangles, which turn by 2.5 degrees from one to the next.
+    assert found.normal_error_deg_mean < 2.0
+    missing = f"{1.0 - found.coverage:.1%} of the true surface was not reached"
+    numbers = found.as_dict()
+    assert numbers["warnings"] == [missing] and numbers["met"] is False
+
+
+def test_normals_are_compared_where_the_truth_is_covered_alone():
+    found = judge(ball(2.1), ball(2.0), 0.03)
+    assert found.coverage == 0.0
+    assert found.normal_error_deg_mean is None and found.normal_error_deg_p95 is None
+
+
+def test_a_whole_surface_meets_the_tolerance_without_warnings():
+    numbers = judge(ball(2.0), ball(2.0), 0.01).as_dict()
+    assert numbers["met"] is True and numbers["warnings"] == []
 
 
 def test_scaling_all_input_scales_all_lengths():
@@ -191,6 +208,7 @@ def test_moving_both_leaves_every_number():
     # The bounding box does not turn with the body, and no deviation was given.
     for numbers in (still, moved):
         del numbers["diagonal"], numbers["deviation_calibration"]
+    assert moved.pop("warnings") == still.pop("warnings")
     assert moved == pytest.approx(still, rel=1e-7, abs=1e-9)
 
 

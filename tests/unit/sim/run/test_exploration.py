@@ -237,7 +237,7 @@ def test_streams_of_one_seed_are_their_own(tmp_path):
 
 FULL_DISK = """
 import resource, sys
-resource.setrlimit(resource.RLIMIT_FSIZE, (30_000, 30_000))
+resource.setrlimit(resource.RLIMIT_FSIZE, (34_000, 34_000))
 from touchatlas.sim.command.entry import main
 main()
 """

@@ -30,6 +30,22 @@ WHOLE = RunOptions(max_touches=7, seed=3)
 SAME = ("journal.sqlite", "atlas.npz", "surface.ply", "run.toml", "progress.png", "surface.png")
 
 
+def before_settings_were_kept(run):
+    """Make the journal of a run one of an earlier version."""
+    with closing(sqlite3.connect(run / "journal.sqlite")) as journal:
+        journal.execute("drop table setting")
+        journal.commit()
+    return {path.name: path.read_bytes() for path in run.iterdir() if path.name != "run.lock"}
+
+
+def edited(run, old, new):
+    """Change a line of run.toml; returns the files of the run."""
+    text = (run / "run.toml").read_text()
+    assert old in text
+    (run / "run.toml").write_text(text.replace(old, new))
+    return {path.name: path.read_bytes() for path in run.iterdir() if path.name != "run.lock"}
+
+
 class KilledError(BaseException):
     """Ends a run as kill -9 does: nothing is caught, nothing is cleaned up."""
 
@@ -271,8 +287,10 @@ def test_a_lost_journal_is_not_begun_again_in_silence(ball, whole, tmp_path, los
     [("seed = 3", "seed = 4"), ("noise = ", "noise = 1"), ('ball.ply"', 'other.ply"')],
 )
 def test_settings_that_did_not_give_the_touches_are_refused(ball, whole, tmp_path, old, new):
-    """Another seed, a larger noise, and another object of the same top."""
+    """Another seed, a larger noise, and another object of the same top; the journal is one that
+    does not hold its settings."""
     run, settings = shutil.copytree(whole, tmp_path / "r"), (whole / "run.toml").read_text()
+    before_settings_were_kept(run)
     assert old in settings
     changed = trimesh.load(ball)
     changed.vertices[changed.vertices[:, 2] < 29.9] *= 0.99
@@ -281,8 +299,68 @@ def test_settings_that_did_not_give_the_touches_are_refused(ball, whole, tmp_pat
     if "other" in new:
         digest = digest_of(make_object(str(ball.parent / "other.ply")))
         changed = changed.replace(digest_of(make_object(str(ball))), digest)
-    (run / "run.toml").write_text(changed)
+    before = edited(run, settings, changed)
     with pytest.raises(ValueError, match="does not give the first touch of the journal"):
+        resume_exploration(run, max_touches=8)
+    assert {path.name: path.read_bytes() for path in run.iterdir()} == before
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "names"),
+    [
+        ("seed = 3", "seed = 4", "seed = 4, .* seed = 3"),
+        ("tolerance = 0.0", "tolerance = 0.5", r"tolerance = 0.5\d+, .* tolerance = 0.0"),
+        ("trust = 1.0", "trust = 3.0", r"atlas.trust = 3.0, .* atlas.trust = 1.0"),
+        ("coverage = 0.995", "coverage = 0.9", "planner.coverage = 0.9, .* 0.995"),
+        ("noise = ", "# noise = ", "no noise, .* noise = "),
+        ("digest = ", "# digest = ", "no digest"),
+        ("fill = true", "fill = false", "fill = False"),
+    ],
+)
+def test_other_settings_than_those_of_the_touches_are_refused_and_nothing_changes(
+    whole, tmp_path, old, new, names
+):
+    run = shutil.copytree(whole, tmp_path / "r")
+    before = edited(run, old, new)
+    with pytest.raises(ValueError, match=f"{names}.* begin anew with touchatlas explore .*toml"):
+        resume_exploration(run, max_touches=8)
+    # Of a finished run as well, whose numbers are those of other settings.
+    with pytest.raises(ValueError, match="put that back"):
+        resume_exploration(run)
+    assert {path.name: path.read_bytes() for path in run.iterdir()} == before
+
+
+def test_a_journal_that_does_not_hold_its_settings_is_read_and_they_are_assumed(whole, tmp_path):
+    said = []
+
+    class Hearing(Watcher):
+        def assumes(self, words):
+            said.append(words)
+
+    run = shutil.copytree(whole, tmp_path / "r")
+    before_settings_were_kept(run)
+    assert resume_exploration(run, max_touches=8, watcher=Hearing()).numbers["touches"] == 8
+    assert ["those of run.toml are taken" in words for words in said] == [True]
+    # From now on they are known.
+    edited(run, "trust = 1.0", "trust = 2.0")
+    with pytest.raises(ValueError, match="trust = 2.0"):
+        resume_exploration(run, max_touches=9)
+
+
+def test_a_mesh_that_was_moved_is_the_same_object(ball, whole, tmp_path):
+    run = shutil.copytree(whole, tmp_path / "r")
+    shutil.copy(ball, tmp_path / "moved.ply")
+    edited(run, str(ball), str(tmp_path / "moved.ply"))
+    assert resume_exploration(run, max_touches=8).numbers["touches"] == 8
+
+
+def test_a_setting_of_a_later_version_had_its_default(whole, tmp_path):
+    run = shutil.copytree(whole, tmp_path / "r")
+    with closing(sqlite3.connect(run / "journal.sqlite")) as journal:
+        journal.execute("delete from setting where name = 'atlas.trust'")
+        journal.commit()
+    edited(run, "trust = 1.0", "trust = 2.0")
+    with pytest.raises(ValueError, match=r"trust = 2.0, .*trust = 1\.0"):
         resume_exploration(run, max_touches=8)
 
 
@@ -293,9 +371,11 @@ def test_a_journal_of_another_version_is_refused(ball, tmp_path):
     text = (tmp_path / "r" / "run.toml").read_text()
     other = text.replace("curves = 3", "curves = 4")
     assert other != text
-    (tmp_path / "r" / "run.toml").write_text(other)
+    before_settings_were_kept(tmp_path / "r")
+    before = edited(tmp_path / "r", text, other)
     with pytest.raises(ValueError, match="answers another plan than this version makes"):
-        resume_exploration(tmp_path / "r")
+        resume_exploration(tmp_path / "r", max_touches=9)
+    assert {path.name: path.read_bytes() for path in (tmp_path / "r").iterdir()} == before
 
 
 def test_the_probe_goes_on_from_its_state():

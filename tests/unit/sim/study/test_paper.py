@@ -250,7 +250,7 @@ def test_all_files_are_written(folder):
         (["--draws", "0"], 2, "draws is 0; it must be >= 1"),
         (["--seed", "-1"], 2, "seed is -1; it must be >= 0"),
         (["--out", "held"], 2, "held is a file; give a folder for tables and figures with --out"),
-        (["--out", "held/in"], 1, "held/in: Not a directory"),
+        (["--out", "held/in"], 2, "no folder can be made at held/in; choose another --out"),
     ],
 )
 def test_the_command_refuses_in_one_sentence(tmp_path, options, code, words):
