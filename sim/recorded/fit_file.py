@@ -1,11 +1,19 @@
 """Fit a patch to a file of contours."""
 
 import difflib
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from touchatlas.patch import FitOptions, Patch, Penalty, fit_paper, fit_patch
+from touchatlas.patch.fit.displacement import (
+    displaced,
+    displacement_covariance,
+    estimate_displacements,
+    prior_of,
+)
+from touchatlas.patch.fit.smoothness import LOOSE_STD
 from touchatlas.sim.recorded.contour_file import read_curves
 from touchatlas.sim.recorded.fit_flags import fit_flags, residual_rms
 from touchatlas.sim.recorded.fit_report import FitReport
@@ -80,18 +88,23 @@ def _shortened(vector) -> np.ndarray:
 
 
 def _fit(method: str, recording: Recording, outward) -> tuple[Patch, int]:
+    """The patch, and the number of its outliers. Curves that do not meet are moved to where they
+    most probably do, and what is uncertain about that is added to the covariance."""
     point, contours = recording.point, recording.contours
+    spread = recording.displacement_std
+    if spread:
+        contours = displaced(contours, -estimate_displacements(point, contours, outward, spread))
     if method in _PAPER:
-        return fit_paper(point, contours, outward, _PAPER[method]), 0
-    # A lack of fit as large as the noise is borne; beyond, the patch is made smaller.
-    fit = fit_patch(
-        point,
-        contours,
-        outward,
-        shared=recording.scattered,
-        options=_MAPS[method],
-    )
-    return fit.patch, int(fit.outliers)
+        patch, outliers = fit_paper(point, contours, outward, _PAPER[method]), 0
+        prior = np.full(len(patch.covariance), LOOSE_STD**-2.0)
+    else:
+        shared, options = recording.scattered, _MAPS[method]
+        fit = fit_patch(point, contours, outward, shared=shared, options=options)
+        patch, outliers, prior = fit.patch, int(fit.outliers), prior_of(fit)
+    if spread:
+        more = displacement_covariance(patch, contours, spread, prior)
+        patch = replace(patch, covariance=patch.covariance + more)
+    return patch, outliers
 
 
 def _outer_side(recording: Recording) -> np.ndarray:

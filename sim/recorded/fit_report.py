@@ -57,7 +57,7 @@ class FitReport:
     @cached_property
     def diagnosis(self) -> Diagnosis:
         """Of the patch against the curves, with the noise that was stated or estimated."""
-        return diagnose(self.patch, self.recording.contours_as_recorded)
+        return diagnose(self.patch, self.recording.contours)
 
     @property
     def displaced(self) -> tuple[str, ...]:
@@ -73,8 +73,8 @@ class FitReport:
         """The numbers of ``touchatlas fit --json``, all finite: lengths in the unit of the file.
 
         ``normal_std`` (rad) is the root mean square angle between the true and the found normal
-        at the origin. ``noise_std`` is that of the fit: with the miss of curves that do not meet.
-        ``point_noise_std`` is that of the points, as stated or estimated.
+        at the origin. ``displacement_std`` is that of each curve as a whole, 0 where the curves
+        meet.
         """
         patch, polynomial = self.patch, self.patch.polynomial
         curvatures = patch.curvatures
@@ -98,6 +98,7 @@ class FitReport:
             "residual_rms": self.residual_rms,
             "noise_std": float(patch.noise_std),
             "point_noise_std": float(self.recording.noise_std),
+            "displacement_std": float(self.recording.displacement_std),
             "count": int(patch.count),
             "outliers": self.outliers,
             "flags": list(self.flags),
@@ -126,12 +127,12 @@ class FitReport:
         }
 
     def _noise(self) -> str:
-        """The noise of the points, and apart from it what the fit counted as noise."""
+        """The noise of the points, and apart from it how far whole curves may be displaced."""
+        own, spread = self.recording.noise_std, self.recording.displacement_std
+        if not spread:
+            return f"{self.patch.noise_std:.3g}"
         given = "estimated" if "noise estimated" in self.flags else "stated"
-        own, counted = f"{self.recording.noise_std:.3g}", f"{self.patch.noise_std:.3g}"
-        if "curves do not meet" not in self.flags or own == counted:
-            return counted
-        return f"{own} {given}, {counted} with the miss of the curves"
+        return f"{own:.3g} {given}, and a displacement of each curve by {spread:.3g}"
 
     def json(self) -> str:
         """``as_dict`` as strict JSON."""

@@ -1,6 +1,6 @@
 """Recorded curves made ready for a fit: reference point, arcs around it, planes and noise."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from touchatlas.patch.geometry.arrays import cross
 from touchatlas.patch.geometry.curvature import normal_from_tangents
 from touchatlas.sim.recorded.arcs import binding_ends, near_arc, this_side
 from touchatlas.sim.recorded.contour_file import LEAST_POINTS, Curve
-from touchatlas.sim.recorded.curve_offsets import check_order, offset_deviation
+from touchatlas.sim.recorded.curve_offsets import check_order, miss_deviation, offset_deviation
 from touchatlas.sim.recorded.noise_estimate import estimate_noise
 from touchatlas.sim.recorded.reference_point import checked_point, common_point, foot, written
 
@@ -40,8 +40,10 @@ class Recording:
     flags : tuple of str
         Doubts about the curves, as keys of ``fit_flags.MEANING``.
     noise_std : float, length
-        Of each coordinate, as stated or estimated. The noise of the contours is larger where the
-        curves do not meet.
+        Of each coordinate, as stated or estimated.
+    displacement_std : float, length
+        Standard deviation of each coordinate of the displacement that a curve may have as a whole;
+        0 where the curves meet.
     """
 
     names: tuple[str, ...]
@@ -50,11 +52,7 @@ class Recording:
     point: np.ndarray
     flags: tuple[str, ...]
     noise_std: float
-
-    @property
-    def contours_as_recorded(self) -> tuple[Contour, ...]:
-        """The contours with the noise of their points alone."""
-        return tuple(replace(c, noise_std=self.noise_std) for c in self.contours)
+    displacement_std: float = 0.0
 
     @property
     def all_points(self) -> np.ndarray:
@@ -100,9 +98,11 @@ def prepare(curves: list[Curve], noise: float | None = None, point=None) -> Reco
     contours = _contours(sections, noise, point)
     flags += _flags(point, contours)
     # Noise that was stated too small is no offset.
-    if offset := offset_deviation(point, contours, max(noise, estimated)):
-        flags += [] if "curves do not meet" in flags else ["curves do not meet"]
-        contours = _with_offset(contours, offset)
+    spread = offset_deviation(point, contours, max(noise, estimated))
+    if spread and "curves do not meet" not in flags:
+        flags.append("curves do not meet")
+    if "curves do not meet" in flags:
+        spread = max(spread, miss_deviation(contours))
     # A curve that starts beside the point only to run over an edge is not of this face.
     seen = [curve for curve, *_ in arcs]
     rest = [curve.points for curve in curves if curve not in seen]
@@ -114,6 +114,7 @@ def prepare(curves: list[Curve], noise: float | None = None, point=None) -> Reco
         point,
         tuple(flags),
         noise,
+        spread,
     )
 
 
@@ -170,15 +171,6 @@ def _plane_normals(points, given) -> np.ndarray:
         bent = size[1] > 3.0 * size[2] and size[1] > 1e-9 * size[0]
         normals.append(known if known is not None else vectors[2] if bent else across)
     return np.array(normals)
-
-
-def _with_offset(contours, offset: float):
-    """Contours of which each may be displaced: what all its points share is no smaller in their
-    mean, so it counts as noise that is larger by the root of their number."""
-    return tuple(
-        replace(c, noise_std=float(np.hypot(c.noise_std, offset * np.sqrt(len(c.points)))))
-        for c in contours
-    )
 
 
 def _flags(point, contours) -> list[str]:

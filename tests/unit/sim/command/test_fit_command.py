@@ -29,7 +29,7 @@ SHIFT = np.array([5.0, 80.0, -3.0])
 KEYS = [
     *("method", "frame", "terms", "coefficients", "coefficients_std", "radius", "k1", "k2"),
     *("k1_std", "k2_std", "umbilic", "condition", "normal_std", "residual_rms", "noise_std"),
-    *("point_noise_std", "count", "outliers", "flags", "assumed", "diagnosis"),
+    *("point_noise_std", "displacement_std", "count", "outliers", "flags", "assumed", "diagnosis"),
 ]
 
 
@@ -161,7 +161,7 @@ def test_a_displaced_curve_is_named_and_not_blamed_on_the_noise(tmp_path, count,
     assert "noise overstated" not in diagnosis["doubts"]
     assert diagnosis["displaced"] == ["b"] and "Curve b lies beside" in diagnosis["advice"][0]
     given = "0.02 stated" if noise else "estimated"
-    assert given in report.summary()["noise"] and "miss" in report.summary()["noise"]
+    assert given in report.summary()["noise"] and "displacement" in report.summary()["noise"]
     if count > 3:
         good = write_csv(tmp_path / "good.csv", [curves[0], *curves[2:]])
         rest = fit_file(good, noise=noise)
