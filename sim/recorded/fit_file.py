@@ -18,6 +18,7 @@ from touchatlas.sim.recorded.contour_file import read_curves
 from touchatlas.sim.recorded.fit_flags import fit_flags, residual_rms
 from touchatlas.sim.recorded.fit_report import FitReport
 from touchatlas.sim.recorded.recording import Recording, prepare
+from touchatlas.sim.recorded.unit_mix import OtherUnit, holding, other_unit, rescaled
 
 _MAPS = {"map": FitOptions(), "monge": FitOptions(height_only=True, adaptive=False)}
 _PAPER = {
@@ -57,7 +58,31 @@ def fit_file(path, method="map", noise=None, point=None, outward=None) -> FitRep
         near = difflib.get_close_matches(method, METHODS, 1)
         hint = f"did you mean {near[0]}?" if near else f"choose from {', '.join(METHODS)}"
         raise ValueError(f"there is no method {method!r}; {hint}")
-    curves, repeated, assumed = read_curves(path)
+    file = read_curves(path)
+    suspect = other_unit(file.curves)
+    other = suspect and _readable(method, file.curves, suspect, noise, point, outward)
+    try:
+        recording, patch, outliers = _fitted(method, file.curves, noise, point, outward)
+    except ValueError:
+        if suspect and other:
+            raise ValueError(f"{suspect.words}, or leave it out") from None
+        raise
+    warnings = list(file.warnings)
+    if suspect and other:
+        patch = holding(patch, other)
+        warnings.insert(0, f"{suspect.words}. The deviations hold both readings.")
+    flags = ["repeated points"] if file.repeated else []
+    flags += [*recording.flags, *([] if outward is not None else ["outward side assumed"])]
+    residual = residual_rms(patch, recording)
+    flags += fit_flags(patch, outliers, residual, recording, noise is None)
+    return FitReport(
+        *(Path(path).name, method, recording, patch, outliers, tuple(flags), residual),
+        *(file.assumed, tuple(warnings), file.unit or "file's unit"),
+    )
+
+
+def _fitted(method: str, curves, noise, point, outward) -> tuple[Recording, Patch, int]:
+    """Curves made ready, their patch, and the number of its outliers."""
     recording = prepare(curves, noise, point)
     side = _outer_side(recording) if outward is None else _shortened(outward)
     patch, outliers = _fit(method, recording, side)
@@ -72,13 +97,15 @@ def fit_file(path, method="map", noise=None, point=None, outward=None) -> FitRep
             f"outward {','.join(f'{x:g}' for x in side)} lies within 3 degrees of the tangent "
             "plane and tells no side; give a direction that points out of the body"
         )
-    flags = ["repeated points"] if repeated else []
-    flags += [*recording.flags, *([] if outward is not None else ["outward side assumed"])]
-    residual = residual_rms(patch, recording)
-    flags += fit_flags(patch, outliers, residual, recording, noise is None)
-    return FitReport(
-        Path(path).name, method, recording, patch, outliers, tuple(flags), residual, assumed
-    )
+    return recording, patch, outliers
+
+
+def _readable(method: str, curves, suspect: OtherUnit, noise, point, outward) -> Patch | None:
+    """The patch with a curve taken to the unit of the others; None where it then does not fit."""
+    try:
+        return _fitted(method, rescaled(curves, suspect), noise, point, outward)[1]
+    except ValueError:
+        return None
 
 
 def _shortened(vector) -> np.ndarray:

@@ -15,11 +15,7 @@ from touchatlas.sim.recorded.fit_picture import patch_surface, png_bytes
 from touchatlas.sim.recorded.recording import Recording
 
 FILES = ("patch.json", "patch.ply", "patch.png")
-# Units of what is printed, where it has one.
-UNITS = {
-    **dict.fromkeys(("origin", "radius", "residual rms", "noise"), "file's unit"),
-    **dict.fromkeys(("k1", "k2"), "1 / file's unit"),
-}
+_LENGTHS, _CURVATURES = ("origin", "radius", "residual rms", "noise"), ("k1", "k2")
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +39,10 @@ class FitReport:
         left out.
     assumed : tuple of str
         What was found out about the file, in sentences.
+    warnings : tuple of str
+        What is probably wrong with the file, in sentences.
+    unit : str
+        Of the lengths.
     """
 
     name: str
@@ -53,6 +53,8 @@ class FitReport:
     flags: tuple[str, ...]
     residual_rms: float
     assumed: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+    unit: str = "file's unit"
 
     @cached_property
     def diagnosis(self) -> Diagnosis:
@@ -101,6 +103,7 @@ class FitReport:
             "displacement_std": float(self.recording.displacement_std),
             "count": int(patch.count),
             "outliers": self.outliers,
+            "warnings": list(self.warnings),
             "flags": list(self.flags),
             "assumed": list(self.assumed),
             "diagnosis": self.diagnosis.as_dict()
@@ -125,6 +128,12 @@ class FitReport:
             "points used": f"{patch.count} of {len(self.recording.all_points)}",
             "outliers": f"{self.outliers}",
         }
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Units of what the summary holds, where it has one."""
+        lengths = dict.fromkeys(_LENGTHS, self.unit)
+        return lengths | dict.fromkeys(_CURVATURES, f"1 / {self.unit}")
 
     def _noise(self) -> str:
         """The noise of the points, and apart from it how far whole curves may be displaced."""

@@ -16,6 +16,9 @@ from touchatlas.sim.recorded.reference_point import checked_point, common_point,
 # Least ratio of the second to the first eigenvalue of the scatter of directions: below it they
 # lie within about 5 degrees of each other. Twice as much refuses curves within about 7 degrees.
 _PARALLEL = 0.01
+# Span of one coordinate over the next, above which it may have another unit. Doubled, one that is
+# in another unit by a factor of 30 is called parallel curves alone.
+_STRETCHED = 30.0
 # Curves are flagged that miss the point, or their plane, by more than so many deviations of the
 # noise and more than this fraction of their size. Twice as much flags only gross errors.
 _MANY_DEVIATIONS = 4.0
@@ -161,7 +164,7 @@ def _plane_normals(points, given) -> np.ndarray:
     if spread[1] < _PARALLEL * spread[2]:
         raise ValueError(
             "all curves run in nearly one direction; record at least two more in planes about "
-            "60 degrees apart"
+            f"60 degrees apart{_stretched(np.concatenate(points))}"
         )
     upward = normal_from_tangents(directions, np.ones(3))
     upright = cross(directions, upward)
@@ -171,6 +174,19 @@ def _plane_normals(points, given) -> np.ndarray:
         bent = size[1] > 3.0 * size[2] and size[1] > 1e-9 * size[0]
         normals.append(known if known is not None else vectors[2] if bent else across)
     return np.array(normals)
+
+
+def _stretched(points) -> str:
+    """What else may be wrong: one coordinate spans far more than both others."""
+    span = np.ptp(points, axis=0)
+    low, middle, high = np.argsort(span)
+    if span[high] < _STRETCHED * span[middle]:
+        return ""
+    times = span[high] / span[middle]
+    return (
+        f", or see whether {'xyz'[high]} has another unit: it spans {times:.3g} times as much as "
+        f"{'xyz'[min(low, middle)]} and {'xyz'[max(low, middle)]}"
+    )
 
 
 def _flags(point, contours) -> list[str]:
