@@ -6,7 +6,7 @@ import numpy as np
 
 from touchatlas.patch.fit.bad_contacts import without_bad_contacts
 from touchatlas.patch.fit.estimate import FIT_REACH
-from touchatlas.patch.fit.fit_patch import FitOptions, PatchFit, fit_patch
+from touchatlas.patch.fit.fit_patch import FitOptions, PatchFit, fit_patch, unsolvable_is_unfit
 from touchatlas.patch.fit.smoothness import coefficient_precision
 from touchatlas.patch.fit.start import UnfitError
 from touchatlas.patch.geometry.contour import Contour, SamplingPlane
@@ -14,8 +14,9 @@ from touchatlas.patch.geometry.patch import Patch
 from touchatlas.patch.geometry.polynomial import GRADIENT, derivative_coefficients, monomials
 
 # Fits of surface and displacements in turn: at first the displacements count as noise, so that the
-# surface does not follow them, and from step to step this fraction of it. Doubled, six steps end at
-# a thirtieth of a displacement instead of a thousandth.
+# surface does not follow them, and from step to step this fraction of it, down to a thousandth.
+# Half as many steps of a quarter each let one of three fits of displacements of a third of the
+# radius diverge.
 _STEPS, _LESS = 10, 0.5
 # Rounding of exact contacts over the radius: the fit takes noise to be no less.
 _ROUNDING = 1e-6
@@ -39,6 +40,7 @@ def displaced(contours: tuple[Contour, ...], shifts) -> tuple[Contour, ...]:
     )
 
 
+@unsolvable_is_unfit()
 def estimate_displacements(
     point, contours: tuple[Contour, ...], outward, spread: float
 ) -> np.ndarray:
@@ -76,13 +78,15 @@ def estimate_displacements(
             break
         change = _newton_step(fit, current, shifts, spread)
         size = float(np.abs(change).max())
-        # What the step before counted as noise is no larger. Errors of the gradients may be.
+        # No step hides more than it counts as noise. Once that is small, errors of the gradients
+        # would move the curves along the surface, where their place is hardly known.
         if size > max(least, 2.0 * current[0].noise_std):
             break
         shifts, least = shifts + change, size
     return shifts
 
 
+@unsolvable_is_unfit()
 def displacement_covariance(
     patch: Patch, contours: tuple[Contour, ...], spread: float, prior: np.ndarray
 ) -> np.ndarray:

@@ -99,7 +99,7 @@ def _spellings(wanted: str) -> list[str]:
         shapes = ("n{}", "normal{}", "{}normal", "planenormal{}", "planen{}", "plane{}")
     else:
         shapes = ("{}", "p{}", "pos{}", "{}pos", "position{}", "point{}", "coord{}", "{}coord")
-        shapes += ("{}coordinate", "coordinate{}", "{}position", "contact{}")
+        shapes += ("{}coordinate", "coordinate{}", "{}position", "contact{}", "{}koordinate")
     return [shape.format(axis) for shape in shapes]
 
 
