@@ -21,6 +21,7 @@ EXAMPLES = Path(__file__).parent.parent / "examples"
 # Small stand-ins for the arguments that a reader would give.
 ARGUMENTS = {
     "cost_of_an_atlas.py": ["15", "30"],
+    "displaced_curves.py": ["1"],
     "economy.py": ["sphere"],
     "faces.py": ["wall", "30"],
     "fuzz_files.py": ["40"],

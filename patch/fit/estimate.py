@@ -30,7 +30,7 @@ _LARGE_CHI_SQUARE = 1.3
 _FIRST_LENGTH_RATIO, _FIRST_Z_SCALE = 0.5, 0.02
 # Largest distance of a sample in a fit, over the patch radius: samples just outside still help at
 # the rim. Doubled, the polynomial must fit four times the area of the patch.
-_FIT_REACH = 1.25
+FIT_REACH = 1.25
 # Least excess of chi-square that makes a choice doubtful, in its standard deviations: one good fit
 # in forty. Doubled, misfits twice as large stay in the first choice.
 _DOUBTFUL_EXCESS = 2.0
@@ -123,7 +123,7 @@ def _in_reach(stack: Stack) -> Stack:
     if not stack.reach.min() > 0.0:
         raise UnfitError("a contour ends at the reference point; track past it to both sides")
     square = np.einsum("mni,mni->mn", stack.offsets, stack.offsets)
-    near = square <= (_FIT_REACH * stack.reach[:, None]) ** 2
+    near = square <= (FIT_REACH * stack.reach[:, None]) ** 2
     stack = replace(stack, weight=stack.weight * near)
     if not stack.weight.any(axis=1).all():
         raise UnfitError("no sample lies within the patch radius; sample more finely or allow more")

@@ -5,19 +5,26 @@ from collections.abc import Callable
 from cyclopts import App
 
 from touchatlas.sim.command.outcome import exit_code
-from touchatlas.sim.judge.number_meanings import NUMBERS
+from touchatlas.sim.judge.number_meanings import NUMBERS, Meaning
+from touchatlas.sim.recorded.fit_meanings import DIAGNOSIS_NUMBERS, FIT_NUMBERS
 
 app = App(name="touchatlas", help="Learn the shape of an object by touch.", help_format="markdown")
 
 
-def _explained() -> str:
+def _explained(numbers: dict[str, Meaning], title: str = "The numbers") -> str:
     """What each number is, its unit and what is good, as a list in Markdown."""
-    lines = ["The numbers (unit; good):", ""]
-    for name, about in NUMBERS.items():
+    lines = [f"{title} (unit; good):", ""]
+    for name, about in numbers.items():
         lines.append(f"- {name}: {about.what} ({about.unit}; {about.good})")
     return "\n".join(lines)
 
 
+_EPILOGUES = {
+    "evaluate": _explained(NUMBERS),
+    "fit": _explained(FIT_NUMBERS, "The numbers of --json and patch.json")
+    + "\n\n"
+    + _explained(DIAGNOSIS_NUMBERS, "The numbers of its diagnosis"),
+}
 _FOLDER = "touchatlas.sim.command"
 # Where cyclopts would call any number of arguments ARGS.
 _USAGE = {
@@ -35,12 +42,11 @@ for _name, _help in (
     ("chart", "Chart accuracy against speed of one patch: our methods, the paper's, peers'."),
     ("paper", "Repeat the paper's tables and figures on simulated objects."),
 ):
-    _epilogue = _explained() if _name == "evaluate" else None
     app.command(
         f"{_FOLDER}.{_name}:{_name}",
         name=_name,
         help=_help,
-        help_epilogue=_epilogue,
+        help_epilogue=_EPILOGUES.get(_name),
         usage=_USAGE.get(_name),
     )
 

@@ -48,7 +48,7 @@ def fit(
     """
     from touchatlas.sim.recorded.fit_file import fit_file, parse_vector
     from touchatlas.sim.recorded.fit_flags import MEANING
-    from touchatlas.sim.recorded.fit_report import UNITS, check_folder
+    from touchatlas.sim.recorded.fit_report import check_folder
 
     at = None if point is None else parse_vector(point, "--point")
     side = None if outward is None else parse_vector(outward, "--outward")
@@ -61,9 +61,11 @@ def fit(
         return 0
     table = Table("quantity", "value", "unit", title=escape(f"{contours}: {method}"))
     for name, value in report.summary().items():
-        table.add_row(name, value, UNITS.get(name, "–"))
+        table.add_row(name, value, report.units.get(name, "–"))
     console = Console()
     console.print(table)
+    for sentence in report.warnings:
+        console.print(f"warning: {sentence}", markup=False, highlight=False)
     for sentence in report.assumed:
         console.print(f"assumed: {sentence}", markup=False, highlight=False)
     for flag in report.flags:

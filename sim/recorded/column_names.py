@@ -19,6 +19,12 @@ _CURVE = [
     "polyline",
     "segment",
     "group",
+    "kurve",
+    "bahn",
+    "kontur",
+    "linie",
+    "spur",
+    "profil",
     "id",
     "name",
 ]
@@ -41,11 +47,14 @@ def name_columns(path, table: Table) -> dict[str, int]:
     if table.header is None:
         return _by_count(path, table)
     parts = [_without_unit(name) for name in table.header]
+    counted = [_counts_lines(table, i) and name != "curve" for i, (name, _) in enumerate(parts)]
     names = [name for name, _ in parts]
     places = {}
     for wanted in ("curve", *COORDINATES, *NORMAL):
         for known in _spellings(wanted):
             found = [i for i, name in enumerate(names) if name == known]
+            if wanted == "curve":
+                found = [i for i in found if not counted[i]]
             if len(found) > 1:
                 raise ValueError(f"{path} has the column {wanted} twice; rename one of them")
             if found:
@@ -55,8 +64,29 @@ def name_columns(path, table: Table) -> dict[str, int]:
     renamed = [f"{table.header[i]} as {name}" for name, i in places.items() if names[i] != name]
     if renamed:
         table.assumed.append(f"columns were read: {', '.join(renamed)}")
+    if unused := [name for i, name in enumerate(table.header) if i not in places.values() and name]:
+        hint = "" if "curve" in places else "; call the one that names the curves `curve`"
+        table.assumed.append(f"columns were ignored: {', '.join(unused)}{hint}")
     _note_unit(path, table, _units(table, parts, places))
+    if "curve" in places:
+        _compare_with_blocks(table, places["curve"])
     return places
+
+
+def _counts_lines(table: Table, place: int) -> bool:
+    """Whether a column differs from line to line, as a number of points does and no curve."""
+    return 2 * _few(table, place) > len(table.rows) > 1
+
+
+def _compare_with_blocks(table: Table, place: int) -> None:
+    """Warn of empty lines that part the file otherwise than the names of the curves do."""
+    pairs = {(block, cells[place]) for _, block, cells in table.rows if place < len(cells)}
+    blocks, names = {block for block, _ in pairs}, {name for _, name in pairs}
+    if len(blocks) > 1 and not len(pairs) == len(blocks) == len(names):
+        table.warnings.append(
+            f"empty lines make {len(blocks)} blocks, but the names {len(names)} curves, and not "
+            "the same; the names were taken"
+        )
 
 
 def _spellings(wanted: str) -> list[str]:
@@ -69,7 +99,7 @@ def _spellings(wanted: str) -> list[str]:
         shapes = ("n{}", "normal{}", "{}normal", "planenormal{}", "planen{}", "plane{}")
     else:
         shapes = ("{}", "p{}", "pos{}", "{}pos", "position{}", "point{}", "coord{}", "{}coord")
-        shapes += ("{}coordinate", "coordinate{}", "{}position", "contact{}")
+        shapes += ("{}coordinate", "coordinate{}", "{}position", "contact{}", "{}koordinate")
     return [shape.format(axis) for shape in shapes]
 
 
@@ -122,8 +152,9 @@ def _note_unit(path, table: Table, units: set[str]) -> None:
             f"{path} has x, y, z in different units "
             f"({', '.join(unit or 'none' for unit in sorted(units))}); write all in one"
         )
-    if unit := units.pop():
-        table.assumed.append(f"lengths are in {unit}, as the file says")
+    table.unit = units.pop()
+    if table.unit:
+        table.assumed.append(f"lengths are in {table.unit}, as the file says")
 
 
 def _by_count(path, table: Table) -> dict[str, int]:

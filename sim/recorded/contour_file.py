@@ -1,6 +1,6 @@
 """A file of recorded contours: CSV to curves, every line checked."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -29,12 +29,14 @@ class Curve:
 
 
 class Curves(NamedTuple):
-    """Curves of a file in order of appearance, whether points were repeated, and what was assumed
-    about the file, in sentences."""
+    """Curves of a file in order of appearance, whether points were repeated, what was assumed
+    about the file and what is probably wrong with it, in sentences, and the unit it names."""
 
     curves: list[Curve]
     repeated: bool
     assumed: tuple[str, ...]
+    warnings: tuple[str, ...] = ()
+    unit: str = ""
 
 
 def read_curves(path) -> Curves:
@@ -50,15 +52,15 @@ def read_curves(path) -> Curves:
         missing columns, cells that are no finite numbers, several planes for one curve.
     """
     rows: dict[str, list[list[float]]] = {}
-    assumed: list[str] = []
-    for name, values in _read_rows(Path(path), assumed):
+    listed_rows, table = _read_rows(Path(path))
+    for name, values in listed_rows:
         rows.setdefault(name, []).append(values)
     curves, repeated = [], False
     for name, listed in rows.items():
-        table = np.array(listed)
-        points = _without_repeats(table[:, :3])
-        repeated |= len(points) < len(table)
-        curves.append(Curve(name, points, _plane_normal(path, name, table[:, 3:])))
+        numbers = np.array(listed)
+        points = _without_repeats(numbers[:, :3])
+        repeated |= len(points) < len(numbers)
+        curves.append(Curve(name, points, _plane_normal(path, name, numbers[:, 3:])))
     everything = np.concatenate([curve.points for curve in curves])
     span = np.ptp(everything, axis=0).max()
     if span == 0.0:
@@ -68,7 +70,31 @@ def read_curves(path) -> Curves:
             f"{path} has points that span {span:.3g}; that is no size that double precision can "
             "take powers of: use another unit"
         )
-    return Curves(curves, repeated, tuple(assumed))
+    curves = _once(curves, table.warnings)
+    return Curves(curves, repeated, tuple(table.assumed), tuple(table.warnings), table.unit)
+
+
+def _once(curves: list[Curve], warnings: list[str]) -> list[Curve]:
+    """Curves without the points that an earlier one holds, where these are most of the points.
+
+    Two curves share the point where they cross. A contour that was written twice shares all.
+    """
+    kept: list[Curve] = []
+    for curve in curves:
+        points = curve.points
+        for earlier in kept:
+            both = np.concatenate([earlier.points, points])
+            first = np.unique(both, axis=0, return_index=True)[1]
+            new = np.sort(first[first >= len(earlier.points)]) - len(earlier.points)
+            if curve.name and earlier.name and 2 * len(new) < len(points):
+                warnings.append(
+                    f"curve {curve.name!r} repeats {len(points) - len(new)} points of curve "
+                    f"{earlier.name!r}; they were counted once"
+                )
+                points = points[new]
+        if len(points):
+            kept.append(replace(curve, points=points))
+    return kept
 
 
 def _without_repeats(points) -> np.ndarray:
@@ -79,8 +105,9 @@ def _without_repeats(points) -> np.ndarray:
     return points[keep]
 
 
-def _read_rows(path: Path, assumed: list[str]) -> list[tuple[str, list[float]]]:
-    """Names of curves and x, y, z, nx, ny, nz, line by line; NaN for a normal not given."""
+def _read_rows(path: Path) -> tuple[list[tuple[str, list[float]]], Table]:
+    """Names of curves and x, y, z, nx, ny, nz, line by line, NaN for a normal not given; and the
+    table they are from."""
     if not path.is_file():
         raise ValueError(f"{path} is no file; give a CSV file with {WANTED} in its first line")
     table = read_table(path)
@@ -91,12 +118,12 @@ def _read_rows(path: Path, assumed: list[str]) -> list[tuple[str, list[float]]]:
             "point"
         )
     places = name_columns(path, table)
-    assumed += table.assumed
     width = len(table.header) if table.header else 1 + max(places.values())
-    return [
+    rows = [
         _parse(f"{path}, line {number}", table, block, cells, width, places)
         for number, block, cells in table.rows
     ]
+    return rows, table
 
 
 def _parse(where: str, table: Table, block: int, row: list[str], width: int, places):

@@ -1,15 +1,24 @@
 """Fit a patch to a file of contours."""
 
 import difflib
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from touchatlas.patch import FitOptions, Patch, Penalty, fit_paper, fit_patch
+from touchatlas.patch.fit.displacement import (
+    displaced,
+    displacement_covariance,
+    estimate_displacements,
+    prior_of,
+)
+from touchatlas.patch.fit.smoothness import LOOSE_STD
 from touchatlas.sim.recorded.contour_file import read_curves
 from touchatlas.sim.recorded.fit_flags import fit_flags, residual_rms
 from touchatlas.sim.recorded.fit_report import FitReport
 from touchatlas.sim.recorded.recording import Recording, prepare
+from touchatlas.sim.recorded.unit_mix import OtherUnit, holding, other_unit, rescaled
 
 _MAPS = {"map": FitOptions(), "monge": FitOptions(height_only=True, adaptive=False)}
 _PAPER = {
@@ -49,7 +58,31 @@ def fit_file(path, method="map", noise=None, point=None, outward=None) -> FitRep
         near = difflib.get_close_matches(method, METHODS, 1)
         hint = f"did you mean {near[0]}?" if near else f"choose from {', '.join(METHODS)}"
         raise ValueError(f"there is no method {method!r}; {hint}")
-    curves, repeated, assumed = read_curves(path)
+    file = read_curves(path)
+    suspect = other_unit(file.curves)
+    other = suspect and _readable(method, file.curves, suspect, noise, point, outward)
+    try:
+        recording, patch, outliers = _fitted(method, file.curves, noise, point, outward)
+    except ValueError:
+        if suspect and other:
+            raise ValueError(f"{suspect.words}, or leave it out") from None
+        raise
+    warnings = list(file.warnings)
+    if suspect and other:
+        patch = holding(patch, other)
+        warnings.insert(0, f"{suspect.words}. The deviations hold both readings.")
+    flags = ["repeated points"] if file.repeated else []
+    flags += [*recording.flags, *([] if outward is not None else ["outward side assumed"])]
+    residual = residual_rms(patch, recording)
+    flags += fit_flags(patch, outliers, residual, recording, noise is None)
+    return FitReport(
+        *(Path(path).name, method, recording, patch, outliers, tuple(flags), residual),
+        *(file.assumed, tuple(warnings), file.unit or "file's unit"),
+    )
+
+
+def _fitted(method: str, curves, noise, point, outward) -> tuple[Recording, Patch, int]:
+    """Curves made ready, their patch, and the number of its outliers."""
     recording = prepare(curves, noise, point)
     side = _outer_side(recording) if outward is None else _shortened(outward)
     patch, outliers = _fit(method, recording, side)
@@ -64,13 +97,15 @@ def fit_file(path, method="map", noise=None, point=None, outward=None) -> FitRep
             f"outward {','.join(f'{x:g}' for x in side)} lies within 3 degrees of the tangent "
             "plane and tells no side; give a direction that points out of the body"
         )
-    flags = ["repeated points"] if repeated else []
-    flags += [*recording.flags, *([] if outward is not None else ["outward side assumed"])]
-    residual = residual_rms(patch, recording)
-    flags += fit_flags(patch, outliers, residual, recording, noise is None)
-    return FitReport(
-        Path(path).name, method, recording, patch, outliers, tuple(flags), residual, assumed
-    )
+    return recording, patch, outliers
+
+
+def _readable(method: str, curves, suspect: OtherUnit, noise, point, outward) -> Patch | None:
+    """The patch with a curve taken to the unit of the others; None where it then does not fit."""
+    try:
+        return _fitted(method, rescaled(curves, suspect), noise, point, outward)[1]
+    except ValueError:
+        return None
 
 
 def _shortened(vector) -> np.ndarray:
@@ -80,18 +115,23 @@ def _shortened(vector) -> np.ndarray:
 
 
 def _fit(method: str, recording: Recording, outward) -> tuple[Patch, int]:
+    """The patch, and the number of its outliers. Curves that do not meet are moved to where they
+    most probably do, and what is uncertain about that is added to the covariance."""
     point, contours = recording.point, recording.contours
+    spread = recording.displacement_std
+    if spread:
+        contours = displaced(contours, -estimate_displacements(point, contours, outward, spread))
     if method in _PAPER:
-        return fit_paper(point, contours, outward, _PAPER[method]), 0
-    # A lack of fit as large as the noise is borne; beyond, the patch is made smaller.
-    fit = fit_patch(
-        point,
-        contours,
-        outward,
-        shared=recording.scattered,
-        options=_MAPS[method],
-    )
-    return fit.patch, int(fit.outliers)
+        patch, outliers = fit_paper(point, contours, outward, _PAPER[method]), 0
+        prior = np.full(len(patch.covariance), LOOSE_STD**-2.0)
+    else:
+        shared, options = recording.scattered, _MAPS[method]
+        fit = fit_patch(point, contours, outward, shared=shared, options=options)
+        patch, outliers, prior = fit.patch, int(fit.outliers), prior_of(fit)
+    if spread:
+        more = displacement_covariance(patch, contours, spread, prior)
+        patch = replace(patch, covariance=patch.covariance + more)
+    return patch, outliers
 
 
 def _outer_side(recording: Recording) -> np.ndarray:

@@ -19,7 +19,8 @@ MEANING = {
     "outward side assumed": "The outward side was not given; the one to which the surface bulges "
     "was taken.",
     "curves do not meet": "The curves miss their common point by more than noise explains: one may "
-    "be displaced. The fit counted the miss as noise, so that the deviations hold it.",
+    "be displaced. The fit moved each to where it most probably belongs, and the deviations hold "
+    "what is uncertain about that.",
     "curves not planar": "A curve leaves its sampling plane by more than noise explains; see to "
     "nx, ny, nz, or track each curve in one plane.",
     "curves cut": "Curves were used only until they turn by 45 degrees from the reference point.",
@@ -56,6 +57,7 @@ def fit_flags(
     size = sum(len(contour.points) for contour in recording.contours)
     variance = 0.5 / patch.count + (_ESTIMATED / size if estimated else 0.0)
     expected = patch.noise_std * np.exp(3.0 * np.sqrt(variance))
+    expected = float(np.hypot(expected, recording.displacement_std))
     # Rounding leaves residuals of this size where there is no noise.
     rounding = 1e-6 * patch.radius
     found = {

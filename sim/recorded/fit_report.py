@@ -15,11 +15,7 @@ from touchatlas.sim.recorded.fit_picture import patch_surface, png_bytes
 from touchatlas.sim.recorded.recording import Recording
 
 FILES = ("patch.json", "patch.ply", "patch.png")
-# Units of what is printed, where it has one.
-UNITS = {
-    **dict.fromkeys(("origin", "radius", "residual rms", "noise"), "file's unit"),
-    **dict.fromkeys(("k1", "k2"), "1 / file's unit"),
-}
+_LENGTHS, _CURVATURES = ("origin", "radius", "residual rms", "noise"), ("k1", "k2")
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +39,10 @@ class FitReport:
         left out.
     assumed : tuple of str
         What was found out about the file, in sentences.
+    warnings : tuple of str
+        What is probably wrong with the file, in sentences.
+    unit : str
+        Of the lengths.
     """
 
     name: str
@@ -53,11 +53,13 @@ class FitReport:
     flags: tuple[str, ...]
     residual_rms: float
     assumed: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+    unit: str = "file's unit"
 
     @cached_property
     def diagnosis(self) -> Diagnosis:
         """Of the patch against the curves, with the noise that was stated or estimated."""
-        return diagnose(self.patch, self.recording.contours_as_recorded)
+        return diagnose(self.patch, self.recording.contours)
 
     @property
     def displaced(self) -> tuple[str, ...]:
@@ -73,8 +75,8 @@ class FitReport:
         """The numbers of ``touchatlas fit --json``, all finite: lengths in the unit of the file.
 
         ``normal_std`` (rad) is the root mean square angle between the true and the found normal
-        at the origin. ``noise_std`` is that of the fit: with the miss of curves that do not meet.
-        ``point_noise_std`` is that of the points, as stated or estimated.
+        at the origin. ``displacement_std`` is that of each curve as a whole, 0 where the curves
+        meet.
         """
         patch, polynomial = self.patch, self.patch.polynomial
         curvatures = patch.curvatures
@@ -98,8 +100,10 @@ class FitReport:
             "residual_rms": self.residual_rms,
             "noise_std": float(patch.noise_std),
             "point_noise_std": float(self.recording.noise_std),
+            "displacement_std": float(self.recording.displacement_std),
             "count": int(patch.count),
             "outliers": self.outliers,
+            "warnings": list(self.warnings),
             "flags": list(self.flags),
             "assumed": list(self.assumed),
             "diagnosis": self.diagnosis.as_dict()
@@ -125,13 +129,19 @@ class FitReport:
             "outliers": f"{self.outliers}",
         }
 
+    @property
+    def units(self) -> dict[str, str]:
+        """Units of what the summary holds, where it has one."""
+        lengths = dict.fromkeys(_LENGTHS, self.unit)
+        return lengths | dict.fromkeys(_CURVATURES, f"1 / {self.unit}")
+
     def _noise(self) -> str:
-        """The noise of the points, and apart from it what the fit counted as noise."""
+        """The noise of the points, and apart from it how far whole curves may be displaced."""
+        own, spread = self.recording.noise_std, self.recording.displacement_std
+        if not spread:
+            return f"{self.patch.noise_std:.3g}"
         given = "estimated" if "noise estimated" in self.flags else "stated"
-        own, counted = f"{self.recording.noise_std:.3g}", f"{self.patch.noise_std:.3g}"
-        if "curves do not meet" not in self.flags or own == counted:
-            return counted
-        return f"{own} {given}, {counted} with the miss of the curves"
+        return f"{own:.3g} {given}, and a displacement of each curve by {spread:.3g}"
 
     def json(self) -> str:
         """``as_dict`` as strict JSON."""

@@ -1,6 +1,6 @@
 """Recorded curves made ready for a fit: reference point, arcs around it, planes and noise."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -9,13 +9,16 @@ from touchatlas.patch.geometry.arrays import cross
 from touchatlas.patch.geometry.curvature import normal_from_tangents
 from touchatlas.sim.recorded.arcs import binding_ends, near_arc, this_side
 from touchatlas.sim.recorded.contour_file import LEAST_POINTS, Curve
-from touchatlas.sim.recorded.curve_offsets import check_order, offset_deviation
+from touchatlas.sim.recorded.curve_offsets import check_order, miss_deviation, offset_deviation
 from touchatlas.sim.recorded.noise_estimate import estimate_noise
 from touchatlas.sim.recorded.reference_point import checked_point, common_point, foot, written
 
 # Least ratio of the second to the first eigenvalue of the scatter of directions: below it they
 # lie within about 5 degrees of each other. Twice as much refuses curves within about 7 degrees.
 _PARALLEL = 0.01
+# Span of one coordinate over the next, above which it may have another unit. Doubled, one that is
+# in another unit by a factor of 30 is called parallel curves alone.
+_STRETCHED = 30.0
 # Curves are flagged that miss the point, or their plane, by more than so many deviations of the
 # noise and more than this fraction of their size. Twice as much flags only gross errors.
 _MANY_DEVIATIONS = 4.0
@@ -40,8 +43,10 @@ class Recording:
     flags : tuple of str
         Doubts about the curves, as keys of ``fit_flags.MEANING``.
     noise_std : float, length
-        Of each coordinate, as stated or estimated. The noise of the contours is larger where the
-        curves do not meet.
+        Of each coordinate, as stated or estimated.
+    displacement_std : float, length
+        Standard deviation of each coordinate of the displacement that a curve may have as a whole;
+        0 where the curves meet.
     """
 
     names: tuple[str, ...]
@@ -50,11 +55,7 @@ class Recording:
     point: np.ndarray
     flags: tuple[str, ...]
     noise_std: float
-
-    @property
-    def contours_as_recorded(self) -> tuple[Contour, ...]:
-        """The contours with the noise of their points alone."""
-        return tuple(replace(c, noise_std=self.noise_std) for c in self.contours)
+    displacement_std: float = 0.0
 
     @property
     def all_points(self) -> np.ndarray:
@@ -100,9 +101,11 @@ def prepare(curves: list[Curve], noise: float | None = None, point=None) -> Reco
     contours = _contours(sections, noise, point)
     flags += _flags(point, contours)
     # Noise that was stated too small is no offset.
-    if offset := offset_deviation(point, contours, max(noise, estimated)):
-        flags += [] if "curves do not meet" in flags else ["curves do not meet"]
-        contours = _with_offset(contours, offset)
+    spread = offset_deviation(point, contours, max(noise, estimated))
+    if spread and "curves do not meet" not in flags:
+        flags.append("curves do not meet")
+    if "curves do not meet" in flags:
+        spread = max(spread, miss_deviation(contours))
     # A curve that starts beside the point only to run over an edge is not of this face.
     seen = [curve for curve, *_ in arcs]
     rest = [curve.points for curve in curves if curve not in seen]
@@ -114,6 +117,7 @@ def prepare(curves: list[Curve], noise: float | None = None, point=None) -> Reco
         point,
         tuple(flags),
         noise,
+        spread,
     )
 
 
@@ -160,7 +164,7 @@ def _plane_normals(points, given) -> np.ndarray:
     if spread[1] < _PARALLEL * spread[2]:
         raise ValueError(
             "all curves run in nearly one direction; record at least two more in planes about "
-            "60 degrees apart"
+            f"60 degrees apart{_stretched(np.concatenate(points))}"
         )
     upward = normal_from_tangents(directions, np.ones(3))
     upright = cross(directions, upward)
@@ -172,12 +176,16 @@ def _plane_normals(points, given) -> np.ndarray:
     return np.array(normals)
 
 
-def _with_offset(contours, offset: float):
-    """Contours of which each may be displaced: what all its points share is no smaller in their
-    mean, so it counts as noise that is larger by the root of their number."""
-    return tuple(
-        replace(c, noise_std=float(np.hypot(c.noise_std, offset * np.sqrt(len(c.points)))))
-        for c in contours
+def _stretched(points) -> str:
+    """What else may be wrong: one coordinate spans far more than both others."""
+    span = np.ptp(points, axis=0)
+    low, middle, high = np.argsort(span)
+    if span[high] < _STRETCHED * span[middle]:
+        return ""
+    times = span[high] / span[middle]
+    return (
+        f", or see whether {'xyz'[high]} has another unit: it spans {times:.3g} times as much as "
+        f"{'xyz'[min(low, middle)]} and {'xyz'[max(low, middle)]}"
     )
 
 

@@ -8,6 +8,9 @@ from touchatlas.sim.recorded.contour_file import Curve
 # A curve that misses the reference point by more than this fraction of its size does not run
 # through it. Twice as much accepts curves of another place.
 _ASTRAY = 0.25
+# Without the curve that is astray, the others miss each other by less than this fraction of what
+# they do without any other. Doubled, one of two suspects is blamed.
+_TOGETHER = 0.25
 # Samples of each curve, at most, among which the start of the meeting point is sought. Doubled, the
 # search takes twice as long and starts half as far from the point.
 _STARTS = 1000
@@ -25,13 +28,15 @@ def meeting_point(curves) -> np.ndarray:
     """
     samples = np.concatenate([curve[:: 1 + len(curve) // _STARTS] for curve in curves])
     total = sum(cKDTree(curve).query(samples)[0] ** 2 for curve in curves)
-    point = samples[np.argmin(total)]
+    point, best, least = samples[np.argmin(total)], samples[np.argmin(total)], np.inf
     for _ in range(20):
         feet, tangents = zip(*(foot(curve, point) for curve in curves), strict=True)
+        miss = np.array(feet) - point
+        if (square := float((miss * miss).sum())) < least:
+            best, least = point, square
         across = len(curves) * np.eye(3) - np.array(tangents).T @ np.array(tangents)
-        step = (np.array(feet) - point).sum(axis=0)
-        point = point + np.linalg.lstsq(across, step, rcond=1e-6)[0]
-    return point
+        point = point + np.linalg.lstsq(across, miss.sum(axis=0), rcond=1e-6)[0]
+    return best
 
 
 def foot(curve, point):
@@ -62,14 +67,36 @@ def common_point(curves: list[Curve]) -> np.ndarray:
     """Where the curves meet, no farther from any than they may miss each other."""
     point = meeting_point([curve.points for curve in curves])
     size = max(float(np.ptp(curve.points, axis=0).max()) for curve in curves)
-    for curve in curves:
-        away = float(np.sqrt(((foot(curve.points, point)[0] - point) ** 2).sum()))
-        if away > _ASTRAY * size:
-            raise ValueError(
-                f"curve {curve.name!r} passes {away:.4g} away from {written(point)}, the point "
-                "nearest to all curves; record curves through one point, or leave this one out"
-            )
+    away = max(_misses(curves, point))
+    if away > _ASTRAY * size:
+        raise ValueError(
+            f"the curves meet nowhere: one passes {away:.4g} away from {written(point)}, the point "
+            f"nearest to all; {_astray(curves)}"
+        )
     return point
+
+
+def _misses(curves: list[Curve], point) -> list[float]:
+    """Distance of each curve from a point."""
+    return [float(np.hypot.reduce(foot(curve.points, point)[0] - point)) for curve in curves]
+
+
+def _astray(curves: list[Curve]) -> str:
+    """What to do: leave out the curve without which the others meet, if there is one."""
+    left = []
+    for i in range(len(curves)):
+        others = curves[:i] + curves[i + 1 :]
+        size = max(float(np.ptp(curve.points, axis=0).max()) for curve in others)
+        point = meeting_point([curve.points for curve in others])
+        left.append(max(_misses(others, point)) / size)
+    order = np.argsort(left)
+    if left[order[0]] > _TOGETHER * left[order[1]] or left[order[0]] > _ASTRAY:
+        return "leaving out no single curve mends that; record curves through one point"
+    name = curves[order[0]].name
+    return (
+        f"without curve {name!r} the others meet: see whether it has another unit or its columns "
+        "in another order, or leave it out"
+    )
 
 
 def written(point) -> str:

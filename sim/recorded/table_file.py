@@ -11,6 +11,7 @@ from pathlib import Path
 _SEPARATORS = {"\t": "tabs", ";": "semicolons", "|": "bars", ",": "commas"}
 _COMMENTS = ("#", "%", "//")
 _NUMBER = re.compile(r"[+-]?(\d+([.,]\d*)?|[.,]\d+)([eE][+-]?\d+)?|[+-]?(nan|inf|infinity)", re.I)
+_TOLD = re.compile(r'"?sep=(\\t|[\t;|,])"?', re.I)
 # Fraction of the lines that must have a separator often enough. Doubled is all of them: then one
 # bad line would hide what separates the others.
 _MOST = 0.8
@@ -31,12 +32,18 @@ class Table:
     assumed : list of str
         What was found out about the file, in sentences.
     decimal_comma : bool
+    warnings : list of str
+        What is probably wrong with the file, in sentences.
+    unit : str
+        Of the lengths, where the file says it.
     """
 
     header: list[str] | None
     rows: list[tuple[int, int, list[str]]]
     assumed: list[str] = field(default_factory=list)
     decimal_comma: bool = False
+    warnings: list[str] = field(default_factory=list)
+    unit: str = ""
 
     def number(self, cell: str) -> float:
         """The number of a cell; NaN if it is none."""
@@ -59,9 +66,13 @@ def read_table(path: Path) -> Table:
     """
     assumed: list[str] = []
     lines = _text(path, assumed).splitlines()
+    # Excel's own first line.
+    told = _TOLD.fullmatch(lines[0].strip(" ")) if lines else None
+    lines[:1] = [""] if told else lines[:1]
     comments = {i: line for i, line in enumerate(lines) if line.lstrip().startswith(_COMMENTS)}
     kept = ["" if i in comments else line for i, line in enumerate(lines)]
-    separator = _separator([line for line in kept if line.strip()][:_SAMPLE])
+    told_separator = {"\\t": "\t"}.get(told[1], told[1]) if told else None
+    separator = told_separator or _separator([line for line in kept if line.strip()][:_SAMPLE])
     rows = _cells(path, kept, separator, set(comments))
     table = Table(None, rows, assumed)
     if separator != ",":

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,17 +21,13 @@ from tests.truths import (
 from touchatlas.patch.geometry.arrays import cross
 from touchatlas.sim.recorded.fit_file import METHODS, fit_file, parse_vector
 from touchatlas.sim.recorded.fit_flags import MEANING
+from touchatlas.sim.recorded.fit_meanings import DIAGNOSIS_NUMBERS, FIT_NUMBERS
 from touchatlas.sim.recorded.fit_picture import _draw_patch, patch_surface
 from touchatlas.sim.recorded.fit_report import FILES
 
 K1, K2, ANGLE = -0.017, -0.042, 0.4
 ROTATION = random_rotation(np.random.default_rng(5))
 SHIFT = np.array([5.0, 80.0, -3.0])
-KEYS = [
-    *("method", "frame", "terms", "coefficients", "coefficients_std", "radius", "k1", "k2"),
-    *("k1_std", "k2_std", "umbilic", "condition", "normal_std", "residual_rms", "noise_std"),
-    *("point_noise_std", "count", "outliers", "flags", "assumed", "diagnosis"),
-]
 
 
 def write_csv(path, contours, planes=False, contacts=()):
@@ -58,7 +55,7 @@ def folder(tmp_path_factory):
     ball = graph_contours(ball_height, 12.0, 25, 0.02, np.random.default_rng(1))
     write_csv(folder / "ball.csv", moved(ball, ROTATION, SHIFT))
     write_csv(folder / "two.csv", ball[:2])
-    write_csv(folder / "raster.csv", [ball[0]] * 3)
+    write_csv(folder / "raster.csv", [moved([ball[0]], np.eye(3), 0.01 * k)[0] for k in range(3)])
     (folder / "nan.csv").write_text("curve,x,y,z\na,0,0,nan\n")
     return folder
 
@@ -161,7 +158,7 @@ def test_a_displaced_curve_is_named_and_not_blamed_on_the_noise(tmp_path, count,
     assert "noise overstated" not in diagnosis["doubts"]
     assert diagnosis["displaced"] == ["b"] and "Curve b lies beside" in diagnosis["advice"][0]
     given = "0.02 stated" if noise else "estimated"
-    assert given in report.summary()["noise"] and "miss" in report.summary()["noise"]
+    assert given in report.summary()["noise"] and "displacement" in report.summary()["noise"]
     if count > 3:
         good = write_csv(tmp_path / "good.csv", [curves[0], *curves[2:]])
         rest = fit_file(good, noise=noise)
@@ -289,7 +286,8 @@ def test_json_is_strict_and_as_the_contract_says(folder):
     done = touchatlas("fit", "noisy.csv", "--json", cwd=folder)
     assert done.returncode == 0 and done.stderr == "", done.stderr
     found = json.loads(done.stdout, parse_constant=pytest.fail)
-    assert list(found) == KEYS and found["method"] == "map"
+    assert list(found) == list(FIT_NUMBERS) and found["method"] == "map"
+    assert set(found["diagnosis"]) == set(DIAGNOSIS_NUMBERS)
     size = len(found["terms"])
     assert len(found["coefficients"]) == len(found["coefficients_std"]) == size
     assert set(found["flags"]) <= set(MEANING)
@@ -380,3 +378,22 @@ def test_unwritable_out_is_a_failure(folder):
 def test_a_vector_is_three_numbers(text):
     with pytest.raises(ValueError, match="give three numbers as X,Y,Z"):
         parse_vector(text, "--point")
+
+
+def test_each_number_is_explained_in_the_help_and_in_the_glossary(folder):
+    words = " ".join(touchatlas("fit", "--help", cwd=folder).stdout.split())
+    glossary = (Path(__file__).parents[4] / "docs" / "glossary.md").read_text()
+    for listed in (FIT_NUMBERS, DIAGNOSIS_NUMBERS):
+        rows = [f"| `{n}` | {m.what} | {m.unit} | {m.good} |" for n, m in listed.items()]
+        assert "\n".join(rows) in glossary
+        assert all(f"{name}: {about.what[:20]}" in words for name, about in listed.items())
+
+
+@pytest.mark.parametrize("unit", ["mm", ""])
+def test_the_table_has_the_unit_that_the_file_names(folder, tmp_path, unit):
+    text = (folder / "ball.csv").read_text()
+    named = text.replace("x,y,z", f"x [{unit}],y [{unit}],z [{unit}]" if unit else "x,y,z", 1)
+    (tmp_path / "named.csv").write_text(named)
+    report = fit_file(tmp_path / "named.csv")
+    length = unit or "file's unit"
+    assert set(report.units.values()) == {length, f"1 / {length}"}

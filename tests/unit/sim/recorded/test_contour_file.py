@@ -8,7 +8,7 @@ import pytest
 from tests.truths import BALL_RADIUS, ball_height, graph_contours
 from touchatlas.patch import ContourEnd
 from touchatlas.sim.recorded.arcs import near_arc
-from touchatlas.sim.recorded.contour_file import Curve, read_curves
+from touchatlas.sim.recorded.contour_file import Curve, _once, read_curves
 from touchatlas.sim.recorded.kinks import smooth_part
 from touchatlas.sim.recorded.noise_estimate import estimate_noise
 from touchatlas.sim.recorded.recording import prepare
@@ -43,7 +43,7 @@ def ball_curves(noise=0.02, count=25, reach=12.0, seed=0, **more):
 
 def test_columns_in_any_order_with_extra_ones_and_a_byte_order_mark(file):
     lines = [",".join([*reversed(line.split(",")), "7"]) for line in LINES]
-    curves, repeated, _ = read_curves(file("Z , y,x,curve,time", *lines, "", encoding="utf-8-sig"))
+    curves, repeated, *_ = read_curves(file("Z , y,x,curve,time", *lines, "", encoding="utf-8-sig"))
     assert [curve.name for curve in curves] == ["a", "b", "c"] and not repeated
     assert curves[1].points.tolist() == [[x, 1.0, x * x] for x in range(6)]
     assert all(curve.normal is None for curve in curves)
@@ -51,15 +51,15 @@ def test_columns_in_any_order_with_extra_ones_and_a_byte_order_mark(file):
 
 def test_plane_normals_are_read_and_made_unit(file):
     lines = [f"{line},0,-2,0" for line in LINES] + [",0,0,1,,,"]
-    curves, _, _ = read_curves(file(HEADER + ",nx,ny,nz", *lines))
+    curves, *_ = read_curves(file(HEADER + ",nx,ny,nz", *lines))
     assert curves[0].normal.tolist() == [0.0, -1.0, 0.0]
     assert curves[3].name == "" and curves[3].normal is None
 
 
 def test_repeated_points_count_once_but_a_loop_keeps_its_end(file):
-    curves, repeated, _ = read_curves(file(HEADER, *LINES, LINES[3]))
+    curves, repeated, *_ = read_curves(file(HEADER, *LINES, LINES[3]))
     assert repeated and len(curves[0].points) == 6
-    curves, repeated, _ = read_curves(file(HEADER, *LINES[:6], LINES[0]))
+    curves, repeated, *_ = read_curves(file(HEADER, *LINES[:6], LINES[0]))
     assert not repeated and len(curves[0].points) == 7
 
 
@@ -78,7 +78,7 @@ REFUSED = {
     "line 3 has 1 cells, but the header 4; fill them in, or delete": [HEADER, "a,1,2,3", "end"],
     "different units (dm, mm)": ["curve,x,y,z", "a,mm,mm,dm", "a,1,2,3"],
     "different units (none, mm)": ["curve,x,y [mm],z [mm]", "a,1,2,3"],
-    "curve may also be contour": ["Kurve;x;y;z", "a;1;2;3"],
+    "curve may also be contour": ["Strecke;x;y;z", "a;1;2;3"],
     "line 2: x is 'mm'": ["curve,x,y,z", "a,mm,mm,mm"],
     "line 2: y is 'one'": [HEADER, "a,1,one,3"],
     "line 3: z is 'nan'": [HEADER, "a,1,2,3", "a,1,2,nan"],
@@ -134,9 +134,9 @@ SLOPPY = {
 
 @pytest.mark.parametrize("words", SLOPPY)
 def test_the_files_that_people_have_give_the_same_curves_and_say_what_was_assumed(file, words):
-    expected, _, nothing = read_curves(file(HEADER, *LINES))
+    expected, _, nothing, *_ = read_curves(file(HEADER, *LINES))
     assert nothing == ()
-    curves, repeated, assumed = read_curves(file(*SLOPPY[words]))
+    curves, repeated, assumed, *_ = read_curves(file(*SLOPPY[words]))
     assert words in "; ".join(assumed) and not repeated
     assert len(curves) == 3
     for found, true in zip(curves, expected, strict=True):
@@ -146,7 +146,7 @@ def test_the_files_that_people_have_give_the_same_curves_and_say_what_was_assume
 @pytest.mark.parametrize("encoding", ["latin-1", "utf-16"])
 def test_other_encodings_are_read_and_said(file, encoding):
     lines = ["curve,x [µm],y [µm],z [µm]", *(f"Bö{line}" for line in LINES)]
-    curves, _, assumed = read_curves(file(*lines, encoding=encoding))
+    curves, _, assumed, *_ = read_curves(file(*lines, encoding=encoding))
     assert [curve.name for curve in curves] == ["Böa", "Böb", "Böc"]
     assert "not UTF-8" in assumed[0] and any("µm" in sentence for sentence in assumed)
 
@@ -177,6 +177,73 @@ def test_points_closer_together_than_the_noise_estimate_it_too():
     assert estimate_noise(points, normals) == pytest.approx(0.05, rel=0.02)
 
 
+def test_a_contour_that_was_written_twice_counts_once(file):
+    again = [line.replace("b", "again") for line in LINES if line.startswith("b")]
+    found = read_curves(file(HEADER, *LINES, *reversed(again)))
+    assert [curve.name for curve in found.curves] == ["a", "b", "c"]
+    assert found.warnings == (
+        "curve 'again' repeats 6 points of curve 'b'; they were counted once",
+    )
+
+
+def test_curves_that_share_the_point_where_they_cross_are_two():
+    line = np.arange(-3.0, 4.0)[:, None]
+    kept = _once(
+        [Curve("a", line * [1, 0, 0], None), Curve("b", line * [0, 1, 0], None)], said := []
+    )
+    assert [len(curve.points) for curve in kept] == [7, 7] and not said
+
+
+def test_columns_that_are_not_used_are_said(file):
+    lines = [f"{k},{line},ok" for k, line in enumerate(LINES)]
+    found = read_curves(file("id,Kurve,x,y,z,remark", *lines))
+    assert [curve.name for curve in found.curves] == ["a", "b", "c"]
+    assert "columns were read: Kurve as curve" in found.assumed
+    assert "columns were ignored: id, remark" in found.assumed
+
+
+def test_an_unknown_column_of_curves_is_said_where_empty_lines_part_them(file):
+    lines = [line for k in range(3) for line in (*LINES[6 * k : 6 * k + 6], "")]
+    found = read_curves(file("Strecke,x,y,z", *lines))
+    assert len(found.curves) == 3
+    words = "columns were ignored: Strecke; call the one that names the curves `curve`"
+    assert words in found.assumed
+
+
+def test_empty_lines_that_part_a_curve_are_warned_of(file):
+    parted = read_curves(file(HEADER, *LINES[:3], "", *LINES[3:]))
+    assert len(parted.curves) == 3 and "empty lines make 2 blocks" in parted.warnings[0]
+    agreed = read_curves(file(HEADER, *LINES[:6], "", *LINES[6:12], "", *LINES[12:]))
+    assert len(agreed.curves) == 3 and not agreed.warnings
+
+
+def test_the_first_line_of_excel_is_read(file):
+    for separator in ";", ",", "\t":
+        lines = [line.replace(",", separator) for line in (HEADER, *LINES)]
+        assert len(read_curves(file(f"sep={separator}", *lines)).curves) == 3
+
+
+def test_z_in_another_unit_is_said_in_one_sentence():
+    stretched = [Curve(c.name, c.points * [1, 1, 1000], None) for c in ball_curves()]
+    with pytest.raises(ValueError, match="see whether z has another unit: it spans .* as x and y"):
+        prepare(stretched)
+
+
+def test_the_curve_without_which_the_others_meet_is_named_and_none_where_none_is():
+    curves = ball_curves()
+    for k in range(3):
+        apart = list(curves)
+        apart[k] = Curve("far", curves[k].points + [20.0, 10.0, 60.0], None)
+        with pytest.raises(ValueError, match="without curve 'far' the others meet"):
+            prepare(apart)
+    parted = [
+        Curve(c.name, c.points + 60.0 * axis, None)
+        for c, axis in zip(curves, np.eye(3), strict=True)
+    ]
+    with pytest.raises(ValueError, match="leaving out no single curve mends that"):
+        prepare(parted)
+
+
 def test_a_single_bad_contact_does_not_cut_a_curve():
     points = ball_curves()[0].points.copy()
     points[7] += [0.0, 0.0, 8.0]
@@ -186,7 +253,7 @@ def test_a_single_bad_contact_does_not_cut_a_curve():
 def test_a_curve_that_misses_the_point_is_refused():
     curves = ball_curves()
     astray = Curve("far", curves[2].points + [0.0, 60.0, 0.0], None)
-    with pytest.raises(ValueError, match="curve '.*' passes .* away from .* one point"):
+    with pytest.raises(ValueError, match="one passes .* away from .* without curve 'far'"):
         prepare([*curves[:2], astray])
 
 

@@ -4,6 +4,13 @@ import numpy as np
 import pytest
 
 from tests.truths import graph_contours, quadric_height
+from touchatlas.patch import fit_patch
+from touchatlas.patch.fit.displacement import (
+    displaced,
+    displacement_covariance,
+    estimate_displacements,
+    prior_of,
+)
 from touchatlas.sim.recorded.contour_file import Curve
 from touchatlas.sim.recorded.curve_offsets import check_order, offset_deviation
 from touchatlas.sim.recorded.fit_file import _fit
@@ -13,18 +20,28 @@ from touchatlas.sim.study.scenes import SURFACES, draw_scene
 K1, K2 = -0.017, -0.042
 
 
-def curves(seed, noise=0.02):
+def curves(seed, noise=0.02, shape="elliptic"):
     rng = np.random.default_rng(seed)
-    found = graph_contours(quadric_height(K1, K2, 0.4), 12.0, 25, noise, rng)
+    found = graph_contours(SHAPES[shape], 12.0, 25, noise, rng)
     return [Curve(name, c.points, None) for name, c in zip("abc", found, strict=True)], rng
 
 
-@pytest.mark.parametrize("size", [0.05, 0.2, 1.0, 3.0])
-def test_deviations_hold_the_truth_where_one_of_three_curves_is_displaced(size):
-    """Twelve displacements up, and twelve to any side. A normal number is beyond 4 once in 16,000;
-    up to four deviations are allowed for what the prior adds."""
-    for seed in range(24):
-        recorded, rng = curves(seed)
+SHAPES = {
+    "elliptic": quadric_height(K1, K2, 0.4),
+    "saddle": quadric_height(-K1, K2, 0.4),
+    "cylinder": quadric_height(0.0, K2, 0.4),
+}
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("size", [0.05, 0.3, 3.0])
+def test_deviations_hold_the_truth_where_one_of_three_curves_is_displaced(shape, size):
+    """One of three curves is displaced by 2.5 to 150 noises, half of the times upwards and half of
+    the times to any side. A normal number is beyond three deviations in 0.3 %: of 20 fits, one may
+    be. The deviations are no excuse: they stay below a tenth of the larger curvature."""
+    held, deviations = [], []
+    for seed in range(20):
+        recorded, rng = curves(seed, shape=shape)
         side = rng.normal(size=3) if seed % 2 else np.array([0.0, 0.0, 1.0])
         j = rng.integers(3)
         moved = recorded[j].points + size * side / np.linalg.norm(side)
@@ -32,9 +49,36 @@ def test_deviations_hold_the_truth_where_one_of_three_curves_is_displaced(size):
         recording = prepare(recorded)
         patch, _ = _fit("map", recording, np.array([0.0, 0.0, 1.0]))
         found = np.array([patch.curvatures.k1, patch.curvatures.k2])
-        assert (np.abs(found - [K1, K2]) < 4.0 * patch.curvatures.std).all(), seed
+        truth = {"elliptic": [K1, K2], "saddle": [-K1, K2], "cylinder": [0.0, K2]}[shape]
         if seed % 2 == 0 and size > 0.1:
             assert "curves do not meet" in recording.flags
+        if "curves do not meet" in recording.flags:
+            held.append((np.abs(found - truth) < 3.0 * patch.curvatures.std).all())
+            deviations.append(patch.curvatures.std.max())
+    assert np.mean(held) >= 0.95 - 1e-9
+    assert np.median(deviations) < 0.1 * abs(K2)
+
+
+def test_a_displacement_is_found_and_its_effect_does_not_fall_with_the_number_of_points():
+    """Four curves of a quadric, of which one is lifted: the others are moved by a quarter of it the
+    other way, because a common displacement is that of the surface. The height keeps the deviation
+    of the mean of four displacements, whatever the number of points."""
+    heights = {}
+    up = np.array([0.0, 0.0, 1.0])
+    for count in (25, 100):
+        rng = np.random.default_rng(3)
+        angles = np.deg2rad([0.0, 45.0, 90.0, 135.0])
+        found = graph_contours(SHAPES["elliptic"], 12.0, count, 0.001, rng, angles=angles)
+        contours = displaced(found, 0.3 * np.outer([0, 1, 0, 0], up))
+        shifts = estimate_displacements(np.zeros(3), contours, up, 0.3)
+        assert shifts @ up == pytest.approx(0.3 * np.array([-0.25, 0.75, -0.25, -0.25]), abs=0.02)
+        moved = displaced(contours, -shifts)
+        fit = fit_patch(np.zeros(3), moved, up)
+        more = displacement_covariance(fit.patch, moved, 0.3, prior_of(fit))
+        assert (np.linalg.eigvalsh(more) > -1e-9 * np.abs(more).max()).all()
+        heights[count] = fit.patch.radius * np.sqrt(more[0, 0])
+    assert heights[25] == pytest.approx(0.5 * 0.3, rel=0.05)
+    assert heights[100] == pytest.approx(heights[25], rel=0.02)
 
 
 def test_the_offset_is_that_of_the_curves_and_scales_with_them():
@@ -43,12 +87,13 @@ def test_the_offset_is_that_of_the_curves_and_scales_with_them():
     for scale in (1.0, 1000.0):
         scaled = [Curve(c.name, scale * c.points, None) for c in recorded]
         recording = prepare(scaled, 1e-4 * scale)
-        # Heights 0.9, 0, 0 have a standard deviation of 0.9 / sqrt(3), whatever point is between.
-        offset = scale * 0.9 / np.sqrt(3.0)
+        # Heights 0.9, 0, 0 have a standard deviation of 0.9 / sqrt(3), whatever point is between;
+        # Student's t of two degrees of freedom holds 95 % at 4.303, a normal number at 1.96.
+        offset = scale * 0.9 / np.sqrt(3.0) * 4.303 / 1.96
         found = offset_deviation(recording.point, recording.contours, 1e-4 * scale)
         assert found == pytest.approx(offset, rel=0.02)
-        # Shared by all 25 points of a curve, it is no smaller in their mean.
-        assert recording.contours[0].noise_std == pytest.approx(5.0 * offset, rel=0.02)
+        assert recording.displacement_std == pytest.approx(offset, rel=0.02)
+        assert recording.contours[0].noise_std == 1e-4 * scale
 
 
 @pytest.mark.parametrize("noise", [0.0, 1e-4, 0.02, 0.1])
