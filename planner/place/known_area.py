@@ -6,6 +6,9 @@ from touchatlas.planner.place.holes import LEAST_SHARE
 # ``LEAST_SHARE`` a touch in so many touches, or by as much in the last quarter of all touches.
 # Doubled, an exploration goes on for twice as long.
 _PATIENCE, _PATIENCE_FRACTION = 16, 0.25
+# Largest fraction of the share that was missing before, which is missing since. Doubled in what it
+# asks, 0.8, explorations of scans end before their tolerance is met.
+_SHRINKS = 0.9
 
 
 class KnownArea:
@@ -28,13 +31,18 @@ class KnownArea:
         """Whether too little has been added for long.
 
         The share alone falls where new surface is found, and the area alone where cells are
-        measured again.
+        measured again. Near the end the share grows slowly, but what is missing shrinks.
         """
-        return not (_grows(self._areas) or _grows(self._shares))
+        area, area_before = self._best(self._areas)
+        share, share_before = self._best(self._shares)
+        least = 1.0 + _PATIENCE * LEAST_SHARE
+        return not (
+            area >= least * area_before
+            or share >= least * share_before
+            or 1.0 - share <= _SHRINKS * (1.0 - share_before)
+        )
 
-
-def _grows(values: list[float]) -> bool:
-    """Whether the latest values exceed those before them by enough."""
-    patience = max(_PATIENCE, int(_PATIENCE_FRACTION * len(values)))
-    before, since = values[:-patience], values[-patience:]
-    return not before or max(since) >= (1.0 + _PATIENCE * LEAST_SHARE) * max(before)
+    def _best(self, values: list[float]) -> tuple[float, float]:
+        """The largest of the latest values, and of those before; these are 0 at the beginning."""
+        patience = max(_PATIENCE, int(_PATIENCE_FRACTION * len(values)))
+        return max(values[-patience:], default=0.0), max(values[:-patience], default=0.0)
