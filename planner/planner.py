@@ -103,6 +103,7 @@ class Planner:
         self._missed: list[ProbePlan] = []
         self._touched: list[np.ndarray] = []
         self._tried: list[np.ndarray] = []
+        self._in_vain: list[np.ndarray] = []
         self._unreachable: list[np.ndarray] = []
         self._known = KnownArea()
         self._beside_edges = FrontierPlanner(self._start, self._outward)
@@ -170,6 +171,8 @@ class Planner:
         met = touch.status is TouchStatus.TOUCHED
         if met and not change.refused:
             self._touched.append(touch.contact)
+        elif not met:
+            self._in_vain.append(asked.reference_point)
         most = _TIMES_CLOSER if self._touched else _TIMES_CLOSER_FIRST
         if self._beside_edges.is_open:
             number = self._beside_edges.count
@@ -258,7 +261,9 @@ class Planner:
         pending = [one.plan.reference_point for one in self._pending.values()]
         touched = np.array([*pending, *(self._touched or [self._start])])
         done = np.array([*self._touched, *self._tried]).reshape(-1, 3)
-        return View(atlas, self._places, touched, done, np.array(pending).reshape(-1, 3), extent)
+        in_vain = np.reshape(self._in_vain, (-1, 3))
+        open_plans = np.reshape(pending, (-1, 3))
+        return View(atlas, self._places, touched, done, in_vain, open_plans, extent)
 
     def _next_hole(self, view: View) -> Target | None:
         """The next hole of the surface; None where there is none, or they were looked for too

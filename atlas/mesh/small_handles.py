@@ -32,7 +32,8 @@ def without_small_handles(surface: Surface, rims: Rims, size: float) -> Surface:
     does not leave one handle fewer, and as many pieces, is not done. The surface must be manifold.
     """
     seen: list[np.ndarray] = []
-    handles, tries = _handles(surface), _MOST
+    # igl counts no edges of no triangles.
+    handles, tries = _handles(surface) if len(surface.faces) else 0, _MOST
     while handles and tries:
         for loop in islice(_loops_within(surface, size, seen), tries):
             tries -= 1

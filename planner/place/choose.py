@@ -49,6 +49,8 @@ class View:
         Reference points of the pending plans, and contacts of the touches, the last one last.
     done : (m, 3) float, length, world
         The contacts and the reference points of all attempts.
+    in_vain : (l, 3) float, length, world
+        The reference points of the attempts that met nothing.
     pending : (k, 3) float, length, world
         Reference points of the plans that are not answered yet.
     extent : float, length
@@ -59,6 +61,7 @@ class View:
     places: Places
     touched: np.ndarray
     done: np.ndarray
+    in_vain: np.ndarray
     pending: np.ndarray
     extent: float
 
@@ -117,15 +120,15 @@ def distance_to(others, points) -> np.ndarray:
 
 
 def open_target(view: View) -> Target | None:
-    """The open place that teaches most for its cost: the square of its distance to all touches and
-    attempts over the way from the last touch; None where all are near touches or attempts.
+    """The open place that teaches most for its cost: the square of its distance to all touches, and
+    attempts in vain, over the way from the last touch; None where all are near touches or attempts.
 
     What lies about an attempt in vain comes last: more places of the same patch would miss, too.
     """
     points, homes = open_places(view)
     if not len(points):
         return None
-    reached = np.concatenate([view.touched, view.done])
+    reached = np.concatenate([view.touched, view.in_vain])
     away, offset = distance_to(reached, points), points - view.touched[-1]
     travel = np.sqrt((offset * offset).sum(axis=1))
     best = int((away**2 / (_SET_UP * view.extent + travel)).argmax())

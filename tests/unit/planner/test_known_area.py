@@ -54,6 +54,6 @@ def test_a_measure_without_a_touch_between_changes_the_share_alone():
 @pytest.mark.parametrize(("left", "stagnates"), [(0.95, True), (0.85, False)])
 def test_near_the_end_it_is_growth_when_a_tenth_of_what_is_missing_is_found(left, stagnates):
     """Of a hundredth that is missing a tenth is less than 16 least shares."""
-    assert 0.1 * 0.01 < 16 * LEAST_SHARE
+    assert 16 * LEAST_SHARE > 0.1 * 0.01
     areas = [0.99] * 16 + [1.0 - 0.01 * left] * 16
     assert measured(areas, [1.0] * 32).stagnates() is stagnates

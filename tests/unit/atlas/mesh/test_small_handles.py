@@ -72,6 +72,8 @@ def test_small_handles_are_cut_and_large_ones_stay():
 def test_what_has_no_small_handle_stays_as_it_is():
     body = ball_with_rings(0.4)
     assert without_small_handles(body, NO_RIMS, 0.1) is body
+    nothing = body.only(np.zeros(len(body.vertices), bool))
+    assert without_small_handles(nothing, NO_RIMS, 0.1) is nothing
     ball = ball_with_rings()
     assert without_small_handles(ball, NO_RIMS, 10.0) is ball
 
