@@ -293,7 +293,7 @@ class Planner:
             return Forecast(0.0, np.zeros((0, 3)))
         self._update(atlas)
         extent = self._extent(atlas)
-        inside, total = self._places.areas(atlas, self._view(atlas, extent).is_untried)
+        inside, total, _ = self._places.areas(atlas, self._view(atlas, extent).is_untried)
         left = self._places.left(atlas, extent)
         return Forecast(inside / total if total > 0.0 else 0.0, left)
 

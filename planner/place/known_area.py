@@ -12,19 +12,22 @@ _SHRINKS = 0.9
 
 
 class KnownArea:
-    """The expected area within the tolerance after each touch, and its share of the surface."""
+    """The area within the tolerance after each touch, by predicted deviations alone, and its share
+    of the surface, by what new samples told of these."""
 
     def __init__(self) -> None:
         self.coverage = 0.0
         self._areas: list[float] = []
         self._shares: list[float] = []
 
-    def measure(self, inside: float, total: float, again: bool) -> None:
-        """Take the area within the tolerance and all area, length^2; ``again`` where no touch was
-        learned since the last time."""
+    def measure(self, inside: float, total: float, unscaled: float, again: bool) -> None:
+        """Take the area within the tolerance, all area, and the first by predicted deviations
+        alone, length^2; ``again`` where no touch was learned since the last time."""
         self.coverage = inside / total if total > 0.0 else 0.0
         if not again:
-            self._areas.append(inside)
+            # The ratio of errors to deviations rises where touches meet a thin rim, and what was
+            # known before would count for less.
+            self._areas.append(unscaled)
             self._shares.append(self.coverage)
 
     def stagnates(self) -> bool:
@@ -39,7 +42,7 @@ class KnownArea:
         return not (
             area >= least * area_before
             or share >= least * share_before
-            or 1.0 - share <= _SHRINKS * (1.0 - share_before)
+            or 1.0 - share < _SHRINKS * (1.0 - share_before)
         )
 
     def _best(self, values: list[float]) -> tuple[float, float]:

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import erf
 
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.field.predicted_deviation import predicted_deviation
@@ -159,8 +160,9 @@ class Places:
 
     def areas(
         self, atlas: Atlas, is_untried: Callable[[np.ndarray], np.ndarray]
-    ) -> tuple[float, float]:
-        """Expected area within the tolerance, and all area, length^2.
+    ) -> tuple[float, float, float]:
+        """Expected area within the tolerance, all area, and the first by predicted deviations
+        alone, length^2.
 
         ``is_untried`` tells of points (n, 3) whether (n,) they are away from touches and attempts.
         An open place that was tried is no surface that is left: there a patch runs on beyond an
@@ -173,11 +175,13 @@ class Places:
         rows = atlas.table.rows
         known = self.known(rows)
         with np.errstate(divide="ignore"):
-            within = self.deviation_ratio.within(atlas.tolerance / known.deviation)
+            limit = atlas.tolerance / known.deviation
+        within, unscaled = self.deviation_ratio.within(limit), erf(limit / np.sqrt(2.0))
         inside = float((known.area * within).sum())
         points, homes = self.open(rows)
         is_open = float(self.open_area(atlas, homes[is_untried(points)]).sum())
-        return inside, float(known.area.sum()) + is_open
+        total = float(known.area.sum()) + is_open
+        return inside, total, float((known.area * unscaled).sum())
 
     def open_area(self, atlas: Atlas, homes) -> np.ndarray:
         """(k,) area that open places of patches (k,) stand for, length^2."""

@@ -9,7 +9,7 @@ from touchatlas.planner.place.known_area import KnownArea
 def measured(areas, totals):
     known = KnownArea()
     for inside, total in zip(areas, totals, strict=True):
-        known.measure(inside, total, again=False)
+        known.measure(inside, total, inside, again=False)
     return known
 
 
@@ -47,7 +47,7 @@ def test_of_many_touches_a_quarter_may_pass_without_growth():
 def test_a_measure_without_a_touch_between_changes_the_share_alone():
     known = KnownArea()
     for _ in range(40):
-        known.measure(1.0, 2.0, again=bool(known.coverage))
+        known.measure(1.0, 2.0, 1.0, again=bool(known.coverage))
     assert known.coverage == 0.5 and not known.stagnates()
 
 
@@ -57,3 +57,16 @@ def test_near_the_end_it_is_growth_when_a_tenth_of_what_is_missing_is_found(left
     assert 16 * LEAST_SHARE > 0.1 * 0.01
     areas = [0.99] * 16 + [1.0 - 0.01 * left] * 16
     assert measured(areas, [1.0] * 32).stagnates() is stagnates
+
+
+def test_a_ratio_that_rises_is_no_stagnation():
+    """As at the rim of a vase: new surface is learned, but all of it counts for less."""
+    known = KnownArea()
+    for k in range(40):
+        scale = 1.0 if k < 16 else 0.7
+        known.measure(scale * (1.0 + 0.01 * k), 2.0 + 0.02 * k, 1.0 + 0.01 * k, again=False)
+    assert not known.stagnates()
+
+
+def test_what_is_known_whole_no_longer_grows():
+    assert measured([1.0] * 17, [1.0] * 17).stagnates()
