@@ -1,0 +1,109 @@
+"""Quadric error: the vertex of a sheet of the surface lies where its tangent planes meet.
+
+A vertex minimises the sum of its squared distances from the tangent planes at the crossings of its
+sheet (Ju, Losasso, Schaefer and Warren, Dual contouring of Hermite data, 2002). It then lies on the
+edge or in the corner of the surface, if there is one, and else above the mean of the crossings.
+"""
+
+import numpy as np
+
+# Least singular value of the tangent planes that counts, over the largest: two planes that meet
+# at less than 11 degrees are one. Doubled, edges of less than 23 degrees are rounded.
+_CUT = 0.1
+# Distance of the points beside a vertex at which the planes are taken anew, over the distance of
+# the crossings, in two rounds. The error of a plane falls with its square: from a twentieth, the
+# error at a curved edge is 1/400 of the first. Doubled, it is four times larger.
+_BESIDE = (0.25, 0.05)
+# Largest distance of a vertex from its cube, in edges: an edge or corner of the surface may pass
+# through a face of the cube and hold no node beyond it. Doubled, no more of them are found; at
+# zero, they are cut off, and at 0.5 one corner in 200 of boxes in any position is.
+_OUTSIDE = 0.7
+# Steps that move a smooth vertex onto the surface. Each squares the error over the radius of
+# curvature; doubled, nothing changes but the time.
+_PROJECTIONS = 2
+
+
+def seen(at, points):
+    """Distance (n,), normal (n, 3) and known (n,) at points (n, 3), zero where unknown."""
+    if not len(points):
+        return np.zeros(0), np.zeros((0, 3)), np.zeros(0, bool)
+    distance, normal, known = at(points)
+    known = np.asarray(known, bool)
+    return np.where(known, distance, 0.0), np.where(known[:, None], normal, 0.0), known
+
+
+def vertices_of(at, points, normals, sheet, low, edge: float):
+    """Vertices (v, 3) of all sheets, and whether each lies at an edge or corner (v,).
+
+    Parameters
+    ----------
+    at : function
+        Distance, normal and known at points.
+    points, normals : (n, 3) float, length and unit
+        Crossings, and the normals there; zero where unknown.
+    sheet : (n,) int
+        The sheet of each crossing, ascending, and each number from 0 on.
+    low : (v, 3) float, length
+        Lowest corner of the cube of each sheet.
+    edge : float, length
+        Edge of the cubes.
+
+    Notes
+    -----
+    Where two planes meet, the vertex is exact. At a curved edge of curvature k its error is
+    about 0.001 k edge^2, and on a smooth surface it is of the order of k^3 edge^4.
+    """
+    starts = np.flatnonzero(np.diff(sheet, prepend=-1))
+    means = np.add.reduceat(points, starts) / np.diff(starts, append=len(sheet))[:, None]
+    found, rank = _meeting(means, means, points, normals, sheet, low, edge)
+    for beside in _BESIDE:
+        mine = (rank > 1)[sheet]
+        sharp, here = np.unique(sheet[mine], return_inverse=True)
+        near = found[sheet[mine]] + beside * (points[mine] - found[sheet[mine]])
+        distance, normal, _ = seen(at, near)
+        feet = near - _bounded(distance, edge)[:, None] * normal
+        found[sharp], rank[sharp] = _meeting(
+            found[sharp], means[sharp], feet, normal, here, low[sharp], edge
+        )
+    smooth = rank < 2
+    found[smooth] = _projected(at, means[smooth], edge)
+    return found, ~smooth
+
+
+def _meeting(middle, means, points, normals, sheet, low, edge: float):
+    """Where the planes of each sheet meet, as near to ``middle`` (v, 3) as they allow, and the
+    number (v,) of directions that they fix.
+
+    Directions are given up, weakest first, until the place lies within the cube or near it.
+    Where it never does, it is the mean of the crossings, and the number is 0.
+    """
+    place, rank = means.copy(), np.zeros(len(means), int)
+    if not len(sheet):
+        return place, rank
+    starts = np.flatnonzero(np.diff(sheet, prepend=-1))
+    height = ((points - middle[sheet]) * normals).sum(axis=1)
+    matrix = np.add.reduceat(normals[:, :, None] * normals[:, None, :], starts)
+    right = np.add.reduceat(height[:, None] * normals, starts)
+    values, vectors = np.linalg.eigh(matrix)
+    counts = values > _CUT**2 * values[:, 2:]
+    along = np.einsum("vij,vi->vj", vectors, right) / np.where(counts, values, 1.0)
+    for weakest in (2, 1, 0):
+        used = counts & (np.arange(3) >= weakest)
+        meeting = middle + np.einsum("vij,vj->vi", vectors, np.where(used, along, 0.0))
+        excess = np.abs(meeting - low - 0.5 * edge).max(axis=1) - 0.5 * edge
+        good = (excess <= _OUTSIDE * edge) & used[:, weakest]
+        place[good], rank[good] = meeting[good], 3 - weakest
+    return place, rank
+
+
+def _projected(at, points, edge: float) -> np.ndarray:
+    """Points (n, 3) moved onto the surface by Newton steps along the normal."""
+    for _ in range(_PROJECTIONS):
+        distance, normal, _ = seen(at, points)
+        points = points - _bounded(distance, edge)[:, None] * normal
+    return points
+
+
+def _bounded(distance, edge: float) -> np.ndarray:
+    """Distances (n,) that are no longer than an edge."""
+    return np.clip(distance, -edge, edge)
