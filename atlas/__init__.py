@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from touchatlas.atlas.check.doubts import Doubt, doubts
     from touchatlas.atlas.faces.boundaries import EdgeKind
     from touchatlas.atlas.faces.face_graph import write_graphml, write_json
-    from touchatlas.atlas.faces.face_values import FaceValues, face_values
+    from touchatlas.atlas.faces.face_field import FaceValues, face_values
     from touchatlas.atlas.faces.faces import Face, FaceEdge, Faces
     from touchatlas.atlas.field.blend import Blend
     from touchatlas.atlas.graph.power_diagram import Boundary
@@ -56,8 +56,8 @@ __getattr__ = lazy_names(
         "EdgeKind": "touchatlas.atlas.faces.boundaries",
         "Face": "touchatlas.atlas.faces.faces",
         "FaceEdge": "touchatlas.atlas.faces.faces",
-        "FaceValues": "touchatlas.atlas.faces.face_values",
-        "face_values": "touchatlas.atlas.faces.face_values",
+        "FaceValues": "touchatlas.atlas.faces.face_field",
+        "face_values": "touchatlas.atlas.faces.face_field",
         "Faces": "touchatlas.atlas.faces.faces",
         "StepReport": "touchatlas.atlas.cad.step_file",
         "Surface": "touchatlas.atlas.mesh.extract",

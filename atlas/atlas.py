@@ -10,6 +10,7 @@ from touchatlas.atlas.edit.merge import merge
 from touchatlas.atlas.edit.simplify import simplify
 from touchatlas.atlas.edit.split import split
 from touchatlas.atlas.faces.faces import Faces
+from touchatlas.atlas.faces.known_law import look_for_law
 from touchatlas.atlas.faces.read_faces import read_faces
 from touchatlas.atlas.records.change import AtlasChange
 from touchatlas.atlas.records.touch import Touch
@@ -57,6 +58,8 @@ class Atlas(AtlasState):
         """
         change = learn(self, touch)
         self.touches += 1
+        if self.options.fill and self.known_law.is_due(self.point_count):
+            self.look_for_law()
         return replace(change, touch=touch.number)
 
     def merge(self, first: int, second: int) -> AtlasChange:
@@ -88,16 +91,23 @@ class Atlas(AtlasState):
         many patches have a residual. A patch that learns from a later touch loses it."""
         return update_residuals(self)
 
+    def look_for_law(self) -> None:
+        """Look whether all faces obey laws now; ``add`` does so as the number of samples grows."""
+        pool = self.membership.pool
+        self.known_law = look_for_law(pool, len(pool), self.sample_std)
+
     def finish(self) -> int:
-        """Simplify and learn residuals at the end of an exploration, after refitting and filling
+        """Where all faces obey laws, look at them once more. Elsewhere simplify and learn residuals at the end of an exploration, after refitting and filling
         where that was not done touch by touch; returns how many patches have a residual. More
         touches may be added afterwards."""
-        return finish(self)
+        if self.body is not None and self.known_law.count < self.point_count:
+            self.look_for_law()
+        return 0 if self.body is not None else finish(self)
 
     def faces(self) -> Faces:
         """The faces of what was touched, each with its kind in words and numbers, and the sharp
         edges and smooth rims between them; read from the samples, from scratch."""
-        return read_faces(self)
+        return read_faces(self.membership.pool, self.sample_std)
 
     def validate(self) -> None:
         """Check all invariants: owners of samples, normal equations and their solutions, relations

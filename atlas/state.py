@@ -9,7 +9,10 @@ from collections.abc import Iterable
 import networkx as nx
 import numpy as np
 
+from touchatlas.atlas.faces.known_law import KnownLaw
+from touchatlas.atlas.faces.lawful_body import LawfulBody
 from touchatlas.atlas.field.blend import Blend, Field
+from touchatlas.atlas.field.predicted_deviation import predicted_deviation
 from touchatlas.atlas.graph.cells import Places
 from touchatlas.atlas.graph.creases import Creases
 from touchatlas.atlas.graph.edge_ends import EdgeEnds
@@ -24,6 +27,7 @@ from touchatlas.atlas.patches.sample_membership import SampleMembership, prior_o
 from touchatlas.atlas.records.options import AtlasOptions, check_tolerance
 from touchatlas.atlas.residual.hyperparameters import ResidualScale
 from touchatlas.patch.fit.smoothness import SmoothnessPrior, leftover
+from touchatlas.patch.geometry.arrays import frozen_array
 from touchatlas.patch.geometry.frame import DarbouxFrame
 from touchatlas.patch.geometry.patch import Patch
 from touchatlas.patch.geometry.polynomial import LocalPolynomial
@@ -63,6 +67,8 @@ class AtlasState:
         The blended surface.
     residual_scale : ResidualScale
         Amplitude and correlation length of the residuals.
+    known_law : KnownLaw
+        What was found when lawful faces were last looked for.
     touches : int
         Number of touches, with those that were refused.
     """
@@ -88,6 +94,7 @@ class AtlasState:
         self.rims = Rims(self.membership.pool)
         self.field = Field(self.table, self.surface_graph)
         self.residual_scale = ResidualScale()
+        self.known_law = KnownLaw()
         self.touches = 0
 
     def __len__(self) -> int:
@@ -125,6 +132,20 @@ class AtlasState:
         """Lack of fit beyond which the radius of a patch is reduced, length. With filling it is the
         bias: a patch that leaves out more is wrong beyond its samples."""
         return self.bias if self.options.fill else self.options.detail * self.scale
+
+    @property
+    def sample_std(self) -> float:
+        """Standard deviation of a sample's distance from the surface: the root mean square of the
+        noise that contours state, and the lack of fit that is borne, length."""
+        table = self.table
+        noise = np.sqrt((table.measurement_std[table.rows] ** 2).mean()) if len(self) else 0.0
+        return float(np.hypot(noise, self.bias))
+
+    @property
+    def body(self) -> LawfulBody | None:
+        """The surface of a body whose faces obey laws; None where some do not, or no edge was
+        seen."""
+        return self.known_law.body
 
     @property
     def fills(self) -> bool:
@@ -166,7 +187,23 @@ class AtlasState:
 
     def blend(self, points) -> Blend:
         """Signed distance, normal, deviation and curvature at points (n, 3), length, world; unknown
-        beyond the rims of the surface."""
+        beyond the rims of the surface. Where all faces obey laws they are those of the faces, and
+        the patch is that of the face."""
+        if self.body is None:
+            return self.blend_of_patches(points)
+        points = frozen_array(points, (None, 3), "points")
+        found, known = self.body.at(points)
+        curvature = self.body.gaussian_curvature(points, found.face)
+        columns = found.distance, known, found.normal, found.deviation, curvature, found.face
+        return Blend(*columns).without(np.flatnonzero(~known))
+
+    def deviations(self, found: Blend) -> np.ndarray:
+        """(n,) predicted deviation of the surface at the points of a ``blend``, length, with what
+        samples leave unexplained; NaN where it is unknown."""
+        return predicted_deviation(self.table, found) if self.body is None else found.deviation
+
+    def blend_of_patches(self, points) -> Blend:
+        """The same of overlapping patches, whatever faces there are."""
         found = self.field.at(points)
         if not self.rims:
             return found

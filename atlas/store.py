@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from touchatlas.atlas.atlas import Atlas
+from touchatlas.atlas.faces.known_law import KnownLaw, look_for_law
 from touchatlas.atlas.files import write_whole
 from touchatlas.atlas.graph.creases import Crease
 from touchatlas.atlas.graph.lost_ends import LostEnds
@@ -24,7 +25,7 @@ from touchatlas.atlas.whole_file import DamagedError, FileKind, load_whole
 from touchatlas.patch.fit.fit_patch import FitOptions
 
 # The version is that of the file, no unit.
-_FILE = FileKind("atlas", "the atlas.npz of a run", 5, "explore again")
+_FILE = FileKind("atlas", "the atlas.npz of a run", 6, "explore again")
 _POOL = "points", "normals", "across", "edges", "visited"
 
 
@@ -37,6 +38,7 @@ def atlas_bytes(atlas: Atlas) -> bytes:
         "touches": atlas.touches,
         "options": asdict(atlas.options),
         "residual_scale": asdict(atlas.residual_scale),
+        "law": _law_of(atlas),
     }
     table, membership = atlas.table, atlas.membership
     neighbours = [sorted(atlas.neighbours[row]) for row in range(len(atlas.neighbours))]
@@ -122,7 +124,24 @@ def _restored(arrays, header) -> Atlas:
     for name in LostEnds.NAMES:
         _fill_column(atlas.rims.ends, name, arrays[f"rims_{name}"])
     atlas.mark_stale(table.rows.tolist())
+    _fill_law(atlas, header["law"])
     return atlas
+
+
+def _law_of(atlas: Atlas) -> dict:
+    """What is known of lawful faces, but the body: it is made again from its samples."""
+    law = atlas.known_law
+    kept = {name: getattr(law, name) for name in ("count", "std", "edges", "share")}
+    return {**kept, "body": law.body is not None}
+
+
+def _fill_law(atlas: Atlas, law: dict) -> None:
+    """Enter what a file says of lawful faces."""
+    pool, kept = atlas.membership.pool, {**law, "body": None}
+    if not (type(law["count"]) is int and 0 <= law["count"] <= len(pool)):
+        raise DamagedError("it says nothing of the samples that obey laws")
+    found = look_for_law(pool, law["count"], law["std"]) if law["body"] else KnownLaw(**kept)
+    atlas.known_law = found
 
 
 def _check_lengths(arrays) -> None:

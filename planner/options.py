@@ -9,6 +9,8 @@ from touchatlas.planner.place.rules import RULES
 
 # The planner of older figures, for comparison.
 FRONTIER = "frontier"
+# The planner by default.
+TOLERANCE = "tolerance"
 
 
 @dataclass(frozen=True)
@@ -42,7 +44,7 @@ class PlannerOptions:
         Length of the pin, more than its radius; given together with it.
     """
 
-    name: str = "tolerance"
+    name: str = TOLERANCE
     coverage: float = 0.995
     curves: int = 3
     reach: float = 0.6

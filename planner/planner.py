@@ -8,7 +8,7 @@ from touchatlas.atlas.atlas import Atlas, AtlasChange
 from touchatlas.atlas.records.touch import Touch, TouchStatus
 from touchatlas.patch.geometry.arrays import check_unit, frozen_array
 from touchatlas.planner.frontier.frontier_planner import FrontierPlanner
-from touchatlas.planner.options import FRONTIER, PlannerOptions
+from touchatlas.planner.options import FRONTIER, TOLERANCE, PlannerOptions
 from touchatlas.planner.pending import Pending
 from touchatlas.planner.place.choose import (
     Target,
@@ -19,8 +19,10 @@ from touchatlas.planner.place.choose import (
     slip_target,
     start_targets,
 )
+from touchatlas.planner.place.deviation_ratio import DeviationRatio
 from touchatlas.planner.place.known_area import KnownArea
-from touchatlas.planner.place.places import Places
+from touchatlas.planner.place.lawful_places import LawfulPlaces, lawful_places, lawful_target
+from touchatlas.planner.place.places import Places, apart_from_each_other
 from touchatlas.planner.place.rules import RULES
 from touchatlas.planner.plans import (
     arms_beside_edges,
@@ -106,6 +108,7 @@ class Planner:
         self._in_vain: list[np.ndarray] = []
         self._unreachable: list[np.ndarray] = []
         self._known = KnownArea()
+        self._lawful = False
         self._beside_edges = FrontierPlanner(self._start, self._outward)
         self._starts = list(start_targets(self._start, self._outward))
         # Plans asked for, plans answered, and plans answered when the area was last measured.
@@ -201,6 +204,8 @@ class Planner:
 
     def _next_plan(self, atlas: Atlas) -> ProbePlan | None:
         """A plan where nothing is known, else where too little is known."""
+        if self._obeys_law(atlas):
+            return self._plan_of_law(atlas)
         if atlas.membership.pool.edges.any():
             # A new crease changes what patches see that no change names.
             self._places.forget()
@@ -224,6 +229,43 @@ class Planner:
                 return plan_at(atlas, target, extent, self.options)
             self._unreachable.append(target.point)
             self._tried.append(target.point)
+
+    def _obeys_law(self, atlas: Atlas) -> bool:
+        """Whether the planner goes by lawful faces; what was learned of errors is forgotten when
+        that changes. Where a probe ends its arms at edges, what lies beyond comes first."""
+        lawful = atlas.body is not None and self.options.name == TOLERANCE
+        lawful &= not len(atlas.edge_ends)
+        if lawful != self._lawful:
+            self._lawful, self._known = lawful, KnownArea()
+            self._places.deviation_ratio = DeviationRatio()
+        return lawful
+
+    def _plan_of_law(self, atlas: Atlas) -> ProbePlan | None:
+        """A plan where the surface of lawful faces ends, else where too little is known."""
+        extent = self._extent(atlas)
+        view, places = self._view(atlas, extent), lawful_places(atlas.body)
+        areas = self._law_areas(view, places)
+        self._known.measure(*areas, self._measured == self._answered)
+        self._measured = self._answered
+        stagnates = self._known.stagnates()
+        while not stagnates and (target := lawful_target(view, places)) is not None:
+            if self._reaches(atlas, target):
+                return plan_at(atlas, target, extent, self.options)
+            self._unreachable.append(target.point)
+            self._tried.append(target.point)
+            view = self._view(atlas, extent)
+        plan = self._search_plan(atlas, extent)
+        if plan is not None:
+            return plan
+        reason = StopReason.UNREACHABLE if self._unreachable else StopReason.TRIED
+        reason = StopReason.STAGNATION if stagnates else reason
+        known = self._known.coverage >= self.options.coverage
+        return self._end(atlas, StopReason.KNOWN if known else reason)
+
+    def _law_areas(self, view: View, places: LawfulPlaces) -> tuple[float, float, float]:
+        """See ``LawfulPlaces.areas``."""
+        untried = view.is_untried(places.rim)
+        return places.areas(view.atlas.tolerance, self._places.deviation_ratio, untried)
 
     def _search_plan(self, atlas: Atlas, extent: float) -> ProbePlan | None:
         """The next approach in search of other parts; None where no more are asked for."""
@@ -291,8 +333,13 @@ class Planner:
         """What is known of the surface of an atlas, and where too little is."""
         if not len(atlas):
             return Forecast(0.0, np.zeros((0, 3)))
-        self._update(atlas)
         extent = self._extent(atlas)
+        if self._obeys_law(atlas):
+            places = lawful_places(atlas.body)
+            inside, total, _ = self._law_areas(self._view(atlas, extent), places)
+            found = apart_from_each_other(places.left(atlas.tolerance), extent)
+            return Forecast(inside / total if total > 0.0 else 0.0, found)
+        self._update(atlas)
         inside, total, _ = self._places.areas(atlas, self._view(atlas, extent).is_untried)
         left = self._places.left(atlas, extent)
         return Forecast(inside / total if total > 0.0 else 0.0, left)

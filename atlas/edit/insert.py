@@ -115,7 +115,7 @@ def _ends_at_edge(contours) -> bool:
 
 def _owner_at(state: AtlasState, touch: Touch) -> int | None:
     """The patch in whose cell a contact lies, if it faces the approach; None elsewhere."""
-    found = state.blend(touch.contact[None])
+    found = state.blend_of_patches(touch.contact[None])
     faces = found.known[0] and found.normal[0] @ touch.approach > 0.0
     return int(found.patch[0]) if faces else None
 

@@ -9,29 +9,26 @@ from touchatlas.atlas.faces.options import FaceOptions
 from touchatlas.atlas.faces.revise import refit
 from touchatlas.atlas.faces.rim_labels import move_to_rims
 from touchatlas.atlas.faces.samples import ContourSamples, contour_samples
-from touchatlas.atlas.state import AtlasState
+from touchatlas.atlas.patches.sample_pool import SamplePool
 
 # Rounds of labels by the sides of rims, and fits of the pieces; the second changes 2 per mille of
 # the labels of a plate. Doubled, it takes twice as long.
 _RIM_ROUNDS = 2
 
 
-def read_faces(state: AtlasState, options: FaceOptions = FaceOptions()) -> Faces:
-    """The faces of the samples of an atlas, from scratch. The atlas does not change.
+def read_faces(pool: SamplePool, std: float, options: FaceOptions = FaceOptions()) -> Faces:
+    """The faces of the samples of a pool, from scratch.
 
     Parameters
     ----------
-    state : AtlasState
+    pool : SamplePool
+    std : float, length
+        Standard deviation of a sample: of its noise, and the lack of fit that is borne.
     options : FaceOptions
-
-    Notes
-    -----
-    The standard deviation of a sample is that of the noise that its contour states, and the lack of
-    fit that the atlas bears.
     """
-    if not len(state.membership.pool):
+    if not len(pool):
         return Faces((), (), np.zeros((0, 3)), np.zeros(0, int), np.zeros(0, int))
-    return faces_of_samples(samples_of(state), options)
+    return faces_of_samples(samples_of(pool, len(pool), std), options)
 
 
 def faces_of_samples(samples: ContourSamples, options: FaceOptions = FaceOptions()) -> Faces:
@@ -43,9 +40,7 @@ def faces_of_samples(samples: ContourSamples, options: FaceOptions = FaceOptions
     return join_faces(labels, find_boundaries(labels))
 
 
-def samples_of(state: AtlasState) -> ContourSamples:
-    """The samples of an atlas that has some, with contours and normals."""
-    pool, table = state.membership.pool, state.table
-    noise = np.sqrt((table.measurement_std[table.rows] ** 2).mean()) if len(state) else 0.0
-    std = float(np.hypot(noise, state.bias))
-    return contour_samples(pool.points.copy(), pool.normals.copy(), pool.across.copy(), std)
+def samples_of(pool: SamplePool, count: int, std: float) -> ContourSamples:
+    """The first ``count`` samples of a pool, with contours and normals."""
+    columns = pool.points, pool.normals, pool.across
+    return contour_samples(*(column[:count].copy() for column in columns), std)

@@ -11,6 +11,7 @@ import numpy as np
 
 from touchatlas.atlas.mesh.close_holes import close_holes
 from touchatlas.atlas.mesh.coarse_mesh import CoarseMesh, coarse_mesh
+from touchatlas.atlas.mesh.lawful_surface import fine_edge, lawful_surface
 from touchatlas.atlas.mesh.narrow_band import REACH
 from touchatlas.atlas.mesh.refine import edges_of, refine, vertex_heights
 from touchatlas.atlas.mesh.resolution import (
@@ -51,6 +52,11 @@ def extract_surface(state: AtlasState, edge: float | None = None) -> Surface:
         When the argument is no Atlas, or has no patch, or the edge is no length, longer than the
         patches span, or too short for the memory.
     """
+    if isinstance(state, AtlasState) and state.body is not None:
+        sagitta = state.options.facets * state.tolerance
+        return lawful_surface(
+            state.body, check_edge(state, edge) if edge else fine_edge(state.body, sagitta)
+        )
     closed = close_holes(without_unsure_rims(state, open_surface(state, edge)), state.rims)
     return without_small_handles(closed, state.rims, state.options.least_radius * state.scale)
 

@@ -125,9 +125,9 @@ def usual_deviation(state: AtlasState) -> float:
     points = 0.5 * (outlines + state.table.origin[some, None])
     points = points[:, ::4].reshape(-1, 3)
     # The deviation is larger off the surface, so it is predicted at first-order feet on it.
-    seen = state.blend(points)
+    seen = state.blend_of_patches(points)
     feet = (points - seen.distance[:, None] * seen.normal)[seen.known]
-    seen = state.blend(feet)
+    seen = state.blend_of_patches(feet)
     return float(np.median(seen.deviation[seen.known])) if seen.known.any() else 0.0
 
 

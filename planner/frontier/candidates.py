@@ -116,7 +116,7 @@ def weak_candidate(atlas: Atlas, position, spent, given_up=()) -> Candidate | No
     outlines = atlas.surface_graph.outlines.points(rows)
     points = np.concatenate([outlines, 0.5 * (outlines + table.origin[rows, None])])
     points = points.reshape(-1, 3)
-    seen = atlas.blend(points)
+    seen = atlas.blend_of_patches(points)
     weak = np.flatnonzero(seen.known & (np.nan_to_num(seen.deviation) > atlas.tolerance))
     weak = weak[~np.isin(seen.patch[weak], given_up)]
     if len(atlas.creases):

@@ -128,11 +128,16 @@ def open_target(view: View) -> Target | None:
     points, homes = open_places(view)
     if not len(points):
         return None
+    best = best_open(view, points)
+    return at_open(view, points[best], homes[best])
+
+
+def best_open(view: View, points) -> int:
+    """Which of open places (k, 3) teaches most for its cost: see ``open_target``."""
     reached = np.concatenate([view.touched, view.in_vain])
     away, offset = distance_to(reached, points), points - view.touched[-1]
     travel = np.sqrt((offset * offset).sum(axis=1))
-    best = int((away**2 / (_SET_UP * view.extent + travel)).argmax())
-    return at_open(view, points[best], homes[best])
+    return int((away**2 / (_SET_UP * view.extent + travel)).argmax())
 
 
 def open_places(view: View) -> tuple[np.ndarray, np.ndarray]:
@@ -144,7 +149,7 @@ def open_places(view: View) -> tuple[np.ndarray, np.ndarray]:
 
 def at_open(view: View, point, home: int) -> Target:
     """The target at an open place (3,) of patch ``home``."""
-    found = view.atlas.blend(point[None])
+    found = view.atlas.blend_of_patches(point[None])
     normal = found.normal[0] if found.known[0] else view.atlas.table.axes[home, 2]
     return Target(point, normal, Reason.EXPAND)
 

@@ -105,7 +105,7 @@ def gpis(view: View, _: np.random.Generator | None) -> Target | None:
     """The place, known to the atlas or not, whose foot on the implicit surface has the largest
     variance."""
     (points, homes), known = open_places(view), known_places(view)
-    found = view.atlas.blend(points)
+    found = view.atlas.blend_of_patches(points)
     ahead = np.where(found.known[:, None], found.normal, view.atlas.table.axes[homes, 2])
     places = np.concatenate([points, known.points])
     normals = np.concatenate([ahead, known.normals])

@@ -60,7 +60,7 @@ def known_to(atlas: Atlas, limit: float) -> Callable[[np.ndarray], np.ndarray]:
 
     def known(points: np.ndarray) -> np.ndarray:
         found = atlas.blend(points)
-        deviation = predicted_deviation(atlas.table, found)
+        deviation = atlas.deviations(found)
         sure = found.known & (np.nan_to_num(deviation) <= limit)
         near: np.ndarray = np.abs(np.nan_to_num(found.distance)) <= 3.0 * limit
         return sure & near
@@ -120,7 +120,7 @@ class Places:
         which, place = np.nonzero(is_open)
         home = rows[which]
         beyond = table.origin[home] + _BEYOND * (outlines[which, place] - table.origin[home])
-        found = atlas.blend(beyond)
+        found = atlas.blend_of_patches(beyond)
         bare = ~found.known | (np.abs(np.nan_to_num(found.distance)) > _OFF * table.radius[home])
         bare &= ~atlas.rims.beyond(beyond, table.axes[home, 2])
         if atlas.creases:
@@ -137,7 +137,7 @@ class Places:
         others = power_at(table, atlas.neighbours.lines()[rows][:, None], points).min(axis=2)
         # Cells of the field overlap by a margin. Each area is counted once.
         which = np.nonzero(power_at(table, rows[:, None, None], points)[..., 0] <= others)
-        found = atlas.blend(points[which])
+        found = atlas.blend_of_patches(points[which])
         feet = points[which] - found.distance[:, None] * found.normal
         deviation = predicted_deviation(table, found)
         home, known = rows[which[0]], found.known
@@ -195,8 +195,13 @@ class Places:
         deviation = self.deviation_ratio.value * known.deviation
         weak = (known.area > 0.0) & (_SURE * deviation > atlas.tolerance)
         found = np.concatenate([self.open(rows)[0], known.points[weak]])
-        kept: list[np.ndarray] = []
-        for point in found:
-            if all(((point - other) ** 2).sum() > (_LISTED * extent) ** 2 for other in kept):
-                kept.append(point)
-        return np.array(kept).reshape(-1, 3)
+        return apart_from_each_other(found, extent)
+
+
+def apart_from_each_other(points, extent: float) -> np.ndarray:
+    """(k, 3) the first of points (n, 3) that are far from each other."""
+    kept: list[np.ndarray] = []
+    for point in points:
+        if all(((point - other) ** 2).sum() > (_LISTED * extent) ** 2 for other in kept):
+            kept.append(point)
+    return np.array(kept).reshape(-1, 3)

@@ -56,5 +56,5 @@ def _uncertain(view: View) -> tuple[np.ndarray, np.ndarray]:
     if weak.any():
         return known.points[weak], known.normals[weak]
     points, _ = open_places(view)
-    found = view.atlas.blend(points)
+    found = view.atlas.blend_of_patches(points)
     return points[found.known], found.normal[found.known]

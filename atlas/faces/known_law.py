@@ -1,0 +1,67 @@
+"""KnownLaw: what was found when lawful faces were last looked for, and when to look again."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from touchatlas.atlas.faces.lawful_body import LawfulBody, is_lawful, lawful_share, shows_edges
+from touchatlas.atlas.faces.read_faces import faces_of_samples, samples_of
+from touchatlas.atlas.patches.sample_pool import SamplePool
+
+# Number of samples up to which lawful faces are looked for at each touch: it takes less than two
+# seconds. Doubled, some bodies take fewer touches and more time.
+_FEW = 5000
+# By what factor the number of samples grows until the next look: where faces are lawful, where they
+# may become so, and where most of the surface obeys no law. The time of all looks is that of the
+# last one times f / (f - 1). Doubled, laws are found later.
+_LAWFUL_GROWS, _GROWS, _LAWLESS_GROWS = 1.1, 1.25, 2.0
+# Share of the samples that obey laws below which faces are not expected to become lawful. Doubled,
+# no body becomes lawful late.
+_LAWLESS = 0.8
+
+
+@dataclass(frozen=True, eq=False)
+class KnownLaw:
+    """What was found when lawful faces were last looked for.
+
+    Parameters
+    ----------
+    count : int
+        Number of samples then.
+    std : float, length
+        Standard deviation of a sample then.
+    edges : bool
+        Whether enough contours run over sharp edges. Without, nothing more was asked.
+    share : float
+        Fraction of the samples that lawful faces explain.
+    body : LawfulBody or None
+        The body, where nearly all obey laws.
+    """
+
+    count: int = 0
+    std: float = 0.0
+    edges: bool = False
+    share: float = 0.0
+    body: LawfulBody | None = None
+
+    def is_due(self, count: int) -> bool:
+        """Whether to look again with so many samples."""
+        hopeful = self.edges and self.share >= _LAWLESS
+        if hopeful and count <= _FEW:
+            return count > self.count
+        if self.body is not None:
+            return count >= _LAWFUL_GROWS * self.count
+        return count >= (_GROWS if hopeful or not self.edges else _LAWLESS_GROWS) * self.count
+
+
+def look_for_law(pool: SamplePool, count: int, std: float) -> KnownLaw:
+    """What the first ``count`` samples of a pool show; ``std`` is that of a sample, length.
+
+    Faces are read only where contours run over edges: a body without any is not worth the time.
+    """
+    samples = samples_of(pool, count, std)
+    if not shows_edges(samples, np.asarray(pool.edges[:count])):
+        return KnownLaw(count, std)
+    faces = faces_of_samples(samples)
+    body = LawfulBody(faces, samples) if is_lawful(faces) else None
+    return KnownLaw(count, std, True, lawful_share(faces), body)

@@ -1,0 +1,183 @@
+"""LawfulBody: the surface of a body all of whose faces obey a law and of which edges are seen."""
+
+from functools import cached_property
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from touchatlas.atlas.faces.face_field import FaceField, FaceValues
+from touchatlas.atlas.faces.faces import Faces
+from touchatlas.atlas.faces.labels import NONE
+from touchatlas.atlas.faces.samples import ContourSamples
+from touchatlas.patch.geometry.arrays import cross
+from touchatlas.patch.geometry.kinks import kinks
+
+# Least fraction of the contours that run over a sharp edge, or end at one: noise makes a kink in
+# two of a hundred. Doubled, bodies of few blunt edges are drawn from overlapping patches.
+_WITH_EDGES = 0.06
+# Least fraction of the samples that lawful faces explain. With twice the rest left out, free-form
+# parts of a body are drawn as planes.
+_LAWFUL = 0.96
+# Distance across which a law is believed where no sample is, over the extent: as far as patches
+# reach between the touches of a ball. Doubled, holes of a fifth of the extent are missed.
+_REACH = 0.15
+# Parts of that distance from which samples are thinned out. Doubled, it takes four times as long.
+_PARTS = 6
+# Samples about a point that tell whether it lies among them. Doubled, nothing changes.
+_ABOUT = 48
+# Distance beyond the samples up to which a face is known, in steps of its contours. Doubled, faces
+# go on beyond edges that no contour crossed.
+_STEPS = 1.5
+# Largest angle about a point in which there is no sample, rad: less than half a circle, as within a
+# convex hull. Doubled, everything is within.
+_GAP = np.deg2rad(170.0)
+# Least sine of the angle between two faces that are unfolded. Doubled, blunt edges are none.
+_FOLDED = 0.2
+# Least cosine of the normal at a point and at a sample of the same part of the surface: 107
+# degrees, for the far side of an edge. Doubled, samples of the other side of a wall count.
+_FACING = -0.3
+
+
+class LawfulBody:
+    """The surface of a body whose faces are planes, spheres, cylinders and quadrics.
+
+    Parameters
+    ----------
+    faces : Faces
+    samples : ContourSamples
+    """
+
+    def __init__(self, faces: Faces, samples: ContourSamples) -> None:
+        self.faces, self.samples = faces, samples
+        points = samples.points
+        self.extent = float(np.linalg.norm(np.ptp(points, axis=0)))
+        self.reach = _REACH * self.extent
+        self.field = FaceField(faces, self.reach)
+        voxel = np.floor((points - points[0]) * _PARTS / self.reach).astype(np.int64)
+        _, first = np.unique(voxel, axis=0, return_index=True)
+        self._thin = np.sort(first[faces.of[first] != NONE])
+        self._thin_tree, self._tree = cKDTree(points[self._thin]), cKDTree(points)
+        self._normals = _normals_of(faces, self._thin)
+
+    @property
+    def seeds(self) -> np.ndarray:
+        """(m, 3) samples all over the body, length, world."""
+        return self.samples.points[self._thin]
+
+    @cached_property
+    def largest_curvature(self) -> float:
+        """Largest absolute principal curvature of the faces, 1/length."""
+        found = [0.0]
+        for face in self.faces.faces:
+            at = self.samples.points[face.samples[:: max(1, len(face.samples) // 16)]]
+            shape = face.pieces[0].shape_operators(at)
+            found.append(float(np.abs(np.linalg.eigvalsh(shape)).max(axis=1).mean()))
+        return max(found)
+
+    @cached_property
+    def thickness(self) -> float:
+        """Least distance of two sides that face away from each other, length: the distance that 98
+        of 100 of their samples exceed; infinite where there are none."""
+        points, normals = self.seeds, self._normals
+        away, near = self._thin_tree.query(points, k=min(_ABOUT, len(points)))
+        opposite = (normals[near] * normals[:, None]).sum(axis=2) < -0.5
+        offset = points[near] - points[:, None]
+        through = np.abs((offset * normals[:, None]).sum(axis=2))
+        opposite &= through > 0.7 * away
+        least = np.where(opposite, through, np.inf).min(axis=1)
+        found = least[np.isfinite(least)]
+        return float(np.quantile(found, 0.02)) if len(found) else np.inf
+
+    def at(self, points) -> tuple[FaceValues, np.ndarray]:
+        """What the faces say of points (n, 3), and whether (n,) the surface is known there.
+
+        It is known among samples: where none of them are farther than ``reach``, and no half circle
+        about the point is without one.
+        """
+        found = self.field.at(points)
+        away, nearest = self._tree.query(points)
+        steps = self.samples.steps[nearest]
+        known = away <= _STEPS * steps + np.abs(found.distance)
+        doubt = np.flatnonzero(~known & (away < self.reach))
+        known[doubt] = self._is_among(points[doubt], found.normal[doubt])
+        # What nothing explains is not known.
+        known &= (self.faces.of[nearest] != NONE) | (away < steps)
+        return found, known
+
+    def gaussian_curvature(self, points, face) -> np.ndarray:
+        """(n,) Gaussian curvature of faces (n,) at points (n, 3), 1/length^2: the second invariant
+        of the shape operator, one of whose eigenvalues is 0 (do Carmo, section 3-3)."""
+        out = np.zeros(len(points))
+        for one in self.faces.faces:
+            mine = np.flatnonzero(face == one.id)
+            shape = one.pieces[0].shape_operators(points[mine])
+            trace = np.trace(shape, axis1=1, axis2=2)
+            out[mine] = 0.5 * (trace**2 - np.einsum("nij,nji->n", shape, shape))
+        return out
+
+    def _is_among(self, points, normals) -> np.ndarray:
+        """(n,) whether points (n, 3) with normals (n, 3) lie among the samples within reach."""
+        count = min(_ABOUT, len(self._thin))
+        if not len(points):
+            return np.zeros(0, bool)
+        _, near = self._thin_tree.query(points, k=count, distance_upper_bound=self.reach)
+        near = near.reshape(len(points), count)
+        there = near < len(self._thin)
+        near = np.where(there, near, 0)
+        cosine = (self._normals[near] * normals[:, None]).sum(axis=2)
+        there &= cosine > _FACING
+        offset = self.seeds[near] - points[:, None]
+        # What lies beyond an edge is unfolded about it into the tangent plane.
+        outward = self._normals[near] - cosine[..., None] * normals[:, None]
+        length = np.sqrt((outward * outward).sum(axis=2))
+        height = (offset * normals[:, None]).sum(axis=2)
+        fold = np.where(length > _FOLDED, height / np.maximum(length, _FOLDED), 0.0)
+        offset = offset - fold[..., None] * outward
+        east = cross(normals, np.eye(3)[np.abs(normals).argmin(axis=1)])
+        north = cross(normals, east)
+        angle = np.arctan2(
+            (offset * north[:, None]).sum(axis=2), (offset * east[:, None]).sum(axis=2)
+        )
+        angle = np.sort(np.where(there, angle, np.nan), axis=1)
+        last = np.nanmax(np.where(there.any(axis=1)[:, None], angle, 0.0), axis=1)
+        around = np.fmax(np.diff(angle, axis=1), 0.0)
+        widest = np.nanmax(np.column_stack([around, angle[:, 0] - last + 2.0 * np.pi]), axis=1)
+        return np.asarray(there.any(axis=1) & (widest < _GAP))
+
+
+def _normals_of(faces: Faces, samples) -> np.ndarray:
+    """(m, 3) outward normals of samples (m,) of faces, by their pieces."""
+    out = np.empty((len(samples), 3))
+    for face in faces.faces:
+        for patch, piece in zip(face.patches, face.pieces, strict=True):
+            mine = faces.patch_of[samples] == patch
+            out[mine] = piece.at(faces.points[samples[mine]])[1]
+    return out
+
+
+def share_with_edges(samples: ContourSamples, ends_at_edge) -> float:
+    """Fraction of the contours that run over a sharp edge, or of which a sample (n,) is the last
+    before one."""
+    bounds = np.append(np.flatnonzero(np.diff(samples.contours, prepend=-1)), len(samples))
+    found = [
+        bool(ends_at_edge[a:b].any())
+        or len(kinks(samples.points[a:b], samples.planes[a], samples.std)) > 0
+        for a, b in zip(bounds[:-1], bounds[1:], strict=True)
+    ]
+    return float(np.mean(found))
+
+
+def shows_edges(samples: ContourSamples, ends_at_edge) -> bool:
+    """Whether enough of the contours run over a sharp edge that faces are worth looking for."""
+    return share_with_edges(samples, ends_at_edge) >= _WITH_EDGES
+
+
+def lawful_share(faces: Faces) -> float:
+    """Fraction of the samples that lawful faces explain."""
+    lawful = sum(len(face.samples) for face in faces.faces if face.law is not None)
+    return lawful / max(len(faces.points), 1)
+
+
+def is_lawful(faces: Faces) -> bool:
+    """Whether lawful faces explain nearly all samples."""
+    return len(faces) > 1 and lawful_share(faces) >= _LAWFUL

@@ -1,0 +1,43 @@
+"""Triangles of a body whose faces obey laws: dual contouring of their field, sharp at edges."""
+
+import numpy as np
+
+from touchatlas.atlas.faces.lawful_body import LawfulBody
+from touchatlas.atlas.mesh.dual_contouring import dual_contour
+from touchatlas.atlas.mesh.surface import Surface
+
+# Cubes along the extent of a body: with the first number its shape is drawn for planning, the
+# second is the most, because time and memory grow with its square. Doubled, four times the time.
+_COARSE, _MOST = 32, 160
+# Largest edge of a cube over the thinnest wall, so that each of its sides has its own cubes. Doubled,
+# both sides of a wall pass the same cube.
+_WALL = 0.4
+
+
+def coarse_edge(body: LawfulBody) -> float:
+    """Edge of the cubes that show the shape of a body, length."""
+    edge = min(body.extent / _COARSE, _WALL * body.thickness)
+    return max(edge, body.extent / _MOST)
+
+
+def fine_edge(body: LawfulBody, sagitta: float) -> float:
+    """Edge of the cubes whose triangles are within ``sagitta`` (length) of the faces: the sagitta
+    of a chord c on a circle of radius r is c^2 / 8 r."""
+    bend = np.sqrt(8.0 * sagitta / max(body.largest_curvature, np.finfo(float).tiny))
+    return max(min(coarse_edge(body), float(bend)), body.extent / _MOST)
+
+
+def lawful_surface(body: LawfulBody, edge: float) -> Surface:
+    """The surface of a body in cubes of an edge, length. Its ``patch`` is the id of the face.
+
+    It is closed where the surface is known everywhere, and ends where it is not.
+    """
+
+    def at(points):
+        found, known = body.at(points)
+        return found.distance, found.normal, known
+
+    vertices, faces = dual_contour(at, body.seeds, edge)
+    found, _ = body.at(vertices)
+    curvature = body.gaussian_curvature(vertices, found.face)
+    return Surface(vertices, faces, found.normal, found.deviation, found.face, curvature)

@@ -1,0 +1,73 @@
+"""Kinks of a contour: samples at which it runs over a sharp edge."""
+
+import numpy as np
+
+from touchatlas.patch.geometry.arrays import cross
+
+# Samples on either side of a possible kink, and the fewest near an end. With twice as many,
+# curvature is taken for a kink.
+SIDE, _LEAST_SIDE = 8, 3
+# A kink turns by more than 5 degrees, and by more than so many of its standard deviations. Twice
+# the angle lets curves run over blunt edges.
+_LEAST_TURN, _DEVIATIONS = np.tan(np.deg2rad(5.0)), 8.0
+# Terms of the model: a hinge and a cubic.
+_TERMS = 5
+
+
+def kinks(points, normal, noise: float, stride: int = 1) -> np.ndarray:
+    """(k,) indices of the samples nearest to the kinks of a curve, ascending.
+
+    A cubic and a hinge, in the plane of the curve, are fitted to eight strides on either side of
+    each sample. There is a kink where the hinge exceeds 5 degrees and eight deviations of the noise
+    or of what cubic and hinge leave, whichever is more.
+
+    Parameters
+    ----------
+    points : (n, 3) float, length, world
+        In order of travel.
+    normal : (3,) float, unit
+        Of the curve's plane.
+    noise : float, length
+    stride : int
+        Every so many samples of a dense curve are tested.
+
+    Examples
+    --------
+    >>> x = np.linspace(-1.0, 1.0, 21)
+    >>> roof = np.stack([x, 0.0 * x, -np.abs(x - 0.2)], axis=1)
+    >>> kinks(roof, np.array([0.0, 1.0, 0.0]), 1e-3).tolist()
+    [12]
+    """
+    places = np.arange(_LEAST_SIDE, len(points) - _LEAST_SIDE, stride)
+    if not len(places):
+        return np.zeros(0, int)
+    turn, deviation = _hinges(points, places, SIDE * stride, normal, noise)
+    turn = np.where(turn > np.maximum(_LEAST_TURN, _DEVIATIONS * deviation), turn, 0.0)
+    # Hinges beside a kink see it too: the largest nearby is the kink.
+    around = np.concatenate([np.zeros(SIDE), turn, np.zeros(SIDE)])
+    around = np.lib.stride_tricks.sliding_window_view(around, 2 * SIDE + 1).max(axis=1)
+    return places[(turn > 0.0) & (turn == around)]
+
+
+def _hinges(points, places, side: int, normal, noise):
+    """Turns (m,) of hinges at samples ``places`` (m,), and their standard deviations (m,)."""
+    index = places[:, None] + np.arange(-side, side + 1)
+    inside = (index >= 0) & (index < len(points))
+    index = np.clip(index, 0, len(points) - 1)
+    window = points[index] - points[places][:, None]
+    along = window[:, -1] - window[:, 0]
+    across = cross(normal, along)
+    length = np.sqrt((along * along).sum(axis=1)).clip(np.finfo(float).tiny)[:, None]
+    s = np.einsum("mwi,mi->mw", window, along) / length
+    h = np.einsum("mwi,mi->mw", window, across) / length * inside
+    reach = np.abs(s).max(axis=1).clip(np.finfo(float).tiny)
+    t = s / reach[:, None]
+    design = np.stack([np.abs(t), t**0, t, t**2, t**3], axis=2) * inside[:, :, None]
+    inverse = np.linalg.pinv(design.transpose(0, 2, 1) @ design)
+    coefficients = np.einsum("mij,mwj,mw->mi", inverse, design, h)
+    left = h - np.einsum("mwi,mi->mw", design, coefficients)
+    free = (inside.sum(axis=1) - _TERMS).clip(1)
+    spread = np.maximum(noise, np.sqrt((left * left).sum(axis=1) / free))
+    scale = 2.0 / reach
+    deviation = scale * spread * np.sqrt(inverse[:, 0, 0].clip(0.0))
+    return scale * np.abs(coefficients[:, 0]), deviation
