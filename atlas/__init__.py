@@ -9,8 +9,8 @@ if TYPE_CHECKING:
     from touchatlas.atlas.cad.step_file import StepReport, save_step
     from touchatlas.atlas.check.doubts import Doubt, doubts
     from touchatlas.atlas.faces.boundaries import EdgeKind
-    from touchatlas.atlas.faces.face_graph import write_graphml, write_json
     from touchatlas.atlas.faces.face_field import FaceValues, face_values
+    from touchatlas.atlas.faces.face_graph import write_graphml, write_json
     from touchatlas.atlas.faces.faces import Face, FaceEdge, Faces
     from touchatlas.atlas.field.blend import Blend
     from touchatlas.atlas.graph.power_diagram import Boundary

@@ -97,12 +97,12 @@ class Atlas(AtlasState):
         self.known_law = look_for_law(pool, len(pool), self.sample_std)
 
     def finish(self) -> int:
-        """Where all faces obey laws, look at them once more. Elsewhere simplify and learn residuals at the end of an exploration, after refitting and filling
-        where that was not done touch by touch; returns how many patches have a residual. More
-        touches may be added afterwards."""
+        """Simplify and learn residuals at the end of an exploration, after refitting and filling
+        where that was not done touch by touch; returns how many patches have a residual. Where all
+        faces obey laws, they are read once more. More touches may be added afterwards."""
         if self.body is not None and self.known_law.count < self.point_count:
             self.look_for_law()
-        return 0 if self.body is not None else finish(self)
+        return finish(self)
 
     def faces(self) -> Faces:
         """The faces of what was touched, each with its kind in words and numbers, and the sharp

@@ -143,7 +143,7 @@ def doubts(
             "have passed through what is known; lean it, or take a thinner one."
         )
         found.append(Doubt("unreachable", words, _apart(places, _extent(places))))
-    if len(atlas):
+    if len(atlas) and atlas.body is None:
         extent = _extent(atlas.membership.pool.points)
         found += _contradictions(atlas, extent) + _misfits(atlas, extent)
         found += _close_sheets(atlas, extent) + _lost_contact(atlas, extent)

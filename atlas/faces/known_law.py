@@ -46,6 +46,8 @@ class KnownLaw:
 
     def is_due(self, count: int) -> bool:
         """Whether to look again with so many samples."""
+        if count == self.count:
+            return False
         hopeful = self.edges and self.share >= _LAWLESS
         if hopeful and count <= _FEW:
             return count > self.count

@@ -9,8 +9,8 @@ from touchatlas.atlas.mesh.surface import Surface
 # Cubes along the extent of a body: with the first number its shape is drawn for planning, the
 # second is the most, because time and memory grow with its square. Doubled, four times the time.
 _COARSE, _MOST = 32, 160
-# Largest edge of a cube over the thinnest wall, so that each of its sides has its own cubes. Doubled,
-# both sides of a wall pass the same cube.
+# Largest edge of a cube over the thinnest wall, so that each side has its own cubes. Doubled, both
+# sides of a wall pass the same cube.
 _WALL = 0.4
 
 
