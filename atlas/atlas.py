@@ -99,8 +99,8 @@ class Atlas(AtlasState):
     def finish(self) -> int:
         """Simplify and learn residuals at the end of an exploration, after refitting and filling
         where that was not done touch by touch; returns how many patches have a residual. Where all
-        faces obey laws, they are read once more. More touches may be added afterwards."""
-        if self.body is not None and self.known_law.count < self.point_count:
+        faces obey laws, or nearly, they are read once more. More touches may be added then."""
+        if self.known_law.is_hopeful and self.known_law.count < self.point_count:
             self.look_for_law()
         return finish(self)
 

@@ -243,7 +243,7 @@ class Planner:
     def _plan_of_law(self, atlas: Atlas) -> ProbePlan | None:
         """A plan where the surface of lawful faces ends, else where too little is known."""
         extent = self._extent(atlas)
-        view, places = self._view(atlas, extent), lawful_places(atlas.body)
+        view, places = self._view(atlas, extent), lawful_places(atlas)
         areas = self._law_areas(view, places)
         self._known.measure(*areas, self._measured == self._answered)
         self._measured = self._answered
@@ -335,7 +335,7 @@ class Planner:
             return Forecast(0.0, np.zeros((0, 3)))
         extent = self._extent(atlas)
         if self._obeys_law(atlas):
-            places = lawful_places(atlas.body)
+            places = lawful_places(atlas)
             inside, total, _ = self._law_areas(self._view(atlas, extent), places)
             found = apart_from_each_other(places.left(atlas.tolerance), extent)
             return Forecast(inside / total if total > 0.0 else 0.0, found)

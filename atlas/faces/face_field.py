@@ -7,6 +7,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from touchatlas.atlas.faces.boundaries import EdgeKind
+from touchatlas.atlas.faces.edge_curves import rim_distances
 from touchatlas.atlas.faces.faces import Faces
 from touchatlas.atlas.faces.labels import NONE
 from touchatlas.atlas.faces.piece import Piece
@@ -25,6 +26,12 @@ _CROSSED = 2.0
 _NOISE = 4.0
 # Points of a curve that distances are measured to, per point of the edge. Doubled, nothing changes.
 _FINER = 8
+# Distance to a sample of the face beyond a smooth rim, over that to the nearest sample, below which
+# the rim says of which face a point is. Doubled, rims are asked far from where they are known.
+_BESIDE_RIM = 3.0
+# Samples of either face that say on which side of a rim it lies. Doubled, narrow faces have wrong
+# sides.
+_SIDE = 6
 # Distance to a sample of another face, over that to the nearest sample, below which a point may
 # belong to that face. Doubled, more points between two faces are doubted.
 _RIVAL = 2.0
@@ -76,6 +83,7 @@ class FaceField:
         self._tree = cKDTree(faces.points[self._known])
         self._trees = [cKDTree(faces.points[face.samples]) for face in faces.faces]
         self._sharp = [edge for edge in faces.edges if edge.kind.sharp and edge.curves]
+        self._rims = [edge for edge in faces.edges if edge.kind is EdgeKind.SMOOTH_RIM]
         self._curves = [
             cKDTree(np.concatenate([_finer(curve) for curve in edge.curves]))
             for edge in self._sharp
@@ -106,6 +114,7 @@ class FaceField:
         columns = _by_face(faces, points, away, near)
         chosen = columns[owner, np.arange(len(points))]
         chosen[:, 4] += self._doubt(columns, owner, away, near)
+        self._move_to_rims(points, away, owner, chosen)
         decides = owner.copy()
         for edge, curve in zip(self._sharp, self._curves, strict=True):
             for own, other in ((edge.first, edge.second), (edge.second, edge.first)):
@@ -120,6 +129,35 @@ class FaceField:
                 self._cut(sign, other, rows, points[rows], nearest, chosen, decides)
         normal = chosen[:, 1:4] / np.linalg.norm(chosen[:, 1:4], axis=1)[:, None]
         return FaceValues(chosen[:, 0], normal, np.sqrt(chosen[:, 4]), decides)
+
+    def _move_to_rims(self, points, away, owner, chosen) -> None:
+        """Give points (n, 3) beside smooth rims to the face of their side: between touches the
+        nearest sample may be of the other one."""
+        faces = self.faces.faces
+        for edge in self._rims:
+            pair = edge.first, edge.second
+            if any(len(faces[k].pieces) > 1 for k in pair):
+                continue
+            rows = np.flatnonzero((owner == pair[0]) | (owner == pair[1]))
+            limit = np.maximum(_BESIDE_RIM * away[rows, 0], away[rows, -1])
+            apart = [self._trees[k].query(points[rows])[0] for k in pair]
+            rows, limit = (x[np.maximum(*apart) < limit] for x in (rows, limit))
+            if not len(rows):
+                continue
+            toward = self._mean_near(pair[0], points[rows]) - self._mean_near(pair[1], points[rows])
+            first, second = (faces[k].pieces[0] for k in pair)
+            across = rim_distances(first, second, points[rows], toward)
+            own = np.where(across > 0.0, *pair)
+            for k in pair:
+                moved = rows[(own == k) & (owner[rows] != k) & (np.abs(across) < limit)]
+                chosen[moved], owner[moved] = self._of_face(k, points[moved]), k
+
+    def _mean_near(self, number: int, points) -> np.ndarray:
+        """(n, 3) mean of the samples of a face that are nearest to points (n, 3)."""
+        samples = self.faces.faces[number].samples
+        _, near = self._trees[number].query(points, k=min(_SIDE, len(samples)))
+        index = samples[near.reshape(len(points), -1)]
+        return np.asarray(self.faces.points[index].mean(axis=1))
 
     def _cut(self, sign: float, other: int, rows, points, nearest, chosen, decides) -> None:
         """Let a face beyond a sharp edge decide for points (m, 3) of ``rows`` (m,), where it is the

@@ -8,13 +8,13 @@ from touchatlas.atlas.faces.lawful_body import LawfulBody, is_lawful, lawful_sha
 from touchatlas.atlas.faces.read_faces import faces_of_samples, samples_of
 from touchatlas.atlas.patches.sample_pool import SamplePool
 
-# Number of samples up to which lawful faces are looked for at each touch: it takes less than two
-# seconds. Doubled, some bodies take fewer touches and more time.
+# Number of samples up to which faces that obey laws, or nearly, are looked for at each touch: it
+# takes less than two seconds. Doubled, some bodies take fewer touches and more time.
 _FEW = 5000
-# By what factor the number of samples grows until the next look: where faces are lawful, where they
-# may become so, and where most of the surface obeys no law. The time of all looks is that of the
-# last one times f / (f - 1). Doubled, laws are found later.
-_LAWFUL_GROWS, _GROWS, _LAWLESS_GROWS = 1.1, 1.25, 2.0
+# By what factor the number of samples grows until the next look: where faces are lawful; where they
+# may become so; and where most of the surface obeys no law, of few samples and of more. The time of
+# all looks is that of the last one times f / (f - 1). Doubled, laws are found later.
+_LAWFUL_GROWS, _GROWS, _LAWLESS_GROWS, _HOPELESS_GROWS = 1.1, 1.25, 1.5, 4.0
 # Share of the samples that obey laws below which faces are not expected to become lawful. Doubled,
 # no body becomes lawful late.
 _LAWLESS = 0.8
@@ -44,16 +44,22 @@ class KnownLaw:
     share: float = 0.0
     body: LawfulBody | None = None
 
+    @property
+    def is_hopeful(self) -> bool:
+        """Whether all faces obey laws, or nearly: more samples may show that they do."""
+        return self.edges and self.share >= _LAWLESS
+
     def is_due(self, count: int) -> bool:
         """Whether to look again with so many samples."""
         if count == self.count:
             return False
-        hopeful = self.edges and self.share >= _LAWLESS
-        if hopeful and count <= _FEW:
+        if self.is_hopeful and count <= _FEW:
             return count > self.count
         if self.body is not None:
             return count >= _LAWFUL_GROWS * self.count
-        return count >= (_GROWS if hopeful or not self.edges else _LAWLESS_GROWS) * self.count
+        return (
+            count >= (_GROWS if self.is_hopeful or not self.edges else _LAWLESS_GROWS) * self.count
+        )
 
 
 def look_for_law(pool: SamplePool, count: int, std: float) -> KnownLaw:

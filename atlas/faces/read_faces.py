@@ -42,5 +42,7 @@ def faces_of_samples(samples: ContourSamples, options: FaceOptions = FaceOptions
 
 def samples_of(pool: SamplePool, count: int, std: float) -> ContourSamples:
     """The first ``count`` samples of a pool, with contours and normals."""
-    columns = pool.points, pool.normals, pool.across
-    return contour_samples(*(column[:count].copy() for column in columns), std)
+    points, normals, across = (
+        column[:count].copy() for column in (pool.points, pool.normals, pool.across)
+    )
+    return contour_samples(points, normals, across, std)

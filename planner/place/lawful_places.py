@@ -6,7 +6,7 @@ import igl
 import numpy as np
 from scipy.special import erf
 
-from touchatlas.atlas.faces.lawful_body import LawfulBody
+from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.mesh.lawful_surface import coarse_edge, lawful_surface
 from touchatlas.planner.place.choose import Target, View, best_open
 from touchatlas.planner.place.deviation_ratio import DeviationRatio
@@ -70,8 +70,17 @@ def lawful_target(view: View, places: LawfulPlaces) -> Target | None:
     return Target(places.points[best], places.normals[best], Reason.REFINE)
 
 
-def lawful_places(body: LawfulBody) -> LawfulPlaces:
-    """The places of a body, from a coarse surface of it."""
+def lawful_places(atlas: Atlas) -> LawfulPlaces:
+    """The places of the body of an atlas, from a coarse surface of it.
+
+    Raises
+    ------
+    ValueError
+        Where the faces of the atlas obey no laws.
+    """
+    body = atlas.body
+    if body is None:
+        raise ValueError("the atlas has no lawful body; ask for the places of its patches")
     surface = lawful_surface(body, coarse_edge(body))
     vertices, faces = surface.vertices, surface.faces
     ends = igl.boundary_facets(faces)[0] if len(faces) else np.zeros((0, 2), int)
