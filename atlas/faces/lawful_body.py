@@ -28,6 +28,9 @@ _ABOUT = 48
 # Distance beyond the samples up to which a face is known, in steps of its contours. Doubled, faces
 # go on beyond edges that no contour crossed.
 _STEPS = 1.5
+# Distance from the surface up to which it is asked what is known at the foot, over ``reach``: cubes
+# are smaller. Doubled, the sides of thin walls are confused.
+_OFF = 0.4
 # Largest angle about a point in which there is no sample, rad: less than half a circle, as within a
 # convex hull. Doubled, everything is within.
 _GAP = np.deg2rad(170.0)
@@ -97,7 +100,8 @@ class LawfulBody:
         found = self.field.at(points)
         away, nearest = self._tree.query(points)
         steps = self.samples.steps[nearest]
-        known = away <= _STEPS * steps + np.abs(found.distance)
+        off = np.minimum(np.abs(found.distance), _OFF * self.reach)
+        known = away <= _STEPS * steps + off
         doubt = np.flatnonzero(~known & (away < self.reach))
         known[doubt] = self._is_among(points[doubt], found.normal[doubt])
         # What nothing explains is not known.

@@ -19,7 +19,8 @@ class Surface:
     deviation : (v,) float, length
         Predicted standard deviation along the normal.
     patch : (v,) int
-        Patch in whose cell the vertex lies.
+        Patch in whose cell the vertex lies; the id of the face where the surface was drawn from
+        faces that obey laws.
     gaussian_curvature : (v,) float, 1/length^2
         Curvature of the patches, not of the triangles.
     stray_pieces : int

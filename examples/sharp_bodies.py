@@ -1,0 +1,48 @@
+"""Meshes with sharp edges to explore: box, cylinder, hexagonal prism, step and tube.
+
+It writes box.ply, cylinder.ply, prism.ply, step.ply and tube.ply into a folder, in millimetres. All
+are closed; the tube has an Euler characteristic of 0.
+
+    python examples/sharp_bodies.py [FOLDER]
+    touchatlas explore cylinder.ply
+"""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import trimesh
+
+from touchatlas.sim.command.outcome import exit_code
+
+# Triangles of a circle: 256 sides of a circle of radius 20 are within 0.0015 of it.
+SECTIONS = 256
+# Profile of the step, from below, and its two triangles a part: a low part and a high part.
+PROFILE = np.array([[0, 0], [30, 0], [60, 0], [60, 40], [30, 40], [30, 20], [0, 20]], float)
+TRIANGLES = np.array([[0, 1, 5], [0, 5, 6], [1, 2, 3], [1, 3, 4], [1, 4, 5]])
+
+
+def bodies() -> dict[str, trimesh.Trimesh]:
+    """The meshes by name."""
+    return {
+        "box": trimesh.creation.box(extents=[60.0, 60.0, 60.0]),
+        "cylinder": trimesh.creation.cylinder(radius=20.0, height=50.0, sections=SECTIONS),
+        "prism": trimesh.creation.cylinder(radius=25.0, height=40.0, sections=6),
+        "step": trimesh.creation.extrude_triangulation(PROFILE, TRIANGLES, height=30.0),
+        "tube": trimesh.creation.annulus(r_min=12.0, r_max=20.0, height=30.0, sections=SECTIONS),
+    }
+
+
+def main(folder: str = ".") -> None:
+    try:
+        Path(folder).mkdir(parents=True, exist_ok=True)
+    except (FileExistsError, NotADirectoryError):
+        raise ValueError(f"{folder} is a file, or in one; give a folder") from None
+    for name, mesh in bodies().items():
+        mesh.merge_vertices()
+        mesh.export(Path(folder) / f"{name}.ply")
+        print(f"{name}.ply: Euler characteristic {mesh.euler_number}")
+
+
+if __name__ == "__main__":
+    sys.exit(exit_code(lambda: main(*sys.argv[1:])))
