@@ -190,7 +190,9 @@ class FaceField:
         """(n,) variance of the distance where a face that does not meet the owner has a sample
         about as near: the square of half of the difference of both, less the farther it is."""
         of, rows = self.faces.of[near], np.arange(len(owner))
-        ratio = away / np.maximum(away[:, :1], np.finfo(float).tiny)
+        # At a sample itself every other one is far away.
+        least = np.maximum(away[:, :1], np.finfo(float).eps * away[:, -1:])
+        ratio = away / np.maximum(least, np.finfo(float).tiny)
         rival = (ratio < _RIVAL) & ~self._meet[owner[:, None], of]
         first = rival.argmax(axis=1)
         other = of[rows, first]

@@ -34,6 +34,9 @@ _OFF = 0.4
 # Largest angle about a point in which there is no sample, rad: less than half a circle, as within a
 # convex hull. Doubled, everything is within.
 _GAP = np.deg2rad(170.0)
+# Distance from the faces at which a sample without a label lies on them, in standard deviations.
+# Doubled, less is left out where a small part of another shape is touched.
+_ON_FACE = 3.0
 # Least sine of the angle between two faces that are unfolded. Doubled, blunt edges are none.
 _FOLDED = 0.2
 # Least cosine of the normal at a point and at a sample of the same part of the surface: 107
@@ -61,6 +64,10 @@ class LawfulBody:
         self._thin = np.sort(first[faces.of[first] != NONE])
         self._thin_tree, self._tree = cKDTree(points[self._thin]), cKDTree(points)
         self._normals = _normals_of(faces, self._thin)
+        # A contour oblique to its face has no normal to be labelled by, but may well lie on it.
+        self._astray = faces.of == NONE
+        left = points[self._astray]
+        self._astray[self._astray] = np.abs(self.field.at(left).distance) > _ON_FACE * samples.std
 
     @property
     def seeds(self) -> np.ndarray:
@@ -105,7 +112,7 @@ class LawfulBody:
         doubt = np.flatnonzero(~known & (away < self.reach))
         known[doubt] = self._is_among(points[doubt], found.normal[doubt])
         # What nothing explains is not known.
-        known &= (self.faces.of[nearest] != NONE) | (away < steps)
+        known &= ~self._astray[nearest] | (away < steps)
         return found, known
 
     def gaussian_curvature(self, points, face) -> np.ndarray:

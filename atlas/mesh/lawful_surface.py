@@ -22,8 +22,8 @@ def coarse_edge(body: LawfulBody) -> float:
 
 def fine_edge(body: LawfulBody, sagitta: float) -> float:
     """Edge of the cubes whose triangles are within ``sagitta`` (length) of the faces: the sagitta
-    of a chord c on a circle of radius r is c^2 / 8 r."""
-    bend = np.sqrt(8.0 * sagitta / max(body.largest_curvature, np.finfo(float).tiny))
+    of a chord c on a circle of radius r is c^2 / 8 r, and a chord is a diagonal of two edges."""
+    bend = np.sqrt(4.0 * sagitta / max(body.largest_curvature, np.finfo(float).tiny))
     return max(min(coarse_edge(body), float(bend)), body.extent / _MOST)
 
 
