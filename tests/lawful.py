@@ -1,0 +1,78 @@
+"""Bodies of planes, cylinders and spheres, touched at places spread evenly, as an atlas keeps them,
+without an atlas."""
+
+from functools import lru_cache
+
+import numpy as np
+import trimesh
+
+from touchatlas.atlas.faces.lawful_body import LawfulBody
+from touchatlas.atlas.faces.read_faces import faces_of_samples
+from touchatlas.atlas.faces.samples import ContourSamples, contour_samples
+from touchatlas.patch.geometry.section import contour_normals
+from touchatlas.planner import ProbePlan, Reason
+from touchatlas.planner.planes import concurrent_planes
+from touchatlas.sim import Probe
+from touchatlas.sim.study.surface_peers import spread
+from touchatlas.sim.world.mesh_object import MeshObject
+
+# Half of the sides of the box, radius and half of the height of the cylinder.
+HALF = np.array([30.0, 20.0, 15.0])
+RADIUS, HALF_HEIGHT = 20.0, 25.0
+# Half of the sides of a plate, the third of which is its thickness.
+PLATE = np.array([30.0, 20.0, 2.0])
+_REACH, _SAMPLES = 16.0, 16
+
+
+def _mesh(name: str) -> trimesh.Trimesh:
+    if name == "cylinder":
+        # Chords of so many sections lie 1.5e-3 within the circle, less than a tenth of the noise.
+        return trimesh.creation.cylinder(RADIUS, 2.0 * HALF_HEIGHT, sections=256)
+    if name == "ellipsoid":
+        mesh = trimesh.creation.icosphere(5, 1.0)
+        mesh.vertices *= HALF
+        return mesh
+    return trimesh.creation.box(2.0 * {"box": HALF, "plate": PLATE}[name])
+
+
+@lru_cache
+def lawful_object(name: str) -> MeshObject:
+    """A body of 1e-3 of its extent as its tolerance, and a fifth of that as noise."""
+    mesh = _mesh(name)
+    return MeshObject(name, np.array(mesh.vertices), np.array(mesh.faces))
+
+
+@lru_cache
+def touched_mesh(name: str, count: int, noise: float, seed: int = 3):
+    """Points, outward directions and plane normals (n, 3) of ``count`` touches of three contours,
+    which run over edges."""
+    obj, rng = lawful_object(name), np.random.default_rng(seed)
+    probe = Probe(obj, noise, rng)
+    # Points within the faces: a random sample is never on an edge.
+    places, normals = obj.sample(20 * count, rng)
+    contours = []
+    for i in spread(places, count):
+        planes = concurrent_planes(places[i], normals[i], rng.normal(size=3), 3)
+        plan = ProbePlan(
+            0, places[i], normals[i], planes, _REACH, _REACH / _SAMPLES, np.pi, Reason.START
+        )
+        contours += [(c, normals[i]) for c in probe(plan).contours if len(c.points) >= 5]
+    points = np.concatenate([c.points_in_plane for c, _ in contours])
+    outward = np.concatenate([contour_normals(c, a) for c, a in contours])
+    planes = np.concatenate([np.tile(c.plane.normal, (len(c.points), 1)) for c, _ in contours])
+    return points, outward, planes
+
+
+def samples_of_touches(columns, std: float, keep=None, scale: float = 1.0) -> ContourSamples:
+    """Samples of points, directions and planes (n, 3), those that ``keep`` (n,) says, scaled."""
+    points, outward, planes = columns if keep is None else [column[keep] for column in columns]
+    return contour_samples(scale * points, outward, planes, scale * std)
+
+
+def body_of(samples: ContourSamples) -> LawfulBody:
+    return LawfulBody(faces_of_samples(samples), samples)
+
+
+def box_distance(points, half=HALF) -> np.ndarray:
+    """(n,) the largest distance of points (n, 3) from the six planes of a box."""
+    return (np.abs(points) - half).max(axis=1)

@@ -1,0 +1,117 @@
+"""Bodies of planes and cylinders, touched over their edges: known from few touches, and sharp."""
+
+from functools import lru_cache
+
+import numpy as np
+import pytest
+import trimesh
+
+from touchatlas.atlas import Atlas, extract_surface, load_atlas, save_atlas
+from touchatlas.planner import Planner, Reason, StopReason, explore
+from touchatlas.sim import Probe
+from touchatlas.sim.world.mesh_object import MeshObject
+
+NOISE, TOLERANCE = 0.02, 0.2
+
+
+def body(name: str, scale: float = 1.0) -> MeshObject:
+    """A box, or a closed cylinder; 256 chords are within 2e-3 of the circle, a tenth of noise."""
+    if name == "box":
+        mesh = trimesh.creation.box((60.0, 40.0, 30.0))
+    else:
+        mesh = trimesh.creation.cylinder(25.0, 30.0, sections=256)
+    return MeshObject(name, scale * np.array(mesh.vertices), np.array(mesh.faces))
+
+
+def exploration(name: str, most: int, scale: float = 1.0):
+    """Atlas, planner and plans of an exploration with seed 1, of so many touches at most."""
+    obj, rng = body(name, scale), np.random.default_rng(1)
+    atlas, planner = Atlas(scale * TOLERANCE), Planner(*obj.start())
+    steps = explore(atlas, planner, Probe(obj, scale * NOISE, rng), most)
+    plans = [step.plan for step in steps]
+    return atlas, planner, plans
+
+
+@lru_cache
+def explored(name: str):
+    atlas, planner, plans = exploration(name, 60)
+    atlas.finish()
+    return atlas, planner, plans
+
+
+@pytest.mark.parametrize("name", ["cylinder", pytest.param("box", marks=pytest.mark.slow)])
+def test_a_lawful_body_is_known_from_few_touches_and_closed(name):
+    """The cylinder took 16 touches, and the box 25. The points within the tolerance have a
+    standard error of 0.002 at most."""
+    atlas, planner, plans = explored(name)
+    assert planner.stop.reason is StopReason.KNOWN
+    assert len(plans) <= 45
+    assert len(atlas.body.faces) == {"cylinder": 3, "box": 6}[name]
+    points, _ = body(name).sample(4000, np.random.default_rng(2))
+    found = atlas.blend(points)
+    distance = np.abs(np.nan_to_num(found.distance, nan=np.inf))
+    assert (distance <= TOLERANCE).mean() >= 0.99
+    atlas.validate()
+    # In the cubes by which touches are planned, a 32nd of the extent.
+    surface = extract_surface(atlas, atlas.body.extent / 32)
+    mesh = trimesh.Trimesh(surface.vertices, surface.faces, process=False)
+    assert mesh.is_watertight and mesh.euler_number == 2
+    # The volume is that of the body, to the tolerance times the area.
+    truth = trimesh.Trimesh(body(name).vertices, body(name).faces)
+    assert mesh.volume == pytest.approx(truth.volume, abs=TOLERANCE * truth.area)
+
+
+def test_the_blend_of_a_lawful_body_is_that_of_its_faces():
+    """Inside the tolerance it is sharp: half-way between rim and axis of the end, and beside it."""
+    atlas, _, _ = explored("cylinder")
+    points = np.array([[12.0, 3.0, 15.0], [0.0, 25.0, 2.0], [24.0, 0.0, 15.0]])
+    outward = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    found = atlas.blend(points + 0.5 * outward)
+    assert found.known.all()
+    # The sampled chords lie within the circle by 2e-3; a face errs by less than a sample's noise.
+    assert found.distance == pytest.approx(0.5, abs=NOISE)
+    # An end of radius 25 whose heights are right to a noise at its rim leans by a noise / 25.
+    assert (found.normal * outward).sum(axis=1) == pytest.approx(1.0, abs=1e-5)
+    assert np.array_equal(atlas.deviations(found), found.deviation)
+    assert found.gaussian_curvature == pytest.approx(0.0, abs=1e-12)
+
+
+def test_a_saved_lawful_body_comes_back(tmp_path):
+    """Its faces are read again from the samples that they were read from."""
+    atlas, _, _ = explored("cylinder")
+    save_atlas(tmp_path / "atlas.npz", atlas)
+    again = load_atlas(tmp_path / "atlas.npz")
+    points = np.random.default_rng(3).uniform(-30.0, 30.0, (1000, 3))
+    found, known = atlas.body.at(points)
+    found_again, known_again = again.body.at(points)
+    assert np.array_equal(known_again, known)
+    for name, column in vars(found).items():
+        assert np.array_equal(getattr(found_again, name), column), name
+    assert again.known_law.share == atlas.known_law.share
+    save_atlas(tmp_path / "again.npz", again)
+    assert (tmp_path / "again.npz").read_bytes() == (tmp_path / "atlas.npz").read_bytes()
+
+
+def test_equal_seeds_give_equal_plans_by_laws():
+    """Faces are lawful before the last of four touches."""
+    _, _, plans = explored("cylinder")
+    atlas, _, again = exploration("cylinder", 4)
+    assert atlas.body is not None
+    assert len(again) == 4 and again[-1].reason is Reason.EXPAND
+    for one, other in zip(again, plans[:4], strict=True):
+        assert one.reference_point.tobytes() == other.reference_point.tobytes()
+        assert one.normal.tobytes() == other.normal.tobytes()
+        assert (one.reason, one.known) == (other.reason, other.known)
+
+
+def test_plans_by_laws_do_not_depend_on_the_unit():
+    """A thousand times larger, with noise and tolerance: the same touches, up to rounding that
+    fits and searches enlarge from 1e-16 to 1e-9."""
+    _, _, plans = explored("cylinder")
+    atlas, _, large = exploration("cylinder", 4, 1000.0)
+    assert atlas.body is not None
+    for one, other in zip(large, plans[:4], strict=True):
+        assert one.reference_point / 1000.0 == pytest.approx(other.reference_point, abs=1e-6)
+        assert one.normal == pytest.approx(other.normal, abs=1e-6)
+        assert one.reason is other.reason
+        assert one.known == pytest.approx(other.known, abs=1e-6)

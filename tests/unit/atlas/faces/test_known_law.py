@@ -1,0 +1,99 @@
+"""KnownLaw: when lawful faces are looked for, and what is found."""
+
+import numpy as np
+import pytest
+
+from tests.lawful import touched_mesh
+from touchatlas.atlas.faces import known_law
+from touchatlas.atlas.faces.known_law import KnownLaw, look_for_law
+from touchatlas.atlas.patches.sample_pool import SamplePool
+
+NOISE = 0.02
+# An equal share of the variance is borne for lack of fit.
+STD = np.sqrt(2.0) * NOISE
+# A body that is not asked for anything.
+SOME_BODY = object()
+
+
+def pool_of(name: str, count: int) -> SamplePool:
+    pool = SamplePool()
+    pool.add(*touched_mesh(name, count, NOISE), False)
+    return pool
+
+
+@pytest.fixture(scope="module")
+def box():
+    return look_for_law(pool_of("box", 30), 2970, STD)
+
+
+def first_due(law: KnownLaw) -> int:
+    """The least number of samples with which one would look again."""
+    return next(n for n in range(law.count + 1, 4 * law.count) if law.is_due(n))
+
+
+@pytest.mark.parametrize(
+    ("law", "due"),
+    [
+        # Up to 5,000 samples each touch counts where laws are likely.
+        (KnownLaw(1000, 1.0, True, 0.8, None), 1001),
+        (KnownLaw(1000, 1.0, True, 1.0, SOME_BODY), 1001),
+        (KnownLaw(4900, 1.0, True, 0.9, None), 4901),
+        # Beyond, they grow by a tenth where there is a body, by a quarter where one may be.
+        (KnownLaw(5000, 1.0, True, 1.0, SOME_BODY), 5500),
+        (KnownLaw(5000, 1.0, True, 0.8, None), 6250),
+        # Without edges nothing is read, and a quarter is soon asked.
+        (KnownLaw(1000, 1.0, False, 0.0, None), 1250),
+        (KnownLaw(8000, 1.0, False, 0.0, None), 10000),
+        # Where much of the surface obeys no law, they double.
+        (KnownLaw(1000, 1.0, True, 0.79, None), 2000),
+        (KnownLaw(8000, 1.0, True, 0.5, None), 16000),
+    ],
+)
+def test_the_next_look_is_due_by_growth(law, due):
+    assert first_due(law) == due
+
+
+def test_the_first_sample_is_looked_at_and_no_count_twice():
+    assert KnownLaw().is_due(1) and not KnownLaw().is_due(0)
+    assert not KnownLaw(1000, 1.0, True, 1.0, SOME_BODY).is_due(1000)
+    assert not KnownLaw(1000, 1.0, False, 0.0, None).is_due(1000)
+
+
+def test_a_box_is_found(box):
+    assert (box.count, box.std, box.edges) == (2970, STD, True)
+    # The bound of a lawful body.
+    assert box.share >= 0.96
+    assert [face.kind for face in box.body.faces.faces] == ["plane"] * 6
+
+
+def test_equal_samples_give_equal_faces_whatever_comes_after_them(box):
+    """So that a saved body is made again from its samples."""
+    pool = pool_of("box", 30)
+    pool.add(*touched_mesh("box", 30, NOISE, seed=5), False)
+    again = look_for_law(pool, 2970, STD)
+    assert again.share == box.share
+    assert again.body.faces.of.tobytes() == box.body.faces.of.tobytes()
+    for one, other in zip(again.body.faces.faces, box.body.faces.faces, strict=True):
+        assert one.words == other.words
+        assert one.pieces[0].coefficients.tobytes() == other.pieces[0].coefficients.tobytes()
+
+
+def test_a_smooth_body_is_never_read(monkeypatch):
+    def read(samples):
+        raise AssertionError("faces of a smooth body are read")
+
+    monkeypatch.setattr(known_law, "faces_of_samples", read)
+    pool = pool_of("ellipsoid", 30)
+    law = look_for_law(pool, len(pool), STD)
+    assert (law.count, law.std, law.edges, law.share, law.body) == (2970, STD, False, 0.0, None)
+
+
+def test_ends_at_edges_are_edges():
+    """All contours end at edges of which the probe tells: the faces are read, and one is none."""
+    pool = SamplePool()
+    points, outward, planes = touched_mesh("ellipsoid", 12, NOISE)
+    ends = np.append((planes[1:] != planes[:-1]).any(axis=1), True)
+    pool.add(points, outward, planes, ends)
+    law = look_for_law(pool, len(pool), STD)
+    assert law.edges
+    assert law.share > 0.0

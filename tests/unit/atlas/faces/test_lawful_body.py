@@ -1,0 +1,189 @@
+"""LawfulBody: where the faces of a body are known, how far away they are, and how they bend."""
+
+import numpy as np
+import pytest
+
+from tests.lawful import (
+    HALF,
+    PLATE,
+    RADIUS,
+    body_of,
+    box_distance,
+    lawful_object,
+    samples_of_touches,
+    touched_mesh,
+)
+from tests.touched import touched_samples
+from touchatlas.atlas.faces.lawful_body import (
+    is_lawful,
+    lawful_share,
+    share_with_edges,
+    shows_edges,
+)
+
+# Deviation of a sample that is told where there is no noise at all.
+SURE = 1e-6
+NOISE = 0.02
+# Longest step of the contours here.
+STEP = 1.0
+
+
+def exact_box(keep=None, scale: float = 1.0):
+    """A box touched without noise; ``keep`` says of points (n, 3) which samples there are."""
+    columns = touched_mesh("box", 30, 0.0)
+    kept = None if keep is None else keep(columns[0])
+    return body_of(samples_of_touches(columns, SURE, kept, scale))
+
+
+@pytest.fixture(scope="module")
+def box():
+    return exact_box()
+
+
+@pytest.fixture(scope="module")
+def surface():
+    return lawful_object("box").sample(2000, np.random.default_rng(0))[0]
+
+
+@pytest.fixture(scope="module")
+def noisy_cylinder():
+    return body_of(samples_of_touches(touched_mesh("cylinder", 30, NOISE), np.sqrt(2.0) * NOISE))
+
+
+def test_the_surface_of_a_box_is_the_largest_of_six_distances(box, surface):
+    """Planes through samples without noise leave rounding of 1e-14 extents. Near an edge that few
+    samples show, a point off the surface may be given to one plane alone: 2 of 2,000 are."""
+    assert len(box.faces) == 6 and is_lawful(box.faces)
+    found, known = box.at(surface)
+    assert np.abs(found.distance).max() < 1e-12
+    assert known.mean() > 0.98
+    off = surface + 0.5 * np.random.default_rng(1).normal(size=surface.shape)
+    found, _ = box.at(off)
+    wrong = np.abs(found.distance - box_distance(off)) > 1e-12
+    assert wrong.mean() < 0.005
+    # The normal is that of the plane which is the farthest out.
+    axis = (np.abs(off) - HALF).argmax(axis=1)
+    outward = np.sign(off) * (np.arange(3) == axis[:, None])
+    assert np.abs(found.normal - outward)[~wrong].max() < 1e-9
+
+
+def test_beyond_an_edge_the_distance_is_that_of_the_intersection(box):
+    """In the wedge beyond two planes, at the middle of an edge, it is the larger one."""
+    out = np.array([[1.0, 0.0, 0.3], [0.2, 0.0, 0.7], [-0.4, 0.0, 0.1]])
+    points = np.array([HALF[0], 2.0, HALF[2]]) + out
+    found, known = box.at(points)
+    assert found.distance == pytest.approx(out.max(axis=1), abs=1e-12)
+    assert known.all()
+
+
+def test_a_face_is_known_among_its_samples_and_not_beyond(surface):
+    """All samples lie on one side of x = 5: beyond them, by more than a step and a half, no half
+    circle is without a gap. The gaps between 30 touches are less than 3 % of what was touched."""
+    half = exact_box(lambda points: points[:, 0] < 5.0)
+    _, known = half.at(surface)
+    assert known[surface[:, 0] < 0.0].mean() > 0.97
+    assert not known[surface[:, 0] > 5.0 + 1.5 * STEP].any()
+
+
+def test_the_sides_of_a_face_that_nothing_touched_are_not_known_beyond_it():
+    """Without a sample of the upper face, the planes of the sides go on upwards as unknown."""
+    open_box = exact_box(lambda points: points[:, 2] < HALF[2] - 0.1)
+    rng = np.random.default_rng(2)
+    along = rng.uniform(-1.0, 1.0, (200, 1)) * [HALF[0], 0.0, 0.0]
+    above = along + [0.0, HALF[1], HALF[2]] + rng.uniform(2.0 * STEP, 8.0, (200, 1)) * [0, 0, 1.0]
+    assert not open_box.at(above)[1].any()
+    below = along * 0.9 + [0.0, HALF[1], 0.0]
+    assert open_box.at(below)[1].mean() > 0.97
+
+
+def test_a_corner_with_samples_on_its_three_faces_is_known():
+    """Nothing within 5 of the corner was touched. Unfolded about the edges, samples of three faces
+    are all around a place near it; in its own plane they fill a quarter circle."""
+    body = exact_box(lambda points: np.linalg.norm(points - HALF, axis=1) > 5.0)
+    rng = np.random.default_rng(3)
+    points = HALF - rng.uniform(0.0, 2.0, (300, 3))
+    side = np.arange(300) % 3
+    points[np.arange(300), side] = HALF[side]
+    assert body.at(points)[1].all()
+
+
+def test_the_thickness_of_a_plate_is_that_between_its_faces():
+    body = body_of(samples_of_touches(touched_mesh("plate", 40, 0.0), SURE))
+    # Without noise rounding is left.
+    assert body.thickness == pytest.approx(2.0 * PLATE[2], abs=1e-9)
+
+
+def test_a_body_without_near_sides_has_no_thickness(box):
+    """The nearest 48 thinned samples do not reach to the other side, 30 away."""
+    assert box.thickness == np.inf
+
+
+def test_planes_and_cylinders_have_no_gaussian_curvature(noisy_cylinder):
+    """One principal curvature is 0; the other is 1 / r, squared 2.5e-3. Rounding is left."""
+    body = noisy_cylinder
+    points = lawful_object("cylinder").sample(500, np.random.default_rng(4))[0]
+    found, _ = body.at(points)
+    assert len(np.unique(found.face)) == 3
+    assert np.abs(body.gaussian_curvature(points, found.face)).max() < 1e-12
+    # The deviation of the radius, as told, is 3e-5 of it.
+    assert body.largest_curvature == pytest.approx(1.0 / RADIUS, rel=3e-4)
+
+
+def test_a_sphere_has_the_square_of_its_curvature():
+    """1 / r^2, where the radius of 33 is right to 0.02 / sqrt(n), 4e-4 and 1e-5 of it; ten times
+    that for noise that differs from contour to contour."""
+    body = body_of(touched_samples("sphere", 30))
+    # A sample itself is no division by zero.
+    found, known = body.at(body.seeds)
+    assert known.all()
+    points = body.seeds - found.distance[:, None] * found.normal
+    curvature = body.gaussian_curvature(points, found.face)
+    assert curvature == pytest.approx(33.0**-2, rel=2e-4)
+    # That of 16 samples off the sphere by their noise, 6e-4 of the radius: three deviations.
+    assert body.largest_curvature == pytest.approx(1.0 / 33.0, rel=3.0 * 6e-4 / 4.0)
+
+
+def test_answers_scale_with_the_body(box, surface):
+    """By a power of two, so that nothing is rounded otherwise."""
+    scale = 2.0**10
+    large = exact_box(scale=scale)
+    assert (large.extent, large.reach) == (scale * box.extent, scale * box.reach)
+    points = surface + 0.5
+    found, known = box.at(points)
+    again, known_again = large.at(scale * points)
+    assert np.array_equal(known_again, known)
+    assert np.array_equal(again.face, found.face)
+    # The pieces are solved in scaled coordinates, which are equal; rounding of the scale is left.
+    assert again.distance == pytest.approx(scale * found.distance, abs=1e-12 * scale)
+    assert again.normal == pytest.approx(found.normal, abs=1e-12)
+    assert again.deviation == pytest.approx(scale * found.deviation, rel=1e-9)
+    assert not large.largest_curvature and large.thickness == box.thickness == np.inf
+
+
+def test_contours_of_a_box_run_over_edges_and_those_of_an_ellipsoid_over_none():
+    """The ellipsoid of half axes 30, 20 and 15 bends by 8 steps of 1 over radii of 7.5 at least,
+    more than half of that as a cubic."""
+    box = samples_of_touches(touched_mesh("box", 30, NOISE), NOISE)
+    nothing = np.zeros(len(box), bool)
+    assert share_with_edges(box, nothing) > 0.5 and shows_edges(box, nothing)
+    smooth = samples_of_touches(touched_mesh("ellipsoid", 30, NOISE), NOISE)
+    nothing = np.zeros(len(smooth), bool)
+    assert share_with_edges(smooth, nothing) == 0.0 and not shows_edges(smooth, nothing)
+
+
+def test_a_contour_that_ended_at_an_edge_counts_as_one_that_runs_over_it():
+    """Of 90 contours six are more than 0.06, five are less."""
+    samples = samples_of_touches(touched_mesh("ellipsoid", 30, NOISE), NOISE)
+    last = np.flatnonzero(np.diff(samples.contours, append=-1))
+    assert len(last) == 90
+    for count in (5, 6):
+        ends = np.isin(np.arange(len(samples)), last[:count])
+        assert share_with_edges(samples, ends) == pytest.approx(count / 90, abs=1e-12)
+        assert shows_edges(samples, ends) == (count == 6)
+
+
+def test_a_body_is_lawful_where_few_samples_are_left_out(box):
+    """A single face is no body with edges; unexplained samples count."""
+    assert lawful_share(box.faces) == pytest.approx(1.0 - box.faces.unexplained, abs=1e-12)
+    sphere = body_of(touched_samples("sphere", 30)).faces
+    assert len(sphere) == 1 and not is_lawful(sphere)
