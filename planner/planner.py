@@ -5,6 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from touchatlas.atlas.atlas import Atlas, AtlasChange
+from touchatlas.atlas.faces.lawful_body import LawfulBody
+from touchatlas.atlas.mesh.lawful_surface import fine_edge
 from touchatlas.atlas.records.touch import Touch, TouchStatus
 from touchatlas.patch.geometry.arrays import check_unit, frozen_array
 from touchatlas.planner.frontier.frontier_planner import FrontierPlanner
@@ -204,8 +206,9 @@ class Planner:
 
     def _next_plan(self, atlas: Atlas) -> ProbePlan | None:
         """A plan where nothing is known, else where too little is known."""
-        if self._obeys_law(atlas):
-            return self._plan_of_law(atlas)
+        body = self._lawful_body(atlas)
+        if body is not None:
+            return self._plan_of_law(atlas, body)
         if atlas.membership.pool.edges.any():
             # A new crease changes what patches see that no change names.
             self._places.forget()
@@ -230,25 +233,33 @@ class Planner:
             self._unreachable.append(target.point)
             self._tried.append(target.point)
 
-    def _obeys_law(self, atlas: Atlas) -> bool:
-        """Whether the planner goes by lawful faces; what was learned of errors is forgotten when
-        that changes. Where a probe ends its arms at edges, what lies beyond comes first."""
-        lawful = atlas.body is not None and self.options.name == TOLERANCE
-        lawful &= not len(atlas.edge_ends)
-        if lawful != self._lawful:
-            self._lawful, self._known = lawful, KnownArea()
+    def _lawful_body(self, atlas: Atlas) -> LawfulBody | None:
+        """The body of lawful faces that the planner goes by, if there is one; what was learned of
+        errors is forgotten when that changes. Where a probe ends its arms at edges, what lies
+        beyond comes first."""
+        usual = self.options.name == TOLERANCE and not len(atlas.edge_ends)
+        body = atlas.body if usual else None
+        if (body is not None) != self._lawful:
+            self._lawful, self._known = body is not None, KnownArea()
             self._places.deviation_ratio = DeviationRatio()
-        return lawful
+        return body
 
-    def _plan_of_law(self, atlas: Atlas) -> ProbePlan | None:
+    def _plan_of_law(self, atlas: Atlas, body: LawfulBody) -> ProbePlan | None:
         """A plan where the surface of lawful faces ends, else where too little is known."""
         extent = self._extent(atlas)
-        view, places = self._view(atlas, extent), lawful_places(atlas)
+        view, places = self._view(atlas, extent), lawful_places(body)
         areas = self._law_areas(view, places)
         self._known.measure(*areas, self._measured == self._answered)
         self._measured = self._answered
         stagnates = self._known.stagnates()
-        while not stagnates and (target := lawful_target(view, places)) is not None:
+        while not stagnates:
+            target = lawful_target(view, places)
+            if target is None:
+                # The surface that is drawn at the end may show smaller holes.
+                edge = fine_edge(body, atlas.options.facets * atlas.tolerance)
+                target = lawful_target(view, lawful_places(body, edge))
+            if target is None:
+                break
             if self._reaches(atlas, target):
                 return plan_at(atlas, target, extent, self.options)
             self._unreachable.append(target.point)
@@ -334,8 +345,9 @@ class Planner:
         if not len(atlas):
             return Forecast(0.0, np.zeros((0, 3)))
         extent = self._extent(atlas)
-        if self._obeys_law(atlas):
-            places = lawful_places(atlas)
+        body = self._lawful_body(atlas)
+        if body is not None:
+            places = lawful_places(body)
             inside, total, _ = self._law_areas(self._view(atlas, extent), places)
             found = apart_from_each_other(places.left(atlas.tolerance), extent)
             return Forecast(inside / total if total > 0.0 else 0.0, found)

@@ -57,9 +57,9 @@ class KnownLaw:
             return count > self.count
         if self.body is not None:
             return count >= _LAWFUL_GROWS * self.count
-        return (
-            count >= (_GROWS if self.is_hopeful or not self.edges else _LAWLESS_GROWS) * self.count
-        )
+        if self.is_hopeful or not self.edges:
+            return count >= _GROWS * self.count
+        return count >= (_LAWLESS_GROWS if count <= _FEW else _HOPELESS_GROWS) * self.count
 
 
 def look_for_law(pool: SamplePool, count: int, std: float) -> KnownLaw:

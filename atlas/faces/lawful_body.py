@@ -1,5 +1,6 @@
 """LawfulBody: the surface of a body all of whose faces obey a law and of which edges are seen."""
 
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -54,6 +55,7 @@ class LawfulBody:
     """
 
     def __init__(self, faces: Faces, samples: ContourSamples) -> None:
+        faces = _determined(faces, samples)
         self.faces, self.samples = faces, samples
         points = samples.points
         self.extent = float(np.linalg.norm(np.ptp(points, axis=0)))
@@ -154,6 +156,19 @@ class LawfulBody:
         around = np.fmax(np.diff(angle, axis=1), 0.0)
         widest = np.nanmax(np.column_stack([around, angle[:, 0] - last + 2.0 * np.pi]), axis=1)
         return np.asarray(there.any(axis=1) & (widest < _GAP))
+
+
+def _determined(faces: Faces, samples: ContourSamples) -> Faces:
+    """The same without the samples and edges of faces that one contour alone has met: a curve in a
+    plane determines no face."""
+    weak = [
+        face.id
+        for face in faces.faces
+        if samples.contours[face.samples[0]] == samples.contours[face.samples[-1]]
+    ]
+    edges = tuple(e for e in faces.edges if e.first not in weak and e.second not in weak)
+    of = np.where(np.isin(faces.of, weak), NONE, faces.of)
+    return replace(faces, edges=edges, of=of)
 
 
 def _normals_of(faces: Faces, samples) -> np.ndarray:

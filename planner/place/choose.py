@@ -16,7 +16,7 @@ from touchatlas.planner.probe_plan import Reason
 # that every exploration ends. Doubled, fewer places in narrow features are touched.
 _APART = 0.02
 # The same for holes of the surface at the end. Doubled, some holes remain.
-_APART_HOLES = 0.005
+APART_HOLES = 0.005
 # Distance ahead of a lost end at which a contact shows that it was a slip, in spacings of its
 # samples: two at most. Halved, the error of the end itself decides.
 _AHEAD = 1.5
@@ -187,7 +187,7 @@ def slip_target(view: View) -> Target | None:
     ends = view.atlas.rims.ends
     doubtful = ends.facing_samples() if len(ends) else np.zeros(0, int)
     points = ends.points[doubtful] + _AHEAD * ends.steps[doubtful, None] * ends.tangents[doubtful]
-    free = np.flatnonzero(view.apart(points) > _APART_HOLES * view.extent)
+    free = np.flatnonzero(view.apart(points) > APART_HOLES * view.extent)
     if not len(free):
         return None
     return Target(points[free[0]], ends.normals[doubtful[free[0]]], Reason.CLOSE_GAP)
@@ -210,5 +210,5 @@ def hole_targets(view: View) -> list[Target]:
     centres, normals = hole_centres(view.atlas)
     apart = view.apart(centres)
     order = np.argsort(-apart, kind="stable")
-    free = order[apart[order] > _APART_HOLES * view.extent].tolist()
+    free = order[apart[order] > APART_HOLES * view.extent].tolist()
     return [Target(centres[i], normals[i], Reason.CLOSE_GAP) for i in free]

@@ -6,9 +6,9 @@ import igl
 import numpy as np
 from scipy.special import erf
 
-from touchatlas.atlas.atlas import Atlas
+from touchatlas.atlas.faces.lawful_body import LawfulBody
 from touchatlas.atlas.mesh.lawful_surface import coarse_edge, lawful_surface
-from touchatlas.planner.place.choose import Target, View, best_open
+from touchatlas.planner.place.choose import APART_HOLES, Target, View, best_open
 from touchatlas.planner.place.deviation_ratio import DeviationRatio
 from touchatlas.planner.probe_plan import Reason
 
@@ -60,6 +60,9 @@ def lawful_target(view: View, places: LawfulPlaces) -> Target | None:
     """Where the surface ends, far from all touches; else the place of largest predicted deviation
     that the tolerance does not bear. None where all are near touches or attempts."""
     free = np.flatnonzero(view.is_free(places.rim))
+    if not len(free):
+        # What is left of the rims are small holes, which may lie beside a touch.
+        free = np.flatnonzero(view.apart(places.rim) > APART_HOLES * view.extent)
     if len(free):
         best = free[best_open(view, places.rim[free])]
         return Target(places.rim[best], places.rim_normals[best], Reason.EXPAND)
@@ -70,18 +73,11 @@ def lawful_target(view: View, places: LawfulPlaces) -> Target | None:
     return Target(places.points[best], places.normals[best], Reason.REFINE)
 
 
-def lawful_places(atlas: Atlas) -> LawfulPlaces:
-    """The places of the body of an atlas, from a coarse surface of it.
-
-    Raises
-    ------
-    ValueError
-        Where the faces of the atlas obey no laws.
+def lawful_places(body: LawfulBody, edge: float | None = None) -> LawfulPlaces:
+    """The places of a body, from a surface of it in cubes of an edge, length; a coarse one, if
+    none is given. Finer ones show smaller holes.
     """
-    body = atlas.body
-    if body is None:
-        raise ValueError("the atlas has no lawful body; ask for the places of its patches")
-    surface = lawful_surface(body, coarse_edge(body))
+    surface = lawful_surface(body, coarse_edge(body) if edge is None else edge)
     vertices, faces = surface.vertices, surface.faces
     ends = igl.boundary_facets(faces)[0] if len(faces) else np.zeros((0, 2), int)
     ends = np.reshape(ends, (-1, 2))
