@@ -58,7 +58,9 @@ class Atlas(AtlasState):
         """
         change = learn(self, touch)
         self.touches += 1
-        if self.options.fill and self.known_law.is_due(self.point_count):
+        # Where a probe ends its arms at edges, faces are whole when what lies beyond was touched.
+        is_due = self.options.fill and not len(self.edge_ends)
+        if is_due and self.known_law.is_due(self.point_count):
             self.look_for_law()
         return replace(change, touch=touch.number)
 
@@ -100,7 +102,9 @@ class Atlas(AtlasState):
         """Simplify and learn residuals at the end of an exploration, after refitting and filling
         where that was not done touch by touch; returns how many patches have a residual. Where all
         faces obey laws, or nearly, they are read once more. More touches may be added then."""
-        if self.known_law.is_hopeful and self.known_law.count < self.point_count:
+        law = self.known_law
+        is_due = law.is_hopeful or (self.options.fill and self.membership.pool.edges.any())
+        if is_due and law.count < self.point_count:
             self.look_for_law()
         return finish(self)
 
