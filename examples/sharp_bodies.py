@@ -17,9 +17,9 @@ from touchatlas.sim.command.outcome import exit_code
 
 # Triangles of a circle: 256 sides of a circle of radius 20 are within 0.0015 of it.
 SECTIONS = 256
-# Profile of the step, from below, and its two triangles a part: a low part and a high part.
+# Profile of the step, counter-clockwise, and its triangles: two of the low part, three of the high.
 PROFILE = np.array([[0, 0], [30, 0], [60, 0], [60, 40], [30, 40], [30, 20], [0, 20]], float)
-TRIANGLES = np.array([[0, 1, 5], [0, 5, 6], [1, 2, 3], [1, 3, 4], [1, 4, 5]])
+TRIANGLES = np.array([[0, 1, 5], [0, 5, 6], [1, 2, 3], [1, 3, 5], [5, 3, 4]])
 
 
 def bodies() -> dict[str, trimesh.Trimesh]:
