@@ -8,9 +8,9 @@ from touchatlas.atlas.faces.lawful_body import LawfulBody, is_lawful, lawful_sha
 from touchatlas.atlas.faces.read_faces import faces_of_samples, samples_of
 from touchatlas.atlas.patches.sample_pool import SamplePool
 
-# Number of samples up to which faces that obey laws, or nearly, are looked for at each touch: it
-# takes less than two seconds. Doubled, some bodies take fewer touches and more time.
-_FEW = 5000
+# Number of samples up to which faces are looked for at each touch, where they obey laws, and where
+# nearly: it takes some two seconds. Doubled, some bodies take fewer touches and more time.
+_FEW, _FEW_HOPEFUL = 5000, 2000
 # By what factor the number of samples grows until the next look: where faces are lawful; where they
 # may become so; and where most of the surface obeys no law, of few samples and of more. The time of
 # all looks is that of the last one times f / (f - 1). Doubled, laws are found later.
@@ -53,7 +53,7 @@ class KnownLaw:
         """Whether to look again with so many samples."""
         if count == self.count:
             return False
-        if self.is_hopeful and count <= _FEW:
+        if self.is_hopeful and count <= (_FEW if self.body is not None else _FEW_HOPEFUL):
             return count > self.count
         if self.body is not None:
             return count >= _LAWFUL_GROWS * self.count

@@ -34,10 +34,11 @@ def first_due(law: KnownLaw) -> int:
 @pytest.mark.parametrize(
     ("law", "due"),
     [
-        # Up to 5,000 samples each touch counts where laws are likely.
+        # Up to 2,000 samples each touch counts where laws are likely, up to 5,000 where they hold.
         (KnownLaw(1000, 1.0, True, 0.8, None), 1001),
         (KnownLaw(1000, 1.0, True, 1.0, SOME_BODY), 1001),
-        (KnownLaw(4900, 1.0, True, 0.9, None), 4901),
+        (KnownLaw(4900, 1.0, True, 1.0, SOME_BODY), 4901),
+        (KnownLaw(4000, 1.0, True, 0.9, None), 5000),
         # Beyond, they grow by a tenth where there is a body, by a quarter where one may be.
         (KnownLaw(5000, 1.0, True, 1.0, SOME_BODY), 5500),
         (KnownLaw(5000, 1.0, True, 0.8, None), 6250),
