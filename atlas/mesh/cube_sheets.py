@@ -86,15 +86,19 @@ def sheets_of(cubes, inside, is_inside) -> np.ndarray:
     middles, face = np.unique(twice, axis=0, return_inverse=True)
     face = face.ravel()
     joined = is_inside(0.5 * middles) if len(middles) else np.zeros(0, bool)
+    flipped = np.zeros(len(middles), bool)
     while True:
         way = np.zeros(len(cubes), np.int64)
         np.add.at(way, cube, joined[face].astype(np.int64) << slot)
         torn = _touching(table[case[cube], way[cube]], slot)
         # A face is torn where both of its cubes have one sheet there.
         torn = np.bincount(face[torn], minlength=len(middles)) == 2
+        # Each face takes its other way once at most, so that this ends.
+        torn &= ~flipped
         if not torn.any():
             break
-        joined = joined ^ _first_alone(torn, face, cube, len(cubes))
+        flips = _first_alone(torn, face, cube, len(cubes))
+        joined, flipped = joined ^ flips, flipped | flips
     local = table[case, way]
     names = np.where(local >= 0, 12 * np.arange(len(cubes))[:, None] + local, -1)
     found, number = np.unique(names, return_inverse=True)
