@@ -23,6 +23,9 @@ _FEW = 1e-3
 # explains, and least number of them, ten for each of its three numbers. Doubled, few moves are
 # told from detail.
 _EXPLAINED, _LEAST = 0.5, 30
+# Distance of a sample from a face that contradicts it, in deviations: chance gives one in two
+# million. Doubled, only gross errors are doubted.
+_FAR = 5.0
 # Excess of the chi-square of a patch's residuals, in its standard deviations: chance exceeds it in
 # one patch of 300,000. Doubled, patches pass that lie between two places of a moved object.
 _EXCESS = 4.5
@@ -143,10 +146,14 @@ def doubts(
             "have passed through what is known; lean it, or take a thinner one."
         )
         found.append(Doubt("unreachable", words, _apart(places, _extent(places))))
-    if len(atlas) and atlas.body is None:
+    if len(atlas):
         extent = _extent(atlas.membership.pool.points)
-        found += _contradictions(atlas, extent) + _misfits(atlas, extent)
-        found += _close_sheets(atlas, extent) + _lost_contact(atlas, extent)
+        if atlas.body is None:
+            found += _contradictions(atlas, extent) + _misfits(atlas, extent)
+            found += _close_sheets(atlas, extent)
+        else:
+            found += _beside_faces(atlas, extent)
+        found += _lost_contact(atlas, extent)
     return (*found, *_topology(surface, atlas))
 
 
@@ -208,6 +215,19 @@ def _contradictions(atlas: AtlasState, extent: float) -> list[Doubt]:
         "edge, fine detail or a bad contact: touch there again, with shorter arms."
     )
     return [Doubt("contradicting samples", words, places)]
+
+
+def _beside_faces(atlas: AtlasState, extent: float) -> list[Doubt]:
+    """One doubt where samples lie beside the lawful faces that the surface is drawn from."""
+    points = atlas.membership.pool.points
+    off = np.abs(atlas.blend(points).distance) > _FAR * atlas.sample_std
+    if off.sum() <= _FEW * len(points):
+        return []
+    words = (
+        f"{off.mean():.1%} of the samples lie more than five deviations beside a face; there is an "
+        "edge, fine detail or a bad contact: touch there again, with shorter arms."
+    )
+    return [Doubt("contradicting samples", words, _apart(points[off], extent))]
 
 
 def _misfits(atlas: AtlasState, extent: float) -> list[Doubt]:

@@ -4,7 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from touchatlas.atlas.faces.lawful_body import LawfulBody, is_lawful, lawful_share, shows_edges
+from touchatlas.atlas.faces.lawful_body import (
+    LawfulBody,
+    determined,
+    is_lawful,
+    lawful_share,
+    shows_edges,
+)
 from touchatlas.atlas.faces.read_faces import faces_of_samples, samples_of
 from touchatlas.atlas.patches.sample_pool import SamplePool
 
@@ -70,6 +76,6 @@ def look_for_law(pool: SamplePool, count: int, std: float) -> KnownLaw:
     samples = samples_of(pool, count, std)
     if not shows_edges(samples, np.asarray(pool.edges[:count])):
         return KnownLaw(count, std)
-    faces = faces_of_samples(samples)
+    faces = determined(faces_of_samples(samples), samples)
     body = LawfulBody(faces, samples) if is_lawful(faces) else None
     return KnownLaw(count, std, True, lawful_share(faces), body)

@@ -55,7 +55,6 @@ class LawfulBody:
     """
 
     def __init__(self, faces: Faces, samples: ContourSamples) -> None:
-        faces = _determined(faces, samples)
         self.faces, self.samples = faces, samples
         points = samples.points
         self.extent = float(np.linalg.norm(np.ptp(points, axis=0)))
@@ -158,7 +157,7 @@ class LawfulBody:
         return np.asarray(there.any(axis=1) & (widest < _GAP))
 
 
-def _determined(faces: Faces, samples: ContourSamples) -> Faces:
+def determined(faces: Faces, samples: ContourSamples) -> Faces:
     """The same without the samples and edges of faces that one contour alone has met: a curve in a
     plane determines no face."""
     weak = [
@@ -200,8 +199,8 @@ def shows_edges(samples: ContourSamples, ends_at_edge) -> bool:
 
 def lawful_share(faces: Faces) -> float:
     """Fraction of the samples that lawful faces explain."""
-    lawful = sum(len(face.samples) for face in faces.faces if face.law is not None)
-    return lawful / max(len(faces.points), 1)
+    lawful = [face.id for face in faces.faces if face.law is not None]
+    return float(np.isin(faces.of, lawful).mean()) if len(faces.of) else 0.0
 
 
 def is_lawful(faces: Faces) -> bool:
