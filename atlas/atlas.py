@@ -96,7 +96,7 @@ class Atlas(AtlasState):
     def look_for_law(self) -> None:
         """Look whether all faces obey laws now; ``add`` does so as the number of samples grows."""
         pool = self.membership.pool
-        self.known_law = look_for_law(pool, len(pool), self.sample_std)
+        self.known_law = look_for_law(pool, len(pool), self.sample_std, self.known_law)
 
     def finish(self) -> int:
         """Simplify and learn residuals at the end of an exploration, after refitting and filling
@@ -110,8 +110,8 @@ class Atlas(AtlasState):
 
     def faces(self) -> Faces:
         """The faces of what was touched, each with its kind in words and numbers, and the sharp
-        edges and smooth rims between them; read from the samples, from scratch."""
-        return read_faces(self.membership.pool, self.sample_std)
+        edges and smooth rims between them; read from the samples."""
+        return read_faces(self.membership.pool, self.sample_std, self.known_law.faces)
 
     def validate(self) -> None:
         """Check all invariants: owners of samples, normal equations and their solutions, relations

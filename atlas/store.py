@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from touchatlas.atlas.atlas import Atlas
-from touchatlas.atlas.faces.known_law import KnownLaw, look_for_law
+from touchatlas.atlas.faces.law_arrays import law_arrays, law_of_arrays
 from touchatlas.atlas.files import write_whole
 from touchatlas.atlas.graph.creases import Crease
 from touchatlas.atlas.graph.lost_ends import LostEnds
@@ -25,7 +25,7 @@ from touchatlas.atlas.whole_file import DamagedError, FileKind, load_whole
 from touchatlas.patch.fit.fit_patch import FitOptions
 
 # The version is that of the file, no unit.
-_FILE = FileKind("atlas", "the atlas.npz of a run", 6, "explore again")
+_FILE = FileKind("atlas", "the atlas.npz of a run", 7, "explore again")
 _POOL = "points", "normals", "across", "edges", "visited"
 
 
@@ -38,7 +38,9 @@ def atlas_bytes(atlas: Atlas) -> bytes:
         "touches": atlas.touches,
         "options": asdict(atlas.options),
         "residual_scale": asdict(atlas.residual_scale),
-        "law": _law_of(atlas),
+        "law": {
+            name: getattr(atlas.known_law, name) for name in ("count", "std", "edges", "share")
+        },
     }
     table, membership = atlas.table, atlas.membership
     neighbours = [sorted(atlas.neighbours[row]) for row in range(len(atlas.neighbours))]
@@ -54,6 +56,7 @@ def atlas_bytes(atlas: Atlas) -> bytes:
         **{f"ends_{name}": column for name, column in vars(atlas.edge_ends).items()},
         **{f"rims_{name}": getattr(atlas.rims.ends, name) for name in LostEnds.NAMES},
         **_residual_arrays(table),
+        **law_arrays(atlas.known_law),
     }
     buffer = io.BytesIO()
     np.savez(buffer, allow_pickle=False, **arrays)
@@ -124,24 +127,8 @@ def _restored(arrays, header) -> Atlas:
     for name in LostEnds.NAMES:
         _fill_column(atlas.rims.ends, name, arrays[f"rims_{name}"])
     atlas.mark_stale(table.rows.tolist())
-    _fill_law(atlas, header["law"])
+    atlas.known_law = law_of_arrays(arrays, header["law"], membership.pool)
     return atlas
-
-
-def _law_of(atlas: Atlas) -> dict:
-    """What is known of lawful faces, but the body: it is made again from its samples."""
-    law = atlas.known_law
-    kept = {name: getattr(law, name) for name in ("count", "std", "edges", "share")}
-    return {**kept, "body": law.body is not None}
-
-
-def _fill_law(atlas: Atlas, law: dict) -> None:
-    """Enter what a file says of lawful faces."""
-    pool, kept = atlas.membership.pool, {**law, "body": None}
-    if not (type(law["count"]) is int and 0 <= law["count"] <= len(pool)):
-        raise DamagedError("it says nothing of the samples that obey laws")
-    found = look_for_law(pool, law["count"], law["std"]) if law["body"] else KnownLaw(**kept)
-    atlas.known_law = found
 
 
 def _check_lengths(arrays) -> None:

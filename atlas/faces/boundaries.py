@@ -97,8 +97,7 @@ class Boundary:
 def find_boundaries(labels: Labels) -> list[Boundary]:
     """All boundaries between the pieces of a labelling, in order of their labels."""
     judge = _Judge(labels)
-    linked = [(a, b) for a, b, _ in labels.pairs()]
-    found = {pair: judge.linked(*pair) for pair in linked}
+    found = {pair: judge.linked(*pair, middles) for pair, middles in _across_links(labels).items()}
     for pair, middles in _across_ends(labels).items():
         if found.get(pair) is None:
             found[pair] = judge.uncrossed(*pair, middles)
@@ -115,9 +114,9 @@ class _Judge:
         self.misfits = [unseen_misfit(self.evidence, p, m) if len(m) else 0.0 for p, m in pairs]
         self.step = float(np.median(self.evidence.samples.steps))
 
-    def linked(self, a: int, b: int) -> Boundary | None:
-        """The boundary of two pieces between whose samples there are links."""
-        points, pieces = self._between(a, b), (self.labels.pieces[a], self.labels.pieces[b])
+    def linked(self, a: int, b: int, points) -> Boundary | None:
+        """The boundary of two pieces between whose samples there are links, with middles (m, 3)."""
+        pieces = self.labels.pieces[a], self.labels.pieces[b]
         valley = self._own(a, b, valley_points(*pieces, points, _NEAR * self.step))
         middles = mean_foot(*pieces, points)
         middles = self._own(a, b, CurvePoints(middles, np.full(len(middles), self.step))).points
@@ -151,13 +150,6 @@ class _Judge:
             return None
         jump = curvature_jump(*pieces, evenly(curve.points, _MEASURED))[1]
         return Boundary(a, b, kind, curve, angle, jump, gap(*pieces, curve.points))
-
-    def _between(self, a: int, b: int) -> np.ndarray:
-        """(m, 3) middles of the links between two labels."""
-        graph, points = self.evidence.graph, self.evidence.samples.points
-        both = np.sort(self.labels.of[graph.pairs], axis=1)
-        pairs = graph.pairs[(both == (a, b)).all(axis=1)]
-        return points[pairs].mean(axis=1)
 
     def _own(self, a: int, b: int, curve: CurvePoints) -> CurvePoints:
         """The points of a curve about which most samples are of the two pieces: elsewhere these
@@ -216,6 +208,18 @@ class _Judge:
         if max(sides) < -_ONE_SIDE:
             return EdgeKind.SHARP_CONVEX
         return EdgeKind.SHARP_CONCAVE if min(sides) > _ONE_SIDE else None
+
+
+def _across_links(labels: Labels) -> dict[tuple[int, int], np.ndarray]:
+    """Pairs of labels, mapped to the middles (m, 3) of the links between their samples."""
+    graph, points = labels.evidence.graph, labels.evidence.samples.points
+    both = np.sort(labels.of[graph.pairs], axis=1)
+    apart = np.flatnonzero((both[:, 0] != both[:, 1]) & (both[:, 0] != NONE))
+    order = apart[np.lexsort((both[apart, 1], both[apart, 0]))]
+    middles, both = points[graph.pairs[order]].mean(axis=1), both[order]
+    new = np.flatnonzero((np.diff(both, axis=0, prepend=-1) != 0).any(axis=1))
+    parts = np.split(middles, new)[1:]
+    return {(int(a), int(b)): part for (a, b), part in zip(both[new], parts, strict=True)}
 
 
 def _across_ends(labels: Labels) -> dict[tuple[int, int], np.ndarray]:

@@ -118,6 +118,12 @@ class Faces:
         """Fraction of the samples that belong to no face; 0 without samples."""
         return float((self.of == NONE).mean()) if len(self.of) else 0.0
 
+    @property
+    def pieces(self) -> list[Piece]:
+        """All pieces, by their numbers."""
+        found = {k: p for f in self.faces for k, p in zip(f.patches, f.pieces, strict=True)}
+        return [found[k] for k in sorted(found)]
+
     def graph(self) -> nx.MultiGraph:
         """The faces as nodes and their edges as edges, with numbers and words only: see
         ``touchatlas.atlas.faces.face_graph``."""

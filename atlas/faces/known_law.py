@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from touchatlas.atlas.faces.faces import Faces
 from touchatlas.atlas.faces.lawful_body import (
     LawfulBody,
     determined,
@@ -12,15 +13,17 @@ from touchatlas.atlas.faces.lawful_body import (
     shows_edges,
 )
 from touchatlas.atlas.faces.read_faces import faces_of_samples, samples_of
+from touchatlas.atlas.faces.samples import ContourSamples
 from touchatlas.atlas.patches.sample_pool import SamplePool
 
-# Number of samples up to which faces are looked for at each touch, where they obey laws, and where
-# nearly: it takes some two seconds. Doubled, some bodies take fewer touches and more time.
-_FEW, _FEW_HOPEFUL = 5000, 2000
-# By what factor the number of samples grows until the next look: where faces are lawful; where they
-# may become so; and where most of the surface obeys no law, of few samples and of more. The time of
-# all looks is that of the last one times f / (f - 1). Doubled, laws are found later.
-_LAWFUL_GROWS, _GROWS, _LAWLESS_GROWS, _HOPELESS_GROWS = 1.1, 1.25, 1.5, 4.0
+# Number of samples up to which faces are looked for at each touch, where they obey laws or nearly:
+# then it takes about a second. Doubled, some bodies take fewer touches and more time.
+_FEW = 5000
+# By what factor the number of samples grows until the next look: where faces are lawful, or may
+# become so; where no edges were seen; and where most of the surface obeys no law, of few samples
+# and of more. The time of all looks is that of the last one times f / (f - 1). Doubled, laws are
+# found later.
+_LAWFUL_GROWS, _EDGELESS_GROWS, _LAWLESS_GROWS, _HOPELESS_GROWS = 1.1, 1.25, 1.5, 4.0
 # Share of the samples that obey laws below which faces are not expected to become lawful. Doubled,
 # no body becomes lawful late.
 _LAWLESS = 0.8
@@ -40,6 +43,8 @@ class KnownLaw:
         Whether enough contours run over sharp edges. Without, nothing more was asked.
     share : float
         Fraction of the samples that lawful faces explain.
+    faces : Faces or None
+        The faces that were read, where all obey laws or nearly: the next look begins with them.
     body : LawfulBody or None
         The body, where nearly all obey laws.
     """
@@ -48,27 +53,28 @@ class KnownLaw:
     std: float = 0.0
     edges: bool = False
     share: float = 0.0
+    faces: Faces | None = None
     body: LawfulBody | None = None
 
     @property
     def is_hopeful(self) -> bool:
         """Whether all faces obey laws, or nearly: more samples may show that they do."""
-        return self.edges and self.share >= _LAWLESS
+        return self.faces is not None
 
     def is_due(self, count: int) -> bool:
         """Whether to look again with so many samples."""
         if count == self.count:
             return False
-        if self.is_hopeful and count <= (_FEW if self.body is not None else _FEW_HOPEFUL):
-            return count > self.count
-        if self.body is not None:
-            return count >= _LAWFUL_GROWS * self.count
-        if self.is_hopeful or not self.edges:
-            return count >= _GROWS * self.count
+        if self.is_hopeful:
+            return count > self.count and (count <= _FEW or count >= _LAWFUL_GROWS * self.count)
+        if not self.edges:
+            return count >= _EDGELESS_GROWS * self.count
         return count >= (_LAWLESS_GROWS if count <= _FEW else _HOPELESS_GROWS) * self.count
 
 
-def look_for_law(pool: SamplePool, count: int, std: float) -> KnownLaw:
+def look_for_law(
+    pool: SamplePool, count: int, std: float, before: KnownLaw = KnownLaw()
+) -> KnownLaw:
     """What the first ``count`` samples of a pool show; ``std`` is that of a sample, length.
 
     Faces are read only where contours run over edges: a body without any is not worth the time.
@@ -76,6 +82,13 @@ def look_for_law(pool: SamplePool, count: int, std: float) -> KnownLaw:
     samples = samples_of(pool, count, std)
     if not shows_edges(samples, np.asarray(pool.edges[:count])):
         return KnownLaw(count, std)
-    faces = determined(faces_of_samples(samples), samples)
-    body = LawfulBody(faces, samples) if is_lawful(faces) else None
-    return KnownLaw(count, std, True, lawful_share(faces), body)
+    return law_of_faces(faces_of_samples(samples, before=before.faces), samples)
+
+
+def law_of_faces(faces: Faces, samples: ContourSamples) -> KnownLaw:
+    """What faces that were read from samples show."""
+    known = determined(faces, samples)
+    share = lawful_share(known)
+    body = LawfulBody(known, samples) if is_lawful(known) else None
+    kept = faces if share >= _LAWLESS else None
+    return KnownLaw(len(samples), samples.std, True, share, kept, body)

@@ -37,6 +37,24 @@ def label_samples(samples: ContourSamples, options: FaceOptions = FaceOptions())
     return labels
 
 
+def relabel(samples: ContourSamples, pieces, of, options: FaceOptions = FaceOptions()) -> Labels:
+    """Labels of samples, of which the first were labelled before: only what the new ones touch is
+    revised.
+
+    Parameters
+    ----------
+    samples : ContourSamples
+    pieces : list of Piece
+    of : (m,) int
+        The piece of each of the first samples, or NONE.
+    options : FaceOptions
+    """
+    labels = Labels(Evidence(samples, SampleGraph(samples), options))
+    labels.resume(pieces, of)
+    revise_all(labels)
+    return labels
+
+
 def revise_all(labels: Labels) -> None:
     """Revise labels and pieces until nothing changes, or the rounds are over."""
     rounds = labels.evidence.options.rounds

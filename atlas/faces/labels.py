@@ -46,6 +46,22 @@ class Labels:
         self.tried: set = set()
         self.fitted: dict[Piece, np.ndarray] = {}
         self.of = np.full(len(evidence.samples), NONE)
+        # What an earlier labelling left: the samples of its pieces, and those that had no label.
+        self.settled: dict[Piece, np.ndarray] = {}
+        self.loose_before = np.zeros(len(evidence.samples), bool)
+
+    def resume(self, pieces: list[Piece], of) -> None:
+        """Go on from an earlier labelling (m,) of the first samples by its pieces. What has not
+        changed since is not tried again."""
+        self.pieces = list(pieces)
+        self.of[: len(of)] = of
+        self.loose_before[: len(of)] = of == NONE
+        self.settled = dict(zip(self.pieces, self.all_members(), strict=True))
+        self.fitted = dict(self.settled)
+
+    def is_settled(self, label: int, members) -> bool:
+        """Whether the piece and the samples of a label are those of the earlier labelling."""
+        return np.array_equal(self.settled.get(self.pieces[label], np.array([-1])), members)
 
     def members(self, label: int) -> np.ndarray:
         """The samples of a label, ascending."""
@@ -119,7 +135,20 @@ class Labels:
         for piece, members in zip(self.pieces, self.all_members(), strict=True):
             cost = self.costs(piece, members, np.ones(len(members), bool))
             far.append(members[cost > self.evidence.options.unexplained])
-        return graph.around(np.unique(np.concatenate(far)), _BAND)
+        start = np.unique(np.concatenate(far))
+        if self.settled:
+            start = start[self._is_unsettled()[start]]
+        return graph.around(start, _BAND)
+
+    def _is_unsettled(self) -> np.ndarray:
+        """(n,) whether a sample, or one it is linked to, is new or of a label that changed since
+        the earlier labelling."""
+        changed = (self.of == NONE) & ~self.loose_before
+        for label, members in enumerate(self.all_members()):
+            if not self.is_settled(label, members):
+                changed[members] = True
+        neighbours = np.append(changed, False)[self.evidence.graph.neighbours]
+        return np.asarray(changed | neighbours.any(axis=1))
 
     def _candidates(self, movable) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Sample (m,), label (m,) and cost (m,) of each label that a movable sample may take,
@@ -170,6 +199,13 @@ class Labels:
                     new[members[part[members] == parts[k]]] = len(pieces)
                     pieces.append(piece)
         self.of, self.pieces = new, pieces
+
+    def drop_empty(self) -> None:
+        """Drop the labels that no sample has."""
+        used, of = np.unique(self.of, return_inverse=True)
+        first = int(used[0] == NONE)
+        self.of = of.ravel() - first
+        self.pieces = [self.pieces[k] for k in used[first:]]
 
     def energy(self, piece: Piece, members) -> float:
         """Nats of a piece that explains samples: their misfit and its parameters."""

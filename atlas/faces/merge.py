@@ -24,7 +24,10 @@ def merge(labels: Labels) -> int:
         found = []
         members = labels.all_members()
         costs = [labels.energy(p, m) for p, m in zip(labels.pieces, members, strict=True)]
+        settled = [labels.is_settled(k, m) for k, m in enumerate(members)]
         for a, b, links in labels.pairs():
+            if settled[a] and settled[b]:
+                continue
             key = members[a].tobytes(), members[b].tobytes()
             if hash(key) in labels.tried:
                 continue

@@ -4,7 +4,8 @@ import numpy as np
 
 from touchatlas.atlas.faces.boundaries import find_boundaries
 from touchatlas.atlas.faces.faces import Faces, join_faces
-from touchatlas.atlas.faces.labelling import label_samples
+from touchatlas.atlas.faces.labelling import label_samples, relabel
+from touchatlas.atlas.faces.labels import Labels
 from touchatlas.atlas.faces.options import FaceOptions
 from touchatlas.atlas.faces.revise import refit
 from touchatlas.atlas.faces.rim_labels import move_to_rims
@@ -16,27 +17,41 @@ from touchatlas.atlas.patches.sample_pool import SamplePool
 _RIM_ROUNDS = 2
 
 
-def read_faces(pool: SamplePool, std: float, options: FaceOptions = FaceOptions()) -> Faces:
-    """The faces of the samples of a pool, from scratch.
+def read_faces(pool: SamplePool, std: float, before: Faces | None = None) -> Faces:
+    """The faces of the samples of a pool.
 
     Parameters
     ----------
     pool : SamplePool
     std : float, length
         Standard deviation of a sample: of its noise, and the lack of fit that is borne.
-    options : FaceOptions
+    before : Faces, optional
+        Those of the first of the samples.
     """
     if not len(pool):
         return Faces((), (), np.zeros((0, 3)), np.zeros(0, int), np.zeros(0, int))
-    return faces_of_samples(samples_of(pool, len(pool), std), options)
+    return faces_of_samples(samples_of(pool, len(pool), std), before=before)
 
 
-def faces_of_samples(samples: ContourSamples, options: FaceOptions = FaceOptions()) -> Faces:
-    """The faces of samples of contours."""
-    labels = label_samples(samples, options)
-    for _ in range(_RIM_ROUNDS):
+def faces_of_samples(
+    samples: ContourSamples, options: FaceOptions = FaceOptions(), before: Faces | None = None
+) -> Faces:
+    """The faces of samples of contours; if those ``before`` of the first of the samples are known,
+    only what the new ones touch is read again."""
+    if before is None:
+        labels = label_samples(samples, options)
+    else:
+        labels = relabel(samples, before.pieces, before.patch_of, options)
+    # Labels from before were moved to rims already.
+    for _ in range(_RIM_ROUNDS if before is None else 1):
         move_to_rims(labels, find_boundaries(labels))
         refit(labels)
+    labels.drop_empty()
+    return faces_of_labels(labels)
+
+
+def faces_of_labels(labels: Labels) -> Faces:
+    """The faces of a labelling, and nothing else: so that they can be made again from a file."""
     return join_faces(labels, find_boundaries(labels))
 
 

@@ -45,7 +45,7 @@ def drop(labels: Labels) -> int:
     sizes = np.bincount(labels.of[labels.of >= 0], minlength=len(labels.pieces))
     for label in np.argsort(sizes, kind="stable").tolist():
         members = labels.members(label)
-        if not len(members):
+        if not len(members) or labels.is_settled(label, members):
             continue
         around = labels.of[graph.neighbours[members].clip(max=graph.size - 1)]
         around[graph.neighbours[members] == graph.size] = label
@@ -78,6 +78,8 @@ def add(labels: Labels, per_cluster: int = 2) -> int:
     added, covered = 0, np.zeros(size, bool)
     for cluster in np.flatnonzero(np.bincount(part[loose]) >= _CLUSTER):
         members = np.flatnonzero(loose & (part == cluster))
+        if labels.loose_before[members].all():
+            continue
         for seed in evenly(members, 2 * per_cluster)[1::2].tolist():
             if covered[seed] or seed in labels.tried:
                 continue

@@ -53,7 +53,7 @@ def split(labels: Labels, tried: list[np.ndarray]) -> int:
 def _worth_splitting(labels: Labels, label: int, members, tried) -> bool:
     """Whether a label has too large a misfit, or so many parameters that fewer may do."""
     piece = labels.pieces[label]
-    if len(members) < 30:
+    if len(members) < 30 or labels.is_settled(label, members):
         return False
     distance = piece.at(labels.evidence.samples.points[members])[0] / labels.evidence.samples.std
     evidence = labels.evidence

@@ -9,7 +9,7 @@ from tests.sharp import sharp_object
 from tests.touched import BORNE, touched, touched_samples
 from tests.truths import random_rotation
 from touchatlas.atlas.faces.kinds import Kind
-from touchatlas.atlas.faces.labelling import label_samples
+from touchatlas.atlas.faces.labelling import label_samples, relabel
 from touchatlas.atlas.faces.labels import NONE
 from touchatlas.atlas.faces.options import FaceOptions
 from touchatlas.atlas.faces.samples import contour_samples
@@ -59,6 +59,54 @@ def test_equal_samples_give_equal_labels():
     assert again.of.tobytes() == labelled("torus", 24).of.tobytes()
     for one, other in zip(again.pieces, labelled("torus", 24).pieces, strict=True):
         assert one.coefficients.tobytes() == other.coefficients.tobytes()
+
+
+def relabelled(name: str, bounds):
+    """Labels of a body after samples up to each of some touches, each from those before."""
+    points, outward, planes, noise = touched(name, 80)
+    touches = touched_samples(name, 80).touches
+    labels = None
+    for bound in bounds:
+        keep = touches < bound
+        samples = contour_samples(points[keep], outward[keep], planes[keep], BORNE * noise)
+        if labels is None:
+            labels = label_samples(samples)
+        else:
+            labels = relabel(samples, labels.pieces, labels.of)
+    return labels
+
+
+@pytest.mark.parametrize("name", ["block", "step", "wall"])
+def test_labels_touch_by_touch_are_as_short_a_description_as_those_from_scratch(name):
+    """Both are local minima. A sample that changes over between two planes costs some nats."""
+    found = relabelled(name, range(10, 81, 5))
+    assert len(found.pieces) == len(labelled(name, 80).pieces)
+    assert found.total() < 1.02 * labelled(name, 80).total()
+
+
+def test_touches_elsewhere_leave_labels_and_pieces_as_they_are():
+    """Two balls far from each other: what is learned of one changes nothing of the other."""
+    points, outward, planes, noise = touched("sphere", 30)
+    far = np.array([400.0, 0.0, 0.0])
+    first = contour_samples(points, outward, planes, BORNE * noise)
+    before = label_samples(first)
+    both = contour_samples(
+        np.concatenate([points, points + far]),
+        *(np.tile(c, (2, 1)) for c in (outward, planes)),
+        BORNE * noise,
+    )
+    after = relabel(both, before.pieces, before.of)
+    assert after.pieces[0] is before.pieces[0]
+    assert (after.of[: len(points)] == before.of).all()
+    assert [piece.kind for piece in after.pieces] == [Kind.SPHERE, Kind.SPHERE]
+    assert (after.of[len(points) :] == 1).mean() > 0.999
+
+
+def test_the_same_samples_are_labelled_as_they_were():
+    before = labelled("step", 80)
+    after = relabel(touched_samples("step", 80), before.pieces, before.of)
+    assert all(a is b for a, b in zip(after.pieces, before.pieces, strict=True))
+    assert after.of.tobytes() == before.of.tobytes()
 
 
 @pytest.mark.parametrize(("name", "count"), [("block", 80), ("torus", 24)])

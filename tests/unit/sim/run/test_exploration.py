@@ -20,6 +20,7 @@ from touchatlas.atlas.edit import insert
 from touchatlas.sim.folder.journal import Journal
 from touchatlas.sim.folder.run_folder import RUN_FILES, read_settings
 from touchatlas.sim.folder.run_options import RunOptions
+from touchatlas.sim.run import work
 from touchatlas.sim.run.conclusion import truth_of
 from touchatlas.sim.run.exploration import run_exploration
 from touchatlas.sim.run.watcher import Watcher
@@ -154,6 +155,8 @@ def test_an_interrupt_in_the_midst_of_a_touch_lets_it_finish(ball, tmp_path, mon
         return enter(state, *rest)
 
     monkeypatch.setattr(insert, "_enter_patch", interrupted)
+    # On a busy machine the results take longer than a user would wait.
+    monkeypatch.setattr(work, "GRACE", 600.0)
     before = signal.getsignal(signal.SIGINT)
     result = run_exploration(ball, tmp_path / "r", FEW)
     assert signal.getsignal(signal.SIGINT) is before

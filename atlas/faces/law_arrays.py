@@ -1,0 +1,76 @@
+"""What is known of lawful faces as arrays of a file, and back: the pieces and the labels.
+
+Faces are read touch by touch, so that the samples alone would not give the same ones again.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from touchatlas.atlas.faces.grow import Evidence
+from touchatlas.atlas.faces.kinds import QUADRIC_TERMS, QUARTIC_BASIS, Kind
+from touchatlas.atlas.faces.known_law import KnownLaw, law_of_faces
+from touchatlas.atlas.faces.labels import NONE, Labels
+from touchatlas.atlas.faces.options import FaceOptions
+from touchatlas.atlas.faces.piece import Piece
+from touchatlas.atlas.faces.read_faces import faces_of_labels, samples_of
+from touchatlas.atlas.faces.sample_graph import SampleGraph
+from touchatlas.atlas.patches.sample_pool import SamplePool
+from touchatlas.atlas.whole_file import DamagedError
+
+_MOST = QUARTIC_BASIS.size
+
+
+def law_arrays(law: KnownLaw) -> dict[str, np.ndarray]:
+    """The pieces and labels of faces; without faces, none."""
+    pieces = law.faces.pieces if law.faces else []
+    of = law.faces.patch_of if law.faces else np.zeros(0, int)
+    return {
+        "label_of": of.astype(np.int32),
+        "piece_kind": np.array([piece.kind for piece in pieces], np.int8),
+        "piece_origin": np.array([piece.origin for piece in pieces]).reshape(-1, 3),
+        "piece_axes": np.array([piece.axes for piece in pieces]).reshape(-1, 3, 3),
+        "piece_scale": np.array([piece.scale for piece in pieces], float),
+        "piece_coefficients": _padded([piece.coefficients for piece in pieces], 1),
+        "piece_covariance": _padded([piece.covariance for piece in pieces], 2),
+    }
+
+
+def law_of_arrays(arrays, header: dict[str, Any], pool: SamplePool) -> KnownLaw:
+    """What a file knows of the samples of a pool.
+
+    Raises
+    ------
+    DamagedError
+        Its parts do not agree.
+    """
+    count, of = header["count"], arrays["label_of"].astype(int)
+    pieces = _pieces(arrays)
+    sound = type(count) is int and 0 <= count <= len(pool) and len(of) in (0, count)
+    if not (sound and of.min(initial=NONE) >= NONE and of.max(initial=NONE) < len(pieces)):
+        raise DamagedError("it says nothing of the samples that obey laws")
+    if not len(pieces):
+        return KnownLaw(**header)
+    samples = samples_of(pool, count, header["std"])
+    labels = Labels(Evidence(samples, SampleGraph(samples), FaceOptions()))
+    labels.resume(pieces, of)
+    return law_of_faces(faces_of_labels(labels), samples)
+
+
+def _pieces(arrays) -> list[Piece]:
+    """The pieces of a file."""
+    columns = [arrays[f"piece_{name}"] for name in ("kind", "origin", "axes", "scale")]
+    out = []
+    for k, (kind, origin, axes, scale) in enumerate(zip(*columns, strict=True)):
+        size = _MOST if kind == Kind.QUARTIC else len(QUADRIC_TERMS)
+        own = arrays["piece_coefficients"][k, :size], arrays["piece_covariance"][k, :size, :size]
+        out.append(Piece(Kind(kind), origin, axes, float(scale), *own))
+    return out
+
+
+def _padded(parts, dimensions: int) -> np.ndarray:
+    """(p, 21, ...) arrays (t, ...) of as many dimensions, padded with zeros."""
+    out = np.zeros((len(parts),) + (_MOST,) * dimensions)
+    for k, part in enumerate(parts):
+        out[(k,) + (slice(len(part)),) * dimensions] = part
+    return out
