@@ -39,6 +39,9 @@ _FEW = 25
 _BESIDE, _ONE_SIDE = 8, 0.6
 # Boundary points at which the extent of a piece is measured. Doubled, it takes twice as long.
 _MEASURED = 16
+# Largest angle of two pieces whose normals are sought to agree, over the jump of their curvatures
+# times the search distance. Doubled, it takes longer.
+_FARTHER = 2.0
 # Points that a sharp edge needs. Doubled, short edges are missed.
 _LEAST_POINTS = 3
 # Samples about a point of a boundary, and the least fraction that is of the two pieces. Doubled,
@@ -116,15 +119,21 @@ class _Judge:
 
     def linked(self, a: int, b: int, points) -> Boundary | None:
         """The boundary of two pieces between whose samples there are links, with middles (m, 3)."""
-        pieces = self.labels.pieces[a], self.labels.pieces[b]
-        valley = self._own(a, b, valley_points(*pieces, points, _NEAR * self.step))
+        pieces, reach = (self.labels.pieces[a], self.labels.pieces[b]), _NEAR * self.step
         middles = mean_foot(*pieces, points)
         middles = self._own(a, b, CurvePoints(middles, np.full(len(middles), self.step))).points
         if len(middles) < _LEAST_POINTS:
             return None
-        at = valley.points if len(valley.points) >= _LEAST_POINTS else middles
+        at, valley = middles, CurvePoints(middles[:0], np.zeros(0))
         angle = float(np.median(angles(*pieces, at)))
         across, jump = curvature_jump(*pieces, evenly(at, _MEASURED))
+        # Normals that differ by more agree nowhere within reach.
+        if angle <= _FARTHER * jump * reach:
+            valley = self._own(a, b, valley_points(*pieces, points, reach))
+        if len(valley.points) >= _LEAST_POINTS:
+            at = valley.points
+            angle = float(np.median(angles(*pieces, at)))
+            across, jump = curvature_jump(*pieces, evenly(at, _MEASURED))
         errors = [self._rim_errors(k, evenly(at, _MEASURED), across) for k in (a, b)]
         slope, curvature = np.sum(errors, axis=0)
         if angle > slope:

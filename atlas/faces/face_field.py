@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 
 from touchatlas.atlas.faces.boundaries import EdgeKind
 from touchatlas.atlas.faces.edge_curves import rim_distances
-from touchatlas.atlas.faces.faces import Faces
+from touchatlas.atlas.faces.faces import FaceEdge, Faces
 from touchatlas.atlas.faces.labels import NONE
 from touchatlas.atlas.faces.piece import Piece
 
@@ -83,11 +83,15 @@ class FaceField:
         self._tree = cKDTree(faces.points[self._known])
         self._trees = [cKDTree(faces.points[face.samples]) for face in faces.faces]
         self._sharp = [edge for edge in faces.edges if edge.kind.sharp and edge.curves]
-        self._rims = [edge for edge in faces.edges if edge.kind is EdgeKind.SMOOTH_RIM]
-        self._curves = [
-            cKDTree(np.concatenate([_finer(curve) for curve in edge.curves]))
-            for edge in self._sharp
+        self._rims = [
+            edge
+            for edge in faces.edges
+            if edge.kind is EdgeKind.SMOOTH_RIM and edge.curves and _are_lawful(faces, edge)
         ]
+        self._curves, self._rim_curves = (
+            [cKDTree(np.concatenate([_finer(c) for c in edge.curves])) for edge in edges]
+            for edges in (self._sharp, self._rims)
+        )
 
     @cached_property
     def _meet(self) -> np.ndarray:
@@ -134,12 +138,13 @@ class FaceField:
         """Give points (n, 3) beside smooth rims to the face of their side: between touches the
         nearest sample may be of the other one."""
         faces = self.faces.faces
-        for edge in self._rims:
+        for edge, curve in zip(self._rims, self._rim_curves, strict=True):
             pair = edge.first, edge.second
-            if any(len(faces[k].pieces) > 1 for k in pair):
-                continue
             rows = np.flatnonzero((owner == pair[0]) | (owner == pair[1]))
             limit = np.maximum(_BESIDE_RIM * away[rows, 0], away[rows, -1])
+            # Curves end where contours do: it is asked a little farther than points are moved.
+            near = curve.query(points[rows])[0] < 2.0 * limit
+            rows, limit = rows[near], limit[near]
             apart = [self._trees[k].query(points[rows])[0] for k in pair]
             rows, limit = (x[np.maximum(*apart) < limit] for x in (rows, limit))
             if not len(rows):
@@ -204,6 +209,11 @@ class FaceField:
 def face_values(faces: Faces, points) -> FaceValues:
     """Signed distance, normal, deviation and face at points (n, 3): see ``FaceField.at``."""
     return FaceField(faces).at(points)
+
+
+def _are_lawful(faces: Faces, edge: FaceEdge) -> bool:
+    """Whether both faces of an edge are one piece."""
+    return all(len(faces.faces[k].pieces) == 1 for k in (edge.first, edge.second))
 
 
 def _finer(curve) -> np.ndarray:
