@@ -21,6 +21,9 @@ HALF = np.array([30.0, 20.0, 15.0])
 RADIUS, HALF_HEIGHT = 20.0, 25.0
 # Half of the sides of a plate, the third of which is its thickness.
 PLATE = np.array([30.0, 20.0, 2.0])
+# Profile of a step, and triangles that fill it; the edge at (30, 20) is concave.
+STEP = np.array([[0, 0], [30, 0], [60, 0], [60, 40], [30, 40], [30, 20], [0, 20]], float)
+_STEP_TRIANGLES = np.array([[0, 1, 5], [0, 5, 6], [1, 2, 3], [1, 3, 5], [5, 3, 4]])
 _REACH, _SAMPLES = 16.0, 16
 
 
@@ -28,6 +31,8 @@ def _mesh(name: str) -> trimesh.Trimesh:
     if name == "cylinder":
         # Chords of so many sections lie 1.5e-3 within the circle, less than a tenth of the noise.
         return trimesh.creation.cylinder(RADIUS, 2.0 * HALF_HEIGHT, sections=256)
+    if name == "step":
+        return trimesh.creation.extrude_triangulation(STEP, _STEP_TRIANGLES, height=30.0)
     if name == "ellipsoid":
         mesh = trimesh.creation.icosphere(5, 1.0)
         mesh.vertices *= HALF
@@ -71,6 +76,14 @@ def samples_of_touches(columns, std: float, keep=None, scale: float = 1.0) -> Co
 
 def body_of(samples: ContourSamples) -> LawfulBody:
     return LawfulBody(faces_of_samples(samples), samples)
+
+
+def step_distance(points) -> np.ndarray:
+    """(n,) signed distance of points (n, 3) from a step by its planes: the least of two blocks'."""
+    x, y, z = points.T
+    low = np.maximum.reduce([-x, y - 20.0])
+    high = np.maximum.reduce([30.0 - x, y - 40.0, x - 60.0])
+    return np.maximum.reduce([np.minimum(low, high), -y, -z, z - 30.0])
 
 
 def box_distance(points, half=HALF) -> np.ndarray:

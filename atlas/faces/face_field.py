@@ -18,9 +18,10 @@ _NEAREST = 16
 # Distance from a sharp edge, or from the face beyond it, up to which that face is asked, over that
 # of the last of the nearest samples. Doubled, faces are cut by the extension of others.
 _BESIDE = 2.0
-# How far outside of the face beyond an edge a point must lie, over its nearest sample. Doubled,
-# points far from samples are not cut.
-_CROSSED = 2.0
+# How far outside of the face beyond an edge a point must lie, over the least of so many nearest
+# samples of its own face: one may have a wrong label. Doubled, points far from samples are not cut,
+# or slits run on beyond edges.
+_CROSSED, _ABOUT = 2.0, 3
 # Noise of a sample beside an edge, in root mean squares of its face. Doubled, faces are cut by the
 # extension of others that lie less than eight of these farther in.
 _NOISE = 4.0
@@ -88,6 +89,11 @@ class FaceField:
             for edge in faces.edges
             if edge.kind is EdgeKind.SMOOTH_RIM and edge.curves and _are_lawful(faces, edge)
         ]
+        # The faces with which each has a sharp edge, and its sign.
+        self._around: list[list[tuple[int, float]]] = [[] for _ in faces.faces]
+        for edge in self._sharp:
+            self._around[edge.first].append((edge.second, _sign(edge)))
+            self._around[edge.second].append((edge.first, _sign(edge)))
         self._curves, self._rim_curves = (
             [cKDTree(np.concatenate([_finer(c) for c in edge.curves])) for edge in edges]
             for edges in (self._sharp, self._rims)
@@ -122,15 +128,13 @@ class FaceField:
         decides = owner.copy()
         for edge, curve in zip(self._sharp, self._curves, strict=True):
             for own, other in ((edge.first, edge.second), (edge.second, edge.first)):
-                sign = 1.0 if edge.kind is EdgeKind.SHARP_CONVEX else -1.0
                 rows = np.flatnonzero(owner == own)
                 limit = _BESIDE * away[rows, -1]
                 beside = curve.query(points[rows])[0] < limit
                 if self.reach:
                     beside |= self._trees[other].query(points[rows])[0] < self.reach
                 rows = rows[beside]
-                nearest = faces.points[near[rows, 0]]
-                self._cut(sign, other, rows, points[rows], nearest, chosen, decides)
+                self._cut(_sign(edge), (own, other), rows, points[rows], chosen, decides)
         normal = chosen[:, 1:4] / np.linalg.norm(chosen[:, 1:4], axis=1)[:, None]
         return FaceValues(chosen[:, 0], normal, np.sqrt(chosen[:, 4]), decides)
 
@@ -164,20 +168,46 @@ class FaceField:
         index = samples[near.reshape(len(points), -1)]
         return np.asarray(self.faces.points[index].mean(axis=1))
 
-    def _cut(self, sign: float, other: int, rows, points, nearest, chosen, decides) -> None:
-        """Let a face beyond a sharp edge decide for points (m, 3) of ``rows`` (m,), where it is the
-        farther out; at a concave edge, of sign -1, the farther in.
+    def _cut(self, sign: float, pair, rows, points, chosen, decides) -> None:
+        """Let the second face of a pair decide for points (m, 3) of ``rows`` (m,) of the first,
+        where it is the farther out; at a concave edge, of sign -1, the farther in.
 
-        A point whose nearest sample (m, 3) is as far out lies where the edge does not bound its
-        face.
+        A point whose nearest samples are as far out lies where the edge does not bound its face.
         """
         if not len(rows):
             return
-        theirs = self._of_face(other, points)
-        before = sign * self._of_face(other, nearest)[:, 0]
+        own, other = pair
+        samples = self.faces.faces[own].samples
+        _, near = self._trees[own].query(points, k=min(_ABOUT, len(samples)))
+        nearest = self.faces.points[samples[near]].reshape(-1, 3)
+        before = sign * self._where_it_is(sign, pair, nearest)[0][:, 0]
+        before = before.reshape(len(points), -1).min(axis=1)
         before = before - _NOISE * self.faces.faces[other].deviation
+        theirs, which = self._where_it_is(sign, pair, points)
         wins = sign * theirs[:, 0] > np.maximum(sign * chosen[rows, 0], _CROSSED * before)
-        chosen[rows[wins]], decides[rows[wins]] = theirs[wins], other
+        chosen[rows[wins]], decides[rows[wins]] = theirs[wins], which[wins]
+
+    def _where_it_is(self, sign: float, pair, points) -> tuple[np.ndarray, np.ndarray]:
+        """Distance, normal and variance (m, 5) of the second face of a pair at points (m, 3), and
+        the face that decides (m,): that face, or one that ends it at an edge of the other sign.
+
+        At a corner of edges of one sign each face bounds the others, wherever it ends.
+        """
+        own, other = pair
+        theirs, which = self._of_face(other, points), np.full(len(points), other)
+        samples = self.faces.faces[other].samples
+        away, near = self._trees[other].query(points)
+        nearest = self.faces.points[samples[near]]
+        limit = np.maximum(_BESIDE * away, self.reach)
+        for third in [k for k, kind in self._around[other] if kind == -sign and k != own]:
+            noise = _NOISE * self.faces.faces[third].deviation
+            # Its nearest sample beyond the third shows that the face goes on there.
+            ends = -sign * self._of_face(third, nearest)[:, 0] < noise
+            ends &= self._trees[third].query(points)[0] < limit
+            values = self._of_face(third, points)
+            ends &= sign * values[:, 0] < sign * theirs[:, 0]
+            theirs[ends], which[ends] = values[ends], third
+        return theirs, which
 
     def _of_face(self, number: int, points) -> np.ndarray:
         """(n, 5) distance, normal and variance of a face, by the patch of its nearest sample."""
@@ -209,6 +239,11 @@ class FaceField:
 def face_values(faces: Faces, points) -> FaceValues:
     """Signed distance, normal, deviation and face at points (n, 3): see ``FaceField.at``."""
     return FaceField(faces).at(points)
+
+
+def _sign(edge: FaceEdge) -> float:
+    """1 for a convex edge, where the farther out decides; -1 for a concave one."""
+    return 1.0 if edge.kind is EdgeKind.SHARP_CONVEX else -1.0
 
 
 def _are_lawful(faces: Faces, edge: FaceEdge) -> bool:
