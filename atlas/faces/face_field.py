@@ -15,8 +15,9 @@ from touchatlas.atlas.faces.piece import Piece
 # Nearest samples that say which patches reach a point. Doubled, free-form patches are blended
 # farther, and faces are cut beyond the ends of their edges.
 _NEAREST = 16
-# Distance from a sharp edge, or from the face beyond it, up to which that face is asked, over that
-# of the last of the nearest samples. Doubled, faces are cut by the extension of others.
+# Distance from a sharp edge up to which the face beyond it is asked, over that of the last of the
+# nearest samples, and from the samples of that face, over ``reach``. Doubled, faces are cut by the
+# extension of others.
 _BESIDE = 2.0
 # How far outside of the face beyond an edge a point must lie, over the least of so many nearest
 # samples of its own face: one may have a wrong label. Doubled, points far from samples are not cut,
@@ -132,7 +133,7 @@ class FaceField:
                 limit = _BESIDE * away[rows, -1]
                 beside = curve.query(points[rows])[0] < limit
                 if self.reach:
-                    beside |= self._trees[other].query(points[rows])[0] < self.reach
+                    beside |= self._trees[other].query(points[rows])[0] < _BESIDE * self.reach
                 rows = rows[beside]
                 self._cut(_sign(edge), (own, other), rows, points[rows], chosen, decides)
         normal = chosen[:, 1:4] / np.linalg.norm(chosen[:, 1:4], axis=1)[:, None]
