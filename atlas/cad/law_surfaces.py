@@ -65,6 +65,16 @@ class LawSurface:
             return np.column_stack([u, local[:, 2]])
         return np.column_stack([u, np.arctan2(local[:, 2], np.hypot(local[:, 0], local[:, 1]))])
 
+    def points(self, uv) -> np.ndarray:
+        """(n, 3) points of parameters u and v (n, 2)."""
+        u, v = uv.T
+        local = np.column_stack([u, v, np.zeros(len(u))])
+        if self.periodic:
+            ring = self.radius * (np.cos(v) if self.kind == "sphere" else np.ones(len(v)))
+            height = self.radius * np.sin(v) if self.kind == "sphere" else v
+            local = np.column_stack([ring * np.cos(u), ring * np.sin(u), height])
+        return np.asarray(self.origin + local @ self.axes)
+
     def about(self, axis, toward) -> "LawSurface":
         """The same with another axis (3,) and with u = 0 toward a direction (3,)."""
         axis = axis / np.sqrt(axis @ axis)
@@ -79,7 +89,9 @@ def law_surface(face: Face, points) -> LawSurface | None:
     if face.kind == "plane":
         normal = np.array(numbers["normal"])
         middle = points.mean(axis=0)
-        return LawSurface("plane", middle + (numbers["level"] - normal @ middle) * normal, _frame(normal))
+        return LawSurface(
+            "plane", middle + (numbers["level"] - normal @ middle) * normal, _frame(normal)
+        )
     if face.kind == "cylinder" and "axis" in numbers:
         axis, origin = np.array(numbers["axis"]), np.array(numbers["point"])
         bare = LawSurface("cylinder", origin, _frame(axis), float(numbers["radius"]))

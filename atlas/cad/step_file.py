@@ -1,8 +1,9 @@
-"""STEP export: the trimmed patches of an atlas as a file that CAD systems read.
+"""STEP export: the faces of a lawful body, or the trimmed patches of an atlas, for CAD systems.
 
-Every patch becomes one trimmed Bezier surface, and every side one curve that its two faces share.
-Each surface is off the curve by half the gap between the patches, which the file states as the
-tolerance of the edge. Faces that close up become a solid.
+Where all faces obey laws each becomes one face of the file: a plane, cylinder or sphere with its own
+name in STEP, trimmed by curves that two faces share. Otherwise every patch becomes one trimmed Bezier
+surface, off its sides by half the gap between the patches. The file states these distances as
+tolerances of the edges. Faces that close up become a solid.
 """
 
 from dataclasses import dataclass
@@ -11,7 +12,10 @@ from pathlib import Path
 import networkx as nx
 
 from touchatlas.atlas.cad.bezier_face import BezierFace, bezier_face
-from touchatlas.atlas.cad.occ_kernel import is_closed, need_kernel, step_bytes
+from touchatlas.atlas.cad.face_layout import NotWritten
+from touchatlas.atlas.cad.lawful_shapes import lawful_shapes
+from touchatlas.atlas.cad.occ_kernel import need_kernel, step_bytes
+from touchatlas.atlas.cad.occ_patches import is_closed, patch_shape
 from touchatlas.atlas.cad.trimmed_patches import trimmed_patches
 from touchatlas.atlas.files import write_whole
 from touchatlas.atlas.state import AtlasState
@@ -27,26 +31,43 @@ class StepReport:
 
     Parameters
     ----------
-    faces, solids, open_shells : int
+    faces : int
+        Number of faces in the file: the sum of the next five.
+    planes, cylinders, spheres, quadrics : int
+        Faces of a lawful body.
+    patches : int
+        Bezier faces of overlapping patches; 0 where the body is written by its laws.
+    solids, open_shells : int
         Numbers of each in the file.
     left_out : int
         Faces of patches that stand upright within their own cells.
     height_error : float, length
-        Largest difference between a patch and its Bezier surface on its cell.
+        Largest difference between a patch, or a quadric, and its Bezier surface.
     gap : float, length
-        Largest distance of a side from its trace on a surface: the tolerance of the file.
+        Largest distance of an edge from its faces: the tolerance of the file.
+    note : str
+        Why the faces of a lawful body were written as patches; empty otherwise.
     """
 
     faces: int
+    planes: int
+    cylinders: int
+    spheres: int
+    quadrics: int
+    patches: int
     solids: int
     open_shells: int
     left_out: int
     height_error: float
     gap: float
+    note: str = ""
 
 
 def save_step(state: AtlasState, path) -> StepReport:
-    """Write an atlas as a STEP file, one trimmed Bezier face a patch: all of it or nothing.
+    """Write an atlas as a STEP file, all of it or nothing.
+
+    Where all faces of the body obey laws there is one face for each of them; where that cannot be
+    done, or they do not, one trimmed Bezier face a patch.
 
     Parameters
     ----------
@@ -68,21 +89,38 @@ def save_step(state: AtlasState, path) -> StepReport:
         When the file cannot be written; an old one is left as it was.
     """
     need_kernel()
+    note = ""
+    if state.body is not None:
+        try:
+            return _save_faces(state, path)
+        except NotWritten as reason:
+            note = f"written as patches: {reason}"
+    return _save_patches(state, path, note)
+
+
+def _save_faces(state: AtlasState, path) -> StepReport:
+    """Write the faces of a lawful body."""
+    made = lawful_shapes(state.body, state.tolerance, state.options.facets * state.tolerance)
+    write_whole(path, step_bytes(made.shapes, made.gap, Path(path).name))
+    kinds = [made.count(kind) for kind in ("plane", "cylinder", "sphere", "quadric")]
+    closed = made.brep.closed
+    rest = (0, sum(closed), len(closed) - sum(closed), 0, 0.0, made.gap)
+    return StepReport(sum(kinds), *kinds, *rest)
+
+
+def _save_patches(state: AtlasState, path, note: str) -> StepReport:
+    """Write the trimmed patches."""
     found = [bezier_face(face, _HEIGHT_ERROR * state.tolerance) for face in trimmed_patches(state)]
     faces = [face for face in found if face is not None]
     if not faces:
         raise ValueError("every patch stands upright within its own cell; touch more closely")
     parts = components(faces)
     gap = max(float(face.gaps.max()) for face in faces)
-    write_whole(path, step_bytes(parts, gap, Path(path).name))
-    return StepReport(
-        len(faces),
-        sum(map(is_closed, parts)),
-        len(parts) - sum(map(is_closed, parts)),
-        len(found) - len(faces),
-        max(face.error for face in faces),
-        gap,
-    )
+    write_whole(path, step_bytes([patch_shape(part) for part in parts], gap, Path(path).name))
+    solids = sum(map(is_closed, parts))
+    error = max(face.error for face in faces)
+    counts = (0, 0, 0, 0, len(faces), solids, len(parts) - solids, len(found) - len(faces))
+    return StepReport(len(faces), *counts, error, gap, note)
 
 
 def components(faces: list[BezierFace]) -> list[list[BezierFace]]:

@@ -1,0 +1,94 @@
+"""A lawful body as shapes of the CAD kernel: one face for each face of the body, checked."""
+
+from dataclasses import dataclass
+
+import igl
+import numpy as np
+
+from touchatlas.atlas.cad.face_layout import FaceLayout, NotWritten, cut_seams
+from touchatlas.atlas.cad.face_regions import Regions
+from touchatlas.atlas.cad.lawful_brep import Brep, brep_of
+from touchatlas.atlas.cad.occ_faces import areas, face_shapes, is_valid
+from touchatlas.atlas.cad.occ_kernel import NamedShape
+from touchatlas.atlas.cad.place_faces import place_faces
+from touchatlas.atlas.faces.lawful_body import LawfulBody
+from touchatlas.atlas.mesh.lawful_surface import fine_edge, lawful_surface
+from touchatlas.atlas.mesh.surface import Surface
+
+# Distance of an edge from its faces, in tolerances, up to which it is a straight line or an arc:
+# far less than a measured face errs. Doubled, some more edges are arcs.
+_EXACT = 1e-2
+# Largest error of an edge, in tolerances. Doubled, bodies with worse edges are written by laws.
+_WORST = 1.0
+# Largest difference of the area of a face from that of its triangles: relative, and along its
+# bounds in edges of the triangles. Doubled, a face with a part too much may pass.
+_AREA, _BOUND = 0.02, 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class LawfulShapes:
+    """Shapes of the kernel, one a part, and the numbers that they were made from."""
+
+    brep: Brep
+    shapes: list[NamedShape]
+
+    @property
+    def gap(self) -> float:
+        """Largest distance of an edge from its faces, length."""
+        return max(edge.gap for edge in self.brep.edges)
+
+    def count(self, kind: str) -> int:
+        """Number of faces of a kind."""
+        return sum(face.surface.kind == kind for face in self.brep.faces)
+
+
+def lawful_shapes(body: LawfulBody, tolerance: float, sagitta: float) -> LawfulShapes:
+    """Shapes of a body, where they are valid.
+
+    Parameters
+    ----------
+    body : LawfulBody
+    tolerance : float, length
+        Wanted accuracy of the surface.
+    sagitta : float, length
+        Of the triangles that show where faces end.
+
+    Raises
+    ------
+    NotWritten
+        A face or an edge could not be made, in words.
+    """
+    edge = fine_edge(body, sagitta)
+    drawn = lawful_surface(body, edge)
+    if not len(drawn.faces):
+        raise NotWritten("nothing of the surface is known")
+    layout, regions = place_faces(body, drawn, edge)
+    inner = [
+        drawn.vertices[np.unique(drawn.faces[regions.of == r])] for r in range(len(regions.labels))
+    ]
+    cut_seams(layout, inner)
+    brep = brep_of(layout, regions.labels, _EXACT * tolerance)
+    made = LawfulShapes(brep, face_shapes(brep, {f.id: f.words for f in body.faces.faces}))
+    if made.gap > _WORST * tolerance:
+        raise NotWritten(f"an edge misses its faces by {made.gap:.3g}")
+    _check_areas(made, drawn, layout, regions, edge)
+    if not all(is_valid(one.shape) for one in made.shapes):
+        raise NotWritten("the CAD kernel finds the shape invalid")
+    return made
+
+
+def _check_areas(
+    made: LawfulShapes, drawn: Surface, layout: FaceLayout, regions: Regions, edge: float
+) -> None:
+    """Compare the faces with their triangles: bounds around the wrong part enclose another area."""
+    wanted = np.bincount(regions.of, 0.5 * igl.doublearea(drawn.vertices, drawn.faces))
+    around = np.zeros(len(wanted))
+    for region, loops in enumerate(layout.loops):
+        for loop in loops:
+            steps = np.diff(layout.loop_points(loop), axis=0)
+            around[region] += np.linalg.norm(steps, axis=1).sum()
+    allowed = _AREA * wanted + _BOUND * edge * around
+    for one, part in zip(made.shapes, made.brep.parts, strict=True):
+        rows = list(part)
+        if (np.abs(areas(one.faces) - wanted[rows]) > allowed[rows]).any():
+            raise NotWritten("a face has not the area of its triangles")
