@@ -11,6 +11,7 @@ from scipy.interpolate import BSpline, make_interp_spline
 from touchatlas.atlas.cad.law_surfaces import LawSurface
 from touchatlas.atlas.cad.shared_points import LEAST_SINE, shared_points
 from touchatlas.patch.geometry.arrays import cross
+from touchatlas.patch.geometry.frame import any_tangent
 
 # Points between two of a spline at which it is compared with its faces. Doubled, nothing changes.
 _BETWEEN = 4
@@ -109,14 +110,16 @@ def _off_line(points) -> float:
 
 
 def _circle(surfaces, points, exact: float) -> Arc | None:
-    """The arc in which a plane cuts a sphere, or a cylinder across its axis, through the points."""
-    planes = [s for s in surfaces if s.kind == "plane"]
-    rounds = [s for s in surfaces if s.periodic]
-    if not planes or not rounds:
+    """The arc through the points in which a plane cuts a sphere, or a cylinder across its axis, or
+    two spheres intersect."""
+    flat = [s for s in surfaces if s.kind == "plane"]
+    rounds = [s for s in surfaces if s.kind in ("cylinder", "sphere")]
+    if not flat and [s.kind for s in rounds] == ["sphere", "sphere"]:
+        flat = [_radical_plane(*rounds)]
+    if not flat or not rounds:
         return None
-    plane, other = planes[0], rounds[0]
-    normal = plane.axes[2]
-    height = plane.at(other.origin[None])[0][0]
+    normal, other = flat[0].axes[2], rounds[0]
+    height = flat[0].at(other.origin[None])[0][0]
     if other.kind == "sphere":
         centre, square = other.origin - height * normal, other.radius**2 - height**2
     else:
@@ -127,6 +130,17 @@ def _circle(surfaces, points, exact: float) -> Arc | None:
     if square <= 0.0:
         return None
     return _arc(centre, normal, float(np.sqrt(square)), points, exact)
+
+
+def _radical_plane(first: LawSurface, second: LawSurface) -> LawSurface:
+    """The plane in which two spheres intersect."""
+    offset = second.origin - first.origin
+    square = offset @ offset
+    along = 0.5 + (first.radius**2 - second.radius**2) / (2.0 * square)
+    middle = first.origin + along * offset
+    return LawSurface(
+        "plane", middle, first.about(offset, any_tangent(offset / np.sqrt(square))).axes
+    )
 
 
 def _arc(centre, normal, radius: float, points, exact: float) -> Arc | None:

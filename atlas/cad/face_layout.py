@@ -141,19 +141,26 @@ def _cut_seam(layout: FaceLayout, region: int, surface: LawSurface, inner) -> No
     turns = [int(surface.outward) * t for t in turns]
     if not any(turns):
         if surface.kind == "sphere":
-            raise NotWritten("a sphere whose bounds go around none of its axes")
+            raise NotWritten("the bounds of a sphere go around none of its axes")
         layout.surfaces[region] = _turned(surface, _widest_gap(surface, inner))
         return
     ways = sorted(turns, reverse=True)
     ways = [t for t in ways if t]
     if ways != [1, -1] and not (surface.kind == "sphere" and ways in ([1], [-1])):
-        raise NotWritten(f"a {surface.kind} whose bounds go around it {ways} times")
-    surface = _turned(surface, _seam_angle(angles, turns))
+        raise NotWritten(f"the bounds of a {surface.kind} go around it {ways} times")
+    surface = _turned(surface, _seam_angle(angles, turns, _taken(layout, region, surface)))
     layout.surfaces[region] = surface
     layout.seams[region] = tuple(
         _seam_node(layout, region, surface, turns.index(way)) if way in turns else None
         for way in (1, -1)
     )
+
+
+def _taken(layout: FaceLayout, region: int, surface: LawSurface) -> np.ndarray:
+    """(k,) directions about the axis of the nodes of a region that are not free to move."""
+    chains = [layout.chains[c] for loop in layout.loops[region] for c, _ in loop]
+    nodes = [layout.nodes[n] for c in chains if not c.is_free for n in (c.start, c.end)]
+    return surface.parameters(np.array(nodes).reshape(-1, 3))[:, 0]
 
 
 def _seam_node(layout: FaceLayout, region: int, surface: LawSurface, which: int) -> int:
@@ -171,14 +178,18 @@ def _turned(surface: LawSurface, angle: float) -> LawSurface:
     return surface.about(axis, np.cos(angle) * x + np.sin(angle) * y)
 
 
-def _seam_angle(angles, turns) -> float:
-    """The direction that is crossed once by each loop that goes around, by no other, and farthest
-    from the points of the others."""
+def _seam_angle(angles, turns, taken) -> float:
+    """The direction that each loop that goes around crosses once, and no other one crosses; as far
+    as may be from the directions ``taken`` (k,) of nodes."""
+    best, farthest = None, -1.0
     for angle in 2.0 * np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS:
         crossings = [(np.abs(np.diff((u - angle) % (2.0 * np.pi))) > np.pi).sum() for u in angles]
-        if crossings == [abs(t) for t in turns]:
-            return float(angle)
-    raise NotWritten("a face around an axis without a place for its seam")
+        away = np.abs((taken - angle + np.pi) % (2.0 * np.pi) - np.pi).min(initial=np.pi)
+        if crossings == [abs(t) for t in turns] and away > farthest:
+            best, farthest = float(angle), away
+    if best is None:
+        raise NotWritten("a face around an axis has no place for its seam")
+    return best
 
 
 def _widest_gap(surface: LawSurface, inner) -> float:

@@ -20,9 +20,9 @@ from touchatlas.atlas.cad.shared_points import farthest
 # Factor on the largest distances found, no unit, since the largest between points may be missed by
 # 1 %. With twice the excess the tolerances in the file are 1 % larger.
 _GAP_FACTOR = 1.01
-# Least tolerance of an edge, over the extent: ten thousand times the rounding. Doubled, so is the
-# tolerance that the file states of exact edges.
-_ROUNDING = 1e-12
+# Tolerance of an edge that is exact, over the extent: CAD systems compute to some 1e-8 of their size.
+# Doubled, so is the tolerance that the file states of exact edges.
+_LEAST_GAP = 1e-8
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +95,7 @@ class _Maker:
     def __init__(self, layout: FaceLayout, exact: float) -> None:
         self.layout = layout
         self.vertices = list(layout.nodes)
-        self.least = _ROUNDING * float(np.ptp(np.array(layout.nodes), axis=0).max(initial=0.0))
+        self.least = _LEAST_GAP * float(np.ptp(np.array(layout.nodes), axis=0).max(initial=0.0))
         self.edges = [self._edge(chain, exact) for chain in layout.chains]
 
     def _edge(self, chain, exact: float) -> BrepEdge:
@@ -144,7 +144,10 @@ class _Maker:
 
     def _seamed(self, surface: LawSurface, ends, around) -> tuple[BrepUse, ...]:
         """Around the axis, up the seam, around and back, and down the seam."""
-        poles = [self._pole(surface, sign) if a == [] else None for sign, a in zip((-1, 1), around)]
+        poles = [
+            self._pole(surface, sign) if a == [] else None
+            for sign, a in zip((-1, 1), around, strict=True)
+        ]
         low, high = (
             end if pole is None else pole[0] for end, pole in zip(ends, poles, strict=True)
         )

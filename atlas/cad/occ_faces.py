@@ -81,8 +81,8 @@ class _Sewing:
 
     def face(self, face: BrepFace):
         """A face of the kernel with its normal outward."""
-        from OCP.TopoDS import TopoDS_Face, TopoDS_Wire
         from OCP.TopLoc import TopLoc_Location
+        from OCP.TopoDS import TopoDS_Face, TopoDS_Wire
 
         surface, place, out = _surface(face.surface), TopLoc_Location(), TopoDS_Face()
         gap = max(

@@ -40,7 +40,6 @@ def step_bytes(shapes: list[NamedShape], gap: float, name: str) -> bytes:
     """
     from OCP.STEPConstruct import STEPConstruct
     from OCP.STEPControl import STEPControl_AsIs, STEPControl_Writer
-    from OCP.TCollection import TCollection_HAsciiString
 
     with _silence():
         writer = STEPControl_Writer()

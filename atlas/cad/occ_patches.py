@@ -2,11 +2,11 @@
 
 from collections import Counter
 
+import numpy as np
+
 from touchatlas.atlas.cad.bezier import curve_poles
 from touchatlas.atlas.cad.bezier_face import BezierFace
 from touchatlas.atlas.cad.occ_kernel import NamedShape, solid_or_shell
-
-import numpy as np
 
 
 def is_closed(part: list[BezierFace]) -> bool:
