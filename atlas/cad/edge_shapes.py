@@ -113,7 +113,7 @@ def _circle(surfaces, points, exact: float) -> Arc | None:
     """The arc through the points in which a plane cuts a sphere, or a cylinder across its axis, or
     two spheres intersect."""
     flat = [s for s in surfaces if s.kind == "plane"]
-    rounds = [s for s in surfaces if s.kind in ("cylinder", "sphere")]
+    rounds = [s for s in surfaces if s.periodic]
     if not flat and [s.kind for s in rounds] == ["sphere", "sphere"]:
         flat = [_radical_plane(*rounds)]
     if not flat or not rounds:
@@ -126,7 +126,9 @@ def _circle(surfaces, points, exact: float) -> Arc | None:
         cosine = other.axes[2] @ normal
         if abs(cosine) < LEAST_SINE:
             return None
-        centre, square = other.origin - height / cosine * other.axes[2], other.radius**2
+        along = -height / cosine
+        centre = other.origin + along * other.axes[2]
+        square = (other.radius + along * np.tan(other.half_angle)) ** 2
     if square <= 0.0:
         return None
     return _arc(centre, normal, float(np.sqrt(square)), points, exact)

@@ -146,7 +146,8 @@ def _cut_seam(layout: FaceLayout, region: int, surface: LawSurface, inner) -> No
         return
     ways = sorted(turns, reverse=True)
     ways = [t for t in ways if t]
-    if ways != [1, -1] and not (surface.kind == "sphere" and ways in ([1], [-1])):
+    # A loop that goes around once ends at a pole: the upper one is missing where it turns left.
+    if ways != [1, -1] and (len(ways) != 1 or surface.pole(ways[0]) is None):
         raise NotWritten(f"the bounds of a {surface.kind} go around it {ways} times")
     surface = _turned(surface, _seam_angle(angles, turns, _taken(layout, region, surface)))
     layout.surfaces[region] = surface

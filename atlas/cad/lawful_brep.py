@@ -34,7 +34,7 @@ class BrepEdge:
     start, end : int
         Vertices.
     curve : Curve or None
-        None at the pole of a sphere.
+        None at the pole of a sphere and the apex of a cone.
     gap : float, length
         Largest distance of the curve from its faces.
     """
@@ -165,11 +165,12 @@ class _Maker:
 
     def _pole(self, surface: LawSurface, sign: int) -> tuple[int, BrepUse]:
         """The vertex of a pole, and the edge of no length there."""
-        self.vertices.append(surface.origin + sign * surface.radius * surface.axes[2])
+        v, around = surface.pole(sign), 2.0 * np.pi
+        ends = np.array([[0.0, v], [around, v]])
+        self.vertices.append(surface.points(ends)[0])
         vertex = len(self.vertices) - 1
         self.edges.append(BrepEdge(vertex, vertex, None, self.least))
-        v, around = sign * 0.5 * np.pi, 2.0 * np.pi
-        line = make_interp_spline([0.0, around], [[0.0, v], [around, v]], k=1)
+        line = make_interp_spline([0.0, around], ends, k=1)
         return vertex, BrepUse(len(self.edges) - 1, sign < 0, line)
 
     def _seam(self, surface: LawSurface, low: int, high: int):

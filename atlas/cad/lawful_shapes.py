@@ -91,4 +91,6 @@ def _check_areas(
     for one, part in zip(made.shapes, made.brep.parts, strict=True):
         rows = list(part)
         if (np.abs(areas(one.faces) - wanted[rows]) > allowed[rows]).any():
-            raise NotWritten(f"a face has not the area of its triangles {areas(one.faces)} {wanted[rows]} {allowed[rows]}")
+            raise NotWritten(
+                f"a face has not the area of its triangles {areas(one.faces)} {wanted[rows]} {allowed[rows]}"
+            )

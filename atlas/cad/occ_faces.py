@@ -115,13 +115,20 @@ class _Sewing:
 
 
 def _surface(surface):
-    from OCP.Geom import Geom_CylindricalSurface, Geom_Plane, Geom_SphericalSurface
+    from OCP.Geom import (
+        Geom_ConicalSurface,
+        Geom_CylindricalSurface,
+        Geom_Plane,
+        Geom_SphericalSurface,
+    )
 
     frame = _frame(surface.origin, surface.axes)
     if surface.kind == "plane":
         return Geom_Plane(frame)
     if surface.kind == "cylinder":
         return Geom_CylindricalSurface(frame, surface.radius)
+    if surface.kind == "cone":
+        return Geom_ConicalSurface(frame, surface.half_angle, surface.radius)
     return Geom_SphericalSurface(frame, surface.radius)
 
 

@@ -1,7 +1,7 @@
 """STEP export: the faces of a lawful body, or the trimmed patches of an atlas, for CAD systems.
 
-Where all faces obey laws each becomes one face of the file: a plane, cylinder or sphere with its own
-name in STEP, trimmed by curves that two faces share. Otherwise every patch becomes one trimmed Bezier
+Where all faces obey laws each becomes one face of the file: a plane, cylinder, cone or sphere by
+its name in STEP, trimmed by curves that two faces share. Otherwise every patch becomes one trimmed Bezier
 surface, off its sides by half the gap between the patches. The file states these distances as
 tolerances of the edges. Faces that close up become a solid.
 """
@@ -33,7 +33,7 @@ class StepReport:
     ----------
     faces : int
         Number of faces in the file: the sum of the next five.
-    planes, cylinders, spheres, quadrics : int
+    planes, cylinders, cones, spheres : int
         Faces of a lawful body.
     patches : int
         Bezier faces of overlapping patches; 0 where the body is written by its laws.
@@ -42,7 +42,7 @@ class StepReport:
     left_out : int
         Faces of patches that stand upright within their own cells.
     height_error : float, length
-        Largest difference between a patch, or a quadric, and its Bezier surface.
+        Largest difference between a patch and its Bezier surface on its cell.
     gap : float, length
         Largest distance of an edge from its faces: the tolerance of the file.
     note : str
@@ -52,8 +52,8 @@ class StepReport:
     faces: int
     planes: int
     cylinders: int
+    cones: int
     spheres: int
-    quadrics: int
     patches: int
     solids: int
     open_shells: int
@@ -102,7 +102,7 @@ def _save_faces(state: AtlasState, path) -> StepReport:
     """Write the faces of a lawful body."""
     made = lawful_shapes(state.body, state.tolerance, state.options.facets * state.tolerance)
     write_whole(path, step_bytes(made.shapes, made.gap, Path(path).name))
-    kinds = [made.count(kind) for kind in ("plane", "cylinder", "sphere", "quadric")]
+    kinds = [made.count(kind) for kind in ("plane", "cylinder", "cone", "sphere")]
     closed = made.brep.closed
     rest = (0, sum(closed), len(closed) - sum(closed), 0, 0.0, made.gap)
     return StepReport(sum(kinds), *kinds, *rest)
