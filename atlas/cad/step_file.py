@@ -40,7 +40,8 @@ class StepReport:
     solids, open_shells : int
         Numbers of each in the file.
     left_out : int
-        Faces of patches that stand upright within their own cells.
+        Faces of patches that stand upright within their own cells, or small stray parts of the
+        surface of a lawful body.
     height_error : float, length
         Largest difference between a patch and its Bezier surface on its cell.
     gap : float, length
@@ -104,7 +105,7 @@ def _save_faces(state: AtlasState, path) -> StepReport:
     write_whole(path, step_bytes(made.shapes, made.gap, Path(path).name))
     kinds = [made.count(kind) for kind in ("plane", "cylinder", "cone", "sphere")]
     closed = made.brep.closed
-    rest = (0, sum(closed), len(closed) - sum(closed), 0, 0.0, made.gap)
+    rest = (0, sum(closed), len(closed) - sum(closed), made.left_out, 0.0, made.gap)
     return StepReport(sum(kinds), *kinds, *rest)
 
 
