@@ -1,16 +1,20 @@
 """touchatlas export: the command."""
 
+from collections import Counter
 from dataclasses import asdict
 from json import dumps
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-_ENDINGS = (".step", ".stp")
+if TYPE_CHECKING:
+    from touchatlas.atlas import Atlas
+
+_STEP, _GRAPH = (".step", ".stp"), (".json", ".graphml")
 
 
 def export(
@@ -20,29 +24,49 @@ def export(
     *,
     json_: Annotated[bool, Parameter(name="--json", negative="")] = False,
 ) -> int:
-    """Write the atlas of a run as a STEP file: each patch one trimmed face, for CAD systems.
+    """Write the atlas of a run for CAD systems, or the graph of its faces.
+
+    A STEP file has one face for each plane, cylinder, cone and sphere where all faces of the body
+    obey laws, and a trimmed Bezier face for each patch otherwise. The graph has faces as nodes, in
+    words and numbers, and the edges between them with kind, length and angle.
 
     Parameters
     ----------
     run
         The folder of a run.
     file
-        The STEP file, ending in .step or .stp; one that is there is replaced.
+        Ending in .step or .stp for CAD, in .json or .graphml for the graph of faces; one that is
+        there is replaced.
     json_
         Print numbers as JSON on standard output.
     """
     from touchatlas.atlas import load_atlas, save_step
 
     _check(run, file)
-    numbers = asdict(save_step(load_atlas(run / "atlas.npz"), file))
+    atlas = load_atlas(run / "atlas.npz")
+    is_step = file.suffix.lower() in _STEP
+    numbers = asdict(save_step(atlas, file)) if is_step else _write_graph(atlas, file)
     if json_:
         print(dumps(numbers, indent=2))
         return 0
     table = Table("quantity", "value", title=escape(f"{run}: {file}"))
     for name, value in numbers.items():
-        table.add_row(name, f"{value:.5g}")
+        if value != "":
+            table.add_row(name, escape(value) if isinstance(value, str) else f"{value:.5g}")
     Console().print(table)
     return 0
+
+
+def _write_graph(atlas: "Atlas", file: Path) -> dict[str, Any]:
+    """Write the graph of faces, and say how many faces and edges there are of each kind."""
+    from touchatlas.atlas import write_graphml, write_json
+
+    faces = atlas.body.faces if atlas.body is not None else atlas.faces()
+    (write_json if file.suffix.lower() == ".json" else write_graphml)(faces, file)
+    kinds = Counter(face.kind for face in faces.faces)
+    kinds.update(edge.kind.value for edge in faces.edges)
+    counts = {"faces": len(faces), "edges": len(faces.edges), **kinds}
+    return counts | {"unexplained": faces.unexplained}
 
 
 def _check(run: Path, file: Path) -> None:
@@ -51,8 +75,11 @@ def _check(run: Path, file: Path) -> None:
         raise ValueError(
             f"{run} holds no atlas.npz; give the folder of a run, or run explore first"
         )
-    if file.suffix.lower() not in _ENDINGS:
-        raise ValueError(f"{file} ends in {file.suffix!r}; give a file that ends in .step or .stp")
+    if file.suffix.lower() not in (*_STEP, *_GRAPH):
+        raise ValueError(
+            f"{file} ends in {file.suffix!r}; give a file that ends in .step or .stp for CAD, in "
+            ".json or .graphml for the graph of faces"
+        )
     if file.is_dir():
         raise ValueError(f"{file} is a folder; give a file for the atlas")
     if not file.parent.is_dir():
