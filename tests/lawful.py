@@ -1,5 +1,5 @@
-"""Bodies of planes, cylinders and spheres, touched at places spread evenly, as an atlas keeps them,
-without an atlas."""
+"""Bodies of planes, cylinders, cones and spheres, touched at places spread evenly, as an atlas keeps
+them, without an atlas."""
 
 from functools import lru_cache
 
@@ -27,6 +27,14 @@ _STEP_TRIANGLES = np.array([[0, 1, 5], [0, 5, 6], [1, 2, 3], [1, 3, 5], [5, 3, 4
 _REACH, _SAMPLES = 16.0, 16
 
 
+def _ring(radius: float, height: float) -> np.ndarray:
+    """(256, 3) points of a circle about the z-axis."""
+    angle = np.arange(256) / 256 * 2.0 * np.pi
+    return np.column_stack(
+        [radius * np.cos(angle), radius * np.sin(angle), np.full(len(angle), height)]
+    )
+
+
 def _mesh(name: str) -> trimesh.Trimesh:
     if name == "cylinder":
         # Chords of so many sections lie 1.5e-3 within the circle, less than a tenth of the noise.
@@ -37,6 +45,17 @@ def _mesh(name: str) -> trimesh.Trimesh:
         mesh = trimesh.creation.icosphere(5, 1.0)
         mesh.vertices *= HALF
         return mesh
+    if name == "tube":
+        return trimesh.creation.annulus(0.6 * RADIUS, RADIUS, 2.0 * HALF_HEIGHT, sections=256)
+    if name == "frustum":
+        return trimesh.convex.convex_hull(
+            np.concatenate([_ring(1.5 * RADIUS, 0.0), _ring(0.5 * RADIUS, HALF_HEIGHT)])
+        )
+    if name == "cut ball":
+        ball = trimesh.creation.icosphere(4, RADIUS).vertices
+        height = 0.5 * RADIUS
+        rim = _ring(np.sqrt(RADIUS**2 - height**2), height)
+        return trimesh.convex.convex_hull(np.concatenate([ball[ball[:, 2] < height], rim]))
     return trimesh.creation.box(2.0 * {"box": HALF, "plate": PLATE}[name])
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from touchatlas.atlas import Atlas, extract_surface, load_atlas, save_atlas
+from touchatlas.atlas import Atlas, extract_surface, load_atlas, save_atlas, save_step
 from touchatlas.planner import Planner, Reason, StopReason, explore
 from touchatlas.sim import Probe
 from touchatlas.sim.world.mesh_object import MeshObject
@@ -90,6 +90,24 @@ def test_a_saved_lawful_body_comes_back(tmp_path):
     assert again.known_law.share == atlas.known_law.share
     save_atlas(tmp_path / "again.npz", again)
     assert (tmp_path / "again.npz").read_bytes() == (tmp_path / "atlas.npz").read_bytes()
+
+
+def test_cad_and_people_read_the_faces_of_a_lawful_body(tmp_path):
+    """A cylinder is three faces and two edges in a STEP file, and in the graph of faces."""
+    pytest.importorskip("OCP.STEPControl", reason="needs the extra cad")
+    atlas, _, _ = explored("cylinder")
+    report = save_step(atlas, tmp_path / "a.step")
+    assert (report.planes, report.cylinders, report.faces, report.solids) == (2, 1, 3, 1)
+    text = (tmp_path / "a.step").read_text()
+    counts = [text.count(f"= {name}(") for name in ("PLANE", "CYLINDRICAL_SURFACE", "CIRCLE")]
+    assert counts == [2, 1, 2]
+    graph = atlas.body.faces.graph()
+    assert sorted(words.split(",")[0] for _, words in graph.nodes(data="words")) == [
+        "cylinder",
+        "plane",
+        "plane",
+    ]
+    assert [kind for *_, kind in graph.edges(data="kind")] == ["sharp convex"] * 2
 
 
 def test_equal_seeds_give_equal_plans_by_laws():

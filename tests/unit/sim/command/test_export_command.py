@@ -4,6 +4,7 @@ import json
 import subprocess
 import sys
 
+import networkx
 import pytest
 
 from tests.command import PROCESS, assert_refused, touchatlas
@@ -25,9 +26,25 @@ def test_export_writes_a_step_file_and_its_numbers(runs):
     done = touchatlas("export", "a", "a.step", "--json", cwd=runs)
     assert done.returncode == 0, done.stderr
     numbers = json.loads(done.stdout)
-    assert numbers["faces"] == 4 and numbers["solids"] == 0
+    # Patches that fill the gaps between four touches are faces as well.
+    assert numbers["faces"] == numbers["patches"] >= 4 and numbers["solids"] == 0
     assert (runs / "a.step").read_bytes().startswith(b"ISO-10303-21;")
     assert touchatlas("export", "a", "a.step", cwd=runs).returncode == 0
+
+
+@pytest.mark.parametrize("name", ["faces.json", "faces.graphml"])
+def test_export_writes_the_graph_of_faces(runs, name):
+    done = touchatlas("export", "a", name, "--json", cwd=runs)
+    assert done.returncode == 0, done.stderr
+    numbers = json.loads(done.stdout)
+    text = (runs / name).read_text()
+    if name.endswith("json"):
+        graph = networkx.node_link_graph(json.loads(text), edges="edges")
+    else:
+        graph = networkx.parse_graphml(text)
+    assert len(graph) == numbers["faces"] >= 1
+    assert graph.number_of_edges() == numbers["edges"]
+    assert all(words for _, words in graph.nodes(data="words"))
 
 
 @pytest.mark.parametrize(
@@ -35,6 +52,7 @@ def test_export_writes_a_step_file_and_its_numbers(runs):
     [
         (("nowhere", "x.step"), "nowhere holds no atlas.npz"),
         (("a", "a/atlas.npz"), "give a file that ends in .step"),
+        (("a", "faces.csv"), "in .json or .graphml for the graph of faces"),
         (("a", "missing/x.step"), "missing is not a folder"),
         (("a",), "FILE"),
     ],

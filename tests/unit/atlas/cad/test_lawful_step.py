@@ -1,0 +1,102 @@
+"""STEP files of touched bodies whose faces obey laws, read back by another program."""
+
+from collections import Counter
+
+import numpy as np
+import pytest
+
+from tests.lawful import body_of, lawful_object, samples_of_touches, touched_mesh
+from touchatlas.atlas.atlas import Atlas
+from touchatlas.atlas.cad.step_file import save_step
+from touchatlas.atlas.faces.known_law import KnownLaw
+
+NOISE, TOLERANCE = 0.02, 0.2
+# Touches after which a body is closed.
+TOUCHES = {"box": 60, "tube": 45, "cut ball": 15}
+FACES = {
+    "box": {"Plane": 6},
+    "tube": {"Plane": 2, "Cylinder": 2},
+    "cut ball": {"Plane": 1, "Sphere": 1},
+}
+
+
+def atlas_of(name: str, touches: int, scale: float = 1.0) -> Atlas:
+    """An atlas that knows the faces of a body."""
+    samples = samples_of_touches(touched_mesh(name, touches, NOISE), 1.5 * NOISE, scale=scale)
+    atlas = Atlas(scale * TOLERANCE)
+    atlas.known_law = KnownLaw(len(samples), NOISE, True, 1.0, body_of(samples))
+    return atlas
+
+
+@pytest.fixture(autouse=True)
+def _kernel():
+    pytest.importorskip("OCP.STEPControl", reason="needs the extra cad")
+
+
+@pytest.fixture
+def gmsh():
+    module = pytest.importorskip("gmsh", reason="needs gmsh", exc_type=(ImportError, OSError))
+    module.initialize(interruptible=False)
+    module.option.setNumber("General.Terminal", 0)
+    yield module
+    module.finalize()
+
+
+def read(gmsh, path):
+    """Faces by type, and the volumes of solids."""
+    gmsh.model.occ.importShapes(str(path))
+    gmsh.model.occ.synchronize()
+    faces = Counter(gmsh.model.getType(2, tag) for _, tag in gmsh.model.getEntities(2))
+    return dict(faces), [gmsh.model.occ.getMass(3, tag) for _, tag in gmsh.model.getEntities(3)]
+
+
+@pytest.mark.parametrize("name", TOUCHES)
+def test_each_lawful_face_is_one_face_of_one_solid(name, gmsh, tmp_path):
+    """The volume is the body's to a tenth of the noise times the area: hundreds of samples show
+    the level of each face. The seam of the ball and of each cylinder is an edge more."""
+    report = save_step(atlas_of(name, TOUCHES[name]), tmp_path / "a.step")
+    assert (report.solids, report.open_shells, report.patches, report.note) == (1, 0, 0, "")
+    kinds = [report.planes, report.cylinders, report.spheres]
+    assert kinds == [FACES[name].get(kind, 0) for kind in ("Plane", "Cylinder", "Sphere")]
+    assert report.gap < 0.01 * TOLERANCE
+    faces, volumes = read(gmsh, tmp_path / "a.step")
+    assert faces == FACES[name]
+    obj = lawful_object(name)
+    triangles = obj.vertices[obj.faces]
+    across = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    volume = (triangles[:, 0] * across).sum() / 6.0
+    area = 0.5 * np.linalg.norm(across, axis=1).sum()
+    assert volumes == pytest.approx([volume], abs=0.1 * NOISE * area)
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1e3])
+def test_the_file_does_not_depend_on_the_unit(scale, gmsh, tmp_path):
+    """Equal bodies but for rounding, which fits enlarge from 1e-16 to 1e-9."""
+    one, other = (atlas_of("cut ball", TOUCHES["cut ball"], s) for s in (1.0, scale))
+    save_step(one, tmp_path / "a.step")
+    save_step(other, tmp_path / "b.step")
+    _, volumes = read(gmsh, tmp_path / "a.step")
+    gmsh.clear()
+    faces, scaled = read(gmsh, tmp_path / "b.step")
+    assert faces == FACES["cut ball"]
+    assert np.array(scaled) / scale**3 == pytest.approx(volumes, rel=1e-6)
+
+
+def test_a_body_that_is_known_in_part_is_an_open_shell(gmsh, tmp_path):
+    """Thirty touches leave some of a box unknown."""
+    report = save_step(atlas_of("box", 30), tmp_path / "a.step")
+    assert (report.solids, report.open_shells, report.planes) == (0, 1, 6)
+    faces, volumes = read(gmsh, tmp_path / "a.step")
+    assert faces == {"Plane": 6} and not volumes
+
+
+def test_equal_bodies_give_equal_bytes_that_name_the_faces(tmp_path, capfd):
+    atlas = atlas_of("cut ball", TOUCHES["cut ball"])
+    for folder in ("a", "b"):
+        (tmp_path / folder).mkdir()
+        save_step(atlas, tmp_path / folder / "x.step")
+    first, second = ((tmp_path / folder / "x.step").read_bytes() for folder in ("a", "b"))
+    assert first == second
+    assert b"'sphere, radius " in first and b"+-" in first and b"'plane, normal" in first
+    assert b"SPHERICAL_SURFACE" in first and b"CIRCLE" in first
+    assert capfd.readouterr() == ("", "")
