@@ -1,5 +1,5 @@
-"""Bodies of planes, cylinders, cones and spheres, touched at places spread evenly, as an atlas keeps
-them, without an atlas."""
+"""Bodies of planes, cylinders, cones and spheres, touched at places spread evenly, as an atlas
+keeps them, without an atlas."""
 
 from functools import lru_cache
 

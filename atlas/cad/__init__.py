@@ -1,1 +1,1 @@
-"""The atlas for CAD systems: patches trimmed to their cells, as Bezier faces in a STEP file."""
+"""The atlas for CAD systems: lawful faces by their names in STEP, or patches as Bezier faces."""

@@ -1,7 +1,7 @@
 """FaceLayout: faces with their surfaces, bounded by chains of points that lie on both faces.
 
-A chain runs from node to node. A face that goes around an axis is cut along a seam, at which it gets
-nodes on its loops.
+A chain runs from node to node. A face that goes around an axis is cut along a seam, at which its
+loops get nodes.
 """
 
 from dataclasses import dataclass
@@ -151,10 +151,11 @@ def _cut_seam(layout: FaceLayout, region: int, surface: LawSurface, inner) -> No
         raise NotWritten(f"the bounds of a {surface.kind} go around it {ways} times")
     surface = _turned(surface, _seam_angle(angles, turns, _taken(layout, region, surface)))
     layout.surfaces[region] = surface
-    layout.seams[region] = tuple(
+    low, high = (
         _seam_node(layout, region, surface, turns.index(way)) if way in turns else None
         for way in (1, -1)
     )
+    layout.seams[region] = (low, high)
 
 
 def _taken(layout: FaceLayout, region: int, surface: LawSurface) -> np.ndarray:

@@ -4,7 +4,7 @@ All is combinatorial. Loops of a closed mesh close, each chain lies between two 
 meet at nodes.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import igl
 import numpy as np
@@ -124,7 +124,9 @@ def _successors(faces, beside, of) -> dict[tuple[int, int], tuple[int, int]]:
     return out
 
 
-def _chains(faces, beside, of, successor):
+def _chains(
+    faces, beside, of, successor
+) -> tuple[tuple[Chain, ...], tuple[tuple[tuple[Use, ...], ...], ...]]:
     """Chains and loops: the cycles of the successors, cut where the region beyond changes and
     where more than two chains meet."""
     nodes = _nodes(faces, beside, of, successor)
@@ -167,7 +169,7 @@ def _cut(cycle, starts) -> list[list[tuple[int, int]]]:
     """Runs of a cycle of sides that begin where ``starts`` says; the whole where it never does."""
     cuts = [i for i, at in enumerate(starts) if at]
     if not cuts:
-        # Both regions of a closed chain begin it at the same place: see ``_enter``.
+        # The region beyond finds the same chain by any of its sides: see ``_enter``.
         return [cycle]
     turned = cycle[cuts[0] :] + cycle[: cuts[0]]
     ends = [c - cuts[0] for c in cuts[1:]] + [len(cycle)]
@@ -189,9 +191,3 @@ def _enter(run, faces, beside, of, chains, number) -> None:
         if other != BEYOND:
             back = int(np.flatnonzero(faces[other] == faces[side[0], (side[1] + 1) % 3])[0])
             number[other, back] = (use, False)
-
-
-def rotated(chain: Chain, index: int) -> Chain:
-    """A closed chain that begins at another of its vertices."""
-    inner = np.roll(chain.vertices[:-1], -index)
-    return replace(chain, vertices=np.append(inner, inner[0]))

@@ -1,8 +1,9 @@
 """Surfaces that have a name in STEP: plane, cylinder, cone and sphere, with parameters u and v.
 
-About an axis u is the angle from x, on a sphere the longitude, in rad; v is the height along the
-axis, on a cone the length along its sides, or the latitude of a sphere, rad. The normal that follows
-from them points away from axis or centre; ``outward`` is -1 where the body is on that side.
+About an axis u is the angle from x, on a sphere the longitude, in rad. v is the height along the
+axis of a cylinder and the length along the side of a cone, or the latitude of a sphere, rad. The
+normal that follows from them points away from axis or centre; ``outward`` is -1 where the body is
+on that side.
 """
 
 from dataclasses import dataclass, replace

@@ -20,8 +20,8 @@ from touchatlas.atlas.cad.shared_points import farthest
 # Factor on the largest distances found, no unit, since the largest between points may be missed by
 # 1 %. With twice the excess the tolerances in the file are 1 % larger.
 _GAP_FACTOR = 1.01
-# Tolerance of an edge that is exact, over the extent: CAD systems compute to some 1e-8 of their size.
-# Doubled, so is the tolerance that the file states of exact edges.
+# Tolerance of an edge that is exact, over the extent: CAD systems compute to some 1e-8 of a body's
+# size. Doubled, so is the tolerance that the file states of exact edges.
 _LEAST_GAP = 1e-8
 
 

@@ -1,4 +1,4 @@
-"""Open CASCADE: the faces of a lawful body become shells and solids that share edges and vertices."""
+"""Open CASCADE: faces of a lawful body become shells and solids that share edges and vertices."""
 
 import numpy as np
 from scipy.interpolate import BSpline

@@ -11,8 +11,8 @@ from touchatlas.patch.geometry.arrays import cross
 # Distance by which the points of a true edge move onto both faces, in edges of the triangles.
 # Doubled, faces are drawn with parts that are not theirs.
 _MOVED = 3.0
-# Least length of the moved points of a true edge over that of the triangles' edges, whose teeth make
-# it 1.5 times longer. Doubled, true edges with teeth are taken for wrong.
+# Least length of the moved points of a true edge over that of the triangles' edges, whose teeth
+# make it 1.5 times longer. Doubled, true edges with teeth are taken for wrong.
 _SHRUNK = 0.4
 # Least distance of points of a chain, in edges of the triangles: teeth of the border go back by
 # less. Doubled, short edges have no points but their ends.
@@ -47,7 +47,7 @@ def placed_chain(
     found = shared_points(around, drawn)
     start, end = (nodes[int(v)][None] for v in chain.vertices[[0, -1]])
     points = np.concatenate([start, found[1:-1], end])
-    if len(around) < 2 or _are_tangent(*around, points):
+    if len(around) < 2 or _are_tangent(around[0], around[1], points):
         points = _smoothed(points)
     # Where more than three faces meet, a vertex may lie off the edges that end there.
     points = _spaced(shared_points(around, points), _SPACING * edge)

@@ -1,9 +1,9 @@
 """STEP export: the faces of a lawful body, or the trimmed patches of an atlas, for CAD systems.
 
 Where all faces obey laws each becomes one face of the file: a plane, cylinder, cone or sphere by
-its name in STEP, trimmed by curves that two faces share. Otherwise every patch becomes one trimmed Bezier
-surface, off its sides by half the gap between the patches. The file states these distances as
-tolerances of the edges. Faces that close up become a solid.
+its name in STEP, trimmed by curves that two faces share. Otherwise every patch becomes one trimmed
+Bezier surface, off its sides by half the gap between the patches. The file states these distances
+as tolerances of the edges. Faces that close up become a solid.
 """
 
 from dataclasses import dataclass
@@ -17,6 +17,7 @@ from touchatlas.atlas.cad.lawful_shapes import lawful_shapes
 from touchatlas.atlas.cad.occ_kernel import need_kernel, step_bytes
 from touchatlas.atlas.cad.occ_patches import is_closed, patch_shape
 from touchatlas.atlas.cad.trimmed_patches import trimmed_patches
+from touchatlas.atlas.faces.lawful_body import LawfulBody
 from touchatlas.atlas.files import write_whole
 from touchatlas.atlas.state import AtlasState
 
@@ -51,16 +52,16 @@ class StepReport:
     """
 
     faces: int
-    planes: int
-    cylinders: int
-    cones: int
-    spheres: int
-    patches: int
-    solids: int
-    open_shells: int
-    left_out: int
-    height_error: float
-    gap: float
+    planes: int = 0
+    cylinders: int = 0
+    cones: int = 0
+    spheres: int = 0
+    patches: int = 0
+    solids: int = 0
+    open_shells: int = 0
+    left_out: int = 0
+    height_error: float = 0.0
+    gap: float = 0.0
     note: str = ""
 
 
@@ -93,20 +94,28 @@ def save_step(state: AtlasState, path) -> StepReport:
     note = ""
     if state.body is not None:
         try:
-            return _save_faces(state, path)
+            return _save_faces(state, state.body, path)
         except NotWritten as reason:
             note = f"written as patches: {reason}"
     return _save_patches(state, path, note)
 
 
-def _save_faces(state: AtlasState, path) -> StepReport:
+def _save_faces(state: AtlasState, body: LawfulBody, path) -> StepReport:
     """Write the faces of a lawful body."""
-    made = lawful_shapes(state.body, state.tolerance, state.options.facets * state.tolerance)
+    made = lawful_shapes(body, state.tolerance, state.options.facets * state.tolerance)
     write_whole(path, step_bytes(made.shapes, made.gap, Path(path).name))
-    kinds = [made.count(kind) for kind in ("plane", "cylinder", "cone", "sphere")]
-    closed = made.brep.closed
-    rest = (0, sum(closed), len(closed) - sum(closed), made.left_out, 0.0, made.gap)
-    return StepReport(sum(kinds), *kinds, *rest)
+    solids = sum(made.brep.closed)
+    return StepReport(
+        faces=len(made.brep.faces),
+        planes=made.count("plane"),
+        cylinders=made.count("cylinder"),
+        cones=made.count("cone"),
+        spheres=made.count("sphere"),
+        solids=solids,
+        open_shells=len(made.brep.closed) - solids,
+        left_out=made.left_out,
+        gap=made.gap,
+    )
 
 
 def _save_patches(state: AtlasState, path, note: str) -> StepReport:
@@ -119,9 +128,16 @@ def _save_patches(state: AtlasState, path, note: str) -> StepReport:
     gap = max(float(face.gaps.max()) for face in faces)
     write_whole(path, step_bytes([patch_shape(part) for part in parts], gap, Path(path).name))
     solids = sum(map(is_closed, parts))
-    error = max(face.error for face in faces)
-    counts = (0, 0, 0, 0, len(faces), solids, len(parts) - solids, len(found) - len(faces))
-    return StepReport(len(faces), *counts, error, gap, note)
+    return StepReport(
+        faces=len(faces),
+        patches=len(faces),
+        solids=solids,
+        open_shells=len(parts) - solids,
+        left_out=len(found) - len(faces),
+        height_error=max(face.error for face in faces),
+        gap=gap,
+        note=note,
+    )
 
 
 def components(faces: list[BezierFace]) -> list[list[BezierFace]]:

@@ -1,4 +1,4 @@
-"""Bodies of exact surfaces with known volume: seams, poles and holes, as the CAD kernel reads them."""
+"""Bodies of exact surfaces with known volume: seams, poles and holes."""
 
 import numpy as np
 import pytest
