@@ -1,4 +1,4 @@
-"""Bodies of planes, cylinders, cones and spheres, touched at places spread evenly, as an atlas
+"""Bodies of planes, cylinders and spheres, touched at places spread evenly, as an atlas
 keeps them, without an atlas."""
 
 from functools import lru_cache
@@ -45,12 +45,6 @@ def _mesh(name: str) -> trimesh.Trimesh:
         mesh = trimesh.creation.icosphere(5, 1.0)
         mesh.vertices *= HALF
         return mesh
-    if name == "tube":
-        return trimesh.creation.annulus(0.6 * RADIUS, RADIUS, 2.0 * HALF_HEIGHT, sections=256)
-    if name == "frustum":
-        return trimesh.convex.convex_hull(
-            np.concatenate([_ring(1.5 * RADIUS, 0.0), _ring(0.5 * RADIUS, HALF_HEIGHT)])
-        )
     if name == "cut ball":
         ball = trimesh.creation.icosphere(4, RADIUS).vertices
         height = 0.5 * RADIUS

@@ -20,6 +20,10 @@ class NotWritten(Exception):
     """A face that cannot be written by its law, in words."""
 
 
+class NoName(NotWritten):
+    """A face whose law has no name in STEP, whatever its triangles are."""
+
+
 @dataclass(eq=False)
 class PlacedChain:
     """Points on two faces.

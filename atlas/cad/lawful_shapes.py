@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import igl
 import numpy as np
 
-from touchatlas.atlas.cad.face_layout import FaceLayout, NotWritten, cut_seams
+from touchatlas.atlas.cad.face_layout import FaceLayout, NoName, NotWritten, cut_seams
 from touchatlas.atlas.cad.face_regions import Regions
 from touchatlas.atlas.cad.lawful_brep import Brep, brep_of
 from touchatlas.atlas.cad.occ_faces import areas, face_shapes, is_valid
@@ -69,6 +69,8 @@ def lawful_shapes(body: LawfulBody, tolerance: float, sagitta: float) -> LawfulS
     for edge in tried:
         try:
             return _shapes(body, tolerance, edge)
+        except NoName:
+            raise
         except NotWritten as reason:
             reasons.append(reason)
     raise reasons[0]

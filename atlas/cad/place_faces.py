@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import igl
 import numpy as np
 
-from touchatlas.atlas.cad.face_layout import FaceLayout, NotWritten, PlacedChain
+from touchatlas.atlas.cad.face_layout import FaceLayout, NoName, NotWritten, PlacedChain
 from touchatlas.atlas.cad.face_regions import BEYOND, Chain, Regions, regions_of
 from touchatlas.atlas.cad.law_surfaces import LawSurface, law_surface
 from touchatlas.atlas.cad.place_chains import placed_chain
@@ -54,8 +54,10 @@ def place_faces(body: LawfulBody, drawn: Surface, edge: float) -> PlacedFaces:
 
     Raises
     ------
+    NoName
+        A face has no name in STEP.
     NotWritten
-        A face has no name in STEP, or nothing is left.
+        Nothing is left.
     """
     labels = body.at(drawn.vertices[drawn.faces].mean(axis=1))[0].face
     surfaces = {int(k): _surface(body, int(k)) for k in np.unique(labels)}
@@ -96,7 +98,7 @@ def _surface(body: LawfulBody, number: int) -> LawSurface:
     face = body.faces.faces[number]
     found = law_surface(face, body.samples.points[face.samples])
     if found is None:
-        raise NotWritten(f"face {number} is a {face.kind} face, which has no name in STEP")
+        raise NoName(f"face {number} is a {face.kind} face, which has no name in STEP")
     return found
 
 
