@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import BSpline, make_interp_spline
 
+from touchatlas.atlas.cad.face_layout import NotWritten
 from touchatlas.atlas.cad.law_surfaces import LawSurface
 from touchatlas.atlas.cad.shared_points import LEAST_SINE, shared_points
 from touchatlas.patch.geometry.arrays import cross
@@ -191,6 +192,8 @@ def _chords(points) -> np.ndarray:
 def _through(surfaces, points) -> BSpline:
     """The cubic spline through points (k, 3), along both faces at its ends."""
     at = _chords(points)
+    if not (np.diff(at) > 0.0).all():
+        raise NotWritten("points of an edge coincide")
     if len(points) < 4 or len(surfaces) < 2:
         return make_interp_spline(at, points, k=min(3, len(points) - 1))
     ends = points[[0, -1]]

@@ -1,5 +1,7 @@
 """A lawful body as shapes of the CAD kernel: one face for each face of the body, checked."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import igl
@@ -89,13 +91,25 @@ def _shapes(body: LawfulBody, tolerance: float, edge: float) -> LawfulShapes:
     cut_seams(layout, inner)
     brep = brep_of(layout, regions.labels, _EXACT * tolerance)
     names = {face.id: face.words for face in body.faces.faces}
-    made = LawfulShapes(brep, face_shapes(brep, names), placed.left_out)
-    if made.gap > _WORST * tolerance:
-        raise NotWritten(f"an edge misses its faces by {made.gap:.3g}")
-    _check_areas(made, drawn, layout, regions, edge)
-    if not all(is_valid(one.shape) for one in made.shapes):
-        raise NotWritten("the CAD kernel finds the shape invalid")
+    with _refusals():
+        made = LawfulShapes(brep, face_shapes(brep, names), placed.left_out)
+        if made.gap > _WORST * tolerance:
+            raise NotWritten(f"an edge misses its faces by {made.gap:.3g}")
+        _check_areas(made, drawn, layout, regions, edge)
+        if not all(is_valid(one.shape) for one in made.shapes):
+            raise NotWritten("the CAD kernel finds the shape invalid")
     return made
+
+
+@contextmanager
+def _refusals() -> Iterator[None]:
+    """Let what the kernel refuses be a reason why faces are not written."""
+    from OCP.Standard import Standard_Failure
+
+    try:
+        yield
+    except Standard_Failure as error:
+        raise NotWritten(f"the CAD kernel refuses a face: {error}") from None
 
 
 def _check_areas(
