@@ -38,7 +38,7 @@ for _name, _help in (
     ("evaluate", "Compare a surface with the ground truth, both ways."),
     ("compare", "Compare runs: a table of their numbers, and a chart."),
     ("fit", "Fit a patch to recorded contours: three or more curves through one point."),
-    ("export", "Write the atlas of a run as a STEP file, for CAD systems."),
+    ("export", "Write the atlas of a run as a STEP file for CAD, or the graph of its faces."),
     ("chart", "Chart accuracy against speed of one patch: our methods, the paper's, peers'."),
     ("paper", "Repeat the paper's tables and figures on simulated objects."),
 ):
