@@ -158,16 +158,19 @@ class LawfulBody:
 
 
 def determined(faces: Faces, samples: ContourSamples) -> Faces:
-    """The same without the samples and edges of faces that one contour alone has met: a curve in a
-    plane determines no face."""
-    weak = [
-        face.id
-        for face in faces.faces
-        if samples.contours[face.samples[0]] == samples.contours[face.samples[-1]]
-    ]
-    edges = tuple(e for e in faces.edges if e.first not in weak and e.second not in weak)
-    of = np.where(np.isin(faces.of, weak), NONE, faces.of)
-    return replace(faces, edges=edges, of=of)
+    """The same without the faces that one contour alone has met: a curve in a plane determines no
+    face. Their samples belong to none."""
+    contours = samples.contours
+    kept = [f for f in faces.faces if contours[f.samples[0]] != contours[f.samples[-1]]]
+    number = {face.id: k for k, face in enumerate(kept)}
+    table = np.array([number.get(face.id, NONE) for face in faces.faces] + [NONE])
+    edges = tuple(
+        replace(edge, first=number[edge.first], second=number[edge.second])
+        for edge in faces.edges
+        if edge.first in number and edge.second in number
+    )
+    found = tuple(replace(face, id=k) for k, face in enumerate(kept))
+    return replace(faces, faces=found, edges=edges, of=table[faces.of])
 
 
 def _normals_of(faces: Faces, samples) -> np.ndarray:
