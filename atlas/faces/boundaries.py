@@ -50,6 +50,9 @@ _ABOUT, _MOST = 8, 1.0
 # Largest jump of the curvature between a lawful piece and one that may continue it smoothly, over
 # the larger curvature: a law shows no change of it. Doubled, a fillet continues a flat face.
 _LAWFUL_JUMP = 0.5
+# Distance of two lawful pieces that do not meet, in standard deviations of it and of a sample: the
+# ends of a piece err more than is predicted. Doubled, steps of ten deviations are bridged.
+_APART = 5.0
 # Least angle of a sharp edge that no contour crosses, rad: contours run on over blunter ones.
 # Doubled, edges of 20 degrees between contours that end there are missed.
 _UNCROSSED = np.deg2rad(10.0)
@@ -140,6 +143,8 @@ class _Judge:
             return self.uncrossed(a, b, points, slope)
         if any(piece.kind.lawful for piece in pieces):
             curvature = min(curvature, _LAWFUL_JUMP * largest_curvature(*pieces, at))
+        if self._are_apart(pieces, middles):
+            return None
         smooth = jump <= curvature and self._one_holds(a, b, middles)
         kind = EdgeKind.ARTIFICIAL if smooth else EdgeKind.SMOOTH_RIM
         if smooth or len(valley.points) < _LEAST_POINTS:
@@ -159,6 +164,14 @@ class _Judge:
             return None
         jump = curvature_jump(*pieces, evenly(curve.points, _MEASURED))[1]
         return Boundary(a, b, kind, curve, angle, jump, gap(*pieces, curve.points))
+
+    def _are_apart(self, pieces, middles) -> bool:
+        """Whether two lawful pieces pass each other at points (m, 3), as parallel planes do."""
+        if not all(piece.kind.lawful for piece in pieces):
+            return False
+        (first, _, one), (second, _, other) = (piece.predicted(middles) for piece in pieces)
+        limit = _APART * np.sqrt(one + other + self.evidence.samples.std**2)
+        return bool(np.median(np.abs(first - second) / limit) > 1.0)
 
     def _own(self, a: int, b: int, curve: CurvePoints) -> CurvePoints:
         """The points of a curve about which most samples are of the two pieces: elsewhere these
