@@ -81,8 +81,9 @@ def dual_contour(at, seeds, edge: float) -> tuple[np.ndarray, np.ndarray]:
     ----------
     at : function
         From points (n, 3) to the signed distance (n,), length, positive outside and of first order
-        near the surface; the outward unit normal (n, 3); and whether both are known (n,). The
-        normal may jump, as that of the largest of several distances does.
+        near the surface; the outward unit normal (n, 3); and whether the surface is known there
+        (n,). The normal may jump, as that of the largest of several distances does. The surface
+        ends at cubes with an unknown corner; within the others the values count, known or not.
     seeds : (k, 3) float, length
         Points on the surface, at least one on each connected piece.
     edge : float, length
@@ -176,8 +177,8 @@ def _crossings(nodes: _Nodes, edges):
     normals = np.zeros((len(edges), 3))
     for _ in range(_STEPS):
         points = first[live] + parameter[live, None] * nodes.edge * np.eye(3)[axis[live]]
-        distance, normals[live], known = seen(nodes.at, points)
-        off = known & (np.abs(distance) > _EXACT * nodes.edge)
+        distance, normals[live], _ = seen(nodes.at, points)
+        off = np.abs(distance) > _EXACT * nodes.edge
         live, distance = live[off], distance[off] / nodes.edge
         slope = normals[live, axis[live]]
         side = ((distance < 0.0) != (ends[1, live, 0] < 0.0)).astype(int)

@@ -24,12 +24,10 @@ _PROJECTIONS = 2
 
 
 def seen(at, points):
-    """Distance (n,), normal (n, 3) and known (n,) at points (n, 3), zero where unknown."""
+    """Distance (n,), normal (n, 3) and known (n,) at points (n, 3)."""
     if not len(points):
         return np.zeros(0), np.zeros((0, 3)), np.zeros(0, bool)
-    distance, normal, known = at(points)
-    known = np.asarray(known, bool)
-    return np.where(known, distance, 0.0), np.where(known[:, None], normal, 0.0), known
+    return at(points)
 
 
 def vertices_of(at, points, normals, sheet, low, edge: float):
@@ -40,7 +38,7 @@ def vertices_of(at, points, normals, sheet, low, edge: float):
     at : function
         Distance, normal and known at points.
     points, normals : (n, 3) float, length and unit
-        Crossings, and the normals there; zero where unknown.
+        Crossings, and the normals there.
     sheet : (n,) int
         The sheet of each crossing, ascending, and each number from 0 on.
     low : (v, 3) float, length
