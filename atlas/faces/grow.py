@@ -25,6 +25,9 @@ _ROUNDS = 12
 # Most samples that are fitted; a mean of 400 is within a twentieth of a deviation. Doubled, it
 # takes a third more time.
 _FITTED = 400
+# Largest curvature of a flat piece times its length, rad: ten times as much turns it by 30 degrees,
+# which is another way. Doubled, shallow domes with a sharp rim are two pieces.
+_FLAT, _OTHER_WAY = 0.05, np.cos(np.deg2rad(30.0))
 # Extent in which samples are claimed, over that of those claimed before. Doubled, more samples are
 # evaluated in vain.
 _REACH = 2.0
@@ -73,7 +76,11 @@ class Evidence:
     def fit(self, kind: Kind, members) -> Piece | None:
         """The piece of a kind for samples, at most 400 of them, evenly along the contours."""
         s = evenly(members, _FITTED)
-        return fit_piece(kind, self.samples.points[s], self.samples.normals[s], self.samples.std)
+        points = self.samples.points[s]
+        piece = fit_piece(kind, points, self.samples.normals[s], self.samples.std)
+        if kind is Kind.QUADRIC and piece is not None and _is_edge(piece, points):
+            return None
+        return piece
 
     def compare(self, piece: Piece, members) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Distances over the deviation of a sample (m,), cosines of the normals (m,), and predicted
@@ -102,6 +109,16 @@ class Evidence:
         core = self.graph.interior(members)
         enough = max(2 * kind.parameters + _SPARE, len(members) // 2)
         return core if len(core) >= enough else members
+
+
+def _is_edge(piece: Piece, points) -> bool:
+    """Whether a quadric is flat at most of its points (n, 3) and faces another way at some: then it
+    is two planes and a rounded edge, a hyperbola in section, and no law of all three."""
+    length = float(np.sqrt((np.ptp(points, axis=0) ** 2).sum()))
+    turn = length * np.abs(np.linalg.eigvalsh(piece.shape_operators(points))).max(axis=1)
+    normals = piece.at(points)[1]
+    flattest = normals[turn.argmin()]
+    return bool(np.median(turn) < _FLAT and (normals @ flattest).min() < _OTHER_WAY)
 
 
 def evenly(members, most: int) -> np.ndarray:

@@ -16,9 +16,9 @@ from touchatlas.patch.geometry.kinks import kinks
 # Least fraction of the contours that run over a sharp edge, or end at one: noise makes a kink in
 # two of a hundred. Doubled, bodies of few blunt edges are drawn from overlapping patches.
 _WITH_EDGES = 0.06
-# Least fraction of the samples that lawful faces explain. With twice the rest left out, free-form
-# parts of a body are drawn as planes.
-_LAWFUL = 0.96
+# Least fraction of the samples that lawful faces explain; the rest is unknown, and touched again.
+# With twice the rest left out, free-form parts of a body are drawn as planes.
+_LAWFUL = 0.9
 # Distance across which a law is believed where no sample is, over the extent: as far as patches
 # reach between the touches of a ball. Doubled, holes of a fifth of the extent are missed.
 _REACH = 0.15

@@ -26,6 +26,8 @@ def refit(labels: Labels) -> None:
                 continue
             piece = evidence.fit(kind, core)
             if piece is None:
+                # Kinds of fewer parameters say less than its own, even where that is not fitted.
+                best = None if kind is labels.pieces[label].kind else best
                 continue
             distance = piece.at(evidence.samples.points[core])[0] / evidence.samples.std
             cost = evidence.misfit(distance).mean() * len(members)
