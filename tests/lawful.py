@@ -6,7 +6,7 @@ from functools import lru_cache
 import numpy as np
 import trimesh
 
-from touchatlas.atlas.faces.lawful_body import LawfulBody
+from touchatlas.atlas.faces.lawful_body import LawfulBody, determined
 from touchatlas.atlas.faces.read_faces import faces_of_samples
 from touchatlas.atlas.faces.samples import ContourSamples, contour_samples
 from touchatlas.patch.geometry.section import contour_normals
@@ -88,7 +88,7 @@ def samples_of_touches(columns, std: float, keep=None, scale: float = 1.0) -> Co
 
 
 def body_of(samples: ContourSamples) -> LawfulBody:
-    return LawfulBody(faces_of_samples(samples), samples)
+    return LawfulBody(determined(faces_of_samples(samples), samples), samples)
 
 
 def step_distance(points) -> np.ndarray:

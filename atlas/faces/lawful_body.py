@@ -35,6 +35,9 @@ _OFF = 0.4
 # Largest angle about a point in which there is no sample, rad: less than half a circle, as within a
 # convex hull. Doubled, everything is within.
 _GAP = np.deg2rad(170.0)
+# Least number of samples of a face besides those of the contour with most of them: as many as its
+# slope across that contour needs. Doubled, narrow faces take another touch.
+_OTHERS = 3
 # Distance from the faces at which a sample without a label lies on them, in standard deviations.
 # Doubled, less is left out where a small part of another shape is touched.
 _ON_FACE = 3.0
@@ -158,10 +161,13 @@ class LawfulBody:
 
 
 def determined(faces: Faces, samples: ContourSamples) -> Faces:
-    """The same without the faces that one contour alone has met: a curve in a plane determines no
-    face. Their samples belong to none."""
-    contours = samples.contours
-    kept = [f for f in faces.faces if contours[f.samples[0]] != contours[f.samples[-1]]]
+    """The same without the faces that one contour alone has met, or another with few samples: a
+    curve in a plane determines no face. Their samples belong to none."""
+    others = [
+        len(face.samples) - np.unique_counts(samples.contours[face.samples]).counts.max()
+        for face in faces.faces
+    ]
+    kept = [face for face, count in zip(faces.faces, others, strict=True) if count >= _OTHERS]
     number = {face.id: k for k, face in enumerate(kept)}
     table = np.array([number.get(face.id, NONE) for face in faces.faces] + [NONE])
     edges = tuple(
