@@ -1,0 +1,107 @@
+"""Points beside sharp edges: the largest distance of the faces at a convex one, the smallest at a
+concave one."""
+
+import numpy as np
+
+from touchatlas.atlas.faces.boundaries import EdgeKind
+from touchatlas.atlas.faces.face_trees import FaceTrees, curve_tree
+from touchatlas.atlas.faces.faces import FaceEdge
+
+# Distance from a sharp edge up to which the face beyond it is asked, over that of the last of the
+# nearest samples, and from the samples of that face, over ``reach``. Doubled, faces are cut by the
+# extension of others.
+_BESIDE = 2.0
+# How far outside of the face beyond an edge a point must lie, over the least of so many nearest
+# samples of its own face: one may have a wrong label. Doubled, points far from samples are not cut,
+# or slits run on beyond edges.
+_CROSSED, _ABOUT = 2.0, 3
+# Noise of a sample beside an edge, in root mean squares of its face. Doubled, faces are cut by the
+# extension of others that lie less than eight of these farther in.
+_NOISE = 4.0
+
+
+class SharpEdges:
+    """The sharp edges between faces.
+
+    Parameters
+    ----------
+    trees : FaceTrees
+    reach : float, length
+        Distance from the samples of a face up to which it may bound another.
+    """
+
+    def __init__(self, trees: FaceTrees, reach: float) -> None:
+        self._trees, self._reach, self._faces = trees, reach, trees.faces.faces
+        sharp = [edge for edge in trees.faces.edges if edge.kind.sharp and edge.curves]
+        self._edges = [(edge, curve_tree(edge)) for edge in sharp]
+        # The faces with which each has a sharp edge, and its sign.
+        self._around: list[list[tuple[int, float]]] = [[] for _ in self._faces]
+        for edge in sharp:
+            self._around[edge.first].append((edge.second, _sign(edge)))
+            self._around[edge.second].append((edge.first, _sign(edge)))
+
+    def cut(self, points, away, owner, chosen) -> np.ndarray:
+        """(n,) the face that decides for points (n, 3) beside sharp edges.
+
+        Parameters
+        ----------
+        points : (n, 3) float, length
+        away : (n, k) float, length
+            Distances of the nearest samples.
+        owner : (n,) int
+            The face of each point.
+        chosen : (n, 5) float
+            Distance, normal and variance there; changed where another face decides.
+        """
+        decides = owner.copy()
+        for edge, curve in self._edges:
+            for own, other in ((edge.first, edge.second), (edge.second, edge.first)):
+                rows = np.flatnonzero(owner == own)
+                beside = curve.query(points[rows])[0] < _BESIDE * away[rows, -1]
+                if self._reach:
+                    beside |= self._trees.away(other, points[rows]) < _BESIDE * self._reach
+                rows = rows[beside]
+                self._cut(_sign(edge), (own, other), rows, points[rows], chosen, decides)
+        return decides
+
+    def _cut(self, sign: float, pair, rows, points, chosen, decides) -> None:
+        """Let the second face of a pair decide for points (m, 3) of ``rows`` (m,) of the first,
+        where it is the farther out; at a concave edge, of sign -1, the farther in.
+
+        A point whose nearest samples are as far out lies where the edge does not bound its face.
+        """
+        if not len(rows):
+            return
+        own, other = pair
+        nearest = self._trees.nearest(own, points, _ABOUT).reshape(-1, 3)
+        before = sign * self._where_it_is(sign, pair, nearest)[0][:, 0]
+        before = before.reshape(len(points), -1).min(axis=1)
+        before = before - _NOISE * self._faces[other].deviation
+        theirs, which = self._where_it_is(sign, pair, points)
+        wins = sign * theirs[:, 0] > np.maximum(sign * chosen[rows, 0], _CROSSED * before)
+        chosen[rows[wins]], decides[rows[wins]] = theirs[wins], which[wins]
+
+    def _where_it_is(self, sign: float, pair, points) -> tuple[np.ndarray, np.ndarray]:
+        """Distance, normal and variance (m, 5) of the second face of a pair at points (m, 3), and
+        the face that decides (m,): that face, or one that ends it at an edge of the other sign.
+
+        At a corner of edges of one sign each face bounds the others, wherever it ends.
+        """
+        own, other = pair
+        theirs, which = self._trees.values(other, points), np.full(len(points), other)
+        nearest = self._trees.nearest(other, points, 1)[:, 0]
+        limit = np.maximum(_BESIDE * self._trees.away(other, points), self._reach)
+        for third in [k for k, kind in self._around[other] if kind == -sign and k != own]:
+            noise = _NOISE * self._faces[third].deviation
+            # Its nearest sample beyond the third shows that the face goes on there.
+            ends = -sign * self._trees.values(third, nearest)[:, 0] < noise
+            ends &= self._trees.away(third, points) < limit
+            values = self._trees.values(third, points)
+            ends &= sign * values[:, 0] < sign * theirs[:, 0]
+            theirs[ends], which[ends] = values[ends], third
+        return theirs, which
+
+
+def _sign(edge: FaceEdge) -> float:
+    """1 for a convex edge, where the farther out decides; -1 for a concave one."""
+    return 1.0 if edge.kind is EdgeKind.SHARP_CONVEX else -1.0

@@ -1,0 +1,63 @@
+"""FaceTrees: the samples of each face by place, and what each face says of points."""
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from touchatlas.atlas.faces.faces import FaceEdge, Faces
+from touchatlas.atlas.faces.piece import Piece
+
+# Points of a curve that distances are measured to, per point of the edge. Doubled, nothing changes.
+_FINER = 8
+
+
+class FaceTrees:
+    """The samples of each face by place.
+
+    Parameters
+    ----------
+    faces : Faces
+    """
+
+    def __init__(self, faces: Faces) -> None:
+        self.faces = faces
+        self.trees = [cKDTree(faces.points[face.samples]) for face in faces.faces]
+
+    def away(self, number: int, points) -> np.ndarray:
+        """(n,) distances of points (n, 3) from the samples of a face, length."""
+        return np.asarray(self.trees[number].query(points)[0])
+
+    def nearest(self, number: int, points, count: int) -> np.ndarray:
+        """(n, k, 3) the k samples of a face that are nearest to points (n, 3), ``count`` or all."""
+        samples = self.faces.faces[number].samples
+        _, near = self.trees[number].query(points, k=min(count, len(samples)))
+        return np.asarray(self.faces.points[samples[near.reshape(len(points), -1)]])
+
+    def values(self, number: int, points) -> np.ndarray:
+        """(n, 5) distance, normal and variance of a face, by the patch of its nearest sample."""
+        face = self.faces.faces[number]
+        if len(face.pieces) == 1:
+            return values_of(face.pieces[0], points)
+        _, near = self.trees[number].query(points)
+        patches = self.faces.patch_of[face.samples[near]]
+        out = np.empty((len(points), 5))
+        for patch, piece in zip(face.patches, face.pieces, strict=True):
+            out[patches == patch] = values_of(piece, points[patches == patch])
+        return out
+
+
+def curve_tree(edge: FaceEdge) -> cKDTree:
+    """The curves of an edge by place."""
+    return cKDTree(np.concatenate([_finer(curve) for curve in edge.curves]))
+
+
+def values_of(piece: Piece, points) -> np.ndarray:
+    """(n, 5) distance, normal and variance of a piece."""
+    distance, normals, variance = piece.predicted(points)
+    return np.column_stack([distance, normals, variance])
+
+
+def _finer(curve) -> np.ndarray:
+    """(k, 3) points along the straight lines between those of a curve."""
+    at = np.linspace(0.0, len(curve) - 1.0, _FINER * len(curve))
+    steps = np.arange(len(curve))
+    return np.stack([np.interp(at, steps, column) for column in curve.T], axis=1)

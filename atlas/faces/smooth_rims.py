@@ -1,0 +1,69 @@
+"""Points beside smooth rims: between touches the nearest sample may be of the other face."""
+
+import numpy as np
+
+from touchatlas.atlas.faces.boundaries import EdgeKind
+from touchatlas.atlas.faces.edge_curves import rim_distances
+from touchatlas.atlas.faces.face_trees import FaceTrees, curve_tree
+
+# Distance to a sample of the face beyond a smooth rim, over that to the nearest sample, below which
+# the rim says of which face a point is. Doubled, rims are asked far from where they are known.
+_BESIDE_RIM = 3.0
+# Samples of either face that say on which side of a rim it lies. Doubled, narrow faces have wrong
+# sides.
+_SIDE = 6
+
+
+class SmoothRims:
+    """The smooth rims between faces of one piece each.
+
+    Parameters
+    ----------
+    trees : FaceTrees
+    """
+
+    def __init__(self, trees: FaceTrees) -> None:
+        self._trees, self._faces = trees, trees.faces.faces
+        self._rims = [
+            (edge, curve_tree(edge))
+            for edge in trees.faces.edges
+            if edge.kind is EdgeKind.SMOOTH_RIM
+            and edge.curves
+            and all(len(self._faces[k].pieces) == 1 for k in (edge.first, edge.second))
+        ]
+
+    def move(self, points, away, owner, chosen) -> None:
+        """Give points (n, 3) beside rims to the face of their side.
+
+        Parameters
+        ----------
+        points : (n, 3) float, length
+        away : (n, k) float, length
+            Distances of the nearest samples.
+        owner : (n,) int
+            The face of each point; changed where it lies on the other side.
+        chosen : (n, 5) float
+            Distance, normal and variance there; changed as well.
+        """
+        for edge, curve in self._rims:
+            pair = edge.first, edge.second
+            rows = np.flatnonzero((owner == pair[0]) | (owner == pair[1]))
+            limit = np.maximum(_BESIDE_RIM * away[rows, 0], away[rows, -1])
+            # Curves end where contours do: it is asked a little farther than points are moved.
+            near = curve.query(points[rows])[0] < 2.0 * limit
+            rows, limit = rows[near], limit[near]
+            apart = [self._trees.away(k, points[rows]) for k in pair]
+            rows, limit = (x[np.maximum(*apart) < limit] for x in (rows, limit))
+            if not len(rows):
+                continue
+            toward = self._mean_near(pair[0], points[rows]) - self._mean_near(pair[1], points[rows])
+            first, second = (self._faces[k].pieces[0] for k in pair)
+            across = rim_distances(first, second, points[rows], toward)
+            own = np.where(across > 0.0, *pair)
+            for k in pair:
+                moved = rows[(own == k) & (owner[rows] != k) & (np.abs(across) < limit)]
+                chosen[moved], owner[moved] = self._trees.values(k, points[moved]), k
+
+    def _mean_near(self, number: int, points) -> np.ndarray:
+        """(n, 3) mean of the samples of a face that are nearest to points (n, 3)."""
+        return np.asarray(self._trees.nearest(number, points, _SIDE).mean(axis=1))
