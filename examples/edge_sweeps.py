@@ -73,7 +73,7 @@ def row_of(mesh: trimesh.Trimesh, folder: Path) -> str:
         found["lawful_faces"] or f"({found['patches']} patches)",
         *(f"{value:.3g}" for value in both),
         f"{found['predicted_coverage']:.3f}",
-        found["doubts"] and len(found["doubts"]),
+        len(found["doubts"]),
         f"{found['seconds_total']:.0f}",
     ]
     return " | ".join(map(str, cells))

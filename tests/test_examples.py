@@ -23,6 +23,7 @@ ARGUMENTS = {
     "cost_of_an_atlas.py": ["15", "30"],
     "displaced_curves.py": ["1"],
     "economy.py": ["sphere"],
+    "edge_sweeps.py": ["step", "50"],
     "faces.py": ["wall", "30"],
     "fuzz_files.py": ["40"],
     "kill_and_resume.py": ["kills", "1", "1", "cap.ply:4"],
@@ -48,7 +49,7 @@ def run_example(name: str, *arguments) -> str:
 
 
 # Examples that take half a minute even with small arguments.
-LONG = {"cost_of_an_atlas.py", "kill_and_resume.py"}
+LONG = {"cost_of_an_atlas.py", "edge_sweeps.py", "kill_and_resume.py"}
 NAMES = sorted(path.name for path in EXAMPLES.glob("*.py"))
 
 
