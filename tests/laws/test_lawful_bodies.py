@@ -77,7 +77,7 @@ def test_the_blend_of_a_lawful_body_is_that_of_its_faces():
 
 
 def test_a_saved_lawful_body_comes_back(tmp_path):
-    """Its faces are read again from the samples that they were read from."""
+    """The file keeps the pieces of its faces and the labels of its samples."""
     atlas, _, _ = explored("cylinder")
     save_atlas(tmp_path / "atlas.npz", atlas)
     again = load_atlas(tmp_path / "atlas.npz")
@@ -90,6 +90,23 @@ def test_a_saved_lawful_body_comes_back(tmp_path):
     assert again.known_law.share == atlas.known_law.share
     save_atlas(tmp_path / "again.npz", again)
     assert (tmp_path / "again.npz").read_bytes() == (tmp_path / "atlas.npz").read_bytes()
+
+
+def test_a_loaded_lawful_body_learns_as_one_that_was_never_saved(tmp_path):
+    """Faces are read touch by touch, from those that the file keeps."""
+    obj, rng = body("cylinder"), np.random.default_rng(1)
+    atlas, planner = Atlas(TOLERANCE), Planner(*obj.start())
+    steps = explore(atlas, planner, Probe(obj, NOISE, rng), 13)
+    for _ in range(10):
+        next(steps)
+    save_atlas(tmp_path / "atlas.npz", atlas)
+    again = load_atlas(tmp_path / "atlas.npz")
+    for step in steps:
+        again.add(step.touch)
+    assert again.body is not None
+    for name, one in (("a", atlas), ("b", again)):
+        save_atlas(tmp_path / name, one)
+    assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()
 
 
 def test_cad_and_people_read_the_faces_of_a_lawful_body(tmp_path):
