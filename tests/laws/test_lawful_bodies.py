@@ -96,8 +96,8 @@ def test_a_loaded_lawful_body_learns_as_one_that_was_never_saved(tmp_path):
     """Faces are read touch by touch, from those that the file keeps."""
     obj, rng = body("cylinder"), np.random.default_rng(1)
     atlas, planner = Atlas(TOLERANCE), Planner(*obj.start())
-    steps = explore(atlas, planner, Probe(obj, NOISE, rng), 13)
-    for _ in range(10):
+    steps = explore(atlas, planner, Probe(obj, NOISE, rng), 9)
+    for _ in range(7):
         next(steps)
     save_atlas(tmp_path / "atlas.npz", atlas)
     again = load_atlas(tmp_path / "atlas.npz")
