@@ -79,9 +79,23 @@ def row_of(mesh: trimesh.Trimesh, folder: Path) -> str:
     return " | ".join(map(str, cells))
 
 
+def _size(name: str, word: str) -> float:
+    """A size of a sweep, in tolerances."""
+    try:
+        size = float(word)
+    except ValueError:
+        raise ValueError(f"got {word!r}; give {', '.join(SWEEPS)} or sizes in tolerances") from None
+    # Half of the height is the largest radius; what is as thin as nothing is no wall, and no step.
+    most = 0.5 * SIDES[2] / TOLERANCE if name == "rounding" else SIDES[2] / TOLERANCE
+    if not (0.0 < size < most or (size == 0.0 and name == "rounding")):
+        raise ValueError(f"got the size {word} for {name}; give one between 0 and {most:.0f}")
+    return size
+
+
 def main(*arguments: str) -> None:
     names = [name for name in arguments if name in SWEEPS] or list(SWEEPS)
-    sizes = [float(size) for size in arguments if size not in SWEEPS]
+    words = [word for word in arguments if word not in SWEEPS]
+    sizes = {name: [_size(name, word) for word in words] or SWEEPS[name] for name in names}
     print(
         "| body, tolerances | touches | met | watertight | Euler (true) | faces | 95 % | largest |"
         " predicted | doubts | seconds |"
@@ -89,7 +103,7 @@ def main(*arguments: str) -> None:
     print("|---|---|---|---|---|---|---|---|---|---|---|")
     with TemporaryDirectory() as folder:
         for name in names:
-            for size in sizes or SWEEPS[name]:
+            for size in sizes[name]:
                 row = row_of(BODIES[name](size * TOLERANCE), Path(folder))
                 print(f"| {name}, {size:g} | {row} |", flush=True)
 
