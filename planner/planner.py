@@ -5,48 +5,21 @@ from dataclasses import replace
 import numpy as np
 
 from touchatlas.atlas.atlas import Atlas, AtlasChange
-from touchatlas.atlas.faces.lawful_body import LawfulBody
-from touchatlas.atlas.mesh.lawful_surface import fine_edge
-from touchatlas.atlas.records.touch import Touch, TouchStatus
+from touchatlas.atlas.records.touch import Touch
 from touchatlas.patch.geometry.arrays import check_unit, frozen_array
+from touchatlas.planner.attempts import Attempts
+from touchatlas.planner.free_form import FreeForm
 from touchatlas.planner.frontier.frontier_planner import FrontierPlanner
+from touchatlas.planner.lawful import Lawful
 from touchatlas.planner.options import FRONTIER, TOLERANCE, PlannerOptions
 from touchatlas.planner.pending import Pending
-from touchatlas.planner.place.choose import (
-    Target,
-    View,
-    hole_targets,
-    open_places,
-    rim_target,
-    slip_target,
-    start_targets,
-)
-from touchatlas.planner.place.deviation_ratio import DeviationRatio
+from touchatlas.planner.place.choose import Target, View, start_targets
 from touchatlas.planner.place.known_area import KnownArea
-from touchatlas.planner.place.lawful_places import LawfulPlaces, lawful_places, lawful_target
-from touchatlas.planner.place.places import Places, apart_from_each_other
-from touchatlas.planner.place.rules import RULES
-from touchatlas.planner.plans import (
-    arms_beside_edges,
-    closer_plan,
-    first_plan,
-    plan_at,
-    turned_plan,
-)
-from touchatlas.planner.probe_plan import ProbePlan, Reason, check_answer
+from touchatlas.planner.plans import arms_beside_edges, first_plan, plan_at
+from touchatlas.planner.probe_plan import ProbePlan, check_answer
 from touchatlas.planner.reach import is_reachable
 from touchatlas.planner.search import search_plan
 from touchatlas.planner.stop import Forecast, Stop, StopReason
-
-# How often contours that were too short for a patch are tried closer. Before any patch nothing is
-# known of the size, so it is tried more often. Doubled, more touches fail in narrow places.
-_TIMES_CLOSER, _TIMES_CLOSER_FIRST = 2, 5
-# How often the surface is drawn to look for holes. Doubled, some more holes are closed, and
-# explorations that leave many take longer.
-_LOOKS = 4
-# Holes that are touched before the surface is drawn again. Doubled, more touches find their holes
-# closed already.
-_HOLES = 16
 
 
 class Planner:
@@ -95,28 +68,18 @@ class Planner:
             raise ValueError(f"options are {options!r}; they must be PlannerOptions")
         if not (rng is None or isinstance(rng, np.random.Generator)):
             raise ValueError(f"rng is {rng!r}; it must be a numpy.random.Generator")
-        self._start = frozen_array(start, (3,), "start point")
-        self._outward = check_unit(outward, "outward direction")
+        start = frozen_array(start, (3,), "start point")
+        outward = check_unit(outward, "outward direction")
         self.options, self._rng = options, rng
         self.stop: Stop | None = None
-        self._places = Places()
-        self._stale: set[int] = set()
-        self._told = 0
-        self._pending: dict[int, Pending] = {}
-        self._retries: list[Pending] = []
-        self._missed: list[ProbePlan] = []
-        self._touched: list[np.ndarray] = []
-        self._tried: list[np.ndarray] = []
-        self._in_vain: list[np.ndarray] = []
-        self._unreachable: list[np.ndarray] = []
-        self._known = KnownArea()
-        self._lawful = False
-        self._beside_edges = FrontierPlanner(self._start, self._outward)
-        self._starts = list(start_targets(self._start, self._outward))
-        # Plans asked for, plans answered, and plans answered when the area was last measured.
-        self._count, self._answered, self._measured = 0, 0, -1
-        self._holes: list[Target] = []
-        self._looked = 0
+        self._attempts = Attempts(start)
+        self._starts = list(start_targets(start, outward))
+        self._beside_edges = FrontierPlanner(start, outward)
+        self._free_form = FreeForm()
+        # Whether the last plan was that of a lawful body.
+        self._is_lawful = False
+        # What is known, and the plans that were answered when that was last measured.
+        self._known, self._measured = KnownArea(), -1
         # Rays of the search for other parts: a point and the direction of each.
         self._rays: list[np.ndarray] = []
 
@@ -151,16 +114,15 @@ class Planner:
         whole = isinstance(count, int | np.integer) and not isinstance(count, bool)
         if not (whole and count >= 1):
             raise ValueError(f"count is {count!r}; it must be a whole number >= 1")
-        self._pending = {number: one.bound(atlas) for number, one in self._pending.items()}
-        while len(self._pending) < count:
+        attempts = self._attempts
+        attempts.bind(atlas)
+        while len(attempts.pending) < count:
             self.stop = None
             found = self._further(atlas)
             if found is None:
                 break
-            plan = replace(found.plan, number=self._count, known=self._known.coverage)
-            self._pending[self._count] = replace(found, plan=plan).bound(atlas)
-            self._count += 1
-        return tuple(one.plan for one in self._pending.values())
+            attempts.ask(found, atlas, self._known.coverage)
+        return attempts.plans
 
     def tell(self, touch: Touch, change: AtlasChange) -> None:
         """Take the result of a pending plan, that of the touch's number.
@@ -170,205 +132,116 @@ class Planner:
         ValueError
             See ``check_answer``.
         """
-        asked = check_answer([one.plan for one in self._pending.values()], touch, change)
-        pending = self._pending.pop(asked.number)
-        self._tried.append(asked.reference_point)
-        met = touch.status is TouchStatus.TOUCHED
-        if met and not change.refused:
-            self._touched.append(touch.contact)
-        elif not met:
-            self._in_vain.append(asked.reference_point)
-        most = _TIMES_CLOSER if self._touched else _TIMES_CLOSER_FIRST
+        check_answer(self._attempts.plans, touch, change)
+        answered = self._attempts.answer(touch, change)
         if self._beside_edges.is_open:
             number = self._beside_edges.count
             self._beside_edges.tell(replace(touch, number=number), replace(change, touch=number))
-        elif met and change.refused and pending.closer < most:
-            self._retries.append(pending)
-        elif not met and asked.reason is Reason.EXPAND and not pending.turned:
-            self._missed.append(asked)
-        self._stale.update((*change.added, *change.changed))
-        self._places.deviation_ratio.learn(change.innovations)
-        self._told += 1
-        self._answered += 1
+        else:
+            self._attempts.try_again(answered, touch, change)
+        self._free_form.learn(change)
+
+    def forecast(self, atlas: Atlas) -> Forecast:
+        """What is known of the surface of an atlas, and where too little is."""
+        if not len(atlas):
+            return Forecast(0.0, np.zeros((0, 3)))
+        choice, view = self._choice(atlas), self._view(atlas)
+        inside, total, _ = choice.areas(view)
+        return Forecast(inside / total if total > 0.0 else 0.0, choice.left(view))
 
     def _further(self, atlas: Atlas) -> Pending | None:
         """One more plan, besides those that are pending; None where there is none."""
-        if self._retries:
-            before = self._retries.pop(0)
-            plan = closer_plan(before.plan, self.options.curves)
-            return replace(before, plan=plan, closer=before.closer + 1)
-        while self._missed:
-            turned = turned_plan(self._missed.pop(0), atlas)
-            if turned is not None:
-                return Pending(turned, turned.until is not None, turned=True)
+        again = self._attempts.again(atlas, self.options.curves)
+        if again is not None:
+            return again
         found = self._next_plan(atlas) if len(atlas) else self._start_plan(atlas)
         return None if found is None else Pending(found, found.until is not None)
 
+    def _start_plan(self, atlas: Atlas) -> ProbePlan | None:
+        """The next attempt at a first touch, with short arms: nothing is known of the size."""
+        if self._attempts.pending or not self._starts:
+            return self._end(atlas, StopReason.NO_PATCH)
+        plan = self._beside_edges.start_plan(atlas)
+        return first_plan(plan, self._starts.pop(0), atlas.scale, self.options)
+
     def _next_plan(self, atlas: Atlas) -> ProbePlan | None:
         """A plan where nothing is known, else where too little is known."""
-        body = self._lawful_body(atlas)
-        if body is not None:
-            return self._plan_of_law(atlas, body)
-        if atlas.membership.pool.edges.any():
-            # A new crease changes what patches see that no change names.
-            self._places.forget()
-        self._update(atlas)
-        extent = self._extent(atlas)
-        view = self._view(atlas, extent)
-        areas = self._places.areas(atlas, view.is_untried)
-        self._known.measure(*areas, self._measured == self._answered)
-        self._measured = self._answered
-        if self.options.name == FRONTIER:
-            return self._plan_as_frontier(atlas)
-        if atlas.membership.pool.edges.any():
-            self._beside_edges.options = arms_beside_edges(self.options, extent / atlas.scale)
-            return self._plan_as_frontier(atlas)
+        has_edges = bool(atlas.membership.pool.edges.any())
+        # A new crease changes what patches see that no change names.
+        choice = self._choice(atlas, all_places=has_edges)
+        view = self._view(atlas)
+        answered = self._attempts.answered
+        self._known.measure(*choice.areas(view), self._measured == answered)
+        self._measured = answered
+        if isinstance(choice, FreeForm) and (has_edges or self.options.name == FRONTIER):
+            return self._plan_as_frontier(atlas, view.extent, has_edges)
         while True:
-            target, reason = self._target(self._view(atlas, extent))
+            target, known = choice.target(view, self._known, self.options, self._rng)
             if target is None:
-                plan = self._search_plan(atlas, extent)
-                return self._end(atlas, reason) if plan is None else plan
+                plan = self._search_plan(atlas, view)
+                return self._end(atlas, self._reason(known)) if plan is None else plan
             if self._reaches(atlas, target):
-                return plan_at(atlas, target, extent, self.options)
-            self._unreachable.append(target.point)
-            self._tried.append(target.point)
+                return plan_at(atlas, target, view.extent, self.options)
+            self._attempts.leave(target)
+            view = self._view(atlas)
 
-    def _lawful_body(self, atlas: Atlas) -> LawfulBody | None:
-        """The body of lawful faces that the planner goes by, if there is one; what was learned of
-        errors is forgotten when that changes. Where a probe ends its arms at edges, what lies
-        beyond comes first."""
+    def _choice(self, atlas: Atlas, all_places: bool = False) -> FreeForm | Lawful:
+        """How places are chosen: by the lawful faces of the atlas, if its body is made of them.
+
+        What was learned of errors is forgotten when that changes. Where a probe ends its arms at
+        edges, what lies beyond comes first.
+        """
         usual = self.options.name == TOLERANCE and not len(atlas.edge_ends)
         body = atlas.body if usual else None
-        if (body is not None) != self._lawful:
-            self._lawful, self._known = body is not None, KnownArea()
-            self._places.deviation_ratio = DeviationRatio()
-        return body
+        if (body is not None) != self._is_lawful:
+            self._is_lawful, self._known = body is not None, KnownArea()
+            self._free_form.forget_errors()
+        if body is not None:
+            return Lawful(body)
+        self._free_form.update(atlas, all_places)
+        return self._free_form
 
-    def _plan_of_law(self, atlas: Atlas, body: LawfulBody) -> ProbePlan | None:
-        """A plan where the surface of lawful faces ends, else where too little is known."""
-        extent = self._extent(atlas)
-        view, places = self._view(atlas, extent), lawful_places(body)
-        areas = self._law_areas(view, places)
-        self._known.measure(*areas, self._measured == self._answered)
-        self._measured = self._answered
-        stagnates = self._known.stagnates()
-        while not stagnates:
-            target = lawful_target(view, places)
-            if target is None:
-                # The surface that is drawn at the end may show smaller holes.
-                edge = fine_edge(body, atlas.options.facets * atlas.tolerance)
-                target = lawful_target(view, lawful_places(body, edge))
-            if target is None:
-                break
-            if self._reaches(atlas, target):
-                return plan_at(atlas, target, extent, self.options)
-            self._unreachable.append(target.point)
-            self._tried.append(target.point)
-            view = self._view(atlas, extent)
-        plan = self._search_plan(atlas, extent)
-        if plan is not None:
-            return plan
-        reason = StopReason.UNREACHABLE if self._unreachable else StopReason.TRIED
-        reason = StopReason.STAGNATION if stagnates else reason
-        known = self._known.coverage >= self.options.coverage
-        return self._end(atlas, StopReason.KNOWN if known else reason)
-
-    def _law_areas(self, view: View, places: LawfulPlaces) -> tuple[float, float, float]:
-        """See ``LawfulPlaces.areas``."""
-        untried = view.is_untried(places.rim)
-        return places.areas(view.atlas.tolerance, self._places.deviation_ratio, untried)
-
-    def _search_plan(self, atlas: Atlas, extent: float) -> ProbePlan | None:
-        """The next approach in search of other parts; None where no more are asked for."""
-        if len(self._rays) >= self.options.search:
-            return None
-        plan = search_plan(atlas, self._places, self._rays, extent, self.options)
-        if plan is not None:
-            self._rays.append(np.stack([plan.reference_point, plan.normal]))
-        return plan
+    def _view(self, atlas: Atlas) -> View:
+        """What the choice of a place depends on."""
+        return self._attempts.view(atlas, self._free_form.places)
 
     def _reaches(self, atlas: Atlas, target: Target) -> bool:
         """Whether the pin of the options reaches a target."""
         pin = self.options.pin_radius, self.options.pin_length
         return is_reachable(atlas, target.point, target.normal, *pin)
 
-    def _target(self, view: View) -> tuple[Target | None, StopReason]:
-        """Where to touch next; or None and why."""
-        known = self._known.coverage >= self.options.coverage
-        # What is open is then a hole of the surface, until that was drawn too often.
-        known &= self._looked < _LOOKS or not len(open_places(view)[0])
-        stagnates = self._known.stagnates()
-        target = None if known or stagnates else RULES[self.options.name](view, self._rng)
-        reason = StopReason.UNREACHABLE if self._unreachable else StopReason.TRIED
-        reason = StopReason.STAGNATION if stagnates else reason
-        if target is None:
-            # Slips of the probe are left, rims, and holes of the surface.
-            target = slip_target(view)
-            target = rim_target(view) if target is None else target
-            target = self._next_hole(view) if target is None else target
-            reason = StopReason.KNOWN if known else reason
-        return target, reason
-
-    def _view(self, atlas: Atlas, extent: float) -> View:
-        """What the choice of a place depends on. Pending plans count as touched where they are."""
-        pending = [one.plan.reference_point for one in self._pending.values()]
-        touched = np.array([*pending, *(self._touched or [self._start])])
-        done = np.array([*self._touched, *self._tried]).reshape(-1, 3)
-        in_vain = np.reshape(self._in_vain, (-1, 3))
-        open_plans = np.reshape(pending, (-1, 3))
-        return View(atlas, self._places, touched, done, in_vain, open_plans, extent)
-
-    def _next_hole(self, view: View) -> Target | None:
-        """The next hole of the surface; None where there is none, or they were looked for too
-        often."""
-        if not self._holes and self._looked < _LOOKS and not self._pending:
-            self._holes, self._looked = hole_targets(view)[:_HOLES], self._looked + 1
-        return self._holes.pop(0) if self._holes else None
-
-    def _plan_as_frontier(self, atlas: Atlas) -> ProbePlan | None:
+    def _plan_as_frontier(self, atlas: Atlas, extent: float, has_edges: bool) -> ProbePlan | None:
         """The plan of a FrontierPlanner. Where the probe reports edges, patches end there, so that
         their cores must fill the faces."""
-        plan = None if self._pending else self._beside_edges.ask(atlas)
+        if has_edges and self.options.name != FRONTIER:
+            self._beside_edges.options = arms_beside_edges(self.options, extent / atlas.scale)
+        plan = None if self._attempts.pending else self._beside_edges.ask(atlas)
         if plan is not None:
             return plan
         known = self._known.coverage >= self.options.coverage
         return self._end(atlas, StopReason.KNOWN if known else StopReason.TRIED)
 
+    def _search_plan(self, atlas: Atlas, view: View) -> ProbePlan | None:
+        """The next approach in search of other parts; None where no more are asked for."""
+        if len(self._rays) >= self.options.search:
+            return None
+        self._free_form.update(atlas)
+        plan = search_plan(atlas, view.places, self._rays, view.extent, self.options)
+        if plan is not None:
+            self._rays.append(np.stack([plan.reference_point, plan.normal]))
+        return plan
+
+    def _reason(self, known: bool) -> StopReason:
+        """Why there is no further place."""
+        if known:
+            return StopReason.KNOWN
+        if self._known.stagnates():
+            return StopReason.STAGNATION
+        return StopReason.UNREACHABLE if self._attempts.unreachable else StopReason.TRIED
+
     def _end(self, atlas: Atlas, reason: StopReason) -> ProbePlan | None:
         """No plan: ``stop`` says why, unless a pending one may teach more."""
-        if not self._pending:
-            self.stop = Stop(reason, self.forecast(atlas), np.reshape(self._unreachable, (-1, 3)))
+        if not self._attempts.pending:
+            unreachable = np.reshape(self._attempts.unreachable, (-1, 3))
+            self.stop = Stop(reason, self.forecast(atlas), unreachable)
         return None
-
-    def forecast(self, atlas: Atlas) -> Forecast:
-        """What is known of the surface of an atlas, and where too little is."""
-        if not len(atlas):
-            return Forecast(0.0, np.zeros((0, 3)))
-        extent = self._extent(atlas)
-        body = self._lawful_body(atlas)
-        if body is not None:
-            places = lawful_places(body)
-            inside, total, _ = self._law_areas(self._view(atlas, extent), places)
-            found = apart_from_each_other(places.left(atlas.tolerance), extent)
-            return Forecast(inside / total if total > 0.0 else 0.0, found)
-        self._update(atlas)
-        inside, total, _ = self._places.areas(atlas, self._view(atlas, extent).is_untried)
-        left = self._places.left(atlas, extent)
-        return Forecast(inside / total if total > 0.0 else 0.0, left)
-
-    def _update(self, atlas: Atlas) -> None:
-        """Compute the places of the patches that changed since the last time."""
-        self._places.update(atlas, self._stale, self._told)
-        self._stale, self._told = set(), 0
-
-    def _extent(self, atlas: Atlas) -> float:
-        """Diagonal of the bounding box of all samples, length."""
-        points = atlas.membership.pool.points
-        return float(np.linalg.norm(points.max(axis=0) - points.min(axis=0)))
-
-    def _start_plan(self, atlas: Atlas) -> ProbePlan | None:
-        """The next attempt at a first touch, with short arms: nothing is known of the size."""
-        if self._pending or not self._starts:
-            return self._end(atlas, StopReason.NO_PATCH)
-        plan = self._beside_edges.start_plan(atlas)
-        return first_plan(plan, self._starts.pop(0), atlas.scale, self.options)

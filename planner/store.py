@@ -18,6 +18,8 @@ from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.files import write_whole
 from touchatlas.atlas.whole_file import DamagedError, FileKind, load_whole
 from touchatlas.patch.geometry.contour import SamplingPlane
+from touchatlas.planner.attempts import Attempts
+from touchatlas.planner.free_form import FreeForm
 from touchatlas.planner.frontier.frontier_planner import FrontierOptions, FrontierPlanner
 from touchatlas.planner.options import PlannerOptions
 from touchatlas.planner.pending import Pending
@@ -30,12 +32,14 @@ from touchatlas.planner.probe_plan import ProbePlan, Reason
 from touchatlas.planner.stop import Forecast, Stop, StopReason
 
 # The version is that of the file, no unit.
-_FILE = FileKind("planner", "one that save_planner wrote", 2, "begin with a new planner")
+_FILE = FileKind("planner", "one that save_planner wrote", 3, "begin with a new planner")
 _PLANNERS = (Planner, FrontierPlanner)
-_PARTS = (DeviationRatio, KnownArea, Places)
+_PARTS = (Attempts, FreeForm, DeviationRatio, KnownArea, Places)
+# Made without their constructors, of all their attributes.
+_MADE = (*_PLANNERS, *_PARTS)
 _VALUES = (ProbePlan, SamplingPlane, Pending, Target, Stop, Forecast)
 _RECORDS: dict[str, type] = {
-    kind.__name__: kind for kind in (*_PLANNERS, *_VALUES, *_PARTS, PlannerOptions, FrontierOptions)
+    kind.__name__: kind for kind in (*_MADE, *_VALUES, PlannerOptions, FrontierOptions)
 }
 _GENERATORS = ("MT19937", "PCG64", "PCG64DXSM", "Philox", "SFC64")
 
@@ -128,9 +132,17 @@ def _planner(state: Any) -> Planner | FrontierPlanner:
     planner = _decoded(state)
     if not isinstance(planner, _PLANNERS):
         raise DamagedError("it holds no planner")
-    if vars(planner).keys() != vars(type(planner)((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))).keys():
+    if not _is_alike(planner, type(planner)((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))):
         raise DamagedError("it is that of another version")
     return planner
+
+
+def _is_alike(one: Any, new: Any) -> bool:
+    """Whether a planner, or a part, has the attributes of a new one, and so have its parts."""
+    if type(one) is not type(new) or vars(one).keys() != vars(new).keys():
+        return False
+    parts = {name: part for name, part in vars(new).items() if isinstance(part, _MADE)}
+    return all(_is_alike(vars(one)[name], part) for name, part in parts.items())
 
 
 def _encoded(value: Any) -> Any:
@@ -170,7 +182,7 @@ def _decoded(value: Any) -> Any:
     if kind in _MAKERS:
         return _MAKERS[kind](parts)
     record, attributes = _RECORDS[kind], {name: _decoded(one) for name, one in parts}
-    if record in (*_PLANNERS, *_PARTS):
+    if record in _MADE:
         made = object.__new__(record)
         vars(made).update(attributes)
         return made

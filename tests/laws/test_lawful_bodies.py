@@ -7,7 +7,7 @@ import pytest
 import trimesh
 
 from touchatlas.atlas import Atlas, extract_surface, load_atlas, save_atlas, save_step
-from touchatlas.planner import Planner, Reason, StopReason, explore
+from touchatlas.planner import Planner, PlannerOptions, Reason, StopReason, explore
 from touchatlas.sim import Probe
 from touchatlas.sim.world.mesh_object import MeshObject
 
@@ -59,6 +59,13 @@ def test_a_lawful_body_is_known_from_few_touches_and_closed(name):
     # The volume is that of the body, to the tolerance times the area.
     truth = trimesh.Trimesh(body(name).vertices, body(name).faces)
     assert mesh.volume == pytest.approx(truth.volume, abs=TOLERANCE * truth.area)
+
+
+def test_other_parts_are_searched_for_beside_a_lawful_body():
+    """A planner that has looked at none of its patches yet."""
+    atlas, _, _ = explored("cylinder")
+    planner = Planner(*body("cylinder").start(), PlannerOptions(search=1))
+    assert planner.ask(atlas).reason is Reason.SEARCH
 
 
 def test_the_blend_of_a_lawful_body_is_that_of_its_faces():

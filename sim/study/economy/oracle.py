@@ -5,6 +5,7 @@ from scipy.spatial import cKDTree
 
 from touchatlas.atlas import Atlas
 from touchatlas.planner import Planner, ProbePlan, Reason, StopReason
+from touchatlas.planner.attempts import extent_of
 from touchatlas.planner.options import PlannerOptions
 from touchatlas.planner.place.choose import Target
 from touchatlas.planner.place.holes import hole_centres
@@ -43,7 +44,8 @@ class Oracle(Planner):
         """A plan at the place of largest error."""
         error = errors(atlas, self._points)
         self._coverage = float(np.mean(error <= atlas.tolerance))
-        extent, done = self._extent(atlas), np.array([*self._touched, *self._tried])
+        touched, tried = self._attempts.touched, self._attempts.tried
+        extent, done = extent_of(atlas), np.array([*touched, *tried])
         if self._coverage >= self.options.coverage and np.isfinite(error).all():
             target = _hole(atlas, done, extent)
             end = StopReason.KNOWN
@@ -57,7 +59,7 @@ class Oracle(Planner):
 
     def _worst(self, error) -> Target | None:
         """The true point of largest error (n,); None where all are zero."""
-        best = worst(error, self._points, np.array(self._touched))
+        best = worst(error, self._points, np.array(self._attempts.touched))
         if best is None:
             return None
         reason = Reason.REFINE if np.isfinite(error[best]) else Reason.EXPAND

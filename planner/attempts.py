@@ -1,0 +1,121 @@
+"""Attempts: where a planner touched, what it tried, and the plans that are not answered yet."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from touchatlas.atlas.atlas import Atlas, AtlasChange
+from touchatlas.atlas.records.touch import Touch, TouchStatus
+from touchatlas.planner.pending import Pending
+from touchatlas.planner.place.choose import Target, View
+from touchatlas.planner.place.places import Places
+from touchatlas.planner.plans import closer_plan, turned_plan
+from touchatlas.planner.probe_plan import ProbePlan, Reason
+
+# How often contours that were too short for a patch are tried closer. Before any patch nothing is
+# known of the size, so it is tried more often. Doubled, more touches fail in narrow places.
+_TIMES_CLOSER, _TIMES_CLOSER_FIRST = 2, 5
+
+
+class Attempts:
+    """Where a planner touched, what it tried, and the plans that are not answered yet.
+
+    Parameters
+    ----------
+    start : (3,) float, length, world
+        Reference point of the first touch.
+
+    Attributes
+    ----------
+    pending : dict of int to Pending
+        Plans that are not answered yet, by their numbers.
+    asked, answered : int
+        Number of plans that were asked for, and of those that were answered.
+    touched, tried, unreachable : list of (3,) float, length, world
+        Contacts of touches; reference points of plans that were answered or given up; places that
+        the pin does not reach.
+    """
+
+    def __init__(self, start: np.ndarray) -> None:
+        self.pending: dict[int, Pending] = {}
+        self.asked, self.answered = 0, 0
+        self.touched: list[np.ndarray] = []
+        self.tried: list[np.ndarray] = []
+        self.unreachable: list[np.ndarray] = []
+        self._start = start
+        self._in_vain: list[np.ndarray] = []
+        self._retries: list[Pending] = []
+        self._missed: list[ProbePlan] = []
+
+    @property
+    def plans(self) -> tuple[ProbePlan, ...]:
+        """The plans that are not answered yet."""
+        return tuple(one.plan for one in self.pending.values())
+
+    def bind(self, atlas: Atlas) -> None:
+        """Let pending plans ask an atlas where arms end."""
+        self.pending = {number: one.bound(atlas) for number, one in self.pending.items()}
+
+    def ask(self, found: Pending, atlas: Atlas, known: float) -> None:
+        """Give a plan the next number, and keep it until it is answered; ``known`` is the fraction
+        of the surface that is expected within the tolerance."""
+        plan = replace(found.plan, number=self.asked, known=known)
+        self.pending[self.asked] = replace(found, plan=plan).bound(atlas)
+        self.asked += 1
+
+    def answer(self, touch: Touch, change: AtlasChange) -> Pending:
+        """Take the touch of a pending plan, and what the atlas made of it; that plan."""
+        pending = self.pending.pop(touch.number)
+        place = pending.plan.reference_point
+        self.tried.append(place)
+        self.answered += 1
+        met = touch.status is TouchStatus.TOUCHED
+        if met and not change.refused:
+            self.touched.append(touch.contact)
+        elif not met:
+            self._in_vain.append(place)
+        return pending
+
+    def try_again(self, pending: Pending, touch: Touch, change: AtlasChange) -> None:
+        """Keep an answered plan for another attempt: closer, where its contours were too short for
+        a patch, or from another side, where it met nothing."""
+        met, most = touch.status is TouchStatus.TOUCHED, _TIMES_CLOSER_FIRST
+        if self.touched:
+            most = _TIMES_CLOSER
+        if met and change.refused and pending.closer < most:
+            self._retries.append(pending)
+        elif not met and pending.plan.reason is Reason.EXPAND and not pending.turned:
+            self._missed.append(pending.plan)
+
+    def again(self, atlas: Atlas, curves: int) -> Pending | None:
+        """The next attempt at a place that was kept for one, in ``curves`` planes where it is
+        closer; None where there is none."""
+        if self._retries:
+            before = self._retries.pop(0)
+            plan = closer_plan(before.plan, curves)
+            return replace(before, plan=plan, closer=before.closer + 1)
+        while self._missed:
+            turned = turned_plan(self._missed.pop(0), atlas)
+            if turned is not None:
+                return Pending(turned, turned.until is not None, turned=True)
+        return None
+
+    def leave(self, target: Target) -> None:
+        """Give up a place that the pin does not reach."""
+        self.unreachable.append(target.point)
+        self.tried.append(target.point)
+
+    def view(self, atlas: Atlas, places: Places) -> View:
+        """What the choice of a place depends on. Pending plans count as touched where they are."""
+        pending = [plan.reference_point for plan in self.plans]
+        touched = np.array([*pending, *(self.touched or [self._start])])
+        done = np.array([*self.touched, *self.tried]).reshape(-1, 3)
+        in_vain = np.reshape(self._in_vain, (-1, 3))
+        open_plans = np.reshape(pending, (-1, 3))
+        return View(atlas, places, touched, done, in_vain, open_plans, extent_of(atlas))
+
+
+def extent_of(atlas: Atlas) -> float:
+    """Diagonal of the bounding box of all samples, length."""
+    points = atlas.membership.pool.points
+    return float(np.linalg.norm(points.max(axis=0) - points.min(axis=0)))
