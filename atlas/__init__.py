@@ -7,7 +7,8 @@ from touchatlas.patch.lazy_names import lazy_names
 if TYPE_CHECKING:
     from touchatlas.atlas.atlas import Atlas
     from touchatlas.atlas.cad.step_file import StepReport, save_step
-    from touchatlas.atlas.check.doubts import Doubt, doubts
+    from touchatlas.atlas.check.doubt import Doubt
+    from touchatlas.atlas.check.doubts import doubts
     from touchatlas.atlas.faces.boundaries import EdgeKind
     from touchatlas.atlas.faces.face_field import FaceValues, face_values
     from touchatlas.atlas.faces.face_graph import write_graphml, write_json
@@ -52,7 +53,7 @@ __getattr__ = lazy_names(
         "AtlasOptions": "touchatlas.atlas.records.options",
         "Blend": "touchatlas.atlas.field.blend",
         "Boundary": "touchatlas.atlas.graph.power_diagram",
-        "Doubt": "touchatlas.atlas.check.doubts",
+        "Doubt": "touchatlas.atlas.check.doubt",
         "EdgeKind": "touchatlas.atlas.faces.boundaries",
         "Face": "touchatlas.atlas.faces.faces",
         "FaceEdge": "touchatlas.atlas.faces.faces",

@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from touchatlas.atlas import Atlas, Surface, Touch, extract_surface
-from touchatlas.atlas.check.doubts import Doubt, doubts
+from touchatlas.atlas.check.doubt import Doubt
+from touchatlas.atlas.check.doubts import doubts
 from touchatlas.patch import SamplingPlane
 from touchatlas.planner import Planner, explore
 from touchatlas.planner.stop import StopReason

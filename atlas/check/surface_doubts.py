@@ -1,0 +1,70 @@
+"""Doubts about the triangles of an atlas: pieces, holes, and a surface that is not closed."""
+
+from typing import Protocol
+
+import numpy as np
+import trimesh
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from touchatlas.atlas.check.doubt import NOWHERE, Doubt, count_of, extent_of, some_apart
+from touchatlas.atlas.state import AtlasState
+
+
+class Triangles(Protocol):
+    """Vertices (v, 3), length, faces (f, 3), and middles (h, 3) of closed holes of a Surface."""
+
+    @property
+    def vertices(self) -> np.ndarray: ...
+    @property
+    def faces(self) -> np.ndarray: ...
+    @property
+    def closed_holes(self) -> np.ndarray: ...
+
+
+def surface_doubts(surface: Triangles | None, atlas: AtlasState) -> list[Doubt]:
+    """Pieces, holes, closed or not, and an odd Euler characteristic of the triangles."""
+    if surface is None or not len(surface.faces):
+        return [Doubt("no surface", "Nowhere is the surface known.", NOWHERE)]
+    return [*_pieces(surface), *_closed_holes(surface), *_openings(surface, atlas)]
+
+
+def _pieces(surface: Triangles) -> list[Doubt]:
+    """One doubt where the triangles are of several bodies."""
+    edges = np.concatenate([surface.faces[:, [0, 1]], surface.faces[:, [1, 2]]])
+    links = coo_matrix((np.ones(len(edges)), edges.T), (len(surface.vertices),) * 2)
+    pieces = int(connected_components(links, directed=False)[0])
+    words = f"The surface has {pieces} pieces; touch between them, or check for a second body."
+    return [Doubt("pieces", words, NOWHERE)] if pieces > 1 else []
+
+
+def _closed_holes(surface: Triangles) -> list[Doubt]:
+    """One doubt where holes were closed across."""
+    closed = len(surface.closed_holes)
+    if not closed:
+        return []
+    words = (
+        f"{count_of(closed, 'small hole was', 'small holes were')} closed across without a "
+        "sample; touch there."
+    )
+    places = some_apart(surface.closed_holes, extent_of(surface.vertices))
+    return [Doubt("closed holes", words, places)]
+
+
+def _openings(surface: Triangles, atlas: AtlasState) -> list[Doubt]:
+    """One doubt where the surface is open though no rim is known there, or no closed surface."""
+    mesh = trimesh.Trimesh(surface.vertices, surface.faces, process=False)
+    rim = trimesh.grouping.group_rows(mesh.edges_sorted, require_count=1)
+    if len(rim):
+        middle = surface.vertices[mesh.edges_sorted[rim]].mean(axis=1)
+        middle = middle[~atlas.rims.at(middle, atlas.tolerance)]
+        words = "The surface is not closed; touch at the rims, unless the object is open there."
+        places = some_apart(middle, extent_of(surface.vertices))
+        return [Doubt("holes", words, places)] if len(middle) else []
+    if mesh.is_watertight and mesh.euler_number % 2 == 0:
+        return []
+    words = (
+        f"The triangles do not make a closed surface (Euler characteristic {mesh.euler_number}"
+        "); extract it with a shorter edge."
+    )
+    return [Doubt("topology", words, NOWHERE)]
