@@ -1,5 +1,6 @@
 """touchatlas evaluate: the command."""
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,8 @@ from touchatlas.sim.judge.evaluate import evaluate_surface
 from touchatlas.sim.judge.surface_file import load_surface
 from touchatlas.sim.run.conclusion import truth_of
 from touchatlas.sim.run.work import random_streams
+from touchatlas.sim.world.implicit_object import ImplicitObject
+from touchatlas.sim.world.mesh_object import MeshObject
 from touchatlas.sim.world.objects import digest_of, make_object, object_names, unit_of
 
 
@@ -37,46 +40,99 @@ def evaluate(
     tolerance
         1e-3 of the truth's diagonal, or the run's own, by default.
     """
-    seed, expected = 0, None
-    if surface.is_dir():
-        run = read_finished(surface)
-        if truth is None:
-            truth, expected = run["object"], run.get("digest")
-            if tolerance is None and not (truth in object_names() or Path(truth).exists()):
-                return _stored(surface, truth, json_)
-        tolerance = run["tolerance"] if tolerance is None else tolerance
-        seed, surface = run["seed"], surface / "surface.ply"
-    elif not surface.is_file():
-        what = (
-            f"{surface} is a device or a pipe"
-            if surface.exists()
-            else f"there is no file {surface}"
-        )
+    run = read_finished(surface) if surface.is_dir() else None
+    if run is not None and truth is None and tolerance is None and not _is_found(run["object"]):
+        return _stored(surface, run["object"], json_)
+    if run is None:
+        asked = _of_file(surface, truth, tolerance)
+    else:
+        asked = _of_run(surface, run, truth, tolerance)
+    obj, size, numbers = _compared(asked)
+    print_numbers(numbers, f"{asked.surface} against {obj.name}", json_)
+    _say_all(unit_hint(size, obj.diagonal), *sentences(numbers))
+    return 0
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """What is compared: a surface file with a truth, by name or path.
+
+    Parameters
+    ----------
+    surface : Path
+    truth : str
+    tolerance : float, length, optional
+        That of the truth by default.
+    seed : int
+    digest : str, optional
+        What the truth must be.
+    """
+
+    surface: Path
+    truth: str
+    tolerance: float | None
+    seed: int = 0
+    digest: str | None = None
+
+
+def _of_run(folder: Path, run: dict, truth: str | None, tolerance: float | None) -> _Asked:
+    """What is compared of a run, by default with its own object and tolerance."""
+    digest = run.get("digest") if truth is None else None
+    truth = run["object"] if truth is None else truth
+    tolerance = run["tolerance"] if tolerance is None else tolerance
+    return _Asked(folder / "surface.ply", truth, tolerance, run["seed"], digest)
+
+
+def _of_file(surface: Path, truth: str | None, tolerance: float | None) -> _Asked:
+    """What is compared of a mesh file, whose truth must be named."""
+    if not surface.is_file():
+        what = f"there is no file {surface}"
+        if surface.exists():
+            what = f"{surface} is a device or a pipe"
         raise ValueError(f"{what}; give a mesh file, or the folder of a run")
     if truth is None:
         raise ValueError("no truth was given; name a mesh file or built-in object with --truth")
-    with shown(f"reading {surface}") as watcher:
-        vertices, faces, deviation = load_surface(surface)
-        watcher.begins(f"preparing {truth}")
-        obj = make_object(truth, seed)
-        if expected is not None and digest_of(obj) != expected:
-            raise ValueError(
-                f"{truth} has changed since the run was made; put the old one back, or name a "
-                "truth with --truth"
-            )
-        tolerance = obj.tolerance if tolerance is None else tolerance
+    return _Asked(surface, truth, tolerance)
+
+
+def _is_found(truth: str) -> bool:
+    """Whether a truth is a built-in object or a file."""
+    return truth in object_names() or Path(truth).exists()
+
+
+def _compared(asked: _Asked) -> tuple[ImplicitObject | MeshObject, float, dict]:
+    """The object of the truth, the size of the surface, length, and the numbers of the
+    comparison."""
+    with shown(f"reading {asked.surface}") as watcher:
+        vertices, faces, deviation = load_surface(asked.surface)
+        watcher.begins(f"preparing {asked.truth}")
+        obj = _truth_object(asked)
+        tolerance = obj.tolerance if asked.tolerance is None else asked.tolerance
         check_tolerance(tolerance, obj.diagonal)
-        rng = random_streams(seed)[1]
+        rng = random_streams(asked.seed)[1]
         known = truth_of(obj, tolerance, rng)
         watcher.begins("comparing the surface with the truth")
         found = evaluate_surface(vertices, faces, known, tolerance, rng, deviation)
-    numbers = found.as_dict() | {"unit": unit_of(obj)}
-    print_numbers(numbers, f"{surface} against {obj.name}", json_)
     size = float(np.linalg.norm(np.ptp(vertices[np.unique(faces)], axis=0)))
-    for sentence in (unit_hint(size, obj.diagonal), *sentences(numbers)):
+    return obj, size, found.as_dict() | {"unit": unit_of(obj)}
+
+
+def _truth_object(asked: _Asked) -> ImplicitObject | MeshObject:
+    """The object of the truth, the one that the run was made with."""
+    obj = make_object(asked.truth, asked.seed)
+    if asked.digest is not None and digest_of(obj) != asked.digest:
+        raise ValueError(
+            f"{asked.truth} has changed since the run was made; put the old one back, or name a "
+            "truth with --truth"
+        )
+    return obj
+
+
+def _say_all(*words: str | None) -> None:
+    """Say sentences, those that there are."""
+    for sentence in words:
         if sentence is not None:
             say(sentence)
-    return 0
 
 
 def _stored(run: Path, truth: str, as_json: bool) -> int:
@@ -87,6 +143,5 @@ def _stored(run: Path, truth: str, as_json: bool) -> int:
         f"there is no file {truth} any more, so nothing was measured again: these are the numbers "
         "of the end of the run; name another truth with --truth"
     )
-    for sentence in sentences(numbers):
-        say(sentence)
+    _say_all(*sentences(numbers))
     return 0
