@@ -202,9 +202,10 @@ class AtlasState:
         samples leave unexplained; NaN where it is unknown."""
         return predicted_deviation(self.table, found) if self.body is None else found.deviation
 
-    def blend_of_patches(self, points) -> Blend:
-        """The same of overlapping patches, whatever faces there are."""
-        found = self.field.at(points)
+    def blend_of_patches(self, points, curved: bool = True) -> Blend:
+        """The same of overlapping patches, whatever faces there are; curvatures are NaN without
+        ``curved``."""
+        found = self.field.at(points, curved=curved)
         if not self.rims:
             return found
         some = np.flatnonzero(found.known)

@@ -48,6 +48,10 @@ class Blend:
     gaussian_curvature: np.ndarray
     patch: np.ndarray
 
+    def some(self, index) -> "Blend":
+        """The same at some of the points."""
+        return Blend(*(column[index] for column in vars(self).values()))
+
     def without(self, index) -> "Blend":
         """The same, unknown at the points of indices (k,)."""
         if not len(index):
@@ -74,7 +78,7 @@ class Field:
     def __init__(self, table: PatchTable, graph: SurfaceGraph) -> None:
         self.table, self.graph = table, graph
 
-    def at(self, points, reach: float = np.inf) -> Blend:
+    def at(self, points, reach: float = np.inf, curved: bool = True) -> Blend:
         """Blend of all patches at world points (n, 3).
 
         Parameters
@@ -82,6 +86,8 @@ class Field:
         points : (n, 3) float, length, world
         reach : float, length
             Patches farther than this from a point are not evaluated there.
+        curved : bool
+            Whether to compute the curvature; else it is NaN.
 
         Raises
         ------
@@ -94,13 +100,13 @@ class Field:
         if self.table.size:
             for first in range(0, count, _AT_ONCE):
                 some = slice(first, first + _AT_ONCE)
-                out[some], patch[some] = self._means(points[some], reach)
+                out[some], patch[some] = self._means(points[some], reach, curved)
         normal = out[:, 3:] / np.sqrt((out[:, 3:] ** 2).sum(axis=1))[:, None]
         return Blend(out[:, 0], patch >= 0, normal, np.sqrt(out[:, 1]), out[:, 2], patch)
 
-    def of_patches(self, rows, points, reach: float = np.inf) -> PatchValues:
+    def of_patches(self, rows, points, reach: float = np.inf, curved: bool = True) -> PatchValues:
         """Values of single patches ``rows`` (m,) at world points (m, 3), one patch for each."""
-        return patch_values(self.table, self.graph, rows, points, reach)
+        return patch_values(self.table, self.graph, rows, points, reach, curved)
 
     def distances(
         self, rows, points, reach: float = np.inf, trimmed: bool = True, plain: bool = False
@@ -109,7 +115,7 @@ class Field:
         ``patch_values.distances``."""
         return distances(self.table, self.graph, rows, points, reach, trimmed, plain)
 
-    def _means(self, points, reach: float):
+    def _means(self, points, reach: float, curved: bool):
         """Means (n, 6) of distance, variance, curvature and normal over the patches on the sheet
         of each point's owner, and the owners (n,); NaN and -1 without an owner."""
         graph = self.graph
@@ -117,7 +123,7 @@ class Field:
         rows, which = self.table.index.near(points)
         if not len(rows):
             return out, patch
-        found = self.of_patches(rows, points[which], reach)
+        found = self.of_patches(rows, points[which], reach, curved)
         starts, sizes, owner, is_owned = owners(rows, which, found.distance, found.own)
         if graph.creases and found.covers is not None:
             feet = points[which] - found.distance[:, None] * found.numbers[:, 3:]

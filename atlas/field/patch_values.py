@@ -70,15 +70,19 @@ class PatchValues:
     covers: np.ndarray | None = None
 
 
-def patch_values(table: PatchTable, graph: SurfaceGraph, rows, points, reach: float) -> PatchValues:
+def patch_values(
+    table: PatchTable, graph: SurfaceGraph, rows, points, reach: float, curved: bool = True
+) -> PatchValues:
     """Values of patches ``rows`` (m,) at world points (m, 3), one patch for each point.
 
-    Patches farther than ``reach`` (length) from a point are not evaluated there.
+    Patches farther than ``reach`` (length) from a point are not evaluated there. Without
+    ``curved`` the curvatures are NaN.
     """
     count, lines = len(rows), graph.neighbours.lines()
     out = PatchValues(np.empty(count), np.empty(count), np.empty((count, 6)), np.empty(count, bool))
     for patches, index in groups(rows):
-        _fill_values(table, lines, patches, index, points[index], reach, out)
+        here = _PatchesAtPoints(table, patches, points[index], _ALL if curved else GRADIENT)
+        _fill_values(table, lines, patches, index, here, reach, out)
     if graph.creases:
         seen = graph.visibility.sees(
             rows, points - out.distance[:, None] * out.numbers[:, 3:], out.own
@@ -129,10 +133,25 @@ def distances(
     return distance, normals, own
 
 
-def _fill_values(table: PatchTable, lines, rows, index, points, reach, out: PatchValues) -> None:
-    """Fill in the values of patches ``rows`` (m,) at points (m, k, 3) at pairs ``index`` (m, k)."""
-    radius, here = table.radius[rows][:, None], _PatchesAtPoints(table, rows, points, _ALL)
-    inside = here.inside(reach)
+def _fill_values(table: PatchTable, lines, rows, index, here, reach, out: PatchValues) -> None:
+    """Fill in the values of patches ``rows`` (m,) at their points, as they are evaluated ``here``,
+    at pairs ``index`` (m, k)."""
+    radius, inside = table.radius[rows][:, None], here.inside(reach)
+    variance, beyond = _variances(table, rows, here)
+    scale = (radius / here.stretch) ** 2
+    variance = scale * variance + np.finfo(float).tiny
+    closeness = np.where(inside, np.maximum(1.0 - here.square, 0.0), 0.0)
+    out.distance[index] = here.distance
+    out.weight[index] = closeness * closeness * closeness / variance
+    out.numbers[index, 0], out.numbers[index, 1] = here.distance, variance + beyond * scale
+    out.numbers[index, 2] = np.where(closeness > 0.0, here.curvature(), 0.0)
+    out.numbers[index, 3:] = here.normals
+    out.own[index] = here.own(table, lines, rows, inside)
+
+
+def _variances(table: PatchTable, rows, here: "_PatchesAtPoints") -> tuple[np.ndarray, np.ndarray]:
+    """Variances (m, k) of phi of patches ``rows`` (m,), scaled, and of the terms above their
+    degree."""
     terms = here.terms[:, : table.basis.size]
     variance = table.variance_at(rows, terms)
     beyond = left_out(table, rows, here.scaled)
@@ -141,20 +160,7 @@ def _fill_values(table: PatchTable, lines, rows, index, points, reach, out: Patc
         variance[i] = joint_variance(own.residual, own.covariance[None], own_terms, shared)[0]
         # The variance of a residual contains the terms above the degree.
         beyond[i] = 0.0
-    variance = (radius / here.stretch) ** 2 * variance + np.finfo(float).tiny
-    closeness = np.where(inside, np.maximum(1.0 - here.square, 0.0), 0.0)
-    out.distance[index] = here.distance
-    out.weight[index] = closeness * closeness * closeness / variance
-    beyond *= (radius / here.stretch) ** 2
-    out.numbers[index, 0], out.numbers[index, 1] = here.distance, variance + beyond
-    with np.errstate(all="ignore"):
-        px, py, pz, *second = here.derivatives
-        pxx, pxy, pyy, pxz, pyz, pzz = second
-        graph = graph_derivatives(px, py, pxx, pxy, pyy, pz, pxz, pyz, pzz)
-        curvature = gaussian_curvature(*graph) / radius**2
-    out.numbers[index, 2] = np.where(closeness > 0.0, curvature, 0.0)
-    out.numbers[index, 3:] = here.normals
-    out.own[index] = here.own(table, lines, rows, inside)
+    return variance, beyond
 
 
 class _PatchesAtPoints:
@@ -195,6 +201,17 @@ class _PatchesAtPoints:
         near = np.abs(self.distance) <= np.minimum(reach, HEIGHT_LIMIT * self._radius)
         near &= ~on_wrong_side(self.scaled, self.distance)
         return near & (self._across <= 1.0) & self._rising
+
+    def curvature(self) -> np.ndarray:
+        """(m, k) Gaussian curvature, 1/length^2; NaN without second derivatives."""
+        px, py, pz, *second = self.derivatives
+        if not second:
+            return np.full_like(px, np.nan)
+        pxx, pxy, pyy, pxz, pyz, pzz = second
+        with np.errstate(all="ignore"):
+            graph = graph_derivatives(px, py, pxx, pxy, pyy, pz, pxz, pyz, pzz)
+            found: np.ndarray = gaussian_curvature(*graph) / self._radius**2
+        return found
 
     def own(self, table: PatchTable, lines, rows, inside) -> np.ndarray:
         """(m, k) whether the feet of points ``inside`` (m, k) lie in the patches' cells. ``lines``

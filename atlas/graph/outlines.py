@@ -71,7 +71,7 @@ class Outlines:
 
     def _uncovered(self, rows, points) -> np.ndarray:
         """(m, 24) whether points (m, 24, 3) of the outlines of rows (m,) are open."""
-        table, lines = self._table, self._neighbours.lines()[rows]
+        table, lines = self._table, self._neighbours.lines_of(rows)
         power = power_at(table, lines[:, None], points) - CELL_MARGIN * table.weight[lines][:, None]
         # Lines are padded with the row itself.
         power[np.broadcast_to((lines == rows[:, None])[:, None], power.shape)] = np.inf

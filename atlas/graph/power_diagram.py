@@ -110,8 +110,10 @@ def _normals_at(table: PatchTable, rows, points) -> np.ndarray:
 
 def power_at(table: PatchTable, rows, points) -> np.ndarray:
     """(..., m) powers |x - p|^2 - w of rows (m,) or (..., m) at points (..., 3), length^2."""
-    offset = points[..., None, :] - table.site[rows]
-    return (offset * offset).sum(axis=-1) - table.weight[rows]
+    site = table.site[rows]
+    # One coordinate at a time: numpy is slow over an axis of three.
+    x, y, z = (points[..., None, i] - site[..., i] for i in range(3))
+    return (x * x + y * y + z * z) - table.weight[rows]
 
 
 def points_of_equal_power(table: PatchTable, rows, first, second) -> np.ndarray:

@@ -87,6 +87,11 @@ class SheetNeighbours:
         self._stale.clear()
         return self._lines[:size]
 
+    def lines_of(self, rows) -> np.ndarray:
+        """(n, w) the same of rows (n,), as wide as the longest of these lines, and one at least."""
+        lines = self.lines()[rows]
+        return lines[:, : max(1, int((lines != rows[:, None]).any(axis=0).sum()))]
+
 
 def same_sheet(neighbours: SheetNeighbours, first: np.ndarray, second: np.ndarray) -> np.ndarray:
     """(m,) whether patches ``first`` and ``second`` (m,) are sheet neighbours or the same patch."""

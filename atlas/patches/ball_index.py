@@ -40,6 +40,18 @@ class _Tree:
         self.rows, self.changed = np.zeros(0, np.int64), set[int]()
         self._level = level
         self._built: cKDTree | None = None
+        # The rows that changed and the tree of their centres, until others change.
+        self._second: tuple[np.ndarray, cKDTree] | None = None
+
+    def change(self, row: int) -> None:
+        """A ball of this size was inserted or moved."""
+        self.changed.add(row)
+        self._second = None
+
+    def discard(self, row: int) -> None:
+        """A ball of this size was removed."""
+        self.changed.discard(row)
+        self._second = None
 
     def parts(self, index: "BallIndex"):
         """One or two trees, each with the rows of its points, that together hold all balls."""
@@ -49,11 +61,15 @@ class _Tree:
             self._built = cKDTree(index.centre[self.rows])
             index.built[self.rows] = self._level
             self.changed.clear()
+            self._second = None
         if self._built is not None:
             yield self._built, self.rows
         if self.changed:
-            rows = np.array(sorted(self.changed), np.int64)
-            yield cKDTree(index.centre[rows]), rows
+            if self._second is None:
+                rows = np.array(sorted(self.changed), np.int64)
+                self._second = rows, cKDTree(index.centre[rows])
+            rows, tree = self._second
+            yield tree, rows
 
 
 class BallIndex:
@@ -107,13 +123,13 @@ class BallIndex:
             self.built = np.concatenate([self.built, np.full_like(self.built, _NOWHERE)])
         self.centre[row], self.radius[row] = centre, radius
         level = _level(radius)
-        self._trees.setdefault(level, _Tree(level)).changed.add(row)
+        self._trees.setdefault(level, _Tree(level)).change(row)
 
     def remove(self, row: int) -> None:
         """Remove a ball; KeyError when it is not in the index."""
         if row not in self:
             raise KeyError(f"row {row} is not in the index")
-        self._trees[_level(self.radius[row])].changed.discard(row)
+        self._trees[_level(self.radius[row])].discard(row)
         self.radius[row], self.built[row] = -1.0, _NOWHERE
 
     def move(self, row: int, centre, radius: float) -> None:

@@ -149,7 +149,7 @@ def open_places(view: View) -> tuple[np.ndarray, np.ndarray]:
 
 def at_open(view: View, point, home: int) -> Target:
     """The target at an open place (3,) of patch ``home``."""
-    found = view.atlas.blend_of_patches(point[None])
+    found = view.atlas.blend_of_patches(point[None], curved=False)
     normal = found.normal[0] if found.known[0] else view.atlas.table.axes[home, 2]
     return Target(point, normal, Reason.EXPAND)
 

@@ -11,6 +11,7 @@ import numpy as np
 from scipy.special import erf
 
 from touchatlas.atlas.atlas import Atlas
+from touchatlas.atlas.field.blend import Blend
 from touchatlas.atlas.field.predicted_deviation import predicted_deviation
 from touchatlas.atlas.graph.outlines import COUNT, core_points
 from touchatlas.atlas.graph.power_diagram import power_at
@@ -109,43 +110,23 @@ class Places:
             rows = np.array(sorted(near), int)
         self._touches = atlas.touches
         if len(rows):
-            outlines = atlas.surface_graph.outlines.points(rows)
-            self._update_open(atlas, rows, outlines)
-            self._update_inner(atlas, rows)
+            self._update(atlas, rows)
 
-    def _update_open(self, atlas: Atlas, rows, outlines) -> None:
-        """Places just beyond the outlines (m, 24, 3) of rows (m,)."""
-        table, origin = atlas.table, atlas.table.origin[rows][:, None]
+    def _update(self, atlas: Atlas, rows) -> None:
+        """Places just beyond the outlines and in the cells of rows (m,), in one blend."""
+        outlines = atlas.surface_graph.outlines.points(rows)
         is_open = atlas.surface_graph.outlines.open(rows)
+        inside, cells = _places_in_cells(atlas, rows)
+        origin = atlas.table.origin[rows]
         which, place = np.nonzero(is_open)
-        home = rows[which]
-        beyond = table.origin[home] + _BEYOND * (outlines[which, place] - table.origin[home])
-        found = atlas.blend_of_patches(beyond)
-        bare = ~found.known | (np.abs(np.nan_to_num(found.distance)) > _OFF * table.radius[home])
-        bare &= ~atlas.rims.beyond(beyond, table.axes[home, 2])
-        if atlas.creases:
-            bare &= ~atlas.surface_graph.visibility.beyond(home, beyond)
-        is_open[which, place] = bare
+        beyond = origin[which] + _BEYOND * (outlines[which, place] - origin[which])
+        found = atlas.blend_of_patches(np.concatenate([inside[cells], beyond]), curved=False)
+        count = len(cells[0])
+        is_open[which, place] = _is_bare(atlas, rows[which], beyond, found.some(slice(count, None)))
         self._open[rows] = is_open
-        self._edge[rows] = origin + _TOUCHED * _BEYOND * (outlines - origin)
-
-    def _update_inner(self, atlas: Atlas, rows) -> None:
-        """Places in the cells of rows (m,). They lie on the patches: beside the surface polynomials
-        are less sure."""
-        table = atlas.table
-        points = core_points(table, rows, _RADII, _TOWARD)
-        others = power_at(table, atlas.neighbours.lines()[rows][:, None], points).min(axis=2)
-        # Cells of the field overlap by a margin. Each area is counted once.
-        which = np.nonzero(power_at(table, rows[:, None, None], points)[..., 0] <= others)
-        found = atlas.blend_of_patches(points[which])
-        feet = points[which] - found.distance[:, None] * found.normal
-        deviation = predicted_deviation(table, found)
-        home, known = rows[which[0]], found.known
-        if atlas.creases:
-            known = known & ~atlas.surface_graph.visibility.beyond(home, points[which])
-        area = known * np.pi / _INNER * table.weight[home]
-        inner = np.zeros((*points.shape[:2], 8))
-        inner[which] = np.column_stack([feet, found.normal, deviation, area])
+        self._edge[rows] = origin[:, None] + _TOUCHED * _BEYOND * (outlines - origin[:, None])
+        inner = np.zeros((*inside.shape[:2], 8))
+        inner[cells] = _known_at(atlas, rows[cells[0]], inside[cells], found.some(slice(count)))
         self._inner[rows] = np.where(inner[..., 7:] > 0.0, inner, 0.0)
 
     def open(self, rows) -> tuple[np.ndarray, np.ndarray]:
@@ -205,3 +186,35 @@ def apart_from_each_other(points, extent: float) -> np.ndarray:
         if all(((point - other) ** 2).sum() > (_LISTED * extent) ** 2 for other in kept):
             kept.append(point)
     return np.array(kept).reshape(-1, 3)
+
+
+def _places_in_cells(atlas: Atlas, rows) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:
+    """Places (m, 21, 3) in the cores of rows (m,), length, world, and the indices of those in their
+    cells. They lie on the patches: beside the surface polynomials are less sure."""
+    table = atlas.table
+    points = core_points(table, rows, _RADII, _TOWARD)
+    others = power_at(table, atlas.neighbours.lines_of(rows)[:, None], points).min(axis=2)
+    # Cells of the field overlap by a margin. Each area is counted once.
+    return points, np.nonzero(power_at(table, rows[:, None, None], points)[..., 0] <= others)
+
+
+def _is_bare(atlas: Atlas, home, points, found: Blend) -> np.ndarray:
+    """(n,) whether no patch knows the surface at points (n, 3) beyond the outlines of patches
+    ``home`` (n,), by the blend there."""
+    radius = atlas.table.radius[home]
+    bare = ~found.known | (np.abs(np.nan_to_num(found.distance)) > _OFF * radius)
+    bare &= ~atlas.rims.beyond(points, atlas.table.axes[home, 2])
+    if atlas.creases:
+        bare &= ~atlas.surface_graph.visibility.beyond(home, points)
+    return np.asarray(bare)
+
+
+def _known_at(atlas: Atlas, home, points, found: Blend) -> np.ndarray:
+    """(n, 8) feet, normals, deviations and areas at points (n, 3) in the cells of patches ``home``
+    (n,), by the blend there: see ``Known``."""
+    feet = points - found.distance[:, None] * found.normal
+    deviation, known = predicted_deviation(atlas.table, found), found.known
+    if atlas.creases:
+        known = known & ~atlas.surface_graph.visibility.beyond(home, points)
+    area = known * np.pi / _INNER * atlas.table.weight[home]
+    return np.column_stack([feet, found.normal, deviation, area])
