@@ -112,10 +112,4 @@ class Attempts:
         done = np.array([*self.touched, *self.tried]).reshape(-1, 3)
         in_vain = np.reshape(self._in_vain, (-1, 3))
         open_plans = np.reshape(pending, (-1, 3))
-        return View(atlas, places, touched, done, in_vain, open_plans, extent_of(atlas))
-
-
-def extent_of(atlas: Atlas) -> float:
-    """Diagonal of the bounding box of all samples, length."""
-    points = atlas.membership.pool.points
-    return float(np.linalg.norm(points.max(axis=0) - points.min(axis=0)))
+        return View(atlas, places, touched, done, in_vain, open_plans, atlas.membership.pool.extent)

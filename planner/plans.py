@@ -41,8 +41,7 @@ def plan_at(atlas: Atlas, target: Target, extent: float, options: PlannerOptions
     if target.across is not None:
         return _section_plan(target, target.across, extent, options)
     pool, normal = atlas.membership.pool, target.normal
-    offset = pool.points - target.point
-    along = cross(pool.across[(offset * offset).sum(axis=1).argmin()], normal)
+    along = cross(pool.across[pool.nearest(target.point)], normal)
     heading = cross(normal, along)
     if heading @ heading < np.finfo(float).eps:
         heading = any_tangent(normal)

@@ -29,6 +29,8 @@ _SET_UP = 0.3
 # Deviation of a place that needs no touch, in deviations of a sample: a dozen samples give it.
 # Doubled, explorations to tolerances near the noise end too early.
 SUREST = 0.3
+# Patches whose places are looked at together. Doubled, planning takes about as long.
+_AT_ONCE = 16
 # Places of a first touch: points of a spiral about the start, in extents, and their number. The
 # angle between two is the golden angle, which leaves no direction out. Doubled, the spiral is
 # twice as wide.
@@ -161,16 +163,22 @@ def weak_target(view: View) -> Target | None:
     or attempts, or much surer than a single sample.
     """
     table = view.atlas.table
-    known, noise = view.places.known(table.rows), table.measurement_std[table.rows][:, None]
-    gain = known.area * np.maximum(known.deviation**2 - (SUREST * noise) ** 2, 0.0)
-    apart = view.apart(known.points.reshape(-1, 3)).reshape(gain.shape)
-    free = (apart > _APART * view.extent) & (gain > 0.0)
-    score = np.where(free.any(axis=1), gain.sum(axis=1), 0.0)
-    if not score.max(initial=0.0) > 0.0:
-        return None
-    best = int(score.argmax())
-    place = int(np.where(free[best], known.deviation[best], 0.0).argmax())
-    return Target(known.points[best, place], known.normals[best, place], Reason.REFINE)
+    rows, noise = table.rows, table.measurement_std[table.rows][:, None]
+    deviation, area = view.places.deviations(rows)
+    gain = area * np.maximum(deviation**2 - (SUREST * noise) ** 2, 0.0)
+    score = gain.sum(axis=1)
+    order = np.argsort(-score, kind="stable")[: np.count_nonzero(score > 0.0)]
+    # A few patches at a time: the first of them with a free place is the one.
+    for first in range(0, len(order), _AT_ONCE):
+        some = order[first : first + _AT_ONCE]
+        known = view.places.known(rows[some])
+        free = view.is_free(known.points.reshape(-1, 3)).reshape(gain[some].shape)
+        free &= gain[some] > 0.0
+        if free.any():
+            best = int(free.any(axis=1).argmax())
+            place = int(np.where(free[best], known.deviation[best], 0.0).argmax())
+            return Target(known.points[best, place], known.normals[best, place], Reason.REFINE)
+    return None
 
 
 def known_places(view: View) -> Known:

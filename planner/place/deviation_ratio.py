@@ -47,10 +47,11 @@ class DeviationRatio:
         """
         found = np.concatenate([_BEFORE, *self._latest])
         right = found[found <= _WRONG]
-        whole = erf(np.asarray(deviations) / (np.sqrt(2.0) * _ratio(found)))
+        chance: np.ndarray = erf(np.asarray(deviations) / (np.sqrt(2.0) * _ratio(found)))
+        if len(right) == len(found):
+            return chance
         part = len(right) / len(found) * erf(deviations / (np.sqrt(2.0) * _ratio(right)))
-        chance: np.ndarray = np.maximum(whole, part)
-        return chance
+        return np.maximum(chance, part)
 
 
 def _ratio(errors) -> float:

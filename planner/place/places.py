@@ -81,7 +81,8 @@ class Places:
     def __init__(self) -> None:
         self._open = np.zeros((0, COUNT), bool)
         self._edge = np.zeros((0, COUNT, 3))
-        self._inner = np.zeros((0, _INNER, 8))
+        self._inner = np.zeros((0, _INNER, 6))
+        self._deviation, self._area = np.zeros((0, _INNER)), np.zeros((0, _INNER))
         self._touches = -1
         self.deviation_ratio = DeviationRatio()
 
@@ -101,9 +102,8 @@ class Places:
             Touches since then. If the atlas learned others, all places are computed.
         """
         size = atlas.table.size
-        self._open, self._edge, self._inner = (
-            grown(column, size) for column in (self._open, self._edge, self._inner)
-        )
+        for name in ("_open", "_edge", "_inner", "_deviation", "_area"):
+            setattr(self, name, grown(getattr(self, name), size))
         rows = atlas.table.rows
         if self._touches >= 0 and atlas.touches - self._touches == touches:
             near = atlas.neighbours.around(row for row in stale if atlas.table.alive[row])
@@ -127,7 +127,9 @@ class Places:
         self._edge[rows] = origin[:, None] + _TOUCHED * _BEYOND * (outlines - origin[:, None])
         inner = np.zeros((*inside.shape[:2], 8))
         inner[cells] = _known_at(atlas, rows[cells[0]], inside[cells], found.some(slice(count)))
-        self._inner[rows] = np.where(inner[..., 7:] > 0.0, inner, 0.0)
+        inner = np.where(inner[..., 7:] > 0.0, inner, 0.0)
+        self._inner[rows], self._deviation[rows] = inner[..., :6], inner[..., 6]
+        self._area[rows] = inner[..., 7]
 
     def open(self, rows) -> tuple[np.ndarray, np.ndarray]:
         """Open places (k, 3) of rows (m,), where a touch may begin, and the patch (k,) of each."""
@@ -137,7 +139,11 @@ class Places:
     def known(self, rows) -> Known:
         """The places in the cells of rows (m,)."""
         inner = self._inner[rows]
-        return Known(inner[..., :3], inner[..., 3:6], inner[..., 6], inner[..., 7])
+        return Known(inner[..., :3], inner[..., 3:], *self.deviations(rows))
+
+    def deviations(self, rows) -> tuple[np.ndarray, np.ndarray]:
+        """Deviations and areas (m, 21) of the same places."""
+        return self._deviation[rows], self._area[rows]
 
     def areas(
         self, atlas: Atlas, is_untried: Callable[[np.ndarray], np.ndarray]
@@ -154,15 +160,18 @@ class Places:
         patch, of which nothing is known.
         """
         rows = atlas.table.rows
-        known = self.known(rows)
+        deviation, area = self.deviations(rows)
+        some = area > 0.0
         with np.errstate(divide="ignore"):
-            limit = atlas.tolerance / known.deviation
-        within, unscaled = self.deviation_ratio.within(limit), erf(limit / np.sqrt(2.0))
-        inside = float((known.area * within).sum())
+            limit = atlas.tolerance / deviation[some]
+        within, unscaled = np.zeros((2, *area.shape))
+        within[some] = self.deviation_ratio.within(limit)
+        unscaled[some] = erf(limit / np.sqrt(2.0))
+        inside = float((area * within).sum())
         points, homes = self.open(rows)
         is_open = float(self.open_area(atlas, homes[is_untried(points)]).sum())
-        total = float(known.area.sum()) + is_open
-        return inside, total, float((known.area * unscaled).sum())
+        total = float(area.sum()) + is_open
+        return inside, total, float((area * unscaled).sum())
 
     def open_area(self, atlas: Atlas, homes) -> np.ndarray:
         """(k,) area that open places of patches (k,) stand for, length^2."""

@@ -5,7 +5,6 @@ from scipy.spatial import cKDTree
 
 from touchatlas.atlas import Atlas
 from touchatlas.planner import Planner, ProbePlan, Reason, StopReason
-from touchatlas.planner.attempts import extent_of
 from touchatlas.planner.options import PlannerOptions
 from touchatlas.planner.place.choose import Target
 from touchatlas.planner.place.holes import hole_centres
@@ -45,7 +44,7 @@ class Oracle(Planner):
         error = errors(atlas, self._points)
         self._coverage = float(np.mean(error <= atlas.tolerance))
         touched, tried = self._attempts.touched, self._attempts.tried
-        extent, done = extent_of(atlas), np.array([*touched, *tried])
+        extent, done = atlas.membership.pool.extent, np.array([*touched, *tried])
         if self._coverage >= self.options.coverage and np.isfinite(error).all():
             target = _hole(atlas, done, extent)
             end = StopReason.KNOWN
