@@ -11,9 +11,12 @@ import os
 import sys
 import time
 from dataclasses import replace
+from pathlib import Path
 
 # Read when numpy is loaded.
 os.environ.update(dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"), "1"))
+
+sys.path.insert(0, str(Path(__file__).parent))
 
 import numpy as np
 from cost_of_an_atlas import SPACING, TOLERANCE, touch
@@ -42,7 +45,8 @@ def of_object(name: str, most: int | None) -> None:
 def of_plain(sizes: list[int]) -> None:
     """Grow an atlas of the plain, and print what plans cost from some sizes on."""
     rng, atlas = np.random.default_rng(0), Atlas(TOLERANCE)
-    side = np.arange(-int(np.sqrt(max(sizes))), int(np.sqrt(max(sizes))) + 1)
+    half = int(np.sqrt(max(sizes) + LAST * len(sizes)))
+    side = np.arange(-half, half + 1)
     places = SPACING * np.stack(np.meshgrid(side, side), axis=-1).reshape(-1, 2)
     touches = enumerate(places[np.argsort((places**2).sum(axis=1), kind="stable")])
     for size in sorted(sizes):

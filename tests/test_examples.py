@@ -21,6 +21,7 @@ EXAMPLES = Path(__file__).parent.parent / "examples"
 # Small stand-ins for the arguments that a reader would give.
 ARGUMENTS = {
     "cost_of_an_atlas.py": ["15", "30"],
+    "cost_of_planning.py": ["sphere:3", "15"],
     "displaced_curves.py": ["1"],
     "economy.py": ["sphere"],
     "edge_sweeps.py": ["step", "50"],

@@ -8,6 +8,7 @@ from tests.explored import spread_touches
 from touchatlas.atlas import Atlas
 from touchatlas.atlas.field.predicted_deviation import predicted_deviation
 from touchatlas.planner import Planner
+from touchatlas.planner.place.choose import SUREST, View, weak_target
 from touchatlas.planner.place.places import Places
 from touchatlas.sim import make_object
 from touchatlas.sim.world.mesh_object import MeshObject
@@ -70,3 +71,26 @@ def test_places_lie_on_the_surface_where_it_is_as_sure_as_is_said():
     again = predicted_deviation(atlas.table, atlas.blend(known.points[some]))
     assert np.median(known.deviation[some] / again) == pytest.approx(1.0, abs=0.01)
     assert np.quantile(known.deviation[some] / again, 0.9) < 1.1
+
+
+def test_the_weakest_patch_that_is_free_is_touched():
+    """Patches are looked at a few at a time; here all together."""
+    body = make_object("ellipsoid")
+    atlas, places = Atlas(body.tolerance), Places()
+    for touch in spread_touches(body, 20, body.noise_std):
+        atlas.add(touch)
+    places.update(atlas, (), 0)
+    rows = atlas.table.rows
+    known, noise = places.known(rows), atlas.table.measurement_std[rows][:, None]
+    gain = known.area * np.maximum(known.deviation**2 - (SUREST * noise) ** 2, 0.0)
+    nothing, start = np.zeros((0, 3)), np.array([[0.0, 0.0, 100.0]])
+    done = start
+    for _ in range(40):
+        view = View(atlas, places, start, done, nothing, nothing, atlas.membership.pool.extent)
+        target = weak_target(view)
+        free = view.is_free(known.points.reshape(-1, 3)).reshape(gain.shape) & (gain > 0.0)
+        best = np.where(free.any(axis=1), gain.sum(axis=1), 0.0).argmax()
+        place = np.where(free[best], known.deviation[best], 0.0).argmax()
+        assert np.array_equal(target.point, known.points[best, place])
+        # All places of the weakest patch are done.
+        done = np.concatenate([done, known.points[best]])

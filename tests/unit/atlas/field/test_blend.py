@@ -77,3 +77,16 @@ def test_a_point_alone_has_the_same_distance_as_among_many(torus):
     alone = torus.blend(points[few])
     assert (together.patch[few] == alone.patch).all()
     assert together.distance[few] == pytest.approx(alone.distance, abs=1e-12, nan_ok=True)
+
+
+def test_without_curvatures_a_blend_is_the_same_and_some_of_it_is_some_of_its_points():
+    """Products of other shapes round differently."""
+    atlas = explored("torus", max_touches=25).atlas
+    points = atlas.membership.pool.points[::7]
+    whole, flat = atlas.blend_of_patches(points), atlas.blend_of_patches(points, curved=False)
+    assert np.isnan(flat.gaussian_curvature).all()
+    assert np.isfinite(whole.gaussian_curvature[whole.known]).all()
+    assert np.array_equal(flat.patch, whole.patch)
+    assert np.allclose(flat.distance, whole.distance, rtol=0.0, atol=1e-12, equal_nan=True)
+    some = flat.some(slice(3, 9))
+    assert np.array_equal(some.normal, flat.normal[3:9], equal_nan=True) and len(some.known) == 6
