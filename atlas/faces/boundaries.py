@@ -1,11 +1,12 @@
 """Boundaries between pieces: sharp edge, smooth rim, or none but that one polynomial ends."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
 from scipy.spatial import cKDTree
 
+from touchatlas.atlas.faces.blunt_edges import BluntEdge, Rounding
 from touchatlas.atlas.faces.edge_curves import (
     CurvePoints,
     angles,
@@ -89,6 +90,8 @@ class Boundary:
         Median of the largest difference of their normal curvatures.
     gap : float, length
         Root mean square of the difference of their distances.
+    blunt : BluntEdge or None
+        How a sharp edge is rounded.
     """
 
     first: int
@@ -98,15 +101,20 @@ class Boundary:
     angle: float
     jump: float
     gap: float
+    blunt: BluntEdge | None = None
 
 
 def find_boundaries(labels: Labels) -> list[Boundary]:
     """All boundaries between the pieces of a labelling, in order of their labels."""
     judge = _Judge(labels)
+    blunt = {(edge.first, edge.second): edge for edge in Rounding(labels).edges()}
+    judge.rounded[[i for edge in blunt.values() for i in edge.samples.tolist()]] = True
     found = {pair: judge.linked(*pair, middles) for pair, middles in _across_links(labels).items()}
     for pair, middles in _across_ends(labels).items():
         if found.get(pair) is None:
             found[pair] = judge.uncrossed(*pair, middles)
+    for pair, edge in blunt.items():
+        found[pair] = judge.blunt(edge, found.get(pair))
     return [boundary for _, boundary in sorted(found.items()) if boundary is not None]
 
 
@@ -119,6 +127,8 @@ class _Judge:
         pairs = zip(labels.pieces, self.members, strict=True)
         self.misfits = [unseen_misfit(self.evidence, p, m) if len(m) else 0.0 for p, m in pairs]
         self.step = float(np.median(self.evidence.samples.steps))
+        # Samples that roundings of edges explain: they are of both pieces.
+        self.rounded = np.zeros(len(labels.of), bool)
 
     def linked(self, a: int, b: int, points) -> Boundary | None:
         """The boundary of two pieces between whose samples there are links, with middles (m, 3)."""
@@ -151,6 +161,16 @@ class _Judge:
             valley = CurvePoints(middles, np.full(len(middles), self.step))
         return Boundary(a, b, kind, valley, angle, jump, gap(*pieces, middles))
 
+    def blunt(self, edge: BluntEdge, before: Boundary | None) -> Boundary | None:
+        """The boundary of two pieces about a blunt edge: the sharp edge that was rounded."""
+        pieces = self.labels.pieces[edge.first], self.labels.pieces[edge.second]
+        reach = _NEAR * self.step + _NEAR * edge.radius
+        at = intersection_points(*pieces, edge.crossings, reach).points
+        if before is not None:
+            at = np.concatenate([at, before.curve.points])
+        found = self.uncrossed(edge.first, edge.second, at)
+        return before if found is None else replace(found, blunt=edge)
+
     def uncrossed(self, a: int, b: int, middles, least: float = _UNCROSSED) -> Boundary | None:
         """The sharp edge of two pieces about points between their samples, or None where they do
         not meet at an angle."""
@@ -181,7 +201,8 @@ class _Judge:
         tree = self.evidence.graph.tree
         _, near = tree.query(curve.points, k=min(_ABOUT, tree.n))
         of = self.labels.of[near.reshape(len(curve.points), -1)]
-        own = ((of == a) | (of == b)).mean(axis=1) >= _MOST
+        rounded = self.rounded[near.reshape(len(curve.points), -1)]
+        own = ((of == a) | (of == b) | rounded).mean(axis=1) >= _MOST
         return CurvePoints(curve.points[own], curve.deviation[own])
 
     def _rim_errors(self, label: int, at, across) -> tuple[float, float]:

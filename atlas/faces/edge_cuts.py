@@ -1,11 +1,11 @@
 """Points beside sharp edges: the largest distance of the faces at a convex one, the smallest at a
-concave one."""
+concave one; where an edge is blunt, that of the ball that rounds it."""
 
 import numpy as np
 
-from touchatlas.atlas.faces.boundaries import EdgeKind
 from touchatlas.atlas.faces.face_trees import FaceTrees, curve_tree
 from touchatlas.atlas.faces.faces import FaceEdge
+from touchatlas.atlas.faces.rounded_edges import RoundedCorners, edge_sign, raise_to_ball
 
 # Distance from a sharp edge up to which the face beyond it is asked, over that of the last of the
 # nearest samples, and from the samples of that face, over ``reach``. Doubled, faces are cut by the
@@ -34,11 +34,12 @@ class SharpEdges:
         self._trees, self._reach, self._faces = trees, reach, trees.faces.faces
         sharp = [edge for edge in trees.faces.edges if edge.kind.sharp and edge.curves]
         self._edges = [(edge, curve_tree(edge)) for edge in sharp]
+        self._corners = RoundedCorners(trees, reach)
         # The faces with which each has a sharp edge, and its sign.
         self._around: list[list[tuple[int, float]]] = [[] for _ in self._faces]
         for edge in sharp:
-            self._around[edge.first].append((edge.second, _sign(edge)))
-            self._around[edge.second].append((edge.first, _sign(edge)))
+            self._around[edge.first].append((edge.second, edge_sign(edge)))
+            self._around[edge.second].append((edge.first, edge_sign(edge)))
 
     def cut(self, points, away, owner, chosen) -> np.ndarray:
         """(n,) the face that decides for points (n, 3) beside sharp edges.
@@ -61,10 +62,11 @@ class SharpEdges:
                 if self._reach:
                     beside |= self._trees.away(other, points[rows]) < _BESIDE * self._reach
                 rows = rows[beside]
-                self._cut(_sign(edge), (own, other), rows, points[rows], chosen, decides)
+                self._cut(edge, (own, other), rows, points[rows], chosen, decides)
+        self._corners.round(points, owner, chosen)
         return decides
 
-    def _cut(self, sign: float, pair, rows, points, chosen, decides) -> None:
+    def _cut(self, edge: FaceEdge, pair, rows, points, chosen, decides) -> None:
         """Let the second face of a pair decide for points (m, 3) of ``rows`` (m,) of the first,
         where it is the farther out; at a concave edge, of sign -1, the farther in.
 
@@ -72,7 +74,7 @@ class SharpEdges:
         """
         if not len(rows):
             return
-        own, other = pair
+        (own, other), sign = pair, edge_sign(edge)
         nearest = self._trees.nearest(own, points, _ABOUT).reshape(-1, 3)
         before = sign * self._where_it_is(sign, pair, nearest)[0][:, 0]
         before = before.reshape(len(points), -1).min(axis=1)
@@ -80,6 +82,10 @@ class SharpEdges:
         theirs, which = self._where_it_is(sign, pair, points)
         wins = sign * theirs[:, 0] > np.maximum(sign * chosen[rows, 0], _CROSSED * before)
         chosen[rows[wins]], decides[rows[wins]] = theirs[wins], which[wins]
+        if edge.radius > 0.0:
+            near = (which == other) & (before <= 0.0)
+            mine = self._trees.values(own, points[near])
+            raise_to_ball(edge, mine, theirs[near], rows[near], chosen)
 
     def _where_it_is(self, sign: float, pair, points) -> tuple[np.ndarray, np.ndarray]:
         """Distance, normal and variance (m, 5) of the second face of a pair at points (m, 3), and
@@ -100,8 +106,3 @@ class SharpEdges:
             ends &= sign * values[:, 0] < sign * theirs[:, 0]
             theirs[ends], which[ends] = values[ends], third
         return theirs, which
-
-
-def _sign(edge: FaceEdge) -> float:
-    """1 for a convex edge, where the farther out decides; -1 for a concave one."""
-    return 1.0 if edge.kind is EdgeKind.SHARP_CONVEX else -1.0

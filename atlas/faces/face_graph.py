@@ -17,8 +17,8 @@ def as_networkx(faces: "Faces") -> nx.MultiGraph:
 
     Nodes have ``kind``, ``words``, ``patches``, ``samples``, ``explained``, ``deviation``, ``x``,
     ``y``, ``z`` of the middle, and the numbers of the law: ``radius``, ``axis_x`` and so on. Edges
-    have ``kind``, ``length``, ``angle_deg``, ``gap``, ``deviation``, ``curves``. Lengths are in the
-    user's unit.
+    have ``kind``, ``length``, ``angle_deg``, ``gap``, ``deviation``, ``curves``, and the ``radius``
+    of their rounding with its deviation ``radius_std``. Lengths are in the user's unit.
     """
     graph = nx.MultiGraph()
     for face in faces.faces:
@@ -47,6 +47,8 @@ def as_networkx(faces: "Faces") -> nx.MultiGraph:
             gap=edge.gap,
             deviation=edge.deviation,
             curves=len(edge.curves),
+            radius=edge.radius,
+            radius_std=edge.radius_std,
         )
     return graph
 

@@ -6,6 +6,7 @@ from functools import cached_property
 import networkx as nx
 import numpy as np
 
+from touchatlas.atlas.faces.blunt_edges import BluntEdge
 from touchatlas.atlas.faces.boundaries import Boundary, EdgeKind
 from touchatlas.atlas.faces.labels import NONE, Labels
 from touchatlas.atlas.faces.laws import Law, law_of
@@ -75,6 +76,8 @@ class FaceEdge:
         Median angle between the normals of both faces; about zero at a smooth rim.
     gap : float, length
         Root mean square of how far the two surfaces are apart there.
+    radius, radius_std : float, length
+        Radius of the ball that rounds a sharp edge, 0 where none does, and its standard deviation.
     """
 
     first: int
@@ -85,6 +88,8 @@ class FaceEdge:
     deviation: float
     angle: float
     gap: float
+    radius: float = 0.0
+    radius_std: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,6 +107,8 @@ class Faces:
         Id of the face of each sample, -1 where nothing explains it.
     patch_of : (n,) int
         Number of the piece of each sample, -1 where there is none.
+    rounded : (k,) int
+        Samples of no face that lie on rounded edges, ascending.
     """
 
     faces: tuple[Face, ...]
@@ -109,14 +116,17 @@ class Faces:
     points: np.ndarray
     of: np.ndarray
     patch_of: np.ndarray
+    rounded: np.ndarray
 
     def __len__(self) -> int:
         return len(self.faces)
 
     @cached_property
     def unexplained(self) -> float:
-        """Fraction of the samples that belong to no face; 0 without samples."""
-        return float((self.of == NONE).mean()) if len(self.of) else 0.0
+        """Fraction of the samples that belong to no face and no rounded edge; 0 without samples."""
+        if not len(self.of):
+            return 0.0
+        return (np.count_nonzero(self.of == NONE) - len(self.rounded)) / len(self.of)
 
     @property
     def pieces(self) -> list[Piece]:
@@ -144,7 +154,9 @@ def join_faces(labels: Labels, boundaries: list[Boundary]) -> Faces:
     of = np.where(labels.of == NONE, NONE, face_of_label[labels.of])
     faces = [_face(labels, k, np.flatnonzero(face_of_label == k), of) for k in range(len(sizes))]
     edges = _edges(labels, boundaries, face_of_label)
-    return Faces(tuple(faces), edges, _points(labels), of, labels.of.copy())
+    blunt = [b.blunt.samples for b in boundaries if b.blunt is not None]
+    rounded = np.unique(np.concatenate([np.zeros(0, int), *blunt]))
+    return Faces(tuple(faces), edges, _points(labels), of, labels.of.copy(), rounded)
 
 
 def _points(labels: Labels) -> np.ndarray:
@@ -220,4 +232,14 @@ def _edge(first: int, second: int, parts: list[Boundary], step: float) -> FaceEd
         float(np.median(deviation)),
         float(np.average([b.angle for b in parts], weights=weights)),
         float(np.sqrt(np.average([b.gap**2 for b in parts], weights=weights))),
+        *_radius([b.blunt for b in parts if b.blunt is not None]),
     )
+
+
+def _radius(blunt: list[BluntEdge]) -> tuple[float, float]:
+    """Mean radius of blunt edges by their variances, and its standard deviation; zeros of none."""
+    if not blunt:
+        return 0.0, 0.0
+    weights = np.array([edge.deviation**-2 for edge in blunt])
+    mean = np.average([edge.radius for edge in blunt], weights=weights)
+    return float(mean), float(weights.sum() ** -0.5)

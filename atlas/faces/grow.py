@@ -78,7 +78,8 @@ class Evidence:
         s = evenly(members, _FITTED)
         points = self.samples.points[s]
         piece = fit_piece(kind, points, self.samples.normals[s], self.samples.std)
-        if kind is Kind.QUADRIC and piece is not None and _is_edge(piece, points):
+        bends = kind in (Kind.QUADRIC, Kind.QUARTIC)
+        if bends and piece is not None and _is_edge(piece, points):
             return None
         return piece
 
@@ -112,8 +113,8 @@ class Evidence:
 
 
 def _is_edge(piece: Piece, points) -> bool:
-    """Whether a quadric is flat at most of its points (n, 3) and faces another way at some: then it
-    is two planes and a rounded edge, a hyperbola in section, and no law of all three."""
+    """Whether a quadric or quartic is flat at most of its points (n, 3) and faces another way at
+    some: then it is two planes and a rounded edge, as a hyperbola is, and no law of all three."""
     length = float(np.sqrt((np.ptp(points, axis=0) ** 2).sum()))
     turn = length * np.abs(np.linalg.eigvalsh(piece.shape_operators(points))).max(axis=1)
     normals = piece.at(points)[1]

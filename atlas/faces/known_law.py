@@ -80,7 +80,7 @@ def look_for_law(
     Faces are read only where contours run over edges: a body without any is not worth the time.
     """
     samples = samples_of(pool, count, std)
-    if not shows_edges(samples, np.asarray(pool.edges[:count])):
+    if not (before.is_hopeful or shows_edges(samples, np.asarray(pool.edges[:count]))):
         return KnownLaw(count, std)
     return law_of_faces(faces_of_samples(samples, before=before.faces), samples)
 

@@ -37,7 +37,9 @@ def label_samples(samples: ContourSamples, options: FaceOptions = FaceOptions())
     return labels
 
 
-def relabel(samples: ContourSamples, pieces, of, options: FaceOptions = FaceOptions()) -> Labels:
+def relabel(
+    samples: ContourSamples, pieces, of, rounded=(), options: FaceOptions = FaceOptions()
+) -> Labels:
     """Labels of samples, of which the first were labelled before: only what the new ones touch is
     revised.
 
@@ -47,10 +49,12 @@ def relabel(samples: ContourSamples, pieces, of, options: FaceOptions = FaceOpti
     pieces : list of Piece
     of : (m,) int
         The piece of each of the first samples, or NONE.
+    rounded : (k,) int
+        Those of them that the rounding of an edge explained.
     options : FaceOptions
     """
     labels = Labels(Evidence(samples, SampleGraph(samples), options))
-    labels.resume(pieces, of)
+    labels.resume(pieces, of, rounded)
     revise_all(labels)
     return labels
 

@@ -49,11 +49,15 @@ class Labels:
         # What an earlier labelling left: the samples of its pieces, and those that had no label.
         self.settled: dict[Piece, np.ndarray] = {}
         self.loose_before = np.zeros(len(evidence.samples), bool)
+        # Samples without a label that the rounding of an edge explained then.
+        self.rounded = np.zeros(len(evidence.samples), bool)
 
-    def resume(self, pieces: list[Piece], of) -> None:
-        """Go on from an earlier labelling (m,) of the first samples by its pieces. What has not
-        changed since is not tried again."""
+    def resume(self, pieces: list[Piece], of, rounded=()) -> None:
+        """Go on from an earlier labelling (m,) of the first samples by its pieces, of which some
+        (k,) were explained by the rounding of edges. What has not changed since is not tried
+        again."""
         self.pieces = list(pieces)
+        self.rounded[np.asarray(rounded, int)] = True
         self.of[: len(of)] = of
         self.loose_before[: len(of)] = of == NONE
         self.settled = dict(zip(self.pieces, self.all_members(), strict=True))

@@ -115,6 +115,7 @@ class LawfulBody:
         known = away <= _STEPS * steps + off
         doubt = np.flatnonzero(~known & (away < self.reach))
         known[doubt] = self._is_among(points[doubt], found.normal[doubt])
+        known &= np.isfinite(found.deviation)
         # What nothing explains is not known.
         known &= ~self._astray[nearest] | (away < steps)
         return found, known
@@ -207,9 +208,12 @@ def shows_edges(samples: ContourSamples, ends_at_edge) -> bool:
 
 
 def lawful_share(faces: Faces) -> float:
-    """Fraction of the samples that lawful faces explain."""
+    """Fraction of the samples that lawful faces explain, and the rounding of their edges."""
     lawful = [face.id for face in faces.faces if face.law is not None]
-    return float(np.isin(faces.of, lawful).mean()) if len(faces.of) else 0.0
+    if not len(faces.of):
+        return 0.0
+    count = np.count_nonzero(np.isin(faces.of, lawful)) + len(faces.rounded)
+    return count / len(faces.of)
 
 
 def is_lawful(faces: Faces) -> bool:

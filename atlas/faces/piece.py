@@ -67,7 +67,8 @@ class Piece:
         length = np.maximum(steep, np.finfo(float).tiny)
         used = terms[: len(self.coefficients)]
         variance = ((self.covariance @ used) * used).sum(axis=0) * (self.scale / length) ** 2
-        variance = np.where(steep < _LEAST_GRADIENT, np.inf, variance)
+        # Rounding may leave a covariance with a tiny negative eigenvalue.
+        variance = np.where(steep < _LEAST_GRADIENT, np.inf, np.maximum(variance, 0.0))
         return value * self.scale / length, (gradient / length[:, None]) @ self.axes, variance
 
     def shape_operators(self, points) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from touchatlas.atlas.faces.absorb import absorb
 from touchatlas.atlas.faces.boundaries import find_boundaries
 from touchatlas.atlas.faces.faces import Faces, join_faces
 from touchatlas.atlas.faces.labelling import label_samples, relabel
@@ -29,7 +30,8 @@ def read_faces(pool: SamplePool, std: float, before: Faces | None = None) -> Fac
         Those of the first of the samples.
     """
     if not len(pool):
-        return Faces((), (), np.zeros((0, 3)), np.zeros(0, int), np.zeros(0, int))
+        none = np.zeros(0, int)
+        return Faces((), (), np.zeros((0, 3)), none, none, none)
     return faces_of_samples(samples_of(pool, len(pool), std), before=before)
 
 
@@ -41,7 +43,9 @@ def faces_of_samples(
     if before is None:
         labels = label_samples(samples, options)
     else:
-        labels = relabel(samples, before.pieces, before.patch_of, options)
+        labels = relabel(samples, before.pieces, before.patch_of, before.rounded, options)
+    if absorb(labels):
+        refit(labels)
     # Labels from before were moved to rims already.
     for _ in range(_RIM_ROUNDS if before is None else 1):
         move_to_rims(labels, find_boundaries(labels))

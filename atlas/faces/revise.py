@@ -73,7 +73,7 @@ def add(labels: Labels, per_cluster: int = 2) -> int:
     """New labels that grow from unexplained samples that hang together; returns how many."""
     evidence, size = labels.evidence, len(labels.of)
     pairs = evidence.graph.pairs
-    loose = labels.of == NONE
+    loose = (labels.of == NONE) & ~labels.rounded
     low, high = pairs[loose[pairs].all(axis=1)].T
     links = coo_matrix((np.ones(len(low)), (low, high)), shape=(size, size))
     _, part = connected_components(links, directed=False)

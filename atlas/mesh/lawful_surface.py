@@ -13,6 +13,10 @@ _COARSE, _MOST = 32, 160
 # sides of a wall pass the same cube.
 _WALL = 0.4
 
+# Distance from a rounded right angle of the lines from the middle of its rounding along both faces,
+# in radii. Doubled, narrower roundings get finer triangles.
+_CHORD = 0.2
+
 
 def coarse_edge(body: LawfulBody) -> float:
     """Edge of the cubes that show the shape of a body, length."""
@@ -23,7 +27,11 @@ def coarse_edge(body: LawfulBody) -> float:
 def fine_edge(body: LawfulBody, sagitta: float) -> float:
     """Edge of the cubes whose triangles are within ``sagitta`` (length) of the faces: the sagitta
     of a chord c on a circle of radius r is c^2 / 8 r, and a chord is a diagonal of two edges."""
-    bend = np.sqrt(4.0 * sagitta / max(body.largest_curvature, np.finfo(float).tiny))
+    curvature = body.largest_curvature
+    # The corner of a chord over a narrow rounding is off by a fifth of the radius at most.
+    blunt = [edge.radius for edge in body.faces.edges if _CHORD * edge.radius > sagitta]
+    curvature = max([curvature, *(1.0 / radius for radius in blunt)])
+    bend = np.sqrt(4.0 * sagitta / max(curvature, np.finfo(float).tiny))
     return max(min(coarse_edge(body), float(bend)), body.extent / _MOST)
 
 
@@ -40,4 +48,6 @@ def lawful_surface(body: LawfulBody, edge: float) -> Surface:
     vertices, faces = dual_contour(at, body.seeds, edge)
     found, _ = body.at(vertices)
     curvature = body.gaussian_curvature(vertices, found.face)
-    return Surface(vertices, faces, found.normal, found.deviation, found.face, curvature)
+    # A face whose equation fails at a vertex says nothing of it: it may lie anywhere.
+    deviation = np.minimum(found.deviation, body.extent)
+    return Surface(vertices, faces, found.normal, deviation, found.face, curvature)

@@ -1,0 +1,87 @@
+"""Absorbing: labels whose samples a rounded edge explains at a lower price are given up."""
+
+import numpy as np
+
+from touchatlas.atlas.faces.blunt_edges import BluntEdge, Rounding
+from touchatlas.atlas.faces.crossings import Crossings
+from touchatlas.atlas.faces.labels import NONE, Labels
+
+# Nats that are saved, an edge, and the labels that it makes needless.
+_Offer = tuple[float, BluntEdge, set[int]]
+
+
+def absorb(labels: Labels) -> int:
+    """Give up the labels whose samples a rounded edge explains at a lower price; returns how many.
+
+    The edge that saves most is taken first. Its pieces get what lies beside its rounding.
+    """
+    absorbed = 0
+    while True:
+        rounding = Rounding(labels)
+        offers = _between(rounding) or _beside(rounding) or _beyond(rounding)
+        if not offers:
+            return absorbed
+        _, edge, given = max(offers, key=lambda offer: offer[0])
+        for label in sorted(given):
+            rounding.give(edge, label)
+        absorbed += len(given)
+
+
+def _between(rounding: Rounding) -> list[_Offer]:
+    """Edges that make the labels between their pieces needless."""
+    offers = [_needless(rounding, pair, some) for pair, some in rounding.crossings.items()]
+    return [offer for offer in offers if offer is not None]
+
+
+def _needless(rounding: Rounding, pair, crossings: Crossings) -> _Offer | None:
+    """The edge of a pair of labels, and the labels between them that it makes needless."""
+    between = rounding.labels.of[crossings.samples]
+    given = set(between[between != NONE].tolist())
+    while given:
+        edge = rounding.edge(pair[0], pair[1], crossings, given)
+        if edge is None:
+            break
+        kept = {k for k in given if rounding.saved_by(edge, k) > 0.0}
+        if kept == given:
+            return edge.saved, edge, given
+        given = kept
+    return None
+
+
+def _beside(rounding: Rounding) -> list[_Offer]:
+    """Edges that explain, with one of their pieces, another label: contours that end beside an edge
+    may have made one of a part of its rounding and a part of the piece."""
+    out: list[_Offer] = []
+    for edge in rounding.edges():
+        for label in range(len(rounding.labels.pieces)):
+            if label in (edge.first, edge.second) or not len(rounding.labels.members(label)):
+                continue
+            saved = rounding.saved_by(edge, label)
+            if saved > 0.0:
+                out.append((saved, edge, {label}))
+    return out
+
+
+def _beyond(rounding: Rounding) -> list[_Offer]:
+    """Edges that explain, with one of their pieces, the label that stands for this piece where
+    contours run over the edge."""
+    labels, out = rounding.labels, []
+    linked = {frozenset(pair[:2]) for pair in labels.pairs()}
+    for pair, crossings in rounding.crossings.items():
+        for own, label in (pair, pair[::-1]):
+            for other in range(len(labels.pieces)):
+                apart = other == own or frozenset((label, other)) not in linked
+                if apart or not _is_partly(labels, label, other):
+                    continue
+                edge = rounding.edge(min(own, other), max(own, other), crossings, {label})
+                if edge is not None and rounding.saved_by(edge, label) > 0.0:
+                    out.append((edge.saved, edge, {label}))
+    return out
+
+
+def _is_partly(labels: Labels, label: int, other: int) -> bool:
+    """Whether most samples of a label lie on another, lawful piece."""
+    if not labels.pieces[other].kind.lawful:
+        return False
+    distance = labels.evidence.compare(labels.pieces[other], labels.members(label))[0]
+    return bool(np.median(np.abs(distance)) < labels.evidence.options.gate)

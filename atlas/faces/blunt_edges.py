@@ -1,0 +1,228 @@
+"""Blunt edges: two faces and one radius explain the samples of contours that run over an edge.
+
+The rounding of an edge is often narrower than the distance of contours, so that pieces of its own
+are many, uncertain, and end where contours do. One radius holds for the whole edge.
+"""
+
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from touchatlas.atlas.faces.crossings import Crossings, find_crossings
+from touchatlas.atlas.faces.labels import NONE, Labels
+from touchatlas.atlas.faces.rolling_ball import (
+    ball_radius,
+    radius_slope,
+    rounded_corner,
+    rounded_edge,
+)
+
+# Largest cosine of the normals of two faces with an edge: 20 degrees; and least: 160 degrees, where
+# a rounded edge is half of a tube. Doubled, rims of cylinders are blunt edges.
+_EDGE = np.cos(np.deg2rad(20.0))
+# Radii that are tried, the quantiles of those of single samples. Doubled, nothing changes.
+_TRIED = 15
+# Gauss-Newton steps from the best of them. Doubled, nothing changes.
+_STEPS = 5
+# Radius that is none, in its standard deviations. Doubled, edges of one tolerance are sharp.
+_SHARP = 3.0
+# Nats that a blunt edge must save: odds of 400. Doubled, edges of one tolerance are sharp.
+_BETTER = 6.0
+
+
+@dataclass(frozen=True, eq=False)
+class BluntEdge:
+    """An edge of two pieces that is rounded with one radius.
+
+    Parameters
+    ----------
+    first, second : int
+        Labels, the lower first.
+    sign : float
+        1 for a convex edge, -1 for a concave one.
+    radius, deviation : float, length
+        The radius and its standard deviation.
+    samples : (m,) int
+        Those without a label that it explains, ascending.
+    crossings : (k, 3) float, length
+        A point beside the edge for each contour that runs over it.
+    saved : float
+        Nats that it saves.
+    """
+
+    first: int
+    second: int
+    sign: float
+    radius: float
+    deviation: float
+    samples: np.ndarray
+    crossings: np.ndarray
+    saved: float
+
+    @property
+    def is_blunt(self) -> bool:
+        """Whether the radius differs from zero."""
+        return self.radius > _SHARP * self.deviation
+
+
+class Rounding:
+    """What edges that are rounded say of the samples of a labelling.
+
+    Parameters
+    ----------
+    labels : Labels
+    """
+
+    def __init__(self, labels: Labels) -> None:
+        self.labels, self.evidence = labels, labels.evidence
+        self.crossings = dict(sorted(find_crossings(labels).items()))
+
+    def edges(self) -> list[BluntEdge]:
+        """The edges whose radius differs from zero, in order of their labels."""
+        found = [self.edge(*pair, some) for pair, some in self.crossings.items()]
+        return [edge for edge in found if edge is not None and edge.is_blunt]
+
+    def edge(self, first: int, second: int, crossings: Crossings, given=()) -> BluntEdge | None:
+        """The rounded edge of two labels, or None where none is shorter to describe.
+
+        Only those crossings count between which all samples are of no label, or of labels that are
+        ``given`` up.
+        """
+        labels, pair = self.labels, (first, second)
+        crossings = crossings.only(np.isin(labels.of, [NONE, *given]))
+        if not len(crossings):
+            return None
+        sign = crossings.side(self.evidence, labels.pieces[first], labels.pieces[second])
+        members = np.flatnonzero(np.isin(labels.of, sorted(given)))
+        samples = np.unique(np.concatenate([crossings.samples, crossings.beside, members]))
+        across = self._pair(pair, sign, samples)
+        if sign == 0.0 or not -_EDGE < np.median(across.cosine) < _EDGE:
+            return None
+        found = across.radius()
+        if found is None:
+            return None
+        # A sample whose normal no piece shares may lie at a sharp edge.
+        sharp = np.where(labels.of[samples] == NONE, across.misfit(0.0), np.inf)
+        saved = np.minimum(self._now(samples), sharp).sum()
+        saved -= self._after(pair, sign, found[0], samples, given).sum()
+        saved -= 0.5 * np.log(len(samples)) - sum(self._price(k) for k in given)
+        if saved <= _BETTER:
+            return None
+        on = self._on_ball(pair, sign, found[0])
+        return BluntEdge(first, second, sign, *found, on, crossings.points, float(saved))
+
+    def _after(self, pair, sign: float, radius: float, samples, given) -> np.ndarray:
+        """(m,) nats of samples by a rounded edge of two labels, and the roundings at its ends:
+        those with a third label, none ``given`` up, to which contours run from both."""
+        out = self._pair(pair, sign, samples).misfit(radius)
+        for third in self._thirds(pair, given):
+            three = (*pair, third)
+            for two in list(combinations(three, 2))[1:]:
+                out = np.minimum(out, self._pair(two, sign, samples).ball_misfit(radius))
+            out = np.minimum(out, self._corner_misfit(three, sign, radius, samples))
+        return out
+
+    def saved_by(self, edge: BluntEdge, label: int) -> float:
+        """Nats that are saved where all samples of a label are given to a rounded edge."""
+        members, pair = self.labels.members(label), (edge.first, edge.second)
+        after = self._after(pair, edge.sign, edge.radius, members, {label})
+        return float(self._now(members).sum() + self._price(label) - after.sum())
+
+    def give(self, edge: BluntEdge, label: int) -> None:
+        """Give the samples of a label to the pieces of a rounded edge, and to none those on its
+        rounding or far from all."""
+        members, far = self.labels.members(label), self.evidence.options.unexplained
+        pair = self._pair((edge.first, edge.second), edge.sign, members)
+        weights = pair.weights(edge.radius)
+        loose = (weights.min(axis=1) > 0.0) | (pair.misfit(edge.radius) >= far)
+        side = np.where(weights[:, 0] > 0.0, edge.first, edge.second)
+        self.labels.of[members] = np.where(loose, NONE, side)
+
+    def _pair(self, pair, sign: float, samples) -> "_Pair":
+        return _Pair(self.labels, pair, sign, samples)
+
+    def _on_ball(self, pair, sign: float, radius: float) -> np.ndarray:
+        """(m,) samples without a label that lie on the rounding of an edge."""
+        loose = np.flatnonzero(self.labels.of == NONE)
+        across = self._pair(pair, sign, loose)
+        return loose[across.ball_misfit(radius) < self.evidence.options.unexplained]
+
+    def _now(self, samples) -> np.ndarray:
+        """(m,) nats of samples by their own labels, or by none."""
+        of = self.labels.of[samples]
+        out = np.full(len(samples), self.evidence.options.unexplained)
+        for label in np.unique(of[of != NONE]).tolist():
+            mine = of == label
+            distance = self.evidence.compare(self.labels.pieces[label], samples[mine])[0]
+            out[mine] = self.evidence.misfit(distance)
+        return out
+
+    def _price(self, label: int) -> float:
+        """Nats for the parameters of a label."""
+        kind, count = self.labels.pieces[label].kind, len(self.labels.members(label))
+        return self.evidence.price(kind, count)
+
+    def _thirds(self, pair, given) -> list[int]:
+        """The labels, none of those ``given`` up, to which contours run from both of a pair."""
+        around = range(len(self.labels.pieces))
+        ends = [k for k in around if k not in pair and k not in given]
+        return [k for k in ends if all((min(k, p), max(k, p)) in self.crossings for p in pair)]
+
+    def _corner_misfit(self, three, sign: float, radius: float, samples) -> np.ndarray:
+        """(m,) nats of samples by the ball in the corner of three pieces; those of unexplained ones
+        beside it."""
+        points = self.evidence.samples.points[samples]
+        values = [self.labels.pieces[k].at(points) for k in three]
+        distances = sign * np.stack([distance for distance, _ in values], axis=1)
+        normals = np.stack([normal for _, normal in values], axis=1)
+        found, _, ball = rounded_corner(distances, normals, np.full(len(samples), radius))
+        nats = self.evidence.misfit(found / self.evidence.samples.std)
+        return np.where(ball, nats, self.evidence.options.unexplained)
+
+
+class _Pair:
+    """Signed distances of samples from two pieces, times the sign of their edge."""
+
+    def __init__(self, labels: Labels, pair, sign: float, samples) -> None:
+        self.evidence, self.std = labels.evidence, labels.evidence.samples.std
+        points = self.evidence.samples.points[samples]
+        (first, normals), (second, others) = (labels.pieces[k].at(points) for k in pair)
+        self.first, self.second = sign * first, sign * second
+        self.cosine = (normals * others).sum(axis=1)
+
+    def distance(self, radius: float) -> np.ndarray:
+        """(n,) distances from the rounded edge."""
+        return rounded_edge(self.first, self.second, self.cosine, radius)[0]
+
+    def weights(self, radius: float) -> np.ndarray:
+        """(n, 2) weights of both normals in that of the rounded edge."""
+        return rounded_edge(self.first, self.second, self.cosine, radius)[1]
+
+    def misfit(self, radius: float) -> np.ndarray:
+        """(n,) nats of the distances from the rounded edge."""
+        return self.evidence.misfit(self.distance(radius) / self.std)
+
+    def ball_misfit(self, radius: float) -> np.ndarray:
+        """(n,) nats of the distances from the ball; beside it those of unexplained samples."""
+        ball = self.weights(radius).min(axis=1) > 0.0
+        return np.where(ball, self.misfit(radius), self.evidence.options.unexplained)
+
+    def radius(self) -> tuple[float, float] | None:
+        """The radius that explains the samples best, and its standard deviation; None where no
+        sample on a ball lies inside of both faces."""
+        radii = ball_radius(self.first, self.second, self.cosine)
+        radii = radii[np.isfinite(radii)]
+        if not len(radii):
+            return None
+        tried = np.unique(np.quantile(radii, np.linspace(0.0, 1.0, _TRIED)))
+        radius = min(tried.tolist(), key=lambda r: self.misfit(r).sum())
+        square = 0.0
+        for _ in range(_STEPS):
+            distance, slope = self.distance(radius), radius_slope(self.weights(radius))
+            good = self.misfit(radius) < self.evidence.options.unexplained
+            square = float((slope[good] ** 2).sum())
+            if square <= 0.0:
+                return None
+            radius = max(radius - float((slope * distance)[good].sum()) / square, 0.0)
+        return radius, self.std / float(np.sqrt(square))

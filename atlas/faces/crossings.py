@@ -1,0 +1,99 @@
+"""Crossings: where contours run from one lawful piece over few samples to another."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from touchatlas.atlas.faces.grow import Evidence
+from touchatlas.atlas.faces.labels import NONE, Labels
+from touchatlas.atlas.faces.piece import Piece
+
+# Longest chord between the two pieces, over the extent of the samples. Doubled, wide fillets are
+# edges with a radius and no faces of their own.
+_WIDEST = 0.06
+# Least number of samples of a contour in a row on each piece. Doubled, edges of narrow faces are
+# left out.
+_ROW = 3
+# Samples of either piece beside the crossing that must agree with a radius. Doubled, nothing
+# changes where the rounding is narrow.
+_BESIDE = 4
+
+
+@dataclass(frozen=True, eq=False)
+class Crossings:
+    """Crossings from one piece to another.
+
+    Parameters
+    ----------
+    spans : (k, 2) int
+        First sample between the pieces, and the first one beyond, of each.
+    points : (k, 3) float, length
+        Half-way between the last sample on one side and the first on the other.
+    """
+
+    spans: np.ndarray
+    points: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.spans)
+
+    @property
+    def samples(self) -> np.ndarray:
+        """(m,) samples between the pieces, ascending."""
+        return _ranges(self.spans[:, 0], self.spans[:, 1])
+
+    @property
+    def beside(self) -> np.ndarray:
+        """(m,) samples of both pieces next to those between them."""
+        low, high = self.spans.T
+        rows = min(_BESIDE, _ROW)
+        return np.union1d(_ranges(low - rows, low), _ranges(high, high + rows))
+
+    def only(self, free) -> "Crossings":
+        """Those between which all samples are ``free`` (n,)."""
+        whole = np.array([bool(free[low:high].all()) for low, high in self.spans], bool)
+        return Crossings(self.spans[whole], self.points[whole])
+
+    def side(self, evidence: Evidence, first: Piece, second: Piece) -> float:
+        """1 where most samples of each piece beside the crossings lie inside of the other, as at a
+        convex edge; -1 where they lie outside, 0 otherwise."""
+        points = evidence.samples.points[self.beside]
+        inner = [piece.at(points)[0] for piece in (first, second)]
+        heights = np.where(np.abs(inner[0]) > np.abs(inner[1]), *inner)
+        sides = np.sign(heights[np.abs(heights) > 3.0 * evidence.samples.std])
+        mean = float(sides.mean()) if len(sides) else 0.0
+        return -float(np.sign(mean)) if abs(mean) > 0.6 else 0.0
+
+
+def find_crossings(labels: Labels) -> dict[tuple[int, int], Crossings]:
+    """Pairs of lawful labels, the lower first, mapped to the crossings between them."""
+    samples, of = labels.evidence.samples, labels.of
+    widest = _WIDEST * float(np.linalg.norm(np.ptp(samples.points, axis=0)))
+    change = (np.diff(of, prepend=-2) != 0) | (np.diff(samples.contours, prepend=-1) != 0)
+    bounds = np.append(np.flatnonzero(change), len(of))
+    lawful = [label != NONE and labels.pieces[label].kind.lawful for label in of[bounds[:-1]]]
+    wide = np.flatnonzero(np.array(lawful, bool) & (np.diff(bounds) >= _ROW))
+    found: dict[tuple[int, int], list[tuple[int, int]]] = {}
+    for place, one in enumerate(wide.tolist()):
+        last = bounds[one + 1] - 1
+        for other in wide[place + 1 :].tolist():
+            first = bounds[other]
+            chord = np.linalg.norm(samples.points[first] - samples.points[last])
+            if samples.contours[first] != samples.contours[last] or chord > widest:
+                break
+            if of[first] != of[last]:
+                pair = sorted((int(of[first]), int(of[last])))
+                found.setdefault((pair[0], pair[1]), []).append((last + 1, first))
+    return {pair: _crossings(samples.points, spans) for pair, spans in found.items()}
+
+
+def _crossings(points, spans) -> Crossings:
+    spans = np.array(spans)
+    return Crossings(spans, 0.5 * (points[spans[:, 0] - 1] + points[spans[:, 1]]))
+
+
+def _ranges(low, high) -> np.ndarray:
+    """(m,) the whole numbers from each of ``low`` (k,) up to, but not with, each of ``high`` (k,),
+    ascending and without repetition."""
+    parts = [np.arange(a, b) for a, b in zip(low, high, strict=True)]
+    return np.unique(np.concatenate(parts)) if parts else np.zeros(0, int)

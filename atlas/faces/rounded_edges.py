@@ -1,0 +1,90 @@
+"""Points beside blunt edges and corners: the distance of the ball that rounds them."""
+
+from itertools import combinations
+
+import numpy as np
+
+from touchatlas.atlas.faces.boundaries import EdgeKind
+from touchatlas.atlas.faces.face_trees import FaceTrees
+from touchatlas.atlas.faces.faces import FaceEdge
+from touchatlas.atlas.faces.rolling_ball import radius_slope, rounded_corner, rounded_edge
+
+# Distance from the surface up to which corners are rounded, in radii. Doubled, more points are
+# asked in vain.
+_NEAR = 2.0
+# Distance from the samples of each face of a corner, over ``reach``. Doubled, corners are rounded
+# where extended faces meet.
+_REACH = 2.0
+
+
+def edge_sign(edge: FaceEdge) -> float:
+    """1 for a convex edge, where the farther out decides; -1 for a concave one."""
+    return 1.0 if edge.kind is EdgeKind.SHARP_CONVEX else -1.0
+
+
+def raise_to_ball(edge: FaceEdge, mine, theirs, rows, chosen) -> None:
+    """Change the values (n, 5) that were chosen, in ``rows`` (m,), to those of the ball of a blunt
+    edge, where it takes more of a convex edge away, or fills more of a concave one.
+
+    Parameters
+    ----------
+    edge : FaceEdge
+    mine, theirs : (m, 5) float
+        Distance, normal and variance of both faces at the points.
+    """
+    sign = edge_sign(edge)
+    cosine = (mine[:, 1:4] * theirs[:, 1:4]).sum(axis=1)
+    found, weights = rounded_edge(sign * mine[:, 0], sign * theirs[:, 0], cosine, edge.radius)
+    higher = (weights.min(axis=1) > 0.0) & (found > sign * chosen[rows, 0])
+    weights, mine, theirs, rows = weights[higher], mine[higher], theirs[higher], rows[higher]
+    chosen[rows, 0] = sign * found[higher]
+    chosen[rows, 1:4] = weights[:, :1] * mine[:, 1:4] + weights[:, 1:] * theirs[:, 1:4]
+    variance = np.maximum(mine[:, 4], theirs[:, 4])
+    chosen[rows, 4] = variance + (radius_slope(weights) * edge.radius_std) ** 2
+
+
+class RoundedCorners:
+    """The corners of three faces all of whose edges are blunt, and all convex or all concave.
+
+    Parameters
+    ----------
+    trees : FaceTrees
+    reach : float, length
+        Distance from the samples of a face up to which it may bound another.
+    """
+
+    def __init__(self, trees: FaceTrees, reach: float) -> None:
+        self._trees, self._reach = trees, reach
+        self._corners: list[tuple[tuple[int, int, int], float, float]] = []
+        blunt = {(e.first, e.second): e for e in trees.faces.edges if e.radius > 0.0}
+        around: dict[int, set[int]] = {}
+        for one, other in blunt:
+            around.setdefault(one, set()).add(other)
+        for one, others in sorted(around.items()):
+            for two, three in combinations(sorted(others), 2):
+                edges = [blunt.get(pair) for pair in ((one, two), (one, three), (two, three))]
+                found = [edge for edge in edges if edge is not None]
+                signs = {edge_sign(edge) for edge in found}
+                if len(found) == 3 and len(signs) == 1:
+                    radius = float(np.mean([edge.radius for edge in found]))
+                    self._corners.append(((one, two, three), signs.pop(), radius))
+
+    def round(self, points, owner, chosen) -> None:
+        """Change the distances and normals (n, 5) that were chosen at points (n, 3) of faces (n,)
+        to those of the balls in corners."""
+        for three, sign, radius in self._corners:
+            rows = np.flatnonzero(np.isin(owner, three))
+            rows = rows[np.abs(chosen[rows, 0]) < _NEAR * radius]
+            values = [self._trees.values(k, points[rows]) for k in three]
+            within = (sign * np.stack([v[:, 0] for v in values]) > -radius).all(axis=0)
+            rows, values = rows[within], [v[within] for v in values]
+            if self._reach:
+                away = np.max([self._trees.away(k, points[rows]) for k in three], axis=0)
+                near = away < _REACH * self._reach
+                rows, values = rows[near], [v[near] for v in values]
+            distances = sign * np.stack([v[:, 0] for v in values], axis=1)
+            normals = np.stack([v[:, 1:4] for v in values], axis=1)
+            found, normal, ball = rounded_corner(distances, normals, np.full(len(rows), radius))
+            higher = ball & (found > sign * chosen[rows, 0])
+            chosen[rows[higher], 0] = sign * found[higher]
+            chosen[rows[higher], 1:4] = normal[higher]
