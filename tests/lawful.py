@@ -24,6 +24,10 @@ PLATE = np.array([30.0, 20.0, 2.0])
 # Profile of a step, and triangles that fill it; the edge at (30, 20) is concave.
 STEP = np.array([[0, 0], [30, 0], [60, 0], [60, 40], [30, 40], [30, 20], [0, 20]], float)
 _STEP_TRIANGLES = np.array([[0, 1, 5], [0, 5, 6], [1, 2, 3], [1, 3, 5], [5, 3, 4]])
+# Radius of the edges of a rounded box, and of the concave edge of a filleted step.
+BLUNT, FILLET = 2.0, 3.0
+# Cut of the edges of a bevelled box, along both faces.
+BEVEL = 2.0
 _REACH, _SAMPLES = 16.0, 16
 
 
@@ -35,28 +39,57 @@ def _ring(radius: float, height: float) -> np.ndarray:
     )
 
 
-def _mesh(name: str) -> trimesh.Trimesh:
-    if name == "cylinder":
-        # Chords of so many sections lie 1.5e-3 within the circle, less than a tenth of the noise.
-        return trimesh.creation.cylinder(RADIUS, 2.0 * HALF_HEIGHT, sections=256)
-    if name == "step":
-        return trimesh.creation.extrude_triangulation(STEP, _STEP_TRIANGLES, height=30.0)
-    if name == "ellipsoid":
-        mesh = trimesh.creation.icosphere(5, 1.0)
-        mesh.vertices *= HALF
-        return mesh
-    if name == "cut ball":
-        ball = trimesh.creation.icosphere(4, RADIUS).vertices
-        height = 0.5 * RADIUS
-        rim = _ring(np.sqrt(RADIUS**2 - height**2), height)
-        return trimesh.convex.convex_hull(np.concatenate([ball[ball[:, 2] < height], rim]))
-    return trimesh.creation.box(2.0 * {"box": HALF, "plate": PLATE}[name])
+def _filleted() -> trimesh.Trimesh:
+    """A step whose concave edge is rounded by 64 chords, 2e-4 within the circle."""
+    angle = np.linspace(0.0, 0.5 * np.pi, 65)[:, None]
+    centre = np.array([30.0 - FILLET, 20.0 + FILLET])
+    arc = centre + FILLET * np.hstack([np.cos(angle), -np.sin(angle)])
+    around = np.concatenate([STEP[:5], arc, STEP[6:]])
+    following = np.roll(np.arange(len(around)), -1)
+    fan = np.stack([np.full(len(around), len(around)), np.arange(len(around)), following], axis=1)
+    # All of the profile is seen from the point in the taller block.
+    profile = np.concatenate([around, [[45.0, 10.0]]])
+    return trimesh.creation.extrude_triangulation(profile, fan, height=30.0)
+
+
+def _swept(offsets) -> trimesh.Trimesh:
+    """The convex hull of a shape (k, 3) in each corner of a box."""
+    corners = trimesh.creation.box(2.0 * (HALF - np.abs(offsets).max(axis=0))).vertices
+    return trimesh.convex.convex_hull((corners[:, None] + offsets).reshape(-1, 3))
+
+
+def _ellipsoid() -> trimesh.Trimesh:
+    mesh = trimesh.creation.icosphere(5, 1.0)
+    mesh.vertices *= HALF
+    return mesh
+
+
+def _cut_ball() -> trimesh.Trimesh:
+    """A ball without the part above half of its radius."""
+    ball, height = trimesh.creation.icosphere(4, RADIUS).vertices, 0.5 * RADIUS
+    rim = _ring(np.sqrt(RADIUS**2 - height**2), height)
+    return trimesh.convex.convex_hull(np.concatenate([ball[ball[:, 2] < height], rim]))
+
+
+_MESHES = {
+    "box": lambda: trimesh.creation.box(2.0 * HALF),
+    "plate": lambda: trimesh.creation.box(2.0 * PLATE),
+    # Chords of so many sections lie 1.5e-3 within the circle, less than a tenth of the noise.
+    "cylinder": lambda: trimesh.creation.cylinder(RADIUS, 2.0 * HALF_HEIGHT, sections=256),
+    "step": lambda: trimesh.creation.extrude_triangulation(STEP, _STEP_TRIANGLES, height=30.0),
+    "ellipsoid": _ellipsoid,
+    "cut ball": _cut_ball,
+    # Chords of an icosphere of four divisions lie 6e-4 radii within the ball.
+    "rounded": lambda: _swept(trimesh.creation.icosphere(4, BLUNT).vertices),
+    "bevelled": lambda: _swept(BEVEL * np.concatenate([np.eye(3), -np.eye(3)])),
+    "filleted": _filleted,
+}
 
 
 @lru_cache
 def lawful_object(name: str) -> MeshObject:
     """A body of 1e-3 of its extent as its tolerance, and a fifth of that as noise."""
-    mesh = _mesh(name)
+    mesh = _MESHES[name]()
     return MeshObject(name, np.array(mesh.vertices), np.array(mesh.faces))
 
 
@@ -102,3 +135,11 @@ def step_distance(points) -> np.ndarray:
 def box_distance(points, half=HALF) -> np.ndarray:
     """(n,) the largest distance of points (n, 3) from the six planes of a box."""
     return (np.abs(points) - half).max(axis=1)
+
+
+def rounded_box_distance(points) -> np.ndarray:
+    """(n,) the distance of points (n, 3) from a box whose edges are rounded: that from a smaller
+    box less the radius."""
+    beyond = np.abs(points) - (HALF - BLUNT)
+    outside = np.sqrt((np.maximum(beyond, 0.0) ** 2).sum(axis=1))
+    return outside + np.minimum(beyond.max(axis=1), 0.0) - BLUNT

@@ -104,10 +104,12 @@ class Rounding:
             return None
         # A sample whose normal no piece shares may lie at a sharp edge.
         sharp = np.where(labels.of[samples] == NONE, across.misfit(0.0), np.inf)
-        saved = np.minimum(self._now(samples), sharp).sum()
-        saved -= self._after(pair, sign, found[0], samples, given).sum()
+        after = self._after(pair, sign, found[0], samples, given)
+        saved = (np.minimum(self._now(samples), sharp) - after).sum()
         saved -= 0.5 * np.log(len(samples)) - sum(self._price(k) for k in given)
-        if saved <= _BETTER:
+        crossing = np.isin(samples, members, invert=True) | np.isin(samples, crossings.samples)
+        good = self.evidence.is_good(self.evidence.options.unexplained - after[crossing])
+        if saved <= _BETTER or not good:
             return None
         on = self._on_ball(pair, sign, found[0])
         return BluntEdge(first, second, sign, *found, on, crossings.points, float(saved))

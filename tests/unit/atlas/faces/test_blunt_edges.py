@@ -1,0 +1,93 @@
+"""Blunt edges: a radius for each edge that is rounded, found from contours that run over it."""
+
+import numpy as np
+import pytest
+
+from tests.lawful import (
+    BLUNT,
+    FILLET,
+    body_of,
+    lawful_object,
+    rounded_box_distance,
+    samples_of_touches,
+    touched_mesh,
+)
+from touchatlas.atlas.faces.boundaries import EdgeKind
+from touchatlas.atlas.faces.face_graph import as_networkx
+from touchatlas.atlas.faces.lawful_body import is_lawful, lawful_share
+
+NOISE = 0.02
+STD = np.sqrt(2.0) * NOISE
+
+
+def touched_body(name: str, count: int = 40, scale: float = 1.0):
+    return body_of(samples_of_touches(touched_mesh(name, count, NOISE), STD, scale=scale))
+
+
+@pytest.fixture(scope="module")
+def rounded():
+    return touched_body("rounded")
+
+
+def test_a_rounded_box_is_six_planes_and_one_radius_for_each_edge(rounded):
+    """Twelve edges, each with a radius within four of its deviations, as 1 of 16,000 is not; the
+    chords of the mesh are 6e-4 radii too low."""
+    assert [face.kind for face in rounded.faces.faces] == 6 * ["plane"]
+    edges = rounded.faces.edges
+    assert len(edges) == 12 and {e.kind for e in edges} == {EdgeKind.SHARP_CONVEX}
+    for edge in edges:
+        assert abs(edge.radius - BLUNT) < 4.0 * edge.radius_std + 1e-3 * BLUNT
+        assert edge.radius_std < 0.03 * BLUNT
+
+
+def test_samples_on_rounded_edges_are_explained(rounded):
+    """All but those of corners that no three edges with a radius explain, 1 of 100."""
+    assert is_lawful(rounded.faces)
+    assert rounded.faces.unexplained < 0.02
+    assert lawful_share(rounded.faces) == pytest.approx(1.0 - rounded.faces.unexplained)
+
+
+def test_the_field_of_a_rounded_box_is_that_of_its_balls(rounded):
+    """Half of the noise bounds the error of planes and radii that hundreds of samples fit; near
+    corners that few touches met, one point of 100 may be given to one plane alone."""
+    rng = np.random.default_rng(0)
+    surface, normals = lawful_object("rounded").sample(3000, rng)
+    points = surface + rng.uniform(-0.5, 0.5, (3000, 1)) * normals
+    found, known = rounded.at(points)
+    assert known.mean() > 0.97
+    error = np.abs(found.distance - rounded_box_distance(points))[known]
+    assert (error > 0.5 * NOISE).mean() < 0.02
+
+
+def test_the_edges_of_a_sharp_box_have_no_radius():
+    edges = touched_body("box", 60).faces.edges
+    assert len(edges) == 12 and all(edge.radius == 0.0 for edge in edges)
+
+
+def test_a_bevel_is_a_plane_and_no_rounding():
+    """No ball explains the samples at the middle and at the ends of a bevel alike."""
+    faces = touched_body("bevelled", 80).faces
+    assert all(edge.radius == 0.0 for edge in faces.edges)
+    assert sum(face.kind == "plane" for face in faces.faces) > 6
+
+
+def test_a_concave_edge_has_a_radius_too():
+    """One edge of a step is filleted; the radius is within four of its deviations."""
+    edges = touched_body("filleted").faces.edges
+    concave = [edge for edge in edges if edge.kind is EdgeKind.SHARP_CONCAVE]
+    assert len(concave) == 1
+    assert abs(concave[0].radius - FILLET) < 4.0 * concave[0].radius_std + 1e-3 * FILLET
+    assert all(edge.radius == 0.0 for edge in edges if edge is not concave[0])
+
+
+def test_radii_scale_with_the_samples(rounded):
+    """To rounding: no length is absolute."""
+    larger = touched_body("rounded", scale=1000.0).faces.edges
+    pairs = zip(larger, rounded.faces.edges, strict=True)
+    assert all(a.radius == pytest.approx(1000.0 * b.radius, rel=1e-6) for a, b in pairs)
+
+
+def test_the_graph_tells_the_radius_of_an_edge(rounded):
+    graph = as_networkx(rounded.faces)
+    radii = [data["radius"] for *_, data in graph.edges(data=True)]
+    assert radii == [edge.radius for edge in rounded.faces.edges]
