@@ -76,8 +76,8 @@ class Planner:
         self._starts = list(start_targets(start, outward))
         self._beside_edges = FrontierPlanner(start, outward)
         self._free_form = FreeForm()
-        # Whether the last plan was that of a lawful body.
-        self._is_lawful = False
+        # The number of faces of the lawful body that the last plan went by; 0 without one.
+        self._faces = 0
         # What is known, and the plans that were answered when that was last measured.
         self._known, self._measured = KnownArea(), -1
         # Rays of the search for other parts: a point and the direction of each.
@@ -188,13 +188,16 @@ class Planner:
     def _choice(self, atlas: Atlas, all_places: bool = False) -> FreeForm | Lawful:
         """How places are chosen: by the lawful faces of the atlas, if its body is made of them.
 
-        What was learned of errors is forgotten when that changes. Where a probe ends its arms at
-        edges, what lies beyond comes first.
+        What was learned of errors is forgotten when the number of faces changes: they were those of
+        another surface. Where a probe ends its arms at edges, what lies beyond comes first.
         """
         usual = self.options.name == TOLERANCE and not len(atlas.edge_ends)
         body = atlas.body if usual else None
-        if (body is not None) != self._is_lawful:
-            self._is_lawful, self._known = body is not None, KnownArea()
+        faces = 0 if body is None else len(body.faces)
+        if (faces > 0) != (self._faces > 0):
+            self._known = KnownArea()
+        if faces != self._faces:
+            self._faces = faces
             self._free_form.forget_errors()
         if body is not None:
             return Lawful(body)
