@@ -10,7 +10,7 @@ from touchatlas.atlas.faces.piece import Piece
 
 # Longest chord between the two pieces, over the extent of the samples. Doubled, wide fillets are
 # edges with a radius and no faces of their own.
-_WIDEST = 0.06
+_WIDEST = 0.1
 # Least number of samples of a contour in a row on each piece. Doubled, edges of narrow faces are
 # left out.
 _ROW = 3
