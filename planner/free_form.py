@@ -1,35 +1,26 @@
 """FreeForm: where to touch a surface of any form, from the places of its patches."""
 
+from functools import partial
+
 import numpy as np
 
 from touchatlas.atlas.atlas import Atlas, AtlasChange
 from touchatlas.planner.options import PlannerOptions
-from touchatlas.planner.place.choose import (
-    Target,
-    View,
-    hole_targets,
-    open_places,
-    rim_target,
-    slip_target,
-)
+from touchatlas.planner.place.choose import Target, View
+from touchatlas.planner.place.details import detail_target, is_whole, last_target
 from touchatlas.planner.place.deviation_ratio import DeviationRatio
+from touchatlas.planner.place.hole_list import HoleList
 from touchatlas.planner.place.known_area import KnownArea
 from touchatlas.planner.place.places import Places
 from touchatlas.planner.place.rules import RULES
-
-# How often the surface is drawn to look for holes. Doubled, some more holes are closed, and
-# explorations that leave many take longer.
-_LOOKS = 4
-# Holes that are touched before the surface is drawn again. Doubled, more touches find their holes
-# closed already.
-_HOLES = 16
 
 
 class FreeForm:
     """Where to touch a surface of any form.
 
-    A rule of ``RULES`` chooses the place until the surface is known; then slips of the probe are
-    left, rims, and holes of the surface.
+    Slips of the probe, rims and holes come as soon as they are less sure than the rest; else a rule
+    of ``RULES`` chooses the place. None of this depends on the tolerance, but the end of an
+    exploration that stagnates.
 
     Attributes
     ----------
@@ -41,8 +32,7 @@ class FreeForm:
         self.places = Places()
         self._stale: set[int] = set()
         self._told = 0
-        self._holes: list[Target] = []
-        self._looked = 0
+        self._holes = HoleList()
 
     def learn(self, change: AtlasChange) -> None:
         """Take what a touch changed."""
@@ -76,19 +66,20 @@ class FreeForm:
         options: PlannerOptions,
         rng: np.random.Generator | None,
     ) -> tuple[Target | None, bool]:
-        """Where to touch next, if anywhere, and whether the surface is known."""
-        enough = known.coverage >= options.coverage
-        # What is open is then a hole of the surface, until that was drawn too often.
-        enough &= self._looked < _LOOKS or not len(open_places(view)[0])
-        ends = enough or known.stagnates()
-        target = None if ends else RULES[options.name](view, rng)
-        for last in (slip_target, rim_target, self._next_hole):
-            target = last(view) if target is None else target
+        """Where to touch next, if anywhere, and whether the surface is known. It is not drawn while
+        plans pend."""
+        enough, pending = known.coverage >= options.coverage, len(view.pending) > 0
+        sure = partial(self._is_sure, view, options.coverage)
+        if enough and (pending or is_whole(view, self._holes, sure)):
+            return None, True
+        target = None if pending else detail_target(view, self._holes, sure)
+        if target is None and not known.stagnates():
+            target = RULES[options.name](view, rng)
+        if target is None and not pending:
+            target = last_target(view, self._holes)
         return target, enough
 
-    def _next_hole(self, view: View) -> Target | None:
-        """The next hole of the surface; None where there is none, or they were looked for too
-        often."""
-        if not self._holes and self._looked < _LOOKS and not len(view.pending):
-            self._holes, self._looked = hole_targets(view)[:_HOLES], self._looked + 1
-        return self._holes.pop(0) if self._holes else None
+    def _is_sure(self, view: View, coverage: float, length: float) -> bool:
+        """Whether a share of the surface is known to a length."""
+        inside, total, _ = self.places.areas(view.atlas, view.is_untried, length)
+        return inside >= coverage * total > 0.0

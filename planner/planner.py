@@ -27,9 +27,10 @@ class Planner:
     tolerance with few touches.
 
     Places where nothing is known come first, those far from all touches before others; then
-    places of large predicted deviation. Neither choice depends on the tolerance, so a looser one
-    ends the same sequence of touches earlier. Only the last touches, at rims and holes, depend on
-    it.
+    places of large predicted deviation. Slips of the probe, rims and holes come as soon as they are
+    less sure than the rest. None of this depends on the tolerance, so a looser one ends the same
+    sequence of touches earlier. What does is the end of one that stagnates, and exploring a body of
+    lawful faces.
 
     Where the probe reports edges, the plans are those of ``FrontierPlanner``.
 

@@ -25,6 +25,8 @@ from touchatlas.planner.options import PlannerOptions
 from touchatlas.planner.pending import Pending
 from touchatlas.planner.place.choose import Target
 from touchatlas.planner.place.deviation_ratio import DeviationRatio
+from touchatlas.planner.place.hole_list import HoleList
+from touchatlas.planner.place.holes import Holes
 from touchatlas.planner.place.known_area import KnownArea
 from touchatlas.planner.place.places import Places
 from touchatlas.planner.planner import Planner
@@ -32,12 +34,12 @@ from touchatlas.planner.probe_plan import ProbePlan, Reason
 from touchatlas.planner.stop import Forecast, Stop, StopReason
 
 # The version is that of the file, no unit.
-_FILE = FileKind("planner", "one that save_planner wrote", 3, "begin with a new planner")
+_FILE = FileKind("planner", "one that save_planner wrote", 4, "begin with a new planner")
 _PLANNERS = (Planner, FrontierPlanner)
-_PARTS = (Attempts, FreeForm, DeviationRatio, KnownArea, Places)
+_PARTS = (Attempts, FreeForm, HoleList, DeviationRatio, KnownArea, Places)
 # Made without their constructors, of all their attributes.
 _MADE = (*_PLANNERS, *_PARTS)
-_VALUES = (ProbePlan, SamplingPlane, Pending, Target, Stop, Forecast)
+_VALUES = (ProbePlan, SamplingPlane, Pending, Target, Stop, Forecast, Holes)
 _RECORDS: dict[str, type] = {
     kind.__name__: kind for kind in (*_MADE, *_VALUES, PlannerOptions, FrontierOptions)
 }

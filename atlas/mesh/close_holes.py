@@ -8,10 +8,10 @@ from touchatlas.atlas.mesh.surface import Surface
 
 # Largest hole that is closed, as a fraction of the diagonal of the bounding box of its piece: a
 # longer boundary may be a true rim. Doubled, openings of a fifth of the object are closed.
-_LARGEST = 0.1
+LARGEST = 0.1
 # Expected deviation of an unknown surface, in distances to the known one: a slope of six degrees.
 # Doubled, the surface across a hole says that it may be twice as far off.
-_SLOPE = 0.1
+SLOPE = 0.1
 # Least cosine between the normals of a rim and of its hole, by which slopes are divided: 60
 # degrees. Doubled to 1, steep rims are taken for level ones.
 _UPRIGHT = 0.5
@@ -31,7 +31,7 @@ def close_holes(surface: Surface, rims: Rims) -> Surface:
         return surface
     piece = igl.vertex_components(faces)
     size = [_diameter(points[piece == piece[loop[0]]]) for loop in loops]
-    small = [k for k, s in zip(loops, size, strict=True) if _diameter(points[k]) <= _LARGEST * s]
+    small = [k for k, s in zip(loops, size, strict=True) if _diameter(points[k]) <= LARGEST * s]
     closed = [(loop, _middle(surface, loop)) for loop in small]
     closed = [(k, m) for k, m in closed if not rims.beyond(m.vertices, m.normals).any()]
     if not closed:
@@ -74,7 +74,7 @@ def _middle(surface: Surface, loop) -> Surface:
         (centre + height * normal)[None],
         np.zeros((0, 3), int),
         normal[None],
-        np.hypot(surface.deviation[loop].max(keepdims=True), _SLOPE * away),
+        np.hypot(surface.deviation[loop].max(keepdims=True), SLOPE * away),
         surface.patch[loop[:1]],
         surface.gaussian_curvature[loop].mean(keepdims=True),
     )

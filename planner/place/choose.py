@@ -8,7 +8,6 @@ from scipy.spatial import cKDTree
 
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.patch.geometry.frame import any_tangent
-from touchatlas.planner.place.holes import hole_centres
 from touchatlas.planner.place.places import Known, Places
 from touchatlas.planner.probe_plan import Reason
 
@@ -201,22 +200,12 @@ def slip_target(view: View) -> Target | None:
     return Target(points[free[0]], ends.normals[doubtful[free[0]]], Reason.CLOSE_GAP)
 
 
-def rim_target(view: View) -> Target | None:
+def rim_target(view: View, limit: float) -> Target | None:
     """The place half-way between two ends of contours at a rim where the rim is least sure; None
-    where none that is less sure than the tolerance is left, but near touches or attempts."""
-    points, normals, apart = view.atlas.rims.unsure(view.atlas.tolerance)
+    where none that is less sure than ``limit`` is left, length, but near touches or attempts."""
+    points, normals, apart = view.atlas.rims.unsure(limit)
     apart = np.where(view.is_free(points), apart, 0.0)
     if not apart.max(initial=0.0) > 0.0:
         return None
     best = int(apart.argmax())
     return Target(points[best], normals[best], Reason.REFINE)
-
-
-def hole_targets(view: View) -> list[Target]:
-    """The holes of the surface that are not near touches and attempts, the farthest from these
-    first."""
-    centres, normals = hole_centres(view.atlas)
-    apart = view.apart(centres)
-    order = np.argsort(-apart, kind="stable")
-    free = order[apart[order] > APART_HOLES * view.extent].tolist()
-    return [Target(centres[i], normals[i], Reason.CLOSE_GAP) for i in free]

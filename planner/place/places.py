@@ -146,10 +146,13 @@ class Places:
         return self._deviation[rows], self._area[rows]
 
     def areas(
-        self, atlas: Atlas, is_untried: Callable[[np.ndarray], np.ndarray]
+        self,
+        atlas: Atlas,
+        is_untried: Callable[[np.ndarray], np.ndarray],
+        tolerance: float | None = None,
     ) -> tuple[float, float, float]:
-        """Expected area within the tolerance, all area, and the first by predicted deviations
-        alone, length^2.
+        """Expected area within the tolerance of the atlas or the given one, all area, and the
+        first by predicted deviations alone, length^2.
 
         ``is_untried`` tells of points (n, 3) whether (n,) they are away from touches and attempts.
         An open place that was tried is no surface that is left: there a patch runs on beyond an
@@ -163,7 +166,7 @@ class Places:
         deviation, area = self.deviations(rows)
         some = area > 0.0
         with np.errstate(divide="ignore"):
-            limit = atlas.tolerance / deviation[some]
+            limit = (atlas.tolerance if tolerance is None else tolerance) / deviation[some]
         within, unscaled = np.zeros((2, *area.shape))
         within[some] = self.deviation_ratio.within(limit)
         unscaled[some] = erf(limit / np.sqrt(2.0))

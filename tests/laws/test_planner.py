@@ -1,7 +1,6 @@
 """The planner that touches what a tolerance asks for: known at the end, and no more touches."""
 
 import itertools
-import operator
 from dataclasses import replace
 
 import numpy as np
@@ -63,19 +62,18 @@ def test_a_body_with_reported_edges_has_its_faces_in_few_touches():
 
 
 def test_a_looser_tolerance_ends_the_same_touches_earlier():
-    """Only the last touches depend on the tolerance: single weak places, and holes."""
+    """Holes included: 18 touches to a tolerance of 2 were two more than to one of 0.6 before."""
     obj = make_object("ellipsoid")
-    sequences, last = [], (Reason.CLOSE_GAP, Reason.REFINE)
-    for tolerance in (0.1, 0.4):
+    sequences = []
+    for tolerance in (0.1, 0.6, 2.0):
         atlas, p = filled(tolerance), Planner(*obj.start())
-        steps = explore(atlas, p, Probe(obj, obj.noise_std, np.random.default_rng(1)))
+        steps = explore(atlas, p, Probe(obj, obj.noise_std, np.random.default_rng(2)))
         plans = [step.plan for step in steps]
         sequences.append([(plan.reference_point.tolist(), plan.reason) for plan in plans])
         assert p.stop.reason is StopReason.KNOWN
-    fine, coarse = sequences
-    same = sum(itertools.takewhile(bool, map(operator.eq, coarse, fine)))
-    assert 10 < same <= len(coarse) < len(fine)
-    assert all(reason in last for _, reason in coarse[same:])
+    for fine, coarse in itertools.pairwise(sequences):
+        assert 10 < len(coarse) <= len(fine) and coarse == fine[: len(coarse)]
+    assert len(sequences[-1]) < len(sequences[0])
 
 
 def test_a_place_that_the_probe_missed_is_tried_once_from_the_side():

@@ -7,7 +7,7 @@ from touchatlas.atlas import Atlas
 from touchatlas.planner import Planner, ProbePlan, Reason, StopReason
 from touchatlas.planner.options import PlannerOptions
 from touchatlas.planner.place.choose import Target
-from touchatlas.planner.place.holes import hole_centres
+from touchatlas.planner.place.holes import drawn_holes
 from touchatlas.planner.plans import plan_at
 
 # Places within this fraction of the extent of an earlier touch or attempt are not touched again, as
@@ -67,7 +67,8 @@ class Oracle(Planner):
 
 def _hole(atlas: Atlas, done, extent: float) -> Target | None:
     """The hole of the surface farthest from touches and attempts (m, 3); None without any."""
-    centres, normals = hole_centres(atlas)
+    found = drawn_holes(atlas, atlas.tolerance)
+    centres, normals = found.centres, found.normals
     apart = _distance(done, centres) if len(centres) else np.zeros(0)
     if not apart.max(initial=0.0) > _APART_HOLE * extent:
         return None
