@@ -36,7 +36,7 @@ def _between(rounding: Rounding) -> list[_Offer]:
 def _needless(rounding: Rounding, pair, crossings: Crossings) -> _Offer | None:
     """The edge of a pair of labels, and the labels between them that it makes needless."""
     between = rounding.labels.of[crossings.samples]
-    given = set(between[between != NONE].tolist())
+    given = set(between.tolist()) - {NONE, *pair}
     while given:
         edge = rounding.edge(pair[0], pair[1], crossings, given)
         if edge is None:

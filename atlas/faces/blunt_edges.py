@@ -86,11 +86,11 @@ class Rounding:
     def edge(self, first: int, second: int, crossings: Crossings, given=()) -> BluntEdge | None:
         """The rounded edge of two labels, or None where none is shorter to describe.
 
-        Only those crossings count between which all samples are of no label, or of labels that are
+        Only those crossings count between which no sample has another label, but labels that are
         ``given`` up.
         """
         labels, pair = self.labels, (first, second)
-        crossings = crossings.only(np.isin(labels.of, [NONE, *given]))
+        crossings = crossings.only(np.isin(labels.of, [NONE, *pair, *given]))
         if not len(crossings):
             return None
         sign = crossings.side(self.evidence, labels.pieces[first], labels.pieces[second])

@@ -1,8 +1,10 @@
-"""Crossings: where contours run from one lawful piece over few samples to another."""
+"""Crossings: where contours run from one lawful piece over few samples to another, or end on the
+way."""
 
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from touchatlas.atlas.faces.grow import Evidence
 from touchatlas.atlas.faces.labels import NONE, Labels
@@ -14,6 +16,9 @@ _WIDEST = 0.1
 # Least number of samples of a contour in a row on each piece. Doubled, edges of narrow faces are
 # left out.
 _ROW = 3
+# Least number of samples without a label on a contour that ends between the pieces. Doubled, edges
+# on which all contours ended are unknown.
+_LOOSE = 5
 # Samples of either piece beside the crossing that must agree with a radius. Doubled, nothing
 # changes where the rounding is narrow.
 _BESIDE = 4
@@ -29,10 +34,13 @@ class Crossings:
         First sample between the pieces, and the first one beyond, of each.
     points : (k, 3) float, length
         Half-way between the last sample on one side and the first on the other.
+    whole : (k,) bool
+        Whether the contour runs on over both pieces; else it has ended on the way.
     """
 
     spans: np.ndarray
     points: np.ndarray
+    whole: np.ndarray
 
     def __len__(self) -> int:
         return len(self.spans)
@@ -45,19 +53,21 @@ class Crossings:
     @property
     def beside(self) -> np.ndarray:
         """(m,) samples of both pieces next to those between them."""
-        low, high = self.spans.T
+        low, high = self.spans[self.whole].T
         rows = min(_BESIDE, _ROW)
         return np.union1d(_ranges(low - rows, low), _ranges(high, high + rows))
 
     def only(self, free) -> "Crossings":
         """Those between which all samples are ``free`` (n,)."""
         whole = np.array([bool(free[low:high].all()) for low, high in self.spans], bool)
-        return Crossings(self.spans[whole], self.points[whole])
+        return Crossings(self.spans[whole], self.points[whole], self.whole[whole])
 
     def side(self, evidence: Evidence, first: Piece, second: Piece) -> float:
         """1 where most samples of each piece beside the crossings lie inside of the other, as at a
-        convex edge; -1 where they lie outside, 0 otherwise."""
-        points = evidence.samples.points[self.beside]
+        convex edge; -1 where they lie outside, 0 otherwise. Of contours that ended on the way it is
+        the samples between the pieces that count."""
+        own = self.beside if self.whole.any() else self.samples
+        points = evidence.samples.points[own]
         inner = [piece.at(points)[0] for piece in (first, second)]
         heights = np.where(np.abs(inner[0]) > np.abs(inner[1]), *inner)
         sides = np.sign(heights[np.abs(heights) > 3.0 * evidence.samples.std])
@@ -75,21 +85,52 @@ def find_crossings(labels: Labels) -> dict[tuple[int, int], Crossings]:
     wide = np.flatnonzero(np.array(lawful, bool) & (np.diff(bounds) >= _ROW))
     found: dict[tuple[int, int], list[tuple[int, int]]] = {}
     for place, one in enumerate(wide.tolist()):
-        last = bounds[one + 1] - 1
+        last, seen = bounds[one + 1] - 1, set()
         for other in wide[place + 1 :].tolist():
             first = bounds[other]
             chord = np.linalg.norm(samples.points[first] - samples.points[last])
             if samples.contours[first] != samples.contours[last] or chord > widest:
                 break
-            if of[first] != of[last]:
+            if of[first] == of[last]:
+                # From there it is shorter.
+                break
+            if of[first] not in seen:
+                seen.add(of[first])
                 pair = sorted((int(of[first]), int(of[last])))
                 found.setdefault((pair[0], pair[1]), []).append((last + 1, first))
-    return {pair: _crossings(samples.points, spans) for pair, spans in found.items()}
+    ended = _ended(labels, bounds, lawful, widest)
+    return {
+        pair: _crossings(samples.points, found.get(pair, []), ended.get(pair, []))
+        for pair in {**found, **ended}
+    }
 
 
-def _crossings(points, spans) -> Crossings:
-    spans = np.array(spans)
-    return Crossings(spans, 0.5 * (points[spans[:, 0] - 1] + points[spans[:, 1]]))
+def _ended(labels: Labels, bounds, lawful, widest: float) -> dict[tuple[int, int], list]:
+    """Pairs of labels, mapped to the spans (2,) of samples without a label on contours that end
+    beside them: the pair is that of the lawful samples nearest to both ends."""
+    samples, of, found = labels.evidence.samples, labels.of, {}
+    known = np.flatnonzero(np.repeat(np.array(lawful, bool), np.diff(bounds)))
+    if not len(known):
+        return {}
+    contours, tree = samples.contours, cKDTree(samples.points[known])
+    last = np.append(contours[1:] != contours[:-1], True)
+    first = np.append(True, last[:-1])
+    for low, high in zip(bounds[:-1], bounds[1:], strict=True):
+        ends = first[low] or last[high - 1]
+        if of[low] != NONE or high - low < _LOOSE or not ends:
+            continue
+        away, near = tree.query(samples.points[[low, high - 1]])
+        pair = tuple(sorted(of[known[near]].tolist()))
+        if pair[0] != pair[1] and away.max() < widest:
+            found.setdefault(pair, []).append((low, high))
+    return found
+
+
+def _crossings(points, spans, ended) -> Crossings:
+    whole = np.repeat([True, False], [len(spans), len(ended)])
+    spans = np.array([*spans, *ended])
+    low, high = spans[:, 0] - whole, spans[:, 1] - ~whole
+    return Crossings(spans, 0.5 * (points[low] + points[high]), whole)
 
 
 def _ranges(low, high) -> np.ndarray:
