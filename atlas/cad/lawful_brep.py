@@ -6,6 +6,7 @@ goes around an axis has its seam twice in one wire, and at a pole an edge of no 
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import networkx as nx
 import numpy as np
@@ -87,6 +88,15 @@ class Brep:
     faces: tuple[BrepFace, ...]
     parts: tuple[tuple[int, ...], ...]
     closed: tuple[bool, ...]
+
+    @cached_property
+    def beside(self) -> dict[int, set[int]]:
+        """The faces beside each edge."""
+        out: dict[int, set[int]] = {}
+        for number, face in enumerate(self.faces):
+            for use in (use for wire in face.wires for use in wire):
+                out.setdefault(use.edge, set()).add(number)
+        return out
 
 
 class _Maker:

@@ -20,6 +20,7 @@ def face_shapes(brep: Brep, names: dict[int, str]) -> list[NamedShape]:
             solid_or_shell([faces[k] for k in part], closed),
             [faces[k] for k in part],
             [names[brep.faces[k].label] for k in part],
+            tuple(sewing.edges),
         )
         for part, closed in zip(brep.parts, brep.closed, strict=True)
     ]
@@ -55,7 +56,7 @@ class _Sewing:
         self._vertices = [
             self._vertex(point, gap) for point, gap in zip(brep.vertices, brep.gaps, strict=True)
         ]
-        self._edges = [self._edge(edge) for edge in brep.edges]
+        self.edges = [self._edge(edge) for edge in brep.edges]
 
     def _vertex(self, point, gap: float):
         from OCP.gp import gp_Pnt
@@ -94,7 +95,7 @@ class _Sewing:
             wire = TopoDS_Wire()
             self._build.MakeWire(wire)
             for use in uses:
-                edge = self._edges[use.edge]
+                edge = self.edges[use.edge]
                 self._build.Add(wire, edge if use.forward else edge.Reversed())
             wire.Closed(True)
             self._build.Add(out, wire)
@@ -111,7 +112,7 @@ class _Sewing:
             ]
             if curves:
                 gap = self._brep.edges[number].gap
-                self._build.UpdateEdge(self._edges[number], *curves, surface, place, gap)
+                self._build.UpdateEdge(self.edges[number], *curves, surface, place, gap)
 
 
 def _surface(surface):

@@ -10,11 +10,13 @@ from typing import Any, NamedTuple
 
 
 class NamedShape(NamedTuple):
-    """A solid or a shell of the kernel, with its faces and their names."""
+    """A solid or a shell of the kernel, with its faces and their names, and the edges of the body
+    by their numbers, where they are known."""
 
     shape: Any
     faces: list[Any]
     names: list[str]
+    edges: tuple[Any, ...] = ()
 
 
 def need_kernel() -> None:

@@ -26,7 +26,7 @@ _SMOOTHED = 8
 
 
 def placed_chain(
-    chain: Chain, surfaces: list[LawSurface], vertices, nodes, edge: float
+    chain: Chain, surfaces: list[LawSurface], vertices, nodes, edge: float, blunt: float
 ) -> PlacedChain | None:
     """A chain with points on both faces, or on one at a rim; None where these do not intersect.
 
@@ -41,6 +41,8 @@ def placed_chain(
         The point at which all faces meet, for each vertex at the end of a chain.
     edge : float, length
         Of the cubes in which the mesh was drawn.
+    blunt : float, length
+        Distance of the mesh from where its faces intersect, where edges are rounded.
     """
     around = [surfaces[r] for r in (chain.left, chain.right) if r != BEYOND]
     drawn = vertices[chain.vertices]
@@ -51,12 +53,12 @@ def placed_chain(
         points = _smoothed(points)
     # Where more than three faces meet, a vertex may lie off the edges that end there.
     points = _spaced(shared_points(around, points), _SPACING * edge)
-    if not _meet(around, drawn, found, edge) or _is_short(points, edge):
+    if not _meet(around, drawn, found, edge, blunt) or _is_short(points, edge):
         return None
     return PlacedChain(chain.left, chain.right, points, 0, 0, False)
 
 
-def _meet(around, points, found, edge: float) -> bool:
+def _meet(around, points, found, edge: float, blunt: float) -> bool:
     """Whether faces intersect near points (k, 3) of a chain, which were moved onto both."""
     far = np.sqrt(((found - points) ** 2).sum(axis=1)).max()
     before, after = (np.linalg.norm(np.diff(p, axis=0), axis=1).sum() for p in (points, found))
@@ -64,7 +66,7 @@ def _meet(around, points, found, edge: float) -> bool:
     # Two planes meet in no closed curve.
     if is_closed and len(around) == 2 and not any(s.periodic for s in around):
         return False
-    return bool(far <= _MOVED * edge and after >= _SHRUNK * before)
+    return bool(far <= _MOVED * edge + blunt and after >= _SHRUNK * before)
 
 
 def _is_short(points, edge: float) -> bool:

@@ -17,6 +17,9 @@ from touchatlas.atlas.mesh.surface import Surface
 # Least area of a connected part, over that of all: smaller ones are strays beyond open edges.
 # Doubled, larger parts are left out, and counted.
 _LEAST_PART = 0.01
+# Distance of a rounded corner from where its faces intersect, over that of its edges: 1.8 for that
+# of a box. Doubled, faces beside blunt edges are drawn with parts that are not theirs.
+_CORNER = 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +64,7 @@ def place_faces(body: LawfulBody, drawn: Surface, edge: float) -> PlacedFaces:
     """
     labels = body.at(drawn.vertices[drawn.faces].mean(axis=1))[0].face
     surfaces = {int(k): _surface(body, int(k)) for k in np.unique(labels)}
+    blunt = _blunt(body)
     left_out = 0
     while True:
         kept, strays = _large_parts(drawn)
@@ -71,7 +75,8 @@ def place_faces(body: LawfulBody, drawn: Surface, edge: float) -> PlacedFaces:
         of_region = [surfaces[int(k)] for k in regions.labels]
         nodes = _nodes(regions, of_region, drawn.vertices)
         chains = [
-            placed_chain(chain, of_region, drawn.vertices, nodes, edge) for chain in regions.chains
+            placed_chain(c, of_region, drawn.vertices, nodes, edge, _beside(c, regions, blunt))
+            for c in regions.chains
         ]
         wrong = [c for c, placed in zip(regions.chains, chains, strict=True) if placed is None]
         if not wrong:
@@ -80,6 +85,23 @@ def place_faces(body: LawfulBody, drawn: Surface, edge: float) -> PlacedFaces:
         drawn, labels = _only(drawn, kept), labels[kept]
     layout = _layout(regions, of_region, nodes, [c for c in chains if c is not None])
     return PlacedFaces(layout, regions, drawn, left_out)
+
+
+def _blunt(body: LawfulBody) -> dict[int, float]:
+    """Largest distance of the surface from where faces intersect, length, for each face that has
+    blunt edges."""
+    out: dict[int, float] = {}
+    for edge in body.faces.edges:
+        away = _CORNER * edge.radius * (1.0 / np.cos(0.5 * edge.angle) - 1.0)
+        for face in (edge.first, edge.second):
+            out[face] = max(out.get(face, 0.0), float(away))
+    return out
+
+
+def _beside(chain: Chain, regions: Regions, blunt: dict[int, float]) -> float:
+    """The larger of these distances of the faces on both sides of a chain, length."""
+    both = [int(regions.labels[r]) for r in (chain.left, chain.right) if r != BEYOND]
+    return max(blunt.get(label, 0.0) for label in both)
 
 
 def _layout(regions: Regions, surfaces, nodes, chains: list[PlacedChain]) -> FaceLayout:

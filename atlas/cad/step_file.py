@@ -1,9 +1,10 @@
 """STEP export: the faces of a lawful body, or the trimmed patches of an atlas, for CAD systems.
 
 Where all faces obey laws each becomes one face of the file: a plane, cylinder, cone or sphere by
-its name in STEP, trimmed by curves that two faces share. Otherwise every patch becomes one trimmed
-Bezier surface, off its sides by half the gap between the patches. The file states these distances
-as tolerances of the edges. Faces that close up become a solid.
+its name in STEP, trimmed by curves that two faces share, with a fillet along each blunt edge.
+Otherwise every patch becomes one trimmed Bezier surface, off its sides by half the gap between the
+patches. The file states these distances as tolerances of the edges. Faces that close up become a
+solid.
 """
 
 from dataclasses import dataclass
@@ -33,9 +34,11 @@ class StepReport:
     Parameters
     ----------
     faces : int
-        Number of faces in the file: the sum of the next five.
+        Number of faces in the file: the sum of the next six.
     planes, cylinders, cones, spheres : int
         Faces of a lawful body.
+    fillets : int
+        Faces that round its blunt edges, and the corners between them.
     patches : int
         Bezier faces of overlapping patches; 0 where the body is written by its laws.
     solids, open_shells : int
@@ -48,7 +51,8 @@ class StepReport:
     gap : float, length
         Largest distance of an edge from its faces: the tolerance of the file.
     note : str
-        Why the faces of a lawful body were written as patches; empty otherwise.
+        Why the faces of a lawful body were written as patches, or its blunt edges sharp; empty
+        otherwise.
     """
 
     faces: int
@@ -56,6 +60,7 @@ class StepReport:
     cylinders: int = 0
     cones: int = 0
     spheres: int = 0
+    fillets: int = 0
     patches: int = 0
     solids: int = 0
     open_shells: int = 0
@@ -106,15 +111,17 @@ def _save_faces(state: AtlasState, body: LawfulBody, path) -> StepReport:
     write_whole(path, step_bytes(made.shapes, made.gap, Path(path).name))
     solids = sum(made.brep.closed)
     return StepReport(
-        faces=len(made.brep.faces),
+        faces=len(made.brep.faces) + made.fillets,
         planes=made.count("plane"),
         cylinders=made.count("cylinder"),
         cones=made.count("cone"),
         spheres=made.count("sphere"),
+        fillets=made.fillets,
         solids=solids,
         open_shells=len(made.brep.closed) - solids,
         left_out=made.left_out,
         gap=made.gap,
+        note=made.note,
     )
 
 

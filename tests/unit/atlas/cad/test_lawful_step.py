@@ -10,18 +10,24 @@ from tests.lawful import body_of, lawful_object, samples_of_touches, touched_mes
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.cad.step_file import save_step
 from touchatlas.atlas.faces.known_law import KnownLaw
+from touchatlas.atlas.records.options import AtlasOptions
 
 NOISE, TOLERANCE = 0.02, 0.2
 # Touches after which a body is closed.
 TOUCHES = {"box": 60, "cut ball": 15}
 FACES = {"box": {"Plane": 6}, "cut ball": {"Plane": 1, "Sphere": 1}}
+# Faces of bodies with blunt edges, and the number of those that are fillets.
+ROUNDED = {
+    "rounded": ({"Plane": 6, "Cylinder": 12, "Sphere": 8}, 20),
+    "filleted": ({"Plane": 8, "Cylinder": 1}, 1),
+}
 
 
 @lru_cache
-def atlas_of(name: str, touches: int, scale: float = 1.0) -> Atlas:
+def atlas_of(name: str, touches: int, scale: float = 1.0, **options) -> Atlas:
     """An atlas that knows the faces of a body."""
     samples = samples_of_touches(touched_mesh(name, touches, NOISE), 1.5 * NOISE, scale=scale)
-    atlas = Atlas(scale * TOLERANCE)
+    atlas = Atlas(scale * TOLERANCE, AtlasOptions(**options))
     atlas.known_law = KnownLaw(len(samples), NOISE, True, 1.0, body=body_of(samples))
     return atlas
 
@@ -48,6 +54,15 @@ def read(gmsh, path):
     return dict(faces), [gmsh.model.occ.getMass(3, tag) for _, tag in gmsh.model.getEntities(3)]
 
 
+def volume_of(name):
+    """The volume of a body, within a tenth of the noise times its area."""
+    mesh = lawful_object(name)
+    triangles = mesh.vertices[mesh.faces]
+    across = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    area = 0.5 * np.linalg.norm(across, axis=1).sum()
+    return pytest.approx([(triangles[:, 0] * across).sum() / 6.0], abs=0.1 * NOISE * area)
+
+
 @pytest.mark.parametrize("name", TOUCHES)
 def test_each_lawful_face_is_one_face_of_one_solid(name, gmsh, tmp_path):
     """The volume is the body's to a tenth of the noise times the area: hundreds of samples show
@@ -59,12 +74,22 @@ def test_each_lawful_face_is_one_face_of_one_solid(name, gmsh, tmp_path):
     assert report.gap < 0.01 * TOLERANCE
     faces, volumes = read(gmsh, tmp_path / "a.step")
     assert faces == FACES[name]
-    obj = lawful_object(name)
-    triangles = obj.vertices[obj.faces]
-    across = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-    volume = (triangles[:, 0] * across).sum() / 6.0
-    area = 0.5 * np.linalg.norm(across, axis=1).sum()
-    assert volumes == pytest.approx([volume], abs=0.1 * NOISE * area)
+    assert volumes == volume_of(name)
+
+
+@pytest.mark.parametrize("name", ROUNDED)
+def test_blunt_edges_are_fillets(name, gmsh, tmp_path):
+    """Convex edges with their corners, and a concave edge that ends at two planes. With sharp ones
+    the volumes would differ by twice the noise times the area, and by three tenths of it."""
+    report = save_step(atlas_of(name, 60, facets=1.0), tmp_path / "a.step")
+    faces, fillets = ROUNDED[name]
+    assert (report.planes, report.cylinders, report.fillets) == (faces["Plane"], 0, fillets)
+    assert (report.faces, report.solids, report.note) == (sum(faces.values()), 1, "")
+    assert report.gap < 0.01 * TOLERANCE
+    assert b"'fillet, radius " in (tmp_path / "a.step").read_bytes()
+    found, volumes = read(gmsh, tmp_path / "a.step")
+    assert found == faces
+    assert volumes == volume_of(name)
 
 
 def test_the_file_does_not_depend_on_the_unit(gmsh, tmp_path):
