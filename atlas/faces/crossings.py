@@ -105,10 +105,13 @@ def find_crossings(labels: Labels) -> dict[tuple[int, int], Crossings]:
     }
 
 
-def _ended(labels: Labels, bounds, lawful, widest: float) -> dict[tuple[int, int], list]:
+def _ended(
+    labels: Labels, bounds, lawful, widest: float
+) -> dict[tuple[int, int], list[tuple[int, int]]]:
     """Pairs of labels, mapped to the spans (2,) of samples without a label on contours that end
     beside them: the pair is that of the lawful samples nearest to both ends."""
-    samples, of, found = labels.evidence.samples, labels.of, {}
+    samples, of = labels.evidence.samples, labels.of
+    found: dict[tuple[int, int], list[tuple[int, int]]] = {}
     known = np.flatnonzero(np.repeat(np.array(lawful, bool), np.diff(bounds)))
     if not len(known):
         return {}
@@ -120,9 +123,9 @@ def _ended(labels: Labels, bounds, lawful, widest: float) -> dict[tuple[int, int
         if of[low] != NONE or high - low < _LOOSE or not ends:
             continue
         away, near = tree.query(samples.points[[low, high - 1]])
-        pair = tuple(sorted(of[known[near]].tolist()))
-        if pair[0] != pair[1] and away.max() < widest:
-            found.setdefault(pair, []).append((low, high))
+        one, other = sorted(of[known[near]].tolist())
+        if one != other and away.max() < widest:
+            found.setdefault((one, other), []).append((low, high))
     return found
 
 

@@ -63,7 +63,7 @@ class SharpEdges:
                     beside |= self._trees.away(other, points[rows]) < _BESIDE * self._reach
                 rows = rows[beside]
                 self._cut(edge, (own, other), rows, points[rows], chosen, decides)
-        self._corners.round(points, owner, chosen)
+        self._corners.round(points, owner, decides, chosen)
         return decides
 
     def _cut(self, edge: FaceEdge, pair, rows, points, chosen, decides) -> None:

@@ -44,7 +44,8 @@ def raise_to_ball(edge: FaceEdge, mine, theirs, rows, chosen) -> None:
 
 
 class RoundedCorners:
-    """The corners of three faces all of whose edges are blunt, and all convex or all concave.
+    """The ends of blunt edges beside a third face, and corners of three faces with blunt edges that
+    are all convex or all concave.
 
     Parameters
     ----------
@@ -56,7 +57,8 @@ class RoundedCorners:
     def __init__(self, trees: FaceTrees, reach: float) -> None:
         self._trees, self._reach = trees, reach
         self._corners: list[tuple[tuple[int, int, int], float, float]] = []
-        blunt = {(e.first, e.second): e for e in trees.faces.edges if e.radius > 0.0}
+        self._edges = [edge for edge in trees.faces.edges if edge.radius > 0.0]
+        blunt = {(edge.first, edge.second): edge for edge in self._edges}
         around: dict[int, set[int]] = {}
         for one, other in blunt:
             around.setdefault(one, set()).add(other)
@@ -69,22 +71,33 @@ class RoundedCorners:
                     radius = float(np.mean([edge.radius for edge in found]))
                     self._corners.append(((one, two, three), signs.pop(), radius))
 
-    def round(self, points, owner, chosen) -> None:
-        """Change the distances and normals (n, 5) that were chosen at points (n, 3) of faces (n,)
-        to those of the balls in corners."""
+    def round(self, points, owner, decides, chosen) -> None:
+        """Change the distances and normals (n, 5) that were chosen at points (n, 3) to those of
+        balls. The points are of faces ``owner`` (n,), and cut by faces ``decides`` (n,)."""
+        for edge in self._edges:
+            pair = edge.first, edge.second
+            rows = np.flatnonzero(np.isin(decides, pair) & ~np.isin(owner, pair))
+            rows, (mine, theirs) = self._near(pair, edge_sign(edge), edge.radius, points, rows)
+            raise_to_ball(edge, mine, theirs, rows, chosen)
         for three, sign, radius in self._corners:
             rows = np.flatnonzero(np.isin(owner, three))
             rows = rows[np.abs(chosen[rows, 0]) < _NEAR * radius]
-            values = [self._trees.values(k, points[rows]) for k in three]
-            within = (sign * np.stack([v[:, 0] for v in values]) > -radius).all(axis=0)
-            rows, values = rows[within], [v[within] for v in values]
-            if self._reach:
-                away = np.max([self._trees.away(k, points[rows]) for k in three], axis=0)
-                near = away < _REACH * self._reach
-                rows, values = rows[near], [v[near] for v in values]
+            rows, values = self._near(three, sign, radius, points, rows)
             distances = sign * np.stack([v[:, 0] for v in values], axis=1)
             normals = np.stack([v[:, 1:4] for v in values], axis=1)
             found, normal, ball = rounded_corner(distances, normals, np.full(len(rows), radius))
             higher = ball & (found > sign * chosen[rows, 0])
             chosen[rows[higher], 0] = sign * found[higher]
             chosen[rows[higher], 1:4] = normal[higher]
+
+    def _near(self, faces, sign: float, radius: float, points, rows):
+        """Those of the rows (m,) whose points lie within a radius of all faces, or beyond them, and
+        what these faces say there: a list of (k, 5)."""
+        values = [self._trees.values(k, points[rows]) for k in faces]
+        near = (sign * np.stack([v[:, 0] for v in values]) > -radius).all(axis=0)
+        rows, values = rows[near], [v[near] for v in values]
+        if self._reach:
+            away = np.max([self._trees.away(k, points[rows]) for k in faces], axis=0)
+            near = away < _REACH * self._reach
+            rows, values = rows[near], [v[near] for v in values]
+        return rows, values
