@@ -25,6 +25,7 @@ from time_of_a_touch import seconds_of_lstsq
 from touchatlas.atlas import Atlas
 from touchatlas.planner import Planner, explore
 from touchatlas.sim import Probe, make_object
+from touchatlas.sim.command.outcome import exit_code
 from touchatlas.sim.folder.run_options import fit_scale
 
 MATRIX = np.random.default_rng(0).normal(size=(57, 15))
@@ -86,4 +87,5 @@ def main(*names: str) -> None:
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:] or ("bottle", "mouse", "torus", "blob", "100", "1000"))
+    words = sys.argv[1:] or ("bottle", "mouse", "torus", "blob", "100", "1000")
+    sys.exit(exit_code(lambda: main(*words)))

@@ -57,8 +57,9 @@ class RoundedCorners:
     def __init__(self, trees: FaceTrees, reach: float) -> None:
         self._trees, self._reach = trees, reach
         self._corners: list[tuple[tuple[int, int, int], float, float]] = []
-        self._edges = [edge for edge in trees.faces.edges if edge.radius > 0.0]
-        blunt = {(edge.first, edge.second): edge for edge in self._edges}
+        blunt = {(e.first, e.second): e for e in trees.faces.edges if e.radius > 0.0}
+        # Each with the faces that end it at an edge of its own sign.
+        self._edges = [(edge, _beside(trees.faces.edges, edge)) for edge in blunt.values()]
         around: dict[int, set[int]] = {}
         for one, other in blunt:
             around.setdefault(one, set()).add(other)
@@ -74,9 +75,9 @@ class RoundedCorners:
     def round(self, points, owner, decides, chosen) -> None:
         """Change the distances and normals (n, 5) that were chosen at points (n, 3) to those of
         balls. The points are of faces ``owner`` (n,), and cut by faces ``decides`` (n,)."""
-        for edge in self._edges:
+        for edge, ends in self._edges:
             pair = edge.first, edge.second
-            rows = np.flatnonzero(np.isin(decides, pair) & ~np.isin(owner, pair))
+            rows = np.flatnonzero(np.isin(decides, pair) & np.isin(owner, ends))
             rows, (mine, theirs) = self._near(pair, edge_sign(edge), edge.radius, points, rows)
             raise_to_ball(edge, mine, theirs, rows, chosen)
         for three, sign, radius in self._corners:
@@ -101,3 +102,12 @@ class RoundedCorners:
             near = away < _REACH * self._reach
             rows, values = rows[near], [v[near] for v in values]
         return rows, values
+
+
+def _beside(edges, own: FaceEdge) -> list[int]:
+    """The faces that have an edge of the same sign as one of ``edges`` with a face of it."""
+    pair = {own.first, own.second}
+    sharp = [edge for edge in edges if edge.kind is own.kind]
+    return sorted(
+        {k for e in sharp if pair & {e.first, e.second} for k in (e.first, e.second)} - pair
+    )

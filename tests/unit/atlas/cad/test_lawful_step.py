@@ -81,7 +81,7 @@ def test_each_lawful_face_is_one_face_of_one_solid(name, gmsh, tmp_path):
 def test_blunt_edges_are_fillets(name, gmsh, tmp_path):
     """Convex edges with their corners, and a concave edge that ends at two planes. With sharp ones
     the volumes would differ by twice the noise times the area, and by three tenths of it."""
-    report = save_step(atlas_of(name, 60, facets=1.0), tmp_path / "a.step")
+    report = save_step(atlas_of(name, 100, facets=1.0), tmp_path / "a.step")
     faces, fillets = ROUNDED[name]
     assert (report.planes, report.cylinders, report.fillets) == (faces["Plane"], 0, fillets)
     assert (report.faces, report.solids, report.note) == (sum(faces.values()), 1, "")
