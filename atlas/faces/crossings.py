@@ -13,15 +13,15 @@ from touchatlas.atlas.faces.piece import Piece
 # Longest chord between the two pieces, over the extent of the samples. Doubled, wide fillets are
 # edges with a radius and no faces of their own.
 _WIDEST = 0.1
-# Least number of samples of a contour in a row on each piece. Doubled, edges of narrow faces are
-# left out.
+# Least number of samples of a contour in a row on each piece; so many beside the crossing must
+# agree with a radius. Doubled, edges of narrow faces are left out.
 _ROW = 3
 # Least number of samples without a label on a contour that ends between the pieces. Doubled, edges
 # on which all contours ended are unknown.
 _LOOSE = 5
-# Samples of either piece beside the crossing that must agree with a radius. Doubled, nothing
-# changes where the rounding is narrow.
-_BESIDE = 4
+# Height over the other piece, in deviations, from which a sample beside a crossing shows its side,
+# and the least excess of those on one side. Doubled, fewer samples tell, or none.
+_HEIGHT, _ONE_SIDE = 3.0, 0.6
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,8 +54,7 @@ class Crossings:
     def beside(self) -> np.ndarray:
         """(m,) samples of both pieces next to those between them."""
         low, high = self.spans[self.whole].T
-        rows = min(_BESIDE, _ROW)
-        return np.union1d(_ranges(low - rows, low), _ranges(high, high + rows))
+        return np.union1d(_ranges(low - _ROW, low), _ranges(high, high + _ROW))
 
     def only(self, free) -> "Crossings":
         """Those between which all samples are ``free`` (n,)."""
@@ -70,9 +69,9 @@ class Crossings:
         points = evidence.samples.points[own]
         inner = [piece.at(points)[0] for piece in (first, second)]
         heights = np.where(np.abs(inner[0]) > np.abs(inner[1]), *inner)
-        sides = np.sign(heights[np.abs(heights) > 3.0 * evidence.samples.std])
+        sides = np.sign(heights[np.abs(heights) > _HEIGHT * evidence.samples.std])
         mean = float(sides.mean()) if len(sides) else 0.0
-        return -float(np.sign(mean)) if abs(mean) > 0.6 else 0.0
+        return -float(np.sign(mean)) if abs(mean) > _ONE_SIDE else 0.0
 
 
 def find_crossings(labels: Labels) -> dict[tuple[int, int], Crossings]:
