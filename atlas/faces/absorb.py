@@ -13,7 +13,8 @@ _Offer = tuple[float, BluntEdge, set[int]]
 def absorb(labels: Labels) -> int:
     """Give up the labels whose samples a rounded edge explains at a lower price; returns how many.
 
-    The edge that saves most is taken first. Its pieces get what lies beside its rounding.
+    The edge that saves most is taken first. Its pieces get what lies beside its rounding. Each
+    round leaves a label without samples, so that there are no more rounds than labels.
     """
     absorbed = 0
     while True:
