@@ -1,6 +1,8 @@
 """Explore many objects and print one row each: what the exploration cost and how good it is.
 
-python examples/table_of_objects.py sphere torus path/to/mesh.ply ...
+python examples/table_of_objects.py OBJECT[:TOUCHES] ...
+
+OBJECT is built in, or a mesh file; TOUCHES ends its exploration early.
 """
 
 import sys
@@ -38,8 +40,9 @@ def row(name: str, options: RunOptions) -> str:
 def main(*names: str) -> None:
     print(HEAD)
     print("|" + "---|" * (HEAD.count("|") - 1))
-    for name in names or ("sphere",):
-        print(row(name, RunOptions()), flush=True)
+    for words in names or ("sphere",):
+        name, _, most = words.partition(":")
+        print(row(name, RunOptions(max_touches=int(most) if most else None)), flush=True)
 
 
 if __name__ == "__main__":

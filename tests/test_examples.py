@@ -31,7 +31,7 @@ ARGUMENTS = {
     "same_bytes.py": ["ellipsoid_paper:3"],
     "surface_peers.py": ["sphere", "4", "2e-4", "16"],
     "sparse_states.py": ["sphere"],
-    "table_of_objects.py": ["cap.ply"],
+    "table_of_objects.py": ["cap.ply:4"],
     "time_of_a_touch.py": ["sphere"],
     "turned_patches.py": ["1"],
 }
@@ -51,7 +51,9 @@ def run_example(name: str, *arguments) -> str:
 
 # Examples that take half a minute even with small arguments.
 LONG = {"cost_of_an_atlas.py", "edge_sweeps.py", "kill_and_resume.py"}
-NAMES = sorted(path.name for path in EXAMPLES.glob("*.py"))
+# Examples that a test below runs as their first lines say, and looks at what they did.
+LOOKED_AT = {"own_robot.py", "vase_and_mug.py"}
+NAMES = sorted({path.name for path in EXAMPLES.glob("*.py")} - LOOKED_AT)
 
 
 @pytest.mark.parametrize(
@@ -106,7 +108,8 @@ def small_cap() -> trimesh.Trimesh:
 
 def test_a_run_whose_patches_were_merged_is_drawn(tmp_path):
     """Numbers of patches that are no more leave holes: there are more numbers than patches."""
-    run_exploration(make_object("sphere", 0), tmp_path / "run", RunOptions(max_touches=15))
+    options = RunOptions(max_touches=15, tolerance=0.3, noise=0.06)
+    run_exploration(make_object("sphere", 0), tmp_path / "run", options)
     atlas = load_atlas(tmp_path / "run" / "atlas.npz")
     assert len(atlas) < max(atlas.graph) + 1
     run_example("picture_of_a_run.py", tmp_path / "run", tmp_path / "run.png")
