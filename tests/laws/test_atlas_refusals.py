@@ -143,7 +143,7 @@ def test_a_touch_is_learned_once():
 
 BODIES = {
     "sphere": lambda: explored("sphere"),
-    "torus": lambda: explored("torus", max_touches=60),
+    "torus": lambda: explored("torus", max_touches=25),
     "wall": lambda: explored_sharp("wall"),
 }
 
@@ -319,10 +319,10 @@ COUNTS = {"covers a fifth": 1}
 
 @pytest.mark.parametrize("kind", EXTREMES)
 def test_what_is_accepted_keeps_an_atlas_sound(kind):
-    """Twelve touches of the ball, or as many as are given, and all that may be done with them."""
+    """Six touches of the ball, or as many as are given, and all that may be done with them."""
     tolerance, options = EXTREMES[kind]
     atlas = Atlas(tolerance, AtlasOptions(**options))
-    for one in begun().touches[: COUNTS.get(kind, 12)]:
+    for one in begun().touches[: COUNTS.get(kind, 6)]:
         atlas.add(one)
     atlas.validate()
     for change in (Atlas.refit_all, Atlas.simplify, Atlas.fill, Atlas.learn_residuals):
