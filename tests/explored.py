@@ -1,13 +1,12 @@
 """Atlases of built-in objects, explored once each until no outline is open; every test gets its own
 copy."""
 
-from copy import deepcopy
 from dataclasses import dataclass, replace
-from functools import lru_cache
 
 import numpy as np
 import trimesh
 
+from tests.kept import kept_once
 from touchatlas.atlas import Atlas, AtlasOptions, Touch
 from touchatlas.planner import FrontierPlanner, explore
 from touchatlas.sim import Probe, make_object
@@ -41,11 +40,10 @@ def object_at(name: str, scale: float):
 
 def explored(name: str, scale: float = 1.0, max_touches: int | None = None) -> Explored:
     """A copy of an exploration with seed 1."""
-    kept = _explored(name, scale, max_touches)
-    return Explored(deepcopy(kept.atlas), list(kept.touches))
+    return _explored(name, float(scale), max_touches)
 
 
-@lru_cache
+@kept_once
 def _explored(name: str, scale: float, max_touches: int | None) -> Explored:
     obj = object_at(name, scale)
     atlas = Atlas(obj.tolerance, ONE_A_TOUCH)
@@ -98,10 +96,10 @@ class Bumpy:
 
 def bumpy() -> Bumpy:
     """A copy of the atlas of the bumpy ball."""
-    return deepcopy(_bumpy())
+    return _bumpy()
 
 
-@lru_cache
+@kept_once
 def _bumpy() -> Bumpy:
     sphere = trimesh.creation.icosphere(5, BUMPY_RADIUS)
     waves = np.sin(BUMPY_FREQUENCY * sphere.vertices).prod(axis=1)

@@ -1,11 +1,9 @@
 """Bodies with sharp edges, explored once each; every test gets its own copy."""
 
-from copy import deepcopy
-from functools import lru_cache
-
 import numpy as np
 
 from tests.explored import ONE_A_TOUCH, Explored
+from tests.kept import kept_once
 from touchatlas.atlas import Atlas
 from touchatlas.planner import FrontierPlanner, explore
 from touchatlas.sim import Probe, make_object
@@ -60,11 +58,10 @@ def explored_sharp(
     name: str, noise: float = 0.02, max_touches: int = 250, seed: int = 0
 ) -> Explored:
     """A copy of an exploration of a body with sharp edges."""
-    kept = _explored(name, noise, max_touches, seed)
-    return Explored(deepcopy(kept.atlas), list(kept.touches))
+    return _explored(name, noise, max_touches, seed)
 
 
-@lru_cache
+@kept_once
 def _explored(name: str, noise: float, max_touches: int, seed: int) -> Explored:
     obj = sharp_object(name)
     atlas, planner = Atlas(obj.tolerance, ONE_A_TOUCH), FrontierPlanner(*obj.start())
