@@ -35,7 +35,7 @@ def test_patch_graph_of_a_torus_has_euler_characteristic_zero():
 def test_exact_contacts_close_an_atlas_too():
     """Without noise the lack of fit that is accepted is the only small length there is. The surface
     is asked for at the tolerance, so 99 in 100 vertices are within it."""
-    obj = make_object("bottle")
+    obj = make_object("ellipsoid")
     atlas, planner = Atlas(obj.tolerance), Planner(*obj.start())
     for _ in explore(atlas, planner, Probe(obj, 0.0, np.random.default_rng(0)), 400):
         pass
@@ -65,7 +65,7 @@ def test_surface_of_a_closed_atlas_is_watertight_and_near_the_truth(surface):
     assert outward.min() > 0.99
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_touches_in_any_order_give_the_same_surface(ball, seed):
     """Patches depend on the order of the touches, the surface only within its deviations: two
     atlases of the same samples differ by less than 1.96 deviations of one, at 95 %."""

@@ -101,7 +101,7 @@ def test_a_place_that_the_probe_missed_is_tried_once_from_the_side():
 def test_arms_end_where_the_surface_is_known():
     """The last touch, amid others, tracks less than one that may not end so."""
     obj = make_object("ellipsoid")
-    atlas, p = filled(obj.tolerance), Planner(*obj.start())
+    atlas, p = filled(0.3), Planner(*obj.start())
     probe = Probe(obj, obj.noise_std, np.random.default_rng(1))
     last = list(explore(atlas, p, probe))[-1]
     free = probe(replace(last.plan, until=None))

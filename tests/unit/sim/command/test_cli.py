@@ -101,7 +101,7 @@ def test_open_mesh_works_and_says_so(tmp_path):
     mesh.update_faces(mesh.triangles_center[:, 2] > 10.0)
     mesh.export(tmp_path / "cap.ply")
     done = touchatlas(
-        "explore", "cap.ply", "--out", "r", "--json", "--max-touches", 30, cwd=tmp_path
+        "explore", "cap.ply", "--out", "r", "--json", "--max-touches", 15, cwd=tmp_path
     )
     assert done.returncode == 0, done.stderr
     assert "open mesh" in done.stderr

@@ -297,7 +297,7 @@ def test_a_curve_that_starts_at_the_point_is_flagged_and_does_not_end_the_patch(
 @pytest.mark.parametrize("noise", [0.0, 1e-4, 0.02, 0.1])
 @pytest.mark.parametrize("surface", SURFACES)
 def test_smooth_curves_have_no_kinks(surface, noise):
-    for draw, points in product(range(4), (5, 9, 30)):
+    for draw, points in product(range(2), (5, 9, 30)):
         rng = np.random.default_rng([9, draw])
         scene = draw_scene(surface, noise, 0.3 * (draw % 2), rng, points=points)
         for c in scene.contours:
