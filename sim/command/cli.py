@@ -34,7 +34,10 @@ _USAGE = {
 for _name, _help in (
     ("objects", "List the built-in objects."),
     ("explore", "Explore an object by simulated touch, build its atlas and judge it."),
-    ("resume", "Go on with a run that was stopped, or with a finished one to a larger budget."),
+    (
+        "resume",
+        "Go on with a stopped run, or with a finished one to more touches or a finer tolerance.",
+    ),
     ("evaluate", "Compare a surface with the ground truth, both ways."),
     ("compare", "Compare runs: a table of their numbers, and a chart."),
     ("fit", "Fit a patch to recorded contours: three or more curves through one point."),

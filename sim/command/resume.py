@@ -18,12 +18,14 @@ def resume(
     *,
     max_touches: Whole | None = None,
     max_length: float | None = None,
+    tolerance: float | None = None,
     json_: Json = False,
 ) -> int:
-    """Go on with a run that was stopped, or with a finished one to a larger budget.
+    """Go on with a stopped run, or with a finished one to more touches or a finer tolerance.
 
     It works after Ctrl-C, kill, a full disk and a crash. The touches of the journal are learned
-    again, and the atlas is that of the run that was never stopped, byte for byte.
+    again, and the atlas is that of the run that was never stopped, byte for byte. To a finer
+    tolerance it is that of a run which had this tolerance from the beginning.
 
     Parameters
     ----------
@@ -33,13 +35,16 @@ def resume(
         Stop after this many touches, those of before included; the run's own by default.
     max_length
         Stop after this much tracked length, that of before included; the run's own by default.
+    tolerance
+        How well the surface is wanted, in the object's unit, and no looser than before; the run's
+        own by default.
     """
     settings = read_settings(run)
     if changed := changed_versions(settings):
         say(f"{run} was begun with {changed}; the last digits may differ")
     try:
         with shown(f"resuming {run}") as watcher, resumable(run):
-            result = resume_exploration(run, max_touches, max_length, watcher)
+            result = resume_exploration(run, max_touches, max_length, tolerance, watcher)
     except FinishedError as finished:
         print_numbers(finished.numbers, f"{settings['object']}: {run}", json_)
         say(str(finished))

@@ -29,6 +29,8 @@ class Recorder:
         Each new touch is committed before it is returned.
     kept : list of Entry
         What the journal held at the beginning.
+    remedy : str
+        What to try where these touches answer other plans.
     seconds : float, s
         Time taken by the journal, not yet asked for.
     """
@@ -36,6 +38,7 @@ class Recorder:
     probe: Probe
     journal: Journal
     kept: list[Entry]
+    remedy: str
     seconds: float = 0.0
 
     def __call__(self, plan: ProbePlan) -> Touch:
@@ -80,14 +83,13 @@ class Recorder:
                 "journal; undo what was changed in run.toml, or explore again"
             )
 
-    @staticmethod
-    def _check(plan: ProbePlan, entry: Entry) -> None:
+    def _check(self, plan: ProbePlan, entry: Entry) -> None:
         # What the probe was told of the plan, as far as the touch shows it.
         told = np.array([plan.normal, *(plane.normal for plane in plan.planes)])
         held = np.array([entry.touch.approach, *(c.plane.normal for c in entry.touch.contours)])
         same = (told[: len(held)] == held).all() if len(held) in (1, len(told)) else False
         if plan.reason.value != entry.reason or not same:
             raise ValueError(
-                f"touch {entry.touch.number} of the journal answers another plan than this version "
-                "makes; resume with the versions that run.toml names, or explore again"
+                f"touch {entry.touch.number} of the journal answers another plan than is made now; "
+                f"{self.remedy}"
             )

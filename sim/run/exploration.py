@@ -84,18 +84,24 @@ def resume_exploration(
     path,
     max_touches: int | None = None,
     max_length: float | None = None,
+    tolerance: float | None = None,
     watcher: Watcher = Watcher(),
 ) -> Result:
-    """Go on with a run that was stopped in any way, or with a finished one to a larger budget.
+    """Go on with a run that was stopped in any way, or with a finished one to a larger budget or a
+    finer tolerance.
 
     Planner and atlas learn the touches of the journal again, and the probe goes on as it would
-    have. So the atlas is that of the run that was never stopped, byte for byte.
+    have. So the atlas is that of the run that was never stopped, byte for byte. Touches to a
+    tolerance are the first of those to a finer one, unless the run stagnated; on bodies of lawful
+    faces the last ones may be others.
 
     Parameters
     ----------
     path : path of the run folder
     max_touches, max_length
         The new budget; that of the run where None.
+    tolerance : float, length, optional
+        A finer tolerance; that of the run where None.
     watcher : Watcher
 
     Raises
@@ -104,14 +110,16 @@ def resume_exploration(
         When nothing is left to do.
     ValueError
         When the path holds no run, its object or its options have changed, touches of its journal
-        are lost, or its budget is smaller than what the journal holds. No file has changed then.
+        are lost, its budget is smaller than what the journal holds, the tolerance is looser than
+        before, or the touches are not the first of those to it. No file has changed then.
     """
     phases = Phases(watcher.begins)
     with old_run(path) as folder:
         settings = read_settings(folder)
         table = {key: value for key, value in settings.items() if key not in NO_OPTIONS}
         options = updated(RunOptions(), table, str(folder / "run.toml"))
-        new = {"max_touches": max_touches, "max_length": max_length}
+        before = options.tolerance
+        new = {"max_touches": max_touches, "max_length": max_length, "tolerance": tolerance}
         options = replace(options, **{k: v for k, v in new.items() if v is not None})
         with phases("start", "reading the journal"):
             kept, held = _kept(folder)
@@ -119,7 +127,8 @@ def resume_exploration(
             check_settings(folder, settings, held)
         elif kept:
             watcher.assumes(_ASSUMED.format(folder=folder))
-        _check_budget(folder, options, kept)
+        finer = _is_finer(folder, options.tolerance, before)
+        _check_budget(folder, options, kept, finer)
         with phases("start", f"preparing {settings['object']}"):
             obj = make_object(settings["object"], options.seed)
         if settings.get("digest") != digest_of(obj):
@@ -130,7 +139,19 @@ def resume_exploration(
         settings = {"object": obj.source, "digest": digest_of(obj), **as_table(options)}
         if not kept:
             write_settings(folder, settings)
-        return Work(obj, folder, options, settings, phases, watcher, kept).carry_out()
+        return Work(obj, folder, options, settings, phases, watcher, kept, finer).carry_out()
+
+
+def _is_finer(folder: Path, tolerance: float | None, before: float | None) -> bool:
+    """Whether a tolerance is finer than that of the run; ValueError where it is looser."""
+    if before is None or tolerance is None or tolerance == before:
+        return False
+    if not tolerance < before:
+        raise ValueError(
+            f"tolerance is {tolerance:g}, but the touches of {folder} were made to {before:g}, "
+            "which they need not have been; give a smaller one, or explore again"
+        )
+    return True
 
 
 def _completed(options: RunOptions, obj) -> RunOptions:
@@ -172,9 +193,10 @@ def _kept(folder: Path) -> tuple[list[Entry], dict]:
     return kept, held
 
 
-def _check_budget(folder: Path, options: RunOptions, kept: list[Entry]) -> None:
+def _check_budget(folder: Path, options: RunOptions, kept: list[Entry], finer: bool) -> None:
     """FinishedError for a run in which nothing is left to do; ValueError for a budget that is
-    less than what was touched."""
+    less than what was touched. A run whose tolerance is now finer was not finished by its planner.
+    """
     touches, length = len(kept), sum(entry.touch.tracked_length for entry in kept)
     before = sum(entry.touch.tracked_length for entry in kept[:-1])
     most, longest = options.max_touches, options.max_length
@@ -189,7 +211,7 @@ def _check_budget(folder: Path, options: RunOptions, kept: list[Entry]) -> None:
         ended = numbers["ended"] if numbers["touches"] == touches else None
     except (OSError, ValueError, LookupError, TypeError, RecursionError):
         return
-    if ended in {reason.value for reason in StopReason}:
+    if ended in {reason.value for reason in StopReason} and not finer:
         raise FinishedError(f"{folder} is finished: {ended}", numbers)
     if ended == MAX_TOUCHES and touches == most:
         words = f"{folder} is finished: it has its {most} touches; give a larger --max-touches"

@@ -89,9 +89,15 @@ def begin(options: RunOptions, obj, rng: np.random.Generator) -> tuple[Atlas, Pl
     return Atlas(options.tolerance, options.atlas, scale), planner
 
 
+# What to try where the touches of a journal are not those that would be made now.
+_OTHER_VERSION = "resume with the versions that run.toml names, or explore again"
+_OTHER_TOLERANCE = "explore again to that tolerance, into another folder"
+
+
 @dataclass
 class Work:
-    """One process at work on a run; ``settings`` are those of its run.toml."""
+    """One process at work on a run; ``settings`` are those of its run.toml. The touches ``kept``
+    may have been made to a tolerance that is now ``finer``."""
 
     obj: ImplicitObject | MeshObject
     folder: Path
@@ -100,6 +106,7 @@ class Work:
     phases: Phases
     watcher: Watcher
     kept: list[Entry] = field(default_factory=list)
+    finer: bool = False
 
     def __post_init__(self) -> None:
         options = self.options
@@ -153,7 +160,7 @@ class Work:
         """Carry out the touches, each written before it is learned; returns why they ended."""
         options, start, done = self.options, time.perf_counter(), len(self.kept)
         with self._journal() as journal:
-            recorder = Recorder(self.probe, journal, self.kept)
+            recorder = Recorder(self.probe, journal, self.kept, self._remedy)
             if not done:
                 journal.keep_settings(kept_settings(self.settings))
             self.watcher.begins(f"repeating {done} touches of the journal" if done else "touching")
@@ -174,12 +181,16 @@ class Work:
                 if hold:
                     raise interrupt_of(hold.signal)
                 raise ValueError(
-                    f"{self.folder} holds {done} touches, but this version ends after {learned}; "
-                    "resume with the versions that run.toml names, or explore again"
+                    f"{self.folder} holds {done} touches, but exploring now ends after {learned}; "
+                    f"{self._remedy}"
                 )
             self.progress.measure()
             self.phases.add("record", time.perf_counter() - start - counted)
         return INTERRUPTED if hold else self._why_ended()
+
+    @property
+    def _remedy(self) -> str:
+        return _OTHER_TOLERANCE if self.finer else _OTHER_VERSION
 
     def _repeated(self, journal: Journal) -> None:
         """All touches of the journal answer plans of these settings: they are written."""

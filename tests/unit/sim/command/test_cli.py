@@ -192,7 +192,7 @@ def test_force_replaces_the_run_and_nothing_else(whole_run):
         (["fit", "columns.csv"], "no column curve, x, y, z"),
         (["evaluate", "tetra.off", "--truth", "sphere", "--tolerance", "-1"], "tolerance is -1"),
         (["evaluate", "."], "not the folder of a run"),
-        (["resume", "r", "--tolerance", "1"], "RUN/run.toml --tolerance VALUE --out ANOTHER"),
+        (["resume", "r", "--noise", "1"], "RUN/run.toml --noise VALUE --out ANOTHER"),
         (["resume", "r", "--odd", "1"], "Unknown option: --odd"),
     ],
 )

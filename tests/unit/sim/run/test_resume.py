@@ -5,6 +5,7 @@ import shutil
 import signal
 import sqlite3
 from contextlib import closing
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -67,8 +68,8 @@ def whole(ball, no_pictures):
     return folder
 
 
-def assert_same(folder, whole):
-    for name in SAME:
+def assert_same(folder, whole, names=SAME):
+    for name in names:
         assert (folder / name).read_bytes() == (whole / name).read_bytes(), name
     untimed = [
         {
@@ -377,9 +378,33 @@ def test_a_journal_of_another_version_is_refused(ball, tmp_path):
     assert other != text
     before_settings_were_kept(tmp_path / "r")
     before = edited(tmp_path / "r", text, other)
-    with pytest.raises(ValueError, match="answers another plan than this version makes"):
-        resume_exploration(tmp_path / "r", max_touches=9)
+    for tolerance, remedy in ((None, "resume with the versions"), (0.05, "to that tolerance")):
+        with pytest.raises(ValueError, match=f"another plan than is made now; .*{remedy}"):
+            resume_exploration(tmp_path / "r", max_touches=9, tolerance=tolerance)
     assert {path.name: path.read_bytes() for path in (tmp_path / "r").iterdir()} == before
+
+
+def test_a_known_surface_resumed_to_a_finer_tolerance_is_that_of_a_run_to_it(ball, tmp_path):
+    """Touches to a tolerance are the first of those to a finer one: the files are equal, byte for
+    byte, but for the seconds."""
+    coarse, fine = replace(WHOLE, tolerance=2.0, max_touches=None), replace(WHOLE, tolerance=0.2)
+    fine = replace(fine, max_touches=None)
+    obj = make_object(str(ball), 3)
+    before = run_exploration(obj, tmp_path / "r", coarse)
+    straight = run_exploration(obj, tmp_path / "fine", fine)
+    after = resume_exploration(tmp_path / "r", tolerance=0.2)
+    assert before.numbers["touches"] < after.numbers["touches"] == straight.numbers["touches"]
+    # The journal's own count of its changes is another one.
+    assert_same(tmp_path / "r", tmp_path / "fine", SAME[1:])
+    with pytest.raises(FinishedError, match="known to the tolerance"):
+        resume_exploration(tmp_path / "r")
+
+
+def test_a_run_is_not_resumed_to_a_looser_tolerance(whole):
+    files = {path.name: path.read_bytes() for path in whole.iterdir()}
+    with pytest.raises(ValueError, match="tolerance is 9, but the touches of .* were made to"):
+        resume_exploration(whole, tolerance=9.0)
+    assert {path.name: path.read_bytes() for path in whole.iterdir()} == files
 
 
 def test_the_probe_goes_on_from_its_state():
