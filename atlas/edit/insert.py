@@ -39,6 +39,9 @@ _CLEAR = 0.99
 # Radius about a touch that gave no patch within which samples need no touch, in patch radii.
 # Doubled, places that another patch could cover are given up.
 _VISITED = 0.5
+# Least number of samples within the radius of a touch's patch: two for each section. Doubled,
+# touches beside edges are repeated with finer steps more often.
+_LEAST_SAMPLES = 6
 # Sections that the principal curvatures need (do Carmo, section 3-2). With twice as many a touch
 # would be refused where three of its contours suffice.
 LEAST_CONTOURS = 3
@@ -95,6 +98,8 @@ def _fit_or_reason(state: AtlasState, touch: Touch, contours) -> tuple[PatchFit 
         )
     try:
         fit = fit_touch(state, touch, contours)
+        if reason := _too_few(fit, contours):
+            return None, reason
         if not grazes(fit, touch):
             return fit, ""
         side = known_side(state, fit)
@@ -106,6 +111,20 @@ def _fit_or_reason(state: AtlasState, touch: Touch, contours) -> tuple[PatchFit 
         return (fit_touch(state, turned(touch), contours) if side < 0 else fit), ""
     except UnfitError as error:
         return None, str(error)
+
+
+def _too_few(fit: PatchFit, contours) -> str:
+    """Why a fit has no samples to rest on; empty where it has enough. Beside an edge its radius may
+    be less than the distance between samples."""
+    frame, radius = fit.patch.frame, fit.patch.radius
+    points = np.concatenate([contour.points for contour in contours])
+    count = np.count_nonzero(in_ball(points, frame.origin, radius))
+    if count >= _LEAST_SAMPLES:
+        return ""
+    return (
+        f"{count} samples lie within {radius:.3g} of the contact, where the contours are smooth; a "
+        f"patch needs {_LEAST_SAMPLES}: sample more finely there"
+    )
 
 
 def _ends_at_edge(contours) -> bool:

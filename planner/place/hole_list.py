@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from touchatlas.planner.place.choose import APART_HOLES, Target, View, distance_to
-from touchatlas.planner.place.holes import NO_HOLES, drawn_holes
+from touchatlas.planner.place.holes import NO_HOLES, Holes, drawn_holes
 from touchatlas.planner.probe_plan import Reason
 
 # Largest level, in extents: a surface known to it is nearly whole. Doubled, the surface is drawn
@@ -16,7 +16,7 @@ _FIRST = 0.05
 _LAST = 0.1
 # How often the surface is drawn at one level. Doubled, some more holes are closed, and explorations
 # that leave many take longer.
-_LOOKS = 4
+_LOOKS = 8
 # Holes that are touched before the surface is drawn again. Doubled, more touches find their holes
 # closed already.
 _HOLES = 16
@@ -36,6 +36,9 @@ class HoleList:
         self.level = np.inf
         self._drawn = NO_HOLES
         self._samples, self._looks = 0, 0
+        # Holes of a last drawing, which decides nothing but the end, and the samples then.
+        self._checked: Holes | None = None
+        self._samples_checked, self._checks = 0, 0
 
     @property
     def looks_left(self) -> bool:
@@ -49,12 +52,12 @@ class HoleList:
 
     def update(self, view: View, sure: Sure) -> None:
         """Draw the surface where it is known twice as well as when it was drawn last, or where the
-        holes that were worth a touch are touched; ``sure`` tells what is known."""
+        holes that were worth a touch are touched, or a wide one; ``sure`` tells what is known."""
         level = self._known_level(view, sure)
         if level < self.level:
             self.level, self._looks = level, 0
             self._draw(view)
-        elif self.begun and self.looks_left and self._is_done(view, sure):
+        elif self.begun and self.looks_left and self._is_over(view, sure):
             self._draw(view)
 
     def draw_to(self, view: View, tolerance: float) -> None:
@@ -76,9 +79,29 @@ class HoleList:
         return Target(self._drawn.centres[best], self._drawn.normals[best], Reason.CLOSE_GAP)
 
     def any_left(self, view: View, tolerance: float) -> bool:
-        """Whether a hole may be left that a drawn surface would not close to a tolerance."""
-        left = self._left(view)
-        return not self.begun or bool((self._drawn.error[left] > tolerance).any())
+        """Whether a hole may be left that a drawn surface would not close to a tolerance.
+
+        Where contours crossed such holes the surface is drawn again before an answer, a few times
+        at most.
+        """
+        unsure = self._drawn.error > tolerance
+        if not self.begun or (unsure & self._left(view)).any():
+            return True
+        return bool(unsure.any()) and self._is_open(view, tolerance)
+
+    def _is_open(self, view: View, tolerance: float) -> bool:
+        """Whether the surface is open as it is drawn now, or was at the last check, and holes are
+        left that no contour crossed since."""
+        if self._checked is not None:
+            left = self._left_of(self._checked, self._samples_checked, view)
+            if (self._checked.error[left] > tolerance).any():
+                return True
+        if self._checks == _LOOKS:
+            return False
+        self._checks += 1
+        self._checked = drawn_holes(view.atlas, self.level, trimmed=True)
+        self._samples_checked = view.atlas.point_count
+        return bool((self._checked.error > tolerance).any())
 
     def _known_level(self, view: View, sure: Sure) -> float:
         """The level now: halved as long as the surface is known to that."""
@@ -90,10 +113,12 @@ class HoleList:
             level *= 0.5
         return level
 
-    def _is_done(self, view: View, sure: Sure) -> bool:
+    def _is_over(self, view: View, sure: Sure) -> bool:
         """Whether holes were drawn that are worth a touch, and all of them are touched or crossed
-        since."""
+        since, or one of them that is too large to be closed: it may be open beside the contours."""
         gone = ~self._left(view)
+        if np.isinf(self._drawn.error[gone]).any():
+            return sure(np.inf)
         if not gone.any() or self.target(view, sure) is not None:
             return False
         return sure(float(self._drawn.error[gone].max()))
@@ -110,6 +135,11 @@ class HoleList:
     def _left(self, view: View) -> np.ndarray:
         """(k,) whether holes are away from touches and attempts, and no contour crossed them since
         they were drawn."""
-        since = view.atlas.membership.pool.points[self._samples :]
-        crossed = distance_to(since, self._drawn.centres) <= self._drawn.radius
-        return ~crossed & (view.apart(self._drawn.centres) > APART_HOLES * view.extent)
+        return self._left_of(self._drawn, self._samples, view)
+
+    @staticmethod
+    def _left_of(holes: Holes, samples: int, view: View) -> np.ndarray:
+        """(k,) the same of holes that were drawn of so many samples."""
+        since = view.atlas.membership.pool.points[samples:]
+        crossed = distance_to(since, holes.centres) <= holes.radius
+        return ~crossed & (view.apart(holes.centres) > APART_HOLES * view.extent)

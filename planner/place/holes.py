@@ -1,22 +1,30 @@
 """Holes: where the surface that an atlas draws has gaps that no contour crossed."""
 
 import copy
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import igl
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
+from scipy.spatial.distance import pdist, squareform
 
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.mesh.close_holes import LARGEST, SLOPE
 from touchatlas.atlas.mesh.extract import open_surface
-from touchatlas.atlas.mesh.surface import Surface
+from touchatlas.atlas.mesh.unsure_rims import without_unsure_rims
 
 # Least part of the surface that is worth a touch, no unit. Doubled, more small holes are closed
 # without a sample.
 LEAST_SHARE = 1.25e-4
+# Most points of a rim that are compared with each other. Doubled, it takes four times as long.
+_POINTS = 400
+# Least way along a rim between two points across a hole, in their distance: about the square end of
+# a slit it is 1.41 times as long. Doubled, only ends of long slits are across from each other.
+_AROUND = 1.3
+# Least half of the width of a round hole, in the root mean square of its radius. Doubled, all holes
+# are slits.
+_ROUND = 0.5
+# Least width of a slit at the point across, over that at a point itself. Doubled, none is found.
+_ALIKE = 0.7
 # Standard deviations that hold 95 % of a normal error.
 _SURE = 1.96
 
@@ -28,10 +36,11 @@ class Holes:
     Parameters
     ----------
     centres : (k, 3) float, length, world
+        The middle of the rim; the middle of the widest place of a slit too long to be closed.
     normals : (k, 3) float, unit, world
         Outward.
     radius : (k,) float, length
-        Distance of the rim from the centre, root mean square.
+        Distance of the rim from the centre, root mean square; half of the width of such a slit.
     error : (k,) float, length
         That of a surface which is drawn across the hole, exceeded once in twenty; infinite for a
         hole that is too large to be closed.
@@ -50,8 +59,9 @@ class Holes:
 NO_HOLES = Holes(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros(0))
 
 
-def drawn_holes(atlas: Atlas, tolerance: float) -> Holes:
-    """The holes of the surface as it is drawn to a tolerance, length.
+def drawn_holes(atlas: Atlas, tolerance: float, trimmed: bool = False) -> Holes:
+    """The holes of the surface as it is drawn to a tolerance, length; ``trimmed`` where it is less
+    sure than the tolerance of the atlas, as at the end.
 
     Openings of the body, whose centres lie beyond rims, are left out, and holes so small that a
     touch there teaches less than ``LEAST_SHARE`` of the surface.
@@ -59,33 +69,76 @@ def drawn_holes(atlas: Atlas, tolerance: float) -> Holes:
     drawn = copy.copy(atlas)
     drawn.tolerance = tolerance
     surface = open_surface(drawn)
+    if trimmed:
+        surface = without_unsure_rims(atlas, surface)
+    if not len(surface.faces):
+        return NO_HOLES
     least = LEAST_SHARE * 0.5 * igl.doublearea(surface.vertices, surface.faces).sum()
     size = float(np.linalg.norm(np.ptp(surface.vertices, axis=0)))
-    rims = [(p, n) for p, n, area in _rims(surface) if area >= least and n.sum(axis=0).any()]
-    centres = np.reshape([points.mean(axis=0) for points, _ in rims], (-1, 3))
-    outward = np.reshape([normals.sum(axis=0) for _, normals in rims], (-1, 3))
-    outward /= np.linalg.norm(outward, axis=1)[:, None]
-    closed = np.reshape([_closed(*rim, size) for rim in rims], (-1, 2))
-    return Holes(centres, outward, *closed.T).taken(~atlas.rims.beyond(centres, outward))
+    loops = [np.array(loop) for loop in igl.boundary_loop_all(surface.faces)]
+    rims = [(surface.vertices[loop], surface.normals[loop]) for loop in loops]
+    found = [_hole(*rim, size) for rim in rims if _area(rim[0]) >= least]
+    holes = Holes(*map(np.array, zip(*found, strict=True))) if found else NO_HOLES
+    return holes.taken(~atlas.rims.beyond(holes.centres, holes.normals))
 
 
-def _rims(surface: Surface) -> Iterator[tuple[np.ndarray, np.ndarray, float]]:
-    """Points and normals (n, 3) at each hole, and its area about the mean of the points."""
-    vertices, ends = np.unique(igl.boundary_facets(surface.faces)[0], return_inverse=True)
-    sides = ends.reshape(-1, 2)
-    joined = coo_array((np.ones(len(sides), bool), tuple(sides.T)), (len(vertices),) * 2)
-    loop = connected_components(joined)[1]
-    points, normals = surface.vertices[vertices], surface.normals[vertices]
-    for k in range(loop.max(initial=-1) + 1):
-        own = loop == k
-        first, second = (points[sides[own[sides[:, 0]]]] - points[own].mean(axis=0)).swapaxes(0, 1)
-        area = 0.5 * np.linalg.norm(np.cross(first, second), axis=1).sum()
-        yield points[own], normals[own], float(area)
+def _area(rim) -> float:
+    """Area of a hole about the mean of its rim (n, 3), length^2."""
+    offset = rim - rim.mean(axis=0)
+    return 0.5 * float(np.linalg.norm(np.cross(offset, np.roll(offset, -1, axis=0)), axis=1).sum())
 
 
-def _closed(rim, normals, size: float) -> tuple[float, float]:
-    """Radius and error of a hole, see ``Holes``, from the points and normals (n, 3) of its rim and
-    the diagonal of the surface.
+def _hole(rim, normals, size: float) -> tuple[np.ndarray, np.ndarray, float, float]:
+    """Centre, outward normal, radius and error of a hole, see ``Holes``, from the points and
+    normals (n, 3) of its rim in order and the diagonal of the surface."""
+    centre = rim.mean(axis=0)
+    radius, error = _closed(rim, normals)
+    if np.linalg.norm(np.ptp(rim, axis=0)) <= LARGEST * size:
+        return centre, _outward(rim, normals, centre, np.inf), radius, error
+    slit = _widest(rim)
+    if slit is None or slit[1] >= _ROUND * radius:
+        return centre, _outward(rim, normals, centre, np.inf), radius, np.inf
+    return slit[0], _outward(rim, normals, slit[0], 2.0 * slit[1]), slit[1], np.inf
+
+
+def _widest(rim) -> tuple[np.ndarray, float] | None:
+    """The middle (3,) of the widest place of a slit with a rim (n, 3), and half of its width,
+    length; None where there is none.
+
+    The width at a point is the distance to the nearest one across, whose own width is about as
+    large: it is not at the ends of a slit.
+    """
+    some = rim[:: -(-len(rim) // _POINTS)]
+    steps = np.linalg.norm(np.roll(some, -1, axis=0) - some, axis=1)
+    along = np.concatenate([[0.0], np.cumsum(steps)[:-1]])
+    way = np.abs(along[:, None] - along)
+    way = np.minimum(way, steps.sum() - way)
+    chord = squareform(pdist(some))
+    across = np.where((way >= _AROUND * chord) & (chord > 0.0), chord, np.inf)
+    width, other = across.min(axis=1), across.argmin(axis=1)
+    width = np.where(np.isfinite(width) & (width[other] >= _ALIKE * width), width, 0.0)
+    widest = int(width.argmax())
+    if not width[widest] > 0.0:
+        return None
+    return 0.5 * (some[widest] + some[other[widest]]), 0.5 * float(width[widest])
+
+
+def _outward(rim, normals, centre, reach: float) -> np.ndarray:
+    """(3,) unit normal of a hole from that part of its rim (n, 3) which is within ``reach``.
+
+    Normals of the rim add where the surface is level. At the crest of a wall they are opposed, and
+    the directions from the surface into the hole add.
+    """
+    along = np.roll(rim, -1, axis=0) - rim
+    length = np.linalg.norm(along, axis=1)
+    into = np.cross(along, normals) + length[:, None] * normals
+    found = into[np.linalg.norm(rim - centre, axis=1) <= reach].sum(axis=0)
+    return np.asarray(found / max(np.linalg.norm(found), np.finfo(float).tiny))
+
+
+def _closed(rim, normals) -> tuple[float, float]:
+    """Radius and error of a hole that is closed, see ``Holes``, from the points and normals (n, 3)
+    of its rim.
 
     It is closed as on a sphere, where the rim is as steep everywhere. What its slopes differ adds
     to what is expected of any hole.
@@ -94,5 +147,4 @@ def _closed(rim, normals, size: float) -> tuple[float, float]:
     away = np.linalg.norm(offset, axis=1)
     slope = np.einsum("ij,ij->i", normals, offset) / np.maximum(away, np.finfo(float).tiny)
     radius = float(np.sqrt((away * away).mean()))
-    error = _SURE * radius * float(np.hypot(SLOPE, slope.std()))
-    return radius, error if np.linalg.norm(np.ptp(rim, axis=0)) <= LARGEST * size else np.inf
+    return radius, _SURE * radius * float(np.hypot(SLOPE, slope.std()))

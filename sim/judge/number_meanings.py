@@ -78,7 +78,9 @@ NUMBERS: dict[str, Meaning] = {
     ),
     "ended": Meaning("why the exploration ended", good="known to the tolerance"),
     "predicted_coverage": Meaning(
-        "expected fraction of the surface within the tolerance, without the truth", good="near 1"
+        "expected fraction of the surface about the touches within the tolerance, without the "
+        "truth; of the whole surface at the end of an exploration",
+        good="near 1",
     ),
     "open_places": Meaning("places that are not known to the tolerance", "length", good="few"),
     "unreachable_places": Meaning(
@@ -96,7 +98,10 @@ NUMBERS: dict[str, Meaning] = {
         "drawn from patches"
     ),
     "parameters": Meaning("coefficients over all patches", good="few"),
-    "patch_euler_characteristic": Meaning("V - E + F of the patch graph", good="the true one"),
+    "patch_euler_characteristic": Meaning(
+        "V - E + F of the patch graph; none where the surface is drawn from lawful faces",
+        good="the true one",
+    ),
     "tracked_length": Meaning("path of the probe in contact", LENGTH, "short"),
     "travel_length": Meaning("path of the probe in the air", LENGTH, "short"),
     "residual_patches": Meaning("patches that have a residual", good="0 if smooth"),

@@ -90,7 +90,10 @@ class Conclusion:
         stopped, places = "", ()
         if known["ended"] != StopReason.KNOWN.value:
             share, places = known["predicted_coverage"], known["open_places"]
-            stopped = f"{known['ended']}, with {share:.1%} of the surface known to the tolerance"
+            stopped = (
+                f"{known['ended']}, with {share:.1%} of the surface about its touches known to the "
+                "tolerance"
+            )
         found = doubts(self.atlas, surface, places, stopped, known["unreachable_places"])
         return [doubt.as_dict() for doubt in found]
 
@@ -140,7 +143,7 @@ class Conclusion:
             "patches": len(atlas),
             "lawful_faces": 0 if atlas.body is None else len(atlas.body.faces),
             "parameters": atlas.parameter_count,
-            "patch_euler_characteristic": atlas.euler_characteristic(),
+            "patch_euler_characteristic": None if atlas.body else atlas.euler_characteristic(),
             "tracked_length": progress.last("tracked_length"),
             "travel_length": progress.last("travel_length"),
         }
