@@ -48,6 +48,8 @@ def bowl(noise=1e-3, height=lambda x, y: -0.3 * (x * x + y * y), **more):
         ({"radius_limit": np.nan}, "lengths"),
         ({"radius_floor": np.nan}, "lengths"),
         ({"radius_floor": np.inf}, "lengths"),
+        ({"contours": None}, "NoneType among the contours or for them; give a tuple"),
+        ({"contours": (*bowl()[:2], np.zeros((5, 3)))}, "got ndarray among the contours"),
     ],
 )
 def test_a_wrong_argument_is_named(changes, sentence):
