@@ -116,17 +116,6 @@ def _check_lengths(bias: float, detail: float, radius_limit: float, radius_floor
         )
 
 
-def _check_contours(contours) -> None:
-    """ValueError for anything but several Contour."""
-    several = isinstance(contours, tuple | list)
-    other = next((c for c in contours if not isinstance(c, Contour)), None) if several else contours
-    if other is not None or not several:
-        raise ValueError(
-            f"got {type(other).__name__} among the contours or for them; give a tuple of three or "
-            "more Contour(points, plane, noise_std, ends)"
-        )
-
-
 @unsolvable_is_unfit()
 def fit_patch(
     point,
@@ -182,7 +171,6 @@ def fit_patch(
     orders takes the place of equation (5), in the frame that the polynomial itself defines.
     """
     _check_lengths(bias, detail, radius_limit, radius_floor)
-    _check_contours(contours)
     stack = start_stack(point, contours, outward)
     reach = min(max(float(stack.reach[0]), radius_floor), radius_limit)
     stack = replace(stack, reach=np.array([reach]))

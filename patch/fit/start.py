@@ -5,7 +5,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from touchatlas.patch.geometry.arrays import cross, frozen_array
-from touchatlas.patch.geometry.contour import Contour, ContourEnd
+from touchatlas.patch.geometry.contour import Contour, ContourEnd, check_contours
 from touchatlas.patch.geometry.curvature import LEAST_OUTWARD_COSINE, WORST_CONDITION
 from touchatlas.patch.geometry.section import LEAST_POINTS
 
@@ -85,6 +85,7 @@ def start_stack(point, contours: tuple[Contour, ...], outward) -> Stack:
     """
     point = frozen_array(point, (3,), "reference point")
     outward = frozen_array(outward, (3,), "outward vector")
+    check_contours(contours)
     _check_counts(contours)
     offsets = [_in_plane(contour) - point for contour in contours]
     reach = _reach(offsets, contours)

@@ -111,6 +111,17 @@ class Contour:
         return self.points - off[:, None] * self.plane.normal
 
 
+def check_contours(contours) -> None:
+    """ValueError for anything but a tuple or list of Contour."""
+    several = isinstance(contours, tuple | list)
+    other = next((c for c in contours if not isinstance(c, Contour)), None) if several else contours
+    if other is not None or not several:
+        raise ValueError(
+            f"got {type(other).__name__} among the contours or for them; give a tuple of three or "
+            "more Contour(points, plane, noise_std, ends)"
+        )
+
+
 def _without_repeats(points: np.ndarray) -> np.ndarray:
     """Read-only points (n, 3) without those that equal the one before."""
     new = (points[1:] != points[:-1]).any(axis=1)

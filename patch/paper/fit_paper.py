@@ -8,7 +8,7 @@ import numpy as np
 from touchatlas.patch.fit.fit_patch import FitOptions
 from touchatlas.patch.fit.smoothness import LOOSE_STD, scaled_noise
 from touchatlas.patch.geometry.arrays import frozen_array
-from touchatlas.patch.geometry.contour import Contour
+from touchatlas.patch.geometry.contour import Contour, check_contours
 from touchatlas.patch.geometry.curvature import (
     LEAST_OUTWARD_COSINE,
     WORST_CONDITION,
@@ -94,6 +94,7 @@ def fit_paper(
     The paper, sections 2.1 and 2.2. At an umbilic both curvatures are set to their mean: the
     directions are arbitrary there, and unequal curvatures along them would be wrong.
     """
+    check_contours(contours)
     point, noise = frozen_array(point, (3,), "reference point"), _noise(contours)
     axes, k1, k2, condition, section_covariance = _darboux(point, contours, outward, noise)
     frame = DarbouxFrame(point, axes)

@@ -48,8 +48,6 @@ def bowl(noise=1e-3, height=lambda x, y: -0.3 * (x * x + y * y), **more):
         ({"radius_limit": np.nan}, "lengths"),
         ({"radius_floor": np.nan}, "lengths"),
         ({"radius_floor": np.inf}, "lengths"),
-        ({"contours": None}, "NoneType among the contours or for them; give a tuple"),
-        ({"contours": (*bowl()[:2], np.zeros((5, 3)))}, "got ndarray among the contours"),
     ],
 )
 def test_a_wrong_argument_is_named(changes, sentence):
@@ -68,6 +66,15 @@ def test_an_outward_that_is_tangent_is_refused_by_both_fits():
     for fit in (fit_patch, lambda *a: fit_paper(*a, Penalty.NONE)):
         with pytest.raises(ValueError, match="zero or tangent"):
             fit(ORIGIN, flat, [1.0, 0.0, 0.0])
+
+
+@pytest.mark.parametrize(
+    ("contours", "kind"), [(None, "NoneType"), ((*bowl()[:2], np.zeros((5, 3))), "ndarray")]
+)
+def test_what_are_no_contours_is_refused_by_both_fits(contours, kind):
+    for fit in (fit_patch, lambda *a: fit_paper(*a, Penalty.NONE)):
+        with pytest.raises(ValueError, match=f"got {kind} among the contours.*give a tuple"):
+            fit(ORIGIN, contours, UP)
 
 
 @pytest.mark.parametrize(
