@@ -23,7 +23,8 @@ class Forecast:
     Parameters
     ----------
     predicted_coverage : float
-        Expected fraction of the surface that is within the tolerance.
+        Expected fraction of the surface about the touches that is within the tolerance; of the
+        whole surface at the end of an exploration.
     open_places : (n, 3) float, length, world
         Where nothing is known, or too little, far apart from each other.
     """

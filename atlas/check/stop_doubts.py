@@ -46,6 +46,12 @@ def stop_doubts(
     return [*found, *_open_places(_points(open_places)), *_unreachable(_points(unreachable))]
 
 
+def ended_early(reason: str, share: float) -> str:
+    """Why an exploration ended, with the expected fraction of the surface about its touches that is
+    known to the tolerance: what lies farther off no forecast counts."""
+    return f"{reason}, with {share:.1%} of the surface about its touches {_KNOWN}"
+
+
 def _points(places: Sequence | np.ndarray) -> np.ndarray:
     """Places as an array (k, 3)."""
     return np.reshape(np.asarray(places, float), (-1, 3))
@@ -61,7 +67,7 @@ def _of_stop(stop: Stopped, open_places, unreachable):
     share = stop.forecast.predicted_coverage
     if not len(open_places):
         open_places = stop.forecast.open_places
-    return f"{words}, with {share:.1%} of the surface {_KNOWN}", open_places, unreachable
+    return ended_early(words, share), open_places, unreachable
 
 
 def _open_places(places) -> list[Doubt]:

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from touchatlas.atlas import Atlas, Surface, doubts, extract_surface, save_atlas
+from touchatlas.atlas.check.stop_doubts import ended_early
 from touchatlas.atlas.files import write_whole
 from touchatlas.planner import StopReason
 from touchatlas.sim.folder.ply import ply_bytes, stored
@@ -90,10 +91,7 @@ class Conclusion:
         stopped, places = "", ()
         if known["ended"] != StopReason.KNOWN.value:
             share, places = known["predicted_coverage"], known["open_places"]
-            stopped = (
-                f"{known['ended']}, with {share:.1%} of the surface about its touches known to the "
-                "tolerance"
-            )
+            stopped = ended_early(known["ended"], share)
         found = doubts(self.atlas, surface, places, stopped, known["unreachable_places"])
         return [doubt.as_dict() for doubt in found]
 

@@ -1,5 +1,6 @@
 """What an atlas doubts: nothing where all is well, else the cause and its places."""
 
+from copy import copy
 from functools import lru_cache
 
 import numpy as np
@@ -101,7 +102,7 @@ def test_a_planners_stop_is_a_doubt_unless_the_surface_is_known(reason):
         assert doubts(ball(False), surface(), stopped=reason.value) == ()
         return
     assert names(found) == ["unfinished", "open places"]
-    assert f"{reason.value}, with 75.0% of the surface known" in found[0].words
+    assert f"{reason.value}, with 75.0% of the surface about its touches known" in found[0].words
     assert found[1].places.tolist() == place.tolist()
 
 
@@ -110,6 +111,15 @@ def test_places_that_no_pin_reaches_are_taken_from_the_stop():
     stop = Stop(StopReason.KNOWN, Forecast(1.0, place[:0]), place)
     assert names(doubts(ball(False), surface(), stopped=stop)) == ["unreachable"]
     assert doubts(ball(False), surface(), stopped=None) == ()
+
+
+def test_a_misfit_of_less_than_a_quarter_of_the_tolerance_is_no_doubt():
+    """The same patches miss their samples by as much, where a hundred times less is asked."""
+    atlas = ball(True)
+    assert "misfit" in names(doubts(atlas, surface()))
+    looser = copy(atlas)
+    looser.tolerance *= 100.0
+    assert "misfit" not in names(doubts(looser, surface()))
 
 
 def test_a_moved_object_is_told_with_its_move():
