@@ -12,6 +12,7 @@ import time
 import numpy as np
 
 from touchatlas.sim import RunOptions, make_object, run_exploration
+from touchatlas.sim.command.outcome import exit_code
 
 HEAD = (
     "| object | coverage | mean/noise | mean/diagonal | p95/diagonal | watertight | chi (true) "
@@ -42,8 +43,10 @@ def main(*names: str) -> None:
     print("|" + "---|" * (HEAD.count("|") - 1))
     for words in names or ("sphere",):
         name, _, most = words.partition(":")
+        if most and not most.isdecimal():
+            raise ValueError(f"got {words!r}; give OBJECT or OBJECT:TOUCHES, as sphere:20")
         print(row(name, RunOptions(max_touches=int(most) if most else None)), flush=True)
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    sys.exit(exit_code(lambda: main(*sys.argv[1:])))

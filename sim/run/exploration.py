@@ -148,8 +148,9 @@ def _is_finer(folder: Path, tolerance: float | None, before: float | None) -> bo
         return False
     if not tolerance < before:
         raise ValueError(
-            f"tolerance is {tolerance:g}, but the touches of {folder} were made to {before:g}, "
-            "which they need not have been; give a smaller one, or explore again"
+            f"tolerance is {tolerance:g}, looser than the {before:g} of {folder}, which has "
+            f"touches that it does not need; give one below {before:g}, or explore again into "
+            "another folder"
         )
     return True
 

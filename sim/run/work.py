@@ -31,6 +31,9 @@ from touchatlas.sim.world.probe import Probe
 # Points of the true surface at which the true progress is measured. Four times as many halve the
 # standard error of the coverage, about 1 %.
 _PROGRESS_POINTS = 2000
+# What to try where the touches of a journal are not those that would be made now.
+_OTHER_VERSION = "resume with the versions that run.toml names, or explore again"
+_OTHER_TOLERANCE = "explore again to that tolerance, into another folder"
 # Why an exploration ended that the planner did not end.
 MAX_TOUCHES, MAX_LENGTH, INTERRUPTED = (
     "max_touches reached",
@@ -87,11 +90,6 @@ def begin(options: RunOptions, obj, rng: np.random.Generator) -> tuple[Atlas, Pl
         return Atlas(options.tolerance, replace(options.atlas, fill=False)), planner
     scale = fit_scale(options.noise, obj.diagonal)
     return Atlas(options.tolerance, options.atlas, scale), planner
-
-
-# What to try where the touches of a journal are not those that would be made now.
-_OTHER_VERSION = "resume with the versions that run.toml names, or explore again"
-_OTHER_TOLERANCE = "explore again to that tolerance, into another folder"
 
 
 @dataclass
@@ -190,6 +188,7 @@ class Work:
 
     @property
     def _remedy(self) -> str:
+        """What to try where the touches of the journal are not those that would be made now."""
         return _OTHER_TOLERANCE if self.finer else _OTHER_VERSION
 
     def _repeated(self, journal: Journal) -> None:

@@ -402,7 +402,7 @@ def test_a_known_surface_resumed_to_a_finer_tolerance_is_that_of_a_run_to_it(bal
 
 def test_a_run_is_not_resumed_to_a_looser_tolerance(whole):
     files = {path.name: path.read_bytes() for path in whole.iterdir()}
-    with pytest.raises(ValueError, match="tolerance is 9, but the touches of .* were made to"):
+    with pytest.raises(ValueError, match="tolerance is 9, looser than the .* give one below"):
         resume_exploration(whole, tolerance=9.0)
     assert {path.name: path.read_bytes() for path in whole.iterdir()} == files
 
