@@ -35,10 +35,10 @@ class HoleList:
     def __init__(self) -> None:
         self.level = np.inf
         self._drawn = NO_HOLES
-        self._samples, self._looks = 0, 0
-        # Holes of a last drawing, which decides nothing but the end, and the samples then.
-        self._checked: Holes | None = None
-        self._samples_checked, self._checks = 0, 0
+        self._looks = 0
+        # Holes of a last drawing, which decides nothing but the end.
+        self._checked = NO_HOLES
+        self._checks = 0
 
     @property
     def looks_left(self) -> bool:
@@ -63,13 +63,13 @@ class HoleList:
     def draw_to(self, view: View, tolerance: float) -> None:
         """Draw the surface to a tolerance where no hole is left, to be the last."""
         self.level = min(self.level, tolerance)
-        if self.looks_left and not self._left(view).any():
+        if self.looks_left and not _left(self._drawn, view).any():
             self._draw(view)
 
     def target(self, view: View, sure: Sure) -> Target | None:
         """The hole of largest error if that is more than the surface is known to; of several that
         farthest from touches and attempts."""
-        left = self._left(view)
+        left = _left(self._drawn, view)
         if not left.any():
             return None
         worst = left & (self._drawn.error == self._drawn.error[left].max())
@@ -85,22 +85,19 @@ class HoleList:
         at most.
         """
         unsure = self._drawn.error > tolerance
-        if not self.begun or (unsure & self._left(view)).any():
+        if not self.begun or (unsure & _left(self._drawn, view)).any():
             return True
         return bool(unsure.any()) and self._is_open(view, tolerance)
 
     def _is_open(self, view: View, tolerance: float) -> bool:
         """Whether the surface is open as it is drawn now, or was at the last check, and holes are
         left that no contour crossed since."""
-        if self._checked is not None:
-            left = self._left_of(self._checked, self._samples_checked, view)
-            if (self._checked.error[left] > tolerance).any():
-                return True
+        if (self._checked.error[_left(self._checked, view)] > tolerance).any():
+            return True
         if self._checks == _LOOKS:
             return False
         self._checks += 1
         self._checked = drawn_holes(view.atlas, self.level, trimmed=True)
-        self._samples_checked = view.atlas.point_count
         return bool((self._checked.error > tolerance).any())
 
     def _known_level(self, view: View, sure: Sure) -> float:
@@ -116,7 +113,7 @@ class HoleList:
     def _is_over(self, view: View, sure: Sure) -> bool:
         """Whether holes were drawn that are worth a touch, and all of them are touched or crossed
         since, or one of them that is too large to be closed: it may be open beside the contours."""
-        gone = ~self._left(view)
+        gone = ~_left(self._drawn, view)
         if np.isinf(self._drawn.error[gone]).any():
             return sure(np.inf)
         if not gone.any() or self.target(view, sure) is not None:
@@ -130,16 +127,13 @@ class HoleList:
         apart = view.apart(found.centres)
         order = np.lexsort((-apart, -found.error))
         self._drawn = found.taken(order[apart[order] > APART_HOLES * view.extent][:_HOLES])
-        self._samples = view.atlas.point_count
 
-    def _left(self, view: View) -> np.ndarray:
-        """(k,) whether holes are away from touches and attempts, and no contour crossed them since
-        they were drawn."""
-        return self._left_of(self._drawn, self._samples, view)
 
-    @staticmethod
-    def _left_of(holes: Holes, samples: int, view: View) -> np.ndarray:
-        """(k,) the same of holes that were drawn of so many samples."""
-        since = view.atlas.membership.pool.points[samples:]
-        crossed = distance_to(since, holes.centres) <= holes.radius
-        return ~crossed & (view.apart(holes.centres) > APART_HOLES * view.extent)
+def _left(holes: Holes, view: View) -> np.ndarray:
+    """(k,) whether holes are away from touches and attempts, and no contour crossed them since they
+    were drawn."""
+    if not len(holes.error):
+        return np.zeros(0, bool)
+    since = view.atlas.membership.pool.points[holes.samples :]
+    crossed = distance_to(since, holes.centres) <= holes.radius
+    return ~crossed & (view.apart(holes.centres) > APART_HOLES * view.extent)

@@ -44,16 +44,21 @@ class Holes:
     error : (k,) float, length
         That of a surface which is drawn across the hole, exceeded once in twenty; infinite for a
         hole that is too large to be closed.
+    samples : int
+        Number of samples of the atlas when the surface was drawn: later ones may have crossed a
+        hole.
     """
 
     centres: np.ndarray
     normals: np.ndarray
     radius: np.ndarray
     error: np.ndarray
+    samples: int = 0
 
     def taken(self, index) -> "Holes":
         """The holes of an index or mask."""
-        return Holes(*(column[index] for column in vars(self).values()))
+        centres, normals = self.centres[index], self.normals[index]
+        return Holes(centres, normals, self.radius[index], self.error[index], self.samples)
 
 
 NO_HOLES = Holes(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros(0))
@@ -78,7 +83,10 @@ def drawn_holes(atlas: Atlas, tolerance: float, trimmed: bool = False) -> Holes:
     loops = [np.array(loop) for loop in igl.boundary_loop_all(surface.faces)]
     rims = [(surface.vertices[loop], surface.normals[loop]) for loop in loops]
     found = [_hole(*rim, size) for rim in rims if _area(rim[0]) >= least]
-    holes = Holes(*map(np.array, zip(*found, strict=True))) if found else NO_HOLES
+    if not found:
+        return NO_HOLES
+    centres, normals, radius, error = map(np.array, zip(*found, strict=True))
+    holes = Holes(centres, normals, radius, error, atlas.point_count)
     return holes.taken(~atlas.rims.beyond(holes.centres, holes.normals))
 
 

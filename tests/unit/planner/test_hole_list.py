@@ -99,7 +99,6 @@ def test_a_hole_that_a_contour_crossed_is_not_touched(view, drawn):
     """The samples of the ball count as tracked since the holes were drawn."""
     holes = HoleList()
     holes.update(view, lambda length: length >= 0.5)
-    holes._samples = 0
     point = view.atlas.membership.pool.points[0]
     holes._drawn = replace(FAR, centres=np.stack([FAR.centres[0], point + 0.5]))
     assert holes.target(view, lambda length: length >= 0.2).point.tolist() == [200.0, 0.0, 0.0]
