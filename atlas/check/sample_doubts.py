@@ -22,8 +22,8 @@ _FAR = 5.0
 # Excess of the chi-square of a patch's residuals, in its standard deviations: chance exceeds it in
 # one patch of 300,000. Doubled, patches pass that lie between two places of a moved object.
 _EXCESS = 4.5
-# Least misfit that is doubted, in tolerances: less of it the tolerance does not ask for. Doubled,
-# what takes up half of a tolerance is no doubt.
+# Least misfit beyond noise that is doubted, in tolerances: less of it the tolerance does not ask
+# for. Doubled, what takes up half of a tolerance is no doubt.
 _MATTERS = 0.25
 # Distance of two sheets below which their triangles may run into each other, in tolerances.
 # Doubled, walls are doubted that are drawn right.
@@ -92,9 +92,10 @@ def _misfits(atlas: AtlasState, extent: float) -> list[Doubt]:
     """Patches whose samples lie farther off than their noise explains, and than matters."""
     table, rows = atlas.table, atlas.table.rows
     freedom = np.maximum(table.count[rows] - table.basis.size, 1.0)
-    ratio = table.residual[rows] / np.maximum(table.noise[rows], _ROUNDING * table.radius[rows])
-    bad = (ratio**2 - 1.0) * np.sqrt(0.5 * freedom) > _EXCESS
-    bad = rows[bad & (table.residual[rows] > _MATTERS * atlas.tolerance)]
+    noise = np.maximum(table.noise[rows], _ROUNDING * table.radius[rows])
+    excess = (table.residual[rows] / noise) ** 2 - 1.0
+    bad = excess * np.sqrt(0.5 * freedom) > _EXCESS
+    bad = rows[bad & (excess * noise**2 > (_MATTERS * atlas.tolerance) ** 2)]
     if not len(bad):
         return []
     worst = bad[np.argsort(-table.residual[bad])]
