@@ -20,13 +20,22 @@ _APART = 0.9
 # in the next. Doubled, places that no patch fits are tried more often.
 _ROUNDS, _GAP_ROUNDS = 6, 2
 
+# Distances from the middle of a hole within this factor are equal, and the first point is taken: of
+# two points both are as far, and rounding would choose. Doubling the excess changes nothing.
+_TIED = 1.0 + 1e-9
+
+# Fits that were not entered, by the bytes of point and normal of the site; None where no polynomial
+# follows the samples.
+Refused = dict[bytes, PatchFit | None]
+
 
 def fill(state: AtlasState) -> AtlasChange:
     """Fill about all samples, all gaps, and all holes that one patch can cover."""
     before, changed = set(state.table.rows.tolist()), set[int]()
     _fill_about(state, np.arange(len(state.membership.pool)), changed)
+    refused: Refused = {}
     for _ in range(_GAP_ROUNDS):
-        if not _enter_all(state, _holes(state), changed):
+        if not _enter_all(state, _holes(state), changed, refused):
             break
     return _change(state, before, changed)
 
@@ -51,11 +60,12 @@ def fill_about(state: AtlasState, samples) -> AtlasChange:
 
 def _fill_about(state: AtlasState, samples, changed: set[int]) -> None:
     """Fill samples, and then gaps. Rows that the new patches meet are added to ``changed``."""
+    refused: Refused = {}
     for _ in range(_ROUNDS):
-        if not _enter_all(state, _open_samples(state, samples), changed):
+        if not _enter_all(state, _open_samples(state, samples), changed, refused):
             break
     for _ in range(_GAP_ROUNDS):
-        if not _enter_all(state, _gaps(state, samples), changed):
+        if not _enter_all(state, _gaps(state, samples), changed, refused):
             break
 
 
@@ -103,10 +113,15 @@ def _holes(state: AtlasState) -> Sites:
         rows = np.array(sorted(around))
         is_open = outlines.open(rows)
         places = outlines.points(rows)[is_open]
-        off = np.linalg.norm(places - places.mean(axis=0), axis=1) if len(places) else np.inf
+        off = (
+            np.linalg.norm(places - places.mean(axis=0), axis=1)
+            if len(places)
+            else np.array([np.inf])
+        )
         if np.max(off) <= np.sqrt(table.weight[rows].max()):
-            points.append(places[np.argmin(off)])
-            owners.append(rows[np.nonzero(is_open)[0][np.argmin(off)]])
+            middle = int(np.argmax(off <= _TIED * off.min()))
+            points.append(places[middle])
+            owners.append(rows[np.nonzero(is_open)[0][middle]])
     return _sites_on(table, np.array(owners, int), np.array(points).reshape(-1, 3))
 
 
@@ -118,9 +133,11 @@ def _sites_on(table: PatchTable, owners, points) -> Sites:
     return Sites(points, normals, owners)
 
 
-def _enter_all(state: AtlasState, sites: Sites, changed: set[int]) -> int:
+def _enter_all(state: AtlasState, sites: Sites, changed: set[int], refused: Refused) -> int:
     """Fit and enter patches about those of the sites that are far apart; returns how many were
-    entered. Rows that they meet are added to ``changed``."""
+    entered. Rows that they meet are added to ``changed``, and fits that were not entered to
+    ``refused``: they are entered later if neighbours allow it then, and no site is fitted twice.
+    """
     edges, fitted = state.membership.pool.edges, state.membership.fitted
     # A face with an edge ends where its own touches show it, so it is not extended.
     smooth = {
@@ -130,8 +147,16 @@ def _enter_all(state: AtlasState, sites: Sites, changed: set[int]) -> int:
     }
     sites = sites.only(np.isin(sites.owners, list(smooth)))
     sites = sites.only(_far_apart(sites, _APART * np.sqrt(state.table.weight[sites.owners])))
-    fits = fits_at(state, sites)
-    return sum(_enter(state, fit, changed) for fit in fits if fit is not None)
+    places = [place.tobytes() for place in np.hstack([sites.points, sites.normals])]
+    new = [i for i, place in enumerate(places) if place not in refused]
+    refused.update(zip([places[i] for i in new], fits_at(state, sites.only(new)), strict=True))
+    entered = 0
+    for place in places:
+        fit = refused[place]
+        if fit is not None and _enter(state, fit, changed):
+            del refused[place]
+            entered += 1
+    return entered
 
 
 def _far_apart(sites: Sites, apart) -> list[int]:

@@ -1,14 +1,20 @@
 """Filling fits: patches about points of known sheets, from all samples near, many in a call."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
-from touchatlas.atlas.edit.replace import are_upright, is_upright
+from touchatlas.atlas.edit.replace import are_upright, upright_fits
 from touchatlas.atlas.patches.normal_equations import absorb, of_patch, solve
 from touchatlas.atlas.patches.patch_table import PatchTable
-from touchatlas.atlas.patches.sample_membership import CANDIDATE_REACH, CandidateSamples
+from touchatlas.atlas.patches.sample_membership import (
+    CANDIDATE_REACH,
+    CandidateSamples,
+    accepted,
+)
 from touchatlas.atlas.state import AtlasState
+from touchatlas.patch.fit.estimate import FIT_REACH
 from touchatlas.patch.fit.fit_patch import PatchFit
 from touchatlas.patch.fit.refit_patch import refit_patches
 from touchatlas.patch.fit.start import Stack, UnfitError
@@ -68,35 +74,61 @@ def fits_at(state: AtlasState, sites: Sites) -> list[PatchFit | None]:
         sites.points, sites.normals, CANDIDATE_REACH * table.radius[sites.owners]
     )
     out: list[PatchFit | None] = [None] * len(sites)
-    done = np.array([not len(index) for index in known], bool)
+    done, tried = np.zeros(len(sites), bool), np.full(len(sites), np.inf)
     for fraction in _FRACTIONS:
-        left = np.flatnonzero(~done).tolist()
-        radii = np.maximum(fraction * table.radius[sites.owners[left]], least[left])
-        fits = _fits(state, sites.only(left), [known[i] for i in left], radii)
-        for i, fit in zip(left, fits, strict=True):
-            if fit is None or not is_upright(fit.patch):
-                continue
-            trial, row = _learned(state, fit, sites.owners[i], known[i])
-            if (
-                trial.count[row] >= LEAST_SAMPLES
-                and explains_core(state, trial, row)[0]
-                and are_upright(trial, row)[0]
-            ):
-                out[i] = fit
-                done[i] = follows(state, trial, row)[0]
+        radii = np.maximum(fraction * table.radius[sites.owners], least)
+        # A radius that was tried already gives the same patch.
+        left = np.flatnonzero(~done & (radii < tried)).tolist()
+        tried[left] = radii[left]
+        close = {i: _within(state, known[i], sites.points[i], radii[i]) for i in left}
+        for some in _chunks({i: len(close[i]) for i in left}):
+            fits = _fits(state, sites.only(some), [close[i] for i in some], radii[some])
+            fitted = [i for i, fit in zip(some, fits, strict=True) if fit is not None]
+            found = [fit for fit in fits if fit is not None]
+            good, sure = _judged(state, found, sites.owners[fitted], [known[i] for i in fitted])
+            for k in np.flatnonzero(good).tolist():
+                out[fitted[k]], done[fitted[k]] = found[k], sure[k]
     return out
 
 
-def _learned(state: AtlasState, fit: PatchFit, owner: int, index) -> tuple[PatchTable, np.ndarray]:
-    """A table with a fitted patch that has learned the samples ``index`` (n,) of its sheet, as it
-    will when it is entered, and its row (1,)."""
-    trial, candidate = state.table.with_candidate(fit)
-    row, pool = np.array([candidate]), state.membership.pool
-    trial.measurement_std[row] = state.table.measurement_std[owner]
-    member = of_patch(trial, row, pool.points[index], pool.normals[index])
-    absorb(trial, row, pool, index, member)
-    solve(trial, row)
-    return trial, row
+def _within(state: AtlasState, index, point, radius: float) -> np.ndarray:
+    """Those of samples ``index`` (n,) that a fit of a radius about a point (3,) weighs."""
+    offset = state.membership.pool.points[index] - point
+    kept: np.ndarray = index[(offset * offset).sum(axis=1) <= (FIT_REACH * radius) ** 2]
+    return kept
+
+
+def _chunks(counts: dict[int, int]) -> Iterator[list[int]]:
+    """Sites that are fitted in one call, of about as many samples each, given these numbers by
+    site. Sites with too few samples are left out."""
+    order = sorted((count, i) for i, count in counts.items() if count >= LEAST_SAMPLES)
+    while order:
+        step = max(1, _AT_ONCE // order[-1][0])
+        yield sorted(i for _, i in order[-step:])
+        order = order[:-step]
+
+
+def _judged(state: AtlasState, fits, owners, known) -> tuple[np.ndarray, np.ndarray]:
+    """(m,) whether m fits are patches, and (m,) whether they follow their samples too, as they will
+    be after they learned those of the samples ``known`` (m arrays) that are of their sheets.
+
+    The noise of their measurements is that of patches ``owners`` (m,).
+    """
+    good, sure = np.zeros((2, len(fits)), bool)
+    some = np.flatnonzero(upright_fits(fits))
+    if not len(some):
+        return good, sure
+    pool = state.membership.pool
+    trial, rows = state.table.with_candidates([fits[i] for i in some])
+    trial.measurement_std[rows] = state.table.measurement_std[owners[some]]
+    near = CandidateSamples([known[i] for i in some])
+    found = accepted(trial, pool, rows, near, 1.0)
+    absorb(trial, rows, pool, found.index, found.present)
+    solve(trial, rows)
+    good[some] = trial.count[rows] >= LEAST_SAMPLES
+    good[some] &= are_upright(trial, rows) & explains_core(state, trial, rows)
+    sure[some] = follows(state, trial, rows)
+    return good, sure
 
 
 def follows(state: AtlasState, table: PatchTable, rows) -> np.ndarray:
@@ -109,9 +141,6 @@ def _fits(state: AtlasState, sites: Sites, known, radii) -> list[PatchFit | None
     """Patches about sites from samples ``known`` (n arrays); None where no polynomial fits."""
     if not len(sites):
         return []
-    half = len(sites) // 2
-    if half and sum(map(len, known)) > _AT_ONCE:
-        return _halves(state, sites, known, radii, half)
     table, pool, samples = state.table, state.membership.pool, CandidateSamples(known)
     axes = [
         axes_from_normal(n, table.axes[i, 0])
@@ -131,6 +160,7 @@ def _fits(state: AtlasState, sites: Sites, known, radii) -> list[PatchFit | None
         return list(refit_patches(stack, state.bias, state.prior, state.options.fit))
     except UnfitError:
         # One site without a fit fails the whole stack.
+        half = len(sites) // 2
         return _halves(state, sites, known, radii, half) if half else [None]
 
 
@@ -147,11 +177,9 @@ def explains_core(state: AtlasState, table: PatchTable, rows) -> np.ndarray:
     """(m,) whether most of the samples in the cores of rows (m,), whose normals are within 60
     degrees of the patch's, are of its sheet."""
     pool, core = state.membership.pool, table.core * table.radius[rows]
-    near = state.membership.near(table.origin[rows], table.axes[rows, 2], core)
-    shares = [
-        of_patch(table, np.array([row]), pool.points[index], pool.normals[index]).mean()
-        if len(index)
-        else 1.0
-        for row, index in zip(rows.tolist(), near, strict=True)
-    ]
-    return np.array(shares) >= _LEAST_ON_SHEET
+    if not len(rows):
+        return np.zeros(0, bool)
+    near = CandidateSamples(state.membership.near(table.origin[rows], table.axes[rows, 2], core))
+    member = of_patch(table, rows, pool.points[near.index], pool.normals[near.index])
+    on_sheet, count = ((part & near.present).sum(axis=1) for part in (member, near.present))
+    return np.asarray(on_sheet >= _LEAST_ON_SHEET * count)

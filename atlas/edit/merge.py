@@ -9,10 +9,10 @@ from touchatlas.atlas.edit.replace import (
     enter_fit,
     give_samples,
     in_ball,
-    is_upright,
     points_over,
     remove_hidden,
     root_mean_square,
+    upright_fits,
 )
 from touchatlas.atlas.field.patch_values import COVER_MARGIN
 from touchatlas.atlas.graph.visibility import is_behind
@@ -98,7 +98,7 @@ def merged_fit(state: AtlasState, first: int, second: int) -> PatchFit | None:
     except UnfitError:
         return None
     stays = in_ball(fit.patch.frame.origin, centre, (_SLACK - 1.0) * core)
-    return fit if stays and is_upright(fit.patch) else None
+    return fit if stays and upright_fits([fit])[0] else None
 
 
 def noise_of(state: AtlasState, rows):

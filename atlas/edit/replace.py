@@ -11,8 +11,13 @@ from touchatlas.atlas.patches.patch_table import PatchTable
 from touchatlas.atlas.patches.sample_membership import CandidateSamples
 from touchatlas.atlas.state import AtlasState
 from touchatlas.patch.fit.fit_patch import PatchFit
-from touchatlas.patch.geometry.patch import Patch
-from touchatlas.patch.geometry.polynomial import scaled_height
+from touchatlas.patch.geometry.patch import outlines
+from touchatlas.patch.geometry.polynomial import (
+    GRADIENT,
+    evaluate_batch,
+    monomials,
+    scaled_height,
+)
 
 # Least cosine between the normal at a patch's origin and the normals up to its core radius: 45
 # degrees. On steeper patches corners are not found, and a first-order distance is off by a
@@ -43,10 +48,17 @@ def root_mean_square(values) -> float:
     return float(np.sqrt((np.asarray(values) ** 2).mean()))
 
 
-def is_upright(patch: Patch) -> bool:
-    """Whether the normals up to the core radius are within 45 degrees of the patch's own."""
-    normals = patch.normal(patch.outline)
-    return bool(((normals @ patch.frame.normal) >= LEAST_COSINE).all())
+def upright_fits(fits: list[PatchFit]) -> np.ndarray:
+    """(m,) whether the normals of m fits of one basis are within 45 degrees of their own up to the
+    core radius."""
+    if not fits:
+        return np.zeros(0, bool)
+    basis, core = fits[0].patch.polynomial.basis, fits[0].patch.core
+    means = np.array([fit.patch.polynomial.coefficients for fit in fits])
+    terms = monomials(basis, *np.moveaxis(outlines(basis, means, core), -1, 0))
+    _, px, py, pz = evaluate_batch(basis, means, terms, GRADIENT)
+    length = np.sqrt(px * px + py * py + (1.0 - pz) ** 2)
+    return np.asarray((1.0 - pz >= LEAST_COSINE * length).all(axis=1))
 
 
 def are_upright(table: PatchTable, rows) -> np.ndarray:

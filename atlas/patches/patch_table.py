@@ -119,7 +119,7 @@ class PatchTable:
 
     def append(self, fit: PatchFit) -> int:
         """Append one fitted patch; returns its row."""
-        row = self._make_room()
+        row = self._make_room(1)
         self.size += 1
         self._begin(row, fit)
         self._count_length(row, 1.0)
@@ -132,15 +132,21 @@ class PatchTable:
         The two tables share their columns, so no array is copied. The candidate is valid until the
         next ``append`` or ``with_candidate``. The index does not hold it.
         """
-        row, trial = self._make_room(), copy(self)
-        trial.size += 1
-        trial._begin(row, fit)
-        return trial, row
+        trial, rows = self.with_candidates([fit])
+        return trial, int(rows[0])
 
-    def _make_room(self) -> int:
-        """The next row, for which every column has room."""
+    def with_candidates(self, fits: list[PatchFit]) -> tuple["PatchTable", np.ndarray]:
+        """The same with several more patches, and their rows (m,)."""
+        first, trial = self._make_room(len(fits)), copy(self)
+        trial.size += len(fits)
+        for row, fit in enumerate(fits, first):
+            trial._begin(row, fit)
+        return trial, np.arange(first, trial.size)
+
+    def _make_room(self, count: int) -> int:
+        """The next row; every column has room for it and for ``count`` rows in all."""
         for name, column in self._columns.items():
-            self._columns[name] = grown(column, self.size + 1)
+            self._columns[name] = grown(column, self.size + count)
         return self.size
 
     def _begin(self, row: int, fit: PatchFit) -> None:

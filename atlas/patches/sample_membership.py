@@ -196,7 +196,7 @@ class SampleMembership:
     ) -> list[PatchFit | None]:
         """A refit of each row from its candidates; None where no polynomial fits."""
         table, pool = self._table, self.pool
-        close = self._accepted(rows, candidates, CANDIDATE_REACH)
+        close = accepted(table, pool, rows, candidates, CANDIDATE_REACH)
         stack = Stack(
             table.origin[rows],
             table.axes[rows],
@@ -224,22 +224,12 @@ class SampleMembership:
         table = self._table
         for row, fit in zip(rows.tolist(), fits, strict=True):
             table.replace(row, fit)
-        found = self._accepted(rows, candidates, 1.0)
+        found = accepted(table, self.pool, rows, candidates, 1.0)
         absorb(table, rows, self.pool, found.index, found.present)
         for i, index, present in zip(rows.tolist(), found.index, found.present, strict=True):
             self.fitted[i] = index[present]
         table.learned[rows] = table.count[rows]
         solve(table, rows)
-
-    def _accepted(self, rows, candidates: "CandidateSamples", reach: float) -> "CandidateSamples":
-        """The candidates that rows (m,) may be fitted to: see ``of_patch``."""
-        table, pool = self._table, self.pool
-        across = table.scaled_local(rows, pool.points[candidates.index])[..., :2]
-        # Most candidates are beyond the reach: the cheap test comes first.
-        close = candidates.only_where((across * across).sum(axis=-1) <= reach * reach)
-        index = close.index
-        member = of_patch(table, rows, pool.points[index], pool.normals[index], reach)
-        return close.only_where(member)
 
 
 class CandidateSamples:
@@ -273,3 +263,15 @@ class CandidateSamples:
         return CandidateSamples(
             [i[keep] for i, keep in zip(self.index, chosen & self.present, strict=True)]
         )
+
+
+def accepted(
+    table: PatchTable, pool: SamplePool, rows, candidates: CandidateSamples, reach: float
+) -> CandidateSamples:
+    """The candidates that rows (m,) may be fitted to: see ``of_patch``."""
+    across = table.scaled_local(rows, pool.points[candidates.index])[..., :2]
+    # Most candidates are beyond the reach: the cheap test comes first.
+    close = candidates.only_where((across * across).sum(axis=-1) <= reach * reach)
+    index = close.index
+    member = of_patch(table, rows, pool.points[index], pool.normals[index], reach)
+    return close.only_where(member)
