@@ -3,15 +3,14 @@
 import networkx as nx
 import numpy as np
 
-from touchatlas.atlas.edit.filling_fits import LEAST_SAMPLES, Sites, fits_at
+from touchatlas.atlas.edit.filling_fits import Filling, Sites, fits_at
 from touchatlas.atlas.edit.refresh import smooth_neighbours, update_creases
-from touchatlas.atlas.edit.replace import enter_fit, remove_hidden, root_mean_square
+from touchatlas.atlas.edit.replace import remove_hidden, root_mean_square
 from touchatlas.atlas.graph.power_diagram import power_at
 from touchatlas.atlas.patches.patch_table import PatchTable
 from touchatlas.atlas.patches.sample_membership import CANDIDATE_REACH
 from touchatlas.atlas.records.change import AtlasChange
 from touchatlas.atlas.state import AtlasState
-from touchatlas.patch.fit.fit_patch import PatchFit
 
 # Least distance of two sites that are filled in one call, in core radii of the patches that own
 # them: each new patch covers the samples about it. Doubled, samples are filled in more calls.
@@ -24,9 +23,9 @@ _ROUNDS, _GAP_ROUNDS = 6, 2
 # two points both are as far, and rounding would choose. Doubling the excess changes nothing.
 _TIED = 1.0 + 1e-9
 
-# Fits that were not entered, by the bytes of point and normal of the site; None where no polynomial
-# follows the samples.
-Refused = dict[bytes, PatchFit | None]
+# Patches that were not entered, by the bytes of point and normal of the site; None where no
+# polynomial follows the samples.
+Refused = dict[bytes, Filling | None]
 
 
 def fill(state: AtlasState) -> AtlasChange:
@@ -92,11 +91,12 @@ def _open_samples(state: AtlasState, samples) -> Sites:
 
 def _gaps(state: AtlasState, samples) -> Sites:
     """The gaps between three cells, on the patch with the highest id."""
-    table, found = state.table, sorted(state.gaps.items())
-    beside = {row for triple, _ in found for row in triple}
-    fitted = state.membership.fitted
-    beside = {row for row in beside if np.isin(fitted[row], samples).any()}
-    found = [(triple, point) for triple, point in found if not beside.isdisjoint(triple)]
+    table, membership = state.table, state.membership
+    near = np.unique(table.index.near(membership.pool.points[samples])[0]).tolist()
+    chosen = np.zeros(len(membership.pool), bool)
+    chosen[samples] = True
+    beside = [row for row in near if chosen[membership.fitted[row]].any()]
+    found = sorted(state.surface_graph.gaps_of(beside).items())
     points = np.array([point for _, point in found]).reshape(-1, 3)
     return _sites_on(table, np.array([triple[2] for triple, _ in found], int), points)
 
@@ -135,7 +135,7 @@ def _sites_on(table: PatchTable, owners, points) -> Sites:
 
 def _enter_all(state: AtlasState, sites: Sites, changed: set[int], refused: Refused) -> int:
     """Fit and enter patches about those of the sites that are far apart; returns how many were
-    entered. Rows that they meet are added to ``changed``, and fits that were not entered to
+    entered. Rows that they meet are added to ``changed``, and patches that were not entered to
     ``refused``: they are entered later if neighbours allow it then, and no site is fitted twice.
     """
     edges, fitted = state.membership.pool.edges, state.membership.fitted
@@ -152,8 +152,8 @@ def _enter_all(state: AtlasState, sites: Sites, changed: set[int], refused: Refu
     refused.update(zip([places[i] for i in new], fits_at(state, sites.only(new)), strict=True))
     entered = 0
     for place in places:
-        fit = refused[place]
-        if fit is not None and _enter(state, fit, changed):
+        filling = refused[place]
+        if filling is not None and _enter(state, filling, changed):
             del refused[place]
             entered += 1
     return entered
@@ -171,23 +171,25 @@ def _far_apart(sites: Sites, apart) -> list[int]:
     return kept
 
 
-def _enter(state: AtlasState, fit: PatchFit, changed: set[int]) -> bool:
+def _enter(state: AtlasState, filling: Filling, changed: set[int]) -> bool:
     """Enter a patch among its neighbours, if it has any and their cells do not hold its site; these
     are added to ``changed``."""
-    trial, candidate = state.table.with_candidate(fit)
+    trial, candidate = state.table.with_candidate(filling.fit)
     neighbours = smooth_neighbours(state, trial, candidate)
     least = power_at(trial, neighbours, trial.site[candidate]).min(initial=np.inf)
     if not -trial.weight[candidate] < least < np.inf:
         return False
-    frame, radius = fit.patch.frame, CANDIDATE_REACH * fit.patch.radius
-    (index,) = state.membership.near(frame.origin[None], frame.normal[None], [radius])
-    std = root_mean_square(state.table.measurement_std[neighbours])
-    row = enter_fit(state, fit, neighbours, index, std)
-    if state.table.count[row] < LEAST_SAMPLES:
-        # Hardly any of the samples near is of its sheet: it would be a guess.
-        state.remove([row])
-        return False
+    row = _append(state, filling, neighbours)
     update_creases(state, [row])
     changed.update(neighbours.tolist())
     remove_hidden(state, {row, *neighbours.tolist()})
     return True
+
+
+def _append(state: AtlasState, filling: Filling, neighbours: np.ndarray) -> int:
+    """Append a patch with its neighbours (m,), whose noise it has; returns its row."""
+    row = state.table.append_copy(filling.columns)
+    state.table.measurement_std[row] = root_mean_square(state.table.measurement_std[neighbours])
+    state.enter(row, neighbours.tolist())
+    state.membership.fitted[row] = filling.samples
+    return row

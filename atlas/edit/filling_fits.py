@@ -63,7 +63,25 @@ class Sites:
         return Sites(self.points[index], self.normals[index], self.owners[index])
 
 
-def fits_at(state: AtlasState, sites: Sites) -> list[PatchFit | None]:
+@dataclass(frozen=True, eq=False)
+class Filling:
+    """A patch that has learned the samples of its sheet, and is not entered yet.
+
+    Parameters
+    ----------
+    fit : PatchFit
+    columns : dict of str to array
+        Its row of a ``PatchTable``.
+    samples : (n,) int
+        Those in its equations.
+    """
+
+    fit: PatchFit
+    columns: dict[str, np.ndarray]
+    samples: np.ndarray
+
+
+def fits_at(state: AtlasState, sites: Sites) -> list[Filling | None]:
     """The patch about each site, of the largest of the radii with which it follows the samples
     near. Where none does it is the smallest one that is upright, whose misfit widens its deviation;
     None where there is none.
@@ -73,7 +91,7 @@ def fits_at(state: AtlasState, sites: Sites) -> list[PatchFit | None]:
     known = state.membership.near(
         sites.points, sites.normals, CANDIDATE_REACH * table.radius[sites.owners]
     )
-    out: list[PatchFit | None] = [None] * len(sites)
+    out: list[Filling | None] = [None] * len(sites)
     done, tried = np.zeros(len(sites), bool), np.full(len(sites), np.inf)
     for fraction in _FRACTIONS:
         radii = np.maximum(fraction * table.radius[sites.owners], least)
@@ -85,9 +103,10 @@ def fits_at(state: AtlasState, sites: Sites) -> list[PatchFit | None]:
             fits = _fits(state, sites.only(some), [close[i] for i in some], radii[some])
             fitted = [i for i, fit in zip(some, fits, strict=True) if fit is not None]
             found = [fit for fit in fits if fit is not None]
-            good, sure = _judged(state, found, sites.owners[fitted], [known[i] for i in fitted])
-            for k in np.flatnonzero(good).tolist():
-                out[fitted[k]], done[fitted[k]] = found[k], sure[k]
+            for i, (filling, is_sure) in zip(
+                fitted, _learned(state, found, sites.owners[fitted]), strict=True
+            ):
+                out[i], done[i] = (filling, is_sure) if filling else (out[i], False)
     return out
 
 
@@ -108,27 +127,33 @@ def _chunks(counts: dict[int, int]) -> Iterator[list[int]]:
         order = order[:-step]
 
 
-def _judged(state: AtlasState, fits, owners, known) -> tuple[np.ndarray, np.ndarray]:
-    """(m,) whether m fits are patches, and (m,) whether they follow their samples too, as they will
-    be after they learned those of the samples ``known`` (m arrays) that are of their sheets.
+def _learned(state: AtlasState, fits, owners) -> list[tuple[Filling | None, bool]]:
+    """What each of m fits is after it has learned the samples of its sheet about its final place,
+    and whether it follows them; None where it is no patch.
 
     The noise of their measurements is that of patches ``owners`` (m,).
     """
-    good, sure = np.zeros((2, len(fits)), bool)
-    some = np.flatnonzero(upright_fits(fits))
-    if not len(some):
-        return good, sure
-    pool = state.membership.pool
-    trial, rows = state.table.with_candidates([fits[i] for i in some])
-    trial.measurement_std[rows] = state.table.measurement_std[owners[some]]
-    near = CandidateSamples([known[i] for i in some])
-    found = accepted(trial, pool, rows, near, 1.0)
-    absorb(trial, rows, pool, found.index, found.present)
+    out: list[tuple[Filling | None, bool]] = [(None, False)] * len(fits)
+    upright = np.flatnonzero(upright_fits(fits))
+    if not len(upright):
+        return out
+    membership = state.membership
+    trial, rows = state.table.with_candidates([fits[i] for i in upright])
+    trial.measurement_std[rows] = state.table.measurement_std[owners[upright]]
+    found = accepted(
+        trial, membership.pool, rows, CandidateSamples(membership.known_about(rows, trial)), 1.0
+    )
+    absorb(trial, rows, membership.pool, found.index, found.present)
+    trial.learned[rows] = trial.count[rows]
     solve(trial, rows)
-    good[some] = trial.count[rows] >= LEAST_SAMPLES
-    good[some] &= are_upright(trial, rows) & explains_core(state, trial, rows)
-    sure[some] = follows(state, trial, rows)
-    return good, sure
+    good = (trial.count[rows] >= LEAST_SAMPLES) & are_upright(trial, rows)
+    good &= explains_core(state, trial, rows)
+    sure = follows(state, trial, rows)
+    for k in np.flatnonzero(good).tolist():
+        samples = found.index[k][found.present[k]]
+        filling = Filling(fits[upright[k]], trial.copy_of(int(rows[k])), samples)
+        out[upright[k]] = filling, bool(sure[k])
+    return out
 
 
 def follows(state: AtlasState, table: PatchTable, rows) -> np.ndarray:

@@ -59,9 +59,9 @@ def replace_misfits(state: AtlasState, rows: set[int]) -> np.ndarray:
     """
     table, is_filled = state.table, state.membership.is_filled
     misfits = np.array(sorted(row for row in rows if table.alive[row]), int)
-    good = follows(state, table, misfits)
-    good &= explains_core(state, table, misfits)
-    good |= table.count[misfits] < _GROWN * table.learned[misfits]
+    good = table.count[misfits] < _GROWN * table.learned[misfits]
+    grown = misfits[~good]
+    good[~good] = follows(state, table, grown) & explains_core(state, table, grown)
     good &= are_upright(table, misfits)
     misfits = misfits[~good]
     samples = state.membership.fitted_by(misfits.tolist())
@@ -69,9 +69,9 @@ def replace_misfits(state: AtlasState, rows: set[int]) -> np.ndarray:
     state.remove(filled)
     touched = np.setdiff1d(misfits, filled)
     fits = fits_at(state, Sites(table.origin[touched], table.axes[touched, 2], touched))
-    for row, fit in zip(touched.tolist(), fits, strict=True):
-        if fit is not None and table.alive[row]:
-            divide(state, row, [fit])
+    for row, filling in zip(touched.tolist(), fits, strict=True):
+        if filling is not None and table.alive[row]:
+            divide(state, row, [filling.fit])
     return samples
 
 

@@ -69,7 +69,11 @@ class Cells:
     @property
     def gaps(self) -> Places:
         """Ascending triples of rows, mapped to a point (3,) that their cores leave uncovered."""
-        places = self._about(self._table.rows.tolist())
+        return self.gaps_of(self._table.rows.tolist())
+
+    def gaps_of(self, rows: Iterable[int]) -> Places:
+        """The same of triples with any of the rows."""
+        places = self._about(rows)
         return {t: point for t, (point, excess) in places.items() if excess > CELL_MARGIN}
 
     @property

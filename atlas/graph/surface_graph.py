@@ -79,6 +79,13 @@ class SurfaceGraph:
             return gaps
         return visible_places(self.visibility, gaps) | self._at_creases()[1]
 
+    def gaps_of(self, rows: Iterable[int]) -> Places:
+        """The gaps of triples with any of the rows."""
+        if not self.creases:
+            return self.cells.gaps_of(rows)
+        rows = set(rows)
+        return {triple: point for triple, point in self.gaps.items() if not rows.isdisjoint(triple)}
+
     def odd_pairs(self) -> list[Pair]:
         """Ascending pairs of rows whose boundary ends in an odd number of corners: at a hole, or at
         the rim of what was touched."""

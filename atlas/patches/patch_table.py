@@ -126,6 +126,16 @@ class PatchTable:
         self.index.insert(row, fit.patch.frame.origin, fit.patch.radius)
         return row
 
+    def append_copy(self, values: dict[str, np.ndarray]) -> int:
+        """Append one patch, given every column as ``copy_of`` returns them; returns its row."""
+        row = self._make_room(1)
+        self.size += 1
+        for name, value in values.items():
+            self._columns[name][row] = value
+        self._count_length(row, 1.0)
+        self.index.insert(row, values["origin"], float(values["radius"]))
+        return row
+
     def with_candidate(self, fit: PatchFit) -> tuple["PatchTable", int]:
         """A table with one more patch, and the row of that patch; this table is not changed.
 
@@ -178,7 +188,7 @@ class PatchTable:
         self.residual[row] = patch.residual_rms
 
     def copy_of(self, row: int) -> dict[str, np.ndarray]:
-        """A copy of every column at a row, for ``put_back``."""
+        """A copy of every column at a row, for ``put_back`` and ``append_copy``."""
         return {name: column[row].copy() for name, column in self._columns.items()}
 
     def put_back(self, row: int, values: dict[str, np.ndarray]) -> None:

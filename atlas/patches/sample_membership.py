@@ -81,10 +81,11 @@ class SampleMembership:
             found[self.fitted[i]] = True
         return np.flatnonzero(found)
 
-    def known_about(self, rows) -> list[np.ndarray]:
-        """For each row the indices (n,) of the samples that it may be fitted to, ascending: those
-        near its origin whose normals are within 60 degrees of its own, whoever owns them."""
-        table = self._table
+    def known_about(self, rows, table: PatchTable | None = None) -> list[np.ndarray]:
+        """For each row, of another table if one is given, the indices (n,) of the samples that it
+        may be fitted to, ascending: those near its origin whose normals are within 60 degrees of
+        its own, whoever owns them."""
+        table = self._table if table is None else table
         return self.near(
             table.origin[rows], table.axes[rows, 2], CANDIDATE_REACH * table.radius[rows]
         )

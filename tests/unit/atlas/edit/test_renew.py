@@ -57,7 +57,7 @@ def test_a_patch_is_judged_by_what_its_equations_give(atlas):
     some = table.rows[:6]
     fits = fits_at(atlas, Sites(table.origin[some], table.axes[some, 2], some))
     assert all(fit is not None for fit in fits)
-    normals = np.array([fit.patch.frame.normal for fit in fits if fit is not None])
+    normals = np.array([one.fit.patch.frame.normal for one in fits if one is not None])
     assert (np.einsum("ij,ij->i", normals, table.axes[some, 2]) > 0.9).all()
 
 
