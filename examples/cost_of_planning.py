@@ -1,8 +1,9 @@
-"""What planning a touch costs, in bare least-squares solves of 57 x 15 (numpy.linalg.lstsq).
+"""What planning, learning and a whole touch cost, in bare solves of 57 x 15 (numpy.linalg.lstsq).
 
-Objects, names or paths of meshes, are explored with seed 0. Numbers of patches are an atlas of the
-wavy plain of cost_of_an_atlas.py that grows from its middle, whatever is planned: each is that of
-the forty touches after it has so many.
+Learning is all that ``Atlas.add`` and ``Planner.tell`` do. Each cost is a median and the 99th
+percentile over the touches. Objects, names or paths of meshes, are explored with seed 0. Numbers of
+patches are an atlas of the wavy plain of cost_of_an_atlas.py that grows from its middle, whatever
+is planned: each cost is that of the forty touches after it has so many.
 
     python examples/cost_of_planning.py [OBJECT[:TOUCHES] ...] [PATCHES ...]
 """
@@ -36,11 +37,11 @@ def of_object(name: str, most: int | None) -> None:
     """Explore an object, and print what its plans cost."""
     obj, rng = make_object(name), np.random.default_rng(0)
     atlas = Atlas(obj.tolerance, scale=fit_scale(obj.noise_std, obj.diagonal))
-    planner, plans, solves = Planner(*obj.start()), [], []
+    planner, seconds, solves = Planner(*obj.start()), [], []
     for step in explore(atlas, planner, Probe(obj, obj.noise_std, rng), most):
-        plans.append(step.seconds_plan)
+        seconds.append((step.seconds_plan, step.seconds_fit))
         solves.append(seconds_of_lstsq(MATRIX))
-    show(obj.name, len(plans), len(atlas), np.array(plans) / np.median(solves))
+    show(obj.name, len(seconds), len(atlas), np.array(seconds) / np.median(solves))
 
 
 def of_plain(sizes: list[int]) -> None:
@@ -57,27 +58,31 @@ def of_plain(sizes: list[int]) -> None:
 
 
 def cost_of_some(atlas: Atlas, touches, rng) -> np.ndarray:
-    """What the plans between the next touches cost, wherever these are."""
-    planner, plans, solves = Planner([0, 0, 1], [0, 0, 1]), [], []
+    """(n, 2) costs of plans and of learning at the next touches, wherever these are."""
+    planner, seconds, solves = Planner([0, 0, 1], [0, 0, 1]), [], []
     for _ in range(LAST):
         start = time.perf_counter()
         plan = planner.ask(atlas)
-        plans.append(time.perf_counter() - start)
-        solves.append(seconds_of_lstsq(MATRIX))
+        asked = time.perf_counter()
         one = replace(touch(*next(touches), rng), number=plan.number)
+        begun = time.perf_counter()
         planner.tell(one, atlas.add(one))
+        seconds.append((asked - start, time.perf_counter() - begun))
+        solves.append(seconds_of_lstsq(MATRIX))
     # The first plan computes all places.
-    return np.array(plans[1:]) / np.median(solves)
+    return np.array(seconds[1:]) / np.median(solves)
 
 
-def show(name: str, touches: int, patches: int, cost) -> None:
-    """Print one line of a table."""
-    low, high = np.median(cost), np.quantile(cost, 0.99)
-    print(f"| {name} | {touches} | {patches} | {low:.0f} | {high:.0f} |", flush=True)
+def show(name: str, touches: int, patches: int, costs) -> None:
+    """Print one line of a table, from the costs (n, 2) of plans and of learning."""
+    columns = [*costs.T, costs.sum(axis=1)]
+    cells = [f"{np.median(column):.0f} / {np.quantile(column, 0.99):.0f}" for column in columns]
+    print(f"| {name} | {touches} | {patches} | {' | '.join(cells)} |", flush=True)
 
 
 def main(*names: str) -> None:
-    print("| object | touches | patches | lstsq a plan, median | 99 % |\n|---|---|---|---|---|")
+    print("| object | touches | patches | lstsq a plan, median / 99 % | learning | whole touch |")
+    print("|---|---|---|---|---|---|")
     for name in names:
         if not name.isdigit():
             path, _, most = name.partition(":")
