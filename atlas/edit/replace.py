@@ -95,7 +95,7 @@ def remove_hidden(state: AtlasState, rows: set[int]) -> list[int]:
     The samples of each go to the neighbour in whose cell its site lies.
     """
     table, hidden = state.table, []
-    for i in sorted(rows):
+    for i in _uncovered(state, rows):
         neighbours = np.array(sorted(state.neighbours[i]), int)
         if len(neighbours) and _is_hidden(state, i, neighbours):
             owner = int(neighbours[power_at(table, neighbours, table.site[i]).argmin()])
@@ -103,6 +103,22 @@ def remove_hidden(state: AtlasState, rows: set[int]) -> list[int]:
             state.remove([i])
             hidden.append(i)
     return hidden
+
+
+def _uncovered(state: AtlasState, rows: set[int]) -> list[int]:
+    """Those of the rows, ascending, whose sites lie in the cell of a neighbour, and those behind
+    creases: the others have a cell, whatever neighbours are removed."""
+    table, every = state.table, np.array(sorted(rows), int)
+    if not len(every):
+        return []
+    sites = table.site[every][:, None]
+    power = power_at(table, state.neighbours.lines_of(every)[:, None], sites)[:, 0]
+    covered = power.min(axis=1) >= -table.weight[every]
+    return [
+        row
+        for row, is_covered in zip(every.tolist(), covered.tolist(), strict=True)
+        if not is_covered or state.creases.behind(row)
+    ]
 
 
 def give_samples(state: AtlasState, rows: list[int], owner: int) -> None:

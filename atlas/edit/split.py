@@ -47,11 +47,14 @@ def parts_of(state: AtlasState, row: int) -> list[PatchFit] | None:
     samples = pool.points[index], pool.normals[index]
     near = of_patch(table, np.array([row]), *samples, CANDIDATE_REACH)[0]
     index, radius = index[near], _SLACK * _HALF * table.radius[row]
-    parts = []
-    for frame in _frames(state, row):
-        inside = index[in_ball(pool.points[index], frame.origin, CANDIDATE_REACH * radius)]
-        if len(inside) < _LEAST_SAMPLES * table.basis.size:
-            return None
+    parts, frames = [], _frames(state, row)
+    near_parts = [
+        index[in_ball(pool.points[index], frame.origin, CANDIDATE_REACH * radius)]
+        for frame in frames
+    ]
+    if any(len(inside) < _LEAST_SAMPLES * table.basis.size for inside in near_parts):
+        return None
+    for frame, inside in zip(frames, near_parts, strict=True):
         given = (pool.points[inside], pool.across[inside], float(table.noise[row]))
         try:
             fit = refit_patch(
@@ -89,6 +92,8 @@ def _is_seen(state: AtlasState, row: int, centre) -> bool:
     """Whether any point of the smaller disc about a scaled centre (2,) lies on the row's side of
     its creases."""
     table = state.table
+    if not state.creases:
+        return True
     points = points_over(table, row, centre + _SLACK * _HALF * table.core * DISC)
     beyond = state.surface_graph.visibility.beyond(np.full(len(points), row), points)
     return not len(points) or not beyond.all()

@@ -117,8 +117,7 @@ class SampleMembership:
 
     def count_near(self, centres, radii) -> np.ndarray:
         """(m,) number of samples in each of m balls, centres (m, 3) and radii (m,), length."""
-        found = self._index.near(self.pool.points, centres, radii)
-        return np.array([len(index) for index in found], int)
+        return self._index.count(self.pool.points, centres, radii)
 
     def is_filled(self, row: int) -> bool:
         """Whether a patch lies between touches: it owns no sample."""

@@ -40,3 +40,16 @@ def test_the_rim_of_what_was_touched_is_no_hole():
             atlas.add(touch)
     assert atlas.open_outlines().any() and atlas.surface_graph.odd_pairs()
     assert not len(_holes(atlas))
+
+
+def test_gaps_beside_some_patches_are_those_of_all_with_one_of_them(tmp_path):
+    """They are computed alone, and what is computed for others later is the same."""
+    path = tmp_path / "sphere.npz"
+    save_atlas(path, explored("sphere", max_touches=30).atlas)
+    graphs = [load_atlas(path).surface_graph for _ in range(2)]
+    every = {triple: point.tolist() for triple, point in graphs[0].gaps.items()}
+    assert every
+    rows = set(sorted(every)[0][:2])
+    found = {triple: point.tolist() for triple, point in graphs[1].gaps_of(rows).items()}
+    assert found == {t: point for t, point in every.items() if not rows.isdisjoint(t)}
+    assert {triple: point.tolist() for triple, point in graphs[1].gaps.items()} == every

@@ -7,9 +7,10 @@ import pytest
 
 from tests.explored import spread_touches
 from touchatlas.atlas import Atlas
-from touchatlas.atlas.edit.filling_fits import Sites, explains_core, fits_at, follows
+from touchatlas.atlas.edit.filling_fits import LEAST_SAMPLES, Sites, explains_core, fits_at, follows
 from touchatlas.atlas.edit.renew import replace_misfits
 from touchatlas.atlas.edit.replace import are_upright
+from touchatlas.atlas.patches.sample_index import SampleIndex
 from touchatlas.sim import make_object
 
 
@@ -57,8 +58,21 @@ def test_a_patch_is_judged_by_what_its_equations_give(atlas):
     some = table.rows[:6]
     fits = fits_at(atlas, Sites(table.origin[some], table.axes[some, 2], some))
     assert all(fit is not None for fit in fits)
+    for one in fits:
+        assert one is not None and one.columns["count"] == len(one.samples) >= LEAST_SAMPLES
     normals = np.array([one.fit.patch.frame.normal for one in fits if one is not None])
     assert (np.einsum("ij,ij->i", normals, table.axes[some, 2]) > 0.9).all()
+
+
+def test_where_five_samples_lie_there_is_no_patch(atlas):
+    table, pool = atlas.table, atlas.membership.pool
+    row = table.rows[:1]
+    sites = Sites(table.origin[row], table.axes[row, 2], row)
+    assert fits_at(atlas, sites)[0] is not None
+    (near,) = atlas.membership.near(sites.points, sites.normals, 2.0 * table.radius[row])
+    pool.points[near[5:]] += 9.0 * pool.extent
+    atlas.membership._index = SampleIndex()
+    assert fits_at(atlas, sites) == [None]
 
 
 def test_a_patch_that_became_steep_is_replaced_by_an_upright_one(atlas):
