@@ -10,6 +10,7 @@ import igl
 import numpy as np
 
 from touchatlas.atlas.mesh.close_holes import close_holes
+from touchatlas.atlas.mesh.close_slits import close_slits
 from touchatlas.atlas.mesh.coarse_mesh import CoarseMesh, coarse_mesh
 from touchatlas.atlas.mesh.lawful_surface import fine_edge, lawful_surface
 from touchatlas.atlas.mesh.narrow_band import REACH
@@ -58,6 +59,7 @@ def extract_surface(state: AtlasState, edge: float | None = None) -> Surface:
             state.body, check_edge(state, edge) if edge else fine_edge(state.body, sagitta)
         )
     closed = close_holes(without_unsure_rims(state, open_surface(state, edge)), state.rims)
+    closed = close_slits(closed, state.rims, state.options.trust * state.tolerance)
     return without_small_handles(closed, state.rims, state.options.least_radius * state.scale)
 
 

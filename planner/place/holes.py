@@ -5,28 +5,16 @@ from dataclasses import dataclass
 
 import igl
 import numpy as np
-from scipy.spatial.distance import pdist, squareform
 
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.mesh.close_holes import LARGEST, SLOPE
+from touchatlas.atlas.mesh.close_slits import SURE, edges_within, triangles_across
 from touchatlas.atlas.mesh.extract import open_surface
 from touchatlas.atlas.mesh.unsure_rims import without_unsure_rims
 
 # Least part of the surface that is worth a touch, no unit. Doubled, more small holes are closed
 # without a sample.
 LEAST_SHARE = 1.25e-4
-# Most points of a rim that are compared with each other. Doubled, it takes four times as long.
-_POINTS = 400
-# Least way along a rim between two points across a hole, in their distance: about the square end of
-# a slit it is 1.41 times as long. Doubled, only ends of long slits are across from each other.
-_AROUND = 1.3
-# Least half of the width of a round hole, in the root mean square of its radius. Doubled, all holes
-# are slits.
-_ROUND = 0.5
-# Least width of a slit at the point across, over that at a point itself. Doubled, none is found.
-_ALIKE = 0.7
-# Standard deviations that hold 95 % of a normal error.
-_SURE = 1.96
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,14 +24,15 @@ class Holes:
     Parameters
     ----------
     centres : (k, 3) float, length, world
-        The middle of the rim; the middle of the widest place of a slit too long to be closed.
+        The middle of the rim; for a hole that is closed from side to side (``close_slits``), the
+        middle of the edge across it that has the largest error.
     normals : (k, 3) float, unit, world
         Outward.
     radius : (k,) float, length
-        Distance of the rim from the centre, root mean square; half of the width of such a slit.
+        Distance of the rim from the centre, root mean square; half of the length of such an edge.
     error : (k,) float, length
         That of a surface which is drawn across the hole, exceeded once in twenty; infinite for a
-        hole that is too large to be closed.
+        hole that cannot be closed.
     samples : int
         Number of samples of the atlas when the surface was drawn: later ones may have crossed a
         hole.
@@ -82,7 +71,12 @@ def drawn_holes(atlas: Atlas, tolerance: float, trimmed: bool = False) -> Holes:
     size = float(np.linalg.norm(np.ptp(surface.vertices, axis=0)))
     loops = [np.array(loop) for loop in igl.boundary_loop_all(surface.faces)]
     rims = [(surface.vertices[loop], surface.normals[loop]) for loop in loops]
-    found = [_hole(*rim, size) for rim in rims if _area(rim[0]) >= least]
+    edges = edges_within(surface.faces, loops)
+    found = [
+        _hole(*rim, within, size)
+        for rim, within in zip(rims, edges, strict=True)
+        if _area(rim[0]) >= least
+    ]
     if not found:
         return NO_HOLES
     centres, normals, radius, error = map(np.array, zip(*found, strict=True))
@@ -96,39 +90,21 @@ def _area(rim) -> float:
     return 0.5 * float(np.linalg.norm(np.cross(offset, np.roll(offset, -1, axis=0)), axis=1).sum())
 
 
-def _hole(rim, normals, size: float) -> tuple[np.ndarray, np.ndarray, float, float]:
+def _hole(rim, normals, edges, size: float) -> tuple[np.ndarray, np.ndarray, float, float]:
     """Centre, outward normal, radius and error of a hole, see ``Holes``, from the points and
-    normals (n, 3) of its rim in order and the diagonal of the surface."""
+    normals (n, 3) of its rim in order, the edges (m, 2) between these and the diagonal of the
+    surface."""
     centre = rim.mean(axis=0)
     radius, error = _closed(rim, normals)
     if np.linalg.norm(np.ptp(rim, axis=0)) <= LARGEST * size:
         return centre, _outward(rim, normals, centre, np.inf), radius, error
-    slit = _widest(rim)
-    if slit is None or slit[1] >= _ROUND * radius:
+    across = triangles_across(rim, normals, edges)
+    if across is None:
         return centre, _outward(rim, normals, centre, np.inf), radius, np.inf
-    return slit[0], _outward(rim, normals, slit[0], 2.0 * slit[1]), slit[1], np.inf
-
-
-def _widest(rim) -> tuple[np.ndarray, float] | None:
-    """The middle (3,) of the widest place of a slit with a rim (n, 3), and half of its width,
-    length; None where there is none.
-
-    The width at a point is the distance to the nearest one across, whose own width is about as
-    large: it is not at the ends of a slit.
-    """
-    some = rim[:: -(-len(rim) // _POINTS)]
-    steps = np.linalg.norm(np.roll(some, -1, axis=0) - some, axis=1)
-    along = np.concatenate([[0.0], np.cumsum(steps)[:-1]])
-    way = np.abs(along[:, None] - along)
-    way = np.minimum(way, steps.sum() - way)
-    chord = squareform(pdist(some))
-    across = np.where((way >= _AROUND * chord) & (chord > 0.0), chord, np.inf)
-    width, other = across.min(axis=1), across.argmin(axis=1)
-    width = np.where(np.isfinite(width) & (width[other] >= _ALIKE * width), width, 0.0)
-    widest = int(width.argmax())
-    if not width[widest] > 0.0:
-        return None
-    return 0.5 * (some[widest] + some[other[widest]]), 0.5 * float(width[widest])
+    worst = int(across.error.argmax())
+    a, b = rim[across.diagonals[worst]]
+    centre, width = 0.5 * (a + b), float(np.linalg.norm(b - a))
+    return centre, _outward(rim, normals, centre, width), 0.5 * width, float(across.error[worst])
 
 
 def _outward(rim, normals, centre, reach: float) -> np.ndarray:
@@ -155,4 +131,4 @@ def _closed(rim, normals) -> tuple[float, float]:
     away = np.linalg.norm(offset, axis=1)
     slope = np.einsum("ij,ij->i", normals, offset) / np.maximum(away, np.finfo(float).tiny)
     radius = float(np.sqrt((away * away).mean()))
-    return radius, _SURE * radius * float(np.hypot(SLOPE, slope.std()))
+    return radius, SURE * radius * float(np.hypot(SLOPE, slope.std()))

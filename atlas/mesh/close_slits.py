@@ -1,0 +1,150 @@
+"""Close slits: holes that are narrow everywhere are closed from side to side.
+
+A surface that leaves one side of a slit and comes back at the other goes round between them: at the
+crest of a thin wall it rises by half of the slit's width, and where the sides are level by little.
+So a narrow slit is closed within the tolerance, and needs no touch.
+"""
+
+from dataclasses import dataclass, replace
+from heapq import heapify, heappop, heappush
+
+import igl
+import numpy as np
+
+from touchatlas.atlas.graph.rims import Rims
+from touchatlas.atlas.mesh.close_holes import SLOPE
+from touchatlas.atlas.mesh.surface import Surface
+
+# Standard deviations that hold 95 % of a normal error.
+SURE = 1.96
+
+
+@dataclass(frozen=True, eq=False)
+class Across:
+    """Triangles from side to side of a hole.
+
+    Parameters
+    ----------
+    triangles : (n - 2, 3) int
+        Points of the rim, which are counted along it.
+    diagonals : (n - 3, 2) int
+        Edges of the triangles that are inside the rim.
+    error : (n - 3,) float, length
+        That of the surface at the middle of each, exceeded once in twenty.
+    """
+
+    triangles: np.ndarray
+    diagonals: np.ndarray
+    error: np.ndarray
+
+
+def close_slits(surface: Surface, rims: Rims, tolerance: float) -> Surface:
+    """The surface with triangles across each hole that they close with errors of at most a
+    tolerance, length.
+
+    The deviations at its rim become those of what is between the sides. Openings of the body, whose
+    middles lie beyond ``rims``, stay open. The surface must be manifold.
+    """
+    points, normals, faces = surface.vertices, surface.normals, [surface.faces]
+    deviation, middles = surface.deviation.copy(), [surface.closed_holes]
+    loops = [np.array(loop) for loop in igl.boundary_loop_all(surface.faces)]
+    for loop, edges in zip(loops, edges_within(surface.faces, loops), strict=True):
+        across = triangles_across(points[loop], normals[loop], edges, tolerance)
+        if across is None:
+            continue
+        diagonals = loop[across.diagonals]
+        if rims.beyond(points[diagonals].mean(axis=1), _normals(normals[diagonals])).any():
+            continue
+        faces.append(loop[across.triangles])
+        np.maximum.at(deviation, diagonals, across.error[:, None] / SURE)
+        if len(diagonals):
+            middles.append(points[diagonals[[int(across.error.argmax())]]].mean(axis=1))
+    if len(faces) == 1:
+        return surface
+    closed = np.concatenate(middles)
+    return replace(surface, faces=np.concatenate(faces), deviation=deviation, closed_holes=closed)
+
+
+def triangles_across(rim, normals, edges, largest: float = np.inf) -> Across | None:
+    """Triangles across a hole with a rim (n, 3) and normals (n, 3) there; None where one of their
+    edges has an error of more than ``largest``, length, or is among the edges (m, 2) that the rim's
+    points have already.
+
+    Corners of the rim are cut off one after another, that of the smallest circle through its three
+    points first. So the triangles are as wide as the slit, and advance from its ends.
+    """
+    count = len(rim)
+    before, after = np.roll(np.arange(count), 1).tolist(), np.roll(np.arange(count), -1).tolist()
+    taken = {frozenset(edge) for edge in np.asarray(edges).tolist()}
+    triangles: list[tuple[int, int, int]] = []
+    diagonals: list[tuple[int, int]] = []
+    errors: list[float] = []
+
+    def corner(i: int) -> tuple[float, int, int, int, float]:
+        a, b = before[i], after[i]
+        error = _error(rim[[a, b]], normals[[a, b]])
+        is_free = error <= largest and frozenset((a, b)) not in taken
+        return (_circumradius(rim[[a, i, b]]) if is_free else np.inf), i, a, b, error
+
+    waiting = [corner(i) for i in range(count)]
+    heapify(waiting)
+    while len(triangles) < count - 3:
+        radius, i, a, b, error = heappop(waiting)
+        if (before[i], after[i]) != (a, b):
+            continue
+        if not radius < np.inf:
+            return None
+        triangles.append((b, i, a))
+        diagonals.append((a, b))
+        errors.append(error)
+        taken.add(frozenset((a, b)))
+        after[a], before[b], after[i] = b, a, -1
+        heappush(waiting, corner(a))
+        heappush(waiting, corner(b))
+    last = next(i for i in range(count) if after[i] >= 0)
+    triangles.append((after[last], last, before[last]))
+    return Across(np.array(triangles), np.array(diagonals, int).reshape(-1, 2), np.array(errors))
+
+
+def _error(ends, normals) -> float:
+    """Error of a surface at the middle between two ends (2, 3) of a gap with normals (2, 3),
+    exceeded once in twenty, length.
+
+    A circle that meets the gap at angles t rises above its middle by half of the gap times
+    tan(t / 2) = sin t / (1 + cos t). Angles are at most right ones, and of any surface a slope of
+    ``SLOPE`` is expected.
+    """
+    gap = ends[1] - ends[0]
+    length = max(float(np.linalg.norm(gap)), np.finfo(float).tiny)
+    sine = min(float(np.abs(normals @ gap).max()) / length, 1.0)
+    return 0.5 * length * max(SURE * SLOPE, sine / (1.0 + np.sqrt(1.0 - sine * sine)))
+
+
+def _circumradius(triangle) -> float:
+    """Radius of the circle through three points (3, 3), length: a b c / (4 area)."""
+    a, b, c = triangle
+    area = 0.5 * float(np.linalg.norm(np.cross(b - a, c - a)))
+    sides = float(np.linalg.norm(b - a) * np.linalg.norm(c - b) * np.linalg.norm(a - c))
+    return sides / (4.0 * area) if area > 0.0 else np.inf
+
+
+def _normals(pairs) -> np.ndarray:
+    """(n, 3) unit normals between pairs (n, 2, 3) of them; zero between opposed ones."""
+    total = pairs.sum(axis=1)
+    return np.asarray(
+        total / np.maximum(np.linalg.norm(total, axis=1), np.finfo(float).tiny)[:, None]
+    )
+
+
+def edges_within(faces, loops) -> list[np.ndarray]:
+    """For each loop the edges (m, 2) of triangles (f, 3) that join two of its vertices, which are
+    counted along it."""
+    edges = igl.edges(faces) if loops else np.zeros((0, 2), int)
+    place = np.zeros(int(faces.max(initial=-1)) + 1, int)
+    found = []
+    for loop in loops:
+        place[:] = -1
+        place[loop] = np.arange(len(loop))
+        joined = place[edges]
+        found.append(joined[(joined >= 0).all(axis=1)])
+    return found

@@ -1,0 +1,92 @@
+"""Narrow holes are closed from side to side; wide ones and true rims stay open."""
+
+import numpy as np
+import pytest
+import trimesh
+
+from tests.unit.atlas.mesh.test_close_holes import NO_RIMS, RADIUS, ball, euler_number
+from touchatlas.atlas.mesh.close_slits import close_slits, triangles_across
+from touchatlas.atlas.mesh.surface import Surface
+
+WIDTH = 4.0
+NONE = np.zeros((0, 2), int)
+
+
+def slit_ball(width: float = WIDTH) -> Surface:
+    """The ball without a band about half of its equator, as wide as is said."""
+    whole = ball()
+    x, _, z = whole.vertices.T
+    return whole.only((x < 0.0) | (np.abs(z) > 0.5 * width))
+
+
+def as_mesh(surface: Surface) -> trimesh.Trimesh:
+    return trimesh.Trimesh(surface.vertices, surface.faces, process=False)
+
+
+def test_a_long_slit_is_closed_from_side_to_side():
+    """Its triangles are as wide as it is, and lie below the ball by width^2 / (8 R) at most."""
+    open_ball = slit_ball()
+    assert euler_number(open_ball) == 1
+    closed = close_slits(open_ball, NO_RIMS, tolerance=1.0)
+    mesh = as_mesh(closed)
+    assert mesh.is_watertight and mesh.is_winding_consistent and mesh.euler_number == 2
+    assert closed.vertices is open_ball.vertices and len(closed.closed_holes) == 1
+    # The rim is jagged by the edges of the ball, which are 2 long: 8 between two of its points.
+    depth = RADIUS - np.linalg.norm(mesh.triangles_center, axis=1)
+    assert depth.max() < (WIDTH + 2.0 * 2.0) ** 2 / (8.0 * RADIUS)
+    np.testing.assert_allclose(mesh.volume, as_mesh(ball()).volume, rtol=1e-3)
+
+
+def test_the_rim_of_a_closed_slit_is_as_unsure_as_what_is_across_it():
+    """A slope of a tenth over half of its width, which the edges of the ball add 2 or 4 to."""
+    open_ball = slit_ball()
+    closed = close_slits(open_ball, NO_RIMS, tolerance=1.0)
+    grown = closed.deviation[closed.deviation > open_ball.deviation]
+    assert len(grown) > 40
+    assert 0.1 * 0.5 * WIDTH < grown.max() < 0.1 * 0.5 * (WIDTH + 4.0)
+
+
+def test_a_hole_that_is_less_sure_than_the_tolerance_stays_open():
+    open_ball = slit_ball()
+    assert close_slits(open_ball, NO_RIMS, tolerance=0.1) is open_ball
+
+
+@pytest.mark.parametrize("scale", [2.0**-10, 32.0])
+def test_slits_are_closed_alike_at_all_scales(scale):
+    """Powers of two, as by the symmetry of the ball circles tie, and rounding would choose."""
+    open_ball = slit_ball()
+    large = Surface(
+        *(scale * open_ball.vertices, open_ball.faces, open_ball.normals),
+        *(scale * open_ball.deviation, open_ball.patch, open_ball.gaussian_curvature / scale**2),
+    )
+    one, other = (
+        close_slits(s, NO_RIMS, tolerance=t) for s, t in ((open_ball, 1.0), (large, scale))
+    )
+    np.testing.assert_array_equal(one.faces, other.faces)
+    np.testing.assert_allclose(scale * one.deviation, other.deviation)
+
+
+def test_the_crest_of_a_wall_rises_by_half_of_its_thickness():
+    """Both sides are upright, so that a half circle joins them."""
+    along = np.arange(20.0)
+    rim = np.concatenate(
+        [
+            np.stack([along, 0 * along, 0 * along]),
+            np.stack([along[::-1], 0 * along + 1, 0 * along]),
+        ],
+        axis=1,
+    ).T
+    normals = np.where(rim[:, 1:2] > 0.5, [0.0, 1.0, 0.0], [0.0, -1.0, 0.0])
+    across = triangles_across(rim, normals, NONE)
+    square = np.abs(np.diff(rim[across.diagonals][..., 0], axis=1)) < 0.5
+    np.testing.assert_allclose(across.error[square[:, 0]], 0.5)
+    # Those that lean across the next point rise by no more than half of the wall, too.
+    assert across.error.max() <= 0.5 * np.sqrt(2.0)
+    assert len(across.triangles) == len(rim) - 2 == len(across.error) + 1
+
+
+def test_an_edge_that_the_surface_has_already_is_not_made_twice():
+    """Of a rim of four points both ways across have an edge on the other side: it stays open."""
+    rim, up = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.0]]), np.tile([0, 0, 1.0], (4, 1))
+    assert triangles_across(rim, up, [(0, 2)]).diagonals.tolist() == [[3, 1]]
+    assert triangles_across(rim, up, [(0, 2), (1, 3)]) is None
