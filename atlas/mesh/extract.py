@@ -37,8 +37,8 @@ _FACING = 0.34
 
 
 def extract_surface(state: AtlasState, edge: float | None = None) -> Surface:
-    """Triangulated zero set of the atlas's blended signed distance, its small holes closed, and
-    without handles that are smaller than the smallest patch.
+    """Triangulated zero set of the atlas's blended signed distance, its small and narrow holes
+    closed, and without handles that are smaller than the smallest patch or twice the tolerance.
 
     Parameters
     ----------
@@ -59,8 +59,10 @@ def extract_surface(state: AtlasState, edge: float | None = None) -> Surface:
             state.body, check_edge(state, edge) if edge else fine_edge(state.body, sagitta)
         )
     closed = close_holes(without_unsure_rims(state, open_surface(state, edge)), state.rims)
-    closed = close_slits(closed, state.rims, state.options.trust * state.tolerance)
-    return without_small_handles(closed, state.rims, state.options.least_radius * state.scale)
+    trusted = state.options.trust * state.tolerance
+    closed = close_slits(closed, state.rims, trusted)
+    least = state.options.least_radius * state.scale
+    return without_small_handles(closed, state.rims, max(least, 2.0 * trusted))
 
 
 def open_surface(state: AtlasState, edge: float | None = None) -> Surface:

@@ -16,7 +16,7 @@ _FIRST = 0.05
 _LAST = 0.1
 # How often the surface is drawn at one level. Doubled, some more holes are closed, and explorations
 # that leave many take longer.
-_LOOKS = 8
+_LOOKS = 4
 # Holes that are touched before the surface is drawn again. Doubled, more touches find their holes
 # closed already.
 _HOLES = 16
@@ -36,9 +36,6 @@ class HoleList:
         self.level = np.inf
         self._drawn = NO_HOLES
         self._looks = 0
-        # Holes of a last drawing, which decides nothing but the end.
-        self._checked = NO_HOLES
-        self._checks = 0
 
     @property
     def looks_left(self) -> bool:
@@ -52,7 +49,7 @@ class HoleList:
 
     def update(self, view: View, sure: Sure) -> None:
         """Draw the surface where it is known twice as well as when it was drawn last, or where the
-        holes that were worth a touch are touched, or a wide one; ``sure`` tells what is known."""
+        holes that were worth a touch are touched; ``sure`` tells what is known."""
         level = self._known_level(view, sure)
         if level < self.level:
             self.level, self._looks = level, 0
@@ -79,26 +76,9 @@ class HoleList:
         return Target(self._drawn.centres[best], self._drawn.normals[best], Reason.CLOSE_GAP)
 
     def any_left(self, view: View, tolerance: float) -> bool:
-        """Whether a hole may be left that a drawn surface would not close to a tolerance.
-
-        Where contours crossed such holes the surface is drawn again before an answer, a few times
-        at most.
-        """
-        unsure = self._drawn.error > tolerance
-        if not self.begun or (unsure & _left(self._drawn, view)).any():
-            return True
-        return bool(unsure.any()) and self._is_open(view, tolerance)
-
-    def _is_open(self, view: View, tolerance: float) -> bool:
-        """Whether the surface is open as it is drawn now, or was at the last check, and holes are
-        left that no contour crossed since."""
-        if (self._checked.error[_left(self._checked, view)] > tolerance).any():
-            return True
-        if self._checks == _LOOKS:
-            return False
-        self._checks += 1
-        self._checked = drawn_holes(view.atlas, self.level, trimmed=True)
-        return bool((self._checked.error > tolerance).any())
+        """Whether a hole may be left that a drawn surface would not close to a tolerance."""
+        left = _left(self._drawn, view)
+        return not self.begun or bool((self._drawn.error[left] > tolerance).any())
 
     def _known_level(self, view: View, sure: Sure) -> float:
         """The level now: halved as long as the surface is known to that."""
@@ -112,10 +92,8 @@ class HoleList:
 
     def _is_over(self, view: View, sure: Sure) -> bool:
         """Whether holes were drawn that are worth a touch, and all of them are touched or crossed
-        since, or one of them that is too large to be closed: it may be open beside the contours."""
+        since."""
         gone = ~_left(self._drawn, view)
-        if np.isinf(self._drawn.error[gone]).any():
-            return sure(np.inf)
         if not gone.any() or self.target(view, sure) is not None:
             return False
         return sure(float(self._drawn.error[gone].max()))

@@ -10,7 +10,6 @@ from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.mesh.close_holes import LARGEST, SLOPE
 from touchatlas.atlas.mesh.close_slits import SURE, edges_within, triangles_across
 from touchatlas.atlas.mesh.extract import open_surface
-from touchatlas.atlas.mesh.unsure_rims import without_unsure_rims
 
 # Least part of the surface that is worth a touch, no unit. Doubled, more small holes are closed
 # without a sample.
@@ -53,9 +52,8 @@ class Holes:
 NO_HOLES = Holes(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros(0))
 
 
-def drawn_holes(atlas: Atlas, tolerance: float, trimmed: bool = False) -> Holes:
-    """The holes of the surface as it is drawn to a tolerance, length; ``trimmed`` where it is less
-    sure than the tolerance of the atlas, as at the end.
+def drawn_holes(atlas: Atlas, tolerance: float) -> Holes:
+    """The holes of the surface as it is drawn to a tolerance, length.
 
     Openings of the body, whose centres lie beyond rims, are left out, and holes so small that a
     touch there teaches less than ``LEAST_SHARE`` of the surface.
@@ -63,8 +61,6 @@ def drawn_holes(atlas: Atlas, tolerance: float, trimmed: bool = False) -> Holes:
     drawn = copy.copy(atlas)
     drawn.tolerance = tolerance
     surface = open_surface(drawn)
-    if trimmed:
-        surface = without_unsure_rims(atlas, surface)
     if not len(surface.faces):
         return NO_HOLES
     least = LEAST_SHARE * 0.5 * igl.doublearea(surface.vertices, surface.faces).sum()

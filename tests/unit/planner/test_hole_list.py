@@ -28,7 +28,7 @@ def drawn(monkeypatch):
     """The tolerances that the surface was drawn to."""
     levels = []
 
-    def draw(_, tolerance, trimmed=False):
+    def draw(_, tolerance):
         levels.append(tolerance)
         return FAR
 
@@ -55,24 +55,6 @@ def test_a_hole_is_touched_if_it_is_less_sure_than_the_surface_is(view, drawn):
     assert holes.target(done, lambda length: length >= 0.5) is None
 
 
-def test_a_hole_that_was_touched_may_be_open_still(view, drawn, monkeypatch):
-    """The surface is drawn again before it counts as whole: where it has another hole it is not,
-    until that is touched as well. What is touched next does not depend on it."""
-    holes = HoleList()
-    holes.update(view, lambda length: length >= 0.5)
-    done = replace(view, done=FAR.centres)
-    other = replace(FAR, centres=2.0 * FAR.centres)
-    monkeypatch.setattr(hole_list, "drawn_holes", lambda *_, **__: drawn.append(0.0) or other)
-    assert holes.any_left(done, 0.6) and len(drawn) == 2
-    # It is not drawn again before that hole is touched.
-    assert holes.any_left(done, 0.6) and len(drawn) == 2
-    assert holes.target(done, lambda length: length >= 0.1) is None
-    every = replace(view, done=np.concatenate([FAR.centres, other.centres]))
-    # It is open beside that touch, too: it is drawn a few times more, and then taken as it is.
-    assert all(holes.any_left(every, 0.6) for _ in range(hole_list._LOOKS - 1))
-    assert not holes.any_left(every, 0.6) and len(drawn) == 1 + hole_list._LOOKS
-
-
 def test_the_surface_is_drawn_again_where_holes_were_touched_some_times_at_most(view, drawn):
     holes = HoleList()
     holes.update(view, lambda length: length >= 0.5)
@@ -81,18 +63,6 @@ def test_the_surface_is_drawn_again_where_holes_were_touched_some_times_at_most(
         holes._drawn = FAR
         holes.update(done, lambda length: length >= 0.5)
     assert len(drawn) == hole_list._LOOKS and not holes.looks_left
-
-
-def test_the_surface_is_drawn_again_as_soon_as_a_wide_hole_is_touched(view, drawn):
-    """A hole that is too large to be closed may be open beside a contour that crosses it. The other
-    hole is left, and worth a touch."""
-    holes = HoleList()
-    holes.update(view, lambda length: length >= 0.2)
-    holes._drawn = replace(FAR, error=np.array([0.3, np.inf]))
-    holes.update(view, lambda length: length >= 0.2)
-    assert len(drawn) == 1
-    holes.update(replace(view, done=FAR.centres[1:]), lambda length: length >= 0.2)
-    assert len(drawn) == 2
 
 
 def test_a_hole_that_a_contour_crossed_is_not_touched(view, drawn):
