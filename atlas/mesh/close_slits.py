@@ -17,6 +17,10 @@ from touchatlas.atlas.mesh.surface import Surface
 
 # Standard deviations that hold 95 % of a normal error.
 SURE = 1.96
+# Least mean cosine between the normals of a hole's triangles and those of its rim: 120 degrees. At
+# the crest of a wall it is 0, about the outer rim of what was touched -1. Doubled, surfaces that
+# were touched on one side are closed by their own back.
+_LEAST_COSINE = -0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +72,7 @@ def close_slits(surface: Surface, rims: Rims, tolerance: float) -> Surface:
 def triangles_across(rim, normals, edges, largest: float = np.inf) -> Across | None:
     """Triangles across a hole with a rim (n, 3) and normals (n, 3) there; None where one of their
     edges has an error of more than ``largest``, length, or is among the edges (m, 2) that the rim's
-    points have already.
+    points have already, and where they face away from the surface at the rim.
 
     Corners of the rim are cut off one after another, that of the smallest circle through its three
     points first. So the triangles are as wide as the slit, and advance from its ends.
@@ -103,7 +107,19 @@ def triangles_across(rim, normals, edges, largest: float = np.inf) -> Across | N
         heappush(waiting, corner(b))
     last = next(i for i in range(count) if after[i] >= 0)
     triangles.append((after[last], last, before[last]))
-    return Across(np.array(triangles), np.array(diagonals, int).reshape(-1, 2), np.array(errors))
+    found = np.array(triangles)
+    if _mean_cosine(rim[found], normals[found]) < _LEAST_COSINE:
+        return None
+    return Across(found, np.array(diagonals, int).reshape(-1, 2), np.array(errors))
+
+
+def _mean_cosine(triangles, normals) -> float:
+    """Mean over the area of triangles (t, 3, 3) of the cosine between their normals and those at
+    their corners (t, 3, 3)."""
+    a, b, c = triangles.transpose(1, 0, 2)
+    across = np.cross(b - a, c - a)
+    total = np.linalg.norm(across, axis=1).sum()
+    return float((across * normals.mean(axis=1)).sum() / max(total, np.finfo(float).tiny))
 
 
 def _error(ends, normals) -> float:

@@ -90,7 +90,7 @@ def test_a_slit_that_goes_about_a_mouth_is_not_touched_in_the_mouth():
     end counts, so that the width is 1.5 at most."""
     angle = np.linspace(0.0, 1.5 * np.pi, 150)
     ring = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(150)])
-    rim = np.concatenate([10.5 * ring, 9.5 * ring[::-1]])
+    rim = np.concatenate([9.5 * ring, 10.5 * ring[::-1]])
     centre, _, radius, _ = _hole(rim, np.tile([0.0, 0.0, 1.0], (300, 1)), NO_EDGES, 100.0)
     np.testing.assert_allclose(np.linalg.norm(centre), 10.0, atol=0.5)
     assert 0.5 - 1e-9 <= radius < 0.75

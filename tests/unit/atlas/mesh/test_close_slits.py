@@ -87,6 +87,16 @@ def test_the_crest_of_a_wall_rises_by_half_of_its_thickness():
 
 def test_an_edge_that_the_surface_has_already_is_not_made_twice():
     """Of a rim of four points both ways across have an edge on the other side: it stays open."""
-    rim, up = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.0]]), np.tile([0, 0, 1.0], (4, 1))
+    rim, up = np.array([[0, 0, 0], [0, 1, 0], [1, 1, 0], [1, 0, 0.0]]), np.tile([0, 0, 1.0], (4, 1))
     assert triangles_across(rim, up, [(0, 2)]).diagonals.tolist() == [[3, 1]]
     assert triangles_across(rim, up, [(0, 2), (1, 3)]) is None
+
+
+def test_a_cap_is_not_closed_by_its_own_back():
+    """The outer rim of what was touched is as level as that of a hole, but what is across it faces
+    the other way."""
+    whole = ball()
+    cap = whole.only(whole.vertices[:, 2] > 0.9 * RADIUS)
+    assert close_slits(cap, NO_RIMS, tolerance=RADIUS) is cap
+    rest = whole.only(whole.vertices[:, 2] < 0.9 * RADIUS)
+    assert as_mesh(close_slits(rest, NO_RIMS, tolerance=RADIUS)).is_watertight
