@@ -37,6 +37,9 @@ class ImplicitObject:
     noise_std, tolerance : float, length
         Defaults for exploring it.
     euler_characteristic : int
+    triangles : (v, 3) float, length, and (f, 3) int, optional
+        The surface of a body with plane faces, exactly. Without them the truth is a mesh of f = 0,
+        whose cubes cut off sharp edges.
     """
 
     closed = True
@@ -50,11 +53,13 @@ class ImplicitObject:
         noise_std,
         tolerance,
         euler_characteristic=2,
+        triangles: tuple[np.ndarray, np.ndarray] | None = None,
     ) -> None:
         self.name, self.source, self.description, self.field = name, name, description, field
         self._half_extent = np.asarray(half_extent, dtype=float)
         self.noise_std, self.tolerance = float(noise_std), float(tolerance)
         self.euler_characteristic = euler_characteristic
+        self._triangles = triangles
         self._meshes: dict[float, tuple[np.ndarray, np.ndarray]] = {}
 
     @cached_property
@@ -240,8 +245,11 @@ class ImplicitObject:
         """Triangles (v, 3), (f, 3) with vertices on the surface.
 
         Where the radius of curvature is a tenth of the least extent, chords are off the surface by
-        about ``sagitta``; elsewhere in proportion to the curvature.
+        about ``sagitta``; elsewhere in proportion to the curvature. Of a body with plane faces the
+        triangles are exact.
         """
+        if self._triangles is not None:
+            return self._triangles
         if sagitta not in self._meshes:
             edge = np.sqrt(8.0 * sagitta * 0.2 * self._half_extent.min())
             edge = max(edge, 2.0 * self._half_extent.max() / _GRID_LIMIT)

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+import trimesh
 
 from touchatlas.sim.world.implicit_fields import bottle, quadric_with_bumps, rounded_box, torus
 from touchatlas.sim.world.implicit_object import ImplicitObject
@@ -45,6 +46,15 @@ def _mouse(seed: int) -> ImplicitObject:
     )
 
 
+def _cube(seed: int) -> ImplicitObject:
+    box, half = trimesh.creation.box((60.0,) * 3), (30.0,) * 3
+    triangles = np.array(box.vertices), np.array(box.faces)
+    field = rounded_box(half, 0.0)
+    return ImplicitObject(
+        *("cube", "60 x 60 x 60, sharp", field, half, _NOISE, _TOLERANCE), triangles=triangles
+    )
+
+
 def _simple(name, description, field, half_extent, scale=1.0, chi=2):
     return lambda seed: ImplicitObject(
         name, description, field, half_extent, _NOISE * scale, _TOLERANCE * scale, chi
@@ -80,7 +90,7 @@ _CATALOGUE: dict[str, Callable[[int], ImplicitObject]] = {
         rounded_box((50.0, 30.0, 10.0), 5.0),
         (50, 30, 10),
     ),
-    "cube": _simple("cube", "60 x 60 x 60, sharp", rounded_box((30.0,) * 3, 0.0), (30,) * 3),
+    "cube": _cube,
 }
 
 

@@ -3,6 +3,7 @@
 import igl
 import numpy as np
 import pytest
+import trimesh
 
 from touchatlas.sim.world.implicit_fields import Field
 from touchatlas.sim.world.level_set import level_set_mesh, newton_projection
@@ -73,3 +74,13 @@ def test_few_points_are_evaluated():
     vertices, _ = level_set_mesh(Field(counted, ball.hessian), (33.0,) * 3, edge)
     newton = 6 * len(vertices)
     assert sum(counts) - newton < 10 * 4.0 * np.pi * 33.0**2 / edge**2
+
+
+def test_the_truth_of_the_cube_has_sharp_edges():
+    """Cubes of a grid would cut them off, by up to half a cell: six faces of 60 by 60, a volume of
+    60^3, and every corner."""
+    cube = make_object("cube")
+    vertices, faces = cube.mesh(cube.tolerance)
+    mesh = trimesh.Trimesh(vertices, faces)
+    np.testing.assert_allclose((mesh.area, mesh.volume), (6.0 * 60.0**2, 60.0**3))
+    assert mesh.is_watertight and np.abs(mesh.vertices).min() == 30.0
