@@ -25,6 +25,13 @@ def label_samples(samples: ContourSamples, options: FaceOptions = FaceOptions())
     samples : ContourSamples
     options : FaceOptions
     """
+    labels = first_labels(samples, options)
+    revise_all(labels)
+    return labels
+
+
+def first_labels(samples: ContourSamples, options: FaceOptions = FaceOptions()) -> Labels:
+    """Labels by growths from seeds, which are chosen greedily; see ``label_samples``."""
     evidence = Evidence(samples, SampleGraph(samples), options)
     labels = Labels(evidence)
     proposals = propose(evidence, seeds_of(evidence))
@@ -33,7 +40,6 @@ def label_samples(samples: ContourSamples, options: FaceOptions = FaceOptions())
         better = growth.saved > best[growth.members]
         best[growth.members[better]] = growth.saved[better]
         labels.add(growth.piece, growth.members[better])
-    revise_all(labels)
     return labels
 
 

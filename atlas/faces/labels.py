@@ -67,6 +67,12 @@ class Labels:
         """Whether the piece and the samples of a label are those of the earlier labelling."""
         return np.array_equal(self.settled.get(self.pieces[label], np.array([-1])), members)
 
+    @property
+    def lawful_share(self) -> float:
+        """Fraction of the samples that lawful pieces explain."""
+        lawful = [label for label, piece in enumerate(self.pieces) if piece.kind.lawful]
+        return float(np.isin(self.of, lawful).mean())
+
     def members(self, label: int) -> np.ndarray:
         """The samples of a label, ascending."""
         return np.flatnonzero(self.of == label)

@@ -41,13 +41,18 @@ def faces_of_samples(
     """The faces of samples of contours; if those ``before`` of the first of the samples are known,
     only what the new ones touch is read again."""
     if before is None:
-        labels = label_samples(samples, options)
-    else:
-        labels = relabel(samples, before.pieces, before.patch_of, before.rounded, options)
+        return faces_of_revised(label_samples(samples, options))
+    labels = relabel(samples, before.pieces, before.patch_of, before.rounded, options)
+    # Labels from before were moved to rims already.
+    return faces_of_revised(labels, rounds=1)
+
+
+def faces_of_revised(labels: Labels, rounds: int = _RIM_ROUNDS) -> Faces:
+    """The faces of a labelling that was revised: blunt edges absorb samples, and labels move to the
+    sides of rims that they are on, in so many rounds."""
     if absorb(labels):
         refit(labels)
-    # Labels from before were moved to rims already.
-    for _ in range(_RIM_ROUNDS if before is None else 1):
+    for _ in range(rounds):
         move_to_rims(labels, find_boundaries(labels))
         refit(labels)
     labels.drop_empty()

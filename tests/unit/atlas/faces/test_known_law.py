@@ -1,5 +1,7 @@
 """KnownLaw: when lawful faces are looked for, and what is found."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -96,3 +98,17 @@ def test_ends_at_edges_are_edges():
     law = look_for_law(pool, len(pool), STD)
     assert law.edges
     assert law.share > 0.0
+
+
+def test_labels_of_which_hardly_any_obey_a_law_are_not_revised(monkeypatch):
+    """Of a box; with less than a fifth the next look is due as where faces were read in vain."""
+
+    def revise(labels):
+        raise AssertionError("labels of a lawless body are revised")
+
+    monkeypatch.setattr(known_law, "revise_all", revise)
+    monkeypatch.setattr(known_law, "first_labels", lambda _: SimpleNamespace(lawful_share=0.19))
+    law = look_for_law(pool_of("box", 30), 2970, STD)
+    assert (law.count, law.std, law.edges, law.share) == (2970, STD, True, 0.19)
+    assert law.faces is law.body is None
+    assert first_due(law) == 4455
