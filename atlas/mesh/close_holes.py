@@ -30,8 +30,8 @@ def close_holes(surface: Surface, rims: Rims) -> Surface:
     if not loops:
         return surface
     piece = igl.vertex_components(faces)
-    size = [_diameter(points[piece == piece[loop[0]]]) for loop in loops]
-    small = [k for k, s in zip(loops, size, strict=True) if _diameter(points[k]) <= LARGEST * s]
+    size = [diameter(points[piece == piece[loop[0]]]) for loop in loops]
+    small = [k for k, s in zip(loops, size, strict=True) if diameter(points[k]) <= LARGEST * s]
     closed = [(loop, _middle(surface, loop)) for loop in small]
     closed = [(k, m) for k, m in closed if not rims.beyond(m.vertices, m.normals).any()]
     if not closed:
@@ -54,7 +54,7 @@ def close_holes(surface: Surface, rims: Rims) -> Surface:
     )
 
 
-def _diameter(points) -> float:
+def diameter(points) -> float:
     """Diagonal of the bounding box of points (n, 3), length."""
     return float(np.linalg.norm(np.ptp(points, axis=0)))
 

@@ -2,7 +2,7 @@
 
 A surface that leaves one side of a slit and comes back at the other goes round between them: at the
 crest of a thin wall it rises by half of the slit's width, and where the sides are level by little.
-So a narrow slit is closed within the tolerance, and needs no touch.
+So a narrow slit may be closed within the tolerance, and needs no touch then.
 """
 
 from dataclasses import dataclass, replace
@@ -12,7 +12,7 @@ import igl
 import numpy as np
 
 from touchatlas.atlas.graph.rims import Rims
-from touchatlas.atlas.mesh.close_holes import SLOPE
+from touchatlas.atlas.mesh.close_holes import LARGEST, SLOPE, diameter
 from touchatlas.atlas.mesh.surface import Surface
 
 # Standard deviations that hold 95 % of a normal error.
@@ -42,9 +42,9 @@ class Across:
     error: np.ndarray
 
 
-def close_slits(surface: Surface, rims: Rims, tolerance: float) -> Surface:
-    """The surface with triangles across each hole that they close with errors of at most a
-    tolerance, length.
+def close_slits(surface: Surface, rims: Rims) -> Surface:
+    """The surface with triangles across each hole that they close without a new edge longer than
+    ``LARGEST`` of the diagonal of its piece.
 
     The deviations at its rim become those of what is between the sides. Openings of the body, whose
     middles lie beyond ``rims``, stay open. The surface must be manifold.
@@ -52,8 +52,10 @@ def close_slits(surface: Surface, rims: Rims, tolerance: float) -> Surface:
     points, normals, faces = surface.vertices, surface.normals, [surface.faces]
     deviation, middles = surface.deviation.copy(), [surface.closed_holes]
     loops = [np.array(loop) for loop in igl.boundary_loop_all(surface.faces)]
+    piece = igl.vertex_components(surface.faces) if loops else np.zeros(0, int)
     for loop, edges in zip(loops, edges_within(surface.faces, loops), strict=True):
-        across = triangles_across(points[loop], normals[loop], edges, tolerance)
+        longest = LARGEST * diameter(points[piece == piece[loop[0]]])
+        across = triangles_across(points[loop], normals[loop], edges, longest)
         if across is None:
             continue
         diagonals = loop[across.diagonals]
@@ -69,10 +71,10 @@ def close_slits(surface: Surface, rims: Rims, tolerance: float) -> Surface:
     return replace(surface, faces=np.concatenate(faces), deviation=deviation, closed_holes=closed)
 
 
-def triangles_across(rim, normals, edges, largest: float = np.inf) -> Across | None:
+def triangles_across(rim, normals, edges, longest: float = np.inf) -> Across | None:
     """Triangles across a hole with a rim (n, 3) and normals (n, 3) there; None where one of their
-    edges has an error of more than ``largest``, length, or is among the edges (m, 2) that the rim's
-    points have already, and where they face away from the surface at the rim.
+    edges is longer than ``longest``, length, or is among the edges (m, 2) that its points have
+    already, and where they face away from the surface at the rim.
 
     Corners of the rim are cut off one after another, that of the smallest circle through its three
     points first. So the triangles are as wide as the slit, and advance from its ends.
@@ -84,23 +86,22 @@ def triangles_across(rim, normals, edges, largest: float = np.inf) -> Across | N
     diagonals: list[tuple[int, int]] = []
     errors: list[float] = []
 
-    def corner(i: int) -> tuple[float, int, int, int, float]:
+    def corner(i: int) -> tuple[float, int, int, int]:
         a, b = before[i], after[i]
-        error = _error(rim[[a, b]], normals[[a, b]])
-        is_free = error <= largest and frozenset((a, b)) not in taken
-        return (_circumradius(rim[[a, i, b]]) if is_free else np.inf), i, a, b, error
+        is_free = np.linalg.norm(rim[b] - rim[a]) <= longest and frozenset((a, b)) not in taken
+        return (_circumradius(rim[[a, i, b]]) if is_free else np.inf), i, a, b
 
     waiting = [corner(i) for i in range(count)]
     heapify(waiting)
     while len(triangles) < count - 3:
-        radius, i, a, b, error = heappop(waiting)
+        radius, i, a, b = heappop(waiting)
         if (before[i], after[i]) != (a, b):
             continue
         if not radius < np.inf:
             return None
         triangles.append((b, i, a))
         diagonals.append((a, b))
-        errors.append(error)
+        errors.append(_error(rim[[a, b]], normals[[a, b]]))
         taken.add(frozenset((a, b)))
         after[a], before[b], after[i] = b, a, -1
         heappush(waiting, corner(a))

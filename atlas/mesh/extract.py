@@ -59,10 +59,11 @@ def extract_surface(state: AtlasState, edge: float | None = None) -> Surface:
             state.body, check_edge(state, edge) if edge else fine_edge(state.body, sagitta)
         )
     closed = close_holes(without_unsure_rims(state, open_surface(state, edge)), state.rims)
-    trusted = state.options.trust * state.tolerance
-    closed = close_slits(closed, state.rims, trusted)
-    least = state.options.least_radius * state.scale
-    return without_small_handles(closed, state.rims, max(least, 2.0 * trusted))
+    closed = close_slits(closed, state.rims)
+    least = max(
+        state.options.least_radius * state.scale, 2.0 * state.options.trust * state.tolerance
+    )
+    return without_small_handles(closed, state.rims, least)
 
 
 def open_surface(state: AtlasState, edge: float | None = None) -> Surface:
