@@ -58,7 +58,8 @@ def chart(
         return chart_stability(names, out, draws, seed, json_)
     if names:
         raise ValueError(
-            f"{names[0]} is a family of --stability or an object of --atlas; give that, too"
+            f"got {names[0]!r} without --stability or --atlas; names are families of the one or "
+            "objects of the other: give one of the two, or no name"
         )
     draws = 50 if draws is None else draws
     check_options(draws, seed)

@@ -133,7 +133,7 @@ def compare_runs(folders) -> Comparison:
     """
     folders = [Path(folder) for folder in folders]
     if len({folder.resolve() for folder in folders}) < max(len(folders), 2):
-        raise ValueError(f"{len(folders)} folders were given; give two or more different runs")
+        raise ValueError(f"runs to compare: got {len(folders)}; give two or more different ones")
     tables = [read_settings(folder) for folder in folders]
     settings = [_options(table) for table in tables]
     keys = {key: None for one in settings for key in one}

@@ -108,8 +108,8 @@ def test_an_option_that_is_also_a_number_has_one_column():
 
 def test_runs_that_cannot_be_compared_are_refused(whole_run, tmp_path):
     one = whole_run[0]
-    assert_refused(touchatlas("compare", one, cwd=tmp_path), 2, "give two or more different runs")
-    assert_refused(touchatlas("compare", one, one, cwd=tmp_path), 2, "two or more different runs")
+    assert_refused(touchatlas("compare", one, cwd=tmp_path), 2, "give two or more different ones")
+    assert_refused(touchatlas("compare", one, one, cwd=tmp_path), 2, "two or more different ones")
     assert_refused(touchatlas("compare", one, "x", cwd=tmp_path), 2, "not the folder of a run")
     other = shutil.copytree(one, tmp_path / "other")
     done = touchatlas("compare", one, other, "--out", one / "run.toml", cwd=tmp_path)
