@@ -41,17 +41,8 @@ def close_holes(surface: Surface, rims: Rims) -> Surface:
         np.stack([np.roll(loop, -1), loop, np.full(len(loop), len(points) + k)], axis=1)
         for k, (loop, _) in enumerate(closed)
     ]
-    parts = [surface, *middles]
-    return Surface(
-        np.concatenate([part.vertices for part in parts]),
-        np.concatenate([faces, *fans]),
-        np.concatenate([part.normals for part in parts]),
-        np.concatenate([part.deviation for part in parts]),
-        np.concatenate([part.patch for part in parts]),
-        np.concatenate([part.gaussian_curvature for part in parts]),
-        surface.stray_pieces,
-        np.concatenate([surface.closed_holes, *(middle.vertices for middle in middles)]),
-    )
+    places = np.concatenate([middle.vertices for middle in middles])
+    return surface.extended(middles, np.concatenate([faces, *fans]), places)
 
 
 def diameter(points) -> float:

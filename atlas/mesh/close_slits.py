@@ -5,7 +5,7 @@ crest of a thin wall it rises by half of the slit's width, and where the sides a
 So a narrow slit may be closed within the tolerance, and needs no touch then.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from heapq import heapify, heappop, heappush
 
 import igl
@@ -41,6 +41,12 @@ class Across:
     diagonals: np.ndarray
     error: np.ndarray
 
+    def widest(self, rim) -> np.ndarray:
+        """(3,) the middle of the edge of largest error across a rim (n, 3), or of the rim where
+        there is no new edge."""
+        ends = self.diagonals[self.error.argmax()] if len(self.error) else slice(None)
+        return np.asarray(rim[ends].mean(axis=0))
+
 
 def close_slits(surface: Surface, rims: Rims) -> Surface:
     """The surface with triangles across each hole that they close without a new edge longer than
@@ -52,49 +58,59 @@ def close_slits(surface: Surface, rims: Rims) -> Surface:
     points, normals = surface.vertices, surface.normals
     loops = [np.array(loop) for loop in igl.boundary_loop_all(surface.faces)]
     piece = igl.vertex_components(surface.faces) if loops else np.zeros(0, int)
-    parts, faces, places = [surface], [surface.faces], [surface.closed_holes]
-    count = len(points)
+    parts: list[Surface] = []
+    faces, places, count = [surface.faces], [], len(points)
     for loop, edges in zip(loops, edges_within(surface.faces, loops), strict=True):
         longest = LARGEST * diameter(points[piece == piece[loop[0]]])
         across = triangles_across(points[loop], normals[loop], edges, longest)
         if across is None:
             continue
-        middles = _middles(surface, loop[across.diagonals], across.error)
+        middles = _middles(surface, loop, across)
         if rims.beyond(middles.vertices, middles.normals).any():
             continue
         numbers = np.concatenate([loop, count + np.arange(len(middles.vertices))])
         faces.append(numbers[_halved(across)])
         parts.append(middles)
-        places.append(middles.vertices[across.error.argmax(keepdims=True)])
+        places.append(across.widest(points[loop]))
         count += len(middles.vertices)
-    if len(parts) == 1:
+    if not parts:
         return surface
-    columns = ("vertices", "normals", "deviation", "patch", "gaussian_curvature")
-    return replace(
-        surface,
-        faces=np.concatenate(faces),
-        closed_holes=np.concatenate(places),
-        **{name: np.concatenate([getattr(part, name) for part in parts]) for name in columns},
-    )
+    return surface.extended(parts, np.concatenate(faces), np.array(places))
 
 
-def _middles(surface: Surface, edges, error) -> Surface:
-    """The vertices at the middles of new edges (m, 2) with errors (m,), without triangles.
+def _middles(surface: Surface, loop, across: Across) -> Surface:
+    """The vertices at the middles of new edges, without triangles.
 
     An edge is the cubic that is perpendicular to the normals at its ends (Vlachos and others,
     Curved PN triangles, 2001). On a sphere its middle is off by the fourth power of its length.
     """
+    edges = loop[across.diagonals]
     (a, b), (u, v) = (x[edges].transpose(1, 0, 2) for x in (surface.vertices, surface.normals))
     rise = ((b - a) * u).sum(axis=1)[:, None] * u - ((b - a) * v).sum(axis=1)[:, None] * v
-    normals = (u + v) / np.maximum(np.linalg.norm(u + v, axis=1), np.finfo(float).tiny)[:, None]
     return Surface(
         0.5 * (a + b) - rise / 8.0,
         np.zeros((0, 3), int),
-        normals,
-        np.hypot(surface.deviation[edges].max(axis=1, initial=0.0), error / SURE),
+        _normals_of_edges(surface.vertices[loop], across),
+        np.hypot(surface.deviation[edges].max(axis=1, initial=0.0), across.error / SURE),
         surface.patch[edges[:, 0]],
         surface.gaussian_curvature[edges].mean(axis=1),
     )
+
+
+def _normals_of_edges(rim, across: Across) -> np.ndarray:
+    """(m, 3) unit normals of new edges: the mean of those of the triangles at both sides. At the
+    crest of a wall the normals of the rim are opposed, and tell nothing."""
+    normals = igl.per_face_normals(np.asarray(rim), across.triangles, np.zeros(3))
+    number = {frozenset(edge): i for i, edge in enumerate(across.diagonals.tolist())}
+    total = np.zeros((len(number), 3))
+    for triangle, normal in zip(across.triangles.tolist(), normals, strict=True):
+        for i in range(3):
+            if (edge := number.get(frozenset((triangle[i - 1], triangle[i])))) is not None:
+                total[edge] += normal
+    length = np.linalg.norm(total, axis=1)
+    # Of triangles that lie on each other one is taken.
+    total[length == 0.0] = normals[0]
+    return np.asarray(total / np.where(length > 0.0, length, 1.0)[:, None])
 
 
 def _halved(across: Across) -> np.ndarray:
@@ -121,7 +137,8 @@ def triangles_across(rim, normals, edges, longest: float = np.inf) -> Across | N
     already, and where they face away from the surface at the rim.
 
     Corners of the rim are cut off one after another, that of the smallest circle through its three
-    points first. So the triangles are as wide as the slit, and advance from its ends.
+    points first. So the triangles are as wide as the slit, and advance from its ends. Corners that
+    point into the hole come last: a triangle there lies on the surface, and faces the other way.
     """
     count = len(rim)
     before, after = np.roll(np.arange(count), 1).tolist(), np.roll(np.arange(count), -1).tolist()
@@ -130,15 +147,17 @@ def triangles_across(rim, normals, edges, longest: float = np.inf) -> Across | N
     diagonals: list[tuple[int, int]] = []
     errors: list[float] = []
 
-    def corner(i: int) -> tuple[float, int, int, int]:
+    def corner(i: int) -> tuple[bool, float, int, int, int]:
         a, b = before[i], after[i]
+        three = [b, i, a]
         is_free = np.linalg.norm(rim[b] - rim[a]) <= longest and frozenset((a, b)) not in taken
-        return (_circumradius(rim[[a, i, b]]) if is_free else np.inf), i, a, b
+        radius = _circumradius(rim[three]) if is_free else np.inf
+        return _mean_cosine(rim[[three]], normals[[three]]) < _LEAST_COSINE, radius, i, a, b
 
     waiting = [corner(i) for i in range(count)]
     heapify(waiting)
     while len(triangles) < count - 3:
-        radius, i, a, b = heappop(waiting)
+        _, radius, i, a, b = heappop(waiting)
         if (before[i], after[i]) != (a, b):
             continue
         if not radius < np.inf:
@@ -153,7 +172,7 @@ def triangles_across(rim, normals, edges, longest: float = np.inf) -> Across | N
     last = next(i for i in range(count) if after[i] >= 0)
     triangles.append((after[last], last, before[last]))
     found = np.array(triangles)
-    if _mean_cosine(rim[found], normals[found]) < _LEAST_COSINE:
+    if not _mean_cosine(rim[found], normals[found]) >= _LEAST_COSINE:
         return None
     return Across(found, np.array(diagonals, int).reshape(-1, 2), np.array(errors))
 

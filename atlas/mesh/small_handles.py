@@ -29,7 +29,8 @@ def without_small_handles(surface: Surface, rims: Rims, size: float) -> Surface:
     """The surface with its handles of a loop within ``size``, length, cut along it.
 
     The triangles at the loop are left out, and the two holes are closed (``close_holes``). What
-    does not leave one handle fewer, and as many pieces, is not done. The surface must be manifold.
+    does not leave one handle fewer, and as many pieces and rims, is not done. The surface must be
+    manifold.
     """
     seen: list[np.ndarray] = []
     # igl counts no edges of no triangles.
@@ -38,7 +39,7 @@ def without_small_handles(surface: Surface, rims: Rims, size: float) -> Surface:
         for loop in islice(_loops_within(surface, size, seen), tries):
             tries -= 1
             cut = _cut(surface, loop, rims)
-            if _handles(cut) == handles - 1 and _pieces(cut) == _pieces(surface):
+            if _handles(cut) == handles - 1 and _ends(cut) == _ends(surface):
                 surface, handles = cut, handles - 1
                 break
         else:
@@ -57,6 +58,11 @@ def _cut(surface: Surface, loop, rims: Rims) -> Surface:
 def _pieces(surface: Surface) -> int:
     """Number of connected pieces."""
     return int(igl.vertex_components(surface.faces).max(initial=-1)) + 1
+
+
+def _ends(surface: Surface) -> tuple[int, int]:
+    """Numbers of connected pieces and of open rims."""
+    return _pieces(surface), len(igl.boundary_loop_all(surface.faces))
 
 
 def _handles(surface: Surface) -> int:

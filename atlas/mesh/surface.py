@@ -61,3 +61,18 @@ class Surface:
             if name not in ("faces", "stray_pieces", "closed_holes")
         }
         return replace(self, faces=faces, **columns)
+
+    def extended(self, parts: "list[Surface]", faces, closed_holes) -> "Surface":
+        """The surface with the vertices of others after its own, triangles (f, 3) between all, and
+        holes (h, 3) that were closed besides."""
+        every = [self, *parts]
+        return Surface(
+            np.concatenate([part.vertices for part in every]),
+            np.asarray(faces),
+            np.concatenate([part.normals for part in every]),
+            np.concatenate([part.deviation for part in every]),
+            np.concatenate([part.patch for part in every]),
+            np.concatenate([part.gaussian_curvature for part in every]),
+            self.stray_pieces,
+            np.concatenate([self.closed_holes, closed_holes]),
+        )

@@ -95,11 +95,11 @@ def _hole(rim, normals, edges, size: float) -> tuple[np.ndarray, np.ndarray, flo
     if np.linalg.norm(np.ptp(rim, axis=0)) <= LARGEST * size:
         return centre, _outward(rim, normals, centre, np.inf), radius, error
     across = triangles_across(rim, normals, edges)
-    if across is None:
+    if across is None or not len(across.error):
         return centre, _outward(rim, normals, centre, np.inf), radius, np.inf
-    worst = int(across.error.argmax())
+    worst, centre = int(across.error.argmax()), across.widest(rim)
     a, b = rim[across.diagonals[worst]]
-    centre, width = 0.5 * (a + b), float(np.linalg.norm(b - a))
+    width = float(np.linalg.norm(b - a))
     return centre, _outward(rim, normals, centre, width), 0.5 * width, float(across.error[worst])
 
 

@@ -14,8 +14,9 @@ NO_EDGES = np.zeros((0, 2), int)
 def test_the_open_side_of_a_ball_is_one_hole_however_large():
     """Contours over the upper part of a ball end at a rim, whose middle lies below its centre.
 
-    By symmetry it is on the axis, up to the places of the touches, which are random: a tenth of the
-    radius. Normals near the equator add up to little, so that their sum is within 25 degrees.
+    By symmetry it is on the axis, up to the places of the touches, which are random, and to the
+    edge across whose middle it is: a fourth of the radius. Normals near the equator add up to
+    little, so that their sum is within 25 degrees.
     """
     obj = make_object("sphere")
     atlas = Atlas(obj.tolerance)
@@ -26,7 +27,7 @@ def test_the_open_side_of_a_ball_is_one_hole_however_large():
     centres, normals = found.centres, found.normals
     radius = 0.5 * obj.diagonal / np.sqrt(3.0)
     assert len(centres) == 1
-    assert np.hypot(*centres[0, :2]) < 0.1 * radius and np.abs(normals[0, 2]) > 0.9
+    assert np.hypot(*centres[0, :2]) < 0.25 * radius and np.abs(normals[0, 2]) > 0.9
     # A circle through the rim rises by half of the width times tan(t / 2). The rim is jagged, so
     # that its slopes differ by a tenth.
     sine = found.radius[0] / radius

@@ -6,7 +6,7 @@ import pytest
 import trimesh
 
 from tests.unit.atlas.mesh.test_close_holes import NO_RIMS, RADIUS, ball, euler_number
-from touchatlas.atlas.mesh.close_slits import close_slits, triangles_across
+from touchatlas.atlas.mesh.close_slits import _normals_of_edges, close_slits, triangles_across
 from touchatlas.atlas.mesh.surface import Surface
 
 WIDTH = 4.0
@@ -109,3 +109,41 @@ def test_a_cap_is_not_closed_by_its_own_back():
         across = triangles_across(part.vertices[rim], part.normals[rim], NONE)
         assert (across is not None) == is_closed
     assert close_slits(cap, NO_RIMS) is cap
+
+
+def test_corners_that_point_into_a_slit_are_cut_last():
+    """A level slit with teeth on both sides: a triangle that is cut off a tooth lies on the
+    surface, and faces the other way."""
+    x = np.linspace(0.0, 40.0, 81)
+    teeth = 1.0 * np.sign(np.sin(x))
+    low, high = np.column_stack([x, teeth - 3.0]), np.column_stack([x, teeth + 3.0])
+    # Clockwise, as the rim of a hole is.
+    flat = np.concatenate([low[::-1], high])
+    rim = np.column_stack([flat, np.zeros(len(flat))])
+    across = triangles_across(rim, np.tile([0.0, 0.0, 1.0], (len(rim), 1)), NONE)
+    a, b, c = rim[across.triangles].transpose(1, 0, 2)
+    areas = 0.5 * np.cross(b - a, c - a)[:, 2]
+    np.testing.assert_allclose(areas.sum(), 6.0 * 40.0)
+    assert np.abs(areas[areas < 0.0]).sum() < 0.02 * 6.0 * 40.0
+
+
+def test_vertices_at_the_crest_of_a_wall_face_upward():
+    """The normals of its sides add to nothing, or to a little downward where they lean apart."""
+    x, none = np.arange(20.0), np.zeros(20)
+    sides = np.concatenate(
+        [np.stack([x, none, none]), np.stack([x[::-1], none + 1.0, none])], axis=1
+    )
+    rim = sides.T
+    across = triangles_across(rim, np.zeros((40, 3)), NONE)
+    np.testing.assert_allclose(np.abs(_normals_of_edges(rim, across)), [[0.0, 0.0, 1.0]] * 37)
+
+
+def test_a_rim_of_three_points_has_no_new_edge():
+    whole = trimesh.creation.icosahedron()
+    part = Surface(
+        *(whole.vertices, whole.faces[1:], np.asarray(whole.vertices), np.full(12, 1e-3)),
+        *(np.zeros(12, int), np.ones(12)),
+    )
+    closed = close_slits(part, NO_RIMS)
+    assert len(closed.vertices) == 12 and as_mesh(closed).is_watertight
+    np.testing.assert_allclose(closed.closed_holes[0], whole.vertices[whole.faces[0]].mean(axis=0))

@@ -107,3 +107,11 @@ def test_a_torus_has_the_loops_around_its_tube_and_its_hole():
     assert abs(turn[-1] - turn[0]) < 1e-9
     turn = np.unwrap(np.arctan2(*mesh.vertices[np.append(long, long[0])][:, 1::-1].T))
     assert abs(turn[-1] - turn[0]) == pytest.approx(2.0 * np.pi)
+
+
+def test_a_handle_whose_cut_would_stay_open_is_not_cut():
+    """A torus with a tube as thick as its hole: the two ends are too wide to be closed."""
+    mesh = trimesh.creation.torus(2.0, 1.0, major_sections=60, minor_sections=40)
+    body = surface_of(np.array(mesh.vertices), np.array(mesh.faces))
+    assert _handles(body) == 1
+    assert without_small_handles(body, NO_RIMS, 10.0) is body
