@@ -32,6 +32,10 @@ from touchatlas.patch.geometry.frame import DarbouxFrame
 from touchatlas.patch.geometry.patch import Patch
 from touchatlas.patch.geometry.polynomial import LocalPolynomial
 
+# Scale of the fits in standard deviations of the noise. Doubled, patches are larger and less
+# accurate.
+SCALE_NOISE = 5.0
+
 
 class AtlasState:
     """What an atlas has learned.
@@ -42,8 +46,9 @@ class AtlasState:
         Error of the surface that is wanted.
     options : AtlasOptions
     scale : float, length, optional
-        Unit of the options of the fits; the tolerance without. A tolerance of five standard
-        deviations of the noise suits a probe, whatever accuracy is wanted.
+        Unit of the options of the fits. Without it, five standard deviations of the noise of the
+        first touch, or the tolerance where that has no noise: so that a looser tolerance costs no
+        touch more.
 
     Attributes
     ----------
@@ -71,6 +76,8 @@ class AtlasState:
         What was found when lawful faces were last looked for.
     touches : int
         Number of touches, with those that were refused.
+    scale_is_given : bool
+        Whether the scale was given, and does not follow from the first touch.
     """
 
     def __init__(
@@ -83,6 +90,7 @@ class AtlasState:
             raise ValueError(f"options are {options!r}; they must be AtlasOptions")
         self.tolerance = check_tolerance(tolerance)
         self.scale = self.tolerance if scale is None else check_tolerance(scale)
+        self.scale_is_given = scale is not None
         self.options = options
         self.table = PatchTable(options.fit.basis, options.fit.core)
         self.neighbours = SheetNeighbours()
@@ -121,6 +129,12 @@ class AtlasState:
         """Whether no sample, edge, outline or gap is open: no place is left to touch."""
         places = len(self.frontier) + len(self.edge_ends)
         return bool(len(self) and not (places or self.open_outlines().any() or self.gaps))
+
+    def settle_scale(self, noise) -> None:
+        """Take the scale from the standard deviations (k,) of the noise of the first contours,
+        where none was given."""
+        if not (self.scale_is_given or len(self.membership.pool)) and np.max(noise) > 0.0:
+            self.scale = SCALE_NOISE * float(np.median(noise))
 
     @property
     def bias(self) -> float:

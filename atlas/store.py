@@ -34,7 +34,7 @@ def atlas_bytes(atlas: Atlas) -> bytes:
     header = {
         "format": _FILE.number,
         "tolerance": atlas.tolerance,
-        "scale": atlas.scale,
+        "scale": atlas.scale if atlas.scale_is_given or atlas.point_count else None,
         "touches": atlas.touches,
         "options": asdict(atlas.options),
         "residual_scale": asdict(atlas.residual_scale),

@@ -33,7 +33,7 @@ def robot(plan) -> Touch:
 
 
 def main() -> None:
-    atlas = Atlas(tolerance=0.1)
+    atlas = Atlas(tolerance=0.1, scale=5.0 * NOISE)
     planner = Planner(start=[0.0, 0.0, RADIUS], outward=[0.0, 0.0, 1.0])
     while (plan := planner.ask(atlas)) is not None:
         touch = robot(plan)

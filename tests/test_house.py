@@ -106,7 +106,7 @@ from touchatlas.planner import Planner, ProbePlan
 
 
 def explore_with(robot: Callable[[ProbePlan], Touch]) -> Blend:
-    atlas = Atlas(tolerance=0.1)
+    atlas = Atlas(tolerance=0.1, scale=0.1)
     planner = Planner(start=[0, 0, 90], outward=[0, 0, 1])
     while (plan := planner.ask(atlas)) is not None:
         touch = robot(plan)

@@ -41,6 +41,7 @@ def learn(state: AtlasState, touch: Touch) -> AtlasChange:
     contours = tuple(c for c in touch.contours if len(c.points) >= LEAST_POINTS)
     if len(contours) < (1 if state.fills else LEAST_CONTOURS):
         return AtlasChange(refused=few_contours(len(contours)))
+    state.settle_scale([contour.noise_std for contour in contours])
     check_unit_of_length(state, touch, contours)
     if learned_before(state, touch.contact, contours):
         return AtlasChange(

@@ -60,9 +60,7 @@ def extract_surface(state: AtlasState, edge: float | None = None) -> Surface:
         )
     closed = close_holes(without_unsure_rims(state, open_surface(state, edge)), state.rims)
     closed = close_slits(closed, state.rims)
-    least = max(
-        state.options.least_radius * state.scale, 2.0 * state.options.trust * state.tolerance
-    )
+    least = max(state.options.least_radius * state.scale, 2.0 * state.tolerance)
     return without_small_handles(closed, state.rims, least)
 
 

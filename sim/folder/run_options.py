@@ -7,6 +7,7 @@ from statistics import NormalDist
 import numpy as np
 
 from touchatlas.atlas import AtlasOptions
+from touchatlas.atlas.state import SCALE_NOISE
 from touchatlas.planner import PlannerOptions
 from touchatlas.planner.place.choose import SUREST
 
@@ -22,9 +23,9 @@ _LEAST_SHARE = 0.5
 # Most samples of one touch, no unit: of so many a fit takes a second. Twice as many take twice as
 # long.
 _MOST_SAMPLES = 10_000
-# Scale of the fits in standard deviations of the noise, and at least in diagonals of the object.
-# Doubled, patches are larger and less accurate.
-_SCALE_NOISE, _SCALE_DIAGONAL = 5.0, 2e-4
+# Least scale of the fits in diagonals of the object. Doubled, patches are larger and less accurate
+# where there is hardly any noise.
+_SCALE_DIAGONAL = 2e-4
 
 
 @dataclass(frozen=True)
@@ -144,4 +145,4 @@ def fit_scale(noise: float, diagonal: float) -> float:
 
     It does not depend on the tolerance, so a looser one ends the same touches earlier.
     """
-    return max(_SCALE_NOISE * noise, _SCALE_DIAGONAL * diagonal)
+    return max(SCALE_NOISE * noise, _SCALE_DIAGONAL * diagonal)
