@@ -6,18 +6,25 @@ import numpy as np
 import trimesh
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
 from touchatlas.atlas.check.doubt import NOWHERE, Doubt, count_of, extent_of, some_apart
 from touchatlas.atlas.state import AtlasState
 
+# Standard deviations that hold 95 % of a normal error.
+_SURE = 1.96
+
 
 class Triangles(Protocol):
-    """Vertices (v, 3), length, faces (f, 3), and middles (h, 3) of closed holes of a Surface."""
+    """Vertices (v, 3), length, with deviations (v,), faces (f, 3), and middles (h, 3) of closed
+    holes of a Surface."""
 
     @property
     def vertices(self) -> np.ndarray: ...
     @property
     def faces(self) -> np.ndarray: ...
+    @property
+    def deviation(self) -> np.ndarray: ...
     @property
     def closed_holes(self) -> np.ndarray: ...
 
@@ -26,7 +33,7 @@ def surface_doubts(surface: Triangles | None, atlas: AtlasState) -> list[Doubt]:
     """Pieces, holes, closed or not, and an odd Euler characteristic of the triangles."""
     if surface is None or not len(surface.faces):
         return [Doubt("no surface", "Nowhere is the surface known.", NOWHERE)]
-    return [*_pieces(surface), *_closed_holes(surface), *_openings(surface, atlas)]
+    return [*_pieces(surface), *_closed_holes(surface, atlas), *_openings(surface, atlas)]
 
 
 def _pieces(surface: Triangles) -> list[Doubt]:
@@ -38,17 +45,19 @@ def _pieces(surface: Triangles) -> list[Doubt]:
     return [Doubt("pieces", words, NOWHERE)] if pieces > 1 else []
 
 
-def _closed_holes(surface: Triangles) -> list[Doubt]:
-    """One doubt where holes were closed across."""
-    closed = len(surface.closed_holes)
-    if not closed:
+def _closed_holes(surface: Triangles, atlas: AtlasState) -> list[Doubt]:
+    """One doubt where holes were closed across that are not known to the tolerance."""
+    if not len(surface.closed_holes):
+        return []
+    nearest = cKDTree(surface.vertices).query(surface.closed_holes)[1]
+    unsure = surface.closed_holes[_SURE * surface.deviation[nearest] > atlas.tolerance]
+    if not len(unsure):
         return []
     words = (
-        f"{count_of(closed, 'small hole was', 'small holes were')} closed across without a "
-        "sample; touch there."
+        f"{count_of(len(unsure), 'hole was', 'holes were')} closed across without a sample, and "
+        "the surface may be off there by more than the tolerance; touch there."
     )
-    places = some_apart(surface.closed_holes, extent_of(surface.vertices))
-    return [Doubt("closed holes", words, places)]
+    return [Doubt("closed holes", words, some_apart(unsure, extent_of(surface.vertices)))]
 
 
 def _openings(surface: Triangles, atlas: AtlasState) -> list[Doubt]:

@@ -12,6 +12,7 @@ import numpy as np
 from touchatlas.atlas.mesh.close_holes import close_holes
 from touchatlas.atlas.mesh.close_slits import close_slits
 from touchatlas.atlas.mesh.coarse_mesh import CoarseMesh, coarse_mesh
+from touchatlas.atlas.mesh.coincident_vertices import without_coincident_vertices
 from touchatlas.atlas.mesh.lawful_surface import fine_edge, lawful_surface
 from touchatlas.atlas.mesh.narrow_band import REACH
 from touchatlas.atlas.mesh.refine import edges_of, refine, vertex_heights
@@ -61,7 +62,7 @@ def extract_surface(state: AtlasState, edge: float | None = None) -> Surface:
     closed = close_holes(without_unsure_rims(state, open_surface(state, edge)), state.rims)
     closed = close_slits(closed, state.rims)
     least = max(state.options.least_radius * state.scale, 2.0 * state.tolerance)
-    return without_small_handles(closed, state.rims, least)
+    return without_coincident_vertices(without_small_handles(closed, state.rims, least))
 
 
 def open_surface(state: AtlasState, edge: float | None = None) -> Surface:

@@ -8,6 +8,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from touchatlas.atlas.check.doubt import count_of
 from touchatlas.sim.judge.judgement import is_met, truth_warnings
 from touchatlas.sim.judge.mismatches import differ_as_units
 from touchatlas.sim.judge.number_meanings import LENGTH, NUMBERS
@@ -53,7 +54,7 @@ def print_numbers(numbers: dict, title: str, as_json: bool) -> None:
         elif name == "warnings":
             shown = f"{len(value)}, see below" if value else "none"
         elif isinstance(value, list):
-            shown = f"{len(value)} places"
+            shown = count_of(len(value), "place", "places")
         in_unit = unit if about.unit == LENGTH else about.unit
         table.add_row(name, shown, in_unit, about.good, *([about.what] if wide else []))
     console.print(table)

@@ -49,7 +49,7 @@ NUMBERS: dict[str, Meaning] = {
         "whether each edge of the mesh has two triangles, wound alike", good="True if closed"
     ),
     "closed_holes": Meaning(
-        "small holes of the surface that were closed across without a sample", good="0"
+        "holes of the surface that were closed across without a sample", good="few"
     ),
     "stray_pieces": Meaning("small pieces beside the surface that were left out", good="0"),
     "euler_characteristic": Meaning("V - E + F of the triangle mesh", good="the true one"),
