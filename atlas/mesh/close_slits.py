@@ -21,6 +21,9 @@ SURE = 1.96
 # the crest of a wall it is 0, about the outer rim of what was touched -1. Doubled, surfaces that
 # were touched on one side are closed by their own back.
 _LEAST_COSINE = -0.5
+# By what factor the circle of a corner that points into the hole counts as larger. Doubled, jagged
+# rims, where normals err, are closed by edges that are twice as long.
+_POINTING = 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,7 +141,7 @@ def triangles_across(rim, normals, edges, longest: float = np.inf) -> Across | N
 
     Corners of the rim are cut off one after another, that of the smallest circle through its three
     points first. So the triangles are as wide as the slit, and advance from its ends. Corners that
-    point into the hole come last: a triangle there lies on the surface, and faces the other way.
+    point into the hole come later: a triangle there lies on the surface, and faces the other way.
     """
     count = len(rim)
     before, after = np.roll(np.arange(count), 1).tolist(), np.roll(np.arange(count), -1).tolist()
@@ -147,17 +150,18 @@ def triangles_across(rim, normals, edges, longest: float = np.inf) -> Across | N
     diagonals: list[tuple[int, int]] = []
     errors: list[float] = []
 
-    def corner(i: int) -> tuple[bool, float, int, int, int]:
+    def corner(i: int) -> tuple[float, int, int, int]:
         a, b = before[i], after[i]
         three = [b, i, a]
         is_free = np.linalg.norm(rim[b] - rim[a]) <= longest and frozenset((a, b)) not in taken
-        radius = _circumradius(rim[three]) if is_free else np.inf
-        return _mean_cosine(rim[[three]], normals[[three]]) < _LEAST_COSINE, radius, i, a, b
+        points_in = _mean_cosine(rim[[three]], normals[[three]]) < _LEAST_COSINE
+        radius = (_POINTING if points_in else 1.0) * _circumradius(rim[three])
+        return (radius if is_free else np.inf), i, a, b
 
     waiting = [corner(i) for i in range(count)]
     heapify(waiting)
     while len(triangles) < count - 3:
-        _, radius, i, a, b = heappop(waiting)
+        radius, i, a, b = heappop(waiting)
         if (before[i], after[i]) != (a, b):
             continue
         if not radius < np.inf:
