@@ -34,7 +34,7 @@ class Face:
     pieces : tuple of Piece
         One for a lawful face.
     patches : tuple of int
-        Numbers of the pieces among all, as in ``Faces.patch_of``.
+        Numbers of the pieces among all, as in ``Faces.patch_of``; no ids of patches of the atlas.
     samples : (m,) int
         Indices of its samples, ascending.
     explained : float
@@ -67,9 +67,10 @@ class FaceEdge:
         Ids of the faces, the lower first.
     kind : EdgeKind
     curves : tuple of (k, 3) float, length, world
-        Points in order; the last is the first where a curve is closed.
+        Points in order, where contours crossed the edge; the last is the first where a curve is
+        closed.
     length : float, length
-        Of all curves.
+        Of all curves: less than that of the edge, whose ends no contour crossed.
     deviation : float, length
         Median standard deviation of a point's distance from the true curve, as predicted.
     angle : float, rad
