@@ -25,9 +25,10 @@ _FEW = 5000
 # and of more. The time of all looks is that of the last one times f / (f - 1). Doubled, laws are
 # found later.
 _LAWFUL_GROWS, _EDGELESS_GROWS, _LAWLESS_GROWS, _HOPELESS_GROWS = 1.1, 1.25, 1.5, 4.0
-# Share of the samples that obey laws below which faces are not expected to become lawful. Doubled,
-# no body becomes lawful late.
-_LAWLESS = 0.8
+# Share of the samples that obey laws below which faces are not expected to become lawful soon, and
+# below which they are not at all: then many samples are not looked at, which takes a minute. On
+# lawful bodies it was 0.7 or more. Doubled, no body becomes lawful late.
+_LAWLESS, _NEVER_LAWFUL = 0.8, 0.4
 # That share of the first labels, before they are revised, below which no face is read: on lawful
 # bodies it was 0.27 or more (a plate with fillets), on scans of hands and bottles 0.13 or less.
 # Revising takes seven times as long as labelling. Doubled, laws of fillets are found late.
@@ -75,6 +76,8 @@ class KnownLaw:
             return count > self.count and (count <= _FEW or count >= _LAWFUL_GROWS * self.count)
         if not self.edges:
             return count >= _EDGELESS_GROWS * self.count
+        if self.share < _NEVER_LAWFUL and count > _FEW:
+            return False
         return count >= (_LAWLESS_GROWS if count <= _FEW else _HOPELESS_GROWS) * self.count
 
 

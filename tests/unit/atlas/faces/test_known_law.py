@@ -55,6 +55,13 @@ def test_the_next_look_is_due_by_growth(law, due):
     assert first_due(law) == due
 
 
+def test_many_samples_of_which_few_obey_laws_are_not_looked_at():
+    """Up to 5,000 samples they are; beyond only where more than two fifths obeyed laws."""
+    assert KnownLaw(3000, 1.0, True, 0.3).is_due(4500)
+    assert not any(KnownLaw(4000, 1.0, True, 0.39).is_due(n) for n in (6000, 16000, 10**6))
+    assert KnownLaw(4000, 1.0, True, 0.41).is_due(16000)
+
+
 def test_the_first_sample_is_looked_at_and_no_count_twice():
     assert KnownLaw().is_due(1) and not KnownLaw().is_due(0)
     assert not KnownLaw(1000, 1.0, True, 1.0, SOME_FACES, SOME_BODY).is_due(1000)
