@@ -214,13 +214,14 @@ def _circumradius(triangle) -> float:
 
 def edges_within(faces, loops) -> list[np.ndarray]:
     """For each loop the edges (m, 2) of triangles (f, 3) that join two of its vertices, which are
-    counted along it."""
-    edges = igl.edges(faces) if loops else np.zeros((0, 2), int)
-    place = np.zeros(int(faces.max(initial=-1)) + 1, int)
-    found = []
-    for loop in loops:
-        place[:] = -1
-        place[loop] = np.arange(len(loop))
-        joined = place[edges]
-        found.append(joined[(joined >= 0).all(axis=1)])
-    return found
+    counted along it. No vertex is in two loops."""
+    if not loops:
+        return []
+    label = np.full(int(faces.max()) + 1, -1)
+    place = np.zeros(len(label), int)
+    for number, loop in enumerate(loops):
+        label[loop], place[loop] = number, np.arange(len(loop))
+    edges = igl.edges(faces)
+    first, second = label[edges].T
+    inner = edges[(first >= 0) & (first == second)]
+    return [place[inner[label[inner[:, 0]] == number]] for number in range(len(loops))]
