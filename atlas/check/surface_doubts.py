@@ -9,10 +9,8 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from touchatlas.atlas.check.doubt import NOWHERE, Doubt, count_of, extent_of, some_apart
+from touchatlas.atlas.mesh.triangles_across import SURE
 from touchatlas.atlas.state import AtlasState
-
-# Standard deviations that hold 95 % of a normal error.
-_SURE = 1.96
 
 
 class Triangles(Protocol):
@@ -50,7 +48,7 @@ def _closed_holes(surface: Triangles, atlas: AtlasState) -> list[Doubt]:
     if not len(surface.closed_holes):
         return []
     nearest = cKDTree(surface.vertices).query(surface.closed_holes)[1]
-    unsure = surface.closed_holes[_SURE * surface.deviation[nearest] > atlas.tolerance]
+    unsure = surface.closed_holes[SURE * surface.deviation[nearest] > atlas.tolerance]
     if not len(unsure):
         return []
     words = (

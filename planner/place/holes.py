@@ -8,8 +8,8 @@ import numpy as np
 
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.mesh.close_holes import LARGEST, SLOPE
-from touchatlas.atlas.mesh.close_slits import SURE, edges_within, triangles_across
 from touchatlas.atlas.mesh.extract import open_surface
+from touchatlas.atlas.mesh.triangles_across import SURE, edges_within, triangles_across
 
 # Least part of the surface that is worth a touch, no unit. Doubled, more small holes are closed
 # without a sample.

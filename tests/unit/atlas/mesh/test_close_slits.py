@@ -6,8 +6,9 @@ import pytest
 import trimesh
 
 from tests.unit.atlas.mesh.test_close_holes import NO_RIMS, RADIUS, ball, euler_number
-from touchatlas.atlas.mesh.close_slits import _normals_of_edges, close_slits, triangles_across
+from touchatlas.atlas.mesh.close_slits import _normals_of_edges, close_slits
 from touchatlas.atlas.mesh.surface import Surface
+from touchatlas.atlas.mesh.triangles_across import triangles_across
 
 WIDTH = 4.0
 NONE = np.zeros((0, 2), int)
