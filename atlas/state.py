@@ -32,10 +32,6 @@ from touchatlas.patch.geometry.frame import DarbouxFrame
 from touchatlas.patch.geometry.patch import Patch
 from touchatlas.patch.geometry.polynomial import LocalPolynomial
 
-# Scale of the fits in standard deviations of the noise. Doubled, patches are larger and less
-# accurate.
-SCALE_NOISE = 5.0
-
 
 class AtlasState:
     """What an atlas has learned.
@@ -129,12 +125,6 @@ class AtlasState:
         """Whether no sample, edge, outline or gap is open: no place is left to touch."""
         places = len(self.frontier) + len(self.edge_ends)
         return bool(len(self) and not (places or self.open_outlines().any() or self.gaps))
-
-    def settle_scale(self, noise) -> None:
-        """Take the scale from the standard deviations (k,) of the noise of the first contours,
-        where none was given."""
-        if not (self.scale_is_given or len(self.membership.pool)) and np.max(noise) > 0.0:
-            self.scale = SCALE_NOISE * float(np.median(noise))
 
     @property
     def bias(self) -> float:

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from touchatlas.atlas.edit.enter_samples import enter_samples
+from touchatlas.atlas.edit.fit_scale import settle_scale
 from touchatlas.atlas.edit.fit_touch import LEAST_CONTOURS, few_contours, fit_or_reason
 from touchatlas.atlas.edit.innovations import innovations
 from touchatlas.atlas.edit.plausible_touch import check_unit_of_length
@@ -41,13 +42,13 @@ def learn(state: AtlasState, touch: Touch) -> AtlasChange:
     contours = tuple(c for c in touch.contours if len(c.points) >= LEAST_POINTS)
     if len(contours) < (1 if state.fills else LEAST_CONTOURS):
         return AtlasChange(refused=few_contours(len(contours)))
-    state.settle_scale([contour.noise_std for contour in contours])
     check_unit_of_length(state, touch, contours)
     if learned_before(state, touch.contact, contours):
         return AtlasChange(
             refused=f"a contour of touch {touch.number} was learned before, point for point; give "
             "each once, because a repeated contour holds no new measurement"
         )
+    settle_scale(state, [contour.noise_std for contour in contours])
     fit, reason = fit_or_reason(state, touch, contours)
     fills = state.fills and not _ends_at_edge(contours)
     owner = _owner_at(state, touch) if fit is None and fills else None

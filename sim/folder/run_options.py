@@ -7,7 +7,7 @@ from statistics import NormalDist
 import numpy as np
 
 from touchatlas.atlas import AtlasOptions
-from touchatlas.atlas.state import SCALE_NOISE
+from touchatlas.atlas.edit.fit_scale import SCALE_NOISE
 from touchatlas.planner import PlannerOptions
 from touchatlas.planner.place.choose import SUREST
 
