@@ -1,6 +1,7 @@
 """Faces of an object from touches: how many, which kinds, how well told apart, how good the rims.
 
-With TOUCHES these are spread over the true surface; without, the planner explores the object.
+With TOUCHES these are spread over the true surface. Without, or with 0, the object is explored as
+`touchatlas explore OBJECT --seed SEED --max-touches 150` does.
 
     python examples/faces.py OBJECT [TOUCHES] [SEED]
 
@@ -12,17 +13,19 @@ import time
 from collections import Counter
 
 import numpy as np
+import trimesh
 from scipy.optimize import linear_sum_assignment
 
-from touchatlas.atlas import Atlas, AtlasOptions, Faces, face_values
-from touchatlas.planner import FrontierPlanner, ProbePlan, Reason, explore
+from touchatlas.atlas import Atlas, AtlasOptions, Faces, extract_surface, face_values
+from touchatlas.planner import ProbePlan, Reason, explore
 from touchatlas.planner.planes import concurrent_planes
-from touchatlas.sim import Probe, make_object
+from touchatlas.sim import Probe, RunOptions, make_object
+from touchatlas.sim.run.work import begin, random_streams
 from touchatlas.sim.study.surface_peers import spread
 from touchatlas.sim.world.implicit_fields import polyhedron, union
 from touchatlas.sim.world.implicit_object import ImplicitObject
 
-MOST_TOUCHES = 250
+MOST_TOUCHES = 150
 INNER = np.array([45.0, 25.0, 5.0])
 SLOPE = np.array([np.sin(np.deg2rad(25.0)), 0.0, np.cos(np.deg2rad(25.0))])
 SIDES = np.concatenate([np.eye(3), -np.eye(3)])
@@ -71,11 +74,12 @@ def spread_atlas(obj, count: int, seed: int) -> Atlas:
 
 
 def explored_atlas(obj, seed: int) -> Atlas:
-    """An atlas that the planner explored, not finished."""
-    atlas = Atlas(obj.tolerance, AtlasOptions(fill=False))
-    probe = Probe(obj, obj.noise_std, np.random.default_rng(seed))
-    for _ in explore(atlas, FrontierPlanner(*obj.start()), probe, MOST_TOUCHES):
+    """The atlas of `touchatlas explore`, finished."""
+    probe_rng, *_, planner_rng = random_streams(seed)
+    atlas, planner = begin(RunOptions(obj.noise_std, obj.tolerance), obj, planner_rng)
+    for _ in explore(atlas, planner, Probe(obj, obj.noise_std, probe_rng), MOST_TOUCHES):
         pass
+    atlas.finish()
     return atlas
 
 
@@ -130,6 +134,13 @@ def compare_fields(obj, atlas: Atlas, faces: Faces) -> None:
         print(f"99.9 % {tail[1]:.4f}")
 
 
+def print_surface(atlas: Atlas) -> None:
+    """Print the topology of the surface."""
+    surface = extract_surface(atlas)
+    mesh = trimesh.Trimesh(surface.vertices, surface.faces, process=False)
+    print(f"watertight {mesh.is_watertight}, Euler characteristic {mesh.euler_number}")
+
+
 def main(name: str, touches: str = "", seed: str = "0") -> None:
     obj = body(name)
     count = int(touches or 0)
@@ -150,6 +161,7 @@ def main(name: str, touches: str = "", seed: str = "0") -> None:
     if len(errors):
         print(f"edges off by {np.median(errors):.4f}, 95 % {np.quantile(errors, 0.95):.4f}")
     compare_fields(obj, atlas, faces)
+    print_surface(atlas)
     for face in faces.faces[:30]:
         print(f"  {face.id}: {face.words}; {len(face.samples)} samples, rms {face.deviation:.2g}")
 
