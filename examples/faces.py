@@ -15,6 +15,7 @@ from collections import Counter
 import numpy as np
 import trimesh
 from scipy.optimize import linear_sum_assignment
+from scipy.spatial import cKDTree
 
 from touchatlas.atlas import Atlas, AtlasOptions, Faces, extract_surface, face_values
 from touchatlas.planner import ProbePlan, Reason, explore
@@ -96,6 +97,16 @@ def true_pieces(name: str, obj, points):
     return np.unique(keys, axis=0, return_inverse=True)[1].ravel()
 
 
+def edges_counted(faces: Faces) -> np.ndarray:
+    """(n,) face of each sample; rounded edges are counted on from the faces."""
+    of, edges = faces.of.copy(), [np.concatenate(e.curves) for e in faces.edges if e.radius]
+    if edges:
+        numbers = np.repeat(np.arange(len(edges)), [len(edge) for edge in edges])
+        nearest = cKDTree(np.concatenate(edges)).query(faces.points[faces.rounded])[1]
+        of[faces.rounded] = len(faces) + numbers[nearest]
+    return of
+
+
 def rim_errors(name: str, points) -> np.ndarray:
     """(m,) distances of points of edges from the true ones; none where these are not known."""
     if name == "plate":
@@ -119,6 +130,16 @@ def right_and_found(truth, of) -> tuple[float, int]:
     return float(common.sum() / len(of)), int(found.sum())
 
 
+def print_edges(name: str, faces: Faces) -> None:
+    """Print the radii of the rounded edges, and how far the others are off where that is known."""
+    if radii := [edge.radius for edge in faces.edges if edge.radius]:
+        print(f"{len(radii)} edges with radii of {min(radii):.3f} to {max(radii):.3f}")
+    curves = [curve for edge in faces.edges for curve in edge.curves if not edge.radius]
+    errors = rim_errors(name, np.concatenate(curves)) if curves else np.zeros(0)
+    if len(errors):
+        print(f"edges off by {np.median(errors):.4f}, 95 % {np.quantile(errors, 0.95):.4f}")
+
+
 def compare_fields(obj, atlas: Atlas, faces: Faces) -> None:
     """Print the distances of true points by the faces, and by the blended patches where known."""
     points, _ = obj.sample(10000, np.random.default_rng(99))
@@ -128,17 +149,8 @@ def compare_fields(obj, atlas: Atlas, faces: Faces) -> None:
         ("blended patches", blend.distance[blend.known]),
     ):
         off = np.abs(distance)
-        tail = np.quantile(off, [0.95, 0.999])
-        known = len(off) / len(points)
-        print(f"{what}: {known:.3f} known, mean {off.mean():.4f}, 95 % {tail[0]:.4f}, ", end="")
-        print(f"99.9 % {tail[1]:.4f}")
-
-
-def print_surface(atlas: Atlas) -> None:
-    """Print the topology of the surface."""
-    surface = extract_surface(atlas)
-    mesh = trimesh.Trimesh(surface.vertices, surface.faces, process=False)
-    print(f"watertight {mesh.is_watertight}, Euler characteristic {mesh.euler_number}")
+        tail = "95 % {:.4f}, 99.9 % {:.4f}".format(*np.quantile(off, [0.95, 0.999]))
+        print(f"{what}: {len(off) / len(points):.3f} known, mean {off.mean():.4f}, {tail}")
 
 
 def main(name: str, touches: str = "", seed: str = "0") -> None:
@@ -154,14 +166,13 @@ def main(name: str, touches: str = "", seed: str = "0") -> None:
     print(f", {seconds:.1f} s; edges: {dict(Counter(e.kind.value for e in faces.edges))}")
     truth = true_pieces(name, obj, faces.points)
     if truth is not None:
-        right, found = right_and_found(truth, faces.of)
+        right, found = right_and_found(truth, edges_counted(faces))
         print(f"right {right:.4f}, found {found} of {len(np.unique(truth))}")
-    curves = [curve for edge in faces.edges for curve in edge.curves]
-    errors = rim_errors(name, np.concatenate(curves)) if curves else np.zeros(0)
-    if len(errors):
-        print(f"edges off by {np.median(errors):.4f}, 95 % {np.quantile(errors, 0.95):.4f}")
+    print_edges(name, faces)
     compare_fields(obj, atlas, faces)
-    print_surface(atlas)
+    surface = extract_surface(atlas)
+    mesh = trimesh.Trimesh(surface.vertices, surface.faces, process=False)
+    print(f"watertight {mesh.is_watertight}, Euler characteristic {mesh.euler_number}")
     for face in faces.faces[:30]:
         print(f"  {face.id}: {face.words}; {len(face.samples)} samples, rms {face.deviation:.2g}")
 

@@ -26,6 +26,7 @@ ARGUMENTS = {
     "economy.py": ["sphere"],
     "edge_sweeps.py": ["step", "50"],
     "faces.py": ["wall", "30"],
+    "faces_beside_cgal.py": ["cube:12"],
     "fuzz_files.py": ["40"],
     "kill_and_resume.py": ["kills", "1", "1", "cap.ply:4"],
     "same_bytes.py": ["ellipsoid_paper:3"],
