@@ -27,7 +27,7 @@ from touchatlas.sim.world.implicit_fields import polyhedron, union
 from touchatlas.sim.world.implicit_object import ImplicitObject
 
 MOST_TOUCHES = 150
-INNER = np.array([45.0, 25.0, 5.0])
+INNER, FILLET = np.array([45.0, 25.0, 5.0]), 5.0
 SLOPE = np.array([np.sin(np.deg2rad(25.0)), 0.0, np.cos(np.deg2rad(25.0))])
 SIDES = np.concatenate([np.eye(3), -np.eye(3)])
 # Normals and levels of the planes, a body of their half spaces or boxes, and half its extent.
@@ -109,13 +109,14 @@ def edges_counted(faces: Faces) -> np.ndarray:
 
 def rim_errors(name: str, points) -> np.ndarray:
     """(m,) distances of points of edges from the true ones; none where these are not known."""
-    if name == "plate":
-        return np.abs(np.abs(points) - INNER).min(axis=1)
-    if name not in BODIES:
+    if name not in (*BODIES, "plate"):
         return np.zeros(0)
-    normals, levels, _ = BODIES[name]
+    normals, levels, _ = BODIES.get(name, (SIDES, [*INNER + FILLET] * 2, ()))
     heights = np.sort(np.abs(points @ np.transpose(normals) - levels), axis=1)
-    return np.hypot(heights[:, 0], heights[:, 1])
+    off = np.hypot(heights[:, 0], heights[:, 1])
+    # The plate has the rims of its fillets, or edges that are rounded.
+    rims = np.abs(heights - FILLET).min(axis=1)
+    return np.minimum(off, rims) if name == "plate" else off
 
 
 def right_and_found(truth, of) -> tuple[float, int]:
@@ -131,10 +132,10 @@ def right_and_found(truth, of) -> tuple[float, int]:
 
 
 def print_edges(name: str, faces: Faces) -> None:
-    """Print the radii of the rounded edges, and how far the others are off where that is known."""
+    """Print the radii of rounded edges, and how far all edges are off where that is known."""
     if radii := [edge.radius for edge in faces.edges if edge.radius]:
         print(f"{len(radii)} edges with radii of {min(radii):.3f} to {max(radii):.3f}")
-    curves = [curve for edge in faces.edges for curve in edge.curves if not edge.radius]
+    curves = [curve for edge in faces.edges for curve in edge.curves]
     errors = rim_errors(name, np.concatenate(curves)) if curves else np.zeros(0)
     if len(errors):
         print(f"edges off by {np.median(errors):.4f}, 95 % {np.quantile(errors, 0.95):.4f}")
