@@ -173,7 +173,8 @@ def main(name: str, touches: str = "", seed: str = "0") -> None:
     compare_fields(obj, atlas, faces)
     surface = extract_surface(atlas)
     mesh = trimesh.Trimesh(surface.vertices, surface.faces, process=False)
-    print(f"watertight {mesh.is_watertight}, Euler characteristic {mesh.euler_number}")
+    print(f"watertight {mesh.is_watertight}, Euler characteristic {mesh.euler_number}, ", end="")
+    print(f"total curvature / 2 pi {surface.total_curvature() / (2 * np.pi):.4f}")
     for face in faces.faces[:30]:
         print(f"  {face.id}: {face.words}; {len(face.samples)} samples, rms {face.deviation:.2g}")
 
