@@ -59,8 +59,7 @@ class SharpEdges:
             for own, other in ((edge.first, edge.second), (edge.second, edge.first)):
                 rows = np.flatnonzero(owner == own)
                 beside = curve.query(points[rows])[0] < _BESIDE * away[rows, -1]
-                if self._reach:
-                    beside |= self._trees.away(other, points[rows]) < _BESIDE * self._reach
+                beside |= self._trees.away(other, points[rows]) < _BESIDE * self._reach
                 rows = rows[beside]
                 self._cut(edge, (own, other), rows, points[rows], chosen, decides)
         self._corners.round(points, owner, decides, chosen)

@@ -12,6 +12,9 @@ from touchatlas.atlas.faces.faces import Faces
 from touchatlas.atlas.faces.labels import NONE
 from touchatlas.atlas.faces.smooth_rims import SmoothRims
 
+# Distance across which a law is believed where no sample is, over the extent: as far as patches
+# reach between the touches of a ball. Doubled, holes of a fifth of the extent are missed.
+_REACH = 0.15
 # Nearest samples that say which patches reach a point. Doubled, free-form patches are blended
 # farther, and faces are cut beyond the ends of their edges.
 _NEAREST = 16
@@ -49,8 +52,12 @@ class FaceField:
     Parameters
     ----------
     faces : Faces
+
+    Attributes
+    ----------
     reach : float, length
-        Distance from the samples of a face up to which it may bound another.
+        Distance across which a face is believed where no sample is, and from its samples up to
+        which it may bound another.
 
     Raises
     ------
@@ -58,14 +65,15 @@ class FaceField:
         Without a face.
     """
 
-    def __init__(self, faces: Faces, reach: float = 0.0) -> None:
+    def __init__(self, faces: Faces) -> None:
         if not len(faces):
             raise ValueError("there is no face; add touches to the atlas first")
-        self.faces, self.reach = faces, reach
+        self.faces = faces
+        self.reach = _REACH * float(np.linalg.norm(np.ptp(faces.points, axis=0)))
         self._known = np.flatnonzero(faces.of != NONE)
         self._tree = cKDTree(faces.points[self._known])
         trees = FaceTrees(faces)
-        self._sharp, self._rims = SharpEdges(trees, reach), SmoothRims(trees)
+        self._sharp, self._rims = SharpEdges(trees, self.reach), SmoothRims(trees)
 
     @cached_property
     def _meet(self) -> np.ndarray:

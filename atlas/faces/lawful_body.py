@@ -19,9 +19,6 @@ _WITH_EDGES = 0.06
 # Least fraction of the samples that lawful faces explain; the rest is unknown, and touched again.
 # With twice the rest left out, free-form parts of a body are drawn as planes.
 _LAWFUL = 0.9
-# Distance across which a law is believed where no sample is, over the extent: as far as patches
-# reach between the touches of a ball. Doubled, holes of a fifth of the extent are missed.
-_REACH = 0.15
 # Parts of that distance from which samples are thinned out. Doubled, it takes four times as long.
 _PARTS = 6
 # Samples about a point that tell whether it lies among them. Doubled, nothing changes.
@@ -61,8 +58,8 @@ class LawfulBody:
         self.faces, self.samples = faces, samples
         points = samples.points
         self.extent = float(np.linalg.norm(np.ptp(points, axis=0)))
-        self.reach = _REACH * self.extent
-        self.field = FaceField(faces, self.reach)
+        self.field = FaceField(faces)
+        self.reach = self.field.reach
         voxel = np.floor((points - points[0]) * _PARTS / self.reach).astype(np.int64)
         _, first = np.unique(voxel, axis=0, return_index=True)
         self._thin = np.sort(first[faces.of[first] != NONE])

@@ -97,11 +97,9 @@ class RoundedCorners:
         values = [self._trees.values(k, points[rows]) for k in faces]
         near = (sign * np.stack([v[:, 0] for v in values]) > -radius).all(axis=0)
         rows, values = rows[near], [v[near] for v in values]
-        if self._reach:
-            away = np.max([self._trees.away(k, points[rows]) for k in faces], axis=0)
-            near = away < _REACH * self._reach
-            rows, values = rows[near], [v[near] for v in values]
-        return rows, values
+        away = np.max([self._trees.away(k, points[rows]) for k in faces], axis=0)
+        near = away < _REACH * self._reach
+        return rows[near], [v[near] for v in values]
 
 
 def _beside(edges, own: FaceEdge) -> list[int]:

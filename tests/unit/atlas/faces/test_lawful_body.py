@@ -15,6 +15,7 @@ from tests.lawful import (
     touched_mesh,
 )
 from tests.touched import touched_samples
+from touchatlas.atlas.faces.face_field import face_values
 from touchatlas.atlas.faces.lawful_body import (
     is_lawful,
     lawful_share,
@@ -66,6 +67,13 @@ def test_the_surface_of_a_box_is_the_largest_of_six_distances(box, surface):
     axis = (np.abs(off) - HALF).argmax(axis=1)
     outward = np.sign(off) * (np.arange(3) == axis[:, None])
     assert np.abs(found.normal - outward)[~wrong].max() < 1e-9
+
+
+def test_the_values_of_faces_are_those_of_the_body(box, surface):
+    """An edge bounds its faces wherever it was crossed: between contours 2.4 % of a cube's points
+    had the distance from the other face."""
+    values = face_values(box.faces, surface)
+    assert values.distance.tobytes() == box.at(surface)[0].distance.tobytes()
 
 
 def test_beyond_an_edge_the_distance_is_that_of_the_intersection(box):
