@@ -103,7 +103,8 @@ class Atlas(AtlasState):
         where that was not done touch by touch; returns how many patches have a residual. Where all
         faces obey laws, or nearly, they are read once more. More touches may be added then."""
         law = self.known_law
-        is_due = law.is_hopeful or (self.options.fill and self.membership.pool.edges.any())
+        is_due = law.is_hopeful or law.beside is not None
+        is_due |= self.options.fill and bool(self.membership.pool.edges.any())
         if is_due and law.count < self.point_count:
             self.look_for_law()
         return finish(self)
@@ -111,7 +112,9 @@ class Atlas(AtlasState):
     def faces(self) -> Faces:
         """The faces of what was touched, each with its kind in words and numbers, and the sharp
         edges and smooth rims between them; read from the samples."""
-        return read_faces(self.membership.pool, self.sample_std, self.known_law.faces)
+        law = self.known_law
+        before = law.faces if law.is_hopeful else None
+        return read_faces(self.membership.pool, self.sample_std, before)
 
     def validate(self) -> None:
         """Check all invariants: owners of samples, normal equations and their solutions, relations

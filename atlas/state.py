@@ -9,6 +9,7 @@ from collections.abc import Iterable
 import networkx as nx
 import numpy as np
 
+from touchatlas.atlas.faces.gaps import Gaps
 from touchatlas.atlas.faces.known_law import KnownLaw
 from touchatlas.atlas.faces.lawful_body import LawfulBody
 from touchatlas.atlas.field.blend import Blend, Field
@@ -193,13 +194,21 @@ class AtlasState:
         """Signed distance, normal, deviation and curvature at points (n, 3), length, world; unknown
         beyond the rims of the surface. Where all faces obey laws they are those of the faces, and
         the patch is that of the face."""
-        if self.body is None:
-            return self.blend_of_patches(points)
         points = frozen_array(points, (None, 3), "points")
+        if self.body is None:
+            return self._within_rims(points, self.whole_field.at(points))
         found, known = self.body.at(points)
         curvature = self.body.gaussian_curvature(points, found.face)
         columns = found.distance, known, found.normal, found.deviation, curvature, found.face
         return Blend(*columns).without(np.flatnonzero(~known))
+
+    @property
+    def whole_field(self) -> Field:
+        """The field of the patches, and where none of them knows the surface that of the faces."""
+        beside = self.known_law.beside
+        if beside is None or not (len(self) and self.fills):
+            return self.field
+        return Field(self.table, self.surface_graph, Gaps(beside, self.table, self.membership))
 
     def deviations(self, found: Blend) -> np.ndarray:
         """(n,) predicted deviation of the surface at the points of a ``blend``, length, with what
@@ -209,7 +218,10 @@ class AtlasState:
     def blend_of_patches(self, points, curved: bool = True) -> Blend:
         """The same of overlapping patches, whatever faces there are; curvatures are NaN without
         ``curved``."""
-        found = self.field.at(points, curved=curved)
+        return self._within_rims(points, self.field.at(points, curved=curved))
+
+    def _within_rims(self, points, found: Blend) -> Blend:
+        """What was found at points (n, 3), unknown beyond the rims of the surface."""
         if not self.rims:
             return found
         some = np.flatnonzero(found.known)

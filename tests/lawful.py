@@ -71,6 +71,17 @@ def _cut_ball() -> trimesh.Trimesh:
     return trimesh.convex.convex_hull(np.concatenate([ball[ball[:, 2] < height], rim]))
 
 
+def _wavy_box() -> trimesh.Trimesh:
+    """A box with waves of 4 on its top, and planes elsewhere."""
+    mesh = trimesh.creation.box(2.0 * HALF)
+    for _ in range(6):
+        mesh = mesh.subdivide()
+    x, y, z = mesh.vertices.T
+    rise = 4.0 * np.sin(x / 9.0 + 0.5) * np.cos(y / 8.0 + 0.3)
+    mesh.vertices[:, 2] += (0.5 + 0.5 * z / HALF[2]) * rise
+    return mesh
+
+
 _MESHES = {
     "box": lambda: trimesh.creation.box(2.0 * HALF),
     "plate": lambda: trimesh.creation.box(2.0 * PLATE),
@@ -83,6 +94,7 @@ _MESHES = {
     "rounded": lambda: _swept(trimesh.creation.icosphere(4, BLUNT).vertices),
     "bevelled": lambda: _swept(BEVEL * np.concatenate([np.eye(3), -np.eye(3)])),
     "filleted": _filleted,
+    "wavy": _wavy_box,
 }
 
 

@@ -45,6 +45,10 @@ class FaceValues:
     deviation: np.ndarray
     face: np.ndarray
 
+    def some(self, index) -> "FaceValues":
+        """The same at some of the points."""
+        return FaceValues(*(column[index] for column in vars(self).values()))
+
 
 class FaceField:
     """The field of faces.
@@ -72,7 +76,7 @@ class FaceField:
         self.reach = _REACH * float(np.linalg.norm(np.ptp(faces.points, axis=0)))
         self._known = np.flatnonzero(faces.of != NONE)
         self._tree = cKDTree(faces.points[self._known])
-        trees = FaceTrees(faces)
+        self.trees = trees = FaceTrees(faces)
         self._sharp, self._rims = SharpEdges(trees, self.reach), SmoothRims(trees)
 
     @cached_property

@@ -1,5 +1,7 @@
 """FaceTrees: the samples of each face by place, and what each face says of points."""
 
+from collections.abc import Iterator
+
 import numpy as np
 from scipy.spatial import cKDTree
 
@@ -34,15 +36,29 @@ class FaceTrees:
 
     def values(self, number: int, points) -> np.ndarray:
         """(n, 5) distance, normal and variance of a face, by the patch of its nearest sample."""
+        out = np.empty((len(points), 5))
+        for piece, mine in self._pieces(number, points):
+            out[mine] = values_of(piece, points[mine])
+        return out
+
+    def shape_operators(self, number: int, points) -> np.ndarray:
+        """(n, 3, 3) shape operators of a face, 1/length, by the patch of its nearest sample."""
+        out = np.empty((len(points), 3, 3))
+        for piece, mine in self._pieces(number, points):
+            out[mine] = piece.shape_operators(points[mine])
+        return out
+
+    def _pieces(self, number: int, points) -> Iterator[tuple[Piece, np.ndarray]]:
+        """The pieces of a face, each with the indices of the points (n, 3) that are nearest to a
+        sample of it."""
         face = self.faces.faces[number]
         if len(face.pieces) == 1:
-            return values_of(face.pieces[0], points)
+            yield face.pieces[0], np.arange(len(points))
+            return
         _, near = self.trees[number].query(points)
         patches = self.faces.patch_of[face.samples[near]]
-        out = np.empty((len(points), 5))
         for patch, piece in zip(face.patches, face.pieces, strict=True):
-            out[patches == patch] = values_of(piece, points[patches == patch])
-        return out
+            yield piece, np.flatnonzero(patches == patch)
 
 
 def curve_tree(edge: FaceEdge) -> cKDTree:

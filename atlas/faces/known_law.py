@@ -1,6 +1,7 @@
 """KnownLaw: what was found when lawful faces were last looked for, and when to look again."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from touchatlas.atlas.faces.lawful_body import (
     determined,
     is_lawful,
     lawful_share,
-    shows_edges,
+    share_with_edges,
 )
 from touchatlas.atlas.faces.read_faces import faces_of_revised, faces_of_samples, samples_of
 from touchatlas.atlas.faces.samples import ContourSamples
@@ -25,6 +26,10 @@ _FEW = 5000
 # and of more. The time of all looks is that of the last one times f / (f - 1). Doubled, laws are
 # found later.
 _LAWFUL_GROWS, _EDGELESS_GROWS, _LAWLESS_GROWS, _HOPELESS_GROWS = 1.1, 1.25, 1.5, 4.0
+# Least share of the contours that run over a sharp edge, or end at one, for faces to be looked for:
+# noise makes a kink in two of a hundred. Doubled, bodies of few blunt edges are drawn from
+# overlapping patches.
+_WITH_EDGES = 0.06
 # Share of the samples that obey laws below which faces are not expected to become lawful soon, and
 # below which they are not at all: then many samples are not looked at, which takes a minute. On
 # lawful bodies it was 0.7 or more. Doubled, no body becomes lawful late.
@@ -33,6 +38,9 @@ _LAWLESS, _NEVER_LAWFUL = 0.8, 0.4
 # bodies it was 0.27 or more (a plate with fillets), on scans of hands and bottles 0.13 or less.
 # Revising takes seven times as long as labelling. Doubled, laws of fillets are found late.
 _HOPELESS = 0.2
+# Least share of the samples that obey laws for faces to say what no patch knows. On a wing nut of
+# 0.3 to 0.5 the surface then had handles. Doubled, only whole bodies of laws are drawn from faces.
+_MIXED = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,9 +59,9 @@ class KnownLaw:
         Fraction of the samples that lawful faces explain; of first labels where that is so little
         that no face was read.
     faces : Faces or None
-        The faces that were read, where all obey laws or nearly: the next look begins with them.
-    body : LawfulBody or None
-        The body, where nearly all obey laws.
+        The faces that were read, where most of the samples obey laws.
+    surface : LawfulBody or None
+        What these say of the surface, without those that samples do not determine.
     """
 
     count: int = 0
@@ -61,12 +69,23 @@ class KnownLaw:
     edges: bool = False
     share: float = 0.0
     faces: Faces | None = None
-    body: LawfulBody | None = None
+    surface: LawfulBody | None = None
+
+    @cached_property
+    def body(self) -> LawfulBody | None:
+        """The body, where nearly all faces obey laws."""
+        return self.surface if self.surface and is_lawful(self.surface.faces) else None
+
+    @property
+    def beside(self) -> LawfulBody | None:
+        """What faces say where no patch knows the surface, if most obey laws and some do not."""
+        return None if self.body else self.surface
 
     @property
     def is_hopeful(self) -> bool:
-        """Whether all faces obey laws, or nearly: more samples may show that they do."""
-        return self.faces is not None
+        """Whether all faces obey laws, or nearly: more samples may show that they do. The next look
+        begins with these faces."""
+        return self.faces is not None and self.share >= _LAWLESS
 
     def is_due(self, count: int) -> bool:
         """Whether to look again with so many samples."""
@@ -76,6 +95,8 @@ class KnownLaw:
             return count > self.count and (count <= _FEW or count >= _LAWFUL_GROWS * self.count)
         if not self.edges:
             return count >= _EDGELESS_GROWS * self.count
+        if self.beside is not None:
+            return count >= _LAWLESS_GROWS * self.count
         if self.share < _NEVER_LAWFUL and count > _FEW:
             return False
         return count >= (_LAWLESS_GROWS if count <= _FEW else _HOPELESS_GROWS) * self.count
@@ -90,9 +111,10 @@ def look_for_law(
     the surface: other bodies are not worth the time.
     """
     samples = samples_of(pool, count, std)
-    if not (before.is_hopeful or shows_edges(samples, np.asarray(pool.edges[:count]))):
+    ends_at_edge = np.asarray(pool.edges[:count])
+    if not (before.is_hopeful or share_with_edges(samples, ends_at_edge) >= _WITH_EDGES):
         return KnownLaw(count, std)
-    if before.faces is not None:
+    if before.is_hopeful:
         return law_of_faces(faces_of_samples(samples, before=before.faces), samples)
     labels = first_labels(samples)
     if labels.lawful_share < _HOPELESS:
@@ -105,6 +127,6 @@ def law_of_faces(faces: Faces, samples: ContourSamples) -> KnownLaw:
     """What faces that were read from samples show."""
     known = determined(faces, samples)
     share = lawful_share(known)
-    body = LawfulBody(known, samples) if is_lawful(known) else None
-    kept = faces if share >= _LAWLESS else None
-    return KnownLaw(len(samples), samples.std, True, share, kept, body)
+    if share < _MIXED:
+        return KnownLaw(len(samples), samples.std, True, share)
+    return KnownLaw(len(samples), samples.std, True, share, faces, LawfulBody(known, samples))

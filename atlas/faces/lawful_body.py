@@ -13,9 +13,6 @@ from touchatlas.atlas.faces.samples import ContourSamples
 from touchatlas.patch.geometry.arrays import cross
 from touchatlas.patch.geometry.kinks import kinks
 
-# Least fraction of the contours that run over a sharp edge, or end at one: noise makes a kink in
-# two of a hundred. Doubled, bodies of few blunt edges are drawn from overlapping patches.
-_WITH_EDGES = 0.06
 # Least fraction of the samples that lawful faces explain; the rest is unknown, and touched again.
 # With twice the rest left out, free-form parts of a body are drawn as planes.
 _LAWFUL = 0.9
@@ -38,6 +35,9 @@ _OTHERS = 3
 # Distance from the faces at which a sample without a label lies on them, in standard deviations.
 # Doubled, less is left out where a small part of another shape is touched.
 _ON_FACE = 3.0
+# Nearest samples among which one off the faces counts, and its distance over that of the nearest.
+# Doubled, faces fill a third less beside such samples; halved, one place in fifty is wrong.
+_BESIDE, _AS_NEAR = 8, 2.0
 # Least sine of the angle between two faces that are unfolded. Doubled, blunt edges are none.
 _FOLDED = 0.2
 # Least cosine of the normal at a point and at a sample of the same part of the surface: 107
@@ -99,6 +99,18 @@ class LawfulBody:
         found = least[np.isfinite(least)]
         return float(np.quantile(found, 0.02)) if len(found) else np.inf
 
+    def away(self, points) -> np.ndarray:
+        """(n,) distances of points (n, 3) from the nearest sample, length."""
+        return np.asarray(self._tree.query(points)[0])
+
+    def is_explained(self, points) -> np.ndarray:
+        """(n,) whether no sample off the faces is about as near to points (n, 3) as the nearest."""
+        count = min(_BESIDE, len(self._astray))
+        away, near = self._tree.query(points, k=count)
+        away = away.reshape(len(points), count)
+        astray = self._astray[near.reshape(len(points), count)]
+        return np.asarray(~(astray & (away <= _AS_NEAR * away[:, :1])).any(axis=1))
+
     def at(self, points) -> tuple[FaceValues, np.ndarray]:
         """What the faces say of points (n, 3), and whether (n,) the surface is known there.
 
@@ -123,7 +135,7 @@ class LawfulBody:
         out = np.zeros(len(points))
         for one in self.faces.faces:
             mine = np.flatnonzero(face == one.id)
-            shape = one.pieces[0].shape_operators(points[mine])
+            shape = self.field.trees.shape_operators(one.id, points[mine])
             trace = np.trace(shape, axis1=1, axis2=2)
             out[mine] = 0.5 * (trace**2 - np.einsum("nij,nji->n", shape, shape))
         return out
@@ -197,11 +209,6 @@ def share_with_edges(samples: ContourSamples, ends_at_edge) -> float:
         for a, b in zip(bounds[:-1], bounds[1:], strict=True)
     ]
     return float(np.mean(found))
-
-
-def shows_edges(samples: ContourSamples, ends_at_edge) -> bool:
-    """Whether enough of the contours run over a sharp edge that faces are worth looking for."""
-    return share_with_edges(samples, ends_at_edge) >= _WITH_EDGES
 
 
 def lawful_share(faces: Faces) -> float:

@@ -7,6 +7,7 @@ is never averaged with the near side.
 """
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -62,6 +63,20 @@ class Blend:
         return Blend(**columns)
 
 
+class Gaps(Protocol):
+    """What is known where no patch knows the surface."""
+
+    @property
+    def samples(self) -> np.ndarray:
+        """(k, 3) samples, length, world."""
+
+    def are_covered(self, patch, feet) -> np.ndarray:
+        """See ``touchatlas.atlas.faces.gaps``."""
+
+    def at(self, points, reach: float = np.inf) -> tuple[np.ndarray, ...]:
+        """See ``touchatlas.atlas.faces.gaps``."""
+
+
 class Field:
     """The blended surface of the patches. Mesh, CAD, planner and evaluation read the surface here.
 
@@ -69,14 +84,16 @@ class Field:
     ----------
     table : PatchTable
     graph : SurfaceGraph
+    gaps : Gaps, optional
+        What is known where no patch knows the surface.
 
     Notes
     -----
     The time for a point depends on the number of patches that reach it, not on that of all.
     """
 
-    def __init__(self, table: PatchTable, graph: SurfaceGraph) -> None:
-        self.table, self.graph = table, graph
+    def __init__(self, table: PatchTable, graph: SurfaceGraph, gaps: Gaps | None = None) -> None:
+        self.table, self.graph, self.gaps = table, graph, gaps
 
     def at(self, points, reach: float = np.inf, curved: bool = True) -> Blend:
         """Blend of all patches at world points (n, 3).
@@ -102,7 +119,22 @@ class Field:
                 some = slice(first, first + _AT_ONCE)
                 out[some], patch[some] = self._means(points[some], reach, curved)
         normal = out[:, 3:] / np.sqrt((out[:, 3:] ** 2).sum(axis=1))[:, None]
-        return Blend(out[:, 0], patch >= 0, normal, np.sqrt(out[:, 1]), out[:, 2], patch)
+        blend = Blend(out[:, 0], patch >= 0, normal, np.sqrt(out[:, 1]), out[:, 2], patch)
+        self._fill_gaps(points, reach, blend)
+        return blend
+
+    def _fill_gaps(self, points, reach: float, blend: Blend) -> None:
+        """Fill in what is known of points (n, 3) that no patch knows."""
+        if self.gaps is None:
+            return
+        feet = points - blend.distance[:, None] * blend.normal
+        blank = np.flatnonzero(~self.gaps.are_covered(blend.patch, feet))
+        if not len(blank):
+            return
+        which, distance, deviation, normal, curvature, patch = self.gaps.at(points[blank], reach)
+        at = blank[which]
+        blend.distance[at], blend.deviation[at], blend.normal[at] = distance, deviation, normal
+        blend.gaussian_curvature[at], blend.patch[at], blend.known[at] = curvature, patch, True
 
     def of_patches(self, rows, points, reach: float = np.inf, curved: bool = True) -> PatchValues:
         """Values of single patches ``rows`` (m,) at world points (m, 3), one patch for each."""

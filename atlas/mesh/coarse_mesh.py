@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from touchatlas.atlas.field.blend import Field
-from touchatlas.atlas.mesh.marching_cubes import corners_of, ends_of, triangles, unkey
+from touchatlas.atlas.mesh.marching_cubes import corners_of, ends_of, key, triangles, unkey
 from touchatlas.atlas.mesh.narrow_band import REACH, Corners, complete, core_cubes, find_cubes
 
 # Distance from the surface above which a vertex is moved a second time, in edges: below it the
@@ -74,7 +74,10 @@ def coarse_mesh(field: Field, edge: float) -> CoarseMesh:
     start = table.origin[table.rows[0]].copy()
     if field.graph.creases:
         start += _OFFSET * edge
-    found, corners = find_cubes(field, core_cubes(table, table.rows, start, edge), start, edge)
+    first = core_cubes(table, table.rows, start, edge)
+    if field.gaps is not None:
+        first = np.union1d(first, key(np.floor((field.gaps.samples - start) / edge).astype(int)))
+    found, corners = find_cubes(field, first, start, edge)
     found, corners = complete(field, found, corners, start, edge)
     inside = corners.values[corners.at(corners_of(found))] < 0.0
     crossed = inside.any(axis=1) & ~inside.all(axis=1)

@@ -160,6 +160,12 @@ def field_at_corners(field: Field, keys, start, edge: float) -> Corners:
     patch[which[starts][is_owned]] = owner[is_owned]
     mine = rows == patch[which]
     values[which[mine]] = distance[mine]
+    if field.gaps is not None:
+        foot = np.full((len(keys), 3), np.nan)
+        foot[which[mine]] = feet[mine]
+        blank = np.flatnonzero(~field.gaps.are_covered(patch, foot))
+        found, distance, *_, rows = field.gaps.at(points[blank], REACH * edge)
+        values[blank[found]], patch[blank[found]] = distance, rows
     return Corners(keys, values, patch)
 
 

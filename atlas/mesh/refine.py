@@ -65,7 +65,7 @@ def refine(
         Whether the surface is known at a vertex and supported by samples.
     """
     vertices, faces, asked = mesh.vertices, mesh.faces, np.zeros(0, np.int64)
-    drawn, field, long = _drawn(state, vertices), state.field, _ASKED * mesh.edge
+    drawn, field, long = _drawn(state, vertices), state.whole_field, _ASKED * mesh.edge
     for done in range(max(halvings, _HALVINGS)):
         ends, sides = edges_of(faces)
         first, second = vertices.points[ends.T]

@@ -7,11 +7,10 @@ that no contour crossed nothing shows that it is.
 
 import numpy as np
 
+from touchatlas.atlas.mesh.resolution import facet_bound
+from touchatlas.atlas.patches.sample_hull import along
 from touchatlas.atlas.state import AtlasState
 
-# Directions in which the extent of the samples is measured. The half planes of 24 directions exceed
-# the convex hull by 0.9 % of the radius; doubled, by a quarter of that in twice the time.
-_DIRECTIONS = 24
 # Largest deviation inside of the touched surface over the one at its rim, no unit: patches all
 # around leave no room for another surface. Doubled, less certain surface is drawn.
 _INSIDE_FACTOR = 3.0
@@ -23,8 +22,6 @@ _BEYOND = 1.35
 # degrees or more. Where the surface is bent a single point may lie off it. Doubled, corners of the
 # touched surface are not cut.
 _LEAST_BARE = 3
-_ANGLES = 2.0 * np.pi / _DIRECTIONS * np.arange(_DIRECTIONS)
-_ALONG = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)])
 
 
 def supported(state: AtlasState, patch, points, deviation) -> np.ndarray:
@@ -44,8 +41,20 @@ def supported(state: AtlasState, patch, points, deviation) -> np.ndarray:
     doubt = np.flatnonzero(out & at_rim)
     for row in np.unique(patch[doubt]).tolist():
         here = doubt[patch[doubt] == row]
-        extent = _along(state, row, _samples(state, row)).max(axis=0, initial=-np.inf)
-        out[here] = (_along(state, row, points[here]) <= extent).all(axis=1)
+        extent = along(state.table, row, _samples(state, row)).max(axis=0, initial=-np.inf)
+        out[here] = (along(state.table, row, points[here]) <= extent).all(axis=1)
+    doubt = doubt[~out[doubt]]
+    out[doubt] = _on_faces(state, points[doubt])
+    return out
+
+
+def _on_faces(state: AtlasState, points) -> np.ndarray:
+    """(n,) whether points (n, 3) lie on faces that are known there, beyond the samples of their
+    patches."""
+    out, gaps = np.zeros(len(points), bool), state.whole_field.gaps
+    if gaps is not None and len(points):
+        which, distance, *_ = gaps.at(points)
+        out[which] = np.abs(distance) <= facet_bound(state)
     return out
 
 
@@ -70,10 +79,3 @@ def _samples(state: AtlasState, row: int) -> np.ndarray:
     curve, fitted = state.surface_graph.curves.curve, state.membership.fitted[row]
     lines = [curve(row, j) for j in sorted(state.creases.of(row))]
     return np.concatenate([state.membership.pool.points[fitted], *lines])
-
-
-def _along(state: AtlasState, row: int, points) -> np.ndarray:
-    """(n, 24) coordinates of points (n, 3) along the directions in the tangent plane, length."""
-    table = state.table
-    out: np.ndarray = (points - table.origin[row]) @ table.axes[row, :2].T @ _ALONG
-    return out

@@ -23,7 +23,7 @@ def without_unsure_rims(state: AtlasState, surface: Surface) -> Surface:
     if not loops or not unsure.any():
         return surface
     # The deviation of a vertex has that of its triangles in it, which says nothing of the patches.
-    unsure[unsure] = ~(state.field.at(surface.vertices[unsure]).deviation <= limit)
+    unsure[unsure] = ~(state.whole_field.at(surface.vertices[unsure]).deviation <= limit)
     rim = np.unique(np.concatenate(loops))
     joined = unsure.copy()
     joined[rim] = True

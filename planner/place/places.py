@@ -1,7 +1,7 @@
 """Places: points of the surface with what is known there, kept from touch to touch.
 
-Each patch has places just beyond its outline, which are open where no patch knows the surface, and
-places in its cell, each with a predicted deviation and a share of the area.
+Each patch has places just beyond its outline, which are open where neither a patch nor a face knows
+the surface, and places in its cell, each with a predicted deviation and a share of the area.
 """
 
 from collections.abc import Callable, Iterable
@@ -38,15 +38,18 @@ _TOWARD = np.pi * (3.0 - np.sqrt(5.0)) * np.arange(_INNER)
 
 @dataclass(frozen=True, eq=False)
 class Known:
-    """Places in cells: 21 for each of m patches, or any n.
+    """Known places: 45 for each of m patches, or any n.
+
+    The first 21 of a patch are in its cell, the others beyond its outline, where faces say what no
+    patch knows.
 
     Parameters
     ----------
-    points, normals : (m, 21, 3) or (n, 3) float, length; unit, world
+    points, normals : (m, 45, 3) or (n, 3) float, length; unit, world
         Feet on the blended surface.
-    deviation : (m, 21) or (n,) float, length
-    area : (m, 21) or (n,) float, length^2
-        Area that the place stands for; 0 where another patch owns it.
+    deviation : (m, 45) or (n,) float, length
+    area : (m, 45) or (n,) float, length^2
+        Area that the place stands for; 0 where another patch owns it, or no face is known.
     """
 
     points: np.ndarray
@@ -81,9 +84,9 @@ class Places:
     def __init__(self) -> None:
         self._open = np.zeros((0, COUNT), bool)
         self._edge = np.zeros((0, COUNT, 3))
-        self._inner = np.zeros((0, _INNER, 6))
-        self._deviation, self._area = np.zeros((0, _INNER)), np.zeros((0, _INNER))
-        self._touches = -1
+        self._inner = np.zeros((0, _INNER + COUNT, 6))
+        self._deviation, self._area = np.zeros((2, 0, _INNER + COUNT))
+        self._touches, self._law_count = -1, 0
         self.deviation_ratio = DeviationRatio()
 
     def forget(self) -> None:
@@ -105,10 +108,11 @@ class Places:
         for name in ("_open", "_edge", "_inner", "_deviation", "_area"):
             setattr(self, name, grown(getattr(self, name), size))
         rows = atlas.table.rows
-        if self._touches >= 0 and atlas.touches - self._touches == touches:
+        same = atlas.known_law.count == self._law_count
+        if same and self._touches >= 0 and atlas.touches - self._touches == touches:
             near = atlas.neighbours.around(row for row in stale if atlas.table.alive[row])
             rows = np.array(sorted(near), int)
-        self._touches = atlas.touches
+        self._touches, self._law_count = atlas.touches, atlas.known_law.count
         if len(rows):
             self._update(atlas, rows)
 
@@ -122,11 +126,16 @@ class Places:
         beyond = origin[which] + _BEYOND * (outlines[which, place] - origin[which])
         found = atlas.blend_of_patches(np.concatenate([inside[cells], beyond]), curved=False)
         count = len(cells[0])
-        is_open[which, place] = _is_bare(atlas, rows[which], beyond, found.some(slice(count, None)))
+        bare = _is_bare(atlas, rows[which], beyond, found.some(slice(count, None)))
+        which, place, beyond = which[bare], place[bare], beyond[bare]
+        filled, values = _filled(atlas, rows[which], beyond)
+        is_open[:] = False
+        is_open[which[~filled], place[~filled]] = True
         self._open[rows] = is_open
         self._edge[rows] = origin[:, None] + _TOUCHED * _BEYOND * (outlines - origin[:, None])
-        inner = np.zeros((*inside.shape[:2], 8))
+        inner = np.zeros((len(rows), _INNER + COUNT, 8))
         inner[cells] = _known_at(atlas, rows[cells[0]], inside[cells], found.some(slice(count)))
+        inner[which[filled], _INNER + place[filled]] = values
         inner = np.where(inner[..., 7:] > 0.0, inner, 0.0)
         self._inner[rows], self._deviation[rows] = inner[..., :6], inner[..., 6]
         self._area[rows] = inner[..., 7]
@@ -137,12 +146,12 @@ class Places:
         return self._edge[rows[which], place], rows[which]
 
     def known(self, rows) -> Known:
-        """The places in the cells of rows (m,)."""
+        """The known places of rows (m,)."""
         inner = self._inner[rows]
         return Known(inner[..., :3], inner[..., 3:], *self.deviations(rows))
 
     def deviations(self, rows) -> tuple[np.ndarray, np.ndarray]:
-        """Deviations and areas (m, 21) of the same places."""
+        """Deviations and areas (m, 45) of the same places."""
         return self._deviation[rows], self._area[rows]
 
     def areas(
@@ -219,6 +228,20 @@ def _is_bare(atlas: Atlas, home, points, found: Blend) -> np.ndarray:
     if atlas.creases:
         bare &= ~atlas.surface_graph.visibility.beyond(home, points)
     return np.asarray(bare)
+
+
+def _filled(atlas: Atlas, home, points) -> tuple[np.ndarray, np.ndarray]:
+    """Whether (n,) faces say what no patch knows at points (n, 3) beyond the outlines of patches
+    ``home`` (n,); and feet, normals, deviations and areas (m, 8) of those."""
+    gaps = atlas.whole_field.gaps
+    filled = np.zeros(len(points), bool)
+    if gaps is None or not len(points):
+        return filled, np.zeros((0, 8))
+    which, distance, deviation, normal, _, _ = gaps.at(points)
+    filled[which] = True
+    feet = points[which] - distance[:, None] * normal
+    area = np.pi / COUNT * atlas.table.weight[home[which]]
+    return filled, np.column_stack([feet, normal, deviation, area])
 
 
 def _known_at(atlas: Atlas, home, points, found: Blend) -> np.ndarray:

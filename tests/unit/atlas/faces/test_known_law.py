@@ -7,6 +7,7 @@ import pytest
 
 from tests.lawful import touched_mesh
 from touchatlas.atlas.faces import known_law
+from touchatlas.atlas.faces.faces import Faces
 from touchatlas.atlas.faces.known_law import KnownLaw, look_for_law
 from touchatlas.atlas.patches.sample_pool import SamplePool
 
@@ -15,6 +16,9 @@ NOISE = 0.02
 STD = np.sqrt(2.0) * NOISE
 # Faces and a body that are not asked for anything.
 SOME_FACES, SOME_BODY = object(), object()
+# What faces say of a surface of which no part obeys a law.
+_NONE = np.zeros(0, int)
+LAWLESS = SimpleNamespace(faces=Faces((), (), np.zeros((0, 3)), _NONE, _NONE, _NONE))
 
 
 def pool_of(name: str, count: int) -> SamplePool:
@@ -49,6 +53,8 @@ def first_due(law: KnownLaw) -> int:
         # Where much of the surface obeys no law, they grow by a half, and of many fourfold.
         (KnownLaw(1000, 1.0, True, 0.79), 1500),
         (KnownLaw(8000, 1.0, True, 0.5), 32000),
+        # Faces that were read fill gaps, and are read again as samples grow by a half.
+        (KnownLaw(8000, 1.0, True, 0.6, SOME_FACES, LAWLESS), 12000),
     ],
 )
 def test_the_next_look_is_due_by_growth(law, due):
