@@ -100,8 +100,8 @@ class Atlas(AtlasState):
 
     def finish(self) -> int:
         """Simplify and learn residuals at the end of an exploration, after refitting and filling
-        where that was not done touch by touch; returns how many patches have a residual. Where all
-        faces obey laws, or nearly, they are read once more. More touches may be added then."""
+        where that was not done touch by touch; returns how many patches have a residual. Where
+        most of the surface obeys laws, faces are read once more. More touches may be added then."""
         law = self.known_law
         is_due = law.is_hopeful or law.beside is not None
         is_due |= self.options.fill and bool(self.membership.pool.edges.any())

@@ -193,7 +193,7 @@ class AtlasState:
     def blend(self, points) -> Blend:
         """Signed distance, normal, deviation and curvature at points (n, 3), length, world; unknown
         beyond the rims of the surface. Where all faces obey laws they are those of the faces, and
-        the patch is that of the face."""
+        the patch is that of the face; where most do, faces say what no patch knows."""
         points = frozen_array(points, (None, 3), "points")
         if self.body is None:
             return self._within_rims(points, self.whole_field.at(points))

@@ -11,6 +11,7 @@ import numpy as np
 from scipy.special import erf
 
 from touchatlas.atlas.atlas import Atlas
+from touchatlas.atlas.faces.lawful_body import LawfulBody
 from touchatlas.atlas.field.blend import Blend
 from touchatlas.atlas.field.predicted_deviation import predicted_deviation
 from touchatlas.atlas.graph.outlines import COUNT, core_points
@@ -86,7 +87,9 @@ class Places:
         self._edge = np.zeros((0, COUNT, 3))
         self._inner = np.zeros((0, _INNER + COUNT, 6))
         self._deviation, self._area = np.zeros((2, 0, _INNER + COUNT))
-        self._touches, self._law_count = -1, 0
+        self._touches = -1
+        # The faces by which places were filled.
+        self._beside: LawfulBody | None = None
         self.deviation_ratio = DeviationRatio()
 
     def forget(self) -> None:
@@ -108,11 +111,15 @@ class Places:
         for name in ("_open", "_edge", "_inner", "_deviation", "_area"):
             setattr(self, name, grown(getattr(self, name), size))
         rows = atlas.table.rows
-        same = atlas.known_law.count == self._law_count
-        if same and self._touches >= 0 and atlas.touches - self._touches == touches:
+        beside = atlas.known_law.beside
+        if (
+            beside is self._beside
+            and self._touches >= 0
+            and atlas.touches - self._touches == touches
+        ):
             near = atlas.neighbours.around(row for row in stale if atlas.table.alive[row])
             rows = np.array(sorted(near), int)
-        self._touches, self._law_count = atlas.touches, atlas.known_law.count
+        self._touches, self._beside = atlas.touches, beside
         if len(rows):
             self._update(atlas, rows)
 
