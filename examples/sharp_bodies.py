@@ -1,7 +1,8 @@
-"""Meshes with sharp edges to explore: box, cylinder, hexagonal prism, step and tube.
+"""Meshes with sharp edges to explore: box, cylinder, hexagonal prism, step and tube, and a box with
+waves on its top, which obey no law.
 
-It writes box.ply, cylinder.ply, prism.ply, step.ply and tube.ply into a folder, in millimetres. All
-are closed; the tube has an Euler characteristic of 0.
+It writes box.ply, cylinder.ply, prism.ply, step.ply, tube.ply and wavy.ply into a folder, in
+millimetres. All are closed; the tube has an Euler characteristic of 0.
 
     python examples/sharp_bodies.py [FOLDER]
     touchatlas explore cylinder.ply
@@ -22,6 +23,17 @@ PROFILE = np.array([[0, 0], [30, 0], [60, 0], [60, 40], [30, 40], [30, 20], [0, 
 TRIANGLES = np.array([[0, 1, 5], [0, 5, 6], [1, 2, 3], [1, 3, 5], [5, 3, 4]])
 
 
+def wavy_box() -> trimesh.Trimesh:
+    """A box of 60 x 40 x 30 with waves of 4 on its top."""
+    mesh = trimesh.creation.box(extents=[60.0, 40.0, 30.0])
+    for _ in range(6):
+        mesh = mesh.subdivide()
+    x, y, z = mesh.vertices.T
+    rise = 4.0 * np.sin(x / 9.0 + 0.5) * np.cos(y / 8.0 + 0.3)
+    mesh.vertices[:, 2] += (0.5 + z / 30.0) * rise
+    return mesh
+
+
 def bodies() -> dict[str, trimesh.Trimesh]:
     """The meshes by name."""
     return {
@@ -30,6 +42,7 @@ def bodies() -> dict[str, trimesh.Trimesh]:
         "prism": trimesh.creation.cylinder(radius=25.0, height=40.0, sections=6),
         "step": trimesh.creation.extrude_triangulation(PROFILE, TRIANGLES, height=30.0),
         "tube": trimesh.creation.annulus(r_min=12.0, r_max=20.0, height=30.0, sections=SECTIONS),
+        "wavy": wavy_box(),
     }
 
 
