@@ -32,8 +32,9 @@ class SharpEdges:
 
     def __init__(self, trees: FaceTrees, reach: float) -> None:
         self._trees, self._reach, self._faces = trees, reach, trees.faces.faces
-        sharp = [edge for edge in trees.faces.edges if edge.kind.sharp and edge.curves]
-        self._edges = [(edge, curve_tree(edge)) for edge in sharp]
+        sharp = [edge for edge in trees.faces.edges if edge.kind.sharp]
+        # An edge that a single contour crossed has no curve.
+        self._edges = [(edge, curve_tree(edge) if edge.curves else None) for edge in sharp]
         self._corners = RoundedCorners(trees, reach)
         # The faces with which each has a sharp edge, and its sign.
         self._around: list[list[tuple[int, float]]] = [[] for _ in self._faces]
@@ -58,8 +59,9 @@ class SharpEdges:
         for edge, curve in self._edges:
             for own, other in ((edge.first, edge.second), (edge.second, edge.first)):
                 rows = np.flatnonzero(owner == own)
-                beside = curve.query(points[rows])[0] < _BESIDE * away[rows, -1]
-                beside |= self._trees.away(other, points[rows]) < _BESIDE * self._reach
+                beside = self._trees.away(other, points[rows]) < _BESIDE * self._reach
+                if curve is not None:
+                    beside |= curve.query(points[rows])[0] < _BESIDE * away[rows, -1]
                 rows = rows[beside]
                 self._cut(edge, (own, other), rows, points[rows], chosen, decides)
         self._corners.round(points, owner, decides, chosen)

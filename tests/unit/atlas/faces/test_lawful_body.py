@@ -1,5 +1,7 @@
 """LawfulBody: where the faces of a body are known, how far away they are, and how they bend."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -17,6 +19,7 @@ from tests.lawful import (
 from tests.touched import touched_samples
 from touchatlas.atlas.faces.face_field import face_values
 from touchatlas.atlas.faces.lawful_body import (
+    LawfulBody,
     is_lawful,
     lawful_share,
     share_with_edges,
@@ -73,6 +76,15 @@ def test_the_values_of_faces_are_those_of_the_body(box, surface):
     had the distance from the other face."""
     values = face_values(box.faces, surface)
     assert values.distance.tobytes() == box.at(surface)[0].distance.tobytes()
+
+
+def test_an_edge_without_a_curve_bounds_its_faces(box, surface):
+    """A single contour over an edge gives no curve. Without the edge, faces of a step went on for
+    3.1 mm beyond it, and its surface was open."""
+    edges = tuple(replace(edge, curves=()) for edge in box.faces.edges)
+    found, _ = LawfulBody(replace(box.faces, edges=edges), box.samples).at(surface)
+    wrong = np.abs(found.distance - box_distance(surface)) > 1e-12
+    assert wrong.mean() < 0.005
 
 
 def test_beyond_an_edge_the_distance_is_that_of_the_intersection(box):
