@@ -1,7 +1,9 @@
 """Ctrl-C and SIGTERM, held back until they do no harm."""
 
+import _weakrefset
 import signal
 import threading
+import weakref
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from importlib.machinery import ExtensionFileLoader
@@ -11,9 +13,11 @@ from types import FrameType
 # that are promised, for what cannot be cut short. Doubled, more results are written of long runs.
 GRACE = 4.0
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
-# Seconds after which an interrupt that met an import is tried again. Doubled, Ctrl-C ends 0.05 s
+# Seconds after which an interrupt that would be lost is tried again. Doubled, Ctrl-C ends 0.05 s
 # later.
 _AGAIN = 0.05
+# Callbacks of weak references. Python prints what is raised in them, and goes on.
+_CALLBACKS = {(weakref.__file__, "remove"), (_weakrefset.__file__, "_remove")}
 
 
 class Terminated(KeyboardInterrupt):
@@ -86,19 +90,23 @@ def interrupt_of(number) -> KeyboardInterrupt:
 
 
 def raise_interrupt(number, frame) -> None:
-    """Raise the exception for a signal; in the import of an extension module, right after it.
+    """Raise the exception for a signal; where it would be lost, right after that.
 
-    An extension module whose import is interrupted raises an ImportError instead.
+    An extension module whose import is interrupted raises an ImportError instead. Python ignores
+    what is raised where an object is deleted.
     """
-    if not hasattr(signal, "setitimer") or not _is_importing(frame):
+    if not hasattr(signal, "setitimer") or not _is_lost(frame):
         raise interrupt_of(number)
     signal.signal(signal.SIGALRM, lambda _alarm, later: raise_interrupt(number, later))
     signal.setitimer(signal.ITIMER_REAL, _AGAIN)
 
 
-def _is_importing(frame: FrameType | None) -> bool:
-    """Whether a frame or one of its callers imports an extension module."""
+def _is_lost(frame: FrameType | None) -> bool:
+    """Whether a frame or one of its callers imports an extension module or deletes an object."""
     while frame is not None:
+        code = frame.f_code
+        if code.co_name == "__del__" or (code.co_filename, code.co_name) in _CALLBACKS:
+            return True
         if isinstance(frame.f_locals.get("self"), ExtensionFileLoader):
             return True
         frame = frame.f_back

@@ -1,7 +1,9 @@
 """Interrupts that wait for what they would break."""
 
 import signal
+import sys
 import time
+import weakref
 from importlib.machinery import ExtensionFileLoader
 
 import pytest
@@ -43,6 +45,52 @@ def test_an_interrupt_is_raised_at_once(handlers):
         interrupt()
         reached = True
     assert not reached
+
+
+class Deleted:
+    """An object that is interrupted while it is deleted."""
+
+    whole = False
+
+    def __del__(self):
+        interrupt()
+        Deleted.whole = True
+
+
+def test_an_interrupt_waits_until_an_object_is_deleted(handlers):
+    """Python prints what is raised there, and the interrupt is lost."""
+    with pytest.raises(KeyboardInterrupt):
+        Deleted()
+        time.sleep(10.0)
+    assert Deleted.whole
+
+
+class Thing:
+    """What a weak reference is to."""
+
+
+@pytest.mark.parametrize("make", [weakref.WeakValueDictionary, weakref.WeakSet])
+def test_an_interrupt_waits_for_the_callback_of_a_weak_reference(handlers, make):
+    """Its frame is that of the handler: the signal comes as the callback begins."""
+    kept = make()
+    thing = Thing()
+    if isinstance(kept, weakref.WeakSet):
+        kept.add(thing)
+    else:
+        kept["thing"] = thing
+
+    def trace(frame, event, _):
+        if event == "call" and frame.f_code.co_name in ("remove", "_remove"):
+            sys.settrace(None)
+            raise_interrupt(signal.SIGINT, frame)
+
+    before = sys.gettrace()
+    with pytest.raises(KeyboardInterrupt):
+        sys.settrace(trace)
+        del thing
+        sys.settrace(before)
+        time.sleep(10.0)
+    assert not len(kept)
 
 
 def test_an_interrupt_waits_for_the_import_of_an_extension_module(handlers):
