@@ -11,7 +11,6 @@ import numpy as np
 from scipy.special import erf
 
 from touchatlas.atlas.atlas import Atlas
-from touchatlas.atlas.faces.lawful_body import LawfulBody
 from touchatlas.atlas.field.blend import Blend
 from touchatlas.atlas.field.predicted_deviation import predicted_deviation
 from touchatlas.atlas.graph.outlines import COUNT, core_points
@@ -88,8 +87,8 @@ class Places:
         self._inner = np.zeros((0, _INNER + COUNT, 6))
         self._deviation, self._area = np.zeros((2, 0, _INNER + COUNT))
         self._touches = -1
-        # The faces by which places were filled.
-        self._beside: LawfulBody | None = None
+        # Number of samples from which the faces were read that filled places; 0 without.
+        self._filled_by = 0
         self.deviation_ratio = DeviationRatio()
 
     def forget(self) -> None:
@@ -111,15 +110,13 @@ class Places:
         for name in ("_open", "_edge", "_inner", "_deviation", "_area"):
             setattr(self, name, grown(getattr(self, name), size))
         rows = atlas.table.rows
-        beside = atlas.known_law.beside
-        if (
-            beside is self._beside
-            and self._touches >= 0
-            and atlas.touches - self._touches == touches
-        ):
+        law = atlas.known_law
+        filled_by = 0 if law.beside is None else law.count
+        same = filled_by == self._filled_by and self._touches >= 0
+        if same and atlas.touches - self._touches == touches:
             near = atlas.neighbours.around(row for row in stale if atlas.table.alive[row])
             rows = np.array(sorted(near), int)
-        self._touches, self._beside = atlas.touches, beside
+        self._touches, self._filled_by = atlas.touches, filled_by
         if len(rows):
             self._update(atlas, rows)
 

@@ -7,6 +7,7 @@ from tests.explored import spread_touches
 from tests.lawful import lawful_object
 from touchatlas.atlas import Atlas, load_atlas, save_atlas
 from touchatlas.atlas.faces.known_law import KnownLaw
+from touchatlas.planner import Planner, load_planner, save_planner
 from touchatlas.planner.place.places import Places
 from touchatlas.sim import make_object
 
@@ -111,3 +112,11 @@ def test_a_loaded_atlas_says_the_same(wavy, tmp_path):
     found, loaded = wavy.blend(points), load_atlas(tmp_path / "wavy.npz").blend(points)
     for name, column in vars(found).items():
         assert column.tobytes() == getattr(loaded, name).tobytes(), name
+
+
+def test_a_planner_that_goes_by_filled_places_is_saved(wavy, tmp_path):
+    planner = Planner(*lawful_object("wavy").start())
+    forecast = planner.forecast(wavy)
+    save_planner(tmp_path / "planner.json", planner, wavy)
+    loaded = load_planner(tmp_path / "planner.json", wavy)
+    assert loaded.forecast(wavy).predicted_coverage == forecast.predicted_coverage
