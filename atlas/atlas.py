@@ -58,9 +58,7 @@ class Atlas(AtlasState):
         """
         change = learn(self, touch)
         self.touches += 1
-        # Where a probe ends its arms at edges, faces are whole when what lies beyond was touched.
-        is_due = self.options.fill and not len(self.edge_ends)
-        if is_due and self.known_law.is_due(self.point_count):
+        if self.fills and self.known_law.is_due(self.point_count):
             self.look_for_law()
         return replace(change, touch=touch.number)
 
@@ -104,7 +102,6 @@ class Atlas(AtlasState):
         most of the surface obeys laws, faces are read once more. More touches may be added then."""
         law = self.known_law
         is_due = law.is_hopeful or law.beside is not None
-        is_due |= self.options.fill and bool(self.membership.pool.edges.any())
         if is_due and law.count < self.point_count:
             self.look_for_law()
         return finish(self)

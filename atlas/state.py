@@ -15,7 +15,6 @@ from touchatlas.atlas.faces.lawful_body import LawfulBody
 from touchatlas.atlas.field.blend import Blend, Field
 from touchatlas.atlas.field.predicted_deviation import predicted_deviation
 from touchatlas.atlas.graph.cells import Places
-from touchatlas.atlas.graph.creases import Creases
 from touchatlas.atlas.graph.edge_ends import EdgeEnds
 from touchatlas.atlas.graph.frontier import Frontier
 from touchatlas.atlas.graph.power_diagram import Boundary
@@ -53,8 +52,6 @@ class AtlasState:
         The patches. The id of a patch is its row.
     neighbours : SheetNeighbours
         Which patches continue each other's sheet.
-    creases : Creases
-        Which patches meet at a sharp edge.
     surface_graph : SurfaceGraph
         Where patches meet: cells, corners, gaps, outlines.
     membership : SampleMembership
@@ -91,10 +88,9 @@ class AtlasState:
         self.options = options
         self.table = PatchTable(options.fit.basis, options.fit.core)
         self.neighbours = SheetNeighbours()
-        self.creases = Creases(self.neighbours)
-        self.surface_graph = SurfaceGraph(self.table, self.neighbours, self.creases)
+        self.surface_graph = SurfaceGraph(self.table, self.neighbours)
         self.membership = SampleMembership(self.table)
-        self.frontier = Frontier(self.table, self.neighbours, self.creases, self.membership)
+        self.frontier = Frontier(self.table, self.neighbours, self.membership)
         self.edge_ends = EdgeEnds()
         self.rims = Rims(self.membership.pool)
         self.field = Field(self.table, self.surface_graph)
@@ -154,9 +150,8 @@ class AtlasState:
 
     @property
     def fills(self) -> bool:
-        """Whether patches between touches are fitted as touches arrive. Where the probe reports
-        edges faces end as their own touches show it, and nothing is filled between them."""
-        return self.options.fill and not self.membership.pool.edges.any()
+        """Whether patches between touches are fitted as touches arrive."""
+        return self.options.fill
 
     @property
     def prior(self) -> SmoothnessPrior:
@@ -261,7 +256,7 @@ class AtlasState:
                 raise KeyError(f"no patch {i!r}; the nodes of the graph are the ids in use")
 
     def mark_stale(self, rows: Iterable[int]) -> None:
-        """Neighbours, creases or samples of rows changed: compute what follows again.
+        """Neighbours or samples of rows changed: compute what follows again.
 
         Where only polynomials changed, it is enough to mark the surface graph.
         """
@@ -281,7 +276,6 @@ class AtlasState:
         for row in rows:
             self.neighbours.isolate(row)
             self.membership.drop(row)
-        self.creases.forget(rows)
         self.table.remove(rows)
 
     def learned(self, rows: np.ndarray) -> tuple[int, ...]:

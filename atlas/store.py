@@ -14,7 +14,6 @@ import numpy as np
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.faces.law_arrays import law_arrays, law_of_arrays
 from touchatlas.atlas.files import write_whole
-from touchatlas.atlas.graph.creases import Crease
 from touchatlas.atlas.graph.lost_ends import LostEnds
 from touchatlas.atlas.patches.patch_table import PatchTable
 from touchatlas.atlas.records.options import AtlasOptions
@@ -25,7 +24,7 @@ from touchatlas.atlas.whole_file import DamagedError, FileKind, load_whole
 from touchatlas.patch.fit.fit_patch import FitOptions
 
 # The version is that of the file, no unit.
-_FILE = FileKind("atlas", "the atlas.npz of a run", 7, "explore again")
+_FILE = FileKind("atlas", "the atlas.npz of a run", 8, "explore again")
 _POOL = "points", "normals", "across", "edges", "visited"
 
 
@@ -52,7 +51,6 @@ def atlas_bytes(atlas: Atlas) -> bytes:
         **_packed("fitted", membership.fitted),
         **_packed("owned", membership.owned),
         **_packed("neighbours", neighbours),
-        **_crease_arrays(atlas),
         **{f"ends_{name}": column for name, column in vars(atlas.edge_ends).items()},
         **{f"rims_{name}": getattr(atlas.rims.ends, name) for name in LostEnds.NAMES},
         **_residual_arrays(table),
@@ -121,7 +119,6 @@ def _restored(arrays, header) -> Atlas:
     membership.owned.extend(_unpacked("owned", arrays))
     for row, neighbours in enumerate(_unpacked("neighbours", arrays)):
         atlas.neighbours.append(i for i in neighbours.tolist() if i < row)
-    _fill_creases(atlas, arrays)
     for name in vars(atlas.edge_ends):
         _fill_column(atlas.edge_ends, name, arrays[f"ends_{name}"])
     for name in LostEnds.NAMES:
@@ -133,7 +130,7 @@ def _restored(arrays, header) -> Atlas:
 
 def _check_lengths(arrays) -> None:
     """Raise DamagedError unless columns of one kind are equally long."""
-    for kind in ("table", "sample", "ends", "rims", "crease"):
+    for kind in ("table", "sample", "ends", "rims"):
         counts = {n: len(a) for n, a in arrays.items() if n.startswith(f"{kind}_")}
         if len(set(counts.values())) > 1:
             raise DamagedError("its columns are not equally long")
@@ -149,24 +146,6 @@ def _fill_column(ends, name: str, column) -> None:
     if column.shape[1:] != empty.shape[1:] or column.dtype != empty.dtype:
         raise DamagedError("a column of ends has another shape or type")
     setattr(ends, name, column)
-
-
-def _crease_arrays(atlas: Atlas) -> dict[str, np.ndarray]:
-    """Pairs, signs and anchors of the creases."""
-    pairs = sorted(atlas.creases.pairs)
-    creases = [atlas.creases.pairs[pair] for pair in pairs]
-    return {
-        "crease_pairs": np.array(pairs, np.int64).reshape(-1, 2),
-        "crease_sign": np.array([crease.sign for crease in creases], np.int8),
-        "crease_anchor": np.array([crease.anchor for crease in creases]).reshape(-1, 3),
-    }
-
-
-def _fill_creases(atlas: Atlas, arrays) -> None:
-    """Enter the creases of a file."""
-    names = ("crease_pairs", "crease_sign", "crease_anchor")
-    for (i, j), sign, anchor in zip(*(arrays[name] for name in names), strict=True):
-        atlas.creases.enter(int(i), int(j), Crease(int(sign), anchor))
 
 
 def _residual_arrays(table: PatchTable) -> dict[str, np.ndarray]:

@@ -44,10 +44,8 @@ class FreeForm:
         """Forget what new samples told of the predicted deviations."""
         self.places.deviation_ratio = DeviationRatio()
 
-    def update(self, atlas: Atlas, all_places: bool = False) -> None:
-        """Compute the places of the patches that changed since the last time, or of all."""
-        if all_places:
-            self.places.forget()
+    def update(self, atlas: Atlas) -> None:
+        """Compute the places of the patches that changed since the last time."""
         self.places.update(atlas, self._stale, self._told)
         self._stale, self._told = set(), 0
 

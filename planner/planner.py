@@ -32,7 +32,7 @@ class Planner:
     sequence of touches earlier. What does is the end of one that stagnates, and exploring a body of
     lawful faces.
 
-    Where the probe reports edges, the plans are those of ``FrontierPlanner``.
+    Where the probe ends its contours at edges, what lies beyond them is guessed and touched first.
 
     Parameters
     ----------
@@ -167,15 +167,17 @@ class Planner:
 
     def _next_plan(self, atlas: Atlas) -> ProbePlan | None:
         """A plan where nothing is known, else where too little is known."""
-        has_edges = bool(atlas.membership.pool.edges.any())
-        # A new crease changes what patches see that no change names.
-        choice = self._choice(atlas, all_places=has_edges)
+        choice = self._choice(atlas)
         view = self._view(atlas)
         answered = self._attempts.answered
         self._known.measure(*choice.areas(view), self._measured == answered)
         self._measured = answered
-        if isinstance(choice, FreeForm) and (has_edges or self.options.name == FRONTIER):
-            return self._plan_as_frontier(atlas, view.extent, has_edges)
+        if self.options.name == FRONTIER:
+            return self._plan_as_frontier(atlas)
+        if len(atlas.edge_ends):
+            plan = self._plan_behind_edge(atlas, view.extent)
+            if plan is not None:
+                return plan
         while True:
             target, known = choice.target(view, self._known, self.options, self._rng)
             if target is None:
@@ -186,14 +188,13 @@ class Planner:
             self._attempts.leave(target)
             view = self._view(atlas)
 
-    def _choice(self, atlas: Atlas, all_places: bool = False) -> FreeForm | Lawful:
+    def _choice(self, atlas: Atlas) -> FreeForm | Lawful:
         """How places are chosen: by the lawful faces of the atlas, if its body is made of them.
 
         What was learned of errors is forgotten when the number of faces changes: they were those of
-        another surface. Where a probe ends its arms at edges, what lies beyond comes first.
+        another surface.
         """
-        usual = self.options.name == TOLERANCE and not len(atlas.edge_ends)
-        body = atlas.body if usual else None
+        body = atlas.body if self.options.name == TOLERANCE else None
         faces = 0 if body is None else len(body.faces)
         if (faces > 0) != (self._faces > 0):
             self._known = KnownArea()
@@ -202,7 +203,7 @@ class Planner:
             self._free_form.forget_errors()
         if body is not None:
             return Lawful(body)
-        self._free_form.update(atlas, all_places)
+        self._free_form.update(atlas)
         return self._free_form
 
     def _view(self, atlas: Atlas) -> View:
@@ -214,11 +215,15 @@ class Planner:
         pin = self.options.pin_radius, self.options.pin_length
         return is_reachable(atlas, target.point, target.normal, *pin)
 
-    def _plan_as_frontier(self, atlas: Atlas, extent: float, has_edges: bool) -> ProbePlan | None:
-        """The plan of a FrontierPlanner. Where the probe reports edges, patches end there, so that
-        their cores must fill the faces."""
-        if has_edges and self.options.name != FRONTIER:
-            self._beside_edges.options = arms_beside_edges(self.options, extent / atlas.scale)
+    def _plan_behind_edge(self, atlas: Atlas, extent: float) -> ProbePlan | None:
+        """A plan behind an edge at which contours ended; None when all guesses were made."""
+        if self._attempts.pending:
+            return None
+        self._beside_edges.options = arms_beside_edges(self.options, extent / atlas.scale)
+        return self._beside_edges.ask_behind_edge(atlas)
+
+    def _plan_as_frontier(self, atlas: Atlas) -> ProbePlan | None:
+        """The plan of a FrontierPlanner."""
         plan = None if self._attempts.pending else self._beside_edges.ask(atlas)
         if plan is not None:
             return plan

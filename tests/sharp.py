@@ -1,11 +1,13 @@
 """Bodies with sharp edges, explored once each; every test gets its own copy."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from tests.explored import ONE_A_TOUCH, Explored
 from tests.kept import kept_once
 from touchatlas.atlas import Atlas
-from touchatlas.planner import FrontierPlanner, explore
+from touchatlas.planner import FrontierPlanner, Planner, PlannerOptions, Stop, explore
 from touchatlas.sim import Probe, make_object
 from touchatlas.sim.world.implicit_fields import polyhedron, union
 from touchatlas.sim.world.implicit_object import ImplicitObject
@@ -68,3 +70,23 @@ def _explored(name: str, noise: float, max_touches: int, seed: int) -> Explored:
     probe = Probe(obj, noise, np.random.default_rng(seed))
     touches = [step.touch for step in explore(atlas, planner, probe, max_touches)]
     return Explored(atlas, touches)
+
+
+@dataclass(frozen=True, eq=False)
+class ExploredFaces:
+    """A finished atlas of a body with edges, its touches, and why there are no more."""
+
+    atlas: Atlas
+    touches: list
+    stop: Stop
+
+
+@kept_once
+def explored_faces(name: str, max_turn: float, seed: int = 0) -> ExploredFaces:
+    """A copy of an exploration by the planner, with contours that turn by so much at most."""
+    obj, rng = sharp_object(name), np.random.default_rng(seed)
+    atlas = Atlas(obj.tolerance)
+    planner = Planner(*obj.start(), PlannerOptions(max_turn=max_turn))
+    touches = [step.touch for step in explore(atlas, planner, Probe(obj, 0.02, rng), 100)]
+    atlas.finish()
+    return ExploredFaces(atlas, touches, planner.stop)

@@ -84,7 +84,7 @@ def _index(state: AtlasState) -> Iterator[str]:
 def _kept(state: AtlasState) -> Iterator[str]:
     """Kept outlines, corners, boundaries and frontier equal the same computed again."""
     table, kept, rows = state.table, state.surface_graph, state.table.rows
-    fresh = SurfaceGraph(table, kept.neighbours, kept.creases)
+    fresh = SurfaceGraph(table, kept.neighbours)
     fresh.mark_stale(rows.tolist())
     near = ROUNDING * np.sqrt(table.weight[rows].max(initial=0.0))
     if not np.allclose(kept.outlines.points(rows), fresh.outlines.points(rows), 0.0, near):
@@ -99,7 +99,7 @@ def _kept(state: AtlasState) -> Iterator[str]:
             yield f"the {name} are not those of the patches"
     if kept.cells.boundaries.keys() != fresh.cells.boundaries.keys():
         yield "the boundaries are not those of the cells"
-    frontier = Frontier(table, state.neighbours, state.creases, state.membership)
+    frontier = Frontier(table, state.neighbours, state.membership)
     frontier.mark_stale(rows.tolist())
     if not np.array_equal(frontier.samples, state.frontier.samples):
         yield "the frontier is not that of the samples"

@@ -4,9 +4,9 @@ import networkx as nx
 import numpy as np
 
 from touchatlas.atlas.edit.filling_fits import Filling, Sites, fits_at
-from touchatlas.atlas.edit.refresh import smooth_neighbours, update_creases
 from touchatlas.atlas.edit.replace import remove_hidden, root_mean_square
 from touchatlas.atlas.graph.power_diagram import power_at
+from touchatlas.atlas.graph.sheets import sheet_neighbours
 from touchatlas.atlas.patches.patch_table import PatchTable
 from touchatlas.atlas.patches.sample_membership import CANDIDATE_REACH
 from touchatlas.atlas.records.change import AtlasChange
@@ -96,7 +96,7 @@ def _gaps(state: AtlasState, samples) -> Sites:
     chosen = np.zeros(len(membership.pool), bool)
     chosen[samples] = True
     beside = [row for row in near if chosen[membership.fitted[row]].any()]
-    found = sorted(state.surface_graph.gaps_of(beside).items())
+    found = sorted(state.surface_graph.cells.gaps_of(beside).items())
     points = np.array([point for _, point in found]).reshape(-1, 3)
     return _sites_on(table, np.array([triple[2] for triple, _ in found], int), points)
 
@@ -138,14 +138,6 @@ def _enter_all(state: AtlasState, sites: Sites, changed: set[int], refused: Refu
     entered. Rows that they meet are added to ``changed``, and patches that were not entered to
     ``refused``: they are entered later if neighbours allow it then, and no site is fitted twice.
     """
-    edges, fitted = state.membership.pool.edges, state.membership.fitted
-    # A face with an edge ends where its own touches show it, so it is not extended.
-    smooth = {
-        row
-        for row in np.unique(sites.owners).tolist()
-        if not (state.creases.of(row) or edges[fitted[row]].any())
-    }
-    sites = sites.only(np.isin(sites.owners, list(smooth)))
     sites = sites.only(_far_apart(sites, _APART * np.sqrt(state.table.weight[sites.owners])))
     places = [place.tobytes() for place in np.hstack([sites.points, sites.normals])]
     new = [i for i, place in enumerate(places) if place not in refused]
@@ -175,12 +167,11 @@ def _enter(state: AtlasState, filling: Filling, changed: set[int]) -> bool:
     """Enter a patch among its neighbours, if it has any and their cells do not hold its site; these
     are added to ``changed``."""
     trial, candidate = state.table.with_candidate(filling.fit)
-    neighbours = smooth_neighbours(state, trial, candidate)
+    neighbours = sheet_neighbours(trial, candidate)
     least = power_at(trial, neighbours, trial.site[candidate]).min(initial=np.inf)
     if not -trial.weight[candidate] < least < np.inf:
         return False
     row = _append(state, filling, neighbours)
-    update_creases(state, [row])
     changed.update(neighbours.tolist())
     remove_hidden(state, {row, *neighbours.tolist()})
     return True

@@ -1,7 +1,6 @@
 """Finish: the steps that end an exploration, before its surface is drawn."""
 
 from touchatlas.atlas.edit.fill import fill
-from touchatlas.atlas.edit.refresh import update_creases
 from touchatlas.atlas.edit.simplify import simplify
 from touchatlas.atlas.edit.split import split
 from touchatlas.atlas.residual.learn_residuals import learn_residuals
@@ -30,7 +29,6 @@ def refit_all(state: AtlasState) -> None:
     for row in state.too_large(state.table.rows):
         if state.table.alive[row]:
             split(state, row)
-    update_creases(state, state.table.rows.tolist())
 
 
 def update_residuals(state: AtlasState) -> int:
@@ -42,5 +40,5 @@ def update_residuals(state: AtlasState) -> int:
     before = set(state.table.residuals)
     state.residual_scale = learn_residuals(state.table, state.membership, state.prior)
     if changed := before | set(state.table.residuals):
-        update_creases(state, sorted(changed))
+        state.surface_graph.mark_stale(changed)
     return len(state.table.residuals)

@@ -12,21 +12,18 @@ from touchatlas.atlas.edit.fit_scale import settle_scale
 from touchatlas.atlas.edit.fit_touch import LEAST_CONTOURS, few_contours, fit_or_reason
 from touchatlas.atlas.edit.innovations import innovations
 from touchatlas.atlas.edit.plausible_touch import check_unit_of_length
-from touchatlas.atlas.edit.refresh import separate_sheets, smooth_neighbours, update_creases
 from touchatlas.atlas.edit.renew import learn_along, remove_filled, renewed
 from touchatlas.atlas.edit.repeated_contours import learned_before
 from touchatlas.atlas.edit.replace import in_ball, remove_hidden, root_mean_square
 from touchatlas.atlas.edit.split import split
-from touchatlas.atlas.graph.creases import Crease
-from touchatlas.atlas.graph.find_creases import find_creases
 from touchatlas.atlas.graph.power_diagram import power_at
+from touchatlas.atlas.graph.sheets import sheet_neighbours
 from touchatlas.atlas.patches.normal_equations import SHEET_COSINE
 from touchatlas.atlas.patches.patch_table import PatchTable
 from touchatlas.atlas.records.change import AtlasChange
 from touchatlas.atlas.records.touch import LEAST_POINTS, Touch, TouchStatus
 from touchatlas.atlas.state import AtlasState
 from touchatlas.patch.fit.fit_patch import PatchFit
-from touchatlas.patch.geometry.contour import ContourEnd
 
 # Radius about a touch that gave no patch within which samples need no touch, in patch radii.
 # Doubled, places that another patch could cover are given up.
@@ -50,7 +47,7 @@ def learn(state: AtlasState, touch: Touch) -> AtlasChange:
         )
     settle_scale(state, [contour.noise_std for contour in contours])
     fit, reason = fit_or_reason(state, touch, contours)
-    fills = state.fills and not _ends_at_edge(contours)
+    fills = state.fills
     owner = _owner_at(state, touch) if fit is None and fills else None
     change = AtlasChange(refused=reason)
     if fit is None and owner is None:
@@ -73,11 +70,6 @@ def learn(state: AtlasState, touch: Touch) -> AtlasChange:
     return replace(change, innovations=news)
 
 
-def _ends_at_edge(contours) -> bool:
-    """Whether any of the contours ended at an edge."""
-    return any(end is ContourEnd.EDGE for contour in contours for end in contour.ends)
-
-
 def _owner_at(state: AtlasState, touch: Touch) -> int | None:
     """The patch in whose cell a contact lies, if it faces the approach; None elsewhere."""
     found = state.blend_of_patches(touch.contact[None])
@@ -93,13 +85,12 @@ def insert(state: AtlasState, fit: PatchFit, contours) -> AtlasChange:
     trial, row = state.table.with_candidate(fit)
     trial.measurement_std[row] = root_mean_square([contour.noise_std for contour in contours])
     index = enter_samples(state, trial, row, contours)
-    creases = _new_creases(state, trial, row, index)
-    neighbours = smooth_neighbours(state, trial, row, frozenset(creases))
+    neighbours = sheet_neighbours(trial, row)
     owner = _owner(trial, row, neighbours)
     if len(neighbours):
         state.membership.learn(neighbours, index)
     if owner == row:
-        too_large = _enter_patch(state, fit, contours, index, creases, neighbours)
+        too_large = _enter_patch(state, fit, contours, index, neighbours)
         change = AtlasChange(added=(row,), changed=tuple(neighbours.tolist()))
     else:
         too_large = _give_to_owner(state, owner, fit, contours, index, neighbours)
@@ -107,7 +98,7 @@ def insert(state: AtlasState, fit: PatchFit, contours) -> AtlasChange:
     return _split_and_remove(state, too_large, change)
 
 
-def _enter_patch(state: AtlasState, fit: PatchFit, contours, index, creases, neighbours):
+def _enter_patch(state: AtlasState, fit: PatchFit, contours, index, neighbours):
     """Make a fitted patch a node with its samples ``index``; returns the rows that leave out more
     than a residual may explain."""
     table, membership = state.table, state.membership
@@ -117,14 +108,9 @@ def _enter_patch(state: AtlasState, fit: PatchFit, contours, index, creases, nei
     membership.owned[row] = index
     membership.learn(np.array([row]), membership.owned_by([row, *beside]))
     table.learned[row] = table.count[row]
-    for other, crease in creases.items():
-        state.creases.enter(row, other, crease)
     too_large = state.learned(np.append(neighbours, row))
-    update_creases(state, [row, *beside])
     state.edge_ends.extend(table, row, contours)
     state.edge_ends.drop_passed(table)
-    for other in creases:
-        separate_sheets(state, row, other)
     return too_large
 
 
@@ -137,7 +123,6 @@ def add_contours(state: AtlasState, owner: int, contours) -> AtlasChange:
     state.membership.owned[owner] = np.concatenate([state.membership.owned[owner], index])
     state.edge_ends.extend(state.table, owner, contours)
     too_large = state.learned(neighbours)
-    update_creases(state, neighbours.tolist())
     state.mark_stale([owner])
     return _split_and_remove(state, too_large, AtlasChange(changed=tuple(neighbours.tolist())))
 
@@ -154,9 +139,7 @@ def _give_to_owner(state: AtlasState, owner: int, fit: PatchFit, contours, index
     visited &= pool.normals[samples] @ frame.normal >= SHEET_COSINE
     pool.visited[samples[visited]] = True
     _link(state, owner, neighbours)
-    too_large = state.learned(neighbours)
-    update_creases(state, neighbours.tolist())
-    return too_large
+    return state.learned(neighbours)
 
 
 def _split_and_remove(state: AtlasState, rows: tuple[int, ...], change: AtlasChange) -> AtlasChange:
@@ -176,16 +159,6 @@ def _split_and_remove(state: AtlasState, rows: tuple[int, ...], change: AtlasCha
     )
 
 
-def _new_creases(state: AtlasState, table: PatchTable, row: int, index) -> dict[int, Crease]:
-    """The rows with which a candidate ``row`` of the table makes a crease, by its samples (n,)."""
-    if not state.membership.pool.edges[index].any():
-        return {}
-    near = table.index.rows_near(table.origin[row], table.radius[row])
-    pairs = [(i, row) for i in near.tolist()]
-    found = find_creases(table, state.membership, pairs, state.bias, index)
-    return {i: crease for (i, _), crease in found.items()}
-
-
 def _owner(table: PatchTable, row: int, neighbours: np.ndarray) -> int:
     """The patch in whose cell the site of ``row`` lies: the row itself, unless it is hidden."""
     if not len(neighbours):
@@ -201,6 +174,6 @@ def _link(state: AtlasState, owner: int, neighbours: np.ndarray) -> None:
     others = neighbours[neighbours != owner]
     reach = table.radius[others] + table.radius[owner]
     near = others[in_ball(table.origin[others], table.origin[owner], reach)].tolist()
-    for i in set(near) - state.creases.of(owner):
+    for i in near:
         state.neighbours.join(owner, i)
     state.mark_stale([owner])

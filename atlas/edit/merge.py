@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from touchatlas.atlas.edit.refresh import inherit_creases, smooth_neighbours, update_creases
 from touchatlas.atlas.edit.replace import (
     DISC,
     LEAST_COSINE,
@@ -15,7 +14,7 @@ from touchatlas.atlas.edit.replace import (
     upright_fits,
 )
 from touchatlas.atlas.field.patch_values import COVER_MARGIN
-from touchatlas.atlas.graph.visibility import is_behind
+from touchatlas.atlas.graph.sheets import sheet_neighbours
 from touchatlas.atlas.patches.intersect import lift
 from touchatlas.atlas.patches.normal_equations import SHEET_COSINE
 from touchatlas.atlas.patches.patch_table import PatchTable
@@ -30,10 +29,6 @@ from touchatlas.patch.geometry.frame import DarbouxFrame, axes_from_normal
 # Core radius of a merged patch over that of the ball that holds both cores, no unit: the origin
 # moves in the fit. With twice the excess merged patches are 2 % larger than they need be.
 _SLACK = 1.02
-# Fraction of the way from the centre to an outline that must be free of creases, no unit: a point
-# on the crease itself would count as hidden or not by rounding. With twice the margin, 0.9, a
-# merged patch may lose a tenth of its way behind a crease.
-_INNER = 0.95
 
 
 def merge(state: AtlasState, first: int, second: int) -> AtlasChange:
@@ -150,12 +145,11 @@ def _are_steep(state: AtlasState, rows, centre, core: float, normal) -> bool:
 def _put_in_place(state: AtlasState, fit: PatchFit) -> tuple[int, tuple[int, ...]] | None:
     """Enter a merged patch and remove those whose cores it holds; returns its row and theirs.
 
-    Returns None, with nothing changed, in three cases: a patch that shares a corner with the
-    removed ones would be no neighbour of the merged one; a crease would hide a part of the removed
-    ones from its site; or it would reach where no patch did.
+    Returns None, with nothing changed, in two cases: a patch that shares a corner with the removed
+    ones would be no neighbour of the merged one; or it would reach where no patch did.
     """
     trial, row = state.table.with_candidate(fit)
-    neighbours = smooth_neighbours(state, trial, row)
+    neighbours = sheet_neighbours(trial, row)
     offset = trial.site[neighbours] - trial.site[row]
     core = np.sqrt(trial.weight[neighbours])
     distance = np.sqrt((offset * offset).sum(axis=1))
@@ -165,52 +159,26 @@ def _put_in_place(state: AtlasState, fit: PatchFit) -> tuple[int, tuple[int, ...
     # Rounding may leave out both patches that are merged.
     if (
         not gone
-        or _hides(state, trial, row, gone)
         or not cells.sharing_corners(gone) <= set(neighbours.tolist())
-        or _spreads(state, trial, row, neighbours, gone)
+        or _spreads(state, trial, row, neighbours)
     ):
         return None
     std = root_mean_square(state.table.measurement_std[gone])
-    creases = state.creases.of_all(gone)
     enter_fit(state, fit, stay, state.membership.fitted_by(neighbours.tolist()), std)
     give_samples(state, gone, row)
     around = {row, *stay.tolist()} | state.neighbours.around(gone) - set(gone)
     state.remove(gone)
-    inherit_creases(state, row, creases)
     gone += remove_hidden(state, around)
-    if row not in gone:
-        update_creases(state, [row])
     return row, tuple(gone)
 
 
-def _hides(state: AtlasState, table: PatchTable, row: int, gone: list[int]) -> bool:
-    """Whether a crease lies between the site of a candidate ``row`` and a part of the outlines of
-    the rows ``gone`` that it is to replace."""
-    visibility, outlines = state.surface_graph.visibility, state.surface_graph.outlines
-    segments = visibility.segments_about(gone)
-    if not len(segments):
-        return False
-    visible = []
-    for i in gone:
-        points, centre = outlines.points([i])[0], visibility.centre(i)
-        beyond = is_behind(table, i, centre, points, segments)
-        visible.append(np.concatenate([points[~beyond], centre[None]]))
-    hidden = is_behind(table, row, table.site[row], np.concatenate(visible), segments, _INNER)
-    return bool(hidden.any())
-
-
-def _spreads(
-    state: AtlasState, table: PatchTable, row: int, neighbours: np.ndarray, gone: list[int]
-) -> bool:
+def _spreads(state: AtlasState, table: PatchTable, row: int, neighbours: np.ndarray) -> bool:
     """Whether a candidate ``row`` would cover points that no patch covered before: at the rim of
     the touched surface it would claim what was not touched.
 
-    The patches before are its neighbours (m,) and theirs; the rows ``gone`` are among them.
+    The patches before are its neighbours (m,) and theirs.
     """
     points = points_over(table, row, DISC * table.core * np.sqrt(1.0 + COVER_MARGIN))
-    segments = state.surface_graph.visibility.segments_about(gone)
-    if len(segments):
-        points = points[~is_behind(table, row, table.site[row], points, segments)]
     before = sorted(state.neighbours.around(neighbours.tolist()))
     offset = points[:, None] - table.site[before]
     beyond = (offset * offset).sum(axis=-1) > (1.0 + COVER_MARGIN) * table.weight[before]

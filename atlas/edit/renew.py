@@ -6,7 +6,6 @@ import numpy as np
 
 from touchatlas.atlas.edit.fill import fill_about
 from touchatlas.atlas.edit.filling_fits import Sites, explains_core, fits_at, follows
-from touchatlas.atlas.edit.refresh import update_creases
 from touchatlas.atlas.edit.replace import are_upright
 from touchatlas.atlas.edit.split import divide, split
 from touchatlas.atlas.records.change import AtlasChange
@@ -86,7 +85,6 @@ def renewed(
     state.refit(due)
     splits = [split(state, row) for row in state.too_large(due) if alive[row]]
     samples = np.union1d(samples, replace_misfits(state, changed))
-    update_creases(state, [row for row in due.tolist() if alive[row]])
     filled = fill_about(state, samples)
     after = set(state.table.rows.tolist())
     changed = changed.union(filled.changed, *(one.added for one in splits)) & after & before

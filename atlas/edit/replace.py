@@ -106,19 +106,16 @@ def remove_hidden(state: AtlasState, rows: set[int]) -> list[int]:
 
 
 def _uncovered(state: AtlasState, rows: set[int]) -> list[int]:
-    """Those of the rows, ascending, whose sites lie in the cell of a neighbour, and those behind
-    creases: the others have a cell, whatever neighbours are removed."""
+    """Those of the rows, ascending, whose sites lie in the cell of a neighbour: the others have a
+    cell, whatever neighbours are removed."""
     table, every = state.table, np.array(sorted(rows), int)
     if not len(every):
         return []
     sites = table.site[every][:, None]
     power = power_at(table, state.neighbours.lines_of(every)[:, None], sites)[:, 0]
     covered = power.min(axis=1) >= -table.weight[every]
-    return [
-        row
-        for row, is_covered in zip(every.tolist(), covered.tolist(), strict=True)
-        if not is_covered or state.creases.behind(row)
-    ]
+    found: list[int] = every[~covered].tolist()
+    return found
 
 
 def give_samples(state: AtlasState, rows: list[int], owner: int) -> None:
@@ -132,19 +129,13 @@ def give_samples(state: AtlasState, rows: list[int], owner: int) -> None:
 
 
 def _is_hidden(state: AtlasState, row: int, neighbours) -> bool:
-    """Whether the neighbours (m,) of a row and the creases of its sheet leave it no cell."""
-    table, rows = state.table, np.array([row])
-    behind_edges = bool(state.creases.behind(row))
-    covers_site = power_at(table, neighbours, table.site[row]).min() >= -table.weight[row]
-    if covers_site and not behind_edges:
+    """Whether the neighbours (m,) of a row leave it no cell."""
+    table = state.table
+    if power_at(table, neighbours, table.site[row]).min() >= -table.weight[row]:
         return False
     points = points_over(table, row, DISC * table.core)
-    own = power_at(table, neighbours, points).min(axis=1) >= power_at(table, rows, points)[:, 0]
-    points = points[own]
-    if behind_edges:
-        beyond = state.surface_graph.visibility.beyond(np.tile(rows, len(points)), points)
-        points = points[~beyond]
-    return not len(points)
+    own = power_at(table, neighbours, points).min(axis=1) >= power_at(table, [row], points)[:, 0]
+    return not own.any()
 
 
 def points_over(table: PatchTable, row: int, xy) -> np.ndarray:

@@ -2,10 +2,9 @@
 
 import numpy as np
 
-from touchatlas.atlas.edit.refresh import inherit_creases, smooth_neighbours, update_creases
-from touchatlas.atlas.edit.replace import DISC, enter_fit, in_ball, points_over, remove_hidden
-from touchatlas.atlas.graph.creases import Crease
+from touchatlas.atlas.edit.replace import enter_fit, in_ball, remove_hidden
 from touchatlas.atlas.graph.power_diagram import power_at
+from touchatlas.atlas.graph.sheets import sheet_neighbours
 from touchatlas.atlas.patches.normal_equations import of_patch
 from touchatlas.atlas.patches.sample_membership import CANDIDATE_REACH
 from touchatlas.atlas.records.change import AtlasChange
@@ -29,7 +28,7 @@ def split(state: AtlasState, patch_id: int) -> AtlasChange:
     """Replace one patch by up to seven of half its radius; refused where the samples do not
     determine all of them.
 
-    Parts that lie beyond edges, or have no cell, are left out.
+    Parts that have no cell are left out.
     """
     state.check(patch_id)
     parts = parts_of(state, patch_id)
@@ -40,8 +39,8 @@ def split(state: AtlasState, patch_id: int) -> AtlasChange:
 
 
 def parts_of(state: AtlasState, row: int) -> list[PatchFit] | None:
-    """Up to seven patches that cover the core of a row on its side of the creases; None when the
-    samples of the row and its neighbours do not determine all of them."""
+    """Seven patches that cover the core of a row; None when the samples of the row and its
+    neighbours do not determine all of them."""
     table, pool, membership = state.table, state.membership.pool, state.membership
     index = membership.fitted_by([row, *state.neighbours[row]])
     samples = pool.points[index], pool.normals[index]
@@ -76,7 +75,6 @@ def _frames(state: AtlasState, row: int) -> list[DarbouxFrame]:
     angles = np.pi / 3.0 * np.arange(6)
     hexagon = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     xy = table.core * _OUT * np.concatenate([np.zeros((1, 2)), hexagon])
-    xy = xy[[_is_seen(state, row, centre) for centre in xy]]
     z = scaled_height(table.basis, table.mean[row], *xy.T)
     if not np.isfinite(z).all():
         return []
@@ -88,42 +86,17 @@ def _frames(state: AtlasState, row: int) -> list[DarbouxFrame]:
     return [DarbouxFrame(p, axes_from_normal(n, e1)) for p, n in zip(origins, normals, strict=True)]
 
 
-def _is_seen(state: AtlasState, row: int, centre) -> bool:
-    """Whether any point of the smaller disc about a scaled centre (2,) lies on the row's side of
-    its creases."""
-    table = state.table
-    if not state.creases:
-        return True
-    points = points_over(table, row, centre + _SLACK * _HALF * table.core * DISC)
-    beyond = state.surface_graph.visibility.beyond(np.full(len(points), row), points)
-    return not len(points) or not beyond.all()
-
-
-def _reached(state: AtlasState, part: int, creases, curves) -> dict[int, Crease]:
-    """Those of the creases that a part reaches, by the patch behind each, as are ``curves``."""
-    table, found = state.table, {}
-    for other, crease in creases.items():
-        points = np.concatenate([curves[other], crease.anchor[None]])
-        offset = points - table.origin[part]
-        square = (offset * offset).sum(axis=1)
-        if square.min() <= table.radius[part] ** 2:
-            found[other] = Crease(crease.sign, points[square.argmin()])
-    return found
-
-
 def divide(state: AtlasState, row: int, parts: list[PatchFit]) -> tuple[int, ...]:
     """Replace a row by its parts and distribute its samples among them; returns their rows."""
     table, membership = state.table, state.membership
     owned, known = membership.owned[row], membership.fitted[row]
     std, ends = float(table.measurement_std[row]), state.edge_ends
-    around, creases = set(state.neighbours[row]), state.creases.of_all([row])
-    curves = {other: state.surface_graph.curves.curve(row, other) for other in creases}
+    around = set(state.neighbours[row])
     state.remove([row])
     rows = []
     for fit in parts:
         trial, candidate = table.with_candidate(fit)
-        neighbours = smooth_neighbours(state, trial, candidate)
-        neighbours = np.setdiff1d(neighbours, list(creases))
+        neighbours = sheet_neighbours(trial, candidate)
         samples = np.union1d(known, membership.owned_by(neighbours.tolist()))
         rows.append(enter_fit(state, fit, neighbours, samples, std))
     owner = np.array(rows)[power_at(table, rows, membership.pool.points[owned]).argmin(axis=1)]
@@ -131,9 +104,6 @@ def divide(state: AtlasState, row: int, parts: list[PatchFit]) -> tuple[int, ...
         membership.owned[part] = owned[owner == part]
     ends.move_home([row], rows[0])
     state.mark_stale(rows)
-    for part in rows:
-        inherit_creases(state, part, _reached(state, part, creases, curves))
-    update_creases(state, rows)
     # Parts may hide their neighbours, and neighbours may hide parts.
     around = around.union(rows, *(state.neighbours[i] for i in rows))
     around -= set(remove_hidden(state, around))

@@ -11,7 +11,6 @@ from typing import Protocol
 
 import numpy as np
 
-from touchatlas.atlas.field.blend_at_edges import own_beyond_edges
 from touchatlas.atlas.field.padded_groups import runs
 from touchatlas.atlas.field.patch_values import PatchValues, distances, patch_values
 from touchatlas.atlas.graph.sheets import same_sheet
@@ -140,12 +139,10 @@ class Field:
         """Values of single patches ``rows`` (m,) at world points (m, 3), one patch for each."""
         return patch_values(self.table, self.graph, rows, points, reach, curved)
 
-    def distances(
-        self, rows, points, reach: float = np.inf, trimmed: bool = True, plain: bool = False
-    ):
+    def distances(self, rows, points, reach: float = np.inf, plain: bool = False):
         """Distance, normal, and whether the foot is in the patch's cell, for the same pairs: see
         ``patch_values.distances``."""
-        return distances(self.table, self.graph, rows, points, reach, trimmed, plain)
+        return distances(self.table, self.graph, rows, points, reach, plain)
 
     def _means(self, points, reach: float, curved: bool):
         """Means (n, 6) of distance, variance, curvature and normal over the patches on the sheet
@@ -157,11 +154,6 @@ class Field:
             return out, patch
         found = self.of_patches(rows, points[which], reach, curved)
         starts, sizes, owner, is_owned = owners(rows, which, found.distance, found.own)
-        if graph.creases and found.covers is not None:
-            feet = points[which] - found.distance[:, None] * found.numbers[:, 3:]
-            feet[~found.covers] = np.nan
-            pairs = rows, starts, sizes, found.distance, feet
-            own_beyond_edges(graph, *pairs, owner, is_owned)
         weight = found.weight * same_sheet(graph.neighbours, np.repeat(owner, sizes), rows)
         total = np.add.reduceat(weight, starts)
         is_owned &= total > 0.0

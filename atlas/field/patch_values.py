@@ -4,7 +4,7 @@ Pairs of a patch and a point are put into padded groups, so that every product i
 products.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -59,15 +59,12 @@ class PatchValues:
         Distance, variance (length^2), Gaussian curvature (1/length^2), unit normal (3).
     own : (m,) bool
         Whether the foot of the point lies in the patch's cell.
-    covers : (m,) bool, optional
-        The same for the cell as it is without creases. None where the atlas has no creases.
     """
 
     distance: np.ndarray
     weight: np.ndarray
     numbers: np.ndarray
     own: np.ndarray
-    covers: np.ndarray | None = None
 
 
 def patch_values(
@@ -83,11 +80,6 @@ def patch_values(
     for patches, index in groups(rows):
         here = _PatchesAtPoints(table, patches, points[index], _ALL if curved else GRADIENT)
         _fill_values(table, lines, patches, index, here, reach, out)
-    if graph.creases:
-        seen = graph.visibility.sees(
-            rows, points - out.distance[:, None] * out.numbers[:, 3:], out.own
-        )
-        return replace(out, own=seen, covers=out.own)
     return out
 
 
@@ -97,7 +89,6 @@ def distances(
     rows,
     points,
     reach: float,
-    trimmed: bool = True,
     plain: bool = False,
 ):
     """Distances and normals only, of patches ``rows`` (m,) at world points (m, 3).
@@ -110,8 +101,6 @@ def distances(
     points : (m, 3) float, length, world
     reach : float, length
         Patches farther than this from a point are not evaluated there.
-    trimmed : bool
-        Whether cells end at creases.
     plain : bool
         Whether to evaluate polynomials without residuals: they hold farther from the surface.
 
@@ -128,8 +117,6 @@ def distances(
         here = _PatchesAtPoints(table, patches, points[index], GRADIENT, plain)
         distance[index], normals[index] = here.distance, here.normals
         own[index] = here.own(table, lines, patches, here.inside(reach))
-    if graph.creases and trimmed:
-        own = graph.visibility.sees(rows, points - distance[:, None] * normals, own)
     return distance, normals, own
 
 

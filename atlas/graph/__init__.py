@@ -1,1 +1,1 @@
-"""Which patches meet, and where: sheets, cells, creases, frontier."""
+"""Which patches meet, and where: sheets, cells, frontier."""

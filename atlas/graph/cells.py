@@ -12,7 +12,6 @@ import numpy as np
 
 from touchatlas.atlas.graph.power_diagram import (
     CELL_MARGIN,
-    CREASE_ANGLE,
     Boundary,
     boundary_curves,
     corners_about,
@@ -145,11 +144,8 @@ def ended_boundaries(boundaries: Mapping[Pair, Boundary], corners: Places) -> di
 def _boundary(pair: Pair, points, gap, angle) -> Boundary:
     """The boundary of a pair from its points (b, 3), gaps (b,) and angles (b,)."""
     if not len(points):
-        return Boundary(pair, points, 0.0, 0.0, False)
-    largest = float(angle.max())
-    return Boundary(
-        pair, points, float(np.sqrt(np.mean(gap * gap))), largest, largest > CREASE_ANGLE
-    )
+        return Boundary(pair, points, 0.0, 0.0)
+    return Boundary(pair, points, float(np.sqrt(np.mean(gap * gap))), float(angle.max()))
 
 
 def with_even_ends(table: PatchTable, corners: Places, gaps: Places, boundaries) -> Places:

@@ -9,7 +9,6 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from touchatlas.atlas.graph.creases import Creases
 from touchatlas.atlas.graph.power_diagram import power_at
 from touchatlas.atlas.graph.sheets import SheetNeighbours
 from touchatlas.atlas.patches.growing_array import grown
@@ -25,7 +24,6 @@ class Frontier:
     ----------
     table : PatchTable
     neighbours : SheetNeighbours
-    creases : Creases
     membership : SampleMembership
     """
 
@@ -33,11 +31,9 @@ class Frontier:
         self,
         table: PatchTable,
         neighbours: SheetNeighbours,
-        creases: Creases,
         membership: SampleMembership,
     ) -> None:
-        self._table, self._neighbours = table, neighbours
-        self._creases, self._membership = creases, membership
+        self._table, self._neighbours, self._membership = table, neighbours, membership
         self._depth, self._owner = np.zeros(0), np.zeros(0, np.int32)
         self._stale: set[int] = set()
 
@@ -69,9 +65,6 @@ class Frontier:
         rows, which = rows[covers], which[covers]
         sample = index[which]
         alike = on_sheet_of_each(table, rows, pool.points[sample], pool.normals[sample])
-        if self._creases:
-            pairs = zip(rows.tolist(), self._owner[sample].tolist(), strict=True)
-            alike &= np.array([row not in self._creases.of(home) for row, home in pairs], bool)
         out = np.ones(len(index), bool)
         out[which[alike]] = False
         return out

@@ -1,8 +1,8 @@
 """Outlines: the rim of each patch's core on its polynomial, and where no cell covers it.
 
 An outline follows from the polynomial, the site and the weight of its patch. Whether a point of it
-is open follows from the cells of the sheet neighbours and from the creases. Both are computed when
-they are read, and kept until the patch or its surroundings change.
+is open follows from the cells of the sheet neighbours. Both are computed when they are read, and
+kept until the patch or its surroundings change.
 """
 
 from collections.abc import Iterable
@@ -11,7 +11,6 @@ import numpy as np
 
 from touchatlas.atlas.graph.power_diagram import CELL_MARGIN, power_at
 from touchatlas.atlas.graph.sheets import SheetNeighbours
-from touchatlas.atlas.graph.visibility import Visibility
 from touchatlas.atlas.patches.growing_array import grown
 from touchatlas.atlas.patches.patch_table import PatchTable
 from touchatlas.patch.geometry.polynomial import evaluate_batch, monomials
@@ -33,13 +32,10 @@ class Outlines:
     ----------
     table : PatchTable
     neighbours : SheetNeighbours
-    visibility : Visibility
     """
 
-    def __init__(
-        self, table: PatchTable, neighbours: SheetNeighbours, visibility: Visibility
-    ) -> None:
-        self._table, self._neighbours, self._visibility = table, neighbours, visibility
+    def __init__(self, table: PatchTable, neighbours: SheetNeighbours) -> None:
+        self._table, self._neighbours = table, neighbours
         self._points = np.zeros((0, COUNT, 3))
         self._open = np.zeros((0, COUNT), bool)
         self._stale: set[int] = set()
@@ -54,8 +50,7 @@ class Outlines:
         return self._points[rows]
 
     def open(self, rows) -> np.ndarray:
-        """(m, 24) whether points of the outlines of rows (m,) are in no cell of a neighbour and not
-        beyond a crease."""
+        """(m, 24) whether points of the outlines of rows (m,) are in no cell of a neighbour."""
         self._refresh()
         return self._open[rows]
 
@@ -75,11 +70,7 @@ class Outlines:
         power = power_at(table, lines[:, None], points) - CELL_MARGIN * table.weight[lines][:, None]
         # Lines are padded with the row itself.
         power[np.broadcast_to((lines == rows[:, None])[:, None], power.shape)] = np.inf
-        is_open = np.asarray((power > 0.0).all(axis=2))
-        which, places = np.nonzero(is_open)
-        beyond = self._visibility.beyond(rows[which], points[which, places])
-        is_open[which[beyond], places[beyond]] = False
-        return is_open
+        return np.asarray((power > 0.0).all(axis=2))
 
 
 def core_points(table: PatchTable, rows, radii=1.0, angles=_ANGLES) -> np.ndarray:

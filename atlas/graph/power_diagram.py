@@ -26,9 +26,6 @@ _ALONG = np.linspace(-1.0, 1.0, 9)
 # patches cannot each lie in the cell of the other. Doubled, holes as wide as a fifth of a core pass
 # for closed.
 CELL_MARGIN = 0.05
-# Least angle between the normals of two faces of a crease, rad; a polynomial of degree 4 fits both
-# faces of a smaller one. Doubled, the faces of a hexagonal bar are one sheet.
-CREASE_ANGLE = np.deg2rad(30.0)
 # Largest distance from a patch of a point that counts as lying on it, in patch radii: rounding,
 # a thousandfold. Doubled, nothing changes.
 MEETS = 1e-6
@@ -50,15 +47,12 @@ class Boundary:
         of the atlas from the patches alone.
     normal_gap : float, rad
         Largest angle between their normals along the curve.
-    crease : bool
-        Whether that angle exceeds CREASE_ANGLE.
     """
 
     patches: tuple[int, int]
     points: np.ndarray
     gap_rms: float
     normal_gap: float
-    crease: bool
 
 
 def boundary_curves(table: PatchTable, first: np.ndarray, second: np.ndarray):

@@ -1,4 +1,4 @@
-"""Ascending pairs and triples of rows: the keys of boundaries, creases and corners."""
+"""Ascending pairs and triples of rows: the keys of boundaries and corners."""
 
 from collections.abc import Iterable
 

@@ -127,7 +127,7 @@ def radical_parameter(table: PatchTable, row, others: np.ndarray):
     return offset, square, parameter
 
 
-def sheet_neighbours(table: PatchTable, row: int, cosine: float = SHEET_COSINE) -> np.ndarray:
+def sheet_neighbours(table: PatchTable, row: int) -> np.ndarray:
     """Rows of the patches that continue the sheet of ``row``, ascending.
 
     Parameters
@@ -135,8 +135,6 @@ def sheet_neighbours(table: PatchTable, row: int, cosine: float = SHEET_COSINE) 
     table : PatchTable
     row : int
         A patch, or a candidate.
-    cosine : float
-        Least cosine of the angle between the normals of two neighbours.
 
     Returns
     -------
@@ -160,7 +158,7 @@ def sheet_neighbours(table: PatchTable, row: int, cosine: float = SHEET_COSINE) 
     their_upward = (their_upward @ table.axes[others])[:, 0]
     lengths = np.sqrt((upward**2).sum(axis=1)), np.sqrt((their_upward**2).sum(axis=1))
     distance = np.abs(gap[:, 0]) * table.radius[others] / lengths[1]
-    agree = (upward * their_upward).sum(axis=1) >= cosine * lengths[0] * lengths[1]
+    agree = (upward * their_upward).sum(axis=1) >= SHEET_COSINE * lengths[0] * lengths[1]
     inside = (theirs[:, 0, :2] ** 2).sum(axis=1) <= 1.0
     inside &= (mine[0, :, :2] ** 2).sum(axis=1) <= 1.0
     near = distance <= SHEET_GAP * np.minimum(radius, table.radius[others])

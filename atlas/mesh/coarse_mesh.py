@@ -72,8 +72,6 @@ def coarse_mesh(field: Field, edge: float) -> CoarseMesh:
     """The coarse mesh of all patches on a lattice of a given edge, length."""
     table = field.table
     start = table.origin[table.rows[0]].copy()
-    if field.graph.creases:
-        start += _OFFSET * edge
     first = core_cubes(table, table.rows, start, edge)
     if field.gaps is not None:
         first = np.union1d(first, key(np.floor((field.gaps.samples - start) / edge).astype(int)))

@@ -8,7 +8,6 @@ import igl
 import numpy as np
 
 from touchatlas.atlas.mesh.cube_sheets import edge_ends, sheets_of
-from touchatlas.atlas.mesh.cut_triangles import weld
 from touchatlas.atlas.mesh.marching_cubes import (
     CORNERS,
     EDGES,
@@ -19,6 +18,7 @@ from touchatlas.atlas.mesh.marching_cubes import (
     unkey,
 )
 from touchatlas.atlas.mesh.quadric_error import seen, vertices_of
+from touchatlas.atlas.mesh.weld import weld
 
 # Offset of the lattice from the first seed, in edges, so that no lattice plane lies in a flat face.
 # Any numbers without a small common multiple do; doubled, they do as well.
@@ -259,7 +259,7 @@ def _across(corners):
 
 def _manifold(vertices, faces, edge: float):
     """The mesh without triangles of no extent, and with a vertex for each fan of triangles."""
-    faces, kept = weld(vertices, faces, np.ones(len(vertices), bool), _SAME * edge)
+    faces, kept = weld(vertices, faces, _SAME * edge)
     if not len(faces):
         return np.zeros((0, 3)), np.zeros((0, 3), int)
     faces, index = igl.split_nonmanifold(faces)

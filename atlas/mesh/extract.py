@@ -14,7 +14,6 @@ from touchatlas.atlas.mesh.close_slits import close_slits
 from touchatlas.atlas.mesh.coarse_mesh import CoarseMesh, coarse_mesh
 from touchatlas.atlas.mesh.coincident_vertices import without_coincident_vertices
 from touchatlas.atlas.mesh.lawful_surface import fine_edge, lawful_surface
-from touchatlas.atlas.mesh.narrow_band import REACH
 from touchatlas.atlas.mesh.refine import edges_of, refine, vertex_heights
 from touchatlas.atlas.mesh.resolution import (
     OPPOSED,
@@ -25,7 +24,6 @@ from touchatlas.atlas.mesh.resolution import (
     resolution,
 )
 from touchatlas.atlas.mesh.rim_vertices import ended_at_rims
-from touchatlas.atlas.mesh.sharp_edges import sharpen
 from touchatlas.atlas.mesh.small_handles import without_small_handles
 from touchatlas.atlas.mesh.stray_pieces import without_stray_pieces
 from touchatlas.atlas.mesh.surface import Surface
@@ -86,28 +84,25 @@ def open_surface(state: AtlasState, edge: float | None = None) -> Surface:
 def smooth_surface(
     state: AtlasState, coarse: CoarseMesh, bound: float, edge: float, halvings: int = 0
 ) -> Surface:
-    """A coarse mesh refined (see ``refine``), cut off at its ends and along creases.
+    """A coarse mesh refined (see ``refine``), cut off at its ends.
 
     The surface is kept where patches reach it and where samples support it (see ``supported``).
     """
     field = state.whole_field
     mesh, drawn = refine(state, coarse, bound, edge, halvings)
     old, faces, patch = mesh.vertices, mesh.faces, mesh.vertices.patch
-    height = vertex_heights(field, old, edges_of(faces)[0], bound)
+    height = vertex_heights(old, edges_of(faces)[0], bound)
     points = old.points + height[:, None] * old.normals
     points, drawn = ended_at_rims(state, faces, points, field.table.axes[patch, 2], drawn)
     # The triangles lie off the patches by as much as the vertices were moved.
     deviation = np.hypot(np.sqrt(old.variance), height)
     kept = _without_bridging_triangles(faces, old.normals)
-    if not field.graph.creases:
-        # Across a crease triangles lean from one face to the other, until they are cut along it.
-        kept = kept[_faces_outward(kept, points, field.table.axes[patch, 2])]
+    kept = kept[_faces_outward(kept, points, field.table.axes[patch, 2])]
     whole = Surface(points, kept, old.normals, deviation, patch, old.curvature)
     if not drawn.all() or len(whole.faces) < len(faces):
         whole = whole.only(drawn)
     faces, index = igl.split_nonmanifold(whole.faces)
-    whole = without_stray_pieces(state, whole.taken(index, faces))
-    return sharpen(field, whole, REACH * coarse.edge)
+    return without_stray_pieces(state, whole.taken(index, faces))
 
 
 def _without_bridging_triangles(faces, normals) -> np.ndarray:

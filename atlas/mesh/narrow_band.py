@@ -9,7 +9,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from touchatlas.atlas.field.blend import Field, owners
-from touchatlas.atlas.field.blend_at_edges import nearest_at_edges, own_beyond_edges
 from touchatlas.atlas.field.patch_values import COVER_MARGIN, on_wrong_side
 from touchatlas.atlas.graph.power_diagram import power_at
 from touchatlas.atlas.mesh.marching_cubes import corners_of, crossed_neighbours, key, unkey
@@ -143,26 +142,17 @@ def complete(field: Field, cubes, corners: Corners, start, edge: float):
 
 def field_at_corners(field: Field, keys, start, edge: float) -> Corners:
     """The corners of ascending keys (g,), each with the distance to the patch that owns it."""
-    graph = field.graph
     points = unkey(keys) * edge + start
     values, patch = np.full(len(keys), np.nan), np.full(len(keys), -1)
     rows, which = field.table.index.near(points)
-    distance, normals, covers = field.distances(
-        rows, points[which], REACH * edge, False, plain=True
-    )
-    feet, own = points[which] - distance[:, None] * normals, covers
-    if graph.creases:
-        own = graph.visibility.sees(rows, feet, covers)
-    starts, sizes, owner, is_owned = owners(rows, which, distance, own)
-    if graph.creases:
-        feet[~covers] = np.nan
-        own_beyond_edges(graph, rows, starts, sizes, distance, feet, owner, is_owned)
+    distance, normals, own = field.distances(rows, points[which], REACH * edge, plain=True)
+    starts, _, owner, is_owned = owners(rows, which, distance, own)
     patch[which[starts][is_owned]] = owner[is_owned]
     mine = rows == patch[which]
     values[which[mine]] = distance[mine]
     if field.gaps is not None:
         foot = np.full((len(keys), 3), np.nan)
-        foot[which[mine]] = feet[mine]
+        foot[which[mine]] = (points[which] - distance[:, None] * normals)[mine]
         blank = np.flatnonzero(~field.gaps.are_covered(patch, foot))
         found, distance, *_, rows = field.gaps.at(points[blank], REACH * edge)
         values[blank[found]], patch[blank[found]] = distance, rows
@@ -192,9 +182,6 @@ def extend(field: Field, at, corners: Corners, start, edge: float) -> Corners:
     scaled = field.table.scaled_local(rows, points[:, None])[:, 0]
     height = scaled[:, 2] * field.table.radius[rows]
     distance = np.where(on_wrong_side(scaled, distance), height, distance)
-    if field.graph.creases:
-        keep = nearest_at_edges(field.graph.creases, rows, which, distance)
-        which, rows, points, distance = (x[keep] for x in (which, rows, points, distance))
     order = np.lexsort((rows, power_at(field.table, rows[:, None], points)[:, 0], which))
     which, first = np.unique(which[order], return_index=True)
     values, owner = corners.values.copy(), corners.owners.copy()

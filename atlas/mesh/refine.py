@@ -8,7 +8,6 @@ at the middles of long edges. Two triangles share what becomes of their edge, so
 import numpy as np
 
 from touchatlas.atlas.field.blend import Field
-from touchatlas.atlas.graph.sheets import same_sheet
 from touchatlas.atlas.mesh.coarse_mesh import CoarseMesh, Vertices, project
 from touchatlas.atlas.mesh.narrow_band import REACH
 from touchatlas.atlas.mesh.trim import supported
@@ -49,8 +48,8 @@ def refine(
     state : AtlasState
     mesh : CoarseMesh
     bound : float, length
-        Largest distance of the surface from an edge that is drawn and crosses no crease, when its
-        ends are moved out (``vertex_heights``). Where the surface is not sure it is a tenth of the
+        Largest distance of the surface from an edge that is drawn, when its ends are
+        moved out (``vertex_heights``). Where the surface is not sure it is a tenth of the
         predicted deviation, if that is more.
     edge : float, length
         Typical edge where the surface ends.
@@ -74,7 +73,7 @@ def refine(
         at_end = np.zeros(len(ends), bool)
         if mesh.edge > _LONG * edge * 2**done:
             at_end[sides[drawn[faces].any(axis=1) & ~drawn[faces].all(axis=1)]] = True
-        some = inside & _on_sheet(field, vertices, ends)
+        some = inside & _on_sheet(vertices, ends)
         far, asked = _far(field, vertices, ends, some, length > long, bound, mesh.edge, asked)
         halved = far | at_end | (done < halvings)
         if not halved.any():
@@ -91,7 +90,7 @@ def refine(
 def _far(field: Field, vertices: Vertices, ends, some, long, bound: float, edge: float, asked):
     """(e,) which of ``some`` edges the surface is too far from, and keys of the long ones about
     which the field was ``asked``, so that it is asked once."""
-    moved = vertex_heights(field, vertices, ends, bound)[ends]
+    moved = vertex_heights(vertices, ends, bound)[ends]
     most = _bounds(vertices, bound)[ends].min(axis=1)
     far = some & _is_off(vertices, ends, moved, most)
     keys = ends[:, 0] << 32 | ends[:, 1]
@@ -156,28 +155,22 @@ def _drawn(state: AtlasState, vertices: Vertices) -> np.ndarray:
     return drawn & ~state.rims.beyond(vertices.points, axes)
 
 
-def _on_sheet(field: Field, vertices: Vertices, ends) -> np.ndarray:
-    """(e,) whether the ends (e, 2) of edges are on one sheet: with normals that agree, and beside
-    creases in cells of sheet neighbours."""
+def _on_sheet(vertices: Vertices, ends) -> np.ndarray:
+    """(e,) whether the ends (e, 2) of edges are on one sheet: with normals that agree."""
     normals = (vertices.normals[end] for end in ends.T)
-    out = np.einsum("ij,ij->i", *normals) > SHEET_COSINE
-    if field.graph.creases:
-        out &= same_sheet(field.graph.neighbours, *vertices.patch[ends].T)
-    return np.asarray(out)
+    return np.asarray(np.einsum("ij,ij->i", *normals) > SHEET_COSINE)
 
 
-def vertex_heights(field: Field, vertices: Vertices, ends, bound: float) -> np.ndarray:
+def vertex_heights(vertices: Vertices, ends, bound: float) -> np.ndarray:
     """(v,) how far vertices are moved out, so that triangles lie above the surface as much as below
-    it, length; ``bound`` at most. With creases they are not: faces are cut where patches meet.
+    it, length; ``bound`` at most.
 
     Over a triangle with its corners on the surface the mean height is the mean of the heights over
     the middles of its sides (second order).
     """
     count = len(vertices.points)
-    if field.graph.creases:
-        return np.zeros(count)
     a, b = _slopes(vertices, ends)
-    heights = np.where(_on_sheet(field, vertices, ends), (a + b) / 8.0, 0.0)
+    heights = np.where(_on_sheet(vertices, ends), (a + b) / 8.0, 0.0)
     total, times = (
         np.bincount(ends.T.ravel(), np.tile(each, 2), count)
         for each in (heights, np.ones(len(ends)))

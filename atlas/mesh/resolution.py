@@ -10,7 +10,7 @@ from touchatlas.atlas.state import AtlasState
 from touchatlas.patch.geometry.arrays import real
 
 # Largest sagitta of the edge that resolves the patches, the height of the arc over the chord, in
-# tolerances. Doubled, rims are ragged by 1.4 times as much, and cubes along creases are larger.
+# tolerances. Doubled, rims are ragged by 1.4 times as much.
 _SAGITTA = 0.15
 # The same in predicted deviations, where that is more, and the number of patches for which the
 # deviation is predicted. With either doubled, half as many triangles or twice the time of that.
@@ -27,12 +27,9 @@ _MOST_PARTS, _RADIUS_FRACTION = 6, 0.5
 # Most squares of the smallest patch's edge on all cores, no unit. Doubled, a large body with tiny
 # patches takes twice the time, and fewer of them fall between the corners of cubes.
 _MOST_CUBES = 5e5
-# Longest edge of a triangle over the typical length of a crease curve. Doubled, a crease is drawn
-# with four edges instead of eight.
-_CREASE_FRACTION = 0.125
-# Memory per triangle while a surface is made, bytes, as measured: without creases, and with creases
-# where cubes are small. The last is the limit: 16 GB; doubled, few computers hold the surface.
-_BYTES, _BYTES_CREASED, _MOST_BYTES = 100.0, 1200.0, 2.0**34
+# Memory per triangle while a surface is made, bytes, as measured, and its limit: 16 GB; doubled,
+# few computers hold the surface.
+_BYTES, _MOST_BYTES = 100.0, 2.0**34
 # Cosine between normals below which two sheets are the two sides of a wall or of a slit, no unit:
 # 120 degrees. Doubled, none are.
 OPPOSED = -0.5
@@ -61,7 +58,7 @@ def patch_resolution(state: AtlasState) -> float:
 
     It is the chord with a sagitta of 0.15 tolerances, or of a tenth of the predicted deviation if
     that is more, at the 90 % quantile of the patches' curvatures. It is no more than half the
-    smallest core radius and an eighth of the typical crease curve.
+    smallest core radius.
     """
     table, rows = state.table, state.table.rows
     second = 2.0 * np.abs(table.mean[rows, 3:6]).max(axis=1) / table.radius[rows]
@@ -78,8 +75,7 @@ def patch_resolution(state: AtlasState) -> float:
     core = table.core * table.radius[rows].min()
     # A few tiny patches do not make the triangles of a large body tiny.
     least = np.sqrt(np.pi * table.weight[rows].sum() / _MOST_CUBES)
-    along_creases = _CREASE_FRACTION * state.surface_graph.curves.typical_length()
-    return float(min(chord, max(0.5 * core, least), along_creases))
+    return float(min(chord, max(0.5 * core, least)))
 
 
 def facet_bound(state: AtlasState) -> float:
@@ -107,7 +103,7 @@ def check_edge(state: AtlasState, edge: float) -> float:
             "patches span: leave it out for a fitting one"
         )
     area = np.pi * table.weight[rows].sum()
-    need = (_BYTES_CREASED if state.creases else _BYTES) * area / (0.25 * np.sqrt(3.0))
+    need = _BYTES * area / (0.25 * np.sqrt(3.0))
     least = float(np.sqrt(need / _MOST_BYTES))
     if edge < least:
         raise ValueError(
@@ -133,9 +129,7 @@ def usual_deviation(state: AtlasState) -> float:
 
 def cube_edge(field: Field, edge: float, gaps) -> float:
     """Edge of the cubes, length: as large as the patches and the ``gaps`` (m,) between their sheets
-    allow, up to six times the ``edge`` that resolves the patches. With creases it is that."""
-    if field.graph.creases:
-        return edge
+    allow, up to six times the ``edge`` that resolves the patches."""
     most = _RADIUS_FRACTION * field.table.radius[field.table.rows].min()
     # Even the smallest cubes do not separate sheets that are nearer than their diagonal.
     apart = gaps / np.sqrt(3.0)

@@ -30,7 +30,7 @@ def supported(state: AtlasState, patch, points, deviation) -> np.ndarray:
     At an open rim the surface ends at the convex hull, over the tangent plane, of the samples that
     its patch is fitted to, or where the predicted deviations (n,) exceed ``trust`` tolerances. A
     patch is inside when other patches cover its outline and those of its neighbours. There the
-    deviation may be three times as large. At a crease the hull includes the crease curve.
+    deviation may be three times as large.
     """
     trusted = state.options.trust * state.tolerance
     out = deviation <= _INSIDE_FACTOR * trusted
@@ -41,7 +41,8 @@ def supported(state: AtlasState, patch, points, deviation) -> np.ndarray:
     doubt = np.flatnonzero(out & at_rim)
     for row in np.unique(patch[doubt]).tolist():
         here = doubt[patch[doubt] == row]
-        extent = along(state.table, row, _samples(state, row)).max(axis=0, initial=-np.inf)
+        samples = state.membership.pool.points[state.membership.fitted[row]]
+        extent = along(state.table, row, samples).max(axis=0, initial=-np.inf)
         out[here] = (along(state.table, row, points[here]) <= extent).all(axis=1)
     doubt = doubt[~out[doubt]]
     out[doubt] = _on_faces(state, points[doubt])
@@ -72,10 +73,3 @@ def rim(state: AtlasState) -> list[int]:
     bare = ~state.field.at(beyond).known & ~state.rims.beyond(beyond, state.table.axes[rows, 2])
     found, count = np.unique(rows[bare], return_counts=True)
     return sorted(state.neighbours.around(found[count >= _LEAST_BARE].tolist()))
-
-
-def _samples(state: AtlasState, row: int) -> np.ndarray:
-    """(n, 3) the samples that a row is fitted to, and the points of its crease curves."""
-    curve, fitted = state.surface_graph.curves.curve, state.membership.fitted[row]
-    lines = [curve(row, j) for j in sorted(state.creases.of(row))]
-    return np.concatenate([state.membership.pool.points[fitted], *lines])

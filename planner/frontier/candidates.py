@@ -119,10 +119,6 @@ def weak_candidate(atlas: Atlas, position, spent, given_up=()) -> Candidate | No
     seen = atlas.blend_of_patches(points)
     weak = np.flatnonzero(seen.known & (np.nan_to_num(seen.deviation) > atlas.tolerance))
     weak = weak[~np.isin(seen.patch[weak], given_up)]
-    if len(atlas.creases):
-        # Beyond an edge a patch is not part of the surface.
-        homes = np.tile(np.repeat(rows, outlines.shape[1]), 2)
-        weak = weak[~atlas.surface_graph.visibility.beyond(homes[weak], points[weak])]
     # A point half-way is on the chord, so it is moved onto the surface.
     points = points[weak] - seen.distance[weak, None] * seen.normal[weak]
     homes = seen.patch[weak]

@@ -134,6 +134,12 @@ class FrontierPlanner:
             self._asked = self._next_plan(atlas)
         return self._asked
 
+    def ask_behind_edge(self, atlas: Atlas) -> ProbePlan | None:
+        """A plan at a guess behind an edge; None when all were made."""
+        guess = edge_guess(atlas, self._position, self._tried_ends)
+        self._asked = None if guess is None else self._edge_plan(atlas, guess)
+        return self._asked
+
     @property
     def is_open(self) -> bool:
         """Whether a plan is open, that ``tell`` has not answered yet."""
@@ -170,9 +176,9 @@ class FrontierPlanner:
         given_up = self._given_up()
         candidate = self._candidate(atlas, frontier_candidate)
         if candidate is None:
-            guess = edge_guess(atlas, self._position, self._tried_ends)
-            if guess is not None:
-                return self._edge_plan(atlas, guess)
+            plan = self.ask_behind_edge(atlas)
+            if plan is not None:
+                return plan
             candidate = self._candidate(atlas, partial(gap_candidate, given_up=given_up))
         if candidate is None:
             candidate = self._candidate(atlas, partial(weak_candidate, given_up=given_up))

@@ -91,10 +91,6 @@ class Places:
         self._filled_by = 0
         self.deviation_ratio = DeviationRatio()
 
-    def forget(self) -> None:
-        """Compute all places at the next update."""
-        self._touches = -1
-
     def update(self, atlas: Atlas, stale: Iterable[int], touches: int) -> None:
         """Compute the places of patches ``stale`` and of their neighbours again.
 
@@ -229,8 +225,6 @@ def _is_bare(atlas: Atlas, home, points, found: Blend) -> np.ndarray:
     radius = atlas.table.radius[home]
     bare = ~found.known | (np.abs(np.nan_to_num(found.distance)) > _OFF * radius)
     bare &= ~atlas.rims.beyond(points, atlas.table.axes[home, 2])
-    if atlas.creases:
-        bare &= ~atlas.surface_graph.visibility.beyond(home, points)
     return np.asarray(bare)
 
 
@@ -253,7 +247,5 @@ def _known_at(atlas: Atlas, home, points, found: Blend) -> np.ndarray:
     (n,), by the blend there: see ``Known``."""
     feet = points - found.distance[:, None] * found.normal
     deviation, known = predicted_deviation(atlas.table, found), found.known
-    if atlas.creases:
-        known = known & ~atlas.surface_graph.visibility.beyond(home, points)
     area = known * np.pi / _INNER * atlas.table.weight[home]
     return np.column_stack([feet, found.normal, deviation, area])

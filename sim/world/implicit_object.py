@@ -12,12 +12,14 @@ from touchatlas.sim.world.level_set import level_set_mesh, newton_projection
 from touchatlas.sim.world.triangles import areas_of, sample_triangles, top_sample
 
 # A normal that turns by more than this angle, in rad, within 1/256 of a step turns at an edge.
-# At twice the angle a probe would run on over blunt edges.
+# At twice the angle a curve cuts the corners of blunt edges off.
 _EDGE_TURN = np.deg2rad(15.0)
 # Longest step, in arc lengths. A chord is never longer than its arc; but beyond an edge a face may
 # be nearly perpendicular to the plane of the curve, and Newton's method ends anywhere on it. With
 # twice as much some of these steps would pass for steps on the same face.
 _LONGEST_CHORD = 1.5
+# Shortest step before an edge, in steps. Doubled, a curve cuts corners off that are twice as large.
+_ACROSS = 1.0 / 256.0
 # Most cells along the longest side of the grid: twice as many take four times as long.
 _GRID_LIMIT = 320
 # Rounding of a cosine; twice as much changes nothing.
@@ -156,12 +158,12 @@ class ImplicitObject:
         normals = np.where(((first * directions).sum(axis=1) < 0.0)[:, None], -normals, normals)
         first = self._tangents(np.broadcast_to(point, normals.shape), normals)
         x, paths = np.broadcast_to(point, normals.shape).copy(), []
-        outward = self.normal(x)
         ends = [ContourEnd.LENGTH_REACHED] * len(normals)
         counts = np.zeros(len(normals), int)
         active = np.ones(len(normals), bool)
         for number in range(int(reach / step + 1e-9)):
-            ahead = self._advance(x, normals, step)
+            ahead = x.copy()
+            ahead[active] = self._step(x[active], normals[active], step)
             tangents = self._tangents(ahead, normals)
             cosine = (tangents * first).sum(axis=1)
             offset = ahead - point
@@ -173,15 +175,8 @@ class ImplicitObject:
                 ends[arm] = (
                     ContourEnd.CLOSED_LOOP
                     if home[arm]
-                    else self._end_ahead(x[arm], normals[arm], step)
+                    else self._end_ahead(x[arm], normals[arm], step, max_turn)
                 )
-            # At a blunt edge, or one that is crossed obliquely, the curve turns by less than the
-            # limit, but the normal jumps.
-            before, outward = outward, self.normal(ahead)
-            turned = _breaks(x, ahead, before, outward, step)
-            for arm in np.flatnonzero(active & turned):
-                if self._end_ahead(x[arm], normals[arm], step) is ContourEnd.EDGE:
-                    active[arm], ends[arm] = False, ContourEnd.EDGE
             counts += active
             x = np.where(active[:, None], ahead, x)
             paths.append(x)
@@ -209,8 +204,34 @@ class ImplicitObject:
         points[whole], points[~whole] = arm[1:], between(at[~whole])
         return points
 
-    def _end_ahead(self, x, normal, step) -> ContourEnd:
-        """EDGE where the normal ahead of x jumps at a point, TURNED_AWAY where it turns slowly."""
+    def _step(self, x, normals, step) -> np.ndarray:
+        """(m, 3) points one step of arc length from points x (m, 3) along each curve, also over
+        edges."""
+        ahead = self._advance(x, normals, step)
+        breaks = _breaks(x, ahead, self.normal(x), self.normal(ahead), step)
+        for arm in np.flatnonzero(breaks):
+            ahead[arm] = self._step_over_edges(x[[arm]], normals[[arm]], step)
+        return ahead
+
+    def _step_over_edges(self, x, normal, step) -> np.ndarray:
+        """(3,) point one step of arc length from x (1, 3) along a curve: up to each edge in shorter
+        and shorter steps, and across it in two of the shortest."""
+        left, shortest = step, _ACROSS * step
+        while left > shortest:
+            way, ahead = left, self._advance(x, normal, left)
+            while _breaks(x, ahead, self.normal(x), self.normal(ahead), way)[0]:
+                if way <= shortest:
+                    way = 2.0 * shortest
+                    ahead = self._advance(x, normal, way)
+                    break
+                way *= 0.5
+                ahead = self._advance(x, normal, way)
+            x, left = ahead, left - way
+        return np.asarray(x[0])
+
+    def _end_ahead(self, x, normal, step, max_turn) -> ContourEnd:
+        """EDGE where the tangent ahead of x turns too much at a point, TURNED_AWAY where it turns
+        too much in all."""
         x, normal = x[None], normal[None]
         for _ in range(8):
             step *= 0.5
@@ -219,7 +240,9 @@ class ImplicitObject:
                 x = ahead
         ahead = self._advance(x, normal, 2.0 * step)
         breaks = _breaks(x, ahead, self.normal(x), self.normal(ahead), 2.0 * step)[0]
-        return ContourEnd.EDGE if breaks else ContourEnd.TURNED_AWAY
+        cosine = float(self._tangents(x, normal)[0] @ self._tangents(ahead, normal)[0])
+        jumps = breaks and cosine < np.cos(max_turn)
+        return ContourEnd.EDGE if jumps else ContourEnd.TURNED_AWAY
 
     def _tangents(self, x, normals) -> np.ndarray:
         """Unit tangents (m, 3) of the curve through each x in each plane."""

@@ -1,139 +1,108 @@
-"""Bodies with edges: one patch a face, their graph, their distance, and their sharp triangles."""
-
-from functools import lru_cache
+"""Bodies with sharp edges, explored over their edges, or by a probe whose contours end there."""
 
 import numpy as np
 import pytest
 
-from tests.sharp import explored_sharp, sharp_object
-from touchatlas.atlas import extract_surface
+from tests.explored import explored
+from tests.sharp import explored_faces, sharp_object
+from touchatlas.atlas import Atlas, Touch, TouchStatus, extract_surface
+from touchatlas.patch import Contour, ContourEnd, SamplingPlane
+from touchatlas.planner import StopReason
 
 NOISE = 0.02
-# Faces, edges and corners of convex bodies, counted by hand.
-CONVEX = {"block": (6, 12, 8), "roof": (7, 15, 10), "wall": (6, 12, 8)}
+# Faces and edges, counted by hand.
+COUNTS = {"block": (6, 12), "step": (8, 18), "roof": (7, 15), "wall": (6, 12)}
+# Largest turn of a contour, rad: beyond a right angle, or below it, so that it ends at edges.
+OVER, SHORT = 2.0, 0.8
 
 
-@lru_cache
-def simplified(name: str, noise: float = NOISE, seed: int = 0):
-    atlas = explored_sharp(name, noise, seed=seed).atlas
-    atlas.refit_all()
-    atlas.simplify()
-    return atlas
+@pytest.mark.parametrize("name", COUNTS)
+def test_a_polyhedron_has_its_faces_and_edges(name):
+    """The step's edge x = 0, z = 0 is its only concave one."""
+    faces = explored_faces(name, OVER).atlas.faces()
+    assert (len(faces), len(faces.edges)) == COUNTS[name]
+    concave = [edge for edge in faces.edges if edge.kind.value == "sharp concave"]
+    assert len(concave) == (name == "step")
+    for edge in concave:
+        points = np.concatenate(edge.curves)
+        # Where two fitted planes meet, within some five deviations of both.
+        assert np.abs(points[:, [0, 2]]).max() < 5 * NOISE
 
 
-@lru_cache
-def surface(name: str, noise: float = NOISE):
-    return extract_surface(simplified(name, noise))
+@pytest.mark.parametrize("turn", [OVER, SHORT])
+def test_a_block_is_known_from_few_touches(turn):
+    """It took 22 touches over its edges, and 35 of contours that end there."""
+    found = explored_faces("block", turn)
+    assert found.stop.reason is StopReason.KNOWN and len(found.touches) <= 50
+    ended = [e for t in found.touches for c in t.contours for e in c.ends if e is ContourEnd.EDGE]
+    assert (len(ended) > 0) == (turn == SHORT)
+    assert len(found.atlas.body.faces) == 6
+    found.atlas.validate()
 
 
-def edges_of(faces):
-    pairs = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]], axis=2).reshape(-1, 2)
-    return np.unique(pairs, axis=0, return_counts=True)
-
-
-@pytest.mark.parametrize("name", CONVEX)
-def test_every_face_of_a_convex_body_is_one_patch(name):
-    """Its graph is the body's own: faces, edges, corners; V - E + F = 2."""
-    atlas = simplified(name)
-    faces, edges, corners = CONVEX[name]
-    assert (len(atlas), atlas.graph.number_of_edges()) == (faces, edges)
-    # Where a core does not reach into the corner of its face, that is a gap.
-    assert len(atlas.corners) + len(atlas.gaps) == corners
-    assert faces - edges + corners == 2 and atlas.outlines_closed() == 1.0
-    atlas.validate()
-
-
-def test_merged_cube_is_closed_and_of_euler_characteristic_two():
-    assert simplified("block").closed and simplified("block").euler_characteristic() == 2
-
-
-@pytest.mark.parametrize("seed", [0, *(pytest.param(s, marks=pytest.mark.slow) for s in (1, 2, 5))])
-def test_faces_with_a_notch_are_one_patch_each(seed):
-    """In whatever order touches came and merges were refused."""
-    atlas = simplified("step", seed=seed)
-    assert len(atlas) == 8
-    edges = [data["boundary"] for *_, data in atlas.graph.edges(data=True)]
-    assert len(edges) == 18 and all(edge.crease for edge in edges)
-    # The concave one is the line x = 0, z = 0.
-    concave = [e for e in edges if np.abs(e.points[:, [0, 2]]).max(initial=0.0) < 5 * NOISE]
-    assert len(concave) == 1
-
-
-@pytest.mark.parametrize("noise", [0.0, NOISE])
-@pytest.mark.parametrize("name", ["block", "wall", "step"])
-def test_surface_of_a_body_with_edges_is_closed_and_near_the_truth(name, noise):
-    made = surface(name, noise)
-    pairs, counts = edges_of(made.faces)
+@pytest.mark.parametrize("name", COUNTS)
+def test_surface_of_a_polyhedron_is_closed_and_near_the_truth(name):
+    made = extract_surface(explored_faces(name, OVER).atlas)
+    pairs = np.sort(made.faces[:, [[0, 1], [1, 2], [2, 0]]], axis=2).reshape(-1, 2)
+    pairs, counts = np.unique(pairs, axis=0, return_counts=True)
     assert (counts == 2).all()
     assert len(np.unique(made.faces)) - len(pairs) + len(made.faces) == 2
     off = np.abs(sharp_object(name).value(made.vertices))
     # A plane through hundreds of samples errs by less than one of them; at 95 % here.
-    assert np.quantile(off, 0.95) <= max(NOISE, 1e-9)
+    assert np.quantile(off, 0.95) <= NOISE
 
 
-@pytest.mark.parametrize("name", CONVEX)
+@pytest.mark.parametrize("name", COUNTS)
 def test_triangles_do_not_run_across_edges(name):
-    """Every triangle faces as one of the patches does: within 2 degrees, slivers apart."""
-    made, atlas = surface(name), simplified(name)
+    """Every triangle faces as one of the faces does: within 2 degrees, slivers apart."""
+    atlas = explored_faces(name, OVER).atlas
+    made = extract_surface(atlas)
     a, b, c = made.vertices[made.faces].transpose(1, 0, 2)
     normals = np.cross(b - a, c - a)
     area = 0.5 * np.linalg.norm(normals, axis=1)
-    faces = np.array([atlas.patch(i).frame.normal for i in atlas.graph])
+    samples, normal = sharp_object(name).sample(2000, np.random.default_rng(0))
+    faces = np.unique(normal.round(6), axis=0)
     alike = (normals @ faces.T).max(axis=1) >= np.cos(np.deg2rad(2.0)) * 2.0 * area
-    assert area[~alike].sum() <= 1e-4 * area.sum()
+    assert len(samples) == 2000 and area[~alike].sum() <= 1e-3 * area.sum()
 
 
-def test_boundary_at_an_edge_of_the_cube_is_a_crease_on_both_faces():
-    atlas = simplified("block")
-    for i, j, data in atlas.graph.edges(data=True):
-        boundary = data["boundary"]
-        assert boundary.crease and boundary.gap_rms == 0.0
-        assert boundary.normal_gap == pytest.approx(np.pi / 2, abs=0.01)
-        for k in (i, j):
-            off = np.abs(atlas.patch(k).signed_distance(boundary.points))
-            # Its ends lie between two points of the crease, on a chord of it.
-            assert off[1:-1].max() < 1e-9 and off.max() < 0.01 * atlas.tolerance
-
-
-@pytest.mark.parametrize("finished", [False, True])
-def test_distance_outside_of_an_edge_is_that_of_the_intersection(finished):
-    """Points in the wedge beyond two faces: the larger of the two distances (CSG). Before merging
-    several patches of a face are blended there: the distance is not that of one of them."""
-    rng = np.random.default_rng(0)
-    atlas = simplified("block") if finished else explored_sharp("block").atlas
-    points = np.column_stack([rng.uniform(-12, 12, 200), 20.0 + rng.uniform(0.5, 3, (200, 2))])
-    seen = atlas.blend(points)
-    assert seen.known.all()
-    expected = (points[:, 1:] - 20.0).max(axis=1)
-    # Two fitted planes at their rim, some five deviations of a sample.
-    assert np.abs(seen.distance - expected).max() < 5 * NOISE
-    alone = [
-        atlas.patch(i).signed_distance(point[None])[0]
-        for i, point in zip(seen.patch.tolist(), points, strict=True)
-    ]
-    is_blended = np.abs(seen.distance - alone) > 1e-9
-    assert is_blended.mean() == 0.0 if finished else is_blended.mean() > 0.5
-
-
-@pytest.mark.parametrize("name", ["block", "step", "roof", "wall"])
-@pytest.mark.parametrize("finished", [False, True])
-def test_distance_about_a_body_with_edges_is_that_of_its_half_spaces(name, finished):
+@pytest.mark.parametrize("name", COUNTS)
+def test_distance_about_a_polyhedron_is_that_of_its_half_spaces(name):
     """Unions and intersections of exact half spaces (CSG), about the whole surface with its
-    notches. All but one in a thousand are within five deviations of a sample: the farthest lie at
-    edges whose curves are off by as much."""
-    atlas = simplified(name) if finished else explored_sharp(name).atlas
+    notches, by a tolerance. All but one in a thousand are within five deviations of a sample."""
+    atlas = explored_faces(name, OVER).atlas
     obj, rng = sharp_object(name), np.random.default_rng(0)
     points, _ = obj.sample(10_000, rng)
-    points = points + rng.normal(0.0, 0.7, points.shape)
+    points = points + rng.normal(0.0, obj.tolerance, points.shape)
     seen = atlas.blend(points)
     off = np.abs(seen.distance - obj.value(points))
-    assert seen.known.all()
-    assert np.quantile(off, 0.999) < 5 * NOISE
+    assert seen.known.mean() > 0.999
+    assert np.nanquantile(off, 0.999) < 5 * NOISE
 
 
 def test_nothing_is_known_beyond_an_edge():
-    """On the plane of a face, but off the body: no flap of the patch remains there."""
-    atlas = simplified("block")
+    """On the plane of a face, but off the body: no flap of the face remains there."""
     flap = np.array([[35.0, 0.0, 20.0], [0.0, 35.0, 20.0], [35.0, 35.0, 20.0]])
-    seen = atlas.blend(flap)
+    seen = explored_faces("block", OVER).atlas.blend(flap)
     assert (~seen.known | (seen.distance > 10.0)).all()
+
+
+@pytest.mark.parametrize("name", ["sphere", "torus", "bottle"])
+def test_contours_of_smooth_bodies_end_at_no_edge(name):
+    assert not len(explored(name, max_touches=80).atlas.edge_ends)
+
+
+@pytest.mark.parametrize(("noise", "learns"), [(0.0, True), (1e-4, True), (0.02, False)])
+def test_contours_within_their_noise_make_no_patch(noise, learns):
+    """In the corner of a face two of three contours are 0.1 long: at a noise of 0.02 their
+    directions are unknown, and the patch would be tilted."""
+    ends, contours = (ContourEnd.EDGE, ContourEnd.LENGTH_REACHED), []
+    for angle, length in ((0.0, 15.0), (1.0, 0.1), (2.1, 0.1)):
+        along = np.array([np.cos(angle), np.sin(angle), 0.0])
+        points = np.linspace(0.0, length, 9)[:, None] * along
+        plane = SamplingPlane(np.zeros(3), np.cross(along, [0.0, 0.0, 1.0]))
+        contours.append(Contour(points, plane, noise, ends))
+    up, touched = np.array([0.0, 0.0, 1.0]), TouchStatus.TOUCHED
+    atlas = Atlas(0.1)
+    change = atlas.add(Touch(0, np.zeros(3), up, tuple(contours), touched, 15.2, 0.0))
+    assert bool(change.added) == learns and bool(change.refused) != learns

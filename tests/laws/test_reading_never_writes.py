@@ -31,7 +31,7 @@ START = np.array([0.0, 0.0, 50.0]), np.array([0.0, 0.0, 1.0])
 
 
 def half_explored(name: str) -> Atlas:
-    """An atlas with open outlines, one with creases, or one with residuals."""
+    """An atlas with open outlines, one with edges, or one with residuals."""
     if name == "bumpy":
         return bumpy().atlas
     whole = explored_sharp("wall", max_touches=20) if name == "wall" else explored(name, 1.0, 25)

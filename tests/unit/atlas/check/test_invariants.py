@@ -11,7 +11,6 @@ from tests.explored import bumpy, explored
 from tests.flat import flat_touch
 from tests.sharp import explored_sharp
 from touchatlas.atlas import Atlas
-from touchatlas.atlas.graph.creases import Crease
 from touchatlas.patch import ContourEnd
 
 
@@ -91,21 +90,6 @@ def of(path, change):
 
 def residual_of(atlas):
     return atlas.table.residuals[min(atlas.table.residuals)]
-
-
-def crease_of(atlas, sign=1, shift=0.0):
-    (i, j), crease = next(iter(atlas.creases.pairs.items()))
-    atlas.creases.enter(i, j, Crease(sign * crease.sign, crease.anchor + shift))
-
-
-def forget_crease(atlas):
-    atlas.creases._partners[min(atlas.creases.pairs)[0]].clear()
-
-
-def bend_curve(atlas):
-    curves = atlas.surface_graph.curves
-    pair = next(p for p in sorted(atlas.creases.pairs) if len(curves.curve(*p)))
-    curves._curves[pair] = curves.curve(*pair) + 0.1
 
 
 def move_corner(atlas):
@@ -227,10 +211,6 @@ CORRUPTIONS = {
     "lost end's tangent": ("lost", of("rims.ends.tangents", lambda v: 2.0 * v), "unit length"),
     "lost end's normal": ("lost", of("rims.ends.normals", lambda v: np.nan * v), "unit length"),
     "lost end's step": ("lost", of("rims.ends.steps", lambda v: -v), "sampling step"),
-    "crease of one only": ("edges", forget_crease, "not mutual"),
-    "crease's sign": ("edges", lambda a: crease_of(a, sign=-1), "wrong sign"),
-    "crease's anchor": ("edges", lambda a: crease_of(a, shift=0.5), "anchor"),
-    "crease's curve": ("edges", bend_curve, "curve"),
     "corner": ("closed", move_corner, "corner"),
     "corner lost": ("closed", drop_corner, "corner"),
     "corner shifted": ("closed", shift_corner, "corners are not"),
@@ -279,7 +259,7 @@ def test_atlases_to_be_corrupted_are_sound_and_have_all_that_is_corrupted(name):
     atlas.validate()
     detailed = len(atlas.table.residuals) > 0
     begun = len(atlas.frontier) > 0 and atlas.open_outlines().any()
-    edges = len(atlas.edge_ends) > 0 and len(atlas.creases) > 0
+    edges = len(atlas.edge_ends) > 0
     has = {"begun": begun, "edges": edges, "closed": atlas.closed, "detailed": detailed}
     has["lost"] = len(atlas.rims.ends) > 0
     assert has[name]

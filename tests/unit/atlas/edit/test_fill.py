@@ -50,6 +50,6 @@ def test_gaps_beside_some_patches_are_those_of_all_with_one_of_them(tmp_path):
     every = {triple: point.tolist() for triple, point in graphs[0].gaps.items()}
     assert every
     rows = set(sorted(every)[0][:2])
-    found = {triple: point.tolist() for triple, point in graphs[1].gaps_of(rows).items()}
+    found = {triple: point.tolist() for triple, point in graphs[1].cells.gaps_of(rows).items()}
     assert found == {t: point for t, point in every.items() if not rows.isdisjoint(t)}
     assert {triple: point.tolist() for triple, point in graphs[1].gaps.items()} == every

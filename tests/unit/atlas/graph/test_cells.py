@@ -71,6 +71,6 @@ def test_a_corner_that_was_lost_or_added_is_mended(change):
         # A clique of three boundaries that is no corner of the atlas, but for this entry.
         pairs = [(0, 10**6), (0, 10**6 + 1), (10**6, 10**6 + 1)]
         empty = np.zeros((0, 3))
-        boundaries |= {pair: Boundary(pair, empty, 0.0, 0.0, False) for pair in pairs}
+        boundaries |= {pair: Boundary(pair, empty, 0.0, 0.0) for pair in pairs}
         known[0, 10**6, 10**6 + 1] = np.zeros(3)
         assert with_even_ends(atlas.table, known, {}, boundaries).keys() == corners.keys()

@@ -46,7 +46,7 @@ def test_a_corner_that_no_patch_owns_is_of_the_patch_in_whose_cell_it_lies():
     def distances(rows, points, plain):
         return np.where(rows == 0, 2.0, 0.1), None, None
 
-    field = SimpleNamespace(table=table, graph=SimpleNamespace(creases=()), distances=distances)
+    field = SimpleNamespace(table=table, distances=distances)
     at = corners.at(corners_of(cube))
     found = extend(field, at, corners, np.zeros(3), 1.0)
     assert (found.owners[2:] == 0).all() and (found.values[2:] == 2.0).all()

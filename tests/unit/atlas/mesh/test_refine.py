@@ -1,7 +1,6 @@
 """Refining: triangles stay a closed surface, come within the bound, and lie about the surface."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,7 +12,6 @@ from touchatlas.atlas.mesh.coarse_mesh import Vertices
 from touchatlas.atlas.mesh.refine import edges_of, split, vertex_heights
 
 AXES = np.array([1.0, 0.7, 0.5])
-SMOOTH = SimpleNamespace(graph=SimpleNamespace(creases={}))
 
 
 def with_middles(points, faces, chosen):
@@ -47,7 +45,7 @@ def test_triangles_moved_out_by_their_mean_height_lie_about_the_surface():
     normals /= np.linalg.norm(normals, axis=1)[:, None]
     zero, whole = np.zeros(len(points)), np.ones(len(points), bool)
     vertices = Vertices(points, normals, zero, zero, zero.astype(int), whole)
-    heights = vertex_heights(SMOOTH, vertices, edges_of(faces)[0], np.inf)
+    heights = vertex_heights(vertices, edges_of(faces)[0], np.inf)
     volume = np.pi * 4.0 / 3.0 * AXES.prod()
     flat, moved = (
         trimesh.Trimesh(p, faces, process=False).volume / volume - 1.0

@@ -125,9 +125,9 @@ def test_contour_on_a_cube_stops_at_the_edge():
 
 
 @pytest.mark.parametrize("below", [0.34, 3.0])
-def test_contour_beside_a_notch_stops_at_the_edge_of_its_face(below):
+def test_contour_beside_a_notch_ends_at_the_edge_of_its_face(below):
     """Beyond that edge the wall of the notch, 0.1 away, is nearly upright to the contour's plane:
-    Newton's steps on it lead 5 away."""
+    Newton's steps on it lead 5 away. So the contour turns by a right angle."""
     step, arc = sharp_object("step"), 1.33
     start, plane = np.array([0.1, -20.0, -below]), np.array([[-1.0, 0.0, 0.02]])
     plane /= np.linalg.norm(plane)
