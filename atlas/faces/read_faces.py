@@ -11,6 +11,7 @@ from touchatlas.atlas.faces.options import FaceOptions
 from touchatlas.atlas.faces.revise import refit
 from touchatlas.atlas.faces.rim_labels import move_to_rims
 from touchatlas.atlas.faces.samples import ContourSamples, contour_samples
+from touchatlas.atlas.faces.unite import unite
 from touchatlas.atlas.patches.sample_pool import SamplePool
 
 # Rounds of labels by the sides of rims, and fits of the pieces; the second changes 2 per mille of
@@ -55,6 +56,7 @@ def faces_of_revised(labels: Labels, rounds: int = _RIM_ROUNDS) -> Faces:
     for _ in range(rounds):
         move_to_rims(labels, find_boundaries(labels))
         refit(labels)
+    unite(labels)
     labels.drop_empty()
     return faces_of_labels(labels)
 

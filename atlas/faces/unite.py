@@ -1,0 +1,79 @@
+"""Unite: one piece for the parts of a plane, sphere or cylinder between which no contour ran.
+
+Samples of the parts are not linked, so that merging does not try them.
+"""
+
+from itertools import combinations
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from touchatlas.atlas.faces.kinds import Kind
+from touchatlas.atlas.faces.labels import NONE, Labels
+from touchatlas.atlas.faces.merge import merged_piece
+
+# Largest distance of two parts, over the extent of the samples: that across which a face is
+# believed where no sample is. Doubled, the tops of two blocks of one height become one face.
+_APART = 0.15
+# Sine of the angle between a face and the way from part to part, from which it stands in the way:
+# 30 degrees. Doubled, low steps between two parts are passed over.
+_IN_THE_WAY = 0.5
+# Cosine of the angle between normals up to which a face between two parts is another side of the
+# body: 60 degrees. Doubled, none stands in the way.
+_ALIKE = 0.5
+
+
+def unite(labels: Labels) -> int:
+    """Give parts of one lawful face one label, where the description becomes shorter and no other
+    face stands between them; returns how many were united."""
+    points = labels.evidence.samples.points
+    reach = _APART * float(np.linalg.norm(np.ptp(points, axis=0)))
+    members = labels.all_members()
+    trees = [cKDTree(points[mine]) for mine in members]
+    united = 0
+    for a, b in _alike(labels):
+        first, second = members[a], members[b]
+        # One of them may have been united with a third part.
+        if not (len(first) and len(second)):
+            continue
+        away, near = trees[a].query(points[second], distance_upper_bound=reach)
+        at = int(away.argmin())
+        if away[at] > reach or _stands_between(labels, (a, b), first[near[at]], second[at]):
+            continue
+        worth = sum(labels.energy(labels.pieces[k], m) for k, m in ((a, first), (b, second)))
+        kinds = labels.pieces[a].kind, labels.pieces[b].kind
+        both = np.sort(np.concatenate([first, second]))
+        piece, _ = merged_piece(labels, both, kinds, worth)
+        if piece is not None and piece.kind <= Kind.CYLINDER:
+            labels.of[second], labels.pieces[a] = a, piece
+            labels.mark_fitted(a, both)
+            members[a], members[b], trees[a] = both, second[:0], cKDTree(points[both])
+            united += 1
+    return united
+
+
+def _alike(labels: Labels) -> list[tuple[int, int]]:
+    """Pairs of labels of planes, spheres and cylinders; the one of more samples first."""
+    sizes = np.bincount(labels.of[labels.of != NONE], minlength=len(labels.pieces))
+    order = np.argsort(-sizes, kind="stable").tolist()
+    order = [k for k in order if sizes[k] and labels.pieces[k].kind <= Kind.CYLINDER]
+    return list(combinations(order, 2))
+
+
+def _stands_between(labels: Labels, pair, first: int, second: int) -> bool:
+    """Whether a sample between two others, no farther from the way than they are from each other,
+    is of another face that crosses the way or faces as they do."""
+    points = labels.evidence.samples.points
+    way, offset = points[second] - points[first], points - points[first]
+    square = way @ way
+    along = offset @ way / square
+    beside = (offset * offset).sum(axis=1) - along * along * square
+    inside = (along > 0.0) & (along < 1.0) & (beside < square)
+    inside &= ~np.isin(labels.of, [NONE, *pair])
+    outward = labels.pieces[pair[0]].at(points[[first]])[1][0]
+    for label in np.unique(labels.of[inside]).tolist():
+        _, normals = labels.pieces[label].at(points[inside & (labels.of == label)])
+        crosses = np.abs(normals @ way) > _IN_THE_WAY * np.sqrt(square)
+        if (crosses | (normals @ outward > _ALIKE)).any():
+            return True
+    return False
