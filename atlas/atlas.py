@@ -12,6 +12,8 @@ from touchatlas.atlas.edit.split import split
 from touchatlas.atlas.faces.faces import Faces
 from touchatlas.atlas.faces.known_law import look_for_law
 from touchatlas.atlas.faces.read_faces import read_faces
+from touchatlas.atlas.field.blend import Blend
+from touchatlas.atlas.known_surface import blend
 from touchatlas.atlas.records.change import AtlasChange
 from touchatlas.atlas.records.touch import Touch
 from touchatlas.atlas.state import AtlasState
@@ -61,6 +63,12 @@ class Atlas(AtlasState):
         if self.fills and self.known_law.is_due(self.point_count):
             self.look_for_law()
         return replace(change, touch=touch.number)
+
+    def blend(self, points) -> Blend:
+        """Signed distance, normal, deviation and curvature at points (n, 3), length, world; unknown
+        beyond the rims of the surface. Where all faces obey laws they are those of the faces, and
+        the patch is that of the face; where most do, faces say what no patch knows."""
+        return blend(self, points)
 
     def merge(self, first: int, second: int) -> AtlasChange:
         """Replace two neighbours, and all that the merged patch covers, by one patch; refused where

@@ -9,11 +9,9 @@ from collections.abc import Iterable
 import networkx as nx
 import numpy as np
 
-from touchatlas.atlas.faces.gaps import Gaps
 from touchatlas.atlas.faces.known_law import KnownLaw
 from touchatlas.atlas.faces.lawful_body import LawfulBody
-from touchatlas.atlas.field.blend import Blend, Field
-from touchatlas.atlas.field.predicted_deviation import predicted_deviation
+from touchatlas.atlas.field.blend import Field
 from touchatlas.atlas.graph.cells import Places
 from touchatlas.atlas.graph.edge_ends import EdgeEnds
 from touchatlas.atlas.graph.frontier import Frontier
@@ -27,7 +25,6 @@ from touchatlas.atlas.patches.sample_membership import SampleMembership, prior_o
 from touchatlas.atlas.records.options import AtlasOptions, check_tolerance
 from touchatlas.atlas.residual.hyperparameters import ResidualScale
 from touchatlas.patch.fit.smoothness import SmoothnessPrior, leftover
-from touchatlas.patch.geometry.arrays import frozen_array
 from touchatlas.patch.geometry.frame import DarbouxFrame
 from touchatlas.patch.geometry.patch import Patch
 from touchatlas.patch.geometry.polynomial import LocalPolynomial
@@ -184,43 +181,6 @@ class AtlasState:
     def euler_characteristic(self) -> int:
         """V - E + F of the patch graph: patches, boundaries and corners."""
         return len(self) - self.graph.number_of_edges() + len(self.corners)
-
-    def blend(self, points) -> Blend:
-        """Signed distance, normal, deviation and curvature at points (n, 3), length, world; unknown
-        beyond the rims of the surface. Where all faces obey laws they are those of the faces, and
-        the patch is that of the face; where most do, faces say what no patch knows."""
-        points = frozen_array(points, (None, 3), "points")
-        if self.body is None:
-            return self._within_rims(points, self.whole_field.at(points))
-        found, known = self.body.at(points)
-        curvature = self.body.gaussian_curvature(points, found.face)
-        columns = found.distance, known, found.normal, found.deviation, curvature, found.face
-        return Blend(*columns).without(np.flatnonzero(~known))
-
-    @property
-    def whole_field(self) -> Field:
-        """The field of the patches, and where none of them knows the surface that of the faces."""
-        beside = self.known_law.beside
-        if beside is None or not (len(self) and self.fills):
-            return self.field
-        return Field(self.table, self.surface_graph, Gaps(beside, self.table, self.membership))
-
-    def deviations(self, found: Blend) -> np.ndarray:
-        """(n,) predicted deviation of the surface at the points of a ``blend``, length, with what
-        samples leave unexplained; NaN where it is unknown."""
-        return predicted_deviation(self.table, found) if self.body is None else found.deviation
-
-    def blend_of_patches(self, points, curved: bool = True) -> Blend:
-        """The same of overlapping patches, whatever faces there are; curvatures are NaN without
-        ``curved``."""
-        return self._within_rims(points, self.field.at(points, curved=curved))
-
-    def _within_rims(self, points, found: Blend) -> Blend:
-        """What was found at points (n, 3), unknown beyond the rims of the surface."""
-        if not self.rims:
-            return found
-        some = np.flatnonzero(found.known)
-        return found.without(some[self.rims.beyond(points[some], found.normal[some])])
 
     def boundary(self, first: int, second: int) -> Boundary:
         """The boundary of two patches that meet; KeyError if they do not."""

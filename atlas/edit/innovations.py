@@ -3,6 +3,7 @@
 import numpy as np
 
 from touchatlas.atlas.field.predicted_deviation import predicted_deviation
+from touchatlas.atlas.known_surface import blend
 from touchatlas.atlas.state import AtlasState
 
 # Largest predicted deviation of a place that was known, in scales: farther from all samples
@@ -21,7 +22,7 @@ def innovations(state: AtlasState, points) -> np.ndarray:
     """
     if not state.table.size:
         return np.zeros(0)
-    found = state.blend(points)
+    found = blend(state, points)
     if state.body is not None:
         # Laws are so much surer than a sample that all samples tell whether they hold.
         return np.asarray(found.distance / np.hypot(found.deviation, state.sample_std))[found.known]

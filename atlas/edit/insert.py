@@ -18,6 +18,7 @@ from touchatlas.atlas.edit.replace import in_ball, remove_hidden, root_mean_squa
 from touchatlas.atlas.edit.split import split
 from touchatlas.atlas.graph.power_diagram import power_at
 from touchatlas.atlas.graph.sheets import sheet_neighbours
+from touchatlas.atlas.known_surface import blend_of_patches
 from touchatlas.atlas.patches.normal_equations import SHEET_COSINE
 from touchatlas.atlas.patches.patch_table import PatchTable
 from touchatlas.atlas.records.change import AtlasChange
@@ -72,7 +73,7 @@ def learn(state: AtlasState, touch: Touch) -> AtlasChange:
 
 def _owner_at(state: AtlasState, touch: Touch) -> int | None:
     """The patch in whose cell a contact lies, if it faces the approach; None elsewhere."""
-    found = state.blend_of_patches(touch.contact[None])
+    found = blend_of_patches(state, touch.contact[None])
     faces = found.known[0] and found.normal[0] @ touch.approach > 0.0
     return int(found.patch[0]) if faces else None
 

@@ -9,6 +9,7 @@ not.
 import igl
 import numpy as np
 
+from touchatlas.atlas.known_surface import whole_field
 from touchatlas.atlas.mesh.close_holes import close_holes
 from touchatlas.atlas.mesh.close_slits import close_slits
 from touchatlas.atlas.mesh.coarse_mesh import CoarseMesh, coarse_mesh
@@ -69,15 +70,15 @@ def open_surface(state: AtlasState, edge: float | None = None) -> Surface:
         raise ValueError(f"got {type(state).__name__}; a surface is drawn of an Atlas")
     if not len(state):
         raise ValueError("the atlas has no patch yet; add a touch with three contours first")
-    gaps = gaps_of(state.whole_field, state.surface_graph.outlines, state.table.rows)
+    gaps = gaps_of(whole_field(state), state.surface_graph.outlines, state.table.rows)
     fine = check_edge(state, resolution(state, gaps) if edge is None else edge)
-    cubes = cube_edge(state.whole_field, fine, gaps)
+    cubes = cube_edge(whole_field(state), fine, gaps)
     if edge is None:
-        coarse = coarse_mesh(state.whole_field, cubes)
+        coarse = coarse_mesh(whole_field(state), cubes)
         return smooth_surface(state, coarse, facet_bound(state), fine)
     # Cubes that are halved some times have the edge that is wished.
     halvings = int(np.log2(cubes / fine))
-    coarse = coarse_mesh(state.whole_field, fine * 2**halvings)
+    coarse = coarse_mesh(whole_field(state), fine * 2**halvings)
     return smooth_surface(state, coarse, np.inf, np.inf, halvings)
 
 
@@ -88,7 +89,7 @@ def smooth_surface(
 
     The surface is kept where patches reach it and where samples support it (see ``supported``).
     """
-    field = state.whole_field
+    field = whole_field(state)
     mesh, drawn = refine(state, coarse, bound, edge, halvings)
     old, faces, patch = mesh.vertices, mesh.faces, mesh.vertices.patch
     height = vertex_heights(old, edges_of(faces)[0], bound)

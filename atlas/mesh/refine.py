@@ -8,6 +8,7 @@ at the middles of long edges. Two triangles share what becomes of their edge, so
 import numpy as np
 
 from touchatlas.atlas.field.blend import Field
+from touchatlas.atlas.known_surface import whole_field
 from touchatlas.atlas.mesh.coarse_mesh import CoarseMesh, Vertices, project
 from touchatlas.atlas.mesh.narrow_band import REACH
 from touchatlas.atlas.mesh.trim import supported
@@ -64,7 +65,7 @@ def refine(
         Whether the surface is known at a vertex and supported by samples.
     """
     vertices, faces, asked = mesh.vertices, mesh.faces, np.zeros(0, np.int64)
-    drawn, field, long = _drawn(state, vertices), state.whole_field, _ASKED * mesh.edge
+    drawn, field, long = _drawn(state, vertices), whole_field(state), _ASKED * mesh.edge
     for done in range(max(halvings, _HALVINGS)):
         ends, sides = edges_of(faces)
         first, second = vertices.points[ends.T]

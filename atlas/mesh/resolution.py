@@ -5,6 +5,7 @@ import numpy as np
 from touchatlas.atlas.field.blend import Field
 from touchatlas.atlas.graph.outlines import Outlines
 from touchatlas.atlas.graph.sheets import same_sheet
+from touchatlas.atlas.known_surface import blend_of_patches
 from touchatlas.atlas.patches.patch_table import PatchTable
 from touchatlas.atlas.state import AtlasState
 from touchatlas.patch.geometry.arrays import real
@@ -121,9 +122,9 @@ def usual_deviation(state: AtlasState) -> float:
     points = 0.5 * (outlines + state.table.origin[some, None])
     points = points[:, ::4].reshape(-1, 3)
     # The deviation is larger off the surface, so it is predicted at first-order feet on it.
-    seen = state.blend_of_patches(points)
+    seen = blend_of_patches(state, points)
     feet = (points - seen.distance[:, None] * seen.normal)[seen.known]
-    seen = state.blend_of_patches(feet)
+    seen = blend_of_patches(state, feet)
     return float(np.median(seen.deviation[seen.known])) if seen.known.any() else 0.0
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from touchatlas.atlas.known_surface import whole_field
 from touchatlas.atlas.state import AtlasState
 
 
@@ -30,7 +31,7 @@ def ended_at_rims(state: AtlasState, faces, points, axes, drawn) -> tuple[np.nda
     points, drawn = points.copy(), drawn.copy()
     onto = state.rims.onto(points[moved], axes[moved])
     # On the tangent plane they left the surface by the sagitta of the way.
-    found = state.whole_field.at(onto)
+    found = whole_field(state).at(onto)
     points[moved] = onto - np.nan_to_num(found.distance[:, None] * found.normal)
     drawn[moved] = found.known
     return points, drawn

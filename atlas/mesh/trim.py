@@ -7,6 +7,7 @@ that no contour crossed nothing shows that it is.
 
 import numpy as np
 
+from touchatlas.atlas.known_surface import whole_field
 from touchatlas.atlas.mesh.resolution import facet_bound
 from touchatlas.atlas.patches.sample_hull import along
 from touchatlas.atlas.state import AtlasState
@@ -52,7 +53,7 @@ def supported(state: AtlasState, patch, points, deviation) -> np.ndarray:
 def _on_faces(state: AtlasState, points) -> np.ndarray:
     """(n,) whether points (n, 3) lie on faces that are known there, beyond the samples of their
     patches."""
-    out, gaps = np.zeros(len(points), bool), state.whole_field.gaps
+    out, gaps = np.zeros(len(points), bool), whole_field(state).gaps
     if gaps is not None and len(points):
         which, distance, *_ = gaps.at(points)
         out[which] = np.abs(distance) <= facet_bound(state)

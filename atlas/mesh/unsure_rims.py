@@ -5,6 +5,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from touchatlas.atlas.known_surface import whole_field
 from touchatlas.atlas.mesh.stray_pieces import without_stray_pieces
 from touchatlas.atlas.mesh.surface import Surface
 from touchatlas.atlas.state import AtlasState
@@ -23,7 +24,7 @@ def without_unsure_rims(state: AtlasState, surface: Surface) -> Surface:
     if not loops or not unsure.any():
         return surface
     # The deviation of a vertex has that of its triangles in it, which says nothing of the patches.
-    unsure[unsure] = ~(state.whole_field.at(surface.vertices[unsure]).deviation <= limit)
+    unsure[unsure] = ~(whole_field(state).at(surface.vertices[unsure]).deviation <= limit)
     rim = np.unique(np.concatenate(loops))
     joined = unsure.copy()
     joined[rim] = True

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from touchatlas.atlas.atlas import Atlas
+from touchatlas.atlas.known_surface import blend_of_patches
 from touchatlas.patch.geometry.curvature import principal_directions
 from touchatlas.patch.geometry.polynomial import (
     SECOND_ORDER,
@@ -116,7 +117,7 @@ def weak_candidate(atlas: Atlas, position, spent, given_up=()) -> Candidate | No
     outlines = atlas.surface_graph.outlines.points(rows)
     points = np.concatenate([outlines, 0.5 * (outlines + table.origin[rows, None])])
     points = points.reshape(-1, 3)
-    seen = atlas.blend_of_patches(points)
+    seen = blend_of_patches(atlas, points)
     weak = np.flatnonzero(seen.known & (np.nan_to_num(seen.deviation) > atlas.tolerance))
     weak = weak[~np.isin(seen.patch[weak], given_up)]
     # A point half-way is on the chord, so it is moved onto the surface.

@@ -7,6 +7,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from touchatlas.atlas.atlas import Atlas
+from touchatlas.atlas.known_surface import blend_of_patches
 from touchatlas.patch.geometry.frame import any_tangent
 from touchatlas.planner.place.places import Known, Places
 from touchatlas.planner.probe_plan import Reason
@@ -150,7 +151,7 @@ def open_places(view: View) -> tuple[np.ndarray, np.ndarray]:
 
 def at_open(view: View, point, home: int) -> Target:
     """The target at an open place (3,) of patch ``home``."""
-    found = view.atlas.blend_of_patches(point[None], curved=False)
+    found = blend_of_patches(view.atlas, point[None], curved=False)
     normal = found.normal[0] if found.known[0] else view.atlas.table.axes[home, 2]
     return Target(point, normal, Reason.EXPAND)
 

@@ -13,6 +13,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
 from scipy.spatial.distance import cdist
 
+from touchatlas.atlas.known_surface import blend_of_patches
 from touchatlas.planner.place.choose import Target, View, known_places, open_places
 from touchatlas.planner.probe_plan import Reason
 
@@ -105,7 +106,7 @@ def gpis(view: View, _: np.random.Generator | None) -> Target | None:
     """The place, known to the atlas or not, whose foot on the implicit surface has the largest
     variance."""
     (points, homes), known = open_places(view), known_places(view)
-    found = view.atlas.blend_of_patches(points)
+    found = blend_of_patches(view.atlas, points)
     ahead = np.where(found.known[:, None], found.normal, view.atlas.table.axes[homes, 2])
     places = np.concatenate([points, known.points])
     normals = np.concatenate([ahead, known.normals])

@@ -15,6 +15,7 @@ from touchatlas.atlas.field.blend import Blend
 from touchatlas.atlas.field.predicted_deviation import predicted_deviation
 from touchatlas.atlas.graph.outlines import COUNT, core_points
 from touchatlas.atlas.graph.power_diagram import power_at
+from touchatlas.atlas.known_surface import blend_of_patches, deviations, whole_field
 from touchatlas.atlas.patches.growing_array import grown
 from touchatlas.planner.place.deviation_ratio import DeviationRatio
 
@@ -64,7 +65,7 @@ def known_to(atlas: Atlas, limit: float) -> Callable[[np.ndarray], np.ndarray]:
 
     def known(points: np.ndarray) -> np.ndarray:
         found = atlas.blend(points)
-        deviation = atlas.deviations(found)
+        deviation = deviations(atlas, found)
         sure = found.known & (np.nan_to_num(deviation) <= limit)
         near: np.ndarray = np.abs(np.nan_to_num(found.distance)) <= 3.0 * limit
         return sure & near
@@ -124,7 +125,7 @@ class Places:
         origin = atlas.table.origin[rows]
         which, place = np.nonzero(is_open)
         beyond = origin[which] + _BEYOND * (outlines[which, place] - origin[which])
-        found = atlas.blend_of_patches(np.concatenate([inside[cells], beyond]), curved=False)
+        found = blend_of_patches(atlas, np.concatenate([inside[cells], beyond]), curved=False)
         count = len(cells[0])
         bare = _is_bare(atlas, rows[which], beyond, found.some(slice(count, None)))
         which, place, beyond = which[bare], place[bare], beyond[bare]
@@ -231,7 +232,7 @@ def _is_bare(atlas: Atlas, home, points, found: Blend) -> np.ndarray:
 def _filled(atlas: Atlas, home, points) -> tuple[np.ndarray, np.ndarray]:
     """Whether (n,) faces say what no patch knows at points (n, 3) beyond the outlines of patches
     ``home`` (n,); and feet, normals, deviations and areas (m, 8) of those."""
-    gaps = atlas.whole_field.gaps
+    gaps = whole_field(atlas).gaps
     filled = np.zeros(len(points), bool)
     if gaps is None or not len(points):
         return filled, np.zeros((0, 8))

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from touchatlas.atlas.known_surface import blend_of_patches
 from touchatlas.planner.place.choose import (
     Target,
     View,
@@ -56,5 +57,5 @@ def _uncertain(view: View) -> tuple[np.ndarray, np.ndarray]:
     if weak.any():
         return known.points[weak], known.normals[weak]
     points, _ = open_places(view)
-    found = view.atlas.blend_of_patches(points)
+    found = blend_of_patches(view.atlas, points)
     return points[found.known], found.normal[found.known]

@@ -7,6 +7,7 @@ import pytest
 import trimesh
 
 from touchatlas.atlas import Atlas, extract_surface, load_atlas, save_atlas, save_step
+from touchatlas.atlas.known_surface import deviations
 from touchatlas.planner import Planner, PlannerOptions, Reason, StopReason, explore
 from touchatlas.sim import Probe
 from touchatlas.sim.world.mesh_object import MeshObject
@@ -79,7 +80,7 @@ def test_the_blend_of_a_lawful_body_is_that_of_its_faces():
     assert found.distance == pytest.approx(0.5, abs=NOISE)
     # An end of radius 25 whose heights are right to a noise at its rim leans by a noise / 25.
     assert (found.normal * outward).sum(axis=1) == pytest.approx(1.0, abs=1e-5)
-    assert np.array_equal(atlas.deviations(found), found.deviation)
+    assert np.array_equal(deviations(atlas, found), found.deviation)
     assert found.gaussian_curvature == pytest.approx(0.0, abs=1e-12)
 
 

@@ -7,6 +7,7 @@ from tests.explored import spread_touches
 from tests.lawful import lawful_object
 from touchatlas.atlas import Atlas, load_atlas, save_atlas
 from touchatlas.atlas.faces.known_law import KnownLaw
+from touchatlas.atlas.known_surface import blend_of_patches, whole_field
 from touchatlas.planner import Planner, load_planner, save_planner
 from touchatlas.planner.place.places import Places
 from touchatlas.sim import make_object
@@ -30,7 +31,7 @@ def wavy():
 def without_faces(atlas: Atlas):
     """What the patches alone say of places of the body, and the places."""
     points, _ = lawful_object("wavy").sample(4000, np.random.default_rng(1))
-    return points, atlas.blend_of_patches(points)
+    return points, blend_of_patches(atlas, points)
 
 
 def test_faces_fill_what_no_patch_knows(wavy):
@@ -50,7 +51,7 @@ def test_a_surface_without_faces_is_that_of_the_patches(wavy):
     atlas = Atlas(ball.tolerance)
     for touch in spread_touches(ball, 12):
         atlas.add(touch)
-    assert atlas.whole_field is atlas.field
+    assert whole_field(atlas) is atlas.field
     points, patches = without_faces(wavy)
     law, wavy.known_law = wavy.known_law, KnownLaw()
     assert wavy.blend(points).distance.tobytes() == patches.distance.tobytes()
@@ -59,7 +60,7 @@ def test_a_surface_without_faces_is_that_of_the_patches(wavy):
 
 def test_a_patch_of_both_sides_of_an_edge_covers_nothing(wavy):
     """Six samples of each of two faces that meet in a sharp edge make it a patch of both."""
-    faces, gaps = wavy.known_law.surface.faces, wavy.whole_field.gaps
+    faces, gaps = wavy.known_law.surface.faces, whole_field(wavy).gaps
     sharp = {(edge.first, edge.second) for edge in faces.edges if edge.kind.sharp}
     both = []
     for row in wavy.table.rows.tolist():
@@ -74,7 +75,7 @@ def test_a_patch_of_both_sides_of_an_edge_covers_nothing(wavy):
 
 def test_a_foot_beyond_the_samples_of_a_patch_is_not_covered(wavy):
     """Nor is one that no patch owns."""
-    table, gaps = wavy.table, wavy.whole_field.gaps
+    table, gaps = wavy.table, whole_field(wavy).gaps
     row = table.rows[gaps.are_covered(table.rows, table.origin[table.rows])][:1]
     far = table.origin[row] + table.axes[row, 0] * 2.0 * table.radius[row]
     assert not gaps.are_covered(row, far).any()

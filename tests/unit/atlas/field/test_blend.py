@@ -8,6 +8,7 @@ import pytest
 from tests.explored import explored
 from touchatlas.atlas.field.patch_values import COVER_MARGIN
 from touchatlas.atlas.graph.power_diagram import CELL_MARGIN
+from touchatlas.atlas.known_surface import blend_of_patches
 
 
 @pytest.fixture(scope="module")
@@ -83,7 +84,7 @@ def test_without_curvatures_a_blend_is_the_same_and_some_of_it_is_some_of_its_po
     """Products of other shapes round differently."""
     atlas = explored("torus", max_touches=25).atlas
     points = atlas.membership.pool.points[::7]
-    whole, flat = atlas.blend_of_patches(points), atlas.blend_of_patches(points, curved=False)
+    whole, flat = blend_of_patches(atlas, points), blend_of_patches(atlas, points, curved=False)
     assert np.isnan(flat.gaussian_curvature).all()
     assert np.isfinite(whole.gaussian_curvature[whole.known]).all()
     assert np.array_equal(flat.patch, whole.patch)
