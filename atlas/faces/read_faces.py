@@ -53,10 +53,14 @@ def faces_of_revised(labels: Labels, rounds: int = _RIM_ROUNDS) -> Faces:
     sides of rims that they are on, in so many rounds."""
     if absorb(labels):
         refit(labels)
-    for _ in range(rounds):
-        move_to_rims(labels, find_boundaries(labels))
+    if unite(labels):
         refit(labels)
-    unite(labels)
+    for _ in range(rounds):
+        labels.drop_empty()
+        boundaries = find_boundaries(labels)
+        if not move_to_rims(labels, boundaries):
+            return join_faces(labels, boundaries)
+        refit(labels)
     labels.drop_empty()
     return faces_of_labels(labels)
 

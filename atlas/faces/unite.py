@@ -15,6 +15,9 @@ from touchatlas.atlas.faces.merge import merged_piece
 # Largest distance of two parts, over the extent of the samples: that across which a face is
 # believed where no sample is. Doubled, the tops of two blocks of one height become one face.
 _APART = 0.15
+# Largest median distance of the samples of a part from the other part's piece, over the extent, for
+# them to be compared. Doubled, unlike parts are compared in vain.
+_OFF = 0.05
 # Sine of the angle between a face and the way from part to part, from which it stands in the way:
 # 30 degrees. Doubled, low steps between two parts are passed over.
 _IN_THE_WAY = 0.5
@@ -27,7 +30,8 @@ def unite(labels: Labels) -> int:
     """Give parts of one lawful face one label, where the description becomes shorter and no other
     face stands between them; returns how many were united."""
     points = labels.evidence.samples.points
-    reach = _APART * float(np.linalg.norm(np.ptp(points, axis=0)))
+    extent = float(np.linalg.norm(np.ptp(points, axis=0)))
+    reach = _APART * extent
     members = labels.all_members()
     trees = [cKDTree(points[mine]) for mine in members]
     united = 0
@@ -35,6 +39,9 @@ def unite(labels: Labels) -> int:
         first, second = members[a], members[b]
         # One of them may have been united with a third part.
         if not (len(first) and len(second)):
+            continue
+        off = np.abs(labels.pieces[a].at(points[second])[0])
+        if np.median(off) > _OFF * extent:
             continue
         away, near = trees[a].query(points[second], distance_upper_bound=reach)
         at = int(away.argmin())
