@@ -1,5 +1,7 @@
 """Merging: one piece for the samples of two labels, where the description becomes shorter."""
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from touchatlas.atlas.faces.grow import Evidence, evenly
@@ -52,14 +54,20 @@ def merge(labels: Labels) -> int:
 def merged_piece(labels: Labels, both, kinds, worth: float) -> tuple[Piece | None, float]:
     """The first kind whose piece explains the samples of two labels for less than ``worth`` nats,
     and what it costs."""
-    evidence, cost = labels.evidence, np.inf
-    if _hopeless(evidence, both, min(kinds), worth):
-        return None, cost
+    if _hopeless(labels.evidence, both, min(kinds), worth):
+        return None, np.inf
     high = max(kinds)
     first = {Kind.QUARTIC: Kind.QUARTIC, Kind.QUADRIC: Kind.QUADRIC}.get(high, min(kinds))
-    for kind in Kind:
-        if kind < first:
-            continue
+    return piece_of_least_kind(labels, both, [kind for kind in Kind if kind >= first], worth)
+
+
+def piece_of_least_kind(
+    labels: Labels, both, kinds: Iterable[Kind], worth: float
+) -> tuple[Piece | None, float]:
+    """The first of some kinds whose piece explains samples for less than ``worth`` nats, and what
+    it costs."""
+    evidence = labels.evidence
+    for kind in kinds:
         core = evenly(evidence.fitting_core(kind, both), _JUDGED)
         if len(core) < kind.parameters + 4:
             continue
@@ -79,7 +87,7 @@ def merged_piece(labels: Labels, both, kinds, worth: float) -> tuple[Piece | Non
         cost = labels.energy(piece, both)
         if cost < worth:
             return piece, cost
-    return None, cost
+    return None, np.inf
 
 
 def _hopeless(evidence: Evidence, both, least: Kind, worth: float) -> bool:

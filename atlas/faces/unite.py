@@ -10,8 +10,9 @@ from scipy.spatial import cKDTree
 
 from touchatlas.atlas.faces.kinds import Kind
 from touchatlas.atlas.faces.labels import NONE, Labels
-from touchatlas.atlas.faces.merge import merged_piece
+from touchatlas.atlas.faces.merge import piece_of_least_kind
 
+_LAWS = Kind.PLANE, Kind.SPHERE, Kind.CYLINDER
 # Largest distance of two parts, over the extent of the samples: that across which a face is
 # believed where no sample is. Doubled, the tops of two blocks of one height become one face.
 _APART = 0.15
@@ -48,10 +49,9 @@ def unite(labels: Labels) -> int:
         if away[at] > reach or _stands_between(labels, (a, b), first[near[at]], second[at]):
             continue
         worth = sum(labels.energy(labels.pieces[k], m) for k, m in ((a, first), (b, second)))
-        kinds = labels.pieces[a].kind, labels.pieces[b].kind
         both = np.sort(np.concatenate([first, second]))
-        piece, _ = merged_piece(labels, both, kinds, worth)
-        if piece is not None and piece.kind <= Kind.CYLINDER:
+        piece, _ = piece_of_least_kind(labels, both, _LAWS, worth)
+        if piece is not None:
             labels.of[second], labels.pieces[a] = a, piece
             labels.mark_fitted(a, both)
             members[a], members[b], trees[a] = both, second[:0], cKDTree(points[both])
@@ -63,7 +63,7 @@ def _alike(labels: Labels) -> list[tuple[int, int]]:
     """Pairs of labels of planes, spheres and cylinders; the one of more samples first."""
     sizes = np.bincount(labels.of[labels.of != NONE], minlength=len(labels.pieces))
     order = np.argsort(-sizes, kind="stable").tolist()
-    order = [k for k in order if sizes[k] and labels.pieces[k].kind <= Kind.CYLINDER]
+    order = [k for k in order if sizes[k] and labels.pieces[k].kind in _LAWS]
     return list(combinations(order, 2))
 
 

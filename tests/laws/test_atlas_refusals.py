@@ -216,7 +216,7 @@ def test_a_patch_neither_merges_with_itself_nor_has_a_boundary_with_those_far_aw
     assert atlas.boundary(0, near) is atlas.boundary(near, 0)
 
 
-@pytest.mark.parametrize("name", ["sphere", "wall"])
+@pytest.mark.parametrize("name", ["sphere", "torus"])
 def test_the_graph_is_for_reading_and_networkx_reads_it(name):
     atlas = BODIES[name]().atlas
     graph = atlas.graph

@@ -7,13 +7,14 @@ from tests.explored import explored
 from tests.sharp import explored_faces, sharp_object
 from touchatlas.atlas import Atlas, Touch, TouchStatus, extract_surface
 from touchatlas.patch import Contour, ContourEnd, SamplingPlane
-from touchatlas.planner import StopReason
+from touchatlas.planner import PlannerOptions, StopReason
 
 NOISE = 0.02
 # Faces and edges, counted by hand.
 COUNTS = {"block": (6, 12), "step": (8, 18), "roof": (7, 15), "wall": (6, 12)}
-# Largest turn of a contour, rad: beyond a right angle, or below it, so that it ends at edges.
-OVER, SHORT = 2.0, 0.8
+# Largest turn of a contour, rad: the planner's, or less than a right angle, so that it ends at
+# edges.
+OVER, SHORT = PlannerOptions().max_turn, 0.8
 
 
 @pytest.mark.parametrize("name", COUNTS)
@@ -34,8 +35,9 @@ def test_a_block_is_known_from_few_touches(turn):
     """It took 22 touches over its edges, and 35 of contours that end there."""
     found = explored_faces("block", turn)
     assert found.stop.reason is StopReason.KNOWN and len(found.touches) <= 50
-    ended = [e for t in found.touches for c in t.contours for e in c.ends if e is ContourEnd.EDGE]
-    assert (len(ended) > 0) == (turn == SHORT)
+    ends = [end for t in found.touches for c in t.contours for end in c.ends]
+    # A contour beside a corner may turn by more than two right angles at one point.
+    assert (np.mean([end is ContourEnd.EDGE for end in ends]) > 0.1) == (turn == SHORT)
     assert len(found.atlas.body.faces) == 6
     found.atlas.validate()
 

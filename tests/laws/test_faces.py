@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.explored import explored
-from tests.sharp import explored_sharp
+from tests.sharp import explored_faces
 from touchatlas.atlas import (
     Atlas,
     EdgeKind,
@@ -18,14 +18,16 @@ from touchatlas.atlas import (
     write_graphml,
     write_json,
 )
+from touchatlas.planner import PlannerOptions
 
-# Faces, convex and concave edges.
+# Largest turn of a contour, rad, and faces, convex and concave edges.
+OVER = PlannerOptions().max_turn
 BODIES = {"block": (6, 12, 0), "step": (8, 17, 1), "roof": (7, 15, 0)}
 
 
 @lru_cache
 def faces_of(name: str) -> Faces:
-    atlas = explored(name).atlas if name == "sphere" else explored_sharp(name).atlas
+    atlas = explored(name).atlas if name == "sphere" else explored_faces(name, OVER).atlas
     return atlas.faces()
 
 

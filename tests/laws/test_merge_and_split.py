@@ -57,19 +57,6 @@ def test_splitting_and_merging_keep_a_ball_covered():
     assert atlas.blend(points).known.all() and atlas.closed
 
 
-def test_parts_of_a_split_face_stay_within_its_edges():
-    """The core of a face reaches beyond its edges: of seven smaller ones some would lie there."""
-    wall = simplified("wall")
-    broad = sorted(wall.graph, key=lambda i: wall.patch(i).radius)[-2:]
-    for face in broad:
-        atlas = simplified("wall")
-        assert not atlas.split(face).refused
-        for change in (Atlas.refit_all, Atlas.simplify):
-            change(atlas)
-            atlas.validate()
-            assert atlas.closed and atlas.euler_characteristic() == 2
-
-
 def test_a_refitted_torus_is_closed():
     """Where three radical planes meet along a line that runs beside the surface is no gap."""
     atlas = explored("torus").atlas
