@@ -103,7 +103,8 @@ class Planner:
 
         They may be told in any order. A plan whose touch was lost stays pending, so that it is
         returned until it is told. There are fewer than ``count`` where no other place can be
-        chosen before one of them is told: at the first touch, beside edges, and at the end.
+        chosen before one of them is told: at the first touch, with the rule "frontier", and at
+        the end.
 
         Raises
         ------

@@ -1,1 +1,1 @@
-"""Everything that changes an atlas: insert, merge, split, fill, refresh."""
+"""Everything that changes an atlas: insert, merge, split, fill, finish."""
