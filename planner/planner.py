@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from touchatlas.atlas.atlas import Atlas, AtlasChange
-from touchatlas.atlas.records.touch import Touch
+from touchatlas.atlas.records.touch import Touch, TouchStatus
 from touchatlas.patch.geometry.arrays import check_unit, frozen_array
 from touchatlas.planner.attempts import Attempts
 from touchatlas.planner.free_form import FreeForm
@@ -136,10 +136,13 @@ class Planner:
         """
         check_answer(self._attempts.plans, touch, change)
         answered = self._attempts.answer(touch, change)
+        again = True
         if self._beside_edges.is_open:
             number = self._beside_edges.count
             self._beside_edges.tell(replace(touch, number=number), replace(change, touch=number))
-        else:
+            # A guess behind an edge that met nothing is followed by another guess.
+            again = self.options.name != FRONTIER and touch.status is TouchStatus.TOUCHED
+        if again:
             self._attempts.try_again(answered, touch, change)
         self._free_form.learn(change)
 
@@ -175,7 +178,10 @@ class Planner:
         self._measured = answered
         if self.options.name == FRONTIER:
             return self._plan_as_frontier(atlas)
-        if len(atlas.edge_ends):
+        # What comes after a touch behind an edge depends on it.
+        if self._beside_edges.is_open:
+            return None
+        if len(atlas.edge_ends) and not self._attempts.pending:
             plan = self._plan_behind_edge(atlas, view.extent)
             if plan is not None:
                 return plan
@@ -218,8 +224,6 @@ class Planner:
 
     def _plan_behind_edge(self, atlas: Atlas, extent: float) -> ProbePlan | None:
         """A plan behind an edge at which contours ended; None when all guesses were made."""
-        if self._attempts.pending:
-            return None
         self._beside_edges.options = arms_beside_edges(self.options, extent / atlas.scale)
         return self._beside_edges.ask_behind_edge(atlas)
 

@@ -21,9 +21,6 @@ _FIRST_EXTENT = 1000.0
 # Factor by which arms and steps shrink where contours were too short for a patch. Doubled, more
 # touches fail in narrow places.
 _CLOSER = 0.35
-# Arms beside edges, in arms elsewhere: each patch must be a disc within its face. Doubled, cores
-# overlap other faces, and some edges between faces are not found.
-_BESIDE_EDGES = 0.75
 # Arms end where the predicted deviation is below this fraction of the atlas's scale: 99.5 % of
 # normal errors are less than the scale there, and more samples teach little. Doubled, arms are
 # shorter, more touches are needed, and textured bodies stay below the share that is asked.
@@ -122,10 +119,10 @@ def first_plan(plan: ProbePlan, offset, scale: float, options: PlannerOptions) -
 
 def arms_beside_edges(options: PlannerOptions, extent: float) -> FrontierOptions:
     """Options of plans beside edges, with arms and steps of a planner; ``extent`` in scales."""
-    reach, usual = _BESIDE_EDGES * options.reach * extent, FrontierOptions()
+    reach, usual = options.reach * extent, FrontierOptions()
     return FrontierOptions(
         options.curves,
-        int(_BESIDE_EDGES * options.reach / options.step),
+        int(options.reach / options.step),
         min(options.max_turn, usual.max_turn),
         reach,
         min(usual.least_reach, reach),

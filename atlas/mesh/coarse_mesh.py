@@ -14,9 +14,6 @@ _NEAR = 0.02
 # Least distance of a vertex from the ends of its edge before it is moved, as a fraction of the
 # edge: nearer vertices make slivers. Doubled, vertices are moved farther along the surface.
 _CLEAR = 0.1
-# Offset of the lattice from a patch, in edges, so that no lattice plane lies in a flat face. Any
-# numbers without a small common multiple do; doubled, they do as well.
-_OFFSET = np.array([0.31, 0.43, 0.37])
 
 
 @dataclass(frozen=True, eq=False)

@@ -92,7 +92,7 @@ def test_an_empty_atlas_has_no_faces(tmp_path):
 
 
 def test_reading_faces_changes_no_byte_of_the_atlas(tmp_path):
-    atlas = explored_sharp("wall", max_touches=20).atlas
+    atlas = explored_faces("block", OVER).atlas
     save_atlas(tmp_path / "before.npz", atlas)
     atlas.faces()
     save_atlas(tmp_path / "after.npz", atlas)
