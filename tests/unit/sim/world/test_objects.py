@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import trimesh
 
 from tests.sharp import sharp_object
 from touchatlas.patch import ContourEnd
@@ -110,8 +111,35 @@ def test_traced_points_lie_on_surface_and_plane_at_equal_steps(name, samples):
         assert (chords <= step * (1 + 1e-4)).all() and (chords >= step * (1 - 0.8**2 / 24)).all()
 
 
-def test_contour_on_a_cube_stops_at_the_edge():
-    cube = make_object("cube")
+@pytest.mark.parametrize("name", ["cube", "box.ply"])
+def test_contour_that_may_turn_by_a_right_angle_runs_over_the_edge(name, tmp_path):
+    """Its steps of 2.3 along the surface lead to 16 below the edge, 46 from the start. Chords are
+    shorter by what the curve cuts off at the edge: two 256ths of a step on the cube."""
+    ((points, end),) = cube_as(name, tmp_path).trace_arms(
+        np.array([0.0, 0.0, 30.0]),
+        np.array([[0.0, 1.0, 0.0]]),
+        np.array([[1.0, 0.0, 0.0]]),
+        46.0,
+        2.3,
+        2.0,
+    )
+    assert end is ContourEnd.LENGTH_REACHED and len(points) == 20
+    assert points[-1] == pytest.approx([30.0, 0.0, 14.0], abs=2.3 * 2.0 / 256.0)
+    chords = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    assert (np.abs(chords - 2.3) < 1e-9).sum() == 18
+
+
+def cube_as(name: str, tmp_path):
+    """The cube of 60, or a mesh of it."""
+    if name == "cube":
+        return make_object("cube")
+    trimesh.creation.box((60.0, 60.0, 60.0)).export(tmp_path / name)
+    return make_object(str(tmp_path / name))
+
+
+@pytest.mark.parametrize("name", ["cube", "box.ply"])
+def test_contour_that_may_not_turn_by_a_right_angle_ends_at_the_edge(name, tmp_path):
+    cube = cube_as(name, tmp_path)
     ((points, end),) = cube.trace_arms(
         np.array([0.0, 0.0, 30.0]),
         np.array([[0.0, 1.0, 0.0]]),
