@@ -4,6 +4,7 @@ import numpy as np
 
 from touchatlas.atlas.check.contradictions import claims, contradictions, shift_between
 from touchatlas.atlas.check.doubt import Doubt, count_of, extent_of, some_apart
+from touchatlas.atlas.known_surface import blend
 from touchatlas.atlas.state import AtlasState
 
 # Largest cosine of the normals of two sheets that face away from each other: 120 degrees. Doubled,
@@ -78,7 +79,7 @@ def _moved(atlas: AtlasState, extent: float) -> list[Doubt]:
 def _beside_faces(atlas: AtlasState, extent: float) -> list[Doubt]:
     """One doubt where samples lie beside the lawful faces that the surface is drawn from."""
     points = atlas.membership.pool.points
-    off = np.abs(atlas.blend(points).distance) > _FAR * atlas.sample_std
+    off = np.abs(blend(atlas, points).distance) > _FAR * atlas.sample_std
     if off.sum() <= _FEW * len(points):
         return []
     words = (
