@@ -6,7 +6,7 @@ import numpy as np
 
 from touchatlas.patch import ContourEnd
 from touchatlas.patch.geometry.arrays import cross
-from touchatlas.sim.world.finer_steps import finer_steps
+from touchatlas.sim.world.finer_steps import OVER_EDGES, finer_steps
 from touchatlas.sim.world.implicit_fields import Field
 from touchatlas.sim.world.level_set import level_set_mesh, newton_projection
 from touchatlas.sim.world.triangles import areas_of, sample_triangles, top_sample
@@ -231,7 +231,9 @@ class ImplicitObject:
 
     def _end_ahead(self, x, normal, step, max_turn) -> ContourEnd:
         """EDGE where the tangent ahead of x turns too much at a point, TURNED_AWAY where it turns
-        too much in all."""
+        too much in all, or may turn by a right angle."""
+        if max_turn >= OVER_EDGES:
+            return ContourEnd.TURNED_AWAY
         x, normal = x[None], normal[None]
         for _ in range(8):
             step *= 0.5

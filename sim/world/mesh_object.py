@@ -125,7 +125,7 @@ class MeshObject:
         """Curves from a surface point in several planes; see ImplicitObject.trace_arms.
 
         Turning is measured over a whole step. EDGE is where the section turns by more than
-        ``max_turn`` at one edge of the mesh.
+        ``max_turn`` at one edge of the mesh, if that is less than a right angle.
         """
         return [
             self._sections.arm(point, normal, direction, reach, step, max_turn, step_turn)

@@ -4,7 +4,7 @@ import igl
 import numpy as np
 
 from touchatlas.patch import ContourEnd
-from touchatlas.sim.world.finer_steps import finer_steps, last_steps, whole_steps
+from touchatlas.sim.world.finer_steps import OVER_EDGES, finer_steps, last_steps, whole_steps
 from touchatlas.sim.world.triangles import edge_keys
 
 
@@ -49,7 +49,7 @@ class PlaneSections:
             # The chord to the sample before may have crossed the edge near its end.
             near = np.abs(lengths[1:-1] / step - stop) <= 1.0
             edges = lengths[1:-1][near & (_cosines(line) < np.cos(max_turn))]
-            if turned[stop] and len(edges):
+            if max_turn < OVER_EDGES and turned[stop] and len(edges):
                 end, stop = ContourEnd.EDGE, min(stop, int(edges[0] / step))
             samples = samples[:stop]
         samples = np.vstack([point[None], samples])

@@ -36,7 +36,7 @@ def test_a_block_is_known_from_few_touches(turn):
     found = explored_faces("block", turn)
     assert found.stop.reason is StopReason.KNOWN and len(found.touches) <= 50
     ends = [end for t in found.touches for c in t.contours for end in c.ends]
-    # A contour beside a corner may turn by more than 120 degrees at one point.
+    # Contours of the first touch and beside edges turn by 45 degrees at most.
     assert (np.mean([end is ContourEnd.EDGE for end in ends]) > 0.3) == (turn == SHORT)
     assert len(found.atlas.body.faces) == 6
     found.atlas.validate()
