@@ -11,7 +11,8 @@ import numpy as np
 from touchatlas.atlas.graph.rims import Rims
 from touchatlas.atlas.mesh.close_holes import LARGEST, diameter
 from touchatlas.atlas.mesh.surface import Surface
-from touchatlas.atlas.mesh.triangles_across import SURE, Across, edges_within, triangles_across
+from touchatlas.atlas.mesh.triangles_across import Across, edges_within, triangles_across
+from touchatlas.patch.geometry.normal_error import SURE
 
 
 def close_slits(surface: Surface, rims: Rims) -> Surface:

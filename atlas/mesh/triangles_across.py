@@ -7,9 +7,8 @@ import igl
 import numpy as np
 
 from touchatlas.atlas.mesh.close_holes import SLOPE
+from touchatlas.patch.geometry.normal_error import SURE
 
-# Standard deviations that hold 95 % of a normal error.
-SURE = 1.96
 # Least mean cosine between the normals of a hole's triangles and those of its rim: 120 degrees. At
 # the crest of a wall it is 0, about the outer rim of what was touched -1. Doubled, surfaces that
 # were touched on one side are closed by their own back.

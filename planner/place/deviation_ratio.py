@@ -3,15 +3,16 @@
 import numpy as np
 from scipy.special import erf, ndtri
 
+from touchatlas.patch.geometry.normal_error import SURE
+
 # Touches whose samples count. Doubled, the ratio follows later what residuals explain.
 _TOUCHES = 8
 # Innovations of right predictions that are thought to have come before all others, evenly spread
 # over a normal distribution: 150, where a contour has some twenty. Doubled, the first touches
 # change less.
 _BEFORE = ndtri(0.5 + (np.arange(150) + 0.5) / 300)
-# Fraction of the errors that the predicted interval shall hold, and the half-width of that of a
-# normal error, in standard deviations.
-_HELD, _NORMAL = 0.95, 1.96
+# Fraction of the errors that the predicted interval shall hold: what ``SURE`` deviations hold.
+_HELD = 0.95
 # Error of a patch that is wrong, in predicted deviations: chance gives one in 500 million. Doubled,
 # errors at a rim that patches round off count as if all predictions were too sure.
 _WRONG = 6.0
@@ -57,4 +58,4 @@ class DeviationRatio:
 def _ratio(errors) -> float:
     """The factor for deviations whose 95 % intervals hold 95 % of errors (n,) in deviations; 1 at
     least."""
-    return max(1.0, float(np.quantile(errors, _HELD)) / _NORMAL)
+    return max(1.0, float(np.quantile(errors, _HELD)) / SURE)

@@ -8,12 +8,11 @@ from scipy.special import erf
 
 from touchatlas.atlas.faces.lawful_body import LawfulBody
 from touchatlas.atlas.mesh.lawful_surface import coarse_edge, lawful_surface
+from touchatlas.patch.geometry.normal_error import SURE
 from touchatlas.planner.place.choose import APART_HOLES, Target, View, best_open
 from touchatlas.planner.place.deviation_ratio import DeviationRatio
 from touchatlas.planner.probe_plan import Reason
 
-# Standard deviations that hold 95 % of a normal error.
-_SURE = 1.96
 # Width of the unknown strip that an open rim stands for, over the distance across which laws are
 # believed. Doubled, a surface with small holes counts as less known.
 _STRIP = 0.5
@@ -53,7 +52,7 @@ class LawfulPlaces:
 
     def left(self, tolerance: float) -> np.ndarray:
         """(m, 3) places that are open or not known to a tolerance, length, world."""
-        return np.concatenate([self.rim, self.points[_SURE * self.deviation > tolerance]])
+        return np.concatenate([self.rim, self.points[SURE * self.deviation > tolerance]])
 
 
 def lawful_target(view: View, places: LawfulPlaces) -> Target | None:
@@ -67,7 +66,7 @@ def lawful_target(view: View, places: LawfulPlaces) -> Target | None:
         best = free[best_open(view, places.rim[free])]
         return Target(places.rim[best], places.rim_normals[best], Reason.EXPAND)
     weak = np.where(view.is_free(places.points), places.deviation, 0.0)
-    if not _SURE * weak.max(initial=0.0) > view.atlas.tolerance:
+    if not SURE * weak.max(initial=0.0) > view.atlas.tolerance:
         return None
     best = int(weak.argmax())
     return Target(places.points[best], places.normals[best], Reason.REFINE)

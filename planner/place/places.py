@@ -17,6 +17,7 @@ from touchatlas.atlas.graph.outlines import COUNT, core_points
 from touchatlas.atlas.graph.power_diagram import power_at
 from touchatlas.atlas.known_surface import blend_of_patches, deviations, whole_field
 from touchatlas.atlas.patches.growing_array import grown
+from touchatlas.patch.geometry.normal_error import SURE
 from touchatlas.planner.place.deviation_ratio import DeviationRatio
 
 # Distance of an open place from the origin, in distances of the outline, where the patch itself no
@@ -26,9 +27,8 @@ _BEYOND, _TOUCHED = 1.35, 0.7
 # Largest distance from the blended surface of a point that is known, in patch radii: a patch whose
 # own prediction is farther off is wrong there. Doubled, more of such places pass for known.
 _OFF = 0.25
-# Standard deviations that hold 95 % of a normal error, and the distance between places that are
-# listed at the end, in extents. Doubled, fewer places are named.
-_SURE, _LISTED = 1.96, 0.1
+# Distance between places that are listed at the end, in extents. Doubled, fewer places are named.
+_LISTED = 0.1
 # Places of a core, and their distances from its centre, in core radii, and directions, rad: points
 # of a spiral, each of which stands for the same area. The angle between two is the golden angle.
 # Doubled, the area of a cell is known to 2 % instead of 5 %, and planning takes longer.
@@ -196,7 +196,7 @@ class Places:
         rows = atlas.table.rows
         known = self.known(rows)
         deviation = self.deviation_ratio.value * known.deviation
-        weak = (known.area > 0.0) & (_SURE * deviation > atlas.tolerance)
+        weak = (known.area > 0.0) & (SURE * deviation > atlas.tolerance)
         found = np.concatenate([self.open(rows)[0], known.points[weak]])
         return apart_from_each_other(found, extent)
 

@@ -6,6 +6,7 @@ import igl
 import numpy as np
 import trimesh
 
+from touchatlas.patch.geometry.normal_error import SURE
 from touchatlas.sim.judge.closest_points import closest_points
 from touchatlas.sim.judge.judgement import is_met, truth_warnings
 from touchatlas.sim.judge.surface_file import check_deviation, check_triangles
@@ -13,9 +14,6 @@ from touchatlas.sim.judge.truth import EvaluateOptions, Truth
 from touchatlas.sim.judge.truth_parts import hidden_area
 from touchatlas.sim.world.triangles import sample_triangles
 
-# Standard deviations within which 95 % of a Gaussian lie. Twice as many would call every
-# prediction good.
-_DEVIATIONS = 1.96
 # Distance, in tolerances, within which the truth counts as covered. Doubled, surface that is wrong
 # counts as coverage.
 _COVERED = 3.0
@@ -166,7 +164,7 @@ def _f_score(accuracy, completeness, tolerance: float) -> float:
 
 def _calibration(error, predicted) -> float | None:
     """Fraction of errors within 1.96 predicted deviations; None when none are predicted."""
-    return None if predicted is None else float(np.mean(error <= _DEVIATIONS * predicted))
+    return None if predicted is None else float(np.mean(error <= SURE * predicted))
 
 
 def _statistics(distance) -> tuple[float, float, float, float]:

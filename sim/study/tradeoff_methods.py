@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from touchatlas.patch import FitOptions, Patch, Penalty, fit_paper, fit_patch
+from touchatlas.patch.geometry.normal_error import SURE
 from touchatlas.patch.geometry.polynomial import LocalPolynomial
 from touchatlas.patch.paper.steepest_descent import sign_frozen_descent
 from touchatlas.patch.paper.total_curvature import fold_problem
@@ -17,8 +18,6 @@ from touchatlas.sim.study.scenes import Scene
 PAPER_MULTIPLIER = 0.3
 # The paper's (5) by the paper's own solver, see METHODS.
 PAPER = "steepest_descent"
-# Standard deviations that hold 95 % of a Gaussian.
-_DEVIATIONS = 1.96
 # How near to zero, in radii, a height is sought, and in how many steps.
 _FOUND, _SECANT_STEPS = 1e-12, 20
 # Farther off, in radii, none is sought.
@@ -75,8 +74,8 @@ def judge_patch(patch: Patch, scene: Scene) -> dict[str, float]:
     return {
         **_height_measures(height_error(patch, scene.verifying)),
         **_curvature_measure(error, scene),
-        "within": float(np.mean(distance <= _DEVIATIONS * patch.deviation(scene.verifying))),
-        "curvature_within": float(np.mean(np.abs(error) <= _DEVIATIONS * known.std)),
+        "within": float(np.mean(distance <= SURE * patch.deviation(scene.verifying))),
+        "curvature_within": float(np.mean(np.abs(error) <= SURE * known.std)),
     }
 
 

@@ -7,11 +7,10 @@ from enum import Enum
 
 import numpy as np
 
+from touchatlas.patch.geometry.normal_error import SURE
 from touchatlas.sim.study.stability.case import Case
 from touchatlas.sim.study.stability.methods import Answer
 
-# Standard deviations that hold 95 % of a Gaussian.
-_DEVIATIONS = 1.96
 # An error of so many noises is good whatever was predicted.
 _NOISES = 3.0
 # A predicted deviation above this fraction of the core radius tells nothing: a slope of three
@@ -110,7 +109,7 @@ def judge(answer: Answer, case: Case) -> Verdict:
     predicted, held = _predicted(answer, points, distance)
     unit = max(case.noise_std, _ROUNDING * case.reach)
     far = errors > _NOISES * unit
-    held_by = far & (errors <= _DEVIATIONS * np.nan_to_num(predicted))
+    held_by = far & (errors <= SURE * np.nan_to_num(predicted))
     vague = bool((held_by & (predicted > _VAGUE * core)).any())
     finite = np.isfinite(errors).all() and not np.isinf(predicted).any()
     if not finite or (far & ~held_by).any():
@@ -129,7 +128,7 @@ def _predicted(answer: Answer, points, distance):
     if answer.deviation is None:
         return np.full(3, np.nan), np.nan
     deviation, core = answer.deviation(points), answer.core
-    held = float(np.mean(np.abs(distance) <= _DEVIATIONS * deviation))
+    held = float(np.mean(np.abs(distance) <= SURE * deviation))
     known = [_rms(deviation), core * answer.normal_std, 0.5 * core**2 * answer.curvature_std]
     return np.array(known), held
 

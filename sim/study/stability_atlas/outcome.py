@@ -8,6 +8,7 @@ import trimesh
 from scipy.sparse.csgraph import connected_components
 
 from touchatlas.atlas import Surface
+from touchatlas.patch.geometry.normal_error import SURE
 from touchatlas.sim.judge.closest_points import closest_points
 from touchatlas.sim.study.stability.outcome import Outcome, is_refusal
 from touchatlas.sim.study.stability_atlas.trial import Body, Explored, Trial, explored
@@ -16,9 +17,8 @@ from touchatlas.sim.world.triangles import sample_triangles
 # No surface may lie farther than this from the truth, nor more of the truth than the fraction
 # from the surface, in tolerances.
 _FAR, _REACHED = 3.0, 0.99
-# Standard deviations that hold 95 % of a Gaussian, and the least fraction of the surface that lies
-# within as many predicted ones.
-_DEVIATIONS, _HELD = 1.96, 0.9
+# Least fraction of the surface that lies within ``SURE`` predicted deviations. Doubled, none does.
+_HELD = 0.9
 # Points at which either surface is compared with the other: the standard error of 0.99 is 0.0016.
 _POINTS = 4000
 # Chords of the true triangles are off by this fraction of the tolerance.
@@ -100,7 +100,7 @@ def _accuracy(surface: Surface, trial: Trial, rng) -> tuple[float, float]:
     every = np.concatenate([points, surface.vertices])
     off = closest_points(every, *trial.body.mesh(_SAGITTA * trial.tolerance))[0]
     deviation = surface.deviation[surface.faces[face]].max(axis=1)
-    held = np.mean(off[: len(points)] <= _DEVIATIONS * deviation)
+    held = np.mean(off[: len(points)] <= SURE * deviation)
     return float(off.max()), float(held)
 
 
