@@ -36,6 +36,8 @@ class SharpEdges:
         # An edge that a single contour crossed has no curve.
         self._edges = [(edge, curve_tree(edge) if edge.curves else None) for edge in sharp]
         self._corners = RoundedCorners(trees, reach)
+        # How far out the samples of a face lie of the second face of a pair.
+        self._before: dict[tuple[int, int, float], np.ndarray] = {}
         # The faces with which each has a sharp edge, and its sign.
         self._around: list[list[tuple[int, float]]] = [[] for _ in self._faces]
         for edge in sharp:
@@ -56,29 +58,30 @@ class SharpEdges:
             Distance, normal and variance there; changed where another face decides.
         """
         decides = owner.copy()
+        rows = [np.flatnonzero(owner == own) for own in range(len(self._faces))]
+        near = [self._trees.nearest(k, points[mine], _ABOUT) for k, mine in enumerate(rows)]
         for edge, curve in self._edges:
             for own, other in ((edge.first, edge.second), (edge.second, edge.first)):
-                rows = np.flatnonzero(owner == own)
-                beside = self._trees.away(other, points[rows]) < _BESIDE * self._reach
+                mine = rows[own]
+                beside = self._trees.away(other, points[mine]) < _BESIDE * self._reach
                 if curve is not None:
-                    beside |= curve.query(points[rows])[0] < _BESIDE * away[rows, -1]
-                rows = rows[beside]
-                self._cut(edge, (own, other), rows, points[rows], chosen, decides)
+                    beside |= curve.query(points[mine])[0] < _BESIDE * away[mine, -1]
+                about = mine[beside], near[own][beside]
+                self._cut(edge, (own, other), *about, points, chosen, decides)
         self._corners.round(points, owner, decides, chosen)
         return decides
 
-    def _cut(self, edge: FaceEdge, pair, rows, points, chosen, decides) -> None:
-        """Let the second face of a pair decide for points (m, 3) of ``rows`` (m,) of the first,
-        where it is the farther out; at a concave edge, of sign -1, the farther in.
+    def _cut(self, edge: FaceEdge, pair, rows, near, points, chosen, decides) -> None:
+        """Let the second face of a pair decide for points of ``rows`` (m,) of the first, whose
+        samples ``near`` (m, k) are nearest, where it is the farther out; at a concave edge, of sign
+        -1, the farther in.
 
         A point whose nearest samples are as far out lies where the edge does not bound its face.
         """
         if not len(rows):
             return
-        (own, other), sign = pair, edge_sign(edge)
-        nearest = self._trees.nearest(own, points, _ABOUT).reshape(-1, 3)
-        before = sign * self._where_it_is(sign, pair, nearest)[0][:, 0]
-        before = before.reshape(len(points), -1).min(axis=1)
+        (own, other), sign, points = pair, edge_sign(edge), points[rows]
+        before = self._samples_out(sign, pair)[near].min(axis=1)
         before = before - _NOISE * self._faces[other].deviation
         theirs, which = self._where_it_is(sign, pair, points)
         wins = sign * theirs[:, 0] > np.maximum(sign * chosen[rows, 0], _CROSSED * before)
@@ -88,6 +91,15 @@ class SharpEdges:
             mine = self._trees.values(own, points[near])
             raise_to_ball(edge, mine, theirs[near], rows[near], chosen)
 
+    def _samples_out(self, sign: float, pair) -> np.ndarray:
+        """(k,) how far out of the second face of a pair the samples of the first lie, length; in,
+        at a concave edge, of sign -1."""
+        key = (*pair, sign)
+        if key not in self._before:
+            samples = self._trees.faces.points[self._faces[pair[0]].samples]
+            self._before[key] = sign * self._where_it_is(sign, pair, samples)[0][:, 0]
+        return self._before[key]
+
     def _where_it_is(self, sign: float, pair, points) -> tuple[np.ndarray, np.ndarray]:
         """Distance, normal and variance (m, 5) of the second face of a pair at points (m, 3), and
         the face that decides (m,): that face, or one that ends it at an edge of the other sign.
@@ -96,9 +108,13 @@ class SharpEdges:
         """
         own, other = pair
         theirs, which = self._trees.values(other, points), np.full(len(points), other)
-        nearest = self._trees.nearest(other, points, 1)[:, 0]
+        thirds = [k for k, kind in self._around[other] if kind == -sign and k != own]
+        if not thirds:
+            return theirs, which
+        nearest = self._faces[other].samples[self._trees.nearest(other, points, 1)[:, 0]]
+        nearest = self._trees.faces.points[nearest]
         limit = np.maximum(_BESIDE * self._trees.away(other, points), self._reach)
-        for third in [k for k, kind in self._around[other] if kind == -sign and k != own]:
+        for third in thirds:
             noise = _NOISE * self._faces[third].deviation
             # Its nearest sample beyond the third shows that the face goes on there.
             ends = -sign * self._trees.values(third, nearest)[:, 0] < noise

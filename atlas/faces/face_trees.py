@@ -29,10 +29,9 @@ class FaceTrees:
         return np.asarray(self.trees[number].query(points)[0])
 
     def nearest(self, number: int, points, count: int) -> np.ndarray:
-        """(n, k, 3) the k samples of a face that are nearest to points (n, 3), ``count`` or all."""
-        samples = self.faces.faces[number].samples
-        _, near = self.trees[number].query(points, k=min(count, len(samples)))
-        return np.asarray(self.faces.points[samples[near.reshape(len(points), -1)]])
+        """(n, k) which samples of a face are nearest to points (n, 3), ``count`` or all."""
+        count = min(count, len(self.faces.faces[number].samples))
+        return np.reshape(self.trees[number].query(points, k=count)[1], (len(points), count))
 
     def values(self, number: int, points) -> np.ndarray:
         """(n, 5) distance, normal and variance of a face, by the patch of its nearest sample."""
