@@ -6,10 +6,6 @@ import numpy as np
 
 from touchatlas.patch.geometry.arrays import cross
 
-# Least turn of a contour with which a probe runs over edges, rad: a right angle, that of most.
-# Contours that may turn by less end there. Doubled, none runs over an edge.
-OVER_EDGES = 0.5 * np.pi
-
 # How often a step is halved at most. Doubled, bends of an eighth of the radius are followed.
 _HALVINGS = 3
 # Rounding of an arc length, in steps: a curve of a whole number of steps has its last one. Doubled,

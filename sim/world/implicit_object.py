@@ -6,7 +6,7 @@ import numpy as np
 
 from touchatlas.patch import ContourEnd
 from touchatlas.patch.geometry.arrays import cross
-from touchatlas.sim.world.finer_steps import OVER_EDGES, finer_steps
+from touchatlas.sim.world.finer_steps import finer_steps
 from touchatlas.sim.world.implicit_fields import Field
 from touchatlas.sim.world.level_set import level_set_mesh, newton_projection
 from touchatlas.sim.world.triangles import areas_of, sample_triangles, top_sample
@@ -20,6 +20,9 @@ _EDGE_TURN = np.deg2rad(15.0)
 _LONGEST_CHORD = 1.5
 # Shortest step before an edge, in steps. Doubled, a curve cuts corners off that are twice as large.
 _ACROSS = 1.0 / 256.0
+# Least turn of a contour with which a probe runs over edges, rad: a right angle, that of most.
+# Contours that may turn by less end there. Doubled, none runs over an edge.
+_OVER_EDGES = 0.5 * np.pi
 # Most cells along the longest side of the grid: twice as many take four times as long.
 _GRID_LIMIT = 320
 # Rounding of a cosine; twice as much changes nothing.
@@ -232,7 +235,7 @@ class ImplicitObject:
     def _end_ahead(self, x, normal, step, max_turn) -> ContourEnd:
         """EDGE where the tangent ahead of x turns too much at a point, TURNED_AWAY where it turns
         too much in all, or may turn by a right angle."""
-        if max_turn >= OVER_EDGES:
+        if max_turn >= _OVER_EDGES:
             return ContourEnd.TURNED_AWAY
         x, normal = x[None], normal[None]
         for _ in range(8):

@@ -124,8 +124,8 @@ class MeshObject:
     def trace_arms(self, point, plane_normals, directions, reach, step, max_turn, step_turn=np.pi):
         """Curves from a surface point in several planes; see ImplicitObject.trace_arms.
 
-        Turning is measured over a whole step. EDGE is where the section turns by more than
-        ``max_turn`` at one edge of the mesh, if that is less than a right angle.
+        A sharp edge of a mesh cannot be told from a coarse facet by one contour: turning is
+        measured over a whole step, and an edge shows as TURNED_AWAY.
         """
         return [
             self._sections.arm(point, normal, direction, reach, step, max_turn, step_turn)

@@ -4,7 +4,7 @@ import igl
 import numpy as np
 
 from touchatlas.patch import ContourEnd
-from touchatlas.sim.world.finer_steps import OVER_EDGES, finer_steps, last_steps, whole_steps
+from touchatlas.sim.world.finer_steps import finer_steps, last_steps, whole_steps
 from touchatlas.sim.world.triangles import edge_keys
 
 
@@ -46,11 +46,6 @@ class PlaneSections:
         if (turned | home).any():
             stop = int((turned | home).argmax())
             end = ContourEnd.CLOSED_LOOP if home[stop] else ContourEnd.TURNED_AWAY
-            # The chord to the sample before may have crossed the edge near its end.
-            near = np.abs(lengths[1:-1] / step - stop) <= 1.0
-            edges = lengths[1:-1][near & (_cosines(line) < np.cos(max_turn))]
-            if max_turn < OVER_EDGES and turned[stop] and len(edges):
-                end, stop = ContourEnd.EDGE, min(stop, int(edges[0] / step))
             samples = samples[:stop]
         samples = np.vstack([point[None], samples])
         at = finer_steps(samples, step_turn, lambda s: _at(line, lengths, step * s))
@@ -114,13 +109,6 @@ def _polyline(point, path):
     line = np.vstack([point[None], path]) if len(path) else point[None]
     steps = np.sqrt((np.diff(line, axis=0) ** 2).sum(axis=1))
     return line, np.concatenate([[0.0], np.cumsum(steps)])
-
-
-def _cosines(line) -> np.ndarray:
-    """(k - 2,) cosines of the angles by which a line (k, 3) turns at its inner corners."""
-    sides = np.diff(line, axis=0)
-    lengths = np.maximum(np.sqrt((sides * sides).sum(axis=1)), np.finfo(float).tiny)
-    return np.asarray((sides[1:] * sides[:-1]).sum(axis=1) / (lengths[1:] * lengths[:-1]))
 
 
 def _at(line, lengths, at) -> np.ndarray:
