@@ -142,7 +142,7 @@ class Planner:
         check_answer(self._attempts.plans, touch, change)
         answered = self._attempts.answer(touch, change)
         again = True
-        if self._beside_edges.is_open:
+        if self._beside_edges.has_asked(answered.plan):
             number = self._beside_edges.count
             self._beside_edges.tell(replace(touch, number=number), replace(change, touch=number))
             # A guess behind an edge that met nothing is followed by another guess.
@@ -186,7 +186,7 @@ class Planner:
         # What comes after a touch behind an edge depends on it.
         if self._beside_edges.is_open:
             return None
-        if self._ends_at_edges(atlas) and not self._attempts.pending:
+        if self._ends_at_edges(atlas):
             plan = self._plan_behind_edge(atlas, view.extent)
             if plan is not None:
                 return plan

@@ -7,6 +7,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from touchatlas.atlas.faces.blunt_edges import BluntEdge, Rounding
+from touchatlas.atlas.faces.corner_edges import pairs_at_corners
 from touchatlas.atlas.faces.edge_curves import (
     CurvePoints,
     angles,
@@ -27,6 +28,9 @@ from touchatlas.patch.geometry.arrays import cross
 # Distance of samples of two pieces between which an edge is sought although no contour crosses it,
 # in steps. Doubled, edges are found between fewer touches, and some beyond a third face.
 _NEAR = 4.0
+# Distance of the edges of two pieces with a third from the corner of all three, in steps. Doubled,
+# edges between fewer touches are found.
+_CORNER = 8.0
 # Samples about a boundary that one quartic must explain if nothing else is there: within so many
 # steps of it. Doubled, quartics fail on smooth surfaces too.
 _WINDOW = 4.0
@@ -113,6 +117,10 @@ def find_boundaries(labels: Labels) -> list[Boundary]:
     for pair, middles in _across_ends(labels).items():
         if found.get(pair) is None:
             found[pair] = judge.uncrossed(*pair, middles)
+    edges = {pair: b.curve.points for pair, b in found.items() if b is not None and b.kind.sharp}
+    corners = pairs_at_corners(labels.pieces, edges, _CORNER * judge.step)
+    for pair in sorted(corners.keys() - {pair for pair, b in found.items() if b is not None}):
+        found[pair] = judge.between_corners(*pair, corners[pair])
     for pair, edge in blunt.items():
         found[pair] = judge.blunt(edge, found.get(pair))
     return [boundary for _, boundary in sorted(found.items()) if boundary is not None]
@@ -183,6 +191,17 @@ class _Judge:
         if angle <= least or kind is None:
             return None
         jump = curvature_jump(*pieces, evenly(curve.points, _MEASURED))[1]
+        return Boundary(a, b, kind, curve, angle, jump, gap(*pieces, curve.points))
+
+    def between_corners(self, a: int, b: int, corners) -> Boundary | None:
+        """The sharp edge of two pieces between corners (m, 3), or None where a piece goes on."""
+        pieces = self.labels.pieces[a], self.labels.pieces[b]
+        curve = intersection_points(*pieces, corners, self.step)
+        kind = self._sides(a, b, curve.points) if len(curve.points) else None
+        if kind is None:
+            return None
+        angle = float(np.median(angles(*pieces, curve.points)))
+        jump = curvature_jump(*pieces, curve.points)[1]
         return Boundary(a, b, kind, curve, angle, jump, gap(*pieces, curve.points))
 
     def _are_apart(self, pieces, middles) -> bool:

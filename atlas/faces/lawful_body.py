@@ -126,7 +126,7 @@ class LawfulBody:
         known[doubt] = self._is_among(points[doubt], found.normal[doubt])
         known &= np.isfinite(found.deviation)
         # What nothing explains is not known.
-        known &= ~self._astray[nearest] | (away < steps)
+        known &= ~self._astray[nearest] | (away < steps + off)
         return found, known
 
     def gaussian_curvature(self, points, face) -> np.ndarray:

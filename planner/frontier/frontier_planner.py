@@ -145,6 +145,11 @@ class FrontierPlanner:
         """Whether a plan is open, that ``tell`` has not answered yet."""
         return self._asked is not None
 
+    def has_asked(self, plan: ProbePlan) -> bool:
+        """Whether a plan is at the place of the one that is open."""
+        asked = self._asked
+        return asked is not None and np.array_equal(plan.reference_point, asked.reference_point)
+
     @property
     def count(self) -> int:
         """Number of plans that were answered."""
