@@ -79,7 +79,7 @@ class Evidence:
         points = self.samples.points[s]
         piece = fit_piece(kind, points, self.samples.normals[s], self.samples.std)
         bends = kind in (Kind.QUADRIC, Kind.QUARTIC)
-        if bends and piece is not None and _is_edge(piece, points):
+        if bends and piece is not None and is_edge(piece, points):
             return None
         return piece
 
@@ -112,7 +112,7 @@ class Evidence:
         return core if len(core) >= enough else members
 
 
-def _is_edge(piece: Piece, points) -> bool:
+def is_edge(piece: Piece, points) -> bool:
     """Whether a quadric or quartic is flat at most of its points (n, 3) and faces another way at
     some: then it is two planes and a rounded edge, as a hyperbola is, and no law of all three."""
     length = float(np.sqrt((np.ptp(points, axis=0) ** 2).sum()))

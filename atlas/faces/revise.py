@@ -4,7 +4,7 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from touchatlas.atlas.faces.grow import evenly, grow_at
+from touchatlas.atlas.faces.grow import evenly, grow_at, is_edge
 from touchatlas.atlas.faces.kinds import Kind
 from touchatlas.atlas.faces.labels import NONE, Labels
 
@@ -36,6 +36,9 @@ def refit(labels: Labels) -> None:
                 best, least = piece, cost
         if best is not None:
             labels.pieces[label] = best
+        elif len(members) and is_edge(labels.pieces[label], evidence.samples.points[members]):
+            # Few samples of two faces were explained by one that bends; new ones show the edge.
+            labels.of[members] = NONE
         labels.mark_fitted(label, members)
 
 
