@@ -48,12 +48,11 @@ def learn(state: AtlasState, touch: Touch) -> AtlasChange:
         )
     settle_scale(state, [contour.noise_std for contour in contours])
     fit, reason = fit_or_reason(state, touch, contours)
-    fills = state.fills
-    owner = _owner_at(state, touch) if fit is None and fills else None
+    owner = _owner_at(state, touch) if fit is None and state.fills else None
     change = AtlasChange(refused=reason)
     if fit is None and owner is None:
         return change
-    if fit is not None and not fills:
+    if fit is not None and not state.fills:
         return insert(state, fit, contours)
     before = set(state.table.rows.tolist())
     points = np.concatenate([contour.points for contour in contours])
