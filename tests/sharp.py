@@ -38,6 +38,14 @@ _FIELDS = {
     "roof": (_roof(np.deg2rad(25.0)), (25, 25, 20)),
     # A wall 6 thick: its two faces are as near to each other as samples are to an edge.
     "wall": (box((-20, -20, -3), (20, 20, 3)), (20, 20, 3)),
+    # Two blocks of one height on a base, with a slot 12 wide between them.
+    "slot": (
+        union(
+            box((-30, -20, -15), (30, 20, -5)),
+            union(box((-30, -20, -15), (-6, 20, 10)), box((6, -20, -15), (30, 20, 10))),
+        ),
+        (30, 20, 15),
+    ),
     # Two fingers with a gap of 4 between them.
     "fingers": (
         union(

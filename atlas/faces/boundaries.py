@@ -114,11 +114,11 @@ def find_boundaries(labels: Labels) -> list[Boundary]:
     judge = _Judge(labels)
     blunt = {(edge.first, edge.second): edge for edge in Rounding(labels).edges()}
     judge.rounded[[i for edge in blunt.values() for i in edge.samples.tolist()]] = True
-    found = {
-        pair: judge.linked(*pair, middles) for pair, middles in pairs_across_links(labels).items()
-    }
-    for pair, middles in pairs_across_ends(labels, _NEAR * judge.step).items():
+    links = pairs_across_links(labels)
+    found = {pair: judge.linked(*pair, middles) for pair, middles in links.items()}
+    for pair, ends in pairs_across_ends(labels, _NEAR * judge.step).items():
         if found.get(pair) is None:
+            middles = np.concatenate([links[pair], ends]) if pair in links else ends
             found[pair] = judge.uncrossed(*pair, middles)
     edges = {pair: b.curve.points for pair, b in found.items() if b is not None and b.kind.sharp}
     corners = pairs_at_corners(labels.pieces, edges, _CORNER * judge.step)

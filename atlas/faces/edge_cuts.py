@@ -84,7 +84,8 @@ class SharpEdges:
         before = self._samples_out(sign, pair)[near].min(axis=1)
         before = before - _NOISE * self._faces[other].deviation
         theirs, which = self._where_it_is(sign, pair, points)
-        wins = sign * theirs[:, 0] > np.maximum(sign * chosen[rows, 0], _CROSSED * before)
+        limit = np.where(before > 0.0, _CROSSED * before, -np.inf)
+        wins = sign * theirs[:, 0] > np.maximum(sign * chosen[rows, 0], limit)
         chosen[rows[wins]], decides[rows[wins]] = theirs[wins], which[wins]
         if edge.radius > 0.0:
             near = (which == other) & (before <= 0.0)
@@ -92,34 +93,51 @@ class SharpEdges:
             raise_to_ball(edge, mine, theirs[near], rows[near], chosen)
 
     def _samples_out(self, sign: float, pair) -> np.ndarray:
-        """(k,) how far out of the second face of a pair the samples of the first lie, length; in,
-        at a concave edge, of sign -1."""
-        key = (*pair, sign)
-        if key not in self._before:
-            samples = self._trees.faces.points[self._faces[pair[0]].samples]
-            self._before[key] = sign * self._where_it_is(sign, pair, samples)[0][:, 0]
-        return self._before[key]
+        """(k,) how far the samples of the first face of a pair lie out of the second, and of those
+        that end it, length; in, at a concave edge, of sign -1."""
+        own, other = pair
+        if (*pair, sign) not in self._before:
+            samples = self._trees.faces.points[self._faces[own].samples]
+            out = self._trees.values(other, samples)[:, 0]
+            for third in self._enders(sign, pair, other):
+                ended = self._ends(sign, (other, third), samples, out)
+                out[ended] = self._trees.values(third, samples[ended])[:, 0]
+            self._before[(*pair, sign)] = sign * out
+        return self._before[(*pair, sign)]
 
     def _where_it_is(self, sign: float, pair, points) -> tuple[np.ndarray, np.ndarray]:
         """Distance, normal and variance (m, 5) of the second face of a pair at points (m, 3), and
-        the face that decides (m,): that face, or one that ends it at an edge of the other sign.
+        the face that decides (m,): that face, or one that ends it at an edge of the other sign, or
+        one that ends that one.
 
         At a corner of edges of one sign each face bounds the others, wherever it ends.
         """
-        own, other = pair
+        other = pair[1]
         theirs, which = self._trees.values(other, points), np.full(len(points), other)
-        thirds = [k for k, kind in self._around[other] if kind == -sign and k != own]
-        if not thirds:
-            return theirs, which
-        nearest = self._faces[other].samples[self._trees.nearest(other, points, 1)[:, 0]]
-        nearest = self._trees.faces.points[nearest]
-        limit = np.maximum(_BESIDE * self._trees.away(other, points), self._reach)
-        for third in thirds:
-            noise = _NOISE * self._faces[third].deviation
-            # Its nearest sample beyond the third shows that the face goes on there.
-            ends = -sign * self._trees.values(third, nearest)[:, 0] < noise
-            ends &= self._trees.away(third, points) < limit
-            values = self._trees.values(third, points)
-            ends &= sign * values[:, 0] < sign * theirs[:, 0]
-            theirs[ends], which[ends] = values[ends], third
+        waiting = [(other, np.arange(len(points)))]
+        while waiting:
+            face, rows = waiting.pop()
+            for third in self._enders(sign, pair, face):
+                ended = rows[self._ends(sign, (face, third), points[rows], theirs[rows, 0])]
+                theirs[ended], which[ended] = self._trees.values(third, points[ended]), third
+                if len(ended):
+                    waiting.append((third, ended))
         return theirs, which
+
+    def _enders(self, sign: float, pair, face: int) -> list[int]:
+        """The faces but the first of a pair that end a face at edges of the sign opposite to
+        ``sign``."""
+        return [k for k, kind in self._around[face] if kind == -sign and k != pair[0]]
+
+    def _ends(self, sign: float, pair, points, distance) -> np.ndarray:
+        """(m,) whether the second face of a pair ends the first, with their edge of the sign
+        opposite to ``sign``, before points (m, 3) are reached, and lies behind a distance (m,)."""
+        face, third = pair
+        nearest = self._faces[face].samples[self._trees.nearest(face, points, 1)[:, 0]]
+        nearest = self._trees.faces.points[nearest]
+        limit = _BESIDE * np.maximum(self._trees.away(face, points), self._reach)
+        noise = _NOISE * self._faces[third].deviation
+        # Its nearest sample beyond the third shows that the face goes on there.
+        ends = -sign * self._trees.values(third, nearest)[:, 0] < noise
+        ends &= self._trees.away(third, points) < limit
+        return ends & (sign * self._trees.values(third, points)[:, 0] < sign * distance)

@@ -7,7 +7,7 @@ from touchatlas.atlas.faces.labels import NONE, Labels
 
 def pairs_across_links(labels: Labels) -> dict[tuple[int, int], np.ndarray]:
     """Pairs of labels, mapped to the middles (m, 3) of the links between their samples."""
-    graph, points = labels.evidence.graph, labels.evidence.samples.points
+    graph, points = labels.graph, labels.evidence.samples.points
     both = np.sort(labels.of[graph.pairs], axis=1)
     apart = np.flatnonzero((both[:, 0] != both[:, 1]) & (both[:, 0] != NONE))
     order = apart[np.lexsort((both[apart, 1], both[apart, 0]))]
@@ -24,7 +24,7 @@ def pairs_across_ends(labels: Labels, reach: float) -> dict[tuple[int, int], np.
     new = np.diff(samples.contours, prepend=-1, append=samples.contours[-1] + 1) > 0
     ends = np.flatnonzero(new[:-1] | new[1:])
     ends = ends[of[ends] != NONE]
-    near = labels.evidence.graph.tree.query_ball_point(samples.points[ends], reach)
+    near = labels.graph.tree.query_ball_point(samples.points[ends], reach)
     i = np.repeat(ends, [len(some) for some in near])
     j = np.concatenate([np.array(some, int) for some in near]) if len(near) else i
     apart = (of[i] != of[j]) & (of[j] != NONE)

@@ -3,6 +3,7 @@
 import numpy as np
 
 from touchatlas.atlas.faces.cover import greedy_cover, propose, seeds_of
+from touchatlas.atlas.faces.crossed_links import cut_crossed_links
 from touchatlas.atlas.faces.grow import Evidence
 from touchatlas.atlas.faces.labels import Labels
 from touchatlas.atlas.faces.merge import merge
@@ -70,6 +71,7 @@ def revise_all(labels: Labels) -> None:
     rounds = labels.evidence.options.rounds
     tried: list[np.ndarray] = []
     for number in range(rounds):
+        cut_crossed_links(labels)
         labels.relax()
         labels.separate()
         changes = drop(labels)
@@ -85,6 +87,7 @@ def revise_all(labels: Labels) -> None:
         if not changes:
             break
     for _ in range(2):
+        cut_crossed_links(labels)
         labels.relax()
         labels.separate()
         refit(labels)

@@ -34,13 +34,15 @@ class Labels:
 
     Attributes
     ----------
+    graph : SampleGraph
+        The links over which labels spread: not those in whose way another label stands.
     pieces : list of Piece
     of : (n,) int
         Index of the piece, or NONE.
     """
 
     def __init__(self, evidence: Evidence) -> None:
-        self.evidence = evidence
+        self.evidence, self.graph = evidence, evidence.graph
         self.pieces: list[Piece] = []
         # Merges and seeds that were tried, and the samples that each piece was fitted to.
         self.tried: set = set()
@@ -98,10 +100,10 @@ class Labels:
 
     def pairs(self) -> list[tuple[int, int, float]]:
         """Labels that are linked, lower first, and the sum of the weights of their links."""
-        both = np.sort(self.of[self.evidence.graph.pairs], axis=1)
+        both = np.sort(self.of[self.graph.pairs], axis=1)
         apart = (both[:, 0] != both[:, 1]) & (both[:, 0] >= 0)
         pairs, which = np.unique(both[apart], axis=0, return_inverse=True)
-        sums = np.bincount(which.ravel(), self.evidence.graph.weights[apart], len(pairs))
+        sums = np.bincount(which.ravel(), self.graph.weights[apart], len(pairs))
         return [(int(a), int(b), float(w)) for (a, b), w in zip(pairs, sums, strict=True)]
 
     def relax(self) -> None:
@@ -115,7 +117,7 @@ class Labels:
             return
         begin = np.searchsorted(sample, movable)
         counts = np.diff(begin, append=len(sample))
-        graph, price = self.evidence.graph, self.evidence.options.boundary
+        graph, price = self.graph, self.evidence.options.boundary
         of, still = np.append(self.of, -2), 0
         entry, column = np.nonzero(graph.neighbours[sample] < graph.size)
         around = graph.neighbours[sample[entry], column]
@@ -139,7 +141,7 @@ class Labels:
 
     def _movable(self) -> np.ndarray:
         """Samples about boundaries of labels, or far from their piece, ascending."""
-        graph = self.evidence.graph
+        graph = self.graph
         at_boundary = self.of[graph.pairs[:, 0]] != self.of[graph.pairs[:, 1]]
         far = [np.flatnonzero(self.of == NONE), np.unique(graph.pairs[at_boundary])]
         for piece, members in zip(self.pieces, self.all_members(), strict=True):
@@ -157,7 +159,7 @@ class Labels:
         for label, members in enumerate(self.all_members()):
             if not self.is_settled(label, members):
                 changed[members] = True
-        neighbours = np.append(changed, False)[self.evidence.graph.neighbours]
+        neighbours = np.append(changed, False)[self.graph.neighbours]
         return np.asarray(changed | neighbours.any(axis=1))
 
     def _candidates(self, movable) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -172,7 +174,7 @@ class Labels:
             inside = members[moves[members]]
             if not len(inside):
                 continue
-            band = evidence.graph.around(inside, _BAND)
+            band = self.graph.around(inside, _BAND)
             band = band[moves[band]]
             cost = self.costs(self.pieces[label], band, self.of[band] == label)
             usable = np.isfinite(cost)
@@ -194,7 +196,7 @@ class Labels:
 
     def separate(self) -> None:
         """Give each large connected part of a label its own label, and none to small ones."""
-        size, pairs = len(self.of), self.evidence.graph.pairs
+        size, pairs = len(self.of), self.graph.pairs
         first, second = self.of[pairs].T
         low, high = pairs[(first == second) & (first >= 0)].T
         links = coo_matrix((np.ones(len(low)), (low, high)), shape=(size, size))
@@ -225,7 +227,7 @@ class Labels:
 
     def total(self) -> float:
         """Nats of the whole description: what labelling makes small."""
-        options, graph = self.evidence.options, self.evidence.graph
+        options, graph = self.evidence.options, self.graph
         both = self.of[graph.pairs]
         cost = options.boundary * graph.weights[both[:, 0] != both[:, 1]].sum()
         cost += options.unexplained * np.count_nonzero(self.of == NONE)

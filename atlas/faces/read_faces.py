@@ -4,6 +4,7 @@ import numpy as np
 
 from touchatlas.atlas.faces.absorb import absorb
 from touchatlas.atlas.faces.boundaries import find_boundaries
+from touchatlas.atlas.faces.crossed_links import cut_crossed_links
 from touchatlas.atlas.faces.faces import Faces, join_faces
 from touchatlas.atlas.faces.labelling import label_samples, relabel
 from touchatlas.atlas.faces.labels import Labels
@@ -57,6 +58,7 @@ def faces_of_revised(labels: Labels, rounds: int = _RIM_ROUNDS) -> Faces:
         refit(labels)
     for _ in range(rounds):
         labels.drop_empty()
+        cut_crossed_links(labels)
         boundaries = find_boundaries(labels)
         if not move_to_rims(labels, boundaries):
             return join_faces(labels, boundaries)
@@ -67,6 +69,7 @@ def faces_of_revised(labels: Labels, rounds: int = _RIM_ROUNDS) -> Faces:
 
 def faces_of_labels(labels: Labels) -> Faces:
     """The faces of a labelling, and nothing else: so that they can be made again from a file."""
+    cut_crossed_links(labels)
     return join_faces(labels, find_boundaries(labels))
 
 

@@ -1,5 +1,7 @@
 """SampleGraph: which samples are next to each other on the surface."""
 
+from copy import copy
+
 import numpy as np
 from scipy.spatial import cKDTree
 
@@ -54,6 +56,13 @@ class SampleGraph:
         cosine = _cosines(samples, *self.pairs.T)
         self.weights = np.maximum((cosine - _COSINE) / (1.0 - _COSINE), 0.0) ** 2
         self.neighbours, self.neighbour_weights = _padded(self.pairs, self.weights, self.size)
+
+    def without(self, links) -> "SampleGraph":
+        """The same without links (m,), indices of ``pairs``."""
+        out = copy(self)
+        out.pairs, out.weights = (np.delete(x, links, axis=0) for x in (self.pairs, self.weights))
+        out.neighbours, out.neighbour_weights = _padded(out.pairs, out.weights, self.size)
+        return out
 
     def mask(self, members) -> np.ndarray:
         """(n + 1,) whether each sample is a member; the last, for no sample, is true."""

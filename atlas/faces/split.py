@@ -92,7 +92,7 @@ def _apart(labels: Labels, label: int, members) -> list[Growth]:
 
 def _relabel(labels: Labels, members, choice) -> None:
     """Give samples the label that costs least among a few, beside their neighbours'."""
-    options, graph = labels.evidence.options, labels.evidence.graph
+    options, graph = labels.evidence.options, labels.graph
     own = np.ones(len(members), bool)
     costs = [np.full(len(members), options.unexplained)]
     costs += [labels.costs(labels.pieces[k], members, own) for k in choice]
@@ -109,7 +109,7 @@ def _relabel(labels: Labels, members, choice) -> None:
 
 def _boundary_cost(labels: Labels, members) -> float:
     """Nats for the links of samples to those of other labels; inner links count once."""
-    graph = labels.evidence.graph
+    graph = labels.graph
     inside = graph.mask(members)
     inside[-1] = False
     touched = inside[graph.pairs].any(axis=1)

@@ -13,9 +13,9 @@ from touchatlas.atlas.faces.labels import NONE, Labels
 from touchatlas.atlas.faces.merge import piece_of_least_kind
 
 _LAWS = Kind.PLANE, Kind.SPHERE, Kind.CYLINDER
-# Largest distance of two parts, over the extent of the samples: that across which a face is
-# believed where no sample is. Doubled, the tops of two blocks of one height become one face.
-_APART = 0.15
+# Largest distance of two parts, over the extent of the samples. Doubled, the tops of two blocks of
+# one height become one face, until what is between them is touched.
+_APART = 0.25
 # Largest median distance of the samples of a part from the other part's piece, over the extent, for
 # them to be compared. Doubled, unlike parts are compared in vain.
 _OFF = 0.05
@@ -25,6 +25,9 @@ _IN_THE_WAY = 0.5
 # Cosine of the angle between normals up to which a face between two parts is another side of the
 # body: 60 degrees. Doubled, none stands in the way.
 _ALIKE = 0.5
+# How far beyond the ends of the way a face may stand in it, in standard deviations of a sample: the
+# sides of a slot begin there. Doubled, nothing changes.
+_NOISE = 4.0
 
 
 def unite(labels: Labels) -> int:
@@ -75,7 +78,8 @@ def _stands_between(labels: Labels, pair, first: int, second: int) -> bool:
     square = way @ way
     along = offset @ way / square
     beside = (offset * offset).sum(axis=1) - along * along * square
-    inside = (along > 0.0) & (along < 1.0) & (beside < square)
+    noise = _NOISE * labels.evidence.samples.std / np.sqrt(square)
+    inside = (along > -noise) & (along < 1.0 + noise) & (beside < square)
     inside &= ~np.isin(labels.of, [NONE, *pair])
     outward = labels.pieces[pair[0]].at(points[[first]])[1][0]
     for label in np.unique(labels.of[inside]).tolist():

@@ -10,8 +10,10 @@ from touchatlas.patch import Contour, ContourEnd, SamplingPlane
 from touchatlas.planner import PlannerOptions, StopReason
 
 NOISE = 0.02
-# Faces and edges, counted by hand.
-COUNTS = {"block": (6, 12), "step": (8, 18), "roof": (7, 15), "wall": (6, 12)}
+# Faces and edges, counted by hand, and the distances from the axes x and z of concave ones, which
+# run along y.
+COUNTS = {"block": (6, 12), "step": (8, 18), "roof": (7, 15), "wall": (6, 12), "slot": (10, 24)}
+CONCAVE = {"step": [(0.0, 0.0)], "slot": [(-6.0, -5.0), (6.0, -5.0)]}
 # Largest turn of a contour, rad: the planner's, or less than a right angle, so that it ends at
 # edges.
 OVER, SHORT = PlannerOptions().max_turn, 0.8
@@ -19,15 +21,16 @@ OVER, SHORT = PlannerOptions().max_turn, 0.8
 
 @pytest.mark.parametrize("name", COUNTS)
 def test_a_polyhedron_has_its_faces_and_edges(name):
-    """The step's edge x = 0, z = 0 is its only concave one."""
     faces = explored_faces(name, OVER).atlas.faces()
     assert (len(faces), len(faces.edges)) == COUNTS[name]
     concave = [edge for edge in faces.edges if edge.kind.value == "sharp concave"]
-    assert len(concave) == (name == "step")
-    for edge in concave:
-        points = np.concatenate(edge.curves)
+    lines = np.array(CONCAVE.get(name, []))
+    assert len(concave) == len(lines)
+    # No line is found of an edge that a single contour crossed.
+    for curve in (curve for edge in concave for curve in edge.curves):
+        off = np.abs(curve[:, None, [0, 2]] - lines).max(axis=2).min(axis=1)
         # Where two fitted planes meet, within some five deviations of both.
-        assert np.abs(points[:, [0, 2]]).max() < 5 * NOISE
+        assert off.max() < 5 * NOISE
 
 
 @pytest.mark.parametrize("turn", [OVER, SHORT])
