@@ -100,9 +100,13 @@ class Atlas(AtlasState):
         return update_residuals(self)
 
     def look_for_law(self) -> None:
-        """Look whether all faces obey laws now; ``add`` does so as the number of samples grows."""
-        pool = self.membership.pool
+        """Look whether all faces obey laws now; ``add`` does so as the number of samples grows.
+        While they do, touches are not filled between: that is done when they no longer do."""
+        pool, was_lawful = self.membership.pool, self.body is not None
         self.known_law = look_for_law(pool, len(pool), self.sample_std, self.known_law)
+        if was_lawful and self.body is None:
+            self.refit_all()
+            self.fill()
 
     def finish(self) -> int:
         """Simplify and learn residuals at the end of an exploration, after refitting and filling

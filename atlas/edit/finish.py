@@ -12,8 +12,10 @@ def finish(state: AtlasState) -> int:
     residual.
 
     Where touches were not filled between as they arrived, all patches are refitted and filled
-    first. A second call changes little.
+    first. Where faces describe the whole body, nothing is left to do. A second call changes little.
     """
+    if state.body is not None:
+        return len(state.table.residuals)
     if not state.fills:
         refit_all(state)
         fill(state)

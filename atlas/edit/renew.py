@@ -78,14 +78,15 @@ def renewed(
     state: AtlasState, before: set[int], changed: set[int], samples, change: AtlasChange
 ) -> AtlasChange:
     """Refit the rows ``changed`` that have many new samples, fill about samples (n,), and return
-    the change since the rows were ``before``."""
+    the change since the rows were ``before``. Where faces describe the whole body, no patch between
+    touches is needed."""
     alive = state.table.alive
     rows = np.array(sorted(row for row in changed if alive[row]), int)
     due = rows[state.table.count[rows] >= _GROWN * state.table.learned[rows]]
     state.refit(due)
     splits = [split(state, row) for row in state.too_large(due) if alive[row]]
     samples = np.union1d(samples, replace_misfits(state, changed))
-    filled = fill_about(state, samples)
+    filled = fill_about(state, samples) if state.body is None else AtlasChange()
     after = set(state.table.rows.tolist())
     changed = changed.union(filled.changed, *(one.added for one in splits)) & after & before
     return replace(
