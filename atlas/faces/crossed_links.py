@@ -4,13 +4,8 @@ import numpy as np
 
 from touchatlas.atlas.faces.labels import NONE, Labels
 
-# Length of a link, in steps of its contour, from which it may pass over a face. Doubled, the tops
-# beside a slot of two steps are one face.
-_LONG = 2.5
-# Samples about the middle of a link that may stand in its way. Doubled, nothing changes.
-_BETWEEN = 32
-# Distance of such a sample from where the link passes through its face, over the length of the
-# link. Doubled, links that pass beside a rib are cut.
+# Distance of a sample in the way of a link from where the link passes through its face, over the
+# length of the link. Doubled, links that pass beside a rib are cut.
 _BESIDE = 0.5
 # Sine of the angle between a face and a link, from which it stands in the way: 30 degrees. Doubled,
 # the tops beside a slot with slanting sides are linked.
@@ -23,23 +18,17 @@ _ONE = 4.0
 def cut_crossed_links(labels: Labels) -> None:
     """Leave out the links between samples of one face, or of two that look like one, which pass
     through the face of a third label, beside a sample of it."""
-    graph, samples = labels.evidence.graph, labels.evidence.samples
+    graph, points = labels.evidence.graph, labels.evidence.samples.points
     first, second = graph.pairs.T
-    way = samples.points[second] - samples.points[first]
+    way = points[second] - points[first]
     length = np.linalg.norm(way, axis=1)
-    long = np.flatnonzero(length > _LONG * samples.steps[first])
-    middle = samples.points[first[long]] + 0.5 * way[long]
-    count = min(_BETWEEN, len(samples))
-    away, near = graph.tree.query(middle, k=count)
-    of, away = labels.of[near.reshape(-1, count)], away.reshape(-1, count)
-    third = (of != NONE) & (away < length[long, None])
-    third &= (of != labels.of[first[long], None]) & (of != labels.of[second[long], None])
-    row, column = np.nonzero(third)
-    link, between = long[row], near.reshape(-1, count)[row, column]
-    normals, offset = (
-        _normals(labels, between),
-        samples.points[between] - samples.points[first[link]],
-    )
+    links, near = graph.long_links
+    of = np.where(near < 0, NONE, labels.of[near])
+    third = (of != NONE) & (of != labels.of[first[links], None])
+    row, column = np.nonzero(third & (of != labels.of[second[links], None]))
+    link, between = links[row], near[row, column]
+    normals = _normals(labels, between)
+    offset = points[between] - points[first[link]]
     steep = (normals * way[link]).sum(axis=1)
     crosses = np.abs(steep) > _IN_THE_WAY * length[link]
     at = (normals * offset).sum(axis=1)[crosses] / steep[crosses]

@@ -7,6 +7,7 @@ import pytest
 import trimesh
 
 from touchatlas.atlas import Atlas, extract_surface, load_atlas, save_atlas, save_step
+from touchatlas.atlas.faces.known_law import KnownLaw
 from touchatlas.atlas.known_surface import deviations
 from touchatlas.planner import Planner, PlannerOptions, Reason, StopReason, explore
 from touchatlas.sim import Probe
@@ -158,3 +159,17 @@ def test_plans_by_laws_do_not_depend_on_the_unit():
         assert one.normal == pytest.approx(other.normal, abs=1e-6)
         assert one.reason is other.reason
         assert one.known == pytest.approx(other.known, abs=1e-6)
+
+
+def test_patches_cover_what_was_touched_when_the_laws_are_lost(monkeypatch):
+    """While faces describe the body, no patch between touches is fitted, and samples that no core
+    covers are left."""
+    atlas, _, _ = exploration("cylinder", 8)
+    assert atlas.body is not None
+    before, places = len(atlas), len(atlas.frontier)
+    lost = KnownLaw(atlas.point_count, atlas.sample_std)
+    monkeypatch.setattr("touchatlas.atlas.atlas.look_for_law", lambda *_: lost)
+    atlas.look_for_law()
+    assert atlas.body is None
+    assert len(atlas) > 2 * before and len(atlas.frontier) < places
+    atlas.validate()
