@@ -49,18 +49,6 @@ def test_the_surface_is_known_to_the_tolerance_at_the_end(name):
     assert mesh.is_watertight and mesh.euler_number == 2
 
 
-def test_a_body_with_reported_edges_has_its_faces_in_few_touches():
-    """Contours that turn by less than a right angle end at edges. It took 33 touches."""
-    obj = make_object("cube")
-    atlas, p = filled(obj.tolerance), Planner(*obj.start(), PlannerOptions(max_turn=0.8))
-    steps = list(explore(atlas, p, Probe(obj, obj.noise_std, np.random.default_rng(1)), 100))
-    assert len(steps) < 50 and p.stop.reason is StopReason.KNOWN
-    atlas.finish()
-    surface = extract_surface(atlas)
-    mesh = trimesh.Trimesh(surface.vertices, surface.faces, process=False)
-    assert len(atlas.body.faces) == 6 and mesh.is_watertight and mesh.euler_number == 2
-
-
 def test_a_looser_tolerance_ends_the_same_touches_earlier():
     """Holes included: 18 touches to a tolerance of 2 were two more than to one of 0.6 before."""
     obj = make_object("ellipsoid")

@@ -38,7 +38,7 @@ def test_no_link_passes_over_a_slot():
     assert over_the_slot(labels) == 0
 
 
-@pytest.mark.parametrize("name", ["block", "roof", "wall"])
+@pytest.mark.parametrize("name", ["block", "roof"])
 def test_links_within_a_convex_body_stay(name):
     """The line between two points of a face of a convex body lies in the face, and passes through
     no other. Samples beside an edge may lie beyond it, within their noise: 1 in 200 did."""
