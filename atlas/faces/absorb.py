@@ -1,9 +1,12 @@
 """Absorbing: labels whose samples a rounded edge explains at a lower price are given up."""
 
+from itertools import combinations
+
 import numpy as np
 
 from touchatlas.atlas.faces.blunt_edges import BluntEdge, Rounding
-from touchatlas.atlas.faces.crossings import Crossings
+from touchatlas.atlas.faces.crossings import Crossings, runs_of
+from touchatlas.atlas.faces.kinds import Kind
 from touchatlas.atlas.faces.labels import NONE, Labels
 
 # Nats that are saved, an edge, and the labels that it makes needless.
@@ -19,7 +22,7 @@ def absorb(labels: Labels) -> int:
     absorbed = 0
     while True:
         rounding = Rounding(labels)
-        offers = _between(rounding) or _beside(rounding) or _beyond(rounding)
+        offers = _between(rounding) or _beside(rounding) or _beyond(rounding) or _within(rounding)
         if not offers:
             return absorbed
         _, edge, given = max(offers, key=lambda offer: offer[0])
@@ -77,6 +80,25 @@ def _beyond(rounding: Rounding) -> list[_Offer]:
                 edge = rounding.edge(min(own, other), max(own, other), crossings, {label})
                 if edge is not None and rounding.saved_by(edge, label) > 0.0:
                     out.append((edge.saved, edge, {label}))
+    return out
+
+
+def _within(rounding: Rounding) -> list[_Offer]:
+    """Edges that explain a label on which contours from both their pieces end, and which none runs
+    over."""
+    labels, out = rounding.labels, []
+    beside: dict[int, set[int]] = {}
+    for one, other in rounding.crossings:
+        beside.setdefault(one, set()).add(other)
+        beside.setdefault(other, set()).add(one)
+    for label, others in sorted(beside.items()):
+        crossings = runs_of(labels, label)
+        for pair in combinations(sorted(others), 2):
+            if pair in rounding.crossings or labels.pieces[label].kind is Kind.PLANE:
+                continue
+            edge = rounding.edge(*pair, crossings, {label})
+            if edge is not None and rounding.saved_by(edge, label) > 0.0:
+                out.append((edge.saved, edge, {label}))
     return out
 
 

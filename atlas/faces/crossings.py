@@ -104,6 +104,15 @@ def find_crossings(labels: Labels) -> dict[tuple[int, int], Crossings]:
     }
 
 
+def runs_of(labels: Labels, label: int) -> Crossings:
+    """The samples of a label as if contours ended on them: a span for each run on a contour."""
+    members, contours = labels.members(label), labels.evidence.samples.contours
+    new = (np.diff(members, prepend=-2) > 1) | (np.diff(contours[members], prepend=-1) != 0)
+    ends = np.append(np.flatnonzero(new)[1:], len(members)) - 1
+    spans = np.stack([members[new], members[ends] + 1], axis=1)
+    return _crossings(labels.evidence.samples.points, [], spans)
+
+
 def _ended(
     labels: Labels, bounds, lawful, widest: float
 ) -> dict[tuple[int, int], list[tuple[int, int]]]:

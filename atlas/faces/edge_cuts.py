@@ -15,6 +15,10 @@ _BESIDE = 2.0
 # samples of its own face: one may have a wrong label. Doubled, points far from samples are not cut,
 # or slits run on beyond edges.
 _CROSSED, _ABOUT = 2.0, 3
+# Distance of these samples, over that of the nearest one of the face beyond the edge, up to which
+# none of them has a wrong label. Doubled, faces go on beside edges whose other face has few
+# samples.
+_CLEAR = 0.5
 # Noise of a sample beside an edge, in root mean squares of its face. Doubled, faces are cut by the
 # extension of others that lie less than eight of these farther in.
 _NOISE = 4.0
@@ -81,7 +85,10 @@ class SharpEdges:
         if not len(rows):
             return
         (own, other), sign, points = pair, edge_sign(edge), points[rows]
-        before = self._samples_out(sign, pair)[near].min(axis=1)
+        out = self._samples_out(sign, pair)[near]
+        last = self._trees.faces.points[self._faces[own].samples[near[:, -1]]]
+        clear = np.linalg.norm(last - points, axis=1) < _CLEAR * self._trees.away(other, points)
+        before = np.where(clear, out.max(axis=1), out.min(axis=1))
         before = before - _NOISE * self._faces[other].deviation
         theirs, which = self._where_it_is(sign, pair, points)
         limit = np.where(before > 0.0, _CROSSED * before, -np.inf)
