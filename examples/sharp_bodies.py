@@ -1,8 +1,8 @@
-"""Meshes with sharp edges to explore: box, cylinder, hexagonal prism, step and tube, and a box with
-waves on its top, which obey no law.
+"""Meshes with sharp edges to explore: box, cylinder, hexagonal prism, step, slot and tube, and a box
+with waves on its top, which obey no law.
 
-It writes box.ply, cylinder.ply, prism.ply, step.ply, tube.ply and wavy.ply into a folder, in
-millimetres. All are closed; the tube has an Euler characteristic of 0.
+It writes box.ply, cylinder.ply, prism.ply, step.ply, slot.ply, tube.ply and wavy.ply into a folder,
+in millimetres. All are closed; the tube has an Euler characteristic of 0.
 
     python examples/sharp_bodies.py [FOLDER]
     touchatlas explore cylinder.ply
@@ -21,6 +21,11 @@ SECTIONS = 256
 # Profile of the step, counter-clockwise, and its triangles: two of the low part, three of the high.
 PROFILE = np.array([[0, 0], [30, 0], [60, 0], [60, 40], [30, 40], [30, 20], [0, 20]], float)
 TRIANGLES = np.array([[0, 1, 5], [0, 5, 6], [1, 2, 3], [1, 3, 5], [5, 3, 4]])
+# Those of two blocks on a base with a slot of 12 x 15 between them.
+SLOT = np.array(
+    [[-30, 0], [30, 0], [30, 25], [6, 25], [6, 10], [-6, 10], [-6, 25], [-30, 25]], float
+)
+SLOT_TRIANGLES = np.array([[0, 1, 4], [0, 4, 5], [1, 2, 3], [1, 3, 4], [0, 5, 6], [0, 6, 7]])
 
 
 def wavy_box() -> trimesh.Trimesh:
@@ -41,6 +46,7 @@ def bodies() -> dict[str, trimesh.Trimesh]:
         "cylinder": trimesh.creation.cylinder(radius=20.0, height=50.0, sections=SECTIONS),
         "prism": trimesh.creation.cylinder(radius=25.0, height=40.0, sections=6),
         "step": trimesh.creation.extrude_triangulation(PROFILE, TRIANGLES, height=30.0),
+        "slot": trimesh.creation.extrude_triangulation(SLOT, SLOT_TRIANGLES, height=40.0),
         "tube": trimesh.creation.annulus(r_min=12.0, r_max=20.0, height=30.0, sections=SECTIONS),
         "wavy": wavy_box(),
     }
