@@ -1,5 +1,5 @@
-"""Meshes with sharp edges to explore: box, cylinder, hexagonal prism, step, slot and tube, and a box
-with waves on its top, which obey no law.
+"""Meshes with sharp edges to explore: box, cylinder, hexagonal prism, step, slot and tube, and a
+box with waves on its top, which obey no law.
 
 It writes box.ply, cylinder.ply, prism.ply, step.ply, slot.ply, tube.ply and wavy.ply into a folder,
 in millimetres. All are closed; the tube has an Euler characteristic of 0.

@@ -8,6 +8,7 @@ from touchatlas.atlas.faces.crossed_links import cut_crossed_links
 from touchatlas.atlas.faces.faces import Faces, join_faces
 from touchatlas.atlas.faces.labelling import label_samples, relabel
 from touchatlas.atlas.faces.labels import Labels
+from touchatlas.atlas.faces.lawful_body import determined
 from touchatlas.atlas.faces.options import FaceOptions
 from touchatlas.atlas.faces.revise import refit
 from touchatlas.atlas.faces.rim_labels import move_to_rims
@@ -21,7 +22,7 @@ _RIM_ROUNDS = 2
 
 
 def read_faces(pool: SamplePool, std: float, before: Faces | None = None) -> Faces:
-    """The faces of the samples of a pool.
+    """The faces of the samples of a pool, without those that one contour alone has met.
 
     Parameters
     ----------
@@ -34,7 +35,8 @@ def read_faces(pool: SamplePool, std: float, before: Faces | None = None) -> Fac
     if not len(pool):
         none = np.zeros(0, int)
         return Faces((), (), np.zeros((0, 3)), none, none, none)
-    return faces_of_samples(samples_of(pool, len(pool), std), before=before)
+    samples = samples_of(pool, len(pool), std)
+    return determined(faces_of_samples(samples, before=before), samples)
 
 
 def faces_of_samples(

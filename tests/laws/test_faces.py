@@ -18,6 +18,7 @@ from touchatlas.atlas import (
     write_graphml,
     write_json,
 )
+from touchatlas.atlas.faces.read_faces import samples_of
 from touchatlas.planner import PlannerOptions
 
 # Largest turn of a contour, rad, and faces, convex and concave edges.
@@ -40,6 +41,15 @@ def test_a_polyhedron_has_its_planes_and_its_edges(name):
     assert convex - 2 * concave <= kinds.count(EdgeKind.SHARP_CONVEX) <= convex
     assert kinds.count(EdgeKind.SHARP_CONCAVE) == concave
     assert all(kind.sharp for kind in kinds)
+
+
+@pytest.mark.parametrize("name", BODIES)
+def test_no_face_rests_on_one_contour(name):
+    """A curve in a plane lies on many faces. At the roof a contour that grazed a plane made one."""
+    atlas, faces = explored_faces(name, OVER).atlas, faces_of(name)
+    pool = atlas.membership.pool
+    contours = samples_of(pool, len(pool), atlas.sample_std).contours
+    assert all(len(np.unique(contours[face.samples])) > 1 for face in faces.faces)
 
 
 @pytest.mark.parametrize("name", BODIES)
