@@ -85,11 +85,7 @@ class SharpEdges:
         if not len(rows):
             return
         (own, other), sign, points = pair, edge_sign(edge), points[rows]
-        out = self._samples_out(sign, pair)[near]
-        last = self._trees.faces.points[self._faces[own].samples[near[:, -1]]]
-        clear = np.linalg.norm(last - points, axis=1) < _CLEAR * self._trees.away(other, points)
-        before = np.where(clear, out.max(axis=1), out.min(axis=1))
-        before = before - _NOISE * self._faces[other].deviation
+        before = self._near_samples_out(sign, pair, points, near)
         theirs, which = self._where_it_is(sign, pair, points)
         limit = np.where(before > 0.0, _CROSSED * before, -np.inf)
         wins = sign * theirs[:, 0] > np.maximum(sign * chosen[rows, 0], limit)
@@ -98,6 +94,17 @@ class SharpEdges:
             near = (which == other) & (before <= 0.0)
             mine = self._trees.values(own, points[near])
             raise_to_ball(edge, mine, theirs[near], rows[near], chosen)
+
+    def _near_samples_out(self, sign: float, pair, points, near) -> np.ndarray:
+        """(m,) how far the samples ``near`` (m, k) of the first face of a pair lie out of the
+        second beyond its noise, length: the innermost of them, because the others may have wrong
+        labels, or the outermost, where the second face has no sample about points (m, 3)."""
+        own, other = pair
+        out = self._samples_out(sign, pair)[near]
+        last = self._trees.faces.points[self._faces[own].samples[near[:, -1]]]
+        clear = np.linalg.norm(last - points, axis=1) < _CLEAR * self._trees.away(other, points)
+        found = np.where(clear, out.max(axis=1), out.min(axis=1))
+        return np.asarray(found - _NOISE * self._faces[other].deviation)
 
     def _samples_out(self, sign: float, pair) -> np.ndarray:
         """(k,) how far the samples of the first face of a pair lie out of the second, and of those
