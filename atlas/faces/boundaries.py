@@ -116,10 +116,11 @@ def find_boundaries(labels: Labels) -> list[Boundary]:
     judge.rounded[[i for edge in blunt.values() for i in edge.samples.tolist()]] = True
     links = pairs_across_links(labels)
     found = {pair: judge.linked(*pair, middles) for pair, middles in links.items()}
-    for pair, ends in pairs_across_ends(labels, _NEAR * judge.step).items():
+    for pair, ends in pairs_across_ends(labels, _NEAR * judge.step, _CORNER * judge.step).items():
         if found.get(pair) is None:
             middles = np.concatenate([links[pair], ends]) if pair in links else ends
-            found[pair] = judge.uncrossed(*pair, middles)
+            lawful = all(labels.pieces[k].kind.lawful for k in pair)
+            found[pair] = judge.uncrossed(*pair, middles, points=1 if lawful else _LEAST_POINTS)
     edges = {pair: b.curve.points for pair, b in found.items() if b is not None and b.kind.sharp}
     corners = pairs_at_corners(labels.pieces, edges, _CORNER * judge.step)
     for pair in sorted(corners.keys() - {pair for pair, b in found.items() if b is not None}):
@@ -182,12 +183,14 @@ class _Judge:
         found = self.uncrossed(edge.first, edge.second, at)
         return before if found is None else replace(found, blunt=edge)
 
-    def uncrossed(self, a: int, b: int, middles, least: float = _UNCROSSED) -> Boundary | None:
+    def uncrossed(
+        self, a: int, b: int, middles, least: float = _UNCROSSED, points: int = _LEAST_POINTS
+    ) -> Boundary | None:
         """The sharp edge of two pieces about points between their samples, or None where they do
-        not meet at an angle."""
+        not meet at an angle, or in fewer points."""
         pieces = self.labels.pieces[a], self.labels.pieces[b]
         curve = self._own(a, b, intersection_points(*pieces, middles, _NEAR * self.step))
-        if len(curve.points) < _LEAST_POINTS:
+        if len(curve.points) < points:
             return None
         angle = float(np.median(angles(*pieces, curve.points)))
         kind = self._sides(a, b, curve.points)

@@ -113,9 +113,9 @@ class SharpEdges:
         if (*pair, sign) not in self._before:
             samples = self._trees.faces.points[self._faces[own].samples]
             out = self._trees.values(other, samples)[:, 0]
-            for third in self._enders(sign, pair, other):
-                ended = self._ends(sign, (other, third), samples, out)
-                out[ended] = self._trees.values(third, samples[ended])[:, 0]
+            for third in self._enders(-sign, own, other):
+                ended, values, _ = self._ended(sign, (own, other, third), samples, out)
+                out[ended] = values[:, 0]
             self._before[(*pair, sign)] = sign * out
         return self._before[(*pair, sign)]
 
@@ -126,32 +126,48 @@ class SharpEdges:
 
         At a corner of edges of one sign each face bounds the others, wherever it ends.
         """
-        other = pair[1]
+        own, other = pair
         theirs, which = self._trees.values(other, points), np.full(len(points), other)
         waiting = [(other, np.arange(len(points)))]
         while waiting:
             face, rows = waiting.pop()
-            for third in self._enders(sign, pair, face):
-                ended = rows[self._ends(sign, (face, third), points[rows], theirs[rows, 0])]
-                theirs[ended], which[ended] = self._trees.values(third, points[ended]), third
-                if len(ended):
-                    waiting.append((third, ended))
+            for third in self._enders(-sign, own, face):
+                three, distance = (own, face, third), theirs[rows, 0]
+                ended, values, by = self._ended(sign, three, points[rows], distance)
+                theirs[rows[ended]], which[rows[ended]] = values, by
+                for decides in np.unique(by).tolist():
+                    waiting.append((decides, rows[ended[by == decides]]))
         return theirs, which
 
-    def _enders(self, sign: float, pair, face: int) -> list[int]:
-        """The faces but the first of a pair that end a face at edges of the sign opposite to
-        ``sign``."""
-        return [k for k, kind in self._around[face] if kind == -sign and k != pair[0]]
+    def _enders(self, sign: float, own: int, face: int) -> list[int]:
+        """The faces but ``own`` that end a face at edges of a sign."""
+        return [k for k, kind in self._around[face] if kind == sign and k != own]
 
-    def _ends(self, sign: float, pair, points, distance) -> np.ndarray:
-        """(m,) whether the second face of a pair ends the first, with their edge of the sign
-        opposite to ``sign``, before points (m, 3) are reached, and lies behind a distance (m,)."""
-        face, third = pair
-        nearest = self._faces[face].samples[self._trees.nearest(face, points, 1)[:, 0]]
-        nearest = self._trees.faces.points[nearest]
+    def _ended(self, sign: float, three, points, distance):
+        """Which points (k,) of (m, 3) the third of three faces ends the second before, at an edge
+        of the sign opposite to ``sign``, and lies behind a distance (m,); its distance, normal and
+        variance (k, 5) there; and the face (k,) that decides: it, or one that ends it in turn."""
+        own, face, third = three
         limit = _BESIDE * np.maximum(self._trees.away(face, points), self._reach)
-        noise = _NOISE * self._faces[third].deviation
-        # Its nearest sample beyond the third shows that the face goes on there.
-        ends = -sign * self._trees.values(third, nearest)[:, 0] < noise
-        ends &= self._trees.away(third, points) < limit
-        return ends & (sign * self._trees.values(third, points)[:, 0] < sign * distance)
+        values = self._trees.values(third, points)
+        ended = sign * values[:, 0] < sign * distance
+        ended &= self._goes_not_beyond(-sign, (face, third), points)
+        ended &= self._trees.away(third, points) < limit
+        rows = np.flatnonzero(ended)
+        values, which = values[rows], np.full(len(rows), third)
+        for other in self._enders(sign, own, third):
+            beyond = self._trees.values(other, points[rows])
+            farther = sign * beyond[:, 0] > sign * values[:, 0]
+            farther &= self._goes_not_beyond(sign, (third, other), points[rows])
+            farther &= self._trees.away(other, points[rows]) < limit[rows]
+            values[farther], which[farther] = beyond[farther], other
+        behind = sign * values[:, 0] < sign * distance[rows]
+        return rows[behind], values[behind], which[behind]
+
+    def _goes_not_beyond(self, sign: float, pair, points) -> np.ndarray:
+        """(m,) whether the sample of the first face of a pair that is nearest to points (m, 3) lies
+        within the second, at an edge of a sign: beyond it, it would show that the face goes on."""
+        face, other = pair
+        nearest = self._faces[face].samples[self._trees.nearest(face, points, 1)[:, 0]]
+        values = self._trees.values(other, self._trees.faces.points[nearest])
+        return np.asarray(sign * values[:, 0] < _NOISE * self._faces[other].deviation)
