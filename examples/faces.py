@@ -99,7 +99,8 @@ def true_pieces(name: str, obj, points):
 
 def edges_counted(faces: Faces) -> np.ndarray:
     """(n,) face of each sample; rounded edges are counted on from the faces."""
-    of, edges = faces.of.copy(), [np.concatenate(e.curves) for e in faces.edges if e.radius]
+    of, rounded = faces.of.copy(), [e for e in faces.edges if e.radius and e.curves]
+    edges = [np.concatenate(e.curves) for e in rounded]
     if edges:
         numbers = np.repeat(np.arange(len(edges)), [len(edge) for edge in edges])
         nearest = cKDTree(np.concatenate(edges)).query(faces.points[faces.rounded])[1]

@@ -24,6 +24,14 @@ PLATE = np.array([30.0, 20.0, 2.0])
 # Profile of a step, and triangles that fill it; the edge at (30, 20) is concave.
 STEP = np.array([[0, 0], [30, 0], [60, 0], [60, 40], [30, 40], [30, 20], [0, 20]], float)
 _STEP_TRIANGLES = np.array([[0, 1, 5], [0, 5, 6], [1, 2, 3], [1, 3, 5], [5, 3, 4]])
+# Profile of three stairs, and triangles that fill it.
+STAIRS = np.array(
+    [[0, 0], [20, 0], [40, 0], [60, 0], [60, 10], [40, 10], [40, 20], [20, 20], [20, 30], [0, 30]],
+    float,
+)
+_STAIRS_TRIANGLES = np.array(
+    [[0, 1, 9], [1, 8, 9], [1, 7, 8], [1, 2, 7], [2, 6, 7], [2, 5, 6], [2, 3, 5], [3, 4, 5]]
+)
 # Radius of the edges of a rounded box, and of the concave edge of a filleted step.
 BLUNT, FILLET = 2.0, 3.0
 # Cut of the edges of a bevelled box, along both faces.
@@ -88,6 +96,9 @@ _MESHES = {
     # Chords of so many sections lie 1.5e-3 within the circle, less than a tenth of the noise.
     "cylinder": lambda: trimesh.creation.cylinder(RADIUS, 2.0 * HALF_HEIGHT, sections=256),
     "step": lambda: trimesh.creation.extrude_triangulation(STEP, _STEP_TRIANGLES, height=30.0),
+    "stairs": lambda: trimesh.creation.extrude_triangulation(
+        STAIRS, _STAIRS_TRIANGLES, height=40.0
+    ),
     "ellipsoid": _ellipsoid,
     "cut ball": _cut_ball,
     # Chords of an icosphere of four divisions lie 6e-4 radii within the ball.
