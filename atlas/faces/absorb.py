@@ -85,7 +85,8 @@ def _beyond(rounding: Rounding) -> list[_Offer]:
 
 def _within(rounding: Rounding) -> list[_Offer]:
     """Edges that explain a label on which contours from both their pieces end, and which none runs
-    over."""
+    over; where more edges of the body have a radius than there are such labels, so that corners are
+    explained, too."""
     labels, out = rounding.labels, []
     beside: dict[int, set[int]] = {}
     for one, other in rounding.crossings:
@@ -99,7 +100,7 @@ def _within(rounding: Rounding) -> list[_Offer]:
             edge = rounding.edge(*pair, crossings, {label})
             if edge is not None and rounding.saved_by(edge, label) > 0.0:
                 out.append((edge.saved, edge, {label}))
-    return out
+    return out if len(rounding.edges()) > len(out) else []
 
 
 def _is_partly(labels: Labels, label: int, other: int) -> bool:

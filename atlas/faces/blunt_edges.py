@@ -29,8 +29,7 @@ _STEPS = 5
 # of some dozens of touches, one in twenty bodies has a larger one by chance. Doubled, edges of one
 # tolerance are sharp.
 _SHARP = 4.0
-# Nats that a blunt edge must save where it would be sharp: odds of 400. Doubled, edges of one
-# tolerance are sharp.
+# Nats that a blunt edge must save: odds of 400. Doubled, edges of one tolerance are sharp.
 _BETTER = 6.0
 
 
@@ -112,8 +111,7 @@ class Rounding:
         saved -= 0.5 * np.log(len(samples)) - sum(self._price(k) for k in given)
         crossing = np.isin(samples, members, invert=True) | np.isin(samples, crossings.samples)
         good = self.evidence.is_good(self.evidence.options.unexplained - after[crossing])
-        # Instead of labels that are given up it needs no better odds than they do.
-        if saved <= (0.0 if given else _BETTER) or not good:
+        if saved <= _BETTER or not good:
             return None
         on = self._on_ball(pair, sign, found[0])
         return BluntEdge(first, second, sign, *found, on, crossings.points, float(saved))

@@ -18,8 +18,6 @@ from tests.lawful import (
 from touchatlas.atlas.faces.boundaries import EdgeKind
 from touchatlas.atlas.faces.face_graph import as_networkx
 from touchatlas.atlas.faces.lawful_body import is_lawful, lawful_share
-from touchatlas.atlas.faces.read_faces import faces_of_samples
-from touchatlas.atlas.faces.samples import contour_samples
 
 NOISE = 0.02
 STD = np.sqrt(2.0) * NOISE
@@ -110,26 +108,3 @@ def test_the_graph_tells_the_radius_of_an_edge(rounded):
     graph = as_networkx(rounded.faces)
     radii = [data["radius"] for *_, data in graph.edges(data=True)]
     assert radii == [edge.radius for edge in rounded.faces.edges]
-
-
-def test_an_edge_on_whose_rounding_all_contours_end_has_a_radius():
-    """Every other contour comes from the top, z = 0, and ends two thirds round the edge; the others
-    come from the side, x = 0. None runs from plane to plane."""
-    rng, radius = np.random.default_rng(0), 2.0
-    angles = np.deg2rad(np.arange(4.0, 61.0, 8.0))[:, None]
-    arc = radius * (np.hstack([np.sin(angles), 0.0 * angles, np.cos(angles)]) - [1.0, 0.0, 1.0])
-    flat = np.linspace([-12.0, 0.0, 0.0], [-2.3, 0.0, 0.0], 33)
-    top = np.concatenate([flat, arc])
-    points, outward, planes = [], [], []
-    for number in range(24):
-        curve = top if number % 2 else top[:, [2, 1, 0]]
-        points.append(curve + [0.0, 0.6 * number, 0.0])
-        toward = np.clip(curve + radius, 0.0, None) * [1.0, 0.0, 1.0]
-        outward.append(toward / np.linalg.norm(toward, axis=1)[:, None])
-        planes.append(np.tile([1e-4 * number, 1.0, 0.0], (len(curve), 1)))
-    points = np.concatenate(points) + rng.normal(0.0, NOISE, (24 * len(top), 3))
-    samples = contour_samples(points, np.concatenate(outward), np.concatenate(planes), NOISE)
-    faces = faces_of_samples(samples)
-    assert [face.kind for face in faces.faces] == 2 * ["plane"]
-    (edge,) = faces.edges
-    assert abs(edge.radius - radius) < 4.0 * edge.radius_std < 0.1 * radius
