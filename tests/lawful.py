@@ -32,6 +32,16 @@ STAIRS = np.array(
 _STAIRS_TRIANGLES = np.array(
     [[0, 1, 9], [1, 8, 9], [1, 7, 8], [1, 2, 7], [2, 6, 7], [2, 5, 6], [2, 3, 5], [3, 4, 5]]
 )
+# Profile of a block with a T-slot, as a machine table has, and triangles that fill it.
+TSLOT = np.array(
+    [[-30, 0], [30, 0], [30, 34], [6, 34], [6, 22], [16, 22], [16, 12]]
+    + [[-16, 12], [-16, 22], [-6, 22], [-6, 34], [-30, 34]],
+    float,
+)
+_TSLOT_TRIANGLES = np.array(
+    [[0, 1, 6], [0, 6, 7], [1, 2, 5], [1, 5, 6], [2, 3, 4], [2, 4, 5]]
+    + [[0, 7, 8], [0, 8, 11], [11, 8, 9], [11, 9, 10]]
+)
 # Radius of the edges of a rounded box, and of the concave edge of a filleted step.
 BLUNT, FILLET = 2.0, 3.0
 # Cut of the edges of a bevelled box, along both faces.
@@ -99,6 +109,7 @@ _MESHES = {
     "stairs": lambda: trimesh.creation.extrude_triangulation(
         STAIRS, _STAIRS_TRIANGLES, height=40.0
     ),
+    "T-slot": lambda: trimesh.creation.extrude_triangulation(TSLOT, _TSLOT_TRIANGLES, height=40.0),
     "ellipsoid": _ellipsoid,
     "cut ball": _cut_ball,
     # Chords of an icosphere of four divisions lie 6e-4 radii within the ball.

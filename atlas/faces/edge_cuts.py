@@ -14,11 +14,11 @@ _BESIDE = 2.0
 # How far outside of the face beyond an edge a point must lie, over the least of so many nearest
 # samples of its own face: one may have a wrong label. Doubled, points far from samples are not cut,
 # or slits run on beyond edges.
-_CROSSED, _ABOUT = 2.0, 3
-# Distance of these samples, over that of the nearest one of the face beyond the edge, up to which
-# none of them has a wrong label. Doubled, faces go on beside edges whose other face has few
-# samples.
-_CLEAR = 0.5
+_CROSSED, _NEAR = 2.0, 3
+# Nearest samples of a face that may show that it goes on, and their distance over that of the
+# nearest one of the face beyond the edge, up to which none of them has a wrong label. Doubled,
+# faces go on beside edges whose other face has few samples.
+_ABOUT, _CLEAR = 8, 0.5
 # Noise of a sample beside an edge, in root mean squares of its face. Doubled, faces are cut by the
 # extension of others that lie less than eight of these farther in.
 _NOISE = 4.0
@@ -98,13 +98,16 @@ class SharpEdges:
     def _near_samples_out(self, sign: float, pair, points, near) -> np.ndarray:
         """(m,) how far the samples ``near`` (m, k) of the first face of a pair lie out of the
         second beyond its noise, length: the innermost of them, because the others may have wrong
-        labels, or the outermost, where the second face has no sample about points (m, 3)."""
+        labels. Infinite where one is out and the second face has no sample about points (m, 3): the
+        first goes on there."""
         own, other = pair
         out = self._samples_out(sign, pair)[near]
-        last = self._trees.faces.points[self._faces[own].samples[near[:, -1]]]
-        clear = np.linalg.norm(last - points, axis=1) < _CLEAR * self._trees.away(other, points)
-        found = np.where(clear, out.max(axis=1), out.min(axis=1))
-        return np.asarray(found - _NOISE * self._faces[other].deviation)
+        samples = self._trees.faces.points[self._faces[own].samples[near]]
+        away = np.linalg.norm(samples - points[:, None], axis=2)
+        clear = away < _CLEAR * self._trees.away(other, points)[:, None]
+        noise = _NOISE * self._faces[other].deviation
+        goes_on = (clear & (out > noise)).any(axis=1)
+        return np.asarray(np.where(goes_on, np.inf, out[:, :_NEAR].min(axis=1) - noise))
 
     def _samples_out(self, sign: float, pair) -> np.ndarray:
         """(k,) how far the samples of the first face of a pair lie out of the second, and of those

@@ -56,7 +56,7 @@ def faces_of_revised(labels: Labels, rounds: int = _RIM_ROUNDS) -> Faces:
     sides of rims that they are on, in so many rounds."""
     if absorb(labels):
         refit(labels)
-    if unite(labels):
+    while unite(labels):
         refit(labels)
     for _ in range(rounds):
         labels.drop_empty()

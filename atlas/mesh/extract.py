@@ -38,7 +38,7 @@ _FACING = 0.34
 
 def extract_surface(state: AtlasState, edge: float | None = None) -> Surface:
     """Triangulated zero set of the atlas's blended signed distance, its small and narrow holes
-    closed, and without handles that are smaller than the smallest patch or twice the tolerance.
+    closed, and without handles that are smaller than the smallest patch or four tolerances.
 
     Parameters
     ----------

@@ -1,58 +1,159 @@
-"""Small handles: those that no patch could show are cut, and closed across.
+"""Small handles: those that no patch could show are left out, and closed across.
 
-Where patches disagree at a thin wall, triangles of both sheets may join in a tunnel or a curl that
-is smaller than any patch. It changes the Euler characteristic of a surface that is right elsewhere
-(Guskov and Wood, Topological noise removal, 2001).
+Where patches disagree at a thin wall or a sharp edge, triangles of both sheets may join in a tunnel
+or a curl. It changes the Euler characteristic of a surface that is right elsewhere (Guskov and
+Wood, Topological noise removal, 2001).
 """
 
-from collections.abc import Iterator
-from itertools import islice
+from functools import cached_property
 
 import igl
 import numpy as np
 from scipy.sparse import coo_array, csr_array
-from scipy.sparse.csgraph import connected_components, dijkstra, minimum_spanning_tree
-from scipy.spatial import cKDTree
+from scipy.sparse.csgraph import connected_components
 
 from touchatlas.atlas.graph.rims import Rims
-from touchatlas.atlas.mesh.close_holes import close_holes
+from touchatlas.atlas.mesh.close_holes import LARGEST, close_holes, diameter
+from touchatlas.atlas.mesh.short_loops import loops_within
 from touchatlas.atlas.mesh.surface import Surface
 
-# Radius in which shorter loops are looked for, in sizes: a handle of that size is within. Doubled,
-# four times as many triangles are looked at.
-_ABOUT = 3.0
-# Most loops that are tried. Doubled, surfaces that are wrong in many places take twice as long.
-_MOST = 24
+# Largest loop of a handle, and largest region that is closed across, in radii of the smallest
+# patch: about as wide as it is. Doubled, handles that patches describe are left out.
+_LOOP, _REGION = 2.0, 2.5
+# Rounds in which handles are sought: those beside a closed one are seen in the next. Doubled,
+# surfaces that are wrong in many places take twice as long.
+_ROUNDS = 8
 
 
 def without_small_handles(surface: Surface, rims: Rims, size: float) -> Surface:
-    """The surface with its handles of a loop within ``size``, length, cut along it.
+    """The surface with small regions about the short loops of its handles left out, and closed
+    across (``close_holes``).
 
-    The triangles at the loop are left out, and the two holes are closed (``close_holes``). What
-    does not leave one handle fewer, and as many pieces and rims, is not done. The surface must be
-    manifold.
+    What would not leave fewer handles, and as many pieces and rims, is not done. The surface must
+    be manifold.
+
+    Parameters
+    ----------
+    surface : Surface
+    rims : Rims
+        Holes beyond these stay open.
+    size : float, length
+        Radius of the smallest patch.
     """
-    seen: list[np.ndarray] = []
     # igl counts no edges of no triangles.
-    handles, tries = _handles(surface) if len(surface.faces) else 0, _MOST
-    while handles and tries:
-        for loop in islice(_loops_within(surface, size, seen), tries):
-            tries -= 1
-            cut = _cut(surface, loop, rims)
-            if _handles(cut) == handles - 1 and _ends(cut) == _ends(surface):
-                surface, handles = cut, handles - 1
-                break
-        else:
+    handles = _handles(surface) if len(surface.faces) else 0
+    for _ in range(_ROUNDS):
+        if not handles:
             break
+        mended = _mended(surface, rims, size)
+        left = _handles(mended)
+        if left >= handles or _ends(mended) != _ends(surface):
+            break
+        surface, handles = mended, left
     return surface
 
 
-def _cut(surface: Surface, loop, rims: Rims) -> Surface:
-    """The surface without the triangles at the vertices of a loop, closed again."""
-    faces = surface.faces[~np.isin(surface.faces, loop).any(axis=1)]
-    _, faces, _, used = igl.remove_unreferenced(surface.vertices, faces)
+def _mended(surface: Surface, rims: Rims, size: float) -> Surface:
+    """The surface without the regions about its short loops that hold handles, closed again."""
+    regions = _Regions(surface)
+    gone, beside = np.zeros(len(surface.faces), bool), np.zeros(len(surface.faces), bool)
+    # Larger holes stay open.
+    most = min(_REGION * size, LARGEST * diameter(surface.vertices))
+    for loop in loops_within(surface.vertices, surface.faces, min(_LOOP * size, most)):
+        region = regions.at(loop)
+        while regions.span(region) <= most and not beside[region].any():
+            found = regions.with_handles(region, gone, most)
+            if found is not None:
+                gone[found] = True
+                beside[regions.about(found)] = True
+                break
+            region = regions.about(region)
+    _, faces, _, used = igl.remove_unreferenced(surface.vertices, surface.faces[~gone])
     faces, index = igl.split_nonmanifold(faces)
     return close_holes(surface.taken(used[index], faces), rims)
+
+
+class _Regions:
+    """Sets of triangles of a surface, by their indices."""
+
+    def __init__(self, surface: Surface) -> None:
+        self._points, self._faces = surface.vertices, surface.faces
+        count = len(surface.faces)
+        where = surface.faces.ravel(), np.repeat(np.arange(count), 3)
+        self._at = csr_array(
+            (np.ones(3 * count, bool), where), shape=(len(surface.vertices), count)
+        )
+        self._open = np.zeros(len(surface.vertices), bool)
+        self._open[[k for loop in igl.boundary_loop_all(surface.faces) for k in loop]] = True
+
+    @cached_property
+    def _across(self) -> np.ndarray:
+        """(e, 2) triangles beside each inner edge."""
+        beside = igl.triangle_triangle_adjacency(self._faces)[0]
+        first, side = np.nonzero(beside >= 0)
+        pairs = np.stack([first, beside[first, side]], axis=1)
+        return np.asarray(pairs[pairs[:, 0] < pairs[:, 1]])
+
+    def at(self, vertices) -> np.ndarray:
+        """The triangles at vertices (k,)."""
+        return np.unique(self._at[vertices].indices)
+
+    def about(self, region) -> np.ndarray:
+        """The triangles of a region (r,), and those at its corners."""
+        return self.at(np.unique(self._faces[region]))
+
+    def span(self, region) -> float:
+        """Diagonal of the bounding box of a region (r,), length."""
+        return diameter(self._points[self._faces[region].ravel()])
+
+    def with_handles(self, region, gone, most: float) -> np.ndarray | None:
+        """A region (r,), if fewer handles are left where it is closed across, and otherwise the
+        surface stays in as many pieces; with the parts that it would cut off, if all is within
+        ``most``, length. Triangles that are ``gone`` (f,) hold nothing together."""
+        if self._gain(region) <= 0:
+            return None
+        kept = ~gone
+        kept[region] = False
+        pairs = self._across[kept[self._across].all(axis=1)]
+        graph = coo_array((np.ones(len(pairs)), pairs.T), shape=(len(kept),) * 2)
+        part = connected_components(graph, directed=False)[1]
+        beside = self.about(region)
+        parts = np.unique(part[beside[kept[beside]]])
+        if not len(parts):
+            return None
+        sizes = np.bincount(part)[parts]
+        small = np.delete(parts, sizes.argmax())
+        if not len(small):
+            return np.asarray(region)
+        region = np.union1d(region, np.flatnonzero(np.isin(part, small)))
+        return region if self.span(region) <= most and self._gain(region) > 0 else None
+
+    def _gain(self, region) -> int:
+        """By how much the Euler characteristic grows where discs replace a region (r,), one for
+        each of its rims; 0 at an opening of the surface."""
+        if self._open[self._faces[region]].any():
+            return 0
+        about = self.about(region)
+        beside = np.setdiff1d(about, region)
+        before, after = (_characteristic(self._faces[part]) for part in (about, beside))
+        return after + self._rims(region, beside) - before
+
+    def _rims(self, region, beside) -> int:
+        """Number of rims that a region (r,) leaves in the triangles ``beside`` (b,) it."""
+        if not len(beside):
+            return 0
+        corners = np.zeros(len(self._points), bool)
+        corners[self._faces[region]] = True
+        faces, index = igl.split_nonmanifold(self._faces[beside])
+        return sum(bool(corners[index[loop]].all()) for loop in igl.boundary_loop_all(faces))
+
+
+def _characteristic(faces) -> int:
+    """V - E + F of triangles (f, 3), each fan of them at a vertex with a vertex of its own."""
+    if not len(faces):
+        return 0
+    faces, index = igl.split_nonmanifold(faces)
+    return len(index) - len(igl.edges(faces)) + len(faces)
 
 
 def _pieces(surface: Surface) -> int:
@@ -71,123 +172,3 @@ def _handles(surface: Surface) -> int:
     used = len(np.unique(faces))
     characteristic = used - len(igl.edges(faces)) + len(faces)
     return _pieces(surface) - (characteristic + len(igl.boundary_loop_all(faces))) // 2
-
-
-def _loops_within(surface: Surface, size: float, seen: list[np.ndarray]) -> Iterator[np.ndarray]:
-    """Loops that cut no piece in two, as vertices, whose bounding boxes have a diagonal of ``size``
-    at most.
-
-    A loop through a far root passes the feet of its handle; one through a root beside these is as
-    short as can be. Places that are ``seen`` are not looked at again; others are added to them.
-    """
-    points, faces = surface.vertices, surface.faces
-    tree = cKDTree(points[faces].mean(axis=1))
-    for loop in _loops(points, faces):
-        for place in _spread(points[loop], 0.5 * size):
-            if any(((place - other) ** 2).sum() < (0.25 * size) ** 2 for other in seen):
-                continue
-            seen.append(place)
-            about = faces[tree.query_ball_point(place, _ABOUT * size)]
-            used, index = np.unique(about, return_inverse=True)
-            if not len(used):
-                continue
-            root = int(((points[used] - place) ** 2).sum(axis=1).argmin())
-            near = _loops(points[used], index.reshape(-1, 3), root)
-            yield from (used[k] for k in near if _span(points[used[k]]) <= size)
-
-
-def _spread(points, apart: float) -> np.ndarray:
-    """The first of points (n, 3) of a path, and each next one that is as far along it from the one
-    before."""
-    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
-    _, first = np.unique(np.append(0.0, np.cumsum(steps)) // apart, return_index=True)
-    return np.asarray(points[first])
-
-
-def _loops(points, faces, root: int = 0) -> list[np.ndarray]:
-    """Two loops for each handle of triangles (f, 3), as vertices: those that are short among all
-    through the root, or the first vertex of another piece, the smallest first.
-
-    They are those of the edges in neither a tree of shortest paths nor a tree of the triangles
-    across the other edges (Erickson and Whittlesey, Greedy optimal homotopy and homology
-    generators, 2005).
-    """
-    edges, beside = _edges_and_sides(faces)
-    length = np.linalg.norm(points[edges[:, 0]] - points[edges[:, 1]], axis=1)
-    away, before = _shortest_paths(edges, length, len(points), root)
-    first, second = edges.T
-    in_tree = (before[first] == second) | (before[second] == first)
-    around = length + away[first] + away[second]
-    left = ~in_tree
-    left[left] = ~_in_cotree(beside[left], around[left])
-    return sorted(
-        (_loop(before, *edge) for edge in edges[left].tolist()), key=lambda k: _span(points[k])
-    )
-
-
-def _span(points) -> float:
-    """Diagonal of the bounding box of points (n, 3), length."""
-    return float(np.linalg.norm(np.ptp(points, axis=0)))
-
-
-def _edges_and_sides(faces) -> tuple[np.ndarray, np.ndarray]:
-    """Edges (e, 2) of triangles, and the two triangles (e, 2) beside each. Beyond a boundary is one
-    further triangle for each."""
-    sides = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
-    edges, which, count = np.unique(
-        np.sort(sides, axis=1), axis=0, return_inverse=True, return_counts=True
-    )
-    order = np.argsort(which.ravel(), kind="stable")
-    begin = np.concatenate([[0], np.cumsum(count)[:-1]])
-    owner = order % len(faces)
-    beside = np.stack([owner[begin], owner[np.minimum(begin + 1, len(owner) - 1)]], axis=1)
-    rim = np.flatnonzero(count == 1)
-    joined = coo_array((np.ones(len(rim)), edges[rim].T), shape=(faces.max() + 1,) * 2)
-    beside[rim, 1] = len(faces) + connected_components(joined, directed=False)[1][edges[rim, 0]]
-    return edges, beside
-
-
-def _shortest_paths(edges, length, count: int, root: int) -> tuple[np.ndarray, np.ndarray]:
-    """(v,) length of the shortest path to each vertex from ``root``, or the first vertex of another
-    piece, and the vertex before it; -9999 at a root."""
-    graph = csr_array((length, edges.T), shape=(count, count))
-    piece = connected_components(graph, directed=False)[1]
-    _, roots = np.unique(piece, return_index=True)
-    roots[piece[root]] = root
-    away, before, _ = dijkstra(
-        graph, directed=False, indices=roots, return_predecessors=True, min_only=True
-    )
-    return away, before
-
-
-def _in_cotree(beside, weight) -> np.ndarray:
-    """(e,) whether edges between triangles (e, 2) are in the tree of largest weights."""
-    low, high = np.sort(beside, axis=1).T
-    # Two triangles may share several edges: the heaviest is in the tree.
-    order = np.lexsort((-weight, high, low))
-    other = (np.diff(low[order]) != 0) | (np.diff(high[order]) != 0)
-    kept = order[np.append(True, other)]
-    size = int(beside.max()) + 1
-    # Ranks: a weight of zero would be no edge.
-    index = 1 + np.argsort(np.argsort(-weight[kept], kind="stable"))
-    tree = minimum_spanning_tree(coo_array((index, (low[kept], high[kept])), shape=(size, size)))
-    out = np.zeros(len(beside), bool)
-    out[kept[np.isin(index, tree.data.astype(int))]] = True
-    return out
-
-
-def _loop(before, first: int, second: int) -> np.ndarray:
-    """Vertices of the loop of an edge and the paths from its ends to where they meet."""
-    there, back = _path(before, first), _path(before, second)
-    while len(there) > 1 and len(back) > 1 and there[-2] == back[-2]:
-        there.pop()
-        back.pop()
-    return np.array([*there, *back[:-1]])
-
-
-def _path(before, vertex: int) -> list[int]:
-    """Vertices from one to the root of its piece."""
-    path = [vertex]
-    while before[path[-1]] >= 0:
-        path.append(int(before[path[-1]]))
-    return path

@@ -54,3 +54,16 @@ def test_tops_beside_a_slot_are_two_faces():
     found = faces_of(*tops(0.0, 3.0, rng), *walls)
     level = [face for face in found.faces if face.pieces[0].axes[2] @ UP > 0.99]
     assert len(level) == 2 and len(found) == 4
+
+
+def test_the_nearest_parts_of_a_plane_are_joined_before_far_ones():
+    """Three strips in a row, the smallest in the middle: a wall below stands between the outer two,
+    as deep as two thirds of their distance, but not between neighbours."""
+    rng = np.random.default_rng(0)
+    forward = np.cross(UP, ACROSS)
+    left, right = tops(0.0, 9.0, rng)
+    middle = strip(np.zeros(3), forward, ACROSS, UP, rng)
+    middle = tuple(column[3:8] for column in middle)
+    wall = strip(3.0 * ACROSS - 12.0 * UP, forward, UP, ACROSS, rng)
+    found = faces_of(left, middle, right, wall)
+    assert len(found) == 2

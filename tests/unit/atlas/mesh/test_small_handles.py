@@ -1,4 +1,4 @@
-"""Handles that are smaller than the smallest patch are cut; others stay."""
+"""Handles that are smaller than the smallest patch are left out; others stay."""
 
 from functools import lru_cache
 
@@ -8,7 +8,9 @@ import pytest
 import trimesh
 
 from touchatlas.atlas.graph.rims import Rims
-from touchatlas.atlas.mesh.small_handles import _handles, _loops, _span, without_small_handles
+from touchatlas.atlas.mesh.close_holes import diameter
+from touchatlas.atlas.mesh.short_loops import short_loops
+from touchatlas.atlas.mesh.small_handles import _handles, without_small_handles
 from touchatlas.atlas.mesh.surface import Surface
 from touchatlas.atlas.patches.sample_pool import SamplePool
 
@@ -60,7 +62,7 @@ def test_small_handles_are_cut_and_large_ones_stay():
     with edges of 0.025. One round that of a ring of 0.45 is 0.3 wide."""
     body = ball_with_rings(0.15, 0.45)
     assert _handles(body) == 2 and euler_number(body) == -2
-    mended = without_small_handles(body, NO_RIMS, 0.2)
+    mended = without_small_handles(body, NO_RIMS, 0.15)
     assert _handles(mended) == 1 and euler_number(mended) == 0
     assert len(mended.closed_holes) == 2
     mesh = trimesh.Trimesh(mended.vertices, mended.faces, process=False)
@@ -78,31 +80,38 @@ def test_what_has_no_small_handle_stays_as_it_is():
     assert without_small_handles(ball, NO_RIMS, 10.0) is ball
 
 
+def test_a_handle_that_would_stay_open_leaves_others_to_be_cut():
+    """Holes of a tenth of the body at most are closed. A loop round the larger ring is wider."""
+    found = without_small_handles(ball_with_rings(0.15, 0.45), NO_RIMS, 10.0)
+    assert trimesh.Trimesh(found.vertices, found.faces, process=False).is_watertight
+    assert _handles(found) == 1
+
+
 def test_a_handle_of_an_open_surface_is_cut_and_its_opening_stays():
     """Below a height of -0.5 the ball is open: a rim and a handle."""
     body = ball_with_rings(0.15)
     open_body = body.only(body.vertices[:, 1] > -0.5)
     assert euler_number(open_body) == -1
-    mended = without_small_handles(open_body, NO_RIMS, 0.2)
-    assert euler_number(mended) == 1
-    assert len(igl.boundary_loop_all(mended.faces)) == 1
+    found = without_small_handles(open_body, NO_RIMS, 0.15)
+    assert euler_number(found) == 1
+    assert len(igl.boundary_loop_all(found.faces)) == 1
 
 
 @pytest.mark.parametrize("scale", [1e-3, 1e3])
 def test_handles_scale_with_the_unit(scale):
-    body = ball_with_rings(0.15)
+    body = ball_with_rings(0.15, 0.45)
     small = surface_of(scale * body.vertices, body.faces)
-    found = without_small_handles(small, NO_RIMS, scale * 0.2)
-    assert (found.faces == without_small_handles(body, NO_RIMS, 0.2).faces).all()
+    found = without_small_handles(small, NO_RIMS, scale * 0.15)
+    assert (found.faces == without_small_handles(body, NO_RIMS, 0.15).faces).all()
 
 
 def test_a_torus_has_the_loops_around_its_tube_and_its_hole():
     """Two loops for one handle, as wide as the circles of radius 0.25 and of 0.75 at least; those
     through one root are no longer than twice that."""
     mesh = trimesh.creation.torus(1.0, 0.25, major_sections=96, minor_sections=32)
-    short, long = _loops(mesh.vertices, mesh.faces)
-    assert 0.5 * 0.99 <= _span(mesh.vertices[short]) <= 1.0
-    assert 1.5 * 0.99 <= _span(mesh.vertices[long]) <= 3.0
+    short, long = short_loops(mesh.vertices, mesh.faces)
+    assert 0.5 * 0.99 <= diameter(mesh.vertices[short]) <= 1.0
+    assert 1.5 * 0.99 <= diameter(mesh.vertices[long]) <= 3.0
     turn = np.unwrap(np.arctan2(*mesh.vertices[np.append(short, short[0])][:, 1::-1].T))
     assert abs(turn[-1] - turn[0]) < 1e-9
     turn = np.unwrap(np.arctan2(*mesh.vertices[np.append(long, long[0])][:, 1::-1].T))

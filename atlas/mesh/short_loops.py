@@ -1,0 +1,131 @@
+"""Short loops: closed paths along the edges of triangles that cut no piece in two."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from scipy.sparse import coo_array, csr_array
+from scipy.sparse.csgraph import connected_components, dijkstra, minimum_spanning_tree
+from scipy.spatial import cKDTree
+
+from touchatlas.atlas.mesh.close_holes import diameter
+
+# Radius in which shorter loops are looked for, in sizes: a handle of that size is within. Doubled,
+# four times as many triangles are looked at.
+_ABOUT = 3.0
+
+
+def loops_within(points, faces, size: float) -> Iterator[np.ndarray]:
+    """Loops of vertices (v, 3) and triangles (f, 3) that cut no piece in two, as vertices, whose
+    bounding boxes have a diagonal of ``size``, length, at most.
+
+    A loop through a far root passes the feet of its handle; one through a root beside these is as
+    short as can be.
+    """
+    tree = cKDTree(points[faces].mean(axis=1))
+    seen = np.zeros((0, 3))
+    for loop in short_loops(points, faces):
+        for place in _spread(points[loop], 0.5 * size):
+            if (((seen - place) ** 2).sum(axis=1) < (0.25 * size) ** 2).any():
+                continue
+            seen = np.concatenate([seen, place[None]])
+            about = faces[tree.query_ball_point(place, _ABOUT * size)]
+            used, index = np.unique(about, return_inverse=True)
+            if not len(used):
+                continue
+            root = int(((points[used] - place) ** 2).sum(axis=1).argmin())
+            near = short_loops(points[used], index.reshape(-1, 3), root)
+            yield from (used[k] for k in near if diameter(points[used[k]]) <= size)
+
+
+def _spread(points, apart: float) -> np.ndarray:
+    """The first of points (n, 3) of a path, and each next one that is as far along it from the one
+    before."""
+    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    _, first = np.unique(np.append(0.0, np.cumsum(steps)) // apart, return_index=True)
+    return np.asarray(points[first])
+
+
+def short_loops(points, faces, root: int = 0) -> list[np.ndarray]:
+    """Two loops for each handle of triangles (f, 3), as vertices: those that are short among all
+    through the root, or the first vertex of another piece, the smallest first.
+
+    They are those of the edges in neither a tree of shortest paths nor a tree of the triangles
+    across the other edges (Erickson and Whittlesey, Greedy optimal homotopy and homology
+    generators, 2005).
+    """
+    edges, beside = _edges_and_sides(faces)
+    length = np.linalg.norm(points[edges[:, 0]] - points[edges[:, 1]], axis=1)
+    away, before = _shortest_paths(edges, length, len(points), root)
+    first, second = edges.T
+    in_tree = (before[first] == second) | (before[second] == first)
+    around = length + away[first] + away[second]
+    left = ~in_tree
+    left[left] = ~_in_cotree(beside[left], around[left])
+    return sorted(
+        (_loop(before, *edge) for edge in edges[left].tolist()), key=lambda k: diameter(points[k])
+    )
+
+
+def _edges_and_sides(faces) -> tuple[np.ndarray, np.ndarray]:
+    """Edges (e, 2) of triangles, and the two triangles (e, 2) beside each. Beyond a boundary is one
+    further triangle for each."""
+    low, high = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]], axis=2).T
+    # One number for each edge is sorted faster than two.
+    base = int(faces.max()) + 1
+    numbers = (low.astype(np.int64) * base + high).ravel()
+    edges, which, count = np.unique(numbers, return_inverse=True, return_counts=True)
+    edges = np.stack(np.divmod(edges, base), axis=1)
+    order = np.argsort(which.ravel(), kind="stable")
+    begin = np.concatenate([[0], np.cumsum(count)[:-1]])
+    owner = order % len(faces)
+    beside = np.stack([owner[begin], owner[np.minimum(begin + 1, len(owner) - 1)]], axis=1)
+    rim = np.flatnonzero(count == 1)
+    joined = coo_array((np.ones(len(rim)), edges[rim].T), shape=(faces.max() + 1,) * 2)
+    beside[rim, 1] = len(faces) + connected_components(joined, directed=False)[1][edges[rim, 0]]
+    return edges, beside
+
+
+def _shortest_paths(edges, length, count: int, root: int) -> tuple[np.ndarray, np.ndarray]:
+    """(v,) length of the shortest path to each vertex from ``root``, or the first vertex of another
+    piece, and the vertex before it; -9999 at a root."""
+    graph = csr_array((length, edges.T), shape=(count, count))
+    piece = connected_components(graph, directed=False)[1]
+    _, roots = np.unique(piece, return_index=True)
+    roots[piece[root]] = root
+    away, before, _ = dijkstra(
+        graph, directed=False, indices=roots, return_predecessors=True, min_only=True
+    )
+    return away, before
+
+
+def _in_cotree(beside, weight) -> np.ndarray:
+    """(e,) whether edges between triangles (e, 2) are in the tree of largest weights."""
+    low, high = np.sort(beside, axis=1).T
+    # Two triangles may share several edges: the heaviest is in the tree.
+    order = np.lexsort((-weight, high, low))
+    other = (np.diff(low[order]) != 0) | (np.diff(high[order]) != 0)
+    kept = order[np.append(True, other)]
+    size = int(beside.max()) + 1
+    # Ranks: a weight of zero would be no edge.
+    index = 1 + np.argsort(np.argsort(-weight[kept], kind="stable"))
+    tree = minimum_spanning_tree(coo_array((index, (low[kept], high[kept])), shape=(size, size)))
+    out = np.zeros(len(beside), bool)
+    out[kept[np.isin(index, tree.data.astype(int))]] = True
+    return out
+
+
+def _loop(before, first: int, second: int) -> np.ndarray:
+    """Vertices of the loop of an edge and the paths from its ends to where they meet."""
+    there, back = _path(before, first), _path(before, second)
+    while len(there) > 1 and len(back) > 1 and there[-2] == back[-2]:
+        there.pop()
+        back.pop()
+    return np.array([*there, *back[:-1]])
+
+
+def _path(before, vertex: int) -> list[int]:
+    """Vertices from one to the root of its piece."""
+    path = [vertex]
+    while before[path[-1]] >= 0:
+        path.append(int(before[path[-1]]))
+    return path
