@@ -6,9 +6,6 @@ from touchatlas.atlas.check.invariants import violations
 from touchatlas.atlas.edit.fill import fill
 from touchatlas.atlas.edit.finish import finish, refit_all, update_residuals
 from touchatlas.atlas.edit.insert import learn
-from touchatlas.atlas.edit.merge import merge
-from touchatlas.atlas.edit.simplify import simplify
-from touchatlas.atlas.edit.split import split
 from touchatlas.atlas.faces.faces import Faces
 from touchatlas.atlas.faces.known_law import look_for_law
 from touchatlas.atlas.faces.read_faces import read_faces
@@ -70,28 +67,13 @@ class Atlas(AtlasState):
         the patch is that of the face; where most do, faces say what no patch knows."""
         return blend(self, points)
 
-    def merge(self, first: int, second: int) -> AtlasChange:
-        """Replace two neighbours, and all that the merged patch covers, by one patch; refused where
-        no one polynomial fits their samples within the noise."""
-        return merge(self, first, second)
-
-    def split(self, patch_id: int) -> AtlasChange:
-        """Replace one patch by up to seven of half its radius; refused where the samples do not
-        determine all of them."""
-        return split(self, patch_id)
-
-    def simplify(self) -> AtlasChange:
-        """Merge pairs of neighbours until one polynomial fits no further pair."""
-        return simplify(self)
-
     def fill(self) -> AtlasChange:
         """Fit patches to the samples that no core covers: for a surface of few touches. Call
         ``refit_all`` before, which improves the patches beside them."""
         return fill(self)
 
     def refit_all(self) -> None:
-        """Refit all patches from all samples about them, and split those whose degree leaves out
-        too much."""
+        """Refit all patches from all samples about them."""
         refit_all(self)
 
     def learn_residuals(self) -> int:
@@ -109,8 +91,8 @@ class Atlas(AtlasState):
             self.fill()
 
     def finish(self) -> int:
-        """Simplify and learn residuals at the end of an exploration, after refitting and filling
-        where that was not done touch by touch; returns how many patches have a residual. Where
+        """Learn residuals at the end of an exploration, after refitting and filling where that was
+        not done touch by touch; returns how many patches have a residual. Where
         most of the surface obeys laws, faces are read once more. More touches may be added then."""
         law = self.known_law
         is_due = law.is_hopeful or law.beside is not None

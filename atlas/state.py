@@ -238,24 +238,11 @@ class AtlasState:
             self.membership.drop(row)
         self.table.remove(rows)
 
-    def learned(self, rows: np.ndarray) -> tuple[int, ...]:
-        """Solve rows with new samples, and refit those that are due.
-
-        Returns the refitted rows that are too large for their degree: see ``too_large``.
-        """
+    def learned(self, rows: np.ndarray) -> None:
+        """Solve rows with new samples, and refit those that are due."""
         solve(self.table, rows)
-        due = self.membership.outgrown(rows)
-        self.refit(due)
+        self.refit(self.membership.outgrown(rows))
         self.surface_graph.mark_stale(rows.tolist())
-        return self.too_large(due)
-
-    def too_large(self, rows: np.ndarray) -> tuple[int, ...]:
-        """The rows whose terms above the degree exceed ``detail`` scales at the core's rim."""
-        table = self.table
-        rim = leftover(table.basis, table.length_ratio[rows])
-        rim = rim * table.core ** (table.basis.degree + 1)
-        most = self.detail
-        return tuple(rows[rim * table.radius[rows] > most].tolist())
 
     def refit(self, rows) -> None:
         """Refit rows to the samples of their sheets: all near that face alike. Where nothing is

@@ -68,7 +68,7 @@ def radii(obj, points, normals):
 
 
 def main(*names) -> None:
-    print("| object | bound | explored | over | simplified | over |\n|---|---|---|---|---|---|")
+    print("| object | bound | patches | over |\n|---|---|---|---|")
     for name in names or ("sphere",):
         obj, rng = make_object(name), np.random.default_rng(0)
         points, normals = obj.sample(POINTS, rng)
@@ -76,11 +76,7 @@ def main(*names) -> None:
         atlas, probe = Atlas(obj.tolerance), Probe(obj, obj.noise_std, rng)
         for _ in explore(atlas, Planner(*obj.start()), probe):
             pass
-        explored = len(atlas)
-        atlas.refit_all()
-        atlas.simplify()
-        cells = [f"{count} | {count / bound:.2f}" for count in (explored, len(atlas))]
-        print(f"| {name} | {bound:.1f} | {' | '.join(cells)} |", flush=True)
+        print(f"| {name} | {bound:.1f} | {len(atlas)} | {len(atlas) / bound:.2f} |", flush=True)
 
 
 if __name__ == "__main__":

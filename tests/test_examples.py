@@ -107,7 +107,7 @@ def small_cap() -> trimesh.Trimesh:
     return mesh
 
 
-def test_a_run_whose_patches_were_merged_is_drawn(tmp_path):
+def test_a_run_whose_patches_were_replaced_is_drawn(tmp_path):
     """Numbers of patches that are no more leave holes: there are more numbers than patches."""
     options = RunOptions(max_touches=15, tolerance=0.3, noise=0.06)
     run_exploration(make_object("sphere", 0), tmp_path / "run", options)

@@ -1,36 +1,27 @@
 """Finish: the steps that end an exploration, before its surface is drawn."""
 
 from touchatlas.atlas.edit.fill import fill
-from touchatlas.atlas.edit.simplify import simplify
-from touchatlas.atlas.edit.split import split
 from touchatlas.atlas.residual.learn_residuals import learn_residuals
 from touchatlas.atlas.state import AtlasState
 
 
 def finish(state: AtlasState) -> int:
-    """Simplify, fill what that opened, and learn the residuals; returns how many patches have a
-    residual.
+    """Fill what is open, and learn the residuals; returns how many patches have a residual.
 
-    Where touches were not filled between as they arrived, all patches are refitted and filled
-    first. Where faces describe the whole body, nothing is left to do. A second call changes little.
+    Where touches were not filled between as they arrived, all patches are refitted first. Where
+    faces describe the whole body, nothing is left to do. A second call changes little.
     """
     if state.body is not None:
         return len(state.table.residuals)
     if not state.fills:
         refit_all(state)
-        fill(state)
-    simplify(state)
     fill(state)
     return update_residuals(state)
 
 
 def refit_all(state: AtlasState) -> None:
-    """Refit all patches from all samples about them, and split those whose degree leaves out more
-    than a residual may explain."""
+    """Refit all patches from all samples about them."""
     state.refit(state.table.rows)
-    for row in state.too_large(state.table.rows):
-        if state.table.alive[row]:
-            split(state, row)
 
 
 def update_residuals(state: AtlasState) -> int:

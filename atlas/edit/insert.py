@@ -15,7 +15,6 @@ from touchatlas.atlas.edit.plausible_touch import check_unit_of_length
 from touchatlas.atlas.edit.renew import learn_along, remove_filled, renewed
 from touchatlas.atlas.edit.repeated_contours import learned_before
 from touchatlas.atlas.edit.replace import in_ball, remove_hidden, root_mean_square
-from touchatlas.atlas.edit.split import split
 from touchatlas.atlas.graph.power_diagram import power_at
 from touchatlas.atlas.graph.sheets import sheet_neighbours
 from touchatlas.atlas.known_surface import blend_of_patches
@@ -90,17 +89,16 @@ def insert(state: AtlasState, fit: PatchFit, contours) -> AtlasChange:
     if len(neighbours):
         state.membership.learn(neighbours, index)
     if owner == row:
-        too_large = _enter_patch(state, fit, contours, index, neighbours)
+        _enter_patch(state, fit, contours, index, neighbours)
         change = AtlasChange(added=(row,), changed=tuple(neighbours.tolist()))
     else:
-        too_large = _give_to_owner(state, owner, fit, contours, index, neighbours)
+        _give_to_owner(state, owner, fit, contours, index, neighbours)
         change = AtlasChange(changed=tuple(neighbours.tolist()))
-    return _split_and_remove(state, too_large, change)
+    return _without_hidden(state, change)
 
 
-def _enter_patch(state: AtlasState, fit: PatchFit, contours, index, neighbours):
-    """Make a fitted patch a node with its samples ``index``; returns the rows that leave out more
-    than a residual may explain."""
+def _enter_patch(state: AtlasState, fit: PatchFit, contours, index, neighbours) -> None:
+    """Make a fitted patch a node with its samples ``index``."""
     table, membership = state.table, state.membership
     row, beside = table.append(fit), neighbours.tolist()
     table.measurement_std[row] = root_mean_square([contour.noise_std for contour in contours])
@@ -108,10 +106,9 @@ def _enter_patch(state: AtlasState, fit: PatchFit, contours, index, neighbours):
     membership.owned[row] = index
     membership.learn(np.array([row]), membership.owned_by([row, *beside]))
     table.learned[row] = table.count[row]
-    too_large = state.learned(np.append(neighbours, row))
+    state.learned(np.append(neighbours, row))
     state.edge_ends.extend(table, row, contours)
     state.edge_ends.drop_passed(table)
-    return too_large
 
 
 def add_contours(state: AtlasState, owner: int, contours) -> AtlasChange:
@@ -122,14 +119,15 @@ def add_contours(state: AtlasState, owner: int, contours) -> AtlasChange:
     state.membership.learn(neighbours, index)
     state.membership.owned[owner] = np.concatenate([state.membership.owned[owner], index])
     state.edge_ends.extend(state.table, owner, contours)
-    too_large = state.learned(neighbours)
+    state.learned(neighbours)
     state.mark_stale([owner])
-    return _split_and_remove(state, too_large, AtlasChange(changed=tuple(neighbours.tolist())))
+    return _without_hidden(state, AtlasChange(changed=tuple(neighbours.tolist())))
 
 
-def _give_to_owner(state: AtlasState, owner: int, fit: PatchFit, contours, index, neighbours):
-    """Give the samples ``index`` of a touch to the patch in whose cell its origin lies; returns the
-    rows that leave out more than a residual may explain."""
+def _give_to_owner(
+    state: AtlasState, owner: int, fit: PatchFit, contours, index, neighbours
+) -> None:
+    """Give the samples ``index`` of a touch to the patch in whose cell its origin lies."""
     membership, pool = state.membership, state.membership.pool
     membership.owned[owner] = np.concatenate([membership.owned[owner], index])
     state.edge_ends.extend(state.table, owner, contours)
@@ -139,23 +137,17 @@ def _give_to_owner(state: AtlasState, owner: int, fit: PatchFit, contours, index
     visited &= pool.normals[samples] @ frame.normal >= SHEET_COSINE
     pool.visited[samples[visited]] = True
     _link(state, owner, neighbours)
-    return state.learned(neighbours)
+    state.learned(neighbours)
 
 
-def _split_and_remove(state: AtlasState, rows: tuple[int, ...], change: AtlasChange) -> AtlasChange:
-    """Remove the patches that the change left without a cell, then split the rows whose samples
-    allow it; returns the change with both."""
-    hidden = remove_hidden(state, {*change.added, *change.changed})
-    # The parts of one row may have hidden the next row.
-    splits = [split(state, i) for i in rows if state.table.alive[i]]
-    gone = tuple(i for one in splits for i in one.removed) + tuple(hidden)
-    added = (*change.added, *(i for one in splits for i in one.added))
+def _without_hidden(state: AtlasState, change: AtlasChange) -> AtlasChange:
+    """Remove the patches that a change left without a cell; returns the change with them."""
+    gone = remove_hidden(state, {*change.added, *change.changed})
     return replace(
         change,
-        added=tuple(i for i in added if i not in gone),
+        added=tuple(i for i in change.added if i not in gone),
         changed=tuple(i for i in change.changed if i not in gone),
-        split=tuple(i for one in splits for i in one.split),
-        removed=gone,
+        removed=tuple(gone),
     )
 
 

@@ -6,8 +6,7 @@ import numpy as np
 
 from touchatlas.atlas.edit.fill import fill_about
 from touchatlas.atlas.edit.filling_fits import Sites, explains_core, fits_at, follows
-from touchatlas.atlas.edit.replace import are_upright
-from touchatlas.atlas.edit.split import divide, split
+from touchatlas.atlas.edit.replace import are_upright, replace_by
 from touchatlas.atlas.records.change import AtlasChange
 from touchatlas.atlas.state import AtlasState
 
@@ -70,7 +69,7 @@ def replace_misfits(state: AtlasState, rows: set[int]) -> np.ndarray:
     fits = fits_at(state, Sites(table.origin[touched], table.axes[touched, 2], touched))
     for row, filling in zip(touched.tolist(), fits, strict=True):
         if filling is not None and table.alive[row]:
-            divide(state, row, [filling.fit])
+            replace_by(state, row, filling.fit)
     return samples
 
 
@@ -84,15 +83,13 @@ def renewed(
     rows = np.array(sorted(row for row in changed if alive[row]), int)
     due = rows[state.table.count[rows] >= _GROWN * state.table.learned[rows]]
     state.refit(due)
-    splits = [split(state, row) for row in state.too_large(due) if alive[row]]
     samples = np.union1d(samples, replace_misfits(state, changed))
     filled = fill_about(state, samples) if state.body is None else AtlasChange()
     after = set(state.table.rows.tolist())
-    changed = changed.union(filled.changed, *(one.added for one in splits)) & after & before
+    changed = changed.union(filled.changed) & after & before
     return replace(
         change,
         added=tuple(sorted(after - before)),
         changed=tuple(sorted(changed)),
-        split=(*change.split, *(row for one in splits for row in one.split)),
         removed=tuple(sorted(before - after)),
     )

@@ -1,12 +1,13 @@
 """Replace: enter fitted patches and remove hidden ones, with their samples.
 
-Insert, merge, split and fill share these steps.
+Insert, renew and fill share these steps.
 """
 
 import numpy as np
 
 from touchatlas.atlas.graph.outlines import core_points
 from touchatlas.atlas.graph.power_diagram import power_at
+from touchatlas.atlas.graph.sheets import sheet_neighbours
 from touchatlas.atlas.patches.patch_table import PatchTable
 from touchatlas.atlas.patches.sample_membership import CandidateSamples
 from touchatlas.atlas.state import AtlasState
@@ -87,6 +88,23 @@ def enter_fit(
     state.table.measurement_std[row] = measurement_std
     state.mark_stale([row])
     return row
+
+
+def replace_by(state: AtlasState, row: int, fit: PatchFit) -> None:
+    """Replace a row by a patch that was fitted about its site. The patch owns its samples, and
+    learns those that it and its neighbours know; whatever has no cell then is removed."""
+    table, membership = state.table, state.membership
+    owned, known = membership.owned[row], membership.fitted[row]
+    std, around = float(table.measurement_std[row]), set(state.neighbours[row])
+    state.remove([row])
+    trial, candidate = table.with_candidate(fit)
+    neighbours = sheet_neighbours(trial, candidate)
+    samples = np.union1d(known, membership.owned_by(neighbours.tolist()))
+    new = enter_fit(state, fit, neighbours, samples, std)
+    membership.owned[new] = owned
+    state.edge_ends.move_home([row], new)
+    state.mark_stale([new])
+    remove_hidden(state, around.union([new], state.neighbours[new]))
 
 
 def remove_hidden(state: AtlasState, rows: set[int]) -> list[int]:

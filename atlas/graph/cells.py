@@ -55,11 +55,6 @@ class Cells:
         self._stale_boundaries |= about
         self._diagram = None
 
-    def sharing_corners(self, rows: Iterable[int]) -> set[int]:
-        """The rows, and those that share a corner with any of them."""
-        corners = (t for t, (_, excess) in self._about(rows).items() if excess <= CELL_MARGIN)
-        return set(rows).union(*corners)
-
     @property
     def corners(self) -> Places:
         """Ascending triples of rows, mapped to the point (3,) where three boundaries meet."""

@@ -13,10 +13,8 @@ class AtlasChange:
     ----------
     added, changed : tuple of int
         New patches, and patches with new samples or a new fit.
-    merged, split : tuple of int
-        Former patches that were merged into another one, or split into several.
     removed : tuple of int
-        All former patches that are gone, with those two.
+        Former patches that are gone.
     refused : str
         Why nothing was changed; empty otherwise.
     touch : int, optional
@@ -28,8 +26,6 @@ class AtlasChange:
 
     added: tuple[int, ...] = ()
     changed: tuple[int, ...] = ()
-    merged: tuple[int, ...] = ()
-    split: tuple[int, ...] = ()
     removed: tuple[int, ...] = ()
     refused: str = ""
     touch: int | None = None

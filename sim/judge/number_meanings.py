@@ -111,7 +111,7 @@ NUMBERS: dict[str, Meaning] = {
     "seconds_start": Meaning("reading and sampling of the object", "s"),
     "seconds_repeat": Meaning("touches of the journal, learned again by resume", "s"),
     "seconds_record": Meaning("journal, steps.csv, true progress", "s"),
-    "seconds_finish": Meaning("simplifying and residuals at the end", "s"),
+    "seconds_finish": Meaning("filling and residuals at the end", "s"),
     "seconds_surface": Meaning("extraction of the triangles", "s"),
     "seconds_evaluate": Meaning("comparison with the truth", "s"),
     "seconds_files": Meaning("atlas, surface and pictures written", "s"),

@@ -67,7 +67,7 @@ class Conclusion:
         with phases("files", "saving the atlas"):
             # Before it is finished, too: if that is cut short, this is there.
             save_atlas(folder / "atlas.npz", atlas)
-        with phases("finish", f"simplifying {len(atlas)} patches"):
+        with phases("finish", f"finishing {len(atlas)} patches"):
             residual_patches = atlas.finish()
         with phases("files", "saving the atlas"):
             save_atlas(folder / "atlas.npz", atlas)

@@ -150,11 +150,11 @@ BODIES = {
 
 @pytest.mark.parametrize("name", BODIES)
 def test_no_touch_is_learned_again_whatever_became_of_its_patch(name, tmp_path):
-    """Merged, split, hidden, saved or not: samples are found where they were touched."""
+    """Hidden, saved or not: samples are found where they were touched."""
     atlas, touches = BODIES[name]().atlas, BODIES[name]().touches
     count = atlas.point_count
     learned = [t for t in touches if not Atlas(atlas.tolerance).add(t).refused]
-    for change in (Atlas.refit_all, Atlas.fill, Atlas.simplify):
+    for change in (Atlas.refit_all, Atlas.fill):
         change(atlas)
         assert all("learned before" in atlas.add(t).refused for t in learned)
     save_atlas(tmp_path / "atlas.npz", atlas)
@@ -195,20 +195,13 @@ def test_what_is_no_array_of_points_is_refused(points):
 @pytest.mark.parametrize("number", ["x", 1.5, 2.0, -1, 10**9, None, True])
 def test_what_is_no_patch_is_a_key_error_in_words(number):
     atlas = begun().atlas
-    for ask in (
-        atlas.patch,
-        atlas.split,
-        lambda i: atlas.merge(0, i),
-        lambda i: atlas.boundary(i, 0),
-    ):
+    for ask in (atlas.patch, lambda i: atlas.boundary(i, 0)):
         with pytest.raises(KeyError, match="no patch"):
             ask(number)
 
 
-def test_a_patch_neither_merges_with_itself_nor_has_a_boundary_with_those_far_away():
+def test_a_patch_has_no_boundary_with_those_far_away():
     atlas = begun().atlas
-    with pytest.raises(ValueError, match="give two"):
-        atlas.merge(0, 0)
     far = next(i for i in atlas.graph if i != 0 and i not in atlas.graph[0])
     with pytest.raises(KeyError, match=f"0 and {far} do not meet; 0 meets"):
         atlas.boundary(0, far)
@@ -325,7 +318,7 @@ def test_what_is_accepted_keeps_an_atlas_sound(kind):
     for one in begun().touches[: COUNTS.get(kind, 6)]:
         atlas.add(one)
     atlas.validate()
-    for change in (Atlas.refit_all, Atlas.simplify, Atlas.fill, Atlas.learn_residuals):
+    for change in (Atlas.refit_all, Atlas.fill, Atlas.learn_residuals):
         change(atlas)
         atlas.validate()
     assert np.isfinite(extract_surface(atlas).vertices).all()

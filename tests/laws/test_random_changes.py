@@ -59,30 +59,6 @@ class RandomChanges(RuleBasedStateMachine):
             assert self.atlas.point_count == before + points
             self.sound("add")
 
-    @rule(choice=st.floats(0, 1, exclude_max=True))
-    @precondition(lambda self: len(self.atlas) > 1)
-    def merge(self, choice):
-        edges = sorted(self.atlas.graph.edges)
-        if edges:
-            change = self.atlas.merge(*edges[int(choice * len(edges))])
-            assert bool(change.refused) != bool(change.merged)
-            self.sound("merge", change.merged)
-
-    @rule(choice=st.floats(0, 1, exclude_max=True))
-    @precondition(lambda self: len(self.atlas))
-    def split(self, choice):
-        nodes = sorted(self.atlas.graph)
-        change = self.atlas.split(nodes[int(choice * len(nodes))])
-        assert bool(change.refused) != bool(change.split)
-        self.sound("split", change.split)
-
-    @rule()
-    def simplify(self):
-        before = set(self.atlas.graph)
-        change = self.atlas.simplify()
-        assert set(self.atlas.graph) == (before | set(change.added)) - set(change.removed)
-        self.sound("simplify", change.merged)
-
     @rule()
     def learn_residuals(self):
         count = self.atlas.learn_residuals()
