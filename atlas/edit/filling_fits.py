@@ -17,6 +17,7 @@ from touchatlas.atlas.state import AtlasState
 from touchatlas.patch.fit.estimate import FIT_REACH
 from touchatlas.patch.fit.fit_patch import PatchFit
 from touchatlas.patch.fit.refit_patch import refit_patches
+from touchatlas.patch.fit.smoothness import leftover
 from touchatlas.patch.fit.start import Stack, UnfitError
 from touchatlas.patch.geometry.frame import axes_from_normal
 
@@ -147,7 +148,7 @@ def _learned(state: AtlasState, fits, owners) -> list[tuple[Filling | None, bool
     trial.learned[rows] = trial.count[rows]
     solve(trial, rows)
     good = (trial.count[rows] >= LEAST_SAMPLES) & are_upright(trial, rows)
-    good &= explains_core(state, trial, rows)
+    good &= _explains_core(state, trial, rows)
     sure = follows(state, trial, rows)
     for k in np.flatnonzero(good).tolist():
         samples = found.index[k][found.present[k]]
@@ -157,9 +158,13 @@ def _learned(state: AtlasState, fits, owners) -> list[tuple[Filling | None, bool
 
 
 def follows(state: AtlasState, table: PatchTable, rows) -> np.ndarray:
-    """(m,) whether the residuals of rows (m,) of a table are what noise and bias explain."""
+    """(m,) whether the residuals of rows (m,) of a table are what noise and bias explain, their
+    degree leaves out no more than is borne, and they are of the sheet of their samples."""
     explained = np.hypot(table.measurement_std[rows], state.bias)
-    return np.asarray(table.residual[rows] <= _MISFIT * explained)
+    rim = leftover(table.basis, table.length_ratio[rows]) * table.core ** (table.basis.degree + 1)
+    good = table.residual[rows] <= _MISFIT * explained
+    good &= rim * table.radius[rows] <= state.detail
+    return np.asarray(good & _explains_core(state, table, rows))
 
 
 def _fits(state: AtlasState, sites: Sites, known, radii) -> list[PatchFit | None]:
@@ -198,7 +203,7 @@ def _halves(state: AtlasState, sites: Sites, known, radii, half: int) -> list[Pa
     ]
 
 
-def explains_core(state: AtlasState, table: PatchTable, rows) -> np.ndarray:
+def _explains_core(state: AtlasState, table: PatchTable, rows) -> np.ndarray:
     """(m,) whether most of the samples in the cores of rows (m,), whose normals are within 60
     degrees of the patch's, are of its sheet."""
     pool, core = state.membership.pool, table.core * table.radius[rows]

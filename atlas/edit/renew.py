@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from touchatlas.atlas.edit.fill import fill_about
-from touchatlas.atlas.edit.filling_fits import Sites, explains_core, fits_at, follows
+from touchatlas.atlas.edit.filling_fits import Sites, fits_at, follows
 from touchatlas.atlas.edit.replace import are_upright, replace_by
 from touchatlas.atlas.records.change import AtlasChange
 from touchatlas.atlas.state import AtlasState
@@ -47,19 +47,18 @@ def learn_along(state: AtlasState, index, learned: set[int]) -> set[int]:
     return set(rows.tolist())
 
 
-def replace_misfits(state: AtlasState, rows: set[int]) -> np.ndarray:
+def replace_misfits(state: AtlasState, rows: set[int], refitted) -> np.ndarray:
     """Replace those of the rows that no longer follow their samples: a patch of a touch by a
     smaller one that does, and a filled one by those that are filled next.
 
-    Unless it is steep, a patch is judged again when it has many new samples: where samples
-    contradict each other it would be replaced at each touch. Returns the samples (n,) that they
-    were fitted to.
+    Unless it is steep, a patch is judged when it was ``refitted`` (m,): where samples contradict
+    each other it would be replaced at each touch. Returns the samples (n,) that they were fitted
+    to.
     """
     table, is_filled = state.table, state.membership.is_filled
     misfits = np.array(sorted(row for row in rows if table.alive[row]), int)
-    good = table.count[misfits] < _GROWN * table.learned[misfits]
-    grown = misfits[~good]
-    good[~good] = follows(state, table, grown) & explains_core(state, table, grown)
+    good = ~np.isin(misfits, refitted)
+    good[~good] = follows(state, table, misfits[~good])
     good &= are_upright(table, misfits)
     misfits = misfits[~good]
     samples = state.membership.fitted_by(misfits.tolist())
@@ -83,7 +82,7 @@ def renewed(
     rows = np.array(sorted(row for row in changed if alive[row]), int)
     due = rows[state.table.count[rows] >= _GROWN * state.table.learned[rows]]
     state.refit(due)
-    samples = np.union1d(samples, replace_misfits(state, changed))
+    samples = np.union1d(samples, replace_misfits(state, changed, due))
     filled = fill_about(state, samples) if state.body is None else AtlasChange()
     after = set(state.table.rows.tolist())
     changed = changed.union(filled.changed) & after & before

@@ -56,7 +56,7 @@ def _beside(rounding: Rounding) -> list[_Offer]:
     """Edges that explain, with one of their pieces, another label: contours that end beside an edge
     may have made one of a part of its rounding and a part of the piece."""
     out: list[_Offer] = []
-    for edge in rounding.edges():
+    for edge in rounding.edges:
         for label in range(len(rounding.labels.pieces)):
             if label in (edge.first, edge.second) or not len(rounding.labels.members(label)):
                 continue
@@ -100,7 +100,7 @@ def _within(rounding: Rounding) -> list[_Offer]:
             edge = rounding.edge(*pair, crossings, {label})
             if edge is not None and rounding.saved_by(edge, label) > 0.0:
                 out.append((edge.saved, edge, {label}))
-    return out if len(rounding.edges()) > len(out) else []
+    return out if len(rounding.edges) > len(out) else []
 
 
 def _is_partly(labels: Labels, label: int, other: int) -> bool:

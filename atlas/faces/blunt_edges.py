@@ -5,6 +5,7 @@ are many, uncertain, and end where contours do. One radius holds for the whole e
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import combinations
 
 import numpy as np
@@ -61,11 +62,6 @@ class BluntEdge:
     crossings: np.ndarray
     saved: float
 
-    @property
-    def is_blunt(self) -> bool:
-        """Whether the radius differs from zero."""
-        return self.radius > _SHARP * self.deviation
-
 
 class Rounding:
     """What edges that are rounded say of the samples of a labelling.
@@ -79,16 +75,17 @@ class Rounding:
         self.labels, self.evidence = labels, labels.evidence
         self.crossings = dict(sorted(find_crossings(labels).items()))
 
+    @cached_property
     def edges(self) -> list[BluntEdge]:
         """The edges whose radius differs from zero, in order of their labels."""
         found = [self.edge(*pair, some) for pair, some in self.crossings.items()]
-        return [edge for edge in found if edge is not None and edge.is_blunt]
+        return [edge for edge in found if edge is not None]
 
     def edge(self, first: int, second: int, crossings: Crossings, given=()) -> BluntEdge | None:
         """The rounded edge of two labels, or None where none is shorter to describe.
 
         Only those crossings count between which no sample has another label, but labels that are
-        ``given`` up.
+        ``given`` up. Where none is, the radius differs from zero.
         """
         labels, pair = self.labels, (first, second)
         crossings = crossings.only(np.isin(labels.of, [NONE, *pair, *given]))
@@ -101,7 +98,7 @@ class Rounding:
         if sign == 0.0 or not -_EDGE < np.median(across.cosine) < _EDGE:
             return None
         found = across.radius()
-        if found is None:
+        if found is None or not (len(given) or found[0] > _SHARP * found[1]):
             return None
         # A sample whose normal no piece shares may lie at a sharp edge.
         sharp = np.where(labels.of[samples] == NONE, across.misfit(0.0), np.inf)

@@ -112,7 +112,7 @@ class Boundary:
 def find_boundaries(labels: Labels) -> list[Boundary]:
     """All boundaries between the pieces of a labelling, in order of their labels."""
     judge = _Judge(labels)
-    blunt = {(edge.first, edge.second): edge for edge in Rounding(labels).edges()}
+    blunt = {(edge.first, edge.second): edge for edge in Rounding(labels).edges}
     judge.rounded[[i for edge in blunt.values() for i in edge.samples.tolist()]] = True
     links = pairs_across_links(labels)
     found = {pair: judge.linked(*pair, middles) for pair, middles in links.items()}

@@ -63,29 +63,31 @@ class SharpEdges:
         """
         decides = owner.copy()
         rows = [np.flatnonzero(owner == own) for own in range(len(self._faces))]
-        near = [self._trees.nearest(k, points[mine], _ABOUT) for k, mine in enumerate(rows)]
         for edge, curve in self._edges:
+            sign = edge_sign(edge)
             for own, other in ((edge.first, edge.second), (edge.second, edge.first)):
                 mine = rows[own]
+                if edge.radius == 0.0:
+                    # What ends the second face lies behind it, so that no other point is cut.
+                    out = self._trees.distances(other, points[mine])
+                    mine = mine[sign * out > sign * chosen[mine, 0]]
                 beside = self._trees.away(other, points[mine]) < _BESIDE * self._reach
                 if curve is not None:
                     beside |= curve.query(points[mine])[0] < _BESIDE * away[mine, -1]
-                about = mine[beside], near[own][beside]
-                self._cut(edge, (own, other), *about, points, chosen, decides)
+                self._cut(edge, (own, other), mine[beside], points, chosen, decides)
         self._corners.round(points, owner, decides, chosen)
         return decides
 
-    def _cut(self, edge: FaceEdge, pair, rows, near, points, chosen, decides) -> None:
-        """Let the second face of a pair decide for points of ``rows`` (m,) of the first, whose
-        samples ``near`` (m, k) are nearest, where it is the farther out; at a concave edge, of sign
-        -1, the farther in.
+    def _cut(self, edge: FaceEdge, pair, rows, points, chosen, decides) -> None:
+        """Let the second face of a pair decide for points of ``rows`` (m,) of the first where it is
+        the farther out; at a concave edge, of sign -1, the farther in.
 
         A point whose nearest samples are as far out lies where the edge does not bound its face.
         """
         if not len(rows):
             return
         (own, other), sign, points = pair, edge_sign(edge), points[rows]
-        before = self._near_samples_out(sign, pair, points, near)
+        before = self._near_samples_out(sign, pair, points)
         theirs, which = self._where_it_is(sign, pair, points)
         limit = np.where(before > 0.0, _CROSSED * before, -np.inf)
         wins = sign * theirs[:, 0] > np.maximum(sign * chosen[rows, 0], limit)
@@ -95,12 +97,13 @@ class SharpEdges:
             mine = self._trees.values(own, points[near])
             raise_to_ball(edge, mine, theirs[near], rows[near], chosen)
 
-    def _near_samples_out(self, sign: float, pair, points, near) -> np.ndarray:
-        """(m,) how far the samples ``near`` (m, k) of the first face of a pair lie out of the
-        second beyond its noise, length: the innermost of them, because the others may have wrong
-        labels. Infinite where one is out and the second face has no sample about points (m, 3): the
-        first goes on there."""
+    def _near_samples_out(self, sign: float, pair, points) -> np.ndarray:
+        """(m,) how far the samples of the first face of a pair that are nearest to points (m, 3)
+        lie out of the second beyond its noise, length: the innermost of them, because the others
+        may have wrong labels. Infinite where one is out and the second face has no sample about a
+        point: the first goes on there."""
         own, other = pair
+        near = self._trees.nearest(own, points, _ABOUT)
         out = self._samples_out(sign, pair)[near]
         samples = self._trees.faces.points[self._faces[own].samples[near]]
         away = np.linalg.norm(samples - points[:, None], axis=2)

@@ -40,6 +40,14 @@ class FaceTrees:
             out[mine] = values_of(piece, points[mine])
         return out
 
+    def distances(self, number: int, points) -> np.ndarray:
+        """(n,) signed distances of points (n, 3) from a face, by the patch of its nearest
+        sample."""
+        out = np.empty(len(points))
+        for piece, mine in self._pieces(number, points):
+            out[mine] = piece.at(points[mine])[0]
+        return out
+
     def shape_operators(self, number: int, points) -> np.ndarray:
         """(n, 3, 3) shape operators of a face, 1/length, by the patch of its nearest sample."""
         out = np.empty((len(points), 3, 3))

@@ -22,7 +22,7 @@ _LEAST_GRADIENT = 0.2
 _SPHERE = np.zeros((9, 4))
 _SPHERE[0, 0] = _SPHERE[1, 1] = _SPHERE[2, 2] = _SPHERE[3, 3] = _SPHERE[5, 3] = _SPHERE[8, 3] = 1.0
 _SUBSPACES = {
-    Kind.PLANE: np.eye(9)[:, :3],
+    Kind.PLANE: np.eye(3),
     Kind.SPHERE: _SPHERE,
     Kind.QUADRIC: np.eye(9),
     Kind.QUARTIC: np.eye(21),
@@ -103,7 +103,7 @@ def _linear(kind: Kind, points, origin, axes, scale: float, std: float) -> Piece
 def _solve(kind: Kind, at, heights, weight) -> tuple[np.ndarray, np.ndarray]:
     """Coefficients and covariance of the φ that has given heights (n,) at scaled points (n, 3)."""
     subspace = _SUBSPACES[kind]
-    terms, precision = terms_at(kind, at)[: len(subspace)], prior_precision(kind)
+    terms, precision = terms_at(kind, at)[: kind.terms], prior_precision(kind)
     reduced = subspace.T @ terms
     weighted = reduced * weight
     inverse = np.linalg.inv(weighted @ reduced.T + (subspace.T * precision) @ subspace)

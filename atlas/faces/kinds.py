@@ -1,8 +1,8 @@
 """Kinds of pieces: plane, sphere, cylinder, quadric and quartic, and the monomials of each.
 
-Every piece is the zero set of F = z - φ(x, y, z) in a frame of its own. The first four kinds are
-quadrics, whose φ has nine monomials; the quartic has the 21 of ``graded_basis(4)``. In every array
-the monomials are the first axis.
+Every piece is the zero set of F = z - φ(x, y, z) in a frame of its own. The φ of a plane has three
+monomials, that of the other quadrics nine; the quartic has the 21 of ``graded_basis(4)``. In every
+array the monomials are the first axis.
 """
 
 from enum import IntEnum
@@ -30,6 +30,11 @@ class Kind(IntEnum):
     def parameters(self) -> int:
         """Number of parameters that the samples determine."""
         return (3, 4, 5, 9, 21)[self]
+
+    @property
+    def terms(self) -> int:
+        """Number of monomials of φ."""
+        return (3, 9, 9, 9, 21)[self]
 
     @property
     def lawful(self) -> bool:
@@ -67,7 +72,7 @@ _QUARTIC_PRIOR = _prior(QUARTIC_BASIS.orders)
 
 def prior_precision(kind: Kind) -> np.ndarray:
     """(t,) prior precision of the scaled coefficients."""
-    return _QUARTIC_PRIOR if kind is Kind.QUARTIC else _QUADRIC_PRIOR
+    return _QUARTIC_PRIOR if kind is Kind.QUARTIC else _QUADRIC_PRIOR[: kind.terms]
 
 
 def terms_at(kind: Kind, scaled) -> np.ndarray:
@@ -75,6 +80,8 @@ def terms_at(kind: Kind, scaled) -> np.ndarray:
     x, y, z = scaled.T
     if kind is Kind.QUARTIC:
         return monomials(QUARTIC_BASIS, x, y, z)
+    if kind is Kind.PLANE:
+        return np.stack([np.ones(len(scaled)), x, y])
     out = np.empty((len(QUADRIC_TERMS), len(scaled)))
     out[0], out[1], out[2] = 1.0, x, y
     for row, (a, b) in enumerate(((x, x), (x, y), (y, y), (x, z), (y, z), (z, z)), 3):
@@ -88,6 +95,9 @@ def value_and_gradient(kind: Kind, coefficients, scaled, terms) -> tuple[np.ndar
         rows = derivative_coefficients(QUARTIC_BASIS, coefficients, list(GRADIENT))
         values = rows @ terms
         phi, gradient = values[0], -values[1:].T
+    elif kind is Kind.PLANE:
+        phi = coefficients @ terms
+        gradient = np.tile([-coefficients[1], -coefficients[2], 0.0], (len(scaled), 1))
     else:
         _, b, c, xx, xy, yy, xz, yz, zz = coefficients
         phi = coefficients @ terms
@@ -103,6 +113,8 @@ def hessians(kind: Kind, coefficients, scaled) -> np.ndarray:
         # XX, XY, XZ, YY, YZ, ZZ of touchatlas.patch.geometry.polynomial.
         rows = derivative_coefficients(QUARTIC_BASIS, coefficients, [3, 4, 7, 5, 8, 9])
         xx, xy, xz, yy, yz, zz = -(rows @ terms_at(kind, scaled))
+    elif kind is Kind.PLANE:
+        return np.zeros((len(scaled), 3, 3))
     else:
         xx, xy, yy, xz, yz, zz = -np.asarray(coefficients)[3:] * np.array([2, 1, 2, 1, 1, 2])
     flat = np.array([xx, xy, xz, xy, yy, yz, xz, yz, zz]).T

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from touchatlas.atlas.faces.grow import Evidence
-from touchatlas.atlas.faces.kinds import QUADRIC_TERMS, QUARTIC_BASIS, Kind
+from touchatlas.atlas.faces.kinds import QUARTIC_BASIS, Kind
 from touchatlas.atlas.faces.known_law import KnownLaw, law_of_faces
 from touchatlas.atlas.faces.labels import NONE, Labels
 from touchatlas.atlas.faces.options import FaceOptions
@@ -62,7 +62,7 @@ def _pieces(arrays) -> list[Piece]:
     columns = [arrays[f"piece_{name}"] for name in ("kind", "origin", "axes", "scale")]
     out = []
     for k, (kind, origin, axes, scale) in enumerate(zip(*columns, strict=True)):
-        size = _MOST if kind == Kind.QUARTIC else len(QUADRIC_TERMS)
+        size = Kind(kind).terms
         own = arrays["piece_coefficients"][k, :size], arrays["piece_covariance"][k, :size, :size]
         out.append(Piece(Kind(kind), origin, axes, float(scale), *own))
     return out

@@ -51,8 +51,11 @@ class Piece:
     def at(self, points) -> tuple[np.ndarray, np.ndarray]:
         """First-order signed distance (n,), length, and outward unit normal (n, 3) at points
         (n, 3): Taubin 1991."""
-        distance, normals, _ = self.predicted(points)
-        return distance, normals
+        scaled = self.scaled(points)
+        terms = terms_at(self.kind, scaled)
+        value, gradient = value_and_gradient(self.kind, self.coefficients, scaled, terms)
+        length = _length_of(gradient)
+        return value * self.scale / length, (gradient / length[:, None]) @ self.axes
 
     def predicted(self, points) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Signed distance (n,), unit normal (n, 3) and variance of the distance (n,), length^2.
@@ -63,12 +66,11 @@ class Piece:
         scaled = self.scaled(points)
         terms = terms_at(self.kind, scaled)
         value, gradient = value_and_gradient(self.kind, self.coefficients, scaled, terms)
-        steep = np.sqrt((gradient * gradient).sum(axis=1))
-        length = np.maximum(steep, np.finfo(float).tiny)
-        used = terms[: len(self.coefficients)]
+        length = _length_of(gradient)
+        used = terms[: self.kind.terms]
         variance = ((self.covariance @ used) * used).sum(axis=0) * (self.scale / length) ** 2
         # Rounding may leave a covariance with a tiny negative eigenvalue.
-        variance = np.where(steep < _LEAST_GRADIENT, np.inf, np.maximum(variance, 0.0))
+        variance = np.where(length < _LEAST_GRADIENT, np.inf, np.maximum(variance, 0.0))
         return value * self.scale / length, (gradient / length[:, None]) @ self.axes, variance
 
     def shape_operators(self, points) -> np.ndarray:
@@ -77,7 +79,7 @@ class Piece:
         scaled = self.scaled(points)
         terms = terms_at(self.kind, scaled)
         _, gradient = value_and_gradient(self.kind, self.coefficients, scaled, terms)
-        length = np.maximum(np.sqrt((gradient * gradient).sum(axis=1)), np.finfo(float).tiny)
+        length = _length_of(gradient)
         normal = gradient / length[:, None]
         project = np.eye(3) - normal[:, :, None] * normal[:, None, :]
         bent = project @ hessians(self.kind, self.coefficients, scaled) @ project
@@ -93,7 +95,7 @@ class Piece:
         square = np.maximum((gradient * gradient).sum(axis=1), np.finfo(float).tiny)
         ahead = terms_at(self.kind, scaled + _DIFFERENCE * along)
         behind = terms_at(self.kind, scaled - _DIFFERENCE * along)
-        slope = (ahead - behind)[: len(self.coefficients)] / (2.0 * _DIFFERENCE)
+        slope = (ahead - behind)[: self.kind.terms] / (2.0 * _DIFFERENCE)
         return ((self.covariance @ slope) * slope).sum(axis=0) / square
 
     def feet(self, points, steps: int = 2) -> np.ndarray:
@@ -102,6 +104,12 @@ class Piece:
             distance, normals = self.at(points)
             points = points - distance[:, None] * normals
         return points
+
+
+def _length_of(gradient) -> np.ndarray:
+    """(n,) lengths of gradients (n, 3), none of them zero."""
+    square = np.einsum("ij,ij->i", gradient, gradient)
+    return np.asarray(np.maximum(np.sqrt(square), np.finfo(float).tiny))
 
 
 def in_plane_cosines(normals, measured, planes) -> np.ndarray:

@@ -7,7 +7,7 @@ import pytest
 
 from tests.explored import spread_touches
 from touchatlas.atlas import Atlas
-from touchatlas.atlas.edit.filling_fits import LEAST_SAMPLES, Sites, explains_core, fits_at, follows
+from touchatlas.atlas.edit.filling_fits import LEAST_SAMPLES, Sites, fits_at, follows
 from touchatlas.atlas.edit.renew import replace_misfits
 from touchatlas.atlas.edit.replace import are_upright
 from touchatlas.atlas.patches.sample_index import SampleIndex
@@ -31,8 +31,8 @@ def atlas(once):
 def test_patches_of_a_smooth_body_follow_their_samples(atlas):
     rows = atlas.table.rows
     before = atlas.table.mean[rows].copy()
-    assert follows(atlas, atlas.table, rows).all() and explains_core(atlas, atlas.table, rows).all()
-    replace_misfits(atlas, set(rows.tolist()))
+    assert follows(atlas, atlas.table, rows).all()
+    replace_misfits(atlas, set(rows.tolist()), rows)
     assert (atlas.table.rows == rows).all() and (atlas.table.mean[rows] == before).all()
 
 
@@ -43,13 +43,26 @@ def test_a_patch_of_a_touch_that_missed_its_samples_is_smaller(atlas):
     filled = next(r for r in table.rows.tolist() if atlas.membership.is_filled(r))
     owned = sum(map(len, atlas.membership.owned))
     table.residual[[touched, filled]] = 1.0
-    # Both have learned nothing since they were fitted, so that another fit would be the same.
-    assert not len(replace_misfits(atlas, {touched, filled}))
-    table.learned[[touched, filled]] /= 2.0
-    samples = replace_misfits(atlas, {touched, filled})
+    # Unless they were fitted again, another fit would be the same.
+    assert not len(replace_misfits(atlas, {touched, filled}, []))
+    samples = replace_misfits(atlas, {touched, filled}, [touched, filled])
     assert len(samples) and not table.alive[[touched, filled]].any()
     assert sum(map(len, atlas.membership.owned)) == owned
     atlas.validate()
+
+
+def test_a_patch_whose_degree_leaves_out_too_much_is_smaller(atlas):
+    """Terms above the degree, of a feature as short as a third of the patch, would be larger than
+    what is borne."""
+    table = atlas.table
+    touched = next(r for r in table.rows.tolist() if not atlas.membership.is_filled(r))
+    radius = float(table.radius[touched])
+    table.length_ratio[touched] = 3.0
+    assert not follows(atlas, table, np.array([touched]))[0]
+    before = set(table.rows.tolist())
+    replace_misfits(atlas, {touched}, [touched])
+    new = sorted(set(table.rows.tolist()) - before)
+    assert not table.alive[touched] and (table.radius[new] <= radius).all()
 
 
 def test_a_patch_is_judged_by_what_its_equations_give(atlas):
@@ -84,7 +97,7 @@ def test_a_patch_that_became_steep_is_replaced_by_an_upright_one(atlas):
     table.mean[touched, slope] += np.tan(np.deg2rad(70.0))
     assert not are_upright(table, np.array([touched]))[0]
     before = set(table.rows.tolist())
-    replace_misfits(atlas, {touched})
+    replace_misfits(atlas, {touched}, [])
     assert not table.alive[touched]
     new = np.array(sorted(set(table.rows.tolist()) - before))
     assert len(new) and are_upright(table, new).all()

@@ -28,7 +28,7 @@ def test_half_touched_bodies_with_edges_have_no_flaps(name, side):
     """A face whose neighbour was not touched ends at its samples: nothing
     lies farther than three tolerances off the body, where flaps were 0.4 % of the wall's."""
     atlas, obj = half(explored_sharp(name).touches, 0.1, side), sharp_object(name)
-    for change in (Atlas.refit_all, Atlas.simplify):
+    for change in (Atlas.refit_all, Atlas.fill):
         change(atlas)
         surface = extract_surface(atlas)
         areas = areas_of(surface.vertices, surface.faces)
