@@ -91,8 +91,8 @@ class Atlas(AtlasState):
             self.fill()
 
     def finish(self) -> int:
-        """Learn residuals at the end of an exploration, after refitting and filling where that was
-        not done touch by touch; returns how many patches have a residual. Where
+        """Fill and learn residuals at the end of an exploration, after refitting where touches were
+        not filled between; returns how many patches have a residual. Where
         most of the surface obeys laws, faces are read once more. More touches may be added then."""
         law = self.known_law
         is_due = law.is_hopeful or law.beside is not None

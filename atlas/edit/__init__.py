@@ -1,1 +1,1 @@
-"""Everything that changes an atlas: insert, merge, split, fill, finish."""
+"""Everything that changes an atlas: insert, renew, fill, finish."""

@@ -22,9 +22,9 @@ from touchatlas.patch.fit.start import Stack, UnfitError
 from touchatlas.patch.geometry.frame import axes_from_normal
 
 # Radii that are tried in turn, as fractions of the owner's radius, each about 1/sqrt(2) of the one
-# before. The next one is tried where a patch would be steep, misses its samples, or where most
-# samples in it are of another sheet. Doubled, the patches would be larger than the owner, whose
-# samples they are fitted to. The last is that of a fillet beside a flat face.
+# before. The next one is tried where a patch would be steep, misses its samples, its degree leaves
+# out too much, or most samples in it are of another sheet. Doubled, the patches would be larger
+# than the owner, whose samples they are fitted to. The last is that of a fillet beside a flat face.
 _FRACTIONS = 1.0, 0.7, 0.5, 0.35, 0.25, 0.17
 # Largest misfit of a patch, in what noise and bias explain together: chi-square over its degrees of
 # freedom exceeds 1.5^2 by chance in one of a thousand patches of 20 samples. Doubled,
@@ -149,7 +149,7 @@ def _learned(state: AtlasState, fits, owners) -> list[tuple[Filling | None, bool
     solve(trial, rows)
     good = (trial.count[rows] >= LEAST_SAMPLES) & are_upright(trial, rows)
     good &= _explains_core(state, trial, rows)
-    sure = follows(state, trial, rows)
+    sure = _is_fitted_well(state, trial, rows)
     for k in np.flatnonzero(good).tolist():
         samples = found.index[k][found.present[k]]
         filling = Filling(fits[upright[k]], trial.copy_of(int(rows[k])), samples)
@@ -158,13 +158,18 @@ def _learned(state: AtlasState, fits, owners) -> list[tuple[Filling | None, bool
 
 
 def follows(state: AtlasState, table: PatchTable, rows) -> np.ndarray:
-    """(m,) whether the residuals of rows (m,) of a table are what noise and bias explain, their
-    degree leaves out no more than is borne, and they are of the sheet of their samples."""
+    """(m,) whether rows (m,) of a table are fitted well, and of the sheet of their samples."""
+    return _is_fitted_well(state, table, rows) & _explains_core(state, table, rows)
+
+
+def _is_fitted_well(state: AtlasState, table: PatchTable, rows) -> np.ndarray:
+    """(m,) whether the residuals of rows (m,) of a table are what noise and bias explain, and their
+    degree leaves out no more than is borne."""
     explained = np.hypot(table.measurement_std[rows], state.bias)
     rim = leftover(table.basis, table.length_ratio[rows]) * table.core ** (table.basis.degree + 1)
     good = table.residual[rows] <= _MISFIT * explained
     good &= rim * table.radius[rows] <= state.detail
-    return np.asarray(good & _explains_core(state, table, rows))
+    return np.asarray(good)
 
 
 def _fits(state: AtlasState, sites: Sites, known, radii) -> list[PatchFit | None]:

@@ -23,7 +23,7 @@ from touchatlas.patch.geometry.polynomial import (
 # Least cosine between the normal at a patch's origin and the normals up to its core radius: 45
 # degrees. On steeper patches corners are not found, and a first-order distance is off by a
 # seventh. Doubling the angle allows patches that stand upright at the rim.
-LEAST_COSINE = np.sqrt(0.5)
+_LEAST_COSINE = np.sqrt(0.5)
 # The same for a patch that learned more samples than it was fitted to: 60 degrees. Doubled, only
 # planes are left; without it, some patches are as steep as a wall where they have no samples.
 _LEAST_LEARNED = 0.5
@@ -34,8 +34,8 @@ _CLEAR_OF_FOLDS = 0.1
 # Points of the unit disc, no unit: the centre and six circles of 24 points. A cell that holds none
 # of them is narrower than a sixth of the core. Twice as many take twice the time.
 _RADII, _ANGLES = np.linspace(0.0, 1.0, 7), np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
-DISC = np.stack([np.outer(_RADII, np.cos(_ANGLES)), np.outer(_RADII, np.sin(_ANGLES))], -1)
-DISC = DISC.reshape(-1, 2)[23:]
+_DISC = np.stack([np.outer(_RADII, np.cos(_ANGLES)), np.outer(_RADII, np.sin(_ANGLES))], -1)
+_DISC = _DISC.reshape(-1, 2)[23:]
 
 
 def in_ball(points, centre, radius) -> np.ndarray:
@@ -59,7 +59,7 @@ def upright_fits(fits: list[PatchFit]) -> np.ndarray:
     terms = monomials(basis, *np.moveaxis(outlines(basis, means, core), -1, 0))
     _, px, py, pz = evaluate_batch(basis, means, terms, GRADIENT)
     length = np.sqrt(px * px + py * py + (1.0 - pz) ** 2)
-    return np.asarray((1.0 - pz >= LEAST_COSINE * length).all(axis=1))
+    return np.asarray((1.0 - pz >= _LEAST_COSINE * length).all(axis=1))
 
 
 def are_upright(table: PatchTable, rows) -> np.ndarray:
@@ -75,7 +75,7 @@ def are_upright(table: PatchTable, rows) -> np.ndarray:
     return np.asarray(upright.all(axis=-1))
 
 
-def enter_fit(
+def _enter_fit(
     state: AtlasState, fit: PatchFit, neighbours: np.ndarray, candidates, measurement_std: float
 ) -> int:
     """Enter a fitted patch with its neighbours (m,) and the noise of its measurements, length.
@@ -100,7 +100,7 @@ def replace_by(state: AtlasState, row: int, fit: PatchFit) -> None:
     trial, candidate = table.with_candidate(fit)
     neighbours = sheet_neighbours(trial, candidate)
     samples = np.union1d(known, membership.owned_by(neighbours.tolist()))
-    new = enter_fit(state, fit, neighbours, samples, std)
+    new = _enter_fit(state, fit, neighbours, samples, std)
     membership.owned[new] = owned
     state.edge_ends.move_home([row], new)
     state.mark_stale([new])
@@ -117,7 +117,7 @@ def remove_hidden(state: AtlasState, rows: set[int]) -> list[int]:
         neighbours = np.array(sorted(state.neighbours[i]), int)
         if len(neighbours) and _is_hidden(state, i, neighbours):
             owner = int(neighbours[power_at(table, neighbours, table.site[i]).argmin()])
-            give_samples(state, [i], owner)
+            _give_samples(state, [i], owner)
             state.remove([i])
             hidden.append(i)
     return hidden
@@ -136,7 +136,7 @@ def _uncovered(state: AtlasState, rows: set[int]) -> list[int]:
     return found
 
 
-def give_samples(state: AtlasState, rows: list[int], owner: int) -> None:
+def _give_samples(state: AtlasState, rows: list[int], owner: int) -> None:
     """Make ``owner`` the owner of the samples and edge ends of some rows."""
     owned = state.membership.owned
     owned[owner] = np.concatenate([owned[owner], *(owned[i] for i in rows)])
@@ -151,12 +151,12 @@ def _is_hidden(state: AtlasState, row: int, neighbours) -> bool:
     table = state.table
     if power_at(table, neighbours, table.site[row]).min() >= -table.weight[row]:
         return False
-    points = points_over(table, row, DISC * table.core)
+    points = _points_over(table, row, _DISC * table.core)
     own = power_at(table, neighbours, points).min(axis=1) >= power_at(table, [row], points)[:, 0]
     return not own.any()
 
 
-def points_over(table: PatchTable, row: int, xy) -> np.ndarray:
+def _points_over(table: PatchTable, row: int, xy) -> np.ndarray:
     """(n, 3) world points of a patch over scaled points (m, 2) of its tangent plane, without those
     over which it has no height."""
     z = scaled_height(table.basis, table.mean[row], *xy.T)

@@ -44,7 +44,7 @@ class Kind(IntEnum):
 
 QUARTIC_BASIS = graded_basis(4)
 # Exponents of the quadric's monomials.
-QUADRIC_TERMS = np.array(
+_QUADRIC_TERMS = np.array(
     [
         (0, 0, 0),
         (1, 0, 0),
@@ -66,7 +66,7 @@ def _prior(orders) -> np.ndarray:
     return np.where(orders <= 1, _FLAT, np.where(orders == 2, _SECOND, _HIGHER)) ** -2.0
 
 
-_QUADRIC_PRIOR = _prior(QUADRIC_TERMS.sum(axis=1))
+_QUADRIC_PRIOR = _prior(_QUADRIC_TERMS.sum(axis=1))
 _QUARTIC_PRIOR = _prior(QUARTIC_BASIS.orders)
 
 
@@ -82,7 +82,7 @@ def terms_at(kind: Kind, scaled) -> np.ndarray:
         return monomials(QUARTIC_BASIS, x, y, z)
     if kind is Kind.PLANE:
         return np.stack([np.ones(len(scaled)), x, y])
-    out = np.empty((len(QUADRIC_TERMS), len(scaled)))
+    out = np.empty((len(_QUADRIC_TERMS), len(scaled)))
     out[0], out[1], out[2] = 1.0, x, y
     for row, (a, b) in enumerate(((x, x), (x, y), (y, y), (x, z), (y, z), (z, z)), 3):
         np.multiply(a, b, out=out[row])

@@ -40,35 +40,63 @@ def without_small_handles(surface: Surface, rims: Rims, size: float) -> Surface:
     size : float, length
         Radius of the smallest patch.
     """
-    # igl counts no edges of no triangles.
-    handles = _handles(surface) if len(surface.faces) else 0
     for _ in range(_ROUNDS):
-        if not handles:
-            break
         mended = _mended(surface, rims, size)
-        left = _handles(mended)
-        if left >= handles or _ends(mended) != _ends(surface):
+        if mended is surface:
             break
-        surface, handles = mended, left
+        surface = mended
     return surface
 
 
 def _mended(surface: Surface, rims: Rims, size: float) -> Surface:
-    """The surface without the regions about its short loops that hold handles, closed again."""
-    regions = _Regions(surface)
+    """The surface without the regions about its short loops that hold handles, closed again: all
+    that leave fewer handles, and as many pieces and rims."""
+    # igl counts no edges of no triangles.
+    left = _handles(surface) if len(surface.faces) else 0
+    if not left:
+        return surface
+    ends, found = _ends(surface), _regions_with_handles(surface, size)
+    if not found:
+        return surface
+    mended = _closed(surface, found, rims)
+    if _handles(mended) < left and _ends(mended) == ends:
+        return mended
+    # One of them stays open.
+    mended, kept = surface, list[np.ndarray]()
+    for region in found:
+        trial = _closed(surface, [*kept, region], rims)
+        if _handles(trial) < left and _ends(trial) == ends:
+            mended, left = trial, _handles(trial)
+            kept.append(region)
+    return mended
+
+
+def _regions_with_handles(surface: Surface, size: float) -> list[np.ndarray]:
+    """Small regions about the short loops of a surface, apart from each other, that hold handles;
+    as indices of triangles."""
+    regions, found = _Regions(surface), list[np.ndarray]()
     gone, beside = np.zeros(len(surface.faces), bool), np.zeros(len(surface.faces), bool)
     # Larger holes stay open.
     most = min(_REGION * size, LARGEST * diameter(surface.vertices))
     for loop in loops_within(surface.vertices, surface.faces, min(_LOOP * size, most)):
-        region = regions.at(loop)
-        while regions.span(region) <= most and not beside[region].any():
-            found = regions.with_handles(region, gone, most)
-            if found is not None:
-                gone[found] = True
-                beside[regions.about(found)] = True
+        region, count = regions.at(loop), 0
+        while count < len(region) and regions.span(region) <= most and not beside[region].any():
+            whole = regions.with_handles(region, gone, most)
+            if whole is not None:
+                found.append(whole)
+                gone[whole] = True
+                beside[regions.about(whole)] = True
                 break
-            region = regions.about(region)
-    _, faces, _, used = igl.remove_unreferenced(surface.vertices, surface.faces[~gone])
+            # A region that is all of its piece grows no further.
+            region, count = regions.about(region), len(region)
+    return found
+
+
+def _closed(surface: Surface, left_out: list[np.ndarray], rims: Rims) -> Surface:
+    """A surface without some regions, closed across."""
+    kept = np.ones(len(surface.faces), bool)
+    kept[np.concatenate([np.zeros(0, int), *left_out])] = False
+    _, faces, _, used = igl.remove_unreferenced(surface.vertices, surface.faces[kept])
     faces, index = igl.split_nonmanifold(faces)
     return close_holes(surface.taken(used[index], faces), rims)
 

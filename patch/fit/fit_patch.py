@@ -31,7 +31,7 @@ from touchatlas.patch.geometry.polynomial import Basis, LocalPolynomial, graded_
 
 # Fraction of the allowed model error that is added to the noise of samples. Doubled, the fit trusts
 # exact samples half as much, and predicted deviations grow.
-BIAS_NOISE_FRACTION = 0.25
+_BIAS_NOISE_FRACTION = 0.25
 
 
 @dataclass(frozen=True)
@@ -179,7 +179,7 @@ def fit_patch(
     has_bias = bool(np.isfinite(bias))
     if has_bias:
         # Exact samples with a model error would make the fit oscillate between the curves.
-        stack = replace(stack, noise=np.hypot(stack.noise, BIAS_NOISE_FRACTION * bias))
+        stack = replace(stack, noise=np.hypot(stack.noise, _BIAS_NOISE_FRACTION * bias))
     choices = first_choices(stack, options.basis, bias, prior, strict=not has_bias)
     if not choices.doubtful[0]:
         return _solved(choices, options.basis, options)

@@ -32,6 +32,13 @@ def test_patch_graph_of_a_torus_has_euler_characteristic_zero():
     assert explored("torus").atlas.euler_characteristic() == 0
 
 
+def test_a_refitted_torus_is_closed():
+    """Where three radical planes meet along a line that runs beside the surface is no gap."""
+    atlas = explored("torus").atlas
+    atlas.refit_all()
+    assert not atlas.gaps and atlas.closed and atlas.euler_characteristic() == 0
+
+
 def test_exact_contacts_close_an_atlas_too():
     """Without noise the lack of fit that is accepted is the only small length there is. The surface
     is asked for at the tolerance, so 99 in 100 vertices are within it."""

@@ -36,10 +36,11 @@ def shares(height: float) -> tuple[float, float]:
 def test_the_forecast_knows_of_texture_that_polynomials_leave_out():
     """The root mean square of three waves of 0.08 is 0.098, the tolerance. A share of a thousand
     points has a standard error of 0.016. Without the residuals of the samples the forecast was
-    0.05 too large; places beyond what is known make it up to a tenth too small."""
+    0.05 too large; places beyond what is known make it up to a tenth too small, and the error of
+    the share besides."""
     for height in (0.0, 0.03, 0.08):
         forecast, true = shares(height)
-        assert true - 0.1 < forecast < true + 0.02
+        assert true - 0.1 - 0.016 < forecast < true + 0.02
 
 
 @pytest.mark.parametrize(("name", "touches"), [("sphere", 30), ("ellipsoid", 30)])

@@ -37,7 +37,7 @@ def test_patches_of_a_smooth_body_follow_their_samples(atlas):
 
 
 def test_a_patch_of_a_touch_that_missed_its_samples_is_smaller(atlas):
-    """Its owned samples stay with its part, and a filled one is removed."""
+    """Its owned samples stay with the one in its place, and a filled one is removed."""
     table = atlas.table
     touched = next(r for r in table.rows.tolist() if not atlas.membership.is_filled(r))
     filled = next(r for r in table.rows.tolist() if atlas.membership.is_filled(r))
@@ -51,18 +51,18 @@ def test_a_patch_of_a_touch_that_missed_its_samples_is_smaller(atlas):
     atlas.validate()
 
 
-def test_a_patch_whose_degree_leaves_out_too_much_is_smaller(atlas):
+def test_a_patch_whose_degree_leaves_out_too_much_is_replaced(atlas):
     """Terms above the degree, of a feature as short as a third of the patch, would be larger than
     what is borne."""
     table = atlas.table
     touched = next(r for r in table.rows.tolist() if not atlas.membership.is_filled(r))
-    radius = float(table.radius[touched])
     table.length_ratio[touched] = 3.0
     assert not follows(atlas, table, np.array([touched]))[0]
     before = set(table.rows.tolist())
     replace_misfits(atlas, {touched}, [touched])
-    new = sorted(set(table.rows.tolist()) - before)
-    assert not table.alive[touched] and (table.radius[new] <= radius).all()
+    new = np.array(sorted(set(table.rows.tolist()) - before))
+    assert not table.alive[touched] and len(new) == 1
+    assert follows(atlas, table, new).all()
 
 
 def test_a_patch_is_judged_by_what_its_equations_give(atlas):

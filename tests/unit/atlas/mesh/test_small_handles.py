@@ -87,6 +87,31 @@ def test_a_handle_that_would_stay_open_leaves_others_to_be_cut():
     assert _handles(found) == 1
 
 
+def beside(first: Surface, second: Surface) -> Surface:
+    """Both surfaces as one."""
+    count = len(first.vertices)
+    vertices = np.concatenate([first.vertices, second.vertices])
+    return surface_of(vertices, np.concatenate([first.faces, second.faces + count]))
+
+
+def test_a_small_body_beside_leaves_others_to_be_cut():
+    """A copy at a fifth of the size, four beside: what is a small hole of both is none of the copy,
+    and stays open there."""
+    body = ball_with_rings(0.15)
+    small = surface_of(0.2 * body.vertices + np.array([4.0, 0.0, 0.0]), body.faces)
+    found = without_small_handles(beside(body, small), NO_RIMS, 0.15)
+    assert _handles(found) < 2
+    assert trimesh.Trimesh(found.vertices, found.faces, process=False).is_watertight
+
+
+def test_a_small_open_piece_is_looked_through_once():
+    """A torus smaller than a patch, without one triangle: its region is all of it in the end."""
+    ring = trimesh.creation.torus(0.06, 0.02, major_sections=24, minor_sections=12)
+    piece = surface_of(np.array(ring.vertices) + [4.0, 0.0, 0.0], np.array(ring.faces)[1:])
+    both = beside(ball_with_rings(), piece)
+    assert _handles(without_small_handles(both, NO_RIMS, 0.1)) <= 1
+
+
 def test_a_handle_of_an_open_surface_is_cut_and_its_opening_stays():
     """Below a height of -0.5 the ball is open: a rim and a handle."""
     body = ball_with_rings(0.15)
