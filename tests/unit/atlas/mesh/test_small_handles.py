@@ -124,7 +124,7 @@ def test_a_handle_of_an_open_surface_is_cut_and_its_opening_stays():
 
 @pytest.mark.parametrize("scale", [1e-3, 1e3])
 def test_handles_scale_with_the_unit(scale):
-    body = ball_with_rings(0.15, 0.45)
+    body = ball_with_rings(0.15)
     small = surface_of(scale * body.vertices, body.faces)
     found = without_small_handles(small, NO_RIMS, scale * 0.15)
     assert (found.faces == without_small_handles(body, NO_RIMS, 0.15).faces).all()
