@@ -310,7 +310,10 @@ EXTREMES = {
 COUNTS = {"covers a fifth": 1}
 
 
-@pytest.mark.parametrize("kind", EXTREMES)
+@pytest.mark.parametrize(
+    "kind",
+    [pytest.param(k, marks=pytest.mark.slow if k in COUNTS else ()) for k in EXTREMES],
+)
 def test_what_is_accepted_keeps_an_atlas_sound(kind):
     """Six touches of the ball, or as many as are given, and all that may be done with them."""
     tolerance, options = EXTREMES[kind]
