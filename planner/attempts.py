@@ -9,7 +9,7 @@ from touchatlas.atlas.records.touch import Touch, TouchStatus
 from touchatlas.planner.pending import Pending
 from touchatlas.planner.place.choose import Target, View
 from touchatlas.planner.place.places import Places
-from touchatlas.planner.plans import closer_plan, turned_plan
+from touchatlas.planner.plans import beside_plan, closer_plan, known_plan
 from touchatlas.planner.probe_plan import ProbePlan, Reason
 
 # How often contours that were too short for a patch are tried closer. Before any patch nothing is
@@ -76,28 +76,27 @@ class Attempts:
             self._in_vain.append(place)
         return pending
 
-    def try_again(self, pending: Pending, touch: Touch, change: AtlasChange) -> None:
-        """Keep an answered plan for another attempt: closer, where its contours were too short for
-        a patch, or from another side, where it met nothing."""
+    def try_again(self, pending: Pending, touch: Touch, change: AtlasChange, curves: int) -> None:
+        """Keep another attempt at a place, in ``curves`` planes: beside an edge or closer, where
+        its contours were too short for a patch, and from a known sample, where it met nothing."""
         met, most = touch.status is TouchStatus.TOUCHED, _TIMES_CLOSER_FIRST
         if self.touched:
             most = _TIMES_CLOSER
         if met and change.refused and pending.closer < most:
-            self._retries.append(pending)
-        elif not met and pending.plan.reason is Reason.EXPAND and not pending.turned:
+            beside = None if pending.closer else beside_plan(pending.plan, touch, curves)
+            plan = closer_plan(pending.plan, curves) if beside is None else beside
+            self._retries.append(replace(pending, plan=plan, closer=pending.closer + 1))
+        elif not met and pending.plan.reason is Reason.EXPAND and not pending.known:
             self._missed.append(pending.plan)
 
-    def again(self, atlas: Atlas, curves: int) -> Pending | None:
-        """The next attempt at a place that was kept for one, in ``curves`` planes where it is
-        closer; None where there is none."""
+    def again(self, atlas: Atlas) -> Pending | None:
+        """The next attempt at a place that was kept for one; None where there is none."""
         if self._retries:
-            before = self._retries.pop(0)
-            plan = closer_plan(before.plan, curves)
-            return replace(before, plan=plan, closer=before.closer + 1)
+            return self._retries.pop(0)
         while self._missed:
-            turned = turned_plan(self._missed.pop(0), atlas)
-            if turned is not None:
-                return Pending(turned, turned.until is not None, turned=True)
+            beside = known_plan(self._missed.pop(0), atlas)
+            if beside is not None:
+                return Pending(beside, beside.until is not None, known=True)
         return None
 
     def leave(self, target: Target) -> None:

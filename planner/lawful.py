@@ -5,6 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
+from touchatlas.atlas.faces.faces import Faces
 from touchatlas.atlas.faces.lawful_body import LawfulBody
 from touchatlas.atlas.mesh.lawful_surface import fine_edge
 from touchatlas.planner.options import PlannerOptions
@@ -12,6 +13,9 @@ from touchatlas.planner.place.choose import Target, View
 from touchatlas.planner.place.known_area import KnownArea
 from touchatlas.planner.place.lawful_places import LawfulPlaces, lawful_places, lawful_target
 from touchatlas.planner.place.places import apart_from_each_other
+
+# Numbers of faces, edges and rounded edges where there is no body.
+NO_BODY = (0, 0, 0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,3 +58,9 @@ class Lawful:
         """Where to touch by the surface that is drawn at the end, which may show smaller holes."""
         edge = fine_edge(self.body, view.atlas.options.facets * view.atlas.tolerance)
         return lawful_target(view, lawful_places(self.body, edge))
+
+
+def structure_of(faces: Faces) -> tuple[int, int, int]:
+    """Numbers of faces, edges and rounded edges: where one changes, so does the surface."""
+    rounded = sum(edge.radius > 0.0 for edge in faces.edges)
+    return len(faces), len(faces.edges), rounded

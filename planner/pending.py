@@ -18,14 +18,14 @@ class Pending:
         Whether its arms may end where the surface is known.
     closer : int
         How often its place was tried with finer steps and shorter arms.
-    turned : bool
-        Whether it tries a place from another side, where the first touch met nothing.
+    known : bool
+        Whether it touches what is known beside a place where the first touch met nothing.
     """
 
     plan: ProbePlan
     ends_where_known: bool
     closer: int = 0
-    turned: bool = False
+    known: bool = False
 
     def bound(self, atlas: Atlas) -> "Pending":
         """The same, asking an atlas where arms end: a plan from a file has no atlas."""

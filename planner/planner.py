@@ -10,7 +10,7 @@ from touchatlas.patch.geometry.arrays import check_unit, frozen_array
 from touchatlas.planner.attempts import Attempts
 from touchatlas.planner.free_form import FreeForm
 from touchatlas.planner.frontier.frontier_planner import FrontierPlanner
-from touchatlas.planner.lawful import Lawful
+from touchatlas.planner.lawful import NO_BODY, Lawful, structure_of
 from touchatlas.planner.options import FRONTIER, TOLERANCE, PlannerOptions
 from touchatlas.planner.pending import Pending
 from touchatlas.planner.place.choose import Target, View, start_targets
@@ -82,8 +82,9 @@ class Planner:
         self._starts = list(start_targets(start, outward))
         self._beside_edges = FrontierPlanner(start, outward)
         self._free_form = FreeForm()
-        # The number of faces of the lawful body that the last plan went by; 0 without one.
-        self._faces = 0
+        # Numbers of faces, edges and rounded edges of the lawful body that the last plan went by;
+        # zeros without one.
+        self._law = NO_BODY
         # What is known, and the plans that were answered when that was last measured.
         self._known, self._measured = KnownArea(), -1
         # Rays of the search for other parts: a point and the direction of each.
@@ -148,7 +149,7 @@ class Planner:
             # A guess behind an edge that met nothing is followed by another guess.
             again = self.options.name != FRONTIER and touch.status is TouchStatus.TOUCHED
         if again:
-            self._attempts.try_again(answered, touch, change)
+            self._attempts.try_again(answered, touch, change, self.options.curves)
         self._free_form.learn(change)
 
     def forecast(self, atlas: Atlas) -> Forecast:
@@ -161,7 +162,7 @@ class Planner:
 
     def _further(self, atlas: Atlas) -> Pending | None:
         """One more plan, besides those that are pending; None where there is none."""
-        again = self._attempts.again(atlas, self.options.curves)
+        again = self._attempts.again(atlas)
         if again is not None:
             return again
         found = self._next_plan(atlas) if len(atlas) else self._start_plan(atlas)
@@ -203,15 +204,15 @@ class Planner:
     def _choice(self, atlas: Atlas) -> FreeForm | Lawful:
         """How places are chosen: by the lawful faces of the atlas, if its body is made of them.
 
-        What was learned of errors is forgotten when the number of faces changes: they were those of
-        another surface.
+        What was learned of errors is forgotten when the number of faces, edges or rounded edges
+        changes: they were those of another surface.
         """
         body = atlas.body if self.options.name == TOLERANCE else None
-        faces = 0 if body is None else len(body.faces)
-        if (faces > 0) != (self._faces > 0):
+        law = NO_BODY if body is None else structure_of(body.faces)
+        if (law == NO_BODY) != (self._law == NO_BODY):
             self._known = KnownArea()
-        if faces != self._faces:
-            self._faces = faces
+        if law != self._law:
+            self._law = law
             self._free_form.forget_errors()
         if body is not None:
             return Lawful(body)

@@ -1,13 +1,17 @@
 """Plans: the planes and arms of a touch at a place."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
 from touchatlas.atlas.atlas import Atlas
+from touchatlas.atlas.records.touch import Touch
 from touchatlas.patch.geometry.arrays import cross
 from touchatlas.patch.geometry.contour import SamplingPlane
 from touchatlas.patch.geometry.frame import any_tangent
+from touchatlas.patch.geometry.kinks import kinks
+from touchatlas.planner.approach import approach_within
 from touchatlas.planner.frontier.frontier_planner import FrontierOptions
 from touchatlas.planner.options import PlannerOptions
 from touchatlas.planner.place.choose import Target
@@ -28,6 +32,18 @@ _KNOWN = 0.36
 # Longest arm of a section, in extents: a body that is not folded closes within it, as its sections
 # are no longer than 4 extents. Doubled, those of folded bodies close as well, and others run on.
 _SECTION = 2.0
+# Distance from which a probe comes, in steps: that of the simulated one. Doubled, approaches beside
+# wider gaps are shortened.
+_APPROACH = 10.0
+# Sine of the angle between an arc and the approach, no unit, below which the arc is part of the
+# side from which the probe came: 30 degrees from across. Doubled, it may be another side.
+_FACING = 0.5
+# Distance from which a probe comes to what is known, in steps: the first approach may have begun
+# behind an opposite wall. Doubled, it begins there in slots of less than four steps.
+_SURELY = 2.0
+# Distance of a contact from the middle of that arc, over its length, from which the contact is at
+# an edge. Doubled, only contacts at its very end are.
+_ASIDE = 0.25
 
 
 def plan_at(atlas: Atlas, target: Target, extent: float, options: PlannerOptions) -> ProbePlan:
@@ -54,7 +70,7 @@ def plan_at(atlas: Atlas, target: Target, extent: float, options: PlannerOptions
         target.reason,
         step_turn=options.step_turn,
     )
-    return ending_where_known(plan, atlas)
+    return ending_where_known(coming_clear(plan, atlas), atlas)
 
 
 def _section_plan(target: Target, across, extent: float, options: PlannerOptions) -> ProbePlan:
@@ -74,6 +90,12 @@ def _section_plan(target: Target, across, extent: float, options: PlannerOptions
     )
 
 
+def coming_clear(plan: ProbePlan, atlas: Atlas) -> ProbePlan:
+    """A plan whose approach begins on this side of what is known to face its place."""
+    pool, usual = atlas.membership.pool, _APPROACH * plan.step
+    return replace(plan, approach=approach_within(pool, plan.reference_point, plan.normal, usual))
+
+
 def ending_where_known(plan: ProbePlan, atlas: Atlas) -> ProbePlan:
     """A plan whose arms may end where the atlas knows the surface."""
     return replace(plan, until=known_to(atlas, _KNOWN * atlas.scale))
@@ -86,26 +108,44 @@ def closer_plan(plan: ProbePlan, curves: int) -> ProbePlan:
     return replace(plan, planes=planes, reach=_CLOSER * plan.reach, step=_CLOSER * plan.step)
 
 
-def turned_plan(plan: ProbePlan, atlas: Atlas) -> ProbePlan | None:
-    """A plan for a place that the probe missed beside a surface that bends away; None where no
-    sample faces as the place does.
-
-    The probe comes half from the side, between the place and the nearest sample.
-    """
-    pool, normal = atlas.membership.pool, plan.normal
-    beside = np.flatnonzero(pool.normals @ normal > 0.0)
-    offset = plan.reference_point - pool.points[beside]
-    if not len(beside):
+def beside_plan(plan: ProbePlan, touch: Touch, curves: int) -> ProbePlan | None:
+    """A plan beside a contact at a sharp edge, in ``curves`` planes: in the middle of the longest
+    arc between kinks that faces the probe. None where the contact is in the middle itself."""
+    arcs = []
+    for contour in touch.contours:
+        found = kinks(contour.points, contour.plane.normal, contour.noise_std).tolist()
+        arcs += [contour.points[a:b] for a, b in pairwise([0, *found, len(contour.points)])]
+    ways = np.array([arc[-1] - arc[0] for arc in arcs]).reshape(-1, 3)
+    lengths = np.linalg.norm(ways, axis=1)
+    lengths = np.where(np.abs(ways @ plan.normal) < _FACING * lengths, lengths, 0.0)
+    if not lengths.max(initial=0.0) > 0.0:
         return None
+    longest = int(lengths.argmax())
+    point = arcs[longest][len(arcs[longest]) // 2]
+    if np.linalg.norm(point - touch.contact) <= _ASIDE * lengths[longest]:
+        return None
+    heading = cross(plan.planes[0].normal, plan.normal)
+    planes = concurrent_planes(point, plan.normal, heading, curves)
+    return replace(plan, reference_point=point, planes=planes)
+
+
+def known_plan(plan: ProbePlan, atlas: Atlas) -> ProbePlan | None:
+    """A plan at the known sample nearest to a place that the probe missed, with its first plane
+    through that place: its contour shows how the surface bends away or ends. None where no sample
+    faces as the place does."""
+    pool, missed = atlas.membership.pool, plan.reference_point
+    facing = np.flatnonzero(pool.normals @ plan.normal > 0.0)
+    if not len(facing):
+        return None
+    offset = missed - pool.points[facing]
     nearest = int((offset * offset).sum(axis=1).argmin())
+    point, normal = pool.points[facing[nearest]], pool.normals[facing[nearest]]
     away = offset[nearest] - (offset[nearest] @ normal) * normal
     if not away @ away > 0.0:
         return None
-    outward = normal + away / np.sqrt(away @ away)
-    outward /= np.sqrt(outward @ outward)
-    point = plan.reference_point - 0.5 * offset[nearest]
-    planes = concurrent_planes(point, outward, cross(outward, away), len(plan.planes))
-    return replace(plan, reference_point=point, normal=outward, planes=planes)
+    planes = concurrent_planes(point, normal, away, len(plan.planes))
+    near = coming_clear(replace(plan, reference_point=point, normal=normal, planes=planes), atlas)
+    return replace(near, approach=min(near.approach or np.inf, _SURELY * plan.step))
 
 
 def first_plan(plan: ProbePlan, offset, scale: float, options: PlannerOptions) -> ProbePlan:

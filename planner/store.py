@@ -34,7 +34,7 @@ from touchatlas.planner.probe_plan import ProbePlan, Reason
 from touchatlas.planner.stop import Forecast, Stop, StopReason
 
 # The version is that of the file, no unit.
-_FILE = FileKind("planner", "one that save_planner wrote", 6, "begin with a new planner")
+_FILE = FileKind("planner", "one that save_planner wrote", 7, "begin with a new planner")
 _PLANNERS = (Planner, FrontierPlanner)
 _PARTS = (Attempts, FreeForm, HoleList, DeviationRatio, KnownArea, Places)
 # Made without their constructors, of all their attributes.
