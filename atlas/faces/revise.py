@@ -4,13 +4,16 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from touchatlas.atlas.faces.grow import evenly, grow_at, is_edge
+from touchatlas.atlas.faces.grow import grow_at, is_edge
 from touchatlas.atlas.faces.kinds import Kind
 from touchatlas.atlas.faces.labels import NONE, Labels
 
 # Least number of unexplained samples that hang together for a new seed. Doubled, small corners stay
 # unexplained.
 _CLUSTER = 6
+# Seeds of such a cluster, and its samples for each further one. Doubled, narrow faces are found a
+# touch earlier, and looking for them takes longer.
+_SEEDS, _A_SEED = 2, 40
 
 
 def refit(labels: Labels) -> None:
@@ -72,23 +75,28 @@ def drop(labels: Labels) -> int:
     return dropped
 
 
-def add(labels: Labels, per_cluster: int = 2) -> int:
-    """New labels that grow from unexplained samples that hang together; returns how many."""
+def add(labels: Labels) -> int:
+    """New labels that grow from unexplained samples that hang together, first where these are
+    densest; returns how many."""
     evidence, size = labels.evidence, len(labels.of)
     pairs = evidence.graph.pairs
     loose = (labels.of == NONE) & ~labels.rounded
     low, high = pairs[loose[pairs].all(axis=1)].T
     links = coo_matrix((np.ones(len(low)), (low, high)), shape=(size, size))
     _, part = connected_components(links, directed=False)
+    inside = _loose_within_two_links(labels, loose)
     added, covered = 0, np.zeros(size, bool)
     for cluster in np.flatnonzero(np.bincount(part[loose]) >= _CLUSTER):
         members = np.flatnonzero(loose & (part == cluster))
         if labels.loose_before[members].all():
             continue
-        for seed in evenly(members, 2 * per_cluster)[1::2].tolist():
-            if covered[seed] or seed in labels.tried:
+        left = _SEEDS + len(members) // _A_SEED
+        for seed in members[np.argsort(-inside[members], kind="stable")].tolist():
+            if covered[seed] or seed in labels.tried or not left:
                 continue
+            left -= 1
             labels.tried.add(seed)
+            covered[evidence.graph.around(np.array([seed]), 1)] = True
             growth = grow_at(evidence, seed)
             if growth is None:
                 continue
@@ -99,3 +107,11 @@ def add(labels: Labels, per_cluster: int = 2) -> int:
                 labels.add(growth.piece, growth.members[free])
                 added += 1
     return added
+
+
+def _loose_within_two_links(labels: Labels, loose) -> np.ndarray:
+    """(n,) how many ways of two links lead from each sample to loose ones (n,) over loose ones: a
+    growth that starts among samples of its own face finds it."""
+    neighbours = labels.evidence.graph.neighbours
+    once = np.append(loose, False)[neighbours].sum(axis=1) * loose
+    return np.asarray(np.append(once, 0)[neighbours].sum(axis=1) * loose)
