@@ -15,6 +15,9 @@ from touchatlas.planner.probe_plan import ProbePlan, Reason
 # How often contours that were too short for a patch are tried closer. Before any patch nothing is
 # known of the size, so it is tried more often. Doubled, more touches fail in narrow places.
 _TIMES_CLOSER, _TIMES_CLOSER_FIRST = 2, 5
+# Share of approaches in vain from which places are sought from known samples, and number of
+# successful ones that are thought to have come first. Doubled, more approaches meet nothing.
+_OFTEN, _FIRST = 0.25, 4
 
 
 class Attempts:
@@ -44,6 +47,8 @@ class Attempts:
         self.unreachable: list[np.ndarray] = []
         self._start = start
         self._in_vain: list[np.ndarray] = []
+        # How many places beyond what is known were approached.
+        self._approached = 0
         self._retries: list[Pending] = []
         self._missed: list[ProbePlan] = []
 
@@ -74,7 +79,13 @@ class Attempts:
             self.touched.append(touch.contact)
         elif not met:
             self._in_vain.append(place)
+        self._approached += pending.plan.reason is Reason.EXPAND and not pending.known
         return pending
+
+    @property
+    def often_miss(self) -> bool:
+        """Whether approaches to places beyond what is known often meet nothing, as beside edges."""
+        return len(self._in_vain) > _OFTEN * (self._approached + _FIRST)
 
     def try_again(self, pending: Pending, touch: Touch, change: AtlasChange, curves: int) -> None:
         """Keep another attempt at a place, in ``curves`` planes: beside an edge or closer, where

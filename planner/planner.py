@@ -15,8 +15,8 @@ from touchatlas.planner.options import FRONTIER, TOLERANCE, PlannerOptions
 from touchatlas.planner.pending import Pending
 from touchatlas.planner.place.choose import Target, View, start_targets
 from touchatlas.planner.place.known_area import KnownArea
-from touchatlas.planner.plans import arms_beside_edges, first_plan, plan_at
-from touchatlas.planner.probe_plan import ProbePlan, check_answer
+from touchatlas.planner.plans import arms_beside_edges, first_plan, known_plan, plan_at
+from touchatlas.planner.probe_plan import ProbePlan, Reason, check_answer
 from touchatlas.planner.reach import is_reachable
 from touchatlas.planner.search import search_plan
 from touchatlas.planner.stop import Forecast, Stop, StopReason
@@ -197,9 +197,16 @@ class Planner:
                 plan = self._search_plan(atlas, view)
                 return self._end(atlas, self._reason(known)) if plan is None else plan
             if self._reaches(atlas, target):
-                return plan_at(atlas, target, view.extent, self.options)
+                return self._plan_at(atlas, target, view.extent)
             self._attempts.leave(target)
             view = self._view(atlas)
+
+    def _plan_at(self, atlas: Atlas, target: Target, extent: float) -> ProbePlan:
+        """The plan of a target: from a known sample, where approaches beyond patches often miss."""
+        plan = plan_at(atlas, target, extent, self.options)
+        if target.reason is Reason.EXPAND and not self._law[0] and self._attempts.often_miss:
+            return known_plan(plan, atlas) or plan
+        return plan
 
     def _choice(self, atlas: Atlas) -> FreeForm | Lawful:
         """How places are chosen: by the lawful faces of the atlas, if its body is made of them.
