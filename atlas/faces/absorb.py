@@ -6,9 +6,12 @@ import numpy as np
 
 from touchatlas.atlas.faces.blunt_edges import BluntEdge, Rounding
 from touchatlas.atlas.faces.crossings import Crossings, runs_of
+from touchatlas.atlas.faces.grow import evenly
 from touchatlas.atlas.faces.kinds import Kind
 from touchatlas.atlas.faces.labels import NONE, Labels
 
+# Samples of a label that tell whether it lies on another piece. Doubled, it takes longer.
+_COMPARED = 100
 # Nats that are saved, an edge, and the labels that it makes needless.
 _Offer = tuple[float, BluntEdge, set[int]]
 
@@ -55,10 +58,15 @@ def _needless(rounding: Rounding, pair, crossings: Crossings) -> _Offer | None:
 def _beside(rounding: Rounding) -> list[_Offer]:
     """Edges that explain, with one of their pieces, another label: contours that end beside an edge
     may have made one of a part of its rounding and a part of the piece."""
-    out: list[_Offer] = []
+    labels, out = rounding.labels, []
+    members = labels.all_members()
+    settled = [labels.is_settled(k, m) for k, m in enumerate(members)]
+    linked = {pair[:2] for pair in labels.pairs()}
     for edge in rounding.edges:
-        for label in range(len(rounding.labels.pieces)):
-            if label in (edge.first, edge.second) or not len(rounding.labels.members(label)):
+        pair = edge.first, edge.second
+        for label in range(len(labels.pieces)):
+            beside = any((min(label, k), max(label, k)) in linked for k in pair)
+            if label in pair or not beside or all(settled[k] for k in (label, *pair)):
                 continue
             saved = rounding.saved_by(edge, label)
             if saved > 0.0:
@@ -107,5 +115,6 @@ def _is_partly(labels: Labels, label: int, other: int) -> bool:
     """Whether most samples of a label lie on another, lawful piece."""
     if not labels.pieces[other].kind.lawful:
         return False
-    distance = labels.evidence.compare(labels.pieces[other], labels.members(label))[0]
+    some = evenly(labels.members(label), _COMPARED)
+    distance = labels.evidence.compare(labels.pieces[other], some)[0]
     return bool(np.median(np.abs(distance)) < labels.evidence.options.gate)

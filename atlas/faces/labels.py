@@ -23,6 +23,16 @@ _DOUBT = 2.0
 _WORST = 2.5
 # Least part of a label that stays one when it falls apart. Doubled, more samples lose their label.
 _PART = 0.15
+# Growth of a number of samples after which what was tried with them is tried again, and share of
+# the earlier ones that must be left. Doubled, the growth, faces are found some touches later.
+_GROWS, _KEPT = 1.25, 0.9
+_NOBODY = np.zeros(0, int)
+
+
+def is_larger(count: int, before: int) -> bool:
+    """Whether a number of samples has passed a power of the growth after which things are tried
+    again; what is added in small parts passes it as well."""
+    return int(np.log(count) / np.log(_GROWS)) > int(np.log(before) / np.log(_GROWS))
 
 
 class Labels:
@@ -48,9 +58,12 @@ class Labels:
         self.tried: set = set()
         self.fitted: dict[Piece, np.ndarray] = {}
         self.of = np.full(len(evidence.samples), NONE)
-        # What an earlier labelling left: the samples of its pieces, and those that had no label.
-        self.settled: dict[Piece, np.ndarray] = {}
+        # What an earlier labelling left: the number and the samples of each of its pieces, the
+        # pairs of numbers between which there were links, and the samples that had no label.
+        self._before: dict[Piece, tuple[int, np.ndarray]] = {}
+        self._linked: set[tuple[int, int]] = set()
         self.loose_before = np.zeros(len(evidence.samples), bool)
+        self._new = np.ones(len(evidence.samples), bool)
         # Samples without a label that the rounding of an edge explained then.
         self.rounded = np.zeros(len(evidence.samples), bool)
 
@@ -62,12 +75,32 @@ class Labels:
         self.rounded[np.asarray(rounded, int)] = True
         self.of[: len(of)] = of
         self.loose_before[: len(of)] = of == NONE
-        self.settled = dict(zip(self.pieces, self.all_members(), strict=True))
-        self.fitted = dict(self.settled)
+        self._new[: len(of)] = False
+        members = self.all_members()
+        self.fitted = dict(zip(self.pieces, members, strict=True))
+        self._before = {p: (k, m) for k, (p, m) in enumerate(self.fitted.items())}
+        self._linked = {(a, b) for a, b, _ in self.pairs()}
 
     def is_settled(self, label: int, members) -> bool:
-        """Whether the piece and the samples of a label are those of the earlier labelling."""
-        return np.array_equal(self.settled.get(self.pieces[label], np.array([-1])), members)
+        """Whether a label is one of the earlier labelling with nearly the same samples: what was
+        not worth while then is not tried again."""
+        _, before = self._before.get(self.pieces[label], (NONE, _NOBODY))
+        kept = np.count_nonzero(self.of[before] == label)
+        if not kept or kept < _KEPT * len(before):
+            return False
+        return not is_larger(len(members), len(before))
+
+    def is_settled_pair(self, one: int, other: int) -> bool:
+        """Whether two settled labels were linked before."""
+        names = [self._before[self.pieces[label]][0] for label in (one, other)]
+        return (min(names), max(names)) in self._linked
+
+    def replace(self, label: int, piece: Piece) -> None:
+        """Give a label a piece that was fitted to its samples again."""
+        before = self._before.pop(self.pieces[label], None)
+        if before is not None:
+            self._before[piece] = before
+        self.pieces[label] = piece
 
     @property
     def lawful_share(self) -> float:
@@ -141,21 +174,20 @@ class Labels:
 
     def _movable(self) -> np.ndarray:
         """Samples about boundaries of labels, or far from their piece, ascending."""
-        graph = self.graph
+        graph, unsettled = self.graph, self._is_unsettled()
         at_boundary = self.of[graph.pairs[:, 0]] != self.of[graph.pairs[:, 1]]
         far = [np.flatnonzero(self.of == NONE), np.unique(graph.pairs[at_boundary])]
-        for piece, members in zip(self.pieces, self.all_members(), strict=True):
+        for piece, all_of_it in zip(self.pieces, self.all_members(), strict=True):
+            members = all_of_it[unsettled[all_of_it]]
             cost = self.costs(piece, members, np.ones(len(members), bool))
             far.append(members[cost > self.evidence.options.unexplained])
         start = np.unique(np.concatenate(far))
-        if self.settled:
-            start = start[self._is_unsettled()[start]]
-        return graph.around(start, _BAND)
+        return graph.around(start[unsettled[start]], _BAND)
 
     def _is_unsettled(self) -> np.ndarray:
         """(n,) whether a sample, or one it is linked to, is new or of a label that changed since
         the earlier labelling."""
-        changed = (self.of == NONE) & ~self.loose_before
+        changed = self._new | (self.of == NONE) & ~self.loose_before
         for label, members in enumerate(self.all_members()):
             if not self.is_settled(label, members):
                 changed[members] = True

@@ -28,7 +28,7 @@ def merge(labels: Labels) -> int:
         costs = [labels.energy(p, m) for p, m in zip(labels.pieces, members, strict=True)]
         settled = [labels.is_settled(k, m) for k, m in enumerate(members)]
         for a, b, links in labels.pairs():
-            if settled[a] and settled[b]:
+            if settled[a] and settled[b] and labels.is_settled_pair(a, b):
                 continue
             key = members[a].tobytes(), members[b].tobytes()
             if hash(key) in labels.tried:

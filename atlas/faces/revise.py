@@ -6,7 +6,7 @@ from scipy.sparse.csgraph import connected_components
 
 from touchatlas.atlas.faces.grow import grow_at, is_edge
 from touchatlas.atlas.faces.kinds import Kind
-from touchatlas.atlas.faces.labels import NONE, Labels
+from touchatlas.atlas.faces.labels import NONE, Labels, is_larger
 
 # Least number of unexplained samples that hang together for a new seed. Doubled, small corners stay
 # unexplained.
@@ -38,7 +38,7 @@ def refit(labels: Labels) -> None:
             if cost < least:
                 best, least = piece, cost
         if best is not None:
-            labels.pieces[label] = best
+            labels.replace(label, best)
         elif len(members) and is_edge(labels.pieces[label], evidence.samples.points[members]):
             # Few samples of two faces were explained by one that bends; new ones show the edge.
             labels.of[members] = NONE
@@ -88,7 +88,8 @@ def add(labels: Labels) -> int:
     added, covered = 0, np.zeros(size, bool)
     for cluster in np.flatnonzero(np.bincount(part[loose]) >= _CLUSTER):
         members = np.flatnonzero(loose & (part == cluster))
-        if labels.loose_before[members].all():
+        before = np.count_nonzero(labels.loose_before[members])
+        if before and not is_larger(len(members), before):
             continue
         left = _SEEDS + len(members) // _A_SEED
         for seed in members[np.argsort(-inside[members], kind="stable")].tolist():
