@@ -31,9 +31,10 @@ def approach_within(pool: SamplePool, point, normal, usual: float) -> float:
     -------
     float, length
     """
-    facing = np.flatnonzero(pool.normals @ normal < _OPPOSITE)
+    facing = pool.normals @ normal < _OPPOSITE
+    facing &= (pool.points - point) @ normal > 0.0
     offset, normals = pool.points[facing] - point, pool.normals[facing]
-    # The tangent planes of the samples meet the line of approach at these heights.
+    # The tangent planes of samples above the point meet the line of approach at these heights.
     height = (offset * normals).sum(axis=1) / (normals @ normal)
     beside = np.linalg.norm(offset - height[:, None] * normal, axis=1)
     above = height[(height > 0.0) & (beside < _BESIDE * height)]

@@ -53,8 +53,9 @@ class ProbePlan:
         Angle between the curve and its direction one step before, beyond which there are samples
         between the two.
     approach : float, length
-        Distance above and below the reference point over which the probe looks for the surface; 0
-        leaves it to the probe. The point of an approach in search of other parts is no prediction.
+        Distance above the reference point from which the probe comes: it looks as far below, or as
+        far as usual if that is more. 0 leaves both to the probe. It is less than usual where
+        another side of the body faces the place, and more in search of other parts.
     known : float
         Expected fraction of the surface within the tolerance when this was planned.
     """

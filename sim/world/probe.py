@@ -40,12 +40,13 @@ class Probe:
 
     def __call__(self, plan: ProbePlan) -> Touch:
         """Approach along the planned normal, then track in every planned plane."""
-        lift = plan.approach or min(_APPROACH * plan.reach, _STEPS * plan.step)
+        usual = min(_APPROACH * plan.reach, _STEPS * plan.step)
+        lift = plan.approach or usual
         origin = plan.reference_point + lift * plan.normal
         travel = 0.0
         if self._position is not None:
             travel = float(np.linalg.norm(origin - self._position))
-        contact = self._object.contact(origin, -plan.normal, 2.0 * lift)
+        contact = self._object.contact(origin, -plan.normal, lift + max(lift, usual))
         if contact is None:
             self._position = origin
             return Touch(
