@@ -4,13 +4,18 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from touchatlas.atlas.faces.grow import grow_at, is_edge
+from touchatlas.atlas.faces.grow import Evidence, grow_at, is_edge
 from touchatlas.atlas.faces.kinds import Kind
 from touchatlas.atlas.faces.labels import NONE, Labels, is_larger
+from touchatlas.atlas.faces.piece import Piece
 
 # Least number of unexplained samples that hang together for a new seed. Doubled, small corners stay
 # unexplained.
 _CLUSTER = 6
+# Root mean square by which a kind of more parameters must follow the samples of a label more
+# closely, in deviations of a sample: errors of neighbouring samples are alike, and a few of many
+# have a wrong label. Doubled, slightly bent faces are planes.
+_BORNE = 0.25
 # Seeds of such a cluster, and its samples for each further one. Doubled, narrow faces are found a
 # touch earlier, and looking for them takes longer.
 _SEEDS, _A_SEED = 2, 40
@@ -18,31 +23,42 @@ _SEEDS, _A_SEED = 2, 40
 
 def refit(labels: Labels) -> None:
     """Fit each label again to its interior, by the kind of least description up to its own."""
-    evidence = labels.evidence
     for label, members in enumerate(labels.all_members()):
         if labels.is_fitted(label, members):
             continue
-        best, least = None, np.inf
-        for kind in Kind:
-            core = evidence.fitting_core(kind, members)
-            if kind > labels.pieces[label].kind or len(core) < kind.parameters + 2:
-                continue
-            piece = evidence.fit(kind, core)
-            if piece is None:
-                # Kinds of fewer parameters say less than its own, even where that is not fitted.
-                best = None if kind is labels.pieces[label].kind else best
-                continue
-            distance = piece.at(evidence.samples.points[core])[0] / evidence.samples.std
-            cost = evidence.misfit(distance).mean() * len(members)
-            cost += evidence.price(kind, len(members))
-            if cost < least:
-                best, least = piece, cost
+        best = _shortest(labels.evidence, labels.pieces[label], members)
         if best is not None:
             labels.replace(label, best)
-        elif len(members) and is_edge(labels.pieces[label], evidence.samples.points[members]):
+        elif len(members) and is_edge(
+            labels.pieces[label], labels.evidence.samples.points[members]
+        ):
             # Few samples of two faces were explained by one that bends; new ones show the edge.
             labels.of[members] = NONE
         labels.mark_fitted(label, members)
+
+
+def _shortest(evidence: Evidence, own: Piece, members) -> Piece | None:
+    """The piece of least description for the samples of one, of its kind or one of fewer
+    parameters; None where its kind cannot be fitted."""
+    best, least = None, np.inf
+    for kind in Kind:
+        core = evidence.fitting_core(kind, members)
+        if kind > own.kind or len(core) < kind.parameters + 2:
+            continue
+        piece = evidence.fit(kind, core)
+        if piece is None and kind is own.kind and not is_edge(own, evidence.samples.points[core]):
+            # It is compared as it was fitted before.
+            piece = own
+        if piece is None:
+            best = None if kind is own.kind else best
+            continue
+        distance = piece.at(evidence.samples.points[core])[0] / evidence.samples.std
+        cost = evidence.misfit(distance).mean() * len(members)
+        cost += evidence.price(kind, len(members))
+        borne = 0.0 if best is None else 0.5 * _BORNE**2 * len(members)
+        if cost < least - borne:
+            best, least = piece, cost
+    return best
 
 
 def drop(labels: Labels) -> int:
@@ -84,7 +100,7 @@ def add(labels: Labels) -> int:
     low, high = pairs[loose[pairs].all(axis=1)].T
     links = coo_matrix((np.ones(len(low)), (low, high)), shape=(size, size))
     _, part = connected_components(links, directed=False)
-    inside = _loose_within_two_links(labels, loose)
+    amid = _amid_loose(labels, loose)
     added, covered = 0, np.zeros(size, bool)
     for cluster in np.flatnonzero(np.bincount(part[loose]) >= _CLUSTER):
         members = np.flatnonzero(loose & (part == cluster))
@@ -92,7 +108,7 @@ def add(labels: Labels) -> int:
         if before and not is_larger(len(members), before):
             continue
         left = _SEEDS + len(members) // _A_SEED
-        for seed in members[np.argsort(-inside[members], kind="stable")].tolist():
+        for seed in members[np.argsort(-amid[members], kind="stable")].tolist():
             if covered[seed] or seed in labels.tried or not left:
                 continue
             left -= 1
@@ -110,7 +126,7 @@ def add(labels: Labels) -> int:
     return added
 
 
-def _loose_within_two_links(labels: Labels, loose) -> np.ndarray:
+def _amid_loose(labels: Labels, loose) -> np.ndarray:
     """(n,) how many ways of two links lead from each sample to loose ones (n,) over loose ones: a
     growth that starts among samples of its own face finds it."""
     neighbours = labels.evidence.graph.neighbours
