@@ -104,7 +104,7 @@ def add(labels: Labels) -> int:
     added, covered = 0, np.zeros(size, bool)
     for cluster in np.flatnonzero(np.bincount(part[loose]) >= _CLUSTER):
         members = np.flatnonzero(loose & (part == cluster))
-        before = np.count_nonzero(labels.loose_before[members])
+        before = int(np.count_nonzero(labels.loose_before[members]))
         if before and not is_larger(len(members), before):
             continue
         left = _SEEDS + len(members) // _A_SEED

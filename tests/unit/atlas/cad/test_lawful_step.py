@@ -28,7 +28,8 @@ def atlas_of(name: str, touches: int, scale: float = 1.0, **options) -> Atlas:
     """An atlas that knows the faces of a body."""
     samples = samples_of_touches(touched_mesh(name, touches, NOISE), 1.5 * NOISE, scale=scale)
     atlas = Atlas(scale * TOLERANCE, AtlasOptions(**options))
-    atlas.known_law = KnownLaw(len(samples), NOISE, True, 1.0, body=body_of(samples))
+    body = body_of(samples)
+    atlas.known_law = KnownLaw(len(samples), NOISE, True, 1.0, body.faces, body)
     return atlas
 
 

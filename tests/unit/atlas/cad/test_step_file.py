@@ -13,7 +13,6 @@ from touchatlas.atlas.cad.bezier import bernstein
 from touchatlas.atlas.cad.bezier_face import bezier_face
 from touchatlas.atlas.cad.step_file import save_step
 from touchatlas.atlas.cad.trimmed_patches import trimmed_patches
-from touchatlas.atlas.faces.known_law import KnownLaw
 from touchatlas.patch.geometry.polynomial import shape_operator
 
 RADIUS = 33.0
@@ -169,7 +168,7 @@ def test_a_law_without_a_name_in_step_is_written_as_patches_and_said(
 ):
     """An ellipsoid is a quadric but no cone. The patches here are those of another body."""
     body = body_of(samples_of_touches(touched_mesh("ellipsoid", 10, 0.0), 1e-3))
-    monkeypatch.setattr(half, "known_law", KnownLaw(body=body))
+    monkeypatch.setattr(Atlas, "body", body)
     report = save_step(half, tmp_path / "a.step")
     assert "quadric face, which has no name in STEP" in report.note
     assert report.patches == report.faces > 0 and report.planes == 0
