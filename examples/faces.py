@@ -98,13 +98,15 @@ def true_pieces(name: str, obj, points):
 
 
 def edges_counted(faces: Faces) -> np.ndarray:
-    """(n,) face of each sample; rounded edges are counted on from the faces."""
+    """(n,) face of each sample; rounded edges and corners are counted on from the faces."""
     of, rounded = faces.of.copy(), [e for e in faces.edges if e.radius and e.curves]
     edges = [np.concatenate(e.curves) for e in rounded]
     if edges:
         numbers = np.repeat(np.arange(len(edges)), [len(edge) for edge in edges])
         nearest = cKDTree(np.concatenate(edges)).query(faces.points[faces.rounded])[1]
         of[faces.rounded] = len(faces) + numbers[nearest]
+    for number, corner in enumerate(faces.corners, len(faces) + len(edges)):
+        of[corner.samples] = number
     return of
 
 

@@ -77,6 +77,11 @@ class EdgeKind(Enum):
         """Whether the normals differ."""
         return self in (EdgeKind.SHARP_CONVEX, EdgeKind.SHARP_CONCAVE)
 
+    @property
+    def sign(self) -> float:
+        """1 for a convex edge, where the farther out of two faces decides; -1 for others."""
+        return 1.0 if self is EdgeKind.SHARP_CONVEX else -1.0
+
 
 @dataclass(frozen=True, eq=False)
 class Boundary:

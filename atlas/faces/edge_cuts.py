@@ -5,7 +5,7 @@ import numpy as np
 
 from touchatlas.atlas.faces.face_trees import FaceTrees, curve_tree
 from touchatlas.atlas.faces.faces import FaceEdge
-from touchatlas.atlas.faces.rounded_edges import RoundedCorners, edge_sign, raise_to_ball
+from touchatlas.atlas.faces.rounded_edges import RoundedCorners, raise_to_ball
 
 # Distance from a sharp edge up to which the face beyond it is asked, over that of the last of the
 # nearest samples, and from the samples of that face, over ``reach``. Doubled, faces are cut by the
@@ -45,8 +45,8 @@ class SharpEdges:
         # The faces with which each has a sharp edge, and its sign.
         self._around: list[list[tuple[int, float]]] = [[] for _ in self._faces]
         for edge in sharp:
-            self._around[edge.first].append((edge.second, edge_sign(edge)))
-            self._around[edge.second].append((edge.first, edge_sign(edge)))
+            self._around[edge.first].append((edge.second, edge.kind.sign))
+            self._around[edge.second].append((edge.first, edge.kind.sign))
 
     def cut(self, points, away, owner, chosen) -> np.ndarray:
         """(n,) the face that decides for points (n, 3) beside sharp edges.
@@ -64,7 +64,7 @@ class SharpEdges:
         decides = owner.copy()
         rows = [np.flatnonzero(owner == own) for own in range(len(self._faces))]
         for edge, curve in self._edges:
-            sign = edge_sign(edge)
+            sign = edge.kind.sign
             for own, other in ((edge.first, edge.second), (edge.second, edge.first)):
                 mine = rows[own]
                 if edge.radius == 0.0:
@@ -86,7 +86,7 @@ class SharpEdges:
         """
         if not len(rows):
             return
-        (own, other), sign, points = pair, edge_sign(edge), points[rows]
+        (own, other), sign, points = pair, edge.kind.sign, points[rows]
         before = self._near_samples_out(sign, pair, points)
         theirs, which = self._where_it_is(sign, pair, points)
         limit = np.where(before > 0.0, _CROSSED * before, -np.inf)

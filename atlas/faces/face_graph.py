@@ -72,7 +72,7 @@ def write_graphml(faces: "Faces", path) -> None:
 
 def as_json(faces: "Faces") -> dict[str, Any]:
     """The graph as node-link data for ``networkx.node_link_graph(data, edges="edges")``, with laws
-    as vectors, and the points of the curves."""
+    as vectors, the points of the curves, and ``corners`` that are rounded with one ball."""
     data: dict[str, Any] = nx.node_link_data(as_networkx(faces), edges="edges")
     for node, face in zip(data["nodes"], faces.faces, strict=True):
         node["law"] = face.law.numbers if face.law else None
@@ -81,7 +81,17 @@ def as_json(faces: "Faces") -> dict[str, Any]:
     }
     for edge in data["edges"]:
         edge["points"] = points[(edge["source"], edge["target"], edge["key"])]
-    return data | {"unexplained": faces.unexplained}
+    corners = [
+        {
+            "faces": list(corner.faces),
+            "kind": "convex" if corner.sign > 0.0 else "concave",
+            "radius": corner.radius,
+            "centre": corner.centre.tolist(),
+            "samples": len(corner.samples),
+        }
+        for corner in faces.corners
+    ]
+    return data | {"corners": corners, "unexplained": faces.unexplained}
 
 
 def write_json(faces: "Faces", path) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 
 from touchatlas.atlas.faces.blunt_edges import BluntEdge
 from touchatlas.atlas.faces.boundaries import Boundary, EdgeKind
+from touchatlas.atlas.faces.face_corners import FaceCorner, find_corners
 from touchatlas.atlas.faces.labels import NONE, Labels
 from touchatlas.atlas.faces.laws import Law, law_of
 from touchatlas.atlas.faces.piece import Piece
@@ -109,7 +110,9 @@ class Faces:
     patch_of : (n,) int
         Number of the piece of each sample, -1 where there is none.
     rounded : (k,) int
-        Samples of no face that lie on rounded edges, ascending.
+        Samples of no face that lie on rounded edges or corners, ascending.
+    corners : tuple of FaceCorner
+        Corners of three faces that are rounded with one ball.
     """
 
     faces: tuple[Face, ...]
@@ -118,13 +121,15 @@ class Faces:
     of: np.ndarray
     patch_of: np.ndarray
     rounded: np.ndarray
+    corners: tuple[FaceCorner, ...] = ()
 
     def __len__(self) -> int:
         return len(self.faces)
 
     @cached_property
     def unexplained(self) -> float:
-        """Fraction of the samples that belong to no face and no rounded edge; 0 without samples."""
+        """Fraction of the samples that belong to no face and no rounded edge or corner; 0 without
+        samples."""
         if not len(self.of):
             return 0.0
         return (np.count_nonzero(self.of == NONE) - len(self.rounded)) / len(self.of)
@@ -155,9 +160,12 @@ def join_faces(labels: Labels, boundaries: list[Boundary]) -> Faces:
     of = np.where(labels.of == NONE, NONE, face_of_label[labels.of])
     faces = [_face(labels, k, np.flatnonzero(face_of_label == k), of) for k in range(len(sizes))]
     edges = _edges(labels, boundaries, face_of_label)
+    points, std = _points(labels), labels.evidence.samples.std
+    corners = find_corners(tuple(faces), edges, points, np.flatnonzero(of == NONE), std)
     blunt = [b.blunt.samples for b in boundaries if b.blunt is not None]
-    rounded = np.unique(np.concatenate([np.zeros(0, int), *blunt]))
-    return Faces(tuple(faces), edges, _points(labels), of, labels.of.copy(), rounded)
+    balls = [corner.samples for corner in corners]
+    rounded = np.unique(np.concatenate([np.zeros(0, int), *blunt, *balls]))
+    return Faces(tuple(faces), edges, points, of, labels.of.copy(), rounded, corners)
 
 
 def _points(labels: Labels) -> np.ndarray:

@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial import cKDTree
 
+from touchatlas.atlas.faces.face_corners import on_ball
 from touchatlas.atlas.faces.face_field import FaceField, FaceValues
 from touchatlas.atlas.faces.faces import Faces
 from touchatlas.atlas.faces.labels import NONE
@@ -29,6 +30,9 @@ _OFF = 0.4
 # Largest angle about a point in which there is no sample, rad: less than half a circle, as within a
 # convex hull. Doubled, everything is within.
 _GAP = np.deg2rad(170.0)
+# Distance from the ball of a corner at which a point is on it, in radii. Doubled, nothing changes:
+# points of the surface are asked.
+_ROUNDED = 0.1
 # Least number of samples of a face besides those of the contour with most of them: as many as its
 # slope across that contour needs. Doubled, narrow faces take another touch.
 _OTHERS = 3
@@ -131,13 +135,17 @@ class LawfulBody:
 
     def gaussian_curvature(self, points, face) -> np.ndarray:
         """(n,) Gaussian curvature of faces (n,) at points (n, 3), 1/length^2: the second invariant
-        of the shape operator, one of whose eigenvalues is 0 (do Carmo, section 3-3)."""
+        of the shape operator, one of whose eigenvalues is 0 (do Carmo, section 3-3). That of a
+        ball of radius r, which rounds a corner, is 1 / r^2."""
         out = np.zeros(len(points))
         for one in self.faces.faces:
             mine = np.flatnonzero(face == one.id)
             shape = self.field.trees.shape_operators(one.id, points[mine])
             trace = np.trace(shape, axis1=1, axis2=2)
             out[mine] = 0.5 * (trace**2 - np.einsum("nij,nji->n", shape, shape))
+        for corner in self.faces.corners:
+            off = _ROUNDED * corner.radius
+            out[on_ball(corner, self.faces.faces, points, off)] = corner.radius**-2.0
         return out
 
     def _is_among(self, points, normals) -> np.ndarray:
@@ -185,8 +193,13 @@ def determined(faces: Faces, samples: ContourSamples) -> Faces:
         for edge in faces.edges
         if edge.first in number and edge.second in number
     )
+    corners = tuple(
+        replace(corner, faces=tuple(number[k] for k in corner.faces))
+        for corner in faces.corners
+        if all(k in number for k in corner.faces)
+    )
     found = tuple(replace(face, id=k) for k, face in enumerate(kept))
-    return replace(faces, faces=found, edges=edges, of=table[faces.of])
+    return replace(faces, faces=found, edges=edges, of=table[faces.of], corners=corners)
 
 
 def _normals_of(faces: Faces, samples) -> np.ndarray:

@@ -1,10 +1,7 @@
 """Points beside blunt edges and corners: the distance of the ball that rounds them."""
 
-from itertools import combinations
-
 import numpy as np
 
-from touchatlas.atlas.faces.boundaries import EdgeKind
 from touchatlas.atlas.faces.face_trees import FaceTrees
 from touchatlas.atlas.faces.faces import FaceEdge
 from touchatlas.atlas.faces.rolling_ball import radius_slope, rounded_corner, rounded_edge
@@ -17,11 +14,6 @@ _NEAR = 2.0
 _REACH = 2.0
 
 
-def edge_sign(edge: FaceEdge) -> float:
-    """1 for a convex edge, where the farther out decides; -1 for a concave one."""
-    return 1.0 if edge.kind is EdgeKind.SHARP_CONVEX else -1.0
-
-
 def raise_to_ball(edge: FaceEdge, mine, theirs, rows, chosen) -> None:
     """Change the values (n, 5) that were chosen, in ``rows`` (m,), to those of the ball of a blunt
     edge, where it takes more of a convex edge away, or fills more of a concave one.
@@ -32,7 +24,7 @@ def raise_to_ball(edge: FaceEdge, mine, theirs, rows, chosen) -> None:
     mine, theirs : (m, 5) float
         Distance, normal and variance of both faces at the points.
     """
-    sign = edge_sign(edge)
+    sign = edge.kind.sign
     cosine = (mine[:, 1:4] * theirs[:, 1:4]).sum(axis=1)
     found, weights = rounded_edge(sign * mine[:, 0], sign * theirs[:, 0], cosine, edge.radius)
     higher = (weights.min(axis=1) > 0.0) & (found > sign * chosen[rows, 0])
@@ -56,21 +48,9 @@ class RoundedCorners:
 
     def __init__(self, trees: FaceTrees, reach: float) -> None:
         self._trees, self._reach = trees, reach
-        self._corners: list[tuple[tuple[int, int, int], float, float]] = []
-        blunt = {(e.first, e.second): e for e in trees.faces.edges if e.radius > 0.0}
         # Each with the faces that end it at an edge of its own sign.
-        self._edges = [(edge, _beside(trees.faces.edges, edge)) for edge in blunt.values()]
-        around: dict[int, set[int]] = {}
-        for one, other in blunt:
-            around.setdefault(one, set()).add(other)
-        for one, others in sorted(around.items()):
-            for two, three in combinations(sorted(others), 2):
-                edges = [blunt.get(pair) for pair in ((one, two), (one, three), (two, three))]
-                found = [edge for edge in edges if edge is not None]
-                signs = {edge_sign(edge) for edge in found}
-                if len(found) == 3 and len(signs) == 1:
-                    radius = float(np.mean([edge.radius for edge in found]))
-                    self._corners.append(((one, two, three), signs.pop(), radius))
+        edges = trees.faces.edges
+        self._edges = [(edge, _beside(edges, edge)) for edge in edges if edge.radius > 0.0]
 
     def round(self, points, owner, decides, chosen) -> None:
         """Change the distances and normals (n, 5) that were chosen at points (n, 3) to those of
@@ -78,9 +58,10 @@ class RoundedCorners:
         for edge, ends in self._edges:
             pair = edge.first, edge.second
             rows = np.flatnonzero(np.isin(decides, pair) & np.isin(owner, ends))
-            rows, (mine, theirs) = self._near(pair, edge_sign(edge), edge.radius, points, rows)
+            rows, (mine, theirs) = self._near(pair, edge.kind.sign, edge.radius, points, rows)
             raise_to_ball(edge, mine, theirs, rows, chosen)
-        for three, sign, radius in self._corners:
+        for corner in self._trees.faces.corners:
+            three, sign, radius = corner.faces, corner.sign, corner.radius
             rows = np.flatnonzero(np.isin(owner, three))
             rows = rows[np.abs(chosen[rows, 0]) < _NEAR * radius]
             rows, values = self._near(three, sign, radius, points, rows)

@@ -1,0 +1,85 @@
+"""Rounded corners: the ball that touches three faces whose edges have one radius."""
+
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+from tests.lawful import BLUNT, HALF, body_of, samples_of_touches, touched_mesh
+from touchatlas.atlas.faces.face_corners import on_ball
+from touchatlas.atlas.faces.face_graph import as_json
+
+NOISE = 0.02
+SIGNS = np.stack(np.meshgrid([-1, 1], [-1, 1], [-1, 1]), -1).reshape(-1, 3)
+
+
+@lru_cache
+def rounded(scale: float = 1.0):
+    columns = touched_mesh("rounded", 70, NOISE)
+    return body_of(samples_of_touches(columns, 1.5 * NOISE, scale=scale))
+
+
+def test_a_rounded_box_has_a_ball_at_each_of_its_corners():
+    """The centres lie one radius within three planes, whose errors are those of some samples."""
+    corners = rounded().faces.corners
+    assert len(corners) == 8 and all(corner.sign == 1.0 for corner in corners)
+    centres = np.array([corner.centre for corner in corners])
+    order = np.lexsort(np.sign(centres).T)
+    expected = SIGNS * (HALF - BLUNT)
+    expected = expected[np.lexsort(np.sign(expected).T)]
+    # A radius of some ten samples of 0.03 is known to 0.03 / sqrt(10) / (sqrt(2) - 1).
+    assert centres[order] == pytest.approx(expected, abs=0.1)
+    for corner in corners:
+        assert corner.radius == pytest.approx(BLUNT, abs=0.1)
+
+
+def test_samples_of_a_corner_lie_on_its_ball_and_are_explained():
+    faces = rounded().faces
+    for corner in faces.corners:
+        off = np.linalg.norm(faces.points[corner.samples] - corner.centre, axis=1) - BLUNT
+        assert np.abs(off).max(initial=0.0) < 0.3
+        assert np.isin(corner.samples, faces.rounded).all()
+        assert (faces.of[corner.samples] == -1).all()
+
+
+def test_a_point_beside_a_corner_is_not_on_its_ball():
+    faces = rounded().faces
+    corner = faces.corners[0]
+    out = np.sign(corner.centre)
+    diagonal = corner.centre + BLUNT * out / np.sqrt(3.0)
+    along = corner.centre + BLUNT * out * [np.sqrt(0.5), np.sqrt(0.5), 0.0] - out * [0, 0, 5.0]
+    assert on_ball(corner, faces.faces, np.array([diagonal, along]), 0.3).tolist() == [True, False]
+
+
+def test_the_corners_of_a_rounded_box_have_the_curvature_of_a_ball():
+    """Eight eighths of a sphere have a total curvature of 4 pi (Gauss-Bonnet)."""
+    body, rng = rounded(), np.random.default_rng(2)
+    direction = np.abs(rng.normal(size=(4000, 3)))
+    direction /= np.linalg.norm(direction, axis=1)[:, None]
+    total = 0.0
+    for sign in SIGNS:
+        points = sign * (HALF - BLUNT + BLUNT * direction)
+        face = body.field.at(points).face
+        total += body.gaussian_curvature(points, face).mean() * 0.5 * np.pi * BLUNT**2
+    # The radii are off by 3 %, and points at the rims of the balls are of one of both sides.
+    assert total == pytest.approx(4.0 * np.pi, rel=0.1)
+
+
+def test_corners_scale_with_the_samples():
+    large = {corner.faces: corner for corner in rounded(1000.0).faces.corners}
+    for corner in rounded().faces.corners:
+        assert large[corner.faces].radius == pytest.approx(1000.0 * corner.radius, rel=1e-6)
+        assert large[corner.faces].centre == pytest.approx(1000.0 * corner.centre, rel=1e-6)
+
+
+def test_the_graph_names_the_faces_of_each_corner():
+    data = as_json(rounded().faces)
+    assert len(data["corners"]) == 8
+    for corner in data["corners"]:
+        assert corner["kind"] == "convex" and len(set(corner["faces"])) == 3
+        assert corner["radius"] == pytest.approx(BLUNT, abs=0.1)
+
+
+def test_sharp_corners_have_no_ball():
+    body = body_of(samples_of_touches(touched_mesh("box", 60, NOISE), 1.5 * NOISE))
+    assert body.faces.corners == ()
