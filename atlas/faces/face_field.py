@@ -10,6 +10,7 @@ from touchatlas.atlas.faces.edge_cuts import SharpEdges
 from touchatlas.atlas.faces.face_trees import FaceTrees, values_of
 from touchatlas.atlas.faces.faces import Faces
 from touchatlas.atlas.faces.labels import NONE
+from touchatlas.atlas.faces.opposite_sides import OppositeSides
 from touchatlas.atlas.faces.smooth_rims import SmoothRims
 
 # Distance across which a law is believed where no sample is, over the extent: as far as patches
@@ -78,19 +79,24 @@ class FaceField:
         self._tree = cKDTree(faces.points[self._known])
         self.trees = trees = FaceTrees(faces)
         self._sharp, self._rims = SharpEdges(trees, self.reach), SmoothRims(trees)
+        self._sides = OppositeSides(trees, self.reach)
 
     @cached_property
     def _meet(self) -> np.ndarray:
-        """(f, f) whether two faces have an edge or rim in common, or are one."""
+        """(f, f) whether two faces have an edge or rim in common, are opposite sides, or one: then
+        it is known which of them has a point."""
         out = np.eye(len(self.faces), dtype=bool)
         for edge in self.faces.edges:
             out[edge.first, edge.second] = out[edge.second, edge.first] = True
+        for one, other in self._sides.pairs:
+            out[one, other] = True
         return out
 
     def at(self, points) -> FaceValues:
         """Signed distance, normal, deviation and face at points (n, 3), length, world.
 
-        A point belongs to the face of the nearest sample. Patches of one free-form face are
+        A point belongs to the face of the nearest sample, or to an opposite side of that face which
+        is nearer to the point. Patches of one free-form face are
         averaged, each with the weight of its samples near the point. At a sharp edge the distance
         is the largest of those of the faces that meet there in a convex edge, the smallest in a
         concave one.
@@ -104,6 +110,7 @@ class FaceField:
         columns = _by_face(faces, points, away, near)
         chosen = columns[owner, np.arange(len(points))]
         chosen[:, 4] += self._doubt(columns, owner, away, near)
+        self._sides.choose(points, owner, chosen)
         self._rims.move(points, away, owner, chosen)
         decides = self._sharp.cut(points, away, owner, chosen)
         normal = chosen[:, 1:4] / np.linalg.norm(chosen[:, 1:4], axis=1)[:, None]

@@ -194,9 +194,10 @@ def determined(faces: Faces, samples: ContourSamples) -> Faces:
         if edge.first in number and edge.second in number
     )
     corners = tuple(
-        replace(corner, faces=tuple(number[k] for k in corner.faces))
+        replace(corner, faces=(number[a], number[b], number[c]))
         for corner in faces.corners
-        if all(k in number for k in corner.faces)
+        for a, b, c in [corner.faces]
+        if {a, b, c} <= number.keys()
     )
     found = tuple(replace(face, id=k) for k, face in enumerate(kept))
     return replace(faces, faces=found, edges=edges, of=table[faces.of], corners=corners)

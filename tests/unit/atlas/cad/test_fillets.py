@@ -13,6 +13,7 @@ from touchatlas.atlas.cad.face_regions import Chain
 from touchatlas.atlas.cad.law_surfaces import LawSurface
 from touchatlas.atlas.cad.lawful_shapes import LawfulShapes, lawful_shapes
 from touchatlas.atlas.cad.place_chains import placed_chain
+from touchatlas.atlas.faces.face_corners import find_corners
 from touchatlas.atlas.faces.lawful_body import LawfulBody
 
 NOISE, TOLERANCE = 0.02, 0.2
@@ -33,7 +34,9 @@ def made(radius_of, std, name="box") -> LawfulShapes:
         replace(edge, radius=radius_of(edge.first, edge.second), radius_std=std)
         for edge in faces.edges
     )
-    body = LawfulBody(replace(faces, edges=edges), sharp_body(name).samples)
+    samples = sharp_body(name).samples
+    corners = find_corners(faces.faces, edges, faces.points, faces.rounded, samples.std)
+    body = LawfulBody(replace(faces, edges=edges, corners=corners), samples)
     return lawful_shapes(body, TOLERANCE, TOLERANCE)
 
 
