@@ -10,6 +10,9 @@ from touchatlas.atlas.patches.sample_pool import SamplePool
 _OPPOSITE = -0.7
 # Where an approach begins, over the distance of the opposite surface. Doubled, it begins there.
 _MIDDLE = 0.5
+# Least height of an opposite surface, over the usual distance: the back of a thin wall may be
+# predicted to lie so much too low. Doubled, probes begin behind the walls of narrower slots.
+_LEAST = 0.1
 # Distance of an opposite sample beside the line of approach, over that along it. Doubled, what
 # stands beside a touch is taken to stand above it.
 _BESIDE = 3.0
@@ -37,6 +40,6 @@ def approach_within(pool: SamplePool, point, normal, usual: float) -> float:
     # The tangent planes of samples above the point meet the line of approach at these heights.
     height = (offset * normals).sum(axis=1) / (normals @ normal)
     beside = np.linalg.norm(offset - height[:, None] * normal, axis=1)
-    above = height[(height > 0.0) & (beside < _BESIDE * height)]
+    above = height[(height > _LEAST * usual) & (beside < _BESIDE * height)]
     nearest = float(above.min(initial=np.inf))
     return _MIDDLE * nearest if nearest < usual / _MIDDLE else 0.0

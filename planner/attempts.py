@@ -9,15 +9,17 @@ from touchatlas.atlas.records.touch import Touch, TouchStatus
 from touchatlas.planner.pending import Pending
 from touchatlas.planner.place.choose import Target, View
 from touchatlas.planner.place.places import Places
-from touchatlas.planner.plans import beside_plan, closer_plan, known_plan
-from touchatlas.planner.probe_plan import ProbePlan, Reason
+from touchatlas.planner.plans import beside_plan, closer_plan, coming_clear, known_plan
+from touchatlas.planner.probe_plan import ProbePlan
 
 # How often contours that were too short for a patch are tried closer. Before any patch nothing is
 # known of the size, so it is tried more often. Doubled, more touches fail in narrow places.
 _TIMES_CLOSER, _TIMES_CLOSER_FIRST = 2, 5
-# Share of approaches in vain from which places are sought from known samples, and number of
-# successful ones that are thought to have come first. Doubled, more approaches meet nothing.
-_OFTEN, _FIRST = 0.25, 4
+# Share of approaches to places beyond what is known that met nothing, no unit, from which places
+# are sought from known samples. Doubled, more approaches meet nothing.
+_MISSES = 0.25
+# Successful approaches that are thought to have come first. Doubled, one more miss is made first.
+_FIRST = 4
 
 
 class Attempts:
@@ -47,10 +49,10 @@ class Attempts:
         self.unreachable: list[np.ndarray] = []
         self._start = start
         self._in_vain: list[np.ndarray] = []
-        # How many places beyond what is known were approached.
-        self._approached = 0
+        # How many places beyond what is known were approached, and how many of these in vain.
+        self._approached, self._vain_beyond = 0, 0
         self._retries: list[Pending] = []
-        self._missed: list[ProbePlan] = []
+        self._missed: list[Pending] = []
 
     @property
     def plans(self) -> tuple[ProbePlan, ...]:
@@ -71,21 +73,21 @@ class Attempts:
     def answer(self, touch: Touch, change: AtlasChange) -> Pending:
         """Take the touch of a pending plan, and what the atlas made of it; that plan."""
         pending = self.pending.pop(touch.number)
-        place = pending.plan.reference_point
-        self.tried.append(place)
+        self.tried.append(pending.place)
         self.answered += 1
         met = touch.status is TouchStatus.TOUCHED
         if met and not change.refused:
             self.touched.append(touch.contact)
         elif not met:
-            self._in_vain.append(place)
-        self._approached += pending.plan.reason is Reason.EXPAND and not pending.known
+            self._in_vain.append(pending.place)
+        self._approached += pending.is_beyond
+        self._vain_beyond += pending.is_beyond and not met
         return pending
 
     @property
     def often_miss(self) -> bool:
         """Whether approaches to places beyond what is known often meet nothing, as beside edges."""
-        return len(self._in_vain) > _OFTEN * (self._approached + _FIRST)
+        return self._vain_beyond > _MISSES * (self._approached + _FIRST)
 
     def try_again(self, pending: Pending, touch: Touch, change: AtlasChange, curves: int) -> None:
         """Keep another attempt at a place, in ``curves`` planes: beside an edge or closer, where
@@ -97,17 +99,19 @@ class Attempts:
             beside = None if pending.closer else beside_plan(pending.plan, touch, curves)
             plan = closer_plan(pending.plan, curves) if beside is None else beside
             self._retries.append(replace(pending, plan=plan, closer=pending.closer + 1))
-        elif not met and pending.plan.reason is Reason.EXPAND and not pending.known:
-            self._missed.append(pending.plan)
+        elif not met and pending.is_beyond:
+            self._missed.append(pending)
 
     def again(self, atlas: Atlas) -> Pending | None:
         """The next attempt at a place that was kept for one; None where there is none."""
         if self._retries:
-            return self._retries.pop(0)
+            found = self._retries.pop(0)
+            return replace(found, plan=coming_clear(found.plan, atlas))
         while self._missed:
-            beside = known_plan(self._missed.pop(0), atlas)
-            if beside is not None:
-                return Pending(beside, beside.until is not None, known=True)
+            missed = self._missed.pop(0)
+            plan = known_plan(missed.plan, atlas)
+            if plan is not None:
+                return replace(missed, plan=plan, sought=missed.place)
         return None
 
     def leave(self, target: Target) -> None:
@@ -117,7 +121,7 @@ class Attempts:
 
     def view(self, atlas: Atlas, places: Places) -> View:
         """What the choice of a place depends on. Pending plans count as touched where they are."""
-        pending = [plan.reference_point for plan in self.plans]
+        pending = [one.place for one in self.pending.values()]
         touched = np.array([*pending, *(self.touched or [self._start])])
         done = np.array([*self.touched, *self.tried]).reshape(-1, 3)
         in_vain = np.reshape(self._in_vain, (-1, 3))

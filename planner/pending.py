@@ -2,9 +2,11 @@
 
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.planner.plans import ending_where_known
-from touchatlas.planner.probe_plan import ProbePlan
+from touchatlas.planner.probe_plan import ProbePlan, Reason
 
 
 @dataclass(frozen=True, eq=False)
@@ -17,15 +19,25 @@ class Pending:
     ends_where_known : bool
         Whether its arms may end where the surface is known.
     closer : int
-        How often its place was tried with finer steps and shorter arms.
-    known : bool
-        Whether it touches what is known beside a place where the first touch met nothing.
+        How often its place was tried again, beside an edge or with finer steps and shorter arms.
+    sought : (3,) float, length, world, optional
+        The place beyond what is known that it seeks from a known sample.
     """
 
     plan: ProbePlan
     ends_where_known: bool
     closer: int = 0
-    known: bool = False
+    sought: np.ndarray | None = None
+
+    @property
+    def place(self) -> np.ndarray:
+        """(3,) the place that it was chosen for, length, world."""
+        return self.plan.reference_point if self.sought is None else self.sought
+
+    @property
+    def is_beyond(self) -> bool:
+        """Whether it approaches a place beyond what is known."""
+        return self.plan.reason is Reason.EXPAND and self.sought is None
 
     def bound(self, atlas: Atlas) -> "Pending":
         """The same, asking an atlas where arms end: a plan from a file has no atlas."""

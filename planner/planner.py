@@ -166,7 +166,9 @@ class Planner:
         if again is not None:
             return again
         found = self._next_plan(atlas) if len(atlas) else self._start_plan(atlas)
-        return None if found is None else Pending(found, found.until is not None)
+        if found is None or isinstance(found, Pending):
+            return found
+        return Pending(found, found.until is not None)
 
     def _start_plan(self, atlas: Atlas) -> ProbePlan | None:
         """The next attempt at a first touch, with short arms: nothing is known of the size."""
@@ -175,7 +177,7 @@ class Planner:
         plan = self._beside_edges.start_plan(atlas)
         return first_plan(plan, self._starts.pop(0), atlas.scale, self.options)
 
-    def _next_plan(self, atlas: Atlas) -> ProbePlan | None:
+    def _next_plan(self, atlas: Atlas) -> ProbePlan | Pending | None:
         """A plan where nothing is known, else where too little is known."""
         choice = self._choice(atlas)
         view = self._view(atlas)
@@ -201,11 +203,14 @@ class Planner:
             self._attempts.leave(target)
             view = self._view(atlas)
 
-    def _plan_at(self, atlas: Atlas, target: Target, extent: float) -> ProbePlan:
+    def _plan_at(self, atlas: Atlas, target: Target, extent: float) -> ProbePlan | Pending:
         """The plan of a target: from a known sample, where approaches beyond patches often miss."""
         plan = plan_at(atlas, target, extent, self.options)
-        if target.reason is Reason.EXPAND and not self._law[0] and self._attempts.often_miss:
-            return known_plan(plan, atlas) or plan
+        beyond = target.reason is Reason.EXPAND and self.options.name == TOLERANCE
+        if beyond and self._law == NO_BODY and self._attempts.often_miss:
+            known = known_plan(plan, atlas)
+            if known is not None:
+                return Pending(known, known.until is not None, sought=target.point)
         return plan
 
     def _choice(self, atlas: Atlas) -> FreeForm | Lawful:

@@ -8,7 +8,7 @@ import numpy as np
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.records.touch import Touch
 from touchatlas.patch.geometry.arrays import cross
-from touchatlas.patch.geometry.contour import SamplingPlane
+from touchatlas.patch.geometry.contour import Contour, SamplingPlane
 from touchatlas.patch.geometry.frame import any_tangent
 from touchatlas.patch.geometry.kinks import kinks
 from touchatlas.planner.approach import approach_within
@@ -32,15 +32,15 @@ _KNOWN = 0.36
 # Longest arm of a section, in extents: a body that is not folded closes within it, as its sections
 # are no longer than 4 extents. Doubled, those of folded bodies close as well, and others run on.
 _SECTION = 2.0
-# Distance from which a probe comes, in steps: that of the simulated one. Doubled, approaches beside
-# wider gaps are shortened.
-_APPROACH = 10.0
 # Sine of the angle between an arc and the approach, no unit, below which the arc is part of the
 # side from which the probe came: 30 degrees from across. Doubled, it may be another side.
 _FACING = 0.5
 # Distance from which a probe comes to what is known, in steps: the first approach may have begun
 # behind an opposite wall. Doubled, it begins there in slots of less than four steps.
 _SURELY = 2.0
+# Least distance of the ends of a contour over its length, no unit: below it the contour is closed.
+# Doubled, contours that bend by three quarters of a turn are left out.
+_OPEN = 0.1
 # Distance of a contact from the middle of that arc, over its length, from which the contact is at
 # an edge. Doubled, only contacts at its very end are.
 _ASIDE = 0.25
@@ -92,7 +92,7 @@ def _section_plan(target: Target, across, extent: float, options: PlannerOptions
 
 def coming_clear(plan: ProbePlan, atlas: Atlas) -> ProbePlan:
     """A plan whose approach begins on this side of what is known to face its place."""
-    pool, usual = atlas.membership.pool, _APPROACH * plan.step
+    pool, usual = atlas.membership.pool, plan.usual_approach
     return replace(plan, approach=approach_within(pool, plan.reference_point, plan.normal, usual))
 
 
@@ -110,23 +110,33 @@ def closer_plan(plan: ProbePlan, curves: int) -> ProbePlan:
 
 def beside_plan(plan: ProbePlan, touch: Touch, curves: int) -> ProbePlan | None:
     """A plan beside a contact at a sharp edge, in ``curves`` planes: in the middle of the longest
-    arc between kinks that faces the probe. None where the contact is in the middle itself."""
-    arcs = []
-    for contour in touch.contours:
-        found = kinks(contour.points, contour.plane.normal, contour.noise_std).tolist()
-        arcs += [contour.points[a:b] for a, b in pairwise([0, *found, len(contour.points)])]
-    ways = np.array([arc[-1] - arc[0] for arc in arcs]).reshape(-1, 3)
-    lengths = np.linalg.norm(ways, axis=1)
-    lengths = np.where(np.abs(ways @ plan.normal) < _FACING * lengths, lengths, 0.0)
-    if not lengths.max(initial=0.0) > 0.0:
+    smooth arc that faces the probe. None where there is none, or the contact is near its middle."""
+    arcs = [arc for contour in touch.contours for arc in _open_arcs(contour)]
+    if len(plan.planes) == 1 or not arcs:
         return None
-    longest = int(lengths.argmax())
+    # From the middle of an arc to both of its ends.
+    halves = np.array([[arc[0], arc[-1]] - arc[len(arc) // 2] for arc in arcs])
+    lengths = np.linalg.norm(halves, axis=2)
+    faces = (np.abs(halves @ plan.normal) < _FACING * lengths).all(axis=1)
+    longest = int(np.where(faces, lengths.sum(axis=1), 0.0).argmax())
     point = arcs[longest][len(arcs[longest]) // 2]
-    if np.linalg.norm(point - touch.contact) <= _ASIDE * lengths[longest]:
+    aside = np.linalg.norm(point - touch.contact) > _ASIDE * lengths[longest].sum()
+    if not (faces[longest] and aside):
         return None
     heading = cross(plan.planes[0].normal, plan.normal)
     planes = concurrent_planes(point, plan.normal, heading, curves)
     return replace(plan, reference_point=point, planes=planes)
+
+
+def _open_arcs(contour: Contour) -> list[np.ndarray]:
+    """The arcs (k, 3) of a contour between its kinks; none of a closed one."""
+    points = contour.points
+    way = np.linalg.norm(points[-1] - points[0])
+    length = np.linalg.norm(np.diff(points, axis=0), axis=1).sum()
+    if not way > _OPEN * length:
+        return []
+    found = kinks(points, contour.plane.normal, contour.noise_std).tolist()
+    return [points[a:b] for a, b in pairwise([0, *found, len(points)])]
 
 
 def known_plan(plan: ProbePlan, atlas: Atlas) -> ProbePlan | None:

@@ -11,6 +11,10 @@ from touchatlas.atlas.records.touch import Touch
 from touchatlas.patch.geometry.arrays import check_unit, frozen_array
 from touchatlas.patch.geometry.contour import SamplingPlane
 
+# Distance from which a probe comes as a rule: in reaches, or in steps if that is less. Doubled, it
+# travels farther and finds places that were predicted less well.
+_REACHES, _STEPS = 0.5, 10.0
+
 
 class Reason(Enum):
     """Why a place was chosen."""
@@ -54,7 +58,7 @@ class ProbePlan:
         between the two.
     approach : float, length
         Distance above the reference point from which the probe comes: it looks as far below, or as
-        far as usual if that is more. 0 leaves both to the probe. It is less than usual where
+        far as usual if that is more. 0 is the usual one (``usual_approach``). It is less where
         another side of the body faces the place, and more in search of other parts.
     known : float
         Expected fraction of the surface within the tolerance when this was planned.
@@ -79,6 +83,11 @@ class ProbePlan:
         object.__setattr__(self, "normal", check_unit(self.normal, "plan normal"))
         if not 0 < self.step <= self.reach:
             raise ValueError(f"step is {self.step} and reach {self.reach}; need 0 < step <= reach")
+
+    @property
+    def usual_approach(self) -> float:
+        """Distance above and below the reference point in which the surface is expected, length."""
+        return min(_REACHES * self.reach, _STEPS * self.step)
 
 
 def check_answer(pending: Sequence[ProbePlan], touch: Touch, change: AtlasChange) -> ProbePlan:

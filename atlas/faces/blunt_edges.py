@@ -131,7 +131,8 @@ class Rounding:
         infinity where some of them alone cost more than all do now."""
         members, pair = self.labels.members(label), (edge.first, edge.second)
         now = self._now(members).sum() + self._price(label)
-        for some in (evenly(members, _FIRST), members):
+        first = [evenly(members, _FIRST)] if len(members) > _FIRST else []
+        for some in (*first, members):
             after = self._after(pair, edge.sign, edge.radius, some, {label}).sum()
             if after >= now:
                 return -np.inf

@@ -23,16 +23,20 @@ _DOUBT = 2.0
 _WORST = 2.5
 # Least part of a label that stays one when it falls apart. Doubled, more samples lose their label.
 _PART = 0.15
-# Growth of a number of samples after which what was tried with them is tried again, and share of
-# the earlier ones that must be left. Doubled, the growth, faces are found some touches later.
-_GROWS, _KEPT = 1.25, 0.9
-_NOBODY = np.zeros(0, int)
+# Growth of a number of samples, no unit, after which what was tried with them is tried again.
+# Doubled, faces are found some touches later.
+_GROWS = 1.25
+# Share of the earlier samples of a label that must be left for it to be the same. Doubled (its
+# distance from 1), labels that lost a fifth to a neighbour are not looked at.
+_KEPT = 0.9
+_NO_SAMPLES = np.zeros(0, int)
 
 
 def is_larger(count: int, before: int) -> bool:
     """Whether a number of samples has passed a power of the growth after which things are tried
     again; what is added in small parts passes it as well."""
-    return int(np.log(count) / np.log(_GROWS)) > int(np.log(before) / np.log(_GROWS))
+    steps = np.log(np.maximum([count, before], 1)) / np.log(_GROWS)
+    return int(steps[0]) > int(steps[1])
 
 
 class Labels:
@@ -78,13 +82,14 @@ class Labels:
         self._new[: len(of)] = False
         members = self.all_members()
         self.fitted = dict(zip(self.pieces, members, strict=True))
-        self._before = {p: (k, m) for k, (p, m) in enumerate(self.fitted.items())}
+        numbered = enumerate(zip(self.pieces, members, strict=True))
+        self._before = {piece: (k, mine) for k, (piece, mine) in numbered}
         self._linked = {(a, b) for a, b, _ in self.pairs()}
 
     def is_settled(self, label: int, members) -> bool:
         """Whether a label is one of the earlier labelling with nearly the same samples: what was
         not worth while then is not tried again."""
-        _, before = self._before.get(self.pieces[label], (NONE, _NOBODY))
+        _, before = self._before.get(self.pieces[label], (NONE, _NO_SAMPLES))
         kept = np.count_nonzero(self.of[before] == label)
         if not kept or kept < _KEPT * len(before):
             return False
@@ -97,9 +102,10 @@ class Labels:
 
     def replace(self, label: int, piece: Piece) -> None:
         """Give a label a piece that was fitted to its samples again."""
-        before = self._before.pop(self.pieces[label], None)
-        if before is not None:
-            self._before[piece] = before
+        own = self.pieces[label]
+        # Where a label fell apart, what is left of it may have its piece.
+        if own in self._before and self.pieces.count(own) == 1:
+            self._before[piece] = self._before.pop(own)
         self.pieces[label] = piece
 
     @property

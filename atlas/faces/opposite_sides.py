@@ -11,6 +11,8 @@ from touchatlas.atlas.faces.face_trees import FaceTrees
 _OPPOSITE = -0.5
 # Samples of a face that tell whether another is its opposite side. Doubled, it takes twice as long.
 _ASKED = 48
+# Noise of a sample, in root mean squares of a face. Doubled, lower steps lie between no two sides.
+_NOISE = 4.0
 
 
 class OppositeSides:
@@ -54,4 +56,25 @@ class OppositeSides:
             nearer = np.abs(values[:, 0]) < np.abs(chosen[rows, 0])
             nearer &= (values[:, 1:4] * chosen[rows, 1:4]).sum(axis=1) < _OPPOSITE
             nearer &= along < self._reach**2
+            nearer[nearer] = ~self._is_barred((own, other), points[rows[nearer]])
             chosen[rows[nearer]], owner[rows[nearer]] = values[nearer], other
+
+    def _is_barred(self, pair, points) -> np.ndarray:
+        """(n,) whether a third face lies between points (n, 3) and the nearest sample of the second
+        face of a pair, and has a nearer one: the floor of two slots does not go on in the rib
+        between them."""
+        faces, out = self._trees.faces, np.zeros(len(points), bool)
+        if not len(points):
+            return out
+        nearest = self._trees.nearest(pair[1], points, 1)[:, 0]
+        samples = faces.points[faces.faces[pair[1]].samples[nearest]]
+        away = np.linalg.norm(samples - points, axis=1)
+        for third in range(len(faces)):
+            if third in pair:
+                continue
+            beyond = self._trees.distances(third, samples)
+            apart = np.abs(beyond) > _NOISE * faces.faces[third].deviation
+            apart &= beyond * self._trees.distances(third, points) < 0.0
+            rows = np.flatnonzero(apart & ~out)
+            out[rows] = self._trees.away(third, points[rows]) < away[rows]
+        return out

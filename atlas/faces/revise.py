@@ -16,9 +16,11 @@ _CLUSTER = 6
 # closely, in deviations of a sample: errors of neighbouring samples are alike, and a few of many
 # have a wrong label. Doubled, slightly bent faces are planes.
 _BORNE = 0.25
-# Seeds of such a cluster, and its samples for each further one. Doubled, narrow faces are found a
-# touch earlier, and looking for them takes longer.
-_SEEDS, _A_SEED = 2, 40
+# Seeds of such a cluster. Doubled, narrow faces are found a touch earlier, and looking for them
+# takes longer.
+_SEEDS = 2
+# Samples of a cluster for each further seed. Doubled, faces in large clusters are found later.
+_A_SEED = 40
 
 
 def refit(labels: Labels) -> None:
@@ -38,8 +40,8 @@ def refit(labels: Labels) -> None:
 
 
 def _shortest(evidence: Evidence, own: Piece, members) -> Piece | None:
-    """The piece of least description for the samples of one, of its kind or one of fewer
-    parameters; None where its kind cannot be fitted."""
+    """The piece of least description for the samples of another, of its kind or one of fewer
+    parameters; None where its kind shows an edge, or there are too few samples for any."""
     best, least = None, np.inf
     for kind in Kind:
         core = evidence.fitting_core(kind, members)
@@ -105,11 +107,13 @@ def add(labels: Labels) -> int:
     for cluster in np.flatnonzero(np.bincount(part[loose]) >= _CLUSTER):
         members = np.flatnonzero(loose & (part == cluster))
         before = int(np.count_nonzero(labels.loose_before[members]))
-        if before and not is_larger(len(members), before):
+        if before >= _CLUSTER and not is_larger(len(members), before):
             continue
         left = _SEEDS + len(members) // _A_SEED
         for seed in members[np.argsort(-amid[members], kind="stable")].tolist():
-            if covered[seed] or seed in labels.tried or not left:
+            if not left:
+                break
+            if covered[seed] or seed in labels.tried:
                 continue
             left -= 1
             labels.tried.add(seed)

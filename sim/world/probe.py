@@ -11,10 +11,6 @@ from touchatlas.planner import ProbePlan
 from touchatlas.sim.world.implicit_object import ImplicitObject
 from touchatlas.sim.world.mesh_object import MeshObject
 
-# The approach starts this far above the reference point and ends this far below: in reaches, or in
-# steps if that is less. Doubled, the probe travels farther and finds places that were predicted
-# less well.
-_APPROACH, _STEPS = 0.5, 10.0
 # An arm ends where the surface has been known from one sample to another that is so many steps on,
 # both at least so many from the contact. The halves keep clear of whole numbers of steps. Doubled,
 # arms run on over what is known.
@@ -40,13 +36,12 @@ class Probe:
 
     def __call__(self, plan: ProbePlan) -> Touch:
         """Approach along the planned normal, then track in every planned plane."""
-        usual = min(_APPROACH * plan.reach, _STEPS * plan.step)
-        lift = plan.approach or usual
+        lift = plan.approach or plan.usual_approach
         origin = plan.reference_point + lift * plan.normal
         travel = 0.0
         if self._position is not None:
             travel = float(np.linalg.norm(origin - self._position))
-        contact = self._object.contact(origin, -plan.normal, lift + max(lift, usual))
+        contact = self._object.contact(origin, -plan.normal, lift + max(lift, plan.usual_approach))
         if contact is None:
             self._position = origin
             return Touch(
