@@ -80,7 +80,7 @@ class AtlasState:
         if not isinstance(options, AtlasOptions):
             raise ValueError(f"options are {options!r}; they must be AtlasOptions")
         self.tolerance = check_tolerance(tolerance)
-        self.scale = self.tolerance if scale is None else check_tolerance(scale)
+        self.scale = self.tolerance if scale is None else check_tolerance(scale, "scale")
         self.scale_is_given = scale is not None
         self.options = options
         self.table = PatchTable(options.fit.basis, options.fit.core)

@@ -74,8 +74,8 @@ class AtlasOptions:
             )
 
 
-def check_tolerance(tolerance: float) -> float:
-    """A tolerance as a float, checked.
+def check_tolerance(tolerance: float, name: str = "tolerance") -> float:
+    """A tolerance, or another length of a name, as a float, checked.
 
     Raises
     ------
@@ -83,10 +83,10 @@ def check_tolerance(tolerance: float) -> float:
         If it is no length > 0, or its powers are beyond double precision.
     """
     if not 0.0 < real(tolerance) < float("inf"):
-        raise ValueError(f"tolerance is {tolerance}; it must be a length > 0")
+        raise ValueError(f"{name} is {tolerance}; it must be a length > 0")
     if not _SMALLEST <= tolerance <= 1.0 / _SMALLEST:
         raise ValueError(
-            f"tolerance is {tolerance:.3g}; that is no size that double precision can take powers "
+            f"{name} is {tolerance:.3g}; that is no size that double precision can take powers "
             "of: use another unit"
         )
     return float(tolerance)

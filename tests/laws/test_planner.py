@@ -8,7 +8,15 @@ import pytest
 import trimesh
 
 from touchatlas.atlas import Atlas, AtlasChange, AtlasOptions, Touch, TouchStatus, extract_surface
-from touchatlas.planner import Planner, PlannerOptions, Reason, StopReason, explore
+from touchatlas.planner import (
+    Planner,
+    PlannerOptions,
+    Reason,
+    StopReason,
+    explore,
+    load_planner,
+    save_planner,
+)
 from touchatlas.sim import Probe, make_object
 
 
@@ -82,6 +90,51 @@ def test_a_place_that_the_probe_missed_is_tried_once_from_what_is_known():
     p.tell(missed(again), AtlasChange(refused="no contact"))
     third = p.ask(atlas)
     assert np.linalg.norm(third.reference_point - plan.reference_point) > 1.01 * away.min()
+
+
+def planner_that_misses(misses: int):
+    """A planner of an ellipsoid after one touch, and so many approaches in vain; with its atlas and
+    probe."""
+    obj = make_object("ellipsoid")
+    atlas, p = filled(obj.tolerance), Planner(*obj.start())
+    probe = Probe(obj, obj.noise_std, np.random.default_rng(1))
+    touch = probe(p.ask(atlas))
+    p.tell(touch, atlas.add(touch))
+    for _ in range(misses):
+        p.tell(missed(p.ask(atlas)), AtlasChange(refused="no contact"))
+    return p, atlas, probe
+
+
+def test_no_plan_is_made_again_however_often_the_probe_misses():
+    """Where approaches often miss, places are sought from samples: the place counts as tried, and
+    is not chosen again. Two places may have the same nearest sample, but hardly three."""
+    p, atlas, _ = planner_that_misses(5)
+    points = []
+    for _ in range(12):
+        plan = p.ask(atlas)
+        points.append(tuple(plan.reference_point))
+        p.tell(missed(plan), AtlasChange(refused="no contact"))
+    assert max(points.count(point) for point in points) <= 3
+
+
+def test_several_pending_plans_have_planes_of_their_own_after_misses():
+    """Those from one sample lead to different places."""
+    p, atlas, _ = planner_that_misses(5)
+    plans = p.ask_several(atlas, 4)
+    ways = {(*plan.reference_point, *plan.planes[0].normal) for plan in plans}
+    assert len(plans) == len(ways) == 4
+
+
+def test_a_retry_after_a_miss_comes_back_from_a_file_with_its_end(tmp_path):
+    p, atlas, probe = planner_that_misses(1)
+    save_planner(tmp_path / "planner", p, atlas)
+    plans = [q.ask(atlas) for q in (p, load_planner(tmp_path / "planner", atlas))]
+    state = probe.state()
+    lengths = []
+    for plan in plans:
+        probe.restore(state)
+        lengths.append(probe(plan).tracked_length)
+    assert lengths[0] == lengths[1]
 
 
 def test_arms_end_where_the_surface_is_known():

@@ -45,3 +45,9 @@ def test_an_atlas_that_was_saved_empty_takes_its_scale_from_the_first_touch(tmp_
     assert again.scale == learned(touches, 2.0).scale == pytest.approx(0.1)
     save_atlas(tmp_path / "given.npz", Atlas(2.0, scale=0.3))
     assert load_atlas(tmp_path / "given.npz").scale == 0.3
+
+
+@pytest.mark.parametrize("scale", [-1.0, 0.0, float("nan")])
+def test_a_scale_that_is_none_is_named(scale):
+    with pytest.raises(ValueError, match="scale is"):
+        Atlas(0.1, scale=scale)
