@@ -171,9 +171,11 @@ class SharpEdges:
         return rows[behind], values[behind], which[behind]
 
     def _goes_not_beyond(self, sign: float, pair, points) -> np.ndarray:
-        """(m,) whether the sample of the first face of a pair that is nearest to points (m, 3) lies
-        within the second, at an edge of a sign: beyond it, it would show that the face goes on."""
+        """(m,) whether one of the samples of the first face of a pair that are nearest to points
+        (m, 3) lies within the second, at an edge of a sign: all of them beyond it would show that
+        the face goes on, and one may have a wrong label."""
         face, other = pair
-        nearest = self._faces[face].samples[self._trees.nearest(face, points, 1)[:, 0]]
-        values = self._trees.values(other, self._trees.faces.points[nearest])
-        return np.asarray(sign * values[:, 0] < _NOISE * self._faces[other].deviation)
+        nearest = self._faces[face].samples[self._trees.nearest(face, points, _NEAR)]
+        out = sign * self._trees.distances(other, self._trees.faces.points[nearest.ravel()])
+        innermost = out.reshape(nearest.shape).min(axis=1)
+        return np.asarray(innermost < _NOISE * self._faces[other].deviation)
