@@ -6,11 +6,12 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial import cKDTree
 
+from touchatlas.atlas.faces.cells import Cells
 from touchatlas.atlas.faces.edge_cuts import SharpEdges
 from touchatlas.atlas.faces.face_trees import FaceTrees, values_of
 from touchatlas.atlas.faces.faces import Faces
 from touchatlas.atlas.faces.labels import NONE
-from touchatlas.atlas.faces.opposite_sides import OppositeSides
+from touchatlas.atlas.faces.rounded_edges import RoundedEdges
 from touchatlas.atlas.faces.smooth_rims import SmoothRims
 
 # Distance across which a law is believed where no sample is, over the extent: as far as patches
@@ -79,7 +80,7 @@ class FaceField:
         self._tree = cKDTree(faces.points[self._known])
         self.trees = trees = FaceTrees(faces)
         self._sharp, self._rims = SharpEdges(trees, self.reach), SmoothRims(trees)
-        self._sides = OppositeSides(trees, self.reach)
+        self._cells, self._rounded = Cells(trees), RoundedEdges(trees, self.reach)
 
     @cached_property
     def _meet(self) -> np.ndarray:
@@ -88,8 +89,8 @@ class FaceField:
         out = np.eye(len(self.faces), dtype=bool)
         for edge in self.faces.edges:
             out[edge.first, edge.second] = out[edge.second, edge.first] = True
-        for one, other in self._sides.pairs:
-            out[one, other] = True
+        for one, other, _ in self._sharp.implied:
+            out[one, other] = out[other, one] = True
         return out
 
     def at(self, points) -> FaceValues:
@@ -110,9 +111,11 @@ class FaceField:
         columns = _by_face(faces, points, away, near)
         chosen = columns[owner, np.arange(len(points))]
         chosen[:, 4] += self._doubt(columns, owner, away, near)
-        self._sides.choose(points, owner, chosen)
         self._rims.move(points, away, owner, chosen)
         decides = self._sharp.cut(points, away, owner, chosen)
+        doubted = self._cells.settle(points, owner, decides, chosen)
+        chosen[doubted, 4] = np.maximum(chosen[doubted, 4], chosen[doubted, 0] ** 2)
+        self._rounded.round(points, owner, decides, chosen)
         normal = chosen[:, 1:4] / np.linalg.norm(chosen[:, 1:4], axis=1)[:, None]
         return FaceValues(chosen[:, 0], normal, np.sqrt(chosen[:, 4]), decides)
 

@@ -35,8 +35,8 @@ def raise_to_ball(edge: FaceEdge, mine, theirs, rows, chosen) -> None:
     chosen[rows, 4] = variance + (radius_slope(weights) * edge.radius_std) ** 2
 
 
-class RoundedCorners:
-    """The ends of blunt edges beside a third face, and corners of three faces with blunt edges that
+class RoundedEdges:
+    """Blunt edges, their ends beside a third face, and corners of three faces with blunt edges that
     are all convex or all concave.
 
     Parameters
@@ -48,7 +48,7 @@ class RoundedCorners:
 
     def __init__(self, trees: FaceTrees, reach: float) -> None:
         self._trees, self._reach = trees, reach
-        # Each with the faces that end it at an edge of its own sign.
+        # Each with its faces, and those that end it at an edge of its own sign.
         edges = trees.faces.edges
         self._edges = [(edge, _beside(edges, edge)) for edge in edges if edge.radius > 0.0]
 
@@ -84,9 +84,7 @@ class RoundedCorners:
 
 
 def _beside(edges, own: FaceEdge) -> list[int]:
-    """The faces that have an edge of the same sign as one of ``edges`` with a face of it."""
+    """The faces of an edge, and those that have an edge of its kind with one of these."""
     pair = {own.first, own.second}
-    sharp = [edge for edge in edges if edge.kind is own.kind]
-    return sorted(
-        {k for e in sharp if pair & {e.first, e.second} for k in (e.first, e.second)} - pair
-    )
+    alike = [edge for edge in edges if edge.kind is own.kind]
+    return sorted({k for e in alike if pair & {e.first, e.second} for k in (e.first, e.second)})

@@ -1,0 +1,183 @@
+"""Cells: faces, extended without end, divide space; samples say which parts lie inside."""
+
+from itertools import combinations
+
+import numpy as np
+
+from touchatlas.atlas.faces.face_trees import FaceTrees
+
+# Noise of a sample, in root mean squares of a face: nearer to a face, its side is not known.
+# Doubled, fewer samples vote.
+_NOISE = 4.0
+# Least number of votes of a cell, and the least fraction that agrees. Doubled, or nearer to 1,
+# fewer cells are known; one wrong label decides where a single vote is enough.
+_LEAST, _AGREE = 3, 0.95
+# Cosine of the normals of two faces that are one surface within the noise. Nearer to 1, tilted ones
+# are two.
+_ALIKE = 0.99
+# Samples of a face that tell whether it is one surface with another. Doubled, it takes longer.
+_ASKED = 64
+# Nearest faces that may bound a point, and most of them between which it lies in an edge or corner.
+# Doubled, it takes longer.
+_NEAREST, _MEET = 6, 3
+
+
+class Cells:
+    """The parts into which the faces, extended without end, divide space.
+
+    A cell is known by the sides of all faces on which it lies. A sample of a face is a vote for two
+    cells: the one on the inner side of that face is inside of the body, the one on its outer side
+    is outside (the labels of the cells of an arrangement, as in A.-L. Chauve, P. Labatut, J.-P.
+    Pons, "Robust piecewise-planar 3D reconstruction", CVPR 2010, but without their graph cut: a
+    cell without votes has no label).
+
+    Parameters
+    ----------
+    trees : FaceTrees
+    """
+
+    def __init__(self, trees: FaceTrees) -> None:
+        self._trees, faces = trees, trees.faces.faces
+        self._noise = _NOISE * np.array([face.deviation for face in faces])
+        # Faces of one surface have one side: that of the largest of them.
+        self._one = _alike(trees, self._noise)
+        self._of_one = [np.flatnonzero(self._one == k) for k in range(len(faces))]
+        # The key of a cell is the exclusive or of those of the faces outside of which it lies
+        # (A. L. Zobrist, 1970). Any distinct numbers serve.
+        bits = np.random.default_rng(len(faces)).integers(1, 2**62, len(faces))
+        self._bits = np.where(self._one == np.arange(len(faces)), bits, 0)
+        self._keys, self._labels = self._votes()
+
+    def settle(self, points, owner, decides, chosen) -> np.ndarray:
+        """Correct what was chosen where the votes of the cells on both sides contradict it.
+
+        Parameters
+        ----------
+        points : (n, 3) float, length
+        owner : (n,) int
+            The face of each point, which goes on where nothing is known beyond it.
+        decides : (n,) int
+            The face that decides for each point; changed where another one does.
+        chosen : (n, 5) float
+            Distance, normal and variance there; changed as well.
+
+        Returns
+        -------
+        (m,) int
+            The points at which the votes contradict what was chosen, and name no other face.
+        """
+        distances = self._distances(points)
+        cell = self._key(distances > 0.0)
+        label, before = self._label(cell), _side(chosen[:, 0])
+        label = np.where(label == 0.0, before, label)
+        order = np.abs(np.where(self._bits == 0, np.inf, distances)).argsort(axis=1, kind="stable")
+        order = order[:, : min(_NEAREST, np.count_nonzero(self._bits))]
+        wrong = before != label
+        wrong |= self._is_refuted(cell, label, order, self._one[decides])
+        found, reach = np.full(len(points), -1), np.where(wrong, np.inf, np.abs(chosen[:, 0]))
+        for some in _subsets(order.shape[1]):
+            rows = np.flatnonzero(found < 0)
+            face = order[rows, some[-1]]
+            distance = distances[rows, face]
+            asked = (np.abs(distance) < reach[rows]) & (_side(distance) == label[rows])
+            rows, face = rows[asked], face[asked]
+            beyond = self._beyond(cell[rows], order[rows], some)
+            goes_on = wrong[rows] & (beyond == 0.0) & (face == self._one[owner[rows]])
+            hit = (beyond == -label[rows]) | goes_on
+            found[rows[hit]] = face[hit]
+        moved = np.flatnonzero((found >= 0) & (found != self._one[decides]))
+        self._move(points, found, moved, decides, chosen)
+        return np.flatnonzero(wrong & (found < 0))
+
+    def _is_refuted(self, cell, label, order, decides) -> np.ndarray:
+        """(n,) whether votes say that points (n,) in cells (n,) with labels (n,) remain on the same
+        side of the surface beyond the face ``decides`` (n,), with those before it or without."""
+        refuted = np.zeros(len(cell), bool)
+        at = order == decides[:, None]
+        refuted[at.any(axis=1)] = True
+        for some in _subsets(order.shape[1]):
+            rows = np.flatnonzero(refuted & at[:, some[-1]])
+            beyond = self._beyond(cell[rows], order[rows], some)
+            refuted[rows[beyond != label[rows]]] = False
+        return refuted
+
+    def _beyond(self, cell, order, some) -> np.ndarray:
+        """(n,) labels of the cells beyond some of the nearest faces (n, k) of cells (n,)."""
+        flips = np.bitwise_xor.reduce(self._bits[order[:, list(some)]], axis=1)
+        return self._label(cell ^ flips)
+
+    def _move(self, points, found, moved, decides, chosen) -> None:
+        """Let the faces ``found`` (n,), or the nearest of those of one surface with it, decide for
+        the points ``moved`` (m,)."""
+        for one in np.unique(found[moved]).tolist():
+            rows, faces = moved[found[moved] == one], self._of_one[one]
+            away = np.stack([self._trees.away(k, points[rows]) for k in faces.tolist()])
+            decides[rows] = faces[away.argmin(axis=0)]
+            for k in np.unique(decides[rows]).tolist():
+                mine = rows[decides[rows] == k]
+                chosen[mine] = self._trees.values(k, points[mine])
+
+    def _votes(self) -> tuple[np.ndarray, np.ndarray]:
+        """The keys of cells, ascending, and their labels: 1 outside, -1 inside, 0 unknown."""
+        faces = self._trees.faces
+        samples = np.concatenate([face.samples for face in faces.faces])
+        own = self._one[faces.of[samples]]
+        distances = self._distances(faces.points[samples])
+        outside, clear = distances > 0.0, np.abs(distances) > self._noise
+        rows = np.arange(len(own))
+        clear[rows, own] = True
+        clear |= self._bits == 0
+        outside[rows, own] = False
+        inner = self._key(outside)[clear.all(axis=1)]
+        outer = inner ^ self._bits[own[clear.all(axis=1)]]
+        keys, which = np.unique(np.concatenate([inner, outer]), return_inverse=True)
+        vote = np.repeat([-1.0, 1.0], len(inner))
+        count, total = np.bincount(which, minlength=len(keys)), np.bincount(which, vote, len(keys))
+        agreed = (count >= _LEAST) & (np.abs(total) >= (2.0 * _AGREE - 1.0) * count)
+        return keys, np.where(agreed, np.sign(total), 0.0)
+
+    def _distances(self, points) -> np.ndarray:
+        """(n, f) signed distances of points (n, 3) from the faces."""
+        faces = range(len(self._trees.faces))
+        return np.stack([self._trees.distances(k, points) for k in faces], axis=1)
+
+    def _key(self, outside) -> np.ndarray:
+        """(n,) keys of the cells outside of faces (n, f)."""
+        return np.asarray(np.bitwise_xor.reduce(np.where(outside, self._bits, 0), axis=1))
+
+    def _label(self, keys) -> np.ndarray:
+        """(n,) labels of the cells of keys (n,), 0 where there is none."""
+        at = np.minimum(np.searchsorted(self._keys, keys), len(self._keys) - 1)
+        return np.where(self._keys[at] == keys, self._labels[at], 0.0)
+
+
+def _alike(trees: FaceTrees, noise) -> np.ndarray:
+    """(f,) the first face that is one surface with each: most samples of the later one lie on it
+    within the noise (f,), with its normal."""
+    faces = trees.faces.faces
+    one = np.arange(len(faces))
+    for later in range(len(faces)):
+        samples = faces[later].samples
+        points = trees.faces.points[samples[:: max(1, len(samples) // _ASKED)]]
+        normals = trees.values(later, points)[:, 1:4]
+        for first in range(later):
+            values = trees.values(first, points)
+            on = np.abs(values[:, 0]) < noise[first] + noise[later]
+            on &= (values[:, 1:4] * normals).sum(axis=1) > _ALIKE
+            if on.mean() > 0.5:
+                one[later] = one[first]
+                break
+    return one
+
+
+def _side(distance) -> np.ndarray:
+    """1 outside, -1 inside, as of distances (n,) that are not above zero."""
+    return np.where(distance > 0.0, 1.0, -1.0)
+
+
+def _subsets(count: int) -> list[tuple[int, ...]]:
+    """Sets of up to three of so many nearest faces, by the farthest of them, then by their number:
+    those that are crossed at once at an edge or a corner."""
+    sizes = range(1, _MEET + 1)
+    found = [some for size in sizes for some in combinations(range(count), size)]
+    return sorted(found, key=lambda some: (some[-1], len(some), some))
