@@ -44,6 +44,11 @@ class SharpEdges:
                 curve = curve_tree(edge) if edge.curves else None
                 self._edges.append((edge.first, edge.second, edge.kind.sign, curve))
 
+    @property
+    def uncrossed(self) -> list[tuple[int, int, float]]:
+        """Pairs and signs of the edges without a curve."""
+        return [(*pair, sign) for *pair, sign, curve in self._edges if curve is None]
+
     def cut(self, points, away, owner, chosen) -> np.ndarray:
         """(n,) the face that decides for points (n, 3) beside sharp edges.
 

@@ -222,11 +222,12 @@ def _edges(labels: Labels, boundaries: list[Boundary], face_of_label) -> tuple[F
         if low != high:
             groups.setdefault((low, high, b.kind.value), []).append(b)
     step = float(np.median(labels.evidence.samples.steps))
-    return tuple(_edge(*key[:2], parts, step) for key, parts in sorted(groups.items()))
+    return tuple(face_edge(*key[:2], parts, step) for key, parts in sorted(groups.items()))
 
 
-def _edge(first: int, second: int, parts: list[Boundary], step: float) -> FaceEdge:
-    """One edge from the boundaries between the pieces of two faces."""
+def face_edge(first: int, second: int, parts: list[Boundary], step: float) -> FaceEdge:
+    """One edge from the boundaries between the pieces of two faces; ``step`` is that of contours,
+    length."""
     points = np.concatenate([b.curve.points for b in parts])
     deviation = np.concatenate([b.curve.deviation for b in parts])
     lines = polylines(points, deviation, _SPACING * step, _LONGEST_GAP * step)

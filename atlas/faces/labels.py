@@ -21,8 +21,9 @@ _COSINE = 0.7
 _DOUBT = 2.0
 # Price of a sample far from its piece, over that of an unexplained one. Doubled, nothing changes.
 _WORST = 2.5
-# Least part of a label that stays one when it falls apart. Doubled, more samples lose their label.
-_PART = 0.15
+# Least part of a label that stays one when it falls apart, and number of samples that is enough
+# whatever the rest: it may be the top of another block. Doubled, more samples lose their label.
+_PART, _ENOUGH = 0.15, 30
 # Growth of a number of samples, no unit, after which what was tried with them is tried again.
 # Doubled, faces are found some touches later.
 _GROWS = 1.25
@@ -243,7 +244,7 @@ class Labels:
         pieces: list[Piece] = []
         for piece, members in zip(self.pieces, old, strict=True):
             parts, counts = np.unique(part[members], return_counts=True)
-            least = max(_PART * len(members), piece.kind.parameters + 4)
+            least = max(min(_PART * len(members), _ENOUGH), piece.kind.parameters + 4)
             for k in np.argsort(-counts, kind="stable"):
                 if counts[k] >= least:
                     new[members[part[members] == parts[k]]] = len(pieces)

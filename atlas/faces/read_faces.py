@@ -8,11 +8,12 @@ from touchatlas.atlas.faces.crossed_links import cut_crossed_links
 from touchatlas.atlas.faces.faces import Faces, join_faces
 from touchatlas.atlas.faces.labelling import label_samples, relabel
 from touchatlas.atlas.faces.labels import Labels
-from touchatlas.atlas.faces.lawful_body import determined
+from touchatlas.atlas.faces.lawful_body import LawfulBody, determined, is_lawful
 from touchatlas.atlas.faces.options import FaceOptions
 from touchatlas.atlas.faces.revise import refit
 from touchatlas.atlas.faces.rim_labels import move_to_rims
 from touchatlas.atlas.faces.samples import ContourSamples, contour_samples
+from touchatlas.atlas.faces.uncrossed_edges import with_uncrossed_edges
 from touchatlas.atlas.faces.unite import unite
 from touchatlas.atlas.patches.sample_pool import SamplePool
 
@@ -36,7 +37,8 @@ def read_faces(pool: SamplePool, std: float, before: Faces | None = None) -> Fac
         none = np.zeros(0, int)
         return Faces((), (), np.zeros((0, 3)), none, none, none)
     samples = samples_of(pool, len(pool), std)
-    return determined(faces_of_samples(samples, before=before), samples)
+    found = determined(faces_of_samples(samples, before=before), samples)
+    return with_uncrossed_edges(LawfulBody(found, samples)) if is_lawful(found) else found
 
 
 def faces_of_samples(

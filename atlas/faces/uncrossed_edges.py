@@ -1,0 +1,72 @@
+"""Edges that no contour crossed, where the surface of a lawful body shows them."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from touchatlas.atlas.faces.boundaries import Boundary, EdgeKind
+from touchatlas.atlas.faces.edge_curves import CurvePoints, angles, gap, intersection_points
+from touchatlas.atlas.faces.faces import FaceEdge, Faces, face_edge
+from touchatlas.atlas.faces.lawful_body import LawfulBody
+
+# Distance from samples of a face up to which its edge is sought, over ``reach``. Doubled, it takes
+# longer.
+_NEAR = 2.0
+# Distance from an edge, in steps, at which the faces on both sides are the surface. Doubled, edges
+# of narrower faces are missed.
+_BESIDE = 0.25
+# Distance of the surface from a face that it is, in root mean squares of the face. Doubled, nothing
+# changes: others are steps away.
+_NOISE = 4.0
+# Points of an edge that are enough to tell it. Doubled, short edges are missed.
+_LEAST = 3
+
+
+def with_uncrossed_edges(body: LawfulBody) -> Faces:
+    """The faces of a body, with the edges that no contour crossed but its surface has, each with
+    its curve. The surface beside such an edge is one face on one side, and the other beyond."""
+    faces, found = body.faces, {}
+    for first, second, sign in body.field.uncrossed:
+        if all(len(faces.faces[k].pieces) == 1 for k in (first, second)):
+            edge = _edge(body, (first, second), sign)
+            if edge is not None:
+                found[first, second] = edge
+    kept = [edge for edge in faces.edges if (edge.first, edge.second) not in found]
+    edges = sorted([*kept, *found.values()], key=lambda edge: (edge.first, edge.second))
+    return replace(faces, edges=tuple(edges))
+
+
+def _edge(body: LawfulBody, pair, sign: float) -> FaceEdge | None:
+    """The edge of a pair of faces, convex where the sign is 1; None where the surface has none."""
+    first, second = (body.faces.faces[k] for k in pair)
+    pieces, trees, reach = (first.pieces[0], second.pieces[0]), body.field.trees, _NEAR * body.reach
+    start = [
+        body.faces.points[own.samples][trees.away(other.id, body.faces.points[own.samples]) < reach]
+        for own, other in ((first, second), (second, first))
+    ]
+    curve = intersection_points(*pieces, np.concatenate(start), reach)
+    shown = _is_edge(body, pair, sign, curve.points)
+    curve = CurvePoints(curve.points[shown], curve.deviation[shown])
+    if len(curve.points) < _LEAST:
+        return None
+    kind = EdgeKind.SHARP_CONVEX if sign > 0.0 else EdgeKind.SHARP_CONCAVE
+    angle = float(np.median(angles(*pieces, curve.points)))
+    step = float(np.median(body.samples.steps))
+    boundary = Boundary(*pair, kind, curve, angle, 0.0, gap(*pieces, curve.points))
+    edge = face_edge(*pair, [boundary], step)
+    return edge if edge.curves else None
+
+
+def _is_edge(body: LawfulBody, pair, sign: float, points) -> np.ndarray:
+    """(n,) whether the surface beside points (n, 3) of an edge is the one face of a pair on one
+    side, and the other on the other side."""
+    steps = _BESIDE * float(np.median(body.samples.steps))
+    normals = [body.field.trees.values(k, points)[:, 1:4] for k in pair]
+    shown = np.ones(len(points), bool)
+    for own, normal, other in ((pair[0], *normals), (pair[1], *normals[::-1])):
+        along = -sign * (other - (other * normal).sum(axis=1)[:, None] * normal)
+        along /= np.linalg.norm(along, axis=1)[:, None]
+        found, known = body.at(points + steps * along)
+        noise = _NOISE * body.faces.faces[own].deviation
+        shown &= known & (found.face == own) & (np.abs(found.distance) < noise)
+    return shown
