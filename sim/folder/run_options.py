@@ -58,30 +58,32 @@ class RunOptions:
     atlas: AtlasOptions = AtlasOptions()
 
     def __post_init__(self) -> None:
-        check_number("noise", self.noise, 0)
+        check_number("noise", self.noise, or_zero=True)
         check_number("tolerance", self.tolerance)
-        check_number("max-touches", self.max_touches, 1)
         check_number("max-length", self.max_length)
-        check_number("seed", self.seed, 0)
-        for name, value in (("max-touches", self.max_touches), ("seed", self.seed)):
-            if value is not None and not isinstance(value, Integral):
-                raise ValueError(f"{name} is {value}; it must be a whole number")
+        _check_count("max-touches", self.max_touches, 1)
+        _check_count("seed", self.seed, 0)
         for record, kind in ((self.planner, PlannerOptions), (self.atlas, AtlasOptions)):
             if not isinstance(record, kind):
                 raise ValueError(f"got {record!r}; {kind.__name__} are needed there")
 
 
-def check_number(name: str, value: float | None, least: int | None = None) -> None:
-    """ValueError for what is no finite number, or is below ``least``; without ``least``, for
-    one that is not positive."""
-    if value is not None:
-        if isinstance(value, bool) or not isinstance(value, Real):
-            raise ValueError(f"{name} is {value!r}; it must be a number")
-        good = value > 0 if least is None else value >= least
-        # np.isfinite fails for integers of more than 64 bits.
-        if not (good and value < np.inf):
-            need = "> 0" if least is None else f">= {least}"
-            raise ValueError(f"{name} is {value}; it must be finite and {need}")
+def check_number(name: str, value: float | None, or_zero: bool = False) -> None:
+    """ValueError for what is no finite number above zero, or zero where that is allowed."""
+    if value is None:
+        return
+    number = isinstance(value, Real) and not isinstance(value, bool)
+    # np.isfinite fails for integers of more than 64 bits.
+    if not (number and (value > 0 or or_zero and value == 0) and value < np.inf):
+        need = "0 or more" if or_zero else "more than 0"
+        raise ValueError(f"{name} is {value!r}; it must be a finite number, {need}")
+
+
+def _check_count(name: str, value: int | None, least: int) -> None:
+    """ValueError for what is no whole number of ``least`` or more."""
+    whole = isinstance(value, Integral) and not isinstance(value, bool)
+    if value is not None and not (whole and value >= least):
+        raise ValueError(f"{name} is {value!r}; it must be a whole number, {least} or more")
 
 
 def check_tolerance(tolerance: float, diagonal: float) -> None:
