@@ -40,7 +40,7 @@ class Touch:
     approach : (3,) float, unit, world
         Direction from the surface to where the probe came from. It points outward.
     contours : tuple of Contour
-        Empty unless ``status`` is TOUCHED.
+        One or more where ``status`` is TOUCHED, however short; none where it is another.
     status : TouchStatus
     tracked_length, travel_length : float, length
         Length of the path in contact, and of the path in the air to get there.
@@ -76,8 +76,22 @@ class Touch:
                 "must be a tuple of Contour"
             )
         object.__setattr__(self, "contours", tuple(self.contours))
+        self._check_status()
         self._check_contact()
         self._check_order()
+
+    def _check_status(self) -> None:
+        """Refuse a contact without contours, and contours without a contact."""
+        if self.status is TouchStatus.TOUCHED and not self.contours:
+            raise ValueError(
+                f"touch {self.number} has status TOUCHED, but no contours; give those that were "
+                "tracked, or status NO_CONTACT or UNREACHABLE"
+            )
+        if self.status is not TouchStatus.TOUCHED and self.contours:
+            raise ValueError(
+                f"touch {self.number} has status {self.status.name}, but {len(self.contours)} "
+                "contours; give status TOUCHED, or no contours"
+            )
 
     def _check_contact(self) -> None:
         """Refuse contours that do not run through the contact."""

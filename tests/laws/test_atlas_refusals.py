@@ -108,7 +108,10 @@ def test_contours_of_wrong_numbers_are_refused(changes, words):
     [
         ({"contours": None}, "tuple of Contour"),
         ({"contours": (np.zeros((5, 3)),)}, "tuple of Contour"),
+        ({"contours": ()}, "has status TOUCHED, but no contours; give those that were tracked"),
         ({"status": "touched"}, "TouchStatus"),
+        ({"status": TouchStatus.NO_CONTACT}, "has status NO_CONTACT, but 3 contours"),
+        ({"status": TouchStatus.UNREACHABLE}, "has status UNREACHABLE, but 3 contours"),
         ({"tracked_length": np.nan}, "tracked_length is nan"),
         ({"travel_length": -1.0}, "travel_length is -1"),
         ({"approach": [0, 0, 2.0]}, "unit"),
