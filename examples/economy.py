@@ -1,7 +1,7 @@
 """Touches that a tolerance takes: `economy.py OBJECT[:TOLERANCE] ... [--frontier] [--seeds N]`.
 
 Each object, a name or the path of a mesh, is explored to its own tolerance or the given one, in
-the object's unit. A line tells touches, lengths, the share of the true surface within the
+the file's unit. A line tells touches, lengths, the share of the true surface within the
 tolerance beside the predicted one, and whether the surface meets the tolerance (see ``judged``).
 With ``--frontier`` the planner that closes the frontier is used.
 """

@@ -30,5 +30,5 @@ def check_unit_of_length(state: AtlasState, touch: Touch, contours) -> None:
     if not _SHORTEST * radius <= length <= _LONGEST * radius:
         raise ValueError(
             f"the contours of touch {touch.number} are {length:.3g} long, but the patches so far "
-            f"have a radius of {radius:.3g}; give all touches in the same unit of length"
+            f"have a radius of {radius:.3g}; give all touches in the same unit"
         )

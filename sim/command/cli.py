@@ -11,7 +11,7 @@ from touchatlas.sim.recorded.fit_meanings import DIAGNOSIS_NUMBERS, FIT_NUMBERS
 app = App(name="touchatlas", help="Learn the shape of an object by touch.", help_format="markdown")
 
 
-def _explained(numbers: dict[str, Meaning], title: str = "The numbers") -> str:
+def _explained(numbers: dict[str, Meaning], title: str) -> str:
     """What each number is, its unit and what is good, as a list in Markdown."""
     lines = [f"{title} (unit; good):", ""]
     for name, about in numbers.items():
@@ -20,7 +20,7 @@ def _explained(numbers: dict[str, Meaning], title: str = "The numbers") -> str:
 
 
 _EPILOGUES = {
-    "evaluate": _explained(NUMBERS),
+    "evaluate": _explained(NUMBERS, "The numbers, lengths of built-in objects in mm"),
     "fit": _explained(FIT_NUMBERS, "The numbers of --json and patch.json")
     + "\n\n"
     + _explained(DIAGNOSIS_NUMBERS, "The numbers of its diagnosis"),

@@ -13,11 +13,11 @@ from touchatlas.sim.folder.run_options import check_tolerance
 from touchatlas.sim.judge.comparison import stored_numbers
 from touchatlas.sim.judge.evaluate import evaluate_surface
 from touchatlas.sim.judge.surface_file import load_surface
-from touchatlas.sim.run.conclusion import truth_of
+from touchatlas.sim.run.conclusion import truth_of, unit_of
 from touchatlas.sim.run.work import random_streams
 from touchatlas.sim.world.implicit_object import ImplicitObject
 from touchatlas.sim.world.mesh_object import MeshObject
-from touchatlas.sim.world.objects import digest_of, make_object, object_names, unit_of
+from touchatlas.sim.world.objects import digest_of, make_object, object_names
 
 
 def evaluate(
@@ -38,7 +38,8 @@ def evaluate(
         A mesh file or built-in object; the run's own object by default. If that is gone, the
         numbers are those of the end of the run.
     tolerance
-        1e-3 of the truth's diagonal, or the run's own, by default.
+        How well the surface is wanted, in the file's unit (mm for built-in objects). By default
+        that of the run, else 1e-3 of the diagonal of a mesh, or what touchatlas objects lists.
     """
     run = read_finished(surface) if surface.is_dir() else None
     if run is not None and truth is None and tolerance is None and not _is_found(run["object"]):

@@ -12,7 +12,6 @@ from touchatlas.atlas.check.doubt import count_of
 from touchatlas.sim.judge.judgement import is_met, truth_warnings
 from touchatlas.sim.judge.mismatches import differ_as_units
 from touchatlas.sim.judge.number_meanings import LENGTH, NUMBERS
-from touchatlas.sim.world.objects import INPUT_UNIT
 
 Json = Annotated[
     bool,
@@ -35,8 +34,6 @@ def print_numbers(numbers: dict, title: str, as_json: bool) -> None:
         print(json.dumps(numbers, indent=2))
         return
     unit = numbers.get("unit", LENGTH)
-    # The table has no room for more.
-    unit = "input's" if unit == INPUT_UNIT else unit
     table = Table(title=escape(title))
     table.add_column("quantity", no_wrap=True)
     # Long values fold, as the list of doubts does: names, units and meanings need their width.
@@ -98,5 +95,5 @@ def unit_hint(size: float, true_size: float) -> str | None:
         return None
     return (
         f"the surface is {size / true_size:.4g} times as large as the truth; see whether both are "
-        "in the same unit of length"
+        "in the same unit"
     )

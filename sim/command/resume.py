@@ -34,10 +34,11 @@ def resume(
     max_touches
         Stop after this many touches, those of before included; the run's own by default.
     max_length
-        Stop after this much tracked length, that of before included; the run's own by default.
+        Stop after this much tracked length, in the file's unit (mm for built-in objects), that of
+        before included; the run's own by default.
     tolerance
-        How well the surface is wanted, in the object's unit, and no looser than before; the run's
-        own by default.
+        How well the surface is wanted, in the file's unit (mm for built-in objects), and no looser
+        than before; the run's own by default.
     """
     settings = read_settings(run)
     if changed := changed_versions(settings):

@@ -35,14 +35,15 @@ class RunOptions:
     Parameters
     ----------
     noise : float, length, optional
-        Standard deviation of each coordinate of each point, in the object's unit; the object's own
-        by default.
+        Standard deviation of each coordinate of each point, in the file's unit (mm for built-in
+        objects). By default 2e-4 of the diagonal of a mesh, or what touchatlas objects lists.
     tolerance : float, length, optional
-        How well the surface is wanted, in the object's unit; the object's own by default.
+        How well the surface is wanted, in the file's unit (mm for built-in objects). By default
+        1e-3 of the diagonal of a mesh, or what touchatlas objects lists.
     max_touches : int, optional
         Stop after this many touches.
     max_length : float, length, optional
-        Stop after this much tracked length, in the object's unit.
+        Stop after this much tracked length, in the file's unit (mm for built-in objects).
     seed : int
         Seed of the probe's noise, and of objects that are random.
     planner : PlannerOptions
@@ -92,7 +93,7 @@ def check_tolerance(tolerance: float, diagonal: float) -> None:
     if tolerance > diagonal:
         raise ValueError(
             f"tolerance is {tolerance:g}, but the object is only {diagonal:.4g} across; "
-            "give a smaller --tolerance, in the object's unit of length"
+            "give a smaller --tolerance, in the same unit"
         )
     if tolerance < _FINEST * diagonal:
         raise ValueError(

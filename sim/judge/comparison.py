@@ -12,7 +12,7 @@ from touchatlas.sim.folder.option_tables import flattened
 from touchatlas.sim.folder.out_folder import make_out_folder
 from touchatlas.sim.folder.run_folder import read_settings
 from touchatlas.sim.judge.mismatches import mismatches_of
-from touchatlas.sim.judge.number_meanings import NUMBERS
+from touchatlas.sim.judge.number_meanings import LENGTH, NUMBERS
 
 FILES = ("compare.csv", "compare.png")
 # Numbers that are printed, of those in evaluation.json.
@@ -67,11 +67,17 @@ class Comparison:
             for i, name in enumerate(self.names)
         }
 
+    @property
+    def length_unit(self) -> str:
+        """The unit of the lengths of all runs; where they differ, that of their files."""
+        units = {numbers.get("unit") for numbers in self.numbers}
+        return str(units.pop()) if len(units) == 1 and None not in units else LENGTH
+
     def rows(self) -> list[tuple[str, list[str]]]:
         """What is printed: a quantity and its value for every run."""
         found = [(key, [_shown(v) for v in values]) for key, values in self.differing.items()]
         for name in _PRINTED:
-            unit = NUMBERS[name].unit
+            unit = self.length_unit if NUMBERS[name].unit == LENGTH else NUMBERS[name].unit
             label = name if unit == "–" else f"{name} ({unit})"
             found.append((label, [_shown(numbers.get(name)) for numbers in self.numbers]))
         return found
@@ -97,7 +103,7 @@ class Comparison:
         left, right = figure.subplots(1, 2)
         for axes, column, label in (
             (left, "coverage", "coverage"),
-            (right, "completeness_mean", "mean error where covered (length)"),
+            (right, "completeness_mean", f"mean error where covered ({self.length_unit})"),
         ):
             for name, steps in zip(self.names, self.steps, strict=True):
                 points = [

@@ -28,7 +28,7 @@ _NO_NORMAL = np.zeros(3)
 
 @dataclass(frozen=True)
 class Evaluation:
-    """How far a surface is from the truth; lengths in the object's unit.
+    """How far a surface is from the truth; lengths in the file's unit.
 
     ``accuracy`` is the distance from the surface to the truth, ``completeness`` that from the
     truth to the surface. ``coverage`` is the fraction of the true area within three tolerances of

@@ -38,7 +38,7 @@ def mismatches_of(settings, numbers) -> list[str]:
     if sizes and differ_as_units(max(sizes), min(sizes)):
         found.append(
             f"one object is {max(sizes) / min(sizes):.4g} times as large as another; see whether "
-            "both are in the same unit of length"
+            "both are in the same unit"
         )
     tables = [one.get("versions") for one in settings]
     versions = [table if isinstance(table, dict) else {} for table in tables]

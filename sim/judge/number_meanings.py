@@ -2,8 +2,8 @@
 
 from typing import NamedTuple
 
-# Stands for the object's own unit of length, where it is not known to be millimetres.
-LENGTH = "length"
+# The unit of lengths where no file names one; those of built-in objects are in millimetres.
+LENGTH = "file's unit"
 
 
 class Meaning(NamedTuple):
@@ -70,7 +70,7 @@ NUMBERS: dict[str, Meaning] = {
         good="True",
     ),
     "warnings": Meaning("what of the truth was not reached, in sentences", good="none"),
-    "unit": Meaning("of all lengths; mesh files name none"),
+    "unit": Meaning("of all lengths: mm for built-in objects, the file's own for mesh files"),
     "total_curvature_over_2pi": Meaning(
         "integral of the surface's Gaussian curvature over 2 pi: its Euler characteristic if it is "
         "smooth and closed, 0 on a polyhedron; needs no truth",
@@ -82,9 +82,9 @@ NUMBERS: dict[str, Meaning] = {
         "truth; of the whole surface at the end of an exploration",
         good="near 1",
     ),
-    "open_places": Meaning("places that are not known to the tolerance", "length", good="few"),
+    "open_places": Meaning("places that are not known to the tolerance", LENGTH, good="few"),
     "unreachable_places": Meaning(
-        "places where the pin would have passed through what was known", "length", good="none"
+        "places where the pin would have passed through what was known", LENGTH, good="none"
     ),
     "doubts": Meaning("what speaks against the surface, where, and what to do", good="none"),
     "noise_std": Meaning("standard deviation of each coordinate of each sample", LENGTH),

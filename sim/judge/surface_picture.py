@@ -55,7 +55,7 @@ def surface_picture(title: str, surface, error, truth, tolerance: float) -> byte
         line[0].set_ylabel(label)
     figure.suptitle(title, parse_math=False)
     bar = figure.colorbar(scale, ax=axes, shrink=0.7, extend="max")
-    bar.set_label("distance from the truth (object's unit)")
+    bar.set_label("distance from the truth")
     file = io.BytesIO()
     with warnings.catch_warnings():
         # A letter that the font lacks is drawn as a box, which is good enough.

@@ -14,6 +14,7 @@ from touchatlas.patch.fit.displacement import (
     prior_of,
 )
 from touchatlas.patch.fit.smoothness import LOOSE_STD
+from touchatlas.sim.judge.number_meanings import LENGTH
 from touchatlas.sim.recorded.contour_file import read_curves
 from touchatlas.sim.recorded.fit_flags import fit_flags, residual_rms
 from touchatlas.sim.recorded.fit_report import FitReport
@@ -77,7 +78,7 @@ def fit_file(path, method="map", noise=None, point=None, outward=None) -> FitRep
     flags += fit_flags(patch, outliers, residual, recording, noise is None)
     return FitReport(
         *(Path(path).name, method, recording, patch, outliers, tuple(flags), residual),
-        *(file.assumed, tuple(warnings), file.unit or "file's unit"),
+        *(file.assumed, tuple(warnings), file.unit or LENGTH),
     )
 
 

@@ -35,7 +35,7 @@ MEANING = {
     "residuals exceed noise": "The patch misses its points by more than noise explains; leave "
     "--noise out if it was given, or track shorter curves.",
     "noise exceeds residuals": "The points lie much closer to the patch than --noise says; give it "
-    "in the unit of the file, or leave it out.",
+    "in the file's unit, or leave it out.",
     "outliers": "Some points were left out as bad contacts.",
 }
 

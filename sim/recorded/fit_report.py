@@ -11,6 +11,7 @@ from touchatlas.atlas.files import write_whole
 from touchatlas.patch import Diagnosis, Patch, diagnose
 from touchatlas.patch.fit.advice import advice_on
 from touchatlas.sim.folder.ply import ply_bytes
+from touchatlas.sim.judge.number_meanings import LENGTH
 from touchatlas.sim.recorded.fit_picture import patch_surface, png_bytes
 from touchatlas.sim.recorded.recording import Recording
 
@@ -54,7 +55,7 @@ class FitReport:
     residual_rms: float
     assumed: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
-    unit: str = "file's unit"
+    unit: str = LENGTH
 
     @cached_property
     def diagnosis(self) -> Diagnosis:
@@ -72,7 +73,7 @@ class FitReport:
         return advice_on(self.diagnosis.doubts, self.displaced)
 
     def as_dict(self) -> dict:
-        """The numbers of ``touchatlas fit --json``, all finite: lengths in the unit of the file.
+        """The numbers of ``touchatlas fit --json``, all finite: lengths in the file's unit.
 
         ``normal_std`` (rad) is the root mean square angle between the true and the found normal
         at the origin. ``displacement_std`` is that of each curve as a whole, 0 where the curves

@@ -15,13 +15,13 @@ from touchatlas.sim.folder.run_options import check_number
 from touchatlas.sim.judge.closest_points import closest_points
 from touchatlas.sim.judge.evaluate import Evaluation, evaluate_surface
 from touchatlas.sim.judge.judgement import is_met, truth_warnings
+from touchatlas.sim.judge.number_meanings import LENGTH
 from touchatlas.sim.judge.surface_picture import surface_picture
 from touchatlas.sim.judge.truth import EvaluateOptions, Truth
 from touchatlas.sim.run.phases import Phases
 from touchatlas.sim.run.progress import SECONDS, Progress
 from touchatlas.sim.world.implicit_object import ImplicitObject
 from touchatlas.sim.world.mesh_object import MeshObject
-from touchatlas.sim.world.objects import unit_of
 
 # Truth triangles may be off the true surface by this fraction of the tolerance. Twice as much
 # halves the number of triangles and adds 1 % of the tolerance to the measured errors.
@@ -36,6 +36,11 @@ def truth_of(obj, tolerance: float, rng, options: EvaluateOptions = EvaluateOpti
     points, normals = obj.sample(options.samples, rng)
     vertices, faces = obj.mesh(_TRUTH_SAGITTA * tolerance)
     return Truth(vertices, faces, points, normals, obj.closed, obj.euler_characteristic)
+
+
+def unit_of(obj: ImplicitObject | MeshObject) -> str:
+    """The unit of an object's lengths: millimetres of a built-in one, the file's own of a mesh."""
+    return "mm" if isinstance(obj, ImplicitObject) else LENGTH
 
 
 @dataclass

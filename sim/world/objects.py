@@ -15,8 +15,6 @@ from touchatlas.sim.world.mesh_object import MeshObject
 
 # A hand-sized object touched by an arm that is good to 0.02 mm, as in the paper.
 _NOISE, _TOLERANCE = 0.02, 0.1
-# The unit of a mesh file, which names none.
-INPUT_UNIT = "the unit of the input"
 
 
 def _blob(seed: int) -> ImplicitObject:
@@ -128,11 +126,6 @@ def make_object(name: str, seed: int = 0) -> ImplicitObject | MeshObject:
     obj = MeshObject(Path(name).stem, *load_mesh(name))
     obj.source = str(Path(name).resolve())
     return obj
-
-
-def unit_of(obj: ImplicitObject | MeshObject) -> str:
-    """The unit of an object's lengths: millimetres of a built-in one; mesh files name none."""
-    return "mm" if isinstance(obj, ImplicitObject) else INPUT_UNIT
 
 
 def digest_of(obj: ImplicitObject | MeshObject) -> str | None:

@@ -26,6 +26,7 @@ from touchatlas.atlas import load_atlas
 from touchatlas.sim import make_object
 from touchatlas.sim.command import run_end
 from touchatlas.sim.folder.journal import Journal
+from touchatlas.sim.world.mesh_object import MeshObject
 
 FEW = ("--max-touches", 8)
 
@@ -294,6 +295,15 @@ def test_every_command_explains_itself(tmp_path, command):
     done = touchatlas(command, "--help", cwd=tmp_path)
     assert done.returncode == 0 and "Usage" in done.stdout
     assert "ARGS" not in done.stdout
+
+
+def test_the_help_tells_which_noise_and_tolerance_a_mesh_has_by_default(tmp_path):
+    ball = trimesh.creation.icosphere(subdivisions=2, radius=3.0)
+    obj = MeshObject("ball", ball.vertices, ball.faces)
+    assert obj.noise_std == pytest.approx(2e-4 * obj.diagonal)
+    assert obj.tolerance == pytest.approx(1e-3 * obj.diagonal)
+    words = " ".join(touchatlas("explore", "--help", cwd=tmp_path).stdout.replace("│", " ").split())
+    assert "2e-4 of the diagonal of a mesh" in words and "1e-3 of the diagonal of a mesh" in words
 
 
 def test_objects_lists_the_catalogue(tmp_path):

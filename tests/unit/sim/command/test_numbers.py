@@ -67,7 +67,7 @@ def test_a_surface_in_metres_against_millimetres_is_doubted(tmp_path):
     ball.export(tmp_path / "mm.ply")
     ball.apply_scale(1e-3).export(tmp_path / "m.ply")
     done = touchatlas("evaluate", "m.ply", "--truth", "mm.ply", "--json", cwd=tmp_path)
-    assert done.returncode == 0 and "same unit of length" in done.stderr
+    assert done.returncode == 0 and "in the same unit" in done.stderr
     assert json.loads(done.stdout)["coverage"] == 0.0
 
 
