@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from touchatlas.sim.command.numbers import Json, print_numbers, sentences, unit_hint
+from touchatlas.sim.command.numbers import Json, print_numbers, unit_hint
 from touchatlas.sim.command.outcome import say
 from touchatlas.sim.command.show import shown
 from touchatlas.sim.folder.run_folder import read_finished
@@ -49,8 +49,9 @@ def evaluate(
     else:
         asked = _of_run(surface, run, truth, tolerance)
     obj, size, numbers = _compared(asked)
+    if hint := unit_hint(size, obj.diagonal):
+        say(hint)
     print_numbers(numbers, f"{asked.surface} against {obj.name}", json_)
-    _say_all(unit_hint(size, obj.diagonal), *sentences(numbers))
     return 0
 
 
@@ -129,20 +130,12 @@ def _truth_object(asked: _Asked) -> ImplicitObject | MeshObject:
     return obj
 
 
-def _say_all(*words: str | None) -> None:
-    """Say sentences, those that there are."""
-    for sentence in words:
-        if sentence is not None:
-            say(sentence)
-
-
 def _stored(run: Path, truth: str, as_json: bool) -> int:
     """Print what was measured at the end of a run, whose truth is gone."""
     numbers = stored_numbers(run)
-    print_numbers(numbers, f"{run} against {truth}", as_json)
     say(
         f"there is no file {truth} any more, so nothing was measured again: these are the numbers "
         "of the end of the run; name another truth with --truth"
     )
-    _say_all(*sentences(numbers))
+    print_numbers(numbers, f"{run} against {truth}", as_json)
     return 0

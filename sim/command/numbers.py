@@ -9,7 +9,9 @@ from rich.markup import escape
 from rich.table import Table
 
 from touchatlas.atlas.check.doubt import count_of
-from touchatlas.sim.judge.judgement import is_met, truth_warnings
+from touchatlas.planner import StopReason
+from touchatlas.sim.command.outcome import say
+from touchatlas.sim.judge.judgement import is_met, largest_errors, truth_warnings, written
 from touchatlas.sim.judge.mismatches import differ_as_units
 from touchatlas.sim.judge.number_meanings import LENGTH, NUMBERS
 
@@ -29,14 +31,21 @@ _SAID = 2
 
 
 def print_numbers(numbers: dict, title: str, as_json: bool) -> None:
-    """Print numbers with their units and meanings."""
+    """Print numbers with their units and meanings, and say what must be known of them."""
     if as_json:
         print(json.dumps(numbers, indent=2))
-        return
+    else:
+        _print_table(numbers, title)
+    for sentence in sentences(numbers):
+        say(sentence)
+
+
+def _print_table(numbers: dict, title: str) -> None:
+    """Print numbers as a table, and below it whether the tolerance is met."""
     unit = numbers.get("unit", LENGTH)
     table = Table(title=escape(title))
     table.add_column("quantity", no_wrap=True)
-    # Long values fold, as the list of doubts does: names, units and meanings need their width.
+    # Long values fold, as places do: names, units and meanings need their width.
     table.add_column("value")
     table.add_column("unit", no_wrap=True)
     table.add_column("good")
@@ -45,20 +54,29 @@ def print_numbers(numbers: dict, title: str, as_json: bool) -> None:
         table.add_column("what")
     for name, value in numbers.items():
         about = NUMBERS[name]
-        shown = f"{value:.5g}" if isinstance(value, float) else str(value)
-        if name == "doubts":
-            shown = ", ".join(doubt["name"] for doubt in value) or "none"
-        elif name == "warnings":
-            shown = f"{len(value)}, see below" if value else "none"
-        elif isinstance(value, list):
-            shown = count_of(len(value), "place", "places")
         in_unit = unit if about.unit == LENGTH else about.unit
-        table.add_row(name, shown, in_unit, about.good, *([about.what] if wide else []))
+        table.add_row(
+            name, _shown(name, value, numbers), in_unit, about.good, *([about.what] if wide else [])
+        )
     console.print(table)
-    if words := verdict(numbers):
-        console.print(words, markup=False, highlight=False)
+    for words in (verdict(numbers), allowed_places(numbers)):
+        if words:
+            console.print(words, markup=False, highlight=False)
     if not wide:
         console.print("touchatlas evaluate --help says what each number is.")
+
+
+def _shown(name: str, value, numbers: dict) -> str:
+    """A value as it stands in the table; what is said in sentences is counted."""
+    if name == "met" and value and largest_errors(numbers):
+        return f"{value}, but not everywhere"
+    if name in ("doubts", "warnings"):
+        return f"{len(value)}, said in words" if value else "none"
+    if name.endswith("_max_place") and value:
+        return written(value)
+    if isinstance(value, list):
+        return count_of(len(value), "place", "places")
+    return f"{value:.5g}" if isinstance(value, float) else str(value)
 
 
 def sentences(numbers: dict) -> list[str]:
@@ -70,21 +88,35 @@ def sentences(numbers: dict) -> list[str]:
 
 
 def verdict(numbers: dict) -> str | None:
-    """Whether the tolerance is met (``is_met``), in words; None without a surface."""
+    """Whether the tolerance is met (``is_met``), in words, and the largest errors where they are
+    more than the tolerance; None without a surface."""
     false, missing = numbers.get("accuracy_p95"), numbers.get("completeness_p95")
     if false is None or missing is None:
         return None
-    tolerance = numbers["tolerance"]
     met = "met" if is_met(numbers) else "not met"
+    words = (
+        f"The tolerance {numbers['tolerance']:.4g} is {met}: 95% of the surface is within "
+        f"{false:.4g} of the truth, and 95% of the truth within {missing:.4g} of the surface."
+    )
+    return " ".join([words, *largest_errors(numbers)])
+
+
+def allowed_places(numbers: dict) -> str | None:
+    """Why places are open although all is known; None where none are, or it is not known."""
+    places = numbers.get("open_places")
+    if not places or numbers["ended"] != StopReason.KNOWN.value:
+        return None
+    count = count_of(len(places), "place is", "places are")
     return (
-        f"The tolerance {tolerance:.4g} is {met}: 95% of the surface is within {false:.4g} of the "
-        f"truth, and 95% of the truth within {missing:.4g} of the surface."
+        f"{count} open or less sure than 95%. An exploration may leave such places, because it "
+        "ends when nearly all of the surface is expected within the tolerance, here "
+        f"{numbers['predicted_coverage']:.1%}."
     )
 
 
 def _doubt(doubt: dict) -> str:
     """A doubt as one sentence with its first places."""
-    places = "; ".join(", ".join(f"{x:.4g}" for x in place) for place in doubt["places"][:_SAID])
+    places = "; ".join(written(place) for place in doubt["places"][:_SAID])
     words = doubt["words"].rstrip(".")
     return f"{words} (near {places})" if places else words
 

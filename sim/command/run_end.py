@@ -5,8 +5,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from touchatlas.sim.command.numbers import print_numbers, sentences
-from touchatlas.sim.command.outcome import FAILURE, complain, say
+from touchatlas.sim.command.numbers import print_numbers
+from touchatlas.sim.command.outcome import FAILURE, complain
 from touchatlas.sim.folder.run_folder import is_run
 from touchatlas.sim.run.work import Result
 
@@ -36,9 +36,6 @@ def end_of(result: Result, obj, as_json: bool) -> int:
     """Print the numbers of a run and what they say; returns the exit code."""
     numbers, folder = result.numbers, result.folder
     print_numbers(numbers, f"{obj.name}: {folder}", as_json)
-    if result.surface is not None:
-        for sentence in sentences(numbers):
-            say(sentence)
     if result.signal is not None:
         kept = f"stopped after {numbers['touches']} touches, which are kept"
         return complain(f"{kept}; touchatlas resume {folder} goes on", 128 + result.signal)

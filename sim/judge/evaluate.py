@@ -32,7 +32,9 @@ class Evaluation:
 
     ``accuracy`` is the distance from the surface to the truth, ``completeness`` that from the
     truth to the surface. ``coverage`` is the fraction of the true area within three tolerances of
-    the surface. ``f_score`` is the harmonic mean of precision and recall at one tolerance.
+    the surface. ``accuracy_max_place`` and ``completeness_max_place`` are the points of the
+    surface and of the truth with these distances.
+    ``f_score`` is the harmonic mean of precision and recall at one tolerance.
     ``deviation_calibration`` is the fraction of the surface whose distance from the truth is within
     1.96 predicted deviations (None when none are predicted); what the surface does not reach counts
     in ``coverage`` alone. ``components`` is the number of separate parts of the truth, and
@@ -47,10 +49,12 @@ class Evaluation:
     accuracy_rms: float
     accuracy_p95: float
     accuracy_max: float
+    accuracy_max_place: tuple[float, ...]
     completeness_mean: float
     completeness_rms: float
     completeness_p95: float
     completeness_max: float
+    completeness_max_place: tuple[float, ...]
     chamfer: float
     hausdorff: float
     f_score: float
@@ -137,7 +141,9 @@ def evaluate_surface(
     return Evaluation(
         float(np.mean(covered)),
         *_statistics(accuracy),
+        tuple(sampled[accuracy.argmax()].tolist()),
         *_statistics(completeness),
+        tuple(truth.points[completeness.argmax()].tolist()),
         0.5 * float(accuracy.mean() + completeness.mean()),
         float(max(accuracy.max(), completeness.max())),
         _f_score(accuracy, completeness, tolerance),

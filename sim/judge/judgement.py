@@ -27,6 +27,39 @@ def is_met(numbers: dict) -> bool:
     return bool(max(false, missing) <= numbers["tolerance"])
 
 
+def largest_errors(numbers: dict) -> list[str]:
+    """Where errors of single places are more than the tolerance, in sentences; none where none are.
+
+    Parameters
+    ----------
+    numbers : dict
+        Those of an evaluation.
+
+    Examples
+    --------
+    >>> largest_errors({"accuracy_max": 3.2, "accuracy_max_place": (1, 2, 3), "tolerance": 1})
+    ['The largest error of the surface is 3.2 tolerances, at (1, 2, 3).']
+    """
+    found = []
+    for kind, words in (
+        ("accuracy", "The largest error of the surface is {} tolerances, at ({})."),
+        ("completeness", "The truth is up to {} tolerances away from the surface, at ({})."),
+    ):
+        error, place = numbers.get(f"{kind}_max"), numbers.get(f"{kind}_max_place")
+        if error is not None and place is not None and error > numbers["tolerance"]:
+            found.append(words.format(f"{error / numbers['tolerance']:.1f}", written(place)))
+    return found
+
+
+def written(place) -> str:
+    """A place (3,) as text.
+
+    >>> written((1.0, -2.0, 0.33333))
+    '1, -2, 0.3333'
+    """
+    return ", ".join(f"{x:.4g}" for x in place)
+
+
 def truth_warnings(numbers: dict) -> list[str]:
     """What of the truth is missing, in sentences; none where all of it was reached.
 

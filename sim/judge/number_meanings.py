@@ -23,10 +23,12 @@ NUMBERS: dict[str, Meaning] = {
     "accuracy_rms": Meaning("the same: root mean square", LENGTH, _BELOW),
     "accuracy_p95": Meaning("the same: 95 % of the surface is nearer", LENGTH, _BELOW),
     "accuracy_max": Meaning("the same: largest", LENGTH, "few tolerances"),
+    "accuracy_max_place": Meaning("the point of the surface with this distance", LENGTH),
     "completeness_mean": Meaning("distance from the truth to the surface: mean", LENGTH, _BELOW),
     "completeness_rms": Meaning("the same: root mean square", LENGTH, _BELOW),
     "completeness_p95": Meaning("the same: 95 % of the truth is nearer", LENGTH, _BELOW),
     "completeness_max": Meaning("the same: largest", LENGTH, "few tolerances"),
+    "completeness_max_place": Meaning("the point of the truth with this distance", LENGTH),
     "chamfer": Meaning("mean of accuracy_mean and completeness_mean", LENGTH, _BELOW),
     "hausdorff": Meaning("larger of accuracy_max and completeness_max", LENGTH, "few tolerances"),
     "f_score": Meaning(
@@ -66,7 +68,7 @@ NUMBERS: dict[str, Meaning] = {
     "diagonal": Meaning("of the object's bounding box", LENGTH),
     "met": Meaning(
         "whether 95 % of the surface is within the tolerance of the truth, and 95 % of the truth "
-        "within it of the surface",
+        "within it of the surface; single errors may be larger, see hausdorff",
         good="True",
     ),
     "warnings": Meaning("what of the truth was not reached, in sentences", good="none"),

@@ -7,7 +7,14 @@ import pytest
 import trimesh
 
 from tests.command import touchatlas
-from touchatlas.sim.command.numbers import print_numbers, sentences, unit_hint, verdict
+from touchatlas.planner import StopReason
+from touchatlas.sim.command.numbers import (
+    allowed_places,
+    print_numbers,
+    sentences,
+    unit_hint,
+    verdict,
+)
 
 
 def numbers(**changes):
@@ -42,16 +49,46 @@ def test_a_tolerance_is_met_both_ways_or_not_met(false, missing, words):
     assert f"within {false} of the truth" in found and f"within {missing} of the surface" in found
 
 
+@pytest.mark.parametrize("met", [0.09, 0.2])
+def test_an_error_of_more_than_the_tolerance_is_told_with_its_place(met):
+    found = {"tolerance": 0.1, "accuracy_p95": met, "completeness_p95": met}
+    found |= {"accuracy_max": 0.32, "accuracy_max_place": [1.0, -2.0, 0.5]}
+    words = verdict(found)
+    assert words.endswith(" The largest error of the surface is 3.2 tolerances, at (1, -2, 0.5).")
+    assert "largest" not in verdict(found | {"tolerance": 0.32})
+    found |= {"completeness_max": 0.5, "completeness_max_place": [3.0, 0.0, 0.0]}
+    missing = "The truth is up to 5.0 tolerances away from the surface, at (3, 0, 0)."
+    assert verdict(found) == f"{words} {missing}"
+
+
+def test_open_places_of_a_known_surface_are_explained():
+    found = {"open_places": [[0.0, 0.0, 1.0]], "predicted_coverage": 0.997, "ended": "interrupted"}
+    assert allowed_places(found) is None
+    found["ended"] = StopReason.KNOWN.value
+    words = allowed_places(found)
+    assert words.startswith("1 place is open or less sure than 95%.") and "here 99.7%" in words
+    assert allowed_places(found | {"open_places": []}) is None
+
+
+def test_what_a_table_counts_is_said_in_words(capsys):
+    doubt = {"name": "misfit", "words": "Samples do not fit.", "places": []}
+    print_numbers(numbers(warnings=["", ""], doubts=[doubt], coverage=0.7), "run", False)
+    shown = capsys.readouterr()
+    assert "1, said in words" in shown.out and "misfit" not in shown.out
+    assert shown.err.splitlines() == [
+        "touchatlas: 30.0% of the true surface was not reached",
+        "touchatlas: Samples do not fit",
+    ]
+
+
 def test_nothing_is_met_or_not_where_there_is_no_surface():
     assert verdict({"tolerance": 0.1, "accuracy_p95": None, "completeness_p95": None}) is None
 
 
-def test_names_units_and_meanings_stay_whole_beside_many_doubts(capsys, monkeypatch):
+def test_names_units_and_meanings_stay_whole_beside_a_long_value(capsys, monkeypatch):
     monkeypatch.setenv("COLUMNS", "80")
-    doubts = [{"name": f"doubt number {i}", "words": "", "places": []} for i in range(9)]
-    print_numbers(
-        {"normal_error_deg_mean": 0.2, "accuracy_p95": 0.01, "doubts": doubts}, "run", False
-    )
+    values = {"normal_error_deg_mean": 0.2, "accuracy_p95": 0.01, "ended": "long words " * 9}
+    print_numbers(numbers(**values), "run", False)
     shown = capsys.readouterr().out
     assert "normal_error_deg_mean" in shown and "degree" in shown and "< tolerance" in shown
 

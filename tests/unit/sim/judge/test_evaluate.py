@@ -77,6 +77,18 @@ def test_half_a_ball_covers_half():
     assert numbers["warnings"] == [missing] and numbers["met"] is False
 
 
+def test_the_places_of_the_largest_errors_are_where_surface_or_truth_stick_out():
+    vertices, faces = ball(1.0, 4)
+    bent = vertices.copy()
+    bent[vertices[:, 2].argmax(), 2] += 0.5
+    false = judge((bent, faces), (vertices, faces), 0.01)
+    lacking = judge((vertices, faces), (bent, faces), 0.01)
+    assert false.accuracy_max > 0.2 and lacking.completeness_max > 0.2
+    assert false.accuracy_max_place[2] == pytest.approx(1.0 + false.accuracy_max, abs=0.02)
+    place = lacking.completeness_max_place
+    assert place[2] == pytest.approx(1.0 + lacking.completeness_max, abs=0.02)
+
+
 def test_normals_are_compared_where_the_truth_is_covered_alone():
     found = judge(ball(2.1), ball(2.0), 0.03)
     assert found.coverage == 0.0
@@ -88,14 +100,20 @@ def test_a_whole_surface_meets_the_tolerance_without_warnings():
     assert numbers["met"] is True and numbers["warnings"] == []
 
 
+def egg(radius: float):
+    """A stretched ball, whose largest distance from a ball is at one place."""
+    vertices, faces = ball(radius, 3)
+    return vertices * [1.0, 1.02, 1.05] + [0.0, 0.0, 0.01 * radius], faces
+
+
 def test_scaling_all_input_scales_all_lengths():
-    one = judge(ball(2.1, 3), ball(2.0, 3), 0.04)
-    ten = judge(ball(21.0, 3), ball(20.0, 3), 0.4)
+    one = judge(egg(2.1), ball(2.0, 3), 0.04)
+    ten = judge(egg(21.0), ball(20.0, 3), 0.4)
     for name, value in one.as_dict().items():
         other = getattr(ten, name)
         lengths = ("tolerance", "diagonal", "chamfer", "hausdorff")
         if name in lengths or name.startswith(("accuracy", "completeness")):
-            assert other == pytest.approx(10 * value, rel=1e-9), name
+            assert other == pytest.approx(10 * np.array(value), rel=1e-9), name
         elif isinstance(value, float):
             assert other == pytest.approx(value, rel=1e-9), name
         else:
@@ -197,7 +215,7 @@ def test_a_surface_inside_out_has_normals_the_other_way():
 
 
 def test_moving_both_leaves_every_number():
-    surface, truth = ball(2.1, 3), ball(2.0, 3)
+    surface, truth = egg(2.1), ball(2.0, 3)
     turn = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]
     turn *= np.linalg.det(turn)
     still = judge(surface, truth, 0.04).as_dict()
@@ -209,6 +227,9 @@ def test_moving_both_leaves_every_number():
     for numbers in (still, moved):
         del numbers["diagonal"], numbers["deviation_calibration"]
     assert moved.pop("warnings") == still.pop("warnings")
+    for name in ("accuracy_max_place", "completeness_max_place"):
+        place = turn @ still.pop(name) + [5.0, -3.0, 1.0]
+        assert moved.pop(name) == pytest.approx(place, rel=1e-7, abs=1e-9)
     assert moved == pytest.approx(still, rel=1e-7, abs=1e-9)
 
 
