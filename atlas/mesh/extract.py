@@ -69,7 +69,10 @@ def open_surface(state: AtlasState, edge: float | None = None) -> Surface:
     if not isinstance(state, AtlasState):
         raise ValueError(f"got {type(state).__name__}; a surface is drawn of an Atlas")
     if not len(state):
-        raise ValueError("the atlas has no patch yet; add a touch with three contours first")
+        raise ValueError(
+            "the atlas has no patch yet, so it has no surface; add a touch with three contours, or "
+            "see in planner.stop why no touch gave a patch"
+        )
     gaps = gaps_of(whole_field(state), state.surface_graph.outlines, state.table.rows)
     fine = check_edge(state, resolution(state, gaps) if edge is None else edge)
     cubes = cube_edge(whole_field(state), fine, gaps)

@@ -7,21 +7,27 @@ import numpy as np
 import pytest
 import trimesh
 
+from touchatlas.atlas import Touch, TouchStatus
 from touchatlas.planner import StopReason
 from touchatlas.sim import Probe, make_object
 
 README = Path(__file__).parents[2] / "README.md"
 
 
-@pytest.fixture(scope="module")
-def ended():
-    """The names that the loop leaves behind, on the bottle that its start belongs to."""
-    bottle = make_object("bottle")
+def carry_out(robot) -> dict:
+    """The names that the loop leaves behind."""
     loop = re.search(r"```python\n(.*?)```", README.read_text(), re.DOTALL)
     assert loop is not None
-    names = {"robot": Probe(bottle, bottle.noise_std, np.random.default_rng(0))}
+    names = {"robot": robot}
     exec(loop.group(1), names)
     return names
+
+
+@pytest.fixture(scope="module")
+def ended():
+    """The loop on the bottle that its start belongs to."""
+    bottle = make_object("bottle")
+    return carry_out(Probe(bottle, bottle.noise_std, np.random.default_rng(0)))
 
 
 def test_the_loop_ends_with_a_closed_surface_and_its_deviation(ended):
@@ -38,6 +44,17 @@ def test_the_loop_ends_with_a_closed_surface_and_its_deviation(ended):
 def test_the_end_of_the_loop_is_no_doubt(ended):
     found = ended["doubts"](ended["atlas"], ended["surface"], stopped=ended["planner"].stop)
     assert {"unfinished", "open places", "holes"}.isdisjoint(doubt.name for doubt in found)
+
+
+def test_a_loop_that_meets_nothing_says_so(capsys):
+    with pytest.raises(SystemExit, match="no touch gave a patch"):
+        carry_out(
+            lambda plan: Touch(
+                *(plan.number, plan.reference_point, plan.normal, ()),
+                *(TouchStatus.NO_CONTACT, 0.0, 0.0),
+            )
+        )
+    assert capsys.readouterr().out == f"{StopReason.NO_PATCH.value}\n"
 
 
 def test_every_file_and_folder_that_it_names_is_there():
