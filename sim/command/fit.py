@@ -31,7 +31,8 @@ def fit(
         A CSV file with the columns curve, x, y, z, and nx, ny, nz of the sampling planes if known;
         other separators, decimal commas, units and usual names are found out, and said.
     noise
-        Standard deviation of each coordinate, in the file's unit; estimated by default.
+        Standard deviation of each coordinate of a point, in the file's unit. By default it is
+        estimated from how far points scatter about smooth arcs along each curve.
     method
         map, the most probable polynomial; monge, the same as a height without terms in z; or the
         paper's total_curvature, excess_curvature and least_squares.

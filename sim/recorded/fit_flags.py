@@ -15,7 +15,9 @@ _TOO_NOISY = 1.0 / 3.0
 _OUTLIER, _MEDIAN_TO_STD = 5.0, 1.4826
 MEANING = {
     "repeated points": "Points that a curve repeats exactly were counted once.",
-    "noise estimated": "The noise was not given; it was estimated from the curves.",
+    "noise estimated": "Without --noise, the standard deviation of each coordinate of a point was "
+    "estimated from how far points scatter about a smooth arc through their neighbours on the same "
+    "curve.",
     "outward side assumed": "The outward side was not given; the one to which the surface bulges "
     "was taken.",
     "curves do not meet": "The curves miss their common point by more than noise explains: one may "

@@ -40,7 +40,8 @@ FIT_NUMBERS: dict[str, Meaning] = {
     ),
     "noise_std": Meaning("noise of each coordinate of each point, that the fit took", LENGTH),
     "point_noise_std": Meaning(
-        "the same, as --noise states or as estimated from the curves", LENGTH
+        "the same, as --noise states or as estimated from the scatter of points along the curves",
+        LENGTH,
     ),
     "displacement_std": Meaning(
         "standard deviation of each coordinate by which each curve may be displaced as a whole",

@@ -142,7 +142,7 @@ class FitReport:
         if not spread:
             return f"{self.patch.noise_std:.3g}"
         given = "estimated" if "noise estimated" in self.flags else "stated"
-        return f"{own:.3g} {given}, and a displacement of each curve by {spread:.3g}"
+        return f"{own:.3g} of each point, {given}; {spread:.3g} of each curve, as displacement"
 
     def json(self) -> str:
         """``as_dict`` as strict JSON."""

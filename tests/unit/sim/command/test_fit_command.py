@@ -157,7 +157,7 @@ def test_a_displaced_curve_is_named_and_not_blamed_on_the_noise(tmp_path, count,
     assert "contradiction" in diagnosis["doubts"]
     assert "noise overstated" not in diagnosis["doubts"]
     assert diagnosis["displaced"] == ["b"] and "Curve b lies beside" in diagnosis["advice"][0]
-    given = "0.02 stated" if noise else "estimated"
+    given = "0.02 of each point, stated" if noise else "of each point, estimated"
     assert given in report.summary()["noise"] and "displacement" in report.summary()["noise"]
     if count > 3:
         good = write_csv(tmp_path / "good.csv", [curves[0], *curves[2:]])
