@@ -101,7 +101,8 @@ class AtlasState:
     @property
     def graph(self) -> nx.Graph:
         """Patch ids as nodes (see ``patch``), and as edges the pairs that meet, each with its
-        ``boundary`` (Boundary). It is frozen; its ``copy()`` can be changed."""
+        ``boundary`` (Boundary): ``weight=lambda i, j, d: d["boundary"].gap_rms`` weighs them. It
+        is frozen; its ``copy()`` can be changed."""
         return nx.freeze(self.surface_graph.as_networkx())
 
     @property
