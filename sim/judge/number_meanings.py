@@ -84,7 +84,11 @@ NUMBERS: dict[str, Meaning] = {
         "truth; of the whole surface at the end of an exploration",
         good="near 1",
     ),
-    "open_places": Meaning("places that are not known to the tolerance", LENGTH, good="few"),
+    "open_places": Meaning(
+        "places that are open or less sure than 95 %; some may be left where nearly all is known",
+        LENGTH,
+        good="few",
+    ),
     "unreachable_places": Meaning(
         "places where the pin would have passed through what was known", LENGTH, good="none"
     ),
