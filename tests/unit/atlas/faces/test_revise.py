@@ -75,3 +75,15 @@ def test_a_refitted_label_stays_settled():
     labels.fitted.clear()
     refit(labels)
     assert labels.pieces[0] is not before and labels.is_settled(0, labels.members(0))
+
+
+@pytest.mark.parametrize(("rows", "kept"), [(2, True), (0.25, False)])
+def test_a_part_of_many_samples_stays_a_face_where_a_label_falls_apart(rows, kept):
+    """Two contours of 41 samples are 3 in a hundred of all, and a quarter of one is too few."""
+    labels = labels_of(rows_of(lambda at: 0.0 * at[:, 0]), Kind.PLANE)
+    part = np.arange(int(41 * rows))
+    # A band of five contours, over which no link leads.
+    labels.of[len(part) : len(part) + 5 * 41] = NONE
+    labels.separate()
+    assert labels.of[-1] == 0
+    assert (labels.of[part] == (1 if kept else NONE)).all()
