@@ -42,18 +42,39 @@ class Cells:
         # Faces of one surface have one side: that of the largest of them.
         self._one = _alike(trees, self._noise)
         self._of_one = [np.flatnonzero(self._one == k) for k in range(len(faces))]
+        self._has_patches = np.array([len(face.pieces) > 1 for face in faces] + [False])
         # The key of a cell is the exclusive or of those of the faces outside of which it lies
         # (A. L. Zobrist, 1970). Any distinct numbers serve.
         bits = np.random.default_rng(len(faces)).integers(1, 2**62, len(faces))
         self._bits = np.where(self._one == np.arange(len(faces)), bits, 0)
         self._keys, self._labels = self._votes()
 
-    def settle(self, points, owner, decides, chosen) -> np.ndarray:
+    def decide(self, points) -> tuple[np.ndarray, np.ndarray]:
+        """The face (n,) that votes show to be the surface of points (n, 3), -1 where they do not,
+        or where it has several patches; and its distance, normal and variance (n, 5).
+
+        They do where the cell of a point is known, and that beyond the nearest face is known to be
+        on the other side.
+        """
+        distances = self._trees.all_distances(points)
+        cell = self._key(distances > 0.0)
+        nearest = np.abs(np.where(self._bits == 0, np.inf, distances)).argmin(axis=1)
+        label = self._label(cell)
+        shown = (label != 0.0) & (self._label(cell ^ self._bits[nearest]) == -label)
+        shown &= _side(distances[np.arange(len(points)), nearest]) == label
+        decides, chosen = np.full(len(points), -1), np.zeros((len(points), 5))
+        self._move(points, nearest, np.flatnonzero(shown), decides, chosen)
+        decides[self._has_patches[decides]] = -1
+        return decides, chosen
+
+    def settle(self, points, distances, owner, decides, chosen) -> np.ndarray:
         """Correct what was chosen where the votes of the cells on both sides contradict it.
 
         Parameters
         ----------
         points : (n, 3) float, length
+        distances : (n, f) float, length
+            From all faces.
         owner : (n,) int
             The face of each point, which goes on where nothing is known beyond it.
         decides : (n,) int
@@ -66,7 +87,6 @@ class Cells:
         (m,) int
             The points at which the votes contradict what was chosen, and name no other face.
         """
-        distances = self._distances(points)
         cell = self._key(distances > 0.0)
         label, before = self._label(cell), _side(chosen[:, 0])
         label = np.where(label == 0.0, before, label)
@@ -111,8 +131,10 @@ class Cells:
         the points ``moved`` (m,)."""
         for one in np.unique(found[moved]).tolist():
             rows, faces = moved[found[moved] == one], self._of_one[one]
-            away = np.stack([self._trees.away(k, points[rows]) for k in faces.tolist()])
-            decides[rows] = faces[away.argmin(axis=0)]
+            decides[rows] = one
+            if len(faces) > 1:
+                away = np.stack([self._trees.away(k, points[rows]) for k in faces.tolist()])
+                decides[rows] = faces[away.argmin(axis=0)]
             for k in np.unique(decides[rows]).tolist():
                 mine = rows[decides[rows] == k]
                 chosen[mine] = self._trees.values(k, points[mine])
@@ -122,7 +144,7 @@ class Cells:
         faces = self._trees.faces
         samples = np.concatenate([face.samples for face in faces.faces])
         own = self._one[faces.of[samples]]
-        distances = self._distances(faces.points[samples])
+        distances = self._trees.all_distances(faces.points[samples])
         outside, clear = distances > 0.0, np.abs(distances) > self._noise
         rows = np.arange(len(own))
         clear[rows, own] = True
@@ -135,11 +157,6 @@ class Cells:
         count, total = np.bincount(which, minlength=len(keys)), np.bincount(which, vote, len(keys))
         agreed = (count >= _LEAST) & (np.abs(total) >= (2.0 * _AGREE - 1.0) * count)
         return keys, np.where(agreed, np.sign(total), 0.0)
-
-    def _distances(self, points) -> np.ndarray:
-        """(n, f) signed distances of points (n, 3) from the faces."""
-        faces = range(len(self._trees.faces))
-        return np.stack([self._trees.distances(k, points) for k in faces], axis=1)
 
     def _key(self, outside) -> np.ndarray:
         """(n,) keys of the cells outside of faces (n, f)."""

@@ -47,14 +47,16 @@ class SharpEdges:
     @property
     def uncrossed(self) -> list[tuple[int, int, float]]:
         """Pairs and signs of the edges without a curve."""
-        return [(*pair, sign) for *pair, sign, curve in self._edges if curve is None]
+        return [(a, b, sign) for a, b, sign, curve in self._edges if curve is None]
 
-    def cut(self, points, away, owner, chosen) -> np.ndarray:
+    def cut(self, points, distances, away, owner, chosen) -> np.ndarray:
         """(n,) the face that decides for points (n, 3) beside sharp edges.
 
         Parameters
         ----------
         points : (n, 3) float, length
+        distances : (n, f) float, length
+            From all faces.
         away : (n, k) float, length
             Distances of the nearest samples.
         owner : (n,) int
@@ -67,8 +69,9 @@ class SharpEdges:
         for first, second, sign, curve in self._edges:
             for own, other in ((first, second), (second, first)):
                 mine = rows[own]
-                out = self._trees.distances(other, points[mine])
-                mine = mine[sign * out > sign * chosen[mine, 0]]
+                mine = mine[sign * distances[mine, other] > sign * chosen[mine, 0]]
+                if not len(mine):
+                    continue
                 beside = self._trees.away(other, points[mine]) < _BESIDE * self._reach
                 if curve is not None:
                     beside |= curve.query(points[mine])[0] < _BESIDE * away[mine, -1]

@@ -102,13 +102,26 @@ class FaceField:
     def at(self, points) -> FaceValues:
         """Signed distance, normal, deviation and face at points (n, 3), length, world.
 
-        A point belongs to the face of the nearest sample, or to an opposite side of that face which
-        is nearer to the point. Patches of one free-form face are
-        averaged, each with the weight of its samples near the point. At a sharp edge the distance
-        is the largest of those of the faces that meet there in a convex edge, the smallest in a
-        concave one.
+        Where samples show on which side of the surface a point lies, and that the nearest face is
+        its surface, that face decides. Elsewhere it is the face of the nearest sample, with those
+        that bound it. Rounded edges come last.
         """
         points = np.asarray(points, float)
+        decides, chosen = self._cells.decide(points)
+        owner, rows = decides.copy(), np.flatnonzero(decides < 0)
+        owner[rows], decides[rows], chosen[rows] = self._by_samples(points[rows])
+        self._rounded.round(points, owner, decides, chosen)
+        normal = chosen[:, 1:4] / np.linalg.norm(chosen[:, 1:4], axis=1)[:, None]
+        return FaceValues(chosen[:, 0], normal, np.sqrt(chosen[:, 4]), decides)
+
+    def _by_samples(self, points) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The face (n,) of the nearest sample of points (n, 3), the face (n,) that decides, and its
+        distance, normal and variance (n, 5).
+
+        Patches of one free-form face are averaged, each with the weight of its samples near the
+        point. At a sharp edge the distance is the largest of those of the faces that meet there in
+        a convex edge, the smallest in a concave one.
+        """
         faces, count = self.faces, min(_NEAREST, len(self._known))
         away, near = self._tree.query(points, k=count)
         away = away.reshape(len(points), count)
@@ -118,12 +131,11 @@ class FaceField:
         chosen = columns[owner, np.arange(len(points))]
         chosen[:, 4] += self._doubt(columns, owner, away, near)
         self._rims.move(points, away, owner, chosen)
-        decides = self._sharp.cut(points, away, owner, chosen)
-        doubted = self._cells.settle(points, owner, decides, chosen)
+        distances = self.trees.all_distances(points)
+        decides = self._sharp.cut(points, distances, away, owner, chosen)
+        doubted = self._cells.settle(points, distances, owner, decides, chosen)
         chosen[doubted, 4] = np.maximum(chosen[doubted, 4], chosen[doubted, 0] ** 2)
-        self._rounded.round(points, owner, decides, chosen)
-        normal = chosen[:, 1:4] / np.linalg.norm(chosen[:, 1:4], axis=1)[:, None]
-        return FaceValues(chosen[:, 0], normal, np.sqrt(chosen[:, 4]), decides)
+        return owner, decides, chosen
 
     def _doubt(self, columns, owner, away, near) -> np.ndarray:
         """(n,) variance of the distance where a face that does not meet the owner has a sample

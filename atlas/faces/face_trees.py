@@ -1,11 +1,13 @@
 """FaceTrees: the samples of each face by place, and what each face says of points."""
 
 from collections.abc import Iterator
+from functools import cached_property
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from touchatlas.atlas.faces.faces import FaceEdge, Faces
+from touchatlas.atlas.faces.kinds import Kind
 from touchatlas.atlas.faces.piece import Piece
 
 # Points of a curve that distances are measured to, per point of the edge. Doubled, nothing changes.
@@ -47,6 +49,26 @@ class FaceTrees:
         for piece, mine in self._pieces(number, points):
             out[mine] = piece.at(points[mine])[0]
         return out
+
+    def all_distances(self, points) -> np.ndarray:
+        """(n, f) signed distances of points (n, 3) from all faces; from planes at once."""
+        out = np.empty((len(points), len(self.faces)))
+        middle, planes, normals, levels = self._planes
+        out[:, planes] = (points - middle) @ normals.T + levels
+        for k in set(range(len(self.faces))) - set(planes):
+            out[:, k] = self.distances(k, points)
+        return out
+
+    @cached_property
+    def _planes(self) -> tuple[np.ndarray, list[int], np.ndarray, np.ndarray]:
+        """A point amid the samples (3,), the numbers (p) of the plane faces, their normals (p, 3)
+        and signed distances (p,) there."""
+        middle = self.faces.points.mean(axis=0)
+        faces = [face for face in self.faces.faces if face.pieces[0].kind is Kind.PLANE]
+        faces = [face for face in faces if len(face.pieces) == 1]
+        found = [face.pieces[0].at(middle[None]) for face in faces]
+        normals = np.reshape([normal for _, normal in found], (-1, 3))
+        return middle, [f.id for f in faces], normals, np.ravel([level for level, _ in found])
 
     def shape_operators(self, number: int, points) -> np.ndarray:
         """(n, 3, 3) shape operators of a face, 1/length, by the patch of its nearest sample."""

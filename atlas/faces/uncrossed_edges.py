@@ -52,8 +52,8 @@ def _edge(body: LawfulBody, pair, sign: float) -> FaceEdge | None:
     kind = EdgeKind.SHARP_CONVEX if sign > 0.0 else EdgeKind.SHARP_CONCAVE
     angle = float(np.median(angles(*pieces, curve.points)))
     step = float(np.median(body.samples.steps))
-    boundary = Boundary(*pair, kind, curve, angle, 0.0, gap(*pieces, curve.points))
-    edge = face_edge(*pair, [boundary], step)
+    boundary = Boundary(first.id, second.id, kind, curve, angle, 0.0, gap(*pieces, curve.points))
+    edge = face_edge(first.id, second.id, [boundary], step)
     return edge if edge.curves else None
 
 

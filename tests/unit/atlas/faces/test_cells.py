@@ -30,7 +30,8 @@ def settled(faces, points, chosen_face: int):
     trees = FaceTrees(faces)
     decides = np.full(len(points), chosen_face)
     chosen = trees.values(chosen_face, points)
-    doubted = Cells(trees).settle(points, decides.copy(), decides, chosen)
+    distances = trees.all_distances(points)
+    doubted = Cells(trees).settle(points, distances, decides.copy(), decides, chosen)
     return chosen[:, 0], decides, doubted
 
 
