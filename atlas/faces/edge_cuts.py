@@ -44,11 +44,6 @@ class SharpEdges:
                 curve = curve_tree(edge) if edge.curves else None
                 self._edges.append((edge.first, edge.second, edge.kind.sign, curve))
 
-    @property
-    def uncrossed(self) -> list[tuple[int, int, float]]:
-        """Pairs and signs of the edges without a curve."""
-        return [(a, b, sign) for a, b, sign, curve in self._edges if curve is None]
-
     def cut(self, points, distances, away, owner, chosen) -> np.ndarray:
         """(n,) the face that decides for points (n, 3) beside sharp edges.
 

@@ -82,12 +82,6 @@ class FaceField:
         self._sharp, self._rims = SharpEdges(trees, self.reach), SmoothRims(trees)
         self._cells, self._rounded = Cells(trees), RoundedEdges(trees, self.reach)
 
-    @property
-    def uncrossed(self) -> list[tuple[int, int, float]]:
-        """Pairs of faces that bound each other, and sharp edges, of which no curve is known, with 1
-        where they are convex and -1 where they are concave."""
-        return self._sharp.uncrossed
-
     @cached_property
     def _meet(self) -> np.ndarray:
         """(f, f) whether two faces have an edge or rim in common, are opposite sides, or one: then

@@ -25,9 +25,12 @@ _ROUNDS = 12
 # Most samples that are fitted; a mean of 400 is within a twentieth of a deviation. Doubled, it
 # takes a third more time.
 _FITTED = 400
-# Largest curvature of a flat piece times its length, rad: ten times as much turns it by 30 degrees,
-# which is another way. Doubled, shallow domes with a sharp rim are two pieces.
-_FLAT, _OTHER_WAY = 0.05, np.cos(np.deg2rad(30.0))
+# Largest curvature of a flat piece times its length, over the angle by which it faces another way
+# elsewhere: ten times as much would turn it by that angle evenly. Doubled, shallow domes with a
+# sharp rim are two pieces.
+_FLAT = 0.1
+# Least such angle, rad: 30 degrees. Doubled, two planes at 45 degrees are one quadric.
+_OTHER_WAY = np.deg2rad(30.0)
 # Extent in which samples are claimed, over that of those claimed before. Doubled, more samples are
 # evaluated in vain.
 _REACH = 2.0
@@ -119,7 +122,8 @@ def is_edge(piece: Piece, points) -> bool:
     turn = length * np.abs(np.linalg.eigvalsh(piece.shape_operators(points))).max(axis=1)
     normals = piece.at(points)[1]
     flattest = normals[turn.argmin()]
-    return bool(np.median(turn) < _FLAT and (normals @ flattest).min() < _OTHER_WAY)
+    angle = float(np.arccos(np.clip((normals @ flattest).min(), -1.0, 1.0)))
+    return bool(angle > _OTHER_WAY and np.median(turn) < _FLAT * angle)
 
 
 def evenly(members, most: int) -> np.ndarray:

@@ -115,7 +115,12 @@ def look_for_law(
     if not (before.is_hopeful or share_with_edges(samples, ends_at_edge) >= _WITH_EDGES):
         return KnownLaw(count, std)
     if before.is_hopeful:
-        return law_of_faces(faces_of_samples(samples, before=before.faces), samples)
+        found = law_of_faces(faces_of_samples(samples, before=before.faces), samples)
+        if found.body or not before.body:
+            return found
+        # Labels that go on from earlier ones may have ended in a worse place.
+        again = law_of_faces(faces_of_samples(samples), samples)
+        return again if again.share > found.share else found
     labels = first_labels(samples)
     if labels.lawful_share < _HOPELESS:
         return KnownLaw(count, std, True, labels.lawful_share)

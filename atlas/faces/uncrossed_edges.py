@@ -1,12 +1,13 @@
 """Edges that no contour crossed, where the surface of a lawful body shows them."""
 
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 
 from touchatlas.atlas.faces.boundaries import Boundary, EdgeKind
 from touchatlas.atlas.faces.edge_curves import CurvePoints, angles, gap, intersection_points
-from touchatlas.atlas.faces.faces import FaceEdge, Faces, face_edge
+from touchatlas.atlas.faces.faces import Face, FaceEdge, Faces, face_edge
 from touchatlas.atlas.faces.lawful_body import LawfulBody
 
 # Distance from samples of a face up to which its edge is sought, over ``reach``. Doubled, it takes
@@ -26,41 +27,49 @@ def with_uncrossed_edges(body: LawfulBody) -> Faces:
     """The faces of a body, with the edges that no contour crossed but its surface has, each with
     its curve. The surface beside such an edge is one face on one side, and the other beyond."""
     faces, found = body.faces, {}
-    for first, second, sign in body.field.uncrossed:
-        if all(len(faces.faces[k].pieces) == 1 for k in (first, second)):
-            edge = _edge(body, (first, second), sign)
-            if edge is not None:
-                found[first, second] = edge
+    known = {(edge.first, edge.second) for edge in faces.edges if edge.curves}
+    single = [face.id for face in faces.faces if len(face.pieces) == 1]
+    for pair in combinations(single, 2):
+        edge = None if pair in known else _edge(body, pair)
+        if edge is not None:
+            found[pair] = edge
     kept = [edge for edge in faces.edges if (edge.first, edge.second) not in found]
     edges = sorted([*kept, *found.values()], key=lambda edge: (edge.first, edge.second))
     return replace(faces, edges=tuple(edges))
 
 
-def _edge(body: LawfulBody, pair, sign: float) -> FaceEdge | None:
-    """The edge of a pair of faces, convex where the sign is 1; None where the surface has none."""
+def _edge(body: LawfulBody, pair) -> FaceEdge | None:
+    """The edge of a pair of faces; None where the surface has none."""
     first, second = (body.faces.faces[k] for k in pair)
-    pieces, trees, reach = (first.pieces[0], second.pieces[0]), body.field.trees, _NEAR * body.reach
-    start = [
-        body.faces.points[own.samples][trees.away(other.id, body.faces.points[own.samples]) < reach]
-        for own, other in ((first, second), (second, first))
-    ]
+    pieces, reach = (first.pieces[0], second.pieces[0]), _NEAR * body.reach
+    start = [_near(body, *both, reach) for both in ((first, second), (second, first))]
     curve = intersection_points(*pieces, np.concatenate(start), reach)
-    shown = _is_edge(body, pair, sign, curve.points)
-    curve = CurvePoints(curve.points[shown], curve.deviation[shown])
-    if len(curve.points) < _LEAST:
-        return None
-    kind = EdgeKind.SHARP_CONVEX if sign > 0.0 else EdgeKind.SHARP_CONCAVE
-    angle = float(np.median(angles(*pieces, curve.points)))
-    step = float(np.median(body.samples.steps))
-    boundary = Boundary(first.id, second.id, kind, curve, angle, 0.0, gap(*pieces, curve.points))
-    edge = face_edge(first.id, second.id, [boundary], step)
-    return edge if edge.curves else None
+    for kind in (EdgeKind.SHARP_CONVEX, EdgeKind.SHARP_CONCAVE):
+        shown = _is_edge(body, pair, kind.sign, curve.points)
+        if np.count_nonzero(shown) < _LEAST:
+            continue
+        points = CurvePoints(curve.points[shown], curve.deviation[shown])
+        angle = float(np.median(angles(*pieces, points.points)))
+        apart = gap(*pieces, points.points)
+        boundary = Boundary(first.id, second.id, kind, points, angle, 0.0, apart)
+        edge = face_edge(first.id, second.id, [boundary], float(np.median(body.samples.steps)))
+        if edge.curves:
+            return edge
+    return None
+
+
+def _near(body: LawfulBody, own: Face, other: Face, reach: float) -> np.ndarray:
+    """(n, 3) samples of a face within reach of those of another, length."""
+    points = body.faces.points[own.samples]
+    return points[body.field.trees.away(other.id, points) < reach]
 
 
 def _is_edge(body: LawfulBody, pair, sign: float, points) -> np.ndarray:
     """(n,) whether the surface beside points (n, 3) of an edge is the one face of a pair on one
     side, and the other on the other side."""
     steps = _BESIDE * float(np.median(body.samples.steps))
+    if not len(points):
+        return np.zeros(0, bool)
     normals = [body.field.trees.values(k, points)[:, 1:4] for k in pair]
     shown = np.ones(len(points), bool)
     for own, normal, other in ((pair[0], *normals), (pair[1], *normals[::-1])):
