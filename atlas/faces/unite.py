@@ -81,9 +81,14 @@ def _stands_between(labels: Labels, pair, first: int, second: int) -> bool:
     noise = _NOISE * labels.evidence.samples.std / np.sqrt(square)
     inside = (along > -noise) & (along < 1.0 + noise) & (beside < square)
     inside &= ~np.isin(labels.of, [NONE, *pair])
-    outward = labels.pieces[pair[0]].at(points[[first]])[1][0]
+    own = labels.pieces[pair[0]]
+    outward = own.at(points[[first]])[1][0]
     for label in np.unique(labels.of[inside]).tolist():
-        _, normals = labels.pieces[label].at(points[inside & (labels.of == label)])
+        at = points[inside & (labels.of == label)]
+        # Samples on the face itself: a third part, or a contour that was given another piece.
+        if (np.abs(own.at(at)[0]) < _NOISE * labels.evidence.samples.std).all():
+            continue
+        _, normals = labels.pieces[label].at(at)
         crosses = np.abs(normals @ way) > _IN_THE_WAY * np.sqrt(square)
         if (crosses | (normals @ outward > _ALIKE)).any():
             return True

@@ -3,8 +3,15 @@
 import numpy as np
 import pytest
 
+from touchatlas.atlas.faces.grow import Evidence
+from touchatlas.atlas.faces.kinds import Kind
+from touchatlas.atlas.faces.labels import Labels
+from touchatlas.atlas.faces.options import FaceOptions
+from touchatlas.atlas.faces.piece import Piece
 from touchatlas.atlas.faces.read_faces import faces_of_samples
+from touchatlas.atlas.faces.sample_graph import SampleGraph
 from touchatlas.atlas.faces.samples import contour_samples
+from touchatlas.atlas.faces.unite import unite
 
 STD = 0.02
 UP, ACROSS = np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])
@@ -67,3 +74,24 @@ def test_the_nearest_parts_of_a_plane_are_joined_before_far_ones():
     wall = strip(3.0 * ACROSS - 12.0 * UP, forward, UP, ACROSS, rng)
     found = faces_of(left, middle, right, wall)
     assert len(found) == 2
+
+
+@pytest.mark.parametrize(("height", "united"), [(0.0, True), (-2.0, False)])
+def test_a_label_on_the_plane_of_two_parts_does_not_part_them(height, united):
+    """One contour across the gap has a piece that crosses the way: a curve in a plane lies on many
+    faces. Below the plane of both parts such samples are of a wall."""
+    rng, forward = np.random.default_rng(0), np.cross(UP, ACROSS)
+    between = strip(height * UP, forward, UP if height else ACROSS, ACROSS, rng)
+    parts = [*tops(0.0, 4.0, rng), between if height else tuple(c[5:6] for c in between)]
+    columns = [np.concatenate([part[k].reshape(-1, 3) for part in parts]) for k in range(3)]
+    samples = contour_samples(*columns, STD)
+    labels, begin = Labels(Evidence(samples, SampleGraph(samples), FaceOptions())), 0
+    for part, outward in zip(parts, (UP, UP, ACROSS), strict=True):
+        members = begin + np.arange(part[0].reshape(-1, 3).shape[0])
+        frame = np.stack([np.cross(outward, forward), forward, outward])
+        middle = samples.points[members].mean(axis=0)
+        none = np.zeros(3), np.zeros((3, 3))
+        labels.add(Piece(Kind.PLANE, middle, frame, 10.0, *none), members)
+        begin += len(members)
+    unite(labels)
+    assert (labels.of[0] == labels.of[parts[0][0].size // 3]) == united
