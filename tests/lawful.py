@@ -42,6 +42,16 @@ _TSLOT_TRIANGLES = np.array(
     [[0, 1, 6], [0, 6, 7], [1, 2, 5], [1, 5, 6], [2, 3, 4], [2, 4, 5]]
     + [[0, 7, 8], [0, 8, 11], [11, 8, 9], [11, 9, 10]]
 )
+# Profile of two blocks beside each other, joined by a neck, and triangles that fill it: of the line
+# y = 0 one part faces up and the other down.
+TWO_BLOCKS = np.array(
+    [[-30, -20], [-5, -20], [5, -20], [5, 0], [30, 0], [30, 20], [5, 20], [-5, 20], [-5, 0]]
+    + [[-30, 0]],
+    float,
+)
+_TWO_BLOCKS_TRIANGLES = np.array(
+    [[0, 1, 8], [0, 8, 9], [1, 2, 3], [1, 3, 8], [8, 3, 6], [8, 6, 7], [3, 4, 5], [3, 5, 6]]
+)
 # Radius of the edges of a rounded box, and of the concave edge of a filleted step.
 BLUNT, FILLET = 2.0, 3.0
 # Cut of the edges of a bevelled box, along both faces.
@@ -110,6 +120,9 @@ _MESHES = {
         STAIRS, _STAIRS_TRIANGLES, height=40.0
     ),
     "T-slot": lambda: trimesh.creation.extrude_triangulation(TSLOT, _TSLOT_TRIANGLES, height=40.0),
+    "two blocks": lambda: trimesh.creation.extrude_triangulation(
+        TWO_BLOCKS, _TWO_BLOCKS_TRIANGLES, height=30.0
+    ),
     "ellipsoid": _ellipsoid,
     "cut ball": _cut_ball,
     # Chords of an icosphere of four divisions lie 6e-4 radii within the ball.

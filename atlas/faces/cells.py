@@ -9,9 +9,12 @@ from touchatlas.atlas.faces.face_trees import FaceTrees
 # Noise of a sample, in root mean squares of a face: nearer to a face, its side is not known.
 # Doubled, fewer samples vote.
 _NOISE = 4.0
-# Least number of votes of a cell, and the least fraction that agrees. Doubled, or nearer to 1,
-# fewer cells are known; one wrong label decides where a single vote is enough.
-_LEAST, _AGREE = 3, 0.95
+# Least number of votes of a cell. Doubled, fewer cells are known; at 1 a wrong label decides.
+_LEAST = 3
+# Largest number and fraction of contrary votes, from wrong labels, of which either is enough. A
+# cell that a smooth rim divides has more: those of the few samples of a small rounding. Doubled,
+# one sixth of such a rounding is cut off.
+_CONTRARY, _WRONG = 1, 0.001
 # Cosine of the normals of two faces that are one surface within the noise. Nearer to 1, tilted ones
 # are two.
 _ALIKE = 0.99
@@ -39,9 +42,11 @@ class Cells:
     def __init__(self, trees: FaceTrees) -> None:
         self._trees, faces = trees, trees.faces.faces
         self._noise = _NOISE * np.array([face.deviation for face in faces])
-        # Faces of one surface have one side: that of the largest of them.
-        self._one = _alike(trees, self._noise)
+        # Faces of one surface divide space once, as the largest of them does; some face the other
+        # way.
+        self._one, self._way = _alike(trees, self._noise)
         self._of_one = [np.flatnonzero(self._one == k) for k in range(len(faces))]
+        self._two_ways = np.array([len(set(self._way[own].tolist())) > 1 for own in self._of_one])
         self._has_patches = np.array([len(face.pieces) > 1 for face in faces] + [False])
         # The key of a cell is the exclusive or of those of the faces outside of which it lies
         # (A. L. Zobrist, 1970). Any distinct numbers serve.
@@ -61,9 +66,9 @@ class Cells:
         nearest = np.abs(np.where(self._bits == 0, np.inf, distances)).argmin(axis=1)
         label = self._label(cell)
         shown = (label != 0.0) & (self._label(cell ^ self._bits[nearest]) == -label)
-        shown &= _side(distances[np.arange(len(points)), nearest]) == label
+        shown &= self._may_bound(distances[np.arange(len(points)), nearest], nearest, label)
         decides, chosen = np.full(len(points), -1), np.zeros((len(points), 5))
-        self._move(points, nearest, np.flatnonzero(shown), decides, chosen)
+        self._move(points, nearest, label, np.flatnonzero(shown), decides, chosen)
         decides[self._has_patches[decides]] = -1
         return decides, chosen
 
@@ -99,14 +104,15 @@ class Cells:
             rows = np.flatnonzero(found < 0)
             face = order[rows, some[-1]]
             distance = distances[rows, face]
-            asked = (np.abs(distance) < reach[rows]) & (_side(distance) == label[rows])
+            asked = np.abs(distance) < reach[rows]
+            asked &= self._may_bound(distance, face, label[rows])
             rows, face = rows[asked], face[asked]
             beyond = self._beyond(cell[rows], order[rows], some)
             goes_on = wrong[rows] & (beyond == 0.0) & (face == self._one[owner[rows]])
             hit = (beyond == -label[rows]) | goes_on
             found[rows[hit]] = face[hit]
         moved = np.flatnonzero((found >= 0) & (found != self._one[decides]))
-        self._move(points, found, moved, decides, chosen)
+        self._move(points, found, label, moved, decides, chosen)
         return np.flatnonzero(wrong & (found < 0))
 
     def _is_refuted(self, cell, label, order, decides) -> np.ndarray:
@@ -126,14 +132,21 @@ class Cells:
         flips = np.bitwise_xor.reduce(self._bits[order[:, list(some)]], axis=1)
         return self._label(cell ^ flips)
 
-    def _move(self, points, found, moved, decides, chosen) -> None:
-        """Let the faces ``found`` (n,), or the nearest of those of one surface with it, decide for
-        the points ``moved`` (m,)."""
+    def _may_bound(self, distance, one, label) -> np.ndarray:
+        """(n,) whether a face that is one surface with ``one`` (n,), at a distance (n,) from it,
+        has points of a label (n,) on that side of it."""
+        return np.asarray((_side(distance) == label) | self._two_ways[one])
+
+    def _move(self, points, found, label, moved, decides, chosen) -> None:
+        """Let the faces ``found`` (n,), or the nearest of those of one surface with it that face
+        the side of the label (n,), decide for the points ``moved`` (m,)."""
         for one in np.unique(found[moved]).tolist():
             rows, faces = moved[found[moved] == one], self._of_one[one]
             decides[rows] = one
             if len(faces) > 1:
                 away = np.stack([self._trees.away(k, points[rows]) for k in faces.tolist()])
+                side = _side(self._trees.distances(one, points[rows])) * label[rows]
+                away[self._way[faces][:, None] != side] = np.inf
                 decides[rows] = faces[away.argmin(axis=0)]
             for k in np.unique(decides[rows]).tolist():
                 mine = rows[decides[rows] == k]
@@ -143,19 +156,21 @@ class Cells:
         """The keys of cells, ascending, and their labels: 1 outside, -1 inside, 0 unknown."""
         faces = self._trees.faces
         samples = np.concatenate([face.samples for face in faces.faces])
-        own = self._one[faces.of[samples]]
+        own, way = self._one[faces.of[samples]], self._way[faces.of[samples]]
         distances = self._trees.all_distances(faces.points[samples])
         outside, clear = distances > 0.0, np.abs(distances) > self._noise
         rows = np.arange(len(own))
         clear[rows, own] = True
         clear |= self._bits == 0
-        outside[rows, own] = False
+        outside[rows, own] = way < 0.0
         inner = self._key(outside)[clear.all(axis=1)]
         outer = inner ^ self._bits[own[clear.all(axis=1)]]
         keys, which = np.unique(np.concatenate([inner, outer]), return_inverse=True)
         vote = np.repeat([-1.0, 1.0], len(inner))
         count, total = np.bincount(which, minlength=len(keys)), np.bincount(which, vote, len(keys))
-        agreed = (count >= _LEAST) & (np.abs(total) >= (2.0 * _AGREE - 1.0) * count)
+        contrary = 0.5 * (count - np.abs(total))
+        agreed = (count >= _LEAST) & (contrary <= np.maximum(_CONTRARY, _WRONG * count))
+        agreed &= total != 0.0
         return keys, np.where(agreed, np.sign(total), 0.0)
 
     def _key(self, outside) -> np.ndarray:
@@ -164,27 +179,30 @@ class Cells:
 
     def _label(self, keys) -> np.ndarray:
         """(n,) labels of the cells of keys (n,), 0 where there is none."""
+        if not len(self._keys):
+            return np.zeros(np.shape(keys))
         at = np.minimum(np.searchsorted(self._keys, keys), len(self._keys) - 1)
         return np.where(self._keys[at] == keys, self._labels[at], 0.0)
 
 
-def _alike(trees: FaceTrees, noise) -> np.ndarray:
+def _alike(trees: FaceTrees, noise) -> tuple[np.ndarray, np.ndarray]:
     """(f,) the first face that is one surface with each: most samples of the later one lie on it
-    within the noise (f,), with its normal."""
+    within the noise (f,), with its normal or the opposite one; and (f,) 1 or -1, for its normal."""
     faces = trees.faces.faces
-    one = np.arange(len(faces))
+    one, way = np.arange(len(faces)), np.ones(len(faces))
     for later in range(len(faces)):
         samples = faces[later].samples
         points = trees.faces.points[samples[:: max(1, len(samples) // _ASKED)]]
         normals = trees.values(later, points)[:, 1:4]
         for first in range(later):
             values = trees.values(first, points)
+            cosine = (values[:, 1:4] * normals).sum(axis=1)
             on = np.abs(values[:, 0]) < noise[first] + noise[later]
-            on &= (values[:, 1:4] * normals).sum(axis=1) > _ALIKE
+            on &= np.abs(cosine) > _ALIKE
             if on.mean() > 0.5:
-                one[later] = one[first]
+                one[later], way[later] = one[first], way[first] * np.sign(np.median(cosine))
                 break
-    return one
+    return one, way
 
 
 def _side(distance) -> np.ndarray:

@@ -37,7 +37,8 @@ class FaceValues:
         Outward.
     deviation : (n,) float, length
         Predicted standard deviation of the distance: that of the coefficients, and half of the
-        difference of two faces where both may have the point.
+        difference of two faces where both may have the point; the distance itself where samples
+        contradict it.
     face : (n,) int
         Id of the face that decides.
     """

@@ -38,8 +38,8 @@ def implied_edges(trees: FaceTrees, reach: float) -> list[tuple[int, int, float]
 
 
 def _side(trees: FaceTrees, own: int, other: int, reach: float) -> float:
-    """1 where the samples of a face near another lie outside of that, -1 inside, 0 on both sides or
-    nowhere."""
+    """1 where the samples of a face near another lie outside of that, -1 inside, 0 on both sides,
+    on it, or nowhere."""
     faces = trees.faces
     samples = faces.faces[own].samples
     points = faces.points[samples[:: max(1, len(samples) // _ASKED)]]
@@ -49,6 +49,6 @@ def _side(trees: FaceTrees, own: int, other: int, reach: float) -> float:
     distance = trees.distances(other, points)
     noise = _NOISE * faces.faces[other].deviation
     outside, inside = (distance > noise).mean(), (distance < -noise).mean()
-    if min(outside, inside) > _ASTRAY:
+    if min(outside, inside) > _ASTRAY or outside == inside:
         return 0.0
     return 1.0 if outside > inside else -1.0

@@ -23,7 +23,7 @@ _DOUBT = 2.0
 _WORST = 2.5
 # Least part of a label that stays one when it falls apart, and number of samples that is enough
 # whatever the rest: it may be the top of another block. Doubled, more samples lose their label.
-_PART, _ENOUGH = 0.15, 30
+_PART, _ENOUGH = 0.15, 60
 # Growth of a number of samples, no unit, after which what was tried with them is tried again.
 # Doubled, faces are found some touches later.
 _GROWS = 1.25

@@ -24,16 +24,17 @@ _LEAST = 3
 
 
 def with_uncrossed_edges(body: LawfulBody) -> Faces:
-    """The faces of a body, with the edges that no contour crossed but its surface has, each with
-    its curve. The surface beside such an edge is one face on one side, and the other beyond."""
+    """The faces of a body, with the edges that its surface has where no contour crossed them, or
+    too few to draw them. The surface beside such an edge is one face on one side, and the other
+    beyond."""
     faces, found = body.faces, {}
-    known = {(edge.first, edge.second) for edge in faces.edges if edge.curves}
+    known = {(e.first, e.second) for e in faces.edges if e.curves or e.radius > 0.0}
     single = [face.id for face in faces.faces if len(face.pieces) == 1]
     for pair in combinations(single, 2):
         edge = None if pair in known else _edge(body, pair)
         if edge is not None:
             found[pair] = edge
-    kept = [edge for edge in faces.edges if (edge.first, edge.second) not in found]
+    kept = [e for e in faces.edges if e.curves or (e.first, e.second) not in found]
     edges = sorted([*kept, *found.values()], key=lambda edge: (edge.first, edge.second))
     return replace(faces, edges=tuple(edges))
 

@@ -87,3 +87,80 @@ def test_two_parts_of_one_plane_are_one_face():
     distance, _, doubted = settled(split, points, 2)
     assert np.abs(distance - box_distance(points)).max() < 5.0 * NOISE
     assert len(doubted) == 0
+
+
+def test_votes_alone_decide_within_a_box_and_not_beyond_its_edges():
+    faces = body("box").faces
+    inside = np.random.default_rng(0).uniform(-HALF, HALF, (2000, 3))
+    decides, chosen = Cells(FaceTrees(faces)).decide(inside)
+    assert (decides >= 0).all()
+    assert np.abs(chosen[:, 0] - box_distance(inside)).max() < 5.0 * NOISE
+    corner = HALF + np.random.default_rng(0).uniform(0.5, 2.0, (500, 3))
+    assert (Cells(FaceTrees(faces)).decide(corner)[0] == -1).all()
+
+
+def test_a_face_of_several_patches_is_left_to_their_mean():
+    faces = body("box").faces
+    face = faces.faces[0]
+    several = replace(face, pieces=2 * face.pieces, patches=(face.patches[0], len(faces)))
+    trees = FaceTrees(replace(faces, faces=(several, *faces.faces[1:])))
+    points = np.random.default_rng(0).uniform(-HALF, HALF, (2000, 3))
+    before = Cells(FaceTrees(faces)).decide(points)[0]
+    assert (before == 0).any()
+    assert (Cells(trees).decide(points)[0] == np.where(before == 0, -1, before)).all()
+
+
+@pytest.mark.parametrize(("wrong", "known"), [(1, True), (4, False)])
+def test_a_cell_with_more_contrary_votes_than_wrong_labels_is_unknown(wrong, known):
+    """Samples of a second face beyond the first: as those of a small rounding are, whose cell holds
+    the body on one side of the rim and air on the other."""
+    faces = body("box").faces
+    first, second = faces.faces[:2]
+    normal = first.pieces[0].axes[2]
+    points = faces.points.copy()
+    moved = points[second.samples[:wrong]]
+    points[second.samples[:wrong]] = moved - (moved @ normal)[:, None] * normal
+    points[second.samples[:wrong]] += (np.abs(HALF @ normal) + 1.0) * normal
+    beyond = points[first.samples] + 0.5 * normal
+    decides, _ = Cells(FaceTrees(replace(faces, points=points))).decide(beyond)
+    assert (decides == first.id).mean() > 0.9 if known else (decides != first.id).all()
+
+
+def test_where_no_sample_is_clear_of_other_faces_nothing_is_decided():
+    faces = body("box").faces
+    vague = replace(faces, faces=tuple(replace(f, deviation=1e3) for f in faces.faces))
+    points = np.random.default_rng(0).uniform(-HALF, HALF, (200, 3))
+    trees = FaceTrees(vague)
+    # All are one surface then; each of them alone is none.
+    cells = Cells(trees)
+    assert (cells.decide(points)[0] == -1).all()
+    decides, chosen = np.zeros(len(points), int), trees.values(0, points)
+    cells.settle(points, trees.all_distances(points), decides.copy(), decides, chosen)
+    assert (decides == 0).all()
+
+
+def test_two_faces_that_face_each_other_on_one_plane_decide_on_their_own_sides():
+    """The lower block's top and the upper block's bottom, with a neck between: the first faces up,
+    the second down."""
+    columns = touched_mesh("two blocks", 40, NOISE)
+    faces = body_of(samples_of_touches(columns, NOISE)).faces
+    rng = np.random.default_rng(0)
+    left = rng.uniform([-29, -4, 1], [-7, 4, 29], (1000, 3))
+    right = rng.uniform([7, -4, 1], [29, 4, 29], (1000, 3))
+    for points, sign in ((left, 1.0), (right, -1.0)):
+        decides, chosen = Cells(FaceTrees(faces)).decide(points)
+        assert (decides >= 0).mean() > 0.8
+        near = decides >= 0
+        nearest = np.minimum(np.abs(points[:, 1]), distance_of_sides(points))
+        off = np.abs(np.abs(chosen[near, 0]) - nearest[near])
+        assert np.quantile(off, 0.99) < 5.0 * NOISE
+        along = np.abs(chosen[:, 2]) > 0.9
+        mine = near & along & (np.abs(points[:, 1]) < 2.0)
+        assert (chosen[mine, 2] * sign > 0.9).all()
+
+
+def distance_of_sides(points) -> np.ndarray:
+    """(n,) the least distance of points between -30 and 30 from the other planes near y = 0."""
+    x, _, z = points.T
+    walls = np.minimum(np.abs(np.abs(x) - 5.0), 30.0 - np.abs(x))
+    return np.minimum(walls, np.minimum(z, 30.0 - z))

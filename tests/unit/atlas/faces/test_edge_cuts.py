@@ -9,10 +9,11 @@ from tests.lawful import body_of, lawful_object, samples_of_touches, touched_mes
 NOISE = 0.02
 
 
-@pytest.mark.parametrize("name", ["box", "step", "stairs"])
+@pytest.mark.parametrize("name", ["box", "step", "stairs", "T-slot", "two blocks"])
 def test_what_is_inside_by_the_faces_is_inside(name):
     """Points all over the bounding box, those within five deviations of the surface left out. On
-    stairs a face is ended by one that others end in turn."""
+    stairs a face is ended by one that others end in turn; on two blocks two faces face each other
+    on one plane."""
     columns = touched_mesh(name, 40, NOISE)
     body, mesh = body_of(samples_of_touches(columns, NOISE)), lawful_object(name)
     low, high = mesh.vertices.min(axis=0) - 2.0, mesh.vertices.max(axis=0) + 2.0
