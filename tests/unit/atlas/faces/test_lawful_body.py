@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 from tests.lawful import (
     HALF,
@@ -223,3 +224,17 @@ def test_a_body_is_lawful_where_few_samples_are_left_out(box):
     assert lawful_share(box.faces) == pytest.approx(1.0 - box.faces.unexplained, abs=1e-12)
     sphere = body_of(touched_samples("sphere", 30)).faces
     assert len(sphere) == 1 and not is_lawful(sphere)
+
+
+def test_each_sample_has_a_seed_on_its_own_side_of_a_thin_plate_within_a_voxel():
+    """A plate a sixth as thick as the edge of the voxels that thin samples out."""
+    points, outward, planes = touched_mesh("plate", 60, NOISE)
+    within = (np.abs(np.abs(points[:, 2]) - PLATE[2]) < 5.0 * NOISE) & (np.abs(outward[:, 2]) > 0.9)
+    height = np.sign(points[:, 2]) * (0.1 * PLATE[2] + np.abs(points[:, 2]) - PLATE[2])
+    columns = np.column_stack([points[:, :2], height]), outward, planes
+    body = body_of(samples_of_touches(columns, NOISE, within))
+    voxel = body.reach / 6.0
+    for side in (-1.0, 1.0):
+        samples = body.samples.points[(body.faces.of >= 0) & (side * body.samples.points[:, 2] > 0)]
+        seeds = body.seeds[side * body.seeds[:, 2] > 0.0]
+        assert cKDTree(seeds).query(samples)[0].max() <= np.sqrt(3.0) * voxel
