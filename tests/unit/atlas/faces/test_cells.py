@@ -89,6 +89,32 @@ def test_two_parts_of_one_plane_are_one_face():
     assert len(doubted) == 0
 
 
+def test_a_face_without_votes_beyond_it_keeps_points_on_it():
+    """The first face is split in two, and all samples of its middle are taken away, so that nothing
+    is known beyond it there. Points on it are within the noise of both parts, on either side."""
+    faces = body("box").faces
+    top = faces.faces[0]
+    normal = top.pieces[0].axes[2]
+    half = faces.points[top.samples] @ np.roll(normal, 1) > 0.0
+    tilted = replace(top.pieces[0], origin=top.pieces[0].origin - 1e-3 * normal)
+    parts = [replace(top, samples=top.samples[half])]
+    parts.append(replace(top, samples=top.samples[~half], id=len(faces), pieces=(tilted,)))
+    of = faces.of.copy()
+    of[parts[1].samples] = len(faces)
+    split = replace(faces, faces=(parts[0], *faces.faces[1:], parts[1]), of=of)
+    trees = FaceTrees(split)
+    points = tilted.feet(np.random.default_rng(0).uniform(-0.9, 0.9, (500, 3)) * HALF)
+    points = points + 5e-4 * normal
+    decides, chosen = np.full(len(points), len(faces)), trees.values(len(faces), points)
+    cells = Cells(trees)
+    outer = cells._key(trees.all_distances(points + normal) > 0.0)
+    cells._labels[np.isin(cells._keys, outer)] = 0.0
+    # The nearest samples are of another face.
+    owner = np.ones(len(points), int)
+    cells.settle(points, trees.all_distances(points), owner, decides, chosen)
+    assert np.abs(chosen[:, 0]).max() < 2e-3
+
+
 def test_votes_alone_decide_within_a_box_and_not_beyond_its_edges():
     faces = body("box").faces
     inside = np.random.default_rng(0).uniform(-HALF, HALF, (2000, 3))
