@@ -61,7 +61,7 @@ class Cells:
         They do where the cell of a point is known, and that beyond the nearest face is known to be
         on the other side.
         """
-        distances = self._trees.all_distances(points)
+        distances = self._of_surfaces(points, self._trees.all_distances(points))
         cell = self._key(distances > 0.0)
         nearest = np.abs(np.where(self._bits == 0, np.inf, distances)).argmin(axis=1)
         label = self._label(cell)
@@ -92,6 +92,7 @@ class Cells:
         (m,) int
             The points at which the votes contradict what was chosen, and name no other face.
         """
+        distances = self._of_surfaces(points, distances)
         cell = self._key(distances > 0.0)
         label, before = self._label(cell), _side(chosen[:, 0])
         label = np.where(label == 0.0, before, label)
@@ -133,6 +134,17 @@ class Cells:
         flips = np.bitwise_xor.reduce(self._bits[order[:, list(some)]], axis=1)
         return self._label(cell ^ flips)
 
+    def _of_surfaces(self, points, distances) -> np.ndarray:
+        """(n, f) distances of points (n, 3) from faces (n, f), where several faces are one surface
+        those of the one with the nearest sample: far from its samples a face is not as exact."""
+        out, rows = distances.copy(), np.arange(len(points))
+        for one, faces in enumerate(self._of_one):
+            if len(faces) > 1:
+                away = np.stack([self._trees.away(k, points) for k in faces.tolist()])
+                nearest = faces[away.argmin(axis=0)]
+                out[:, one] = self._way[nearest] * distances[rows, nearest]
+        return out
+
     def _may_bound(self, distance, one, label) -> np.ndarray:
         """(n,) whether a face that is one surface with ``one`` (n,), at a distance (n,) from it,
         has points of a label (n,) on that side of it."""
@@ -146,8 +158,10 @@ class Cells:
             decides[rows] = one
             if len(faces) > 1:
                 away = np.stack([self._trees.away(k, points[rows]) for k in faces.tolist()])
-                side = _side(self._trees.distances(one, points[rows])) * label[rows]
-                away[self._way[faces][:, None] != side] = np.inf
+                distances = [self._trees.distances(k, points[rows]) for k in faces.tolist()]
+                # One on whose own surface a point lies may be on either side of it.
+                other = (_side(np.stack(distances)) != label[rows]) & self._two_ways[one]
+                away[other] = np.inf
                 decides[rows] = faces[away.argmin(axis=0)]
             for k in np.unique(decides[rows]).tolist():
                 mine = rows[decides[rows] == k]
@@ -158,7 +172,8 @@ class Cells:
         faces = self._trees.faces
         samples = np.concatenate([face.samples for face in faces.faces])
         own, way = self._one[faces.of[samples]], self._way[faces.of[samples]]
-        distances = self._trees.all_distances(faces.points[samples])
+        points = faces.points[samples]
+        distances = self._of_surfaces(points, self._trees.all_distances(points))
         outside, clear = distances > 0.0, np.abs(distances) > self._noise
         rows = np.arange(len(own))
         clear[rows, own] = True
