@@ -91,3 +91,15 @@ def test_what_is_between_two_sides_is_not_doubted():
     """Half of the difference of both sides would be 2."""
     found = body("plate", 60).field.at(points_about_the_plate(0.0))
     assert np.quantile(found.deviation, 0.99) < 5.0 * NOISE
+
+
+def test_two_parts_of_one_plane_imply_no_edge():
+    """The samples of either lie on the other, and on no side of it."""
+    faces = body("box", 40).faces
+    top = faces.faces[0]
+    half = np.arange(len(top.samples)) % 2 == 0
+    parts = [replace(top, samples=top.samples[half])]
+    parts.append(replace(top, samples=top.samples[~half], id=len(faces)))
+    split = replace(faces, faces=(parts[0], *faces.faces[1:], parts[1]), edges=())
+    pairs = {edge[:2] for edge in implied_edges(FaceTrees(split), body("box", 40).reach)}
+    assert (0, len(faces)) not in pairs and len(pairs) > 12
