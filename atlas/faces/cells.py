@@ -13,7 +13,7 @@ _NOISE = 4.0
 _LEAST = 3
 # Largest number and fraction of contrary votes, from wrong labels, of which either is enough. A
 # cell that a smooth rim divides has more: those of the few samples of a small rounding. Doubled,
-# one sixth of such a rounding is cut off.
+# smaller roundings are cut off.
 _CONTRARY, _WRONG = 1, 0.001
 # Cosine of the normals of two faces that are one surface within the noise. Nearer to 1, tilted ones
 # are two.
@@ -54,14 +54,15 @@ class Cells:
         self._bits = np.where(self._one == np.arange(len(faces)), bits, 0)
         self._keys, self._labels = self._votes()
 
-    def decide(self, points) -> tuple[np.ndarray, np.ndarray]:
-        """The face (n,) that votes show to be the surface of points (n, 3), -1 where they do not,
-        or where it has several patches; and its distance, normal and variance (n, 5).
+    def decide(self, points, distances) -> tuple[np.ndarray, np.ndarray]:
+        """The face (n,) that votes show to be the surface of points (n, 3) at distances (n, f) from
+        all faces, length; -1 where they do not, or where it has several patches. And its distance,
+        normal and variance (n, 5).
 
         They do where the cell of a point is known, and that beyond the nearest face is known to be
         on the other side.
         """
-        distances = self._of_surfaces(points, self._trees.all_distances(points))
+        distances = self._of_surfaces(points, distances)
         cell = self._key(distances > 0.0)
         nearest = np.abs(np.where(self._bits == 0, np.inf, distances)).argmin(axis=1)
         label = self._label(cell)

@@ -81,13 +81,13 @@ class SharpEdges:
         """
         if not len(rows):
             return
-        before = self.near_samples_out(sign, pair, points[rows])
+        before = self._near_samples_out(sign, pair, points[rows])
         theirs = self._trees.values(pair[1], points[rows])
         limit = np.where(before > 0.0, _CROSSED * before, -np.inf)
         wins = sign * theirs[:, 0] > np.maximum(sign * chosen[rows, 0], limit)
         chosen[rows[wins]], decides[rows[wins]] = theirs[wins], pair[1]
 
-    def near_samples_out(self, sign: float, pair, points) -> np.ndarray:
+    def _near_samples_out(self, sign: float, pair, points) -> np.ndarray:
         """(m,) how far the samples of the first face of a pair that are nearest to points (m, 3)
         lie out of the second beyond its noise, length: the innermost of them, because the others
         may have wrong labels. Infinite where one is out and the second face has no sample about a

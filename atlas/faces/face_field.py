@@ -102,16 +102,17 @@ class FaceField:
         that bound it. Rounded edges come last.
         """
         points = np.asarray(points, float)
-        decides, chosen = self._cells.decide(points)
+        distances = self.trees.all_distances(points)
+        decides, chosen = self._cells.decide(points, distances)
         owner, rows = decides.copy(), np.flatnonzero(decides < 0)
-        owner[rows], decides[rows], chosen[rows] = self._by_samples(points[rows])
+        owner[rows], decides[rows], chosen[rows] = self._by_samples(points[rows], distances[rows])
         self._rounded.round(points, owner, decides, chosen)
         normal = chosen[:, 1:4] / np.linalg.norm(chosen[:, 1:4], axis=1)[:, None]
         return FaceValues(chosen[:, 0], normal, np.sqrt(chosen[:, 4]), decides)
 
-    def _by_samples(self, points) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """The face (n,) of the nearest sample of points (n, 3), the face (n,) that decides, and its
-        distance, normal and variance (n, 5).
+    def _by_samples(self, points, distances) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The face (n,) of the nearest sample of points (n, 3) at distances (n, f) from all faces,
+        length, the face (n,) that decides, and its distance, normal and variance (n, 5).
 
         Patches of one free-form face are averaged, each with the weight of its samples near the
         point. At a sharp edge the distance is the largest of those of the faces that meet there in
@@ -126,7 +127,6 @@ class FaceField:
         chosen = columns[owner, np.arange(len(points))]
         chosen[:, 4] += self._doubt(columns, owner, away, near)
         self._rims.move(points, away, owner, chosen)
-        distances = self.trees.all_distances(points)
         decides = self._sharp.cut(points, distances, away, owner, chosen)
         doubted = self._cells.settle(points, distances, owner, decides, chosen)
         chosen[doubted, 4] = np.maximum(chosen[doubted, 4], chosen[doubted, 0] ** 2)

@@ -35,6 +35,12 @@ def settled(faces, points, chosen_face: int):
     return chosen[:, 0], decides, doubted
 
 
+def decided(faces, points):
+    """What votes alone decide."""
+    trees = FaceTrees(faces)
+    return Cells(trees).decide(points, trees.all_distances(points))
+
+
 @pytest.mark.parametrize("scale", [1.0, 1e-3])
 @pytest.mark.parametrize("chosen", [0, 3, 5])
 def test_within_a_box_votes_correct_any_choice(chosen, scale):
@@ -118,22 +124,22 @@ def test_a_face_without_votes_beyond_it_keeps_points_on_it():
 def test_votes_alone_decide_within_a_box_and_not_beyond_its_edges():
     faces = body("box").faces
     inside = np.random.default_rng(0).uniform(-HALF, HALF, (2000, 3))
-    decides, chosen = Cells(FaceTrees(faces)).decide(inside)
+    decides, chosen = decided(faces, inside)
     assert (decides >= 0).all()
     assert np.abs(chosen[:, 0] - box_distance(inside)).max() < 5.0 * NOISE
     corner = HALF + np.random.default_rng(0).uniform(0.5, 2.0, (500, 3))
-    assert (Cells(FaceTrees(faces)).decide(corner)[0] == -1).all()
+    assert (decided(faces, corner)[0] == -1).all()
 
 
 def test_a_face_of_several_patches_is_left_to_their_mean():
     faces = body("box").faces
     face = faces.faces[0]
     several = replace(face, pieces=2 * face.pieces, patches=(face.patches[0], len(faces)))
-    trees = FaceTrees(replace(faces, faces=(several, *faces.faces[1:])))
+    split = replace(faces, faces=(several, *faces.faces[1:]))
     points = np.random.default_rng(0).uniform(-HALF, HALF, (2000, 3))
-    before = Cells(FaceTrees(faces)).decide(points)[0]
+    before = decided(faces, points)[0]
     assert (before == 0).any()
-    assert (Cells(trees).decide(points)[0] == np.where(before == 0, -1, before)).all()
+    assert (decided(split, points)[0] == np.where(before == 0, -1, before)).all()
 
 
 @pytest.mark.parametrize(("wrong", "known"), [(1, True), (4, False)])
@@ -148,7 +154,7 @@ def test_a_cell_with_more_contrary_votes_than_wrong_labels_is_unknown(wrong, kno
     points[second.samples[:wrong]] = moved - (moved @ normal)[:, None] * normal
     points[second.samples[:wrong]] += (np.abs(HALF @ normal) + 1.0) * normal
     beyond = points[first.samples] + 0.5 * normal
-    decides, _ = Cells(FaceTrees(replace(faces, points=points))).decide(beyond)
+    decides, _ = decided(replace(faces, points=points), beyond)
     assert (decides == first.id).mean() > 0.9 if known else (decides != first.id).all()
 
 
@@ -159,7 +165,7 @@ def test_where_no_sample_is_clear_of_other_faces_nothing_is_decided():
     trees = FaceTrees(vague)
     # All are one surface then; each of them alone is none.
     cells = Cells(trees)
-    assert (cells.decide(points)[0] == -1).all()
+    assert (cells.decide(points, trees.all_distances(points))[0] == -1).all()
     decides, chosen = np.zeros(len(points), int), trees.values(0, points)
     cells.settle(points, trees.all_distances(points), decides.copy(), decides, chosen)
     assert (decides == 0).all()
@@ -174,7 +180,7 @@ def test_two_faces_that_face_each_other_on_one_plane_decide_on_their_own_sides()
     left = rng.uniform([-29, -4, 1], [-7, 4, 29], (1000, 3))
     right = rng.uniform([7, -4, 1], [29, 4, 29], (1000, 3))
     for points, sign in ((left, 1.0), (right, -1.0)):
-        decides, chosen = Cells(FaceTrees(faces)).decide(points)
+        decides, chosen = decided(faces, points)
         assert (decides >= 0).mean() > 0.8
         near = decides >= 0
         nearest = np.minimum(np.abs(points[:, 1]), distance_of_sides(points))
