@@ -59,15 +59,13 @@ def _beside(rounding: Rounding) -> list[_Offer]:
     """Edges that explain, with one of their pieces, another label: contours that end beside an edge
     may have made one of a part of its rounding and a part of the piece."""
     labels, out = rounding.labels, []
-    members = labels.all_members()
-    settled = [labels.is_settled(k, m) for k, m in enumerate(members)]
     linked = {pair[:2] for pair in labels.pairs()}
     for edge in rounding.edges:
         pair = edge.first, edge.second
-        for label in range(len(labels.pieces)):
-            beside = any((min(label, k), max(label, k)) in linked for k in pair)
-            if label in pair or not beside or all(settled[k] for k in (label, *pair)):
-                continue
+        beside = {k for two in linked if set(two) & set(pair) for k in two}
+        # The ball in a corner may be linked to samples without a label alone.
+        beside |= set(labels.of[labels.graph.around(edge.samples, 1)].tolist())
+        for label in sorted(beside - {NONE, *pair}):
             saved = rounding.saved_by(edge, label)
             if saved > 0.0:
                 out.append((saved, edge, {label}))

@@ -12,6 +12,7 @@ import numpy as np
 
 from touchatlas.atlas.faces.crossings import Crossings, find_crossings
 from touchatlas.atlas.faces.grow import evenly
+from touchatlas.atlas.faces.kinds import Kind
 from touchatlas.atlas.faces.labels import NONE, Labels
 from touchatlas.atlas.faces.rolling_ball import (
     ball_radius,
@@ -110,10 +111,22 @@ class Rounding:
         saved -= 0.5 * np.log(len(samples)) - sum(self._price(k) for k in given)
         crossing = np.isin(samples, members, invert=True) | np.isin(samples, crossings.samples)
         good = self.evidence.is_good(self.evidence.options.unexplained - after[crossing])
-        if saved <= _BETTER or not good:
+        if saved <= _BETTER or not good or self._is_bevel(samples, after):
             return None
         on = self._on_ball(pair, sign, found[0])
         return BluntEdge(first, second, sign, *found, on, crossings.points, float(saved))
+
+    def _is_bevel(self, samples, after) -> bool:
+        """Whether a plane explains those samples (m,) that have no label for less than a rounded
+        edge does, nats (m,)."""
+        loose = self.labels.of[samples] == NONE
+        between, evidence = samples[loose], self.evidence
+        piece = evidence.fit(Kind.PLANE, between) if len(between) > Kind.PLANE.parameters else None
+        if piece is None:
+            return False
+        flat = evidence.misfit(evidence.compare(piece, between)[0]).sum()
+        flat += evidence.price(Kind.PLANE, len(between))
+        return bool(flat < after[loose].sum() + 0.5 * np.log(len(between)))
 
     def _after(self, pair, sign: float, radius: float, samples, given) -> np.ndarray:
         """(m,) nats of samples by a rounded edge of two labels, and the roundings at its ends:

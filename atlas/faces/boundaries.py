@@ -22,7 +22,7 @@ from touchatlas.atlas.faces.edge_curves import (
 from touchatlas.atlas.faces.grow import evenly
 from touchatlas.atlas.faces.kinds import Kind
 from touchatlas.atlas.faces.label_pairs import pairs_across_ends, pairs_across_links
-from touchatlas.atlas.faces.labels import Labels
+from touchatlas.atlas.faces.labels import NONE, Labels
 from touchatlas.atlas.faces.misfit import rim_errors, unseen_misfit
 from touchatlas.patch.geometry.arrays import cross
 
@@ -50,6 +50,9 @@ _MEASURED = 16
 _FARTHER = 2.0
 # Points that a sharp edge needs. Doubled, short edges are missed.
 _LEAST_POINTS = 3
+# Points that a rounded edge needs: those of two contours show one radius. Doubled, short edges are
+# missed.
+_TWO = 2
 # Samples about a point of a boundary, and the least fraction that is of the two pieces. Doubled,
 # boundaries end farther from corners.
 _ABOUT, _MOST = 8, 1.0
@@ -185,16 +188,23 @@ class _Judge:
         at = intersection_points(*pieces, edge.crossings, reach).points
         if before is not None:
             at = np.concatenate([at, before.curve.points])
-        found = self.uncrossed(edge.first, edge.second, at)
+        # On a short edge most samples beside it may lie on corners, which are explained later.
+        found = self.uncrossed(edge.first, edge.second, at, points=_TWO, loose=True)
         return before if found is None else replace(found, blunt=edge)
 
     def uncrossed(
-        self, a: int, b: int, middles, least: float = _UNCROSSED, points: int = _LEAST_POINTS
+        self,
+        a: int,
+        b: int,
+        middles,
+        least: float = _UNCROSSED,
+        points: int = _LEAST_POINTS,
+        loose: bool = False,
     ) -> Boundary | None:
         """The sharp edge of two pieces about points between their samples, or None where they do
-        not meet at an angle, or in fewer points."""
+        not meet at an angle, or in fewer points. Samples of no piece may be ``loose`` about it."""
         pieces = self.labels.pieces[a], self.labels.pieces[b]
-        curve = self._own(a, b, intersection_points(*pieces, middles, _NEAR * self.step))
+        curve = self._own(a, b, intersection_points(*pieces, middles, _NEAR * self.step), loose)
         if len(curve.points) < points:
             return None
         angle = float(np.median(angles(*pieces, curve.points)))
@@ -223,16 +233,16 @@ class _Judge:
         limit = _APART * np.sqrt(one + other + self.evidence.samples.std**2)
         return bool(np.median(np.abs(first - second) / limit) > 1.0)
 
-    def _own(self, a: int, b: int, curve: CurvePoints) -> CurvePoints:
-        """The points of a curve about which most samples are of the two pieces: elsewhere these
-        meet beyond a third."""
+    def _own(self, a: int, b: int, curve: CurvePoints, loose: bool = False) -> CurvePoints:
+        """The points of a curve about which most samples are of the two pieces, or ``loose``:
+        elsewhere these meet beyond a third."""
         if not len(curve.points):
             return curve
         tree = self.evidence.graph.tree
         _, near = tree.query(curve.points, k=min(_ABOUT, tree.n))
         of = self.labels.of[near.reshape(len(curve.points), -1)]
-        rounded = self.rounded[near.reshape(len(curve.points), -1)]
-        own = ((of == a) | (of == b) | rounded).mean(axis=1) >= _MOST
+        others = self.rounded[near.reshape(len(curve.points), -1)] | loose & (of == NONE)
+        own = ((of == a) | (of == b) | others).mean(axis=1) >= _MOST
         return CurvePoints(curve.points[own], curve.deviation[own])
 
     def _rim_errors(self, label: int, at, across) -> tuple[float, float]:

@@ -96,12 +96,13 @@ class Cells:
         distances = self._of_surfaces(points, distances)
         cell = self._key(distances > 0.0)
         label, before = self._label(cell), _side(chosen[:, 0])
-        label = np.where(label == 0.0, before, label)
+        shown, label = label != 0.0, np.where(label == 0.0, before, label)
         order = np.abs(np.where(self._bits == 0, np.inf, distances)).argsort(axis=1, kind="stable")
         order = order[:, : min(_NEAREST, np.count_nonzero(self._bits))]
         # On the face itself either side may be told: that of another face of its surface.
-        wrong = (before != label) & (np.abs(chosen[:, 0]) > self._noise[decides])
-        wrong |= self._is_refuted(cell, label, order, self._one[decides])
+        clear = np.abs(chosen[:, 0]) > self._noise[decides]
+        wrong = (before != label) & clear
+        wrong |= self._is_refuted(cell, label, order, self._one[decides]) & (shown | clear)
         found, reach = np.full(len(points), -1), np.where(wrong, np.inf, np.abs(chosen[:, 0]))
         for some in _subsets(order.shape[1]):
             rows = np.flatnonzero(found < 0)

@@ -4,9 +4,10 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from touchatlas.atlas.faces.crossings import find_crossings
 from touchatlas.atlas.faces.grow import Evidence, evenly
 from touchatlas.atlas.faces.kinds import Kind
-from touchatlas.atlas.faces.labels import Labels
+from touchatlas.atlas.faces.labels import NONE, Labels
 from touchatlas.atlas.faces.piece import Piece
 
 # Most samples by which a merged piece is fitted and first judged. Doubled, it takes twice as long.
@@ -23,11 +24,13 @@ def merge(labels: Labels) -> int:
     """Merge linked labels while the description becomes shorter; returns how many."""
     merged = 0
     while True:
-        found = []
+        found, apart = [], _about_roundings(labels)
         members = labels.all_members()
         costs = [labels.energy(p, m) for p, m in zip(labels.pieces, members, strict=True)]
         settled = [labels.is_settled(k, m) for k, m in enumerate(members)]
         for a, b, links in labels.pairs():
+            if (a, b) in apart:
+                continue
             if settled[a] and settled[b] and labels.is_settled_pair(a, b):
                 continue
             key = members[a].tobytes(), members[b].tobytes()
@@ -49,6 +52,15 @@ def merge(labels: Labels) -> int:
                 labels.of[labels.of == b] = a
                 labels.pieces[a] = piece
                 merged += 1
+
+
+def _about_roundings(labels: Labels) -> set[tuple[int, int]]:
+    """Pairs of labels between which a contour runs over the rounding of an edge, and no more."""
+    if not labels.rounded.any():
+        return set()
+    on = labels.rounded & (labels.of == NONE)
+    crossings = find_crossings(labels)
+    return {pair for pair, some in crossings.items() if len(some.only(on).samples)}
 
 
 def merged_piece(labels: Labels, both, kinds, worth: float) -> tuple[Piece | None, float]:

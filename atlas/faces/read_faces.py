@@ -56,10 +56,11 @@ def faces_of_samples(
 def faces_of_revised(labels: Labels, rounds: int = _RIM_ROUNDS) -> Faces:
     """The faces of a labelling that was revised: blunt edges absorb samples, and labels move to the
     sides of rims that they are on, in so many rounds."""
+    # An edge beside one part of a face must not absorb another part.
+    _unite_all(labels)
     if absorb(labels):
         refit(labels)
-    while unite(labels):
-        refit(labels)
+    _unite_all(labels)
     for _ in range(rounds):
         labels.drop_empty()
         cut_crossed_links(labels)
@@ -69,6 +70,11 @@ def faces_of_revised(labels: Labels, rounds: int = _RIM_ROUNDS) -> Faces:
         refit(labels)
     labels.drop_empty()
     return faces_of_labels(labels)
+
+
+def _unite_all(labels: Labels) -> None:
+    while unite(labels):
+        refit(labels)
 
 
 def faces_of_labels(labels: Labels) -> Faces:

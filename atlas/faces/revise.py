@@ -76,7 +76,7 @@ def drop(labels: Labels) -> int:
         around = labels.of[graph.neighbours[members].clip(max=graph.size - 1)]
         around[graph.neighbours[members] == graph.size] = label
         none = np.zeros(len(members), bool)
-        best, to = np.full(len(members), options.unexplained), np.full(len(members), NONE)
+        best, to = labels.loose_costs[members], np.full(len(members), NONE)
         for other in np.unique(around):
             if other in (NONE, label):
                 continue

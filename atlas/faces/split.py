@@ -39,7 +39,7 @@ def split(labels: Labels, tried: list[np.ndarray]) -> int:
             labels.add(growth.piece, growth.members[labels.of[growth.members] == NONE])
         _relabel(labels, members, range(len(before[1]), len(labels.pieces)))
         after = _boundary_cost(labels, members)
-        after += labels.evidence.options.unexplained * np.count_nonzero(labels.of[members] == NONE)
+        after += labels.loose_costs[members[labels.of[members] == NONE]].sum()
         for new in range(len(before[1]), len(labels.pieces)):
             part = labels.members(new)
             after += labels.energy(labels.pieces[new], part) if len(part) else 0.0
@@ -94,7 +94,7 @@ def _relabel(labels: Labels, members, choice) -> None:
     """Give samples the label that costs least among a few, beside their neighbours'."""
     options, graph = labels.evidence.options, labels.graph
     own = np.ones(len(members), bool)
-    costs = [np.full(len(members), options.unexplained)]
+    costs = [labels.loose_costs[members]]
     costs += [labels.costs(labels.pieces[k], members, own) for k in choice]
     names = np.array([NONE, *choice])
     labels.of[members] = names[np.argmin(costs, axis=0)]
