@@ -12,7 +12,7 @@ from touchatlas.atlas.faces.samples import ContourSamples, contour_samples
 from touchatlas.patch.geometry.section import contour_normals
 from touchatlas.planner import ProbePlan, Reason
 from touchatlas.planner.planes import concurrent_planes
-from touchatlas.sim import Probe
+from touchatlas.sim import Probe, make_object
 from touchatlas.sim.study.surface_peers import spread
 from touchatlas.sim.world.mesh_object import MeshObject
 
@@ -144,7 +144,18 @@ def lawful_object(name: str) -> MeshObject:
 def touched_mesh(name: str, count: int, noise: float, seed: int = 3):
     """Points, outward directions and plane normals (n, 3) of ``count`` touches of three contours,
     which run over edges."""
-    obj, rng = lawful_object(name), np.random.default_rng(seed)
+    return touched(lawful_object(name), count, noise, seed, _REACH, _SAMPLES)
+
+
+@lru_cache
+def touched_plate(count: int, noise: float, seed: int):
+    """The same of the built-in plate, whose edges and corners are rounded, with longer arms."""
+    return touched(make_object("plate"), count, noise, seed, 30.0, 18)
+
+
+def touched(obj, count: int, noise: float, seed: int, reach: float, samples: int):
+    """The same of an object, by contours of a reach and so many steps each way."""
+    rng = np.random.default_rng(seed)
     probe = Probe(obj, noise, rng)
     # Points within the faces: a random sample is never on an edge.
     places, normals = obj.sample(20 * count, rng)
@@ -152,7 +163,7 @@ def touched_mesh(name: str, count: int, noise: float, seed: int = 3):
     for i in spread(places, count):
         planes = concurrent_planes(places[i], normals[i], rng.normal(size=3), 3)
         plan = ProbePlan(
-            0, places[i], normals[i], planes, _REACH, _REACH / _SAMPLES, np.pi, Reason.START
+            0, places[i], normals[i], planes, reach, reach / samples, np.pi, Reason.START
         )
         contours += [(c, normals[i]) for c in probe(plan).contours if len(c.points) >= 5]
     points = np.concatenate([c.points_in_plane for c, _ in contours])

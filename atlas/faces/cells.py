@@ -73,7 +73,7 @@ class Cells:
         decides[self._has_patches[decides]] = -1
         return decides, chosen
 
-    def settle(self, points, distances, owner, decides, chosen) -> np.ndarray:
+    def settle(self, points, distances, away, owner, decides, chosen) -> np.ndarray:
         """Correct what was chosen where the votes of the cells on both sides contradict it.
 
         Parameters
@@ -81,6 +81,8 @@ class Cells:
         points : (n, 3) float, length
         distances : (n, f) float, length
             From all faces.
+        away : (n,) float, length
+            From the nearest sample: the surface is no farther.
         owner : (n,) int
             The face of each point, which goes on where nothing is known beyond it.
         decides : (n,) int
@@ -103,7 +105,8 @@ class Cells:
         clear = np.abs(chosen[:, 0]) > self._noise[decides]
         wrong = (before != label) & clear
         wrong |= self._is_refuted(cell, label, order, self._one[decides]) & (shown | clear)
-        found, reach = np.full(len(points), -1), np.where(wrong, np.inf, np.abs(chosen[:, 0]))
+        farthest = away + self._noise[decides]
+        found, reach = np.full(len(points), -1), np.where(wrong, farthest, np.abs(chosen[:, 0]))
         for some in _subsets(order.shape[1]):
             rows = np.flatnonzero(found < 0)
             face = order[rows, some[-1]]

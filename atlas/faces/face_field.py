@@ -128,7 +128,7 @@ class FaceField:
         chosen[:, 4] += self._doubt(columns, owner, away, near)
         self._rims.move(points, away, owner, chosen)
         decides = self._sharp.cut(points, distances, away, owner, chosen)
-        doubted = self._cells.settle(points, distances, owner, decides, chosen)
+        doubted = self._cells.settle(points, distances, away[:, 0], owner, decides, chosen)
         chosen[doubted, 4] = np.maximum(chosen[doubted, 4], chosen[doubted, 0] ** 2)
         return owner, decides, chosen
 

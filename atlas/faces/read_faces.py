@@ -20,6 +20,10 @@ from touchatlas.atlas.patches.sample_pool import SamplePool
 # Rounds of labels by the sides of rims, and fits of the pieces; the second changes 2 per mille of
 # the labels of a plate. Doubled, it takes twice as long.
 _RIM_ROUNDS = 2
+# How often faces with rounded edges are read again from their own labels, while their number or
+# that of the edges changes: samples that an edge explains no longer bend pieces. Doubled, nothing
+# changes.
+_AGAIN = 2
 
 
 def read_faces(pool: SamplePool, std: float, before: Faces | None = None) -> Faces:
@@ -47,10 +51,19 @@ def faces_of_samples(
     """The faces of samples of contours; if those ``before`` of the first of the samples are known,
     only what the new ones touch is read again."""
     if before is None:
-        return faces_of_revised(label_samples(samples, options))
+        return _read_again(samples, options, faces_of_revised(label_samples(samples, options)))
     labels = relabel(samples, before.pieces, before.patch_of, before.rounded, options)
     # Labels from before were moved to rims already.
     return faces_of_revised(labels, rounds=1)
+
+
+def _read_again(samples: ContourSamples, options: FaceOptions, found: Faces) -> Faces:
+    for _ in range(_AGAIN if len(found.rounded) else 0):
+        again = faces_of_samples(samples, options, found)
+        if (len(again), len(again.edges)) == (len(found), len(found.edges)):
+            break
+        found = again
+    return found
 
 
 def faces_of_revised(labels: Labels, rounds: int = _RIM_ROUNDS) -> Faces:

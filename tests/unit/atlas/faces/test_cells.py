@@ -18,6 +18,8 @@ from touchatlas.atlas.faces.cells import Cells
 from touchatlas.atlas.faces.face_trees import FaceTrees
 
 NOISE = 0.02
+# No sample is near: the surface may be anywhere.
+FAR = np.inf
 
 
 @lru_cache
@@ -31,7 +33,7 @@ def settled(faces, points, chosen_face: int):
     decides = np.full(len(points), chosen_face)
     chosen = trees.values(chosen_face, points)
     distances = trees.all_distances(points)
-    doubted = Cells(trees).settle(points, distances, decides.copy(), decides, chosen)
+    doubted = Cells(trees).settle(points, distances, FAR, decides.copy(), decides, chosen)
     return chosen[:, 0], decides, doubted
 
 
@@ -117,7 +119,7 @@ def test_a_face_without_votes_beyond_it_keeps_points_on_it():
     cells._labels[np.isin(cells._keys, outer)] = 0.0
     # The nearest samples are of another face.
     owner = np.ones(len(points), int)
-    cells.settle(points, trees.all_distances(points), owner, decides, chosen)
+    cells.settle(points, trees.all_distances(points), FAR, owner, decides, chosen)
     assert np.abs(chosen[:, 0]).max() < 2e-3
 
 
@@ -167,7 +169,7 @@ def test_where_no_sample_is_clear_of_other_faces_nothing_is_decided():
     cells = Cells(trees)
     assert (cells.decide(points, trees.all_distances(points))[0] == -1).all()
     decides, chosen = np.zeros(len(points), int), trees.values(0, points)
-    cells.settle(points, trees.all_distances(points), decides.copy(), decides, chosen)
+    cells.settle(points, trees.all_distances(points), FAR, decides.copy(), decides, chosen)
     assert (decides == 0).all()
 
 
