@@ -1,5 +1,6 @@
 """Triangles of a body whose faces obey laws: dual contouring of their field, sharp at edges."""
 
+import igl
 import numpy as np
 
 from touchatlas.atlas.faces.lawful_body import LawfulBody
@@ -47,7 +48,18 @@ def lawful_surface(body: LawfulBody, edge: float) -> Surface:
 
     vertices, faces = dual_contour(at, body.seeds, edge)
     found, _ = body.at(vertices)
-    curvature = body.gaussian_curvature(vertices, found.face)
+    # The curvature jumps at rims, to which vertices are moved: it is that of triangles.
+    inside = body.gaussian_curvature(vertices[faces].mean(axis=1), found.face[faces[:, 0]])
+    curvature = _means_about_vertices(vertices, faces, inside)
     # A face whose equation fails at a vertex says nothing of it: it may lie anywhere.
     deviation = np.minimum(found.deviation, body.extent)
     return Surface(vertices, faces, found.normal, deviation, found.face, curvature)
+
+
+def _means_about_vertices(vertices, faces, values) -> np.ndarray:
+    """(v,) means of the values of triangles (f,) about each vertex, each with the weight of its
+    area: their integral over all triangles is the same."""
+    area, corners = np.repeat(igl.doublearea(vertices, faces), 3), faces.ravel()
+    total = np.bincount(corners, area, len(vertices))
+    sums = np.bincount(corners, area * np.repeat(values, 3), len(vertices))
+    return np.asarray(sums / np.maximum(total, np.finfo(float).tiny))

@@ -2,11 +2,13 @@
 
 from itertools import product
 
+import igl
 import numpy as np
 import pytest
 import trimesh
 
 from tests.lawful import (
+    BLUNT,
     HALF,
     HALF_HEIGHT,
     RADIUS,
@@ -93,3 +95,15 @@ def test_the_surface_ends_where_nothing_was_touched():
     assert surface.vertices[:, 0].max() < 5.0 + 1.5 + edge
     # One open rim: the body is a disk.
     assert mesh.euler_number == 1
+
+
+def test_total_curvature_is_that_in_the_middles_of_triangles():
+    """An identity: means about vertices by area have the same integral. A rounded box has eight
+    balls of the same sense, so that it is positive."""
+    body = body_of(samples_of_touches(touched_mesh("rounded", 40, NOISE), STD))
+    surface = lawful_surface(body, 0.5 * BLUNT)
+    middles = surface.vertices[surface.faces].mean(axis=1)
+    curvature = body.gaussian_curvature(middles, surface.patch[surface.faces[:, 0]])
+    total = float(0.5 * igl.doublearea(surface.vertices, surface.faces) @ curvature)
+    assert total > 1.0
+    assert surface.total_curvature() == pytest.approx(total, rel=1e-9)
