@@ -118,15 +118,15 @@ class Rounding:
 
     def _is_bevel(self, samples, after) -> bool:
         """Whether a plane explains those samples (m,) that have no label for less than a rounded
-        edge does, nats (m,)."""
+        edge does, nats (m,). They remain without one, until more of them show the plane."""
         loose = self.labels.of[samples] == NONE
         between, evidence = samples[loose], self.evidence
         piece = evidence.fit(Kind.PLANE, between) if len(between) > Kind.PLANE.parameters else None
         if piece is None:
             return False
         flat = evidence.misfit(evidence.compare(piece, between)[0]).sum()
-        flat += evidence.price(Kind.PLANE, len(between))
-        return bool(flat < after[loose].sum() + 0.5 * np.log(len(between)))
+        flat += evidence.price(Kind.PLANE, len(between)) + _BETTER
+        return bool(flat < after[loose].sum())
 
     def _after(self, pair, sign: float, radius: float, samples, given) -> np.ndarray:
         """(m,) nats of samples by a rounded edge of two labels, and the roundings at its ends:

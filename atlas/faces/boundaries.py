@@ -50,9 +50,9 @@ _MEASURED = 16
 _FARTHER = 2.0
 # Points that a sharp edge needs. Doubled, short edges are missed.
 _LEAST_POINTS = 3
-# Points that a rounded edge needs: those of two contours show one radius. Doubled, short edges are
+# Points that a rounded edge needs: at one a bevel passes for a rounding. Doubled, short edges are
 # missed.
-_TWO = 2
+_LEAST_BLUNT = 2
 # Samples about a point of a boundary, and the least fraction that is of the two pieces. Doubled,
 # boundaries end farther from corners.
 _ABOUT, _MOST = 8, 1.0
@@ -189,7 +189,7 @@ class _Judge:
         if before is not None:
             at = np.concatenate([at, before.curve.points])
         # On a short edge most samples beside it may lie on corners, which are explained later.
-        found = self.uncrossed(edge.first, edge.second, at, points=_TWO, loose=True)
+        found = self.uncrossed(edge.first, edge.second, at, points=_LEAST_BLUNT, loose=True)
         return before if found is None else replace(found, blunt=edge)
 
     def uncrossed(

@@ -82,7 +82,7 @@ class Cells:
         distances : (n, f) float, length
             From all faces.
         away : (n,) float, length
-            From the nearest sample: the surface is no farther.
+            From the nearest sample: the surface is no farther, nor is another face that decides.
         owner : (n,) int
             The face of each point, which goes on where nothing is known beyond it.
         decides : (n,) int
@@ -105,7 +105,7 @@ class Cells:
         clear = np.abs(chosen[:, 0]) > self._noise[decides]
         wrong = (before != label) & clear
         wrong |= self._is_refuted(cell, label, order, self._one[decides]) & (shown | clear)
-        farthest = away + self._noise[decides]
+        farthest = away + np.maximum(self._noise[owner], self._noise[decides])
         found, reach = np.full(len(points), -1), np.where(wrong, farthest, np.abs(chosen[:, 0]))
         for some in _subsets(order.shape[1]):
             rows = np.flatnonzero(found < 0)

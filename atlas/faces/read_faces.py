@@ -20,10 +20,9 @@ from touchatlas.atlas.patches.sample_pool import SamplePool
 # Rounds of labels by the sides of rims, and fits of the pieces; the second changes 2 per mille of
 # the labels of a plate. Doubled, it takes twice as long.
 _RIM_ROUNDS = 2
-# How often faces with rounded edges are read again from their own labels, while their number or
-# that of the edges changes: samples that an edge explains no longer bend pieces. Doubled, nothing
-# changes.
-_AGAIN = 2
+# How often faces with rounded edges are read again from their own labels at most, while these change:
+# samples that an edge explains no longer bend pieces. Doubled, few bodies change.
+_AGAIN = 5
 
 
 def read_faces(pool: SamplePool, std: float, before: Faces | None = None) -> Faces:
@@ -59,10 +58,9 @@ def faces_of_samples(
 
 def _read_again(samples: ContourSamples, options: FaceOptions, found: Faces) -> Faces:
     for _ in range(_AGAIN if len(found.rounded) else 0):
-        again = faces_of_samples(samples, options, found)
-        if (len(again), len(again.edges)) == (len(found), len(found.edges)):
+        before, found = found, faces_of_samples(samples, options, found)
+        if np.array_equal(found.patch_of, before.patch_of):
             break
-        found = again
     return found
 
 

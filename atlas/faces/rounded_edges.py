@@ -12,9 +12,11 @@ _NEAR = 2.0
 # Distance from the samples of each face of a corner, over ``reach``. Doubled, corners are rounded
 # where extended faces meet.
 _REACH = 2.0
+# Noise of a sample, in root mean squares of its face. Doubled, balls are seen farther from samples.
+_NOISE = 4.0
 
 
-def raise_to_ball(edge: FaceEdge, mine, theirs, rows, chosen) -> None:
+def raise_to_ball(edge: FaceEdge, mine, theirs, farthest, rows, chosen) -> None:
     """Change the values (n, 5) that were chosen, in ``rows`` (m,), to those of the ball of a blunt
     edge, where it takes more of a convex edge away, or fills more of a concave one.
 
@@ -23,11 +25,14 @@ def raise_to_ball(edge: FaceEdge, mine, theirs, rows, chosen) -> None:
     edge : FaceEdge
     mine, theirs : (m, 5) float
         Distance, normal and variance of both faces at the points.
+    farthest : (m,) float, length
+        Largest distance of the surface.
     """
     sign = edge.kind.sign
     cosine = (mine[:, 1:4] * theirs[:, 1:4]).sum(axis=1)
     found, weights = rounded_edge(sign * mine[:, 0], sign * theirs[:, 0], cosine, edge.radius)
     higher = (weights.min(axis=1) > 0.0) & (found > sign * chosen[rows, 0])
+    higher &= np.abs(found) < farthest
     weights, mine, theirs, rows = weights[higher], mine[higher], theirs[higher], rows[higher]
     chosen[rows, 0] = sign * found[higher]
     chosen[rows, 1:4] = weights[:, :1] * mine[:, 1:4] + weights[:, 1:] * theirs[:, 1:4]
@@ -58,29 +63,33 @@ class RoundedEdges:
         for edge, ends in self._edges:
             pair = edge.first, edge.second
             rows = np.flatnonzero(np.isin(decides, pair) & np.isin(owner, ends))
-            rows, (mine, theirs) = self._near(pair, edge.kind.sign, edge.radius, points, rows)
-            raise_to_ball(edge, mine, theirs, rows, chosen)
+            found = self._near(pair, edge.kind.sign, edge.radius, points, rows)
+            rows, (mine, theirs), farthest = found
+            raise_to_ball(edge, mine, theirs, farthest, rows, chosen)
         for corner in self._trees.faces.corners:
             three, sign, radius = corner.faces, corner.sign, corner.radius
             rows = np.flatnonzero(np.isin(owner, three))
             rows = rows[np.abs(chosen[rows, 0]) < _NEAR * radius]
-            rows, values = self._near(three, sign, radius, points, rows)
+            rows, values, farthest = self._near(three, sign, radius, points, rows)
             distances = sign * np.stack([v[:, 0] for v in values], axis=1)
             normals = np.stack([v[:, 1:4] for v in values], axis=1)
             found, normal, ball = rounded_corner(distances, normals, np.full(len(rows), radius))
-            higher = ball & (found > sign * chosen[rows, 0])
+            higher = ball & (found > sign * chosen[rows, 0]) & (np.abs(found) < farthest)
             chosen[rows[higher], 0] = sign * found[higher]
             chosen[rows[higher], 1:4] = normal[higher]
 
     def _near(self, faces, sign: float, radius: float, points, rows):
-        """Those of the rows (m,) whose points lie within a radius of all faces, or beyond them, and
-        what these faces say there: a list of (k, 5)."""
+        """Those of the rows (m,) whose points lie within a radius of all faces, or beyond them, what
+        these faces say there, a list of (k, 5), and the largest distance (k,) of the surface: it is
+        no farther than a sample."""
         values = [self._trees.values(k, points[rows]) for k in faces]
         near = (sign * np.stack([v[:, 0] for v in values]) > -radius).all(axis=0)
         rows, values = rows[near], [v[near] for v in values]
-        away = np.max([self._trees.away(k, points[rows]) for k in faces], axis=0)
-        near = away < _REACH * self._reach
-        return rows[near], [v[near] for v in values]
+        away = np.stack([self._trees.away(k, points[rows]) for k in faces])
+        near = away.max(axis=0) < _REACH * self._reach
+        noise = _NOISE * np.array([self._trees.faces.faces[k].deviation for k in faces])
+        farthest = (away + noise[:, None]).min(axis=0)
+        return rows[near], [v[near] for v in values], farthest[near]
 
 
 def _beside(edges, own: FaceEdge) -> list[int]:
