@@ -55,7 +55,7 @@ def merge(labels: Labels) -> int:
 
 
 def _about_roundings(labels: Labels) -> set[tuple[int, int]]:
-    """Pairs of labels between which a contour runs over the rounding of an edge and nothing else."""
+    """Pairs of labels between which a contour runs over a rounded edge and nothing else."""
     if not labels.rounded.any():
         return set()
     on = labels.rounded & (labels.of == NONE)

@@ -20,8 +20,8 @@ from touchatlas.atlas.patches.sample_pool import SamplePool
 # Rounds of labels by the sides of rims, and fits of the pieces; the second changes 2 per mille of
 # the labels of a plate. Doubled, it takes twice as long.
 _RIM_ROUNDS = 2
-# How often faces with rounded edges are read again from their own labels at most, while these change:
-# samples that an edge explains no longer bend pieces. Doubled, few bodies change.
+# How often faces with rounded edges are read again from their own labels at most, while these
+# change: samples that an edge explains no longer bend pieces. Doubled, few bodies change.
 _AGAIN = 5
 
 

@@ -79,9 +79,11 @@ class RoundedEdges:
             chosen[rows[higher], 1:4] = normal[higher]
 
     def _near(self, faces, sign: float, radius: float, points, rows):
-        """Those of the rows (m,) whose points lie within a radius of all faces, or beyond them, what
-        these faces say there, a list of (k, 5), and the largest distance (k,) of the surface: it is
-        no farther than a sample."""
+        """Those of the rows (m,) whose points lie within a radius of all faces, or beyond them.
+
+        And what these faces say there, a list of (k, 5), and the largest distance (k,) of the
+        surface: it is no farther than a sample.
+        """
         values = [self._trees.values(k, points[rows]) for k in faces]
         near = (sign * np.stack([v[:, 0] for v in values]) > -radius).all(axis=0)
         rows, values = rows[near], [v[near] for v in values]
