@@ -1,5 +1,6 @@
 """Blunt edges: a radius for each edge that is rounded, found from contours that run over it."""
 
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -16,6 +17,7 @@ from tests.lawful import (
     touched_mesh,
 )
 from touchatlas.atlas.faces.boundaries import EdgeKind
+from touchatlas.atlas.faces.face_field import face_values
 from touchatlas.atlas.faces.face_graph import as_networkx
 from touchatlas.atlas.faces.lawful_body import is_lawful, lawful_share
 
@@ -95,6 +97,19 @@ def test_a_concave_edge_has_a_radius_too():
     assert len(concave) == 1
     assert abs(concave[0].radius - FILLET) < 4.0 * concave[0].radius_std + 1e-3 * FILLET
     assert all(edge.radius == 0.0 for edge in edges if edge is not concave[0])
+
+
+def test_a_ball_decides_about_no_point_that_is_nearer_to_a_sample():
+    """A box with sharp edges, one of which is said to have a radius of half of its height. All
+    samples lie on the surface, within five deviations as all but one of a million do."""
+    body = touched_body("box")
+    first, *others = body.faces.edges
+    faces = replace(body.faces, edges=(replace(first, radius=HALF[2], radius_std=NOISE), *others))
+    face = body.faces.faces[first.first]
+    points = body.faces.points[face.samples]
+    near = body.field.trees.away(first.second, points) < HALF[2]
+    assert np.count_nonzero(near) > 20
+    assert np.abs(face_values(faces, points[near]).distance).max() < 5.0 * STD
 
 
 def test_radii_scale_with_the_samples(rounded):
