@@ -82,7 +82,7 @@ class Cells:
         distances : (n, f) float, length
             From all faces.
         away : (n,) float, length
-            From the nearest sample: the surface is no farther, nor is another face that decides.
+            From the nearest sample. The surface is no farther, so that no farther face is chosen.
         owner : (n,) int
             The face of each point, which goes on where nothing is known beyond it.
         decides : (n,) int

@@ -57,6 +57,7 @@ def faces_of_samples(
 
 
 def _read_again(samples: ContourSamples, options: FaceOptions, found: Faces) -> Faces:
+    """The faces of samples, read again from those that were found, until their labels stay."""
     for _ in range(_AGAIN if len(found.rounded) else 0):
         before, found = found, faces_of_samples(samples, options, found)
         if np.array_equal(found.patch_of, before.patch_of):
@@ -84,6 +85,7 @@ def faces_of_revised(labels: Labels, rounds: int = _RIM_ROUNDS) -> Faces:
 
 
 def _unite_all(labels: Labels) -> None:
+    """Unite parts of lawful faces until none are left, and fit their pieces again."""
     while unite(labels):
         refit(labels)
 
