@@ -45,6 +45,7 @@ class _Nodes:
     Parameters
     ----------
     at : function
+        Distance, normal and known at points.
     start : (3,) float, length
         The corner of index 0.
     edge : float, length
@@ -67,23 +68,27 @@ class _Nodes:
     def add(self, keys) -> None:
         """Evaluate those of the nodes (n,) that are not there. NaN stands for unknown."""
         new = _new(keys, self.keys)
-        distance, normal, known = seen(self.at, self.points(new))
+        if not len(new):
+            return
+        distance, normal, known = self.at(self.points(new))
         place = self.rows(new)
         self.keys = np.insert(self.keys, place, new)
         self.distance = np.insert(self.distance, place, np.where(known, distance, np.nan))
         self.normal = np.insert(self.normal, place, normal, axis=0)
 
 
-def dual_contour(at, seeds, edge: float) -> tuple[np.ndarray, np.ndarray]:
+def dual_contour(at, at_corners, seeds, edge: float) -> tuple[np.ndarray, np.ndarray]:
     """Triangles of the zero set of a signed distance, sharp where it is sharp.
 
     Parameters
     ----------
     at : function
         From points (n, 3) to the signed distance (n,), length, positive outside and of first order
-        near the surface; the outward unit normal (n, 3); and whether the surface is known there
-        (n,). The normal may jump, as that of the largest of several distances does. The surface
-        ends at cubes with an unknown corner; within the others the values count, known or not.
+        near the surface; and the outward unit normal (n, 3). The normal may jump, as that of the
+        largest of several distances does.
+    at_corners : function
+        The same at corners of the cubes, and whether the surface is known there (n,). The surface
+        ends at cubes with an unknown corner.
     seeds : (k, 3) float, length
         Points on the surface, at least one on each connected piece.
     edge : float, length
@@ -112,7 +117,7 @@ def dual_contour(at, seeds, edge: float) -> tuple[np.ndarray, np.ndarray]:
         raise ValueError(f"the edge of the cubes must be positive, not {edge}")
     if not len(seeds):
         raise ValueError("a surface needs at least one seed: give a point on it")
-    nodes = _Nodes(at, seeds[0] + _OFFSET * edge, edge)
+    nodes = _Nodes(at_corners, seeds[0] + _OFFSET * edge, edge)
     cubes, inside = _flood(nodes, seeds)
     if not len(cubes):
         return np.zeros((0, 3)), np.zeros((0, 3), int)
@@ -120,7 +125,7 @@ def dual_contour(at, seeds, edge: float) -> tuple[np.ndarray, np.ndarray]:
     cube, local = np.nonzero(sheets >= 0)
     sheet = sheets[cube, local]
     edges, crossing = np.unique(_edge_keys(cubes)[cube, local], return_inverse=True)
-    points, normals = _crossings(nodes, edges)
+    points, normals = _crossings(at, nodes, edges)
     order = np.argsort(sheet, kind="stable")
     mine = crossing[order]
     low = nodes.points(cubes[cube[np.unique(sheet, return_index=True)[1]]])
@@ -159,7 +164,7 @@ def _edge_keys(cubes) -> np.ndarray:
     return (corners_of(cubes)[:, edge_ends()[:, 0]] << 2) + EDGES[:, 3]
 
 
-def _crossings(nodes: _Nodes, edges):
+def _crossings(at, nodes: _Nodes, edges):
     """Points (e, 3) at which the surface crosses lattice edges (e,), and the normals there.
 
     The first guess is linear. Then each step is Newton's along the edge, from the last point or
@@ -177,7 +182,7 @@ def _crossings(nodes: _Nodes, edges):
     normals = np.zeros((len(edges), 3))
     for _ in range(_STEPS):
         points = first[live] + parameter[live, None] * nodes.edge * np.eye(3)[axis[live]]
-        distance, normals[live], _ = seen(nodes.at, points)
+        distance, normals[live] = seen(at, points)
         off = np.abs(distance) > _EXACT * nodes.edge
         live, distance = live[off], distance[off] / nodes.edge
         slope = normals[live, axis[live]]
@@ -238,7 +243,7 @@ def _halved(at, vertices, quads, sharp, edge: float) -> np.ndarray:
     checked = sharp[quads].any(axis=1)
     middles = corners[:, :, 0, [0, 2]].mean(axis=2).reshape(-1, 3)
     centroids = corners[checked].mean(axis=3).reshape(-1, 3)
-    distance, normal, _ = seen(at, np.concatenate([middles, centroids]))
+    distance, normal = seen(at, np.concatenate([middles, centroids]))
     cost = np.abs(distance[: len(middles)]).reshape(-1, 2) / edge
     outward = normal[len(middles) :].reshape(-1, 2, 2, 3)
     folded = (across[checked] * outward).sum(axis=-1) < 0.0

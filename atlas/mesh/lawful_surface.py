@@ -1,8 +1,11 @@
 """Triangles of a body whose faces obey laws: dual contouring of their field, sharp at edges."""
 
+from dataclasses import replace
+
 import igl
 import numpy as np
 
+from touchatlas.atlas.faces.face_field import FaceValues
 from touchatlas.atlas.faces.lawful_body import LawfulBody
 from touchatlas.atlas.mesh.dual_contouring import dual_contour
 from touchatlas.atlas.mesh.surface import Surface
@@ -41,19 +44,29 @@ def lawful_surface(body: LawfulBody, edge: float) -> Surface:
 
     It is closed where the surface is known everywhere, and ends where it is not.
     """
-
-    def at(points):
-        found, known = body.at(points)
-        return found.distance, found.normal, known
-
-    vertices, faces = dual_contour(at, body.seeds, edge)
-    found, _ = body.at(vertices)
+    vertices, faces, found = lawful_triangles(body, edge)
     # The curvature jumps at rims. At vertices a tenth of that of a plate was missing.
     inside = body.gaussian_curvature(vertices[faces].mean(axis=1), found.face[faces[:, 0]])
     curvature = _means_about_vertices(vertices, faces, inside)
+    return Surface(vertices, faces, found.normal, found.deviation, found.face, curvature)
+
+
+def lawful_triangles(body: LawfulBody, edge: float) -> tuple[np.ndarray, np.ndarray, FaceValues]:
+    """The vertices (v, 3) and triangles (f, 3) of that surface, and what the faces say of the
+    vertices."""
+
+    def at(points):
+        found = body.field.at(points)
+        return found.distance, found.normal
+
+    def at_corners(points):
+        found, known = body.at(points)
+        return found.distance, found.normal, known
+
+    vertices, faces = dual_contour(at, at_corners, body.seeds, edge)
+    found = body.field.at(vertices)
     # A face whose equation fails at a vertex says nothing of it: it may lie anywhere.
-    deviation = np.minimum(found.deviation, body.extent)
-    return Surface(vertices, faces, found.normal, deviation, found.face, curvature)
+    return vertices, faces, replace(found, deviation=np.minimum(found.deviation, body.extent))
 
 
 def _means_about_vertices(vertices, faces, values) -> np.ndarray:

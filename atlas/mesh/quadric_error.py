@@ -24,10 +24,8 @@ _PROJECTIONS = 2
 
 
 def seen(at, points):
-    """Distance (n,), normal (n, 3) and known (n,) at points (n, 3)."""
-    if not len(points):
-        return np.zeros(0), np.zeros((0, 3)), np.zeros(0, bool)
-    return at(points)
+    """Distance (n,) and normal (n, 3) at points (n, 3)."""
+    return at(points) if len(points) else (np.zeros(0), np.zeros((0, 3)))
 
 
 def vertices_of(at, points, normals, sheet, low, edge: float):
@@ -36,7 +34,7 @@ def vertices_of(at, points, normals, sheet, low, edge: float):
     Parameters
     ----------
     at : function
-        Distance, normal and known at points.
+        Distance and normal at points.
     points, normals : (n, 3) float, length and unit
         Crossings, and the normals there.
     sheet : (n,) int
@@ -58,7 +56,7 @@ def vertices_of(at, points, normals, sheet, low, edge: float):
         mine = (rank > 1)[sheet]
         sharp, here = np.unique(sheet[mine], return_inverse=True)
         near = found[sheet[mine]] + beside * (points[mine] - found[sheet[mine]])
-        distance, normal, _ = seen(at, near)
+        distance, normal = seen(at, near)
         feet = near - _bounded(distance, edge)[:, None] * normal
         found[sharp], rank[sharp] = _meeting(
             found[sharp], means[sharp], feet, normal, here, low[sharp], edge
@@ -97,7 +95,7 @@ def _meeting(middle, means, points, normals, sheet, low, edge: float):
 def _projected(at, points, edge: float) -> np.ndarray:
     """Points (n, 3) moved onto the surface by Newton steps along the normal."""
     for _ in range(_PROJECTIONS):
-        distance, normal, _ = seen(at, points)
+        distance, normal = seen(at, points)
         points = points - _bounded(distance, edge)[:, None] * normal
     return points
 

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.special import erf
 
 from touchatlas.atlas.faces.lawful_body import LawfulBody
-from touchatlas.atlas.mesh.lawful_surface import coarse_edge, lawful_surface
+from touchatlas.atlas.mesh.lawful_surface import coarse_edge, lawful_triangles
 from touchatlas.patch.geometry.normal_error import SURE
 from touchatlas.planner.place.choose import APART_HOLES, Target, View, best_open
 from touchatlas.planner.place.deviation_ratio import DeviationRatio
@@ -73,15 +73,15 @@ def lawful_target(view: View, places: LawfulPlaces) -> Target | None:
 
 
 def lawful_places(body: LawfulBody, edge: float | None = None) -> LawfulPlaces:
-    """The places of a body, from a surface of it in cubes of an edge, length; a coarse one, if
+    """The places of a body, from its surface in cubes of an edge, length; a coarse one, if
     none is given. Finer ones show smaller holes.
     """
-    surface = lawful_surface(body, coarse_edge(body) if edge is None else edge)
-    vertices, faces = surface.vertices, surface.faces
+    edge = coarse_edge(body) if edge is None else edge
+    vertices, faces, found = lawful_triangles(body, edge)
     ends = igl.boundary_facets(faces)[0] if len(faces) else np.zeros((0, 2), int)
     ends = np.reshape(ends, (-1, 2))
     length = np.linalg.norm(vertices[ends[:, 0]] - vertices[ends[:, 1]], axis=1)
-    outward = surface.normals[ends].sum(axis=1)
+    outward = found.normal[ends].sum(axis=1)
     outward /= np.maximum(np.linalg.norm(outward, axis=1), np.finfo(float).tiny)[:, None]
     normals = np.cross(
         vertices[faces[:, 1]] - vertices[faces[:, 0]], vertices[faces[:, 2]] - vertices[faces[:, 0]]
@@ -90,7 +90,7 @@ def lawful_places(body: LawfulBody, edge: float | None = None) -> LawfulPlaces:
     return LawfulPlaces(
         vertices[faces].mean(axis=1),
         normals / np.maximum(double, np.finfo(float).tiny)[:, None],
-        surface.deviation[faces].mean(axis=1),
+        found.deviation[faces].mean(axis=1),
         0.5 * double,
         vertices[ends].mean(axis=1),
         outward,

@@ -83,7 +83,7 @@ def known(body):
 
 def mesh_of(body, seed, edge: float) -> trimesh.Trimesh:
     """The mesh of a body, which is closed and of consistent winding."""
-    mesh = trimesh.Trimesh(*dual_contour(known(body), [seed], edge), process=False)
+    mesh = trimesh.Trimesh(*dual_contour(body, known(body), [seed], edge), process=False)
     assert mesh.is_watertight
     assert mesh.is_winding_consistent
     return mesh
@@ -170,9 +170,8 @@ def test_two_sheets_within_one_cube_leave_a_manifold():
         balls = [(points - [x, 0.02, 0.02], x) for x in (-1.05, 1.05)]
         return extreme([sphere(part) for part, _ in balls], np.argmin)
 
-    mesh = trimesh.Trimesh(
-        *dual_contour(known(two), [[-2.05, 0.02, 0.02], [2.05, 0.02, 0.02]], 0.2), process=False
-    )
+    seeds = [[-2.05, 0.02, 0.02], [2.05, 0.02, 0.02]]
+    mesh = trimesh.Trimesh(*dual_contour(two, known(two), seeds, 0.2), process=False)
     assert mesh.is_watertight
     assert mesh.euler_number == 2 * mesh.body_count
 
@@ -207,7 +206,7 @@ def test_the_surface_ends_where_it_is_unknown():
         lower = points @ _TURN[:, 2] < height
         return np.where(lower, distance, np.nan), np.where(lower[:, None], normal, np.nan), lower
 
-    vertices, faces = dual_contour(part, [-_TURN[:, 2]], edge)
+    vertices, faces = dual_contour(sphere, part, [-_TURN[:, 2]], edge)
     mesh = trimesh.Trimesh(vertices, faces, process=False)
     assert mesh.is_winding_consistent
     rim = mesh.edges[trimesh.grouping.group_rows(mesh.edges_sorted, require_count=1)]
@@ -234,7 +233,7 @@ def test_a_face_in_a_plane_of_the_lattice_leaves_no_degenerate_triangle():
 
 def test_a_seed_off_the_surface_finds_nothing():
     """No cube near the seed is crossed: the mesh is empty."""
-    vertices, faces = dual_contour(known(sphere), [[5.0, 0.0, 0.0]], 0.1)
+    vertices, faces = dual_contour(sphere, known(sphere), [[5.0, 0.0, 0.0]], 0.1)
     assert vertices.shape == (0, 3)
     assert faces.shape == (0, 3)
 
@@ -242,9 +241,9 @@ def test_a_seed_off_the_surface_finds_nothing():
 @pytest.mark.parametrize("edge", [0.0, -1.0, np.nan])
 def test_an_edge_that_is_not_positive_is_refused(edge):
     with pytest.raises(ValueError, match="edge of the cubes must be positive"):
-        dual_contour(known(sphere), [[1.0, 0.0, 0.0]], edge)
+        dual_contour(sphere, known(sphere), [[1.0, 0.0, 0.0]], edge)
 
 
 def test_no_seed_is_refused():
     with pytest.raises(ValueError, match="at least one seed"):
-        dual_contour(known(sphere), np.zeros((0, 3)), 0.1)
+        dual_contour(sphere, known(sphere), np.zeros((0, 3)), 0.1)
