@@ -1,5 +1,6 @@
 """Cells: faces, extended without end, divide space; samples say which parts lie inside."""
 
+from functools import cache
 from itertools import combinations
 
 import numpy as np
@@ -104,40 +105,39 @@ class Cells:
         # On the face itself either side may be told: that of another face of its surface.
         clear = np.abs(chosen[:, 0]) > self._noise[decides]
         wrong = (before != label) & clear
-        wrong |= self._is_refuted(cell, label, order, self._one[decides]) & (shown | clear)
+        decided = (order == self._one[decides][:, None]) & (shown | clear)[:, None]
+        wrong |= self._is_refuted(cell, label, order, decided)
         farthest = away + np.maximum(self._noise[owner], self._noise[decides])
-        found, reach = np.full(len(points), -1), np.where(wrong, farthest, np.abs(chosen[:, 0]))
-        for some in _subsets(order.shape[1]):
-            rows = np.flatnonzero(found < 0)
-            face = order[rows, some[-1]]
-            distance = distances[rows, face]
-            asked = np.abs(distance) < reach[rows]
-            asked &= self._may_bound(distance, face, label[rows])
-            rows, face = rows[asked], face[asked]
-            beyond = self._beyond(cell[rows], order[rows], some)
-            goes_on = wrong[rows] & (beyond == 0.0) & (face == self._one[owner[rows]])
-            hit = (beyond == -label[rows]) | goes_on
-            found[rows[hit]] = face[hit]
+        reach = np.where(wrong, farthest, np.abs(chosen[:, 0]))
+        ordered = np.take_along_axis(distances, order, axis=1)
+        asked = np.abs(ordered) < reach[:, None]
+        asked &= self._may_bound(ordered, order, label[:, None])
+        rows, face, beyond = self._beyond(cell, order, asked)
+        goes_on = wrong[rows] & (beyond == 0.0) & (face == self._one[owner[rows]])
+        hit = np.flatnonzero((beyond == -label[rows]) | goes_on)[::-1]
+        found = np.full(len(points), -1)
+        # The first one comes last here, and stays.
+        found[rows[hit]] = face[hit]
         moved = np.flatnonzero((found >= 0) & (found != self._one[decides]))
         self._move(points, found, label, moved, decides, chosen)
         return np.flatnonzero(wrong & (found < 0))
 
-    def _is_refuted(self, cell, label, order, decides) -> np.ndarray:
+    def _is_refuted(self, cell, label, order, decided) -> np.ndarray:
         """(n,) whether votes say that points (n,) in cells (n,) with labels (n,) remain on the same
-        side of the surface beyond the face ``decides`` (n,), with those before it or without."""
-        refuted = np.zeros(len(cell), bool)
-        at = order == decides[:, None]
-        refuted[at.any(axis=1)] = True
-        for some in _subsets(order.shape[1]):
-            rows = np.flatnonzero(refuted & at[:, some[-1]])
-            beyond = self._beyond(cell[rows], order[rows], some)
-            refuted[rows[beyond != label[rows]]] = False
+        side of the surface beyond the face that decided (n, k), with those before it or without."""
+        rows, _, beyond = self._beyond(cell, order, decided)
+        refuted = decided.any(axis=1)
+        refuted[rows[beyond != label[rows]]] = False
         return refuted
 
-    def _beyond(self, cell, order, some) -> np.ndarray:
-        """(n,) labels of the cells beyond some of the nearest faces (n, k) of cells (n,)."""
-        flips = np.bitwise_xor.reduce(self._bits[order[:, list(some)]], axis=1)
-        return self._label(cell ^ flips)
+    def _beyond(self, cell, order, asked) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Rows (m,) of cells (n,), faces (m,), and labels (m,) of the cells beyond these, alone and
+        with up to two that are nearer; for those of the nearest faces (n, k) that are asked."""
+        subsets = _subsets(order.shape[1])
+        rows, which = np.nonzero(asked[:, subsets[:, 0]])
+        bits = np.column_stack([self._bits[order], np.zeros(len(order), np.int64)])
+        flips = np.bitwise_xor.reduce(bits[rows[:, None], subsets[which]], axis=1)
+        return rows, order[rows, subsets[which, 0]], self._label(cell[rows] ^ flips)
 
     def _of_surfaces(self, points, distances) -> np.ndarray:
         """(n, f) distances of points (n, 3) from faces (n, f), where several faces are one surface
@@ -231,9 +231,11 @@ def _side(distance) -> np.ndarray:
     return np.where(distance > 0.0, 1.0, -1.0)
 
 
-def _subsets(count: int) -> list[tuple[int, ...]]:
-    """Sets of up to three of so many nearest faces, by the farthest of them, then by their number:
-    those that are crossed at once at an edge or a corner."""
+@cache
+def _subsets(count: int) -> np.ndarray:
+    """(s, 3) sets of up to three of so many nearest faces, the farthest first, padded with -1: by
+    the farthest of them, then by their number. They are crossed at once at an edge or a corner."""
     sizes = range(1, _MEET + 1)
     found = [some for size in sizes for some in combinations(range(count), size)]
-    return sorted(found, key=lambda some: (some[-1], len(some), some))
+    found.sort(key=lambda some: (some[-1], len(some), some))
+    return np.array([(*some[::-1], *[-1] * (_MEET - len(some))) for some in found])

@@ -105,8 +105,10 @@ class FaceField:
         distances = self.trees.all_distances(points)
         decides, chosen = self._cells.decide(points, distances)
         owner, rows = decides.copy(), np.flatnonzero(decides < 0)
-        owner[rows], decides[rows], chosen[rows] = self._by_samples(points[rows], distances[rows])
-        self._rounded.round(points, owner, decides, chosen)
+        if len(rows):
+            found = self._by_samples(points[rows], distances[rows])
+            owner[rows], decides[rows], chosen[rows] = found
+        self._rounded.round(points, distances, owner, decides, chosen)
         normal = chosen[:, 1:4] / np.linalg.norm(chosen[:, 1:4], axis=1)[:, None]
         return FaceValues(chosen[:, 0], normal, np.sqrt(chosen[:, 4]), decides)
 

@@ -57,41 +57,45 @@ class RoundedEdges:
         edges = trees.faces.edges
         self._edges = [(edge, _beside(edges, edge)) for edge in edges if edge.radius > 0.0]
 
-    def round(self, points, owner, decides, chosen) -> None:
+    def round(self, points, distances, owner, decides, chosen) -> None:
         """Change the distances and normals (n, 5) that were chosen at points (n, 3) to those of
-        balls. The points are of faces ``owner`` (n,), and cut by faces ``decides`` (n,)."""
+        balls. The points are at distances (n, f) from all faces, of faces ``owner`` (n,), and cut
+        by faces ``decides`` (n,)."""
         for edge, ends in self._edges:
             pair = edge.first, edge.second
-            rows = np.flatnonzero(np.isin(decides, pair) & np.isin(owner, ends))
-            found = self._near(pair, edge.kind.sign, edge.radius, points, rows)
-            rows, (mine, theirs), farthest = found
+            near = _is_near(pair, edge.kind.sign, edge.radius, distances)
+            rows = near[np.isin(decides[near], pair) & np.isin(owner[near], ends)]
+            rows, (mine, theirs), farthest = self._values(pair, points, rows)
             raise_to_ball(edge, mine, theirs, farthest, rows, chosen)
         for corner in self._trees.faces.corners:
             three, sign, radius = corner.faces, corner.sign, corner.radius
-            rows = np.flatnonzero(np.isin(owner, three))
-            rows = rows[np.abs(chosen[rows, 0]) < _NEAR * radius]
-            rows, values, farthest = self._near(three, sign, radius, points, rows)
-            distances = sign * np.stack([v[:, 0] for v in values], axis=1)
+            rows = _is_near(three, sign, radius, distances)
+            rows = rows[np.isin(owner[rows], three) & (np.abs(chosen[rows, 0]) < _NEAR * radius)]
+            rows, values, farthest = self._values(three, points, rows)
+            depths = sign * np.stack([v[:, 0] for v in values], axis=1)
             normals = np.stack([v[:, 1:4] for v in values], axis=1)
-            found, normal, ball = rounded_corner(distances, normals, np.full(len(rows), radius))
+            found, normal, ball = rounded_corner(depths, normals, np.full(len(rows), radius))
             higher = ball & (found > sign * chosen[rows, 0]) & (np.abs(found) < farthest)
             chosen[rows[higher], 0] = sign * found[higher]
             chosen[rows[higher], 1:4] = normal[higher]
 
-    def _near(self, faces, sign: float, radius: float, points, rows):
-        """Those of the rows (m,) whose points lie within a radius of all faces, or beyond them.
-
-        And what these faces say there, a list of (k, 5), and the largest distance (k,) of the
-        surface: it is no farther than a sample.
-        """
-        values = [self._trees.values(k, points[rows]) for k in faces]
-        near = (sign * np.stack([v[:, 0] for v in values]) > -radius).all(axis=0)
-        rows, values = rows[near], [v[near] for v in values]
+    def _values(self, faces, points, rows):
+        """Those of the rows (m,) whose points lie near samples of all faces, what these faces say
+        there, a list of (k, 5), and the largest distance (k,) of the surface: it is no farther than
+        a sample."""
         away = np.stack([self._trees.away(k, points[rows]) for k in faces])
         near = away.max(axis=0) < _REACH * self._reach
         noise = _NOISE * np.array([self._trees.faces.faces[k].deviation for k in faces])
         farthest = (away + noise[:, None]).min(axis=0)
-        return rows[near], [v[near] for v in values], farthest[near]
+        values = [self._trees.values(k, points[rows[near]]) for k in faces]
+        return rows[near], values, farthest[near]
+
+
+def _is_near(faces, sign: float, radius: float, distances) -> np.ndarray:
+    """Rows (m,) of the points at distances (n, f) that lie within a radius of all faces, or beyond
+    them."""
+    near = sign * distances[:, list(faces)] > -radius
+    return np.flatnonzero(near.all(axis=1))
 
 
 def _beside(edges, own: FaceEdge) -> list[int]:
