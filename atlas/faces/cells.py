@@ -177,8 +177,8 @@ class Cells:
         faces = self._trees.faces
         samples = np.concatenate([face.samples for face in faces.faces])
         own, way = self._one[faces.of[samples]], self._way[faces.of[samples]]
-        points = faces.points[samples]
-        distances = self._of_surfaces(points, self._trees.all_distances(points))
+        distances = np.concatenate(self._trees.between)
+        distances = self._of_surfaces(faces.points[samples], distances)
         outside, clear = distances > 0.0, np.abs(distances) > self._noise
         rows = np.arange(len(own))
         clear[rows, own] = True

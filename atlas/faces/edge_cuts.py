@@ -95,7 +95,7 @@ class SharpEdges:
         own, other = pair
         near = self._trees.nearest(own, points, _ABOUT)
         samples = self._trees.faces.points[self._faces[own].samples]
-        out = (sign * self._trees.distances(other, samples))[near]
+        out = sign * self._trees.between[own][near, other]
         away = np.linalg.norm(samples[near] - points[:, None], axis=2)
         clear = away < _CLEAR * self._trees.away(other, points)[:, None]
         noise = _NOISE * self._faces[other].deviation

@@ -168,6 +168,8 @@ def _by_face(faces: Faces, points, away, near) -> np.ndarray:
         for number, piece in zip(face.patches, face.pieces, strict=True):
             share = (weight * (patches == number)).sum(axis=1)
             rows = np.flatnonzero(share)
+            if not len(rows):
+                continue
             sums[rows] += share[rows, None] * values_of(piece, points[rows])
             total += share
         some = total > 0.0

@@ -35,8 +35,16 @@ class FaceTrees:
         count = min(count, len(self.faces.faces[number].samples))
         return np.reshape(self.trees[number].query(points, k=count)[1], (len(points), count))
 
+    @cached_property
+    def between(self) -> list[np.ndarray]:
+        """Of each face, the signed distances (m, f) of its samples from all faces, length."""
+        return [self.all_distances(self.faces.points[face.samples]) for face in self.faces.faces]
+
     def values(self, number: int, points) -> np.ndarray:
         """(n, 5) distance, normal and variance of a face, by the patch of its nearest sample."""
+        pieces = self.faces.faces[number].pieces
+        if len(pieces) == 1:
+            return values_of(pieces[0], points)
         out = np.empty((len(points), 5))
         for piece, mine in self._pieces(number, points):
             out[mine] = values_of(piece, points[mine])

@@ -65,12 +65,16 @@ class RoundedEdges:
             pair = edge.first, edge.second
             near = _is_near(pair, edge.kind.sign, edge.radius, distances)
             rows = near[np.isin(decides[near], pair) & np.isin(owner[near], ends)]
+            if not len(rows):
+                continue
             rows, (mine, theirs), farthest = self._values(pair, points, rows)
             raise_to_ball(edge, mine, theirs, farthest, rows, chosen)
         for corner in self._trees.faces.corners:
             three, sign, radius = corner.faces, corner.sign, corner.radius
             rows = _is_near(three, sign, radius, distances)
             rows = rows[np.isin(owner[rows], three) & (np.abs(chosen[rows, 0]) < _NEAR * radius)]
+            if not len(rows):
+                continue
             rows, values, farthest = self._values(three, points, rows)
             depths = sign * np.stack([v[:, 0] for v in values], axis=1)
             normals = np.stack([v[:, 1:4] for v in values], axis=1)
