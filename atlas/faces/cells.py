@@ -168,9 +168,9 @@ class Cells:
                 other = (_side(np.stack(distances)) != label[rows]) & self._two_ways[one]
                 away[other] = np.inf
                 decides[rows] = faces[away.argmin(axis=0)]
-            for k in np.unique(decides[rows]).tolist():
-                mine = rows[decides[rows] == k]
-                chosen[mine] = self._trees.values(k, points[mine])
+        for k in np.unique(decides[moved]).tolist():
+            mine = moved[decides[moved] == k]
+            chosen[mine] = self._trees.values(k, points[mine])
 
     def _votes(self) -> tuple[np.ndarray, np.ndarray]:
         """The keys of cells, ascending, and their labels: 1 outside, -1 inside, 0 unknown."""

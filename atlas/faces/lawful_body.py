@@ -97,11 +97,12 @@ class LawfulBody:
         of 100 of their samples exceed; infinite where there are none."""
         points, normals = self.seeds, self._normals
         away, near = self._thin_tree.query(points, k=min(_ABOUT, len(points)))
-        opposite = (normals[near] * normals[:, None]).sum(axis=2) < -0.5
-        offset = points[near] - points[:, None]
-        through = np.abs((offset * normals[:, None]).sum(axis=2))
-        opposite &= through > 0.7 * away
-        least = np.where(opposite, through, np.inf).min(axis=1)
+        one, other = np.nonzero(np.einsum("nkj,nj->nk", normals[near], normals) < -0.5)
+        away, near = away[one, other], near[one, other]
+        through = np.abs(((points[near] - points[one]) * normals[one]).sum(axis=1))
+        opposite = through > 0.7 * away
+        least = np.full(len(points), np.inf)
+        np.minimum.at(least, one[opposite], through[opposite])
         found = least[np.isfinite(least)]
         return float(np.quantile(found, 0.02)) if len(found) else np.inf
 
@@ -162,25 +163,20 @@ class LawfulBody:
         near = near.reshape(len(points), count)
         there = near < len(self._thin)
         near = np.where(there, near, 0)
-        cosine = (self._normals[near] * normals[:, None]).sum(axis=2)
-        there &= cosine > _FACING
-        offset = self.seeds[near] - points[:, None]
-        # What lies beyond an edge is unfolded about it into the tangent plane.
-        outward = self._normals[near] - cosine[..., None] * normals[:, None]
-        length = np.sqrt((outward * outward).sum(axis=2))
-        height = (offset * normals[:, None]).sum(axis=2)
-        fold = np.where(length > _FOLDED, height / np.maximum(length, _FOLDED), 0.0)
-        offset = offset - fold[..., None] * outward
         east = cross(normals, np.eye(3)[np.abs(normals).argmin(axis=1)])
-        north = cross(normals, east)
-        angle = np.arctan2(
-            (offset * north[:, None]).sum(axis=2), (offset * east[:, None]).sum(axis=2)
-        )
-        angle = np.sort(np.where(there, angle, np.nan), axis=1)
-        last = np.nanmax(np.where(there.any(axis=1)[:, None], angle, 0.0), axis=1)
-        around = np.fmax(np.diff(angle, axis=1), 0.0)
-        widest = np.nanmax(np.column_stack([around, angle[:, 0] - last + 2.0 * np.pi]), axis=1)
-        return np.asarray(there.any(axis=1) & (widest < _GAP))
+        frames = np.stack([east, cross(normals, east), normals], axis=2)
+        outward = self._normals[near] @ frames
+        offset = (self.seeds[near] - points[:, None]) @ frames
+        there &= outward[..., 2] > _FACING
+        # What lies beyond an edge is unfolded about it into the tangent plane.
+        length = np.sqrt(np.maximum(1.0 - outward[..., 2] ** 2, 0.0))
+        fold = np.where(length > _FOLDED, offset[..., 2] / np.maximum(length, _FOLDED), 0.0)
+        x, y, _ = np.moveaxis(offset - fold[..., None] * outward, 2, 0)
+        angle = np.where(there, np.arctan2(y, x), -np.pi)
+        # What is not there takes the place of the last one.
+        angle = np.sort(np.where(there, angle, angle.max(axis=1, keepdims=True)), axis=1)
+        widest = np.diff(angle, axis=1, append=angle[:, :1] + 2.0 * np.pi).max(axis=1)
+        return np.asarray(widest < _GAP)
 
 
 def determined(faces: Faces, samples: ContourSamples) -> Faces:
