@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from touchatlas.atlas.faces.face_corners import FaceCorner
 from touchatlas.atlas.faces.face_trees import FaceTrees
 from touchatlas.atlas.faces.faces import FaceEdge
 from touchatlas.atlas.faces.rolling_ball import radius_slope, rounded_corner, rounded_edge
@@ -14,30 +15,6 @@ _NEAR = 2.0
 _REACH = 2.0
 # Noise of a sample, in root mean squares of its face. Doubled, balls are seen farther from samples.
 _NOISE = 4.0
-
-
-def raise_to_ball(edge: FaceEdge, mine, theirs, farthest, rows, chosen) -> None:
-    """Change the values (n, 5) that were chosen, in ``rows`` (m,), to those of the ball of a blunt
-    edge, where it takes more of a convex edge away, or fills more of a concave one.
-
-    Parameters
-    ----------
-    edge : FaceEdge
-    mine, theirs : (m, 5) float
-        Distance, normal and variance of both faces at the points.
-    farthest : (m,) float, length
-        Largest distance of the surface.
-    """
-    sign = edge.kind.sign
-    cosine = (mine[:, 1:4] * theirs[:, 1:4]).sum(axis=1)
-    found, weights = rounded_edge(sign * mine[:, 0], sign * theirs[:, 0], cosine, edge.radius)
-    higher = (weights.min(axis=1) > 0.0) & (found > sign * chosen[rows, 0])
-    higher &= np.abs(found) < farthest
-    weights, mine, theirs, rows = weights[higher], mine[higher], theirs[higher], rows[higher]
-    chosen[rows, 0] = sign * found[higher]
-    chosen[rows, 1:4] = weights[:, :1] * mine[:, 1:4] + weights[:, 1:] * theirs[:, 1:4]
-    variance = np.maximum(mine[:, 4], theirs[:, 4])
-    chosen[rows, 4] = variance + (radius_slope(weights) * edge.radius_std) ** 2
 
 
 class RoundedEdges:
@@ -53,49 +30,83 @@ class RoundedEdges:
 
     def __init__(self, trees: FaceTrees, reach: float) -> None:
         self._trees, self._reach = trees, reach
-        # Each with its faces, and those that end it at an edge of its own sign.
-        edges = trees.faces.edges
-        self._edges = [(edge, _beside(edges, edge)) for edge in edges if edge.radius > 0.0]
+        edges, faces = trees.faces.edges, np.arange(len(trees.faces))
+        # Each with which faces are its own, and which of them end it at an edge of its own sign.
+        self._edges = [
+            (edge, np.isin(faces, (edge.first, edge.second)), np.isin(faces, _beside(edges, edge)))
+            for edge in edges
+            if edge.radius > 0.0
+        ]
+        self._corners = [(one, np.isin(faces, one.faces)) for one in trees.faces.corners]
 
     def round(self, points, distances, owner, decides, chosen) -> None:
         """Change the distances and normals (n, 5) that were chosen at points (n, 3) to those of
-        balls. The points are at distances (n, f) from all faces, of faces ``owner`` (n,), and cut
-        by faces ``decides`` (n,)."""
-        for edge, ends in self._edges:
+        balls, where these take more of a convex edge or corner away, or fill more of a concave one.
+        The points are at distances (n, f) from all faces, of faces ``owner`` (n,), and cut by faces
+        ``decides`` (n,)."""
+        asked = []
+        for edge, own, ends in self._edges:
             pair = edge.first, edge.second
-            near = _is_near(pair, edge.kind.sign, edge.radius, distances)
-            rows = near[np.isin(decides[near], pair) & np.isin(owner[near], ends)]
-            if not len(rows):
-                continue
-            rows, (mine, theirs), farthest = self._values(pair, points, rows)
-            raise_to_ball(edge, mine, theirs, farthest, rows, chosen)
-        for corner in self._trees.faces.corners:
-            three, sign, radius = corner.faces, corner.sign, corner.radius
-            rows = _is_near(three, sign, radius, distances)
-            rows = rows[np.isin(owner[rows], three) & (np.abs(chosen[rows, 0]) < _NEAR * radius)]
-            if not len(rows):
-                continue
-            rows, values, farthest = self._values(three, points, rows)
-            depths = sign * np.stack([v[:, 0] for v in values], axis=1)
-            normals = np.stack([v[:, 1:4] for v in values], axis=1)
-            found, normal, ball = rounded_corner(depths, normals, np.full(len(rows), radius))
-            higher = ball & (found > sign * chosen[rows, 0]) & (np.abs(found) < farthest)
-            chosen[rows[higher], 0] = sign * found[higher]
-            chosen[rows[higher], 1:4] = normal[higher]
+            rows = _near(pair, edge.kind.sign, edge.radius, distances)
+            asked.append((pair, rows[own[decides[rows]] & ends[owner[rows]]]))
+        values = self._values(points, asked)
+        for (edge, _, _), (pair, rows) in zip(self._edges, asked, strict=True):
+            if len(rows):
+                mine, theirs = (values[k][rows] for k in pair)
+                self._raise_to_edge(edge, mine, theirs, points, rows, chosen)
+        for corner, own in self._corners:
+            rows = _near(corner.faces, corner.sign, corner.radius, distances)
+            rows = rows[own[owner[rows]] & (np.abs(chosen[rows, 0]) < _NEAR * corner.radius)]
+            if len(rows):
+                self._raise_to_corner(corner, points, rows, chosen)
 
-    def _values(self, faces, points, rows):
-        """Those of the rows (m,) whose points lie near samples of all faces, what these faces say
-        there, a list of (k, 5), and the largest distance (k,) of the surface: it is no farther than
-        a sample."""
+    def _values(self, points, asked) -> dict[int, np.ndarray]:
+        """What each face says of the points (n, 3), an array (n, 5), in those rows that are asked:
+        pairs of several faces and rows (m,)."""
+        out = {}
+        for face in {k for faces, rows in asked if len(rows) for k in faces}:
+            rows = np.unique(np.concatenate([rows for faces, rows in asked if face in faces]))
+            out[face] = np.empty((len(points), 5))
+            out[face][rows] = self._trees.values(face, points[rows])
+        return out
+
+    def _raise_to_edge(self, edge: FaceEdge, mine, theirs, points, rows, chosen) -> None:
+        """Change what was chosen for ``rows`` (m,) to the ball of a blunt edge, of whose two faces
+        the values (m, 5) are given."""
+        sign, pair = edge.kind.sign, (edge.first, edge.second)
+        cosine = (mine[:, 1:4] * theirs[:, 1:4]).sum(axis=1)
+        found, weights = rounded_edge(sign * mine[:, 0], sign * theirs[:, 0], cosine, edge.radius)
+        higher = (weights.min(axis=1) > 0.0) & (found > sign * chosen[rows, 0])
+        higher = self._believed(pair, found, points[rows], higher)
+        weights, mine, theirs, rows = weights[higher], mine[higher], theirs[higher], rows[higher]
+        chosen[rows, 0] = sign * found[higher]
+        chosen[rows, 1:4] = weights[:, :1] * mine[:, 1:4] + weights[:, 1:] * theirs[:, 1:4]
+        variance = np.maximum(mine[:, 4], theirs[:, 4])
+        chosen[rows, 4] = variance + (radius_slope(weights) * edge.radius_std) ** 2
+
+    def _raise_to_corner(self, corner: FaceCorner, points, rows, chosen) -> None:
+        """Change what was chosen for ``rows`` (m,) to the ball of a corner."""
+        sign, values = corner.sign, [self._trees.values(k, points[rows]) for k in corner.faces]
+        distances = sign * np.stack([v[:, 0] for v in values], axis=1)
+        normals = np.stack([v[:, 1:4] for v in values], axis=1)
+        radius = np.full(len(rows), corner.radius)
+        found, normal, ball = rounded_corner(distances, normals, radius)
+        higher = ball & (found > sign * chosen[rows, 0])
+        higher = self._believed(corner.faces, found, points[rows], higher)
+        chosen[rows[higher], 0] = sign * found[higher]
+        chosen[rows[higher], 1:4] = normal[higher]
+
+    def _believed(self, faces, found, points, asked) -> np.ndarray:
+        """Rows (k,) of points (m, 3), of those that are asked (m,), that lie near samples of all
+        faces, and no farther from the surface than from a sample, by distances ``found`` (m,)."""
+        rows = np.flatnonzero(asked)
         away = np.stack([self._trees.away(k, points[rows]) for k in faces])
-        near = away.max(axis=0) < _REACH * self._reach
         noise = _NOISE * np.array([self._trees.faces.faces[k].deviation for k in faces])
-        farthest = (away + noise[:, None]).min(axis=0)
-        values = [self._trees.values(k, points[rows[near]]) for k in faces]
-        return rows[near], values, farthest[near]
+        near = away.max(axis=0) < _REACH * self._reach
+        return rows[near & (np.abs(found[rows]) < (away + noise[:, None]).min(axis=0))]
 
 
-def _is_near(faces, sign: float, radius: float, distances) -> np.ndarray:
+def _near(faces, sign: float, radius: float, distances) -> np.ndarray:
     """Rows (m,) of the points at distances (n, f) that lie within a radius of all faces, or beyond
     them."""
     near = sign * distances[:, list(faces)] > -radius
