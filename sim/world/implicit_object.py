@@ -219,17 +219,21 @@ class ImplicitObject:
     def _step_over_edges(self, x, normal, step) -> np.ndarray:
         """(3,) point one step of arc length from x (1, 3) along a curve: up to each edge in shorter
         and shorter steps, and across it in two of the shortest."""
-        left, shortest = step, _ACROSS * step
+        # An edge is known to lie within ``most`` ahead: longer steps need not be tried.
+        left, shortest, most = step, _ACROSS * step, np.inf
         while left > shortest:
-            way, ahead = left, self._advance(x, normal, left)
+            way = left
+            while way > max(most, shortest):
+                way *= 0.5
+            ahead = self._advance(x, normal, way)
             while _breaks(x, ahead, self.normal(x), self.normal(ahead), way)[0]:
                 if way <= shortest:
-                    way = 2.0 * shortest
+                    way, most = 2.0 * shortest, np.inf
                     ahead = self._advance(x, normal, way)
                     break
-                way *= 0.5
+                most, way = way, 0.5 * way
                 ahead = self._advance(x, normal, way)
-            x, left = ahead, left - way
+            x, left, most = ahead, left - way, most - way
         return np.asarray(x[0])
 
     def _end_ahead(self, x, normal, step, max_turn) -> ContourEnd:
