@@ -121,7 +121,7 @@ def bottle(body: float, neck: float, half_height: float, shoulder: float, softne
 
 
 def rounded_box(half_sides, fillet: float) -> Field:
-    """Signed distance of a box whose edges are rounded; fillet 0 leaves them sharp.
+    """Signed distance of a box whose edges are rounded. A box of sharp edges is a polyhedron.
 
     Beside a face only one coordinate lies beyond the inner box; beside an edge or corner several
     do, and the distance is that from the inner box less the fillet.
@@ -134,7 +134,7 @@ def rounded_box(half_sides, fillet: float) -> Field:
         beyond = np.abs(points) - inner
         out = np.maximum(beyond, 0.0)
         deepest, rows = beyond.argmax(axis=1), np.arange(len(points))
-        on_face = np.full(len(points), fillet == 0.0) | ((out > 0.0).sum(axis=1) <= 1)
+        on_face = (out > 0.0).sum(axis=1) <= 1
         length = np.maximum(np.sqrt((out * out).sum(axis=1)), np.finfo(float).tiny)
         face_normal = np.zeros_like(points)
         face_normal[rows, deepest] = 1.0

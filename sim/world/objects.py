@@ -8,7 +8,13 @@ from pathlib import Path
 import numpy as np
 import trimesh
 
-from touchatlas.sim.world.implicit_fields import bottle, quadric_with_bumps, rounded_box, torus
+from touchatlas.sim.world.implicit_fields import (
+    bottle,
+    polyhedron,
+    quadric_with_bumps,
+    rounded_box,
+    torus,
+)
 from touchatlas.sim.world.implicit_object import ImplicitObject
 from touchatlas.sim.world.mesh_file import load_mesh
 from touchatlas.sim.world.mesh_object import MeshObject
@@ -47,7 +53,7 @@ def _mouse(seed: int) -> ImplicitObject:
 def _cube(seed: int) -> ImplicitObject:
     box, half = trimesh.creation.box((60.0,) * 3), (30.0,) * 3
     triangles = np.array(box.vertices), np.array(box.faces)
-    field = rounded_box(half, 0.0)
+    field = polyhedron(np.kron(np.eye(3), [[1.0], [-1.0]]), np.repeat(half, 2))
     return ImplicitObject(
         *("cube", "60 x 60 x 60, sharp", field, half, _NOISE, _TOLERANCE), triangles=triangles
     )
