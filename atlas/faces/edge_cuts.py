@@ -67,37 +67,38 @@ class SharpEdges:
                 mine = mine[sign * distances[mine, other] > sign * chosen[mine, 0]]
                 if not len(mine):
                     continue
-                beside = self._trees.away(other, points[mine]) < _BESIDE * self._reach
+                theirs = self._trees.away(other, points[mine])
+                beside = theirs < _BESIDE * self._reach
                 if curve is not None:
                     beside |= curve.query(points[mine])[0] < _BESIDE * away[mine, -1]
-                self._cut(sign, (own, other), mine[beside], points, chosen, decides)
+                mine, theirs = mine[beside], theirs[beside]
+                self._cut(sign, (own, other), mine, theirs, points, chosen, decides)
         return decides
 
-    def _cut(self, sign: float, pair, rows, points, chosen, decides) -> None:
+    def _cut(self, sign: float, pair, rows, away, points, chosen, decides) -> None:
         """Let the second face of a pair decide for points of ``rows`` (m,) of the first where it is
-        the farther out; at a concave edge, of sign -1, the farther in.
+        the farther out; at a concave edge, of sign -1, the farther in. Its samples are ``away``
+        (m,) from them, length.
 
         A point whose nearest samples are as far out lies where the edge does not bound its face.
         """
         if not len(rows):
             return
-        before = self._near_samples_out(sign, pair, points[rows])
+        before = self._near_samples_out(sign, pair, points[rows], away)
         theirs = self._trees.values(pair[1], points[rows])
         limit = np.where(before > 0.0, _CROSSED * before, -np.inf)
         wins = sign * theirs[:, 0] > np.maximum(sign * chosen[rows, 0], limit)
         chosen[rows[wins]], decides[rows[wins]] = theirs[wins], pair[1]
 
-    def _near_samples_out(self, sign: float, pair, points) -> np.ndarray:
+    def _near_samples_out(self, sign: float, pair, points, away) -> np.ndarray:
         """(m,) how far the samples of the first face of a pair that are nearest to points (m, 3)
         lie out of the second beyond its noise, length: the innermost of them, because the others
-        may have wrong labels. Infinite where one is out and the second face has no sample about a
-        point: the first goes on there."""
+        may have wrong labels. Infinite where one is out and the second face, whose samples are
+        ``away`` (m,), has none about a point: the first goes on there."""
         own, other = pair
-        near = self._trees.nearest(own, points, _ABOUT)
-        samples = self._trees.faces.points[self._faces[own].samples]
+        near, off = self._trees.nearest(own, points, _ABOUT)
         out = sign * self._trees.between[own][near, other]
-        away = np.linalg.norm(samples[near] - points[:, None], axis=2)
-        clear = away < _CLEAR * self._trees.away(other, points)[:, None]
+        clear = off < _CLEAR * away[:, None]
         noise = _NOISE * self._faces[other].deviation
         goes_on = (clear & (out > noise)).any(axis=1)
         return np.asarray(np.where(goes_on, np.inf, out[:, :_NEAR].min(axis=1) - noise))

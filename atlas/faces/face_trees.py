@@ -30,10 +30,12 @@ class FaceTrees:
         """(n,) distances of points (n, 3) from the samples of a face, length."""
         return np.asarray(self.trees[number].query(points)[0])
 
-    def nearest(self, number: int, points, count: int) -> np.ndarray:
-        """(n, k) which samples of a face are nearest to points (n, 3), ``count`` or all."""
+    def nearest(self, number: int, points, count: int) -> tuple[np.ndarray, np.ndarray]:
+        """(n, k) which samples of a face are nearest to points (n, 3), ``count`` or all, and how
+        far they are, length."""
         count = min(count, len(self.faces.faces[number].samples))
-        return np.reshape(self.trees[number].query(points, k=count)[1], (len(points), count))
+        off, near = self.trees[number].query(points, k=count)
+        return np.reshape(near, (len(points), count)), np.reshape(off, (len(points), count))
 
     @cached_property
     def between(self) -> list[np.ndarray]:

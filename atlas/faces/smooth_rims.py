@@ -66,5 +66,5 @@ class SmoothRims:
 
     def _mean_near(self, number: int, points) -> np.ndarray:
         """(n, 3) mean of the samples of a face that are nearest to points (n, 3)."""
-        near = self._faces[number].samples[self._trees.nearest(number, points, _SIDE)]
+        near = self._faces[number].samples[self._trees.nearest(number, points, _SIDE)[0]]
         return np.asarray(self._trees.faces.points[near].mean(axis=1))
