@@ -17,6 +17,10 @@ _REACH = 2.0
 _NOISE = 4.0
 
 
+# A blunt edge or corner, its faces, and rows of points.
+_Asked = tuple[FaceEdge | FaceCorner, tuple[int, ...], np.ndarray]
+
+
 class RoundedEdges:
     """Blunt edges, their ends beside a third face, and corners of three faces with blunt edges that
     are all convex or all concave.
@@ -44,54 +48,58 @@ class RoundedEdges:
         balls, where these take more of a convex edge or corner away, or fill more of a concave one.
         The points are at distances (n, f) from all faces, of faces ``owner`` (n,), and cut by faces
         ``decides`` (n,)."""
-        asked = []
-        for edge, own, ends in self._edges:
-            pair = edge.first, edge.second
-            rows = _near(pair, edge.kind.sign, edge.radius, distances)
-            asked.append((pair, rows[own[decides[rows]] & ends[owner[rows]]]))
+        asked = self._asked(distances, owner, decides)
         values = self._values(points, asked)
-        for (edge, _, _), (pair, rows) in zip(self._edges, asked, strict=True):
-            if len(rows):
-                mine, theirs = (values[k][rows] for k in pair)
-                self._raise_to_edge(edge, mine, theirs, points, rows, chosen)
+        for part, faces, rows in asked:
+            here = np.stack([values[k][rows] for k in faces], axis=1)
+            if isinstance(part, FaceEdge):
+                self._raise_to_edge(part, here, points, rows, chosen)
+            else:
+                self._raise_to_corner(part, here, points, rows, chosen)
+
+    def _asked(self, distances, owner, decides) -> list[_Asked]:
+        """The edges and corners that may round points, their faces, and the rows (m,) of these."""
+        out: list[_Asked] = []
+        for edge, own, ends in self._edges:
+            faces = edge.first, edge.second
+            rows = _near(faces, edge.kind.sign, edge.radius, distances)
+            out.append((edge, faces, rows[own[decides[rows]] & ends[owner[rows]]]))
         for corner, own in self._corners:
             rows = _near(corner.faces, corner.sign, corner.radius, distances)
-            rows = rows[own[owner[rows]] & (np.abs(chosen[rows, 0]) < _NEAR * corner.radius)]
-            if len(rows):
-                self._raise_to_corner(corner, points, rows, chosen)
+            out.append((corner, corner.faces, rows[own[owner[rows]]]))
+        return [one for one in out if len(one[2])]
 
     def _values(self, points, asked) -> dict[int, np.ndarray]:
-        """What each face says of the points (n, 3), an array (n, 5), in those rows that are asked:
-        pairs of several faces and rows (m,)."""
+        """What each face says of the points (n, 3), an array (n, 5), in those rows that are
+        asked."""
         out = {}
-        for face in {k for faces, rows in asked if len(rows) for k in faces}:
-            rows = np.unique(np.concatenate([rows for faces, rows in asked if face in faces]))
+        for face in {k for _, faces, _ in asked for k in faces}:
+            rows = np.unique(np.concatenate([rows for _, faces, rows in asked if face in faces]))
             out[face] = np.empty((len(points), 5))
             out[face][rows] = self._trees.values(face, points[rows])
         return out
 
-    def _raise_to_edge(self, edge: FaceEdge, mine, theirs, points, rows, chosen) -> None:
-        """Change what was chosen for ``rows`` (m,) to the ball of a blunt edge, of whose two faces
-        the values (m, 5) are given."""
-        sign, pair = edge.kind.sign, (edge.first, edge.second)
+    def _raise_to_edge(self, edge: FaceEdge, values, points, rows, chosen) -> None:
+        """Change what was chosen for ``rows`` (m,) to the ball of a blunt edge, of whose faces the
+        values (m, 2, 5) are given."""
+        sign, mine, theirs = edge.kind.sign, values[:, 0], values[:, 1]
         cosine = (mine[:, 1:4] * theirs[:, 1:4]).sum(axis=1)
         found, weights = rounded_edge(sign * mine[:, 0], sign * theirs[:, 0], cosine, edge.radius)
         higher = (weights.min(axis=1) > 0.0) & (found > sign * chosen[rows, 0])
-        higher = self._believed(pair, found, points[rows], higher)
+        higher = self._believed((edge.first, edge.second), found, points[rows], higher)
         weights, mine, theirs, rows = weights[higher], mine[higher], theirs[higher], rows[higher]
         chosen[rows, 0] = sign * found[higher]
         chosen[rows, 1:4] = weights[:, :1] * mine[:, 1:4] + weights[:, 1:] * theirs[:, 1:4]
         variance = np.maximum(mine[:, 4], theirs[:, 4])
         chosen[rows, 4] = variance + (radius_slope(weights) * edge.radius_std) ** 2
 
-    def _raise_to_corner(self, corner: FaceCorner, points, rows, chosen) -> None:
-        """Change what was chosen for ``rows`` (m,) to the ball of a corner."""
-        sign, values = corner.sign, [self._trees.values(k, points[rows]) for k in corner.faces]
-        distances = sign * np.stack([v[:, 0] for v in values], axis=1)
-        normals = np.stack([v[:, 1:4] for v in values], axis=1)
-        radius = np.full(len(rows), corner.radius)
-        found, normal, ball = rounded_corner(distances, normals, radius)
-        higher = ball & (found > sign * chosen[rows, 0])
+    def _raise_to_corner(self, corner: FaceCorner, values, points, rows, chosen) -> None:
+        """Change what was chosen for ``rows`` (m,) to the ball of a corner, of whose faces the
+        values (m, 3, 5) are given."""
+        sign, radius = corner.sign, np.full(len(rows), corner.radius)
+        found, normal, ball = rounded_corner(sign * values[..., 0], values[..., 1:4], radius)
+        before = chosen[rows, 0]
+        higher = ball & (found > sign * before) & (np.abs(before) < _NEAR * corner.radius)
         higher = self._believed(corner.faces, found, points[rows], higher)
         chosen[rows[higher], 0] = sign * found[higher]
         chosen[rows[higher], 1:4] = normal[higher]
@@ -100,6 +108,8 @@ class RoundedEdges:
         """Rows (k,) of points (m, 3), of those that are asked (m,), that lie near samples of all
         faces, and no farther from the surface than from a sample, by distances ``found`` (m,)."""
         rows = np.flatnonzero(asked)
+        if not len(rows):
+            return rows
         away = np.stack([self._trees.away(k, points[rows]) for k in faces])
         noise = _NOISE * np.array([self._trees.faces.faces[k].deviation for k in faces])
         near = away.max(axis=0) < _REACH * self._reach
