@@ -73,7 +73,11 @@ class Probe:
             plan.max_turn,
             plan.step_turn,
         )
-        arms = [_ended(contact, points, end, plan) for points, end in arms]
+        known = _known_along([points for points, _ in arms], plan)
+        arms = [
+            _ended(contact, points, end, along, plan.step)
+            for (points, end), along in zip(arms, known, strict=True)
+        ]
         contours, tracked = [], 0.0
         count = len(normals)
         for ahead, behind, normal in zip(arms[:count], arms[count:], normals, strict=True):
@@ -105,15 +109,25 @@ class Probe:
         self._position = None if position is None else np.array(position, float)
 
 
-def _ended(contact, points, end: ContourEnd, plan: ProbePlan):
-    """An arm, points (n, 3) and its end, up to where the surface has been known for some steps.
+def _known_along(arms, plan: ProbePlan) -> list[np.ndarray]:
+    """(n,) whether the surface is known at the points (n, 3) of each arm.
 
     A real probe asks while it tracks; the result is the same.
     """
-    if plan.until is None or end is ContourEnd.CLOSED_LOOP or not len(points):
+    points = np.concatenate(arms)
+    known = np.zeros(len(points), bool)
+    if plan.until is not None and len(points):
+        known[:] = plan.until(points)
+    return np.split(known, np.cumsum([len(arm) for arm in arms])[:-1])
+
+
+def _ended(contact, points, end: ContourEnd, known, step: float):
+    """An arm, points (n, 3) and its end, up to where the surface has been known (n,) for some
+    steps."""
+    if end is ContourEnd.CLOSED_LOOP or not len(points):
         return points, end
-    steps = _lengths(contact, points) / plan.step
-    known = np.asarray(plan.until(points), bool) & (steps > _LEAST)
+    steps = _lengths(contact, points) / step
+    known = known & (steps > _LEAST)
     # The last sample before each that is not known.
     before = np.maximum.accumulate(np.where(known, -1, np.arange(len(steps))))
     began = steps[np.minimum(before + 1, len(steps) - 1)]
