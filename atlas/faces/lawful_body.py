@@ -67,7 +67,10 @@ class LawfulBody:
         self.reach = self.field.reach
         voxel = np.floor((points - points[0]) * _PARTS / self.reach).astype(np.int64)
         # Both sides of a thin wall may lie in one voxel.
-        _, first = np.unique(np.column_stack([voxel, faces.of]), axis=0, return_index=True)
+        sides = np.column_stack([voxel, faces.of])
+        sides -= sides.min(axis=0)
+        keys = np.ravel_multi_index(tuple(sides.T), tuple(sides.max(axis=0) + 1))
+        _, first = np.unique(keys, return_index=True)
         self._thin = np.sort(first[faces.of[first] != NONE])
         self._thin_tree, self._tree = cKDTree(points[self._thin]), cKDTree(points)
         self._normals = _normals_of(faces, self._thin)

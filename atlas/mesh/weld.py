@@ -29,7 +29,9 @@ def weld(points, faces, tolerance: float):
     one, two, three = faces.T
     faces = faces[(one != two) & (two != three) & (three != one)]
     # Two triangles of the same vertices lie on each other and enclose nothing.
-    _, index, count = np.unique(np.sort(faces), axis=0, return_inverse=True, return_counts=True)
-    faces = faces[count[index.ravel()] == 1]
+    corners = np.sort(faces)
+    order = np.lexsort(corners.T)
+    place = np.cumsum((np.diff(corners[order], axis=0, prepend=-1) != 0).any(axis=1))
+    faces = faces[np.sort(order[np.bincount(place)[place] == 1])]
     kept, faces = np.unique(faces, return_inverse=True)
     return faces.reshape(-1, 3), kept
