@@ -6,7 +6,6 @@ are many, uncertain, and end where contours do. One radius holds for the whole e
 
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import combinations
 
 import numpy as np
 
@@ -14,20 +13,12 @@ from touchatlas.atlas.faces.crossings import Crossings, find_crossings
 from touchatlas.atlas.faces.grow import evenly
 from touchatlas.atlas.faces.kinds import Kind
 from touchatlas.atlas.faces.labels import NONE, Labels
-from touchatlas.atlas.faces.rolling_ball import (
-    ball_radius,
-    radius_slope,
-    rounded_corner,
-    rounded_edge,
-)
+from touchatlas.atlas.faces.rolling_ball import rounded_corner
+from touchatlas.atlas.faces.rounded_pair import RoundedPair
 
 # Largest cosine of the normals of two faces with an edge: 20 degrees; and least: 160 degrees, where
 # a rounded edge is half of a tube. Doubled, rims of cylinders are blunt edges.
 _EDGE = np.cos(np.deg2rad(20.0))
-# Radii that are tried, the quantiles of those of single samples. Doubled, nothing changes.
-_TRIED = 15
-# Gauss-Newton steps from the best of them. Doubled, nothing changes.
-_STEPS = 5
 # Radius that is none, in its standard deviations: of 24 edges that are looked at after each of 40
 # touches, 0.03 have a larger one by chance. Doubled, edges of one tolerance are sharp.
 _SHARP = 4.0
@@ -91,13 +82,34 @@ class Rounding:
         Only those crossings count between which no sample has another label, but labels that are
         ``given`` up. Where none is, the radius differs from zero.
         """
-        labels, pair = self.labels, (first, second)
+        labels, pair, given = self.labels, (first, second), sorted(given)
         crossings = crossings.only(np.isin(labels.of, [NONE, *pair, *given]))
         if not len(crossings):
             return None
-        sign = crossings.side(self.evidence, labels.pieces[first], labels.pieces[second])
-        members = np.flatnonzero(np.isin(labels.of, sorted(given)))
+        members = np.flatnonzero(np.isin(labels.of, given))
         samples = np.unique(np.concatenate([crossings.samples, crossings.beside, members]))
+        thirds = self._thirds(pair, given)
+        involved = {*pair, *given, *thirds, *labels.of[samples].tolist()} - {NONE}
+        pieces = tuple(labels.pieces[k] for k in sorted(involved))
+        arrays = crossings.spans, crossings.whole, samples, labels.of[samples]
+        key = pair, tuple(given), tuple(thirds), pieces, *(array.tobytes() for array in arrays)
+        if key not in labels.judged:
+            labels.judged[key] = self._judged(pair, crossings, given, thirds, samples)
+        found = labels.judged[key]
+        if found is None:
+            return None
+        sign, radius, deviation, saved = found
+        on = self._on_ball(pair, sign, radius)
+        return BluntEdge(first, second, sign, radius, deviation, on, crossings.points, saved)
+
+    def _judged(
+        self, pair, crossings: Crossings, given, thirds, samples
+    ) -> tuple[float, float, float, float] | None:
+        """Sign, radius, its deviation, and what is saved by the rounded edge of two labels, from
+        the samples (m,) of its crossings and of labels that are given up; None where none is
+        shorter."""
+        labels = self.labels
+        sign = crossings.side(self.evidence, *(labels.pieces[k] for k in pair))
         across = self._pair(pair, sign, samples)
         if sign == 0.0 or not -_EDGE < np.median(across.cosine) < _EDGE:
             return None
@@ -106,15 +118,15 @@ class Rounding:
             return None
         # A sample whose normal no piece shares may lie at a sharp edge.
         sharp = np.where(labels.of[samples] == NONE, across.misfit(0.0), np.inf)
-        after = self._after(pair, sign, found[0], samples, given)
+        after = self._after(pair, sign, found[0], samples, thirds)
         saved = (np.minimum(self._now(samples), sharp) - after).sum()
         saved -= 0.5 * np.log(len(samples)) - sum(self._price(k) for k in given)
-        crossing = np.isin(samples, members, invert=True) | np.isin(samples, crossings.samples)
+        members = np.isin(labels.of[samples], given)
+        crossing = ~members | np.isin(samples, crossings.samples)
         good = self.evidence.is_good(self.evidence.options.unexplained - after[crossing])
         if saved <= _BETTER or not good or self._is_bevel(samples, after):
             return None
-        on = self._on_ball(pair, sign, found[0])
-        return BluntEdge(first, second, sign, *found, on, crossings.points, float(saved))
+        return sign, *found, float(saved)
 
     def _is_bevel(self, samples, after) -> bool:
         """Whether a plane explains those samples (m,) that have no label for less than a rounded
@@ -128,15 +140,17 @@ class Rounding:
         flat += evidence.price(Kind.PLANE, len(between)) + _BETTER
         return bool(flat < after[loose].sum())
 
-    def _after(self, pair, sign: float, radius: float, samples, given) -> np.ndarray:
+    def _after(self, pair, sign: float, radius: float, samples, thirds) -> np.ndarray:
         """(m,) nats of samples by a rounded edge of two labels, and the roundings at its ends:
-        those with a third label, none ``given`` up, to which contours run from both."""
-        out = self._pair(pair, sign, samples).misfit(radius)
-        for third in self._thirds(pair, given):
-            three = (*pair, third)
-            for two in list(combinations(three, 2))[1:]:
-                out = np.minimum(out, self._pair(two, sign, samples).ball_misfit(radius))
-            out = np.minimum(out, self._corner_misfit(three, sign, radius, samples))
+        those with third labels."""
+        values = {k: self._values(k, samples) for k in (*pair, *thirds)}
+        out = RoundedPair(self.evidence, values[pair[0]], values[pair[1]], sign).misfit(radius)
+        for third in thirds:
+            for one in pair:
+                beside = RoundedPair(self.evidence, values[one], values[third], sign)
+                out = np.minimum(out, beside.ball_misfit(radius))
+            three = [values[k] for k in (*pair, third)]
+            out = np.minimum(out, self._corner_misfit(three, sign, radius))
         return out
 
     def saved_by(self, edge: BluntEdge, label: int) -> float:
@@ -144,9 +158,10 @@ class Rounding:
         infinity where some of them alone cost more than all do now."""
         members, pair = self.labels.members(label), (edge.first, edge.second)
         now = self._now(members).sum() + self._price(label)
+        thirds = self._thirds(pair, {label})
         first = [evenly(members, _FIRST)] if len(members) > _FIRST else []
         for some in (*first, members):
-            after = self._after(pair, edge.sign, edge.radius, some, {label}).sum()
+            after = self._after(pair, edge.sign, edge.radius, some, thirds).sum()
             if after >= now:
                 return -np.inf
         return float(now - after)
@@ -156,13 +171,18 @@ class Rounding:
         rounding or far from all."""
         members, far = self.labels.members(label), self.evidence.options.unexplained
         pair = self._pair((edge.first, edge.second), edge.sign, members)
-        weights = pair.weights(edge.radius)
+        weights = pair.at(edge.radius)[1]
         loose = (weights.min(axis=1) > 0.0) | (pair.misfit(edge.radius) >= far)
         side = np.where(weights[:, 0] > 0.0, edge.first, edge.second)
         self.labels.of[members] = np.where(loose, NONE, side)
 
-    def _pair(self, pair, sign: float, samples) -> "_Pair":
-        return _Pair(self.labels, pair, sign, samples)
+    def _values(self, label: int, samples) -> tuple[np.ndarray, np.ndarray]:
+        """Distances (m,) and normals (m, 3) of a label at samples (m,)."""
+        return self.labels.pieces[label].at(self.evidence.samples.points[samples])
+
+    def _pair(self, pair, sign: float, samples) -> RoundedPair:
+        first, second = (self._values(k, samples) for k in pair)
+        return RoundedPair(self.evidence, first, second, sign)
 
     def _on_ball(self, pair, sign: float, radius: float) -> np.ndarray:
         """(m,) samples without a label that lie on the rounding of an edge."""
@@ -191,60 +211,11 @@ class Rounding:
         ends = [k for k in around if k not in pair and k not in given]
         return [k for k in ends if all((min(k, p), max(k, p)) in self.crossings for p in pair)]
 
-    def _corner_misfit(self, three, sign: float, radius: float, samples) -> np.ndarray:
-        """(m,) nats of samples by the ball in the corner of three pieces; those of unexplained ones
-        beside it."""
-        points = self.evidence.samples.points[samples]
-        values = [self.labels.pieces[k].at(points) for k in three]
-        distances = sign * np.stack([distance for distance, _ in values], axis=1)
-        normals = np.stack([normal for _, normal in values], axis=1)
-        found, _, ball = rounded_corner(distances, normals, np.full(len(samples), radius))
+    def _corner_misfit(self, three, sign: float, radius: float) -> np.ndarray:
+        """(m,) nats of samples by the ball in the corner of three pieces, from their values; those
+        of unexplained ones beside it."""
+        distances = sign * np.stack([distance for distance, _ in three], axis=1)
+        normals = np.stack([normal for _, normal in three], axis=1)
+        found, _, ball = rounded_corner(distances, normals, np.full(len(distances), radius))
         nats = self.evidence.misfit(found / self.evidence.samples.std)
         return np.where(ball, nats, self.evidence.options.unexplained)
-
-
-class _Pair:
-    """Signed distances of samples from two pieces, times the sign of their edge."""
-
-    def __init__(self, labels: Labels, pair, sign: float, samples) -> None:
-        self.evidence, self.std = labels.evidence, labels.evidence.samples.std
-        points = self.evidence.samples.points[samples]
-        (first, normals), (second, others) = (labels.pieces[k].at(points) for k in pair)
-        self.first, self.second = sign * first, sign * second
-        self.cosine = (normals * others).sum(axis=1)
-
-    def distance(self, radius: float) -> np.ndarray:
-        """(n,) distances from the rounded edge."""
-        return rounded_edge(self.first, self.second, self.cosine, radius)[0]
-
-    def weights(self, radius: float) -> np.ndarray:
-        """(n, 2) weights of both normals in that of the rounded edge."""
-        return rounded_edge(self.first, self.second, self.cosine, radius)[1]
-
-    def misfit(self, radius: float) -> np.ndarray:
-        """(n,) nats of the distances from the rounded edge."""
-        return self.evidence.misfit(self.distance(radius) / self.std)
-
-    def ball_misfit(self, radius: float) -> np.ndarray:
-        """(n,) nats of the distances from the ball; beside it those of unexplained samples."""
-        ball = self.weights(radius).min(axis=1) > 0.0
-        return np.where(ball, self.misfit(radius), self.evidence.options.unexplained)
-
-    def radius(self) -> tuple[float, float] | None:
-        """The radius that explains the samples best, and its standard deviation; None where no
-        sample on a ball lies inside of both faces."""
-        radii = ball_radius(self.first, self.second, self.cosine)
-        radii = radii[np.isfinite(radii)]
-        if not len(radii):
-            return None
-        tried = np.unique(np.quantile(radii, np.linspace(0.0, 1.0, _TRIED)))
-        radius = min(tried.tolist(), key=lambda r: self.misfit(r).sum())
-        square = 0.0
-        for _ in range(_STEPS):
-            distance, slope = self.distance(radius), radius_slope(self.weights(radius))
-            good = self.misfit(radius) < self.evidence.options.unexplained
-            square = float((slope[good] ** 2).sum())
-            if square <= 0.0:
-                return None
-            radius = max(radius - float((slope * distance)[good].sum()) / square, 0.0)
-        return radius, self.std / float(np.sqrt(square))

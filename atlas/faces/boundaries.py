@@ -123,7 +123,7 @@ def find_boundaries(labels: Labels) -> list[Boundary]:
     blunt = {(edge.first, edge.second): edge for edge in Rounding(labels).edges}
     judge.rounded[[i for edge in blunt.values() for i in edge.samples.tolist()]] = True
     links = pairs_across_links(labels)
-    found = {pair: judge.linked(*pair, middles) for pair, middles in links.items()}
+    found = {pair: judge.between(*pair, middles) for pair, middles in links.items()}
     for pair, ends in pairs_across_ends(labels, _NEAR * judge.step, _CORNER * judge.step).items():
         if found.get(pair) is None:
             middles = np.concatenate([links[pair], ends]) if pair in links else ends
@@ -149,6 +149,16 @@ class _Judge:
         self.step = float(np.median(self.evidence.samples.steps))
         # Samples that roundings of edges explain: they are of both pieces.
         self.rounded = np.zeros(len(labels.of), bool)
+
+    def between(self, a: int, b: int, points) -> Boundary | None:
+        """The boundary of two pieces with links, as it was found before where nothing changed."""
+        pieces, members = self.labels.pieces, self.members
+        arrays = members[a], members[b], points, self.rounded
+        key = a, b, pieces[a], pieces[b], *(array.tobytes() for array in arrays)
+        if key not in self.labels.judged:
+            self.labels.judged[key] = self.linked(a, b, points)
+        found: Boundary | None = self.labels.judged[key]
+        return found
 
     def linked(self, a: int, b: int, points) -> Boundary | None:
         """The boundary of two pieces between whose samples there are links, with middles (m, 3)."""

@@ -23,7 +23,7 @@ def cut_crossed_links(labels: Labels) -> None:
     way = points[second] - points[first]
     length = np.linalg.norm(way, axis=1)
     links, near = graph.long_links
-    of = np.where(near < 0, NONE, labels.of[near])
+    of = np.append(labels.of, NONE)[near]
     third = (of != NONE) & (of != labels.of[first[links], None])
     row, column = np.nonzero(third & (of != labels.of[second[links], None]))
     link, between = links[row], near[row, column]
@@ -36,7 +36,9 @@ def cut_crossed_links(labels: Labels) -> None:
     crossed = (at > 0.0) & (at < 1.0)
     crossed &= np.linalg.norm(beside, axis=1) < _BESIDE * length[link]
     link = np.unique(link[crossed])
-    labels.graph = graph.without(link[_look_like_one(labels, first[link], second[link])])
+    link = link[_look_like_one(labels, first[link], second[link])]
+    if not np.array_equal(link, labels.cut):
+        labels.cut, labels.graph = link, graph.without(link)
 
 
 def _look_like_one(labels: Labels, first, second) -> np.ndarray:

@@ -54,7 +54,7 @@ class Crossings:
     def beside(self) -> np.ndarray:
         """(m,) samples of both pieces next to those between them."""
         low, high = self.spans[self.whole].T
-        return np.union1d(_ranges(low - _ROW, low), _ranges(high, high + _ROW))
+        return _ranges(np.append(low - _ROW, high), np.append(low, high + _ROW))
 
     def only(self, free) -> "Crossings":
         """Those between which all samples are ``free`` (n,)."""
@@ -87,11 +87,10 @@ def find_crossings(labels: Labels) -> dict[tuple[int, int], Crossings]:
         last, seen = bounds[one + 1] - 1, set()
         for other in wide[place + 1 :].tolist():
             first = bounds[other]
-            chord = np.linalg.norm(samples.points[first] - samples.points[last])
-            if samples.contours[first] != samples.contours[last] or chord > widest:
+            if samples.contours[first] != samples.contours[last] or of[first] == of[last]:
+                # From the same label it is shorter.
                 break
-            if of[first] == of[last]:
-                # From there it is shorter.
+            if np.linalg.norm(samples.points[first] - samples.points[last]) > widest:
                 break
             if of[first] not in seen:
                 seen.add(of[first])
@@ -123,17 +122,17 @@ def _ended(
     known = np.flatnonzero(np.repeat(np.array(lawful, bool), np.diff(bounds)))
     if not len(known):
         return {}
-    contours, tree = samples.contours, cKDTree(samples.points[known])
-    last = np.append(contours[1:] != contours[:-1], True)
+    last = np.append(samples.contours[1:] != samples.contours[:-1], True)
     first = np.append(True, last[:-1])
-    for low, high in zip(bounds[:-1], bounds[1:], strict=True):
-        ends = first[low] or last[high - 1]
-        if of[low] != NONE or high - low < _LOOSE or not ends:
-            continue
-        away, near = tree.query(samples.points[[low, high - 1]])
-        one, other = sorted(of[known[near]].tolist())
-        if one != other and away.max() < widest:
-            found.setdefault((one, other), []).append((low, high))
+    low, high = bounds[:-1], bounds[1:]
+    loose = (of[low] == NONE) & (high - low >= _LOOSE) & (first[low] | last[high - 1])
+    spans = np.stack([low[loose], high[loose]], axis=1)
+    ends = samples.points[spans - [0, 1]]
+    away, near = cKDTree(samples.points[known]).query(ends)
+    both = np.sort(of[known[near]], axis=1)
+    meet = (both[:, 0] != both[:, 1]) & (away.max(axis=1) < widest)
+    for (one, other), span in zip(both[meet].tolist(), spans[meet].tolist(), strict=True):
+        found.setdefault((one, other), []).append(tuple(span))
     return found
 
 
@@ -147,5 +146,7 @@ def _crossings(points, spans, ended) -> Crossings:
 def _ranges(low, high) -> np.ndarray:
     """(m,) the whole numbers from each of ``low`` (k,) up to, but not with, each of ``high`` (k,),
     ascending and without repetition."""
-    parts = [np.arange(a, b) for a, b in zip(low, high, strict=True)]
-    return np.unique(np.concatenate(parts)) if parts else np.zeros(0, int)
+    inside = np.zeros(max(high, default=0), bool)
+    for a, b in zip(low, high, strict=True):
+        inside[a:b] = True
+    return np.flatnonzero(inside)

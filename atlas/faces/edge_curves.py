@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from touchatlas.atlas.faces.piece import Piece
+from touchatlas.patch.geometry.arrays import cross
 
 # Newton steps; each about squares the error. Doubled, nothing changes.
 _STEPS = 5
@@ -59,9 +60,7 @@ def curvature_jump(first: Piece, second: Piece, points) -> tuple[np.ndarray, flo
 
 def largest_curvature(first: Piece, second: Piece, points) -> float:
     """Median over points (m, 3) of the largest principal curvature of two pieces, 1/length."""
-    both = np.stack([first.shape_operators(points), second.shape_operators(points)])
-    values = np.linalg.eigvalsh(0.5 * (both + both.transpose(0, 1, 3, 2)))
-    return float(np.median(np.abs(values).max(axis=(0, 2))))
+    return float(np.median(np.maximum(first.bends(points), second.bends(points))))
 
 
 def _strongest(first: Piece, second: Piece, points) -> tuple[np.ndarray, np.ndarray]:
@@ -141,11 +140,10 @@ def rim_distances(first: Piece, second: Piece, points, toward) -> np.ndarray:
 def half_extent(samples, points, across, piece: Piece, width: float) -> float:
     """Half the extent of samples (n, 3) of a piece across a rim, length: the median over points
     (m, 3) of the rim with directions (m, 3), each in a strip so wide to either side."""
-    extents = []
-    for point, direction, normal in zip(points, across, piece.at(points)[1], strict=True):
-        offset = samples - point
-        along = offset @ np.cross(normal, direction)
-        strip = offset[np.abs(along) < width] @ direction
-        if len(strip) > 1:
-            extents.append(np.ptp(strip))
-    return 0.5 * float(np.median(extents)) if extents else 0.0
+    beside = cross(piece.at(points)[1], across)
+    strip = np.abs(samples @ beside.T - (points * beside).sum(axis=1)) < width
+    along = samples @ across.T
+    high = np.where(strip, along, -np.inf).max(axis=0, initial=-np.inf)
+    low = np.where(strip, along, np.inf).min(axis=0, initial=np.inf)
+    extents = (high - low)[strip.sum(axis=0) > 1]
+    return 0.5 * float(np.median(extents)) if len(extents) else 0.0

@@ -13,6 +13,7 @@ from touchatlas.atlas.faces.labels import NONE, Labels
 from touchatlas.atlas.faces.laws import Law, law_of
 from touchatlas.atlas.faces.piece import Piece
 from touchatlas.atlas.faces.polylines import polylines
+from touchatlas.atlas.faces.sample_graph import SampleGraph
 
 # Least distance of the points of an edge, and longest gap in it, in steps of the contours. Doubled,
 # edges are coarser, and bridge wider gaps between touches.
@@ -113,6 +114,8 @@ class Faces:
         Samples of no face that lie on rounded edges or corners, ascending.
     corners : tuple of FaceCorner
         Corners of three faces that are rounded with one ball.
+    links : SampleGraph, optional
+        Those of all samples, from which the next reading goes on.
     """
 
     faces: tuple[Face, ...]
@@ -122,6 +125,7 @@ class Faces:
     patch_of: np.ndarray
     rounded: np.ndarray
     corners: tuple[FaceCorner, ...] = ()
+    links: SampleGraph | None = None
 
     def __len__(self) -> int:
         return len(self.faces)
@@ -165,7 +169,8 @@ def join_faces(labels: Labels, boundaries: list[Boundary]) -> Faces:
     blunt = [b.blunt.samples for b in boundaries if b.blunt is not None]
     balls = [corner.samples for corner in corners]
     rounded = np.unique(np.concatenate([np.zeros(0, int), *blunt, *balls]))
-    return Faces(tuple(faces), edges, points, of, labels.of.copy(), rounded, corners)
+    links = labels.evidence.graph
+    return Faces(tuple(faces), edges, points, of, labels.of.copy(), rounded, corners, links)
 
 
 def _points(labels: Labels) -> np.ndarray:

@@ -1,6 +1,7 @@
 """Fit a circular cylinder to samples: Gauss-Newton on distances, started from a quadric."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -45,7 +46,7 @@ class Cylinder:
     outward: float
     covariance: np.ndarray
 
-    @property
+    @cached_property
     def across(self) -> np.ndarray:
         """(2, 3) unit directions across the axis."""
         u = any_tangent(self.axis)

@@ -18,15 +18,12 @@ _FARTHEST = 5.0
 _ONE_SIDED = 0.3
 # Least gradient in a weight, no unit. Doubled, samples near a crossing weigh less.
 _LEAST_GRADIENT = 0.2
+_TINY = float(np.finfo(float).tiny)
 # Coefficients of a sphere through the origin of its frame: 1, x, y, and the sum of the squares.
 _SPHERE = np.zeros((9, 4))
 _SPHERE[0, 0] = _SPHERE[1, 1] = _SPHERE[2, 2] = _SPHERE[3, 3] = _SPHERE[5, 3] = _SPHERE[8, 3] = 1.0
-_SUBSPACES = {
-    Kind.PLANE: np.eye(3),
-    Kind.SPHERE: _SPHERE,
-    Kind.QUADRIC: np.eye(9),
-    Kind.QUARTIC: np.eye(21),
-}
+_PRECISIONS = {kind: np.diag(prior_precision(kind)) for kind in Kind}
+_PRECISIONS[Kind.SPHERE] = (_SPHERE.T * prior_precision(Kind.SPHERE)) @ _SPHERE
 
 
 def fit_piece(kind: Kind, points, normals, std: float) -> Piece | None:
@@ -64,10 +61,10 @@ def fit_piece(kind: Kind, points, normals, std: float) -> Piece | None:
 
 def _frame(points, normals):
     """Origin, axes and scale for samples. They move, turn and scale as the samples do."""
-    offset = points - points.mean(axis=0)
-    nearest = (offset * offset).sum(axis=1).argmin()
+    offset = points - points.sum(axis=0) / len(points)
+    nearest = np.einsum("ij,ij->i", offset, offset).argmin()
     origin = points[nearest]
-    normal = normals.mean(axis=0)
+    normal = normals.sum(axis=0) / len(normals)
     length = np.sqrt(normal @ normal)
     normal = normal / length if length > _ONE_SIDED else normals[nearest]
     offset = points - origin
@@ -76,36 +73,42 @@ def _frame(points, normals):
     across = tangent - (tangent @ normal) * normal
     if not across @ across > 1e-6 * square.max():
         tangent = any_tangent(normal)
-    scale = float(np.sqrt(max(square.max(), np.finfo(float).tiny)))
+    scale = float(np.sqrt(max(square.max(), _TINY)))
     return origin, axes_from_normal(normal, tangent), scale
 
 
 def _linear(kind: Kind, points, origin, axes, scale: float, std: float) -> Piece:
     """The piece by linear least squares with a prior, first of distances along z."""
     scaled = (points - origin) @ (axes.T / scale)
-    noise, weight, shift = std / scale, 1.0, 0.0
-    at, start = scaled, Kind.QUADRIC if kind is Kind.QUARTIC else kind
-    for number in range(1 + (_AT_FEET if kind is not Kind.PLANE else 0)):
-        now = start if number == 0 else kind
-        solution = _solve(now, at, at[:, 2] + shift, weight / noise**2)
-        value, gradient = value_and_gradient(now, solution[0], scaled, terms_at(now, scaled))
-        steep = np.sqrt((gradient * gradient).sum(axis=1))
-        steep = np.maximum(steep, _LEAST_GRADIENT)
-        distance = np.clip(value / steep, -_FARTHEST * noise, _FARTHEST * noise)
-        at = scaled - (distance / steep)[:, None] * gradient
-        weight, shift = steep**-2.0, steep * distance
+    noise = std / scale
+    now: Kind = Kind.QUADRIC if kind is Kind.QUARTIC else kind
+    terms = terms_at(now, scaled)
+    solution = _solve(now, terms, scaled[:, 2], 1.0 / noise**2)
     if kind is Kind.PLANE:
         # The gradient is the same everywhere.
-        solution = solution[0], solution[1] * steep[0] ** 2
+        steep = np.sqrt(solution[0][1] ** 2 + solution[0][2] ** 2 + 1.0)
+        return Piece(kind, origin, axes, scale, solution[0], solution[1] * steep**2)
+    for _ in range(_AT_FEET):
+        value, gradient = value_and_gradient(now, solution[0], scaled, terms)
+        steep = np.maximum(np.sqrt((gradient * gradient).sum(axis=1)), _LEAST_GRADIENT)
+        distance = np.clip(value / steep, -_FARTHEST * noise, _FARTHEST * noise)
+        at = scaled - (distance / steep)[:, None] * gradient
+        heights, weight = at[:, 2] + steep * distance, steep**-2.0 / noise**2
+        solution = _solve(kind, terms_at(kind, at), heights, weight)
+        if now is not kind:
+            now, terms = kind, terms_at(kind, scaled)
     return Piece(kind, origin, axes, scale, *solution)
 
 
-def _solve(kind: Kind, at, heights, weight) -> tuple[np.ndarray, np.ndarray]:
-    """Coefficients and covariance of the φ that has given heights (n,) at scaled points (n, 3)."""
-    subspace = _SUBSPACES[kind]
-    terms, precision = terms_at(kind, at)[: kind.terms], prior_precision(kind)
-    reduced = subspace.T @ terms
+def _solve(kind: Kind, terms, heights, weight) -> tuple[np.ndarray, np.ndarray]:
+    """Coefficients and covariance of the φ that has given heights (n,) where its monomials are
+    terms (s, n)."""
+    reduced = terms[: kind.terms]
+    if kind is Kind.SPHERE:
+        reduced = _SPHERE.T @ reduced
     weighted = reduced * weight
-    inverse = np.linalg.inv(weighted @ reduced.T + (subspace.T * precision) @ subspace)
-    mean = subspace @ (inverse @ (weighted @ heights))
-    return mean, subspace @ inverse @ subspace.T
+    inverse = np.linalg.inv(weighted @ reduced.T + _PRECISIONS[kind])
+    mean = inverse @ (weighted @ heights)
+    if kind is Kind.SPHERE:
+        return _SPHERE @ mean, _SPHERE @ inverse @ _SPHERE.T
+    return mean, inverse

@@ -1,6 +1,6 @@
 """Growing: the largest connected set of samples that one piece explains, from a small start."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -31,6 +31,8 @@ _FITTED = 400
 _FLAT = 0.1
 # Least such angle, rad: 30 degrees. Doubled, two planes at 45 degrees are one quadric.
 _OTHER_WAY = np.deg2rad(30.0)
+# Least cosine between normals and their mean where no two differ by that angle: of its half.
+_ONE_WAY = np.cos(_OTHER_WAY / 2.0)
 # Extent in which samples are claimed, over that of those claimed before. Doubled, more samples are
 # evaluated in vain.
 _REACH = 2.0
@@ -75,10 +77,18 @@ class Evidence:
     samples: ContourSamples
     graph: SampleGraph
     options: FaceOptions
+    # A third of the fits are asked for again.
+    _fits: dict[tuple[Kind, bytes], Piece | None] = field(default_factory=dict)
 
     def fit(self, kind: Kind, members) -> Piece | None:
         """The piece of a kind for samples, at most 400 of them, evenly along the contours."""
         s = evenly(members, _FITTED)
+        key = kind, s.tobytes()
+        if key not in self._fits:
+            self._fits[key] = self._fit(kind, s)
+        return self._fits[key]
+
+    def _fit(self, kind: Kind, s) -> Piece | None:
         points = self.samples.points[s]
         piece = fit_piece(kind, points, self.samples.normals[s], self.samples.std)
         bends = kind in (Kind.QUADRIC, Kind.QUARTIC)
@@ -118,9 +128,12 @@ class Evidence:
 def is_edge(piece: Piece, points) -> bool:
     """Whether a quadric or quartic is flat at most of its points (n, 3) and faces another way at
     some: then it is two planes and a rounded edge, as a hyperbola is, and no law of all three."""
-    length = float(np.sqrt((np.ptp(points, axis=0) ** 2).sum()))
-    turn = length * np.abs(np.linalg.eigvalsh(piece.shape_operators(points))).max(axis=1)
     normals = piece.at(points)[1]
+    mean = normals.mean(axis=0)
+    if (normals @ mean).min() > _ONE_WAY * np.sqrt(mean @ mean):
+        return False
+    length = float(np.sqrt((np.ptp(points, axis=0) ** 2).sum()))
+    turn = length * piece.bends(points)
     flattest = normals[turn.argmin()]
     angle = float(np.arccos(np.clip((normals @ flattest).min(), -1.0, 1.0)))
     return bool(angle > _OTHER_WAY and np.median(turn) < _FLAT * angle)
@@ -169,7 +182,7 @@ def grow(evidence: Evidence, start, kind: Kind, allowed=None) -> Growth | None:
         gain = float(saved.sum()) - evidence.price(kind, len(grown))
         if best is None or gain > best.gain:
             best = Growth(piece, grown, saved, gain)
-        common = len(np.intersect1d(grown, members, assume_unique=True))
+        common = np.count_nonzero(graph.mask(members)[grown])
         if common >= _SAME * max(len(grown), len(members)):
             break
         members = grown

@@ -80,10 +80,10 @@ def terms_at(kind: Kind, scaled) -> np.ndarray:
     x, y, z = scaled.T
     if kind is Kind.QUARTIC:
         return monomials(QUARTIC_BASIS, x, y, z)
-    if kind is Kind.PLANE:
-        return np.stack([np.ones(len(scaled)), x, y])
-    out = np.empty((len(_QUADRIC_TERMS), len(scaled)))
+    out = np.empty((kind.terms, len(scaled)))
     out[0], out[1], out[2] = 1.0, x, y
+    if kind is Kind.PLANE:
+        return out
     for row, (a, b) in enumerate(((x, x), (x, y), (y, y), (x, z), (y, z), (z, z)), 3):
         np.multiply(a, b, out=out[row])
     return out
@@ -94,17 +94,20 @@ def value_and_gradient(kind: Kind, coefficients, scaled, terms) -> tuple[np.ndar
     if kind is Kind.QUARTIC:
         rows = derivative_coefficients(QUARTIC_BASIS, coefficients, list(GRADIENT))
         values = rows @ terms
-        phi, gradient = values[0], -values[1:].T
-    elif kind is Kind.PLANE:
-        phi = coefficients @ terms
-        gradient = np.tile([-coefficients[1], -coefficients[2], 0.0], (len(scaled), 1))
+        gradient = -values[1:].T
+        gradient[:, 2] += 1.0
+        return scaled[:, 2] - values[0], gradient
+    _, b, c, *second = coefficients.tolist()
+    flat = np.array([-b, -c, 1.0])
+    if kind is Kind.PLANE:
+        gradient = np.empty((len(scaled), 3))
+        gradient[:] = flat
     else:
-        _, b, c, xx, xy, yy, xz, yz, zz = coefficients
-        phi = coefficients @ terms
-        second = np.array([[2.0 * xx, xy, xz], [xy, 2.0 * yy, yz], [xz, yz, 2.0 * zz]])
-        gradient = -(scaled @ second) - np.array([b, c, 0.0])
-    gradient[:, 2] += 1.0
-    return scaled[:, 2] - phi, gradient
+        xx, xy, yy, xz, yz, zz = second
+        gradient = flat - scaled @ np.array(
+            [[2.0 * xx, xy, xz], [xy, 2.0 * yy, yz], [xz, yz, 2.0 * zz]]
+        )
+    return scaled[:, 2] - coefficients @ terms, gradient
 
 
 def hessians(kind: Kind, coefficients, scaled) -> np.ndarray:

@@ -1,5 +1,8 @@
 """Labelling: from samples to pieces and the piece of each sample."""
 
+from collections.abc import Callable
+from functools import partial
+
 import numpy as np
 
 from touchatlas.atlas.faces.cover import greedy_cover, propose, seeds_of
@@ -12,6 +15,8 @@ from touchatlas.atlas.faces.revise import add, drop, refit
 from touchatlas.atlas.faces.sample_graph import SampleGraph
 from touchatlas.atlas.faces.samples import ContourSamples
 from touchatlas.atlas.faces.split import split
+
+Step = Callable[[Labels], int | None]
 
 
 def label_samples(samples: ContourSamples, options: FaceOptions = FaceOptions()) -> Labels:
@@ -45,7 +50,12 @@ def first_labels(samples: ContourSamples, options: FaceOptions = FaceOptions()) 
 
 
 def relabel(
-    samples: ContourSamples, pieces, of, rounded=(), options: FaceOptions = FaceOptions()
+    samples: ContourSamples,
+    pieces,
+    of,
+    rounded=(),
+    options: FaceOptions = FaceOptions(),
+    links: SampleGraph | None = None,
 ) -> Labels:
     """Labels of samples, of which the first were labelled before: only what the new ones touch is
     revised.
@@ -59,8 +69,10 @@ def relabel(
     rounded : (k,) int
         Those of them that the rounding of an edge explained.
     options : FaceOptions
+    links : SampleGraph, optional
+        Those of the first samples.
     """
-    labels = Labels(Evidence(samples, SampleGraph(samples), options))
+    labels = Labels(Evidence(samples, SampleGraph(samples, links), options))
     labels.resume(pieces, of, rounded)
     revise_all(labels)
     return labels
@@ -69,32 +81,30 @@ def relabel(
 def revise_all(labels: Labels) -> None:
     """Revise labels and pieces until nothing changes, or the rounds are over."""
     rounds = labels.evidence.options.rounds
-    tried: list[np.ndarray] = []
+    apart = partial(split, tried=[])
+    do = partial(_do, labels, {})
     for number in range(rounds):
-        cut_crossed_links(labels)
-        labels.relax()
-        labels.separate()
-        changes = drop(labels)
-        labels.separate()
-        refit(labels)
-        changes += merge(labels)
+        do(cut_crossed_links, Labels.relax, Labels.separate)
+        changes = do(drop, Labels.separate, refit, merge)
         if number < rounds - 1:
-            changes += split(labels, tried)
-            labels.relax()
-        labels.separate()
-        refit(labels)
+            changes += do(apart, Labels.relax)
+        do(Labels.separate, refit)
         changes += add(labels)
         if not changes:
             break
     for _ in range(2):
-        cut_crossed_links(labels)
-        labels.relax()
-        labels.separate()
-        refit(labels)
-        merge(labels)
-        split(labels, tried)
-    labels.relax()
-    drop(labels)
-    labels.relax()
-    labels.separate()
-    refit(labels)
+        do(cut_crossed_links, Labels.relax, Labels.separate, refit, merge, apart)
+    do(Labels.relax, drop, Labels.relax, Labels.separate, refit)
+
+
+def _do(labels: Labels, idle: dict[Step, tuple], *steps: Step) -> int:
+    """Take steps, without those that would do nothing because they did nothing when labels were as
+    they are now; returns how many changes they tell of. ``idle`` keeps the labels of each."""
+    changes = 0
+    for step in steps:
+        before = labels.state
+        if idle.get(step) != before:
+            changes += step(labels) or 0
+            if labels.state == before:
+                idle[step] = before
+    return changes

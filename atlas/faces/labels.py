@@ -1,5 +1,7 @@
 """Labels: which piece explains each sample, by iterated conditional modes (Besag 1986)."""
 
+from typing import Any
+
 import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
@@ -62,6 +64,10 @@ class Labels:
     def __init__(self, evidence: Evidence) -> None:
         self.evidence, self.graph = evidence, evidence.graph
         self.pieces: list[Piece] = []
+        # The links of all that are left out of the graph.
+        self.cut = _NO_SAMPLES
+        # What was found between labels before, by all that it depends on.
+        self.judged: dict[tuple, Any] = {}
         # Merges and seeds that were tried, and the samples that each piece was fitted to.
         self.tried: set = set()
         self.fitted: dict[Piece, np.ndarray] = {}
@@ -89,6 +95,11 @@ class Labels:
         numbered = enumerate(zip(self.pieces, members, strict=True))
         self._before = {piece: (k, mine) for k, (piece, mine) in numbered}
         self._linked = {(a, b) for a, b, _ in self.pairs()}
+
+    @property
+    def state(self) -> tuple:
+        """What tells whether labels changed."""
+        return self.of.tobytes(), tuple(self.pieces), self.graph
 
     @property
     def loose_costs(self) -> np.ndarray:
@@ -251,12 +262,12 @@ class Labels:
         old, new = self.all_members(), np.full(size, NONE)
         pieces: list[Piece] = []
         for piece, members in zip(self.pieces, old, strict=True):
-            parts, counts = np.unique(part[members], return_counts=True)
+            counts = np.bincount(part[members])
             least = max(min(_PART * len(members), _ENOUGH), piece.kind.parameters + 4)
-            for k in np.argsort(-counts, kind="stable"):
-                if counts[k] >= least:
-                    new[members[part[members] == parts[k]]] = len(pieces)
-                    pieces.append(piece)
+            large = np.flatnonzero(counts >= least)
+            for k in large[np.argsort(-counts[large], kind="stable")]:
+                new[members[part[members] == k]] = len(pieces)
+                pieces.append(piece)
         self.of, self.pieces = new, pieces
 
     def drop_empty(self) -> None:

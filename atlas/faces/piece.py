@@ -2,6 +2,7 @@
 points."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -17,6 +18,7 @@ _LEAST_IN_PLANE = 0.3
 # Difference for slopes of monomials, in scales. Doubled, the error of a central difference is four
 # times 1e-8.
 _DIFFERENCE = 1e-4
+_TINY = float(np.finfo(float).tiny)
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,18 +46,18 @@ class Piece:
     coefficients: np.ndarray
     covariance: np.ndarray
 
+    @cached_property
+    def _to_local(self) -> np.ndarray:
+        return self.axes.T / self.scale
+
     def scaled(self, points) -> np.ndarray:
         """(n, 3) local coordinates of points (n, 3), over the scale."""
-        return (points - self.origin) @ (self.axes.T / self.scale)
+        return (points - self.origin) @ self._to_local
 
     def at(self, points) -> tuple[np.ndarray, np.ndarray]:
         """First-order signed distance (n,), length, and outward unit normal (n, 3) at points
         (n, 3): Taubin 1991."""
-        scaled = self.scaled(points)
-        terms = terms_at(self.kind, scaled)
-        value, gradient = value_and_gradient(self.kind, self.coefficients, scaled, terms)
-        length = _length_of(gradient)
-        return value * self.scale / length, (gradient / length[:, None]) @ self.axes
+        return self._first_order(points)[:2]
 
     def predicted(self, points) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Signed distance (n,), unit normal (n, 3) and variance of the distance (n,), length^2.
@@ -63,19 +65,28 @@ class Piece:
         The variance is infinite where the gradient of F is so small that the surface is about to
         cross itself.
         """
-        scaled = self.scaled(points)
-        terms = terms_at(self.kind, scaled)
-        value, gradient = value_and_gradient(self.kind, self.coefficients, scaled, terms)
-        length = _length_of(gradient)
+        distance, normals, length, terms = self._first_order(points)
         used = terms[: self.kind.terms]
         variance = ((self.covariance @ used) * used).sum(axis=0) * (self.scale / length) ** 2
         # Rounding may leave a covariance with a tiny negative eigenvalue.
         variance = np.where(length < _LEAST_GRADIENT, np.inf, np.maximum(variance, 0.0))
-        return value * self.scale / length, (gradient / length[:, None]) @ self.axes, variance
+        return distance, normals, variance
+
+    def _first_order(self, points) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Signed distance (n,), unit normal (n, 3), length of the gradient (n,) and monomials
+        (s, n) at points (n, 3)."""
+        scaled = self.scaled(points)
+        terms = terms_at(self.kind, scaled)
+        value, gradient = value_and_gradient(self.kind, self.coefficients, scaled, terms)
+        length = _length_of(gradient)
+        normals = (gradient / length[:, None]) @ self.axes
+        return value * self.scale / length, normals, length, terms
 
     def shape_operators(self, points) -> np.ndarray:
         """(n, 3, 3) P H P / |grad F|, 1/length, world, P the projection on the tangent plane: the
         derivative of the unit normal."""
+        if self.kind is Kind.PLANE:
+            return np.zeros((len(points), 3, 3))
         scaled = self.scaled(points)
         terms = terms_at(self.kind, scaled)
         _, gradient = value_and_gradient(self.kind, self.coefficients, scaled, terms)
@@ -86,13 +97,21 @@ class Piece:
         bent = bent / (length * self.scale)[:, None, None]
         return self.axes.T @ bent @ self.axes
 
+    def bends(self, points) -> np.ndarray:
+        """(n,) largest absolute principal curvature at points (n, 3), 1/length."""
+        shape = self.shape_operators(points)
+        both = np.einsum("ijj->i", shape)
+        # (k1 - k2)^2 = 2 (k1^2 + k2^2) - (k1 + k2)^2
+        difference = 2.0 * np.einsum("ijk,ijk->i", shape, shape) - both * both
+        return np.asarray(0.5 * (np.abs(both) + np.sqrt(np.maximum(difference, 0.0))))
+
     def slope_variance(self, points, directions) -> np.ndarray:
         """(n,) variance of the derivative of the distance along unit directions (n, 3): that of the
         angle by which the surface may be tilted."""
         scaled, along = self.scaled(points), directions @ self.axes.T
         terms = terms_at(self.kind, scaled)
         _, gradient = value_and_gradient(self.kind, self.coefficients, scaled, terms)
-        square = np.maximum((gradient * gradient).sum(axis=1), np.finfo(float).tiny)
+        square = np.maximum((gradient * gradient).sum(axis=1), _TINY)
         ahead = terms_at(self.kind, scaled + _DIFFERENCE * along)
         behind = terms_at(self.kind, scaled - _DIFFERENCE * along)
         slope = (ahead - behind)[: self.kind.terms] / (2.0 * _DIFFERENCE)
@@ -109,15 +128,16 @@ class Piece:
 def _length_of(gradient) -> np.ndarray:
     """(n,) lengths of gradients (n, 3), none of them zero."""
     square = np.einsum("ij,ij->i", gradient, gradient)
-    return np.asarray(np.maximum(np.sqrt(square), np.finfo(float).tiny))
+    return np.asarray(np.maximum(np.sqrt(square), _TINY))
 
 
 def in_plane_cosines(normals, measured, planes) -> np.ndarray:
     """(n,) cosine between the normals of a piece and those of contours, within the sampling planes.
 
-    A contour shows only the part of the normal in its plane. Zero where that is too small.
+    A contour shows only the part of the normal in its plane, in which its own lies. Zero where that
+    is too small.
     """
-    within = normals - (normals * planes).sum(axis=1)[:, None] * planes
-    length = np.sqrt((within * within).sum(axis=1))
-    cosine = (within * measured).sum(axis=1) / np.maximum(length, np.finfo(float).tiny)
+    across = np.einsum("ij,ij->i", normals, planes)
+    length = np.sqrt(np.maximum(1.0 - across * across, _TINY))
+    cosine = np.einsum("ij,ij->i", normals, measured) / length
     return np.where(length > _LEAST_IN_PLANE, cosine, 0.0)

@@ -2,12 +2,7 @@
 
 import numpy as np
 from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import (
-    breadth_first_order,
-    connected_components,
-    dijkstra,
-    minimum_spanning_tree,
-)
+from scipy.sparse.csgraph import minimum_spanning_tree
 from scipy.spatial import cKDTree
 
 
@@ -40,12 +35,18 @@ def polylines(points, deviation, spacing: float, reach: float) -> list[np.ndarra
     pairs = cKDTree(points[kept]).query_pairs(reach, output_type="ndarray")
     lengths = np.linalg.norm(points[kept[pairs[:, 0]]] - points[kept[pairs[:, 1]]], axis=1)
     size = len(kept)
-    tree = minimum_spanning_tree(coo_matrix((lengths, pairs.T), shape=(size, size)))
-    _, part = connected_components(tree, directed=False)
-    lines = [
-        _longest_path(tree, np.flatnonzero(part == k)) for k in range(part.max(initial=-1) + 1)
-    ]
-    return [_closed(kept[line], points, reach) for line in lines if len(line) > 1]
+    tree = minimum_spanning_tree(coo_matrix((lengths, pairs.T), shape=(size, size))).tocoo()
+    around: list[dict[int, float]] = [{} for _ in kept]
+    for a, b, length in zip(tree.row.tolist(), tree.col.tolist(), tree.data.tolist(), strict=True):
+        around[a][b] = around[b][a] = length
+    lines: list[np.ndarray] = []
+    seen: set[int] = set()
+    for node in range(size):
+        if node not in seen:
+            away, _ = _walk(around, node)
+            seen |= away.keys()
+            lines.append(kept[_longest_path(around, _farthest(away))])
+    return [_closed(line, points, reach) for line in lines if len(line) > 1]
 
 
 def _spaced(points, deviation, spacing: float) -> np.ndarray:
@@ -59,16 +60,30 @@ def _spaced(points, deviation, spacing: float) -> np.ndarray:
     return np.sort(np.array(kept, dtype=int))
 
 
-def _longest_path(tree, nodes) -> np.ndarray:
-    """The longest path in the part of a tree that has the nodes."""
-    away = dijkstra(tree, directed=False, indices=nodes[0])
-    end = nodes[away[nodes].argmax()]
-    away = dijkstra(tree, directed=False, indices=end)
-    _, before = breadth_first_order(tree, end, directed=False)
-    path = [int(nodes[away[nodes].argmax()])]
+def _walk(around: list[dict[int, float]], start: int) -> tuple[dict[int, float], dict[int, int]]:
+    """Distances from a node of a tree to all others that hang together with it, and the nodes
+    before these on the way."""
+    away, before, nodes = {start: 0.0}, {}, [start]
+    for node in nodes:
+        for other, length in around[node].items():
+            if other not in away:
+                away[other], before[other] = away[node] + length, node
+                nodes.append(other)
+    return away, before
+
+
+def _farthest(away: dict[int, float]) -> int:
+    """The first of the nodes that are farthest away."""
+    return min(away, key=lambda node: (-away[node], node))
+
+
+def _longest_path(around: list[dict[int, float]], end: int) -> list[int]:
+    """The longest path in a tree, to one of its ends."""
+    away, before = _walk(around, end)
+    path = [_farthest(away)]
     while path[-1] != end:
-        path.append(int(before[path[-1]]))
-    return np.array(path)
+        path.append(before[path[-1]])
+    return path
 
 
 def _closed(line, points, reach: float) -> np.ndarray:

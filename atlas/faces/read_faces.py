@@ -51,7 +51,8 @@ def faces_of_samples(
     only what the new ones touch is read again."""
     if before is None:
         return _read_again(samples, options, faces_of_revised(label_samples(samples, options)))
-    labels = relabel(samples, before.pieces, before.patch_of, before.rounded, options)
+    known = before.pieces, before.patch_of, before.rounded
+    labels = relabel(samples, *known, options, before.links)
     # Labels from before were moved to rims already.
     return faces_of_revised(labels, rounds=1)
 
@@ -72,7 +73,7 @@ def faces_of_revised(labels: Labels, rounds: int = _RIM_ROUNDS) -> Faces:
     _unite_all(labels)
     if absorb(labels):
         refit(labels)
-    _unite_all(labels)
+        _unite_all(labels)
     for _ in range(rounds):
         labels.drop_empty()
         cut_crossed_links(labels)

@@ -32,20 +32,21 @@ def ball_radius(first, second, cosine) -> np.ndarray:
 
 
 def rounded_edge(first, second, cosine, radius) -> tuple[np.ndarray, np.ndarray]:
-    """Signed distance (n,) from an edge that is rounded with a radius, and the weights (n, 2) of
-    both normals in its gradient.
+    """Signed distance (..., n) from an edge that is rounded with a radius, and the weights
+    (..., n, 2) of both normals in its gradient; of radii (..., 1) at once.
 
     Beside the ball it is the larger of the distances (n,) from both faces, and the weight of that
     face is one.
     """
     a, b = first + radius, second + radius
     square = np.maximum(1.0 - cosine**2, _LEAST)
-    weights = np.stack([a - cosine * b, b - cosine * a], axis=1) / square[:, None]
-    length = np.sqrt(np.maximum(a * weights[:, 0] + b * weights[:, 1], np.finfo(float).tiny))
-    ball = (weights > 0.0).all(axis=1)
-    larger = np.stack([first >= second, first < second], axis=1).astype(float)
-    distance = np.where(ball, length - radius, np.maximum(first, second))
-    return distance, np.where(ball[:, None], weights / length[:, None], larger)
+    u, v = (a - cosine * b) / square, (b - cosine * a) / square
+    length = np.sqrt(np.maximum(a * u + b * v, np.finfo(float).tiny))
+    ball = (u > 0.0) & (v > 0.0)
+    weights = np.empty((*ball.shape, 2))
+    weights[..., 0] = np.where(ball, u / length, first >= second)
+    weights[..., 1] = np.where(ball, v / length, first < second)
+    return np.where(ball, length - radius, np.maximum(first, second)), weights
 
 
 def radius_slope(weights) -> np.ndarray:

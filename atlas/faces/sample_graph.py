@@ -37,6 +37,9 @@ class SampleGraph:
     Parameters
     ----------
     samples : ContourSamples
+    before : SampleGraph, optional
+        That of the first of the samples. Only samples with new ones among the nearest are linked
+        again.
 
     Attributes
     ----------
@@ -50,11 +53,17 @@ class SampleGraph:
         Linked samples of each, and the weights of the links; n stands for none.
     """
 
-    def __init__(self, samples: ContourSamples) -> None:
+    def __init__(self, samples: ContourSamples, before: "SampleGraph | None" = None) -> None:
         self.size, self._samples = len(samples), samples
         self.tree = cKDTree(samples.points)
         along = np.flatnonzero(samples.contours[1:] == samples.contours[:-1])
-        first, second = _links_across(samples, self.tree)
+        stays = np.zeros(self.size, bool) if before is None else before._stays(samples)
+        first, second, self._looked = _links_across(samples, self.tree, np.flatnonzero(~stays))
+        if before is not None:
+            old, kept = np.flatnonzero(stays), before._across[:, stays[before._across[0]]]
+            self._looked[old] = before._looked[old]
+            first, second = np.append(first, kept[0]), np.append(second, kept[1])
+        self._across: np.ndarray = np.stack([first, second])
         low = np.concatenate([along, np.minimum(first, second)]).astype(np.int64)
         high = np.concatenate([along + 1, np.maximum(first, second)])
         keys = np.unique(low * self.size + high)
@@ -62,6 +71,18 @@ class SampleGraph:
         cosine = _cosines(samples, *self.pairs.T)
         self.weights = np.maximum((cosine - _COSINE) / (1.0 - _COSINE), 0.0) ** 2
         self.neighbours, self.neighbour_weights = _padded(self.pairs, self.weights, self.size)
+        self._places = np.empty(self.size + 1, int)
+
+    def _stays(self, samples: ContourSamples) -> np.ndarray:
+        """(n,) which samples are linked across as they were before the last of them came."""
+        stays, known = np.zeros(len(samples), bool), self._samples
+        names = "points", "normals", "outward", "contours", "touches", "steps"
+        pairs = [(getattr(known, name), getattr(samples, name)[: self.size]) for name in names]
+        if known.std == samples.std and all(np.array_equal(*pair) for pair in pairs):
+            new = samples.points[self.size :]
+            away = cKDTree(new).query(known.points)[0] if len(new) else np.inf
+            stays[: self.size] = away > self._looked
+        return stays
 
     @cached_property
     def long_links(self) -> tuple[np.ndarray, np.ndarray]:
@@ -97,12 +118,10 @@ class SampleGraph:
         """The members and all samples within so many links of them, ascending."""
         seen = np.zeros(self.size + 1, bool)
         seen[members], front = True, members
+        seen[-1] = True
         for _ in range(hops):
-            ahead = self.neighbours[front].ravel()
-            ahead = ahead[~seen[ahead]]
-            seen[ahead] = True
-            seen[-1] = False
-            front = np.unique(ahead[ahead < self.size])
+            front = self._ahead(front, ~seen)
+            seen[front] = True
         return np.flatnonzero(seen[:-1])
 
     def connected(self, allowed, start) -> np.ndarray:
@@ -113,11 +132,17 @@ class SampleGraph:
         free[front] = False
         parts = [front]
         while len(front):
-            ahead = self.neighbours[front].ravel()
-            front = np.unique(ahead[free[ahead]])
+            front = self._ahead(front, free)
             free[front] = False
             parts.append(front)
         return np.sort(np.concatenate(parts))
+
+    def _ahead(self, front, free) -> np.ndarray:
+        """The free samples (n + 1,) among the neighbours of others (m,), each once."""
+        ahead = self.neighbours[front].ravel()
+        ahead = ahead[free[ahead]]
+        self._places[ahead] = places = np.arange(len(ahead))
+        return ahead[self._places[ahead] == places]
 
     def nearest(self, points, sample: int, count: int) -> np.ndarray:
         """The ``count`` samples nearest to one of those reached by fewest links, ascending."""
@@ -135,17 +160,18 @@ class SampleGraph:
 def _cosines(samples: ContourSamples, i, j) -> np.ndarray:
     """(m,) cosines between the normals of samples i and j (m,), within their sampling planes or of
     the surface, whichever differ more: an oblique contour shows a part of the normal only."""
-    within = (samples.normals[i] * samples.normals[j]).sum(axis=1)
-    return np.minimum(within, (samples.outward[i] * samples.outward[j]).sum(axis=1))
+    within = _dot(samples.normals[i], samples.normals[j])
+    return np.minimum(within, _dot(samples.outward[i], samples.outward[j]))
 
 
-def _links_across(samples: ContourSamples, tree) -> tuple[np.ndarray, np.ndarray]:
-    """Samples (m,) and the nearest sample of each of the nearest other contours (m,)."""
-    everyone = np.arange(len(samples))
-    first, second, length = _fitting_links(samples, tree, everyone, _NEAREST)
-    alone = np.ones(len(samples), bool)
+def _links_across(samples: ContourSamples, tree, some) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Some of the samples (m,) and the nearest sample of each of the nearest other contours (m,),
+    and how far (n,) each was looked for, length."""
+    looked, alone = np.zeros(len(samples)), np.zeros(len(samples), bool)
+    first, second, length, looked[some] = _fitting_links(samples, tree, some, _NEAREST)
+    alone[some] = True
     alone[first[samples.touches[first] != samples.touches[second]]] = False
-    far = _fitting_links(samples, tree, everyone[alone], _MANY)
+    *far, looked[alone] = _fitting_links(samples, tree, np.flatnonzero(alone), _MANY)
     near = ~alone[first]
     first, second = np.append(first[near], far[0]), np.append(second[near], far[1])
     length = np.append(length[near], far[2])
@@ -155,25 +181,31 @@ def _links_across(samples: ContourSamples, tree) -> tuple[np.ndarray, np.ndarray
         for some, most in ((own, _OWN_TOUCH), (~own, _OTHER_TOUCHES))
     ]
     (i, j), (k, m) = parts
-    return np.append(i, k), np.append(j, m)
+    return np.append(i, k), np.append(j, m), looked
 
 
 def _fitting_links(samples: ContourSamples, tree, some, count: int):
     """Samples (m,), near ones (m,) of other contours whose chords fit both normals, and their
-    distances (m,), for some samples."""
+    distances (m,), for some samples; and how far from each of these one was looked for, infinite
+    where all samples were looked at."""
     points, normals, noise = samples.points, samples.normals, _NOISE * samples.std
-    count = min(count, len(points))
-    length, near = tree.query(points[some], k=count)
-    i, j = np.repeat(some, count), near.ravel()
+    length, near = tree.query(points[some], k=np.arange(1, min(count, len(points)) + 1))
+    looked = length[:, -1] if count < len(points) else np.full(len(some), np.inf)
+    i, j = np.repeat(some, near.shape[1]), near.ravel()
     length = length.ravel()
     other = samples.contours[i] != samples.contours[j]
     i, j, length = i[other], j[other], length[other]
     chord = points[j] - points[i]
-    rise, fall = (chord * normals[i]).sum(axis=1), (chord * normals[j]).sum(axis=1)
+    rise, fall = _dot(chord, normals[i]), _dot(chord, normals[j])
     fits = _cosines(samples, i, j) > _COSINE
     fits &= np.maximum(np.abs(rise), np.abs(fall)) < _OFF_TANGENT * length + noise
     fits &= np.abs(rise + fall) < _OFF_ARC * length + noise
-    return i[fits], j[fits], length[fits]
+    return i[fits], j[fits], length[fits], looked
+
+
+def _dot(a, b) -> np.ndarray:
+    """(m,) scalar products of vectors (m, 3)."""
+    return np.asarray(np.einsum("ij,ij->i", a, b))
 
 
 def _nearest_links(samples: ContourSamples, i, j, length, most: int):

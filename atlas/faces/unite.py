@@ -37,7 +37,6 @@ def unite(labels: Labels) -> int:
     extent = float(np.linalg.norm(np.ptp(points, axis=0)))
     reach = _APART * extent
     members = labels.all_members()
-    trees = [cKDTree(points[mine]) for mine in members]
     united = 0
     for a, b in _alike(labels):
         first, second = members[a], members[b]
@@ -47,7 +46,7 @@ def unite(labels: Labels) -> int:
         off = np.abs(labels.pieces[a].at(points[second])[0])
         if np.median(off) > _OFF * extent:
             continue
-        away, near = trees[a].query(points[second], distance_upper_bound=reach)
+        away, near = cKDTree(points[first]).query(points[second], distance_upper_bound=reach)
         at = int(away.argmin())
         if away[at] > reach or _stands_between(labels, (a, b), first[near[at]], second[at]):
             continue
@@ -57,7 +56,7 @@ def unite(labels: Labels) -> int:
         if piece is not None:
             labels.of[second], labels.pieces[a] = a, piece
             labels.mark_fitted(a, both)
-            members[a], members[b], trees[a] = both, second[:0], cKDTree(points[both])
+            members[a], members[b] = both, second[:0]
             united += 1
     return united
 
