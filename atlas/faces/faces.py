@@ -155,9 +155,10 @@ class Faces:
 def join_faces(labels: Labels, boundaries: list[Boundary]) -> Faces:
     """Faces of a labelling, the largest first, and the edges between them.
 
-    Pieces with an artificial boundary between them are of one face.
+    Pieces with an artificial boundary between them are of one face, but one that a single contour
+    met: it may be of any.
     """
-    group = _groups(len(labels.pieces), boundaries)
+    group = _groups(labels, boundaries)
     sizes = np.bincount(group, [len(m) for m in labels.all_members()])
     rank = np.argsort(np.argsort(-sizes, kind="stable"), kind="stable")
     face_of_label = rank[group]
@@ -179,13 +180,14 @@ def _points(labels: Labels) -> np.ndarray:
     return points
 
 
-def _groups(count: int, boundaries: list[Boundary]) -> np.ndarray:
-    """(count,) number of the face of each label."""
-    graph = nx.Graph()
-    graph.add_nodes_from(range(count))
-    artificial = [b for b in boundaries if b.kind is EdgeKind.ARTIFICIAL]
-    graph.add_edges_from((b.first, b.second) for b in artificial)
-    group = np.zeros(count, int)
+def _groups(labels: Labels, boundaries: list[Boundary]) -> np.ndarray:
+    """(p,) number of the face of each of p labels."""
+    graph, samples = nx.Graph(), labels.evidence.samples
+    graph.add_nodes_from(range(len(labels.pieces)))
+    sure = [samples.are_of_several_contours(members) for members in labels.all_members()]
+    artificial = [(b.first, b.second) for b in boundaries if b.kind is EdgeKind.ARTIFICIAL]
+    graph.add_edges_from(pair for pair in artificial if all(sure[k] for k in pair))
+    group = np.zeros(len(sure), int)
     for number, part in enumerate(nx.connected_components(graph)):
         group[list(part)] = number
     return group

@@ -34,9 +34,6 @@ _GAP = np.deg2rad(170.0)
 # Distance from the ball of a corner at which a point is on it, in radii. Doubled, nothing changes:
 # points of the surface are asked.
 _ROUNDED = 0.1
-# Least number of samples of a face besides those of the contour with most of them: as many as its
-# slope across that contour needs. Doubled, narrow faces take another touch.
-_OTHERS = 3
 # Distance from the faces at which a sample without a label lies on them, in standard deviations.
 # Doubled, less is left out where a small part of another shape is touched.
 _ON_FACE = 3.0
@@ -185,11 +182,7 @@ class LawfulBody:
 def determined(faces: Faces, samples: ContourSamples) -> Faces:
     """The same without the faces that one contour alone has met, or another with few samples: a
     curve in a plane determines no face. Their samples belong to none."""
-    others = [
-        len(face.samples) - np.unique_counts(samples.contours[face.samples]).counts.max()
-        for face in faces.faces
-    ]
-    kept = [face for face, count in zip(faces.faces, others, strict=True) if count >= _OTHERS]
+    kept = [face for face in faces.faces if samples.are_of_several_contours(face.samples)]
     number = {face.id: k for k, face in enumerate(kept)}
     table = np.array([number.get(face.id, NONE) for face in faces.faces] + [NONE])
     edges = tuple(

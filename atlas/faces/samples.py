@@ -13,6 +13,9 @@ _WINDOW = 5
 # variances of the noise: with a chance of 1e-3 noise does (chi-square, two degrees of freedom).
 # Doubled, normals beside blunt edges are of both sides.
 _MUCH_BETTER = 14.0
+# Least number of samples of a face besides those of the contour with most of them: as many as its
+# slope across that contour needs. Doubled, narrow faces take another touch.
+_OTHERS = 3
 # Longest step along a contour over its median step; a longer one begins a new contour. Doubled,
 # nothing changes but where a contour was interrupted.
 _LONGEST_STEP = 4.0
@@ -54,6 +57,11 @@ class ContourSamples:
 
     def __len__(self) -> int:
         return len(self.points)
+
+    def are_of_several_contours(self, some) -> bool:
+        """Whether some samples (m,) determine more than a curve in a plane."""
+        counts = np.bincount(self.contours[some])
+        return bool(len(some) - counts.max(initial=0) >= _OTHERS)
 
 
 def contour_samples(points, outward, planes, std: float) -> ContourSamples:
