@@ -24,7 +24,8 @@ from touchatlas.atlas.whole_file import DamagedError, FileKind, load_whole
 from touchatlas.patch.fit.fit_patch import FitOptions
 
 # The version is that of the file, no unit.
-_FILE = FileKind("atlas", "the atlas.npz of a run", 8, "explore again")
+_FILE = FileKind("atlas", "the atlas.npz of a run", 9, "explore again")
+_LAW = "count", "std", "edges", "share", "sharp"
 _POOL = "points", "normals", "across", "edges", "visited"
 
 
@@ -37,9 +38,7 @@ def atlas_bytes(atlas: Atlas) -> bytes:
         "touches": atlas.touches,
         "options": asdict(atlas.options),
         "residual_scale": asdict(atlas.residual_scale),
-        "law": {
-            name: getattr(atlas.known_law, name) for name in ("count", "std", "edges", "share")
-        },
+        "law": {name: getattr(atlas.known_law, name) for name in _LAW},
     }
     table, membership = atlas.table, atlas.membership
     neighbours = [sorted(atlas.neighbours[row]) for row in range(len(atlas.neighbours))]

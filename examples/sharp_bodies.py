@@ -1,8 +1,8 @@
-"""Meshes with sharp edges to explore: box, cylinder, hexagonal prism, step, slot and tube, and a
-box with waves on its top, which obey no law.
+"""Meshes with sharp edges to explore: box, cylinder, hexagonal prism, step, slot and tube; and a
+box with waves on its top and a handle with flat ends, whose free-form faces obey no law.
 
-It writes box.ply, cylinder.ply, prism.ply, step.ply, slot.ply, tube.ply and wavy.ply into a folder,
-in millimetres. All are closed; the tube has an Euler characteristic of 0.
+It writes box.ply, cylinder.ply, prism.ply, step.ply, slot.ply, tube.ply, wavy.ply and handle.ply
+into a folder, in millimetres. All are closed; the tube has an Euler characteristic of 0.
 
     python examples/sharp_bodies.py [FOLDER]
     touchatlas explore cylinder.ply
@@ -39,6 +39,17 @@ def wavy_box() -> trimesh.Trimesh:
     return mesh
 
 
+def handle() -> trimesh.Trimesh:
+    """A turned handle of 80 between two flat ends, three-sided by a twelfth of its radius."""
+    height = np.linspace(0.0, 80.0, 161)
+    radius = 14.0 + 5.0 * np.sin(height / 11.0) + 3.0 * np.cos(height / 6.0)
+    profile = np.vstack([[0.0, 0.0], np.column_stack([radius, height]), [0.0, 80.0]])
+    mesh = trimesh.creation.revolve(profile, sections=SECTIONS)
+    x, y, z = mesh.vertices.T
+    mesh.vertices[:, :2] *= 1.0 + np.cos(3.0 * np.arctan2(y, x) + z / 30.0)[:, None] / 12.0
+    return mesh
+
+
 def bodies() -> dict[str, trimesh.Trimesh]:
     """The meshes by name."""
     return {
@@ -49,6 +60,7 @@ def bodies() -> dict[str, trimesh.Trimesh]:
         "slot": trimesh.creation.extrude_triangulation(SLOT, SLOT_TRIANGLES, height=40.0),
         "tube": trimesh.creation.annulus(r_min=12.0, r_max=20.0, height=30.0, sections=SECTIONS),
         "wavy": wavy_box(),
+        "handle": handle(),
     }
 
 

@@ -109,6 +109,13 @@ def solid_or_shell(faces, is_closed: bool):
     return solid
 
 
+def is_solid(one: NamedShape) -> bool:
+    """Whether a shape closes up."""
+    from OCP.TopAbs import TopAbs_SOLID
+
+    return bool(one.shape.ShapeType() == TopAbs_SOLID)
+
+
 @contextmanager
 def _silence() -> Iterator[None]:
     """Keep the kernel's statistics off standard output."""

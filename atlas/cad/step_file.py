@@ -2,9 +2,9 @@
 
 Where all faces obey laws each becomes one face of the file: a plane, cylinder, cone or sphere by
 its name in STEP, trimmed by curves that two faces share, with a fillet along each blunt edge.
-Otherwise every patch becomes one trimmed Bezier surface, off its sides by half the gap between the
-patches. The file states these distances as tolerances of the edges. Faces that close up become a
-solid.
+Where some of its faces are free-form, a body is written as the triangles of its surface. Otherwise
+every patch becomes one trimmed Bezier surface, off its sides by half the gap between the patches.
+The file states these distances as tolerances of the edges. Faces that close up become a solid.
 """
 
 from dataclasses import dataclass
@@ -15,11 +15,13 @@ import networkx as nx
 from touchatlas.atlas.cad.bezier_face import BezierFace, bezier_face
 from touchatlas.atlas.cad.face_layout import NotWritten
 from touchatlas.atlas.cad.lawful_shapes import lawful_shapes
-from touchatlas.atlas.cad.occ_kernel import need_kernel, step_bytes
+from touchatlas.atlas.cad.occ_kernel import is_solid, need_kernel, step_bytes
 from touchatlas.atlas.cad.occ_patches import is_closed, patch_shape
+from touchatlas.atlas.cad.occ_triangles import triangle_shapes
 from touchatlas.atlas.cad.trimmed_patches import trimmed_patches
 from touchatlas.atlas.faces.lawful_body import LawfulBody
 from touchatlas.atlas.files import write_whole
+from touchatlas.atlas.mesh.lawful_surface import fine_edge, lawful_surface
 from touchatlas.atlas.state import AtlasState
 
 # Largest error of a face's height, in tolerances: negligible beside the patch's own error. Doubled,
@@ -34,13 +36,15 @@ class StepReport:
     Parameters
     ----------
     faces : int
-        Number of faces in the file: the sum of the next six.
+        Number of faces in the file: the sum of the next seven.
     planes, cylinders, cones, spheres : int
         Faces of a lawful body.
     fillets : int
         Faces that round its blunt edges, and the corners between them.
+    triangles : int
+        Plane faces of a body that has no other names in STEP; 0 where it is written by its laws.
     patches : int
-        Bezier faces of overlapping patches; 0 where the body is written by its laws.
+        Bezier faces of overlapping patches; 0 where the faces of a body are written.
     solids, open_shells : int
         Numbers of each in the file.
     left_out : int
@@ -51,7 +55,7 @@ class StepReport:
     gap : float, length
         Largest distance of an edge from its faces: the tolerance of the file.
     note : str
-        Why the faces of a lawful body were written as patches, or its blunt edges sharp; empty
+        Why the faces of a body were written as triangles, or its blunt edges sharp; empty
         otherwise.
     """
 
@@ -61,6 +65,7 @@ class StepReport:
     cones: int = 0
     spheres: int = 0
     fillets: int = 0
+    triangles: int = 0
     patches: int = 0
     solids: int = 0
     open_shells: int = 0
@@ -96,13 +101,12 @@ def save_step(state: AtlasState, path) -> StepReport:
         When the file cannot be written; an old one is left as it was.
     """
     need_kernel()
-    note = ""
-    if state.body is not None:
-        try:
-            return _save_faces(state, state.body, path)
-        except NotWritten as reason:
-            note = f"written as patches: {reason}"
-    return _save_patches(state, path, note)
+    if state.body is None:
+        return _save_patches(state, path)
+    try:
+        return _save_faces(state, state.body, path)
+    except NotWritten as reason:
+        return _save_triangles(state, state.body, path, f"written as triangles: {reason}")
 
 
 def _save_faces(state: AtlasState, body: LawfulBody, path) -> StepReport:
@@ -125,7 +129,25 @@ def _save_faces(state: AtlasState, body: LawfulBody, path) -> StepReport:
     )
 
 
-def _save_patches(state: AtlasState, path, note: str) -> StepReport:
+def _save_triangles(state: AtlasState, body: LawfulBody, path, note: str) -> StepReport:
+    """Write the triangles of a body."""
+    sagitta = state.options.facets * state.tolerance
+    shapes = triangle_shapes(lawful_surface(body, fine_edge(body, sagitta)))
+    if not shapes:
+        raise ValueError("nothing of the surface is known yet; touch it more")
+    write_whole(path, step_bytes(shapes, sagitta, Path(path).name))
+    count, solids = sum(len(one.faces) for one in shapes), sum(map(is_solid, shapes))
+    return StepReport(
+        faces=count,
+        triangles=count,
+        solids=solids,
+        open_shells=len(shapes) - solids,
+        gap=sagitta,
+        note=note,
+    )
+
+
+def _save_patches(state: AtlasState, path) -> StepReport:
     """Write the trimmed patches."""
     found = [bezier_face(face, _HEIGHT_ERROR * state.tolerance) for face in trimmed_patches(state)]
     faces = [face for face in found if face is not None]
@@ -143,7 +165,6 @@ def _save_patches(state: AtlasState, path, note: str) -> StepReport:
         left_out=len(found) - len(faces),
         height_error=max(face.error for face in faces),
         gap=gap,
-        note=note,
     )
 
 

@@ -48,7 +48,7 @@ class Cells:
         self._one, self._way = _alike(trees, self._noise)
         self._of_one = [np.flatnonzero(self._one == k) for k in range(len(faces))]
         self._two_ways = np.array([len(set(self._way[own].tolist())) > 1 for own in self._of_one])
-        self._has_patches = np.array([len(face.pieces) > 1 for face in faces] + [False])
+        self._has_patches = np.array([trees.is_free_form(face.id) for face in faces] + [False])
         # The key of a cell is the exclusive or of those of the faces outside of which it lies
         # (A. L. Zobrist, 1970). Any distinct numbers serve.
         bits = np.random.default_rng(len(faces)).integers(1, 2**62, len(faces))

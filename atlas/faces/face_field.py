@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 
 from touchatlas.atlas.faces.cells import Cells
 from touchatlas.atlas.faces.edge_cuts import SharpEdges
-from touchatlas.atlas.faces.face_trees import FaceTrees, values_of
+from touchatlas.atlas.faces.face_trees import FaceTrees
 from touchatlas.atlas.faces.faces import Faces
 from touchatlas.atlas.faces.labels import NONE
 from touchatlas.atlas.faces.rounded_edges import RoundedEdges
@@ -116,8 +116,7 @@ class FaceField:
         """The face (n,) of the nearest sample of points (n, 3) at distances (n, f) from all faces,
         length, the face (n,) that decides, and its distance, normal and variance (n, 5).
 
-        Patches of one free-form face are averaged, each with the weight of its samples near the
-        point. At a sharp edge the distance is the largest of those of the faces that meet there in
+        At a sharp edge the distance is the largest of those of the faces that meet there in
         a convex edge, the smallest in a concave one.
         """
         faces, count = self.faces, min(_NEAREST, len(self._known))
@@ -125,7 +124,7 @@ class FaceField:
         away = away.reshape(len(points), count)
         near = self._known[near.reshape(len(points), count)]
         owner = faces.of[near[:, 0]]
-        columns = _by_face(faces, points, away, near)
+        columns = _by_face(self.trees, points, near)
         chosen = columns[owner, np.arange(len(points))]
         chosen[:, 4] += self._doubt(columns, owner, away, near)
         self._rims.move(points, away, owner, chosen)
@@ -154,24 +153,13 @@ def face_values(faces: Faces, points) -> FaceValues:
     return FaceField(faces).at(points)
 
 
-def _by_face(faces: Faces, points, away, near) -> np.ndarray:
-    """(f, n, 5) distance, normal and variance of each face at each point, a mean over its patches;
-    NaN where none of its samples is near."""
-    reach = np.maximum(away[:, -1:], np.finfo(float).tiny)
-    # A weight that falls to zero at the last of the nearest samples.
-    weight = (1.0 - (away / reach) ** 2) ** 2 + 1e-9
-    out = np.full((len(faces), len(points), 5), np.nan)
-    patches = faces.patch_of[near]
-    for face in faces.faces:
-        total = np.zeros(len(points))
-        sums = np.zeros((len(points), 5))
-        for number, piece in zip(face.patches, face.pieces, strict=True):
-            share = (weight * (patches == number)).sum(axis=1)
-            rows = np.flatnonzero(share)
-            if not len(rows):
-                continue
-            sums[rows] += share[rows, None] * values_of(piece, points[rows])
-            total += share
-        some = total > 0.0
-        out[face.id, some] = sums[some] / total[some, None]
+def _by_face(trees: FaceTrees, points, near) -> np.ndarray:
+    """(f, n, 5) distance, normal and variance of each face at each point (n, 3); NaN where none of
+    its samples is among the nearest (n, k)."""
+    of = trees.faces.of[near]
+    out = np.full((len(trees.faces), len(points), 5), np.nan)
+    for number in range(len(trees.faces)):
+        rows = np.flatnonzero((of == number).any(axis=1))
+        if len(rows):
+            out[number, rows] = trees.values(number, points[rows])
     return out

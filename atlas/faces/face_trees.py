@@ -1,17 +1,24 @@
 """FaceTrees: the samples of each face by place, and what each face says of points."""
 
-from collections.abc import Iterator
 from functools import cached_property
 
+import networkx as nx
 import numpy as np
 from scipy.spatial import cKDTree
 
-from touchatlas.atlas.faces.faces import FaceEdge, Faces
+from touchatlas.atlas.faces.boundaries import EdgeKind
+from touchatlas.atlas.faces.faces import Face, FaceEdge, Faces
+from touchatlas.atlas.faces.fit_free_form import are_on, fit_free_form
+from touchatlas.atlas.faces.free_form_surface import FreeFormSurface
 from touchatlas.atlas.faces.kinds import Kind
+from touchatlas.atlas.faces.labels import NONE
 from touchatlas.atlas.faces.piece import Piece
 
 # Points of a curve that distances are measured to, per point of the edge. Doubled, nothing changes.
 _FINER = 8
+# Largest radius of a quartic of a free-form face, over the extent. Doubled, bends between touches
+# are missed.
+_RADIUS = 0.15
 
 
 class FaceTrees:
@@ -24,6 +31,8 @@ class FaceTrees:
 
     def __init__(self, faces: Faces) -> None:
         self.faces = faces
+        self.radius = _RADIUS * float(np.linalg.norm(np.ptp(faces.points, axis=0)))
+        self._surfaces: dict[tuple[int, ...], FreeFormSurface] = {}
         self.trees = [cKDTree(faces.points[face.samples]) for face in faces.faces]
 
     def away(self, number: int, points) -> np.ndarray:
@@ -43,22 +52,16 @@ class FaceTrees:
         return [self.all_distances(self.faces.points[face.samples]) for face in self.faces.faces]
 
     def values(self, number: int, points) -> np.ndarray:
-        """(n, 5) distance, normal and variance of a face, by the patch of its nearest sample."""
-        pieces = self.faces.faces[number].pieces
-        if len(pieces) == 1:
-            return values_of(pieces[0], points)
-        out = np.empty((len(points), 5))
-        for piece, mine in self._pieces(number, points):
-            out[mine] = values_of(piece, points[mine])
-        return out
+        """(n, 5) distance, normal and variance of a face at points (n, 3)."""
+        if (surface := self._free_form(number)) is not None:
+            return surface.values(points)
+        return values_of(self.faces.faces[number].pieces[0], points)
 
     def distances(self, number: int, points) -> np.ndarray:
-        """(n,) signed distances of points (n, 3) from a face, by the patch of its nearest
-        sample."""
-        out = np.empty(len(points))
-        for piece, mine in self._pieces(number, points):
-            out[mine] = piece.at(points[mine])[0]
-        return out
+        """(n,) signed distances of points (n, 3) from a face."""
+        if (surface := self._free_form(number)) is not None:
+            return surface.values(points)[:, 0]
+        return self.faces.faces[number].pieces[0].at(points)[0]
 
     def all_distances(self, points) -> np.ndarray:
         """(n, f) signed distances of points (n, 3) from all faces; from planes at once."""
@@ -74,30 +77,73 @@ class FaceTrees:
         """A point amid the samples (3,), the numbers (p) of the plane faces, their normals (p, 3)
         and signed distances (p,) there."""
         middle = self.faces.points.mean(axis=0)
-        faces = [face for face in self.faces.faces if face.pieces[0].kind is Kind.PLANE]
-        faces = [face for face in faces if len(face.pieces) == 1]
+        lawful = [face for face in self.faces.faces if face.law is not None]
+        faces = [face for face in lawful if face.pieces[0].kind is Kind.PLANE]
         found = [face.pieces[0].at(middle[None]) for face in faces]
         normals = np.reshape([normal for _, normal in found], (-1, 3))
         return middle, [f.id for f in faces], normals, np.ravel([level for level, _ in found])
 
     def shape_operators(self, number: int, points) -> np.ndarray:
-        """(n, 3, 3) shape operators of a face, 1/length, by the patch of its nearest sample."""
-        out = np.empty((len(points), 3, 3))
-        for piece, mine in self._pieces(number, points):
-            out[mine] = piece.shape_operators(points[mine])
-        return out
+        """(n, 3, 3) shape operators of a face, 1/length."""
+        if (surface := self._free_form(number)) is not None:
+            return surface.shape_operators(points)
+        return self.faces.faces[number].pieces[0].shape_operators(points)
 
-    def _pieces(self, number: int, points) -> Iterator[tuple[Piece, np.ndarray]]:
-        """The pieces of a face, each with the indices of the points (n, 3) that are nearest to a
-        sample of it."""
-        face = self.faces.faces[number]
-        if len(face.pieces) == 1:
-            yield face.pieces[0], np.arange(len(points))
-            return
-        _, near = self.trees[number].query(points)
-        patches = self.faces.patch_of[face.samples[near]]
+    def is_free_form(self, number: int) -> bool:
+        """Whether a face obeys no law, or is a quadric or no larger than a quartic, and smooth rims
+        join it to such a face: a part of a free-form surface that a law happens to explain."""
+        return number in self._group_of
+
+    def _free_form(self, number: int) -> FreeFormSurface | None:
+        """The surface of a free-form face; None of a lawful one."""
+        if number not in self._group_of:
+            return None
+        group = self._group_of[number]
+        if group not in self._surfaces:
+            self._surfaces[group] = self._fitted(group)
+        return self._surfaces[group]
+
+    @cached_property
+    def _group_of(self) -> dict[int, tuple[int, ...]]:
+        """The faces, ascending, of the free-form surface of each face that is a part of one: those
+        that hang together by smooth rims."""
+        faces, graph = self.faces.faces, nx.Graph()
+        bent = [face.id for face in faces if self._may_be_free_form(face)]
+        graph.add_nodes_from(bent)
+        smooth = [edge for edge in self.faces.edges if edge.kind is EdgeKind.SMOOTH_RIM]
+        pairs = [(edge.first, edge.second) for edge in smooth]
+        graph.add_edges_from(pair for pair in pairs if set(pair) <= set(bent))
+        groups = [tuple(sorted(group)) for group in nx.connected_components(graph)]
+        groups = [group for group in groups if any(faces[k].law is None for k in group)]
+        return {number: group for group in groups for number in group}
+
+    def _may_be_free_form(self, face: Face) -> bool:
+        """Whether a face obeys no law, or only one that says little."""
+        if face.law is None or face.kind == "quadric":
+            return True
+        extent = np.ptp(self.faces.points[face.samples], axis=0)
+        return bool(np.linalg.norm(extent) <= 2.0 * self.radius)
+
+    def _fitted(self, group: tuple[int, ...]) -> FreeFormSurface:
+        """The surface of faces, from their samples and those without a label that lie on it."""
+        faces = self.faces
+        points, normals = (np.concatenate(x) for x in zip(*map(self._oriented, group), strict=True))
+        found = fit_free_form(points, normals, faces.std, self.radius)
+        loose = faces.points[np.setdiff1d(np.flatnonzero(faces.of == NONE), faces.rounded)]
+        loose = loose[are_on(found, loose, faces.std)]
+        if not len(loose):
+            return found
+        normals = np.concatenate([normals, found.values(loose)[:, 1:4]])
+        return fit_free_form(np.concatenate([points, loose]), normals, faces.std, self.radius)
+
+    def _oriented(self, number: int) -> tuple[np.ndarray, np.ndarray]:
+        """Samples (n, 3) of a face, and normals (n, 3) by their pieces."""
+        faces, face = self.faces, self.faces.faces[number]
+        points, normals = faces.points[face.samples], np.empty((len(face.samples), 3))
         for patch, piece in zip(face.patches, face.pieces, strict=True):
-            yield piece, np.flatnonzero(patches == patch)
+            mine = faces.patch_of[face.samples] == patch
+            normals[mine] = piece.at(points[mine])[1]
+        return points, normals
 
 
 def curve_tree(edge: FaceEdge) -> cKDTree:

@@ -112,6 +112,8 @@ class Faces:
         Number of the piece of each sample, -1 where there is none.
     rounded : (k,) int
         Samples of no face that lie on rounded edges or corners, ascending.
+    std : float, length
+        Standard deviation of a sample's distance from its face.
     corners : tuple of FaceCorner
         Corners of three faces that are rounded with one ball.
     links : SampleGraph, optional
@@ -124,6 +126,7 @@ class Faces:
     of: np.ndarray
     patch_of: np.ndarray
     rounded: np.ndarray
+    std: float
     corners: tuple[FaceCorner, ...] = ()
     links: SampleGraph | None = None
 
@@ -171,7 +174,8 @@ def join_faces(labels: Labels, boundaries: list[Boundary]) -> Faces:
     balls = [corner.samples for corner in corners]
     rounded = np.unique(np.concatenate([np.zeros(0, int), *blunt, *balls]))
     links = labels.evidence.graph
-    return Faces(tuple(faces), edges, points, of, labels.of.copy(), rounded, corners, links)
+    patch_of = labels.of.copy()
+    return Faces(tuple(faces), edges, points, of, patch_of, rounded, std, corners, links)
 
 
 def _points(labels: Labels) -> np.ndarray:

@@ -54,9 +54,9 @@ def fit_piece(kind: Kind, points, normals, std: float) -> Piece | None:
     """
     origin, axes, scale = _frame(points, normals)
     if kind is Kind.CYLINDER:
-        start = _linear(Kind.QUADRIC, points, origin, axes, scale, std)
+        start = linear_fit(Kind.QUADRIC, points, origin, axes, scale, std)
         return fit_cylinder(start, points, std)
-    return _linear(kind, points, origin, axes, scale, std)
+    return linear_fit(kind, points, origin, axes, scale, std)
 
 
 def _frame(points, normals):
@@ -77,8 +77,8 @@ def _frame(points, normals):
     return origin, axes_from_normal(normal, tangent), scale
 
 
-def _linear(kind: Kind, points, origin, axes, scale: float, std: float) -> Piece:
-    """The piece by linear least squares with a prior, first of distances along z."""
+def linear_fit(kind: Kind, points, origin, axes, scale: float, std: float) -> Piece:
+    """The piece in a frame by linear least squares with a prior, first of distances along z."""
     scaled = (points - origin) @ (axes.T / scale)
     noise = std / scale
     now: Kind = Kind.QUADRIC if kind is Kind.QUARTIC else kind

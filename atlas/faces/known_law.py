@@ -10,8 +10,10 @@ from touchatlas.atlas.faces.labelling import first_labels, revise_all
 from touchatlas.atlas.faces.lawful_body import (
     LawfulBody,
     determined,
+    is_explained,
     is_lawful,
     lawful_share,
+    share_over_sharp_edges,
     share_with_edges,
 )
 from touchatlas.atlas.faces.read_faces import faces_of_revised, faces_of_samples, samples_of
@@ -38,6 +40,11 @@ _LAWLESS, _NEVER_LAWFUL = 0.8, 0.4
 # bodies it was 0.27 or more (a plate with fillets), on scans of hands and bottles 0.13 or less.
 # Revising takes seven times as long as labelling. Doubled, laws of fillets are found late.
 _HOPELESS = 0.2
+# Least share of the contours that run over sharp edges, of 35 degrees or more, for faces to be read
+# whatever their laws, and for free-form ones to be drawn: it was 0.50 or more on bodies of
+# free-form faces with edges, and 0.38 or less on scans without. Doubled, no such body is drawn from
+# its faces.
+_SHARP = 0.45
 # Least share of the samples that obey laws for faces to say what no patch knows. On a wing nut of
 # 0.3 to 0.5 the surface then had handles. Doubled, only whole bodies of laws are drawn from faces.
 _MIXED = 0.5
@@ -62,6 +69,8 @@ class KnownLaw:
         The faces that were read, where most of the samples obey laws.
     surface : LawfulBody or None
         What these say of the surface, without those that samples do not determine.
+    sharp : bool
+        Whether so many contours run over sharp edges that free-form faces are drawn as well.
     """
 
     count: int = 0
@@ -70,11 +79,16 @@ class KnownLaw:
     share: float = 0.0
     faces: Faces | None = None
     surface: LawfulBody | None = None
+    sharp: bool = False
 
     @cached_property
     def body(self) -> LawfulBody | None:
-        """The body, where nearly all faces obey laws."""
-        return self.surface if self.surface and is_lawful(self.surface.faces) else None
+        """The body, where nearly all faces obey laws, or many contours run over sharp edges and
+        faces explain nearly all samples."""
+        if self.surface is None:
+            return None
+        whole = is_lawful(self.surface.faces) or (self.sharp and is_explained(self.surface.faces))
+        return self.surface if whole else None
 
     @property
     def beside(self) -> LawfulBody | None:
@@ -85,7 +99,7 @@ class KnownLaw:
     def is_hopeful(self) -> bool:
         """Whether all faces obey laws, or nearly: more samples may show that they do. The next look
         begins with these faces."""
-        return self.faces is not None and self.share >= _LAWLESS
+        return self.faces is not None and (self.share >= _LAWLESS or self.body is not None)
 
     def is_due(self, count: int) -> bool:
         """Whether to look again with so many samples."""
@@ -115,23 +129,26 @@ def look_for_law(
     if not (before.is_hopeful or share_with_edges(samples, ends_at_edge) >= _WITH_EDGES):
         return KnownLaw(count, std)
     if before.is_hopeful:
-        found = law_of_faces(faces_of_samples(samples, before=before.faces), samples)
+        found = law_of_faces(faces_of_samples(samples, before=before.faces), samples, before.sharp)
         if found.body or not before.body:
             return found
         # Labels that go on from earlier ones may have ended in a worse place.
-        again = law_of_faces(faces_of_samples(samples), samples)
+        again = law_of_faces(faces_of_samples(samples), samples, before.sharp)
         return again if again.share > found.share else found
     labels = first_labels(samples)
-    if labels.lawful_share < _HOPELESS:
+    sharp = share_over_sharp_edges(samples) >= _SHARP
+    if labels.lawful_share < _HOPELESS and not sharp:
         return KnownLaw(count, std, True, labels.lawful_share)
     revise_all(labels)
-    return law_of_faces(faces_of_revised(labels), samples)
+    return law_of_faces(faces_of_revised(labels), samples, sharp)
 
 
-def law_of_faces(faces: Faces, samples: ContourSamples) -> KnownLaw:
-    """What faces that were read from samples show."""
+def law_of_faces(faces: Faces, samples: ContourSamples, sharp: bool) -> KnownLaw:
+    """What faces that were read from samples show, of which many contours ran over ``sharp`` edges
+    or not."""
     known = determined(faces, samples)
     share = lawful_share(known)
-    if share < _MIXED:
+    if share < _MIXED and not (sharp and is_explained(known)):
         return KnownLaw(len(samples), samples.std, True, share)
-    return KnownLaw(len(samples), samples.std, True, share, faces, LawfulBody(known, samples))
+    surface = LawfulBody(known, samples)
+    return KnownLaw(len(samples), samples.std, True, share, faces, surface, sharp)

@@ -54,7 +54,7 @@ def law_of_arrays(arrays, header: dict[str, Any], pool: SamplePool) -> KnownLaw:
     samples = samples_of(pool, count, header["std"])
     labels = Labels(Evidence(samples, SampleGraph(samples), FaceOptions()))
     labels.resume(pieces, of)
-    return law_of_faces(faces_of_labels(labels), samples)
+    return law_of_faces(faces_of_labels(labels), samples, header["sharp"])
 
 
 def _pieces(arrays) -> list[Piece]:

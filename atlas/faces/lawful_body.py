@@ -17,6 +17,9 @@ from touchatlas.patch.geometry.kinks import kinks
 # Least fraction of the samples that lawful faces explain; the rest is unknown, and touched again.
 # With twice the rest left out, free-form parts of a body are drawn as planes.
 _LAWFUL = 0.9
+# Difference of the slopes on both sides of an edge of 35 degrees. Halved, folds of scanned skin are
+# sharp edges.
+_SHARP = 2.0 * np.tan(np.deg2rad(17.5))
 # Parts of that distance from which samples are thinned out. Doubled, it takes four times as long.
 _PARTS = 6
 # Samples about a point that tell whether it lies among them: most do among the first. The last
@@ -87,7 +90,7 @@ class LawfulBody:
         found = [0.0]
         for face in self.faces.faces:
             at = self.samples.points[face.samples[:: max(1, len(face.samples) // 16)]]
-            shape = face.pieces[0].shape_operators(at)
+            shape = self.field.trees.shape_operators(face.id, at)
             found.append(float(np.abs(np.linalg.eigvalsh(shape)).max(axis=1).mean()))
         return max(found)
 
@@ -222,6 +225,16 @@ def share_with_edges(samples: ContourSamples, ends_at_edge) -> float:
     return float(np.mean(found))
 
 
+def share_over_sharp_edges(samples: ContourSamples) -> float:
+    """Fraction of the contours that turn by 35 degrees or more at a sharp edge."""
+    bounds = np.append(np.flatnonzero(np.diff(samples.contours, prepend=-1)), len(samples))
+    found = [
+        len(kinks(samples.points[a:b], samples.planes[a], samples.std, least_turn=_SHARP)) > 0
+        for a, b in zip(bounds[:-1], bounds[1:], strict=True)
+    ]
+    return float(np.mean(found))
+
+
 def lawful_share(faces: Faces) -> float:
     """Fraction of the samples that lawful faces explain, and the rounding of their edges."""
     lawful = [face.id for face in faces.faces if face.law is not None]
@@ -234,3 +247,8 @@ def lawful_share(faces: Faces) -> float:
 def is_lawful(faces: Faces) -> bool:
     """Whether lawful faces explain nearly all samples."""
     return len(faces) > 1 and lawful_share(faces) >= _LAWFUL
+
+
+def is_explained(faces: Faces) -> bool:
+    """Whether faces of any kind, some of which meet in sharp edges, explain nearly all samples."""
+    return 1.0 - faces.unexplained >= _LAWFUL and any(edge.kind.sharp for edge in faces.edges)

@@ -15,7 +15,7 @@ _SIDE = 6
 
 
 class SmoothRims:
-    """The smooth rims between faces of one piece each.
+    """The smooth rims between lawful faces.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ class SmoothRims:
             for edge in trees.faces.edges
             if edge.kind is EdgeKind.SMOOTH_RIM
             and edge.curves
-            and all(len(self._faces[k].pieces) == 1 for k in (edge.first, edge.second))
+            and not (trees.is_free_form(edge.first) or trees.is_free_form(edge.second))
         ]
 
     def move(self, points, away, owner, chosen) -> None:

@@ -14,12 +14,14 @@ _LEAST_TURN, _DEVIATIONS = np.tan(np.deg2rad(5.0)), 8.0
 _TERMS = 5
 
 
-def kinks(points, normal, noise: float, stride: int = 1) -> np.ndarray:
+def kinks(
+    points, normal, noise: float, stride: int = 1, least_turn: float = _LEAST_TURN
+) -> np.ndarray:
     """(k,) indices of the samples nearest to the kinks of a curve, ascending.
 
     A cubic and a hinge, in the plane of the curve, are fitted to eight strides on either side of
-    each sample. There is a kink where the hinge exceeds 5 degrees and eight deviations of the noise
-    or of what cubic and hinge leave, whichever is more.
+    each sample. There is a kink where the hinge exceeds ``least_turn`` and eight deviations of the
+    noise or of what cubic and hinge leave, whichever is more.
 
     Parameters
     ----------
@@ -30,6 +32,8 @@ def kinks(points, normal, noise: float, stride: int = 1) -> np.ndarray:
     noise : float, length
     stride : int
         Every so many samples of a dense curve are tested.
+    least_turn : float, no unit
+        Least difference of the slopes on both sides.
 
     Examples
     --------
@@ -42,7 +46,7 @@ def kinks(points, normal, noise: float, stride: int = 1) -> np.ndarray:
     if not len(places):
         return np.zeros(0, int)
     turn, deviation = _hinges(points, places, SIDE * stride, normal, noise)
-    turn = np.where(turn > np.maximum(_LEAST_TURN, _DEVIATIONS * deviation), turn, 0.0)
+    turn = np.where(turn > np.maximum(least_turn, _DEVIATIONS * deviation), turn, 0.0)
     # Hinges beside a kink see it too: the largest nearby is the kink.
     around = np.concatenate([np.zeros(SIDE), turn, np.zeros(SIDE)])
     around = np.lib.stride_tricks.sliding_window_view(around, 2 * SIDE + 1).max(axis=1)

@@ -1,0 +1,134 @@
+"""Free-form surfaces: how well overlapping quartics follow samples, and what they say beyond."""
+
+import numpy as np
+import pytest
+
+from touchatlas.atlas.faces.fit_free_form import are_on, fit_free_form
+from touchatlas.atlas.faces.kinds import QUARTIC_BASIS, Kind, prior_precision
+from touchatlas.atlas.faces.piece import Piece
+from touchatlas.atlas.faces.quartic_prior import with_common_prior
+
+# Radii of a torus, the noise of its samples, and the largest radius of a quartic on it: it turns by
+# a radian.
+LARGE, SMALL, NOISE, RADIUS = 30.0, 12.0, 0.02, 12.0
+
+
+def torus(count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """Points (n, 3) of a torus and its normals (n, 3)."""
+    around, about = np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, (2, count))
+    out = np.stack([np.cos(around), np.sin(around), np.zeros(count)], axis=1)
+    normals = np.cos(about)[:, None] * out + np.sin(about)[:, None] * [0.0, 0.0, 1.0]
+    return LARGE * out + SMALL * normals, normals
+
+
+@pytest.fixture(scope="module")
+def fitted():
+    points, normals = torus(4000, 0)
+    noise = NOISE * np.random.default_rng(1).normal(size=(4000, 1))
+    return fit_free_form(points + noise * normals, normals, NOISE, RADIUS)
+
+
+def test_a_torus_is_known_better_than_its_samples(fitted):
+    """A quartic has 21 parameters and about 200 samples: a third of their noise, and what a quartic
+    leaves out at the radius at which chi-square still bears it, three tenths of the variance."""
+    values = fitted.values(torus(2000, 2)[0])
+    assert np.sqrt((values[:, 0] ** 2).mean()) < 0.6 * NOISE
+    cosine = (values[:, 1:4] * torus(2000, 2)[1]).sum(axis=1)
+    # The slope of a third of the noise over half of the radius.
+    assert np.arccos(cosine.clip(-1, 1)).max() < 10.0 * NOISE / RADIUS
+
+
+def test_errors_are_as_large_as_predicted(fitted):
+    """Nine in ten lie within 1.96 deviations, where nineteen in twenty would without what quartics
+    leave out."""
+    values = fitted.values(torus(2000, 2)[0])
+    assert 0.9 < (np.abs(values[:, 0]) < 1.96 * np.sqrt(values[:, 4])).mean() < 0.995
+
+
+def test_curvatures_of_a_torus_match_closed_form(fitted):
+    """k1 = 1 / r, and k2 = cos v / (R + r cos v) (do Carmo, section 3-3)."""
+    points, normals = torus(500, 2)
+    about = np.arcsin(normals[:, 2])
+    about = np.where(np.hypot(*points[:, :2].T) < LARGE, np.pi - about, about)
+    expected = np.stack([np.full(500, 1 / SMALL), np.cos(about) / (LARGE + SMALL * np.cos(about))])
+    found = np.linalg.eigvalsh(fitted.shape_operators(points))
+    # One eigenvalue is that of the normal, which is 0.
+    order = np.argsort(np.abs(found), axis=1)[:, 1:]
+    found = np.sort(np.take_along_axis(found, order, axis=1), axis=1)
+    off = np.abs(found - np.sort(expected, axis=0).T)
+    assert np.median(off) < 0.05 / SMALL
+
+
+def test_a_surface_moves_turns_and_scales_with_its_samples(fitted):
+    points, normals = torus(1500, 3)
+    turn = np.linalg.qr(np.random.default_rng(4).normal(size=(3, 3)))[0]
+    turn *= np.sign(np.linalg.det(turn))
+    shift, scale = np.array([5.0, -70.0, 11.0]), 1e3
+    here = fit_free_form(points, normals, NOISE, RADIUS)
+    there = fit_free_form(
+        scale * points @ turn.T + shift, normals @ turn.T, scale * NOISE, scale * RADIUS
+    )
+    asked = torus(300, 5)[0] + np.random.default_rng(6).normal(size=(300, 3))
+    one, other = here.values(asked), there.values(scale * asked @ turn.T + shift)
+    assert other[:, 0] == pytest.approx(scale * one[:, 0], abs=1e-6 * scale)
+    assert other[:, 1:4] == pytest.approx(one[:, 1:4] @ turn.T, abs=1e-6)
+    assert other[:, 4] == pytest.approx(scale**2 * one[:, 4], rel=1e-4)
+
+
+def test_the_order_of_points_that_are_asked_changes_nothing(fitted):
+    asked = torus(100, 7)[0]
+    back = fitted.values(asked[::-1])[::-1]
+    assert back == pytest.approx(fitted.values(asked), abs=1e-12)
+    assert fitted.values(asked[:0]).shape == (0, 5)
+
+
+def test_between_two_contours_a_surface_is_less_sure_than_on_them():
+    """Two parallel lines on a plane, a radius apart."""
+    along = np.linspace(-20.0, 20.0, 81)
+    points = np.concatenate([np.stack([along, np.full(81, y), 0 * along], 1) for y in (-6.0, 6.0)])
+    found = fit_free_form(points, np.tile([0.0, 0.0, 1.0], (162, 1)), NOISE, RADIUS)
+    on, between, beyond = found.values(np.array([[0.0, 6.0, 0.0], [0.0, 0.0, 0.0], [0, 15.0, 0]]))
+    assert on[4] < between[4] < beyond[4]
+    assert abs(between[0]) < 1e-6
+
+
+def test_far_beyond_its_samples_a_face_goes_on_as_a_plane():
+    """Of a bent strip; a quartic would come back from below within two of its radii."""
+    x, y = np.random.default_rng(0).uniform(-10.0, 10.0, (2, 600))
+    points = np.stack([x, y, -(x**2) / 40.0], axis=1)
+    normals = np.stack([x / 20.0, 0 * x, np.ones(600)], axis=1)
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    found = fit_free_form(points, normals, NOISE, RADIUS)
+    below = np.array([[0.0, 0.0, -40.0], [5.0, 5.0, -60.0], [0.0, 0.0, -500.0]])
+    assert (found.values(below)[:, 0] < -20.0).all()
+    assert (found.values(below * [1, 1, -1])[:, 0] > 20.0).all()
+
+
+def test_samples_are_on_a_surface_where_it_is_known(fitted):
+    points, normals = torus(50, 8)
+    assert are_on(fitted, points, NOISE).all()
+    assert not are_on(fitted, points + 8.0 * NOISE * normals, NOISE).any()
+    # On the axis the surface is known so badly that any sample would do.
+    assert not are_on(fitted, np.array([[0.0, 0.0, 0.0]]), NOISE).any()
+
+
+def test_a_common_prior_has_the_size_of_the_coefficients():
+    """Coefficients of order three are drawn with a deviation of 0.03, and known to 0.01. The mean
+    square of 280 of them is known to a twelfth, and the factor, of which a tenth is left, to a
+    hundredth; two deviations are allowed."""
+    rng, heights = np.random.default_rng(0), QUARTIC_BASIS.exponents @ [1, 1, 2]
+    before, size = prior_precision(Kind.QUARTIC), np.where(heights == 3, 0.03, 0.2)
+    pieces = []
+    for _ in range(70):
+        true = size * rng.normal(size=21)
+        information = np.eye(21) / 0.01**2 + np.diag(before)
+        covariance = np.linalg.inv(information)
+        mean = covariance @ (true + 0.01 * rng.normal(size=21)) / 0.01**2
+        pieces.append(Piece(Kind.QUARTIC, np.zeros(3), np.eye(3), 2.0, mean, covariance))
+    found = with_common_prior(pieces)
+    third = np.flatnonzero(heights == 3)
+    shrunk = np.array([piece.coefficients[third] for piece in found])
+    raw = np.array([piece.coefficients[third] for piece in pieces])
+    # The posterior mean of a normal prior: v / (v + noise^2) of the measurement.
+    expected = 0.03**2 / (0.03**2 + 0.01**2)
+    assert (shrunk * raw).sum() / (raw * raw).sum() == pytest.approx(expected, rel=0.02)

@@ -1,0 +1,85 @@
+"""Bodies of free-form faces between sharp edges: a box with waves on its top."""
+
+from dataclasses import replace
+
+import igl
+import numpy as np
+import pytest
+
+from tests.lawful import HALF, lawful_object, samples_of_touches, touched_mesh
+from touchatlas.atlas.faces.known_law import KnownLaw, look_for_law
+from touchatlas.atlas.faces.lawful_body import LawfulBody, share_over_sharp_edges
+from touchatlas.atlas.patches.sample_pool import SamplePool
+
+NOISE = 0.02
+STD = np.sqrt(2.0) * NOISE
+
+
+@pytest.fixture(scope="module")
+def law() -> KnownLaw:
+    pool = SamplePool()
+    pool.add(*touched_mesh("wavy", 60, NOISE), False)
+    return look_for_law(pool, len(pool), STD)
+
+
+def test_a_box_with_a_free_form_top_is_a_body(law):
+    assert law.sharp
+    assert law.body is law.surface
+    assert law.is_hopeful
+    kinds = [face.kind for face in law.body.faces.faces]
+    assert "free-form" in kinds
+    assert kinds.count("plane") >= 5
+
+
+def test_without_many_sharp_edges_it_is_none(law):
+    smooth = replace(law, sharp=False)
+    assert smooth.body is None
+    assert smooth.beside is law.surface
+
+
+def test_a_body_with_unexplained_samples_is_none(law):
+    """A fifth of them; a tenth may be."""
+    faces = law.surface.faces
+    of = faces.of.copy()
+    of[::5] = -1
+    patchy = replace(law.surface.faces, of=of, rounded=faces.rounded[:0])
+    assert replace(law, surface=LawfulBody(patchy, law.surface.samples)).body is None
+
+
+def test_its_surface_is_within_the_tolerance_where_it_is_known(law):
+    """The tolerance is five times the noise: few samples make the top less sure than they are."""
+    points, normals = lawful_object("wavy").sample(5000, np.random.default_rng(0))
+    found, known = law.body.at(points)
+    assert known.mean() > 0.9
+    off = np.abs(found.distance[known])
+    assert (off < 5.0 * NOISE).mean() > 0.99
+    assert np.median((found.normal * normals).sum(axis=1)[known]) > np.cos(np.deg2rad(2.0))
+
+
+def test_what_is_inside_of_it_is_inside(law):
+    mesh = lawful_object("wavy")
+    points = np.random.default_rng(0).uniform(-1.2, 1.2, (5000, 3)) * HALF
+    tree = igl.AABB()
+    tree.init(mesh.vertices, mesh.faces)
+    away = np.sqrt(tree.squared_distance(mesh.vertices, mesh.faces, points)[0])
+    inside = igl.fast_winding_number(mesh.vertices, mesh.faces, points) > 0.5
+    wrong = (law.body.at(points)[0].distance < 0.0) != inside
+    assert wrong[away > 0.5].mean() < 5e-3
+
+
+def test_small_faces_within_a_free_form_one_are_parts_of_its_surface(law):
+    """What smooth rims join to it; the sides of the box, with sharp edges, are none."""
+    faces, trees = law.body.faces, law.body.field.trees
+    for face in faces.faces:
+        sharp = [e for e in faces.edges if face.id in (e.first, e.second) and e.kind.sharp]
+        if face.kind == "plane" and len(face.samples) > 200:
+            assert sharp
+            assert not trees.is_free_form(face.id)
+        if face.law is None:
+            assert trees.is_free_form(face.id)
+
+
+def test_scans_and_smooth_bodies_have_few_sharp_edges():
+    samples = samples_of_touches(touched_mesh("ellipsoid", 20, NOISE), NOISE)
+    assert share_over_sharp_edges(samples) < 0.05
+    assert share_over_sharp_edges(samples_of_touches(touched_mesh("box", 20, NOISE), NOISE)) > 0.45
