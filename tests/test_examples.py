@@ -29,6 +29,7 @@ ARGUMENTS = {
     "faces_beside_cgal.py": ["cube:12"],
     "fuzz_files.py": ["40"],
     "kill_and_resume.py": ["kills", "1", "1", "cap.ply:4"],
+    "patches_beside_quartics.py": ["sphere"],
     "same_bytes.py": ["ellipsoid_paper:3"],
     "surface_peers.py": ["sphere", "4", "2e-4", "16"],
     "sparse_states.py": ["sphere"],

@@ -99,13 +99,13 @@ NUMBERS: dict[str, Meaning] = {
     "contours": Meaning("tracked curves", good="few"),
     "points": Meaning("samples in the atlas"),
     "patches": Meaning("patches at the end", good="few"),
-    "lawful_faces": Meaning(
-        "planes, spheres, cylinders and quadrics that the surface was drawn from; 0 where it was "
-        "drawn from patches"
+    "faces": Meaning(
+        "lawful and free-form faces that the surface was drawn from; 0 where it was drawn from "
+        "patches"
     ),
     "parameters": Meaning("coefficients over all patches", good="few"),
     "patch_euler_characteristic": Meaning(
-        "V - E + F of the patch graph; none where the surface is drawn from lawful faces",
+        "V - E + F of the patch graph; none where the surface is drawn from faces",
         good="the true one",
     ),
     "tracked_length": Meaning("path of the probe in contact", LENGTH, "short"),

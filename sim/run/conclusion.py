@@ -144,7 +144,7 @@ class Conclusion:
             "contours": progress.sum("contours"),
             "points": atlas.point_count,
             "patches": len(atlas),
-            "lawful_faces": 0 if atlas.body is None else len(atlas.body.faces),
+            "faces": 0 if atlas.body is None else len(atlas.body.faces),
             "parameters": atlas.parameter_count,
             "patch_euler_characteristic": None if atlas.body else atlas.euler_characteristic(),
             "tracked_length": progress.last("tracked_length"),
