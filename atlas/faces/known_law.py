@@ -45,6 +45,9 @@ _HOPELESS = 0.2
 # free-form faces with edges, and 0.38 or less on scans without. Doubled, no such body is drawn from
 # its faces.
 _SHARP = 0.45
+# Largest share of the samples of faces beside which such a surface may pass: 0.009 or less on those
+# bodies, 0.011 to 0.06 on a wing nut, whose surface kept 42 handles. Doubled, it is drawn.
+_CONTRADICTED = 0.01
 # Least share of the samples that obey laws for faces to say what no patch knows. On a wing nut of
 # 0.3 to 0.5 the surface then had handles. Doubled, only whole bodies of laws are drawn from faces.
 _MIXED = 0.5
@@ -83,12 +86,14 @@ class KnownLaw:
 
     @cached_property
     def body(self) -> LawfulBody | None:
-        """The body, where nearly all faces obey laws, or many contours run over sharp edges and
-        faces explain nearly all samples."""
+        """The body, where nearly all faces obey laws; or many contours run over sharp edges, faces
+        explain nearly all samples, and their surface passes through these."""
         if self.surface is None:
             return None
-        whole = is_lawful(self.surface.faces) or (self.sharp and is_explained(self.surface.faces))
-        return self.surface if whole else None
+        if is_lawful(self.surface.faces):
+            return self.surface
+        whole = self.sharp and is_explained(self.surface.faces)
+        return self.surface if whole and self.surface.contradicted <= _CONTRADICTED else None
 
     @property
     def beside(self) -> LawfulBody | None:

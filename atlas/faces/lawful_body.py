@@ -40,6 +40,9 @@ _ROUNDED = 0.1
 # Distance from the faces at which a sample without a label lies on them, in standard deviations.
 # Doubled, less is left out where a small part of another shape is touched.
 _ON_FACE = 3.0
+# Distance from the surface at which a sample contradicts it, in standard deviations. Doubled, a
+# wing nut is drawn from faces that leave 42 handles.
+_BESIDE_SURFACE = 5.0
 # Nearest samples among which one off the faces counts, and its distance over that of the nearest.
 # Doubled, faces fill a third less beside such samples; halved, one place in fifty is wrong.
 _BESIDE, _AS_NEAR = 8, 2.0
@@ -83,6 +86,13 @@ class LawfulBody:
     def seeds(self) -> np.ndarray:
         """(m, 3) samples all over the body, length, world."""
         return self.samples.points[self._thin]
+
+    @cached_property
+    def contradicted(self) -> float:
+        """Fraction of the samples of faces beside which the surface passes, by more than five
+        standard deviations."""
+        off = np.abs(self.field.at(self.seeds).distance)
+        return float((off > _BESIDE_SURFACE * self.samples.std).mean())
 
     @cached_property
     def largest_curvature(self) -> float:

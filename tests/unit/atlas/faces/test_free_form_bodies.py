@@ -46,6 +46,18 @@ def test_a_body_with_unexplained_samples_is_none(law):
     assert replace(law, surface=LawfulBody(patchy, law.surface.samples)).body is None
 
 
+def test_a_body_whose_surface_passes_beside_its_samples_is_none(law):
+    """One in thirty samples of a face is moved off it by ten standard deviations; one in a hundred
+    may be."""
+    assert law.surface.contradicted <= 0.01
+    faces, samples = law.surface.faces, law.surface.samples
+    points, side = samples.points.copy(), faces.faces[1]
+    points[side.samples[::4]] += 10.0 * STD * side.pieces[0].axes[2]
+    moved = LawfulBody(faces, replace(samples, points=points))
+    assert moved.contradicted > 0.01
+    assert replace(law, surface=moved).body is None
+
+
 def test_its_surface_is_within_the_tolerance_where_it_is_known(law):
     """The tolerance is five times the noise: few samples make the top less sure than they are."""
     points, normals = lawful_object("wavy").sample(5000, np.random.default_rng(0))
