@@ -47,8 +47,8 @@ def test_a_body_with_unexplained_samples_is_none(law):
 
 
 def test_a_body_whose_surface_passes_beside_its_samples_is_none(law):
-    """One in thirty samples of a face is moved off it by ten standard deviations; one in a hundred
-    may be."""
+    """A fourth of the samples of one side are moved off it by ten standard deviations; one in a
+    hundred of all may be."""
     assert law.surface.contradicted <= 0.01
     faces, samples = law.surface.faces, law.surface.samples
     points, side = samples.points.copy(), faces.faces[1]
