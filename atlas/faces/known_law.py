@@ -1,6 +1,6 @@
 """KnownLaw: what was found when lawful faces were last looked for, and when to look again."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -153,7 +153,9 @@ def law_of_faces(faces: Faces, samples: ContourSamples, sharp: bool) -> KnownLaw
     or not."""
     known = determined(faces, samples)
     share = lawful_share(known)
+    lawless = KnownLaw(len(samples), samples.std, True, share)
     if share < _MIXED and not (sharp and is_explained(known)):
-        return KnownLaw(len(samples), samples.std, True, share)
+        return lawless
     surface = LawfulBody(known, samples)
-    return KnownLaw(len(samples), samples.std, True, share, faces, surface, sharp)
+    found = replace(lawless, faces=faces, surface=surface, sharp=sharp)
+    return found if share >= _MIXED or found.body else lawless

@@ -163,12 +163,12 @@ def test_atlas_of_nothing_is_refused(kernel, tmp_path):
         save_step(Atlas(0.1), tmp_path / "a.step")
 
 
-def test_a_law_without_a_name_in_step_is_written_as_patches_and_said(
+def test_a_law_without_a_name_in_step_is_written_as_triangles_and_said(
     half, kernel, tmp_path, monkeypatch
 ):
-    """An ellipsoid is a quadric but no cone. The patches here are those of another body."""
+    """An ellipsoid is a quadric but no cone."""
     body = body_of(samples_of_touches(touched_mesh("ellipsoid", 10, 0.0), 1e-3))
     monkeypatch.setattr(Atlas, "body", body)
     report = save_step(half, tmp_path / "a.step")
     assert "quadric face, which has no name in STEP" in report.note
-    assert report.patches == report.faces > 0 and report.planes == 0
+    assert report.triangles == report.faces > 0 and report.planes == report.patches == 0
