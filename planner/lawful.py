@@ -11,7 +11,7 @@ from touchatlas.atlas.mesh.lawful_surface import fine_edge
 from touchatlas.planner.options import PlannerOptions
 from touchatlas.planner.place.choose import Target, View
 from touchatlas.planner.place.known_area import KnownArea
-from touchatlas.planner.place.lawful_places import LawfulPlaces, lawful_places, lawful_target
+from touchatlas.planner.place.lawful_places import LawfulPlaces, lawful_places, rim_target, weak_target
 from touchatlas.planner.place.places import apart_from_each_other
 
 # Numbers of faces, edges and rounded edges where there is no body.
@@ -48,16 +48,20 @@ class Lawful:
         self, view: View, known: KnownArea, options: PlannerOptions, _: np.random.Generator | None
     ) -> tuple[Target | None, bool]:
         """Where to touch next, if anywhere, and whether the surface is known."""
-        target = None
-        if not known.stagnates():
-            target = lawful_target(view, self.places)
-            target = self._fine_target(view) if target is None else target
-        return target, known.coverage >= options.coverage
+        enough = known.coverage >= options.coverage
+        if known.stagnates():
+            return None, enough
+        target = rim_target(view, self.places)
+        if target is None and not enough:
+            target = weak_target(view, self.places)
+        if target is None:
+            target = rim_target(view, self._fine_places(view))
+        return target, enough
 
-    def _fine_target(self, view: View) -> Target | None:
-        """Where to touch by the surface that is drawn at the end, which may show smaller holes."""
+    def _fine_places(self, view: View) -> LawfulPlaces:
+        """Places of the surface that is drawn at the end, which may show smaller holes."""
         edge = fine_edge(self.body, view.atlas.options.facets * view.atlas.tolerance)
-        return lawful_target(view, lawful_places(self.body, edge))
+        return lawful_places(self.body, edge)
 
 
 def structure_of(faces: Faces) -> tuple[int, int, int]:

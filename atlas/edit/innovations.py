@@ -25,7 +25,9 @@ def innovations(state: AtlasState, points) -> np.ndarray:
     found = blend(state, points)
     if state.body is not None:
         # Laws are so much surer than a sample that all samples tell whether they hold.
-        return np.asarray(found.distance / np.hypot(found.deviation, state.sample_std))[found.known]
+        some = found.known & (found.deviation <= _KNOWN * state.scale)
+        if state.known_law.is_one: some&=found.deviation>=state.sample_std
+        return np.asarray(found.distance / np.hypot(found.deviation, state.sample_std))[some]
     deviation = predicted_deviation(state.table, found)
     noise = state.table.measurement_std[np.maximum(found.patch, 0)]
     some = found.known & (noise <= deviation) & (deviation <= _KNOWN * state.scale)

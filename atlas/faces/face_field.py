@@ -76,10 +76,14 @@ class FaceField:
         if not len(faces):
             raise ValueError("there is no face; add touches to the atlas first")
         self.faces = faces
+        self.trees = trees = FaceTrees(faces)
         self.reach = _REACH * float(np.linalg.norm(np.ptp(faces.points, axis=0)))
+        self._is_one = len(faces) == 1 and trees.is_free_form(0)
+        if self._is_one:
+            self.reach = trees.radius
+            return
         self._known = np.flatnonzero(faces.of != NONE)
         self._tree = cKDTree(faces.points[self._known])
-        self.trees = trees = FaceTrees(faces)
         self._sharp, self._rims = SharpEdges(trees, self.reach), SmoothRims(trees)
         self._cells, self._rounded = Cells(trees), RoundedEdges(trees, self.reach)
 
@@ -102,6 +106,9 @@ class FaceField:
         that bound it. Rounded edges come last.
         """
         points = np.asarray(points, float)
+        if self._is_one:
+            found, face = self.trees.values(0, points), np.zeros(len(points), int)
+            return FaceValues(found[:, 0], found[:, 1:4], np.sqrt(found[:, 4]), face)
         distances = self.trees.all_distances(points)
         decides, chosen = self._cells.decide(points, distances)
         owner, rows = decides.copy(), np.flatnonzero(decides < 0)

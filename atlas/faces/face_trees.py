@@ -16,9 +16,9 @@ from touchatlas.atlas.faces.piece import Piece
 
 # Points of a curve that distances are measured to, per point of the edge. Doubled, nothing changes.
 _FINER = 8
-# Largest radius of a quartic of a free-form face, over the extent. Doubled, bends between touches
+# Largest radius of a sextic of a free-form face, over the extent. Doubled, bends between touches
 # are missed.
-_RADIUS = 0.15
+_RADIUS = 0.25
 
 
 class FaceTrees:
@@ -127,7 +127,8 @@ class FaceTrees:
     def _fitted(self, group: tuple[int, ...]) -> FreeFormSurface:
         """The surface of faces, from their samples and those without a label that lie on it."""
         faces = self.faces
-        points, normals = (np.concatenate(x) for x in zip(*map(self._oriented, group), strict=True))
+        own = np.concatenate([faces.faces[k].samples for k in group])
+        points, normals = faces.points[own], faces.normals[own]
         found = fit_free_form(points, normals, faces.std, self.radius)
         loose = faces.points[np.setdiff1d(np.flatnonzero(faces.of == NONE), faces.rounded)]
         loose = loose[are_on(found, loose, faces.std)]
@@ -135,15 +136,6 @@ class FaceTrees:
             return found
         normals = np.concatenate([normals, found.values(loose)[:, 1:4]])
         return fit_free_form(np.concatenate([points, loose]), normals, faces.std, self.radius)
-
-    def _oriented(self, number: int) -> tuple[np.ndarray, np.ndarray]:
-        """Samples (n, 3) of a face, and normals (n, 3) by their pieces."""
-        faces, face = self.faces, self.faces.faces[number]
-        points, normals = faces.points[face.samples], np.empty((len(face.samples), 3))
-        for patch, piece in zip(face.patches, face.pieces, strict=True):
-            mine = faces.patch_of[face.samples] == patch
-            normals[mine] = piece.at(points[mine])[1]
-        return points, normals
 
 
 def curve_tree(edge: FaceEdge) -> cKDTree:

@@ -14,6 +14,7 @@ from touchatlas.atlas.faces.laws import Law, law_of
 from touchatlas.atlas.faces.piece import Piece
 from touchatlas.atlas.faces.polylines import polylines
 from touchatlas.atlas.faces.sample_graph import SampleGraph
+from touchatlas.atlas.faces.samples import ContourSamples
 
 # Least distance of the points of an edge, and longest gap in it, in steps of the contours. Doubled,
 # edges are coarser, and bridge wider gaps between touches.
@@ -104,8 +105,8 @@ class Faces:
     faces : tuple of Face
         The id of a face is its place.
     edges : tuple of FaceEdge
-    points : (n, 3) float, length, world
-        All samples.
+    points, normals : (n, 3) float, length; unit, world
+        All samples, and outward normals by their pieces.
     of : (n,) int
         Id of the face of each sample, -1 where nothing explains it.
     patch_of : (n,) int
@@ -123,6 +124,7 @@ class Faces:
     faces: tuple[Face, ...]
     edges: tuple[FaceEdge, ...]
     points: np.ndarray
+    normals: np.ndarray
     of: np.ndarray
     patch_of: np.ndarray
     rounded: np.ndarray
@@ -168,20 +170,42 @@ def join_faces(labels: Labels, boundaries: list[Boundary]) -> Faces:
     of = np.where(labels.of == NONE, NONE, face_of_label[labels.of])
     faces = [_face(labels, k, np.flatnonzero(face_of_label == k), of) for k in range(len(sizes))]
     edges = _edges(labels, boundaries, face_of_label)
-    points, std = _points(labels), labels.evidence.samples.std
-    corners = find_corners(tuple(faces), edges, points, np.flatnonzero(of == NONE), std)
+    samples = labels.evidence.samples
+    points, normals = _frozen(samples.points), _frozen(_normals(labels))
+    corners = find_corners(tuple(faces), edges, points, np.flatnonzero(of == NONE), samples.std)
     blunt = [b.blunt.samples for b in boundaries if b.blunt is not None]
     balls = [corner.samples for corner in corners]
     rounded = np.unique(np.concatenate([np.zeros(0, int), *blunt, *balls]))
-    links = labels.evidence.graph
-    patch_of = labels.of.copy()
-    return Faces(tuple(faces), edges, points, of, patch_of, rounded, std, corners, links)
+    own = of, labels.of.copy(), rounded, samples.std, corners, labels.evidence.graph
+    return Faces(tuple(faces), edges, points, normals, *own)
 
 
-def _points(labels: Labels) -> np.ndarray:
-    points = labels.evidence.samples.points.copy()
-    points.flags.writeable = False
-    return points
+def face_of_all(samples: ContourSamples) -> Faces:
+    """All samples as one free-form face."""
+    count = len(samples)
+    offset = samples.points - samples.points.mean(axis=0)
+    middle = samples.points[(offset * offset).sum(axis=1).argmin()]
+    words, every = "free-form", np.arange(count)
+    face = Face(0, words, words, None, (), (), every, 1.0, samples.std, middle)
+    points, normals = _frozen(samples.points), _frozen(samples.outward)
+    of, none = np.zeros(count, int), np.full(count, NONE)
+    return Faces((face,), (), points, normals, of, none, np.zeros(0, int), samples.std)
+
+
+def _frozen(array) -> np.ndarray:
+    """A copy that cannot be changed."""
+    out = np.array(array)
+    out.flags.writeable = False
+    return out
+
+
+def _normals(labels: Labels) -> np.ndarray:
+    """(n, 3) normals of the samples by their pieces, or estimates where they have none."""
+    samples = labels.evidence.samples
+    out = samples.outward.copy()
+    for piece, members in zip(labels.pieces, labels.all_members(), strict=True):
+        out[members] = piece.at(samples.points[members])[1]
+    return out
 
 
 def _groups(labels: Labels, boundaries: list[Boundary]) -> np.ndarray:

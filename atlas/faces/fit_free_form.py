@@ -1,4 +1,4 @@
-"""Fit a free-form face: overlapping quartics, each as large as it follows the samples about it."""
+"""Fit a free-form face: overlapping sextics, as large as they follow the samples, and kriging."""
 
 from dataclasses import replace
 
@@ -6,28 +6,30 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from touchatlas.atlas.faces.fit_piece import linear_fit
-from touchatlas.atlas.faces.free_form_surface import FreeFormSurface
+from touchatlas.atlas.faces.free_form_surface import FACING, FreeFormSurface
 from touchatlas.atlas.faces.grow import evenly
 from touchatlas.atlas.faces.kinds import Kind
 from touchatlas.atlas.faces.piece import Piece
-from touchatlas.atlas.faces.quartic_prior import with_common_prior
+from touchatlas.atlas.faces.residual_kriging import amplitudes_of, krige
+from touchatlas.atlas.faces.sextic_prior import with_common_prior
 from touchatlas.patch.geometry.frame import any_tangent, axes_from_normal
 
-# Factor by which the radius of a quartic shrinks until it follows its samples. Nearer to 1, radii
-# are a little larger, and more fits are tried.
+# Factor by which the radius of the sextics shrinks until they follow the samples. Nearer to 1, radii
+# are a little larger, and more are tried.
 _SHRINK = 0.7
-# Distance from the middle of a quartic within which no other one has its middle, in radii. Doubled,
-# a quarter of the quartics is left, and they meet where they are least sure.
+# Distance from the middle of a sextic within which no other one has its middle, in radii. Doubled,
+# a quarter of the sextics is left, and they meet where they are least sure.
 _APART = 0.5
-# Least number of samples of a quartic with a smaller radius than the largest: twice its parameters.
+# Least number of samples of a sextic, in the median, for a smaller radius: twice its parameters.
 # Doubled, narrow bends are rounded off.
-_LEAST = 42
-# A quartic does not follow its samples where the mean square of their distances, in variances of a
-# sample, exceeds one by so much. Doubled, quartics are larger and err more.
-_EXCESS = 0.3
-# Least cosine of the normals of a sample and of the middle of a quartic: 78 degrees. Doubled,
-# quartics end before sharp bends.
-_FACING = 0.2
+_LEAST = 98
+# Sextics follow the samples where the residuals about half of them have an amplitude of no more than
+# this, in deviations of a sample. At 0.7 to 2.5 scans are known about as well. Doubled, bends are
+# left to kriging, which knows them less.
+_FOLLOWS = 1.4
+# Cosine of the normals of two samples below which both may be the middles of sextics however near
+# they are: 60 degrees. Doubled, tubes have twice as many.
+_TURNED = 0.5
 # Deviations up to which a sample without a label is on the surface. Doubled, samples of other
 # features are taken for those of the face.
 _SURE = 3.0
@@ -41,7 +43,8 @@ _FITTED = 400
 
 
 def fit_free_form(points, normals, std: float, radius: float) -> FreeFormSurface:
-    """The surface of a face from its samples.
+    """The surface of a face from its samples: sextics of the largest radius with which they follow
+    the samples, and kriging of what they leave out.
 
     Parameters
     ----------
@@ -51,35 +54,48 @@ def fit_free_form(points, normals, std: float, radius: float) -> FreeFormSurface
     std : float, length
         Standard deviation of a sample's distance.
     radius : float, length
-        Largest radius of a quartic.
+        Largest radius of a sextic.
     """
-    tree, left = cKDTree(points), np.ones(len(points), bool)
-    pieces = []
+    tree = cKDTree(points)
+    while True:
+        found = _of_radius(tree, points, normals, std, radius)
+        values = found.values(points)
+        rest, side = values[:, 0], values[:, 1:4]
+        amplitudes = amplitudes_of(tree, side, rest, std)
+        follows = np.median(amplitudes) <= _FOLLOWS * std
+        if follows or _median_count(found, tree) < _LEAST:
+            break
+        radius *= _SHRINK
+    return replace(found, normals=side, rest=krige(points, side, rest, radius, std))
+
+
+def _median_count(surface: FreeFormSurface, tree) -> float:
+    """Median number of the samples that a sextic of the next radius would follow."""
+    counts = [
+        tree.query_ball_point(piece.origin, _SHRINK * piece.scale, return_length=True)
+        for piece in surface.pieces
+    ]
+    return float(np.median(counts))
+
+
+def _of_radius(tree, points, normals, std: float, radius: float) -> FreeFormSurface:
+    """The sextics of one radius."""
+    left, pieces = np.ones(len(points), bool), []
     for site in range(len(points)):
         if left[site]:
-            pieces.append(_largest(tree, points, normals, site, std, radius))
-            left[tree.query_ball_point(points[site], _APART * pieces[-1].scale)] = False
-    return FreeFormSurface(tuple(with_common_prior(pieces)))
+            near = np.sort(tree.query_ball_point(points[site], radius))
+            pieces.append(_sextic(points, normals, site, near, std, radius))
+            near = near[((points[near] - points[site]) ** 2).sum(axis=1) <= (_APART * radius) ** 2]
+            left[near[normals[near] @ normals[site] > _TURNED]] = False
+    return FreeFormSurface(tuple(with_common_prior(pieces)), points, normals)
 
 
-def _largest(tree, points, normals, site: int, std: float, radius: float) -> Piece:
-    """The quartic about a sample with the largest radius with which it follows the samples near;
-    where none does the smallest one, with a deviation as large as its misfit."""
-    piece = None
-    while True:
-        near = np.sort(tree.query_ball_point(points[site], radius))
-        near = near[normals[near] @ normals[site] > _FACING]
-        if piece is not None and len(near) < _LEAST:
-            return piece
-        some = points[evenly(near, _FITTED)]
-        axes = _axes(some, points[site], normals[near].mean(axis=0))
-        piece = linear_fit(Kind.QUARTIC, some, points[site], axes, radius, std)
-        distance, _, variance = piece.predicted(some)
-        excess = float((distance**2).mean() / std**2) - 1.0
-        if excess <= _EXCESS and np.isfinite(variance).all():
-            return piece
-        piece = replace(piece, covariance=(1.0 + max(excess, 0.0)) * piece.covariance)
-        radius *= _SHRINK
+def _sextic(points, normals, site: int, near, std: float, radius: float) -> Piece:
+    """The sextic about a sample, of those ``near`` (m,) that face as it does."""
+    near = near[normals[near] @ normals[site] > FACING]
+    some = points[evenly(near, _FITTED)]
+    axes = _axes(some, points[site], normals[near].mean(axis=0))
+    return linear_fit(Kind.SEXTIC, some, points[site], axes, radius, std)
 
 
 def _axes(points, origin, normal) -> np.ndarray:

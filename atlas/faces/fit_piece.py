@@ -18,6 +18,9 @@ _FARTHEST = 5.0
 _ONE_SIDED = 0.3
 # Least gradient in a weight, no unit. Doubled, samples near a crossing weigh less.
 _LEAST_GRADIENT = 0.2
+# Monomials 1, x, y, and of second order, which begin the fit of a sextic. With those in z as well,
+# which are hardly determined, twice as much of a blob is off.
+_PARABOLOID = 6
 _TINY = float(np.finfo(float).tiny)
 # Coefficients of a sphere through the origin of its frame: 1, x, y, and the sum of the squares.
 _SPHERE = np.zeros((9, 4))
@@ -81,9 +84,10 @@ def linear_fit(kind: Kind, points, origin, axes, scale: float, std: float) -> Pi
     """The piece in a frame by linear least squares with a prior, first of distances along z."""
     scaled = (points - origin) @ (axes.T / scale)
     noise = std / scale
-    now: Kind = Kind.QUADRIC if kind is Kind.QUARTIC else kind
+    now = kind if kind.lawful else Kind.QUADRIC
     terms = terms_at(now, scaled)
-    solution = _solve(now, terms, scaled[:, 2], 1.0 / noise**2)
+    start = terms[:_PARABOLOID] if kind is Kind.SEXTIC else terms
+    solution = _solve(now, start, scaled[:, 2], 1.0 / noise**2)
     if kind is Kind.PLANE:
         # The gradient is the same everywhere.
         steep = np.sqrt(solution[0][1] ** 2 + solution[0][2] ** 2 + 1.0)
@@ -107,8 +111,9 @@ def _solve(kind: Kind, terms, heights, weight) -> tuple[np.ndarray, np.ndarray]:
     if kind is Kind.SPHERE:
         reduced = _SPHERE.T @ reduced
     weighted = reduced * weight
-    inverse = np.linalg.inv(weighted @ reduced.T + _PRECISIONS[kind])
+    size = len(reduced)
+    inverse = np.linalg.inv(weighted @ reduced.T + _PRECISIONS[kind][:size, :size])
     mean = inverse @ (weighted @ heights)
     if kind is Kind.SPHERE:
         return _SPHERE @ mean, _SPHERE @ inverse @ _SPHERE.T
-    return mean, inverse
+    return np.pad(mean, (0, kind.terms - size)), inverse

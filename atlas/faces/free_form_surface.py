@@ -1,4 +1,4 @@
-"""FreeFormSurface: overlapping quartics of a free-form face, averaged by a partition of unity."""
+"""FreeFormSurface: overlapping sextics of a free-form face, averaged by a partition of unity."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -8,49 +8,83 @@ from scipy.spatial import cKDTree
 
 from touchatlas.atlas.faces.kinds import terms_at, value_and_gradient
 from touchatlas.atlas.faces.piece import Piece
+from touchatlas.atlas.faces.residual_kriging import ResidualKriging
 
-# Quartics that are averaged at a point at most: about as many as reach it. Doubled, nothing
-# changes.
-_AVERAGED = 12
+# Sextics that are asked at a point at most: about as many as reach it from both sides of a wall.
+# Doubled, nothing changes.
+_ASKED = 24
+# Nearest samples among which one may be of another sheet, and its distance over that of the
+# nearest. Doubled, both sides of thicker walls are compared.
+_NEAREST, _AS_NEAR = 12, 4.0
+# Largest cosine of the normals of two sheets: opposite sides of a wall or of a slot. Doubled in
+# angle, strong bends are walls.
+_OPPOSITE = -0.3
+# Least cosine of the normal of a sample and of a sextic that is fitted to it, and weighs where it is
+# nearest: 78 degrees. Doubled, sextics end before sharp bends.
+FACING = 0.2
+# Weight of a sextic that does not reach a point, so that it counts where no other one does, and its
+# square of one that faces the other way. Squared, nothing changes.
+_SLIGHT = 1e-50
 
 
 @dataclass(frozen=True, eq=False)
 class FreeFormSurface:
-    """Overlapping quartics, averaged at each point with weights that fall to zero with the distance
-    from their middles: the partition of unity of Y. Ohtake, A. Belyaev, M. Alexa, G. Turk, H.-P.
+    """Overlapping sextics, averaged at each point with weights that fall to zero with the distance
+    from their middles and with the angle to their normals: the partition of unity of Y. Ohtake, A. Belyaev, M. Alexa, G. Turk, H.-P.
     Seidel, "Multi-level partition of unity implicits", SIGGRAPH 2003.
+
+    Of two sides of a wall the nearer one has a point. Only sextics that face as the samples of a
+    side do are averaged.
 
     Parameters
     ----------
     pieces : tuple of Piece
-        Quartics, each fitted within its scale about its origin, the middle.
+        Sextics, each fitted within its scale about its origin, the middle.
+    points, normals : (n, 3) float, length; unit, world
+        The samples, and outward normals that tell the sides.
+    rest : ResidualKriging, optional
+        What the sextics leave out.
     """
 
     pieces: tuple[Piece, ...]
+    points: np.ndarray
+    normals: np.ndarray
+    rest: ResidualKriging | None = None
 
     def values(self, points) -> np.ndarray:
-        """(n, 5) distance, normal and variance at points (n, 3). Beyond its scale a quartic
+        """(n, 5) distance, normal and variance at points (n, 3). Beyond its scale a sextic
         goes on as the plane that touches it in its middle; its deviation grows as it does."""
-        count, out = min(_AVERAGED, len(self.pieces)), np.empty((len(points), 5))
+        found = self._of_sextics(points)
+        if self.rest is not None:
+            self.rest.correct(points, found)
+        return found
+
+    def _of_sextics(self, points) -> np.ndarray:
+        """The same without what the sextics leave out."""
+        count = min(_ASKED, len(self.pieces))
         away, near = (np.reshape(x, (-1, count)) for x in self._tree.query(points, k=count))
         ratio = away / self._scales[near]
         weight = np.maximum(1.0 - ratio, 0.0) ** 4 * (1.0 + 4.0 * ratio)
-        rows, best = np.arange(len(points)), ratio.argmin(axis=1)
-        weight[rows, best] += np.finfo(float).tiny
+        weight[np.arange(len(points)), ratio.argmin(axis=1)] += _SLIGHT
         which, slot = np.nonzero(weight)
-        share = weight[which, slot]
-        found = self._of_pieces(near[which, slot], points[which], slot == best[which])
-        for column in range(4):
-            out[:, column] = np.bincount(which, share * found[:, column], len(points))
-        out[:, 0] /= np.bincount(which, share, len(points))
-        length = np.sqrt((out[:, 1:4] ** 2).sum(axis=1))
-        out[:, 1:4] /= np.maximum(length, np.finfo(float).tiny)[:, None]
-        out[:, 4] = found[slot == best[which], 4]
+        found = self._of_pieces(near[which, slot], points[which])
+        asked = which, weight[which, slot], self._upward[near[which, slot]], found
+        first, second, rows = self._sides(points)
+        out = _averaged(*asked, first)
+        if len(rows):
+            other = _averaged(*asked, second)[rows]
+            nearer = np.abs(other[:, 0]) < np.abs(out[rows, 0])
+            out[rows[nearer]] = other[nearer]
         return out
 
     def shape_operators(self, points) -> np.ndarray:
-        """(n, 3, 3) shape operators, 1/length, of the quartics whose middles are nearest."""
-        out, nearest = np.empty((len(points), 3, 3)), self._tree.query(points)[1]
+        """(n, 3, 3) shape operators, 1/length, of the sextics whose middles are nearest among those
+        that face as the nearest samples do."""
+        out, side = np.empty((len(points), 3, 3)), self.normals[self._samples.query(points)[1]]
+        count = min(_ASKED, len(self.pieces))
+        near = np.reshape(self._tree.query(points, k=count)[1], (-1, count))
+        faces = np.einsum("nkj,nj->nk", self._upward[near], side) > FACING
+        nearest = near[np.arange(len(points)), faces.argmax(axis=1)]
         for k in np.unique(nearest).tolist():
             mine = nearest == k
             out[mine] = self.pieces[k].shape_operators(points[mine])
@@ -61,18 +95,35 @@ class FreeFormSurface:
         return cKDTree([piece.origin for piece in self.pieces])
 
     @cached_property
+    def _upward(self) -> np.ndarray:
+        return np.array([piece.axes[2] for piece in self.pieces])
+
+    @cached_property
+    def _samples(self) -> cKDTree:
+        return cKDTree(self.points)
+
+    @cached_property
     def _scales(self) -> np.ndarray:
         return np.array([piece.scale for piece in self.pieces])
 
-    def _of_pieces(self, rows, points, is_best) -> np.ndarray:
-        """(m, 5) distance, normal and variance of quartics ``rows`` (m,) at points (m, 3); the
-        variance where it ``is_best`` (m,) alone, which takes longest."""
+    def _sides(self, points) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Normals (n, 3) of the samples nearest to points (n, 3), and of the nearest that face the
+        other way; and the points (m,) that have such samples about as near."""
+        count = min(_NEAREST, len(self.points))
+        away, near = (np.reshape(x, (-1, count)) for x in self._samples.query(points, k=count))
+        normals = self.normals[near]
+        other = np.einsum("nkj,nj->nk", normals, normals[:, 0]) < _OPPOSITE
+        other &= away <= _AS_NEAR * away[:, :1]
+        second = normals[np.arange(len(points)), other.argmax(axis=1)]
+        return normals[:, 0], second, np.flatnonzero(other.any(axis=1))
+
+    def _of_pieces(self, rows, points) -> np.ndarray:
+        """(m, 5) distance, normal and variance of sextics ``rows`` (m,) at points (m, 3)."""
         out = np.zeros((len(rows), 5))
         order = np.argsort(rows, kind="stable")
         bounds = np.searchsorted(rows[order], np.arange(len(self.pieces) + 1))
         for number in np.flatnonzero(np.diff(bounds)).tolist():
             piece, mine = self.pieces[number], order[bounds[number] : bounds[number + 1]]
-            best = is_best[mine]
             scaled = piece.scaled(points[mine])
             beyond = np.maximum(np.sqrt((scaled * scaled).sum(axis=1)), 1.0)
             inside = scaled / beyond[:, None]
@@ -85,14 +136,34 @@ class FreeFormSurface:
             length = np.maximum(length, np.finfo(float).tiny)
             out[mine, 0] = value * piece.scale / length
             out[mine, 1:4] = (gradient / length[:, None]) @ piece.axes
-            own = terms[: piece.kind.terms, best]
+            own = terms[: piece.kind.terms]
             variance = ((piece.covariance @ own) * own).sum(axis=0)
-            spread = piece.scale * beyond[best] ** 4 / length[best]
-            out[mine[best], 4] = np.maximum(variance, 0.0) * spread**2
+            spread = piece.scale * beyond**4 / length
+            out[mine, 4] = np.maximum(variance, 0.0) * spread**2
         return out
 
 
+def _averaged(which, weight, upward, found, sides) -> np.ndarray:
+    """(n, 5) distance, normal and variance at n points, from what sextics ``found`` (m, 5) at
+    points ``which`` (m,): the mean of those that face as ``sides`` (n, 3), by weights (m,) that
+    fall with the angle to their normals ``upward`` (m, 3); and the variance of the one that weighs
+    most."""
+    out = np.zeros((len(sides), 5))
+    faces = (found[:, 1:4] * sides[which]).sum(axis=1) > 0.0
+    turned = np.maximum((upward * sides[which]).sum(axis=1) - FACING, _SLIGHT)
+    share = np.where(faces, turned, _SLIGHT**2) * weight
+    for column in range(4):
+        out[:, column] = np.bincount(which, share * found[:, column], len(sides))
+    out[:, 0] /= np.bincount(which, share, len(sides))
+    length = np.sqrt((out[:, 1:4] ** 2).sum(axis=1))
+    out[:, 1:4] /= np.maximum(length, np.finfo(float).tiny)[:, None]
+    order = np.lexsort((-share, which))
+    first = order[np.flatnonzero(np.diff(which[order], prepend=-1))]
+    out[which[first], 4] = found[first, 4]
+    return out
+
+
 def _upward(piece: Piece) -> np.ndarray:
-    """(3,) gradient of F in the middle of a quartic."""
+    """(3,) gradient of F in the middle of a sextic."""
     _, by_x, by_y = piece.coefficients[:3]
     return np.array([-by_x, -by_y, 1.0])

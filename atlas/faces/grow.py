@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from touchatlas.atlas.faces.fit_piece import fit_piece
-from touchatlas.atlas.faces.kinds import Kind
+from touchatlas.atlas.faces.kinds import LABEL_KINDS, Kind
 from touchatlas.atlas.faces.options import FaceOptions
 from touchatlas.atlas.faces.piece import Piece, in_plane_cosines
 from touchatlas.atlas.faces.sample_graph import SampleGraph
@@ -228,7 +228,7 @@ def grow_at(evidence: Evidence, seed: int, most: Kind = Kind.QUARTIC, allowed=No
     more than it.
     """
     options, best = evidence.options, None
-    for kind in Kind:
+    for kind in LABEL_KINDS:
         if kind > most or (best is not None and _suffices(best, kind)):
             continue
         start = evidence.graph.nearest(evidence.samples.points, seed, _START[kind])

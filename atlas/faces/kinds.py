@@ -1,8 +1,8 @@
-"""Kinds of pieces: plane, sphere, cylinder, quadric and quartic, and the monomials of each.
+"""Kinds of pieces: plane, sphere, cylinder, quadric, quartic and sextic, and the monomials of each.
 
 Every piece is the zero set of F = z - φ(x, y, z) in a frame of its own. The φ of a plane has three
-monomials, that of the other quadrics nine; the quartic has the 21 of ``graded_basis(4)``. In every
-array the monomials are the first axis.
+monomials, that of the other quadrics nine; the quartic has the 21 of ``graded_basis(4)``, the
+sextic the 49 of ``graded_basis(6)``. In every array the monomials are the first axis.
 """
 
 from enum import IntEnum
@@ -25,24 +25,28 @@ class Kind(IntEnum):
     CYLINDER = 2
     QUADRIC = 3
     QUARTIC = 4
+    SEXTIC = 5
 
     @property
     def parameters(self) -> int:
         """Number of parameters that the samples determine."""
-        return (3, 4, 5, 9, 21)[self]
+        return (3, 4, 5, 9, 21, 49)[self]
 
     @property
     def terms(self) -> int:
         """Number of monomials of φ."""
-        return (3, 9, 9, 9, 21)[self]
+        return (3, 9, 9, 9, 21, 49)[self]
 
     @property
     def lawful(self) -> bool:
         """Whether the piece is a plane, sphere, cylinder or quadric."""
-        return self is not Kind.QUARTIC
+        return self < Kind.QUARTIC
 
 
-QUARTIC_BASIS = graded_basis(4)
+# Kinds that labels may have, by the number of parameters.
+LABEL_KINDS = tuple(kind for kind in Kind if kind <= Kind.QUARTIC)
+SEXTIC_BASIS = graded_basis(6)
+_BASES = {Kind.QUARTIC: graded_basis(4), Kind.SEXTIC: SEXTIC_BASIS}
 # Exponents of the quadric's monomials.
 _QUADRIC_TERMS = np.array(
     [
@@ -67,19 +71,20 @@ def _prior(orders) -> np.ndarray:
 
 
 _QUADRIC_PRIOR = _prior(_QUADRIC_TERMS.sum(axis=1))
-_QUARTIC_PRIOR = _prior(QUARTIC_BASIS.orders)
+_PRIORS = {kind: _prior(basis.orders) for kind, basis in _BASES.items()}
 
 
 def prior_precision(kind: Kind) -> np.ndarray:
     """(t,) prior precision of the scaled coefficients."""
-    return _QUARTIC_PRIOR if kind is Kind.QUARTIC else _QUADRIC_PRIOR[: kind.terms]
+    return _QUADRIC_PRIOR[: kind.terms] if kind.lawful else _PRIORS[kind]
 
 
 def terms_at(kind: Kind, scaled) -> np.ndarray:
-    """(s, n) monomials at scaled local points (n, 3). The quartic's have z itself last."""
+    """(s, n) monomials at scaled local points (n, 3). Those of quartics and sextics have z itself
+    last."""
     x, y, z = scaled.T
-    if kind is Kind.QUARTIC:
-        return monomials(QUARTIC_BASIS, x, y, z)
+    if not kind.lawful:
+        return monomials(_BASES[kind], x, y, z)
     out = np.empty((kind.terms, len(scaled)))
     out[0], out[1], out[2] = 1.0, x, y
     if kind is Kind.PLANE:
@@ -91,8 +96,8 @@ def terms_at(kind: Kind, scaled) -> np.ndarray:
 
 def value_and_gradient(kind: Kind, coefficients, scaled, terms) -> tuple[np.ndarray, np.ndarray]:
     """F (n,) and its gradient (n, 3) at scaled local points (n, 3) with their monomials."""
-    if kind is Kind.QUARTIC:
-        rows = derivative_coefficients(QUARTIC_BASIS, coefficients, list(GRADIENT))
+    if not kind.lawful:
+        rows = derivative_coefficients(_BASES[kind], coefficients, list(GRADIENT))
         values = rows @ terms
         gradient = -values[1:].T
         gradient[:, 2] += 1.0
@@ -112,9 +117,9 @@ def value_and_gradient(kind: Kind, coefficients, scaled, terms) -> tuple[np.ndar
 
 def hessians(kind: Kind, coefficients, scaled) -> np.ndarray:
     """(n, 3, 3) second derivatives of F at scaled local points (n, 3)."""
-    if kind is Kind.QUARTIC:
+    if not kind.lawful:
         # XX, XY, XZ, YY, YZ, ZZ of touchatlas.patch.geometry.polynomial.
-        rows = derivative_coefficients(QUARTIC_BASIS, coefficients, [3, 4, 7, 5, 8, 9])
+        rows = derivative_coefficients(_BASES[kind], coefficients, [3, 4, 7, 5, 8, 9])
         xx, xy, xz, yy, yz, zz = -(rows @ terms_at(kind, scaled))
     elif kind is Kind.PLANE:
         return np.zeros((len(scaled), 3, 3))

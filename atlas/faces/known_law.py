@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from touchatlas.atlas.faces.faces import Faces
+from touchatlas.atlas.faces.faces import Faces, face_of_all
 from touchatlas.atlas.faces.labelling import first_labels, revise_all
 from touchatlas.atlas.faces.lawful_body import (
     LawfulBody,
@@ -90,10 +90,15 @@ class KnownLaw:
         explain nearly all samples, and their surface passes through these."""
         if self.surface is None:
             return None
-        if is_lawful(self.surface.faces):
+        if is_lawful(self.surface.faces) or self.is_one:
             return self.surface
         whole = self.sharp and is_explained(self.surface.faces)
         return self.surface if whole and self.surface.contradicted <= _CONTRADICTED else None
+
+    @property
+    def is_one(self) -> bool:
+        """Whether all samples are one free-form face."""
+        return self.surface is not None and len(self.surface.faces) == 1 and not self.faces
 
     @property
     def beside(self) -> LawfulBody | None:
@@ -110,6 +115,8 @@ class KnownLaw:
         """Whether to look again with so many samples."""
         if count == self.count:
             return False
+        if self.is_one:
+            return True
         if self.is_hopeful:
             return count > self.count and (count <= _FEW or count >= _LAWFUL_GROWS * self.count)
         if not self.edges:
@@ -132,7 +139,7 @@ def look_for_law(
     samples = samples_of(pool, count, std)
     ends_at_edge = np.asarray(pool.edges[:count])
     if not (before.is_hopeful or share_with_edges(samples, ends_at_edge) >= _WITH_EDGES):
-        return KnownLaw(count, std)
+        return one_face(samples)
     if before.is_hopeful:
         found = law_of_faces(faces_of_samples(samples, before=before.faces), samples, before.sharp)
         if found.body or not before.body:
@@ -143,9 +150,14 @@ def look_for_law(
     labels = first_labels(samples)
     sharp = share_over_sharp_edges(samples) >= _SHARP
     if labels.lawful_share < _HOPELESS and not sharp:
-        return KnownLaw(count, std, True, labels.lawful_share)
+        return replace(one_face(samples), edges=True, share=labels.lawful_share)
     revise_all(labels)
     return law_of_faces(faces_of_revised(labels), samples, sharp)
+
+
+def one_face(samples: ContourSamples) -> KnownLaw:
+    """All samples as one free-form face."""
+    return KnownLaw(len(samples), samples.std, surface=LawfulBody(face_of_all(samples), samples))
 
 
 def law_of_faces(faces: Faces, samples: ContourSamples, sharp: bool) -> KnownLaw:
@@ -155,7 +167,7 @@ def law_of_faces(faces: Faces, samples: ContourSamples, sharp: bool) -> KnownLaw
     share = lawful_share(known)
     lawless = KnownLaw(len(samples), samples.std, True, share)
     if share < _MIXED and not (sharp and is_explained(known)):
-        return lawless
+        return one_face(samples)
     surface = LawfulBody(known, samples)
     found = replace(lawless, faces=faces, surface=surface, sharp=sharp)
-    return found if share >= _MIXED or found.body else lawless
+    return found if share >= _MIXED or found.body else one_face(samples)

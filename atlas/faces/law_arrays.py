@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from touchatlas.atlas.faces.grow import Evidence
-from touchatlas.atlas.faces.kinds import QUARTIC_BASIS, Kind
+from touchatlas.atlas.faces.kinds import Kind
 from touchatlas.atlas.faces.known_law import KnownLaw, law_of_faces
 from touchatlas.atlas.faces.labels import NONE, Labels
 from touchatlas.atlas.faces.options import FaceOptions
@@ -18,7 +18,7 @@ from touchatlas.atlas.faces.sample_graph import SampleGraph
 from touchatlas.atlas.patches.sample_pool import SamplePool
 from touchatlas.atlas.whole_file import DamagedError
 
-_MOST = QUARTIC_BASIS.size
+_MOST = Kind.QUARTIC.terms
 
 
 def law_arrays(law: KnownLaw) -> dict[str, np.ndarray]:

@@ -76,7 +76,7 @@ class LawfulBody:
         _, first = np.unique(keys, return_index=True)
         self._thin = np.sort(first[faces.of[first] != NONE])
         self._thin_tree, self._tree = cKDTree(points[self._thin]), cKDTree(points)
-        self._normals = _normals_of(faces, self._thin)
+        self._normals = faces.normals[self._thin]
         # A contour oblique to its face has no normal to be labelled by, but may well lie on it.
         self._astray = faces.of == NONE
         left = points[self._astray]
@@ -211,16 +211,6 @@ def determined(faces: Faces, samples: ContourSamples) -> Faces:
     )
     found = tuple(replace(face, id=k) for k, face in enumerate(kept))
     return replace(faces, faces=found, edges=edges, of=table[faces.of], corners=corners)
-
-
-def _normals_of(faces: Faces, samples) -> np.ndarray:
-    """(m, 3) outward normals of samples (m,) of faces, by their pieces."""
-    out = np.empty((len(samples), 3))
-    for face in faces.faces:
-        for patch, piece in zip(face.patches, face.pieces, strict=True):
-            mine = faces.patch_of[samples] == patch
-            out[mine] = piece.at(faces.points[samples[mine]])[1]
-    return out
 
 
 def share_with_edges(samples: ContourSamples, ends_at_edge) -> float:

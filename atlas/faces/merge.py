@@ -6,7 +6,7 @@ import numpy as np
 
 from touchatlas.atlas.faces.crossings import find_crossings
 from touchatlas.atlas.faces.grow import Evidence, evenly
-from touchatlas.atlas.faces.kinds import Kind
+from touchatlas.atlas.faces.kinds import LABEL_KINDS, Kind
 from touchatlas.atlas.faces.labels import NONE, Labels
 from touchatlas.atlas.faces.piece import Piece
 
@@ -70,7 +70,7 @@ def merged_piece(labels: Labels, both, kinds, worth: float) -> tuple[Piece | Non
         return None, np.inf
     high = max(kinds)
     first = {Kind.QUARTIC: Kind.QUARTIC, Kind.QUADRIC: Kind.QUADRIC}.get(high, min(kinds))
-    return piece_of_least_kind(labels, both, [kind for kind in Kind if kind >= first], worth)
+    return piece_of_least_kind(labels, both, [kind for kind in LABEL_KINDS if kind >= first], worth)
 
 
 def piece_of_least_kind(

@@ -38,7 +38,7 @@ def read_faces(pool: SamplePool, std: float, before: Faces | None = None) -> Fac
     """
     if not len(pool):
         none = np.zeros(0, int)
-        return Faces((), (), np.zeros((0, 3)), none, none, none, std)
+        return Faces((), (), np.zeros((0, 3)), np.zeros((0, 3)), none, none, none, std)
     samples = samples_of(pool, len(pool), std)
     found = determined(faces_of_samples(samples, before=before), samples)
     return with_uncrossed_edges(LawfulBody(found, samples)) if is_lawful(found) else found

@@ -5,7 +5,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from touchatlas.atlas.faces.grow import Evidence, grow_at, is_edge
-from touchatlas.atlas.faces.kinds import Kind
+from touchatlas.atlas.faces.kinds import LABEL_KINDS, Kind
 from touchatlas.atlas.faces.labels import NONE, Labels, is_larger
 from touchatlas.atlas.faces.piece import Piece
 
@@ -43,7 +43,7 @@ def _shortest(evidence: Evidence, own: Piece, members) -> Piece | None:
     """The piece of least description for the samples of another, of its kind or one of fewer
     parameters; None where its kind shows an edge, or there are too few samples for any."""
     best, least = None, np.inf
-    for kind in Kind:
+    for kind in LABEL_KINDS:
         core = evidence.fitting_core(kind, members)
         if kind > own.kind or len(core) < kind.parameters + 2:
             continue

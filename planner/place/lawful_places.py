@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import igl
 import numpy as np
+from scipy.spatial import cKDTree
 from scipy.special import erf
 
 from touchatlas.atlas.faces.lawful_body import LawfulBody
@@ -16,6 +17,9 @@ from touchatlas.planner.probe_plan import Reason
 # Width of the unknown strip that an open rim stands for, over the distance across which laws are
 # believed. Doubled, a surface with small holes counts as less known.
 _STRIP = 0.5
+# Distance about a touch within which it takes most of the variance, in extents. Doubled, touches go
+# amid what is vague rather than where it is vaguest.
+_ABOUT = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,20 +59,31 @@ class LawfulPlaces:
         return np.concatenate([self.rim, self.points[SURE * self.deviation > tolerance]])
 
 
-def lawful_target(view: View, places: LawfulPlaces) -> Target | None:
-    """Where the surface ends, far from all touches; else the place of largest predicted deviation
-    that the tolerance does not bear. None where all are near touches or attempts."""
+def rim_target(view: View, places: LawfulPlaces) -> Target | None:
+    """Where the surface ends, far from all touches. None where all of that is near touches or
+    attempts."""
     free = np.flatnonzero(view.is_free(places.rim))
     if not len(free):
         # What is left of the rims are small holes, which may lie beside a touch.
         free = np.flatnonzero(view.apart(places.rim) > APART_HOLES * view.extent)
-    if len(free):
-        best = free[best_open(view, places.rim[free])]
-        return Target(places.rim[best], places.rim_normals[best], Reason.EXPAND)
-    weak = np.where(view.is_free(places.points), places.deviation, 0.0)
-    if not SURE * weak.max(initial=0.0) > view.atlas.tolerance:
+    if not len(free):
         return None
-    best = int(weak.argmax())
+    best = free[best_open(view, places.rim[free])]
+    return Target(places.rim[best], places.rim_normals[best], Reason.EXPAND)
+
+
+def weak_target(view: View, places: LawfulPlaces) -> Target | None:
+    """The place about which a touch can take most of what the tolerance does not bear: the integral
+    of the variance. None where all such places are near touches or attempts."""
+    weak = SURE * view.places.deviation_ratio.value * places.deviation > view.atlas.tolerance
+    asked = np.flatnonzero(weak & view.is_free(places.points))
+    if not len(asked):
+        return None
+    gain = np.where(weak, places.area * places.deviation**2, 0.0)
+    tree = cKDTree(places.points)
+    near = tree.query_ball_point(places.points[asked], _ABOUT * view.extent)
+    sums = [gain[some].sum() for some in near]
+    best = asked[int(np.argmax(sums))]
     return Target(places.points[best], places.normals[best], Reason.REFINE)
 
 

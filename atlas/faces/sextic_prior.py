@@ -1,30 +1,30 @@
-"""The prior of the coefficients of many quartics, learned from all of them."""
+"""The prior of the coefficients of many sextics, learned from all of them."""
 
 from dataclasses import replace
 
 import numpy as np
 
-from touchatlas.atlas.faces.kinds import QUARTIC_BASIS, Kind, prior_precision
+from touchatlas.atlas.faces.kinds import SEXTIC_BASIS, Kind, prior_precision
 from touchatlas.atlas.faces.piece import Piece
 
 # Order of the height z(x, y) that each coefficient makes.
-_HEIGHTS = QUARTIC_BASIS.exponents @ np.array([1, 1, 2])
+_HEIGHTS = SEXTIC_BASIS.exponents @ np.array([1, 1, 2])
 # Orders whose coefficients have a common size. Doubled, slopes would count, too: they depend on the
 # frame.
-_LEARNED = 2, 3, 4
+_LEARNED = 2, 3, 4, 5, 6
 # Rounds of expectation and maximisation. Doubled, nothing changes: sizes are within a hundredth.
 _ROUNDS = 30
 
 
 def with_common_prior(pieces: list[Piece]) -> list[Piece]:
-    """The quartics of one face, as their samples and their common smoothness show them.
+    """The sextics of one face, as their samples and their common smoothness show them.
 
-    A derivative of order o is as large on one quartic as on another, so that the coefficient of a
-    quartic of scale r has a standard deviation proportional to r^(o-1). The factors make all
+    A derivative of order o is as large on one sextic as on another, so that the coefficient of a
+    sextic of scale r has a standard deviation proportional to r^(o-1). The factors make all
     samples most likely: expectation maximisation (A. P. Dempster, N. M. Laird, D. B. Rubin, JRSS B
     1977). Where samples leave a coefficient open it is as small as it is elsewhere.
     """
-    before = prior_precision(Kind.QUARTIC)
+    before = prior_precision(Kind.SEXTIC)
     scales = np.array([piece.scale for piece in pieces])
     information = np.linalg.inv([piece.covariance for piece in pieces])
     means = np.array([piece.coefficients for piece in pieces])
