@@ -1,4 +1,4 @@
-"""Atlas: a graph of Darboux-frame patches, the only object that changes."""
+"""Atlas: samples, faces and patches of a surface, the only object that changes."""
 
 from typing import TYPE_CHECKING
 
@@ -13,9 +13,8 @@ if TYPE_CHECKING:
     from touchatlas.atlas.faces.face_field import FaceValues, face_values
     from touchatlas.atlas.faces.face_graph import write_graphml, write_json
     from touchatlas.atlas.faces.faces import Face, FaceEdge, Faces
-    from touchatlas.atlas.field.blend import Blend
-    from touchatlas.atlas.graph.power_diagram import Boundary
     from touchatlas.atlas.mesh.extract import Surface, extract_surface
+    from touchatlas.atlas.records.blend import Blend
     from touchatlas.atlas.records.change import AtlasChange
     from touchatlas.atlas.records.options import AtlasOptions
     from touchatlas.atlas.records.touch import Touch, TouchStatus
@@ -26,7 +25,6 @@ __all__ = [
     "AtlasChange",
     "AtlasOptions",
     "Blend",
-    "Boundary",
     "Doubt",
     "EdgeKind",
     "Face",
@@ -51,8 +49,7 @@ __getattr__ = lazy_names(
         "Atlas": "touchatlas.atlas.atlas",
         "AtlasChange": "touchatlas.atlas.records.change",
         "AtlasOptions": "touchatlas.atlas.records.options",
-        "Blend": "touchatlas.atlas.field.blend",
-        "Boundary": "touchatlas.atlas.graph.power_diagram",
+        "Blend": "touchatlas.atlas.records.blend",
         "Doubt": "touchatlas.atlas.check.doubt",
         "EdgeKind": "touchatlas.atlas.faces.boundaries",
         "Face": "touchatlas.atlas.faces.faces",

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 from touchatlas.patch.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from touchatlas.planner.frontier.frontier_planner import FrontierOptions, FrontierPlanner
     from touchatlas.planner.loop import Step, explore
     from touchatlas.planner.options import PlannerOptions
     from touchatlas.planner.planner import Planner
@@ -17,8 +16,6 @@ if TYPE_CHECKING:
     from touchatlas.planner.store import load_planner, save_planner
 
 __all__ = [
-    "FrontierOptions",
-    "FrontierPlanner",
     "Planner",
     "PlannerOptions",
     "ProbePlan",
@@ -32,8 +29,6 @@ __all__ = [
 ]
 __getattr__ = lazy_names(
     {
-        "FrontierOptions": "touchatlas.planner.frontier.frontier_planner",
-        "FrontierPlanner": "touchatlas.planner.frontier.frontier_planner",
         "Planner": "touchatlas.planner.planner",
         "PlannerOptions": "touchatlas.planner.options",
         "ProbePlan": "touchatlas.planner.probe_plan",

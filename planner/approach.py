@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from touchatlas.atlas.patches.sample_pool import SamplePool
+from touchatlas.atlas.samples.sample_pool import SamplePool
 
 # Cosine between the directions of approach and of an opposite sample's normal, below which its
 # surface stands in the way: 45 degrees. Doubled (its distance from -1), the walls beside a slot do,

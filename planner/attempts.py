@@ -8,7 +8,6 @@ from touchatlas.atlas.atlas import Atlas, AtlasChange
 from touchatlas.atlas.records.touch import Touch, TouchStatus
 from touchatlas.planner.pending import Pending
 from touchatlas.planner.place.choose import Target, View
-from touchatlas.planner.place.places import Places
 from touchatlas.planner.plans import beside_plan, closer_plan, coming_clear, known_plan
 from touchatlas.planner.probe_plan import ProbePlan
 
@@ -119,11 +118,11 @@ class Attempts:
         self.unreachable.append(target.point)
         self.tried.append(target.point)
 
-    def view(self, atlas: Atlas, places: Places) -> View:
+    def view(self, atlas: Atlas, ratio: float) -> View:
         """What the choice of a place depends on. Pending plans count as touched where they are."""
         pending = [one.place for one in self.pending.values()]
         touched = np.array([*pending, *(self.touched or [self._start])])
         done = np.array([*self.touched, *self.tried]).reshape(-1, 3)
         in_vain = np.reshape(self._in_vain, (-1, 3))
         open_plans = np.reshape(pending, (-1, 3))
-        return View(atlas, places, touched, done, in_vain, open_plans, atlas.membership.pool.extent)
+        return View(atlas, ratio, touched, done, in_vain, open_plans, atlas.pool.extent)

@@ -7,8 +7,6 @@ import numpy as np
 from touchatlas.patch.geometry.arrays import real
 from touchatlas.planner.place.rules import RULES
 
-# The planner of older figures, for comparison.
-FRONTIER = "frontier"
 # The planner by default.
 TOLERANCE = "tolerance"
 
@@ -20,8 +18,8 @@ class PlannerOptions:
     Parameters
     ----------
     name : str
-        Which place is touched next: "tolerance", or for comparison "random", "farthest",
-        "variance", "gpis", "raster", or "frontier", whose plans are those of ``FrontierPlanner``.
+        Which place is touched next: "tolerance", or for comparison "random", "farthest" or
+        "variance".
     coverage : float
         Expected fraction of the surface within the tolerance at which it is known.
     curves : int
@@ -56,8 +54,8 @@ class PlannerOptions:
     pin_length: float = 0.0
 
     def __post_init__(self) -> None:
-        if self.name not in (names := (*RULES, FRONTIER)):
-            raise ValueError(f"the planner is {self.name!r}; it must be one of {', '.join(names)}")
+        if self.name not in RULES:
+            raise ValueError(f"the planner is {self.name!r}; it must be one of {', '.join(RULES)}")
         whole = isinstance(self.curves, int | np.integer) and not isinstance(self.curves, bool)
         if not (whole and 3 <= self.curves <= 36):
             raise ValueError(f"curves is {self.curves!r}; it must be a whole number from 3 to 36")
@@ -73,10 +71,6 @@ class PlannerOptions:
             raise ValueError(
                 f"pin_radius, pin_length are {self.pin_radius}, {self.pin_length}; give both, the "
                 "length more than the radius"
-            )
-        if self.pin_length and self.name == FRONTIER:
-            raise ValueError(
-                "the planner frontier knows no pin; take another one, or no pin_length"
             )
         limits = {"coverage": 1.0, "reach": 10.0, "step": 0.2}
         limits |= dict.fromkeys(("max_turn", "step_turn"), np.pi)

@@ -22,12 +22,15 @@ class Pending:
         How often its place was tried again, beside an edge or with finer steps and shorter arms.
     sought : (3,) float, length, world, optional
         The place beyond what is known that it seeks from a known sample.
+    is_guess : bool
+        Whether it is a guess behind an edge. One that met nothing is followed by another guess.
     """
 
     plan: ProbePlan
     ends_where_known: bool
     closer: int = 0
     sought: np.ndarray | None = None
+    is_guess: bool = False
 
     @property
     def place(self) -> np.ndarray:
@@ -37,7 +40,8 @@ class Pending:
     @property
     def is_beyond(self) -> bool:
         """Whether it approaches a place beyond what is known."""
-        return self.plan.reason is Reason.EXPAND and self.sought is None
+        expands = self.plan.reason is Reason.EXPAND
+        return expands and self.sought is None and not self.is_guess
 
     def bound(self, atlas: Atlas) -> "Pending":
         """The same, asking an atlas where arms end: a plan from a file has no atlas."""

@@ -1,21 +1,24 @@
 """Planner: it touches where least is known, until that is known to the tolerance."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from touchatlas.atlas.atlas import Atlas, AtlasChange
-from touchatlas.atlas.records.touch import Touch, TouchStatus
+from touchatlas.atlas.faces.faces import Faces
+from touchatlas.atlas.mesh.close_holes import SLOPE
+from touchatlas.atlas.mesh.lawful_surface import fine_edge
+from touchatlas.atlas.records.touch import Touch
 from touchatlas.patch.geometry.arrays import check_unit, frozen_array
+from touchatlas.patch.geometry.normal_error import SURE
 from touchatlas.planner.attempts import Attempts
-from touchatlas.planner.free_form import FreeForm
-from touchatlas.planner.frontier.frontier_planner import FrontierPlanner
-from touchatlas.planner.lawful import NO_BODY, Lawful, structure_of
-from touchatlas.planner.options import FRONTIER, TOLERANCE, PlannerOptions
+from touchatlas.planner.behind_edges import edge_target, unknown_ends
+from touchatlas.planner.options import TOLERANCE, PlannerOptions
 from touchatlas.planner.pending import Pending
 from touchatlas.planner.place.choose import Target, View, start_targets
+from touchatlas.planner.place.deviation_ratio import DeviationRatio
 from touchatlas.planner.place.known_area import KnownArea
-from touchatlas.planner.plans import arms_beside_edges, first_plan, known_plan, plan_at
+from touchatlas.planner.place.places import Places, places_of
+from touchatlas.planner.place.rules import LARGEST_HOLE, RULES, rim_target
+from touchatlas.planner.plans import first_plan, known_plan, plan_at
 from touchatlas.planner.probe_plan import ProbePlan, Reason, check_answer
 from touchatlas.planner.reach import is_reachable
 from touchatlas.planner.search import search_plan
@@ -31,11 +34,9 @@ class Planner:
     """Chooses the reference points and sampling planes that make the surface known to the
     tolerance with few touches.
 
-    Places where nothing is known come first, those far from all touches before others; then
-    places of large predicted deviation. Slips of the probe, rims and holes come as soon as they are
-    less sure than the rest. None of this depends on the tolerance, so a looser one ends the same
-    sequence of touches earlier. What does is the end of one that stagnates, and exploring a body of
-    lawful faces.
+    Where the surface ends comes first, far from all touches before elsewhere; then places about
+    which its variance is large; small holes come last. None of this depends on the tolerance, so a
+    looser one ends the same sequence of touches earlier, but for holes that matter to it.
 
     Where a probe often ends its contours at edges, what lies behind is guessed and touched first.
 
@@ -74,17 +75,17 @@ class Planner:
             raise ValueError(f"options are {options!r}; they must be PlannerOptions")
         if not (rng is None or isinstance(rng, np.random.Generator)):
             raise ValueError(f"rng is {rng!r}; it must be a numpy.random.Generator")
-        start = frozen_array(start, (3,), "start point")
-        outward = check_unit(outward, "outward direction")
+        self._start = frozen_array(start, (3,), "start point")
+        self._outward = check_unit(outward, "outward direction")
         self.options, self._rng = options, rng
         self.stop: Stop | None = None
-        self._attempts = Attempts(start)
-        self._starts = list(start_targets(start, outward))
-        self._beside_edges = FrontierPlanner(start, outward)
-        self._free_form = FreeForm()
-        # Numbers of faces, edges and rounded edges of the lawful body that the last plan went by;
-        # zeros without one.
-        self._law = NO_BODY
+        self._attempts = Attempts(self._start)
+        self._starts = list(start_targets(self._start, self._outward))
+        # Ends of contours behind which was guessed.
+        self._tried_ends: list[np.ndarray] = []
+        self._ratio = DeviationRatio()
+        # Numbers of faces, edges and rounded edges of the body that the last plan went by.
+        self._structure = (0, 0, 0)
         # What is known, and the plans that were answered when that was last measured.
         self._known, self._measured = KnownArea(), -1
         # Rays of the search for other parts: a point and the direction of each.
@@ -109,8 +110,7 @@ class Planner:
 
         They may be told in any order. A plan whose touch was lost stays pending, so that it is
         returned until it is told. There are fewer than ``count`` where no other place can be
-        chosen before one of them is told: at the first touch, with the rule "frontier", and at
-        the end.
+        chosen before one of them is told: at the first touch, and at the end.
 
         Raises
         ------
@@ -142,30 +142,24 @@ class Planner:
         """
         check_answer(self._attempts.plans, touch, change)
         answered = self._attempts.answer(touch, change)
-        again = True
-        if self._beside_edges.has_asked(answered.plan):
-            number = self._beside_edges.count
-            self._beside_edges.tell(replace(touch, number=number), replace(change, touch=number))
-            # A guess behind an edge that met nothing is followed by another guess.
-            again = self.options.name != FRONTIER and touch.status is TouchStatus.TOUCHED
-        if again:
-            self._attempts.try_again(answered, touch, change, self.options.curves)
-        self._free_form.learn(change)
+        self._attempts.try_again(answered, touch, change, self.options.curves)
+        self._ratio.learn(change.innovations)
 
     def forecast(self, atlas: Atlas) -> Forecast:
         """What is known of the surface of an atlas, and where too little is."""
-        if not len(atlas):
+        if atlas.body is None:
             return Forecast(0.0, np.zeros((0, 3)))
-        choice, view = self._choice(atlas), self._view(atlas)
-        inside, total, _ = choice.areas(view)
-        return Forecast(inside / total if total > 0.0 else 0.0, choice.left(view))
+        places, view = places_of(atlas), self._view(atlas)
+        inside, total, _ = self._areas(places, view)
+        share = inside / total if total > 0.0 else 0.0
+        return Forecast(share, places.left(atlas.tolerance, view.extent))
 
     def _further(self, atlas: Atlas) -> Pending | None:
         """One more plan, besides those that are pending; None where there is none."""
         again = self._attempts.again(atlas)
         if again is not None:
             return again
-        found = self._next_plan(atlas) if len(atlas) else self._start_plan(atlas)
+        found = self._start_plan(atlas) if atlas.body is None else self._next_plan(atlas)
         if found is None or isinstance(found, Pending):
             return found
         return Pending(found, found.until is not None)
@@ -174,97 +168,104 @@ class Planner:
         """The next attempt at a first touch, with short arms: nothing is known of the size."""
         if self._attempts.pending or not self._starts:
             return self._end(atlas, StopReason.NO_PATCH)
-        plan = self._beside_edges.start_plan(atlas)
-        return first_plan(plan, self._starts.pop(0), atlas.scale, self.options)
+        offset = self._starts.pop(0)
+        return first_plan(self._start, self._outward, offset, atlas.scale, self.options)
 
     def _next_plan(self, atlas: Atlas) -> ProbePlan | Pending | None:
-        """A plan where nothing is known, else where too little is known."""
-        choice = self._choice(atlas)
-        view = self._view(atlas)
-        answered = self._attempts.answered
-        self._known.measure(*choice.areas(view), self._measured == answered)
+        """A plan behind an edge, else where nothing is known, else where too little is known."""
+        self._forget_errors_of_another_body(atlas)
+        places, view, answered = places_of(atlas), self._view(atlas), self._attempts.answered
+        self._known.measure(*self._areas(places, view), self._measured == answered)
         self._measured = answered
-        if self.options.name == FRONTIER:
-            return self._plan_as_frontier(atlas)
-        # What comes after a touch behind an edge depends on it.
-        if self._beside_edges.is_open:
-            return None
-        if self._ends_at_edges(atlas):
-            plan = self._plan_behind_edge(atlas, view.extent)
-            if plan is not None:
-                return plan
+        guess = self._guess_behind_edge(atlas, view)
+        if guess is not None:
+            return guess
         while True:
-            target, known = choice.target(view, self._known, self.options, self._rng)
+            target, known = self._target(places, view)
             if target is None:
-                plan = self._search_plan(atlas, view)
+                plan = self._search_plan(atlas, places, view)
                 return self._end(atlas, self._reason(known)) if plan is None else plan
             if self._reaches(atlas, target):
                 return self._plan_at(atlas, target, view.extent)
             self._attempts.leave(target)
             view = self._view(atlas)
 
+    def _target(self, places: Places, view: View) -> tuple[Target | None, bool]:
+        """Where to touch next, if anywhere, and whether the surface is known. The surface is drawn
+        finely, to find small holes, when it is known and no plan pends."""
+        enough = self._known.coverage >= self.options.coverage
+        if enough:
+            if len(view.pending):
+                return None, True
+            target = rim_target(view, places, LARGEST_HOLE * view.extent)
+            return (self._hole(view) if target is None else target), True
+        if self._known.stagnates():
+            return None, False
+        return RULES[self.options.name](view, places, self._rng), False
+
+    def _hole(self, view: View) -> Target | None:
+        """A hole of the surface that is drawn at the end, which would be off by more than the
+        tolerance where it is closed."""
+        atlas = view.atlas
+        if atlas.body is None or self._known.stagnates():
+            return None
+        edge = fine_edge(atlas.body, atlas.options.facets * atlas.tolerance)
+        least = 2.0 * atlas.tolerance / (SURE * SLOPE)
+        return rim_target(view, places_of(atlas, edge), least)
+
+    def _areas(self, places: Places, view: View) -> tuple[float, float, float]:
+        """See ``Places.areas``."""
+        return places.areas(view.atlas.tolerance, self._ratio, view.is_untried(places.rim))
+
     def _plan_at(self, atlas: Atlas, target: Target, extent: float) -> ProbePlan | Pending:
-        """The plan of a target: from a known sample, where approaches beyond patches often miss."""
+        """The plan of a target: from a known sample, where approaches beyond samples of a free-form
+        body often miss."""
         plan = plan_at(atlas, target, extent, self.options)
         beyond = target.reason is Reason.EXPAND and self.options.name == TOLERANCE
-        if beyond and self._law == NO_BODY and self._attempts.often_miss:
+        if beyond and atlas.known_law.is_one and self._attempts.often_miss:
             known = known_plan(plan, atlas)
             if known is not None:
                 return Pending(known, known.until is not None, sought=target.point)
         return plan
 
-    def _choice(self, atlas: Atlas) -> FreeForm | Lawful:
-        """How places are chosen: by the lawful faces of the atlas, if its body is made of them.
-
-        What was learned of errors is forgotten when the number of faces, edges or rounded edges
-        changes: they were those of another surface.
-        """
-        body = atlas.body if self.options.name == TOLERANCE else None
-        law = NO_BODY if body is None else structure_of(body.faces)
-        if (law == NO_BODY) != (self._law == NO_BODY):
-            self._known = KnownArea()
-        if law != self._law:
-            self._law = law
-            self._free_form.forget_errors()
-        if body is not None:
-            return Lawful(body)
-        self._free_form.update(atlas)
-        return self._free_form
+    def _forget_errors_of_another_body(self, atlas: Atlas) -> None:
+        """Forget what was learned of errors when the number of faces, edges or rounded edges
+        changes: they were those of another surface."""
+        body = atlas.body
+        found = (0, 0, 0) if body is None else structure_of(body.faces)
+        if found != self._structure:
+            if (found[0] == 1) != (self._structure[0] == 1):
+                self._known = KnownArea()
+            self._structure, self._ratio = found, DeviationRatio()
 
     def _view(self, atlas: Atlas) -> View:
         """What the choice of a place depends on."""
-        return self._attempts.view(atlas, self._free_form.places)
+        return self._attempts.view(atlas, self._ratio.value)
 
     def _reaches(self, atlas: Atlas, target: Target) -> bool:
         """Whether the pin of the options reaches a target."""
         pin = self.options.pin_radius, self.options.pin_length
         return is_reachable(atlas, target.point, target.normal, *pin)
 
-    def _ends_at_edges(self, atlas: Atlas) -> bool:
-        """Whether contours often end at edges, and what lies behind some is unknown. Where most run
-        over edges, places behind the others are found as others are."""
+    def _guess_behind_edge(self, atlas: Atlas, view: View) -> Pending | None:
+        """A plan behind an edge, where contours often end at edges and what lies behind some is
+        unknown; None elsewhere, when all guesses were made, or one is pending. Where most contours
+        run over edges, places behind the others are found as others are."""
         ends = 2 * self.options.curves * atlas.touches
-        return len(atlas.edge_ends) > 0 and atlas.membership.pool.edges.sum() > _OFTEN * ends
+        if atlas.pool.edges.sum() <= _OFTEN * ends or len(view.pending):
+            return None
+        reach = self.options.reach * view.extent
+        found = unknown_ends(atlas)
+        target = edge_target(found, view.touched[-1], self._tried_ends, atlas.scale, reach)
+        if target is None:
+            return None
+        return Pending(plan_at(atlas, target, view.extent, self.options), True, is_guess=True)
 
-    def _plan_behind_edge(self, atlas: Atlas, extent: float) -> ProbePlan | None:
-        """A plan behind an edge at which contours ended; None when all guesses were made."""
-        self._beside_edges.options = arms_beside_edges(self.options, extent / atlas.scale)
-        return self._beside_edges.ask_behind_edge(atlas)
-
-    def _plan_as_frontier(self, atlas: Atlas) -> ProbePlan | None:
-        """The plan of a FrontierPlanner."""
-        plan = None if self._attempts.pending else self._beside_edges.ask(atlas)
-        if plan is not None:
-            return plan
-        known = self._known.coverage >= self.options.coverage
-        return self._end(atlas, StopReason.KNOWN if known else StopReason.TRIED)
-
-    def _search_plan(self, atlas: Atlas, view: View) -> ProbePlan | None:
+    def _search_plan(self, atlas: Atlas, places: Places, view: View) -> ProbePlan | None:
         """The next approach in search of other parts; None where no more are asked for."""
         if len(self._rays) >= self.options.search:
             return None
-        self._free_form.update(atlas)
-        plan = search_plan(atlas, view.places, self._rays, view.extent, self.options)
+        plan = search_plan(atlas, places, self._rays, view.extent, self.options)
         if plan is not None:
             self._rays.append(np.stack([plan.reference_point, plan.normal]))
         return plan
@@ -283,3 +284,9 @@ class Planner:
             unreachable = np.reshape(self._attempts.unreachable, (-1, 3))
             self.stop = Stop(reason, self.forecast(atlas), unreachable)
         return None
+
+
+def structure_of(faces: Faces) -> tuple[int, int, int]:
+    """Numbers of faces, edges and rounded edges: where one changes, so does the surface."""
+    rounded = sum(edge.radius > 0.0 for edge in faces.edges)
+    return len(faces), len(faces.edges), rounded

@@ -1,5 +1,6 @@
 """Plans: the planes and arms of a touch at a place."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
 
@@ -12,16 +13,17 @@ from touchatlas.patch.geometry.contour import Contour, SamplingPlane
 from touchatlas.patch.geometry.frame import any_tangent
 from touchatlas.patch.geometry.kinks import kinks
 from touchatlas.planner.approach import approach_within
-from touchatlas.planner.frontier.frontier_planner import FrontierOptions
 from touchatlas.planner.options import PlannerOptions
 from touchatlas.planner.place.choose import Target
-from touchatlas.planner.place.places import known_to
 from touchatlas.planner.planes import concurrent_planes
-from touchatlas.planner.probe_plan import ProbePlan
+from touchatlas.planner.probe_plan import ProbePlan, Reason
 
 # Width of the spiral of first attempts, in scales of the atlas: with a scale of five deviations of
 # noise, a probe that is good to 1/5,000 of it. Doubled, the attempts are twice as far apart.
 _FIRST_EXTENT = 1000.0
+# Arms of a first touch in scales of the atlas, their samples, and the largest angle by which they
+# turn. Doubled, the first touch goes round small bodies.
+_FIRST_REACH, _FIRST_SAMPLES, _FIRST_TURN = 200.0, 12, np.pi / 4.0
 # Factor by which arms and steps shrink where contours were too short for a patch. Doubled, more
 # touches fail in narrow places.
 _CLOSER = 0.35
@@ -53,7 +55,7 @@ def plan_at(atlas: Atlas, target: Target, extent: float, options: PlannerOptions
     """
     if target.across is not None:
         return _section_plan(target, target.across, extent, options)
-    pool, normal = atlas.membership.pool, target.normal
+    pool, normal = atlas.pool, target.normal
     along = cross(pool.across[pool.nearest(target.point)], normal)
     heading = cross(normal, along)
     if heading @ heading < np.finfo(float).eps:
@@ -92,7 +94,7 @@ def _section_plan(target: Target, across, extent: float, options: PlannerOptions
 
 def coming_clear(plan: ProbePlan, atlas: Atlas) -> ProbePlan:
     """A plan whose approach begins on this side of what is known to face its place."""
-    pool, usual = atlas.membership.pool, plan.usual_approach
+    pool, usual = atlas.pool, plan.usual_approach
     return replace(plan, approach=approach_within(pool, plan.reference_point, plan.normal, usual))
 
 
@@ -143,7 +145,7 @@ def known_plan(plan: ProbePlan, atlas: Atlas) -> ProbePlan | None:
     """A plan at the known sample nearest to a place that the probe missed, with its first plane
     through that place: its contour shows how the surface bends away or ends. None where no sample
     faces as the place does."""
-    pool, missed = atlas.membership.pool, plan.reference_point
+    pool, missed = atlas.pool, plan.reference_point
     facing = np.flatnonzero(pool.normals @ plan.normal > 0.0)
     if not len(facing):
         return None
@@ -158,22 +160,33 @@ def known_plan(plan: ProbePlan, atlas: Atlas) -> ProbePlan | None:
     return replace(near, approach=min(near.approach or np.inf, _SURELY * plan.step))
 
 
-def first_plan(plan: ProbePlan, offset, scale: float, options: PlannerOptions) -> ProbePlan:
-    """The plan of a first touch at an offset (3,) in extents of the spiral of
-    ``start_targets``."""
-    point = plan.reference_point + _FIRST_EXTENT * scale * offset
-    heading = cross(plan.planes[0].normal, plan.normal)
-    planes = concurrent_planes(point, plan.normal, heading, options.curves)
-    return replace(plan, reference_point=point, planes=planes, step_turn=options.step_turn)
-
-
-def arms_beside_edges(options: PlannerOptions, extent: float) -> FrontierOptions:
-    """Options of plans beside edges, with arms and steps of a planner; ``extent`` in scales."""
-    reach, usual = options.reach * extent, FrontierOptions()
-    return FrontierOptions(
-        options.curves,
-        int(options.reach / options.step),
-        min(options.max_turn, usual.max_turn),
+def first_plan(start, outward, offset, scale: float, options: PlannerOptions) -> ProbePlan:
+    """The plan of a first touch at an offset (3,) in extents of the spiral of ``start_targets``,
+    with short arms: nothing is known of the size."""
+    point, reach = start + _FIRST_EXTENT * scale * offset, _FIRST_REACH * scale
+    planes = concurrent_planes(point, outward, any_tangent(outward), options.curves)
+    return ProbePlan(
+        0,
+        point,
+        outward,
+        planes,
         reach,
-        min(usual.least_reach, reach),
+        reach / _FIRST_SAMPLES,
+        _FIRST_TURN,
+        Reason.START,
+        step_turn=options.step_turn,
     )
+
+
+def known_to(atlas: Atlas, limit: float) -> Callable[[np.ndarray], np.ndarray]:
+    """A function from points (n, 3) to whether (n,) the surface is known there to a deviation: the
+    points lie within three deviations of it, and its deviation is ``limit`` at most, length."""
+
+    def known(points: np.ndarray) -> np.ndarray:
+        if atlas.body is None:
+            return np.zeros(len(points), bool)
+        found, sure = atlas.body.at(points)
+        near = np.abs(found.distance) <= 3.0 * limit
+        return np.asarray(sure & (found.deviation <= limit) & near)
+
+    return known

@@ -35,12 +35,12 @@ def is_reachable(atlas: Atlas, point, normal, radius: float, length: float) -> b
     """
     if not length > radius:
         return True
-    if not len(atlas):
+    if atlas.body is None:
         return True
-    offset = atlas.membership.pool.points - point
+    offset = atlas.pool.points - point
     # Nothing is known farther away.
     size = float(np.sqrt((offset * offset).sum(axis=1).max()))
-    size += float(atlas.table.radius[atlas.table.rows].max())
+    size += atlas.body.reach
     radius = min(radius, _FLAT * size)
     length = min(length, radius + size)
     step = max(_SPACING * radius, length / _MOST_POINTS)

@@ -37,9 +37,8 @@ def search_plan(
     extent : float, length
         Diagonal of the bounding box of all samples.
     """
-    samples = atlas.membership.pool.points
-    known = places.known(atlas.table.rows)
-    solid = np.concatenate([samples, known.points[known.area > 0.0]])
+    samples = atlas.pool.points
+    solid = np.concatenate([samples, places.points])
     middle, room = 0.5 * (samples.min(axis=0) + samples.max(axis=0)), _ROOM * extent
     points, normals = _rays(middle, room)
     clear = _distances(solid, points, normals).min(axis=1) > max(

@@ -6,7 +6,6 @@ here alone, so that reading one runs no code of others.
 
 import hashlib
 import json
-from collections import Counter
 from collections.abc import Callable
 from dataclasses import asdict
 from enum import Enum
@@ -19,34 +18,27 @@ from touchatlas.atlas.files import write_whole
 from touchatlas.atlas.whole_file import DamagedError, FileKind, load_whole
 from touchatlas.patch.geometry.contour import SamplingPlane
 from touchatlas.planner.attempts import Attempts
-from touchatlas.planner.free_form import FreeForm
-from touchatlas.planner.frontier.frontier_planner import FrontierOptions, FrontierPlanner
 from touchatlas.planner.options import PlannerOptions
 from touchatlas.planner.pending import Pending
 from touchatlas.planner.place.choose import Target
 from touchatlas.planner.place.deviation_ratio import DeviationRatio
-from touchatlas.planner.place.hole_list import HoleList
-from touchatlas.planner.place.holes import Holes
 from touchatlas.planner.place.known_area import KnownArea
-from touchatlas.planner.place.places import Places
 from touchatlas.planner.planner import Planner
 from touchatlas.planner.probe_plan import ProbePlan, Reason
 from touchatlas.planner.stop import Forecast, Stop, StopReason
 
 # The version is that of the file, no unit.
-_FILE = FileKind("planner", "one that save_planner wrote", 7, "begin with a new planner")
-_PLANNERS = (Planner, FrontierPlanner)
-_PARTS = (Attempts, FreeForm, HoleList, DeviationRatio, KnownArea, Places)
+_FILE = FileKind("planner", "one that save_planner wrote", 8, "begin with a new planner")
 # Made without their constructors, of all their attributes.
-_MADE = (*_PLANNERS, *_PARTS)
-_VALUES = (ProbePlan, SamplingPlane, Pending, Target, Stop, Forecast, Holes)
+_MADE = (Planner, Attempts, DeviationRatio, KnownArea)
+_VALUES = (ProbePlan, SamplingPlane, Pending, Target, Stop, Forecast)
 _RECORDS: dict[str, type] = {
-    kind.__name__: kind for kind in (*_MADE, *_VALUES, PlannerOptions, FrontierOptions)
+    kind.__name__: kind for kind in (*_MADE, *_VALUES, PlannerOptions)
 }
 _GENERATORS = ("MT19937", "PCG64", "PCG64DXSM", "Philox", "SFC64")
 
 
-def save_planner(path, planner: Planner | FrontierPlanner, atlas: Atlas) -> None:
+def save_planner(path, planner: Planner, atlas: Atlas) -> None:
     """Write a planner to a file, with its pending plans and its random numbers, and by which
     samples the atlas of its touches is known again. If that fails, the file stays as it was.
 
@@ -60,7 +52,7 @@ def save_planner(path, planner: Planner | FrontierPlanner, atlas: Atlas) -> None
     OSError
         When the file cannot be written.
     """
-    if type(planner) not in _PLANNERS:
+    if type(planner) is not Planner:
         raise ValueError(
             f"got {type(planner).__name__} for the planner; call save_planner(path, planner, atlas)"
         )
@@ -74,8 +66,8 @@ def save_planner(path, planner: Planner | FrontierPlanner, atlas: Atlas) -> None
     write_whole(path, json.dumps(whole).encode())
 
 
-def load_planner(path, atlas: Atlas) -> Any:
-    """Read a Planner or FrontierPlanner that ``save_planner`` wrote, to go on with its atlas.
+def load_planner(path, atlas: Atlas) -> Planner:
+    """Read a Planner that ``save_planner`` wrote, to go on with its atlas.
 
     The atlas may have learned more touches since the planner was saved.
 
@@ -106,7 +98,7 @@ def _fingerprint(atlas: Atlas, count: int) -> str:
 
     The index of a sample never changes, so an atlas that learns more keeps it.
     """
-    points = atlas.membership.pool.points[:count]
+    points = atlas.pool.points[:count]
     if len(points) < count:
         return ""
     ways = json.dumps([atlas.tolerance, atlas.scale, asdict(atlas.options)], sort_keys=True)
@@ -119,7 +111,7 @@ def _read(data: bytes) -> tuple[Any, Any]:
     return whole["format"], whole
 
 
-def _checked(whole: Any) -> tuple[dict[str, Any], Planner | FrontierPlanner]:
+def _checked(whole: Any) -> tuple[dict[str, Any], Planner]:
     """What is said of the atlas in a file, and its planner, whose digest is that of its state."""
     known = whole["atlas"]
     if type(known["samples"]) is not int or known["samples"] < 0 or not known["sha256"]:
@@ -129,12 +121,12 @@ def _checked(whole: Any) -> tuple[dict[str, Any], Planner | FrontierPlanner]:
     return known, _planner(json.loads(whole["planner"]))
 
 
-def _planner(state: Any) -> Planner | FrontierPlanner:
+def _planner(state: Any) -> Planner:
     """The planner of a state; DamagedError where it is that of another class or version."""
     planner = _decoded(state)
-    if not isinstance(planner, _PLANNERS):
+    if not isinstance(planner, Planner):
         raise DamagedError("it holds no planner")
-    if not _is_alike(planner, type(planner)((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))):
+    if not _is_alike(planner, Planner((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))):
         raise DamagedError("it is that of another version")
     return planner
 
@@ -209,7 +201,6 @@ _MAKERS: dict[str, Callable[[list[Any]], Any]] = {
     "ndarray": lambda parts: np.array(parts[2], np.dtype(parts[0])).reshape(parts[1]),
     "Generator": _generator,
     "dict": _mapping,
-    "Counter": lambda parts: Counter(_mapping(parts)),
     "list": lambda parts: [_decoded(one) for one in parts],
     "tuple": lambda parts: tuple(map(_decoded, parts)),
     "set": lambda parts: set(map(_decoded, parts)),

@@ -4,102 +4,80 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from touchatlas.atlas.check.graph_invariants import graph_violations
-from touchatlas.atlas.check.sample_invariants import ROUNDING, sample_violations
-from touchatlas.atlas.graph.frontier import Frontier
-from touchatlas.atlas.graph.surface_graph import SurfaceGraph
+from touchatlas.atlas.faces.known_law import body_of_one
+from touchatlas.atlas.faces.labels import NONE
+from touchatlas.atlas.faces.read_faces import samples_of
 from touchatlas.atlas.state import AtlasState
 
-# Relative error of the ball index and of the sums of lengths, no unit: rounding over many updates.
-# Doubled, a radius that is off by two millionths passes.
-_UPDATED = 1e-6
+# Largest error of the square of a unit vector, no unit: far above rounding. Doubled, nothing else
+# passes.
+_ROUNDING = 1e-6
+# Samples at which a free-form body is compared with one that is fitted again. Doubled, it takes
+# longer.
+_COMPARED = 64
 
 
 def violations(state: AtlasState) -> list[str]:
     """A sentence for each invariant that does not hold; empty for a sound atlas."""
-    found = [s for check in (_neighbours_are_mutual, _numbers) for s in check(state)]
-    # Each group of checks needs the one before: it may raise where that does not hold.
-    if not found:
-        found = [*sample_violations(state), *graph_violations(state)]
-    return found or [s for check in (_index, _kept) for s in check(state)]
+    found = [*_samples(state), *_lost_ends(state)]
+    # What follows from the samples is not checked where these are unsound.
+    return found or [*_known_law(state), *_body(state)]
 
 
-def _neighbours_are_mutual(state: AtlasState) -> Iterator[str]:
-    """The neighbour relation is symmetric, of patches in use, and its lines hold the same."""
-    neighbours, alive = state.neighbours, set(state.table.rows.tolist())
-    if len(neighbours) != state.table.size:
-        yield "there are more, or fewer, sets of neighbours than patches"
+def _samples(state: AtlasState) -> Iterator[str]:
+    """Samples have finite points, unit normals, and a noise that is not negative."""
+    pool = state.pool
+    if not np.isfinite(pool.points).all():
+        yield "a sample's point is not finite"
+    if not _are_unit(pool.normals):
+        yield "a sample's normal is not of unit length"
+    if not _are_unit(pool.across[pool.across.any(axis=1)]):
+        yield "the normal of a sample's plane is not of unit length"
+    if not (np.isfinite(pool.noise) & (pool.noise >= 0.0)).all():
+        yield "the noise of a sample is no length"
+
+
+def _lost_ends(state: AtlasState) -> Iterator[str]:
+    """Ends at which contact was lost have a finite place, a tangent, a normal and a step."""
+    ends = state.rims.ends
+    if not np.isfinite(ends.points).all():
+        yield "an end at which contact was lost is not finite"
+    if not (_are_unit(ends.tangents) and _are_unit(ends.normals)):
+        yield "tangent or normal of an end at which contact was lost is not of unit length"
+    if not ((ends.steps > 0) & np.isfinite(ends.steps)).all():
+        yield "an end at which contact was lost has no sampling step"
+
+
+def _known_law(state: AtlasState) -> Iterator[str]:
+    """The body is of samples that are there, and faces name faces and pieces that are there."""
+    law, count = state.known_law, len(state.pool)
+    if not 0 <= law.looked <= law.count <= count:
+        yield "the body is of more samples than there are"
+    if (law.body is None) != (law.count == 0):
+        yield "there is a body without samples, or none of them"
+    faces = law.faces
+    if faces is not None and len(faces.of) != law.looked:
+        yield "faces have other samples than were looked at"
+    elif faces is not None:
+        if not ((faces.of >= NONE) & (faces.of < len(faces))).all():
+            yield "a sample is of a face that is not there"
+        if not np.array_equal(faces.points, state.pool.points[: law.looked]):
+            yield "the samples of the faces are not those of the pool"
+
+
+def _body(state: AtlasState) -> Iterator[str]:
+    """A body of one face is the one that its samples give when it is fitted again."""
+    law = state.known_law
+    if not law.is_one or law.body is None:
         return
-    for row in range(len(neighbours)):
-        beside = neighbours[row]
-        if not beside <= alive or (beside and row not in alive):
-            yield f"patch {row} is a neighbour of a removed one, or is one"
-        elif row in beside or any(row not in neighbours[i] for i in beside):
-            yield f"the neighbours of patch {row} are not mutual"
-    for row, line in enumerate(neighbours.lines().tolist()):
-        if set(line) - {row} != neighbours[row]:
-            yield f"the line of patch {row} does not hold its neighbours"
+    again = body_of_one(samples_of(state.pool, law.count, law.body.samples.std))
+    some = np.unique(np.linspace(0, law.count - 1, _COMPARED).astype(int))
+    points = state.pool.points[some]
+    one, other = law.body.field.at(points), again.field.at(points)
+    if not np.allclose(one.distance, other.distance, rtol=0.0, atol=1e-3 * state.sample_std):
+        yield "the body is not that of its samples"
 
 
-def _numbers(state: AtlasState) -> Iterator[str]:
-    """The columns of the table are finite and within their ranges, and axes are orthonormal."""
-    table, rows = state.table, state.table.rows
-    for name in table.names:
-        if not np.isfinite(getattr(table, name)[rows]).all():
-            yield f"{name} is not finite"
-    axes = table.axes[rows]
-    if not np.allclose(axes @ axes.transpose(0, 2, 1), np.eye(3), atol=ROUNDING):
-        yield "axes are not orthonormal"
-    for name in ("radius", "weight", "noise"):
-        if (getattr(table, name)[rows] <= 0).any():
-            yield f"a {name} is not positive"
-    if (table.measurement_std[rows] < 0).any() or (table.condition[rows] < 1.0).any():
-        yield "a measurement's noise is negative, or a condition is less than one"
-    if ((table.learned[rows] < 0) | (table.learned[rows] > table.count[rows])).any():
-        yield "a patch was framed with more samples learned than it knows"
-    gone = np.setdiff1d(np.arange(table.size), rows)
-    if table.radius[gone].any() or (table.weight[gone] > 0).any():
-        yield "a removed patch has a radius or a weight"
-
-
-def _index(state: AtlasState) -> Iterator[str]:
-    """The index holds the balls of the patches, and the running sums are those of their lengths."""
-    table, rows = state.table, state.table.rows
-    if not np.array_equal(table.index.rows(), rows):
-        yield "the index holds other balls than the patches'"
-        return
-    for factor in (1.0 - _UPDATED, 1.0 + _UPDATED):
-        rim = table.origin[rows] + factor * table.radius[rows, None] * table.axes[rows, 0]
-        found, which = table.index.near(rim)
-        inside = np.zeros(len(rows), bool)
-        inside[which[found == rows[which]]] = True
-        for row in rows[inside != (factor < 1.0)].tolist():
-            yield f"the ball of patch {row} in the index is another"
-    lengths = np.log(table.radius[rows] / table.length_ratio[rows])
-    sums = np.array([len(rows), lengths.sum(), (lengths * lengths).sum()])
-    if not np.allclose(table.lengths, sums, rtol=_UPDATED, atol=_UPDATED):
-        yield "the sums of the lengths are not those of the patches"
-
-
-def _kept(state: AtlasState) -> Iterator[str]:
-    """Kept outlines, corners, boundaries and frontier equal the same computed again."""
-    table, kept, rows = state.table, state.surface_graph, state.table.rows
-    fresh = SurfaceGraph(table, kept.neighbours)
-    fresh.mark_stale(rows.tolist())
-    near = ROUNDING * np.sqrt(table.weight[rows].max(initial=0.0))
-    if not np.allclose(kept.outlines.points(rows), fresh.outlines.points(rows), 0.0, near):
-        yield "an outline is not where its patch has it"
-    if not np.array_equal(kept.outlines.open(rows), fresh.outlines.open(rows)):
-        yield "an outline is open where it is covered, or closed where nothing covers it"
-    for name in ("corners", "gaps"):
-        mine, others = getattr(kept, name), getattr(fresh, name)
-        if mine.keys() != others.keys() or not all(
-            np.allclose(mine[triple], others[triple], rtol=0.0, atol=near) for triple in mine
-        ):
-            yield f"the {name} are not those of the patches"
-    if kept.cells.boundaries.keys() != fresh.cells.boundaries.keys():
-        yield "the boundaries are not those of the cells"
-    frontier = Frontier(table, state.neighbours, state.membership)
-    frontier.mark_stale(rows.tolist())
-    if not np.array_equal(frontier.samples, state.frontier.samples):
-        yield "the frontier is not that of the samples"
+def _are_unit(vectors) -> bool:
+    """Whether vectors (n, 3) are of unit length."""
+    return bool(np.allclose((vectors * vectors).sum(axis=1), 1.0, atol=_ROUNDING))

@@ -94,6 +94,13 @@ class FaceTrees:
         join it to such a face: a part of a free-form surface that a law happens to explain."""
         return number in self._group_of
 
+    @property
+    def patch_count(self) -> int:
+        """Number of the pieces of lawful faces, and of the sextics of free-form ones."""
+        surfaces = {self._group_of[k]: self._free_form(k) for k in self._group_of}
+        own = sum(len(surface.pieces) for surface in surfaces.values() if surface is not None)
+        return own + len(self.faces) - len(self._group_of)
+
     def _free_form(self, number: int) -> FreeFormSurface | None:
         """The surface of a free-form face; None of a lawful one."""
         if number not in self._group_of:

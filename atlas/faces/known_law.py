@@ -1,7 +1,6 @@
-"""KnownLaw: what was found when lawful faces were last looked for, and when to look again."""
+"""KnownLaw: the body that samples show, and when its laws and edges are looked for again."""
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
@@ -18,7 +17,7 @@ from touchatlas.atlas.faces.lawful_body import (
 )
 from touchatlas.atlas.faces.read_faces import faces_of_revised, faces_of_samples, samples_of
 from touchatlas.atlas.faces.samples import ContourSamples
-from touchatlas.atlas.patches.sample_pool import SamplePool
+from touchatlas.atlas.samples.sample_pool import SamplePool
 
 # Number of samples up to which faces are looked for at each touch, where they obey laws or nearly:
 # then it takes about a second. Doubled, some bodies take fewer touches and more time.
@@ -48,19 +47,18 @@ _SHARP = 0.45
 # Largest share of the samples of faces beside which such a surface may pass: 0.009 or less on those
 # bodies, 0.011 to 0.06 on a wing nut, whose surface kept 42 handles. Doubled, it is drawn.
 _CONTRADICTED = 0.01
-# Least share of the samples that obey laws for faces to say what no patch knows. On a wing nut of
-# 0.3 to 0.5 the surface then had handles. Doubled, only whole bodies of laws are drawn from faces.
-_MIXED = 0.5
 
 
 @dataclass(frozen=True, eq=False)
 class KnownLaw:
-    """What was found when lawful faces were last looked for.
+    """What samples show: the faces of a body that has edges, or all as one free-form face.
 
     Parameters
     ----------
     count : int
-        Number of samples then.
+        Number of samples that the body was read from.
+    looked : int
+        Number of samples when laws and edges were last looked for.
     std : float, length
         Standard deviation of a sample then.
     edges : bool
@@ -68,81 +66,71 @@ class KnownLaw:
     share : float
         Fraction of the samples that lawful faces explain; of first labels where that is so little
         that no face was read.
-    faces : Faces or None
-        The faces that were read, where most of the samples obey laws.
-    surface : LawfulBody or None
-        What these say of the surface, without those that samples do not determine.
     sharp : bool
         Whether so many contours run over sharp edges that free-form faces are drawn as well.
+    is_one : bool
+        Whether the body is one free-form face.
+    faces : Faces or None
+        The faces that were read, where most of the samples obey laws or the body is drawn from
+        them.
+    body : LawfulBody or None
+        The surface; None before any touch.
     """
 
     count: int = 0
+    looked: int = 0
     std: float = 0.0
     edges: bool = False
     share: float = 0.0
-    faces: Faces | None = None
-    surface: LawfulBody | None = None
     sharp: bool = False
-
-    @cached_property
-    def body(self) -> LawfulBody | None:
-        """The body, where nearly all faces obey laws; or many contours run over sharp edges, faces
-        explain nearly all samples, and their surface passes through these."""
-        if self.surface is None:
-            return None
-        if is_lawful(self.surface.faces) or self.is_one:
-            return self.surface
-        whole = self.sharp and is_explained(self.surface.faces)
-        return self.surface if whole and self.surface.contradicted <= _CONTRADICTED else None
-
-    @property
-    def is_one(self) -> bool:
-        """Whether all samples are one free-form face."""
-        return self.surface is not None and len(self.surface.faces) == 1 and not self.faces
-
-    @property
-    def beside(self) -> LawfulBody | None:
-        """What faces say where no patch knows the surface, if most obey laws and some do not."""
-        return None if self.body else self.surface
+    is_one: bool = True
+    faces: Faces | None = None
+    body: LawfulBody | None = None
 
     @property
     def is_hopeful(self) -> bool:
         """Whether all faces obey laws, or nearly: more samples may show that they do. The next look
         begins with these faces."""
-        return self.faces is not None and (self.share >= _LAWLESS or self.body is not None)
+        return self.faces is not None
 
     def is_due(self, count: int) -> bool:
         """Whether to look again with so many samples."""
-        if count == self.count:
+        if count == self.looked:
             return False
-        if self.is_one:
-            return True
         if self.is_hopeful:
-            return count > self.count and (count <= _FEW or count >= _LAWFUL_GROWS * self.count)
+            return count <= _FEW or count >= _LAWFUL_GROWS * self.looked
         if not self.edges:
-            return count >= _EDGELESS_GROWS * self.count
-        if self.beside is not None:
-            return count >= _LAWLESS_GROWS * self.count
+            return count >= _EDGELESS_GROWS * self.looked
         if self.share < _NEVER_LAWFUL and count > _FEW:
             return False
-        return count >= (_LAWLESS_GROWS if count <= _FEW else _HOPELESS_GROWS) * self.count
+        return count >= (_LAWLESS_GROWS if count <= _FEW else _HOPELESS_GROWS) * self.looked
 
 
 def look_for_law(
-    pool: SamplePool, count: int, std: float, before: KnownLaw = KnownLaw()
+    pool: SamplePool, std: float, before: KnownLaw = KnownLaw(), last: bool = False
 ) -> KnownLaw:
-    """What the first ``count`` samples of a pool show; ``std`` is that of a sample, length.
+    """What the samples of a pool show; ``std`` is that of a sample, length.
 
-    Faces are read only where contours run over edges, and where first labels are lawful on some of
-    the surface: other bodies are not worth the time.
+    Laws and edges are looked for where that is due after what was found ``before``, and the
+    ``last`` time where they may be found. Else a body of one free-form face learns the new samples.
     """
-    samples = samples_of(pool, count, std)
-    ends_at_edge = np.asarray(pool.edges[:count])
+    if before.is_due(len(pool)) or (last and before.is_hopeful):
+        return _looked_for(samples_of(pool, len(pool), std), np.asarray(pool.edges), before)
+    if before.is_one and len(pool) > before.count:
+        body = body_of_one(samples_of(pool, len(pool), std))
+        return replace(before, count=len(pool), body=body)
+    return before
+
+
+def _looked_for(samples: ContourSamples, ends_at_edge, before: KnownLaw) -> KnownLaw:
+    """What samples show. Faces are read only where contours run over edges, and where first labels
+    are lawful on some of the surface: other bodies are not worth the time."""
+    lawless = KnownLaw(len(samples), len(samples), samples.std)
     if not (before.is_hopeful or share_with_edges(samples, ends_at_edge) >= _WITH_EDGES):
-        return one_face(samples)
+        return replace(lawless, body=body_of_one(samples))
     if before.is_hopeful:
         found = law_of_faces(faces_of_samples(samples, before=before.faces), samples, before.sharp)
-        if found.body or not before.body:
+        if before.is_one or not found.is_one:
             return found
         # Labels that go on from earlier ones may have ended in a worse place.
         again = law_of_faces(faces_of_samples(samples), samples, before.sharp)
@@ -150,24 +138,27 @@ def look_for_law(
     labels = first_labels(samples)
     sharp = share_over_sharp_edges(samples) >= _SHARP
     if labels.lawful_share < _HOPELESS and not sharp:
-        return replace(one_face(samples), edges=True, share=labels.lawful_share)
+        share = labels.lawful_share
+        return replace(lawless, edges=True, share=share, body=body_of_one(samples))
     revise_all(labels)
     return law_of_faces(faces_of_revised(labels), samples, sharp)
 
 
-def one_face(samples: ContourSamples) -> KnownLaw:
+def body_of_one(samples: ContourSamples) -> LawfulBody:
     """All samples as one free-form face."""
-    return KnownLaw(len(samples), samples.std, surface=LawfulBody(face_of_all(samples), samples))
+    return LawfulBody(face_of_all(samples), samples)
 
 
 def law_of_faces(faces: Faces, samples: ContourSamples, sharp: bool) -> KnownLaw:
     """What faces that were read from samples show, of which many contours ran over ``sharp`` edges
     or not."""
-    known = determined(faces, samples)
+    known, count = determined(faces, samples), len(samples)
     share = lawful_share(known)
-    lawless = KnownLaw(len(samples), samples.std, True, share)
-    if share < _MIXED and not (sharp and is_explained(known)):
-        return one_face(samples)
-    surface = LawfulBody(known, samples)
-    found = replace(lawless, faces=faces, surface=surface, sharp=sharp)
-    return found if share >= _MIXED or found.body else one_face(samples)
+    found = KnownLaw(count, count, samples.std, True, share, sharp, False, faces)
+    whole = sharp and is_explained(known)
+    if is_lawful(known) or whole:
+        body = LawfulBody(known, samples)
+        if is_lawful(known) or body.contradicted <= _CONTRADICTED:
+            return replace(found, body=body)
+    kept = faces if share >= _LAWLESS else None
+    return replace(found, is_one=True, faces=kept, body=body_of_one(samples))

@@ -3,19 +3,20 @@
 Faces are read touch by touch, so that the samples alone would not give the same ones again.
 """
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from touchatlas.atlas.faces.grow import Evidence
 from touchatlas.atlas.faces.kinds import Kind
-from touchatlas.atlas.faces.known_law import KnownLaw, law_of_faces
+from touchatlas.atlas.faces.known_law import KnownLaw, body_of_one, law_of_faces
 from touchatlas.atlas.faces.labels import NONE, Labels
 from touchatlas.atlas.faces.options import FaceOptions
 from touchatlas.atlas.faces.piece import Piece
 from touchatlas.atlas.faces.read_faces import faces_of_labels, samples_of
 from touchatlas.atlas.faces.sample_graph import SampleGraph
-from touchatlas.atlas.patches.sample_pool import SamplePool
+from touchatlas.atlas.samples.sample_pool import SamplePool
 from touchatlas.atlas.whole_file import DamagedError
 
 _MOST = Kind.QUARTIC.terms
@@ -44,17 +45,22 @@ def law_of_arrays(arrays, header: dict[str, Any], pool: SamplePool) -> KnownLaw:
     DamagedError
         Its parts do not agree.
     """
-    count, of = header["count"], arrays["label_of"].astype(int)
+    count, looked, of = header["count"], header["looked"], arrays["label_of"].astype(int)
     pieces = _pieces(arrays)
-    sound = type(count) is int and 0 <= count <= len(pool) and len(of) in (0, count)
+    sound = all(type(x) is int for x in (count, looked)) and 0 <= looked <= count <= len(pool)
+    sound = sound and len(of) in (0, looked)
     if not (sound and of.min(initial=NONE) >= NONE and of.max(initial=NONE) < len(pieces)):
         raise DamagedError("it says nothing of the samples that obey laws")
-    if not len(pieces):
-        return KnownLaw(**header)
-    samples = samples_of(pool, count, header["std"])
-    labels = Labels(Evidence(samples, SampleGraph(samples), FaceOptions()))
-    labels.resume(pieces, of)
-    return law_of_faces(faces_of_labels(labels), samples, header["sharp"])
+    found = KnownLaw(**header)
+    if len(pieces):
+        samples = samples_of(pool, looked, header["std"])
+        labels = Labels(Evidence(samples, SampleGraph(samples), FaceOptions()))
+        labels.resume(pieces, of)
+        read = law_of_faces(faces_of_labels(labels), samples, header["sharp"])
+        found = replace(found, faces=read.faces, body=read.body)
+    if found.is_one and count:
+        found = replace(found, body=body_of_one(samples_of(pool, count, header["std"])))
+    return found
 
 
 def _pieces(arrays) -> list[Piece]:

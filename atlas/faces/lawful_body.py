@@ -87,6 +87,11 @@ class LawfulBody:
         """(m, 3) samples all over the body, length, world."""
         return self.samples.points[self._thin]
 
+    @property
+    def patch_count(self) -> int:
+        """Number of patches: the pieces of lawful faces, and the sextics of free-form ones."""
+        return self.field.trees.patch_count
+
     @cached_property
     def contradicted(self) -> float:
         """Fraction of the samples of faces beside which the surface passes, by more than five

@@ -15,7 +15,7 @@ from touchatlas.atlas.faces.rim_labels import move_to_rims
 from touchatlas.atlas.faces.samples import ContourSamples, contour_samples
 from touchatlas.atlas.faces.uncrossed_edges import with_uncrossed_edges
 from touchatlas.atlas.faces.unite import unite
-from touchatlas.atlas.patches.sample_pool import SamplePool
+from touchatlas.atlas.samples.sample_pool import SamplePool
 
 # Rounds of labels by the sides of rims, and fits of the pieces; the second changes 2 per mille of
 # the labels of a plate. Doubled, it takes twice as long.

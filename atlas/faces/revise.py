@@ -5,7 +5,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from touchatlas.atlas.faces.grow import Evidence, grow_at, is_edge
-from touchatlas.atlas.faces.kinds import LABEL_KINDS, Kind
+from touchatlas.atlas.faces.kinds import LABEL_KINDS
 from touchatlas.atlas.faces.labels import NONE, Labels, is_larger
 from touchatlas.atlas.faces.piece import Piece
 

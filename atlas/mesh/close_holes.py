@@ -3,8 +3,8 @@
 import igl
 import numpy as np
 
-from touchatlas.atlas.graph.rims import Rims
 from touchatlas.atlas.mesh.surface import Surface
+from touchatlas.atlas.samples.rims import Rims
 
 # Largest hole that is closed, as a fraction of the diagonal of the bounding box of its piece: a
 # longer boundary may be a true rim. Doubled, openings of a fifth of the object are closed.

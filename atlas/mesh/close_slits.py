@@ -8,10 +8,10 @@ So a narrow slit may be closed within the tolerance, and needs no touch then.
 import igl
 import numpy as np
 
-from touchatlas.atlas.graph.rims import Rims
 from touchatlas.atlas.mesh.close_holes import LARGEST, diameter
 from touchatlas.atlas.mesh.surface import Surface
 from touchatlas.atlas.mesh.triangles_across import Across, edges_within, triangles_across
+from touchatlas.atlas.samples.rims import Rims
 from touchatlas.patch.geometry.normal_error import SURE
 
 

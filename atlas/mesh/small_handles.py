@@ -12,10 +12,10 @@ import numpy as np
 from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import connected_components
 
-from touchatlas.atlas.graph.rims import Rims
 from touchatlas.atlas.mesh.close_holes import LARGEST, close_holes, diameter
 from touchatlas.atlas.mesh.short_loops import loops_within
 from touchatlas.atlas.mesh.surface import Surface
+from touchatlas.atlas.samples.rims import Rims
 
 # Largest loop of a handle, and largest region that is closed across, in radii of the smallest
 # patch: about as wide as it is. Doubled, handles that patches describe are left out.

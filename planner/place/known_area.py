@@ -1,9 +1,10 @@
 """KnownArea: how much of the surface is within the tolerance, touch by touch."""
 
-from touchatlas.planner.place.holes import LEAST_SHARE
-
+# Least part of the surface that is worth a touch, no unit. Doubled, explorations that stagnate end
+# earlier.
+_LEAST_SHARE = 1.25e-4
 # Stagnation: neither the area within the tolerance nor its share of the surface has grown by
-# ``LEAST_SHARE`` a touch in so many touches, or by as much in the last quarter of all touches.
+# ``_LEAST_SHARE`` a touch in so many touches, or by as much in the last quarter of all touches.
 # Doubled, an exploration goes on for twice as long.
 _PATIENCE, _PATIENCE_FRACTION = 16, 0.25
 # Largest fraction of the share that was missing before, which is missing since. Doubled in what it
@@ -38,7 +39,7 @@ class KnownArea:
         """
         area, area_before = self._best(self._areas)
         share, share_before = self._best(self._shares)
-        least = 1.0 + _PATIENCE * LEAST_SHARE
+        least = 1.0 + _PATIENCE * _LEAST_SHARE
         return not (
             area >= least * area_before
             or share >= least * share_before

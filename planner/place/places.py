@@ -1,252 +1,119 @@
-"""Places: points of the surface with what is known there, kept from touch to touch.
+"""Places: where the surface of a body is known, how well, and where it ends."""
 
-Each patch has places just beyond its outline, which are open where neither a patch nor a face knows
-the surface, and places in its cell, each with a predicted deviation and a share of the area.
-"""
-
-from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
+import igl
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 from scipy.special import erf
 
 from touchatlas.atlas.atlas import Atlas
-from touchatlas.atlas.field.blend import Blend
-from touchatlas.atlas.field.predicted_deviation import predicted_deviation
-from touchatlas.atlas.graph.outlines import COUNT, core_points
-from touchatlas.atlas.graph.power_diagram import power_at
-from touchatlas.atlas.known_surface import blend_of_patches, deviations, whole_field
-from touchatlas.atlas.patches.growing_array import grown
+from touchatlas.atlas.mesh.lawful_surface import coarse_edge, lawful_triangles
 from touchatlas.patch.geometry.normal_error import SURE
 from touchatlas.planner.place.deviation_ratio import DeviationRatio
 
-# Distance of an open place from the origin, in distances of the outline, where the patch itself no
-# longer knows the surface: narrow gaps beside an outline need no patch; and the distance at which
-# it is touched, as a fraction of that. Doubled excess: places are asked about that need no patch.
-_BEYOND, _TOUCHED = 1.35, 0.7
-# Largest distance from the blended surface of a point that is known, in patch radii: a patch whose
-# own prediction is farther off is wrong there. Doubled, more of such places pass for known.
-_OFF = 0.25
+# Width of the unknown strip that an open rim stands for, over the distance across which laws are
+# believed. Doubled, a surface with small holes counts as less known.
+_STRIP = 0.5
 # Distance between places that are listed at the end, in extents. Doubled, fewer places are named.
 _LISTED = 0.1
-# Places of a core, and their distances from its centre, in core radii, and directions, rad: points
-# of a spiral, each of which stands for the same area. The angle between two is the golden angle.
-# Doubled, the area of a cell is known to 2 % instead of 5 %, and planning takes longer.
-_INNER = 21
-_RADII = np.sqrt((np.arange(_INNER) + 0.5) / _INNER)
-_TOWARD = np.pi * (3.0 - np.sqrt(5.0)) * np.arange(_INNER)
 
 
 @dataclass(frozen=True, eq=False)
-class Known:
-    """Known places: 45 for each of m patches, or any n.
-
-    The first 21 of a patch are in its cell, the others beyond its outline, where faces say what no
-    patch knows.
+class Places:
+    """Places of the surface of a body, and of its open rims.
 
     Parameters
     ----------
-    points, normals : (m, 45, 3) or (n, 3) float, length; unit, world
-        Feet on the blended surface.
-    deviation : (m, 45) or (n,) float, length
-    area : (m, 45) or (n,) float, length^2
-        Area that the place stands for; 0 where another patch owns it, or no face is known.
+    points, normals : (n, 3) float, length; unit, world
+        Middles of triangles.
+    deviation : (n,) float, length
+    area : (n,) float, length^2
+    rim, rim_normals : (k, 3) float, length; unit, world
+        Middles of the edges at which the surface ends.
+    rim_area : (k,) float, length^2
+        Area beside each of them that is taken to be unknown.
+    rim_size : (k,) float, length
+        Diagonal of the bounding box of the hole or opening that each is of.
     """
 
     points: np.ndarray
     normals: np.ndarray
     deviation: np.ndarray
     area: np.ndarray
+    rim: np.ndarray
+    rim_normals: np.ndarray
+    rim_area: np.ndarray
+    rim_size: np.ndarray
+
+    def areas(self, tolerance: float, ratio: DeviationRatio, untried) -> tuple[float, float, float]:
+        """Expected area within a tolerance, all area, and the first by predicted deviations alone,
+        length^2; ``untried`` (k,) are the rims that count."""
+        limit = tolerance / np.maximum(self.deviation, np.finfo(float).tiny)
+        inside = float((self.area * ratio.within(limit)).sum())
+        unscaled = float((self.area * erf(limit / np.sqrt(2.0))).sum())
+        return inside, float(self.area.sum() + self.rim_area[untried].sum()), unscaled
+
+    def left(self, tolerance: float, extent: float) -> np.ndarray:
+        """(m, 3) places that are open or not known to a tolerance, far apart from each other for a
+        body of an extent, length, world."""
+        weak = self.points[SURE * self.deviation > tolerance]
+        return _apart_from_each_other(np.concatenate([self.rim, weak]), extent)
 
 
-def known_to(atlas: Atlas, limit: float) -> Callable[[np.ndarray], np.ndarray]:
-    """A function from points (n, 3) to whether (n,) the surface is known there to a deviation: the
-    points lie within three deviations of it, and its deviation is ``limit`` at most, length."""
+def places_of(atlas: Atlas, edge: float | None = None) -> Places:
+    """The places of the body of an atlas, from its surface in cubes of an edge, length; a coarse
+    one, if none is given. Finer ones show smaller holes.
 
-    def known(points: np.ndarray) -> np.ndarray:
-        found = atlas.blend(points)
-        deviation = deviations(atlas, found)
-        sure = found.known & (np.nan_to_num(deviation) <= limit)
-        near: np.ndarray = np.abs(np.nan_to_num(found.distance)) <= 3.0 * limit
-        return sure & near
-
-    return known
-
-
-class Places:
-    """The places of all patches of an atlas.
-
-    Notes
-    -----
-    ``update`` computes the places of patches that changed, so its time does not grow with the
-    atlas.
+    Openings of the body at which contact was lost are no rims that are left to touch.
     """
-
-    def __init__(self) -> None:
-        self._open = np.zeros((0, COUNT), bool)
-        self._edge = np.zeros((0, COUNT, 3))
-        self._inner = np.zeros((0, _INNER + COUNT, 6))
-        self._deviation, self._area = np.zeros((2, 0, _INNER + COUNT))
-        self._touches = -1
-        # Number of samples from which the faces were read that filled places; 0 without.
-        self._filled_by = 0
-        self.deviation_ratio = DeviationRatio()
-
-    def update(self, atlas: Atlas, stale: Iterable[int], touches: int) -> None:
-        """Compute the places of patches ``stale`` and of their neighbours again.
-
-        Parameters
-        ----------
-        atlas : Atlas
-        stale : iterable of int
-            Patches that changed since the last update.
-        touches : int
-            Touches since then. If the atlas learned others, all places are computed.
-        """
-        size = atlas.table.size
-        for name in ("_open", "_edge", "_inner", "_deviation", "_area"):
-            setattr(self, name, grown(getattr(self, name), size))
-        rows = atlas.table.rows
-        law = atlas.known_law
-        filled_by = 0 if law.beside is None else law.count
-        same = filled_by == self._filled_by and self._touches >= 0
-        if same and atlas.touches - self._touches == touches:
-            near = atlas.neighbours.around(row for row in stale if atlas.table.alive[row])
-            rows = np.array(sorted(near), int)
-        self._touches, self._filled_by = atlas.touches, filled_by
-        if len(rows):
-            self._update(atlas, rows)
-
-    def _update(self, atlas: Atlas, rows) -> None:
-        """Places just beyond the outlines and in the cells of rows (m,), in one blend."""
-        outlines = atlas.surface_graph.outlines.points(rows)
-        is_open = atlas.surface_graph.outlines.open(rows)
-        inside, cells = _places_in_cells(atlas, rows)
-        origin = atlas.table.origin[rows]
-        which, place = np.nonzero(is_open)
-        beyond = origin[which] + _BEYOND * (outlines[which, place] - origin[which])
-        found = blend_of_patches(atlas, np.concatenate([inside[cells], beyond]), curved=False)
-        count = len(cells[0])
-        bare = _is_bare(atlas, rows[which], beyond, found.some(slice(count, None)))
-        which, place, beyond = which[bare], place[bare], beyond[bare]
-        filled, values = _filled(atlas, rows[which], beyond)
-        is_open[:] = False
-        is_open[which[~filled], place[~filled]] = True
-        self._open[rows] = is_open
-        self._edge[rows] = origin[:, None] + _TOUCHED * _BEYOND * (outlines - origin[:, None])
-        inner = np.zeros((len(rows), _INNER + COUNT, 8))
-        inner[cells] = _known_at(atlas, rows[cells[0]], inside[cells], found.some(slice(count)))
-        inner[which[filled], _INNER + place[filled]] = values
-        inner = np.where(inner[..., 7:] > 0.0, inner, 0.0)
-        self._inner[rows], self._deviation[rows] = inner[..., :6], inner[..., 6]
-        self._area[rows] = inner[..., 7]
-
-    def open(self, rows) -> tuple[np.ndarray, np.ndarray]:
-        """Open places (k, 3) of rows (m,), where a touch may begin, and the patch (k,) of each."""
-        which, place = np.nonzero(self._open[rows])
-        return self._edge[rows[which], place], rows[which]
-
-    def known(self, rows) -> Known:
-        """The known places of rows (m,)."""
-        inner = self._inner[rows]
-        return Known(inner[..., :3], inner[..., 3:], *self.deviations(rows))
-
-    def deviations(self, rows) -> tuple[np.ndarray, np.ndarray]:
-        """Deviations and areas (m, 45) of the same places."""
-        return self._deviation[rows], self._area[rows]
-
-    def areas(
-        self,
-        atlas: Atlas,
-        is_untried: Callable[[np.ndarray], np.ndarray],
-        tolerance: float | None = None,
-    ) -> tuple[float, float, float]:
-        """Expected area within the tolerance of the atlas or the given one, all area, and the
-        first by predicted deviations alone, length^2.
-
-        ``is_untried`` tells of points (n, 3) whether (n,) they are away from touches and attempts.
-        An open place that was tried is no surface that is left: there a patch runs on beyond an
-        edge or a thin wall.
-
-        The chance that a place is within it follows from its deviation and from what new samples
-        told of such (``DeviationRatio.within``). An open place stands for a 24th of the core of its
-        patch, of which nothing is known.
-        """
-        rows = atlas.table.rows
-        deviation, area = self.deviations(rows)
-        some = area > 0.0
-        with np.errstate(divide="ignore"):
-            limit = (atlas.tolerance if tolerance is None else tolerance) / deviation[some]
-        within, unscaled = np.zeros((2, *area.shape))
-        within[some] = self.deviation_ratio.within(limit)
-        unscaled[some] = erf(limit / np.sqrt(2.0))
-        inside = float((area * within).sum())
-        points, homes = self.open(rows)
-        is_open = float(self.open_area(atlas, homes[is_untried(points)]).sum())
-        total = float(area.sum()) + is_open
-        return inside, total, float((area * unscaled).sum())
-
-    def open_area(self, atlas: Atlas, homes) -> np.ndarray:
-        """(k,) area that open places of patches (k,) stand for, length^2."""
-        share: np.ndarray = np.pi / COUNT * atlas.table.weight[homes]
-        return share
-
-    def left(self, atlas: Atlas, extent: float) -> np.ndarray:
-        """(k, 3) places that are open or not known to the tolerance, far apart from each other."""
-        rows = atlas.table.rows
-        known = self.known(rows)
-        deviation = self.deviation_ratio.value * known.deviation
-        weak = (known.area > 0.0) & (SURE * deviation > atlas.tolerance)
-        found = np.concatenate([self.open(rows)[0], known.points[weak]])
-        return apart_from_each_other(found, extent)
+    body = atlas.body
+    if body is None:
+        none, no = np.zeros((0, 3)), np.zeros(0)
+        return Places(none, none, no, no, none, none, no, no)
+    vertices, faces, found = lawful_triangles(body, coarse_edge(body) if edge is None else edge)
+    ends, size = _ends(vertices, faces)
+    length = np.linalg.norm(vertices[ends[:, 0]] - vertices[ends[:, 1]], axis=1)
+    outward = found.normal[ends].sum(axis=1)
+    outward /= np.maximum(np.linalg.norm(outward, axis=1), np.finfo(float).tiny)[:, None]
+    middle = vertices[ends].mean(axis=1)
+    left = ~atlas.rims.at(middle, _STRIP * body.reach)
+    normals = np.cross(
+        vertices[faces[:, 1]] - vertices[faces[:, 0]], vertices[faces[:, 2]] - vertices[faces[:, 0]]
+    )
+    double = np.linalg.norm(normals, axis=1)
+    return Places(
+        vertices[faces].mean(axis=1),
+        normals / np.maximum(double, np.finfo(float).tiny)[:, None],
+        found.deviation[faces].mean(axis=1),
+        0.5 * double,
+        middle[left],
+        outward[left],
+        (_STRIP * body.reach * length)[left],
+        size[left],
+    )
 
 
-def apart_from_each_other(points, extent: float) -> np.ndarray:
+def _ends(vertices, faces) -> tuple[np.ndarray, np.ndarray]:
+    """The edges (k, 2) at which triangles (f, 3) end, and the diagonal (k,) of the bounding box of
+    all that hang together, length."""
+    ends = igl.boundary_facets(faces)[0] if len(faces) else np.zeros((0, 2), int)
+    ends = np.reshape(ends, (-1, 2))
+    count = len(vertices)
+    graph = coo_array((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), (count, count))
+    of = connected_components(graph, directed=False)[1][ends[:, 0]]
+    size = np.zeros(len(ends))
+    for number in np.unique(of).tolist():
+        mine = of == number
+        size[mine] = np.linalg.norm(np.ptp(vertices[ends[mine].ravel()], axis=0))
+    return ends, size
+
+
+def _apart_from_each_other(points, extent: float) -> np.ndarray:
     """(k, 3) the first of points (n, 3) that are far from each other."""
     kept: list[np.ndarray] = []
     for point in points:
         if all(((point - other) ** 2).sum() > (_LISTED * extent) ** 2 for other in kept):
             kept.append(point)
     return np.array(kept).reshape(-1, 3)
-
-
-def _places_in_cells(atlas: Atlas, rows) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:
-    """Places (m, 21, 3) in the cores of rows (m,), length, world, and the indices of those in their
-    cells. They lie on the patches: beside the surface polynomials are less sure."""
-    table = atlas.table
-    points = core_points(table, rows, _RADII, _TOWARD)
-    others = power_at(table, atlas.neighbours.lines_of(rows)[:, None], points).min(axis=2)
-    # Cells of the field overlap by a margin. Each area is counted once.
-    return points, np.nonzero(power_at(table, rows[:, None, None], points)[..., 0] <= others)
-
-
-def _is_bare(atlas: Atlas, home, points, found: Blend) -> np.ndarray:
-    """(n,) whether no patch knows the surface at points (n, 3) beyond the outlines of patches
-    ``home`` (n,), by the blend there."""
-    radius = atlas.table.radius[home]
-    bare = ~found.known | (np.abs(np.nan_to_num(found.distance)) > _OFF * radius)
-    bare &= ~atlas.rims.beyond(points, atlas.table.axes[home, 2])
-    return np.asarray(bare)
-
-
-def _filled(atlas: Atlas, home, points) -> tuple[np.ndarray, np.ndarray]:
-    """Whether (n,) faces say what no patch knows at points (n, 3) beyond the outlines of patches
-    ``home`` (n,); and feet, normals, deviations and areas (m, 8) of those."""
-    gaps = whole_field(atlas).gaps
-    filled = np.zeros(len(points), bool)
-    if gaps is None or not len(points):
-        return filled, np.zeros((0, 8))
-    which, distance, deviation, normal, _, _ = gaps.at(points)
-    filled[which] = True
-    feet = points[which] - distance[:, None] * normal
-    area = np.pi / COUNT * atlas.table.weight[home[which]]
-    return filled, np.column_stack([feet, normal, deviation, area])
-
-
-def _known_at(atlas: Atlas, home, points, found: Blend) -> np.ndarray:
-    """(n, 8) feet, normals, deviations and areas at points (n, 3) in the cells of patches ``home``
-    (n,), by the blend there: see ``Known``."""
-    feet = points - found.distance[:, None] * found.normal
-    deviation, known = predicted_deviation(atlas.table, found), found.known
-    area = known * np.pi / _INNER * atlas.table.weight[home]
-    return np.column_stack([feet, found.normal, deviation, area])

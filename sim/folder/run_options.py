@@ -7,9 +7,9 @@ from statistics import NormalDist
 import numpy as np
 
 from touchatlas.atlas import AtlasOptions
-from touchatlas.atlas.edit.fit_scale import SCALE_NOISE
+from touchatlas.atlas.learn.learn import SCALE_NOISE
 from touchatlas.planner import PlannerOptions
-from touchatlas.planner.place.choose import SUREST
+from touchatlas.planner.place.rules import SUREST
 
 # Largest noise, in tolerances: the grid of a surface that is spread over more of them would not fit
 # into memory. Twice as much needs a grid twice as fine for the same spread.

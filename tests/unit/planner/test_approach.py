@@ -8,7 +8,7 @@ import trimesh
 
 from tests.flat import UP, flat_touch, plane
 from touchatlas.atlas import Atlas, Touch, TouchStatus
-from touchatlas.atlas.patches.sample_pool import SamplePool
+from touchatlas.atlas.samples.sample_pool import SamplePool
 from touchatlas.patch import Contour, ContourEnd, SamplingPlane
 from touchatlas.planner import Planner, ProbePlan, Reason, explore
 from touchatlas.planner.approach import approach_within

@@ -9,7 +9,7 @@ import pytest
 from tests.lawful import HALF, lawful_object, samples_of_touches, touched_mesh
 from touchatlas.atlas.faces.known_law import KnownLaw, look_for_law
 from touchatlas.atlas.faces.lawful_body import LawfulBody, share_over_sharp_edges
-from touchatlas.atlas.patches.sample_pool import SamplePool
+from touchatlas.atlas.samples.sample_pool import SamplePool
 
 NOISE = 0.02
 STD = np.sqrt(2.0) * NOISE

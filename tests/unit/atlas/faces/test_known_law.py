@@ -9,7 +9,7 @@ from tests.lawful import touched_mesh
 from touchatlas.atlas.faces import known_law
 from touchatlas.atlas.faces.faces import Faces
 from touchatlas.atlas.faces.known_law import KnownLaw, look_for_law
-from touchatlas.atlas.patches.sample_pool import SamplePool
+from touchatlas.atlas.samples.sample_pool import SamplePool
 
 NOISE = 0.02
 # An equal share of the variance is borne for lack of fit.

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from touchatlas.atlas.graph.rims import Rims
-from touchatlas.atlas.patches.sample_pool import SamplePool
+from touchatlas.atlas.samples.rims import Rims
+from touchatlas.atlas.samples.sample_pool import SamplePool
 from touchatlas.patch import Contour, ContourEnd, SamplingPlane
 
 KEPT, LOST = ContourEnd.LENGTH_REACHED, ContourEnd.LOST_CONTACT

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from touchatlas.atlas.patches.sample_pool import SamplePool
+from touchatlas.atlas.samples.sample_pool import SamplePool
 
 
 @pytest.mark.parametrize("counts", [(1,), (300, 1, 40, 500), (5, 0, 2000, 3)])

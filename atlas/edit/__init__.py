@@ -1,1 +1,0 @@
-"""Everything that changes an atlas: insert, renew, fill, finish."""

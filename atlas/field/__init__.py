@@ -1,1 +1,0 @@
-"""The blended surface at any point: distance, normal and deviation."""

@@ -1,1 +1,0 @@
-"""Which patches meet, and where: sheets, cells, frontier."""

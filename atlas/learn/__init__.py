@@ -1,0 +1,1 @@
+"""Learn: what a touch adds to an atlas."""

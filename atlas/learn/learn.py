@@ -1,0 +1,57 @@
+"""Learn: the samples of a touch are checked, oriented and entered."""
+
+import numpy as np
+
+from touchatlas.atlas.learn.enter_samples import enter_samples
+from touchatlas.atlas.learn.fit_touch import few_contours, fit_or_reason
+from touchatlas.atlas.learn.innovations import innovations
+from touchatlas.atlas.learn.plausible_touch import check_unit_of_length
+from touchatlas.atlas.learn.repeated_contours import learned_before
+from touchatlas.atlas.records.change import AtlasChange
+from touchatlas.atlas.records.touch import LEAST_POINTS, Touch, TouchStatus
+from touchatlas.atlas.state import AtlasState
+
+# Scale of the fits in standard deviations of the noise. Doubled, patches are larger and less
+# accurate.
+SCALE_NOISE = 5.0
+
+
+def learn(state: AtlasState, touch: Touch) -> AtlasChange:
+    """Enter the samples of one touch, or say why it is refused."""
+    if not isinstance(touch, Touch):
+        raise ValueError(f"got {type(touch).__name__}; give a Touch, as a probe returns it")
+    if touch.status is not TouchStatus.TOUCHED:
+        return AtlasChange(refused=f"the probe reported: {touch.status.value}")
+    contours = tuple(c for c in touch.contours if len(c.points) >= LEAST_POINTS)
+    if not contours:
+        return AtlasChange(refused=few_contours(0))
+    check_unit_of_length(state, touch, contours)
+    if learned_before(state.pool, contours):
+        return AtlasChange(
+            refused=f"a contour of touch {touch.number} was learned before, point for point; give "
+            "each once, because a repeated contour holds no new measurement"
+        )
+    _settle_scale(state, [contour.noise_std for contour in contours])
+    fit, reason = fit_or_reason(state, touch, contours)
+    normal = _known_normal(state, touch) if fit is None else fit.patch.frame.normal
+    if normal is None:
+        return AtlasChange(refused=reason)
+    news = innovations(state, np.concatenate([contour.points for contour in contours]))
+    enter_samples(state, contours, normal, None if fit is None else fit.patch)
+    return AtlasChange(innovations=news)
+
+
+def _known_normal(state: AtlasState, touch: Touch) -> np.ndarray | None:
+    """The normal (3,) of the known surface at a contact, if it faces the approach."""
+    if state.body is None:
+        return None
+    found, known = state.body.at(touch.contact[None])
+    faces = known[0] and found.normal[0] @ touch.approach > 0.0
+    return found.normal[0] if faces else None
+
+
+def _settle_scale(state: AtlasState, noise) -> None:
+    """Take the scale from the standard deviations (k,) of the noise of the first contours, length,
+    where none was given. Without noise it stays the tolerance."""
+    if not (state.scale_is_given or len(state.pool)) and np.max(noise) > 0.0:
+        state.scale = SCALE_NOISE * float(np.median(noise))

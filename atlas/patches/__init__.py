@@ -1,1 +1,0 @@
-"""The patches as one stack of arrays, the samples, and the normal equations of the fits."""

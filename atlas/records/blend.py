@@ -1,0 +1,41 @@
+"""Blend: what an atlas knows of the surface at points."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True, eq=False)
+class Blend:
+    """The surface at n query points.
+
+    Parameters
+    ----------
+    distance : (n,) float, length
+        First-order distance, positive outside; NaN where unknown, as are the next three.
+    known : (n,) bool
+        Whether samples show the surface near the point.
+    normal : (n, 3) float, unit, world
+        Outward.
+    deviation : (n,) float, length
+        Predicted standard deviation of the surface along the normal.
+    gaussian_curvature : (n,) float, 1/length^2
+    patch : (n,) int
+        Id of the face that decides; -1 where unknown.
+    """
+
+    distance: np.ndarray
+    known: np.ndarray
+    normal: np.ndarray
+    deviation: np.ndarray
+    gaussian_curvature: np.ndarray
+    patch: np.ndarray
+
+    def without(self, index) -> "Blend":
+        """The same, unknown at the points of indices (k,)."""
+        if not len(index):
+            return self
+        columns = {name: column.copy() for name, column in vars(self).items()}
+        for name, column in columns.items():
+            column[index] = {"known": False, "patch": -1}.get(name, np.nan)
+        return Blend(**columns)

@@ -1,0 +1,1 @@
+"""Samples: all that was measured, and the ends at which contact was lost."""

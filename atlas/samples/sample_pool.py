@@ -1,0 +1,85 @@
+"""SamplePool: all samples of an atlas, each stored once."""
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from touchatlas.atlas.samples.growing_array import grown
+
+# Number of samples that a new pool has room for. Doubled, it takes 20 kB more.
+_ROOM = 256
+# Fraction of the samples of a tree that may be added before it is built again. Doubled, trees are
+# built less often and queries take longer.
+_LATER = 0.125
+_VECTORS = "points", "normals", "across"
+NAMES = *_VECTORS, "edges", "noise"
+
+
+class SamplePool:
+    """One growing array for each property of the samples. The index of a sample never changes.
+
+    Attributes
+    ----------
+    points : (n, 3) float, length, world
+    normals : (n, 3) float, unit, world
+        Outward surface normals, as fitted to the sample's own touch.
+    across : (n, 3) float, unit, world
+        Normal of the sampling plane; the noise of a sample lies in that plane. Zero where unknown.
+    edges : (n,) bool
+        Whether the sample is the last of a contour that ended at an edge.
+    noise : (n,) float, length
+        Standard deviation of the sample's noise, as its contour states it.
+    """
+
+    points: np.ndarray
+    normals: np.ndarray
+    across: np.ndarray
+    edges: np.ndarray
+    noise: np.ndarray
+
+    def __init__(self) -> None:
+        self._size = 0
+        self._columns: dict[str, np.ndarray] = {name: np.zeros((_ROOM, 3)) for name in _VECTORS}
+        self._columns |= {"edges": np.zeros(_ROOM, bool), "noise": np.zeros(_ROOM)}
+        self._low, self._high = np.full(3, np.inf), np.full(3, -np.inf)
+        # Tree of the samples that there were when it was built.
+        self._tree: cKDTree | None = None
+
+    def __len__(self) -> int:
+        return self._size
+
+    def __getattr__(self, name: str) -> np.ndarray:
+        if name not in NAMES:
+            raise AttributeError(name)
+        return self._columns[name][: self._size]
+
+    def add(self, points, normals, across, edges, noise) -> np.ndarray:
+        """Append samples: vectors (n, 3), flags (n,) and lengths (n,). Returns their indices
+        (n,)."""
+        first, last = self._size, self._size + len(points)
+        values = points, normals, across, edges, noise
+        for name, value in zip(NAMES, values, strict=True):
+            self._columns[name] = grown(self._columns[name], last)
+            self._columns[name][first:last] = value
+        self._size = last
+        if last > first:
+            self._low = np.minimum(self._low, np.min(points, axis=0))
+            self._high = np.maximum(self._high, np.max(points, axis=0))
+        return np.arange(first, last, dtype=np.int32)
+
+    @property
+    def extent(self) -> float:
+        """Diagonal of the bounding box of all samples, length."""
+        return float(np.linalg.norm(self._high - self._low)) if self._size else 0.0
+
+    def nearest(self, point) -> int:
+        """Index of the sample nearest to a point (3,), length, world."""
+        count = 0 if self._tree is None else self._tree.n
+        if self._size > count + max(_ROOM, _LATER * count):
+            self._tree, count = cKDTree(self.points), self._size
+        later = self.points[count:] - point
+        found = (later * later).sum(axis=1)
+        first = self._tree.query(point)[1] if self._tree is not None else 0
+        offset = self.points[first] - point
+        if not len(found) or (offset * offset).sum() <= found.min():
+            return int(first)
+        return count + int(found.argmin())

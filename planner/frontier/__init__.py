@@ -1,1 +1,0 @@
-"""The planner that closes the frontier: plans beside edges, and the baseline of older figures."""
