@@ -6,9 +6,10 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial import cKDTree
 
-from touchatlas.atlas.faces.kinds import terms_at, value_and_gradient
 from touchatlas.atlas.faces.piece import Piece
 from touchatlas.atlas.faces.residual_kriging import ResidualKriging
+from touchatlas.atlas.faces.sextic_batch import SexticBatch
+from touchatlas.atlas.faces.sextic_fits import SexticFits
 
 # Sextics that are asked at a point at most: about as many as reach it from both sides of a wall.
 # Doubled, nothing changes.
@@ -44,12 +45,15 @@ class FreeFormSurface:
         The samples, and outward normals that tell the sides.
     rest : ResidualKriging, optional
         What the sextics leave out.
+    fits : SexticFits, optional
+        What samples said of the sextics, for the next fit.
     """
 
     pieces: tuple[Piece, ...]
     points: np.ndarray
     normals: np.ndarray
     rest: ResidualKriging | None = None
+    fits: SexticFits | None = None
 
     def values(self, points) -> np.ndarray:
         """(n, 5) distance, normal and variance at points (n, 3). Beyond its scale a sextic
@@ -61,21 +65,29 @@ class FreeFormSurface:
 
     def _of_sextics(self, points) -> np.ndarray:
         """The same without what the sextics leave out."""
+        which, number, weight = self._asked(points)
+        found, stretch = self._batch.values(number, points[which])
+        upward = self._upward[number]
+        first, second, rows = self._sides(points)
+        mean, lead = _averaged(which, weight, upward, found, first)
+        if len(rows):
+            some = np.flatnonzero(np.isin(which, rows))
+            at = np.searchsorted(rows, which[some])
+            other, its = _averaged(at, weight[some], upward[some], found[some], second[rows])
+            nearer = np.abs(other[:, 0]) < np.abs(mean[rows, 0])
+            mean[rows[nearer]], lead[rows[nearer]] = other[nearer], some[its[nearer]]
+        variance = self._batch.variances(number[lead], points) * stretch[lead] ** 2
+        return np.column_stack([mean, variance])
+
+    def _asked(self, points) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Which of points (n, 3), ascending, ask which sextics (m,), and weights of these."""
         count = min(_ASKED, len(self.pieces))
         away, near = (np.reshape(x, (-1, count)) for x in self._tree.query(points, k=count))
-        ratio = away / self._scales[near]
+        ratio = away / self._batch.scales[near]
         weight = np.maximum(1.0 - ratio, 0.0) ** 4 * (1.0 + 4.0 * ratio)
         weight[np.arange(len(points)), ratio.argmin(axis=1)] += _SLIGHT
         which, slot = np.nonzero(weight)
-        found = self._of_pieces(near[which, slot], points[which])
-        asked = which, weight[which, slot], self._upward[near[which, slot]], found
-        first, second, rows = self._sides(points)
-        out = _averaged(*asked, first)
-        if len(rows):
-            other = _averaged(*asked, second)[rows]
-            nearer = np.abs(other[:, 0]) < np.abs(out[rows, 0])
-            out[rows[nearer]] = other[nearer]
-        return out
+        return which, near[which, slot], weight[which, slot]
 
     def shape_operators(self, points) -> np.ndarray:
         """(n, 3, 3) shape operators, 1/length, of the sextics whose middles are nearest among those
@@ -91,20 +103,20 @@ class FreeFormSurface:
         return out
 
     @cached_property
+    def _batch(self) -> SexticBatch:
+        return SexticBatch(self.pieces)
+
+    @cached_property
     def _tree(self) -> cKDTree:
-        return cKDTree([piece.origin for piece in self.pieces])
+        return cKDTree(self._batch.origins)
 
     @cached_property
     def _upward(self) -> np.ndarray:
-        return np.array([piece.axes[2] for piece in self.pieces])
+        return self._batch.axes[:, 2]
 
     @cached_property
     def _samples(self) -> cKDTree:
         return cKDTree(self.points)
-
-    @cached_property
-    def _scales(self) -> np.ndarray:
-        return np.array([piece.scale for piece in self.pieces])
 
     def _sides(self, points) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Normals (n, 3) of the samples nearest to points (n, 3), and of the nearest that face the
@@ -117,53 +129,21 @@ class FreeFormSurface:
         second = normals[np.arange(len(points)), other.argmax(axis=1)]
         return normals[:, 0], second, np.flatnonzero(other.any(axis=1))
 
-    def _of_pieces(self, rows, points) -> np.ndarray:
-        """(m, 5) distance, normal and variance of sextics ``rows`` (m,) at points (m, 3)."""
-        out = np.zeros((len(rows), 5))
-        order = np.argsort(rows, kind="stable")
-        bounds = np.searchsorted(rows[order], np.arange(len(self.pieces) + 1))
-        for number in np.flatnonzero(np.diff(bounds)).tolist():
-            piece, mine = self.pieces[number], order[bounds[number] : bounds[number + 1]]
-            scaled = piece.scaled(points[mine])
-            beyond = np.maximum(np.sqrt((scaled * scaled).sum(axis=1)), 1.0)
-            inside = scaled / beyond[:, None]
-            terms = terms_at(piece.kind, inside)
-            value, gradient = value_and_gradient(piece.kind, piece.coefficients, inside, terms)
-            far = beyond > 1.0
-            level, gradient[far] = piece.coefficients[0], _upward(piece)
-            value[far] = ((scaled[far] - [0.0, 0.0, level]) * gradient[far]).sum(axis=1)
-            length = np.sqrt((gradient * gradient).sum(axis=1))
-            length = np.maximum(length, np.finfo(float).tiny)
-            out[mine, 0] = value * piece.scale / length
-            out[mine, 1:4] = (gradient / length[:, None]) @ piece.axes
-            own = terms[: piece.kind.terms]
-            variance = ((piece.covariance @ own) * own).sum(axis=0)
-            spread = piece.scale * beyond**4 / length
-            out[mine, 4] = np.maximum(variance, 0.0) * spread**2
-        return out
 
-
-def _averaged(which, weight, upward, found, sides) -> np.ndarray:
-    """(n, 5) distance, normal and variance at n points, from what sextics ``found`` (m, 5) at
-    points ``which`` (m,): the mean of those that face as ``sides`` (n, 3), by weights (m,) that
-    fall with the angle to their normals ``upward`` (m, 3); and the variance of the one that weighs
-    most."""
-    out = np.zeros((len(sides), 5))
+def _averaged(which, weight, upward, found, sides) -> tuple[np.ndarray, np.ndarray]:
+    """(n, 4) distance and normal at n points, from what sextics ``found`` (m, 4) at points
+    ``which`` (m,), ascending, each of them: the mean of those that face as ``sides`` (n, 3), by
+    weights (m,) that fall with the angle to their normals ``upward`` (m, 3); and the place (n,) of
+    the one that weighs most."""
     faces = (found[:, 1:4] * sides[which]).sum(axis=1) > 0.0
     turned = np.maximum((upward * sides[which]).sum(axis=1) - FACING, _SLIGHT)
     share = np.where(faces, turned, _SLIGHT**2) * weight
-    for column in range(4):
-        out[:, column] = np.bincount(which, share * found[:, column], len(sides))
-    out[:, 0] /= np.bincount(which, share, len(sides))
-    length = np.sqrt((out[:, 1:4] ** 2).sum(axis=1))
-    out[:, 1:4] /= np.maximum(length, np.finfo(float).tiny)[:, None]
-    order = np.lexsort((-share, which))
-    first = order[np.flatnonzero(np.diff(which[order], prepend=-1))]
-    out[which[first], 4] = found[first, 4]
-    return out
-
-
-def _upward(piece: Piece) -> np.ndarray:
-    """(3,) gradient of F in the middle of a sextic."""
-    _, by_x, by_y = piece.coefficients[:3]
-    return np.array([-by_x, -by_y, 1.0])
+    first = np.searchsorted(which, np.arange(len(sides)))
+    if not len(first):
+        return np.empty((0, 4)), first
+    mean = np.add.reduceat(share[:, None] * found, first)
+    mean[:, 0] /= np.add.reduceat(share, first)
+    length = np.sqrt((mean[:, 1:4] ** 2).sum(axis=1))
+    mean[:, 1:4] /= np.maximum(length, np.finfo(float).tiny)[:, None]
+    most = np.flatnonzero(share == np.maximum.reduceat(share, first)[which])
+    return mean, most[np.searchsorted(which[most], np.arange(len(sides)))]

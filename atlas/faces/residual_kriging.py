@@ -77,10 +77,10 @@ def krige(points, normals, residuals, radius: float, std: float) -> ResidualKrig
     """The process that residuals (n,) of samples at points (n, 3) with normals (n, 3) show, beside
     polynomials of a radius; ``std`` is the standard deviation of a sample."""
     tree = cKDTree(points)
-    amplitudes = amplitudes_of(tree, normals, residuals, std)
-    groups = np.unique(np.linspace(0, len(points) - 1, _GROUPS).astype(int))
-    near = tree.query(points[groups], k=min(_LOCAL, len(points)))[1].reshape(len(groups), -1)
-    faces = np.einsum("nkj,nj->nk", normals[near], normals[groups]) > _FACING
+    near = nearest_of(tree, np.arange(len(points)))
+    amplitudes = amplitudes_of(normals[near], residuals[near], std)
+    near = near[np.unique(np.linspace(0, len(points) - 1, _GROUPS).astype(int))]
+    faces = np.einsum("nkj,nj->nk", normals[near], normals[near[:, 0]]) > _FACING
     amplitude = np.where(faces, amplitudes[near], 0.0)
     known = np.where(faces, residuals[near], 0.0)
     trials = [radius * part for part in _LENGTHS]
@@ -89,12 +89,19 @@ def krige(points, normals, residuals, radius: float, std: float) -> ResidualKrig
     return ResidualKriging(points, normals, residuals, amplitudes, length, std, tree)
 
 
-def amplitudes_of(tree: cKDTree, normals, residuals, std: float) -> np.ndarray:
-    """(n,) standard deviation of the residuals about each sample, length, without that of a
-    sample."""
-    near = tree.query(tree.data, k=min(_LOCAL, tree.n))[1].reshape(tree.n, -1)
-    faces = np.einsum("nkj,nj->nk", normals[near], normals) > _FACING
-    square = (residuals[near] ** 2 * faces).sum(axis=1) / np.maximum(faces.sum(axis=1), 1)
+def nearest_of(tree: cKDTree, samples) -> np.ndarray:
+    """(m, k) samples about samples (m,) that tell how large residuals are there, these first."""
+    near = tree.query(tree.data[samples], k=min(_LOCAL, tree.n))[1].reshape(len(samples), -1)
+    # Of coincident samples another one may be the first.
+    moved = np.where(near[:, 1:] == samples[:, None], near[:, :1], near[:, 1:])
+    return np.column_stack([samples, moved])
+
+
+def amplitudes_of(normals, residuals, std: float) -> np.ndarray:
+    """(m,) standard deviation of residuals (m, k) of neighbours with normals (m, k, 3) of which the
+    first is the middle, length, without that of a sample."""
+    faces = np.einsum("nkj,nj->nk", normals, normals[:, 0]) > _FACING
+    square = (residuals**2 * faces).sum(axis=1) / np.maximum(faces.sum(axis=1), 1)
     return np.asarray(np.sqrt(np.maximum(square - _NOISE * std**2, 0.0)))
 
 

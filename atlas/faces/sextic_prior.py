@@ -1,47 +1,83 @@
 """The prior of the coefficients of many sextics, learned from all of them."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from touchatlas.atlas.faces.kinds import SEXTIC_BASIS, Kind, prior_precision
-from touchatlas.atlas.faces.piece import Piece
+from touchatlas.atlas.faces.sextic_fits import Equations
 
 # Order of the height z(x, y) that each coefficient makes.
 _HEIGHTS = SEXTIC_BASIS.exponents @ np.array([1, 1, 2])
 # Orders whose coefficients have a common size. Doubled, slopes would count, too: they depend on the
 # frame.
 _LEARNED = 2, 3, 4, 5, 6
-# Rounds of expectation and maximisation. Doubled, nothing changes: sizes are within a hundredth.
-_ROUNDS = 30
+# Pairs of rounds of expectation and maximisation at most, with a step ahead after each pair.
+# Doubled, nothing changes: they end before.
+_PAIRS = 10
+# Change of the logarithm of a mean square by a pair of rounds and a step, at which they end.
+# Doubled, sizes are off by a hundredth.
+_SETTLED = 0.02
+# Largest ratio of the changes of two rounds: a step ahead is up to this over one minus this times
+# as long. Doubled in one minus this, rounds are more where they settle slowly.
+_RATIO = 0.95
+# Least size, in deviations of a sample: smaller ones are not told from nothing. Doubled, nothing
+# changes.
+_LEAST = 0.1
+# Mean square below which nothing is told, no unit: that of rounding.
+_TINY = 1e-24
 
 
-def with_common_prior(pieces: list[Piece]) -> list[Piece]:
-    """The sextics of one face, as their samples and their common smoothness show them.
+def with_common_prior(equations: Equations, noise: float) -> tuple[np.ndarray, np.ndarray]:
+    """Coefficients (m, t) and their covariances (m, t, t) of the m sextics of a face, as their
+    samples and their common smoothness show them.
 
-    A derivative of order o is as large on one sextic as on another, so that the coefficient of a
-    sextic of scale r has a standard deviation proportional to r^(o-1). The factors make all
-    samples most likely: expectation maximisation (A. P. Dempster, N. M. Laird, D. B. Rubin, JRSS B
-    1977). Where samples leave a coefficient open it is as small as it is elsewhere.
+    A derivative of order o is about as large on one sextic as on another of the same radius. The
+    sizes of the orders make all samples most likely: expectation maximisation (A. P. Dempster,
+    N. M. Laird, D. B. Rubin, JRSS B 1977), each size with steps ahead (A. C. Aitken, 1926). Where
+    samples leave a coefficient open it is as small as it is elsewhere.
+
+    Parameters
+    ----------
+    equations : Equations
+    noise : float
+        Standard deviation of a sample, in radii.
     """
-    before = prior_precision(Kind.SEXTIC)
-    scales = np.array([piece.scale for piece in pieces])
-    information = np.linalg.inv([piece.covariance for piece in pieces])
-    means = np.array([piece.coefficients for piece in pieces])
-    right = np.einsum("kij,kj->ki", information, means)
-    samples = information - np.diag(before)
-    precision = np.tile(before, (len(pieces), 1))
-    covariances: np.ndarray = np.linalg.inv(information)
-    for _ in range(_ROUNDS):
-        variances = np.diagonal(covariances, axis1=1, axis2=2)
-        for order in _LEARNED:
-            own = order == _HEIGHTS
-            unit = (scales / np.median(scales))[:, None] ** (2 * order - 2)
-            size = float(((means[:, own] ** 2 + variances[:, own]) / unit).mean())
-            precision[:, own] = 1.0 / (size * unit)
-        covariances = np.linalg.inv(samples + precision[:, :, None] * np.eye(len(before)))
-        means = np.einsum("kij,kj->ki", covariances, right)
-    return [
-        replace(piece, coefficients=mean, covariance=covariance)
-        for piece, mean, covariance in zip(pieces, means, covariances, strict=True)
-    ]
+    least = np.log(max((_LEAST * noise) ** 2, _TINY))
+    sizes = np.maximum(_next(equations, prior_precision(Kind.SEXTIC)), least)
+    for _ in range(_PAIRS):
+        second = np.maximum(_next(equations, _precision(sizes)), least)
+        third = np.maximum(_next(equations, _precision(second)), least)
+        before, sizes = sizes, np.maximum(_ahead(sizes, second, third), least)
+        if np.abs(sizes - before).max() < _SETTLED:
+            break
+    return _posterior(equations, _precision(sizes))
+
+
+def _next(equations: Equations, precision) -> np.ndarray:
+    """Logarithms of the mean squares of the coefficients of each order with a prior of a precision
+    (t,)."""
+    means, covariances = _posterior(equations, precision)
+    variances = np.diagonal(covariances, axis1=1, axis2=2)
+    square = (means**2 + variances).mean(axis=0)
+    return np.log([square[order == _HEIGHTS].mean() for order in _LEARNED])
+
+
+def _posterior(equations: Equations, precision) -> tuple[np.ndarray, np.ndarray]:
+    """Coefficients (m, t) and covariances (m, t, t) with a prior of a precision (t,)."""
+    covariances = np.linalg.inv(equations.information + np.diag(precision))
+    return (covariances @ equations.right[..., None])[..., 0], covariances
+
+
+def _precision(sizes) -> np.ndarray:
+    """(t,) prior precision of the coefficients, with the logarithms of mean squares of orders."""
+    out = prior_precision(Kind.SEXTIC).copy()
+    for order, size in zip(_LEARNED, sizes, strict=True):
+        out[order == _HEIGHTS] = np.exp(-size)
+    return out
+
+
+def _ahead(first, second, third) -> np.ndarray:
+    """Where three numbers lead whose changes fall by a constant ratio."""
+    change, after = second - first, third - second
+    ratio = np.divide(after, change, out=np.zeros_like(change), where=change != 0.0)
+    ratio = np.clip(ratio, 0.0, _RATIO)
+    return np.asarray(third + after * ratio / (1.0 - ratio))

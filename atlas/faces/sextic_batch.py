@@ -1,0 +1,102 @@
+"""SexticBatch: what many sextics say of many points, each of some of them."""
+
+from collections.abc import Iterator
+from functools import cached_property
+
+import numpy as np
+
+from touchatlas.atlas.faces.kinds import SEXTIC_BASIS
+from touchatlas.atlas.faces.piece import Piece
+from touchatlas.patch.geometry.polynomial import GRADIENT, derivative_coefficients, monomials
+
+# Points of a row: each row belongs to one sextic. Doubled, more places of rows are empty.
+_ROW = 32
+# Rows that are evaluated at once: their monomials fit into the cache. Doubled, nothing changes.
+_ROWS = 48
+_TINY = float(np.finfo(float).tiny)
+
+
+class SexticBatch:
+    """Sextics as arrays, for points that ask each of them.
+
+    Parameters
+    ----------
+    pieces : tuple of Piece
+        Sextics.
+    """
+
+    def __init__(self, pieces: tuple[Piece, ...]) -> None:
+        self.origins = np.array([piece.origin for piece in pieces])
+        self.axes = np.array([piece.axes for piece in pieces])
+        self.scales = np.array([piece.scale for piece in pieces])
+        self._coefficients = np.array([piece.coefficients for piece in pieces])
+        self._pieces = pieces
+
+    @cached_property
+    def _covariances(self) -> np.ndarray:
+        return np.array([piece.covariance for piece in self._pieces])
+
+    @cached_property
+    def _derivatives(self) -> np.ndarray:
+        """(p, 4, s) coefficients of the heights and of their gradients."""
+        return derivative_coefficients(SEXTIC_BASIS, self._coefficients, list(GRADIENT))
+
+    def values(self, numbers, points) -> tuple[np.ndarray, np.ndarray]:
+        """(m, 4) distances and unit normals of sextics ``numbers`` (m,) at points (m, 3), and the
+        lengths (m,) by which the deviations of scaled heights there are multiplied."""
+        out, stretch = np.empty((len(numbers), 4)), np.empty(len(numbers))
+        for piece, places, filled in _rows_of(numbers):
+            scaled, beyond, terms = self._inside(piece, points[places])
+            values = self._derivatives[piece] @ terms
+            value, gradient = scaled[..., 2] - values[:, 0], -values[:, 1:].transpose(0, 2, 1)
+            gradient[..., 2] += 1.0
+            self._go_on(piece, scaled, beyond, value, gradient)
+            length = np.maximum(np.sqrt((gradient * gradient).sum(axis=2)), _TINY)
+            scale, target = self.scales[piece, None], places[filled]
+            out[target, 0] = (value * scale / length)[filled]
+            out[target, 1:] = ((gradient / length[..., None]) @ self.axes[piece])[filled]
+            stretch[target] = (scale * beyond**4 / length)[filled]
+        return out, stretch
+
+    def variances(self, numbers, points) -> np.ndarray:
+        """(m,) variances of the scaled heights of sextics ``numbers`` (m,) at points (m, 3)."""
+        out = np.empty(len(numbers))
+        for piece, places, filled in _rows_of(numbers):
+            own = self._inside(piece, points[places])[2][:, : SEXTIC_BASIS.size]
+            variance = ((self._covariances[piece] @ own) * own).sum(axis=1)
+            out[places[filled]] = np.maximum(variance, 0.0)[filled]
+        return out
+
+    def _inside(self, piece, points) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Scaled local coordinates (g, n, 3) of points in rows; by how much they are beyond the
+        scale (g, n), one or more; and monomials (g, s, n) where they are not, or at the scale."""
+        scaled = (points - self.origins[piece, None]) @ self.axes[piece].transpose(0, 2, 1)
+        scaled /= self.scales[piece, None, None]
+        beyond = np.maximum(np.sqrt((scaled * scaled).sum(axis=2)), 1.0)
+        x, y, z = (scaled[..., axis] / beyond for axis in range(3))
+        return scaled, beyond, monomials(SEXTIC_BASIS, x, y, z).transpose(1, 0, 2)
+
+    def _go_on(self, piece, scaled, beyond, value, gradient) -> None:
+        """Beyond its scale a sextic goes on as the plane that touches it in its middle."""
+        row, place = np.nonzero(beyond > 1.0)
+        level, by_x, by_y = self._coefficients[piece[row], :3].T
+        upward = np.stack([-by_x, -by_y, np.ones(len(row))], axis=1)
+        away = scaled[row, place]
+        away[:, 2] -= level
+        gradient[row, place], value[row, place] = upward, (away * upward).sum(axis=1)
+
+
+def _rows_of(numbers) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Rows of places in ``numbers`` that have the same number, so many at once: the number (g,) of
+    each, the places (g, n), and which of them are filled (g, n); the others repeat the first."""
+    order = np.argsort(numbers, kind="stable")
+    counts = np.bincount(numbers)
+    rows = -(-counts // _ROW)
+    of_row = np.repeat(np.arange(len(counts)), rows)
+    within = np.arange(len(of_row)) - np.repeat(np.cumsum(rows) - rows, rows)
+    first = (np.cumsum(counts) - counts)[of_row] + within * _ROW
+    size = np.minimum(counts[of_row] - within * _ROW, _ROW)
+    for start in range(0, len(of_row), _ROWS):
+        some = slice(start, start + _ROWS)
+        filled = np.arange(_ROW) < size[some, None]
+        yield of_row[some], order[first[some, None] + filled * np.arange(_ROW)], filled
