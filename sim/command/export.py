@@ -27,9 +27,9 @@ def export(
     """Write the atlas of a run for CAD systems, or the graph of its faces.
 
     A STEP file has one face for each plane, cylinder, cone and sphere where all faces of the body
-    obey laws, and one for each rounded edge and corner; otherwise a trimmed Bezier face for each
-    patch. The graph has faces as nodes, in words and numbers, and the edges between them with kind,
-    length and angle.
+    obey laws, and one for each rounded edge and corner; otherwise the triangles of the surface, as
+    few as half a tolerance allows. The graph has faces as nodes, in words and numbers, and the
+    edges between them with kind, length and angle.
 
     Parameters
     ----------

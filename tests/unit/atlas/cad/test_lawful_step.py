@@ -69,7 +69,7 @@ def test_each_lawful_face_is_one_face_of_one_solid(name, gmsh, tmp_path):
     """The volume is the body's to a tenth of the noise times the area: hundreds of samples show
     the level of each face."""
     report = save_step(atlas_of(name, TOUCHES[name]), tmp_path / "a.step")
-    assert (report.solids, report.open_shells, report.patches, report.note) == (1, 0, 0, "")
+    assert (report.solids, report.open_shells, report.triangles, report.note) == (1, 0, 0, "")
     kinds = [report.planes, report.cylinders, report.spheres]
     assert kinds == [FACES[name].get(kind, 0) for kind in ("Plane", "Cylinder", "Sphere")]
     assert report.gap < 0.01 * TOLERANCE
