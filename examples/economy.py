@@ -1,9 +1,8 @@
-"""Touches that a tolerance takes: `economy.py OBJECT[:TOLERANCE] ... [--frontier] [--seeds N]`.
+"""Touches that a tolerance takes: `economy.py OBJECT[:TOLERANCE] ... [--seeds N]`.
 
 Each object, a name or the path of a mesh, is explored to its own tolerance or the given one, in
 the file's unit. A line tells touches, lengths, the share of the true surface within the
 tolerance beside the predicted one, and whether the surface meets the tolerance (see ``judged``).
-With ``--frontier`` the planner that closes the frontier is used.
 """
 
 import os
@@ -16,8 +15,8 @@ import time
 import numpy as np
 import trimesh
 
-from touchatlas.atlas import Atlas, AtlasOptions, extract_surface
-from touchatlas.planner import FrontierPlanner, Planner, explore
+from touchatlas.atlas import Atlas, extract_surface
+from touchatlas.planner import Planner, explore
 from touchatlas.sim import Probe, make_object
 from touchatlas.sim.folder.run_options import fit_scale
 from touchatlas.sim.study.economy.trial import judged
@@ -27,14 +26,12 @@ from touchatlas.sim.study.economy.trial import judged
 _POINTS = 8000
 
 
-def run(name: str, tolerance: float | None, seed: int, frontier: bool) -> None:
+def run(name: str, tolerance: float | None, seed: int) -> None:
     """Explore one object, and print its line."""
     obj = make_object(name)
     tolerance = obj.tolerance if tolerance is None else tolerance
     atlas = Atlas(tolerance, scale=fit_scale(obj.noise_std, obj.diagonal))
-    planner: FrontierPlanner | Planner = Planner(*obj.start())
-    if frontier:
-        atlas, planner = Atlas(tolerance, AtlasOptions(fill=False)), FrontierPlanner(*obj.start())
+    planner = Planner(*obj.start())
     probe = Probe(obj, obj.noise_std, np.random.default_rng(seed))
     start = time.process_time()
     touches = [step.touch for step in explore(atlas, planner, probe)]
@@ -44,7 +41,7 @@ def run(name: str, tolerance: float | None, seed: int, frontier: bool) -> None:
     truth = obj.sample(_POINTS, np.random.default_rng(99))[0]
     found = judged((surface.vertices, surface.faces), obj, truth, tolerance)
     euler = trimesh.Trimesh(surface.vertices, surface.faces, process=False).euler_number
-    stop = getattr(planner, "stop", None)
+    stop = planner.stop
     ended = stop.reason.value if stop else ""
     predicted = f"{stop.forecast.predicted_coverage:.4f}" if stop else "-"
     print(
@@ -61,10 +58,9 @@ def run(name: str, tolerance: float | None, seed: int, frontier: bool) -> None:
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("objects", nargs="+", metavar="OBJECT[:TOLERANCE]")
-    parser.add_argument("--frontier", action="store_true")
     parser.add_argument("--seeds", type=int, default=1)
     arguments = parser.parse_args()
     for each in arguments.objects:
         name, _, tolerance = each.partition(":")
         for seed in range(arguments.seeds):
-            run(name, float(tolerance) if tolerance else None, seed, arguments.frontier)
+            run(name, float(tolerance) if tolerance else None, seed)

@@ -70,7 +70,7 @@ def row_of(mesh: trimesh.Trimesh, folder: Path) -> str:
         "yes" if found["met"] else "no",
         closed,
         f"{found['euler_characteristic']} ({found['true_euler_characteristic']})",
-        found["faces"] or f"({found['patches']} patches)",
+        found["faces"],
         *(f"{value:.3g}" for value in both),
         f"{found['predicted_coverage']:.3f}",
         len(found["doubts"]),

@@ -17,7 +17,7 @@ import trimesh
 from scipy.optimize import linear_sum_assignment
 from scipy.spatial import cKDTree
 
-from touchatlas.atlas import Atlas, AtlasOptions, Faces, extract_surface, face_values
+from touchatlas.atlas import Atlas, Faces, extract_surface, face_values
 from touchatlas.planner import ProbePlan, Reason, explore
 from touchatlas.planner.planes import concurrent_planes
 from touchatlas.sim import Probe, RunOptions, make_object
@@ -58,7 +58,7 @@ def body(name: str):
 def spread_atlas(obj, count: int, seed: int) -> Atlas:
     """An atlas of touches spread over the object, as long as the planner would make them."""
     rng = np.random.default_rng(seed)
-    probe, atlas = Probe(obj, obj.noise_std, rng), Atlas(obj.tolerance, AtlasOptions(fill=False))
+    probe, atlas = Probe(obj, obj.noise_std, rng), Atlas(obj.tolerance)
     points, normals = obj.sample(20 * count, rng)
     for number, i in enumerate(spread(points, count)):
         bend = 0.0
@@ -145,12 +145,12 @@ def print_edges(name: str, faces: Faces) -> None:
 
 
 def compare_fields(obj, atlas: Atlas, faces: Faces) -> None:
-    """Print the distances of true points by the faces, and by the blended patches where known."""
+    """Print the distances of true points by the faces, and by the surface where it is known."""
     points, _ = obj.sample(10000, np.random.default_rng(99))
     blend = atlas.blend(points)
     for what, distance in (
         ("faces", face_values(faces, points).distance),
-        ("blended patches", blend.distance[blend.known]),
+        ("surface", blend.distance[blend.known]),
     ):
         off = np.abs(distance)
         tail = "95 % {:.4f}, 99.9 % {:.4f}".format(*np.quantile(off, [0.95, 0.999]))
@@ -165,7 +165,7 @@ def main(name: str, touches: str = "", seed: str = "0") -> None:
     faces = atlas.faces()
     seconds = time.process_time() - start
     patches = sum(len(face.pieces) for face in faces.faces)
-    print(f"{name}: {atlas.touches} touches, {len(faces.points)} samples, {len(atlas)} balls")
+    print(f"{name}: {atlas.touches} touches, {len(faces.points)} samples")
     print(f"{len(faces)} faces of {patches} patches, {faces.unexplained:.2%} unexplained", end="")
     print(f", {seconds:.1f} s; edges: {dict(Counter(e.kind.value for e in faces.edges))}")
     truth = true_pieces(name, obj, faces.points)

@@ -1,4 +1,4 @@
-"""A run as a picture: the surface, coloured by patch and by predicted deviation, and progress.
+"""A run as a picture: the surface by faces, with its samples, and by predicted deviation; progress.
 
 touchatlas explore bottle && python examples/picture_of_a_run.py runs/bottle-0 bottle.png
 """
@@ -14,8 +14,18 @@ import matplotlib.pyplot as plt
 import numpy as np
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-from touchatlas.atlas import Surface, extract_surface, load_atlas
+from touchatlas.atlas import Atlas, Surface, extract_surface, load_atlas
 from touchatlas.sim.command.outcome import exit_code
+
+# The view: elevation and azimuth, degrees, and the direction to the eye.
+ELEVATION, AZIMUTH = 12.0, -60.0
+EYE = np.array(
+    [
+        np.cos(np.deg2rad(ELEVATION)) * np.cos(np.deg2rad(AZIMUTH)),
+        np.cos(np.deg2rad(ELEVATION)) * np.sin(np.deg2rad(AZIMUTH)),
+        np.sin(np.deg2rad(ELEVATION)),
+    ]
+)
 
 
 def draw(axes, surface: Surface, colours, title: str) -> None:
@@ -29,8 +39,16 @@ def draw(axes, surface: Surface, colours, title: str) -> None:
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]), title=title)
     axes.set_box_aspect(high - low)
     axes.set_proj_type("ortho")
-    axes.view_init(12, -60)
+    axes.view_init(ELEVATION, AZIMUTH)
     axes.set_axis_off()
+
+
+def draw_samples(axes, atlas: Atlas) -> None:
+    """Samples that face the eye, as points: those of a contour lie along a line."""
+    towards = atlas.pool.normals @ EYE > 0.0
+    # Else matplotlib draws what lies farther off on average first, here all of the samples.
+    axes.computed_zorder = False
+    axes.plot(*atlas.pool.points[towards].T, "k.", ms=0.6, zorder=10)
 
 
 def main(run: str | None = None, out: str = "run.png") -> None:
@@ -40,12 +58,13 @@ def main(run: str | None = None, out: str = "run.png") -> None:
     if Path(out).is_dir():
         raise ValueError(f"{out} is a folder; give the path of a picture")
     atlas = load_atlas(Path(run) / "atlas.npz")
-    surface = extract_surface(atlas, edge=float(np.ptp(atlas.table.origin, axis=0).max()) / 110)
+    surface = extract_surface(atlas, edge=float(np.ptp(atlas.pool.points, axis=0).max()) / 110)
     figure = plt.figure(figsize=(11, 4.6), layout="constrained")
-    # Numbers of patches that are no more are not given again.
-    palette = plt.get_cmap("tab20")(np.arange(atlas.table.size) * 7 % 20)
-    patch = surface.patch[surface.faces[:, 0]]
-    draw(figure.add_subplot(131, projection="3d"), surface, palette[patch], f"{len(atlas)} patches")
+    face = surface.patch[surface.faces[:, 0]]
+    title = f"{len(np.unique(face))} faces of {len(atlas)} patches, and samples"
+    axes = figure.add_subplot(131, projection="3d")
+    draw(axes, surface, plt.get_cmap("tab20")(face * 7 % 20), title)
+    draw_samples(axes, atlas)
     deviation = surface.deviation[surface.faces].mean(axis=1)
     scale = deviation / np.quantile(deviation, 0.98)
     colours = plt.get_cmap("viridis")(np.clip(scale, 0.0, 1.0))

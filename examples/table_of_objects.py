@@ -16,7 +16,7 @@ from touchatlas.sim.command.outcome import exit_code
 
 HEAD = (
     "| object | coverage | mean/noise | mean/diagonal | p95/diagonal | watertight | chi (true) "
-    "| patch graph | curvature/2pi | calibration | touches | length/sqrt(area) | seconds |"
+    "| faces | curvature/2pi | calibration | touches | length/sqrt(area) | seconds |"
 )
 
 
@@ -32,7 +32,7 @@ def row(name: str, options: RunOptions) -> str:
         f"| {n['completeness_mean'] / n['diagonal']:.1e} "
         f"| {n['completeness_p95'] / n['diagonal']:.1e} | {'yes' if n['watertight'] else 'no'} "
         f"| {n['euler_characteristic']} ({n['true_euler_characteristic']}) "
-        f"| {n['patch_euler_characteristic']} | {n['total_curvature_over_2pi']:.3f} "
+        f"| {n['faces']} | {n['total_curvature_over_2pi']:.3f} "
         f"| {n['deviation_calibration']:.2f} | {n['touches']} "
         f"| {n['tracked_length'] / np.sqrt(obj.area):.0f} | {seconds:.1f} |"
     )

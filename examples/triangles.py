@@ -1,9 +1,9 @@
-"""How near the triangles of finished runs are to the patches, and how many they are.
+"""How near the triangles of finished runs are to the surface, and how many they are.
 
 touchatlas explore bottle && python examples/triangles.py runs/bottle-0
 
 Each row: triangles, bytes of surface.ply, seconds of processor time, and the distance of points of
-the triangles from the patches' surface, in tolerances: the 99.9 % quantile and the largest. The
+the triangles from the surface of faces, in tolerances: the 99.9 % quantile and the largest. The
 points are the vertices, the middles of the sides, the centres, and 100,000 random ones.
 """
 
@@ -20,8 +20,8 @@ from touchatlas.sim.folder.ply import ply_bytes
 HEAD = "| run | triangles | bytes | seconds | off 99.9 % | off, largest | watertight | chi |"
 
 
-def off_the_patches(atlas: Atlas, surface: Surface, count: int = 100_000) -> np.ndarray:
-    """Distances of points of the triangles from the patches' surface, in tolerances."""
+def off_the_surface(atlas: Atlas, surface: Surface, count: int = 100_000) -> np.ndarray:
+    """Distances of points of the triangles from the surface of faces, in tolerances."""
     rng = np.random.default_rng(0)
     corners = surface.vertices[surface.faces]
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -39,7 +39,7 @@ def row(run: str) -> str:
     start = time.process_time()
     surface = extract_surface(atlas)
     seconds = time.process_time() - start
-    off = off_the_patches(atlas, surface)
+    off = off_the_surface(atlas, surface)
     mesh = trimesh.Trimesh(surface.vertices, surface.faces, process=False)
     return (
         f"| {Path(run).name} | {len(surface.faces):,} "

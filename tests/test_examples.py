@@ -13,15 +13,13 @@ import numpy as np
 import pytest
 import trimesh
 
-from touchatlas.atlas import load_atlas
 from touchatlas.sim import RunOptions, make_object, run_exploration
 from touchatlas.sim.world.mesh_file import load_mesh
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 # Small stand-ins for the arguments that a reader would give.
 ARGUMENTS = {
-    "cost_of_an_atlas.py": ["15", "30"],
-    "cost_of_planning.py": ["sphere:3", "15"],
+    "cost_of_planning.py": ["sphere:3"],
     "displaced_curves.py": ["1"],
     "economy.py": ["sphere"],
     "edge_sweeps.py": ["step", "50"],
@@ -29,13 +27,10 @@ ARGUMENTS = {
     "faces_beside_cgal.py": ["cube:12"],
     "fuzz_files.py": ["40"],
     "kill_and_resume.py": ["kills", "1", "1", "cap.ply:4"],
-    "patches_beside_quartics.py": ["sphere"],
     "same_bytes.py": ["ellipsoid_paper:3"],
     "surface_peers.py": ["sphere", "4", "2e-4", "16"],
-    "sparse_states.py": ["sphere"],
     "table_of_objects.py": ["cap.ply:4"],
     "time_of_a_touch.py": ["sphere"],
-    "turned_patches.py": ["1"],
 }
 
 
@@ -52,7 +47,7 @@ def run_example(name: str, *arguments) -> str:
 
 
 # Examples that take half a minute even with small arguments.
-LONG = {"cost_of_an_atlas.py", "edge_sweeps.py", "kill_and_resume.py"}
+LONG = {"edge_sweeps.py", "kill_and_resume.py"}
 # Examples that a test below runs as their first lines say, and looks at what they did.
 LOOKED_AT = {"own_robot.py", "vase_and_mug.py"}
 NAMES = sorted({path.name for path in EXAMPLES.glob("*.py")} - LOOKED_AT)
@@ -108,12 +103,9 @@ def small_cap() -> trimesh.Trimesh:
     return mesh
 
 
-def test_a_run_whose_patches_were_replaced_is_drawn(tmp_path):
-    """Numbers of patches that are no more leave holes: there are more numbers than patches."""
+def test_a_run_is_drawn(tmp_path):
     options = RunOptions(max_touches=15, tolerance=0.3, noise=0.06)
     run_exploration(make_object("sphere", 0), tmp_path / "run", options)
-    atlas = load_atlas(tmp_path / "run" / "atlas.npz")
-    assert len(atlas) < max(atlas.graph) + 1
     run_example("picture_of_a_run.py", tmp_path / "run", tmp_path / "run.png")
     assert (tmp_path / "run.png").stat().st_size > 1000
 
