@@ -53,6 +53,6 @@ def no_surface(result: Result) -> str:
             "does not meet it: turn the object"
         )
     return (
-        f"no touch gave a patch, so there is no surface ({result.refusal}); give less --noise or a "
-        "larger --tolerance"
+        f"no touch taught anything, so there is no surface ({result.refusal}); give less --noise "
+        "or a larger --tolerance"
     )

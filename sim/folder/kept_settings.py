@@ -21,8 +21,8 @@ def kept_settings(settings: dict) -> dict[str, Any]:
 
     Examples
     --------
-    >>> kept_settings({"object": "cube", "max_touches": 3, "atlas": {"trust": 1.0}})
-    {'object': 'cube', 'atlas.trust': 1.0}
+    >>> kept_settings({"object": "cube", "max_touches": 3, "atlas": {"facets": 0.1}})
+    {'object': 'cube', 'atlas.facets': 0.1}
     """
     named = _FREE if settings.get("digest") is None else (*_FREE, "object")
     return {

@@ -1,4 +1,4 @@
-"""surface.ply: binary PLY with normal, predicted deviation, patch id and colour at each vertex."""
+"""surface.ply: binary PLY with normal, predicted deviation, face and colour at each vertex."""
 
 from dataclasses import replace
 
@@ -28,8 +28,9 @@ def stored(surface: Surface, tolerance: float) -> Surface:
 def ply_bytes(surface: Surface, tolerance: float) -> bytes:
     """A surface as a little-endian binary PLY.
 
-    Coordinates are in single precision where that rounds by a hundredth of the tolerance at most.
-    Colours show the deviation: those of viridis, from 0 to the tolerance.
+    The property ``patch`` is the id of the face that a vertex lies on. Coordinates are in single
+    precision where that rounds by a hundredth of the tolerance at most. Colours show the deviation:
+    those of viridis, from 0 to the tolerance.
     """
     kind = _kind(surface, tolerance)
     columns = [(name, kind) for name in _NUMBERS]

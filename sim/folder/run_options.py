@@ -23,8 +23,8 @@ _LEAST_SHARE = 0.5
 # Most samples of one touch, no unit: of so many a fit takes a second. Twice as many take twice as
 # long.
 _MOST_SAMPLES = 10_000
-# Least scale of the fits in diagonals of the object. Doubled, patches are larger and less accurate
-# where there is hardly any noise.
+# Least scale of the fits in diagonals of the object. Doubled, surfaces are less accurate where
+# there is hardly any noise.
 _SCALE_DIAGONAL = 2e-4
 
 

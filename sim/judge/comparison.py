@@ -30,6 +30,7 @@ _PRINTED = (
     "touches",
     "tracked_length",
     "travel_length",
+    "faces",
     "patches",
     "seconds_total",
 )

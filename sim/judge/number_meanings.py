@@ -98,26 +98,17 @@ NUMBERS: dict[str, Meaning] = {
     "touches_without_contact": Meaning("visits that met nothing", good="0"),
     "contours": Meaning("tracked curves", good="few"),
     "points": Meaning("samples in the atlas"),
-    "patches": Meaning("patches at the end", good="few"),
-    "faces": Meaning(
-        "lawful and free-form faces that the surface was drawn from; 0 where it was drawn from "
-        "patches"
-    ),
-    "parameters": Meaning("coefficients over all patches", good="few"),
-    "patch_euler_characteristic": Meaning(
-        "V - E + F of the patch graph; none where the surface is drawn from faces",
-        good="the true one",
-    ),
+    "faces": Meaning("lawful and free-form faces that the surface is drawn from", good="few"),
+    "patches": Meaning("sextics and lawful pieces of all faces", good="few"),
     "tracked_length": Meaning("path of the probe in contact", LENGTH, "short"),
     "travel_length": Meaning("path of the probe in the air", LENGTH, "short"),
-    "residual_patches": Meaning("patches that have a residual", good="0 if smooth"),
     "seconds_plan": Meaning("planning of all touches", "s"),
     "seconds_fit": Meaning("learning of all touches", "s"),
     "seconds_sim": Meaning("simulated probe", "s"),
     "seconds_start": Meaning("reading and sampling of the object", "s"),
     "seconds_repeat": Meaning("touches of the journal, learned again by resume", "s"),
     "seconds_record": Meaning("journal, steps.csv, true progress", "s"),
-    "seconds_finish": Meaning("filling and residuals at the end", "s"),
+    "seconds_finish": Meaning("faces read once more at the end", "s"),
     "seconds_surface": Meaning("extraction of the triangles", "s"),
     "seconds_evaluate": Meaning("comparison with the truth", "s"),
     "seconds_files": Meaning("atlas, surface and pictures written", "s"),
@@ -132,21 +123,14 @@ COLUMNS: dict[str, Meaning] = {
     "contours": Meaning("tracked curves of this touch", good="3"),
     "tracked_length": Meaning("path in contact, up to and with this touch", LENGTH, "short"),
     "travel_length": Meaning("path in the air, up to and with this touch", LENGTH, "short"),
-    "patches": Meaning("patches after this touch"),
-    "parameters": Meaning("coefficients after this touch"),
-    "outlines_closed": Meaning(
-        "fraction of the patches' outlines that other patches cover; of what is known, not of the "
-        "object",
-        good="1 at the end",
-    ),
+    "patches": Meaning("sextics and lawful pieces after this touch"),
     "predicted_deviation": Meaning(
-        "root mean square of the patches' deviation half-way to the rim", LENGTH, _BELOW
+        "predicted deviation at the points that count as covered: root mean square; every fifth "
+        "touch, as the next two",
+        LENGTH,
+        _BELOW,
     ),
-    "coverage": Meaning(
-        "fraction of true points within three tolerances of the patches, also where the surface "
-        "is not drawn because it is not trusted",
-        good="1",
-    ),
+    "coverage": Meaning("fraction of true points within three tolerances of the surface", good="1"),
     "completeness_mean": Meaning("mean error of these points", LENGTH, _BELOW),
     "seconds_plan": Meaning("planning of this touch", "s"),
     "seconds_fit": Meaning("learning of this touch", "s"),

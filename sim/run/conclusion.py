@@ -72,8 +72,8 @@ class Conclusion:
         with phases("files", "saving the atlas"):
             # Before it is finished, too: if that is cut short, this is there.
             save_atlas(folder / "atlas.npz", atlas)
-        with phases("finish", f"finishing {len(atlas)} patches"):
-            residual_patches = atlas.finish()
+        with phases("finish", "finishing the atlas"):
+            atlas.finish()
         with phases("files", "saving the atlas"):
             save_atlas(folder / "atlas.npz", atlas)
         with phases("surface", "extracting the surface"):
@@ -86,8 +86,7 @@ class Conclusion:
             numbers["doubts"] = self._doubts(surface, known)
         with phases("files", "drawing the pictures"):
             self._draw(folder, surface)
-        numbers |= known | self._expense() | {"residual_patches": residual_patches}
-        numbers |= self._seconds()
+        numbers |= known | self._expense() | self._seconds()
         write_whole(folder / "evaluation.json", (json.dumps(numbers, indent=2) + "\n").encode())
         return surface, numbers
 
@@ -145,8 +144,6 @@ class Conclusion:
             "points": atlas.point_count,
             "patches": len(atlas),
             "faces": 0 if atlas.body is None else len(atlas.body.faces),
-            "parameters": atlas.parameter_count,
-            "patch_euler_characteristic": None if atlas.body else atlas.euler_characteristic(),
             "tracked_length": progress.last("tracked_length"),
             "travel_length": progress.last("travel_length"),
         }

@@ -21,8 +21,6 @@ _COLUMNS = (
     "tracked_length",
     "travel_length",
     "patches",
-    "parameters",
-    "outlines_closed",
     "predicted_deviation",
     "coverage",
     "completeness_mean",
@@ -72,9 +70,7 @@ class Progress:
             self.last("tracked_length") + touch.tracked_length,
             self.last("travel_length") + touch.travel_length,
             len(atlas),
-            atlas.parameter_count,
-            atlas.outlines_closed(),
-            atlas.predicted_deviation() if len(atlas) else "",
+            "",
             "",
             "",
             *seconds,
@@ -86,13 +82,18 @@ class Progress:
 
     def measure(self) -> None:
         """Fill the truth's columns of the last row: the fraction of true points within three
-        tolerances of the atlas, and their mean error."""
+        tolerances of the atlas, their mean error, and what was predicted of it."""
         if not self.rows:
             return
-        distance = np.abs(self._atlas.blend(self._points).distance)
+        found = self._atlas.blend(self._points)
+        distance = np.abs(found.distance)
         near = distance <= 3.0 * self._atlas.tolerance
-        error = float(distance[near].mean()) if near.any() else ""
-        self.rows[-1] |= {"coverage": float(near.mean()), "completeness_mean": error}
+        values: dict = {"coverage": float(near.mean())}
+        if near.any():
+            predicted = float(np.sqrt((found.deviation[near] ** 2).mean()))
+            error = float(distance[near].mean())
+            values |= {"predicted_deviation": predicted, "completeness_mean": error}
+        self.rows[-1] |= values
 
     def last(self, column: str) -> float:
         """A column of the last row, 0 before the first."""
@@ -111,7 +112,7 @@ class Progress:
         return _csv(self.rows[-1:], header=len(self.rows) == 1)
 
     def png_bytes(self, name: str) -> bytes:
-        """Coverage and mean error against tracked length, as progress.png."""
+        """Coverage, predicted deviation and mean error against tracked length, as progress.png."""
         # Not through pyplot, whose choice of back end is the caller's own.
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
@@ -120,11 +121,11 @@ class Progress:
         FigureCanvasAgg(figure)
         left, right = figure.subplots(1, 2)
         self._curve(left, "predicted_coverage", "predicted coverage", "-")
-        self._curve(left, "coverage", "coverage by patches", "o-")
+        self._curve(left, "coverage", "coverage", "o-")
         left.set(xlabel="tracked length", ylabel="fraction", ylim=(0, 1.02))
         left.set_title(name, parse_math=False)
         left.legend()
-        self._curve(right, "predicted_deviation", "predicted, half-way to rims", "-")
+        self._curve(right, "predicted_deviation", "predicted, root mean square", "o-")
         self._curve(right, "completeness_mean", "mean error where covered", "o-")
         right.set(xlabel="tracked length", ylabel="length", title="deviation and error")
         if any(y > 0.0 for line in right.lines for y in line.get_ydata()):

@@ -4,7 +4,7 @@ import sqlite3
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext, suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +13,6 @@ from threadpoolctl import threadpool_limits
 from touchatlas.atlas import Atlas, Surface
 from touchatlas.atlas.files import write_whole
 from touchatlas.planner import Planner, Step, explore
-from touchatlas.planner.options import FRONTIER
 from touchatlas.sim.folder.journal import Entry, Journal
 from touchatlas.sim.folder.kept_settings import kept_settings
 from touchatlas.sim.folder.recorder import Recorder
@@ -50,13 +49,13 @@ class Result:
     ----------
     atlas : Atlas
     surface : Surface or None
-        None without patches.
+        None where nothing was touched.
     numbers : dict
         Those of evaluation.json.
     folder : Path
         Where the files are.
     refusal : str
-        Why the last touch gave no patch; empty if all did, or met nothing.
+        Why the last touch taught nothing; empty if all did, or met nothing.
     signal : int or None
         What ended the exploration: SIGINT (Ctrl-C) or SIGTERM; None if nothing did.
     """
@@ -85,9 +84,6 @@ def begin(options: RunOptions, obj, rng: np.random.Generator) -> tuple[Atlas, Pl
     assert options.noise is not None and options.tolerance is not None
     start, outward = obj.start()
     planner = Planner(start, outward, options.planner, rng)
-    if options.planner.name == FRONTIER:
-        # As its figures were made: one patch a touch, and fits to the tolerance.
-        return Atlas(options.tolerance, replace(options.atlas, fill=False)), planner
     scale = fit_scale(options.noise, obj.diagonal)
     return Atlas(options.tolerance, options.atlas, scale), planner
 

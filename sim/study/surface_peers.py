@@ -176,7 +176,7 @@ def points_and_normals(obj, atlas: Atlas, touches):
     exact, seen = exact_normals(obj, points), atlas.blend(points)
     components, seconds = pca_normals(points, outward, exact)
     ours = np.where(seen.known[:, None], seen.normal, components)
-    return points, {"PCA": (components, seconds), "patches": (ours, 0.0), "exact": (exact, 0.0)}
+    return points, {"PCA": (components, seconds), "ours": (ours, 0.0), "exact": (exact, 0.0)}
 
 
 def pca_normals(points, outward, exact):

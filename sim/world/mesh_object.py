@@ -10,7 +10,7 @@ from touchatlas.sim.world.mesh_sections import PlaneSections
 from touchatlas.sim.world.triangles import areas_of, edge_keys, sample_triangles, top_sample
 
 # Default noise and tolerance, as fractions of the diagonal: what a touch probe reaches on an object
-# of the size of a hand. With twice as much fewer patches are needed.
+# of the size of a hand. With twice as much fewer touches are needed.
 _NOISE_FRACTION = 2e-4
 _TOLERANCE_FRACTION = 1e-3
 # Diagonal of the mesh in the frame in which rays are traced; single precision suits it as well as

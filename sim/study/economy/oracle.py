@@ -44,7 +44,7 @@ class Oracle(Planner):
         error = errors(atlas, self._points)
         self._coverage = float(np.mean(error <= atlas.tolerance))
         touched, tried = self._attempts.touched, self._attempts.tried
-        extent, done = atlas.membership.pool.extent, np.array([*touched, *tried])
+        extent, done = atlas.pool.extent, np.array([*touched, *tried])
         if self._coverage >= self.options.coverage and np.isfinite(error).all():
             target = _hole(atlas, done, extent)
             end = StopReason.KNOWN
@@ -77,8 +77,8 @@ def _hole(atlas: Atlas, done, extent: float) -> Target | None:
 
 
 def errors(atlas: Atlas, points) -> np.ndarray:
-    """(n,) distance of points (n, 3) from the atlas's surface, length; infinite where no patch
-    knows it."""
+    """(n,) distance of points (n, 3) from the atlas's surface, length; infinite where it
+    is not known."""
     found = atlas.blend(points)
     return np.where(found.known, np.abs(np.nan_to_num(found.distance)), np.inf)
 

@@ -10,17 +10,14 @@ from touchatlas.sim.study.economy.sweep import Row
 from touchatlas.sim.study.economy.trial import ORACLE, OTHERS, OURS
 from touchatlas.sim.study.tradeoff_chart import pareto_front
 
-# Colours of Okabe and Ito, which differ for all kinds of colour vision, with grey, two dark ones of
-# Tol, and markers besides.
+# Colours of Okabe and Ito, which differ for all kinds of colour vision, with grey, and markers
+# besides.
 STYLES = {
     "tolerance": ("#0072B2", "o"),
     "oracle": ("#000000", "*"),
     "random": ("#999999", "s"),
     "farthest": ("#009E73", "D"),
     "variance": ("#CC79A7", "^"),
-    "gpis": ("#332288", "p"),
-    "raster": ("#882255", "d"),
-    "frontier": ("#E69F00", "v"),
     "APSS": ("#56B4E9", "P"),
     "RIMLS": ("#D55E00", "X"),
     "Poisson": ("#F0E442", "h"),

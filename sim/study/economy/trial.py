@@ -9,7 +9,6 @@ import trimesh
 
 from touchatlas.atlas import Atlas, Touch, extract_surface
 from touchatlas.planner import PlannerOptions, ProbePlan, explore
-from touchatlas.planner.options import FRONTIER
 from touchatlas.planner.place.rules import RULES
 from touchatlas.sim.folder.run_options import RunOptions
 from touchatlas.sim.run.work import begin, random_streams
@@ -25,7 +24,7 @@ from touchatlas.sim.world.probe import Probe
 from touchatlas.sim.world.triangles import sample_triangles
 
 OURS, ORACLE = "tolerance", "oracle"
-PLANNERS = (*RULES, FRONTIER, ORACLE)
+PLANNERS = (*RULES, ORACLE)
 # Surfaces by others from the touches of our planner, where their package is present.
 OTHERS = ("APSS", "RIMLS", "Poisson")
 COLUMNS = (
@@ -164,14 +163,14 @@ def judged(
 
 
 def _others(job: Job, obj, course: Course, atlas: Atlas, truth) -> list[dict[str, str]]:
-    """The rows of others' surfaces from the same samples, with the normals of our patches."""
+    """The rows of others' surfaces from the same samples, with the normals of ours."""
     present = [name for name in OTHERS if PEERS[name].present()]
     if not present:
         return []
     points, kinds = points_and_normals(obj, atlas, course.touches)
     rows = []
     for name in present:
-        found = best_surface(PEERS[name], points, kinds["patches"][0], obj.noise_std, _CELLS, truth)
+        found = best_surface(PEERS[name], points, kinds["ours"][0], obj.noise_std, _CELLS, truth)
         if found is not None:
             mesh, _, seconds = found
             judgement = judged(mesh, obj, truth, atlas.tolerance)

@@ -52,7 +52,7 @@ class Explored:
     Parameters
     ----------
     surface : Surface or None
-        None without patches.
+        None where nothing was touched.
     doubts : tuple of Doubt
     touches : int
     stopped : str
