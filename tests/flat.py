@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from tests.explored import ONE_A_TOUCH
 from touchatlas.atlas import Atlas, Touch, TouchStatus
 from touchatlas.patch import Contour, ContourEnd, SamplingPlane
 
@@ -26,7 +25,7 @@ def flat_touch(contact, normal, first, noise_std: float, rng, number: int = 0) -
 
 def plane(places) -> Atlas:
     """A plane, touched at places 0.9 apart: (column, row) of a grid."""
-    atlas, rng = Atlas(0.01, ONE_A_TOUCH), np.random.default_rng(0)
+    atlas, rng = Atlas(0.01), np.random.default_rng(0)
     for place in places:
         contact = np.array([*(0.9 * np.array(place)), 0.0])
         atlas.add(flat_touch(contact, UP, np.array([1.0, 0.0, 0.0]), 2e-3, rng))
@@ -38,7 +37,7 @@ def slab(thickness: float, rng, rotation=None) -> Atlas:
 
     ``rotation`` is a matrix (3, 3).
     """
-    atlas = Atlas(0.05, ONE_A_TOUCH)
+    atlas = Atlas(0.05)
     rotation = np.eye(3) if rotation is None else rotation
     for x, y in np.stack(np.meshgrid([-0.9, 0.0, 0.9], [-0.9, 0.0, 0.9]), -1).reshape(-1, 2):
         for side in (1.0, -1.0):

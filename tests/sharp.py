@@ -1,13 +1,11 @@
 """Bodies with sharp edges, explored once each; every test gets its own copy."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from tests.explored import ONE_A_TOUCH, Explored
+from tests.explored import Explored
 from tests.kept import kept_once
 from touchatlas.atlas import Atlas
-from touchatlas.planner import FrontierPlanner, Planner, PlannerOptions, Stop, explore
+from touchatlas.planner import Planner, PlannerOptions, explore
 from touchatlas.sim import Probe, make_object
 from touchatlas.sim.world.implicit_fields import polyhedron, union
 from touchatlas.sim.world.implicit_object import ImplicitObject
@@ -64,37 +62,22 @@ def sharp_object(name: str):
     return ImplicitObject(name, "", *_FIELDS[name], 0.02, 0.1)
 
 
-def explored_sharp(
-    name: str, noise: float = 0.02, max_touches: int = 250, seed: int = 0
-) -> Explored:
-    """A copy of an exploration of a body with sharp edges."""
-    return _explored(name, noise, max_touches, seed)
+def explored_sharp(name: str, max_touches: int = 100) -> Explored:
+    """A copy of an exploration of a body with sharp edges, with contours that run over them."""
+    return explored_faces(name, PlannerOptions().max_turn, max_touches)
+
+
+def explored_faces(name: str, max_turn: float, max_touches: int = 100) -> Explored:
+    """The same with contours that turn by so much at most."""
+    return _explored(name, float(max_turn), max_touches)
 
 
 @kept_once
-def _explored(name: str, noise: float, max_touches: int, seed: int) -> Explored:
-    obj = sharp_object(name)
-    atlas, planner = Atlas(obj.tolerance, ONE_A_TOUCH), FrontierPlanner(*obj.start())
-    probe = Probe(obj, noise, np.random.default_rng(seed))
-    touches = [step.touch for step in explore(atlas, planner, probe, max_touches)]
-    return Explored(atlas, touches)
-
-
-@dataclass(frozen=True, eq=False)
-class ExploredFaces:
-    """A finished atlas of a body with edges, its touches, and why there are no more."""
-
-    atlas: Atlas
-    touches: list
-    stop: Stop
-
-
-@kept_once
-def explored_faces(name: str, max_turn: float, seed: int = 0) -> ExploredFaces:
-    """A copy of an exploration by the planner, with contours that turn by so much at most."""
-    obj, rng = sharp_object(name), np.random.default_rng(seed)
+def _explored(name: str, max_turn: float, max_touches: int) -> Explored:
+    obj, rng = sharp_object(name), np.random.default_rng(0)
     atlas = Atlas(obj.tolerance)
     planner = Planner(*obj.start(), PlannerOptions(max_turn=max_turn))
-    touches = [step.touch for step in explore(atlas, planner, Probe(obj, 0.02, rng), 100)]
+    steps = explore(atlas, planner, Probe(obj, 0.02, rng), max_touches)
+    touches = [step.touch for step in steps]
     atlas.finish()
-    return ExploredFaces(atlas, touches, planner.stop)
+    return Explored(atlas, touches, planner.stop)
