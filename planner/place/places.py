@@ -16,6 +16,9 @@ from touchatlas.planner.place.deviation_ratio import DeviationRatio
 # Width of the unknown strip that an open rim stands for, over the distance across which laws are
 # believed. Doubled, a surface with small holes counts as less known.
 _STRIP = 0.5
+# Most cubes along the extent of a free-form body. Doubled, planning takes four times as long, and
+# both sides of thinner walls are seen.
+_FINEST = 64
 # Distance between places that are listed at the end, in extents. Doubled, fewer places are named.
 _LISTED = 0.1
 
@@ -72,7 +75,7 @@ def places_of(atlas: Atlas, edge: float | None = None) -> Places:
     if body is None:
         none, no = np.zeros((0, 3)), np.zeros(0)
         return Places(none, none, no, no, none, none, no, no)
-    vertices, faces, found = lawful_triangles(body, coarse_edge(body) if edge is None else edge)
+    vertices, faces, found = lawful_triangles(body, _edge(atlas) if edge is None else edge)
     ends, size = _ends(vertices, faces)
     length = np.linalg.norm(vertices[ends[:, 0]] - vertices[ends[:, 1]], axis=1)
     outward = found.normal[ends].sum(axis=1)
@@ -93,6 +96,12 @@ def places_of(atlas: Atlas, edge: float | None = None) -> Places:
         (_STRIP * body.reach * length)[left],
         size[left],
     )
+
+
+def _edge(atlas: Atlas) -> float:
+    """Edge of the cubes that show where the body of an atlas is known, length."""
+    edge = coarse_edge(atlas.body)
+    return max(edge, atlas.body.extent / _FINEST) if atlas.known_law.is_one else edge
 
 
 def _ends(vertices, faces) -> tuple[np.ndarray, np.ndarray]:
