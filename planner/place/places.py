@@ -16,6 +16,8 @@ from touchatlas.planner.place.deviation_ratio import DeviationRatio
 # Width of the unknown strip that an open rim stands for, over the distance across which laws are
 # believed. Doubled, a surface with small holes counts as less known.
 _STRIP = 0.5
+# Area of a round hole over the product of its rim and its diameter. Doubled, small holes count twice.
+_OF_HOLE = 0.25
 # Most cubes along the extent of a free-form body. Doubled, planning takes four times as long, and
 # both sides of thinner walls are seen.
 _FINEST = 64
@@ -93,7 +95,7 @@ def places_of(atlas: Atlas, edge: float | None = None) -> Places:
         0.5 * double,
         middle[left],
         outward[left],
-        (_STRIP * body.reach * length)[left],
+        (np.minimum(_STRIP * body.reach, _OF_HOLE * size) * length)[left],
         size[left],
     )
 
