@@ -2,9 +2,12 @@
 
 from dataclasses import replace
 
+import networkx as nx
+
 from touchatlas.atlas.check.invariants import violations
 from touchatlas.atlas.faces.faces import Faces
 from touchatlas.atlas.faces.known_law import look_for_law
+from touchatlas.atlas.faces.patch_graph import patch_graph
 from touchatlas.atlas.faces.read_faces import read_faces
 from touchatlas.atlas.known_surface import blend
 from touchatlas.atlas.learn.learn import learn
@@ -75,6 +78,13 @@ class Atlas(AtlasState):
         law = self.known_law
         before = law.faces if law.is_hopeful else None
         return read_faces(self.pool, self.sample_std, before)
+
+    @property
+    def graph(self) -> nx.Graph:
+        """The patches as nodes, each in its Darboux frame with its curvatures, and where they meet
+        as edges: see ``touchatlas.atlas.faces.patch_graph``. That of faces is
+        ``faces().graph()``."""
+        return nx.Graph() if self.body is None else patch_graph(self.body)
 
     def validate(self) -> None:
         """Check all invariants: of the samples, of lost ends, and that the surface follows from

@@ -94,12 +94,20 @@ class FaceTrees:
         join it to such a face: a part of a free-form surface that a law happens to explain."""
         return number in self._group_of
 
-    @property
-    def patch_count(self) -> int:
-        """Number of the pieces of lawful faces, and of the sextics of free-form ones."""
-        surfaces = {self._group_of[k]: self._free_form(k) for k in self._group_of}
-        own = sum(len(surface.pieces) for surface in surfaces.values() if surface is not None)
-        return own + len(self.faces) - len(self._group_of)
+    @cached_property
+    def patches(self) -> list[tuple[int, Piece]]:
+        """The pieces of lawful faces, and the sextics of free-form ones, each with the id of its
+        face; of several faces with one surface that of the first."""
+        faces = self.faces.faces
+        own = [(f.id, f.pieces[0]) for f in faces if f.id not in self._group_of]
+        for group in dict.fromkeys(self._group_of.values()):
+            surface = self._free_form(group[0])
+            own += [(group[0], piece) for piece in surface.pieces] if surface else []
+        return own
+
+    def first_of(self, number: int) -> int:
+        """The first of the faces that have one surface with a face."""
+        return self._group_of.get(number, (number,))[0]
 
     def _free_form(self, number: int) -> FreeFormSurface | None:
         """The surface of a free-form face; None of a lawful one."""

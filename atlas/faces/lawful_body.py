@@ -90,7 +90,7 @@ class LawfulBody:
     @property
     def patch_count(self) -> int:
         """Number of patches: the pieces of lawful faces, and the sextics of free-form ones."""
-        return self.field.trees.patch_count
+        return len(self.field.trees.patches)
 
     @cached_property
     def contradicted(self) -> float:
