@@ -1,19 +1,12 @@
 """Oracle: a planner that knows the truth, to compare others with."""
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from touchatlas.atlas import Atlas
 from touchatlas.planner import Planner, ProbePlan, Reason, StopReason
 from touchatlas.planner.options import PlannerOptions
-from touchatlas.planner.place.choose import Target
-from touchatlas.planner.place.holes import drawn_holes
+from touchatlas.planner.place.choose import Target, distance_to
 from touchatlas.planner.plans import plan_at
-
-# Places within this fraction of the extent of an earlier touch or attempt are not touched again, as
-# with the other planners; and within this one, if it is a hole. Doubled, fewer places in narrow
-# features are touched, and some holes remain.
-_APART, _APART_HOLE = 0.02, 0.005
 
 
 class Oracle(Planner):
@@ -41,39 +34,24 @@ class Oracle(Planner):
 
     def _next_plan(self, atlas: Atlas) -> ProbePlan | None:
         """A plan at the place of largest error."""
-        error = errors(atlas, self._points)
-        self._coverage = float(np.mean(error <= atlas.tolerance))
-        touched, tried = self._attempts.touched, self._attempts.tried
-        extent, done = atlas.pool.extent, np.array([*touched, *tried])
-        if self._coverage >= self.options.coverage and np.isfinite(error).all():
-            target = _hole(atlas, done, extent)
-            end = StopReason.KNOWN
+        error, view = errors(atlas, self._points), self._view(atlas)
+        share = float(np.mean(error <= atlas.tolerance))
+        if share >= self.options.coverage and np.isfinite(error).all():
+            target, end = self._hole(view), StopReason.KNOWN
         else:
-            near = _distance(done, self._points) <= _APART * extent
-            target = self._worst(np.where(near | (error <= atlas.tolerance), 0.0, error))
-            end = StopReason.TRIED
+            left = view.is_free(self._points) & (error > atlas.tolerance)
+            target, end = self._worst(np.where(left, error, 0.0), view.touched), StopReason.TRIED
         if target is None:
             return self._end(atlas, end)
-        return plan_at(atlas, target, extent, self.options)
+        return plan_at(atlas, target, view.extent, self.options)
 
-    def _worst(self, error) -> Target | None:
-        """The true point of largest error (n,); None where all are zero."""
-        best = worst(error, self._points, np.array(self._attempts.touched))
+    def _worst(self, error, touched) -> Target | None:
+        """The true point of largest error (n,), see ``worst``; None where all are zero."""
+        best = worst(error, self._points, touched)
         if best is None:
             return None
         reason = Reason.REFINE if np.isfinite(error[best]) else Reason.EXPAND
         return Target(self._points[best], self._normals[best], reason)
-
-
-def _hole(atlas: Atlas, done, extent: float) -> Target | None:
-    """The hole of the surface farthest from touches and attempts (m, 3); None without any."""
-    found = drawn_holes(atlas, atlas.tolerance)
-    centres, normals = found.centres, found.normals
-    apart = _distance(done, centres) if len(centres) else np.zeros(0)
-    if not apart.max(initial=0.0) > _APART_HOLE * extent:
-        return None
-    best = int(apart.argmax())
-    return Target(centres[best], normals[best], Reason.CLOSE_GAP)
 
 
 def errors(atlas: Atlas, points) -> np.ndarray:
@@ -95,13 +73,5 @@ def worst(error, points, touched) -> int | None:
     """
     unknown = np.flatnonzero(np.isinf(error))
     if len(unknown):
-        return int(unknown[_distance(touched, points[unknown]).argmax()])
+        return int(unknown[distance_to(touched, points[unknown]).argmax()])
     return int(np.argmax(error)) if np.max(error, initial=0.0) > 0.0 else None
-
-
-def _distance(others, points) -> np.ndarray:
-    """(n,) distance of points (n, 3) to the nearest of others (m, 3), length; infinite for none."""
-    if not len(others):
-        return np.full(len(points), np.inf)
-    out: np.ndarray = cKDTree(others).query(points)[0]
-    return out

@@ -94,7 +94,7 @@ def test_an_altered_journal_is_refused(tmp_path, change):
 
 def test_the_settings_of_the_touches_are_kept_as_they_are(tmp_path):
     path = tmp_path / "journal.sqlite"
-    settings = {"seed": np.int64(3), "noise": 0.1 + 0.2, "atlas.trust": np.inf, "object": "cube"}
+    settings = {"seed": np.int64(3), "noise": 0.1 + 0.2, "atlas.facets": np.inf, "object": "cube"}
     with closing(Journal(path)) as journal:
         assert journal.settings() == {}
         journal.keep_settings(settings)

@@ -23,7 +23,7 @@ OTHER = RunOptions(noise=0.5, max_touches=7, seed=2, planner=PlannerOptions(curv
 
 def test_every_field_is_an_option_with_a_meaning():
     found = {option.name: option for option in options_of(RunOptions())}
-    assert {"noise", "seed", "planner.curves", "atlas.trust", "atlas.fit.degree"} <= set(found)
+    assert {"noise", "seed", "planner.curves", "atlas.facets", "atlas.bias"} <= set(found)
     assert all(option.meaning and option.meaning.endswith(".") for option in found.values())
     assert (found["planner.curves"].kind, found["noise"].kind) == (int, float)
 
@@ -58,7 +58,7 @@ def test_differences_are_what_was_changed():
         ("noise = 'a'", "noise is 'a'; it must be a number"),
         ("noise = ", "cannot be read as TOML"),
         ("noise = -1", "noise is -1"),
-        ("[atlas.fit]\nadaptive = 1", "atlas.fit.adaptive is 1; it must be true or false"),
+        ("[atlas.fit]\ndegree = 4", "has atlas.fit, which is no option; there are bias, facets"),
         ("noise = 1" + "0" * 400, "noise is too large for a number"),
     ],
 )
@@ -71,14 +71,12 @@ def test_a_wrong_file_is_refused_in_one_sentence(tmp_path, text, words):
 @pytest.mark.usefixtures("no_pictures")
 def test_flags_come_after_the_file_and_both_are_in_run_toml(tmp_path):
     (tmp_path / "o.toml").write_text("tolerance = 0.5\nmax_touches = 5\n[planner]\ncurves = 5\n")
-    words = ["--options", "o.toml", "--max-touches", 1, "--atlas.fit.degree", 3, "--out", "r"]
+    words = ["--options", "o.toml", "--max-touches", 1, "--atlas.facets", 0.5, "--out", "r"]
     done = touchatlas("explore", "sphere", *words, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     found = read_options(tmp_path / "r" / "run.toml", RunOptions(), ("object", "versions"))
     assert (found.tolerance, found.max_touches, found.planner.curves) == (0.5, 1, 5)
-    # The rest of the record is the run's own default, not that of a record made anew.
-    fit = RunOptions().atlas.fit
-    assert found.atlas.fit == replace(fit, degree=3)
+    assert found.atlas == replace(RunOptions().atlas, facets=0.5)
 
 
 def test_runs_of_other_options_have_other_folders():

@@ -16,7 +16,7 @@ import trimesh
 
 from tests.command import progress_lines
 from touchatlas.atlas import Atlas
-from touchatlas.atlas.edit import insert
+from touchatlas.atlas.learn import learn
 from touchatlas.sim.folder.journal import Journal
 from touchatlas.sim.folder.run_folder import RUN_FILES, read_settings
 from touchatlas.sim.folder.run_options import RunOptions
@@ -97,9 +97,8 @@ def test_every_touch_is_committed_before_the_next_is_planned(ball, tmp_path):
 def test_steps_have_the_contracts_columns_and_add_up(finished):
     folder, result, touches = finished
     rows = steps_of(folder)
-    text = "touch reason x y z contours tracked_length travel_length patches parameters"
-    contract = [*text.split(), "outlines_closed", "predicted_deviation", "coverage"]
-    contract += ["completeness_mean", "seconds_plan", "seconds_fit"]
+    text = "touch reason x y z contours tracked_length travel_length patches predicted_deviation"
+    contract = [*text.split(), "coverage", "completeness_mean", "seconds_plan", "seconds_fit"]
     assert list(rows[0])[: len(contract)] == contract
     assert [int(row["touch"]) for row in rows] == list(range(7))
     # Sums in the same order: no rounding to allow for.
@@ -127,7 +126,7 @@ def test_settings_say_what_made_the_run(finished):
     assert settings["noise"] == result.numbers["noise_std"]
     assert settings["max_touches"] == 7 and "max_length" not in settings
     assert settings["atlas"]["bias"] == result.atlas.options.bias
-    assert settings["atlas"]["fit"]["degree"] == result.atlas.options.fit.degree
+    assert settings["atlas"]["facets"] == result.atlas.options.facets
     assert {"python", "touchatlas", "numpy"} <= set(settings["versions"])
 
 
@@ -144,9 +143,7 @@ def test_settings_survive_numpy_numbers_and_any_name(ball, tmp_path):
 
 
 def test_an_interrupt_in_the_midst_of_a_touch_lets_it_finish(ball, tmp_path, monkeypatch):
-    enter = insert._enter_patch
-
-    sent = []
+    enter, sent = learn.enter_samples, []
 
     def interrupted(state, *rest):
         if state.touches == 2 and not sent:
@@ -154,7 +151,7 @@ def test_an_interrupt_in_the_midst_of_a_touch_lets_it_finish(ball, tmp_path, mon
             signal.raise_signal(signal.SIGINT)
         return enter(state, *rest)
 
-    monkeypatch.setattr(insert, "_enter_patch", interrupted)
+    monkeypatch.setattr(learn, "enter_samples", interrupted)
     # On a busy machine the results take longer than a user would wait.
     monkeypatch.setattr(work, "GRACE", 600.0)
     before = signal.getsignal(signal.SIGINT)

@@ -315,11 +315,11 @@ def test_settings_that_did_not_give_the_touches_are_refused(ball, whole, tmp_pat
     [
         ("seed = 3", "seed = 4", "seed = 4, .* seed = 3"),
         ("tolerance = 0.0", "tolerance = 0.5", r"tolerance = 0.5\d+, .* tolerance = 0.0"),
-        ("trust = 1.0", "trust = 3.0", r"atlas.trust = 3.0, .* atlas.trust = 1.0"),
+        ("facets = 0.2", "facets = 0.3", r"atlas.facets = 0.3, .* atlas.facets = 0.2"),
         ("coverage = 0.995", "coverage = 0.9", "planner.coverage = 0.9, .* 0.995"),
         ("noise = ", "# noise = ", "no noise, .* noise = "),
         ("digest = ", "# digest = ", "no digest"),
-        ("fill = true", "fill = false", "fill = False"),
+        ("bias = 0.2", "bias = 0.3", r"atlas.bias = 0.3, .* atlas.bias = 0.2"),
     ],
 )
 def test_other_settings_than_those_of_the_touches_are_refused_and_nothing_changes(
@@ -347,8 +347,8 @@ def test_a_journal_that_does_not_hold_its_settings_is_read_and_they_are_assumed(
     assert resume_exploration(run, max_touches=8, watcher=Hearing()).numbers["touches"] == 8
     assert ["those of run.toml are taken" in words for words in said] == [True]
     # From now on they are known.
-    edited(run, "trust = 1.0", "trust = 2.0")
-    with pytest.raises(ValueError, match="trust = 2.0"):
+    edited(run, "facets = 0.2", "facets = 0.3")
+    with pytest.raises(ValueError, match="facets = 0.3"):
         resume_exploration(run, max_touches=9)
 
 
@@ -362,10 +362,10 @@ def test_a_mesh_that_was_moved_is_the_same_object(ball, whole, tmp_path):
 def test_a_setting_of_a_later_version_had_its_default(whole, tmp_path):
     run = shutil.copytree(whole, tmp_path / "r")
     with closing(sqlite3.connect(run / "journal.sqlite")) as journal:
-        journal.execute("delete from setting where name = 'atlas.trust'")
+        journal.execute("delete from setting where name = 'atlas.facets'")
         journal.commit()
-    edited(run, "trust = 1.0", "trust = 2.0")
-    with pytest.raises(ValueError, match=r"trust = 2.0, .*trust = 1\.0"):
+    edited(run, "facets = 0.2", "facets = 0.3")
+    with pytest.raises(ValueError, match=r"facets = 0.3, .*facets = 0\.2"):
         resume_exploration(run, max_touches=8)
 
 
