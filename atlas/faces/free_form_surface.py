@@ -10,9 +10,10 @@ from touchatlas.atlas.faces.piece import Piece
 from touchatlas.atlas.faces.residual_kriging import ResidualKriging
 from touchatlas.atlas.faces.sextic_batch import SexticBatch
 from touchatlas.atlas.faces.sextic_fits import SexticFits
+from touchatlas.atlas.faces.sextic_sites import FACING, pairs_within
 
-# Sextics that are asked at a point at most: about as many as reach it from both sides of a wall.
-# Doubled, nothing changes.
+# Middles among which the nearest one is sought that faces as a point does: about as many as reach
+# it from both sides of a wall. Doubled, nothing changes.
 _ASKED = 24
 # Nearest samples among which one may be of another sheet, and its distance over that of the
 # nearest. Doubled, both sides of thicker walls are compared.
@@ -20,19 +21,17 @@ _NEAREST, _AS_NEAR = 12, 4.0
 # Largest cosine of the normals of two sheets: opposite sides of a wall or of a slot. Doubled in
 # angle, strong bends are walls.
 _OPPOSITE = -0.3
-# Least cosine of the normal of a sample and of a sextic that is fitted to it, and weighs where it is
-# nearest: 78 degrees. Doubled, sextics end before sharp bends.
-FACING = 0.2
-# Weight of a sextic that does not reach a point, so that it counts where no other one does, and its
-# square of one that faces the other way. Squared, nothing changes.
+# Weight of a sextic that faces away from the side of a point, so that it counts where no other one
+# does, and its square of one that is folded there. Squared, nothing changes.
 _SLIGHT = 1e-50
 
 
 @dataclass(frozen=True, eq=False)
 class FreeFormSurface:
     """Overlapping sextics, averaged at each point with weights that fall to zero with the distance
-    from their middles and with the angle to their normals: the partition of unity of Y. Ohtake, A. Belyaev, M. Alexa, G. Turk, H.-P.
-    Seidel, "Multi-level partition of unity implicits", SIGGRAPH 2003.
+    from their middles and with the angle to their normals: the partition of unity of Y. Ohtake,
+    A. Belyaev, M. Alexa, G. Turk, H.-P. Seidel, "Multi-level partition of unity implicits",
+    SIGGRAPH 2003.
 
     Of two sides of a wall the nearer one has a point. Only sextics that face as the samples of a
     side do are averaged.
@@ -58,16 +57,23 @@ class FreeFormSurface:
     def values(self, points) -> np.ndarray:
         """(n, 5) distance, normal and variance at points (n, 3). Beyond its scale a sextic
         goes on as the plane that touches it in its middle; its deviation grows as it does."""
-        found = self._of_sextics(points)
+        mean, number, stretch = self._of_sextics(points)
+        variance = self._batch.variances(number, points) * stretch**2
+        found = np.column_stack([mean, variance])
         if self.rest is not None:
             self.rest.correct(points, found)
         return found
 
-    def _of_sextics(self, points) -> np.ndarray:
-        """The same without what the sextics leave out."""
+    def at(self, points) -> np.ndarray:
+        """(n, 4) distance and normal at points (n, 3), without what the sextics leave out."""
+        return self._of_sextics(points)[0]
+
+    def _of_sextics(self, points) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """(n, 4) distance and normal; and the sextic (n,) that weighs most, whose deviation holds,
+        with the length (n,) of a unit of its heights."""
         which, number, weight = self._asked(points)
         found, stretch = self._batch.values(number, points[which])
-        upward = self._upward[number]
+        upward = self._batch.axes[number, 2]
         first, second, rows = self._sides(points)
         mean, lead = _averaged(which, weight, upward, found, first)
         if len(rows):
@@ -76,18 +82,25 @@ class FreeFormSurface:
             other, its = _averaged(at, weight[some], upward[some], found[some], second[rows])
             nearer = np.abs(other[:, 0]) < np.abs(mean[rows, 0])
             mean[rows[nearer]], lead[rows[nearer]] = other[nearer], some[its[nearer]]
-        variance = self._batch.variances(number[lead], points) * stretch[lead] ** 2
-        return np.column_stack([mean, variance])
+        return mean, number[lead], stretch[lead]
 
     def _asked(self, points) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Which of points (n, 3), ascending, ask which sextics (m,), and weights of these."""
-        count = min(_ASKED, len(self.pieces))
-        away, near = (np.reshape(x, (-1, count)) for x in self._tree.query(points, k=count))
-        ratio = away / self._batch.scales[near]
+        """Which of points (n, 3), ascending, ask which sextics (m,), and weights of these: those
+        that reach them, or the nearest one."""
+        reached = pairs_within(points, self._tree, self._batch.scales.max())
+        which = np.repeat(np.arange(len(points)), np.diff(reached.indptr))
+        ratio = reached.data / self._batch.scales[reached.indices]
         weight = np.maximum(1.0 - ratio, 0.0) ** 4 * (1.0 + 4.0 * ratio)
-        weight[np.arange(len(points)), ratio.argmin(axis=1)] += _SLIGHT
-        which, slot = np.nonzero(weight)
-        return which, near[which, slot], weight[which, slot]
+        number, real = reached.indices, weight > 0.0
+        which, number, weight = which[real], number[real], weight[real]
+        alone = np.flatnonzero(np.bincount(which, minlength=len(points)) == 0)
+        if len(alone):
+            number = np.append(number, self._tree.query(points[alone])[1])
+            weight = np.append(weight, np.ones(len(alone)))
+            which = np.append(which, alone)
+            order = np.argsort(which, kind="stable")
+            which, number, weight = which[order], number[order], weight[order]
+        return which, number, weight
 
     def shape_operators(self, points) -> np.ndarray:
         """(n, 3, 3) shape operators, 1/length, of the sextics whose middles are nearest among those
@@ -95,7 +108,7 @@ class FreeFormSurface:
         out, side = np.empty((len(points), 3, 3)), self.normals[self._samples.query(points)[1]]
         count = min(_ASKED, len(self.pieces))
         near = np.reshape(self._tree.query(points, k=count)[1], (-1, count))
-        faces = np.einsum("nkj,nj->nk", self._upward[near], side) > FACING
+        faces = np.einsum("nkj,nj->nk", self._batch.axes[near, 2], side) > FACING
         nearest = near[np.arange(len(points)), faces.argmax(axis=1)]
         for k in np.unique(nearest).tolist():
             mine = nearest == k
@@ -109,10 +122,6 @@ class FreeFormSurface:
     @cached_property
     def _tree(self) -> cKDTree:
         return cKDTree(self._batch.origins)
-
-    @cached_property
-    def _upward(self) -> np.ndarray:
-        return self._batch.axes[:, 2]
 
     @cached_property
     def _samples(self) -> cKDTree:

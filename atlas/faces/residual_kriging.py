@@ -1,4 +1,4 @@
-"""Kriging of what polynomials leave out: texture, from the residuals of the samples about a point."""
+"""Kriging of what polynomials leave out: texture, from the residuals of samples about a point."""
 
 from dataclasses import dataclass
 
@@ -8,8 +8,8 @@ from scipy.spatial import cKDTree
 # Samples about a point by which its residual is predicted. Doubled, it takes four times as long and
 # gains a hundredth.
 _NEAREST = 24
-# Points at which residuals are predicted at once: their matrices fit into the cache. Doubled, nothing
-# changes.
+# Points at which residuals are predicted at once: their matrices fit into the cache. Doubled,
+# nothing changes.
 _AT_ONCE = 128
 # Samples about a sample that tell how large residuals are there. Doubled, a rough spot is smoothed.
 _LOCAL = 30
@@ -30,9 +30,9 @@ _NOISE = 0.6
 
 @dataclass(frozen=True, eq=False)
 class ResidualKriging:
-    """Local simple kriging (N. Cressie, "Statistics for Spatial Data", 1993, section 3.2): residuals
-    are a Gaussian process of mean zero, with a Matérn correlation of smoothness 3/2 and an
-    amplitude that varies from place to place.
+    """Local simple kriging (N. Cressie, "Statistics for Spatial Data", 1993, section 3.2):
+    residuals are a Gaussian process of mean zero, with a Matérn correlation of smoothness 3/2 and
+    an amplitude that varies from place to place.
 
     Parameters
     ----------

@@ -89,7 +89,9 @@ class SexticBatch:
 def _rows_of(numbers) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
     """Rows of places in ``numbers`` that have the same number, so many at once: the number (g,) of
     each, the places (g, n), and which of them are filled (g, n); the others repeat the first."""
-    order = np.argsort(numbers, kind="stable")
+    # Of small integers the order is found by their digits, in a tenth of the time.
+    small = np.min_scalar_type(numbers.max(initial=0))
+    order = np.argsort(numbers.astype(small), kind="stable")
     counts = np.bincount(numbers)
     rows = -(-counts // _ROW)
     of_row = np.repeat(np.arange(len(counts)), rows)

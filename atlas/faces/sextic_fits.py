@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from touchatlas.atlas.faces.kinds import SEXTIC_BASIS, Kind, prior_precision
+from touchatlas.atlas.faces.sextic_sites import SexticSites
 from touchatlas.patch.geometry.polynomial import GRADIENT, derivative_coefficients, monomials
 
 # Fits at the feet of the fit before: see touchatlas.atlas.faces.fit_piece. Doubled, it takes twice
@@ -52,7 +53,7 @@ class SexticFits:
     std : float, length
         Standard deviation of a sample's distance.
     before : dict
-        Equations by radius, middle and members.
+        Equations by radius, middle, axes and members.
     kept : dict
         The same of what was asked.
     """
@@ -70,30 +71,32 @@ class SexticFits:
         same = same and np.array_equal(self.normals, normals[:count])
         return SexticFits(points, normals, std, self.kept if same else {})
 
-    def equations(self, sites, members, axes, radius: float) -> Equations:
-        """Those of sextics with middles at samples ``sites`` (m,), of ``members``, m arrays of
-        samples, in axes (m, 3, 3)."""
-        keys = [(radius, s, some.tobytes()) for s, some in zip(sites, members, strict=True)]
-        new = [k for k, key in enumerate(keys) if key not in self.before]
-        sizes = np.array([-(-len(members[k]) // _STEP) * _STEP for k in new], int)
+    def equations(self, sites: SexticSites) -> Equations:
+        """Those of sextics."""
+        rows = zip(sites.middles.tolist(), sites.axes, sites.members, strict=True)
+        keys = [(sites.radius, k, axes.tobytes(), some.tobytes()) for k, axes, some in rows]
         self.kept.update({key: self.before[key] for key in keys if key in self.before})
+        new = [k for k, key in enumerate(keys) if key not in self.kept]
+        sizes = np.array([-(-len(sites.members[k]) // _STEP) * _STEP for k in new], int)
         for size in np.unique(sizes).tolist():
             alike = np.flatnonzero(sizes == size)
             for start in range(0, len(alike), _GROUP):
                 group = [new[k] for k in alike[start : start + _GROUP]]
-                scaled, real = self._scaled(sites, members, axes, group, size)
-                found = _fitted(scaled / radius, real, self.std / radius)
-                self.kept.update(zip([keys[k] for k in group], zip(*found), strict=True))
+                scaled, real = self._scaled(sites, group, size)
+                found = _fitted(scaled, real, self.std / sites.radius)
+                for row, k in enumerate(group):
+                    self.kept[keys[k]] = found.information[row], found.right[row]
         both = [self.kept[key] for key in keys]
         return Equations(*(np.array(column) for column in zip(*both, strict=True)))
 
-    def _scaled(self, sites, members, axes, group, size: int) -> tuple[np.ndarray, np.ndarray]:
-        """Local coordinates (g, size, 3) of the members of a group of sextics, length, and which of
+    def _scaled(self, sites: SexticSites, group, size: int) -> tuple[np.ndarray, np.ndarray]:
+        """Scaled local coordinates (g, size, 3) of the members of a group of sextics, and which of
         them are real (g, size); the others are zero."""
         out, real = np.zeros((len(group), size, 3)), np.zeros((len(group), size), bool)
         for row, k in enumerate(group):
-            some = members[k]
-            out[row, : len(some)] = (self.points[some] - self.points[sites[k]]) @ axes[k].T
+            some = sites.members[k]
+            offset = self.points[some] - self.points[sites.middles[k]]
+            out[row, : len(some)] = offset @ (sites.axes[k].T / sites.radius)
             real[row, : len(some)] = True
         return out, real
 

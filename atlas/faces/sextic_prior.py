@@ -10,8 +10,8 @@ _HEIGHTS = SEXTIC_BASIS.exponents @ np.array([1, 1, 2])
 # Orders whose coefficients have a common size. Doubled, slopes would count, too: they depend on the
 # frame.
 _LEARNED = 2, 3, 4, 5, 6
-# Pairs of rounds of expectation and maximisation at most, with a step ahead after each pair. Doubled,
-# only sizes change that are below what the samples can tell.
+# Pairs of rounds of expectation and maximisation at most, with a step ahead after each pair.
+# Doubled, only sizes change that are below what the samples can tell.
 _PAIRS = 4
 # Change of the logarithm of a mean square by a pair of rounds and a step, at which they end.
 # Doubled, sizes are off by a hundredth.
