@@ -1,6 +1,6 @@
 """Fit a free-form face: overlapping sextics, as large as they follow the samples, and kriging."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -10,9 +10,10 @@ from touchatlas.atlas.faces.grow import evenly
 from touchatlas.atlas.faces.kinds import Kind
 from touchatlas.atlas.faces.piece import Piece
 from touchatlas.atlas.faces.residual_kriging import amplitudes_of, krige, nearest_of
-from touchatlas.atlas.faces.sextic_fits import Equations, SexticFits, coefficients_of
+from touchatlas.atlas.faces.sextic_batch import SexticBatch
+from touchatlas.atlas.faces.sextic_fits import SexticFits, coefficients_of
 from touchatlas.atlas.faces.sextic_prior import with_common_prior
-from touchatlas.atlas.faces.sextic_sites import SexticSites, sites_of
+from touchatlas.atlas.faces.sextic_sites import SexticSites, middles_of, sites_of
 
 # Factor by which the radius of the sextics shrinks until they follow the samples. Nearer to 1,
 # radii are a little larger, and more are tried.
@@ -24,8 +25,11 @@ _LEAST = 98
 # than this, in deviations of a sample. At 0.7 to 2.5 scans are known about as well. Doubled, bends
 # are left to kriging, which knows them less.
 _FOLLOWS = 1.4
-# Samples about which residuals are looked at to tell that. Doubled, it takes longer, and the radius
-# is the same.
+# The same of each sextic about its middle, above which all are not looked at: it was up to 1.2 of
+# that of all, but where they differ much. Doubled, it takes longer, and nothing changes.
+_HOPELESS = 1.75
+# Sextics, and samples, whose residuals are looked at to tell that. Doubled, it takes longer, and
+# the radius is the same.
 _LOOKED_AT = 60
 # Least standard deviation of a sample, in radii: below it rounding shows. Doubled, nothing changes.
 _LEAST_STD = 1e-5
@@ -62,59 +66,61 @@ def fit_free_form(
     fits = SexticFits(points, normals, std)
     if before is not None and before.fits is not None:
         fits = before.fits.following(points, normals, std)
-    sextics = _largest(tree, fits, radius)
-    found = sextics.with_prior()
+    sites = _largest(tree, fits, radius)
+    found = _surface(fits, sites)
     values = found.at(points)
     rest, side = values[:, 0], values[:, 1:4]
-    rest = krige(points, side, rest, sextics.sites.radius, std)
+    rest = krige(points, side, rest, sites.radius, std)
     return replace(found, normals=side, rest=rest, fits=fits)
 
 
-def _largest(tree, fits: SexticFits, radius: float) -> "_Sextics":
-    """The sextics of the largest radius, up to one, with which they follow the samples, or with
-    which they are known."""
+def _largest(tree, fits: SexticFits, radius: float) -> SexticSites:
+    """Sextics of the largest radius, up to one, with which they follow the samples, or with which
+    they are known."""
     near = nearest_of(tree, evenly(np.arange(tree.n), _LOOKED_AT))
     while True:
-        sites = sites_of(tree, fits.normals, radius)
-        found = _Sextics(fits, sites, fits.equations(sites))
-        counts = tree.query_ball_point(found.origins, _SHRINK * radius, return_length=True)
-        if np.median(counts) < _LEAST or found.follow(near):
-            return found
+        middles = middles_of(tree, fits.normals, radius)
+        counts = tree.query_ball_point(tree.data[middles], _SHRINK * radius, return_length=True)
+        known = np.median(counts) >= _LEAST
+        some = sites_of(tree, fits.normals, evenly(middles, _LOOKED_AT), radius)
+        if not known or _each_left_out(tree, fits, some) <= _HOPELESS * fits.std:
+            found = sites_of(tree, fits.normals, middles, radius)
+            if not known or _left_out(near, fits, found) <= _FOLLOWS * fits.std:
+                return found
         radius *= _SHRINK
 
 
-@dataclass(frozen=True, eq=False)
-class _Sextics:
-    """Sextics of one radius and what samples say of them."""
+def _each_left_out(tree, fits: SexticFits, sites: SexticSites) -> float:
+    """Median amplitude of what each of some sextics leaves out about its middle, length."""
+    near = nearest_of(tree, sites.middles)
+    sextics = SexticBatch(_pieces(fits, sites, coefficients_of(fits.equations(sites))))
+    numbers = np.repeat(np.arange(len(near)), near.shape[1])
+    values, _ = sextics.values(numbers, fits.points[near.ravel()])
+    rest = values[:, 0].reshape(near.shape)
+    return float(np.median(amplitudes_of(fits.normals[near], rest, fits.std)))
 
-    fits: SexticFits
-    sites: SexticSites
-    equations: Equations
 
-    @property
-    def origins(self) -> np.ndarray:
-        """(m, 3) middles, length, world."""
-        return self.fits.points[self.sites.middles]
+def _left_out(near, fits: SexticFits, sites: SexticSites) -> float:
+    """Median amplitude of what all sextics leave out in groups of neighbours (g, k), length."""
+    pieces = _pieces(fits, sites, coefficients_of(fits.equations(sites)))
+    used, place = np.unique(near, return_inverse=True)
+    values = FreeFormSurface(pieces, fits.points, fits.normals).at(fits.points[used])
+    values = values[place.reshape(near.shape)]
+    return float(np.median(amplitudes_of(values[..., 1:4], values[..., 0], fits.std)))
 
-    def follow(self, near) -> bool:
-        """Whether they follow the samples, of which groups of neighbours (g, k) are looked at."""
-        nothing = np.zeros(self.equations.information.shape)
-        surface = self._surface(coefficients_of(self.equations), nothing)
-        used, place = np.unique(near, return_inverse=True)
-        values, place = surface.at(self.fits.points[used]), place.reshape(near.shape)
-        amplitudes = amplitudes_of(values[place, 1:4], values[place, 0], self.fits.std)
-        return bool(np.median(amplitudes) <= _FOLLOWS * self.fits.std)
 
-    def with_prior(self) -> FreeFormSurface:
-        """The surface that they make with their common prior."""
-        noise = self.fits.std / self.sites.radius
-        return self._surface(*with_common_prior(self.equations, noise))
+def _surface(fits: SexticFits, sites: SexticSites) -> FreeFormSurface:
+    """The surface that sextics make with their common prior."""
+    found = with_common_prior(fits.equations(sites), fits.std / sites.radius)
+    return FreeFormSurface(_pieces(fits, sites, *found), fits.points, fits.normals)
 
-    def _surface(self, coefficients, covariances) -> FreeFormSurface:
-        radius = self.sites.radius
-        rows = zip(self.origins, self.sites.axes, coefficients, covariances, strict=True)
-        pieces = tuple(Piece(Kind.SEXTIC, o, a, radius, c, v) for o, a, c, v in rows)
-        return FreeFormSurface(pieces, self.fits.points, self.fits.normals)
+
+def _pieces(fits: SexticFits, sites: SexticSites, coefficients, covariances=None):
+    """Pieces of coefficients (m, t) and covariances (m, t, t), or of none."""
+    if covariances is None:
+        covariances = np.zeros((*coefficients.shape, 0))
+    rows = zip(sites.middles, sites.axes, coefficients, covariances, strict=True)
+    return tuple(Piece(Kind.SEXTIC, fits.points[k], a, sites.radius, c, v) for k, a, c, v in rows)
 
 
 def are_on(surface: FreeFormSurface, points, std: float) -> np.ndarray:

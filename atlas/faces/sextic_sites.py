@@ -47,9 +47,8 @@ class SexticSites:
     members: list[np.ndarray]
 
 
-def sites_of(tree: cKDTree, normals, radius: float) -> SexticSites:
-    """Sextics of a radius about samples with normals (n, 3)."""
-    middles = _middles(tree, normals, _APART * radius)
+def sites_of(tree: cKDTree, normals, middles, radius: float) -> SexticSites:
+    """Sextics of a radius with middles (m,) of samples with normals (n, 3)."""
     reached = pairs_within(tree.data[middles], tree, radius)
     owner = np.repeat(np.arange(len(middles)), np.diff(reached.indptr))
     samples, away = reached.indices, reached.data
@@ -77,12 +76,13 @@ def pairs_within(points, tree: cKDTree, radius: float) -> csr_array:
     return coo_array((found["v"], (found["i"], found["j"])), shape).tocsc().tocsr()
 
 
-def _middles(tree: cKDTree, normals, apart: float) -> np.ndarray:
-    """(m,) samples in turn, each farther than ``apart`` from the ones before or turned from them."""
+def middles_of(tree: cKDTree, normals, radius: float) -> np.ndarray:
+    """(m,) samples in turn, each apart from the ones before or turned from them: middles of
+    sextics of a radius."""
     left, out = np.ones(tree.n, bool), []
     for sample in range(tree.n):
         if left[sample]:
-            near = np.array(tree.query_ball_point(tree.data[sample], apart))
+            near = np.array(tree.query_ball_point(tree.data[sample], _APART * radius))
             left[near[normals[near] @ normals[sample] > _TURNED]] = False
             out.append(sample)
     return np.array(out)
