@@ -80,7 +80,7 @@ class FaceField:
         self.reach = _REACH * float(np.linalg.norm(np.ptp(faces.points, axis=0)))
         self._is_one = len(faces) == 1 and trees.is_free_form(0)
         if self._is_one:
-            self.reach = trees.radius
+            self.reach = trees.scale_of(0)
             return
         self._known = np.flatnonzero(faces.of != NONE)
         self._tree = cKDTree(faces.points[self._known])

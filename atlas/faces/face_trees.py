@@ -105,6 +105,11 @@ class FaceTrees:
             own += [(group[0], piece) for piece in surface.pieces] if surface else []
         return own
 
+    def scale_of(self, number: int) -> float:
+        """Radius of the patches of a free-form face, length: that of the largest."""
+        surface = self._free_form(number)
+        return max(piece.scale for piece in surface.pieces) if surface else self.radius
+
     def first_of(self, number: int) -> int:
         """The first of the faces that have one surface with a face."""
         return self._group_of.get(number, (number,))[0]

@@ -28,6 +28,9 @@ _FIRST, _ABOUT = 12, 48
 # Distance beyond the samples up to which a face is known, in steps of its contours. Doubled, faces
 # go on beyond edges that no contour crossed.
 _STEPS = 1.5
+# Deviation over ``reach`` beyond which a surface shows nothing: between samples far apart polynomials
+# have zeros anywhere. Doubled, more of such is drawn while little is known.
+_VAGUE = 0.1
 # Distance from the surface up to which it is asked what is known at the foot, over ``reach``: cubes
 # are smaller. Doubled, the sides of thin walls are confused.
 _OFF = 0.4
@@ -151,7 +154,7 @@ class LawfulBody:
         for count in (_FIRST, _ABOUT):
             doubt = doubt[~known[doubt]]
             known[doubt] = self._is_among(points[doubt], found.normal[doubt], count)
-        known &= np.isfinite(found.deviation)
+        known &= found.deviation <= _VAGUE * self.reach
         # What nothing explains is not known.
         known &= ~self._astray[nearest] | (away < steps + off)
         return found, known
