@@ -9,8 +9,8 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from touchatlas.atlas.check.doubt import NOWHERE, Doubt, count_of, extent_of, some_apart
-from touchatlas.atlas.mesh.triangles_across import SURE
 from touchatlas.atlas.state import AtlasState
+from touchatlas.patch.geometry.normal_error import SURE
 
 
 class Triangles(Protocol):

@@ -10,7 +10,7 @@ from itertools import combinations
 
 import numpy as np
 
-from touchatlas.atlas.mesh.marching_cubes import CORNERS, EDGES, unkey
+from touchatlas.atlas.mesh.cube_lattice import CORNERS, EDGES, unkey
 
 # Corners of each of the six faces of a cube, two for each axis, in cyclic order.
 _FACES = np.array(

@@ -1,133 +1,88 @@
-"""Triangles of the blended surface: marching cubes along it, then halved edges.
+"""Triangles of an atlas: those of the surface that its faces draw, mended where no law holds.
 
-The cubes are as large as the patches and the distance between sheets allow. Their vertices are
-moved onto the zero set, and edges are halved where the surface is too far from them. So a flat
-surface has few triangles. The surface is closed where the patches cover it, and open where they do
-not.
+Between samples a free-form face may have zeros beside the surface, small holes and small handles.
+Faces that obey laws have none.
 """
 
-import igl
 import numpy as np
 
-from touchatlas.atlas.known_surface import whole_field
+from touchatlas.atlas.faces.lawful_body import LawfulBody
 from touchatlas.atlas.mesh.close_holes import close_holes
 from touchatlas.atlas.mesh.close_slits import close_slits
-from touchatlas.atlas.mesh.coarse_mesh import CoarseMesh, coarse_mesh
-from touchatlas.atlas.mesh.coincident_vertices import without_coincident_vertices
-from touchatlas.atlas.mesh.lawful_surface import fine_edge, lawful_surface
-from touchatlas.atlas.mesh.refine import edges_of, refine, vertex_heights
-from touchatlas.atlas.mesh.resolution import (
-    OPPOSED,
-    check_edge,
-    cube_edge,
-    facet_bound,
-    gaps_of,
-    resolution,
-)
-from touchatlas.atlas.mesh.rim_vertices import ended_at_rims
+from touchatlas.atlas.mesh.lawful_surface import coarse_edge, fine_edge, is_smooth, lawful_surface
+from touchatlas.atlas.mesh.refine import refined
 from touchatlas.atlas.mesh.small_handles import without_small_handles
 from touchatlas.atlas.mesh.stray_pieces import without_stray_pieces
 from touchatlas.atlas.mesh.surface import Surface
-from touchatlas.atlas.mesh.unsure_rims import without_unsure_rims
 from touchatlas.atlas.state import AtlasState
+from touchatlas.patch.geometry.arrays import real
 
-# Least cosine between a triangle and the axis of a patch at one of its corners, whose core turns by
-# 45 degrees: 70 degrees. Doubled, 47 degrees, the rims of strongly curved patches are left out.
-_FACING = 0.34
+# Size of the smallest handle that stays, in tolerances, and in steps of contours if that is more.
+# Doubled, handles of that size are left out.
+_TOLERANCES, _STEPS = 2.0, 2.0
+# Memory per triangle while a surface is made, bytes, as measured, and its limit: 16 GB; doubled,
+# few computers hold the surface.
+_BYTES, _MOST_BYTES = 3e3, 2.0**34
 
 
 def extract_surface(state: AtlasState, edge: float | None = None) -> Surface:
-    """Triangulated zero set of the atlas's blended signed distance, its small and narrow holes
-    closed, and without handles that are smaller than the smallest patch or four tolerances.
+    """The surface of the atlas's body as triangles.
+
+    Where all faces obey laws it is drawn as they are. Else small holes are closed, and stray pieces
+    and small handles left out.
 
     Parameters
     ----------
     state : AtlasState
     edge : float, length, optional
-        Typical edge of the triangles everywhere. Without it they are as large as
-        ``AtlasOptions.facets`` allows.
+        Edge of the cubes in which triangles are drawn, which are about as large everywhere. Without
+        it they are as large as ``AtlasOptions.facets`` allows.
 
     Raises
     ------
     ValueError
-        When the argument is no Atlas, or has no patch, or the edge is no length, longer than the
-        patches span, or too short for the memory.
+        When the argument is no Atlas, or has no body, or the edge is no length, longer than the
+        body, or too short for the memory.
     """
-    if isinstance(state, AtlasState) and state.body is not None:
-        sagitta = state.options.facets * state.tolerance
-        return lawful_surface(
-            state.body, check_edge(state, edge) if edge else fine_edge(state.body, sagitta)
-        )
-    closed = close_holes(without_unsure_rims(state, open_surface(state, edge)), state.rims)
-    closed = close_slits(closed, state.rims)
-    least = max(state.options.least_radius * state.scale, 2.0 * state.tolerance)
-    return without_coincident_vertices(without_small_handles(closed, state.rims, least))
+    body, sagitta = _body_of(state), state.options.facets * state.tolerance
+    cubes = fine_edge(body, sagitta) if edge is None else _checked(body, edge)
+    if all(face.law is not None for face in body.faces.faces):
+        return lawful_surface(body, cubes)
+    smooth = edge is None and is_smooth(body)
+    surface = lawful_surface(body, coarse_edge(body) if smooth else cubes)
+    surface = without_stray_pieces(surface, body.samples.points)
+    if smooth:
+        surface = refined(body.field, surface, sagitta)
+    surface = close_slits(close_holes(surface, state.rims), state.rims)
+    steps = _STEPS * float(np.median(body.samples.steps))
+    size = max(_TOLERANCES * state.tolerance, steps)
+    return without_small_handles(surface, state.rims, size)
 
 
-def open_surface(state: AtlasState, edge: float | None = None) -> Surface:
-    """The surface as ``extract_surface`` gives it, with its holes."""
+def _body_of(state: AtlasState) -> LawfulBody:
+    """The body of an atlas, if it has one."""
     if not isinstance(state, AtlasState):
         raise ValueError(f"got {type(state).__name__}; a surface is drawn of an Atlas")
-    if not len(state):
+    if state.body is None:
         raise ValueError(
-            "the atlas has no patch yet, so it has no surface; add a touch with three contours, or "
-            "see in planner.stop why no touch gave a patch"
+            "the atlas has learned from no touch yet, so it has no surface; add a touch with three "
+            "contours, or see in planner.stop why no touch taught anything"
         )
-    gaps = gaps_of(whole_field(state), state.surface_graph.outlines, state.table.rows)
-    fine = check_edge(state, resolution(state, gaps) if edge is None else edge)
-    cubes = cube_edge(whole_field(state), fine, gaps)
-    if edge is None:
-        coarse = coarse_mesh(whole_field(state), cubes)
-        return smooth_surface(state, coarse, facet_bound(state), fine)
-    # Cubes that are halved some times have the edge that is wished.
-    halvings = int(np.log2(cubes / fine))
-    coarse = coarse_mesh(whole_field(state), fine * 2**halvings)
-    return smooth_surface(state, coarse, np.inf, np.inf, halvings)
+    return state.body
 
 
-def smooth_surface(
-    state: AtlasState, coarse: CoarseMesh, bound: float, edge: float, halvings: int = 0
-) -> Surface:
-    """A coarse mesh refined (see ``refine``), cut off at its ends.
-
-    The surface is kept where patches reach it and where samples support it (see ``supported``).
-    """
-    field = whole_field(state)
-    mesh, drawn = refine(state, coarse, bound, edge, halvings)
-    old, faces, patch = mesh.vertices, mesh.faces, mesh.vertices.patch
-    height = vertex_heights(old, edges_of(faces)[0], bound)
-    points = old.points + height[:, None] * old.normals
-    points, drawn = ended_at_rims(state, faces, points, field.table.axes[patch, 2], drawn)
-    # The triangles lie off the patches by as much as the vertices were moved.
-    deviation = np.hypot(np.sqrt(old.variance), height)
-    kept = _without_bridging_triangles(faces, old.normals)
-    kept = kept[_faces_outward(kept, points, field.table.axes[patch, 2])]
-    whole = Surface(points, kept, old.normals, deviation, patch, old.curvature)
-    if not drawn.all() or len(whole.faces) < len(faces):
-        whole = whole.only(drawn)
-    faces, index = igl.split_nonmanifold(whole.faces)
-    return without_stray_pieces(state, whole.taken(index, faces))
-
-
-def _without_bridging_triangles(faces, normals) -> np.ndarray:
-    """The triangles (f, 3) without those that join two sheets of opposed normals. They arise at the
-    rim of a thin wall that is known on one side only."""
-    return np.asarray(faces[_least_cosine(faces, normals) > OPPOSED])
-
-
-def _faces_outward(faces, points, axes) -> np.ndarray:
-    """(f,) whether triangles face as one of the axes (v, 3) of the patches at their corners does.
-    Others are folds, where cells of patches that disagree meet, or follow a second zero of a
-    polynomial."""
-    a, b, c = (points[corner] for corner in faces.T)
-    across = np.cross(b - a, c - a)
-    least = _FACING * np.sqrt(np.einsum("ij,ij->i", across, across))
-    along = [np.einsum("ij,ij->i", across, axes[corner]) for corner in faces.T]
-    return np.asarray(np.maximum.reduce(along) >= least)
-
-
-def _least_cosine(faces, normals) -> np.ndarray:
-    """(f,) the least cosine between two of the normals (v, 3) at each triangle."""
-    a, b, c = (normals[corner] for corner in faces.T)
-    pairs = (a, b), (b, c), (c, a)
-    return np.minimum.reduce([np.einsum("ij,ij->i", p, q) for p, q in pairs])
+def _checked(body: LawfulBody, edge: float) -> float:
+    """The edge of the cubes, if a surface of them can be made: the memory is that for two triangles
+    in each cube on the square of the body's extent, which is the area of a ball."""
+    if not 0.0 < real(edge) <= body.extent:
+        raise ValueError(
+            f"edge is {edge}; it must be a length > 0 and no more than the {body.extent:.4g} that "
+            "the samples span: leave it out for a fitting one"
+        )
+    least = float(np.sqrt(2.0 * _BYTES / _MOST_BYTES)) * body.extent
+    if edge < least:
+        raise ValueError(
+            f"edge is {edge:.4g}: triangles so small would take more than "
+            f"{_MOST_BYTES / 2**30:.0f} GB of memory; give one of {1.1 * least:.2g} or more"
+        )
+    return float(edge)

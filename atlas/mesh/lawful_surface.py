@@ -8,6 +8,7 @@ import numpy as np
 from touchatlas.atlas.faces.face_field import FaceValues
 from touchatlas.atlas.faces.lawful_body import LawfulBody
 from touchatlas.atlas.mesh.dual_contouring import dual_contour
+from touchatlas.atlas.mesh.smooth_contouring import smooth_contour
 from touchatlas.atlas.mesh.surface import Surface
 
 # Cubes along the extent of a body: with the first number its shape is drawn for planning, the
@@ -20,6 +21,11 @@ _WALL = 0.4
 # Distance from a rounded right angle of the lines from the middle of its rounding along both faces,
 # in radii. Doubled, narrower roundings get finer triangles.
 _CHORD = 0.2
+
+
+def is_smooth(body: LawfulBody) -> bool:
+    """Whether a body is one free-form face, without sharp edges."""
+    return len(body.faces) == 1 and body.field.trees.is_free_form(0)
 
 
 def coarse_edge(body: LawfulBody) -> float:
@@ -63,8 +69,11 @@ def lawful_triangles(body: LawfulBody, edge: float) -> tuple[np.ndarray, np.ndar
         found, known = body.at(points)
         return found.distance, found.normal, known
 
-    vertices, faces = dual_contour(at, at_corners, body.seeds, edge)
+    contour = smooth_contour if is_smooth(body) else dual_contour
+    vertices, faces = contour(at, at_corners, body.seeds, edge)
     found = body.field.at(vertices)
+    if is_smooth(body):
+        vertices = vertices - np.clip(found.distance, -edge, edge)[:, None] * found.normal
     # A face whose equation fails at a vertex says nothing of it: it may lie anywhere.
     return vertices, faces, replace(found, deviation=np.minimum(found.deviation, body.extent))
 

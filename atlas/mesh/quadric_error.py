@@ -62,7 +62,7 @@ def vertices_of(at, points, normals, sheet, low, edge: float):
             found[sharp], means[sharp], feet, normal, here, low[sharp], edge
         )
     smooth = rank < 2
-    found[smooth] = _projected(at, means[smooth], edge)
+    found[smooth], _ = projected(at, means[smooth], edge, _PROJECTIONS)
     return found, ~smooth
 
 
@@ -92,12 +92,13 @@ def _meeting(middle, means, points, normals, sheet, low, edge: float):
     return place, rank
 
 
-def _projected(at, points, edge: float) -> np.ndarray:
-    """Points (n, 3) moved onto the surface by Newton steps along the normal."""
-    for _ in range(_PROJECTIONS):
+def projected(at, points, edge: float, steps: int) -> tuple[np.ndarray, np.ndarray]:
+    """Points (n, 3) moved onto the surface by Newton steps along the normal, and the normal (n, 3)
+    before the last step."""
+    for _ in range(steps):
         distance, normal = seen(at, points)
         points = points - _bounded(distance, edge)[:, None] * normal
-    return points
+    return points, normal
 
 
 def _bounded(distance, edge: float) -> np.ndarray:

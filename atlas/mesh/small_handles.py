@@ -1,7 +1,7 @@
-"""Small handles: those that no patch could show are left out, and closed across.
+"""Small handles: those that no contour could show are left out, and closed across.
 
-Where patches disagree at a thin wall or a sharp edge, triangles of both sheets may join in a tunnel
-or a curl. It changes the Euler characteristic of a surface that is right elsewhere (Guskov and
+At a thin wall or a sharp edge of a free-form face triangles of both sheets may join in a tunnel or
+a curl. It changes the Euler characteristic of a surface that is right elsewhere (Guskov and
 Wood, Topological noise removal, 2001).
 """
 
@@ -17,8 +17,8 @@ from touchatlas.atlas.mesh.short_loops import loops_within
 from touchatlas.atlas.mesh.surface import Surface
 from touchatlas.atlas.samples.rims import Rims
 
-# Largest loop of a handle, and largest region that is closed across, in radii of the smallest
-# patch: about as wide as it is. Doubled, handles that patches describe are left out.
+# Largest loop of a handle, and largest region that is closed across, in sizes of the smallest
+# handle that stays. Doubled, handles of that size are left out.
 _LOOP, _REGION = 2.0, 2.5
 # Rounds in which handles are sought: those beside a closed one are seen in the next. Doubled,
 # surfaces that are wrong in many places take twice as long.
@@ -38,7 +38,7 @@ def without_small_handles(surface: Surface, rims: Rims, size: float) -> Surface:
     rims : Rims
         Holes beyond these stay open.
     size : float, length
-        Radius of the smallest patch.
+        Half of the largest loop of a handle that is left out.
     """
     for _ in range(_ROUNDS):
         mended = _mended(surface, rims, size)

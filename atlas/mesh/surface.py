@@ -19,10 +19,9 @@ class Surface:
     deviation : (v,) float, length
         Predicted standard deviation along the normal.
     patch : (v,) int
-        Patch in whose cell the vertex lies; the id of the face where the surface was drawn from
-        faces that obey laws.
+        Id of the face on which the vertex lies.
     gaussian_curvature : (v,) float, 1/length^2
-        Curvature of the patches, not of the triangles.
+        Curvature of the faces, not of the triangles.
     stray_pieces : int
         Number of pieces beside the surface that were removed.
     closed_holes : (h, 3) float, length, world
@@ -39,10 +38,10 @@ class Surface:
     closed_holes: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
 
     def total_curvature(self) -> float:
-        """Integral of the patches' Gaussian curvature over the triangles, no unit.
+        """Integral of the faces' Gaussian curvature over the triangles, no unit.
 
         On a closed surface it is 2 pi times the Euler characteristic, up to the error of the
-        patches (Gauss-Bonnet; do Carmo, section 4-5). This check needs no truth.
+        faces (Gauss-Bonnet; do Carmo, section 4-5). This check needs no truth.
         """
         areas = 0.5 * igl.doublearea(self.vertices, self.faces)
         return float(areas @ self.gaussian_curvature[self.faces].mean(axis=1))

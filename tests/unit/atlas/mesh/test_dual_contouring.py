@@ -7,9 +7,9 @@ import pytest
 import trimesh
 from scipy.spatial.transform import Rotation
 
+from touchatlas.atlas.mesh.cube_lattice import EDGES, corners_of, key
 from touchatlas.atlas.mesh.cube_sheets import sheets_of
 from touchatlas.atlas.mesh.dual_contouring import dual_contour
-from touchatlas.atlas.mesh.marching_cubes import EDGES, corners_of, key
 
 _HALF = np.array([1.0, 0.7, 0.5])
 # A position in which no plane or axis is parallel to the lattice.

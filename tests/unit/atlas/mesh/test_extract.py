@@ -1,132 +1,120 @@
-"""The surface of an open atlas and of thin slabs: where it ends, and that sheets stay apart."""
-
-from dataclasses import replace
+"""The surface of an atlas: that of its body, as fine as is asked for."""
 
 import numpy as np
 import pytest
 import trimesh
 
-from tests.explored import explored
-from tests.flat import slab
-from touchatlas.atlas import extract_surface
-from touchatlas.atlas.mesh.extract import _faces_outward, open_surface
-from touchatlas.atlas.mesh.resolution import cube_edge, gaps_of, patch_resolution, resolution
-from touchatlas.atlas.mesh.trim import rim, supported
+from tests.lawful import body_of, samples_of_touches, touched, touched_mesh
+from touchatlas.atlas import AtlasOptions, extract_surface
+from touchatlas.atlas.faces.faces import face_of_all
+from touchatlas.atlas.faces.lawful_body import LawfulBody
+from touchatlas.atlas.graph.rims import Rims
+from touchatlas.atlas.mesh.lawful_surface import fine_edge, lawful_surface
+from touchatlas.atlas.patches.sample_pool import SamplePool
+from touchatlas.atlas.state import AtlasState
 from touchatlas.sim import make_object
-from touchatlas.sim.study.surface_peers import distances
+
+NOISE, TOLERANCE = 0.02, 0.1
+STD = np.sqrt(2.0) * NOISE
 
 
-def boundary_edges(faces) -> np.ndarray:
-    """(e, 2) edges of one triangle alone; no edge may be of three."""
-    edges = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]], axis=2).reshape(-1, 2)
-    once, counts = np.unique(edges, axis=0, return_counts=True)
-    assert counts.max() <= 2
-    return once[counts == 1]
+class Known(AtlasState):
+    """The state of an atlas of which a body is all that is known."""
+
+    body: LawfulBody | None = None
+
+    def __init__(self, body: LawfulBody | None, facets: float = 0.2) -> None:
+        self.body, self.tolerance = body, TOLERANCE
+        self.options, self.rims = AtlasOptions(facets=facets), Rims(SamplePool())
 
 
-def sheet_gaps(atlas) -> np.ndarray:
-    """(m,) distances between sheets that face away from each other."""
-    return gaps_of(atlas.field, atlas.surface_graph.outlines, atlas.table.rows)
+def smooth_body(name: str, touches: int, keep=lambda points: np.ones(len(points), bool)):
+    """A built-in object, touched at places spread evenly, as one free-form face."""
+    obj = make_object(name)
+    columns = touched(obj, touches, NOISE, 3, 0.12 * obj.diagonal, 12)
+    samples = samples_of_touches(columns, STD, keep(columns[0]))
+    return LawfulBody(face_of_all(samples), samples)
 
 
 @pytest.fixture(scope="module")
-def half():
-    return explored("torus", max_touches=60).atlas
+def torus():
+    return smooth_body("torus", 60)
 
 
-def test_surface_is_open_at_the_frontier_and_nowhere_else(half):
-    atlas = half
-    surface, edge = open_surface(atlas), resolution(atlas, sheet_gaps(atlas))
-    border = boundary_edges(surface.faces)
-    seen = atlas.blend(surface.vertices)
-    # A vertex that its patch clearly covers is not asked again: at the end of a cell it may be out.
-    assert len(border) and seen.known.mean() > 0.999
-    surface = surface.only(seen.known)
-    seen = atlas.blend(surface.vertices)
-    # Vertices are moved out by the mean height of the surface over their edges, 0.16 tolerances at
-    # most. At the rim vertices are extrapolated as far as the atlas trusts: to a
-    # deviation of one tolerance, which one in a thousand may exceed, and none threefold.
-    off = np.abs(seen.distance) / atlas.tolerance
-    assert np.quantile(off, 0.9) < 0.15 and np.quantile(off, 0.999) < 1.0 and off.max() < 3.0
-    # Away from the rim the deviation may be three times as large as at it.
-    at_rim = np.isin(surface.patch, rim(atlas))
-    assert surface.deviation[at_rim].max() <= atlas.tolerance
-    assert surface.deviation.max() <= 3.0 * atlas.tolerance
-    # And all that is known of the torus is there, up to the edge of a triangle at the rim.
-    points, _ = make_object("torus").sample(5000, np.random.default_rng(0))
-    on = atlas.blend(points)
-    feet = (points - on.distance[:, None] * on.normal)[on.known]
-    there = atlas.blend(feet)
-    feet, patch, deviation = (x[there.known] for x in (feet, there.patch, there.deviation))
-    feet = feet[supported(atlas, patch, feet, deviation)]
-    missed = distances(surface.vertices, surface.faces, feet)
-    assert missed.max() < 2.0 * edge and np.quantile(missed, 0.98) < 0.5 * edge
+def as_mesh(surface) -> trimesh.Trimesh:
+    return trimesh.Trimesh(surface.vertices, surface.faces, process=False)
 
 
-def test_surface_is_drawn_as_far_as_it_is_trusted(half):
-    """More trust, more surface, and the same one; without end, all that patches reach. Triangles
-    add the height by which their vertices are moved, 0.16 tolerances at most, to the deviation."""
-    atlas, areas = explored("torus", max_touches=60).atlas, []
-    for trust in (0.1, 0.3, np.inf):
-        atlas.options = replace(atlas.options, trust=trust)
-        surface = open_surface(atlas)
-        at_rim = np.isin(surface.patch, rim(atlas))
-        trusted, facets = trust * atlas.tolerance, 0.2 * atlas.tolerance
-        assert surface.deviation[at_rim].max() <= np.hypot(trusted, facets)
-        assert surface.deviation.max() <= np.hypot(3.0 * trusted, facets)
-        areas.append(trimesh.Trimesh(surface.vertices, surface.faces, process=False).area)
-    assert areas[0] < areas[1] < areas[2]
+def off(body, surface) -> np.ndarray:
+    """Distances of vertices, middles of sides and centres from the body, in tolerances."""
+    a, b, c = surface.vertices[surface.faces].transpose(1, 0, 2)
+    points = [surface.vertices, (a + b) / 2, (b + c) / 2, (c + a) / 2, (a + b + c) / 3]
+    return np.abs(body.field.at(np.concatenate(points)).distance) / TOLERANCE
 
 
-@pytest.mark.parametrize("thickness", [0.1, 0.2, 0.4])
-def test_two_sides_of_a_thin_slab_stay_two_sheets(thickness):
-    atlas = slab(thickness, np.random.default_rng(0))
-    edge = 0.5 * thickness
-    # The noise of a flat patch, a few at most.
-    gaps = sheet_gaps(atlas)
-    assert len(gaps) and gaps == pytest.approx(thickness, abs=5e-3)
-    assert edge <= cube_edge(atlas.field, edge, gaps) <= gaps.min()
-    surface = extract_surface(atlas, edge)
-    up = surface.vertices[:, 2] > 0.0
-    assert np.abs(surface.vertices[:, 2]) == pytest.approx(0.5 * thickness, abs=5e-3)
-    assert (surface.normals[up, 2] > 0.9).all() and (surface.normals[~up, 2] < -0.9).all()
-    assert up[surface.faces].all(axis=1).sum() == pytest.approx(
-        (~up)[surface.faces].all(axis=1).sum(), rel=0.1
-    )
-    assert not (up[surface.faces].any(axis=1) & ~up[surface.faces].all(axis=1)).any()
+def test_triangles_are_as_near_to_a_smooth_body_as_the_option_says(torus):
+    """And a quarter of the distance takes three to six times the triangles: edges are halved, so
+    that their number goes in steps. Where the field jumps, few are farther."""
+    counts = []
+    for facets in (0.4, 0.1):
+        surface = extract_surface(Known(torus, facets))
+        assert np.quantile(off(torus, surface), 0.99) < facets
+        mesh = as_mesh(surface)
+        assert mesh.is_watertight and mesh.is_winding_consistent and mesh.euler_number == 0
+        counts.append(len(surface.faces))
+    assert 3.0 < counts[1] / counts[0] < 6.0
 
 
-@pytest.mark.parametrize("turned", [False, True])
-@pytest.mark.parametrize("thickness", [0.05, 0.15, 0.3, 0.6])
-def test_thin_slabs_have_two_whole_sides(thickness, turned):
-    """However thin it is against the edge of flat patches, 0.37, each side is one disc:
-    V - E + F = 1, as large as that of a slab twice as thick as the edge."""
-    rng = np.random.default_rng(0)
-    turn = np.linalg.qr(rng.normal(size=(3, 3)))[0] if turned else np.eye(3)
-    surface = extract_surface(slab(thickness, rng, turn))
-    mesh = trimesh.Trimesh(surface.vertices, surface.faces, process=False)
-    sides = mesh.split(only_watertight=False)
-    assert [side.euler_number for side in sides] == [1, 1]
-    whole = extract_surface(slab(0.8, rng, turn), 0.2)
-    area = trimesh.Trimesh(whole.vertices, whole.faces, process=False).area
-    # A rim of less than one edge is left out, 0.2 of 2 x 14 along both rims at most.
-    assert mesh.area == pytest.approx(area, abs=5.6)
+def test_a_smooth_body_takes_fewer_triangles_than_cubes_of_its_bound(torus):
+    """Cubes are as small everywhere as the strongest bend asks for."""
+    surface = extract_surface(Known(torus))
+    cubes = lawful_surface(torus, fine_edge(torus, 0.2 * TOLERANCE))
+    assert len(surface.faces) < 0.5 * len(cubes.faces)
 
 
-def test_resolution_is_that_of_the_patches_where_no_sheets_are_near(half):
-    gaps = sheet_gaps(half)
-    assert resolution(half, gaps) == patch_resolution(half)
+def test_an_edge_that_is_given_is_that_of_the_cubes(torus):
+    """A triangle in a cube has an area of about half of its square."""
+    mesh = as_mesh(extract_surface(Known(torus), 3.0))
+    assert mesh.is_watertight and mesh.euler_number == 0
+    assert mesh.area / len(mesh.faces) == pytest.approx(0.5 * 3.0**2, rel=0.4)
 
 
-def test_a_triangle_faces_as_one_of_the_patches_at_its_corners():
-    """A right angle from the x axis, tilted toward it by 25 and by 15 degrees, and turned over."""
-    lean = np.deg2rad([25.0, 15.0])
-    points = np.array([[0, 0, 0], [1, 0, 0], [0, np.sin(lean[0]), np.cos(lean[0])]])
-    steeper = np.array([[0, 0, 0], [1, 0, 0], [0, np.sin(lean[1]), np.cos(lean[1])]])
-    up = np.tile([0.0, 0.0, 1.0], (3, 1))
-    for corners, expected in ((points, True), (steeper, False)):
-        # The normal of (0, 1, 2) is (0, -cos, sin) of the lean.
-        assert _faces_outward(np.array([[0, 1, 2]]), corners, up).tolist() == [expected]
-        assert _faces_outward(np.array([[0, 2, 1]]), corners, up).tolist() == [False]
-    one = np.array([[0.0, 0, 1], [0, 0, 1], [0, -1, 0]])
-    assert _faces_outward(np.array([[0, 1, 2]]), steeper, one).all()
+def test_a_body_whose_faces_obey_laws_is_drawn_as_they_are():
+    body = body_of(samples_of_touches(touched_mesh("box", 60, NOISE, 4), STD))
+    found = extract_surface(Known(body))
+    drawn = lawful_surface(body, fine_edge(body, 0.2 * TOLERANCE))
+    for name in ("vertices", "faces", "normals", "deviation", "patch"):
+        assert getattr(found, name).tobytes() == getattr(drawn, name).tobytes()
+
+
+def test_a_half_of_a_body_is_open_and_drawn_where_it_was_touched():
+    """Samples above z = 0: no vertex is lower by more than a step and a half and a cube."""
+    half = smooth_body("sphere", 50, lambda points: points[:, 2] > 0.0)
+    mesh = as_mesh(extract_surface(Known(half)))
+    assert not mesh.is_watertight and mesh.is_winding_consistent
+    lowest = -1.5 * half.samples.steps.max() - half.extent / 32
+    assert mesh.vertices[:, 2].min() > lowest
+
+
+def test_the_same_body_gives_the_same_triangles(torus):
+    surfaces = [extract_surface(Known(torus)) for _ in range(2)]
+    for name in ("vertices", "faces", "normals", "deviation", "patch", "gaussian_curvature"):
+        assert getattr(surfaces[0], name).tobytes() == getattr(surfaces[1], name).tobytes()
+
+
+def test_what_is_no_atlas_or_has_no_body_is_refused():
+    with pytest.raises(ValueError, match="drawn of an Atlas"):
+        extract_surface("atlas")  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="no surface"):
+        extract_surface(Known(None))
+
+
+@pytest.mark.parametrize("edge", [0.0, -1.0, np.nan, np.inf, 1e3, "a"])
+def test_an_edge_that_is_no_length_of_the_body_is_refused(torus, edge):
+    with pytest.raises(ValueError, match="must be a length"):
+        extract_surface(Known(torus), edge)
+
+
+def test_triangles_that_would_fill_the_memory_are_refused(torus):
+    with pytest.raises(ValueError, match="memory"):
+        extract_surface(Known(torus), 1e-3)

@@ -6,105 +6,107 @@ import numpy as np
 import pytest
 import trimesh
 
-from tests.explored import explored
-from touchatlas.atlas import extract_surface
-from touchatlas.atlas.mesh.coarse_mesh import Vertices
-from touchatlas.atlas.mesh.refine import edges_of, split, vertex_heights
+from touchatlas.atlas.faces.face_field import FaceValues
+from touchatlas.atlas.mesh.refine import refined
+from touchatlas.atlas.mesh.surface import Surface
 
 AXES = np.array([1.0, 0.7, 0.5])
 
 
-def with_middles(points, faces, chosen):
-    """A mesh, some edges of which are cut in their middles."""
-    ends, sides = edges_of(faces)
-    middle = np.where(chosen, len(points) + np.cumsum(chosen) - 1, -1)
-    every = np.concatenate([points, points[ends[chosen]].mean(axis=1)])
-    return trimesh.Trimesh(every, split(faces, middle[sides], every), process=False)
+class Ellipsoid:
+    """The field of an ellipsoid, to first order, and the number of points that it was asked."""
+
+    def __init__(self, scale: float = 1.0) -> None:
+        self.scale, self.asked = scale, 0
+
+    def at(self, points) -> FaceValues:
+        self.asked += len(points)
+        scaled = points / (self.scale * AXES)
+        gradient = scaled / (self.scale * AXES)
+        length, size = np.linalg.norm(scaled, axis=1), np.linalg.norm(gradient, axis=1)
+        # (F - 1) / |grad F| with F the length of the scaled point.
+        distance = (length - 1.0) * length / np.maximum(size, 1e-300)
+        normal = gradient / np.maximum(size, 1e-300)[:, None]
+        return FaceValues(distance, normal, np.zeros(len(points)), np.zeros(len(points), int))
 
 
-@pytest.mark.parametrize("share", [0.0, 0.2, 0.5, 0.8, 1.0])
-def test_any_edges_may_be_halved(share):
-    """The same body: closed, of one side, with the volume and the area that it had."""
-    before = trimesh.creation.icosphere(subdivisions=2)
-    points, faces = np.array(before.vertices), np.array(before.faces)
-    chosen = np.random.default_rng(0).random(len(edges_of(faces)[0])) < share
-    after = with_middles(points, faces, chosen)
-    assert after.is_watertight and after.is_winding_consistent and after.euler_number == 2
-    # Each cut edge adds a triangle on both sides.
-    assert len(after.faces) == len(faces) + 2 * chosen.sum()
-    assert after.volume == pytest.approx(before.volume, rel=1e-12)
-    assert after.area == pytest.approx(before.area, rel=1e-12)
-
-
-def test_triangles_moved_out_by_their_mean_height_lie_about_the_surface():
-    """About an ellipsoid, whose inscribed triangles all lie inside: the mean is left with the
-    fourth order of their size, of which the heights themselves are the second."""
-    coarse = trimesh.creation.icosphere(subdivisions=4)
-    points, faces = np.array(coarse.vertices) * AXES, np.array(coarse.faces)
-    normals = points / AXES**2
-    normals /= np.linalg.norm(normals, axis=1)[:, None]
-    zero, whole = np.zeros(len(points)), np.ones(len(points), bool)
-    vertices = Vertices(points, normals, zero, zero, zero.astype(int), whole)
-    heights = vertex_heights(vertices, edges_of(faces)[0], np.inf)
-    volume = np.pi * 4.0 / 3.0 * AXES.prod()
-    flat, moved = (
-        trimesh.Trimesh(p, faces, process=False).volume / volume - 1.0
-        for p in (points, points + heights[:, None] * normals)
+def coarse(field: Ellipsoid) -> Surface:
+    ball = trimesh.creation.icosphere(subdivisions=2)
+    points = np.array(ball.vertices) * field.scale * AXES
+    none = np.zeros(len(points))
+    return Surface(
+        *(points, np.array(ball.faces), field.at(points).normal),
+        *(none, none.astype(int), none),
     )
-    assert flat < 0.0 and abs(moved) < 0.02 * abs(flat)
 
 
-def off_the_blend(atlas, surface):
-    """Distances of vertices, middles of sides, centres and 3,000 random points of triangles from
-    the patches' surface, in tolerances."""
-    a, b, c = (surface.vertices[corner] for corner in surface.faces.T)
-    weights = np.random.default_rng(0).dirichlet(np.ones(3), 3000)
-    some = np.arange(3000) * len(a) // 3000
-    points = [surface.vertices, (a + b) / 2, (b + c) / 2, (c + a) / 2, (a + b + c) / 3]
-    points.append(np.einsum("nk,knd->nd", weights, np.stack([a[some], b[some], c[some]])))
-    return np.abs(atlas.blend(np.concatenate(points)).distance) / atlas.tolerance
+def as_mesh(surface: Surface) -> trimesh.Trimesh:
+    return trimesh.Trimesh(surface.vertices, surface.faces, process=False)
 
 
-@pytest.mark.parametrize("name", ["sphere", "torus"])
-def test_triangles_are_as_near_to_the_patches_as_the_option_says(name):
-    """And a quarter of the distance takes three to six times the triangles: their number goes with
-    one over the distance, and edges are halved, so that it goes in steps."""
-    atlas, counts = explored(name).atlas, []
-    for facets in (0.2, 0.05):
-        atlas.options = replace(atlas.options, facets=facets)
-        surface = extract_surface(atlas)
-        off = off_the_blend(atlas, surface)
-        # Where patches disagree between the places that are asked, one in a thousand is farther.
-        assert np.quantile(off, 0.999) < facets and off.max() < 1.5 * facets
-        mesh = trimesh.Trimesh(surface.vertices, surface.faces, process=False)
-        assert mesh.is_watertight and mesh.euler_number == (2 if name == "sphere" else 0)
-        counts.append(len(surface.faces))
-    assert 3.0 < counts[1] / counts[0] < 6.0
+def distances(field: Ellipsoid, surface: Surface) -> np.ndarray:
+    """Of vertices, middles of sides, centres and random points of triangles from the surface."""
+    weights = np.random.default_rng(0).dirichlet(np.ones(3), 4)
+    weights = np.concatenate(
+        [np.eye(3), 0.5 - 0.5 * np.eye(3), np.full((1, 3), 1.0 / 3.0), weights]
+    )
+    corners = surface.vertices[surface.faces]
+    return np.abs(field.at(np.einsum("kc,fcd->kfd", weights, corners).reshape(-1, 3)).distance)
 
 
-def test_the_surface_is_of_the_size_of_the_object():
-    """The same ball in another unit has the same triangles, scaled."""
-    one, other = explored("sphere").atlas, explored("sphere", 1000.0).atlas
-    first, second = extract_surface(one), extract_surface(other)
-    assert len(first.faces) == pytest.approx(len(second.faces), rel=0.02)
-    areas = [trimesh.Trimesh(s.vertices, s.faces, process=False).area for s in (first, second)]
-    assert areas[1] == pytest.approx(1e6 * areas[0], rel=1e-4)
+@pytest.mark.parametrize("bound", [4e-3, 1e-3])
+def test_triangles_are_within_the_bound_of_the_surface(bound):
+    """All but a few: an edge is asked in its middle alone. A closed surface stays closed."""
+    field = Ellipsoid()
+    found = refined(field, coarse(field), bound)
+    mesh = as_mesh(found)
+    assert mesh.is_watertight and mesh.is_winding_consistent and mesh.euler_number == 2
+    off = distances(field, found)
+    assert np.quantile(off, 0.99) < bound and off.max() < 1.5 * bound
 
 
-def test_the_same_atlas_gives_the_same_triangles():
-    surfaces = [extract_surface(explored("sphere").atlas) for _ in range(2)]
-    for name in ("vertices", "faces", "normals", "deviation", "patch"):
-        assert getattr(surfaces[0], name).tobytes() == getattr(surfaces[1], name).tobytes()
+def test_a_quarter_of_the_bound_takes_about_four_times_the_triangles():
+    """Their number goes with one over the bound. Edges are halved, so that it goes in steps."""
+    field = Ellipsoid()
+    few, many = (len(refined(field, coarse(field), bound).faces) for bound in (2e-3, 5e-4))
+    assert 3.0 < many / few < 6.0
 
 
-def test_vertices_hold_the_field_of_their_place():
-    """Normals within half a degree and deviations within a tenth of what the field says there; the
-    deviation also counts how far the vertex was moved."""
-    atlas = explored("sphere").atlas
-    surface = extract_surface(atlas)
-    seen = atlas.blend(surface.vertices)
-    turn = np.einsum("ij,ij->i", surface.normals, seen.normal)
-    assert np.quantile(turn, 0.01) > np.cos(np.deg2rad(0.5))
-    moved = np.sqrt(np.maximum(surface.deviation**2 - seen.deviation**2, 0.0))
-    assert np.quantile(moved, 0.99) < 0.25 * atlas.tolerance
-    assert (surface.patch == seen.patch).mean() > 0.95
+def test_triangles_lie_about_the_surface():
+    """Their volume errs by less than a third of that of triangles with vertices on the surface."""
+    field = Ellipsoid()
+    found = refined(field, coarse(field), 2e-3)
+    volume = np.pi * 4.0 / 3.0 * AXES.prod()
+    seen = field.at(found.vertices)
+    inscribed = replace(found, vertices=found.vertices - seen.distance[:, None] * seen.normal)
+    errors = [as_mesh(surface).volume - volume for surface in (inscribed, found)]
+    assert errors[0] < 0.0 and abs(errors[1]) < abs(errors[0]) / 2.0
+    # What vertices are moved counts as deviation.
+    assert np.all(found.deviation >= 0.99 * np.abs(seen.distance))
+
+
+def test_what_is_near_enough_stays_as_it_is():
+    """But for the vertices, which are moved out."""
+    field = Ellipsoid()
+    surface = coarse(field)
+    found = refined(field, surface, 1.0)
+    np.testing.assert_array_equal(found.faces, surface.faces)
+    assert 0.0 < np.abs(found.vertices - surface.vertices).max() < 0.05
+
+
+def test_the_field_is_asked_about_four_times_a_vertex():
+    """Edges are thrice as many as vertices; twice at new vertices. Those that normals tell to be
+    low are not asked."""
+    field = Ellipsoid()
+    surface = coarse(field)
+    field.asked = 0
+    found = refined(field, surface, 1e-3)
+    assert field.asked < 5 * len(found.vertices)
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1e3])
+def test_triangles_scale_with_the_unit(scale):
+    one, other = Ellipsoid(), Ellipsoid(scale)
+    first, second = (refined(f, coarse(f), 1e-3 * f.scale) for f in (one, other))
+    np.testing.assert_array_equal(first.faces, second.faces)
+    np.testing.assert_allclose(scale * first.vertices, second.vertices, atol=1e-9 * scale)

@@ -1,51 +1,58 @@
-"""A closed atlas has one connected surface; an open one keeps all its pieces."""
-
-from dataclasses import replace
+"""Pieces that no sample supports, or that are small beside the surface, are left out."""
 
 import numpy as np
-import pytest
 import trimesh
 
-from tests.explored import explored
-from touchatlas.atlas import extract_surface
 from touchatlas.atlas.mesh.stray_pieces import without_stray_pieces
+from touchatlas.atlas.mesh.surface import Surface
 
 
-def with_a_piece_beside(surface, offset):
-    """The surface and a copy of the triangles about its first vertex at an offset."""
-    near = np.linalg.norm(surface.vertices - surface.vertices[0], axis=1) < 5.0
-    some = surface.faces[near[surface.faces].all(axis=1)]
-    corners, beside = np.unique(some, return_inverse=True)
-    columns = {
-        name: np.concatenate([column, column[corners]])
-        for name, column in vars(surface).items()
-        if name not in ("vertices", "faces", "stray_pieces", "closed_holes")
-    }
-    vertices = np.concatenate([surface.vertices, surface.vertices[corners] + offset])
-    faces = np.concatenate([surface.faces, beside.reshape(-1, 3) + len(surface.vertices)])
-    return replace(surface, vertices=vertices, faces=faces, **columns)
+def balls(*places_and_radii) -> Surface:
+    """Balls of radii at places along x."""
+    parts = []
+    for place, radius in places_and_radii:
+        ball = trimesh.creation.icosphere(subdivisions=2, radius=radius)
+        ball.apply_translation([place, 0.0, 0.0])
+        parts.append(ball)
+    mesh = trimesh.util.concatenate(parts)
+    none = np.zeros(len(mesh.vertices))
+    return Surface(
+        *(np.array(mesh.vertices), np.array(mesh.faces), np.array(mesh.vertex_normals)),
+        *(none, none.astype(int), none),
+    )
 
 
-@pytest.fixture(scope="module")
-def whole():
-    return explored("sphere").atlas
+def pieces(surface: Surface) -> int:
+    mesh = trimesh.Trimesh(surface.vertices, surface.faces, process=False)
+    assert mesh.is_watertight
+    return int(mesh.body_count)
 
 
-def test_a_piece_beside_a_closed_surface_is_removed_and_counted(whole):
-    surface = extract_surface(whole)
-    spoilt = with_a_piece_beside(surface, [0.0, 0.0, 3.0])
-    mended = without_stray_pieces(whole, spoilt)
-    mesh = trimesh.Trimesh(mended.vertices, mended.faces, process=False)
-    assert mended.stray_pieces == 1 and mesh.is_watertight and mesh.euler_number == 2
-    assert len(mended.vertices) == len(surface.vertices)
+ON_FIRST, ON_SECOND = [[0.0, 1.0, 0.0]], [[3.0, 1.0, 0.0]]
 
 
-def test_a_closed_surface_of_one_piece_is_left_as_it_is(whole):
-    surface = extract_surface(whole)
-    assert surface.stray_pieces == 0 and without_stray_pieces(whole, surface) is surface
+def test_a_piece_that_no_sample_supports_is_left_out_and_counted():
+    """Though it is larger than half of the other."""
+    two = balls((0.0, 1.0), (3.0, 0.6))
+    found = without_stray_pieces(two, ON_FIRST)
+    assert pieces(found) == 1 and found.stray_pieces == 1
+    assert found.vertices[:, 0].max() <= 1.0 + 1e-9
 
 
-def test_pieces_of_an_open_atlas_stay():
-    half = explored("sphere", max_touches=20).atlas
-    spoilt = with_a_piece_beside(extract_surface(half), [0.0, 0.0, 3.0])
-    assert without_stray_pieces(half, spoilt) is spoilt
+def test_a_small_piece_is_left_out_though_samples_lie_beside_it():
+    two = balls((0.0, 1.0), (3.0, 0.05))
+    found = without_stray_pieces(two, [*ON_FIRST, *ON_SECOND])
+    assert pieces(found) == 1 and found.stray_pieces == 1
+
+
+def test_two_bodies_that_were_touched_stay():
+    two = balls((0.0, 1.0), (3.0, 0.6))
+    assert without_stray_pieces(two, [*ON_FIRST, *ON_SECOND]) is two
+
+
+def test_a_single_piece_and_no_surface_stay_as_they_are():
+    """The largest piece stays, wherever the samples are."""
+    one = balls((0.0, 1.0))
+    assert without_stray_pieces(one, ON_SECOND) is one
+    nothing = one.only(np.zeros(len(one.vertices), bool))
+    assert without_stray_pieces(nothing, ON_FIRST) is nothing

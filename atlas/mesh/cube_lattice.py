@@ -1,8 +1,5 @@
-"""Marching cubes on a sparse lattice: keys of corners and edges, and the table of cases."""
+"""Cube lattice: one integer for each corner, edge and cube of a sparse lattice."""
 
-from functools import lru_cache
-
-import igl
 import numpy as np
 
 CORNERS = np.array(
@@ -31,8 +28,8 @@ def key(indices) -> np.ndarray:
     indices = np.asarray(indices)
     if indices.size and not -_HALF < indices.min() <= indices.max() < _HALF - 1:
         raise ValueError(
-            f"the cubes reach {np.abs(indices).max()} edges from the first patch; no more than "
-            f"{_HALF} can be numbered: give a longer edge"
+            f"the cubes reach {np.abs(indices).max()} edges from the first sample; no more "
+            f"than {_HALF} can be numbered: give a longer edge"
         )
     x, y, z = np.moveaxis(indices.astype(np.int64) + _HALF, -1, 0)
     return (x << 2 * _BITS) | (y << _BITS) | z
@@ -69,48 +66,3 @@ def crossed_neighbours(cubes, inside) -> np.ndarray:
         crossed = face.any(axis=1) & ~face.all(axis=1)
         out.append(cubes[crossed] + (2 * side - 1) * _step(np.eye(3, dtype=np.int64)[axis]))
     return np.concatenate(out)
-
-
-@lru_cache(maxsize=1)
-def _cases() -> tuple[np.ndarray, np.ndarray]:
-    """Triangles of the 256 cases (256, 5, 3), as edges of the cube, and their number (256,).
-
-    The table (Lorensen and Cline, Marching cubes, 1987) is read off igl's results for single
-    cubes.
-    """
-    middles = {
-        tuple(2 * low + (np.arange(3) == axis)): e
-        for e, (low, axis) in enumerate(zip(EDGES[:, :3], EDGES[:, 3], strict=True))
-    }
-    table, counts = np.zeros((256, 5, 3), np.int64), np.zeros(256, np.int64)
-    for case in range(1, 255):
-        values = np.where((case >> np.arange(8)) & 1, -1.0, 1.0)
-        vertices, faces, _ = igl.marching_cubes(values, CORNERS.astype(float), np.arange(8)[None])
-        edges = [middles[tuple(v)] for v in np.rint(2.0 * vertices).astype(int).tolist()]
-        counts[case] = len(faces)
-        table[case, : len(faces)] = np.array(edges)[faces]
-    # With one corner inside the triangle must face away from that corner.
-    a, b, c = EDGES[table[1, 0], 3]
-    if round(float(np.linalg.det(np.eye(3)[[a, b, c]]))) < 0:
-        table = table[:, :, ::-1]
-    return table, counts
-
-
-def triangles(cubes, inside) -> np.ndarray:
-    """(f, 3) keys of the lattice edges on which the corners of the triangles lie.
-
-    The triangles are counter-clockwise seen from outside.
-
-    Parameters
-    ----------
-    cubes : (c,) int
-        Keys of cubes.
-    inside : (c, 8) bool
-        Whether each of their corners is inside.
-    """
-    table, counts = _cases()
-    case = inside @ (1 << np.arange(8))
-    edge_step = (_step(EDGES[:, :3]) << 2) + EDGES[:, 3]
-    used = np.arange(5) < counts[case][:, None]
-    local = edge_step[table[case][used]]
-    return np.repeat(cubes << 2, counts[case])[:, None] + local
