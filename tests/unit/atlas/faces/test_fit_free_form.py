@@ -1,14 +1,11 @@
-"""Free-form surfaces: how well overlapping quartics follow samples, and what they say beyond."""
+"""Free-form surfaces: how well overlapping sextics follow samples, and what they say beyond."""
 
 import numpy as np
 import pytest
 
 from touchatlas.atlas.faces.fit_free_form import are_on, fit_free_form
-from touchatlas.atlas.faces.kinds import QUARTIC_BASIS, Kind, prior_precision
-from touchatlas.atlas.faces.piece import Piece
-from touchatlas.atlas.faces.quartic_prior import with_common_prior
 
-# Radii of a torus, the noise of its samples, and the largest radius of a quartic on it: it turns by
+# Radii of a torus, the noise of its samples, and the largest radius of a sextic on it: it turns by
 # a radian.
 LARGE, SMALL, NOISE, RADIUS = 30.0, 12.0, 0.02, 12.0
 
@@ -29,8 +26,8 @@ def fitted():
 
 
 def test_a_torus_is_known_better_than_its_samples(fitted):
-    """A quartic has 21 parameters and about 200 samples: a third of their noise, and what a quartic
-    leaves out at the radius at which chi-square still bears it, three tenths of the variance."""
+    """A sextic has 49 parameters and about 300 samples: two fifths of their noise, and less where
+    several are averaged."""
     values = fitted.values(torus(2000, 2)[0])
     assert np.sqrt((values[:, 0] ** 2).mean()) < 0.6 * NOISE
     cosine = (values[:, 1:4] * torus(2000, 2)[1]).sum(axis=1)
@@ -39,8 +36,8 @@ def test_a_torus_is_known_better_than_its_samples(fitted):
 
 
 def test_errors_are_as_large_as_predicted(fitted):
-    """Nine in ten lie within 1.96 deviations, where nineteen in twenty would without what quartics
-    leave out."""
+    """Nineteen in twenty lie within 1.96 deviations; more where several sextics are averaged, since
+    the deviation is that of one."""
     values = fitted.values(torus(2000, 2)[0])
     assert 0.9 < (np.abs(values[:, 0]) < 1.96 * np.sqrt(values[:, 4])).mean() < 0.995
 
@@ -93,7 +90,7 @@ def test_between_two_contours_a_surface_is_less_sure_than_on_them():
 
 
 def test_far_beyond_its_samples_a_face_goes_on_as_a_plane():
-    """Of a bent strip; a quartic would come back from below within two of its radii."""
+    """Of a bent strip; a sextic would come back from below within two of its radii."""
     x, y = np.random.default_rng(0).uniform(-10.0, 10.0, (2, 600))
     points = np.stack([x, y, -(x**2) / 40.0], axis=1)
     normals = np.stack([x / 20.0, 0 * x, np.ones(600)], axis=1)
@@ -110,25 +107,3 @@ def test_samples_are_on_a_surface_where_it_is_known(fitted):
     assert not are_on(fitted, points + 8.0 * NOISE * normals, NOISE).any()
     # On the axis the surface is known so badly that any sample would do.
     assert not are_on(fitted, np.array([[0.0, 0.0, 0.0]]), NOISE).any()
-
-
-def test_a_common_prior_has_the_size_of_the_coefficients():
-    """Coefficients of order three are drawn with a deviation of 0.03, and known to 0.01. The mean
-    square of 280 of them is known to a twelfth, and the factor, of which a tenth is left, to a
-    hundredth; two deviations are allowed."""
-    rng, heights = np.random.default_rng(0), QUARTIC_BASIS.exponents @ [1, 1, 2]
-    before, size = prior_precision(Kind.QUARTIC), np.where(heights == 3, 0.03, 0.2)
-    pieces = []
-    for _ in range(70):
-        true = size * rng.normal(size=21)
-        information = np.eye(21) / 0.01**2 + np.diag(before)
-        covariance = np.linalg.inv(information)
-        mean = covariance @ (true + 0.01 * rng.normal(size=21)) / 0.01**2
-        pieces.append(Piece(Kind.QUARTIC, np.zeros(3), np.eye(3), 2.0, mean, covariance))
-    found = with_common_prior(pieces)
-    third = np.flatnonzero(heights == 3)
-    shrunk = np.array([piece.coefficients[third] for piece in found])
-    raw = np.array([piece.coefficients[third] for piece in pieces])
-    # The posterior mean of a normal prior: v / (v + noise^2) of the measurement.
-    expected = 0.03**2 / (0.03**2 + 0.01**2)
-    assert (shrunk * raw).sum() / (raw * raw).sum() == pytest.approx(expected, rel=0.02)
