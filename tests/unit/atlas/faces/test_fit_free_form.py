@@ -2,8 +2,13 @@
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 from touchatlas.atlas.faces.fit_free_form import are_on, fit_free_form
+from touchatlas.atlas.faces.fit_piece import linear_fit
+from touchatlas.atlas.faces.kinds import Kind
+from touchatlas.atlas.faces.sextic_fits import SexticFits, coefficients_of
+from touchatlas.atlas.faces.sextic_sites import middles_of, sites_of
 
 # Radii of a torus, the noise of its samples, and the largest radius of a sextic on it: it turns by
 # a radian.
@@ -107,3 +112,45 @@ def test_samples_are_on_a_surface_where_it_is_known(fitted):
     assert not are_on(fitted, points + 8.0 * NOISE * normals, NOISE).any()
     # On the axis the surface is known so badly that any sample would do.
     assert not are_on(fitted, np.array([[0.0, 0.0, 0.0]]), NOISE).any()
+
+
+def test_a_surface_before_saves_time_and_changes_nothing():
+    """To the last bit: a loaded atlas has no surface before."""
+    points, normals = torus(1500, 3)
+    noisy = points + NOISE * np.random.default_rng(4).normal(size=(1500, 1)) * normals
+    before = fit_free_form(noisy[:1450], normals[:1450], NOISE, RADIUS)
+    alone = fit_free_form(noisy, normals, NOISE, RADIUS)
+    after = fit_free_form(noisy, normals, NOISE, RADIUS, before)
+    assert after.fits.before.keys() & after.fits.kept.keys()
+    assert after.values(points).tobytes() == alone.values(points).tobytes()
+    assert after.shape_operators(points).tobytes() == alone.shape_operators(points).tobytes()
+
+
+@pytest.mark.parametrize("changed", ["points", "normals", "std"])
+def test_a_surface_before_of_other_samples_is_not_used(changed):
+    points, normals = torus(600, 3)
+    other, turned, std = points.copy(), normals.copy(), NOISE
+    if changed == "points":
+        other[0] += 3.0 * NOISE * normals[0]
+    elif changed == "normals":
+        turned[0] = -turned[0]
+    else:
+        std = 2.0 * NOISE
+    before = fit_free_form(other, turned, std, RADIUS)
+    after = fit_free_form(points, normals, NOISE, RADIUS, before)
+    alone = fit_free_form(points, normals, NOISE, RADIUS)
+    assert not after.fits.before
+    assert after.values(points).tobytes() == alone.values(points).tobytes()
+
+
+def test_many_sextics_are_fitted_as_one_is():
+    """Those of a smooth face are the same as with the fit of a single piece, but for the prior."""
+    points, normals = torus(1500, 3)
+    tree = cKDTree(points)
+    sites = sites_of(tree, normals, middles_of(tree, normals, RADIUS), RADIUS)
+    found = SexticFits(points, normals, NOISE).equations(sites)
+    coefficients = coefficients_of(found)
+    for k in range(0, len(sites.middles), 7):
+        own, middle = points[sites.members[k]], points[sites.middles[k]]
+        one = linear_fit(Kind.SEXTIC, own, middle, sites.axes[k], RADIUS, NOISE)
+        assert coefficients[k] == pytest.approx(one.coefficients, abs=1e-7)
