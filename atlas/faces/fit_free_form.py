@@ -71,7 +71,7 @@ def fit_free_form(
     values = found.at(points)
     rest, side = values[:, 0], values[:, 1:4]
     rest = krige(points, side, rest, sites.radius, std)
-    return replace(found, normals=side, rest=rest, fits=fits)
+    return replace(found, normals=side, rest=rest, fits=replace(fits, before={}))
 
 
 def _largest(tree, fits: SexticFits, radius: float) -> SexticSites:

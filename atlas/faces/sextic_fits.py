@@ -85,7 +85,7 @@ class SexticFits:
                 scaled, real = self._scaled(sites, group, size)
                 found = _fitted(scaled, real, self.std / sites.radius)
                 for row, k in enumerate(group):
-                    self.kept[keys[k]] = found.information[row], found.right[row]
+                    self.kept[keys[k]] = found.information[row].copy(), found.right[row].copy()
         both = [self.kept[key] for key in keys]
         return Equations(*(np.array(column) for column in zip(*both, strict=True)))
 

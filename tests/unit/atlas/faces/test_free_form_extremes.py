@@ -69,9 +69,9 @@ def test_exact_samples_are_met(std):
     all_values(found)
 
 
-def wall(count: int) -> tuple[np.ndarray, np.ndarray]:
+def wall(count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
     """Points of both sides of a bent wall, in turn, and normals."""
-    x, y = np.random.default_rng(0).uniform(-10.0, 10.0, (2, count))
+    x, y = np.random.default_rng(seed).uniform(-10.0, 10.0, (2, count))
     side = np.where(np.arange(count) % 2, 1.0, -1.0)
     normals = np.stack([-0.1 * np.cos(x / 5.0), 0.0 * x, np.ones(count)], axis=1)
     normals /= np.linalg.norm(normals, axis=1)[:, None]
@@ -81,13 +81,17 @@ def wall(count: int) -> tuple[np.ndarray, np.ndarray]:
 
 @pytest.mark.parametrize("off", [-0.05, 0.0, 0.05, 1.0])
 def test_the_sides_of_a_thin_wall_do_not_mix(off):
-    """Samples of a side are 0.7 apart, more than the wall is thick."""
-    points, normals = wall(1500)
-    found = fit_free_form(points, normals, NOISE, 0.25 * EXTENT)
+    """Samples of a side are 0.7 apart, more than the wall is thick: that nearest to a point is
+    often of the other side."""
+    found = fit_free_form(*wall(1500, 0), NOISE, 0.25 * EXTENT)
+    points, normals = wall(2000, 1)
     inner = np.abs(points[:, :2]).max(axis=1) < 8.0
-    values = found.values((points + off * normals)[inner])
-    assert values[:, 0] == pytest.approx(off, abs=NOISE)
-    assert (values[:, 1:4] * normals[inner]).sum(axis=1).min() > 0.99
+    points, normals = points[inner], normals[inner]
+    values = found.values(points + off * normals)
+    own = (values[:, 1:4] * normals).sum(axis=1) > 0.99
+    # Where the nearest sample of the other side is four times nearer, the other side has a point.
+    assert own.mean() > 0.998
+    assert values[own, 0] == pytest.approx(off, abs=NOISE)
 
 
 @pytest.mark.parametrize("bore", [0.1, 0.3, 2.0])
