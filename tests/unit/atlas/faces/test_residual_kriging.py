@@ -66,7 +66,7 @@ def test_samples_of_the_other_side_tell_nothing():
     under = np.concatenate([points, points - [0.0, 0.0, 0.01]])
     rest = np.concatenate([texture(points), np.full(2000, 5.0)])
     both = krige(under, np.concatenate([normals, -normals]), rest, RADIUS, STD)
-    # Half of the 24 nearest samples are of the other side: if these told, it would be by 25 heights.
+    # Half of the 24 nearest samples are of the other side: these would tell 25 heights.
     assert corrected(both, points)[:, 0] == pytest.approx(-texture(points), abs=0.3 * HEIGHT)
 
 
