@@ -13,8 +13,8 @@ from touchatlas.sim.command.entry import main
 # The same in a process of its own.
 PROCESS = [sys.executable, "-c", "from touchatlas.sim.command.entry import main; main()"]
 
-# A whole run of a ball, to a tolerance of 0.3 instead of 0.1: it takes about 30 touches instead of
-# 70, and its truth has a third of the triangles.
+# A whole run of a ball, to a tolerance of 0.3 instead of 0.1: its truth has a third of the
+# triangles.
 WHOLE_RUN = ("explore", "sphere", "--tolerance", 0.3, "--noise", 0.06, "--json")
 
 
