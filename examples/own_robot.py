@@ -6,8 +6,9 @@ Here the "robot" tracks great circles of a ball that only it knows.
 """
 
 import numpy as np
+import trimesh
 
-from touchatlas.atlas import Atlas, Touch, TouchStatus
+from touchatlas.atlas import Atlas, Touch, TouchStatus, extract_surface
 from touchatlas.patch import Contour, ContourEnd, SamplingPlane
 from touchatlas.planner import Planner
 
@@ -42,9 +43,9 @@ def main() -> None:
     points = RNG.normal(size=(5000, 3))
     points *= RADIUS / np.linalg.norm(points, axis=1)[:, None]
     seen = atlas.blend(points)
-    print(
-        f"{atlas.touches} touches, {len(atlas)} patches, V - E + F = {atlas.euler_characteristic()}"
-    )
+    surface = extract_surface(atlas)
+    euler = trimesh.Trimesh(surface.vertices, surface.faces, process=False).euler_number
+    print(f"{atlas.touches} touches, {len(atlas)} patches, V - E + F = {euler}")
     print(
         f"known {seen.known.mean():.3f} of the ball, mean error {np.abs(seen.distance).mean():.4f}"
     )
