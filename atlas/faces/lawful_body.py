@@ -28,8 +28,8 @@ _FIRST, _ABOUT = 12, 48
 # Distance beyond the samples up to which a face is known, in steps of its contours. Doubled, faces
 # go on beyond edges that no contour crossed.
 _STEPS = 1.5
-# Deviation over ``reach`` beyond which a surface shows nothing: between samples far apart polynomials
-# have zeros anywhere. Doubled, more of such is drawn while little is known.
+# Deviation over ``reach`` beyond which a surface shows nothing: between samples far apart
+# polynomials have zeros anywhere. Doubled, more of such is drawn while little is known.
 _VAGUE = 0.1
 # Distance from the surface up to which it is asked what is known at the foot, over ``reach``: cubes
 # are smaller. Doubled, the sides of thin walls are confused.

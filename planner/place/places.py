@@ -16,7 +16,8 @@ from touchatlas.planner.place.deviation_ratio import DeviationRatio
 # Width of the unknown strip that an open rim stands for, over the distance across which laws are
 # believed. Doubled, a surface with small holes counts as less known.
 _STRIP = 0.5
-# Area of a round hole over the product of its rim and its diameter. Doubled, small holes count twice.
+# Area of a round hole over the product of its rim and its diameter. Doubled, small holes count
+# twice.
 _OF_HOLE = 0.25
 # Most cubes along the extent of a free-form body. Doubled, planning takes four times as long, and
 # both sides of thinner walls are seen.
