@@ -32,9 +32,7 @@ _FILE = FileKind("planner", "one that save_planner wrote", 8, "begin with a new 
 # Made without their constructors, of all their attributes.
 _MADE = (Planner, Attempts, DeviationRatio, KnownArea)
 _VALUES = (ProbePlan, SamplingPlane, Pending, Target, Stop, Forecast)
-_RECORDS: dict[str, type] = {
-    kind.__name__: kind for kind in (*_MADE, *_VALUES, PlannerOptions)
-}
+_RECORDS: dict[str, type] = {kind.__name__: kind for kind in (*_MADE, *_VALUES, PlannerOptions)}
 _GENERATORS = ("MT19937", "PCG64", "PCG64DXSM", "Philox", "SFC64")
 
 
