@@ -104,9 +104,9 @@ def test_nothing_is_known_beyond_an_edge():
     assert (~seen.known | (seen.distance > 10.0)).all()
 
 
-@pytest.mark.parametrize("name", ["sphere", "torus", "bottle"])
+@pytest.mark.parametrize("name", ["sphere", "bottle"])
 def test_contours_of_smooth_bodies_end_at_no_edge(name):
-    assert not len(explored(name, max_touches=80).atlas.edge_ends)
+    assert not explored(name).atlas.pool.edges.any()
 
 
 @pytest.mark.parametrize(("noise", "learns"), [(0.0, True), (1e-4, True), (0.02, False)])
@@ -122,4 +122,4 @@ def test_contours_within_their_noise_make_no_patch(noise, learns):
     up, touched = np.array([0.0, 0.0, 1.0]), TouchStatus.TOUCHED
     atlas = Atlas(0.1)
     change = atlas.add(Touch(0, np.zeros(3), up, tuple(contours), touched, 15.2, 0.0))
-    assert bool(change.added) == learns and bool(change.refused) != learns
+    assert bool(len(atlas)) == learns and bool(change.refused) != learns

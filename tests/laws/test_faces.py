@@ -47,7 +47,7 @@ def test_a_polyhedron_has_its_planes_and_its_edges(name):
 def test_no_face_rests_on_one_contour(name):
     """A curve in a plane lies on many faces. At the roof a contour that grazed a plane made one."""
     atlas, faces = explored_faces(name, OVER).atlas, faces_of(name)
-    pool = atlas.membership.pool
+    pool = atlas.pool
     contours = samples_of(pool, len(pool), atlas.sample_std).contours
     assert all(len(np.unique(contours[face.samples])) > 1 for face in faces.faces)
 

@@ -1,13 +1,14 @@
 """The planner that touches what a tolerance asks for: known at the end, and no more touches."""
 
-import itertools
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 import pytest
 import trimesh
 
-from touchatlas.atlas import Atlas, AtlasChange, AtlasOptions, Touch, TouchStatus, extract_surface
+from tests.explored import Explored, explored
+from touchatlas.atlas import Atlas, AtlasChange, Touch, TouchStatus, extract_surface
 from touchatlas.planner import (
     Planner,
     PlannerOptions,
@@ -20,8 +21,13 @@ from touchatlas.planner import (
 from touchatlas.sim import Probe, make_object
 
 
-def filled(tolerance: float) -> Atlas:
-    return Atlas(tolerance, AtlasOptions(), scale=0.1)
+@lru_cache
+def known(name: str) -> Explored:
+    return explored(name)
+
+
+def empty(tolerance: float) -> Atlas:
+    return Atlas(tolerance, scale=0.1)
 
 
 def missed(plan):
@@ -32,7 +38,7 @@ def missed(plan):
 
 def test_a_first_touch_that_meets_nothing_is_tried_elsewhere_and_then_given_up():
     """24 places about the start, no two alike; then the planner says that no touch gave a patch."""
-    p, atlas = Planner([0, 0, 33], [0, 0, 1]), filled(0.1)
+    p, atlas = Planner([0, 0, 33], [0, 0, 1]), empty(0.1)
     steps = list(explore(atlas, p, missed))
     points = np.array([step.plan.reference_point for step in steps])
     assert len(np.unique(points.round(6), axis=0)) == len(points) == 24
@@ -41,41 +47,54 @@ def test_a_first_touch_that_meets_nothing_is_tried_elsewhere_and_then_given_up()
 
 @pytest.mark.parametrize("name", ["sphere", "bottle"])
 def test_the_surface_is_known_to_the_tolerance_at_the_end(name):
-    """The predicted coverage is that of the truth, to 0.01: the fraction of 4,000 points within
-    the tolerance has a standard error of 0.001. The surface is closed."""
-    obj = make_object(name)
-    atlas, p = filled(obj.tolerance), Planner(*obj.start())
-    list(explore(atlas, p, Probe(obj, obj.noise_std, np.random.default_rng(1))))
-    assert p.stop.reason is StopReason.KNOWN
+    """At least as much of it as is predicted, to 0.01: the fraction of 4,000 points within the
+    tolerance has a standard error of 0.001, and errors near each other are alike. The surface is
+    closed."""
+    obj, found = make_object(name), known(name)
+    assert found.stop.reason is StopReason.KNOWN
     points, _ = obj.sample(4000, np.random.default_rng(2))
-    distance = np.abs(np.nan_to_num(atlas.blend(points).distance, nan=np.inf))
-    predicted = p.stop.forecast.predicted_coverage
-    assert (distance <= obj.tolerance).mean() == pytest.approx(predicted, abs=0.01)
-    atlas.validate()
-    surface = extract_surface(atlas)
+    distance = np.abs(np.nan_to_num(found.atlas.blend(points).distance, nan=np.inf))
+    predicted = found.stop.forecast.predicted_coverage
+    assert predicted >= PlannerOptions().coverage
+    assert (distance <= obj.tolerance).mean() > predicted - 0.01
+    found.atlas.validate()
+    surface = extract_surface(found.atlas)
     mesh = trimesh.Trimesh(surface.vertices, surface.faces, process=False)
     assert mesh.is_watertight and mesh.euler_number == 2
 
 
+# Touches that were needed, and a quarter more: 8, 9, 14 and 14.
+MOST_TOUCHES = {"sphere": 10, "ellipsoid": 12, "bottle": 18, "torus": 20}
+
+
+@pytest.mark.parametrize("name", MOST_TOUCHES)
+def test_bodies_need_no_more_touches_than_before(name):
+    """An upper bound with slack, which other noise may need: no law, but a record."""
+    found = known(name)
+    assert found.stop.reason is StopReason.KNOWN
+    assert len(found.touches) <= MOST_TOUCHES[name]
+
+
 def test_a_looser_tolerance_ends_the_same_touches_earlier():
-    """Holes included: 18 touches to a tolerance of 2 were two more than to one of 0.6 before."""
-    obj = make_object("ellipsoid")
-    sequences = []
-    for tolerance in (0.1, 0.6, 2.0):
-        atlas, p = filled(tolerance), Planner(*obj.start())
-        steps = explore(atlas, p, Probe(obj, obj.noise_std, np.random.default_rng(2)))
-        plans = [step.plan for step in steps]
-        sequences.append([(plan.reference_point.tolist(), plan.reason) for plan in plans])
-        assert p.stop.reason is StopReason.KNOWN
-    for fine, coarse in itertools.pairwise(sequences):
-        assert 10 < len(coarse) <= len(fine) and coarse == fine[: len(coarse)]
-    assert len(sequences[-1]) < len(sequences[0])
+    """Bit for bit: what is learned and where to touch do not depend on the tolerance, but for holes
+    that matter to it."""
+    fine, obj = known("bottle").touches, make_object("bottle")
+    atlas, p = Atlas(3.0 * obj.tolerance), Planner(*obj.start())
+    probe = Probe(obj, obj.noise_std, np.random.default_rng(0))
+    coarse = [step.touch for step in explore(atlas, p, probe, len(fine))]
+    assert p.stop is not None and p.stop.reason is StopReason.KNOWN
+    assert 4 < len(coarse) < len(fine)
+    for one, other in zip(coarse, fine[: len(coarse)], strict=True):
+        assert np.array_equal(one.contact, other.contact)
+        assert len(one.contours) == len(other.contours)
+        for contour, same in zip(one.contours, other.contours, strict=True):
+            assert np.array_equal(contour.points, same.points)
 
 
 def test_a_place_that_the_probe_missed_is_tried_once_from_what_is_known():
     """The second touch comes to the nearest sample, with a plane through the place."""
     obj = make_object("ellipsoid")
-    atlas, p = filled(obj.tolerance), Planner(*obj.start())
+    atlas, p = empty(obj.tolerance), Planner(*obj.start())
     probe = Probe(obj, obj.noise_std, np.random.default_rng(1))
     touch = probe(p.ask(atlas))
     p.tell(touch, atlas.add(touch))
@@ -83,7 +102,7 @@ def test_a_place_that_the_probe_missed_is_tried_once_from_what_is_known():
     assert plan.reason is Reason.EXPAND
     p.tell(missed(plan), AtlasChange(refused="no contact"))
     again = p.ask(atlas)
-    away = np.linalg.norm(atlas.membership.pool.points - plan.reference_point, axis=1)
+    away = np.linalg.norm(atlas.pool.points - plan.reference_point, axis=1)
     moved = plan.reference_point - again.reference_point
     assert np.linalg.norm(moved) == pytest.approx(away.min(), rel=1e-12)
     assert abs(moved @ again.planes[0].normal) < 1e-9 * away.min()
@@ -96,7 +115,7 @@ def planner_that_misses(misses: int):
     """A planner of an ellipsoid after one touch, and so many approaches in vain; with its atlas and
     probe."""
     obj = make_object("ellipsoid")
-    atlas, p = filled(obj.tolerance), Planner(*obj.start())
+    atlas, p = empty(obj.tolerance), Planner(*obj.start())
     probe = Probe(obj, obj.noise_std, np.random.default_rng(1))
     touch = probe(p.ask(atlas))
     p.tell(touch, atlas.add(touch))
@@ -140,7 +159,7 @@ def test_a_retry_after_a_miss_comes_back_from_a_file_with_its_end(tmp_path):
 def test_arms_end_where_the_surface_is_known():
     """The last touch, amid others, tracks less than one that may not end so."""
     obj = make_object("ellipsoid")
-    atlas, p = filled(0.3), Planner(*obj.start())
+    atlas, p = empty(0.3), Planner(*obj.start())
     probe = Probe(obj, obj.noise_std, np.random.default_rng(1))
     last = list(explore(atlas, p, probe))[-1]
     free = probe(replace(last.plan, until=None))
@@ -165,7 +184,7 @@ def test_options_that_plan_nothing_are_refused_by_name(options, word):
 
 def test_tell_takes_only_a_touch_and_its_change():
     p = Planner([0, 0, 33], [0, 0, 1])
-    plan = p.ask(filled(0.1))
+    plan = p.ask(empty(0.1))
     with pytest.raises(ValueError, match="give the Touch and the AtlasChange"):
         p.tell(missed(plan), None)
     with pytest.raises(ValueError, match="ask needs the Atlas"):

@@ -4,10 +4,9 @@ import igl
 import numpy as np
 import pytest
 
-from tests.explored import ONE_A_TOUCH
 from tests.real import real_mesh
 from touchatlas.atlas import Atlas, extract_surface
-from touchatlas.planner import FrontierPlanner, explore
+from touchatlas.planner import Planner, explore
 from touchatlas.sim import Probe
 
 MESHES = (
@@ -28,10 +27,10 @@ NOISE, FEW, MANY = 2e-4, 8, 40
 def explored(name: str, touches: int):
     """An object, its atlas validated at every fifth touch, and all contact points."""
     obj = real_mesh(name)
-    atlas = Atlas(obj.tolerance, ONE_A_TOUCH)
+    atlas = Atlas(obj.tolerance)
     probe = Probe(obj, NOISE * obj.diagonal, np.random.default_rng(2))
     points = []
-    for step in explore(atlas, FrontierPlanner(*obj.start()), probe, touches):
+    for step in explore(atlas, Planner(*obj.start()), probe, touches):
         points += [contour.points for contour in step.touch.contours]
         if step.plan.number % 5 == 0:
             atlas.validate()
@@ -49,9 +48,8 @@ def test_an_atlas_of_a_real_mesh_stays_sound_and_lies_on_it(name, touches):
     surface is drawn where it is known to the tolerance: nearly all of it is within three."""
     obj, atlas, contacts = explored(name, touches)
     assert distances(obj, contacts).max() < 6.0 * NOISE * obj.diagonal
-    for change in (Atlas.refit_all, Atlas.fill, Atlas.refit_all, Atlas.learn_residuals):
-        change(atlas)
-        atlas.validate()
+    atlas.finish()
+    atlas.validate()
     surface = extract_surface(atlas)
     off = distances(obj, surface.vertices)
     assert (off < 3.0 * obj.tolerance).mean() > 0.95

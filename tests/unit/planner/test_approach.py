@@ -27,7 +27,7 @@ def walls(gap: float) -> SamplePool:
     for height, side in ((0.0, 1.0), (gap, -1.0)):
         points = np.column_stack([grid, np.full(len(grid), height)])
         normals = np.broadcast_to(side * UP, points.shape)
-        pool.add(points, normals, np.zeros(points.shape), np.zeros(len(points), bool))
+        pool.add(points, normals, np.zeros(points.shape), False, 0.0)
     return pool
 
 
@@ -94,7 +94,7 @@ def test_a_place_that_was_missed_is_sought_from_the_nearest_sample():
     missed = np.array([4.0, 0.3, 0.1])
     plan = known_plan(plan_at(missed), atlas)
     assert plan is not None
-    away = np.linalg.norm(atlas.membership.pool.points - missed, axis=1)
+    away = np.linalg.norm(atlas.pool.points - missed, axis=1)
     assert np.linalg.norm(plan.reference_point - missed) == pytest.approx(away.min(), rel=1e-12)
     first = plan.planes[0].normal
     assert abs(first @ (missed - plan.reference_point)) < 1e-9 * away.min()

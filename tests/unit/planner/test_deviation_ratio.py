@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
+from tests.explored import learned as learned_from
 from tests.explored import spread_touches
 from touchatlas.atlas import Atlas
-from touchatlas.atlas.edit.innovations import innovations
+from touchatlas.atlas.learn.innovations import innovations
 from touchatlas.planner.place.deviation_ratio import DeviationRatio
 from touchatlas.sim import make_object
 
@@ -47,37 +48,37 @@ def test_only_the_last_eight_touches_count_and_empty_ones_do_not():
     assert learned(*late, [], [], []).value == learned(*late).value
 
 
-def test_the_change_of_a_touch_tells_what_was_predicted_before_it():
+@pytest.fixture(scope="module")
+def touches():
     body = make_object("ellipsoid")
-    atlas = Atlas(body.tolerance)
-    touches = spread_touches(body, 12, body.noise_std)
+    return spread_touches(body, 6, body.noise_std)
+
+
+def points_of(touch) -> np.ndarray:
+    return np.concatenate([contour.points for contour in touch.contours])
+
+
+def test_the_change_of_a_touch_tells_what_was_predicted_before_it(touches):
+    atlas = Atlas(0.1)
     assert not len(atlas.add(touches[0]).innovations)
     for touch in touches[1:]:
-        points = np.concatenate([contour.points for contour in touch.contours])
-        before = innovations(atlas, points)
+        before = innovations(atlas, points_of(touch))
         assert (atlas.add(touch).innovations == before).all()
 
 
-def test_innovations_are_distances_over_the_deviation_of_prediction_and_sample():
+def test_innovations_are_distances_over_the_deviation_of_prediction_and_sample(touches):
     """Second route: sample by sample from the blend, in the places where it knows enough."""
-    body = make_object("ellipsoid")
-    atlas = Atlas(body.tolerance)
-    *first, last = spread_touches(body, 12, body.noise_std)
-    for touch in first:
-        atlas.add(touch)
-    points = np.concatenate([contour.points for contour in last.contours])
-    found, expected = atlas.blend(points), []
-    for known, distance, deviation, patch in zip(
-        found.known, found.distance, found.deviation, found.patch, strict=True
+    *first, last = touches
+    atlas = learned_from(first, 0.1)
+    found, expected = atlas.blend(points_of(last)), []
+    for known, distance, deviation in zip(
+        found.known, found.distance, found.deviation, strict=True
     ):
-        if known:
-            noise = atlas.table.measurement_std[patch]
-            unexplained = max(atlas.table.residual[patch] ** 2 - noise**2, 0.0)
-            of_surface = np.sqrt(deviation**2 + unexplained)
-            if noise <= of_surface <= 4.0 * atlas.scale:
-                expected.append(distance / np.hypot(of_surface, noise))
+        if known and atlas.sample_std <= deviation <= 4.0 * atlas.scale:
+            expected.append(distance / np.hypot(deviation, atlas.sample_std))
     assert len(expected) > 10
-    assert innovations(atlas, points) == pytest.approx(np.array(expected), rel=1e-12)
+    found_again = innovations(atlas, points_of(last))
+    assert found_again == pytest.approx(np.array(expected), rel=1e-12)
 
 
 def test_where_all_errors_are_larger_the_chance_is_that_of_the_larger_deviation():

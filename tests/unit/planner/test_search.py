@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 import trimesh
 
-from tests.explored import spread_touches
+from tests.explored import learned, spread_touches
 from touchatlas.atlas import Atlas
 from touchatlas.planner import Planner, PlannerOptions, Reason, StopReason, explore
-from touchatlas.planner.place.places import Places
+from touchatlas.planner.place.places import Places, places_of
 from touchatlas.planner.search import _distances, search_plan
 from touchatlas.sim import Probe, make_object
 from touchatlas.sim.world.mesh_object import MeshObject
@@ -19,22 +19,14 @@ from touchatlas.sim.world.mesh_object import MeshObject
 def ball() -> tuple[Atlas, Places]:
     """A ball that is known all around."""
     obj = make_object("sphere")
-    atlas = Atlas(obj.tolerance)
-    for touch in spread_touches(obj, 12):
-        atlas.add(touch)
-    places = Places()
-    places.update(atlas, (), 0)
-    return atlas, places
-
-
-def extent_of(atlas: Atlas) -> float:
-    return float(np.linalg.norm(np.ptp(atlas.membership.pool.points, axis=0)))
+    atlas = learned(spread_touches(obj, 12), obj.tolerance)
+    return atlas, places_of(atlas)
 
 
 def test_rays_pass_what_is_known_and_other_rays():
     """Ten rays keep a twentieth of the extent clear of the ball, and differ from each other."""
     atlas, places = ball()
-    extent, before = extent_of(atlas), []
+    extent, before = atlas.pool.extent, []
     for _ in range(10):
         plan = search_plan(atlas, places, before, extent, PlannerOptions(search=10))
         assert plan is not None and plan.reason is Reason.SEARCH
@@ -52,7 +44,7 @@ def test_rays_pass_what_is_known_and_other_rays():
 def test_a_room_that_rays_have_seen_needs_no_further_one():
     """Rays a tenth of the extent apart see all there is."""
     atlas, places = ball()
-    extent = extent_of(atlas)
+    extent = atlas.pool.extent
     grid = np.arange(-1.1, 1.1, 0.1) * extent
     before = [np.array([[x, y, 0.0], [0.0, 0.0, 1.0]]) for x in grid for y in grid]
     assert search_plan(atlas, places, before, extent, PlannerOptions()) is None
@@ -79,6 +71,6 @@ def test_a_second_ball_is_found_only_by_a_search(search):
     reasons = [step.plan.reason for step in explore(atlas, planner, probe, 80)]
     assert planner.stop is not None and planner.stop.reason is StopReason.KNOWN
     assert reasons.count(Reason.SEARCH) == search
-    points = atlas.membership.pool.points
+    points = atlas.pool.points
     # The plane between the balls.
     assert (points[:, 0] < 25.0).any() and (points[:, 0] > 25.0).any() == (search > 0)

@@ -18,15 +18,13 @@ def rims_of(ends, starts, upward, step: float = STEP, kept=()) -> Rims:
     pool = SamplePool()
     rims = Rims(pool)
     if len(kept):
-        pool.add(
-            kept, upward(kept), np.tile(np.eye(3)[0], (len(kept), 1)), np.zeros(len(kept), bool)
-        )
+        pool.add(kept, upward(kept), np.tile(np.eye(3)[0], (len(kept), 1)), False, 0.0)
     for end, start in zip(ends, starts, strict=True):
         count = int(np.linalg.norm(end - start) / step) + 1
         points = start + np.linspace(0.0, 1.0, count)[:, None] * (end - start)
         normal = np.cross(upward(end[None])[0], end - start)
         plane = SamplingPlane(end, normal / np.linalg.norm(normal))
-        pool.add(points, upward(points), np.tile(plane.normal, (count, 1)), np.zeros(count, bool))
+        pool.add(points, upward(points), np.tile(plane.normal, (count, 1)), False, 0.0)
         rims.ends.extend([Contour(points, plane, 0.0, (KEPT, LOST))], [upward(points)])
     return rims
 

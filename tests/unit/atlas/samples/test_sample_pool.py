@@ -12,7 +12,7 @@ def test_the_nearest_sample_and_the_extent_are_those_of_all(counts):
     rng, pool = np.random.default_rng(0), SamplePool()
     for count in counts:
         points = rng.normal(size=(count, 3))
-        pool.add(points, points, points, np.zeros(count, bool))
+        pool.add(points, points, points, np.zeros(count, bool), 0.0)
         for point in rng.normal(size=(20, 3)):
             square = ((pool.points - point) ** 2).sum(axis=1)
             assert pool.nearest(point) == square.argmin()
@@ -25,7 +25,7 @@ def test_a_pool_without_samples_has_no_extent():
 
 def test_of_equal_samples_the_first_is_the_nearest_while_the_other_is_new():
     pool, points = SamplePool(), np.arange(900.0).reshape(300, 3)
-    pool.add(points, points, points, np.zeros(300, bool))
+    pool.add(points, points, points, np.zeros(300, bool), 0.0)
     assert pool.nearest(points[7]) == 7
-    pool.add(points[7:8], points[7:8], points[7:8], np.zeros(1, bool))
+    pool.add(points[7:8], points[7:8], points[7:8], np.zeros(1, bool), 0.0)
     assert pool.nearest(points[7]) == 7
