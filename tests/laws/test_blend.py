@@ -106,27 +106,42 @@ def moved_atlas(name: str, turn, shift, scale: float) -> Atlas:
             approach=turn @ touch.approach,
             contours=moved(touch.contours, turn, shift, scale),
         )
-        for touch in known(name).touches[:5]
+        for touch in known(name).touches
         if touch.contours
     ]
     return learned(touches, 0.1 * scale)
 
 
 @pytest.mark.parametrize("name", ["sphere", "bottle"])
-@pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])
-def test_the_blend_moves_and_scales_with_the_touches(name, scale):
-    """A rigid motion and another unit: rounding of 1e-16, which the condition of the fits, 1e6 at
-    most, and the search for their radius enlarge."""
-    rng = np.random.default_rng(4)
-    turn, shift = random_rotation(rng), 50.0 * scale * rng.normal(size=3)
+@pytest.mark.parametrize("scale", [1e-3, 1e3])
+def test_the_blend_shifts_and_scales_with_the_touches(name, scale):
+    """Rounding of 1e-16, which the condition of the fits, 1e6 at most, and the search for their
+    radius enlarge."""
+    shift = scale * np.array([20.0, -30.0, 10.0])
     points, _ = near(name, 0.05, 200)
     here = moved_atlas(name, np.eye(3), np.zeros(3), 1.0).blend(points)
-    there = moved_atlas(name, turn, shift, scale).blend(scale * points @ turn.T + shift)
+    there = moved_atlas(name, np.eye(3), shift, scale).blend(scale * points + shift)
     assert np.array_equal(here.known, there.known) and here.known.any()
     some = here.known
     assert there.distance[some] / scale == pytest.approx(here.distance[some], abs=1e-6)
     assert there.deviation[some] / scale == pytest.approx(here.deviation[some], abs=1e-6)
-    assert there.normal[some] @ turn == pytest.approx(here.normal[some], abs=1e-6)
+    assert there.normal[some] == pytest.approx(here.normal[some], abs=1e-6)
+
+
+@pytest.mark.parametrize("name", ["sphere", "bottle"])
+def test_the_blend_turns_with_the_touches(name):
+    """The radius of the sextics and the cubes in which samples are thinned out follow the bounding
+    box, which turns differently: so that the same samples are fitted in other groups. What that
+    changes is less than half of a deviation in the median, and two in 19 of 20 places."""
+    turn = random_rotation(np.random.default_rng(4))
+    points, _ = near(name, 0.05, 500)
+    here = moved_atlas(name, np.eye(3), np.zeros(3), 1.0).blend(points)
+    there = moved_atlas(name, turn, np.zeros(3), 1.0).blend(points @ turn.T)
+    assert (here.known == there.known).mean() > 0.97
+    some = here.known & there.known
+    apart = np.abs(here.distance - there.distance)[some]
+    deviations = apart / np.maximum(here.deviation, there.deviation)[some]
+    assert np.median(deviations) < 0.5 and np.quantile(deviations, 0.95) < 2.0
 
 
 @pytest.mark.parametrize("points", [np.full((1, 3), np.nan), np.zeros(3), np.zeros((2, 2))])

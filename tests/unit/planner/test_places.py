@@ -1,22 +1,22 @@
-"""Places of lawful faces: where the surface ends is touched first, then where it is unsure."""
+"""Places: where the surface of a body is known, how well, and where it ends."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from tests.explored import learned, spread_touches
 from tests.lawful import HALF, body_of, samples_of_touches, touched_mesh
 from touchatlas.atlas import Atlas
-from touchatlas.planner import Reason
-from touchatlas.planner.place.choose import View
+from touchatlas.atlas.faces.known_law import KnownLaw
 from touchatlas.planner.place.deviation_ratio import DeviationRatio
-from touchatlas.planner.place.lawful_places import lawful_places, lawful_target
-from touchatlas.planner.place.places import Places
+from touchatlas.planner.place.places import Places, places_of
+from touchatlas.sim import make_object
+from touchatlas.sim.study.stability_atlas.bodies import cup
 
 NOISE, TOLERANCE = 0.02, 0.1
 # An equal share of the variance is borne for lack of fit.
 STD = np.sqrt(2.0) * NOISE
-NOWHERE = np.zeros((0, 3))
 # Area of the box, and of its part below x = 5 without the cut.
 AREA = 8.0 * (HALF[0] * HALF[1] + HALF[1] * HALF[2] + HALF[2] * HALF[0])
 CUT = 5.0
@@ -28,9 +28,15 @@ def box(keep=None):
     return body_of(samples_of_touches(columns, STD, None if keep is None else keep(columns[0])))
 
 
+def places_of_body(body) -> Places:
+    atlas = Atlas(TOLERANCE)
+    atlas.known_law = KnownLaw(body=body)
+    return places_of(atlas)
+
+
 @pytest.fixture(scope="module")
 def whole():
-    return lawful_places(box())
+    return places_of_body(box())
 
 
 @pytest.fixture(scope="module")
@@ -40,13 +46,7 @@ def half_body():
 
 @pytest.fixture(scope="module")
 def half(half_body):
-    return lawful_places(half_body)
-
-
-def view_of(touched, tolerance: float = TOLERANCE) -> View:
-    touched = np.reshape(touched, (-1, 3))
-    extent = 2.0 * float(np.linalg.norm(HALF))
-    return View(Atlas(tolerance), Places(), touched, touched, NOWHERE, NOWHERE, extent)
+    return places_of_body(half_body)
 
 
 def test_the_areas_of_a_closed_body_are_that_of_the_body(whole):
@@ -56,7 +56,7 @@ def test_the_areas_of_a_closed_body_are_that_of_the_body(whole):
     assert total == pytest.approx(AREA, rel=1e-3)
     # The tolerance is more than twenty deviations.
     assert inside == pytest.approx(total, rel=1e-9) and unscaled == pytest.approx(total, rel=1e-9)
-    assert not len(whole.left(TOLERANCE))
+    assert not len(whole.left(TOLERANCE, 2.0 * float(np.linalg.norm(HALF))))
     assert np.linalg.norm(whole.normals, axis=1) == pytest.approx(1.0, abs=1e-12)
 
 
@@ -82,45 +82,37 @@ def test_areas_follow_the_predicted_deviation(whole):
     unsure = replace(whole, deviation=np.full(len(whole.area), TOLERANCE))
     _, total, unscaled = unsure.areas(TOLERANCE, DeviationRatio(), np.zeros(0, bool))
     assert unscaled / total == pytest.approx(0.6827, abs=1e-4)
-    assert len(unsure.left(TOLERANCE)) == len(whole.points)
+    # Places that are listed are a tenth of the extent apart.
+    extent = 2.0 * float(np.linalg.norm(HALF))
+    left = unsure.left(TOLERANCE, extent)
+    apart = np.linalg.norm(left[:, None] - left, axis=2) + extent * np.eye(len(left))
+    assert len(left) > 10 and apart.min() > 0.1 * extent
 
 
-def test_the_open_rim_of_a_half_touched_box_is_the_target(half, half_body):
-    """Far from the touch, outward, and at the end of the samples."""
-    touched = [-HALF[0], 0.0, 0.0]
-    target = lawful_target(view_of(touched), half)
-    assert target.reason is Reason.EXPAND
+def test_the_size_of_a_rim_is_that_of_its_opening(half, half_body):
+    """The rectangle at x = 5, to a cube and a step and a half at each end."""
+    size = 2.0 * np.hypot(HALF[1], HALF[2])
+    assert half.rim_size == pytest.approx(np.full(len(half.rim), size), abs=3.0 + size / 32)
     edge = half_body.extent / 32
-    assert CUT - 2.0 * edge < target.point[0] < CUT + 1.5 + edge
-    axis = (np.abs(target.point) - HALF).argmax()
-    assert axis > 0
-    assert np.sign(target.point[axis]) * target.normal[axis] > 0.7
-    # Touched there, the next one is elsewhere.
-    again = lawful_target(view_of([touched, target.point]), half)
-    assert np.linalg.norm(again.point - target.point) > 0.5 * HALF[2]
+    assert (half.rim[:, 0] > CUT - 2.0 * edge).all() and (half.rim[:, 0] < CUT + 1.5 + edge).all()
 
 
-def test_there_is_no_target_where_all_rims_are_near_touches(half):
-    """All places are known to the tolerance, too."""
-    assert lawful_target(view_of(half.rim), half) is None
+def test_an_atlas_without_a_touch_has_no_places():
+    found = places_of(Atlas(0.1))
+    assert len(found.points) == len(found.rim) == 0
+    assert found.areas(0.1, DeviationRatio(), np.zeros(0, bool)) == (0.0, 0.0, 0.0)
 
 
-def test_a_closed_body_that_is_sure_has_no_target(whole):
-    assert lawful_target(view_of([HALF[0], 0.0, 0.0]), whole) is None
+def test_places_measure_the_area_of_a_closed_ball():
+    """Triangles with sides of a twentieth of the radius have 1e-3 less than the ball."""
+    found = places_of(learned(spread_touches(make_object("sphere"), 12), 0.1))
+    assert len(found.rim) == 0
+    assert found.area.sum() == pytest.approx(4.0 * np.pi * 33.0**2, rel=3e-3)
 
 
-def test_the_least_sure_place_is_the_target_where_nothing_is_open(whole):
-    """Above a half of the tolerance, 1.96 deviations are more than it; below, they are not."""
-    deviation = np.full(len(whole.points), 0.4 * TOLERANCE)
-    worst = int(whole.points[:, 0].argmax())
-    view = view_of([-HALF[0], 0.0, 0.0])
-    for factor, wanted in ((0.5, False), (0.52, True)):
-        deviation[worst] = factor * TOLERANCE
-        target = lawful_target(view, replace(whole, deviation=deviation.copy()))
-        assert (target is not None) is wanted
-    assert target.reason is Reason.REFINE
-    assert np.array_equal(target.point, whole.points[worst])
-    assert np.array_equal(target.normal, whole.normals[worst])
-    # Near a touch it is none.
-    near = view_of([whole.points[worst]])
-    assert lawful_target(near, replace(whole, deviation=deviation)) is None
+def test_an_opening_at_which_contact_was_lost_is_no_rim_to_touch():
+    """Half a ball: contours that lost contact show the rim, twenty touches nearly all of it."""
+    atlas = learned(spread_touches(cup(0.5), 20, 0.01), 0.1)
+    found = places_of(atlas)
+    assert len(atlas.rims) and found.area.sum() == pytest.approx(2.0 * np.pi * 33.0**2, rel=0.1)
+    assert len(found.rim) < 0.1 * 2.0 * np.pi * 33.0 / (atlas.body.extent / 32)

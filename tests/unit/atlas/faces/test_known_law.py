@@ -7,54 +7,53 @@ import pytest
 
 from tests.lawful import touched_mesh
 from touchatlas.atlas.faces import known_law
-from touchatlas.atlas.faces.faces import Faces
 from touchatlas.atlas.faces.known_law import KnownLaw, look_for_law
+from touchatlas.atlas.faces.read_faces import samples_of
 from touchatlas.atlas.samples.sample_pool import SamplePool
 
 NOISE = 0.02
 # An equal share of the variance is borne for lack of fit.
 STD = np.sqrt(2.0) * NOISE
-# Faces and a body that are not asked for anything.
-SOME_FACES, SOME_BODY = object(), object()
-# What faces say of a surface of which no part obeys a law.
-_NONE = np.zeros(0, int)
-LAWLESS = SimpleNamespace(faces=Faces((), (), np.zeros((0, 3)), _NONE, _NONE, _NONE, 1.0))
+# Faces that are not asked for anything.
+SOME_FACES = object()
 
 
 def pool_of(name: str, count: int) -> SamplePool:
     pool = SamplePool()
-    pool.add(*touched_mesh(name, count, NOISE), False)
+    pool.add(*touched_mesh(name, count, NOISE), False, NOISE)
     return pool
+
+
+def looked(count: int, **more) -> KnownLaw:
+    """What was found when so many samples were looked at."""
+    return KnownLaw(count, count, 1.0, **more)
 
 
 @pytest.fixture(scope="module")
 def box():
-    return look_for_law(pool_of("box", 30), 2970, STD)
+    return look_for_law(pool_of("box", 30), STD)
 
 
 def first_due(law: KnownLaw) -> int:
     """The least number of samples with which one would look again."""
-    return next(n for n in range(law.count + 1, 4 * law.count + 1) if law.is_due(n))
+    return next(n for n in range(law.looked + 1, 4 * law.looked + 1) if law.is_due(n))
 
 
 @pytest.mark.parametrize(
     ("law", "due"),
     [
         # Up to 5,000 samples each touch counts where laws hold or are likely.
-        (KnownLaw(1000, 1.0, True, 0.8, SOME_FACES, None), 1001),
-        (KnownLaw(1000, 1.0, True, 1.0, SOME_FACES, SOME_BODY), 1001),
-        (KnownLaw(4900, 1.0, True, 1.0, SOME_FACES, SOME_BODY), 4901),
+        (looked(1000, edges=True, share=0.8, faces=SOME_FACES), 1001),
+        (looked(4900, edges=True, share=1.0, faces=SOME_FACES), 4901),
         # Beyond, they grow by a tenth.
-        (KnownLaw(5000, 1.0, True, 1.0, SOME_FACES, SOME_BODY), 5500),
-        (KnownLaw(20000, 1.0, True, 0.8, SOME_FACES, None), 22000),
+        (looked(5000, edges=True, share=1.0, faces=SOME_FACES), 5500),
+        (looked(20000, edges=True, share=0.8, faces=SOME_FACES), 22000),
         # Without edges nothing is read, and a quarter is soon asked.
-        (KnownLaw(1000, 1.0), 1250),
-        (KnownLaw(8000, 1.0), 10000),
+        (looked(1000), 1250),
+        (looked(8000), 10000),
         # Where much of the surface obeys no law, they grow by a half, and of many fourfold.
-        (KnownLaw(1000, 1.0, True, 0.79), 1500),
-        (KnownLaw(8000, 1.0, True, 0.5), 32000),
-        # Faces that were read fill gaps, and are read again as samples grow by a half.
-        (KnownLaw(8000, 1.0, True, 0.6, SOME_FACES, LAWLESS), 12000),
+        (looked(1000, edges=True, share=0.79), 1500),
+        (looked(8000, edges=True, share=0.5), 32000),
     ],
 )
 def test_the_next_look_is_due_by_growth(law, due):
@@ -63,28 +62,75 @@ def test_the_next_look_is_due_by_growth(law, due):
 
 def test_many_samples_of_which_few_obey_laws_are_not_looked_at():
     """Up to 5,000 samples they are; beyond only where more than two fifths obeyed laws."""
-    assert KnownLaw(3000, 1.0, True, 0.3).is_due(4500)
-    assert not any(KnownLaw(4000, 1.0, True, 0.39).is_due(n) for n in (6000, 16000, 10**6))
-    assert KnownLaw(4000, 1.0, True, 0.41).is_due(16000)
+    few = looked(4000, edges=True, share=0.39)
+    assert looked(3000, edges=True, share=0.3).is_due(4500)
+    assert not any(few.is_due(n) for n in (6000, 16000, 10**6))
+    assert looked(4000, edges=True, share=0.41).is_due(16000)
 
 
 def test_the_first_sample_is_looked_at_and_no_count_twice():
     assert KnownLaw().is_due(1) and not KnownLaw().is_due(0)
-    assert not KnownLaw(1000, 1.0, True, 1.0, SOME_FACES, SOME_BODY).is_due(1000)
-    assert not KnownLaw(1000, 1.0).is_due(1000)
+    assert not looked(1000, edges=True, share=1.0, faces=SOME_FACES).is_due(1000)
+    assert not looked(1000).is_due(1000)
 
 
 def test_a_box_is_found(box):
-    assert (box.count, box.std, box.edges) == (2970, STD, True)
+    assert (box.count, box.looked, box.std) == (2970, 2970, STD)
+    assert (box.edges, box.is_one, box.is_hopeful) == (True, False, True)
     # The bound of a lawful body.
     assert box.share >= 0.96
     assert [face.kind for face in box.body.faces.faces] == ["plane"] * 6
 
 
-def test_equal_samples_give_equal_faces_whatever_comes_after_them(box):
+def test_one_face_learns_each_touch_and_looks_are_due_by_growth(monkeypatch):
+    """An ellipsoid: the body is of all samples at once, and laws are looked for when their number
+    has grown by a quarter. The body is that of all samples, whatever was known before."""
+    points, outward, planes = touched_mesh("ellipsoid", 12, NOISE)
+    pool, law, looks = SamplePool(), KnownLaw(), []
+    for last in (1000, 1100, 1188):
+        some = slice(len(pool), last)
+        pool.add(points[some], outward[some], planes[some], False, NOISE)
+        law = look_for_law(pool, STD, law)
+        looks.append(law.looked)
+        assert law.is_one and law.count == len(pool) == len(law.body.samples.points)
+    assert len(points) == 1188 and looks == [1000, 1000, 1000]
+    found = law.body.field.at(points)
+    again = known_law.body_of_one(samples_of(pool, len(pool), STD)).field.at(points)
+    assert np.array_equal(found.distance, again.distance)
+    # A deviation of a sample is STD; the surface passes among all samples, the new ones too.
+    assert np.sqrt(np.mean(found.distance[1000:] ** 2)) < 1.5 * STD
+
+
+def test_without_a_new_sample_nothing_is_done(monkeypatch):
+    def fit(samples):
+        raise AssertionError("a body is fitted again")
+
+    pool = pool_of("ellipsoid", 12)
+    law = look_for_law(pool, STD)
+    monkeypatch.setattr(known_law, "body_of_one", fit)
+    assert look_for_law(pool, STD, law) is law
+    assert look_for_law(pool, STD, law, last=True) is law
+    assert look_for_law(SamplePool(), STD) == KnownLaw()
+
+
+def test_the_last_look_is_made_where_laws_may_be_found(box, monkeypatch):
+    """At the end the faces of a box are read though no sample came; those of a body without edges
+    are not."""
+    looks: list[int] = []
+
+    def look(samples, ends, before):
+        looks.append(len(samples))
+        return before
+
+    monkeypatch.setattr(known_law, "_looked_for", look)
     pool = pool_of("box", 30)
-    pool.add(*touched_mesh("box", 30, NOISE, seed=5), False)
-    again = look_for_law(pool, 2970, STD)
+    assert look_for_law(pool, STD, box) is box and not looks
+    assert look_for_law(pool, STD, box, last=True) is box and looks == [2970]
+
+
+def test_equal_samples_give_equal_faces(box):
+    pool = pool_of("box", 30)
+    again = look_for_law(pool, STD)
     assert again.share == box.share
     assert again.body.faces.of.tobytes() == box.body.faces.of.tobytes()
     for one, other in zip(again.body.faces.faces, box.body.faces.faces, strict=True):
@@ -98,8 +144,10 @@ def test_a_smooth_body_is_never_read(monkeypatch):
 
     monkeypatch.setattr(known_law, "faces_of_samples", read)
     pool = pool_of("ellipsoid", 30)
-    law = look_for_law(pool, len(pool), STD)
-    assert (law.count, law.std, law.edges, law.share, law.body) == (2970, STD, False, 0.0, None)
+    law = look_for_law(pool, STD)
+    assert (law.count, law.looked, law.std) == (2970, 2970, STD)
+    assert (law.edges, law.share, law.faces, law.is_one) == (False, 0.0, None, True)
+    assert [face.kind for face in law.body.faces.faces] == ["free-form"]
 
 
 def test_ends_at_edges_are_edges():
@@ -107,8 +155,8 @@ def test_ends_at_edges_are_edges():
     pool = SamplePool()
     points, outward, planes = touched_mesh("ellipsoid", 12, NOISE)
     ends = np.append((planes[1:] != planes[:-1]).any(axis=1), True)
-    pool.add(points, outward, planes, ends)
-    law = look_for_law(pool, len(pool), STD)
+    pool.add(points, outward, planes, ends, NOISE)
+    law = look_for_law(pool, STD)
     assert law.edges
     assert law.share > 0.0
 
@@ -123,7 +171,7 @@ def test_labels_of_which_hardly_any_obey_a_law_are_not_revised(monkeypatch):
     monkeypatch.setattr(known_law, "revise_all", revise)
     monkeypatch.setattr(known_law, "first_labels", lambda _: SimpleNamespace(lawful_share=0.19))
     monkeypatch.setattr(known_law, "share_over_sharp_edges", lambda _: 0.44)
-    law = look_for_law(pool_of("box", 30), 2970, STD)
-    assert (law.count, law.std, law.edges, law.share) == (2970, STD, True, 0.19)
-    assert law.faces is law.body is None
+    law = look_for_law(pool_of("box", 30), STD)
+    assert (law.count, law.looked, law.edges, law.share) == (2970, 2970, True, 0.19)
+    assert law.faces is None and law.is_one
     assert first_due(law) == 4455

@@ -1,0 +1,120 @@
+"""Learn: which touches are entered, with what normals, and which are refused and why."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import trimesh
+
+from tests.explored import learned, spread_touches
+from touchatlas.atlas import Atlas
+from touchatlas.planner import Planner
+from touchatlas.planner.options import PlannerOptions
+from touchatlas.sim import Probe, make_object
+
+TOLERANCE, BALL = 0.1, 33.0
+
+
+@pytest.fixture(scope="module")
+def touches():
+    return spread_touches(make_object("sphere"), 8)
+
+
+def outward(atlas, first: int = 0) -> np.ndarray:
+    """Cosines (n,) of the normals of samples, from the ``first`` on, and the true ones."""
+    points, normals = atlas.pool.points[first:], atlas.pool.normals[first:]
+    return (points * normals).sum(axis=1) / np.linalg.norm(points, axis=1)
+
+
+def leaning(touch, degrees: float):
+    """The touch as if the probe had come at an angle from the true normal."""
+    normal = touch.contact / np.linalg.norm(touch.contact)
+    along = np.cross(normal, [0.3, 0.5, 0.8])
+    along /= np.linalg.norm(along)
+    angle = np.deg2rad(degrees)
+    return replace(touch, approach=np.cos(angle) * normal + np.sin(angle) * along)
+
+
+@pytest.mark.parametrize("degrees", [80.0, 100.0])
+def test_of_a_grazing_touch_what_is_known_tells_the_outer_side(touches, degrees):
+    """Ten degrees to either side of the surface: all normals face outward. A normal from chords of
+    noise 0.02 over steps of 2 errs by 2 degrees; those at the ends of arms by some more."""
+    atlas = learned(touches[:-1], TOLERANCE)
+    before = atlas.point_count
+    # The touch is nearest to what is known there: it lies amid the others.
+    change = atlas.add(leaning(touches[-1], degrees))
+    assert not change.refused
+    assert (outward(atlas, before) > np.cos(np.deg2rad(15.0))).all()
+    atlas.validate()
+
+
+def test_a_grazing_touch_where_nothing_is_known_is_refused(touches):
+    atlas = Atlas(TOLERANCE)
+    change = atlas.add(leaning(touches[0], 80.0))
+    assert "come along the normal" in change.refused
+    assert not len(atlas) and atlas.point_count == 0 and atlas.touches == 1
+
+
+def test_a_lean_of_sixty_degrees_is_no_matter(touches):
+    atlas = Atlas(TOLERANCE)
+    assert not atlas.add(leaning(touches[0], 60.0)).refused
+    assert (outward(atlas) > np.cos(np.deg2rad(15.0))).all()
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_a_touch_of_few_contours_on_known_surface_is_entered_with_outward_normals(touches, count):
+    """One contour alone has no patch: its normals are those of the contour, on the side that the
+    known surface faces."""
+    atlas = learned(touches[:-1], TOLERANCE)
+    before = atlas.point_count
+    few = replace(touches[-1], contours=touches[-1].contours[:count])
+    assert not atlas.add(few).refused
+    assert atlas.point_count == before + sum(len(c.points) for c in few.contours)
+    assert (outward(atlas, before) > np.cos(np.deg2rad(15.0))).all()
+    assert atlas.body.samples.points[before:].tolist() == atlas.pool.points[before:].tolist()
+
+
+def test_a_touch_of_one_contour_where_nothing_is_known_is_refused_with_what_to_do(touches):
+    atlas = Atlas(TOLERANCE)
+    change = atlas.add(replace(touches[0], contours=touches[0].contours[:1]))
+    assert "a patch needs 3: track more planes" in change.refused
+    assert atlas.body is None and atlas.point_count == 0
+
+
+def test_a_touch_of_one_contour_from_within_the_body_is_refused(touches):
+    """Its approach is opposed to the outward normal of the known surface."""
+    atlas, last = learned(touches[:-1], TOLERANCE), touches[-1]
+    inside = replace(last, contours=last.contours[:1], approach=-last.approach)
+    assert atlas.add(inside).refused
+
+
+def test_contours_too_short_to_have_a_direction_are_refused_on_known_surface_too(touches):
+    atlas = learned(touches[:-1], TOLERANCE)
+    last = touches[-1]
+    short = tuple(replace(c, points=c.points[:2]) for c in last.contours)
+    assert "contours of" in atlas.add(replace(last, contours=short)).refused
+
+
+def test_samples_have_the_noise_that_their_contours_state(touches):
+    """The root mean square of them counts, and the lack of fit that is borne."""
+    atlas = Atlas(TOLERANCE, scale=0.1)
+    for noise, touch in zip((0.02, 0.04), touches[:2], strict=True):
+        stated = tuple(replace(c, noise_std=noise) for c in touch.contours)
+        atlas.add(replace(touch, contours=stated))
+    assert set(atlas.pool.noise.tolist()) == {0.02, 0.04}
+    square = (atlas.pool.noise**2).mean() + (0.2 * 0.1) ** 2
+    assert atlas.sample_std == pytest.approx(np.sqrt(square), rel=1e-12)
+
+
+def test_a_touch_beside_an_edge_with_coarse_steps_is_refused(tmp_path):
+    """The contact is 0.2 from an edge, so that contours are smooth within the least radius, 1.0,
+    and the steps are 1.7: one sample of each contour is within."""
+    path = tmp_path / "box.ply"
+    trimesh.creation.box((50.0, 40.0, 20.0)).export(path)
+    obj = make_object(str(path))
+    atlas, probe = Atlas(0.2, scale=0.1), Probe(obj, 0.02, np.random.default_rng(0))
+    planner = Planner((3.0, 19.8, 10.0), (0.0, 0.0, 1.0), PlannerOptions(step=0.016))
+    plan = planner.ask(atlas)
+    change = atlas.add(probe(plan))
+    assert "3 samples lie within 1 of the contact" in change.refused and not len(atlas)
+    atlas.validate()
