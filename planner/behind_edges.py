@@ -112,8 +112,8 @@ def _all_ends(atlas: Atlas) -> EdgeEnds:
             found.append((pool.points[i], tangent / size, pool.normals[i], step))
     columns = zip(*found, strict=True) if found else ([], [], [], [])
     points, tangents, normals, steps = (np.array(column, float) for column in columns)
-    vectors = (np.reshape(column, (-1, 3)) for column in (points, tangents, normals))
-    return EdgeEnds(*vectors, steps)
+    points, tangents, normals = (np.reshape(c, (-1, 3)) for c in (points, tangents, normals))
+    return EdgeEnds(points, tangents, normals, steps)
 
 
 def _inner(pool, i: int) -> int:

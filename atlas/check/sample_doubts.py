@@ -3,6 +3,7 @@
 import numpy as np
 
 from touchatlas.atlas.check.doubt import Doubt, count_of, extent_of, some_apart
+from touchatlas.atlas.check.moved import shift_of_object
 from touchatlas.atlas.state import AtlasState
 
 # Fraction of the samples that may contradict: good explorations have none. Doubled, one bad
@@ -11,12 +12,6 @@ _FEW = 1e-3
 # Distance of a sample from the surface that contradicts it, in deviations of both: chance gives one
 # in two million. Doubled, only gross errors are doubted.
 _FAR = 5.0
-# Least fraction of the squared distances that one shift of the object explains, and that shift in
-# deviations of a sample. Doubled, few moves are told from detail.
-_EXPLAINED, _SHIFT = 0.5, 1.0
-# Moments at which an object may have moved, in parts of the samples: each tenth. Doubled, a move
-# within the last twentieth is seen.
-_MOMENTS = np.arange(1, 10) / 10.0
 # Distance of two sheets below which their triangles may run into each other, in tolerances.
 # Doubled, walls are doubted that are drawn right.
 _CLOSE = 4.0
@@ -35,28 +30,13 @@ def sample_doubts(atlas: AtlasState) -> list[Doubt]:
 
 
 def _moved(atlas: AtlasState, found, extent: float) -> list[Doubt]:
-    """One doubt where a move of the object explains how far samples lie off the surface.
-
-    The surface passes between the samples of before and after. A later sample lies off it by
-    n . t / 2 with the move t, an earlier one by -n . t / 2.
-    """
-    order = np.arange(len(found.distance)) / len(found.distance)
-    square = float(found.distance @ found.distance)
-    best, shift = 0.0, np.zeros(3)
-    for moment in _MOMENTS:
-        signed = np.where(order < moment, -0.5, 0.5)[:, None] * found.normal
-        trial = np.linalg.lstsq(signed, found.distance, rcond=None)[0]
-        rest = found.distance - signed @ trial
-        explained = 1.0 - float(rest @ rest) / max(square, np.finfo(float).tiny)
-        if explained > best:
-            best, shift = explained, trial
-    length = float(np.linalg.norm(shift))
-    if not (best > _EXPLAINED and length > _SHIFT * atlas.sample_std):
+    """One doubt where a move of the object explains how samples of before and after differ."""
+    shift, off = shift_of_object(atlas, found)
+    if not off.any():
         return []
-    off = np.abs(found.distance) > atlas.sample_std
     words = (
         f"{off.mean():.1%} of the samples lie beside the surface as if the object had moved by "
-        f"{length:.3g} or more; fix it, and explore again."
+        f"{np.linalg.norm(shift):.3g} or more; fix it, and explore again."
     )
     return [Doubt("moved", words, some_apart(atlas.pool.points[off], extent))]
 

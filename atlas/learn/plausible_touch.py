@@ -3,8 +3,8 @@
 from touchatlas.atlas.records.touch import Touch, extent_of
 from touchatlas.atlas.state import AtlasState
 
-# Ratio of the longest contour of a touch and what was touched before, from which their units
-# differ: touches in metres among millimetres differ by 1000. Doubled, smaller ones pass.
+# Ratio of the longest contour of a touch and what was touched before, from which units differ:
+# touches in metres among millimetres differ by 1000. Doubled, smaller ones pass.
 _LARGER = 300.0
 # Touches before one is asked. Doubled, a wrong unit passes for longer.
 _ENOUGH = 3

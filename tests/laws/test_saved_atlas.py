@@ -35,7 +35,8 @@ def test_saved_atlas_comes_back_whole(kind, tmp_path):
     atlas = KINDS[kind]()
     save_atlas(tmp_path / "atlas.npz", atlas)
     again = load_atlas(tmp_path / "atlas.npz")
-    found, found_again = atlas.blend(POINTS), again.blend(POINTS)
+    points = np.concatenate([POINTS, atlas.pool.points + 0.1 * atlas.pool.normals])
+    found, found_again = atlas.blend(points), again.blend(points)
     assert found.known.any() == (kind != "empty")
     for name, then in vars(found).items():
         assert np.array_equal(getattr(found_again, name), then, equal_nan=True), name
@@ -122,13 +123,22 @@ def test_damaged_file_is_refused(ball, tmp_path, damage):
         load_atlas(path)
 
 
-@pytest.mark.parametrize("name", ["header", "sample_points", "rims_steps", "label_of"])
-def test_file_with_other_arrays_is_refused(ball, tmp_path, name):
+@pytest.mark.parametrize(
+    ("kind", "name"),
+    [
+        ("smooth", "header"),
+        ("smooth", "sample_points"),
+        ("with rims", "rims_steps"),
+        ("with edges", "label_of"),
+    ],
+)
+def test_file_with_other_arrays_is_refused(tmp_path, kind, name):
     """Arrays that are not there, or of another length."""
     path = tmp_path / "atlas.npz"
-    save_atlas(path, ball)
+    save_atlas(path, KINDS[kind]())
     with np.load(path) as file:
         arrays = {key: file[key] for key in file.files}
+    assert len(arrays[name])
     for wrong in ({}, {name: arrays[name][:-1]}):
         with open(path, "wb") as file:
             np.savez(file, **({k: v for k, v in arrays.items() if k != name} | wrong))
