@@ -107,8 +107,8 @@ class FaceField:
         """
         points = np.asarray(points, float)
         if self._is_one:
-            found, face = self.trees.values(0, points), np.zeros(len(points), int)
-            return FaceValues(found[:, 0], found[:, 1:4], np.sqrt(found[:, 4]), face)
+            one, face = self.trees.values(0, points), np.zeros(len(points), int)
+            return FaceValues(one[:, 0], one[:, 1:4], np.sqrt(one[:, 4]), face)
         distances = self.trees.all_distances(points)
         decides, chosen = self._cells.decide(points, distances)
         owner, rows = decides.copy(), np.flatnonzero(decides < 0)
