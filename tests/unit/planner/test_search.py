@@ -59,7 +59,7 @@ def test_distances_from_lines_are_those_of_cross_products():
     assert _distances(points, through, along) == pytest.approx(expected, abs=1e-12)
 
 
-@pytest.mark.parametrize("search", [0, 20])
+@pytest.mark.parametrize("search", [0, pytest.param(20, marks=pytest.mark.slow)])
 def test_a_second_ball_is_found_only_by_a_search(search):
     """Two balls of radii 20 and 12, with 10 between them."""
     first = trimesh.creation.icosphere(4, 20.0)
