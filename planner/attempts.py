@@ -84,6 +84,11 @@ class Attempts:
         return pending
 
     @property
+    def guesses(self) -> bool:
+        """Whether a guess behind an edge is not answered yet: the next one depends on it."""
+        return any(one.is_guess for one in self.pending.values())
+
+    @property
     def often_miss(self) -> bool:
         """Whether approaches to places beyond what is known often meet nothing, as beside edges."""
         return self._vain_beyond > _MISSES * (self._approached + _FIRST)

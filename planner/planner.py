@@ -249,10 +249,10 @@ class Planner:
 
     def _guess_behind_edge(self, atlas: Atlas, view: View) -> Pending | None:
         """A plan behind an edge, where contours often end at edges and what lies behind some is
-        unknown; None elsewhere, when all guesses were made, or one is pending. Where most contours
-        run over edges, places behind the others are found as others are."""
+        unknown; None elsewhere, when all guesses were made, or a guess is pending. Where most
+        contours run over edges, places behind the others are found as others are."""
         ends = 2 * self.options.curves * atlas.touches
-        if atlas.pool.edges.sum() <= _OFTEN * ends or len(view.pending):
+        if atlas.pool.edges.sum() <= _OFTEN * ends or self._attempts.guesses:
             return None
         reach = self.options.reach * view.extent
         found = unknown_ends(atlas)

