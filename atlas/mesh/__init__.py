@@ -1,1 +1,1 @@
-"""Triangles of the blended surface."""
+"""Triangles of the surface of a body."""

@@ -9,7 +9,7 @@ import numpy as np
 from touchatlas.atlas.faces.lawful_body import LawfulBody
 from touchatlas.atlas.mesh.close_holes import close_holes
 from touchatlas.atlas.mesh.close_slits import close_slits
-from touchatlas.atlas.mesh.lawful_surface import coarse_edge, fine_edge, is_smooth, lawful_surface
+from touchatlas.atlas.mesh.lawful_surface import fine_edge, is_smooth, lawful_surface
 from touchatlas.atlas.mesh.refine import refined
 from touchatlas.atlas.mesh.small_handles import without_small_handles
 from touchatlas.atlas.mesh.stray_pieces import without_stray_pieces
@@ -22,7 +22,7 @@ from touchatlas.patch.geometry.arrays import real
 _TOLERANCES, _STEPS = 2.0, 2.0
 # Memory per triangle while a surface is made, bytes, as measured, and its limit: 16 GB; doubled,
 # few computers hold the surface.
-_BYTES, _MOST_BYTES = 3e3, 2.0**34
+_BYTES, _MOST_BYTES = 4e3, 2.0**34
 
 
 def extract_surface(state: AtlasState, edge: float | None = None) -> Surface:
@@ -48,10 +48,8 @@ def extract_surface(state: AtlasState, edge: float | None = None) -> Surface:
     cubes = fine_edge(body, sagitta) if edge is None else _checked(body, edge)
     if all(face.law is not None for face in body.faces.faces):
         return lawful_surface(body, cubes)
-    smooth = edge is None and is_smooth(body)
-    surface = lawful_surface(body, coarse_edge(body) if smooth else cubes)
-    surface = without_stray_pieces(surface, body.samples.points)
-    if smooth:
+    surface = without_stray_pieces(lawful_surface(body, cubes), body.samples.points)
+    if edge is None and is_smooth(body):
         surface = refined(body.field, surface, sagitta)
     surface = close_slits(close_holes(surface, state.rims), state.rims)
     steps = _STEPS * float(np.median(body.samples.steps))

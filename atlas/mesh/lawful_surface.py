@@ -36,7 +36,12 @@ def coarse_edge(body: LawfulBody) -> float:
 
 def fine_edge(body: LawfulBody, sagitta: float) -> float:
     """Edge of the cubes whose triangles are within ``sagitta`` (length) of the faces: the sagitta
-    of a chord c on a circle of radius r is c^2 / 8 r, and a chord is a diagonal of two edges."""
+    of a chord c on a circle of radius r is c^2 / 8 r, and a chord is a diagonal of two edges.
+
+    Triangles of a smooth body are refined where it bends: coarse cubes do.
+    """
+    if is_smooth(body):
+        return coarse_edge(body)
     curvature = body.largest_curvature
     # The corner of a chord over a narrow rounding is off by a fifth of the radius at most.
     blunt = [edge.radius for edge in body.faces.edges if _CHORD * edge.radius > sagitta]

@@ -24,6 +24,9 @@ _OUT = 2.0 / 3.0
 # Height over an edge by the normals at its ends, in bounds, below which the field is not asked.
 # Doubled, less time, and more triangles are too far where the field has detail.
 _LEVEL = 0.3
+# Bound in predicted deviations, where that is more. Doubled, half as many triangles where little is
+# known.
+_UNSURE = 0.1
 
 
 def refined(field: FaceField, surface: Surface, bound: float) -> Surface:
@@ -36,7 +39,8 @@ def refined(field: FaceField, surface: Surface, bound: float) -> Surface:
     surface : Surface
         With vertices on the body.
     bound : float, length
-        Largest distance of the body from triangles.
+        Largest distance of the body from triangles; a tenth of the predicted deviation where that
+        is more.
     """
     keys, heights = np.zeros(0, np.int64), np.zeros(0)
     for done in range(_HALVINGS + 1):
@@ -45,7 +49,8 @@ def refined(field: FaceField, surface: Surface, bound: float) -> Surface:
         fresh = np.flatnonzero(~np.isin(named, keys))
         height, foot = _heights(field, surface, ends[fresh], bound if done else 0.0)
         keys, heights = np.append(keys, named[fresh]), np.append(heights, height)
-        far = np.abs(height) > _FAR * bound
+        unsure = _UNSURE * surface.deviation[ends[fresh]].mean(axis=1)
+        far = np.abs(height) > _FAR * np.maximum(bound, unsure)
         if done == _HALVINGS or not far.any():
             break
         middle = np.full(len(ends), -1)
