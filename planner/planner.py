@@ -16,8 +16,8 @@ from touchatlas.planner.pending import Pending
 from touchatlas.planner.place.choose import Target, View, start_targets
 from touchatlas.planner.place.deviation_ratio import DeviationRatio
 from touchatlas.planner.place.known_area import KnownArea
-from touchatlas.planner.place.places import Places, places_of
-from touchatlas.planner.place.rules import LARGEST_HOLE, RULES, rim_target
+from touchatlas.planner.place.places import Places, places_of, planning_edge
+from touchatlas.planner.place.rules import LARGEST_HOLE, RULES, rim_target, unsure_rim_target
 from touchatlas.planner.plans import first_plan, known_plan, plan_at
 from touchatlas.planner.probe_plan import ProbePlan, Reason, check_answer
 from touchatlas.planner.reach import is_reachable
@@ -198,20 +198,22 @@ class Planner:
             if len(view.pending):
                 return None, True
             target = rim_target(view, places, LARGEST_HOLE * view.extent)
-            return (self._hole(view) if target is None else target), True
+            target = unsure_rim_target(view) if target is None else target
+            return (self._hole(view, places) if target is None else target), True
         if self._known.stagnates():
             return None, False
         return RULES[self.options.name](view, places, self._rng), False
 
-    def _hole(self, view: View) -> Target | None:
+    def _hole(self, view: View, places: Places) -> Target | None:
         """A hole of the surface that is drawn at the end, which would be off by more than the
         tolerance where it is closed."""
         atlas = view.atlas
         if atlas.body is None or self._known.stagnates():
             return None
         edge = fine_edge(atlas.body, atlas.options.facets * atlas.tolerance)
-        least = 2.0 * atlas.tolerance / (SURE * SLOPE)
-        return rim_target(view, places_of(atlas, edge), least)
+        if edge < planning_edge(atlas):
+            places = places_of(atlas, edge)
+        return rim_target(view, places, 2.0 * atlas.tolerance / (SURE * SLOPE))
 
     def _areas(self, places: Places, view: View) -> tuple[float, float, float]:
         """See ``Places.areas``."""

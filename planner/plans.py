@@ -9,7 +9,7 @@ import numpy as np
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.records.touch import Touch
 from touchatlas.patch.geometry.arrays import cross
-from touchatlas.patch.geometry.contour import Contour, SamplingPlane
+from touchatlas.patch.geometry.contour import Contour
 from touchatlas.patch.geometry.frame import any_tangent
 from touchatlas.patch.geometry.kinks import kinks
 from touchatlas.planner.approach import approach_within
@@ -31,9 +31,6 @@ _CLOSER = 0.35
 # normal errors are less than the scale there, and more samples teach little. Doubled, arms are
 # shorter, more touches are needed, and textured bodies stay below the share that is asked.
 _KNOWN = 0.36
-# Longest arm of a section, in extents: a body that is not folded closes within it, as its sections
-# are no longer than 4 extents. Doubled, those of folded bodies close as well, and others run on.
-_SECTION = 2.0
 # Sine of the angle between an arc and the approach, no unit, below which the arc is part of the
 # side from which the probe came: 30 degrees from across. Doubled, it may be another side.
 _FACING = 0.5
@@ -53,8 +50,6 @@ def plan_at(atlas: Atlas, target: Target, extent: float, options: PlannerOptions
 
     Its number is 0. ``extent`` is the length that reach and step of the options are fractions of.
     """
-    if target.across is not None:
-        return _section_plan(target, target.across, extent, options)
     pool, normal = atlas.pool, target.normal
     along = cross(pool.across[pool.nearest(target.point)], normal)
     heading = cross(normal, along)
@@ -73,23 +68,6 @@ def plan_at(atlas: Atlas, target: Target, extent: float, options: PlannerOptions
         step_turn=options.step_turn,
     )
     return ending_where_known(coming_clear(plan, atlas), atlas)
-
-
-def _section_plan(target: Target, across, extent: float, options: PlannerOptions) -> ProbePlan:
-    """The plan of one whole section: arms turn as far as the body does, and end where they meet."""
-    planes = (SamplingPlane(target.point, across),)
-    reach, step = _SECTION * extent, options.step * extent
-    return ProbePlan(
-        0,
-        target.point,
-        target.normal,
-        planes,
-        reach,
-        step,
-        np.pi,
-        target.reason,
-        step_turn=options.step_turn,
-    )
 
 
 def coming_clear(plan: ProbePlan, atlas: Atlas) -> ProbePlan:

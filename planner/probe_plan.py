@@ -22,7 +22,6 @@ class Reason(Enum):
     START = "start"
     EXPAND = "expand"
     REFINE = "refine"
-    CLOSE_GAP = "close gap"
     SEARCH = "search"
 
 

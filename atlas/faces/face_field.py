@@ -72,11 +72,11 @@ class FaceField:
         Without a face.
     """
 
-    def __init__(self, faces: Faces) -> None:
+    def __init__(self, faces: Faces, before: FaceTrees | None = None) -> None:
         if not len(faces):
             raise ValueError("there is no face; add touches to the atlas first")
         self.faces = faces
-        self.trees = trees = FaceTrees(faces)
+        self.trees = trees = FaceTrees(faces, before)
         self.reach = _REACH * float(np.linalg.norm(np.ptp(faces.points, axis=0)))
         self._is_one = len(faces) == 1 and trees.is_free_form(0)
         if self._is_one:

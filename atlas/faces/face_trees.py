@@ -29,7 +29,9 @@ class FaceTrees:
     faces : Faces
     """
 
-    def __init__(self, faces: Faces) -> None:
+    def __init__(self, faces: Faces, before: "FaceTrees | None" = None) -> None:
+        # The surface of the first of the samples, where all are one face.
+        self._before = before._surfaces.get((0,)) if before and len(faces) == 1 else None
         self.faces = faces
         self.radius = _RADIUS * float(np.linalg.norm(np.ptp(faces.points, axis=0)))
         self._surfaces: dict[tuple[int, ...], FreeFormSurface] = {}
@@ -149,7 +151,7 @@ class FaceTrees:
         faces = self.faces
         own = np.concatenate([faces.faces[k].samples for k in group])
         points, normals = faces.points[own], faces.normals[own]
-        found = fit_free_form(points, normals, faces.std, self.radius)
+        found = fit_free_form(points, normals, faces.std, self.radius, self._before)
         loose = faces.points[np.setdiff1d(np.flatnonzero(faces.of == NONE), faces.rounded)]
         loose = loose[are_on(found, loose, faces.std)]
         if not len(loose):

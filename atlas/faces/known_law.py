@@ -117,7 +117,7 @@ def look_for_law(
     if before.is_due(len(pool)) or (last and before.is_hopeful):
         return _looked_for(samples_of(pool, len(pool), std), np.asarray(pool.edges), before)
     if before.is_one and len(pool) > before.count:
-        body = body_of_one(samples_of(pool, len(pool), std))
+        body = body_of_one(samples_of(pool, len(pool), std), before.body)
         return replace(before, count=len(pool), body=body)
     return before
 
@@ -144,9 +144,9 @@ def _looked_for(samples: ContourSamples, ends_at_edge, before: KnownLaw) -> Know
     return law_of_faces(faces_of_revised(labels), samples, sharp)
 
 
-def body_of_one(samples: ContourSamples) -> LawfulBody:
-    """All samples as one free-form face."""
-    return LawfulBody(face_of_all(samples), samples)
+def body_of_one(samples: ContourSamples, before: LawfulBody | None = None) -> LawfulBody:
+    """All samples as one free-form face; ``before`` may be that of the first of them."""
+    return LawfulBody(face_of_all(samples), samples, before)
 
 
 def law_of_faces(faces: Faces, samples: ContourSamples, sharp: bool) -> KnownLaw:

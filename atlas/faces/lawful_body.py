@@ -46,9 +46,6 @@ _ON_FACE = 3.0
 # Distance from the surface at which a sample contradicts it, in standard deviations. Doubled, a
 # wing nut is drawn from faces that leave 42 handles.
 _BESIDE_SURFACE = 5.0
-# Nearest samples among which one off the faces counts, and its distance over that of the nearest.
-# Doubled, faces fill a third less beside such samples; halved, one place in fifty is wrong.
-_BESIDE, _AS_NEAR = 8, 2.0
 # Least sine of the angle between two faces that are unfolded. Doubled, blunt edges are none.
 _FOLDED = 0.2
 # Least cosine of the normal at a point and at a sample of the same part of the surface: 107
@@ -63,13 +60,18 @@ class LawfulBody:
     ----------
     faces : Faces
     samples : ContourSamples
+    before : LawfulBody, optional
+        That of the first of the samples, if it is one free-form face as well: what did not change
+        is not fitted again. The result is the same without it.
     """
 
-    def __init__(self, faces: Faces, samples: ContourSamples) -> None:
+    def __init__(
+        self, faces: Faces, samples: ContourSamples, before: "LawfulBody | None" = None
+    ) -> None:
         self.faces, self.samples = faces, samples
         points = samples.points
         self.extent = float(np.linalg.norm(np.ptp(points, axis=0)))
-        self.field = FaceField(faces)
+        self.field = FaceField(faces, None if before is None else before.field.trees)
         self.reach = self.field.reach
         voxel = np.floor((points - points[0]) * _PARTS / self.reach).astype(np.int64)
         # Both sides of a thin wall may lie in one voxel.
@@ -130,14 +132,6 @@ class LawfulBody:
     def away(self, points) -> np.ndarray:
         """(n,) distances of points (n, 3) from the nearest sample, length."""
         return np.asarray(self._tree.query(points)[0])
-
-    def is_explained(self, points) -> np.ndarray:
-        """(n,) whether no sample off the faces is about as near to points (n, 3) as the nearest."""
-        count = min(_BESIDE, len(self._astray))
-        away, near = self._tree.query(points, k=count)
-        away = away.reshape(len(points), count)
-        astray = self._astray[near.reshape(len(points), count)]
-        return np.asarray(~(astray & (away <= _AS_NEAR * away[:, :1])).any(axis=1))
 
     def at(self, points) -> tuple[FaceValues, np.ndarray]:
         """What the faces say of points (n, 3), and whether (n,) the surface is known there.

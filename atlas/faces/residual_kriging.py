@@ -20,8 +20,11 @@ _FACING = 0.3
 _LENGTHS = 0.02, 0.04, 0.08, 0.16, 0.32
 # Groups of neighbouring samples whose likelihood tells the length. Doubled, it takes longer.
 _GROUPS = 80
+# Nearest samples of which one with an amplitude makes a point rough. Doubled, more points are asked
+# for nothing.
+_ASKED = 4
 # Amplitude of residuals in deviations of a sample below which they are noise. Doubled, texture of
-# half a deviation is left out.
+# one deviation is left out.
 _SLIGHT = 0.5
 # Share of a sample's variance that is noise; the rest is lack of fit that is borne, which residuals
 # show themselves. Doubled, texture of one deviation is left out and counts as known.
@@ -57,8 +60,10 @@ class ResidualKriging:
 
     def correct(self, points, found) -> None:
         """Add what is predicted to distances and variances ``found`` (n, 5) at points (n, 3)."""
-        nearest = self.tree.query(points)[1]
-        rough = np.flatnonzero(self.amplitudes[nearest] > _SLIGHT * self.std)
+        if not (len(points) and self.amplitudes.any()):
+            return
+        near = self.tree.query(points, k=min(_ASKED, len(self.points)))[1]
+        rough = np.flatnonzero(self.amplitudes[near.reshape(len(points), -1)].any(axis=1))
         for start in range(0, len(rough), _AT_ONCE):
             some = rough[start : start + _AT_ONCE]
             normals = found[some, 1:4]
@@ -87,7 +92,9 @@ def krige(points, normals, residuals, radius: float, std: float) -> ResidualKrig
     polynomials of a radius; ``std`` is the standard deviation of a sample."""
     tree = cKDTree(points)
     near = nearest_of(tree, np.arange(len(points)))
-    amplitudes = amplitudes_of(normals[near], residuals[near], std)
+    square = amplitudes_of(normals[near], residuals[near], std) ** 2
+    # It falls to zero steadily: where it ended at once the surface would have a step.
+    amplitudes = np.sqrt(np.maximum(square - (_SLIGHT * std) ** 2, 0.0))
     near = near[np.unique(np.linspace(0, len(points) - 1, _GROUPS).astype(int))]
     faces = np.einsum("nkj,nj->nk", normals[near], normals[near[:, 0]]) > _FACING
     amplitude = np.where(faces, amplitudes[near], 0.0)

@@ -15,9 +15,6 @@ _NEAR, AHEAD = 2.0, 0.5
 # Least cosine of the angle between the direction of travel and such a sample: 30 degrees. Doubled
 # in angle, curves that end beside a contour along the rim refute it.
 _ALONG = 0.87
-# The same for other ends, of the rim of one hole: 60 degrees hold two thirds of a circle. Doubled
-# in angle, slips of one touch pass for holes.
-_AROUND = 0.5
 # Least cosine of the angle between the surface normals at the ends of one rim: 120 degrees, for a
 # bowl. Doubled, to -1, the far side of a thin wall has the same rim.
 _OPPOSITE = -0.5
@@ -103,26 +100,6 @@ class LostEnds:
         offset = self._pool.points[near] - self.points[i]
         length, ahead = np.sqrt((offset * offset).sum(axis=1)), offset @ self.tangents[i]
         return bool(((ahead > AHEAD * self.steps[i]) & (ahead > _ALONG * length)).any())
-
-    def facing_samples(self) -> np.ndarray:
-        """(k,) the open ends ahead of which the same sheet was met farther on, with no other open
-        end before: there is a narrow gap, or the probe slipped."""
-        return np.array([i for i in self.open().tolist() if self._faces_samples(i)], int)
-
-    def _faces_samples(self, i: int) -> bool:
-        """Whether the nearest thing ahead of an open end is a sample of its sheet."""
-        others = self.open()[self.open() != i]
-        alike = self._pool.points[self._pool.normals @ self.normals[i] > 0.0]
-        first = self._first_ahead(i, alike, _ALONG)
-        return first < self._first_ahead(i, self.points[others], _AROUND)
-
-    def _first_ahead(self, i: int, points, cosine: float) -> float:
-        """Distance from an end to the first of points (n, 3) ahead of it, length, whose direction
-        has a cosine with that of travel; infinite where there is none."""
-        offset = points - self.points[i]
-        length, along = np.sqrt((offset * offset).sum(axis=1)), offset @ self.tangents[i]
-        ahead = (along > AHEAD * self.steps[i]) & (along > cosine * length)
-        return float(length[ahead].min(initial=np.inf))
 
     def beside(self, i: int) -> tuple[list[int], bool]:
         """The nearest other open end and the nearest on the other side, and whether there is one;

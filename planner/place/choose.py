@@ -12,7 +12,7 @@ from touchatlas.planner.probe_plan import Reason
 
 # Places within this fraction of the extent of an earlier touch or attempt are not touched again, so
 # that every exploration ends. Doubled, fewer places in narrow features are touched.
-_APART = 0.02
+APART = 0.02
 # The same for holes of the surface at the end. Doubled, some holes remain.
 APART_HOLES = 0.005
 # Share of the distance to a pending plan that counts: its arms will teach what is about it, so that
@@ -63,11 +63,11 @@ class View:
 
     def is_free(self, points) -> np.ndarray:
         """(n,) whether points (n, 3) are away from touches, attempts and pending plans."""
-        return self.apart(points) > _APART * self.extent
+        return self.apart(points) > APART * self.extent
 
     def is_untried(self, points) -> np.ndarray:
         """(n,) whether points (n, 3) are away from touches and attempts."""
-        return distance_to(self.done, points) > _APART * self.extent
+        return distance_to(self.done, points) > APART * self.extent
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,14 +80,11 @@ class Target:
     normal : (3,) float, unit, world
         Predicted outward normal.
     reason : Reason
-    across : (3,) float, unit, world, optional
-        Normal of the one plane in which a whole section is tracked; without, several planes.
     """
 
     point: np.ndarray
     normal: np.ndarray
     reason: Reason
-    across: np.ndarray | None = None
 
 
 def start_targets(start, outward) -> Iterator[np.ndarray]:

@@ -9,7 +9,10 @@ from scipy.sparse.csgraph import connected_components
 from scipy.special import erf
 
 from touchatlas.atlas.atlas import Atlas
-from touchatlas.atlas.mesh.lawful_surface import coarse_edge, lawful_triangles
+from touchatlas.atlas.faces.lawful_body import LawfulBody
+from touchatlas.atlas.mesh.lawful_surface import coarse_edge, is_smooth, lawful_triangles
+from touchatlas.atlas.mesh.stray_pieces import without_stray_pieces
+from touchatlas.atlas.mesh.surface import Surface
 from touchatlas.patch.geometry.normal_error import SURE
 from touchatlas.planner.place.deviation_ratio import DeviationRatio
 
@@ -78,10 +81,11 @@ def places_of(atlas: Atlas, edge: float | None = None) -> Places:
     if body is None:
         none, no = np.zeros((0, 3)), np.zeros(0)
         return Places(none, none, no, no, none, none, no, no)
-    vertices, faces, found = lawful_triangles(body, _edge(atlas) if edge is None else edge)
+    drawn = _drawn(body, planning_edge(atlas) if edge is None else edge)
+    vertices, faces = drawn.vertices, drawn.faces
     ends, size = _ends(vertices, faces)
     length = np.linalg.norm(vertices[ends[:, 0]] - vertices[ends[:, 1]], axis=1)
-    outward = found.normal[ends].sum(axis=1)
+    outward = drawn.normals[ends].sum(axis=1)
     outward /= np.maximum(np.linalg.norm(outward, axis=1), np.finfo(float).tiny)[:, None]
     middle = vertices[ends].mean(axis=1)
     left = ~atlas.rims.at(middle, _STRIP * body.reach)
@@ -92,7 +96,7 @@ def places_of(atlas: Atlas, edge: float | None = None) -> Places:
     return Places(
         vertices[faces].mean(axis=1),
         normals / np.maximum(double, np.finfo(float).tiny)[:, None],
-        found.deviation[faces].mean(axis=1),
+        drawn.deviation[faces].mean(axis=1),
         0.5 * double,
         middle[left],
         outward[left],
@@ -101,10 +105,18 @@ def places_of(atlas: Atlas, edge: float | None = None) -> Places:
     )
 
 
-def _edge(atlas: Atlas) -> float:
+def planning_edge(atlas: Atlas) -> float:
     """Edge of the cubes that show where the body of an atlas is known, length."""
     edge = coarse_edge(atlas.body)
     return max(edge, atlas.body.extent / _FINEST) if atlas.known_law.is_one else edge
+
+
+def _drawn(body: LawfulBody, edge: float) -> Surface:
+    """The surface of a body in cubes of an edge, length, without stray pieces and curvatures."""
+    vertices, faces, found = lawful_triangles(body, edge)
+    flat = np.zeros(len(vertices))
+    drawn = Surface(vertices, faces, found.normal, found.deviation, found.face, flat)
+    return without_stray_pieces(drawn, body.samples.points) if is_smooth(body) else drawn
 
 
 def _ends(vertices, faces) -> tuple[np.ndarray, np.ndarray]:

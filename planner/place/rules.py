@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.spatial import cKDTree
 
-from touchatlas.planner.place.choose import APART_HOLES, Target, View, distance_to
+from touchatlas.planner.place.choose import APART, APART_HOLES, Target, View, distance_to
 from touchatlas.planner.place.places import Places
 from touchatlas.planner.probe_plan import Reason
 
@@ -82,6 +82,18 @@ def rim_target(view: View, places: Places, size: float) -> Target | None:
     away, offset = distance_to(reached, points), points - view.touched[-1]
     travel = np.sqrt((offset * offset).sum(axis=1))
     return _target(places, int(free[(away**2 / (_SET_UP * view.extent + travel)).argmax()]))
+
+
+def unsure_rim_target(view: View) -> Target | None:
+    """The place half-way between two ends of contours at a rim where the rim is least sure; None
+    where none is left that is less sure than the tolerance, and than touches are apart."""
+    limit = max(view.atlas.tolerance, APART * view.extent)
+    points, normals, apart = view.atlas.rims.unsure(limit)
+    apart = np.where(view.is_free(points), apart, 0.0)
+    if not apart.max(initial=0.0) > 0.0:
+        return None
+    best = int(apart.argmax())
+    return Target(points[best], normals[best], Reason.REFINE)
 
 
 def weak_target(view: View, places: Places) -> Target | None:
