@@ -10,6 +10,10 @@ _SPACING = 0.5
 # How far a sample may be inside the pin, in its radii, or in sizes of what is known if that is
 # less: the contact is uncertain. Doubled, a pin reaches where it is a fifth too thick.
 _INSIDE = 0.1
+# How far inside the surface the axis must be to enter the body, in its deviations: its own contact
+# may lie inside by as much as the surface is uncertain. Doubled, pins pass walls that are known
+# badly.
+_SURELY = 3.0
 # Largest radius that is told from a flat end, in sizes of what is known. Doubled, a millionth of
 # the size may be between the two.
 _FLAT = 1e6
@@ -46,7 +50,7 @@ def is_reachable(atlas: Atlas, point, normal, radius: float, length: float) -> b
     step = max(_SPACING * radius, length / _MOST_POINTS)
     heights = np.append(np.arange(radius, length, step), length)
     found = atlas.blend(point + heights[:, None] * normal)
-    if (found.known & (np.nan_to_num(found.distance) < 0.0)).any():
+    if (found.known & (found.distance < -_SURELY * found.deviation)).any():
         return False
     along = np.clip(offset @ normal, radius, length)
     beside = offset - along[:, None] * normal
