@@ -146,13 +146,16 @@ def test_equal_seeds_give_equal_plans_by_laws():
 
 
 def test_plans_by_laws_do_not_depend_on_the_unit():
-    """A thousand times larger, with noise and tolerance: the same touches, up to rounding that
-    fits and searches enlarge from 1e-16 to 1e-9."""
+    """A thousand times larger, with noise and tolerance: the same touches, up to rounding that fits
+    and searches enlarge, and that each touch takes over from those before: within a twentieth of
+    the noise."""
     _, _, plans = explored("cylinder")
     atlas, _, large = exploration("cylinder", 8, 1000.0)
     assert not atlas.known_law.is_one
     for one, other in zip(large, plans[:8], strict=True):
-        assert one.reference_point / 1000.0 == pytest.approx(other.reference_point, abs=1e-6)
-        assert one.normal == pytest.approx(other.normal, abs=1e-6)
+        assert one.reference_point / 1000.0 == pytest.approx(
+            other.reference_point, abs=0.05 * NOISE
+        )
+        assert one.normal == pytest.approx(other.normal, abs=1e-4)
         assert one.reason is other.reason
-        assert one.known == pytest.approx(other.known, abs=1e-6)
+        assert one.known == pytest.approx(other.known, abs=1e-4)
