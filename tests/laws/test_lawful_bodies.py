@@ -148,7 +148,7 @@ def test_equal_seeds_give_equal_plans_by_laws():
 def test_plans_by_laws_do_not_depend_on_the_unit():
     """A thousand times larger, with noise and tolerance: the same touches, up to rounding that fits
     and searches enlarge, and that each touch takes over from those before: within a twentieth of
-    the noise."""
+    the noise. Cubes of the forecast, a 32nd of the extent, are known or not by rounding."""
     _, _, plans = explored("cylinder")
     atlas, _, large = exploration("cylinder", 8, 1000.0)
     assert not atlas.known_law.is_one
@@ -158,4 +158,4 @@ def test_plans_by_laws_do_not_depend_on_the_unit():
         )
         assert one.normal == pytest.approx(other.normal, abs=1e-4)
         assert one.reason is other.reason
-        assert one.known == pytest.approx(other.known, abs=1e-4)
+        assert one.known == pytest.approx(other.known, abs=0.01)
