@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.lawful import HALF, lawful_object, samples_of_touches, touched_mesh
-from touchatlas.atlas.faces.known_law import KnownLaw, look_for_law
+from touchatlas.atlas.faces.known_law import KnownLaw, law_of_faces, look_for_law
 from touchatlas.atlas.faces.lawful_body import LawfulBody, share_over_sharp_edges
 from touchatlas.atlas.samples.sample_pool import SamplePool
 
@@ -18,44 +18,41 @@ STD = np.sqrt(2.0) * NOISE
 @pytest.fixture(scope="module")
 def law() -> KnownLaw:
     pool = SamplePool()
-    pool.add(*touched_mesh("wavy", 60, NOISE), False)
-    return look_for_law(pool, len(pool), STD)
+    pool.add(*touched_mesh("wavy", 60, NOISE), False, NOISE)
+    return look_for_law(pool, STD)
 
 
 def test_a_box_with_a_free_form_top_is_a_body(law):
     assert law.sharp
-    assert law.body is law.surface
-    assert law.is_hopeful
+    assert not law.is_one and law.is_hopeful
     kinds = [face.kind for face in law.body.faces.faces]
     assert "free-form" in kinds
     assert kinds.count("plane") >= 5
 
 
-def test_without_many_sharp_edges_it_is_none(law):
-    smooth = replace(law, sharp=False)
-    assert smooth.body is None
-    assert smooth.beside is law.surface
+def test_without_many_sharp_edges_it_is_one_face(law):
+    found = law_of_faces(law.faces, law.body.samples, False)
+    assert found.is_one and [face.kind for face in found.body.faces.faces] == ["free-form"]
 
 
-def test_a_body_with_unexplained_samples_is_none(law):
+def test_a_body_with_unexplained_samples_is_one_face(law):
     """A fifth of them; a tenth may be."""
-    faces = law.surface.faces
-    of = faces.of.copy()
+    of = law.faces.of.copy()
     of[::5] = -1
-    patchy = replace(law.surface.faces, of=of, rounded=faces.rounded[:0])
-    assert replace(law, surface=LawfulBody(patchy, law.surface.samples)).body is None
+    patchy = replace(law.faces, of=of, rounded=law.faces.rounded[:0])
+    assert law_of_faces(patchy, law.body.samples, True).is_one
 
 
-def test_a_body_whose_surface_passes_beside_its_samples_is_none(law):
+def test_a_body_whose_surface_passes_beside_its_samples_is_one_face(law):
     """A fourth of the samples of one side are moved off it by ten standard deviations; one in a
     hundred of all may be."""
-    assert law.surface.contradicted <= 0.01
-    faces, samples = law.surface.faces, law.surface.samples
+    assert law.body.contradicted <= 0.01
+    faces, samples = law.body.faces, law.body.samples
     points, side = samples.points.copy(), faces.faces[1]
     points[side.samples[::4]] += 10.0 * STD * side.pieces[0].axes[2]
-    moved = LawfulBody(faces, replace(samples, points=points))
-    assert moved.contradicted > 0.01
-    assert replace(law, surface=moved).body is None
+    moved = replace(samples, points=points)
+    assert LawfulBody(faces, moved).contradicted > 0.01
+    assert law_of_faces(faces, moved, True).is_one
 
 
 def test_its_surface_is_within_the_tolerance_where_it_is_known(law):
