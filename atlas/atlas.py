@@ -59,7 +59,7 @@ class Atlas(AtlasState):
         change = learn(self, touch)
         self.touches += 1
         if not change.refused:
-            self.known_law = look_for_law(self.pool, self.sample_std, self.known_law)
+            self.know(look_for_law(self.pool, self.sample_std, self.known_law))
         return replace(change, touch=touch.number)
 
     def blend(self, points) -> Blend:
@@ -70,7 +70,7 @@ class Atlas(AtlasState):
     def finish(self) -> None:
         """Read the faces once more at the end of an exploration. More touches may be added then."""
         if self.known_law.looked < self.point_count:
-            self.known_law = look_for_law(self.pool, self.sample_std, self.known_law, last=True)
+            self.know(look_for_law(self.pool, self.sample_std, self.known_law, last=True))
 
     def faces(self) -> Faces:
         """The faces of what was touched, each with its kind in words and numbers, and the sharp

@@ -15,7 +15,6 @@ def blend(state: AtlasState, points) -> Blend:
     found, known = state.body.at(points)
     curvature = state.body.gaussian_curvature(points, found.face)
     columns = found.distance, known, found.normal, found.deviation, curvature, found.face
-    known = known & ~state.rims.beyond(points, found.normal)
     return Blend(*columns).without(np.flatnonzero(~known))
 
 

@@ -69,6 +69,12 @@ class AtlasState:
         noise = float(np.sqrt((self.pool.noise**2).mean())) if len(self.pool) else 0.0
         return float(np.hypot(noise, self.bias))
 
+    def know(self, law: KnownLaw) -> None:
+        """Take what the samples show. The surface ends at the rims of this atlas."""
+        self.known_law = law
+        if law.body is not None:
+            law.body.rims = self.rims
+
     @property
     def body(self) -> LawfulBody | None:
         """The surface that is drawn from faces; None where nothing was touched."""

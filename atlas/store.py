@@ -93,7 +93,7 @@ def _restored(arrays, header) -> Atlas:
     atlas.pool.add(*(arrays[f"sample_{name}"] for name in NAMES))
     for name in LostEnds.NAMES:
         _fill_column(atlas.rims.ends, name, arrays[f"rims_{name}"])
-    atlas.known_law = law_of_arrays(arrays, header["law"], atlas.pool)
+    atlas.know(law_of_arrays(arrays, header["law"], atlas.pool))
     return atlas
 
 

@@ -11,6 +11,7 @@ from touchatlas.atlas.faces.face_field import FaceField, FaceValues
 from touchatlas.atlas.faces.faces import Faces
 from touchatlas.atlas.faces.labels import NONE
 from touchatlas.atlas.faces.samples import ContourSamples
+from touchatlas.atlas.samples.rims import Rims
 from touchatlas.patch.geometry.arrays import cross
 from touchatlas.patch.geometry.kinks import kinks
 
@@ -31,6 +32,9 @@ _STEPS = 1.5
 # Deviation over ``reach`` beyond which a surface shows nothing: between samples far apart
 # polynomials have zeros anywhere. Doubled, more of such is drawn while little is known.
 _VAGUE = 0.1
+# Distance from a rim within which the surface is known beside samples on its inner side alone, over
+# ``reach``. Doubled, more of what no contour crossed counts as known.
+_AT_RIM = 0.25
 # Distance from the surface up to which it is asked what is known at the foot, over ``reach``: cubes
 # are smaller. Doubled, the sides of thin walls are confused.
 _OFF = 0.4
@@ -63,12 +67,21 @@ class LawfulBody:
     before : LawfulBody, optional
         That of the first of the samples, if it is one free-form face as well: what did not change
         is not fitted again. The result is the same without it.
+
+    Attributes
+    ----------
+    rims : Rims or None
+        Where the surface ends because contact was lost; that of the atlas, which sets it.
     """
 
     def __init__(
-        self, faces: Faces, samples: ContourSamples, before: "LawfulBody | None" = None
+        self,
+        faces: Faces,
+        samples: ContourSamples,
+        before: "LawfulBody | None" = None,
     ) -> None:
         self.faces, self.samples = faces, samples
+        self.rims: Rims | None = None
         points = samples.points
         self.extent = float(np.linalg.norm(np.ptp(points, axis=0)))
         self.field = FaceField(faces, None if before is None else before.field.trees)
@@ -137,7 +150,7 @@ class LawfulBody:
         """What the faces say of points (n, 3), and whether (n,) the surface is known there.
 
         It is known among samples: where none of them are farther than ``reach``, and no half circle
-        about the point is without one.
+        about the point is without one; up to rims, and not beyond them.
         """
         found = self.field.at(points)
         away, nearest = self._tree.query(points)
@@ -149,6 +162,10 @@ class LawfulBody:
             doubt = doubt[~known[doubt]]
             known[doubt] = self._is_among(points[doubt], found.normal[doubt], count)
         known &= found.deviation <= _VAGUE * self.reach
+        if self.rims:
+            inside = away < self.reach
+            known |= inside & self.rims.at(points, _AT_RIM * self.reach)
+            known[known] = ~self.rims.beyond(points[known], found.normal[known])
         # What nothing explains is not known.
         known &= ~self._astray[nearest] | (away < steps + off)
         return found, known

@@ -88,7 +88,7 @@ def places_of(atlas: Atlas, edge: float | None = None) -> Places:
     outward = drawn.normals[ends].sum(axis=1)
     outward /= np.maximum(np.linalg.norm(outward, axis=1), np.finfo(float).tiny)[:, None]
     middle = vertices[ends].mean(axis=1)
-    left = ~atlas.rims.at(middle, _STRIP * body.reach)
+    left = ~atlas.rims.at(middle, planning_edge(atlas))
     normals = np.cross(
         vertices[faces[:, 1]] - vertices[faces[:, 0]], vertices[faces[:, 2]] - vertices[faces[:, 0]]
     )
