@@ -29,7 +29,7 @@ def atlas_of(name: str, touches: int, scale: float = 1.0, **options) -> Atlas:
     samples = samples_of_touches(touched_mesh(name, touches, NOISE), 1.5 * NOISE, scale=scale)
     atlas = Atlas(scale * TOLERANCE, AtlasOptions(**options))
     body = body_of(samples)
-    atlas.known_law = KnownLaw(len(samples), NOISE, True, 1.0, body.faces, body)
+    atlas.known_law = KnownLaw(is_one=False, faces=body.faces, body=body)
     return atlas
 
 
