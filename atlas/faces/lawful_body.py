@@ -32,8 +32,8 @@ _STEPS = 1.5
 # Deviation over ``reach`` beyond which a surface shows nothing: between samples far apart
 # polynomials have zeros anywhere. Doubled, more of such is drawn while little is known.
 _VAGUE = 0.1
-# Distance from a rim within which the surface is known beside samples on its inner side alone, over
-# ``reach``. Doubled, more of what no contour crossed counts as known.
+# Distance from a rim within which the surface is known although samples lie on one side alone,
+# over ``reach``. Doubled, more of what no contour crossed counts as known.
 _AT_RIM = 0.25
 # Distance from the surface up to which it is asked what is known at the foot, over ``reach``: cubes
 # are smaller. Doubled, the sides of thin walls are confused.
@@ -150,7 +150,7 @@ class LawfulBody:
         """What the faces say of points (n, 3), and whether (n,) the surface is known there.
 
         It is known among samples: where none of them are farther than ``reach``, and no half circle
-        about the point is without one; up to rims, and not beyond them.
+        about the point is without one; and a little beyond rims.
         """
         found = self.field.at(points)
         away, nearest = self._tree.query(points)
@@ -165,7 +165,6 @@ class LawfulBody:
         if self.rims:
             inside = away < self.reach
             known |= inside & self.rims.at(points, _AT_RIM * self.reach)
-            known[known] = ~self.rims.beyond(points[known], found.normal[known])
         # What nothing explains is not known.
         known &= ~self._astray[nearest] | (away < steps + off)
         return found, known

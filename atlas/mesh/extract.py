@@ -11,6 +11,7 @@ from touchatlas.atlas.mesh.close_holes import close_holes
 from touchatlas.atlas.mesh.close_slits import close_slits
 from touchatlas.atlas.mesh.lawful_surface import fine_edge, is_smooth, lawful_surface
 from touchatlas.atlas.mesh.refine import refined
+from touchatlas.atlas.mesh.rim_vertices import ended_at_rims
 from touchatlas.atlas.mesh.small_handles import without_small_handles
 from touchatlas.atlas.mesh.stray_pieces import without_stray_pieces
 from touchatlas.atlas.mesh.surface import Surface
@@ -51,6 +52,7 @@ def extract_surface(state: AtlasState, edge: float | None = None) -> Surface:
     surface = without_stray_pieces(lawful_surface(body, cubes), body.samples.points)
     if edge is None and is_smooth(body):
         surface = refined(body.field, surface, sagitta)
+    surface = ended_at_rims(surface, body.field, state.rims)
     surface = close_slits(close_holes(surface, state.rims), state.rims)
     steps = _STEPS * float(np.median(body.samples.steps))
     size = max(_TOLERANCES * state.tolerance, steps)

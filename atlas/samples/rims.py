@@ -108,6 +108,23 @@ class Rims:
         facing = np.einsum("mki,mi->mk", self.ends.normals[self._home[near]], normals) > 0.0
         return near, facing
 
+    def onto(self, points, normals) -> np.ndarray:
+        """(m, 3) points (m, 3) that lie beyond rims, with surface normals (m, 3), moved onto them
+        over the tangent plane, length, world."""
+        if not len(points):
+            return np.asarray(points)
+        for _ in range(2):
+            # At a corner the point of one rim may lie beyond the other.
+            which, _ = self._passed(points, normals)
+            out = self._across[which] - self._bend[which, None] * (
+                points - self.ends.points[self._home[which]]
+            )
+            out -= (out * normals).sum(axis=1)[:, None] * normals
+            length = np.sqrt((out * out).sum(axis=1))[:, None]
+            out /= np.maximum(length, np.finfo(float).tiny)
+            points = points - np.maximum(self._ahead_of(which, points), 0.0)[:, None] * out
+        return np.asarray(points)
+
     def unsure(self, limit: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Places half-way between ends where the rims at both and at the next ones on either side,
         drawn on, do not meet, and as far beyond the last ends of a rim as the next ones are.

@@ -25,6 +25,9 @@ _OF_HOLE = 0.25
 # Most cubes along the extent of a free-form body. Doubled, planning takes four times as long, and
 # both sides of thinner walls are seen.
 _FINEST = 64
+# Distance from a rim at which a surface in cubes ends there, in edges of the cubes. Doubled, more
+# of what no contour crossed counts as the opening.
+_AT_RIM = 2.0
 # Distance between places that are listed at the end, in extents. Doubled, fewer places are named.
 _LISTED = 0.1
 
@@ -88,7 +91,8 @@ def places_of(atlas: Atlas, edge: float | None = None) -> Places:
     outward = drawn.normals[ends].sum(axis=1)
     outward /= np.maximum(np.linalg.norm(outward, axis=1), np.finfo(float).tiny)[:, None]
     middle = vertices[ends].mean(axis=1)
-    left = ~atlas.rims.at(middle, planning_edge(atlas))
+    left = ~atlas.rims.at(middle, _AT_RIM * planning_edge(atlas))
+    left &= ~atlas.rims.beyond(middle, outward)
     normals = np.cross(
         vertices[faces[:, 1]] - vertices[faces[:, 0]], vertices[faces[:, 2]] - vertices[faces[:, 0]]
     )

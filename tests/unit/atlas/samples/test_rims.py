@@ -54,6 +54,8 @@ def test_a_disc_ends_at_its_circle_and_a_plate_at_its_hole(inside, beyond):
     for radius, expected in ((0.8001, beyond > inside), (0.7999, beyond < inside)):
         points = circle(radius, EVERY)
         assert rims.beyond(points, flat(points)).tolist() == [expected] * len(points)
+    moved = rims.onto(circle(beyond, EVERY), flat(EVERY))
+    assert np.linalg.norm(moved, axis=1) == pytest.approx(np.full(50, 0.8), abs=1e-12)
 
 
 def test_a_bowl_ends_at_the_plane_that_cuts_it():
