@@ -97,11 +97,14 @@ def places_of(atlas: Atlas, edge: float | None = None) -> Places:
         vertices[faces[:, 1]] - vertices[faces[:, 0]], vertices[faces[:, 2]] - vertices[faces[:, 0]]
     )
     double = np.linalg.norm(normals, axis=1)
+    normals /= np.maximum(double, np.finfo(float).tiny)[:, None]
+    middles = vertices[faces].mean(axis=1)
+    within = ~atlas.rims.beyond(middles, normals)
     return Places(
-        vertices[faces].mean(axis=1),
-        normals / np.maximum(double, np.finfo(float).tiny)[:, None],
-        drawn.deviation[faces].mean(axis=1),
-        0.5 * double,
+        middles[within],
+        normals[within],
+        drawn.deviation[faces].mean(axis=1)[within],
+        0.5 * double[within],
         middle[left],
         outward[left],
         (np.minimum(_STRIP * body.reach, _OF_HOLE * size) * length)[left],
