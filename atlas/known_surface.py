@@ -14,7 +14,7 @@ def blend(state: AtlasState, points) -> Blend:
         return _unknown(len(points))
     found, known = state.body.at(points)
     curvature = state.body.gaussian_curvature(points, found.face)
-    known[known] = ~state.rims.beyond(points[known], found.normal[known])
+    known[known] = ~state.body.beyond(points[known], found.normal[known])
     columns = found.distance, known, found.normal, found.deviation, curvature, found.face
     return Blend(*columns).without(np.flatnonzero(~known))
 

@@ -32,7 +32,7 @@ def sample_doubts(atlas: AtlasState) -> list[Doubt]:
 def _moved(atlas: AtlasState, found, extent: float) -> list[Doubt]:
     """One doubt where a move of the object explains how samples of before and after differ."""
     shift, off = shift_of_object(atlas, found)
-    if not off.any():
+    if off.sum() <= _FEW * len(off):
         return []
     words = (
         f"{off.mean():.1%} of the samples lie beside the surface as if the object had moved by "

@@ -161,13 +161,30 @@ class LawfulBody:
         for count in (_FIRST, _ABOUT):
             doubt = doubt[~known[doubt]]
             known[doubt] = self._is_among(points[doubt], found.normal[doubt], count)
-        known &= found.deviation <= _VAGUE * self.reach
         if self.rims:
-            inside = away < self.reach
-            known |= inside & self.rims.at(points, _AT_RIM * self.reach)
+            known |= (away < self.reach) & self.rims.at(points, _AT_RIM * self.reach)
+        self._leave_out_vague(points, found, known)
         # What nothing explains is not known.
         known &= ~self._astray[nearest] | (away < steps + off)
         return found, known
+
+    def _leave_out_vague(self, points, found: FaceValues, known) -> None:
+        """Mark as unknown the points (n, 3) whose feet are vague: beside the surface a polynomial
+        is less sure than on it."""
+        vague = np.flatnonzero(known & (found.deviation > _VAGUE * self.reach))
+        feet = points[vague] - found.distance[vague, None] * found.normal[vague]
+        known[vague] = self.field.at(feet).deviation <= _VAGUE * self.reach
+
+    def beyond(self, points, normals) -> np.ndarray:
+        """(n,) whether points (n, 3) of the surface, with its normals (n, 3), lie beyond a rim at
+        which contact was lost, and not among samples: a rim amid samples is a slip of the probe."""
+        if not self.rims:
+            return np.zeros(len(points), bool)
+        out = self.rims.beyond(points, normals)
+        for count in (_FIRST, _ABOUT):
+            some = np.flatnonzero(out)
+            out[some] = ~self._is_among(points[some], normals[some], count)
+        return out
 
     def gaussian_curvature(self, points, face) -> np.ndarray:
         """(n,) Gaussian curvature of faces (n,) at points (n, 3), 1/length^2: the second invariant

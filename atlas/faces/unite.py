@@ -74,7 +74,7 @@ def _stands_between(labels: Labels, pair, first: int, second: int) -> bool:
     is of another face that crosses the way or faces as they do."""
     points = labels.evidence.samples.points
     way, offset = points[second] - points[first], points - points[first]
-    square = way @ way
+    square = max(float(way @ way), float(np.finfo(float).tiny))
     along = offset @ way / square
     beside = (offset * offset).sum(axis=1) - along * along * square
     noise = _NOISE * labels.evidence.samples.std / np.sqrt(square)

@@ -52,7 +52,7 @@ def extract_surface(state: AtlasState, edge: float | None = None) -> Surface:
     surface = without_stray_pieces(lawful_surface(body, cubes), body.samples.points)
     if edge is None and is_smooth(body):
         surface = refined(body.field, surface, sagitta)
-    surface = ended_at_rims(surface, body.field, state.rims)
+    surface = ended_at_rims(surface, body)
     surface = close_slits(close_holes(surface, state.rims), state.rims)
     steps = _STEPS * float(np.median(body.samples.steps))
     size = max(_TOLERANCES * state.tolerance, steps)

@@ -4,23 +4,22 @@ from dataclasses import replace
 
 import numpy as np
 
-from touchatlas.atlas.faces.face_field import FaceField
+from touchatlas.atlas.faces.lawful_body import LawfulBody
 from touchatlas.atlas.mesh.surface import Surface
-from touchatlas.atlas.samples.rims import Rims
 
 
-def ended_at_rims(surface: Surface, field: FaceField, rims: Rims) -> Surface:
+def ended_at_rims(surface: Surface, body: LawfulBody) -> Surface:
     """The surface without the triangles beyond rims; the vertices beyond of triangles across a rim
     are moved onto it."""
-    if not (rims and len(surface.faces)):
+    if not (body.rims and len(surface.faces)):
         return surface
     points, faces = surface.vertices, surface.faces
-    beyond = rims.beyond(points, surface.normals)
+    beyond = body.beyond(points, surface.normals)
     across = ~beyond[faces].all(axis=1)
     moved = np.intersect1d(faces[across], np.flatnonzero(beyond))
-    onto = rims.onto(points[moved], surface.normals[moved])
+    onto = body.rims.onto(points[moved], surface.normals[moved])
     # On the tangent plane they left the surface by the sagitta of the way.
-    found = field.at(onto)
+    found = body.field.at(onto)
     points = points.copy()
     points[moved] = onto - found.distance[:, None] * found.normal
     used, index = np.unique(faces[across], return_inverse=True)

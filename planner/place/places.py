@@ -92,14 +92,14 @@ def places_of(atlas: Atlas, edge: float | None = None) -> Places:
     outward /= np.maximum(np.linalg.norm(outward, axis=1), np.finfo(float).tiny)[:, None]
     middle = vertices[ends].mean(axis=1)
     left = ~atlas.rims.at(middle, _AT_RIM * planning_edge(atlas))
-    left &= ~atlas.rims.beyond(middle, outward)
+    left &= ~body.beyond(middle, outward)
     normals = np.cross(
         vertices[faces[:, 1]] - vertices[faces[:, 0]], vertices[faces[:, 2]] - vertices[faces[:, 0]]
     )
     double = np.linalg.norm(normals, axis=1)
     normals /= np.maximum(double, np.finfo(float).tiny)[:, None]
     middles = vertices[faces].mean(axis=1)
-    within = ~atlas.rims.beyond(middles, normals)
+    within = ~body.beyond(middles, normals)
     return Places(
         middles[within],
         normals[within],
