@@ -30,7 +30,7 @@ def whole():
 
 @pytest.fixture(scope="module")
 def half():
-    return ellipsoid(6)
+    return ellipsoid(3)
 
 
 @pytest.fixture
