@@ -70,8 +70,8 @@ def fit_free_form(
     found = _surface(fits, sites)
     values = found.at(points)
     rest, side = values[:, 0], values[:, 1:4]
-    rest = krige(points, side, rest, sites.radius, std)
-    return replace(found, normals=side, rest=rest, fits=replace(fits, before={}))
+    kriging = krige(points, side, rest, sites.radius, std)
+    return replace(found, normals=side, rest=kriging, fits=replace(fits, before={}))
 
 
 def _largest(tree, fits: SexticFits, radius: float) -> SexticSites:

@@ -84,7 +84,7 @@ class LawfulBody:
         self.rims: Rims | None = None
         points = samples.points
         self.extent = float(np.linalg.norm(np.ptp(points, axis=0)))
-        self.field = FaceField(faces, None if before is None else before.field.trees)
+        self.field: FaceField = FaceField(faces, None if before is None else before.field.trees)
         self.reach = self.field.reach
         voxel = np.floor((points - points[0]) * _PARTS / self.reach).astype(np.int64)
         # Both sides of a thin wall may lie in one voxel.

@@ -114,6 +114,8 @@ def places_of(atlas: Atlas, edge: float | None = None) -> Places:
 
 def planning_edge(atlas: Atlas) -> float:
     """Edge of the cubes that show where the body of an atlas is known, length."""
+    if atlas.body is None:
+        raise ValueError("the atlas has no body; add a touch first")
     edge = coarse_edge(atlas.body)
     return max(edge, atlas.body.extent / _FINEST) if atlas.known_law.is_one else edge
 
