@@ -163,7 +163,7 @@ def test_no_touch_is_learned_again_saved_or_not(name, tmp_path):
 
 @pytest.mark.parametrize("edge", [0, -1.0, np.nan, np.inf, "x", 1e3])
 def test_an_edge_that_is_no_length_of_the_object_is_refused(edge):
-    with pytest.raises(ValueError, match="edge is .*patches span"):
+    with pytest.raises(ValueError, match="edge is .*samples span"):
         extract_surface(begun().atlas, edge)
 
 
@@ -275,7 +275,7 @@ def test_tolerance_must_be_a_length(tolerance):
 
 
 def test_surface_of_nothing_is_refused():
-    with pytest.raises(ValueError, match="no patch yet"):
+    with pytest.raises(ValueError, match="no surface; add"):
         extract_surface(Atlas(0.1))
     with pytest.raises(ValueError, match="got NoneType; a surface is drawn of an Atlas"):
         extract_surface(None)

@@ -61,7 +61,7 @@ def test_guesses_are_below_a_convex_edge_then_above_a_concave_one_far_and_near()
     ]
     for target, (point, side) in zip(found, expected, strict=False):
         assert target.point == pytest.approx(np.array(point), abs=1e-12)
-        assert target.normal == pytest.approx(side * np.eye(3)[0]) and target.across is None
+        assert target.normal == pytest.approx(side * np.eye(3)[0])
         assert target.reason is Reason.EXPAND
 
 
