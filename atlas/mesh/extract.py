@@ -17,6 +17,7 @@ from touchatlas.atlas.mesh.stray_pieces import without_stray_pieces
 from touchatlas.atlas.mesh.surface import Surface
 from touchatlas.atlas.state import AtlasState
 from touchatlas.patch.geometry.arrays import real
+from touchatlas.patch.geometry.normal_error import SURE
 
 # Size of the smallest handle that stays, in tolerances, and in steps of contours if that is more.
 # Doubled, handles of that size are left out.
@@ -54,6 +55,9 @@ def extract_surface(state: AtlasState, edge: float | None = None) -> Surface:
         surface = refined(body.field, surface, sagitta)
     surface = ended_at_rims(surface, body)
     surface = close_slits(close_holes(surface, state.rims), state.rims)
+    if not len(surface.faces) or SURE * float(np.median(surface.deviation)) > state.tolerance:
+        # Handles of a surface that is hardly known are not told from others.
+        return surface
     steps = _STEPS * float(np.median(body.samples.steps))
     size = max(_TOLERANCES * state.tolerance, steps)
     return without_small_handles(surface, state.rims, size)

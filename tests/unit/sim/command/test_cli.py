@@ -121,14 +121,13 @@ def test_existing_run_is_refused_unless_forced(whole_run):
     assert (folder / "atlas.npz").read_bytes() == before
 
 
-@pytest.mark.xfail(
-    run=False,
-    reason="a surface is drawn however unsure it is; with so much noise that takes minutes",
-)
-def test_a_surface_known_nowhere_is_a_failure_that_says_why(tmp_path):
+def test_a_surface_of_too_noisy_a_probe_is_drawn_and_doubted(tmp_path):
+    """Noise of ten tolerances leaves nothing known to the tolerance, and the run says so."""
     numbers = ["--noise", "2", "--tolerance", "0.2", "--max-touches", "12"]
     done = touchatlas("explore", "sphere", *numbers, "--out", "a", cwd=tmp_path)
-    assert done.returncode == 1 and "nowhere is the surface known" in done.stderr
+    assert done.returncode == 0, done.stderr
+    numbers = json.loads((tmp_path / "a" / "evaluation.json").read_text())
+    assert not numbers["met"] and numbers["doubts"]
     assert (tmp_path / "a" / "atlas.npz").is_file()
 
 
