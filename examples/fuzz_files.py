@@ -231,10 +231,17 @@ def judge(fuzzer: Fuzzer, kind: str, data: bytes) -> str | None:
     return None
 
 
+def _peak() -> int:
+    """Most memory that this process has taken, bytes."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+
+
 def main(count: int, seed: int, kinds) -> int:
     wrong, failures = 0, Path("fuzz")
     if failures.exists() and not failures.is_dir():
         raise ValueError(f"{failures} is a file here, where inputs are kept; move it away")
+    # What was done before in the same process is not counted.
+    before = _peak()
     with tempfile.TemporaryDirectory(prefix="fuzz-") as name:
         fuzzer = Fuzzer(Path(name))
         for kind in kinds:
@@ -251,7 +258,7 @@ def main(count: int, seed: int, kinds) -> int:
                     (failures / f"{kind}-{seed}-{number}").write_bytes(data)
                 slowest = max(slowest, time.perf_counter() - start)
             kept.unlink()
-            memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+            memory = _peak() - before
             if memory > MOST_BYTES:
                 found += 1
             wrong += found
