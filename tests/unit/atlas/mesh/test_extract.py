@@ -8,8 +8,8 @@ from tests.lawful import body_of, samples_of_touches, touched, touched_mesh
 from touchatlas.atlas import AtlasOptions, extract_surface
 from touchatlas.atlas.faces.faces import face_of_all
 from touchatlas.atlas.faces.lawful_body import LawfulBody
-from touchatlas.atlas.samples.rims import Rims
 from touchatlas.atlas.mesh.lawful_surface import fine_edge, lawful_surface
+from touchatlas.atlas.samples.rims import Rims
 from touchatlas.atlas.samples.sample_pool import SamplePool
 from touchatlas.atlas.state import AtlasState
 from touchatlas.sim import make_object
