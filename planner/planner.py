@@ -194,21 +194,19 @@ class Planner:
         """Where to touch next, if anywhere, and whether the surface is known. The surface is drawn
         finely, to find small holes, when it is known and no plan pends."""
         enough = self._known.coverage >= self.options.coverage
+        if self._known.stagnates() or (enough and len(view.pending)):
+            return None, enough
         if enough:
-            if len(view.pending):
-                return None, True
             target = rim_target(view, places, LARGEST_HOLE * view.extent)
             target = unsure_rim_target(view) if target is None else target
             return (self._hole(view, places) if target is None else target), True
-        if self._known.stagnates():
-            return None, False
         return RULES[self.options.name](view, places, self._rng), False
 
     def _hole(self, view: View, places: Places) -> Target | None:
         """A hole of the surface that is drawn at the end, which would be off by more than the
         tolerance where it is closed."""
         atlas = view.atlas
-        if atlas.body is None or self._known.stagnates():
+        if atlas.body is None:
             return None
         edge = fine_edge(atlas.body, atlas.options.facets * atlas.tolerance)
         if edge < planning_edge(atlas):
