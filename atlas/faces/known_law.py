@@ -28,8 +28,7 @@ _FEW = 5000
 # found later.
 _LAWFUL_GROWS, _EDGELESS_GROWS, _LAWLESS_GROWS, _HOPELESS_GROWS = 1.1, 1.25, 1.5, 4.0
 # Least share of the contours that run over a sharp edge, or end at one, for faces to be looked for:
-# noise makes a kink in two of a hundred. Doubled, bodies of few blunt edges are drawn from
-# overlapping patches.
+# noise makes a kink in two of a hundred. Doubled, bodies of few blunt edges are one free-form face.
 _WITH_EDGES = 0.06
 # Share of the samples that obey laws below which faces are not expected to become lawful soon, and
 # below which they are not at all: then many samples are not looked at, which takes a minute. On
