@@ -6,7 +6,7 @@ import networkx as nx
 
 from touchatlas.atlas.check.invariants import violations
 from touchatlas.atlas.faces.faces import Faces
-from touchatlas.atlas.faces.known_law import look_for_law
+from touchatlas.atlas.faces.known_body import look_for_body
 from touchatlas.atlas.faces.patch_graph import patch_graph
 from touchatlas.atlas.faces.read_faces import read_faces
 from touchatlas.atlas.known_surface import blend
@@ -59,7 +59,7 @@ class Atlas(AtlasState):
         change = learn(self, touch)
         self.touches += 1
         if not change.refused:
-            self.know(look_for_law(self.pool, self.sample_std, self.known_law))
+            self.know(look_for_body(self.pool, self.sample_std, self.known_body))
         return replace(change, touch=touch.number)
 
     def blend(self, points) -> Blend:
@@ -69,13 +69,13 @@ class Atlas(AtlasState):
 
     def finish(self) -> None:
         """Read the faces once more at the end of an exploration. More touches may be added then."""
-        if self.known_law.looked < self.point_count:
-            self.know(look_for_law(self.pool, self.sample_std, self.known_law, last=True))
+        if self.known_body.looked < self.point_count:
+            self.know(look_for_body(self.pool, self.sample_std, self.known_body, last=True))
 
     def faces(self) -> Faces:
         """The faces of what was touched, each with its kind in words and numbers, and the sharp
         edges and smooth rims between them; read from the samples."""
-        law = self.known_law
+        law = self.known_body
         before = law.faces if law.is_hopeful else None
         return read_faces(self.pool, self.sample_std, before)
 

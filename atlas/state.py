@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from touchatlas.atlas.faces.known_law import KnownLaw
-from touchatlas.atlas.faces.lawful_body import LawfulBody
+from touchatlas.atlas.faces.body import Body
+from touchatlas.atlas.faces.known_body import KnownBody
 from touchatlas.atlas.records.options import AtlasOptions, check_tolerance
 from touchatlas.atlas.samples.rims import Rims
 from touchatlas.atlas.samples.sample_pool import SamplePool
@@ -28,7 +28,7 @@ class AtlasState:
         The samples.
     rims : Rims
         The contour ends at which contact was lost, and the rims of the surface that they show.
-    known_law : KnownLaw
+    known_body : KnownBody
         What the samples show: the faces and the body.
     touches : int
         Number of touches, with those that were refused.
@@ -50,7 +50,7 @@ class AtlasState:
         self.options = options
         self.pool = SamplePool()
         self.rims = Rims(self.pool)
-        self.known_law = KnownLaw()
+        self.known_body = KnownBody()
         self.touches = 0
 
     def __len__(self) -> int:
@@ -69,16 +69,16 @@ class AtlasState:
         noise = float(np.sqrt((self.pool.noise**2).mean())) if len(self.pool) else 0.0
         return float(np.hypot(noise, self.bias))
 
-    def know(self, law: KnownLaw) -> None:
+    def know(self, law: KnownBody) -> None:
         """Take what the samples show. The surface ends at the rims of this atlas."""
-        self.known_law = law
+        self.known_body = law
         if law.body is not None:
             law.body.rims = self.rims
 
     @property
-    def body(self) -> LawfulBody | None:
+    def body(self) -> Body | None:
         """The surface that is drawn from faces; None where nothing was touched."""
-        return self.known_law.body
+        return self.known_body.body
 
     @property
     def point_count(self) -> int:

@@ -33,13 +33,13 @@ def atlas_bytes(atlas: Atlas) -> bytes:
         "scale_is_given": atlas.scale_is_given,
         "touches": atlas.touches,
         "options": asdict(atlas.options),
-        "law": {name: getattr(atlas.known_law, name) for name in _LAW},
+        "law": {name: getattr(atlas.known_body, name) for name in _LAW},
     }
     arrays = {
         "header": np.frombuffer(json.dumps(header, sort_keys=True).encode(), np.uint8),
         **{f"sample_{name}": getattr(atlas.pool, name) for name in NAMES},
         **{f"rims_{name}": getattr(atlas.rims.ends, name) for name in LostEnds.NAMES},
-        **law_arrays(atlas.known_law),
+        **law_arrays(atlas.known_body),
     }
     buffer = io.BytesIO()
     np.savez(buffer, allow_pickle=False, **arrays)

@@ -4,8 +4,8 @@ import numpy as np
 
 from touchatlas.atlas.atlas import Atlas, AtlasChange
 from touchatlas.atlas.faces.faces import Faces
+from touchatlas.atlas.mesh.body_surface import fine_edge
 from touchatlas.atlas.mesh.close_holes import SLOPE
-from touchatlas.atlas.mesh.lawful_surface import fine_edge
 from touchatlas.atlas.records.touch import Touch
 from touchatlas.patch.geometry.arrays import check_unit, frozen_array
 from touchatlas.patch.geometry.normal_error import SURE
@@ -222,7 +222,7 @@ class Planner:
         body often miss."""
         plan = plan_at(atlas, target, extent, self.options)
         beyond = target.reason is Reason.EXPAND and self.options.name == TOLERANCE
-        if beyond and atlas.known_law.is_one and self._attempts.often_miss:
+        if beyond and atlas.known_body.is_one and self._attempts.often_miss:
             known = known_plan(plan, atlas)
             if known is not None:
                 return Pending(known, known.until is not None, sought=target.point)

@@ -6,7 +6,8 @@ from functools import lru_cache
 import numpy as np
 import trimesh
 
-from touchatlas.atlas.faces.lawful_body import LawfulBody, determined
+from touchatlas.atlas.faces.body import Body
+from touchatlas.atlas.faces.explained import determined
 from touchatlas.atlas.faces.read_faces import faces_of_samples
 from touchatlas.atlas.faces.samples import ContourSamples, contour_samples
 from touchatlas.patch.geometry.section import contour_normals
@@ -178,8 +179,8 @@ def samples_of_touches(columns, std: float, keep=None, scale: float = 1.0) -> Co
     return contour_samples(scale * points, outward, planes, scale * std)
 
 
-def body_of(samples: ContourSamples) -> LawfulBody:
-    return LawfulBody(determined(faces_of_samples(samples), samples), samples)
+def body_of(samples: ContourSamples) -> Body:
+    return Body(determined(faces_of_samples(samples), samples), samples)
 
 
 def step_distance(points) -> np.ndarray:

@@ -19,8 +19,8 @@ from touchatlas.atlas.cad.occ_fillets import (
 )
 from touchatlas.atlas.cad.occ_kernel import NamedShape
 from touchatlas.atlas.cad.place_faces import place_faces
-from touchatlas.atlas.faces.lawful_body import LawfulBody
-from touchatlas.atlas.mesh.lawful_surface import coarse_edge, fine_edge, lawful_surface
+from touchatlas.atlas.faces.body import Body
+from touchatlas.atlas.mesh.body_surface import body_surface, coarse_edge, fine_edge
 
 # Distance of an edge from its faces, in tolerances, up to which it is a straight line or an arc:
 # less than a measured face errs. The axis of a cone leans by its error, so that its rim is no
@@ -69,12 +69,12 @@ class LawfulShapes:
         return sum(face.surface.kind == kind for face in self.brep.faces)
 
 
-def lawful_shapes(body: LawfulBody, tolerance: float, sagitta: float) -> LawfulShapes:
+def lawful_shapes(body: Body, tolerance: float, sagitta: float) -> LawfulShapes:
     """Shapes of a body, by the first triangles from which they are valid.
 
     Parameters
     ----------
-    body : LawfulBody
+    body : Body
     tolerance : float, length
         Wanted accuracy of the surface.
     sagitta : float, length
@@ -104,7 +104,7 @@ def lawful_shapes(body: LawfulBody, tolerance: float, sagitta: float) -> LawfulS
     return _sharp(*sharp[0], body, tolerance)
 
 
-def _rounded(made: LawfulShapes, body: LawfulBody, tolerance: float) -> LawfulShapes:
+def _rounded(made: LawfulShapes, body: Body, tolerance: float) -> LawfulShapes:
     """Shapes whose blunt edges are fillets."""
     radii = fillet_radii(body.faces, made.brep)
     if not radii:
@@ -122,9 +122,7 @@ def _rounded(made: LawfulShapes, body: LawfulBody, tolerance: float) -> LawfulSh
     return replace(made, shapes=shapes, gap=gap)
 
 
-def _sharp(
-    made: LawfulShapes, reason: NotWritten, body: LawfulBody, tolerance: float
-) -> LawfulShapes:
+def _sharp(made: LawfulShapes, reason: NotWritten, body: Body, tolerance: float) -> LawfulShapes:
     """Shapes whose blunt edges stay sharp for a reason, where that is within the tolerance."""
     blunt = [points_along(made.brep.edges[k]) for k in blunt_edges(body.faces, made.brep)]
     off = _off(body, np.concatenate(blunt)).max()
@@ -133,14 +131,14 @@ def _sharp(
     return replace(made, note=f"rounded edges are written sharp, off by {off:.3g}: {reason}")
 
 
-def _off(body: LawfulBody, points) -> np.ndarray:
+def _off(body: Body, points) -> np.ndarray:
     """(k,) distance of points (k, 3) from the surface of a body."""
     return np.abs(body.field.at(points).distance)
 
 
-def _shapes(body: LawfulBody, tolerance: float, edge: float) -> LawfulShapes:
+def _shapes(body: Body, tolerance: float, edge: float) -> LawfulShapes:
     """Shapes of a body by its triangles in cubes of an edge, length."""
-    drawn = lawful_surface(body, edge)
+    drawn = body_surface(body, edge)
     if not len(drawn.faces):
         raise NotWritten("nothing of the surface is known")
     placed = place_faces(body, drawn, edge)
@@ -176,7 +174,7 @@ def _refusals() -> Iterator[None]:
         raise NotWritten(f"the CAD kernel refuses a face: {error}") from None
 
 
-def _beyond_rounding(body: LawfulBody, brep: Brep) -> np.ndarray:
+def _beyond_rounding(body: Body, brep: Brep) -> np.ndarray:
     """(f,) area by which each face of a Brep is larger than half of the roundings of its edges."""
     out = np.zeros(len(brep.faces))
     for number, place in blunt_edges(body.faces, brep).items():

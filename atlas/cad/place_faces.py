@@ -11,7 +11,7 @@ from touchatlas.atlas.cad.face_regions import BEYOND, Chain, Regions, regions_of
 from touchatlas.atlas.cad.law_surfaces import LawSurface, law_surface
 from touchatlas.atlas.cad.place_chains import placed_chain
 from touchatlas.atlas.cad.shared_points import shared_points
-from touchatlas.atlas.faces.lawful_body import LawfulBody
+from touchatlas.atlas.faces.body import Body
 from touchatlas.atlas.mesh.surface import Surface
 
 # Least area of a connected part, over that of all: smaller ones are strays beyond open edges.
@@ -42,14 +42,14 @@ class PlacedFaces:
     left_out: int
 
 
-def place_faces(body: LawfulBody, drawn: Surface, edge: float) -> PlacedFaces:
+def place_faces(body: Body, drawn: Surface, edge: float) -> PlacedFaces:
     """The faces of a body as its triangles show them.
 
     Where two faces do not intersect between their triangles, the surface is open.
 
     Parameters
     ----------
-    body : LawfulBody
+    body : Body
     drawn : Surface
         Its surface.
     edge : float, length
@@ -87,7 +87,7 @@ def place_faces(body: LawfulBody, drawn: Surface, edge: float) -> PlacedFaces:
     return PlacedFaces(layout, regions, drawn, left_out)
 
 
-def _blunt(body: LawfulBody) -> dict[int, float]:
+def _blunt(body: Body) -> dict[int, float]:
     """Largest distance of the surface from where faces intersect, length, for each face that has
     blunt edges."""
     out: dict[int, float] = {}
@@ -116,7 +116,7 @@ def _layout(regions: Regions, surfaces, nodes, chains: list[PlacedChain]) -> Fac
     return FaceLayout(surfaces, loops, chains, list(nodes.values()), {})
 
 
-def _surface(body: LawfulBody, number: int) -> LawSurface:
+def _surface(body: Body, number: int) -> LawSurface:
     face = body.faces.faces[number]
     found = law_surface(face, body.samples.points[face.samples])
     if found is None:

@@ -14,7 +14,7 @@ from touchatlas.atlas.cad.fewer_triangles import fewer_triangles
 from touchatlas.atlas.cad.lawful_shapes import lawful_shapes
 from touchatlas.atlas.cad.occ_kernel import is_solid, need_kernel, step_bytes
 from touchatlas.atlas.cad.occ_triangles import triangle_shapes
-from touchatlas.atlas.faces.lawful_body import LawfulBody
+from touchatlas.atlas.faces.body import Body
 from touchatlas.atlas.files import write_whole
 from touchatlas.atlas.mesh.extract import extract_surface
 from touchatlas.atlas.state import AtlasState
@@ -97,7 +97,7 @@ def save_step(state: AtlasState, path) -> StepReport:
         return _save_triangles(state, path, f"written as triangles: {reason}")
 
 
-def _save_faces(state: AtlasState, body: LawfulBody, path) -> StepReport:
+def _save_faces(state: AtlasState, body: Body, path) -> StepReport:
     """Write the faces of a lawful body."""
     made = lawful_shapes(body, state.tolerance, state.options.facets * state.tolerance)
     write_whole(path, step_bytes(made.shapes, made.gap, Path(path).name))

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from touchatlas.atlas.faces.known_law import body_of_one
+from touchatlas.atlas.faces.known_body import body_of_one
 from touchatlas.atlas.faces.labels import NONE
 from touchatlas.atlas.faces.read_faces import samples_of
 from touchatlas.atlas.state import AtlasState
@@ -50,7 +50,7 @@ def _lost_ends(state: AtlasState) -> Iterator[str]:
 
 def _known_law(state: AtlasState) -> Iterator[str]:
     """The body is of samples that are there, and faces name faces and pieces that are there."""
-    law, count = state.known_law, len(state.pool)
+    law, count = state.known_body, len(state.pool)
     if not 0 <= law.looked <= law.count <= count:
         yield "the body is of more samples than there are"
     if (law.body is None) != (law.count == 0):
@@ -67,7 +67,7 @@ def _known_law(state: AtlasState) -> Iterator[str]:
 
 def _body(state: AtlasState) -> Iterator[str]:
     """A body of one face is the one that its samples give when it is fitted again."""
-    law = state.known_law
+    law = state.known_body
     if not law.is_one or law.body is None:
         return
     again = body_of_one(samples_of(state.pool, law.count, law.body.samples.std))

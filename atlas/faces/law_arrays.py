@@ -10,7 +10,7 @@ import numpy as np
 
 from touchatlas.atlas.faces.grow import Evidence
 from touchatlas.atlas.faces.kinds import Kind
-from touchatlas.atlas.faces.known_law import KnownLaw, body_of_one, law_of_faces
+from touchatlas.atlas.faces.known_body import KnownBody, body_of_one, known_from_faces
 from touchatlas.atlas.faces.labels import NONE, Labels
 from touchatlas.atlas.faces.options import FaceOptions
 from touchatlas.atlas.faces.piece import Piece
@@ -22,7 +22,7 @@ from touchatlas.atlas.whole_file import DamagedError
 _MOST = Kind.QUARTIC.terms
 
 
-def law_arrays(law: KnownLaw) -> dict[str, np.ndarray]:
+def law_arrays(law: KnownBody) -> dict[str, np.ndarray]:
     """The pieces and labels of faces; without faces, none."""
     pieces = law.faces.pieces if law.faces else []
     of = law.faces.patch_of if law.faces else np.zeros(0, int)
@@ -37,7 +37,7 @@ def law_arrays(law: KnownLaw) -> dict[str, np.ndarray]:
     }
 
 
-def law_of_arrays(arrays, header: dict[str, Any], pool: SamplePool) -> KnownLaw:
+def law_of_arrays(arrays, header: dict[str, Any], pool: SamplePool) -> KnownBody:
     """What a file knows of the samples of a pool.
 
     Raises
@@ -51,12 +51,12 @@ def law_of_arrays(arrays, header: dict[str, Any], pool: SamplePool) -> KnownLaw:
     sound = sound and len(of) in (0, looked)
     if not (sound and of.min(initial=NONE) >= NONE and of.max(initial=NONE) < len(pieces)):
         raise DamagedError("it says nothing of the samples that obey laws")
-    found = KnownLaw(**header)
+    found = KnownBody(**header)
     if len(pieces):
         samples = samples_of(pool, looked, header["std"])
         labels = Labels(Evidence(samples, SampleGraph(samples), FaceOptions()))
         labels.resume(pieces, of)
-        read = law_of_faces(faces_of_labels(labels), samples, header["sharp"])
+        read = known_from_faces(faces_of_labels(labels), samples, header["sharp"])
         found = replace(found, faces=read.faces, body=read.body)
     if found.is_one and count:
         found = replace(found, body=body_of_one(samples_of(pool, count, header["std"])))

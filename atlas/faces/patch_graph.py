@@ -6,8 +6,8 @@ import networkx as nx
 import numpy as np
 from scipy.spatial import cKDTree
 
+from touchatlas.atlas.faces.body import Body
 from touchatlas.atlas.faces.faces import FaceEdge
-from touchatlas.atlas.faces.lawful_body import LawfulBody
 from touchatlas.atlas.faces.piece import Piece
 from touchatlas.patch.geometry.frame import DarbouxFrame, any_tangent
 
@@ -19,7 +19,7 @@ _MEET = 1.0
 _FACING = 0.5
 
 
-def patch_graph(body: LawfulBody) -> nx.Graph:
+def patch_graph(body: Body) -> nx.Graph:
     """The patches as nodes, and where two of them meet as edges.
 
     Nodes have ``face`` (id), ``frame`` (DarbouxFrame: principal directions and outward normal at a

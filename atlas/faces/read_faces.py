@@ -3,12 +3,13 @@
 import numpy as np
 
 from touchatlas.atlas.faces.absorb import absorb
+from touchatlas.atlas.faces.body import Body
 from touchatlas.atlas.faces.boundaries import find_boundaries
 from touchatlas.atlas.faces.crossed_links import cut_crossed_links
+from touchatlas.atlas.faces.explained import determined, is_lawful
 from touchatlas.atlas.faces.faces import Faces, join_faces
 from touchatlas.atlas.faces.labelling import label_samples, relabel
 from touchatlas.atlas.faces.labels import Labels
-from touchatlas.atlas.faces.lawful_body import LawfulBody, determined, is_lawful
 from touchatlas.atlas.faces.options import FaceOptions
 from touchatlas.atlas.faces.revise import refit
 from touchatlas.atlas.faces.rim_labels import move_to_rims
@@ -41,7 +42,7 @@ def read_faces(pool: SamplePool, std: float, before: Faces | None = None) -> Fac
         return Faces((), (), np.zeros((0, 3)), np.zeros((0, 3)), none, none, none, std)
     samples = samples_of(pool, len(pool), std)
     found = determined(faces_of_samples(samples, before=before), samples)
-    return with_uncrossed_edges(LawfulBody(found, samples)) if is_lawful(found) else found
+    return with_uncrossed_edges(Body(found, samples)) if is_lawful(found) else found
 
 
 def faces_of_samples(

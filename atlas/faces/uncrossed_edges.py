@@ -5,10 +5,10 @@ from itertools import combinations
 
 import numpy as np
 
+from touchatlas.atlas.faces.body import Body
 from touchatlas.atlas.faces.boundaries import Boundary, EdgeKind
 from touchatlas.atlas.faces.edge_curves import CurvePoints, angles, gap, intersection_points
 from touchatlas.atlas.faces.faces import Face, FaceEdge, Faces, face_edge
-from touchatlas.atlas.faces.lawful_body import LawfulBody
 
 # Distance from samples of a face up to which its edge is sought, over ``reach``. Doubled, it takes
 # longer.
@@ -23,7 +23,7 @@ _NOISE = 4.0
 _LEAST = 3
 
 
-def with_uncrossed_edges(body: LawfulBody) -> Faces:
+def with_uncrossed_edges(body: Body) -> Faces:
     """The faces of a body, with the edges that its surface has where no contour crossed them, or
     too few to draw them. The surface beside such an edge is one face on one side, and the other
     beyond."""
@@ -39,7 +39,7 @@ def with_uncrossed_edges(body: LawfulBody) -> Faces:
     return replace(faces, edges=tuple(edges))
 
 
-def _edge(body: LawfulBody, pair) -> FaceEdge | None:
+def _edge(body: Body, pair) -> FaceEdge | None:
     """The edge of a pair of faces; None where the surface has none."""
     first, second = (body.faces.faces[k] for k in pair)
     pieces, reach = (first.pieces[0], second.pieces[0]), _NEAR * body.reach
@@ -59,13 +59,13 @@ def _edge(body: LawfulBody, pair) -> FaceEdge | None:
     return None
 
 
-def _near(body: LawfulBody, own: Face, other: Face, reach: float) -> np.ndarray:
+def _near(body: Body, own: Face, other: Face, reach: float) -> np.ndarray:
     """(n, 3) samples of a face within reach of those of another, length."""
     points = body.faces.points[own.samples]
     return points[body.field.trees.away(other.id, points) < reach]
 
 
-def _is_edge(body: LawfulBody, pair, sign: float, points) -> np.ndarray:
+def _is_edge(body: Body, pair, sign: float, points) -> np.ndarray:
     """(n,) whether the surface beside points (n, 3) of an edge is the one face of a pair on one
     side, and the other on the other side."""
     steps = _BESIDE * float(np.median(body.samples.steps))

@@ -6,10 +6,10 @@ Faces that obey laws have none.
 
 import numpy as np
 
-from touchatlas.atlas.faces.lawful_body import LawfulBody
+from touchatlas.atlas.faces.body import Body
+from touchatlas.atlas.mesh.body_surface import body_surface, fine_edge, is_smooth
 from touchatlas.atlas.mesh.close_holes import close_holes
 from touchatlas.atlas.mesh.close_slits import close_slits
-from touchatlas.atlas.mesh.lawful_surface import fine_edge, is_smooth, lawful_surface
 from touchatlas.atlas.mesh.refine import refined
 from touchatlas.atlas.mesh.rim_vertices import ended_at_rims
 from touchatlas.atlas.mesh.small_handles import without_small_handles
@@ -49,8 +49,8 @@ def extract_surface(state: AtlasState, edge: float | None = None) -> Surface:
     body, sagitta = _body_of(state), state.options.facets * state.tolerance
     cubes = fine_edge(body, sagitta) if edge is None else _checked(body, edge)
     if all(face.law is not None for face in body.faces.faces):
-        return lawful_surface(body, cubes)
-    surface = without_stray_pieces(lawful_surface(body, cubes), body.samples.points)
+        return body_surface(body, cubes)
+    surface = without_stray_pieces(body_surface(body, cubes), body.samples.points)
     if edge is None and is_smooth(body):
         surface = refined(body.field, surface, sagitta)
     surface = ended_at_rims(surface, body)
@@ -63,7 +63,7 @@ def extract_surface(state: AtlasState, edge: float | None = None) -> Surface:
     return without_small_handles(surface, state.rims, size)
 
 
-def _body_of(state: AtlasState) -> LawfulBody:
+def _body_of(state: AtlasState) -> Body:
     """The body of an atlas, if it has one."""
     if not isinstance(state, AtlasState):
         raise ValueError(f"got {type(state).__name__}; a surface is drawn of an Atlas")
@@ -75,7 +75,7 @@ def _body_of(state: AtlasState) -> LawfulBody:
     return state.body
 
 
-def _checked(body: LawfulBody, edge: float) -> float:
+def _checked(body: Body, edge: float) -> float:
     """The edge of the cubes, if a surface of them can be made: the memory is that for two triangles
     in each cube on the square of the body's extent, which is the area of a ball."""
     if not 0.0 < real(edge) <= body.extent:

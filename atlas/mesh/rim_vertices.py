@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from touchatlas.atlas.faces.lawful_body import LawfulBody
+from touchatlas.atlas.faces.body import Body
 from touchatlas.atlas.mesh.surface import Surface
 
 
-def ended_at_rims(surface: Surface, body: LawfulBody) -> Surface:
+def ended_at_rims(surface: Surface, body: Body) -> Surface:
     """The surface without the triangles beyond rims; the vertices beyond of triangles across a rim
     are moved onto it."""
     if not (body.rims and len(surface.faces)):

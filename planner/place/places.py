@@ -9,8 +9,8 @@ from scipy.sparse.csgraph import connected_components
 from scipy.special import erf
 
 from touchatlas.atlas.atlas import Atlas
-from touchatlas.atlas.faces.lawful_body import LawfulBody
-from touchatlas.atlas.mesh.lawful_surface import coarse_edge, is_smooth, lawful_triangles
+from touchatlas.atlas.faces.body import Body
+from touchatlas.atlas.mesh.body_surface import body_triangles, coarse_edge, is_smooth
 from touchatlas.atlas.mesh.stray_pieces import without_stray_pieces
 from touchatlas.atlas.mesh.surface import Surface
 from touchatlas.patch.geometry.normal_error import SURE
@@ -117,12 +117,12 @@ def planning_edge(atlas: Atlas) -> float:
     if atlas.body is None:
         raise ValueError("the atlas has no body; add a touch first")
     edge = coarse_edge(atlas.body)
-    return max(edge, atlas.body.extent / _FINEST) if atlas.known_law.is_one else edge
+    return max(edge, atlas.body.extent / _FINEST) if atlas.known_body.is_one else edge
 
 
-def _drawn(body: LawfulBody, edge: float) -> Surface:
+def _drawn(body: Body, edge: float) -> Surface:
     """The surface of a body in cubes of an edge, length, without stray pieces and curvatures."""
-    vertices, faces, found = lawful_triangles(body, edge)
+    vertices, faces, found = body_triangles(body, edge)
     flat = np.zeros(len(vertices))
     drawn = Surface(vertices, faces, found.normal, found.deviation, found.face, flat)
     return without_stray_pieces(drawn, body.samples.points) if is_smooth(body) else drawn

@@ -93,7 +93,7 @@ def test_a_saved_lawful_body_comes_back(tmp_path):
     assert np.array_equal(known_again, known)
     for name, column in vars(found).items():
         assert np.array_equal(getattr(found_again, name), column), name
-    assert again.known_law.share == atlas.known_law.share
+    assert again.known_body.share == atlas.known_body.share
     save_atlas(tmp_path / "again.npz", again)
     assert (tmp_path / "again.npz").read_bytes() == (tmp_path / "atlas.npz").read_bytes()
 
@@ -109,7 +109,7 @@ def test_a_loaded_lawful_body_learns_as_one_that_was_never_saved(tmp_path):
     again = load_atlas(tmp_path / "atlas.npz")
     for step in steps:
         again.add(step.touch)
-    assert not again.known_law.is_one
+    assert not again.known_body.is_one
     for name, one in (("a", atlas), ("b", again)):
         save_atlas(tmp_path / name, one)
     assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()
@@ -137,7 +137,7 @@ def test_equal_seeds_give_equal_plans_by_laws():
     """Faces are lawful before the last of eight touches."""
     _, _, plans = explored("cylinder")
     atlas, _, again = exploration("cylinder", 8)
-    assert not atlas.known_law.is_one
+    assert not atlas.known_body.is_one
     assert len(again) == 8
     for one, other in zip(again, plans[:8], strict=True):
         assert one.reference_point.tobytes() == other.reference_point.tobytes()
@@ -151,7 +151,7 @@ def test_plans_by_laws_do_not_depend_on_the_unit():
     the noise. Cubes of the forecast, a 32nd of the extent, are known or not by rounding."""
     _, _, plans = explored("cylinder")
     atlas, _, large = exploration("cylinder", 8, 1000.0)
-    assert not atlas.known_law.is_one
+    assert not atlas.known_body.is_one
     for one, other in zip(large, plans[:8], strict=True):
         assert one.reference_point / 1000.0 == pytest.approx(
             other.reference_point, abs=0.05 * NOISE

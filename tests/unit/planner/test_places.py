@@ -8,7 +8,7 @@ import pytest
 from tests.explored import learned, spread_touches
 from tests.lawful import HALF, body_of, samples_of_touches, touched_mesh
 from touchatlas.atlas import Atlas
-from touchatlas.atlas.faces.known_law import KnownLaw
+from touchatlas.atlas.faces.known_body import KnownBody
 from touchatlas.planner.place.deviation_ratio import DeviationRatio
 from touchatlas.planner.place.places import Places, places_of
 from touchatlas.sim import make_object
@@ -30,7 +30,7 @@ def box(keep=None):
 
 def places_of_body(body) -> Places:
     atlas = Atlas(TOLERANCE)
-    atlas.known_law = KnownLaw(body=body)
+    atlas.known_body = KnownBody(body=body)
     return places_of(atlas)
 
 

@@ -13,15 +13,15 @@ from touchatlas.atlas.cad.face_regions import Chain
 from touchatlas.atlas.cad.law_surfaces import LawSurface
 from touchatlas.atlas.cad.lawful_shapes import LawfulShapes, lawful_shapes
 from touchatlas.atlas.cad.place_chains import placed_chain
+from touchatlas.atlas.faces.body import Body
 from touchatlas.atlas.faces.face_corners import find_corners
-from touchatlas.atlas.faces.lawful_body import LawfulBody
 
 NOISE, TOLERANCE = 0.02, 0.2
 BOX = 8.0 * HALF.prod()
 
 
 @lru_cache
-def sharp_body(name: str) -> LawfulBody:
+def sharp_body(name: str) -> Body:
     return body_of(samples_of_touches(touched_mesh(name, 60, NOISE), 1.5 * NOISE))
 
 
@@ -36,7 +36,7 @@ def made(radius_of, std, name="box") -> LawfulShapes:
     )
     samples = sharp_body(name).samples
     corners = find_corners(faces.faces, edges, faces.points, faces.rounded, samples.std)
-    body = LawfulBody(replace(faces, edges=edges, corners=corners), samples)
+    body = Body(replace(faces, edges=edges, corners=corners), samples)
     return lawful_shapes(body, TOLERANCE, TOLERANCE)
 
 

@@ -9,7 +9,7 @@ import pytest
 from tests.lawful import body_of, lawful_object, samples_of_touches, touched_mesh
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.cad.step_file import save_step
-from touchatlas.atlas.faces.known_law import KnownLaw
+from touchatlas.atlas.faces.known_body import KnownBody
 from touchatlas.atlas.records.options import AtlasOptions
 
 NOISE, TOLERANCE = 0.02, 0.2
@@ -29,7 +29,7 @@ def atlas_of(name: str, touches: int, scale: float = 1.0, **options) -> Atlas:
     samples = samples_of_touches(touched_mesh(name, touches, NOISE), 1.5 * NOISE, scale=scale)
     atlas = Atlas(scale * TOLERANCE, AtlasOptions(**options))
     body = body_of(samples)
-    atlas.known_law = KnownLaw(is_one=False, faces=body.faces, body=body)
+    atlas.known_body = KnownBody(is_one=False, faces=body.faces, body=body)
     return atlas
 
 

@@ -10,7 +10,7 @@ import pytest
 from tests.lawful import HALF, body_of, samples_of_touches, touched_mesh
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.cad.step_file import save_step
-from touchatlas.atlas.faces.known_law import KnownLaw, body_of_one
+from touchatlas.atlas.faces.known_body import KnownBody, body_of_one
 
 NOISE, TOLERANCE = 0.02, 0.2
 
@@ -19,7 +19,7 @@ def ellipsoid(touches: int) -> Atlas:
     """An atlas that knows an ellipsoid as one free-form face."""
     samples = samples_of_touches(touched_mesh("ellipsoid", touches, NOISE), 1.5 * NOISE)
     atlas = Atlas(TOLERANCE)
-    atlas.known_law = KnownLaw(body=body_of_one(samples))
+    atlas.known_body = KnownBody(body=body_of_one(samples))
     return atlas
 
 

@@ -62,8 +62,8 @@ def law(**changes):
     """Replaces parts of what is known of faces."""
 
     def corrupt(atlas):
-        found = {name: change(atlas.known_law) for name, change in changes.items()}
-        atlas.known_law = replace(atlas.known_law, **found)
+        found = {name: change(atlas.known_body) for name, change in changes.items()}
+        atlas.known_body = replace(atlas.known_body, **found)
 
     return corrupt
 
@@ -72,7 +72,7 @@ def label(number: int):
     """Corrupts the face of a sample."""
 
     def corrupt(atlas):
-        atlas.known_law.faces.of[0] = number
+        atlas.known_body.faces.of[0] = number
 
     return corrupt
 
@@ -119,5 +119,5 @@ def test_atlases_to_be_corrupted_are_sound_and_have_all_that_is_corrupted(name):
     atlas = sound(name)
     atlas.validate()
     assert (atlas.body is None) == (name == "empty")
-    assert (atlas.known_law.faces is not None) == (name == "edges")
+    assert (atlas.known_body.faces is not None) == (name == "edges")
     assert (len(atlas.rims.ends) > 0) == (name == "lost")

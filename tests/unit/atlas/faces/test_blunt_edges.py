@@ -17,9 +17,9 @@ from tests.lawful import (
     touched_mesh,
 )
 from touchatlas.atlas.faces.boundaries import EdgeKind
+from touchatlas.atlas.faces.explained import is_lawful, lawful_share
 from touchatlas.atlas.faces.face_field import face_values
 from touchatlas.atlas.faces.face_graph import as_networkx
-from touchatlas.atlas.faces.lawful_body import is_lawful, lawful_share
 
 NOISE = 0.02
 STD = np.sqrt(2.0) * NOISE

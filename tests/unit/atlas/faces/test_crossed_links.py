@@ -16,7 +16,7 @@ from touchatlas.planner import PlannerOptions
 def labels_of(name: str) -> Labels:
     """The labels of an explored body, with all links."""
     atlas = explored_faces(name, PlannerOptions().max_turn).atlas
-    faces, pool = atlas.known_law.faces, atlas.pool
+    faces, pool = atlas.known_body.faces, atlas.pool
     samples = samples_of(pool, len(pool), atlas.sample_std)
     labels = Labels(Evidence(samples, SampleGraph(samples), FaceOptions()))
     labels.resume(faces.pieces, faces.patch_of)

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from tests.lawful import HALF, lawful_object, samples_of_touches, touched_mesh
-from touchatlas.atlas.faces.known_law import KnownLaw, law_of_faces, look_for_law
-from touchatlas.atlas.faces.lawful_body import LawfulBody, share_over_sharp_edges
+from touchatlas.atlas.faces.body import Body
+from touchatlas.atlas.faces.explained import share_over_sharp_edges
+from touchatlas.atlas.faces.known_body import KnownBody, known_from_faces, look_for_body
 from touchatlas.atlas.samples.sample_pool import SamplePool
 
 NOISE = 0.02
@@ -16,10 +17,10 @@ STD = np.sqrt(2.0) * NOISE
 
 
 @pytest.fixture(scope="module")
-def law() -> KnownLaw:
+def law() -> KnownBody:
     pool = SamplePool()
     pool.add(*touched_mesh("wavy", 60, NOISE), False, NOISE)
-    return look_for_law(pool, STD)
+    return look_for_body(pool, STD)
 
 
 def test_a_box_with_a_free_form_top_is_a_body(law):
@@ -31,7 +32,7 @@ def test_a_box_with_a_free_form_top_is_a_body(law):
 
 
 def test_without_many_sharp_edges_it_is_one_face(law):
-    found = law_of_faces(law.faces, law.body.samples, False)
+    found = known_from_faces(law.faces, law.body.samples, False)
     assert found.is_one and [face.kind for face in found.body.faces.faces] == ["free-form"]
 
 
@@ -40,7 +41,7 @@ def test_a_body_with_unexplained_samples_is_one_face(law):
     of = law.faces.of.copy()
     of[::5] = -1
     patchy = replace(law.faces, of=of, rounded=law.faces.rounded[:0])
-    assert law_of_faces(patchy, law.body.samples, True).is_one
+    assert known_from_faces(patchy, law.body.samples, True).is_one
 
 
 def test_a_body_whose_surface_passes_beside_its_samples_is_one_face(law):
@@ -51,8 +52,8 @@ def test_a_body_whose_surface_passes_beside_its_samples_is_one_face(law):
     points, side = samples.points.copy(), faces.faces[1]
     points[side.samples[::4]] += 10.0 * STD * side.pieces[0].axes[2]
     moved = replace(samples, points=points)
-    assert LawfulBody(faces, moved).contradicted > 0.01
-    assert law_of_faces(faces, moved, True).is_one
+    assert Body(faces, moved).contradicted > 0.01
+    assert known_from_faces(faces, moved, True).is_one
 
 
 def test_its_surface_is_within_the_tolerance_where_it_is_known(law):

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from tests.lawful import body_of, samples_of_touches, touched_mesh, touched_plate
-from touchatlas.atlas.faces.lawful_body import LawfulBody, determined
+from touchatlas.atlas.faces.body import Body
+from touchatlas.atlas.faces.explained import determined
 from touchatlas.atlas.faces.read_faces import faces_of_samples
 
 NOISE = 0.02
@@ -37,7 +38,7 @@ def test_points_on_a_plane_are_surface_whichever_way_they_are_rounded(plate):
     """The ball that rounds a corner says that what lies inside of all planes is outside of it. That
     is no reason to give a point of a plane to a ball that is far away."""
     samples, faces = plate
-    body = LawfulBody(determined(faces, samples), samples)
+    body = Body(determined(faces, samples), samples)
     planes = [face for face in body.faces.faces if face.kind == "plane"]
     assert len(planes) >= 6 and len(planes) < len(body.faces)
     for face in planes:

@@ -14,7 +14,7 @@ from tests.lawful import (
     step_distance,
     touched_mesh,
 )
-from touchatlas.atlas.faces.lawful_body import LawfulBody
+from touchatlas.atlas.faces.body import Body
 from touchatlas.atlas.faces.uncrossed_edges import with_uncrossed_edges
 
 NOISE = 0.02
@@ -29,7 +29,7 @@ def body_without(name: str, left_out, curves_only: bool):
         for k, edge in enumerate(body.faces.edges)
         if curves_only or k not in left_out
     ]
-    return body, LawfulBody(replace(body.faces, edges=tuple(edges)), body.samples)
+    return body, Body(replace(body.faces, edges=tuple(edges)), body.samples)
 
 
 @pytest.mark.parametrize("name", ["box", "step"])

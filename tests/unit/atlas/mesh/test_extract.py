@@ -6,9 +6,9 @@ import trimesh
 
 from tests.lawful import body_of, samples_of_touches, touched, touched_mesh
 from touchatlas.atlas import AtlasOptions, extract_surface
+from touchatlas.atlas.faces.body import Body
 from touchatlas.atlas.faces.faces import face_of_all
-from touchatlas.atlas.faces.lawful_body import LawfulBody
-from touchatlas.atlas.mesh.lawful_surface import fine_edge, lawful_surface
+from touchatlas.atlas.mesh.body_surface import body_surface, fine_edge
 from touchatlas.atlas.samples.rims import Rims
 from touchatlas.atlas.samples.sample_pool import SamplePool
 from touchatlas.atlas.state import AtlasState
@@ -21,9 +21,9 @@ STD = np.sqrt(2.0) * NOISE
 class Known(AtlasState):
     """The state of an atlas of which a body is all that is known."""
 
-    body: LawfulBody | None = None
+    body: Body | None = None
 
-    def __init__(self, body: LawfulBody | None, facets: float = 0.2) -> None:
+    def __init__(self, body: Body | None, facets: float = 0.2) -> None:
         self.body, self.tolerance = body, TOLERANCE
         self.options, self.rims = AtlasOptions(facets=facets), Rims(SamplePool())
 
@@ -33,7 +33,7 @@ def smooth_body(name: str, touches: int, keep=lambda points: np.ones(len(points)
     obj = make_object(name)
     columns = touched(obj, touches, NOISE, 3, 0.12 * obj.diagonal, 12)
     samples = samples_of_touches(columns, STD, keep(columns[0]))
-    return LawfulBody(face_of_all(samples), samples)
+    return Body(face_of_all(samples), samples)
 
 
 @pytest.fixture(scope="module")
@@ -69,7 +69,7 @@ def test_triangles_are_as_near_to_a_smooth_body_as_the_option_says(torus):
 def test_a_smooth_body_takes_half_the_triangles_of_cubes_that_are_as_near(torus):
     """On cubes of 1.3 mm 99 of 100 points are within 0.2 tolerances, and are moved out by nothing:
     they are as small everywhere as the strongest bend asks for."""
-    surface, cubes = extract_surface(Known(torus)), lawful_surface(torus, 1.3)
+    surface, cubes = extract_surface(Known(torus)), body_surface(torus, 1.3)
     assert np.quantile(off(torus, cubes), 0.99) > np.quantile(off(torus, surface), 0.99)
     assert len(surface.faces) < 0.7 * len(cubes.faces)
 
@@ -84,7 +84,7 @@ def test_an_edge_that_is_given_is_that_of_the_cubes(torus):
 def test_a_body_whose_faces_obey_laws_is_drawn_as_they_are():
     body = body_of(samples_of_touches(touched_mesh("box", 60, NOISE, 4), STD))
     found = extract_surface(Known(body))
-    drawn = lawful_surface(body, fine_edge(body, 0.2 * TOLERANCE))
+    drawn = body_surface(body, fine_edge(body, 0.2 * TOLERANCE))
     for name in ("vertices", "faces", "normals", "deviation", "patch"):
         assert getattr(found, name).tobytes() == getattr(drawn, name).tobytes()
 

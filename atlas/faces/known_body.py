@@ -1,13 +1,11 @@
-"""KnownLaw: the body that samples show, and when its laws and edges are looked for again."""
+"""KnownBody: the body that samples show, and when its laws and edges are looked for again."""
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from touchatlas.atlas.faces.faces import Faces, face_of_all
-from touchatlas.atlas.faces.labelling import first_labels, revise_all
-from touchatlas.atlas.faces.lawful_body import (
-    LawfulBody,
+from touchatlas.atlas.faces.body import Body
+from touchatlas.atlas.faces.explained import (
     determined,
     is_explained,
     is_lawful,
@@ -15,6 +13,8 @@ from touchatlas.atlas.faces.lawful_body import (
     share_over_sharp_edges,
     share_with_edges,
 )
+from touchatlas.atlas.faces.faces import Faces, face_of_all
+from touchatlas.atlas.faces.labelling import first_labels, revise_all
 from touchatlas.atlas.faces.read_faces import faces_of_revised, faces_of_samples, samples_of
 from touchatlas.atlas.faces.samples import ContourSamples
 from touchatlas.atlas.samples.sample_pool import SamplePool
@@ -49,7 +49,7 @@ _CONTRADICTED = 0.01
 
 
 @dataclass(frozen=True, eq=False)
-class KnownLaw:
+class KnownBody:
     """What samples show: the faces of a body that has edges, or all as one free-form face.
 
     Parameters
@@ -72,7 +72,7 @@ class KnownLaw:
     faces : Faces or None
         The faces that were read, where most of the samples obey laws or the body is drawn from
         them.
-    body : LawfulBody or None
+    body : Body or None
         The surface; None before any touch.
     """
 
@@ -84,7 +84,7 @@ class KnownLaw:
     sharp: bool = False
     is_one: bool = True
     faces: Faces | None = None
-    body: LawfulBody | None = None
+    body: Body | None = None
 
     @property
     def is_hopeful(self) -> bool:
@@ -105,9 +105,9 @@ class KnownLaw:
         return count >= (_LAWLESS_GROWS if count <= _FEW else _HOPELESS_GROWS) * self.looked
 
 
-def look_for_law(
-    pool: SamplePool, std: float, before: KnownLaw = KnownLaw(), last: bool = False
-) -> KnownLaw:
+def look_for_body(
+    pool: SamplePool, std: float, before: KnownBody = KnownBody(), last: bool = False
+) -> KnownBody:
     """What the samples of a pool show; ``std`` is that of a sample, length.
 
     Laws and edges are looked for where that is due after what was found ``before``, and the
@@ -121,18 +121,20 @@ def look_for_law(
     return before
 
 
-def _looked_for(samples: ContourSamples, ends_at_edge, before: KnownLaw) -> KnownLaw:
+def _looked_for(samples: ContourSamples, ends_at_edge, before: KnownBody) -> KnownBody:
     """What samples show. Faces are read only where contours run over edges, and where first labels
     are lawful on some of the surface: other bodies are not worth the time."""
-    lawless = KnownLaw(len(samples), len(samples), samples.std)
+    lawless = KnownBody(len(samples), len(samples), samples.std)
     if not (before.is_hopeful or share_with_edges(samples, ends_at_edge) >= _WITH_EDGES):
         return replace(lawless, body=body_of_one(samples))
     if before.is_hopeful:
-        found = law_of_faces(faces_of_samples(samples, before=before.faces), samples, before.sharp)
+        found = known_from_faces(
+            faces_of_samples(samples, before=before.faces), samples, before.sharp
+        )
         if before.is_one or not found.is_one:
             return found
         # Labels that go on from earlier ones may have ended in a worse place.
-        again = law_of_faces(faces_of_samples(samples), samples, before.sharp)
+        again = known_from_faces(faces_of_samples(samples), samples, before.sharp)
         return again if again.share > found.share else found
     labels = first_labels(samples)
     sharp = share_over_sharp_edges(samples) >= _SHARP
@@ -140,23 +142,23 @@ def _looked_for(samples: ContourSamples, ends_at_edge, before: KnownLaw) -> Know
         share = labels.lawful_share
         return replace(lawless, edges=True, share=share, body=body_of_one(samples))
     revise_all(labels)
-    return law_of_faces(faces_of_revised(labels), samples, sharp)
+    return known_from_faces(faces_of_revised(labels), samples, sharp)
 
 
-def body_of_one(samples: ContourSamples, before: LawfulBody | None = None) -> LawfulBody:
+def body_of_one(samples: ContourSamples, before: Body | None = None) -> Body:
     """All samples as one free-form face; ``before`` may be that of the first of them."""
-    return LawfulBody(face_of_all(samples), samples, before)
+    return Body(face_of_all(samples), samples, before)
 
 
-def law_of_faces(faces: Faces, samples: ContourSamples, sharp: bool) -> KnownLaw:
+def known_from_faces(faces: Faces, samples: ContourSamples, sharp: bool) -> KnownBody:
     """What faces that were read from samples show, of which many contours ran over ``sharp`` edges
     or not."""
     known, count = determined(faces, samples), len(samples)
     share = lawful_share(known)
-    found = KnownLaw(count, count, samples.std, True, share, sharp, False, faces)
+    found = KnownBody(count, count, samples.std, True, share, sharp, False, faces)
     whole = sharp and is_explained(known)
     if is_lawful(known) or whole:
-        body = LawfulBody(known, samples)
+        body = Body(known, samples)
         if is_lawful(known) or body.contradicted <= _CONTRADICTED:
             return replace(found, body=body)
     kept = faces if share >= _LAWLESS else None

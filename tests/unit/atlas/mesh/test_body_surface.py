@@ -17,7 +17,7 @@ from tests.lawful import (
     samples_of_touches,
     touched_mesh,
 )
-from touchatlas.atlas.mesh.lawful_surface import coarse_edge, fine_edge, lawful_surface
+from touchatlas.atlas.mesh.body_surface import body_surface, coarse_edge, fine_edge
 
 NOISE = 0.02
 # An equal share of the variance is borne for lack of fit.
@@ -41,7 +41,7 @@ def mesh_of(surface) -> trimesh.Trimesh:
 def test_a_box_touched_all_over_is_closed_sharp_and_as_near_as_predicted(box):
     """The noise of six planes is normal: three deviations hold each with a chance of 0.997. A
     corner is where three planes meet at right angles, so the square of its error is their sum."""
-    surface = lawful_surface(box, coarse_edge(box))
+    surface = body_surface(box, coarse_edge(box))
     mesh = mesh_of(surface)
     assert mesh.is_watertight and mesh.is_winding_consistent and mesh.euler_number == 2
     off = np.abs(box_distance(surface.vertices))
@@ -58,7 +58,7 @@ def test_a_box_touched_all_over_is_closed_sharp_and_as_near_as_predicted(box):
 @pytest.mark.parametrize("sagitta", [0.05, 0.02])
 def test_triangles_of_a_cylinder_are_within_the_sagitta_that_is_asked_for(cylinder, sagitta):
     """They are chords, on the inner side. The touched mesh itself is 1.5e-3 within its circle."""
-    surface = lawful_surface(cylinder, fine_edge(cylinder, sagitta))
+    surface = body_surface(cylinder, fine_edge(cylinder, sagitta))
     mesh = mesh_of(surface)
     assert mesh.is_watertight and mesh.euler_number == 2
     edges = surface.vertices[mesh.edges_unique].mean(axis=1)
@@ -89,7 +89,7 @@ def test_the_surface_ends_where_nothing_was_touched():
     columns = touched_mesh("box", 60, NOISE, 4)
     body = body_of(samples_of_touches(columns, STD, columns[0][:, 0] < 5.0))
     edge = coarse_edge(body)
-    surface = lawful_surface(body, edge)
+    surface = body_surface(body, edge)
     mesh = mesh_of(surface)
     assert not mesh.is_watertight and mesh.is_winding_consistent
     assert surface.vertices[:, 0].max() < 5.0 + 1.5 + edge
@@ -101,7 +101,7 @@ def test_total_curvature_is_that_in_the_middles_of_triangles():
     """An identity: means about vertices by area have the same integral. A rounded box has eight
     balls of the same sense, so that it is positive."""
     body = body_of(samples_of_touches(touched_mesh("rounded", 40, NOISE), STD))
-    surface = lawful_surface(body, 0.5 * BLUNT)
+    surface = body_surface(body, 0.5 * BLUNT)
     middles = surface.vertices[surface.faces].mean(axis=1)
     curvature = body.gaussian_curvature(middles, surface.patch[surface.faces[:, 0]])
     total = float(0.5 * igl.doublearea(surface.vertices, surface.faces) @ curvature)

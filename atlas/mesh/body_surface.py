@@ -5,8 +5,8 @@ from dataclasses import replace
 import igl
 import numpy as np
 
+from touchatlas.atlas.faces.body import Body
 from touchatlas.atlas.faces.face_field import FaceValues
-from touchatlas.atlas.faces.lawful_body import LawfulBody
 from touchatlas.atlas.mesh.dual_contouring import dual_contour
 from touchatlas.atlas.mesh.smooth_contouring import smooth_contour
 from touchatlas.atlas.mesh.surface import Surface
@@ -23,18 +23,18 @@ _WALL = 0.4
 _CHORD = 0.2
 
 
-def is_smooth(body: LawfulBody) -> bool:
+def is_smooth(body: Body) -> bool:
     """Whether a body is one free-form face, without sharp edges."""
     return len(body.faces) == 1 and body.field.trees.is_free_form(0)
 
 
-def coarse_edge(body: LawfulBody) -> float:
+def coarse_edge(body: Body) -> float:
     """Edge of the cubes that show the shape of a body, length."""
     edge = min(body.extent / _COARSE, _WALL * body.thickness)
     return max(edge, body.extent / _MOST)
 
 
-def fine_edge(body: LawfulBody, sagitta: float) -> float:
+def fine_edge(body: Body, sagitta: float) -> float:
     """Edge of the cubes whose triangles are within ``sagitta`` (length) of the faces: the sagitta
     of a chord c on a circle of radius r is c^2 / 8 r, and a chord is a diagonal of two edges.
 
@@ -50,19 +50,19 @@ def fine_edge(body: LawfulBody, sagitta: float) -> float:
     return max(min(coarse_edge(body), float(bend)), body.extent / _MOST)
 
 
-def lawful_surface(body: LawfulBody, edge: float) -> Surface:
+def body_surface(body: Body, edge: float) -> Surface:
     """The surface of a body in cubes of an edge, length. Its ``patch`` is the id of the face.
 
     It is closed where the surface is known everywhere, and ends where it is not.
     """
-    vertices, faces, found = lawful_triangles(body, edge)
+    vertices, faces, found = body_triangles(body, edge)
     # The curvature jumps at rims. At vertices a tenth of that of a plate was missing.
     inside = body.gaussian_curvature(vertices[faces].mean(axis=1), found.face[faces[:, 0]])
     curvature = _means_about_vertices(vertices, faces, inside)
     return Surface(vertices, faces, found.normal, found.deviation, found.face, curvature)
 
 
-def lawful_triangles(body: LawfulBody, edge: float) -> tuple[np.ndarray, np.ndarray, FaceValues]:
+def body_triangles(body: Body, edge: float) -> tuple[np.ndarray, np.ndarray, FaceValues]:
     """The vertices (v, 3) and triangles (f, 3) of that surface, and what the faces say of the
     vertices."""
 

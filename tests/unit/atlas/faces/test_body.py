@@ -1,4 +1,4 @@
-"""LawfulBody: where the faces of a body are known, how far away they are, and how they bend."""
+"""Body: where the faces of a body are known, how far away they are, and how they bend."""
 
 from dataclasses import replace
 
@@ -18,13 +18,9 @@ from tests.lawful import (
     touched_mesh,
 )
 from tests.touched import touched_samples
+from touchatlas.atlas.faces.body import Body
+from touchatlas.atlas.faces.explained import is_lawful, lawful_share, share_with_edges
 from touchatlas.atlas.faces.face_field import face_values
-from touchatlas.atlas.faces.lawful_body import (
-    LawfulBody,
-    is_lawful,
-    lawful_share,
-    share_with_edges,
-)
 
 # Deviation of a sample that is told where there is no noise at all.
 SURE = 1e-6
@@ -83,7 +79,7 @@ def test_an_edge_without_a_curve_bounds_its_faces(box, surface):
     """A single contour over an edge gives no curve. Without the edge, faces of a step went on for
     3.1 mm beyond it, and its surface was open."""
     edges = tuple(replace(edge, curves=()) for edge in box.faces.edges)
-    found, _ = LawfulBody(replace(box.faces, edges=edges), box.samples).at(surface)
+    found, _ = Body(replace(box.faces, edges=edges), box.samples).at(surface)
     wrong = np.abs(found.distance - box_distance(surface)) > 1e-12
     assert wrong.mean() < 0.005
 

@@ -1,4 +1,4 @@
-"""KnownLaw: when lawful faces are looked for, and what is found."""
+"""KnownBody: when lawful faces are looked for, and what is found."""
 
 from types import SimpleNamespace
 
@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from tests.lawful import touched_mesh
-from touchatlas.atlas.faces import known_law
-from touchatlas.atlas.faces.known_law import KnownLaw, look_for_law
+from touchatlas.atlas.faces import known_body
+from touchatlas.atlas.faces.known_body import KnownBody, look_for_body
 from touchatlas.atlas.faces.read_faces import samples_of
 from touchatlas.atlas.samples.sample_pool import SamplePool
 
@@ -24,17 +24,17 @@ def pool_of(name: str, count: int) -> SamplePool:
     return pool
 
 
-def looked(count: int, **more) -> KnownLaw:
+def looked(count: int, **more) -> KnownBody:
     """What was found when so many samples were looked at."""
-    return KnownLaw(count, count, 1.0, **more)
+    return KnownBody(count, count, 1.0, **more)
 
 
 @pytest.fixture(scope="module")
 def box():
-    return look_for_law(pool_of("box", 30), STD)
+    return look_for_body(pool_of("box", 30), STD)
 
 
-def first_due(law: KnownLaw) -> int:
+def first_due(law: KnownBody) -> int:
     """The least number of samples with which one would look again."""
     return next(n for n in range(law.looked + 1, 4 * law.looked + 1) if law.is_due(n))
 
@@ -69,7 +69,7 @@ def test_many_samples_of_which_few_obey_laws_are_not_looked_at():
 
 
 def test_the_first_sample_is_looked_at_and_no_count_twice():
-    assert KnownLaw().is_due(1) and not KnownLaw().is_due(0)
+    assert KnownBody().is_due(1) and not KnownBody().is_due(0)
     assert not looked(1000, edges=True, share=1.0, faces=SOME_FACES).is_due(1000)
     assert not looked(1000).is_due(1000)
 
@@ -86,16 +86,16 @@ def test_one_face_learns_each_touch_and_looks_are_due_by_growth(monkeypatch):
     """An ellipsoid: the body is of all samples at once, and laws are looked for when their number
     has grown by a quarter. The body is that of all samples, whatever was known before."""
     points, outward, planes = touched_mesh("ellipsoid", 12, NOISE)
-    pool, law, looks = SamplePool(), KnownLaw(), []
+    pool, law, looks = SamplePool(), KnownBody(), []
     for last in (1000, 1100, 1188):
         some = slice(len(pool), last)
         pool.add(points[some], outward[some], planes[some], False, NOISE)
-        law = look_for_law(pool, STD, law)
+        law = look_for_body(pool, STD, law)
         looks.append(law.looked)
         assert law.is_one and law.count == len(pool) == len(law.body.samples.points)
     assert len(points) == 1188 and looks == [1000, 1000, 1000]
     found = law.body.field.at(points)
-    again = known_law.body_of_one(samples_of(pool, len(pool), STD)).field.at(points)
+    again = known_body.body_of_one(samples_of(pool, len(pool), STD)).field.at(points)
     assert np.array_equal(found.distance, again.distance)
     # A deviation of a sample is STD; the surface passes among all samples, the new ones too.
     assert np.sqrt(np.mean(found.distance[1000:] ** 2)) < 1.5 * STD
@@ -106,11 +106,11 @@ def test_without_a_new_sample_nothing_is_done(monkeypatch):
         raise AssertionError("a body is fitted again")
 
     pool = pool_of("ellipsoid", 12)
-    law = look_for_law(pool, STD)
-    monkeypatch.setattr(known_law, "body_of_one", fit)
-    assert look_for_law(pool, STD, law) is law
-    assert look_for_law(pool, STD, law, last=True) is law
-    assert look_for_law(SamplePool(), STD).body is None
+    law = look_for_body(pool, STD)
+    monkeypatch.setattr(known_body, "body_of_one", fit)
+    assert look_for_body(pool, STD, law) is law
+    assert look_for_body(pool, STD, law, last=True) is law
+    assert look_for_body(SamplePool(), STD).body is None
 
 
 def test_the_last_look_is_made_where_laws_may_be_found(box, monkeypatch):
@@ -122,15 +122,15 @@ def test_the_last_look_is_made_where_laws_may_be_found(box, monkeypatch):
         looks.append(len(samples))
         return before
 
-    monkeypatch.setattr(known_law, "_looked_for", look)
+    monkeypatch.setattr(known_body, "_looked_for", look)
     pool = pool_of("box", 30)
-    assert look_for_law(pool, STD, box) is box and not looks
-    assert look_for_law(pool, STD, box, last=True) is box and looks == [2970]
+    assert look_for_body(pool, STD, box) is box and not looks
+    assert look_for_body(pool, STD, box, last=True) is box and looks == [2970]
 
 
 def test_equal_samples_give_equal_faces(box):
     pool = pool_of("box", 30)
-    again = look_for_law(pool, STD)
+    again = look_for_body(pool, STD)
     assert again.share == box.share
     assert again.body.faces.of.tobytes() == box.body.faces.of.tobytes()
     for one, other in zip(again.body.faces.faces, box.body.faces.faces, strict=True):
@@ -142,9 +142,9 @@ def test_a_smooth_body_is_never_read(monkeypatch):
     def read(samples):
         raise AssertionError("faces of a smooth body are read")
 
-    monkeypatch.setattr(known_law, "faces_of_samples", read)
+    monkeypatch.setattr(known_body, "faces_of_samples", read)
     pool = pool_of("ellipsoid", 30)
-    law = look_for_law(pool, STD)
+    law = look_for_body(pool, STD)
     assert (law.count, law.looked, law.std) == (2970, 2970, STD)
     assert (law.edges, law.share, law.faces, law.is_one) == (False, 0.0, None, True)
     assert [face.kind for face in law.body.faces.faces] == ["free-form"]
@@ -156,7 +156,7 @@ def test_ends_at_edges_are_edges():
     points, outward, planes = touched_mesh("ellipsoid", 12, NOISE)
     ends = np.append((planes[1:] != planes[:-1]).any(axis=1), True)
     pool.add(points, outward, planes, ends, NOISE)
-    law = look_for_law(pool, STD)
+    law = look_for_body(pool, STD)
     assert law.edges
     assert law.share > 0.0
 
@@ -168,10 +168,10 @@ def test_labels_of_which_hardly_any_obey_a_law_are_not_revised(monkeypatch):
     def revise(labels):
         raise AssertionError("labels of a lawless body are revised")
 
-    monkeypatch.setattr(known_law, "revise_all", revise)
-    monkeypatch.setattr(known_law, "first_labels", lambda _: SimpleNamespace(lawful_share=0.19))
-    monkeypatch.setattr(known_law, "share_over_sharp_edges", lambda _: 0.44)
-    law = look_for_law(pool_of("box", 30), STD)
+    monkeypatch.setattr(known_body, "revise_all", revise)
+    monkeypatch.setattr(known_body, "first_labels", lambda _: SimpleNamespace(lawful_share=0.19))
+    monkeypatch.setattr(known_body, "share_over_sharp_edges", lambda _: 0.44)
+    law = look_for_body(pool_of("box", 30), STD)
     assert (law.count, law.looked, law.edges, law.share) == (2970, 2970, True, 0.19)
     assert law.faces is None and law.is_one
     assert first_due(law) == 4455

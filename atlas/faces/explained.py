@@ -1,0 +1,79 @@
+"""What faces explain of the samples, and how many contours run over sharp edges."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from touchatlas.atlas.faces.faces import Faces
+from touchatlas.atlas.faces.labels import NONE
+from touchatlas.atlas.faces.samples import ContourSamples
+from touchatlas.patch.geometry.kinks import kinks
+
+# Least fraction of the samples that lawful faces explain; the rest is unknown, and touched again.
+# With twice the rest left out, free-form parts of a body are drawn as planes.
+_LAWFUL = 0.9
+# Difference of the slopes on both sides of an edge of 35 degrees. Halved, folds of scanned skin are
+# sharp edges.
+_SHARP = 2.0 * np.tan(np.deg2rad(17.5))
+
+
+def determined(faces: Faces, samples: ContourSamples) -> Faces:
+    """The same without the faces that one contour alone has met, or another with few samples: a
+    curve in a plane determines no face. Their samples belong to none."""
+    kept = [face for face in faces.faces if samples.are_of_several_contours(face.samples)]
+    number = {face.id: k for k, face in enumerate(kept)}
+    table = np.array([number.get(face.id, NONE) for face in faces.faces] + [NONE])
+    edges = tuple(
+        replace(edge, first=number[edge.first], second=number[edge.second])
+        for edge in faces.edges
+        if edge.first in number and edge.second in number
+    )
+    corners = tuple(
+        replace(corner, faces=(number[a], number[b], number[c]))
+        for corner in faces.corners
+        for a, b, c in [corner.faces]
+        if {a, b, c} <= number.keys()
+    )
+    found = tuple(replace(face, id=k) for k, face in enumerate(kept))
+    return replace(faces, faces=found, edges=edges, of=table[faces.of], corners=corners)
+
+
+def share_with_edges(samples: ContourSamples, ends_at_edge) -> float:
+    """Fraction of the contours that run over a sharp edge, or of which a sample (n,) is the last
+    before one."""
+    bounds = np.append(np.flatnonzero(np.diff(samples.contours, prepend=-1)), len(samples))
+    found = [
+        bool(ends_at_edge[a:b].any())
+        or len(kinks(samples.points[a:b], samples.planes[a], samples.std)) > 0
+        for a, b in zip(bounds[:-1], bounds[1:], strict=True)
+    ]
+    return float(np.mean(found))
+
+
+def share_over_sharp_edges(samples: ContourSamples) -> float:
+    """Fraction of the contours that turn by 35 degrees or more at a sharp edge."""
+    bounds = np.append(np.flatnonzero(np.diff(samples.contours, prepend=-1)), len(samples))
+    found = [
+        len(kinks(samples.points[a:b], samples.planes[a], samples.std, least_turn=_SHARP)) > 0
+        for a, b in zip(bounds[:-1], bounds[1:], strict=True)
+    ]
+    return float(np.mean(found))
+
+
+def lawful_share(faces: Faces) -> float:
+    """Fraction of the samples that lawful faces explain, and the rounding of their edges."""
+    lawful = [face.id for face in faces.faces if face.law is not None]
+    if not len(faces.of):
+        return 0.0
+    count = np.count_nonzero(np.isin(faces.of, lawful)) + len(faces.rounded)
+    return count / len(faces.of)
+
+
+def is_lawful(faces: Faces) -> bool:
+    """Whether lawful faces explain nearly all samples."""
+    return len(faces) > 1 and lawful_share(faces) >= _LAWFUL
+
+
+def is_explained(faces: Faces) -> bool:
+    """Whether faces of any kind, some of which meet in sharp edges, explain nearly all samples."""
+    return 1.0 - faces.unexplained >= _LAWFUL and any(edge.kind.sharp for edge in faces.edges)
