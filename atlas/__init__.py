@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from touchatlas.atlas.cad.step_file import StepReport, save_step
     from touchatlas.atlas.check.doubt import Doubt
     from touchatlas.atlas.check.doubts import doubts
-    from touchatlas.atlas.faces.boundaries import EdgeKind
+    from touchatlas.atlas.faces.boundary import EdgeKind
     from touchatlas.atlas.faces.face_field import FaceValues, face_values
     from touchatlas.atlas.faces.face_graph import write_graphml, write_json
     from touchatlas.atlas.faces.faces import Face, FaceEdge, Faces
@@ -51,7 +51,7 @@ __getattr__ = lazy_names(
         "AtlasOptions": "touchatlas.atlas.records.options",
         "Blend": "touchatlas.atlas.records.blend",
         "Doubt": "touchatlas.atlas.check.doubt",
-        "EdgeKind": "touchatlas.atlas.faces.boundaries",
+        "EdgeKind": "touchatlas.atlas.faces.boundary",
         "Face": "touchatlas.atlas.faces.faces",
         "FaceEdge": "touchatlas.atlas.faces.faces",
         "FaceValues": "touchatlas.atlas.faces.face_field",

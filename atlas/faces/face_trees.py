@@ -6,7 +6,7 @@ import networkx as nx
 import numpy as np
 from scipy.spatial import cKDTree
 
-from touchatlas.atlas.faces.boundaries import EdgeKind
+from touchatlas.atlas.faces.boundary import EdgeKind
 from touchatlas.atlas.faces.faces import Face, FaceEdge, Faces
 from touchatlas.atlas.faces.fit_free_form import are_on, fit_free_form
 from touchatlas.atlas.faces.free_form_surface import FreeFormSurface

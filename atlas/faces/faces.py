@@ -7,7 +7,7 @@ import networkx as nx
 import numpy as np
 
 from touchatlas.atlas.faces.blunt_edges import BluntEdge
-from touchatlas.atlas.faces.boundaries import Boundary, EdgeKind
+from touchatlas.atlas.faces.boundary import Boundary, EdgeKind
 from touchatlas.atlas.faces.face_corners import FaceCorner, find_corners
 from touchatlas.atlas.faces.labels import NONE, Labels
 from touchatlas.atlas.faces.laws import Law, law_of

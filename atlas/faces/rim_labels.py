@@ -7,7 +7,7 @@ itself is known better than that by all samples of both together.
 import numpy as np
 from scipy.spatial import cKDTree
 
-from touchatlas.atlas.faces.boundaries import Boundary, EdgeKind
+from touchatlas.atlas.faces.boundary import Boundary, EdgeKind
 from touchatlas.atlas.faces.edge_curves import rim_distances
 from touchatlas.atlas.faces.labels import Labels
 

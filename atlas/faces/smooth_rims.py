@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from touchatlas.atlas.faces.boundaries import EdgeKind
+from touchatlas.atlas.faces.boundary import EdgeKind
 from touchatlas.atlas.faces.edge_curves import rim_distances
 from touchatlas.atlas.faces.face_trees import FaceTrees, curve_tree
 

@@ -6,7 +6,7 @@ from itertools import combinations
 import numpy as np
 
 from touchatlas.atlas.faces.body import Body
-from touchatlas.atlas.faces.boundaries import Boundary, EdgeKind
+from touchatlas.atlas.faces.boundary import Boundary, EdgeKind
 from touchatlas.atlas.faces.edge_curves import CurvePoints, angles, gap, intersection_points
 from touchatlas.atlas.faces.faces import Face, FaceEdge, Faces, face_edge
 

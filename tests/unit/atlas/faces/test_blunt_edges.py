@@ -16,7 +16,7 @@ from tests.lawful import (
     samples_of_touches,
     touched_mesh,
 )
-from touchatlas.atlas.faces.boundaries import EdgeKind
+from touchatlas.atlas.faces.boundary import EdgeKind
 from touchatlas.atlas.faces.explained import is_lawful, lawful_share
 from touchatlas.atlas.faces.face_field import face_values
 from touchatlas.atlas.faces.face_graph import as_networkx
