@@ -73,13 +73,6 @@ class Choices:
     doubtful: np.ndarray
     log_posterior: np.ndarray
 
-    def __getitem__(self, rows) -> "Choices":
-        """The choices of some of the fits."""
-        return Choices(
-            *(self.stack[rows], self.mean[rows], self.length_ratio[rows], self.z_scale[rows]),
-            *(self.doubtful[rows], self.log_posterior[rows]),
-        )
-
 
 def first_choices(
     stack: Stack, basis: Basis, bias: float, prior: SmoothnessPrior, strict: bool = False
@@ -177,28 +170,21 @@ def solve_choices(choices: Choices, basis: Basis) -> Solution:
     UnfitError
         The heights diverge, too.
     """
-    solution, lost = solved(choices, basis)
-    if lost.any():
-        raise UnfitError(BENT)
-    return solution
-
-
-def solved(choices: Choices, basis: Basis) -> tuple[Solution, np.ndarray]:
-    """As ``solve_choices``, with those (m,) that diverge as heights, too, and are no solution."""
     stack = choices.stack
     solution = solve_in_darboux_frame(
         stack, basis, choices.mean, stack.weight, choices.length_ratio, choices.z_scale
     )
     lost = diverged(stack, solution.stack)
     if not lost.any():
-        return solution, lost
+        return solution
     again, rest = np.flatnonzero(lost), np.flatnonzero(~lost)
     heights = solve_in_darboux_frame(
         *(stack[again], basis, 0.0 * choices.mean[again], stack.weight[again]),
         *(np.full(len(again), _FIRST_LENGTH_RATIO), np.full(len(again), _FIRST_Z_SCALE)),
     )
-    lost[again] = diverged(stack[again], heights.stack)
-    return (joined([rest, again], [solution[rest], heights]) if len(rest) else heights), lost
+    if diverged(stack[again], heights.stack).any():
+        raise UnfitError(BENT)
+    return joined([rest, again], [solution[rest], heights]) if len(rest) else heights
 
 
 def shrunk(stack: Stack, basis: Basis, bias: float, floor: float, prior) -> Choices:
@@ -231,17 +217,6 @@ def with_terms_chosen(
         candidates = candidates_of(True) if len(candidates) > 1 else (basis,)
         choices = first_choices(replace(whole, reach=level * whole.reach), basis, np.inf, prior)
     return chosen, choice
-
-
-def with_smoothness_chosen(choices: Choices, basis: Basis, prior: SmoothnessPrior) -> Choices:
-    """The choices of given terms and radius, with another smoothness for each that is doubtful.
-    There a sample has less weight where the orders above the degree are larger than the noise."""
-    doubtful = np.flatnonzero(choices.doubtful)
-    if not len(doubtful):
-        return choices
-    chosen = [_chosen(choices[[i]], basis, prior, (basis,))[0] for i in doubtful.tolist()]
-    sure = np.flatnonzero(~choices.doubtful)
-    return joined([sure, doubtful], [choices[sure], *chosen])
 
 
 def _chosen(choices: Choices, basis: Basis, prior, candidates) -> tuple[Choices, Choice]:

@@ -193,14 +193,6 @@ def posterior(gram, rhs, noise, prior_precision):
     return mean, covariance
 
 
-def residual_square(equations: NormalEquations, mean):
-    """Weighted sum of squared residuals (...) of coefficients (..., t), in scaled units."""
-    fitted = (equations.gram @ mean[..., None])[..., 0]
-    return np.maximum(
-        equations.sum_of_squares + (mean * (fitted - 2.0 * equations.rhs)).sum(axis=-1), 0.0
-    )
-
-
 def effective_parameters(covariance, prior_precision):
     """Number of coefficients (...) that the data, not the prior, determine."""
     from_prior = np.einsum("...ii,...i->...", covariance, prior_precision)

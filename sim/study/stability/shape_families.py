@@ -27,11 +27,6 @@ def _turn(rng) -> float:
     return float(rng.uniform(0.0, np.pi))
 
 
-def _detail(rng) -> Height:
-    """Orders three and more of a smooth surface: a tenth of its bend."""
-    return wavy(rng, 3.0, 0.1)
-
-
 def umbilic(difference: float, rng) -> Case:
     """Both curvatures nearly equal."""
     k1, k2 = -_BEND + 0.5 * difference, -_BEND - 0.5 * difference
