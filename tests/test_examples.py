@@ -20,6 +20,7 @@ EXAMPLES = Path(__file__).parent.parent / "examples"
 # Small stand-ins for the arguments that a reader would give.
 ARGUMENTS = {
     "cost_of_planning.py": ["sphere:3"],
+    "cost_of_queries.py": ["3"],
     "displaced_curves.py": ["1"],
     "economy.py": ["sphere"],
     "edge_sweeps.py": ["step", "50"],
