@@ -56,9 +56,12 @@ def body_surface(body: Body, edge: float) -> Surface:
     It is closed where the surface is known everywhere, and ends where it is not.
     """
     vertices, faces, found = body_triangles(body, edge)
-    # The curvature jumps at rims. At vertices a tenth of that of a plate was missing.
-    inside = body.gaussian_curvature(vertices[faces].mean(axis=1), found.face[faces[:, 0]])
-    curvature = _means_about_vertices(vertices, faces, inside)
+    if is_smooth(body):
+        curvature = body.gaussian_curvature(vertices, found.face)
+    else:
+        # The curvature jumps at rims. At vertices a tenth of that of a plate was missing.
+        inside = body.gaussian_curvature(vertices[faces].mean(axis=1), found.face[faces[:, 0]])
+        curvature = _means_about_vertices(vertices, faces, inside)
     return Surface(vertices, faces, found.normal, found.deviation, found.face, curvature)
 
 

@@ -52,7 +52,7 @@ def extract_surface(state: AtlasState, edge: float | None = None) -> Surface:
         return body_surface(body, cubes)
     surface = without_stray_pieces(body_surface(body, cubes), body.samples.points)
     if edge is None and is_smooth(body):
-        surface = refined(body.field, surface, sagitta)
+        surface = refined(body, surface, sagitta)
     surface = ended_at_rims(surface, body)
     surface = close_slits(close_holes(surface, state.rims), state.rims)
     if not len(surface.faces) or SURE * float(np.median(surface.deviation)) > state.tolerance:

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from touchatlas.atlas.faces.face_field import FaceField
+from touchatlas.atlas.faces.body import Body
 from touchatlas.atlas.mesh.split_triangles import edges_of, split
 from touchatlas.atlas.mesh.surface import Surface
 
@@ -29,13 +29,12 @@ _LEVEL = 0.3
 _UNSURE = 0.1
 
 
-def refined(field: FaceField, surface: Surface, bound: float) -> Surface:
+def refined(body: Body, surface: Surface, bound: float) -> Surface:
     """A surface whose triangles are within a bound of a smooth body.
 
     Parameters
     ----------
-    field : FaceField
-        That of the body.
+    body : Body
     surface : Surface
         With vertices on the body.
     bound : float, length
@@ -47,7 +46,7 @@ def refined(field: FaceField, surface: Surface, bound: float) -> Surface:
         ends, sides = edges_of(surface.faces)
         named = ends[:, 0] << 32 | ends[:, 1]
         fresh = np.flatnonzero(~np.isin(named, keys))
-        height, foot = _heights(field, surface, ends[fresh], bound if done else 0.0)
+        height, foot = _heights(body, surface, ends[fresh], bound if done else 0.0)
         keys, heights = np.append(keys, named[fresh]), np.append(heights, height)
         unsure = _UNSURE * surface.deviation[ends[fresh]].mean(axis=1)
         far = np.abs(height) > _FAR * np.maximum(bound, unsure)
@@ -55,7 +54,7 @@ def refined(field: FaceField, surface: Surface, bound: float) -> Surface:
             break
         middle = np.full(len(ends), -1)
         middle[fresh[far]] = len(surface.vertices) + np.arange(far.sum())
-        new = _on_body(field, surface, foot[far], ends[fresh[far], 0])
+        new = _on_body(body, surface, foot[far])
         faces = split(
             surface.faces, middle[sides], np.concatenate([surface.vertices, new.vertices])
         )
@@ -64,7 +63,7 @@ def refined(field: FaceField, surface: Surface, bound: float) -> Surface:
     return _moved_out(surface, ends, heights[order][np.searchsorted(keys[order], named)], bound)
 
 
-def _heights(field: FaceField, surface: Surface, ends, bound: float):
+def _heights(body: Body, surface: Surface, ends, bound: float):
     """Heights (e,) of the body over the middles of edges (e, 2), length, and its points (e, 3)
     there. The field is not asked where the normals at both ends tell that they are far below the
     bound."""
@@ -72,24 +71,23 @@ def _heights(field: FaceField, surface: Surface, ends, bound: float):
     along, turn = second - first, surface.normals[ends[:, 1]] - surface.normals[ends[:, 0]]
     height, foot = (along * turn).sum(axis=1) / 8.0, 0.5 * (first + second)
     ask = np.abs(height) >= _LEVEL * bound
-    found = field.at(foot[ask])
+    found = body.field.at(foot[ask])
     most = 0.5 * np.linalg.norm(along[ask], axis=1)
     height[ask] = np.clip(-found.distance, -most, most)
     foot[ask] += height[ask, None] * found.normal
     return height, foot
 
 
-def _on_body(field: FaceField, surface: Surface, points, beside) -> Surface:
-    """Vertices near points (n, 3) that are nearly on the body, without triangles. What the field
-    does not tell is that of the vertices ``beside`` (n,)."""
-    found = field.at(points)
+def _on_body(body: Body, surface: Surface, points) -> Surface:
+    """Vertices near points (n, 3) that are nearly on the body, without triangles."""
+    found = body.field.at(points)
     return Surface(
         points - found.distance[:, None] * found.normal,
         np.zeros((0, 3), int),
         found.normal,
         np.minimum(found.deviation, surface.deviation.max()),
-        surface.patch[beside],
-        surface.gaussian_curvature[beside],
+        found.face,
+        body.gaussian_curvature(points, found.face),
     )
 
 

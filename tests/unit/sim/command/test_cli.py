@@ -39,7 +39,7 @@ def test_exploring_a_ball_meets_its_numbers(whole_run):
     # The tolerance is five deviations of the noise: a mean of one of them is a 95 % quantile of
     # half of it.
     assert numbers["met"] and numbers["completeness_mean"] <= numbers["noise_std"]
-    assert numbers["total_curvature_over_2pi"] == pytest.approx(2.0, rel=0.02)
+    assert numbers["total_curvature_over_2pi"] == pytest.approx(2.0, rel=0.01)
 
 
 def test_run_folder_holds_what_the_contract_says(whole_run):
