@@ -15,10 +15,11 @@ if TYPE_CHECKING:
 def as_networkx(faces: "Faces") -> nx.MultiGraph:
     """Faces as nodes, edges keyed by their kind; every attribute is a number or words.
 
-    Nodes have ``kind``, ``words``, ``patches``, ``samples``, ``explained``, ``deviation``, ``x``,
-    ``y``, ``z`` of the middle, and the numbers of the law: ``radius``, ``axis_x`` and so on. Edges
-    have ``kind``, ``length``, ``angle_deg``, ``gap``, ``deviation``, ``curves``, and the ``radius``
-    of their rounding with its deviation ``radius_std``. Lengths are in the user's unit.
+    Nodes have ``kind``, ``words``, ``samples``, ``explained``, ``deviation``, ``x``, ``y``, ``z``
+    of the middle, the number of ``patches`` where labels tell it (``Atlas.graph`` has those of a
+    body of one face), and the numbers of the law: ``radius``, ``axis_x`` and so on. Edges have
+    ``kind``, ``length``, ``angle_deg``, ``gap``, ``deviation``, ``curves``, and the ``radius`` of
+    their rounding with its deviation ``radius_std``. Lengths are in the user's unit.
     """
     graph = nx.MultiGraph()
     for face in faces.faces:
@@ -27,13 +28,13 @@ def as_networkx(faces: "Faces") -> nx.MultiGraph:
             face.id,
             kind=face.kind,
             words=face.words,
-            patches=len(face.pieces),
             samples=len(face.samples),
             explained=face.explained,
             deviation=face.deviation,
             x=x,
             y=y,
             z=z,
+            **({"patches": len(face.pieces)} if face.pieces else {}),
             **_flat(face.law.numbers if face.law else {}),
         )
     for edge in faces.edges:
