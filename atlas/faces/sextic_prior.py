@@ -14,8 +14,9 @@ _LEARNED = 2, 3, 4, 5, 6
 # Pairs of rounds of expectation and maximisation at most, with a step ahead after each pair.
 # Doubled, only sizes change that are below what the samples can tell.
 _PAIRS = 4
-# Sextics from which the prior is learned. Doubled, it takes twice as long, and nothing changes.
-_SOME = 200
+# Sextics from which the prior is learned. Doubled, it takes twice as long, and nothing changes;
+# halved, shares within the tolerance changed by a hundredth.
+_SOME = 50
 # Change of the logarithm of a mean square by a pair of rounds and a step, at which they end.
 # Doubled, sizes are off by a hundredth.
 _SETTLED = 0.02
