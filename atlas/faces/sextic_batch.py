@@ -48,13 +48,16 @@ class SexticBatch:
         for piece, places, filled in _rows_of(numbers):
             scaled, beyond, terms = self._inside(piece, points[places])
             values = self._derivatives[piece] @ terms
-            value, gradient = scaled[..., 2] - values[:, 0], -values[:, 1:].transpose(0, 2, 1)
-            gradient[..., 2] += 1.0
-            self._go_on(piece, scaled, beyond, value, gradient)
-            length = np.maximum(np.sqrt((gradient * gradient).sum(axis=2)), _TINY)
+            np.negative(values, out=values)
+            values[:, 0] += scaled[:, 2]
+            values[:, 3] += 1.0
+            self._go_on(piece, scaled, beyond, values)
+            length = np.maximum(_lengths(values[:, 1:]), _TINY)
+            values /= length[:, None]
             scale, target = self.scales[piece, None], places[filled]
-            out[target, 0] = (value * scale / length)[filled]
-            out[target, 1:] = ((gradient / length[..., None]) @ self.axes[piece])[filled]
+            values[:, 0] *= scale
+            values[:, 1:] = self.axes[piece].transpose(0, 2, 1) @ values[:, 1:]
+            out[target] = values.transpose(0, 2, 1)[filled]
             stretch[target] = (scale * beyond**4 / length)[filled]
         return out, stretch
 
@@ -63,27 +66,36 @@ class SexticBatch:
         out = np.empty(len(numbers))
         for piece, places, filled in _rows_of(numbers):
             own = self._inside(piece, points[places])[2][:, : SEXTIC_BASIS.size]
-            variance = ((self._covariances[piece] @ own) * own).sum(axis=1)
+            variance = np.einsum("gsn,gsn->gn", self._covariances[piece] @ own, own)
             out[places[filled]] = np.maximum(variance, 0.0)[filled]
         return out
 
     def _inside(self, piece, points) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Scaled local coordinates (g, n, 3) of points in rows; by how much they are beyond the
-        scale (g, n), one or more; and monomials (g, s, n) where they are not, or at the scale."""
-        scaled = (points - self.origins[piece, None]) @ self.axes[piece].transpose(0, 2, 1)
-        scaled /= self.scales[piece, None, None]
-        beyond = np.maximum(np.sqrt((scaled * scaled).sum(axis=2)), 1.0)
-        x, y, z = (scaled[..., axis] / beyond for axis in range(3))
+        """Scaled local coordinates (g, 3, n) of points in rows (g, n, 3); by how much they are
+        beyond the scale (g, n), one or more; and monomials (g, s, n) where they are not, or at the
+        scale."""
+        offset = (points - self.origins[piece, None]).transpose(0, 2, 1)
+        scaled = (self.axes[piece] / self.scales[piece, None, None]) @ offset
+        beyond = np.maximum(_lengths(scaled), 1.0)
+        x, y, z = (scaled[:, axis] / beyond for axis in range(3))
         return scaled, beyond, monomials(SEXTIC_BASIS, x, y, z).transpose(1, 0, 2)
 
-    def _go_on(self, piece, scaled, beyond, value, gradient) -> None:
-        """Beyond its scale a sextic goes on as the plane that touches it in its middle."""
+    def _go_on(self, piece, scaled, beyond, values) -> None:
+        """Beyond its scale a sextic goes on as the plane that touches it in its middle: value and
+        gradient there, of ``values`` (g, 4, n)."""
         row, place = np.nonzero(beyond > 1.0)
         level, by_x, by_y = self._coefficients[piece[row], :3].T
         upward = np.stack([-by_x, -by_y, np.ones(len(row))], axis=1)
-        away = scaled[row, place]
+        away = scaled[row, :, place]
         away[:, 2] -= level
-        gradient[row, place], value[row, place] = upward, (away * upward).sum(axis=1)
+        values[row, 0, place] = (away * upward).sum(axis=1)
+        values[row, 1:, place] = upward
+
+
+def _lengths(vectors) -> np.ndarray:
+    """(g, n) lengths of vectors (g, 3, n)."""
+    x, y, z = vectors[:, 0], vectors[:, 1], vectors[:, 2]
+    return np.asarray(np.sqrt(x * x + y * y + z * z))
 
 
 def _rows_of(numbers) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
