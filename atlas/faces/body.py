@@ -108,13 +108,14 @@ class Body:
         """(n,) distances of points (n, 3) from the nearest sample, length."""
         return np.asarray(self._tree.query(points)[0])
 
-    def at(self, points) -> tuple[FaceValues, np.ndarray]:
+    def at(self, points, texture: bool = True) -> tuple[FaceValues, np.ndarray]:
         """What the faces say of points (n, 3), and whether (n,) the surface is known there.
 
         It is known among samples: where none of them are farther than ``reach``, and no half circle
-        about the point is without one; and a little beyond rims.
+        about the point is without one; and a little beyond rims. See ``FaceField.at`` for
+        ``texture``.
         """
-        found = self.field.at(points)
+        found = self.field.at(points, texture)
         away, nearest = self._tree.query(points)
         steps = self.samples.steps[nearest]
         off = np.minimum(np.abs(found.distance), _OFF * self.reach)
@@ -133,7 +134,7 @@ class Body:
         is less sure than on it."""
         vague = np.flatnonzero(known & (found.deviation > _VAGUE * self.reach))
         feet = points[vague] - found.distance[vague, None] * found.normal[vague]
-        known[vague] = self.field.at(feet).deviation <= _VAGUE * self.reach
+        known[vague] = self.field.at(feet, False).deviation <= _VAGUE * self.reach
 
     def beyond(self, points, normals) -> np.ndarray:
         """(n,) whether points (n, 3) of the surface, with its normals (n, 3), lie beyond a rim at

@@ -98,8 +98,9 @@ class FaceField:
             out[one, other] = out[other, one] = True
         return out
 
-    def at(self, points) -> FaceValues:
-        """Signed distance, normal, deviation and face at points (n, 3), length, world.
+    def at(self, points, texture: bool = True) -> FaceValues:
+        """Signed distance, normal, deviation and face at points (n, 3), length, world; of a body
+        without edges with or without its texture.
 
         Where samples show on which side of the surface a point lies, and that the nearest face is
         its surface, that face decides. Elsewhere it is the face of the nearest sample, with those
@@ -107,7 +108,7 @@ class FaceField:
         """
         points = np.asarray(points, float)
         if self._is_one:
-            one, face = self.trees.values(0, points), np.zeros(len(points), int)
+            one, face = self.trees.values(0, points, texture), np.zeros(len(points), int)
             return FaceValues(one[:, 0], one[:, 1:4], np.sqrt(one[:, 4]), face)
         distances = self.trees.all_distances(points)
         decides, chosen = self._cells.decide(points, distances)

@@ -53,10 +53,11 @@ class FaceTrees:
         """Of each face, the signed distances (m, f) of its samples from all faces, length."""
         return [self.all_distances(self.faces.points[face.samples]) for face in self.faces.faces]
 
-    def values(self, number: int, points) -> np.ndarray:
-        """(n, 5) distance, normal and variance of a face at points (n, 3)."""
+    def values(self, number: int, points, texture: bool = True) -> np.ndarray:
+        """(n, 5) distance, normal and variance of a face at points (n, 3), with or without the
+        texture of a free-form one."""
         if (surface := self._free_form(number)) is not None:
-            return surface.values(points)
+            return surface.values(points, texture)
         return values_of(self.faces.faces[number].pieces[0], points)
 
     def distances(self, number: int, points) -> np.ndarray:

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.sparse import csr_array
 from scipy.spatial import cKDTree
 
 from touchatlas.atlas.faces.piece import Piece
@@ -57,13 +58,14 @@ class FreeFormSurface:
     rest: ResidualKriging | None = None
     fits: SexticFits | None = None
 
-    def values(self, points) -> np.ndarray:
-        """(n, 5) distance, normal and variance at points (n, 3). Beyond its scale a sextic
-        goes on as the plane that touches it in its middle; its deviation grows as it does."""
+    def values(self, points, texture: bool = True) -> np.ndarray:
+        """(n, 5) distance, normal and variance at points (n, 3), with or without what the sextics
+        leave out. Beyond its scale a sextic goes on as the plane that touches it in its middle; its
+        deviation grows as it does."""
         mean, number, stretch = self._of_sextics(points)
         variance = self._batch.variances(number, points) * stretch**2
         found = np.column_stack([mean, variance])
-        if self.rest is not None:
+        if texture and self.rest is not None:
             self.rest.correct(points, found)
         return found
 
@@ -147,15 +149,16 @@ def _averaged(which, weight, upward, found, sides) -> tuple[np.ndarray, np.ndarr
     ``which`` (m,), ascending, each of them: the mean of those that face as ``sides`` (n, 3), by
     weights (m,) that fall with the angle to their normals ``upward`` (m, 3); and the place (n,) of
     the one that weighs most."""
-    faces = (found[:, 1:4] * sides[which]).sum(axis=1) > 0.0
-    turned = np.maximum((upward * sides[which]).sum(axis=1) - FACING, _SLIGHT)
+    side = sides[which]
+    faces = np.einsum("ij,ij->i", found[:, 1:4], side) > 0.0
+    turned = np.maximum(np.einsum("ij,ij->i", upward, side) - FACING, _SLIGHT)
     share = np.where(faces, turned, _SLIGHT**2) * weight
-    first = np.searchsorted(which, np.arange(len(sides)))
-    if not len(first):
-        return np.empty((0, 4)), first
-    mean = np.add.reduceat(share[:, None] * found, first)
-    mean[:, 0] /= np.add.reduceat(share, first)
+    first = np.searchsorted(which, np.arange(len(sides) + 1))
+    if not len(sides):
+        return np.empty((0, 4)), first[:0]
+    mean = csr_array((share, np.arange(len(which)), first), (len(sides), len(which))) @ found
+    mean[:, 0] /= np.add.reduceat(share, first[:-1])
     length = np.sqrt((mean[:, 1:4] ** 2).sum(axis=1))
     mean[:, 1:4] /= np.maximum(length, np.finfo(float).tiny)[:, None]
-    most = np.flatnonzero(share == np.maximum.reduceat(share, first)[which])
+    most = np.flatnonzero(share == np.maximum.reduceat(share, first[:-1])[which])
     return mean, most[np.searchsorted(which[most], np.arange(len(sides)))]

@@ -67,14 +67,14 @@ def body_surface(body: Body, edge: float) -> Surface:
 
 def body_triangles(body: Body, edge: float) -> tuple[np.ndarray, np.ndarray, FaceValues]:
     """The vertices (v, 3) and triangles (f, 3) of that surface, and what the faces say of the
-    vertices."""
+    vertices. Texture, which is far smaller than the cubes, counts at vertices alone."""
 
     def at(points):
-        found = body.field.at(points)
+        found = body.field.at(points, texture=False)
         return found.distance, found.normal
 
     def at_corners(points):
-        found, known = body.at(points)
+        found, known = body.at(points, texture=False)
         return found.distance, found.normal, known
 
     contour = smooth_contour if is_smooth(body) else dual_contour
