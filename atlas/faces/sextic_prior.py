@@ -15,8 +15,8 @@ _LEARNED = 2, 3, 4, 5, 6
 # Doubled, only sizes change that are below what the samples can tell.
 _PAIRS = 4
 # Sextics from which the prior is learned. Doubled, it takes twice as long, and nothing changes;
-# halved, shares within the tolerance changed by a hundredth.
-_SOME = 50
+# at a fourth, shares within the tolerance changed by a hundredth.
+_SOME = 100
 # Change of the logarithm of a mean square by a pair of rounds and a step, at which they end.
 # Doubled, sizes are off by a hundredth.
 _SETTLED = 0.02
