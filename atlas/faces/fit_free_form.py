@@ -28,9 +28,13 @@ _FOLLOWS = 1.4
 # The same of each sextic about its middle, above which all are not looked at: it was up to 1.2 of
 # that of all, but where they differ much. Doubled, it takes longer, and nothing changes.
 _HOPELESS = 1.75
-# Sextics, and samples, whose residuals are looked at to tell that. Doubled, it takes longer, and
-# the radius is the same.
+# Most sextics, and samples, whose residuals are looked at to tell that. Doubled, it takes longer,
+# and the radius is the same.
 _LOOKED_AT = 60
+# Ratio of two largest radii, each a power of it in deviations of a sample: the extent grows a
+# little with most touches, and a sextic of another radius has to be fitted anew. Doubled over one,
+# fewer are fitted.
+_RUNG = 1.02
 # Least standard deviation of a sample, in radii: below it rounding shows. Doubled, nothing changes.
 _LEAST_STD = 1e-5
 # Deviations up to which a sample without a label is on the surface. Doubled, samples of other
@@ -62,6 +66,7 @@ def fit_free_form(
     """
     radius = max(radius, std) or 1.0
     std = max(std, _LEAST_STD * radius)
+    radius = std * _RUNG ** np.round(np.log(radius / std) / np.log(_RUNG))
     tree = cKDTree(points)
     fits = SexticFits(points, normals, std)
     if before is not None and before.fits is not None:
@@ -82,7 +87,9 @@ def _largest(tree, fits: SexticFits, radius: float) -> SexticSites:
         middles = middles_of(tree, fits.normals, radius)
         counts = tree.query_ball_point(tree.data[middles], _SHRINK * radius, return_length=True)
         known = np.median(counts) >= _LEAST
-        some = sites_of(tree, fits.normals, evenly(middles, _LOOKED_AT), radius)
+        # The same ones as before, until they are twice as many.
+        every = 1 << (max(len(middles) - 1, 1) // _LOOKED_AT).bit_length()
+        some = sites_of(tree, fits.normals, middles[::every], radius)
         if not known or _each_left_out(tree, fits, some) <= _HOPELESS * fits.std:
             found = sites_of(tree, fits.normals, middles, radius)
             if not known or _left_out(near, fits, found) <= _FOLLOWS * fits.std:

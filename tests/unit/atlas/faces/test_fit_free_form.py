@@ -128,6 +128,15 @@ def test_a_surface_before_saves_time_and_changes_nothing():
     assert after.shape_operators(points).tobytes() == alone.shape_operators(points).tobytes()
 
 
+def test_an_extent_that_grows_a_little_leaves_most_sextics_as_they_are():
+    """Largest radii are powers of one number, so that their samples are the same."""
+    points, normals = torus(1500, 3)
+    before = fit_free_form(points, normals, NOISE, RADIUS)
+    after = fit_free_form(points, normals, NOISE, 1.001 * RADIUS, before)
+    assert before.fits.kept.keys() == after.fits.kept.keys()
+    assert after.values(points).tobytes() == before.values(points).tobytes()
+
+
 @pytest.mark.parametrize("changed", ["points", "normals", "std"])
 def test_a_surface_before_of_other_samples_is_not_used(changed):
     points, normals = torus(600, 3)
