@@ -30,7 +30,7 @@ _FOLLOWS = 1.4
 _HOPELESS = 1.75
 # Most sextics, and samples, whose residuals are looked at to tell that. Doubled, it takes longer,
 # and the radius is the same.
-_LOOKED_AT = 60
+_LOOKED_AT = 40
 # Ratio of two largest radii, each a power of it in deviations of a sample: the extent grows a
 # little with most touches, and a sextic of another radius has to be fitted anew. Doubled over one,
 # fewer are fitted.
