@@ -126,23 +126,23 @@ def _looked_for(samples: ContourSamples, ends_at_edge, before: KnownBody) -> Kno
     are lawful on some of the surface: other bodies are not worth the time."""
     lawless = KnownBody(len(samples), len(samples), samples.std)
     if not (before.is_hopeful or share_with_edges(samples, ends_at_edge) >= _WITH_EDGES):
-        return replace(lawless, body=body_of_one(samples))
+        return replace(lawless, body=body_of_one(samples, before.body))
     if before.is_hopeful:
-        found = known_from_faces(
-            faces_of_samples(samples, before=before.faces), samples, before.sharp
-        )
+        faces = faces_of_samples(samples, before=before.faces)
+        found = known_from_faces(faces, samples, before.sharp, before.body)
         if before.is_one or not found.is_one:
             return found
         # Labels that go on from earlier ones may have ended in a worse place.
-        again = known_from_faces(faces_of_samples(samples), samples, before.sharp)
+        faces = faces_of_samples(samples)
+        again = known_from_faces(faces, samples, before.sharp, before.body)
         return again if again.share > found.share else found
     labels = first_labels(samples)
     sharp = share_over_sharp_edges(samples) >= _SHARP
     if labels.lawful_share < _HOPELESS and not sharp:
         share = labels.lawful_share
-        return replace(lawless, edges=True, share=share, body=body_of_one(samples))
+        return replace(lawless, edges=True, share=share, body=body_of_one(samples, before.body))
     revise_all(labels)
-    return known_from_faces(faces_of_revised(labels), samples, sharp)
+    return known_from_faces(faces_of_revised(labels), samples, sharp, before.body)
 
 
 def body_of_one(samples: ContourSamples, before: Body | None = None) -> Body:
@@ -150,9 +150,11 @@ def body_of_one(samples: ContourSamples, before: Body | None = None) -> Body:
     return Body(face_of_all(samples), samples, before)
 
 
-def known_from_faces(faces: Faces, samples: ContourSamples, sharp: bool) -> KnownBody:
+def known_from_faces(
+    faces: Faces, samples: ContourSamples, sharp: bool, before: Body | None = None
+) -> KnownBody:
     """What faces that were read from samples show, of which many contours ran over ``sharp`` edges
-    or not."""
+    or not; ``before`` may be the body of the first of them."""
     known, count = determined(faces, samples), len(samples)
     share = lawful_share(known)
     found = KnownBody(count, count, samples.std, True, share, sharp, False, faces)
@@ -162,4 +164,4 @@ def known_from_faces(faces: Faces, samples: ContourSamples, sharp: bool) -> Know
         if is_lawful(known) or body.contradicted <= _CONTRADICTED:
             return replace(found, body=body)
     kept = faces if share >= _LAWLESS else None
-    return replace(found, is_one=True, faces=kept, body=body_of_one(samples))
+    return replace(found, is_one=True, faces=kept, body=body_of_one(samples, before))

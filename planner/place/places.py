@@ -23,8 +23,8 @@ _STRIP = 0.5
 # twice.
 _OF_HOLE = 0.25
 # Edge of the cubes of a free-form body over those that show its shape, and most cubes along its
-# extent. The first doubled, planning takes a fourth of the time, and small holes are found late; the
-# second, it takes four times as long, and both sides of thinner walls are seen.
+# extent. The first doubled, planning takes a fourth of the time, and small holes are found late;
+# the second, it takes four times as long, and both sides of thinner walls are seen.
 _ROUGH, _FINEST = 4.0 / 3.0, 48
 # Distance from a rim at which a surface in cubes ends there, in edges of the cubes. Doubled, more
 # of what no contour crossed counts as the opening.

@@ -101,6 +101,23 @@ def test_one_face_learns_each_touch_and_looks_are_due_by_growth(monkeypatch):
     assert np.sqrt(np.mean(found.distance[1000:] ** 2)) < 1.5 * STD
 
 
+def test_a_look_for_laws_changes_nothing_of_a_body_without_edges():
+    """It takes sextics from before the look, and the body is that of all samples to the last bit:
+    a loaded atlas has none before."""
+    points, outward, planes = touched_mesh("ellipsoid", 12, NOISE)
+    pool, law, fits = SamplePool(), KnownBody(), []
+    for last in (940, 1188):
+        some = slice(len(pool), last)
+        pool.add(points[some], outward[some], planes[some], False, NOISE)
+        law = look_for_body(pool, STD, law)
+        fits.append(law.body.field.trees._free_form(0).fits.kept)
+        assert law.looked == last
+    shared = fits[0].keys() & fits[1].keys()
+    assert shared and all(fits[0][key] is fits[1][key] for key in shared)
+    again = look_for_body(pool, STD).body.field.at(points)
+    assert law.body.field.at(points).distance.tobytes() == again.distance.tobytes()
+
+
 def test_without_a_new_sample_nothing_is_done(monkeypatch):
     def fit(samples):
         raise AssertionError("a body is fitted again")
