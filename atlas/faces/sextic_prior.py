@@ -13,13 +13,13 @@ _HEIGHTS = SEXTIC_BASIS.exponents @ np.array([1, 1, 2])
 _LEARNED = 2, 3, 4, 5, 6
 # Pairs of rounds of expectation and maximisation at most, with a step ahead after each pair.
 # Doubled, only sizes change that are below what the samples can tell.
-_PAIRS = 4
+_PAIRS = 3
 # Sextics from which the prior is learned. Doubled, it takes twice as long, and nothing changes;
 # at a fourth, shares within the tolerance changed by a hundredth.
 _SOME = 100
 # Change of the logarithm of a mean square by a pair of rounds and a step, at which they end.
-# Doubled, sizes are off by a hundredth.
-_SETTLED = 0.02
+# Doubled, sizes are off by a tenth.
+_SETTLED = 0.1
 # Largest ratio of the changes of two rounds: a step ahead is up to this over one minus this times
 # as long. Doubled in one minus this, rounds are more where they settle slowly.
 _RATIO = 0.95
