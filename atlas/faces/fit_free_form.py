@@ -34,7 +34,7 @@ _LOOKED_AT = 40
 # Ratio of two largest radii, each a power of it in deviations of a sample: the extent grows a
 # little with most touches, and a sextic of another radius has to be fitted anew. Doubled over one,
 # fewer are fitted.
-_RUNG = 1.02
+_RUNG = 2.0 ** (1.0 / 32.0)
 # Least standard deviation of a sample, in radii: below it rounding shows. Doubled, nothing changes.
 _LEAST_STD = 1e-5
 # Deviations up to which a sample without a label is on the surface. Doubled, samples of other

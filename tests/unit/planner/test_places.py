@@ -104,10 +104,10 @@ def test_an_atlas_without_a_touch_has_no_places():
 
 
 def test_places_measure_the_area_of_a_closed_ball():
-    """Triangles with sides of a twentieth of the radius have 1e-3 less than the ball."""
+    """Triangles with sides h of a seventh of the radius r have h^2 / 6 r^2 less than the ball."""
     found = places_of(learned(spread_touches(make_object("sphere"), 12), 0.1))
     assert len(found.rim) == 0
-    assert found.area.sum() == pytest.approx(4.0 * np.pi * 33.0**2, rel=3e-3)
+    assert found.area.sum() == pytest.approx(4.0 * np.pi * 33.0**2, rel=5e-3)
 
 
 def test_an_opening_at_which_contact_was_lost_is_no_rim_to_touch():
