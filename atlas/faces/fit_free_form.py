@@ -21,6 +21,10 @@ _SHRINK = 0.7
 # Least number of samples of a sextic, in the median, for a smaller radius: twice its parameters.
 # Doubled, narrow bends are rounded off.
 _LEAST = 98
+# Least number of samples of a smaller sextic, in the median, with which it is taken although larger
+# ones follow the samples: five times its parameters. On 80 places of four smooth bodies the mean
+# error was 3 to 25 % less with it. Doubled, many touches gain less.
+_AMPLE = 245
 # Sextics follow the samples where the residuals about half of them have an amplitude of no more
 # than this, in deviations of a sample. At 0.7 to 2.5 scans are known about as well. Doubled, bends
 # are left to kriging, which knows them less.
@@ -81,12 +85,14 @@ def fit_free_form(
 
 def _largest(tree, fits: SexticFits, radius: float) -> SexticSites:
     """Sextics of the largest radius, up to one, with which they follow the samples, or with which
-    they are known."""
+    they are known; of smaller ones where samples are ample."""
     near = nearest_of(tree, evenly(np.arange(tree.n), _LOOKED_AT))
     while True:
         middles = middles_of(tree, fits.normals, radius)
-        counts = tree.query_ball_point(tree.data[middles], _SHRINK * radius, return_length=True)
-        known = np.median(counts) >= _LEAST
+        if _median_count(tree, middles, _SHRINK**2 * radius) >= _AMPLE:
+            radius *= _SHRINK
+            continue
+        known = _median_count(tree, middles, _SHRINK * radius) >= _LEAST
         # The same ones as before, until they are twice as many.
         every = 1 << (max(len(middles) - 1, 1) // _LOOKED_AT).bit_length()
         some = sites_of(tree, fits.normals, middles[::every], radius)
@@ -95,6 +101,11 @@ def _largest(tree, fits: SexticFits, radius: float) -> SexticSites:
             if not known or _left_out(near, fits, found) <= _FOLLOWS * fits.std:
                 return found
         radius *= _SHRINK
+
+
+def _median_count(tree, middles, radius: float) -> float:
+    """Median number of samples within a radius of middles (m,)."""
+    return float(np.median(tree.query_ball_point(tree.data[middles], radius, return_length=True)))
 
 
 def _each_left_out(tree, fits: SexticFits, sites: SexticSites) -> float:

@@ -16,8 +16,8 @@ from touchatlas.atlas.faces.sextic_sites import FACING, pairs_within
 # Middles among which the nearest one is sought that faces as a point does: about as many as reach
 # it from both sides of a wall. Doubled, nothing changes.
 _ASKED = 24
-# Distance from its middle at which a sextic no longer weighs, in radii. At 0.8 errors were up to 6 %
-# larger. Doubled, it takes four times as long.
+# Distance from its middle at which a sextic no longer weighs, in radii. At 0.8 errors were up to
+# 6 % larger. Doubled, it takes four times as long.
 _WEIGHS = 0.9
 # Nearest samples among which one may be of another sheet, and its distance over that of the
 # nearest. Doubled, both sides of thicker walls are compared.
