@@ -23,7 +23,7 @@ from touchatlas.atlas.cad.shared_points import farthest
 _GAP_FACTOR = 1.01
 # Tolerance of an edge that is exact, over the extent: CAD systems compute to some 1e-8 of a body's
 # size. Doubled, so is the tolerance that the file states of exact edges.
-_LEAST_GAP = 1e-8
+LEAST_GAP = 1e-8
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,10 +57,25 @@ class BrepUse:
 
 
 @dataclass(frozen=True, eq=False)
+class BezierFace:
+    """A Bezier face, whose derivatives by u and by v make its outward normal.
+
+    Parameters
+    ----------
+    control : (n + 1, n + 1, 3) float, length
+        Control points; the first index belongs to u. Both parameters run from 0 to 1.
+    """
+
+    control: np.ndarray
+    kind: str = "bezier"
+    outward: float = 1.0
+
+
+@dataclass(frozen=True, eq=False)
 class BrepFace:
     """A surface with its wires."""
 
-    surface: LawSurface
+    surface: LawSurface | BezierFace
     label: int
     wires: tuple[tuple[BrepUse, ...], ...]
 
@@ -105,7 +120,7 @@ class _Maker:
     def __init__(self, layout: FaceLayout, exact: float) -> None:
         self.layout = layout
         self.vertices = list(layout.nodes)
-        self.least = _LEAST_GAP * float(np.ptp(np.array(layout.nodes), axis=0).max(initial=0.0))
+        self.least = LEAST_GAP * float(np.ptp(np.array(layout.nodes), axis=0).max(initial=0.0))
         self.edges = [self._edge(chain, exact) for chain in layout.chains]
 
     def _edge(self, chain, exact: float) -> BrepEdge:
