@@ -1,8 +1,6 @@
 """A lawful body as shapes of the CAD kernel: one face for each face of the body, checked, and one
 for each fillet."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 import igl
@@ -17,7 +15,7 @@ from touchatlas.atlas.cad.occ_fillets import (
     largest_tolerance,
     with_fillets,
 )
-from touchatlas.atlas.cad.occ_kernel import NamedShape
+from touchatlas.atlas.cad.occ_kernel import NamedShape, refusals
 from touchatlas.atlas.cad.place_faces import place_faces
 from touchatlas.atlas.faces.body import Body
 from touchatlas.atlas.mesh.body_surface import body_surface, coarse_edge, fine_edge
@@ -109,7 +107,7 @@ def _rounded(made: LawfulShapes, body: Body, tolerance: float) -> LawfulShapes:
     radii = fillet_radii(body.faces, made.brep)
     if not radii:
         return made
-    with _refusals():
+    with refusals():
         shapes = [with_fillets(one, radii) for one in made.shapes]
         gap = max(made.gap, *(largest_tolerance(one.shape) for one in shapes))
         new = zip(made.shapes, shapes, strict=True)
@@ -149,7 +147,7 @@ def _shapes(body: Body, tolerance: float, edge: float) -> LawfulShapes:
     cut_seams(layout, inner)
     brep = brep_of(layout, regions.labels, _EXACT * tolerance)
     names = {face.id: face.words for face in body.faces.faces}
-    with _refusals():
+    with refusals():
         gap = float(brep.gaps.max())
         made = LawfulShapes(brep, face_shapes(brep, names), placed.left_out, gap)
         if made.gap > _WORST * tolerance:
@@ -160,18 +158,6 @@ def _shapes(body: Body, tolerance: float, edge: float) -> LawfulShapes:
         if not all(is_valid(one.shape) for one in made.shapes):
             raise NotWritten("the CAD kernel finds the shape invalid")
     return made
-
-
-@contextmanager
-def _refusals() -> Iterator[None]:
-    """Let what the kernel refuses be a reason why faces are not written."""
-    try:
-        yield
-    except Exception as error:
-        # The kernel's errors have no class in common in Python.
-        if not type(error).__module__.startswith("OCP."):
-            raise
-        raise NotWritten(f"the CAD kernel refuses a face: {error}") from None
 
 
 def _beyond_rounding(body: Body, brep: Brep) -> np.ndarray:

@@ -116,6 +116,8 @@ class _Sewing:
 
 
 def _surface(surface):
+    if surface.kind == "bezier":
+        return _bezier_surface(surface.control)
     from OCP.Geom import (
         Geom_ConicalSurface,
         Geom_CylindricalSurface,
@@ -131,6 +133,17 @@ def _surface(surface):
     if surface.kind == "cone":
         return Geom_ConicalSurface(frame, surface.half_angle, surface.radius)
     return Geom_SphericalSurface(frame, surface.radius)
+
+
+def _bezier_surface(control):
+    from OCP.collections import Array2_gp_Pnt
+    from OCP.Geom import Geom_BezierSurface
+    from OCP.gp import gp_Pnt
+
+    poles = Array2_gp_Pnt(1, len(control), 1, len(control))
+    for row, column in np.ndindex(control.shape[:2]):
+        poles.SetValue(row + 1, column + 1, gp_Pnt(*control[row, column].tolist()))
+    return Geom_BezierSurface(poles)
 
 
 def _frame(origin, axes):

@@ -8,6 +8,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any, NamedTuple
 
+from touchatlas.atlas.cad.face_layout import NotWritten
+
 
 class NamedShape(NamedTuple):
     """A solid or a shell of the kernel, with its faces and their names, and the edges of the body
@@ -114,6 +116,18 @@ def is_solid(one: NamedShape) -> bool:
     from OCP.TopAbs import TopAbs_SOLID
 
     return bool(one.shape.ShapeType() == TopAbs_SOLID)
+
+
+@contextmanager
+def refusals() -> Iterator[None]:
+    """Let what the kernel refuses be a reason why faces are not written."""
+    try:
+        yield
+    except Exception as error:
+        # The kernel's errors have no class in common in Python.
+        if not type(error).__module__.startswith("OCP."):
+            raise
+        raise NotWritten(f"the CAD kernel refuses a face: {error}") from None
 
 
 @contextmanager

@@ -1,14 +1,17 @@
-"""STEP export for CAD systems: the faces of a lawful body, or the triangles of a surface.
+"""STEP export for CAD systems: the faces of a lawful body, Bezier faces of a smooth one, or
+triangles.
 
 Where all faces obey laws each becomes one face of the file: a plane, cylinder, cone or sphere by
 its name in STEP, trimmed by curves that two faces share, with a fillet along each blunt edge.
-Any other surface is written as triangles, as few as the tolerance allows. Faces that close up
-become a solid.
+A closed body without edges becomes Bezier faces that share their edges. Any other surface is
+written as triangles. Of both there are as few as the tolerance allows. Faces that close up become
+a solid.
 """
 
 from dataclasses import dataclass
 from pathlib import Path
 
+from touchatlas.atlas.cad.bezier_shapes import bezier_shapes
 from touchatlas.atlas.cad.face_layout import NotWritten
 from touchatlas.atlas.cad.fewer_triangles import fewer_triangles
 from touchatlas.atlas.cad.lawful_shapes import lawful_shapes
@@ -16,12 +19,16 @@ from touchatlas.atlas.cad.occ_kernel import is_solid, need_kernel, step_bytes
 from touchatlas.atlas.cad.occ_triangles import triangle_shapes
 from touchatlas.atlas.faces.body import Body
 from touchatlas.atlas.files import write_whole
+from touchatlas.atlas.mesh.body_surface import is_smooth
 from touchatlas.atlas.mesh.extract import extract_surface
+from touchatlas.atlas.mesh.surface import Surface
 from touchatlas.atlas.state import AtlasState
 
-# Largest distance of the triangles in a file from those of the surface, in tolerances: what most of
-# a surface errs by. Doubled, files are half as large.
+# Largest distance of Bezier faces from the surface, or of the triangles in a file from those of the
+# surface, in tolerances: what most of a surface errs by. Doubled, files of triangles are half as
+# large, and those of Bezier faces a sixth smaller.
 _COARSER = 0.5
+_NOTHING = "nothing of the surface is known yet; touch it more"
 
 
 @dataclass(frozen=True)
@@ -31,20 +38,24 @@ class StepReport:
     Parameters
     ----------
     faces : int
-        Number of faces in the file: the sum of the next six.
+        Number of faces in the file: the sum of the next seven.
     planes, cylinders, cones, spheres : int
         Faces of a lawful body.
     fillets : int
         Faces that round its blunt edges, and the corners between them.
+    smooth : int
+        Bezier faces of a closed body without edges.
     triangles : int
-        Plane faces of a surface that has no other names in STEP; 0 where it is written by its laws.
+        Plane faces of a surface that could be written by nothing else.
     solids, open_shells : int
         Numbers of each in the file.
     left_out : int
         Small stray parts of the surface of a lawful body.
     gap : float, length
-        Tolerance of the file: largest distance of an edge from its faces, or of the triangles from
-        the surface.
+        Tolerance of the file: largest distance of an edge from its faces, or of Bezier faces or
+        triangles from the surface.
+    turn : float, rad
+        Largest angle between the normals of two Bezier faces at their edge.
     note : str
         Why the faces of a body were written as triangles, or its blunt edges sharp; empty
         otherwise.
@@ -56,19 +67,21 @@ class StepReport:
     cones: int = 0
     spheres: int = 0
     fillets: int = 0
+    smooth: int = 0
     triangles: int = 0
     solids: int = 0
     open_shells: int = 0
     left_out: int = 0
     gap: float = 0.0
+    turn: float = 0.0
     note: str = ""
 
 
 def save_step(state: AtlasState, path) -> StepReport:
     """Write an atlas as a STEP file, all of it or nothing.
 
-    Where all faces of the body obey laws there is one face for each of them; where that cannot be
-    done, or they do not, there are triangles.
+    Where all faces of the body obey laws there is one face for each of them. A closed body without
+    edges is written as Bezier faces. Where neither can be done there are triangles.
 
     Parameters
     ----------
@@ -90,11 +103,13 @@ def save_step(state: AtlasState, path) -> StepReport:
     """
     need_kernel()
     if state.body is None:
-        return _save_triangles(state, path, "")
+        raise ValueError(_NOTHING)
+    if is_smooth(state.body):
+        return _save_smooth(state, state.body, path)
     try:
         return _save_faces(state, state.body, path)
     except NotWritten as reason:
-        return _save_triangles(state, path, f"written as triangles: {reason}")
+        return _save_triangles(state, extract_surface(state), path, reason)
 
 
 def _save_faces(state: AtlasState, body: Body, path) -> StepReport:
@@ -117,12 +132,26 @@ def _save_faces(state: AtlasState, body: Body, path) -> StepReport:
     )
 
 
-def _save_triangles(state: AtlasState, path, note: str) -> StepReport:
-    """Write the triangles of the surface."""
+def _save_smooth(state: AtlasState, body: Body, path) -> StepReport:
+    """Write the Bezier faces of a body without edges."""
+    surface = extract_surface(state)
+    try:
+        made = bezier_shapes(body, surface, _COARSER * state.tolerance)
+    except NotWritten as reason:
+        return _save_triangles(state, surface, path, reason)
+    write_whole(path, step_bytes(made.shapes, made.gap, Path(path).name))
+    count = sum(len(one.faces) for one in made.shapes)
+    return StepReport(
+        faces=count, smooth=count, solids=len(made.shapes), gap=made.gap, turn=made.turn
+    )
+
+
+def _save_triangles(state: AtlasState, surface: Surface, path, reason) -> StepReport:
+    """Write the triangles of the surface, for a reason."""
     coarser = _COARSER * state.tolerance
-    shapes = triangle_shapes(fewer_triangles(extract_surface(state), coarser))
+    shapes = triangle_shapes(fewer_triangles(surface, coarser))
     if not shapes:
-        raise ValueError("nothing of the surface is known yet; touch it more")
+        raise ValueError(_NOTHING)
     gap = coarser + state.options.facets * state.tolerance
     write_whole(path, step_bytes(shapes, gap, Path(path).name))
     count, solids = sum(len(one.faces) for one in shapes), sum(map(is_solid, shapes))
@@ -132,5 +161,5 @@ def _save_triangles(state: AtlasState, path, note: str) -> StepReport:
         solids=solids,
         open_shells=len(shapes) - solids,
         gap=gap,
-        note=note,
+        note=f"written as triangles: {reason}",
     )

@@ -1,0 +1,69 @@
+"""A closed smooth body as shapes of the CAD kernel: Bezier faces that share edges, checked."""
+
+from dataclasses import dataclass
+
+import igl
+import numpy as np
+
+from touchatlas.atlas.cad.bezier_brep import bezier_brep, largest_turn
+from touchatlas.atlas.cad.bezier_faces import bezier_faces
+from touchatlas.atlas.cad.coarse_quads import coarse_triangles, three_quads
+from touchatlas.atlas.cad.face_layout import NotWritten
+from touchatlas.atlas.cad.near_surface import NearSurface
+from touchatlas.atlas.cad.occ_faces import face_shapes, is_valid
+from touchatlas.atlas.cad.occ_kernel import NamedShape, refusals
+from touchatlas.atlas.faces.body import Body
+from touchatlas.atlas.mesh.surface import Surface
+
+# Largest distance of a face from the surface, in bounds: where the field jumps faces are farther
+# than the bound. Doubled, bodies whose surface is torn are written smooth.
+_WORST = 4.0
+
+
+@dataclass(frozen=True, eq=False)
+class BezierShapes:
+    """Shapes of the kernel, one a part.
+
+    Parameters
+    ----------
+    shapes : list of NamedShape
+    gap : float, length
+        Largest distance of a face from the surface, at the points of a grid on each.
+    turn : float, rad
+        Largest angle between the normals of neighbours at an edge.
+    """
+
+    shapes: list[NamedShape]
+    gap: float
+    turn: float
+
+
+def bezier_shapes(body: Body, surface: Surface, bound: float) -> BezierShapes:
+    """Shapes of a body that is one free-form face.
+
+    Parameters
+    ----------
+    body : Body
+    surface : Surface
+        Its triangles, mended.
+    bound : float, length
+        Largest distance of the faces from the surface where it is smooth.
+
+    Raises
+    ------
+    NotWritten
+        The surface is open or torn, or the kernel refuses the faces, in words.
+    """
+    if not len(surface.faces) or len(igl.boundary_facets(surface.faces)[0]):
+        raise NotWritten("the surface is open")
+    at = NearSurface(body.field, surface, bound).at
+    quads = three_quads(*coarse_triangles(surface))
+    tree, errors = bezier_faces(*quads, at, bound)
+    if errors.max() > _WORST * bound:
+        raise NotWritten(f"a smooth face misses the surface by {errors.max():.3g}")
+    words = body.faces.faces[0].words
+    with refusals():
+        shapes = face_shapes(bezier_brep(tree), {0: words})
+        if not all(is_valid(one.shape) for one in shapes):
+            raise NotWritten("the CAD kernel finds the shape invalid")
+    return BezierShapes(shapes, float(np.max(errors)), largest_turn(tree))
