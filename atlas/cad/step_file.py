@@ -26,7 +26,7 @@ from touchatlas.atlas.state import AtlasState
 
 # Largest distance of Bezier faces from the surface, or of the triangles in a file from those of the
 # surface, in tolerances: what most of a surface errs by. Doubled, files of triangles are half as
-# large, and those of Bezier faces a sixth smaller.
+# large, and those of Bezier faces up to a tenth smaller.
 _COARSER = 0.5
 _NOTHING = "nothing of the surface is known yet; touch it more"
 

@@ -27,9 +27,10 @@ def export(
     """Write the atlas of a run for CAD systems, or the graph of its faces.
 
     A STEP file has one face for each plane, cylinder, cone and sphere where all faces of the body
-    obey laws, and one for each rounded edge and corner; otherwise the triangles of the surface, as
-    few as half a tolerance allows. The graph has faces as nodes, in words and numbers, and the
-    edges between them with kind, length and angle.
+    obey laws, and one for each rounded edge and corner. A closed body without edges is written as
+    smooth Bezier faces, any other as triangles, of both as few as half a tolerance allows. The
+    graph has faces as nodes, in words and numbers, and the edges between them with kind, length and
+    angle.
 
     Parameters
     ----------
