@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from tests.unit.atlas.cad.smooth_bodies import RADIUS, ball
+from tests.unit.atlas.cad.smooth_bodies import RADIUS, ball_of
 from tests.unit.atlas.cad.test_occ_triangles import surface_of, volume
 from touchatlas.atlas.cad.bezier_shapes import bezier_shapes
 from touchatlas.atlas.cad.face_layout import NotWritten
@@ -16,23 +16,27 @@ pytest.importorskip("OCP.STEPControl", reason="needs the extra cad")
 BOUND = 0.02
 
 
-def body():
+def body(radius: float):
+    """What Bezier faces ask of a body that is a ball."""
+
     def at(points):
-        distance, normal = ball(points)
+        distance, normal = ball_of(radius)(points)
         return SimpleNamespace(distance=distance, normal=normal)
 
     faces = SimpleNamespace(faces=[SimpleNamespace(words="free-form face")])
     return SimpleNamespace(field=SimpleNamespace(at=at), faces=faces)
 
 
-def test_a_ball_is_one_solid_of_its_volume():
+@pytest.mark.parametrize("radius", [RADIUS, 5e-3 * RADIUS, 100.0 * RADIUS])
+def test_a_ball_is_one_solid_of_its_volume_in_any_unit(radius):
     """As the faces are off by the bound at most, the volume is by that times the area."""
-    found = bezier_shapes(body(), surface_of(trimesh.creation.icosphere(5, RADIUS)), BOUND)
+    bound, mesh = BOUND * radius / RADIUS, trimesh.creation.icosphere(5, radius)
+    found = bezier_shapes(body(radius), surface_of(mesh), bound)
     (one,) = found.shapes
     assert is_solid(one) and len(one.faces) < 200
-    area = 4.0 * np.pi * RADIUS**2
-    assert volume(one.shape) == pytest.approx(area * RADIUS / 3.0, abs=found.gap * area)
-    assert found.gap <= BOUND and np.degrees(found.turn) < 2.0
+    area = 4.0 * np.pi * radius**2
+    assert volume(one.shape) == pytest.approx(area * radius / 3.0, abs=found.gap * area)
+    assert found.gap <= bound and np.degrees(found.turn) < 2.0
     assert set(one.names) == {"free-form face"}
 
 
@@ -40,4 +44,4 @@ def test_an_open_surface_is_not_written():
     mesh = trimesh.creation.icosphere(5, RADIUS)
     mesh.update_faces(np.arange(len(mesh.faces)) > 100)
     with pytest.raises(NotWritten, match="open"):
-        bezier_shapes(body(), surface_of(mesh), BOUND)
+        bezier_shapes(body(RADIUS), surface_of(mesh), BOUND)

@@ -89,10 +89,12 @@ def test_meshes_of_a_smooth_file_lie_on_the_body(whole, gmsh, tmp_path):
     assert 0.0 < np.degrees(report.turn) < 3.0
 
 
-def test_equal_atlases_give_equal_bytes_and_print_nothing(half, kernel, tmp_path, capfd):
+@pytest.mark.parametrize("which", ["whole", "half"])
+def test_equal_atlases_give_equal_bytes_and_print_nothing(which, kernel, tmp_path, capfd, request):
+    atlas = request.getfixturevalue(which)
     for folder in ("a", "b"):
         (tmp_path / folder).mkdir()
-        save_step(half, tmp_path / folder / "x.step")
+        save_step(atlas, tmp_path / folder / "x.step")
     first, second = ((tmp_path / folder / "x.step").read_bytes() for folder in ("a", "b"))
     assert first == second
     assert capfd.readouterr() == ("", "")
