@@ -38,8 +38,8 @@ def bezier_faces(vertices, quads, at: At, bound: float) -> tuple[BezierTree, np.
     at : function
         Signed distance and normal of the surface near points.
     bound : float, length
-        Largest distance at the points of a grid on each face. Where the surface is rough up to
-        twice that stays.
+        Largest distance at the points of a grid on each face. Where the surface is rough, faces are
+        farther: up to twice that, or more where their halves would be folded.
 
     Returns
     -------

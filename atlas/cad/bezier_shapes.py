@@ -59,11 +59,12 @@ def bezier_shapes(body: Body, surface: Surface, bound: float) -> BezierShapes:
     at = NearSurface(body.field, surface, bound).at
     quads = three_quads(*coarse_triangles(surface))
     tree, errors = bezier_faces(*quads, at, bound)
-    if errors.max() > _WORST * bound:
-        raise NotWritten(f"a smooth face misses the surface by {errors.max():.3g}")
-    words = body.faces.faces[0].words
+    worst, words = float(np.max(errors)), body.faces.faces[0].words
+    if worst > _WORST * bound:
+        how = f"misses the surface by {worst:.3g}" if np.isfinite(worst) else "is folded"
+        raise NotWritten(f"the surface is rough: a smooth face {how}")
     with refusals():
         shapes = face_shapes(bezier_brep(tree), {0: words})
         if not all(is_valid(one.shape) for one in shapes):
             raise NotWritten("the CAD kernel finds the shape invalid")
-    return BezierShapes(shapes, float(np.max(errors)), largest_turn(tree))
+    return BezierShapes(shapes, worst, largest_turn(tree))

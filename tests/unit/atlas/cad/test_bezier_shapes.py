@@ -45,3 +45,12 @@ def test_an_open_surface_is_not_written():
     mesh.update_faces(np.arange(len(mesh.faces)) > 100)
     with pytest.raises(NotWritten, match="open"):
         bezier_shapes(body(RADIUS), surface_of(mesh), BOUND)
+
+
+def test_a_surface_that_jumps_by_many_bounds_is_not_written():
+    """Triangles follow a jump of the field, smooth faces do not."""
+    mesh = trimesh.creation.icosphere(5, RADIUS)
+    high = mesh.vertices[:, 0] > 0.3
+    mesh.vertices[high] *= 1.0 + 20.0 * BOUND / RADIUS
+    with pytest.raises(NotWritten, match="rough"):
+        bezier_shapes(body(RADIUS), surface_of(mesh), BOUND)
