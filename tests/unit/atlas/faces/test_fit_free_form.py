@@ -114,6 +114,11 @@ def test_samples_are_on_a_surface_where_it_is_known(fitted):
     assert not are_on(fitted, np.array([[0.0, 0.0, 0.0]]), NOISE).any()
 
 
+def test_without_texture_a_surface_is_that_of_its_sextics(fitted):
+    points = torus(50, 8)[0]
+    assert fitted.values(points, texture=False)[:, :4].tobytes() == fitted.at(points).tobytes()
+
+
 def test_a_surface_before_saves_time_and_changes_nothing():
     """To the last bit: a loaded atlas has no surface before."""
     points, normals = torus(1500, 3)
