@@ -53,7 +53,7 @@ class Cells:
         # (A. L. Zobrist, 1970). Any distinct numbers serve.
         bits = np.random.default_rng(len(faces)).integers(1, 2**62, len(faces))
         self._bits = np.where(self._one == np.arange(len(faces)), bits, 0)
-        self._keys, self._labels = self._votes()
+        self._keys, self._labels = self._with_opposite(*self._votes())
 
     def decide(self, points, distances) -> tuple[np.ndarray, np.ndarray]:
         """The face (n,) that votes show to be the surface of points (n, 3) at distances (n, f) from
@@ -74,7 +74,9 @@ class Cells:
         decides[self._has_patches[decides]] = -1
         return decides, chosen
 
-    def settle(self, points, distances, away, owner, decides, chosen) -> np.ndarray:
+    def settle(
+        self, points, distances, away, owner, decides, chosen
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Correct what was chosen where the votes of the cells on both sides contradict it.
 
         Parameters
@@ -95,6 +97,8 @@ class Cells:
         -------
         (m,) int
             The points at which the votes contradict what was chosen, and name no other face.
+        (n,) bool
+            Whether the votes show that the surface is where it was chosen.
         """
         distances = self._of_surfaces(points, distances)
         cell = self._key(distances > 0.0)
@@ -106,7 +110,8 @@ class Cells:
         clear = np.abs(chosen[:, 0]) > self._noise[decides]
         wrong = (before != label) & clear
         decided = (order == self._one[decides][:, None]) & (shown | clear)[:, None]
-        wrong |= self._is_refuted(cell, label, order, decided)
+        refuted, confirmed = self._judged(cell, label, order, decided)
+        wrong |= refuted
         farthest = away + np.maximum(self._noise[owner], self._noise[decides])
         reach = np.where(wrong, farthest, np.abs(chosen[:, 0]))
         ordered = np.take_along_axis(distances, order, axis=1)
@@ -120,15 +125,17 @@ class Cells:
         found[rows[hit]] = face[hit]
         moved = np.flatnonzero((found >= 0) & (found != self._one[decides]))
         self._move(points, found, label, moved, decides, chosen)
-        return np.flatnonzero(wrong & (found < 0))
+        return np.flatnonzero(wrong & (found < 0)), confirmed & shown & ~wrong
 
-    def _is_refuted(self, cell, label, order, decided) -> np.ndarray:
+    def _judged(self, cell, label, order, decided) -> tuple[np.ndarray, np.ndarray]:
         """(n,) whether votes say that points (n,) in cells (n,) with labels (n,) remain on the same
-        side of the surface beyond the face that decided (n, k), with those before it or without."""
+        side of the surface beyond the face that decided (n, k), with those before it and without;
+        and whether they say that one of these ways leads to the other side."""
         rows, _, beyond = self._beyond(cell, order, decided)
-        refuted = decided.any(axis=1)
+        refuted, confirmed = decided.any(axis=1), np.zeros(len(cell), bool)
         refuted[rows[beyond != label[rows]]] = False
-        return refuted
+        confirmed[rows[beyond == -label[rows]]] = True
+        return refuted, confirmed
 
     def _beyond(self, cell, order, asked) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Rows (m,) of cells (n,), faces (m,), and labels (m,) of the cells beyond these, alone and
@@ -193,6 +200,25 @@ class Cells:
         agreed = (count >= _LEAST) & (contrary <= np.maximum(_CONTRARY, _WRONG * count))
         agreed &= total != 0.0
         return keys, np.where(agreed, np.sign(total), 0.0)
+
+    def _with_opposite(self, keys, labels) -> tuple[np.ndarray, np.ndarray]:
+        """The keys of cells, ascending, and their labels, with those opposite of a known cell at a
+        sharp edge: no face passes between them, so that none of them gets a vote.
+
+        Four cells meet in an edge. At a convex one the body has one of them, at a concave one the
+        air.
+        """
+        found = dict(zip(keys.tolist(), labels.tolist(), strict=True))
+        for edge in self._trees.faces.edges:
+            one, two = self._bits[self._one[[edge.first, edge.second]]].tolist()
+            if not edge.kind.sharp or one == two:
+                continue
+            for key, label in zip(keys.tolist(), labels.tolist(), strict=True):
+                beside = {found.get(key ^ bit, 0.0) for bit in (one, two)}
+                if label == -edge.kind.sign and beside == {-label}:
+                    found.setdefault(key ^ one ^ two, -label)
+        order = sorted(found)
+        return np.array(order, np.int64), np.array([found[key] for key in order])
 
     def _key(self, outside) -> np.ndarray:
         """(n,) keys of the cells outside of faces (n, f)."""

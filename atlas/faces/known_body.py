@@ -22,8 +22,8 @@ from touchatlas.atlas.samples.sample_pool import SamplePool
 # Number of samples up to which faces are looked for at each touch, where they obey laws or nearly:
 # then it takes about a second. Doubled, some bodies take fewer touches and more time.
 _FEW = 5000
-# By what factor the number of samples grows until the next look: where faces are lawful, or may
-# become so; where no edges were seen; and where most of the surface obeys no law, of few samples
+# By what factor the number of samples grows until the next look: where faces may become lawful;
+# where no edges were seen; and where most of the surface obeys no law, of few samples
 # and of more. The time of all looks is that of the last one times f / (f - 1). Doubled, laws are
 # found later.
 _LAWFUL_GROWS, _EDGELESS_GROWS, _LAWLESS_GROWS, _HOPELESS_GROWS = 1.1, 1.25, 1.5, 4.0
@@ -96,6 +96,9 @@ class KnownBody:
         """Whether to look again with so many samples."""
         if count == self.looked:
             return False
+        # Faces know no other samples than those that they were read from.
+        if not self.is_one:
+            return True
         if self.is_hopeful:
             return count <= _FEW or count >= _LAWFUL_GROWS * self.looked
         if not self.edges:

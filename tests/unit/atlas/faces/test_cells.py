@@ -33,7 +33,7 @@ def settled(faces, points, chosen_face: int):
     decides = np.full(len(points), chosen_face)
     chosen = trees.values(chosen_face, points)
     distances = trees.all_distances(points)
-    doubted = Cells(trees).settle(points, distances, FAR, decides.copy(), decides, chosen)
+    doubted, _ = Cells(trees).settle(points, distances, FAR, decides.copy(), decides, chosen)
     return chosen[:, 0], decides, doubted
 
 
@@ -78,6 +78,38 @@ def test_a_cell_without_votes_changes_nothing():
     distance, decides, _ = settled(faces, points, right[0])
     assert (decides == right[0]).all()
     assert (distance == FaceTrees(faces).distances(right[0], points)).all()
+
+
+def test_beyond_an_edge_is_air_whichever_face_was_chosen():
+    """The nearest sample may be one of the far side of a thin wall, whose plane says inside: by the
+    edge the cell opposite of the body is air, though no sample votes for it."""
+    faces = body("box").faces
+    points = HALF * [1.2, 1.2, 0.0] + np.random.default_rng(0).uniform(-1, 1, (500, 3))
+    left = [face.id for face in faces.faces if face.pieces[0].axes[2] @ [-1, 0, 0] > 0.99]
+    assert (FaceTrees(faces).distances(left[0], points) < 0.0).all()
+    distance, _, _ = settled(faces, points, left[0])
+    assert (distance > 0.0).all()
+    assert np.abs(distance - (points[:, :2] - HALF[:2]).max(axis=1)).max() < 5.0 * NOISE
+
+
+def test_votes_confirm_most_points_on_edges():
+    """On an edge rounding tells which of both faces is nearer, and the other one was chosen for
+    some points."""
+    faces = body("box").faces
+    trees = FaceTrees(faces)
+    top, front = (
+        next(face for face in faces.faces if face.pieces[0].axes[2] @ axis > 0.99)
+        for axis in np.eye(3)[[2, 0]]
+    )
+    points = np.column_stack(
+        [np.full(200, HALF[0]), np.linspace(-9, 9, 200), np.full(200, HALF[2])]
+    )
+    for _ in range(8):
+        points = front.pieces[0].feet(top.pieces[0].feet(points))
+    decides, chosen = np.full(200, top.id), trees.values(top.id, points)
+    distances = trees.all_distances(points)
+    _, confirmed = Cells(trees).settle(points, distances, FAR, decides.copy(), decides, chosen)
+    assert confirmed.mean() > 0.7
 
 
 def test_two_parts_of_one_plane_are_one_face():

@@ -48,6 +48,8 @@ def first_due(law: KnownBody) -> int:
         # Beyond, they grow by a tenth.
         (looked(5000, edges=True, share=1.0, faces=SOME_FACES), 5500),
         (looked(20000, edges=True, share=0.8, faces=SOME_FACES), 22000),
+        # A body that is drawn from its faces learns from each touch: they know the new samples.
+        (looked(20000, edges=True, share=1.0, faces=SOME_FACES, is_one=False), 20001),
         # Without edges nothing is read, and a quarter is soon asked.
         (looked(1000), 1250),
         (looked(8000), 10000),
