@@ -134,12 +134,12 @@ class FaceField:
         owner = faces.of[near[:, 0]]
         columns = _by_face(self.trees, points, near)
         chosen = columns[owner, np.arange(len(points))]
+        doubt = self._doubt(columns, owner, away, near)
         self._rims.move(points, away, owner, chosen)
         decides = self._sharp.cut(points, distances, away, owner, chosen)
         settled = self._cells.settle(points, distances, away[:, 0], owner, decides, chosen)
         doubted, confirmed = settled
-        rivalled = (decides == owner) & ~confirmed
-        chosen[:, 4] += np.where(rivalled, self._doubt(columns, owner, away, near), 0.0)
+        chosen[:, 4] += np.where((decides == owner) & ~confirmed, doubt, 0.0)
         chosen[doubted, 4] = np.maximum(chosen[doubted, 4], chosen[doubted, 0] ** 2)
         return owner, decides, chosen
 
