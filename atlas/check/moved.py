@@ -15,6 +15,10 @@ _EXPLAINED, _SHIFT = 0.5, 1.0
 # deviations of both, below which nothing moved: it is 1 where all is well. Doubled, small moves are
 # not seen.
 _BESIDE = 3.0
+# Deviation of the surface of one half of the samples, in those of a sample, above which it tells
+# nothing: where that half holds some of before and some of after, its sextics differ by the move.
+# Doubled, nothing changes.
+_VAGUE = 2.0
 # Moments at which an object may have moved, in parts of the samples: each tenth. Doubled, a move
 # within the last twentieth is seen.
 _MOMENTS = np.arange(1, 10) / 10.0
@@ -76,8 +80,8 @@ def _beside(atlas: AtlasState, of) -> _Beside:
     distance, normal = np.zeros(count), np.zeros((count, 3))
     half = contour_samples(pool.points[of], pool.normals[of], pool.across[of], std)
     found, known = body_of_one(half).at(pool.points[others])
-    # Where the half says less than a sample does, it tells nothing.
-    known &= found.deviation <= std
+    # Where the half says much less than a sample does, it tells nothing.
+    known &= found.deviation <= _VAGUE * std
     deviation = np.hypot(found.deviation, std)[known]
     distance[others[known]] = found.distance[known] / deviation
     normal[others[known]] = found.normal[known] / deviation[:, None]

@@ -61,9 +61,14 @@ class FreeFormSurface:
     def values(self, points, texture: bool = True) -> np.ndarray:
         """(n, 5) distance, normal and variance at points (n, 3), with or without what the sextics
         leave out. Beyond its scale a sextic goes on as the plane that touches it in its middle; its
-        deviation grows as it does."""
-        mean, number, stretch = self._of_sextics(points)
-        variance = self._batch.variances(number, points) * stretch**2
+        deviation grows as it does.
+
+        The variance is that of the sextic that weighs most, and that of the sextics about their
+        mean (the law of total variance): its coefficients say nothing of a shape that no sextic
+        has, as at an edge or a tip that no contour met, but there sextics differ.
+        """
+        mean, number, stretch, spread = self._of_sextics(points)
+        variance = self._batch.variances(number, points) * stretch**2 + spread
         found = np.column_stack([mean, variance])
         if texture and self.rest is not None:
             self.rest.correct(points, found)
@@ -73,21 +78,25 @@ class FreeFormSurface:
         """(n, 4) distance and normal at points (n, 3), without what the sextics leave out."""
         return self._of_sextics(points)[0]
 
-    def _of_sextics(self, points) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """(n, 4) distance and normal; and the sextic (n,) that weighs most, whose deviation holds,
-        with the length (n,) of a unit of its heights."""
+    def _of_sextics(self, points) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """(n, 4) distance and normal; the sextic (n,) that weighs most, whose deviation holds, with
+        the length (n,) of a unit of its heights; and the variance (n,) of the sextics."""
         which, number, weight = self._asked(points)
         found, stretch = self._batch.values(number, points[which])
         upward = self._batch.axes[number, 2]
         first, second, rows = self._sides(points)
-        mean, lead = _averaged(which, weight, upward, found, first)
+        mean, lead, spread, _ = _averaged(which, weight, upward, found, first)
         if len(rows):
             some = np.flatnonzero(np.isin(which, rows))
             at = np.searchsorted(rows, which[some])
-            other, its = _averaged(at, weight[some], upward[some], found[some], second[rows])
+            taken = at, weight[some], upward[some], found[some], second[rows]
+            other, its, far, alone = _averaged(*taken)
+            # Another sextic does not confirm a side that one alone has: either side may be there.
+            far += np.maximum(2.0 * alone - 1.0, 0.0) * (0.5 * (other[:, 0] - mean[rows, 0])) ** 2
             nearer = np.abs(other[:, 0]) < np.abs(mean[rows, 0])
             mean[rows[nearer]], lead[rows[nearer]] = other[nearer], some[its[nearer]]
-        return mean, number[lead], stretch[lead]
+            spread[rows[nearer]] = far[nearer]
+        return mean, number[lead], stretch[lead], spread
 
     def _asked(self, points) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Which of points (n, 3), ascending, ask which sextics (m,), and weights of these: those
@@ -144,21 +153,30 @@ class FreeFormSurface:
         return normals[:, 0], second, np.flatnonzero(other.any(axis=1))
 
 
-def _averaged(which, weight, upward, found, sides) -> tuple[np.ndarray, np.ndarray]:
+def _averaged(
+    which, weight, upward, found, sides
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """(n, 4) distance and normal at n points, from what sextics ``found`` (m, 4) at points
     ``which`` (m,), ascending, each of them: the mean of those that face as ``sides`` (n, 3), by
-    weights (m,) that fall with the angle to their normals ``upward`` (m, 3); and the place (n,) of
-    the one that weighs most."""
+    weights (m,) that fall with the angle to their normals ``upward`` (m, 3); the place (n,) of the
+    one that weighs most; the variance (n,) of their distances; and the sum of the squares of their
+    weights (n,), 1 where one has a point alone."""
     side = sides[which]
     faces = np.einsum("ij,ij->i", found[:, 1:4], side) > 0.0
     turned = np.maximum(np.einsum("ij,ij->i", upward, side) - FACING, _SLIGHT)
     share = np.where(faces, turned, _SLIGHT**2) * weight
     first = np.searchsorted(which, np.arange(len(sides) + 1))
     if not len(sides):
-        return np.empty((0, 4)), first[:0]
+        return np.empty((0, 4)), first[:0], np.empty(0), np.empty(0)
+    most = np.flatnonzero(share == np.maximum.reduceat(share, first[:-1])[which])
+    most = most[np.searchsorted(which[most], np.arange(len(sides)))]
+    share /= np.add.reduceat(share, first[:-1])[which]
     mean = csr_array((share, np.arange(len(which)), first), (len(sides), len(which))) @ found
-    mean[:, 0] /= np.add.reduceat(share, first[:-1])
+    off = found[:, 0] - mean[which, 0]
+    # The variance of n alike sextics about their own mean is too small by (n - 1) / n; that of
+    # fewer than two is taken twice.
+    alone = np.add.reduceat(share**2, first[:-1])
+    spread = np.add.reduceat(share * off**2, first[:-1]) / np.maximum(1.0 - alone, 0.5)
     length = np.sqrt((mean[:, 1:4] ** 2).sum(axis=1))
     mean[:, 1:4] /= np.maximum(length, np.finfo(float).tiny)[:, None]
-    most = np.flatnonzero(share == np.maximum.reduceat(share, first[:-1])[which])
-    return mean, most[np.searchsorted(which[most], np.arange(len(sides)))]
+    return mean, most, spread, alone

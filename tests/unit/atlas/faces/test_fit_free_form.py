@@ -6,7 +6,9 @@ from scipy.spatial import cKDTree
 
 from touchatlas.atlas.faces.fit_free_form import are_on, fit_free_form
 from touchatlas.atlas.faces.fit_piece import linear_fit
+from touchatlas.atlas.faces.free_form_surface import FreeFormSurface
 from touchatlas.atlas.faces.kinds import Kind
+from touchatlas.atlas.faces.piece import Piece
 from touchatlas.atlas.faces.sextic_fits import SexticFits, coefficients_of
 from touchatlas.atlas.faces.sextic_sites import middles_of, sites_of
 
@@ -171,3 +173,19 @@ def test_many_sextics_are_fitted_as_one_is():
         own, middle = points[sites.members[k]], points[sites.middles[k]]
         one = linear_fit(Kind.SEXTIC, own, middle, sites.axes[k], RADIUS, NOISE)
         assert coefficients[k] == pytest.approx(one.coefficients, abs=1e-7)
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e3])
+def test_where_two_sextics_differ_their_mean_is_as_unsure_as_they_are_apart(scale):
+    """Both are sure of themselves, one 0.1 above and one 0.1 below. The variance of two numbers
+    about their mean, with one degree of freedom less, is twice 0.1 squared."""
+    middle, axes = np.zeros(3), np.eye(3)
+    flat = np.zeros((2, 49))
+    flat[:, 0] = 0.1, -0.1
+    pieces = [Piece(Kind.SEXTIC, middle, axes, scale, c, np.zeros((49, 49))) for c in flat]
+    up = np.array([[0.0, 0.0, 1.0]])
+    both = FreeFormSurface(tuple(pieces), middle[None], up).values(middle[None])[0]
+    alone = FreeFormSurface(tuple(pieces[:1]), middle[None], up).values(middle[None])[0]
+    assert both[0] == pytest.approx(0.0, abs=1e-9 * scale)
+    assert np.sqrt(both[4]) == pytest.approx(np.sqrt(2.0) * 0.1 * scale)
+    assert alone[4] == pytest.approx(0.0, abs=1e-12 * scale**2)
