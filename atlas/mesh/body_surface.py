@@ -46,7 +46,8 @@ def fine_edge(body: Body, sagitta: float) -> float:
     # The corner of a chord over a narrow rounding is off by a fifth of the radius at most.
     blunt = [edge.radius for edge in body.faces.edges if _CHORD * edge.radius > sagitta]
     curvature = max([curvature, *(1.0 / radius for radius in blunt)])
-    bend = np.sqrt(4.0 * sagitta / max(curvature, np.finfo(float).tiny))
+    # Planes alone bend by rounding at most; with zero the quotient overflows.
+    bend = np.sqrt(4.0 * sagitta / max(curvature, np.finfo(float).eps / body.extent))
     return max(min(coarse_edge(body), float(bend)), body.extent / _MOST)
 
 
