@@ -112,16 +112,19 @@ class Body:
         """What the faces say of points (n, 3), and whether (n,) the surface is known there.
 
         It is known among samples: where none of them are farther than ``reach``, and no half circle
-        about the point is without one; and a little beyond rims. See ``FaceField.at`` for
+        about its foot is without one; and a little beyond rims. See ``FaceField.at`` for
         ``texture``.
         """
         found = self.field.at(points, texture)
         away, nearest = self._tree.query(points)
         steps = self.samples.steps[nearest]
-        off = np.minimum(np.abs(found.distance), _OFF * self.reach)
+        height = np.clip(found.distance, -_OFF * self.reach, _OFF * self.reach)
+        off = np.abs(height)
         known = away <= _STEPS * steps + off
         doubt = np.flatnonzero(~known & (away < self.reach))
-        known[doubt] = self._thinned.surround(points[doubt], found.normal[doubt])
+        normals = found.normal[doubt]
+        feet = points[doubt] - height[doubt, None] * normals
+        known[doubt] = self._thinned.surround(feet, normals)
         if self.rims:
             known |= (away < self.reach) & self.rims.at(points, _AT_RIM * self.reach)
         self._leave_out_vague(points, found, known)

@@ -28,7 +28,7 @@ from touchatlas.sim.command import run_end
 from touchatlas.sim.folder.journal import Journal
 from touchatlas.sim.world.mesh_object import MeshObject
 
-FEW = ("--max-touches", 8)
+FEW = ("--max-touches", 6)
 
 
 def test_exploring_a_ball_meets_its_numbers(whole_run):
