@@ -93,6 +93,18 @@ def test_beyond_an_edge_the_distance_is_that_of_the_intersection(box):
     assert known.all()
 
 
+def test_a_corner_of_a_cube_off_a_convex_edge_is_known_as_the_edge_is(noisy_cylinder):
+    """Seen from a point off both faces instead of from its foot, the nearest samples may lie on one
+    side: 1.5 of 100 points were unknown, and surfaces drawn in cubes had holes."""
+    angle = np.linspace(0.0, 2.0 * np.pi, 721)[:-1]
+    out = np.column_stack([np.cos(angle), np.sin(angle), 0.0 * angle])
+    edge = RADIUS * out + np.array([0.0, 0.0, noisy_cylinder.samples.points[:, 2].max()])
+    known = noisy_cylinder.at(edge)[1]
+    assert known.mean() > 0.95
+    beside = noisy_cylinder.at(edge + 3.0 * out + np.array([0.0, 0.0, 3.0]))[1]
+    assert beside[known].mean() > 0.99
+
+
 def test_a_step_is_two_blocks_even_where_a_concave_edge_meets_two_convex_ones():
     """A face that ends at a concave edge bounds none beyond it. Near an edge that few samples
     show, a point off the surface may be given to one plane alone: 2 per mille are. A plane through
