@@ -109,12 +109,23 @@ class Body:
         return np.asarray(self._tree.query(points)[0])
 
     def at(self, points, texture: bool = True) -> tuple[FaceValues, np.ndarray]:
-        """What the faces say of points (n, 3), and whether (n,) the surface is known there.
+        """What the faces say of points (n, 3), and whether (n,) the surface is known there: among
+        samples, where it is not vague. See ``FaceField.at`` for ``texture``."""
+        found, known = self.among(points, texture)
+        # Beside the surface a polynomial is less sure than on it.
+        doubt = np.flatnonzero(known & self.is_vague(found.deviation))
+        feet = points[doubt] - found.distance[doubt, None] * found.normal[doubt]
+        known[doubt] = ~self.is_vague(self.field.at(feet, False).deviation)
+        return found, known
 
-        It is known among samples: where none of them are farther than ``reach``, and no half circle
-        about its foot is without one; and a little beyond rims. See ``FaceField.at`` for
-        ``texture``.
-        """
+    def is_vague(self, deviation) -> np.ndarray:
+        """(n,) whether deviations (n,), length, are so large that a surface shows nothing."""
+        return np.asarray(deviation > _VAGUE * self.reach)
+
+    def among(self, points, texture: bool = True) -> tuple[FaceValues, np.ndarray]:
+        """What the faces say of points (n, 3), and whether (n,) they lie among samples: none of
+        these are farther than ``reach``, and no half circle about the foot is without one; or a
+        little beyond a rim."""
         found = self.field.at(points, texture)
         away, nearest = self._tree.query(points)
         steps = self.samples.steps[nearest]
@@ -127,17 +138,9 @@ class Body:
         known[doubt] = self._thinned.surround(feet, normals)
         if self.rims:
             known |= (away < self.reach) & self.rims.at(points, _AT_RIM * self.reach)
-        self._leave_out_vague(points, found, known)
         # What nothing explains is not known.
         known &= ~self._astray[nearest] | (away < steps + off)
         return found, known
-
-    def _leave_out_vague(self, points, found: FaceValues, known) -> None:
-        """Mark as unknown the points (n, 3) whose feet are vague: beside the surface a polynomial
-        is less sure than on it."""
-        vague = np.flatnonzero(known & (found.deviation > _VAGUE * self.reach))
-        feet = points[vague] - found.distance[vague, None] * found.normal[vague]
-        known[vague] = self.field.at(feet, False).deviation <= _VAGUE * self.reach
 
     def beyond(self, points, normals) -> np.ndarray:
         """(n,) whether points (n, 3) of the surface, with its normals (n, 3), lie beyond a rim at

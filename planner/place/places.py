@@ -10,7 +10,7 @@ from scipy.special import erf
 
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.faces.body import Body
-from touchatlas.atlas.mesh.body_surface import body_triangles, coarse_edge, is_smooth
+from touchatlas.atlas.mesh.body_surface import WITHIN_REACH, body_triangles, coarse_edge, is_smooth
 from touchatlas.atlas.mesh.stray_pieces import without_stray_pieces
 from touchatlas.atlas.mesh.surface import Surface
 from touchatlas.patch.geometry.normal_error import SURE
@@ -25,7 +25,7 @@ _OF_HOLE = 0.25
 # Edge of the cubes of a free-form body over those that show its shape, and most cubes along its
 # extent. The first doubled, planning takes a fourth of the time, and small holes are found late;
 # the second, it takes four times as long, and both sides of thinner walls are seen.
-_ROUGH, _FINEST = 4.0 / 3.0, 48
+_ROUGH, _FINEST = 4.0 / 3.0, 64
 # Distance from a rim at which a surface in cubes ends there, in edges of the cubes. Doubled, more
 # of what no contour crossed counts as the opening.
 _AT_RIM = 2.0
@@ -117,8 +117,10 @@ def planning_edge(atlas: Atlas) -> float:
     """Edge of the cubes that show where the body of an atlas is known, length."""
     if atlas.body is None:
         raise ValueError("the atlas has no body; add a touch first")
-    edge = coarse_edge(atlas.body)
-    return max(_ROUGH * edge, atlas.body.extent / _FINEST) if atlas.known_body.is_one else edge
+    body, edge = atlas.body, coarse_edge(atlas.body)
+    if not atlas.known_body.is_one:
+        return edge
+    return max(min(_ROUGH * edge, WITHIN_REACH * body.reach), body.extent / _FINEST)
 
 
 def _drawn(body: Body, edge: float) -> Surface:
