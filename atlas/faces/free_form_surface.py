@@ -173,10 +173,13 @@ def _averaged(
     share /= np.add.reduceat(share, first[:-1])[which]
     mean = csr_array((share, np.arange(len(which)), first), (len(sides), len(which))) @ found
     off = found[:, 0] - mean[which, 0]
-    # The variance of n alike sextics about their own mean is too small by (n - 1) / n; that of
-    # fewer than two is taken twice.
-    alone = np.add.reduceat(share**2, first[:-1])
-    spread = np.add.reduceat(share * off**2, first[:-1]) / np.maximum(1.0 - alone, 0.5)
+    # Sextics are less sure where they weigh less: squares of weights count. The variance of n alike
+    # sextics about their own mean is too small by (n - 1) / n; that of fewer than two is taken
+    # twice.
+    square = share * share
+    alone = np.add.reduceat(square, first[:-1])
+    few = np.add.reduceat(square * square, first[:-1]) / alone**2
+    spread = np.add.reduceat(square * off**2, first[:-1]) / (alone * np.maximum(1.0 - few, 0.5))
     length = np.sqrt((mean[:, 1:4] ** 2).sum(axis=1))
     mean[:, 1:4] /= np.maximum(length, np.finfo(float).tiny)[:, None]
     return mean, most, spread, alone

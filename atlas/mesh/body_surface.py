@@ -89,11 +89,20 @@ def body_triangles(body: Body, edge: float) -> tuple[np.ndarray, np.ndarray, Fac
     found = body.field.at(vertices)
     if smooth:
         vertices = vertices - np.clip(found.distance, -edge, edge)[:, None] * found.normal
-        faces = faces[~body.is_vague(found.deviation)[faces].any(axis=1)]
-        _, faces, _, used = igl.remove_unreferenced(vertices, faces)
+        used, faces = _parts_of(faces[~body.is_vague(found.deviation)[faces].any(axis=1)])
         vertices, found = vertices[used], FaceValues(*(part[used] for part in vars(found).values()))
     # A face whose equation fails at a vertex says nothing of it: it may lie anywhere.
     return vertices, faces, replace(found, deviation=np.minimum(found.deviation, body.extent))
+
+
+def _parts_of(faces) -> tuple[np.ndarray, np.ndarray]:
+    """The vertices (v,) of triangles (f, 3), one for each fan of these, and the triangles by
+    them."""
+    if not len(faces):
+        return np.zeros(0, int), faces
+    used, flat = np.unique(faces, return_inverse=True)
+    faces, index = igl.split_nonmanifold(flat.reshape(faces.shape))
+    return used[index], faces
 
 
 def _means_about_vertices(vertices, faces, values) -> np.ndarray:
