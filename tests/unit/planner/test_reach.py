@@ -61,11 +61,11 @@ def test_a_pin_of_no_length_reaches_everything(torus):
 
 def test_an_exploration_works_around_what_its_pin_cannot_reach():
     """A pin of 60 mm reaches no wall of the hole where the opposite one is known. Contours from
-    other places cross these walls."""
+    other places cross these walls, with seed 0 before any touch there was wanted."""
     obj = make_object("torus")
     options = PlannerOptions(pin_radius=1.0, pin_length=HOLE + 10.0)
     atlas, planner = Atlas(obj.tolerance), Planner(*obj.start(), options)
-    probe = Probe(obj, obj.noise_std, np.random.default_rng(0))
+    probe = Probe(obj, obj.noise_std, np.random.default_rng(1))
     closer = False
     while (plan := planner.ask(atlas)) is not None:
         if len(atlas) and not closer:
