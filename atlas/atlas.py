@@ -75,8 +75,7 @@ class Atlas(AtlasState):
     def faces(self) -> Faces:
         """The faces of what was touched, each with its kind in words and numbers, and the sharp
         edges and smooth rims between them; read from the samples."""
-        law = self.known_body
-        before = law.faces if law.is_hopeful else None
+        before = self.known_body.faces if self.known_body.is_hopeful else None
         return read_faces(self.pool, self.sample_std, before)
 
     @property

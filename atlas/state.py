@@ -69,11 +69,11 @@ class AtlasState:
         noise = float(np.sqrt((self.pool.noise**2).mean())) if len(self.pool) else 0.0
         return float(np.hypot(noise, self.bias))
 
-    def know(self, law: KnownBody) -> None:
+    def know(self, known: KnownBody) -> None:
         """Take what the samples show. The surface ends at the rims of this atlas."""
-        self.known_body = law
-        if law.body is not None:
-            law.body.rims = self.rims
+        self.known_body = known
+        if known.body is not None:
+            known.body.rims = self.rims
 
     @property
     def body(self) -> Body | None:

@@ -21,7 +21,7 @@ def violations(state: AtlasState) -> list[str]:
     """A sentence for each invariant that does not hold; empty for a sound atlas."""
     found = [*_samples(state), *_lost_ends(state)]
     # What follows from something is not checked where that is unsound.
-    return found or [*_known_law(state)] or [*_body(state)]
+    return found or [*_known_body(state)] or [*_body_of_one(state)]
 
 
 def _samples(state: AtlasState) -> Iterator[str]:
@@ -48,32 +48,32 @@ def _lost_ends(state: AtlasState) -> Iterator[str]:
         yield "an end at which contact was lost has no sampling step"
 
 
-def _known_law(state: AtlasState) -> Iterator[str]:
+def _known_body(state: AtlasState) -> Iterator[str]:
     """The body is of samples that are there, and faces name faces and pieces that are there."""
-    law, count = state.known_body, len(state.pool)
-    if not 0 <= law.looked <= law.count <= count:
+    known, count = state.known_body, len(state.pool)
+    if not 0 <= known.looked <= known.count <= count:
         yield "the body is of more samples than there are"
-    if (law.body is None) != (law.count == 0):
+    if (known.body is None) != (known.count == 0):
         yield "there is a body without samples, or none of them"
-    faces = law.faces
-    if faces is not None and len(faces.of) != law.looked:
+    faces = known.faces
+    if faces is not None and len(faces.of) != known.looked:
         yield "faces have other samples than were looked at"
     elif faces is not None:
         if not ((faces.of >= NONE) & (faces.of < len(faces))).all():
             yield "a sample is of a face that is not there"
-        if not np.array_equal(faces.points, state.pool.points[: law.looked]):
+        if not np.array_equal(faces.points, state.pool.points[: known.looked]):
             yield "the samples of the faces are not those of the pool"
 
 
-def _body(state: AtlasState) -> Iterator[str]:
+def _body_of_one(state: AtlasState) -> Iterator[str]:
     """A body of one face is the one that its samples give when it is fitted again."""
-    law = state.known_body
-    if not law.is_one or law.body is None:
+    known = state.known_body
+    if not known.is_one or known.body is None:
         return
-    again = body_of_one(samples_of(state.pool, law.count, law.body.samples.std))
-    some = np.unique(np.linspace(0, law.count - 1, _COMPARED).astype(int))
+    again = body_of_one(samples_of(state.pool, known.count, known.body.samples.std))
+    some = np.unique(np.linspace(0, known.count - 1, _COMPARED).astype(int))
     points = state.pool.points[some]
-    one, other = law.body.field.at(points), again.field.at(points)
+    one, other = known.body.field.at(points), again.field.at(points)
     if not np.allclose(one.distance, other.distance, rtol=0.0, atol=1e-3 * state.sample_std):
         yield "the body is not that of its samples"
 

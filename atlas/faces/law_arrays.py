@@ -22,10 +22,10 @@ from touchatlas.atlas.whole_file import DamagedError
 _MOST = Kind.QUARTIC.terms
 
 
-def law_arrays(law: KnownBody) -> dict[str, np.ndarray]:
+def law_arrays(known: KnownBody) -> dict[str, np.ndarray]:
     """The pieces and labels of faces; without faces, none."""
-    pieces = law.faces.pieces if law.faces else []
-    of = law.faces.patch_of if law.faces else np.zeros(0, int)
+    pieces = known.faces.pieces if known.faces else []
+    of = known.faces.patch_of if known.faces else np.zeros(0, int)
     return {
         "label_of": of.astype(np.int32),
         "piece_kind": np.array([piece.kind for piece in pieces], np.int8),

@@ -58,7 +58,7 @@ def end(name: str, change):
     return corrupt
 
 
-def law(**changes):
+def known(**changes):
     """Replaces parts of what is known of faces."""
 
     def corrupt(atlas):
@@ -89,18 +89,18 @@ CORRUPTIONS = {
     "lost end's tangent": ("lost", end("tangents", lambda v: 2.0 * v), "not of unit length"),
     "lost end's normal": ("lost", end("normals", lambda v: np.nan * v), "not of unit length"),
     "lost end's step": ("lost", end("steps", lambda v: -v), "no sampling step"),
-    "count": ("smooth", law(count=lambda k: k.count + 1), "more samples than there are"),
-    "looked": ("smooth", law(looked=lambda k: k.count + 1), "more samples than there are"),
-    "body lost": ("smooth", law(body=lambda k: None), "a body without samples"),
-    "body of nothing": ("empty", law(body=lambda _: sound("smooth").body), "without samples"),
+    "count": ("smooth", known(count=lambda k: k.count + 1), "more samples than there are"),
+    "looked": ("smooth", known(looked=lambda k: k.count + 1), "more samples than there are"),
+    "body lost": ("smooth", known(body=lambda k: None), "a body without samples"),
+    "body of nothing": ("empty", known(body=lambda _: sound("smooth").body), "without samples"),
     "body of other samples": (
         "smooth",
-        law(body=lambda _: sound("lost").body),
+        known(body=lambda _: sound("lost").body),
         "not that of its samples",
     ),
     "face that is not there": ("edges", label(1000), "a face that is not there"),
     "face below none": ("edges", label(-2), "a face that is not there"),
-    "faces of fewer samples": ("edges", law(looked=lambda k: k.looked - 1), "other samples than"),
+    "faces of fewer samples": ("edges", known(looked=lambda k: k.looked - 1), "other samples than"),
     "faces' sample": ("edges", sample("points", lambda v: v + 5.0), "not those of the pool"),
 }
 

@@ -17,38 +17,38 @@ STD = np.sqrt(2.0) * NOISE
 
 
 @pytest.fixture(scope="module")
-def law() -> KnownBody:
+def known() -> KnownBody:
     pool = SamplePool()
     pool.add(*touched_mesh("wavy", 60, NOISE), False, NOISE)
     return look_for_body(pool, STD)
 
 
-def test_a_box_with_a_free_form_top_is_a_body(law):
-    assert law.sharp
-    assert not law.is_one and law.is_hopeful
-    kinds = [face.kind for face in law.body.faces.faces]
+def test_a_box_with_a_free_form_top_is_a_body(known):
+    assert known.sharp
+    assert not known.is_one and known.is_hopeful
+    kinds = [face.kind for face in known.body.faces.faces]
     assert "free-form" in kinds
     assert kinds.count("plane") >= 5
 
 
-def test_without_many_sharp_edges_it_is_one_face(law):
-    found = known_from_faces(law.faces, law.body.samples, False)
+def test_without_many_sharp_edges_it_is_one_face(known):
+    found = known_from_faces(known.faces, known.body.samples, False)
     assert found.is_one and [face.kind for face in found.body.faces.faces] == ["free-form"]
 
 
-def test_a_body_with_unexplained_samples_is_one_face(law):
+def test_a_body_with_unexplained_samples_is_one_face(known):
     """A fifth of them; a tenth may be."""
-    of = law.faces.of.copy()
+    of = known.faces.of.copy()
     of[::5] = -1
-    patchy = replace(law.faces, of=of, rounded=law.faces.rounded[:0])
-    assert known_from_faces(patchy, law.body.samples, True).is_one
+    patchy = replace(known.faces, of=of, rounded=known.faces.rounded[:0])
+    assert known_from_faces(patchy, known.body.samples, True).is_one
 
 
-def test_a_body_whose_surface_passes_beside_its_samples_is_one_face(law):
+def test_a_body_whose_surface_passes_beside_its_samples_is_one_face(known):
     """A fourth of the samples of one side are moved off it by ten standard deviations; one in a
     hundred of all may be."""
-    assert law.body.contradicted <= 0.01
-    faces, samples = law.body.faces, law.body.samples
+    assert known.body.contradicted <= 0.01
+    faces, samples = known.body.faces, known.body.samples
     points, side = samples.points.copy(), faces.faces[1]
     points[side.samples[::4]] += 10.0 * STD * side.pieces[0].axes[2]
     moved = replace(samples, points=points)
@@ -56,30 +56,30 @@ def test_a_body_whose_surface_passes_beside_its_samples_is_one_face(law):
     assert known_from_faces(faces, moved, True).is_one
 
 
-def test_its_surface_is_within_the_tolerance_where_it_is_known(law):
+def test_its_surface_is_within_the_tolerance_where_it_is_known(known):
     """The tolerance is five times the noise: few samples make the top less sure than they are."""
     points, normals = lawful_object("wavy").sample(5000, np.random.default_rng(0))
-    found, known = law.body.at(points)
-    assert known.mean() > 0.9
-    off = np.abs(found.distance[known])
+    found, there = known.body.at(points)
+    assert there.mean() > 0.9
+    off = np.abs(found.distance[there])
     assert (off < 5.0 * NOISE).mean() > 0.99
-    assert np.median((found.normal * normals).sum(axis=1)[known]) > np.cos(np.deg2rad(2.0))
+    assert np.median((found.normal * normals).sum(axis=1)[there]) > np.cos(np.deg2rad(2.0))
 
 
-def test_what_is_inside_of_it_is_inside(law):
+def test_what_is_inside_of_it_is_inside(known):
     mesh = lawful_object("wavy")
     points = np.random.default_rng(0).uniform(-1.2, 1.2, (5000, 3)) * HALF
     tree = igl.AABB()
     tree.init(mesh.vertices, mesh.faces)
     away = np.sqrt(tree.squared_distance(mesh.vertices, mesh.faces, points)[0])
     inside = igl.fast_winding_number(mesh.vertices, mesh.faces, points) > 0.5
-    wrong = (law.body.at(points)[0].distance < 0.0) != inside
+    wrong = (known.body.at(points)[0].distance < 0.0) != inside
     assert wrong[away > 0.5].mean() < 5e-3
 
 
-def test_small_faces_within_a_free_form_one_are_parts_of_its_surface(law):
+def test_small_faces_within_a_free_form_one_are_parts_of_its_surface(known):
     """What smooth rims join to it; the sides of the box, with sharp edges, are none."""
-    faces, trees = law.body.faces, law.body.field.trees
+    faces, trees = known.body.faces, known.body.field.trees
     for face in faces.faces:
         sharp = [e for e in faces.edges if face.id in (e.first, e.second) and e.kind.sharp]
         if face.kind == "plane" and len(face.samples) > 200:

@@ -34,13 +34,13 @@ def box():
     return look_for_body(pool_of("box", 30), STD)
 
 
-def first_due(law: KnownBody) -> int:
+def first_due(known: KnownBody) -> int:
     """The least number of samples with which one would look again."""
-    return next(n for n in range(law.looked + 1, 4 * law.looked + 1) if law.is_due(n))
+    return next(n for n in range(known.looked + 1, 4 * known.looked + 1) if known.is_due(n))
 
 
 @pytest.mark.parametrize(
-    ("law", "due"),
+    ("known", "due"),
     [
         # Up to 5,000 samples each touch counts where laws hold or are likely.
         (looked(1000, edges=True, share=0.8, faces=SOME_FACES), 1001),
@@ -58,8 +58,8 @@ def first_due(law: KnownBody) -> int:
         (looked(8000, edges=True, share=0.5), 32000),
     ],
 )
-def test_the_next_look_is_due_by_growth(law, due):
-    assert first_due(law) == due
+def test_the_next_look_is_due_by_growth(known, due):
+    assert first_due(known) == due
 
 
 def test_many_samples_of_which_few_obey_laws_are_not_looked_at():
@@ -88,15 +88,15 @@ def test_one_face_learns_each_touch_and_looks_are_due_by_growth(monkeypatch):
     """An ellipsoid: the body is of all samples at once, and laws are looked for when their number
     has grown by a quarter. The body is that of all samples, whatever was known before."""
     points, outward, planes = touched_mesh("ellipsoid", 12, NOISE)
-    pool, law, looks = SamplePool(), KnownBody(), []
+    pool, known, looks = SamplePool(), KnownBody(), []
     for last in (1000, 1100, 1188):
         some = slice(len(pool), last)
         pool.add(points[some], outward[some], planes[some], False, NOISE)
-        law = look_for_body(pool, STD, law)
-        looks.append(law.looked)
-        assert law.is_one and law.count == len(pool) == len(law.body.samples.points)
+        known = look_for_body(pool, STD, known)
+        looks.append(known.looked)
+        assert known.is_one and known.count == len(pool) == len(known.body.samples.points)
     assert len(points) == 1188 and looks == [1000, 1000, 1000]
-    found = law.body.field.at(points)
+    found = known.body.field.at(points)
     again = known_body.body_of_one(samples_of(pool, len(pool), STD)).field.at(points)
     assert np.array_equal(found.distance, again.distance)
     # A deviation of a sample is STD; the surface passes among all samples, the new ones too.
@@ -107,17 +107,17 @@ def test_a_look_for_laws_changes_nothing_of_a_body_without_edges():
     """It takes sextics from before the look, and the body is that of all samples to the last bit:
     a loaded atlas has none before."""
     points, outward, planes = touched_mesh("ellipsoid", 12, NOISE)
-    pool, law, fits = SamplePool(), KnownBody(), []
+    pool, known, fits = SamplePool(), KnownBody(), []
     for last in (940, 1188):
         some = slice(len(pool), last)
         pool.add(points[some], outward[some], planes[some], False, NOISE)
-        law = look_for_body(pool, STD, law)
-        fits.append(law.body.field.trees._free_form(0).fits.kept)
-        assert law.looked == last
+        known = look_for_body(pool, STD, known)
+        fits.append(known.body.field.trees._free_form(0).fits.kept)
+        assert known.looked == last
     shared = fits[0].keys() & fits[1].keys()
     assert shared and all(fits[0][key] is fits[1][key] for key in shared)
     again = look_for_body(pool, STD).body.field.at(points)
-    assert law.body.field.at(points).distance.tobytes() == again.distance.tobytes()
+    assert known.body.field.at(points).distance.tobytes() == again.distance.tobytes()
 
 
 def test_without_a_new_sample_nothing_is_done(monkeypatch):
@@ -125,10 +125,10 @@ def test_without_a_new_sample_nothing_is_done(monkeypatch):
         raise AssertionError("a body is fitted again")
 
     pool = pool_of("ellipsoid", 12)
-    law = look_for_body(pool, STD)
+    known = look_for_body(pool, STD)
     monkeypatch.setattr(known_body, "body_of_one", fit)
-    assert look_for_body(pool, STD, law) is law
-    assert look_for_body(pool, STD, law, last=True) is law
+    assert look_for_body(pool, STD, known) is known
+    assert look_for_body(pool, STD, known, last=True) is known
     assert look_for_body(SamplePool(), STD).body is None
 
 
@@ -163,10 +163,10 @@ def test_a_smooth_body_is_never_read(monkeypatch):
 
     monkeypatch.setattr(known_body, "faces_of_samples", read)
     pool = pool_of("ellipsoid", 30)
-    law = look_for_body(pool, STD)
-    assert (law.count, law.looked, law.std) == (2970, 2970, STD)
-    assert (law.edges, law.share, law.faces, law.is_one) == (False, 0.0, None, True)
-    assert [face.kind for face in law.body.faces.faces] == ["free-form"]
+    known = look_for_body(pool, STD)
+    assert (known.count, known.looked, known.std) == (2970, 2970, STD)
+    assert (known.edges, known.share, known.faces, known.is_one) == (False, 0.0, None, True)
+    assert [face.kind for face in known.body.faces.faces] == ["free-form"]
 
 
 def test_ends_at_edges_are_edges():
@@ -175,9 +175,9 @@ def test_ends_at_edges_are_edges():
     points, outward, planes = touched_mesh("ellipsoid", 12, NOISE)
     ends = np.append((planes[1:] != planes[:-1]).any(axis=1), True)
     pool.add(points, outward, planes, ends, NOISE)
-    law = look_for_body(pool, STD)
-    assert law.edges
-    assert law.share > 0.0
+    known = look_for_body(pool, STD)
+    assert known.edges
+    assert known.share > 0.0
 
 
 def test_labels_of_which_hardly_any_obey_a_law_are_not_revised(monkeypatch):
@@ -190,7 +190,7 @@ def test_labels_of_which_hardly_any_obey_a_law_are_not_revised(monkeypatch):
     monkeypatch.setattr(known_body, "revise_all", revise)
     monkeypatch.setattr(known_body, "first_labels", lambda _: SimpleNamespace(lawful_share=0.19))
     monkeypatch.setattr(known_body, "share_over_sharp_edges", lambda _: 0.44)
-    law = look_for_body(pool_of("box", 30), STD)
-    assert (law.count, law.looked, law.edges, law.share) == (2970, 2970, True, 0.19)
-    assert law.faces is None and law.is_one
-    assert first_due(law) == 4455
+    known = look_for_body(pool_of("box", 30), STD)
+    assert (known.count, known.looked, known.edges, known.share) == (2970, 2970, True, 0.19)
+    assert known.faces is None and known.is_one
+    assert first_due(known) == 4455
