@@ -89,7 +89,9 @@ def _largest(tree, fits: SexticFits, radius: float) -> SexticSites:
     near = nearest_of(tree, evenly(np.arange(tree.n), _LOOKED_AT))
     while True:
         middles = middles_of(tree, fits.normals, radius)
-        if _median_count(tree, middles, _SHRINK**2 * radius) >= _AMPLE:
+        ample = _median_count(tree, middles, _SHRINK**2 * radius) >= _AMPLE
+        # Samples at one place are as many in any radius.
+        if ample and radius > fits.std:
             radius *= _SHRINK
             continue
         known = _median_count(tree, middles, _SHRINK * radius) >= _LEAST

@@ -189,3 +189,11 @@ def test_where_two_sextics_differ_their_mean_is_as_unsure_as_they_are_apart(scal
     assert both[0] == pytest.approx(0.0, abs=1e-9 * scale)
     assert np.sqrt(both[4]) == pytest.approx(np.sqrt(2.0) * 0.1 * scale)
     assert alone[4] == pytest.approx(0.0, abs=1e-12 * scale**2)
+
+
+@pytest.mark.parametrize("std", [NOISE, 0.0])
+def test_samples_that_repeat_each_other_are_fitted(std):
+    """More at each place than are ample for a sextic, however small it is."""
+    points, normals = (np.repeat(x, 300, axis=0) for x in torus(20, 0))
+    surface = fit_free_form(points, normals, std, RADIUS)
+    assert np.abs(surface.values(points[::300])[:, 0]).max() <= max(std, 1e-4 * RADIUS)
