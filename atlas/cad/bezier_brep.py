@@ -6,8 +6,7 @@ from scipy.interpolate import BSpline, make_interp_spline
 
 from touchatlas.atlas.cad.bezier import face_normals
 from touchatlas.atlas.cad.bezier_tree import BezierTree, Use
-from touchatlas.atlas.cad.edge_shapes import Spline
-from touchatlas.atlas.cad.lawful_brep import (
+from touchatlas.atlas.cad.brep import (
     LEAST_GAP,
     BezierFace,
     Brep,
@@ -15,6 +14,7 @@ from touchatlas.atlas.cad.lawful_brep import (
     BrepFace,
     BrepUse,
 )
+from touchatlas.atlas.cad.edge_shapes import Spline
 
 # Corners of the parameters of a face, in turn; side k goes from corner k to the next.
 _CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])

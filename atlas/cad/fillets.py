@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
+from touchatlas.atlas.cad.brep import Brep, BrepEdge
 from touchatlas.atlas.cad.edge_shapes import parameters
-from touchatlas.atlas.cad.lawful_brep import Brep, BrepEdge
 from touchatlas.atlas.faces.faces import FaceEdge, Faces
 from touchatlas.atlas.faces.laws import with_deviation
 

@@ -1,17 +1,13 @@
-"""Brep: vertices, edges and faces of a lawful body, in numbers only, as a CAD kernel takes them.
+"""The Brep of a lawful body: its edges, the wires of its faces, and their seams.
 
-Edges are shared by two faces and vertices by their edges. Each wire goes around its face
-counter-clockwise as seen against the normal that follows from the surface's parameters. A face that
-goes around an axis has its seam twice in one wire, and at a pole an edge of no length.
+A face that goes around an axis has its seam twice in one wire, and at a pole an edge of no length.
 """
-
-from dataclasses import dataclass
-from functools import cached_property
 
 import networkx as nx
 import numpy as np
 from scipy.interpolate import BSpline, make_interp_spline
 
+from touchatlas.atlas.cad.brep import LEAST_GAP, Brep, BrepEdge, BrepFace, BrepUse
 from touchatlas.atlas.cad.edge_shapes import Arc, Curve, Line, curve_between, parameters, trace
 from touchatlas.atlas.cad.face_layout import FaceLayout
 from touchatlas.atlas.cad.face_regions import BEYOND, Use
@@ -21,97 +17,6 @@ from touchatlas.atlas.cad.shared_points import farthest
 # Factor on the largest distances found, no unit, since the largest between points may be missed by
 # 1 %. With twice the excess the tolerances in the file are 1 % larger.
 _GAP_FACTOR = 1.01
-# Tolerance of an edge that is exact, over the extent: CAD systems compute to some 1e-8 of a body's
-# size. Doubled, so is the tolerance that the file states of exact edges.
-LEAST_GAP = 1e-8
-
-
-@dataclass(frozen=True, eq=False)
-class BrepEdge:
-    """An edge between two vertices.
-
-    Parameters
-    ----------
-    start, end : int
-        Vertices.
-    curve : Curve or None
-        None at the pole of a sphere and the apex of a cone.
-    gap : float, length
-        Largest distance of the curve from its faces.
-    """
-
-    start: int
-    end: int
-    curve: Curve | None
-    gap: float
-
-
-@dataclass(frozen=True, eq=False)
-class BrepUse:
-    """An edge on a face, followed forward or not, with its trace in the parameters of the face's
-    surface; None on planes."""
-
-    edge: int
-    forward: bool
-    trace: BSpline | None
-
-
-@dataclass(frozen=True, eq=False)
-class BezierFace:
-    """A Bezier face, whose derivatives by u and by v make its outward normal.
-
-    Parameters
-    ----------
-    control : (n + 1, n + 1, 3) float, length
-        Control points; the first index belongs to u. Both parameters run from 0 to 1.
-    """
-
-    control: np.ndarray
-    kind: str = "bezier"
-    outward: float = 1.0
-
-
-@dataclass(frozen=True, eq=False)
-class BrepFace:
-    """A surface with its wires."""
-
-    surface: LawSurface | BezierFace
-    label: int
-    wires: tuple[tuple[BrepUse, ...], ...]
-
-
-@dataclass(frozen=True, eq=False)
-class Brep:
-    """A body.
-
-    Parameters
-    ----------
-    vertices : (v, 3) float, length, world
-    gaps : (v,) float, length
-        Largest distance of each vertex from its edges.
-    edges : tuple of BrepEdge
-    faces : tuple of BrepFace
-    parts : tuple of tuple of int
-        Connected faces.
-    closed : tuple of bool
-        Whether each part has no rim.
-    """
-
-    vertices: np.ndarray
-    gaps: np.ndarray
-    edges: tuple[BrepEdge, ...]
-    faces: tuple[BrepFace, ...]
-    parts: tuple[tuple[int, ...], ...]
-    closed: tuple[bool, ...]
-
-    @cached_property
-    def beside(self) -> dict[int, set[int]]:
-        """The faces beside each edge."""
-        out: dict[int, set[int]] = {}
-        for number, face in enumerate(self.faces):
-            for use in (use for wire in face.wires for use in wire):
-                out.setdefault(use.edge, set()).add(number)
-        return out
 
 
 class _Maker:

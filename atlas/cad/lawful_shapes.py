@@ -6,9 +6,10 @@ from dataclasses import dataclass, replace
 import igl
 import numpy as np
 
+from touchatlas.atlas.cad.brep import Brep
 from touchatlas.atlas.cad.face_layout import FaceLayout, NoName, NotWritten, cut_seams
 from touchatlas.atlas.cad.fillets import blunt_edges, fillet_radii, points_along
-from touchatlas.atlas.cad.lawful_brep import Brep, brep_of
+from touchatlas.atlas.cad.lawful_brep import brep_of
 from touchatlas.atlas.cad.occ_faces import areas, face_shapes, is_valid
 from touchatlas.atlas.cad.occ_fillets import (
     edge_points,

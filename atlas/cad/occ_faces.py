@@ -3,8 +3,8 @@
 import numpy as np
 from scipy.interpolate import BSpline
 
+from touchatlas.atlas.cad.brep import Brep, BrepFace, BrepUse
 from touchatlas.atlas.cad.edge_shapes import Arc, Line
-from touchatlas.atlas.cad.lawful_brep import Brep, BrepFace, BrepUse
 from touchatlas.atlas.cad.occ_kernel import NamedShape, solid_or_shell
 
 # Difference of the speed of a straight trace from 1 that is none. Doubled, nothing changes.
