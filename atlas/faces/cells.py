@@ -5,6 +5,7 @@ from itertools import combinations
 
 import numpy as np
 
+from touchatlas.atlas.faces.alike_faces import alike_faces
 from touchatlas.atlas.faces.face_trees import FaceTrees
 
 # Noise of a sample, in root mean squares of a face: nearer to a face, its side is not known.
@@ -16,11 +17,6 @@ _LEAST = 3
 # cell that a smooth rim divides has more: those of the few samples of a small rounding. Doubled,
 # smaller roundings are cut off.
 _CONTRARY, _WRONG = 1, 0.001
-# Cosine of the normals of two faces that are one surface within the noise. Nearer to 1, tilted ones
-# are two.
-_ALIKE = 0.99
-# Samples of a face that tell whether it is one surface with another. Doubled, it takes longer.
-_ASKED = 64
 # Nearest faces that may bound a point, and most of them between which it lies in an edge or corner.
 # Doubled, it takes longer.
 _NEAREST, _MEET = 6, 3
@@ -45,7 +41,7 @@ class Cells:
         self._noise = _NOISE * np.array([face.deviation for face in faces])
         # Faces of one surface divide space once, as the largest of them does; some face the other
         # way.
-        self._one, self._way = _alike(trees, self._noise)
+        self._one, self._way = alike_faces(trees, self._noise)
         self._of_one = [np.flatnonzero(self._one == k) for k in range(len(faces))]
         self._two_ways = np.array([len(set(self._way[own].tolist())) > 1 for own in self._of_one])
         self._has_patches = np.array([trees.is_free_form(face.id) for face in faces] + [False])
@@ -230,26 +226,6 @@ class Cells:
             return np.zeros(np.shape(keys))
         at = np.minimum(np.searchsorted(self._keys, keys), len(self._keys) - 1)
         return np.where(self._keys[at] == keys, self._labels[at], 0.0)
-
-
-def _alike(trees: FaceTrees, noise) -> tuple[np.ndarray, np.ndarray]:
-    """(f,) the first face that is one surface with each: most samples of the later one lie on it
-    within the noise (f,), with its normal or the opposite one; and (f,) 1 or -1, for its normal."""
-    faces = trees.faces.faces
-    one, way = np.arange(len(faces)), np.ones(len(faces))
-    for later in range(len(faces)):
-        samples = faces[later].samples
-        points = trees.faces.points[samples[:: max(1, len(samples) // _ASKED)]]
-        normals = trees.values(later, points)[:, 1:4]
-        for first in range(later):
-            values = trees.values(first, points)
-            cosine = (values[:, 1:4] * normals).sum(axis=1)
-            on = np.abs(values[:, 0]) < noise[first] + noise[later]
-            on &= np.abs(cosine) > _ALIKE
-            if on.mean() > 0.5:
-                one[later], way[later] = one[first], way[first] * np.sign(np.median(cosine))
-                break
-    return one, way
 
 
 def _side(distance) -> np.ndarray:
