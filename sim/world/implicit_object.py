@@ -5,7 +5,7 @@ from functools import cached_property
 import numpy as np
 
 from touchatlas.patch.geometry.arrays import cross
-from touchatlas.sim.world.implicit_contours import trace_arms
+from touchatlas.sim.world.implicit_contours import normals_at, trace_arms
 from touchatlas.sim.world.implicit_fields import Field
 from touchatlas.sim.world.level_set import level_set_mesh, newton_projection
 from touchatlas.sim.world.triangles import areas_of, sample_triangles, top_sample
@@ -74,8 +74,7 @@ class ImplicitObject:
 
     def normal(self, points) -> np.ndarray:
         """(n, 3) outward unit normals at surface points."""
-        gradient = self.field.first_order(points)[1]
-        return gradient / np.sqrt((gradient**2).sum(axis=1))[:, None]
+        return normals_at(self.field, points)
 
     def principal_curvatures(self, points):
         """k1, k2 (n,) and directions (n, 2, 3) at surface points.
