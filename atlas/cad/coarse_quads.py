@@ -9,13 +9,13 @@ from touchatlas.atlas.mesh.split_triangles import edges_of
 from touchatlas.atlas.mesh.surface import Surface
 
 # Number of triangles that is tried first, and its growth from one trial to the next, no unit.
-# Doubled, the first makes more faces of simple bodies than they need; the growth, of others.
+# The first doubled, simple bodies have more faces than they need; the growth doubled, others do.
 _FIRST, _GROWTH = 32, 1.4
 # Most triangles that are tried, over those of the surface, no unit. Doubled, torn surfaces are
 # found to be so after twice the time.
 _MOST = 0.1
 # Least cosine between the normal of a coarse triangle and those of the surface near it, no unit: 78
-# degrees. Doubled, twice as many faces of bodies with narrow necks.
+# degrees. Doubled, bodies with narrow necks have twice as many faces.
 _ALIKE = 0.2
 
 

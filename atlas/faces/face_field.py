@@ -59,9 +59,13 @@ class FaceField:
     Parameters
     ----------
     faces : Faces
+    before : FaceTrees, optional
+        See ``FaceTrees``.
 
     Attributes
     ----------
+    is_one : bool
+        Whether all samples are one free-form face.
     reach : float, length
         Distance across which a face is believed where no sample is, and from its samples up to
         which it may bound another.
@@ -78,8 +82,8 @@ class FaceField:
         self.faces = faces
         self.trees = trees = FaceTrees(faces, before)
         self.reach = _REACH * float(np.linalg.norm(np.ptp(faces.points, axis=0)))
-        self._is_one = len(faces) == 1 and trees.is_free_form(0)
-        if self._is_one:
+        self.is_one = len(faces) == 1 and trees.is_free_form(0)
+        if self.is_one:
             self.reach = trees.scale_of(0)
             return
         self._known = np.flatnonzero(faces.of != NONE)
@@ -107,7 +111,7 @@ class FaceField:
         that bound it. Rounded edges come last.
         """
         points = np.asarray(points, float)
-        if self._is_one:
+        if self.is_one:
             one, face = self.trees.values(0, points, texture), np.zeros(len(points), int)
             return FaceValues(one[:, 0], one[:, 1:4], np.sqrt(one[:, 4]), face)
         distances = self.trees.all_distances(points)

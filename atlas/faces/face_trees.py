@@ -27,6 +27,9 @@ class FaceTrees:
     Parameters
     ----------
     faces : Faces
+    before : FaceTrees, optional
+        Those of the first of the samples: where both are one face, what did not change is not
+        fitted again. The result is the same without it.
     """
 
     def __init__(self, faces: Faces, before: "FaceTrees | None" = None) -> None:

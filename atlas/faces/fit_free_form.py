@@ -1,4 +1,4 @@
-"""Fit a free-form face: overlapping sextics, as large as they follow the samples, and kriging."""
+"""Fit a free-form face: overlapping sextics, large where samples are few, and kriging."""
 
 from dataclasses import replace
 
@@ -21,9 +21,9 @@ _SHRINK = 0.7
 # Least number of samples of a sextic, in the median, for a smaller radius: twice its parameters.
 # Doubled, narrow bends are rounded off.
 _LEAST = 98
-# Least number of samples of a smaller sextic, in the median, with which it is taken although larger
-# ones follow the samples: five times its parameters. On 80 places of four smooth bodies the mean
-# error was 3 to 25 % less with it. Doubled, many touches gain less.
+# Least number of samples within ``_SHRINK`` radii of a smaller sextic, in the median, with which it
+# is taken although larger ones follow the samples: five times its parameters. On 80 places of four
+# smooth bodies the mean error was 3 to 25 % less with it. Doubled, many touches gain less.
 _AMPLE = 245
 # Sextics follow the samples where the residuals about half of them have an amplitude of no more
 # than this, in deviations of a sample. At 0.7 to 2.5 scans are known about as well. Doubled, bends
@@ -53,7 +53,7 @@ def fit_free_form(
     points, normals, std: float, radius: float, before: FreeFormSurface | None = None
 ) -> FreeFormSurface:
     """The surface of a face from its samples: sextics of the largest radius with which they follow
-    the samples, and kriging of what they leave out.
+    the samples, or of a smaller one where samples are ample, and kriging of what they leave out.
 
     Parameters
     ----------

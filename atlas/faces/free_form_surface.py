@@ -25,8 +25,8 @@ _NEAREST, _AS_NEAR = 12, 4.0
 # Largest cosine of the normals of two sheets: opposite sides of a wall or of a slot. Doubled in
 # angle, strong bends are walls.
 _OPPOSITE = -0.3
-# Weight of a sextic that faces away from the side of a point, so that it counts where no other one
-# does, and its square of one that is folded there. Squared, nothing changes.
+# Weight of a sextic that faces away from the side of a point: it counts where no other one does.
+# That of one that is folded there is the square of it. Squared, nothing changes.
 _SLIGHT = 1e-50
 
 
@@ -91,7 +91,7 @@ class FreeFormSurface:
             at = np.searchsorted(rows, which[some])
             taken = at, weight[some], upward[some], found[some], second[rows]
             other, its, far, alone = _averaged(*taken)
-            # Another sextic does not confirm a side that one alone has: either side may be there.
+            # No other sextic confirms a side that one alone shows: either side may be there.
             far += np.maximum(2.0 * alone - 1.0, 0.0) * (0.5 * (other[:, 0] - mean[rows, 0])) ** 2
             nearer = np.abs(other[:, 0]) < np.abs(mean[rows, 0])
             mean[rows[nearer]], lead[rows[nearer]] = other[nearer], some[its[nearer]]

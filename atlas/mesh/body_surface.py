@@ -1,4 +1,4 @@
-"""Triangles of a body whose faces obey laws: dual contouring of their field, sharp at edges."""
+"""Triangles of a body: its field in cubes, sharp at edges where it has some."""
 
 from dataclasses import replace
 
@@ -21,7 +21,6 @@ _WALL = 0.4
 # surface that passes it, up to where ``Body.at`` finds their feet. Doubled, the surface of a
 # scanned lemon lost a third of its area.
 WITHIN_REACH = 0.23
-
 # Distance from a rounded right angle of the lines from the middle of its rounding along both faces,
 # in radii. Doubled, narrower roundings get finer triangles.
 _CHORD = 0.2
@@ -29,7 +28,7 @@ _CHORD = 0.2
 
 def is_smooth(body: Body) -> bool:
     """Whether a body is one free-form face, without sharp edges."""
-    return len(body.faces) == 1 and body.field.trees.is_free_form(0)
+    return body.field.is_one
 
 
 def coarse_edge(body: Body) -> float:
