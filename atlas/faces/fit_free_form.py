@@ -25,6 +25,10 @@ _LEAST = 98
 # is taken although larger ones follow the samples: five times its parameters. On 80 places of four
 # smooth bodies the mean error was 3 to 25 % less with it. Doubled, many touches gain less.
 _AMPLE = 245
+# Least number of places of these samples, one for each parameter, and their size over the distance
+# within which they are counted. Samples of one contour are at few places, however many they are:
+# they show nothing across it. Either doubled, surfaces have fewer, and no sextic becomes smaller.
+_AT_PLACES, _PLACE = 49, 0.2
 # Sextics follow the samples where the residuals about half of them have an amplitude of no more
 # than this, in deviations of a sample. At 0.7 to 2.5 scans are known about as well. Doubled, bends
 # are left to kriging, which knows them less.
@@ -89,9 +93,7 @@ def _largest(tree, fits: SexticFits, radius: float) -> SexticSites:
     near = nearest_of(tree, evenly(np.arange(tree.n), _LOOKED_AT))
     while True:
         middles = middles_of(tree, fits.normals, radius)
-        ample = _median_count(tree, middles, _SHRINK**2 * radius) >= _AMPLE
-        # Samples at one place are as many in any radius.
-        if ample and radius > fits.std:
+        if _are_ample(tree, middles, _SHRINK * radius):
             radius *= _SHRINK
             continue
         known = _median_count(tree, middles, _SHRINK * radius) >= _LEAST
@@ -103,6 +105,17 @@ def _largest(tree, fits: SexticFits, radius: float) -> SexticSites:
             if not known or _left_out(near, fits, found) <= _FOLLOWS * fits.std:
                 return found
         radius *= _SHRINK
+
+
+def _are_ample(tree, middles, radius: float) -> bool:
+    """Whether samples are ample for sextics of a radius with middles (m,): many, at many places."""
+    within = _SHRINK * radius
+    if _median_count(tree, middles, within) < _AMPLE:
+        return False
+    cubes = np.floor((tree.data - tree.data[0]) / (_PLACE * within)).astype(np.int64)
+    places = cKDTree(tree.data[np.unique(cubes, axis=0, return_index=True)[1]])
+    counts = places.query_ball_point(tree.data[middles], within, return_length=True)
+    return bool(np.median(counts) >= _AT_PLACES)
 
 
 def _median_count(tree, middles, radius: float) -> float:

@@ -197,3 +197,23 @@ def test_samples_that_repeat_each_other_are_fitted(std):
     points, normals = (np.repeat(x, 300, axis=0) for x in torus(20, 0))
     surface = fit_free_form(points, normals, std, RADIUS)
     assert np.abs(surface.values(points[::300])[:, 0]).max() <= max(std, 1e-4 * RADIUS)
+
+
+def test_sextics_become_smaller_where_samples_are_ample():
+    """The largest ones, of a radian, follow the samples as well."""
+    some, many = (fit_free_form(*torus(n, 0), NOISE, RADIUS) for n in (4000, 40000))
+    assert many.pieces[0].scale < 0.8 * some.pieces[0].scale
+
+
+def test_dense_samples_of_few_contours_are_not_ample():
+    """Forty circles about a torus, 1,000 samples on each: smaller sextics would hold one or two of
+    them, and show nothing across them."""
+    around, about = np.meshgrid(
+        np.linspace(0.0, 2.0 * np.pi, 40, endpoint=False),
+        np.linspace(0.0, 2.0 * np.pi, 1000, endpoint=False),
+    )
+    out = np.stack([np.cos(around), np.sin(around), 0.0 * around], axis=-1).reshape(-1, 3)
+    about = about.reshape(-1, 1)
+    normals = np.cos(about) * out + np.sin(about) * [0.0, 0.0, 1.0]
+    surface = fit_free_form(LARGE * out + SMALL * normals, normals, NOISE, RADIUS)
+    assert surface.pieces[0].scale > 0.95 * RADIUS
