@@ -222,39 +222,36 @@ def _with_terms_chosen(choices: Choices, prior, options: FitOptions) -> PatchFit
     candidates = candidates_of(options.height_only) if options.adaptive else (basis,)
     choices, choice = with_terms_chosen(choices, basis, prior, candidates)
     solution = averaged_again(solve_choices(choices, choice.basis), prior)
-    return replace(patch_fits(solution, options)[0], outliers=choice.outliers)
+    return replace(_patch_fit(solution, options), outliers=choice.outliers)
 
 
 def _solved(choices: Choices, basis: Basis, options: FitOptions) -> PatchFit:
     """The patch of one fit's choices."""
     precisions = smoothness_grid(basis)[2]
     solution = averaged(solve_choices(choices, basis), choices.log_posterior, precisions)
-    return patch_fits(solution, options)[0]
+    return _patch_fit(solution, options)
 
 
-def patch_fits(solution: Solution, options: FitOptions) -> list[PatchFit]:
-    """The patches of a solution, one of each fit."""
+def _patch_fit(solution: Solution, options: FitOptions) -> PatchFit:
+    """The patch of the solution of one fit."""
     stack, basis = solution.stack, solution.basis
-    beyond = leftover(basis, solution.length_ratio)
-    return [
-        PatchFit(
-            Patch(
-                -1,
-                DarbouxFrame(stack.origin[i], stack.axes[i]),
-                LocalPolynomial(basis, solution.mean[i], radius),
-                solution.covariance[i],
-                radius,
-                options.core,
-                float(stack.noise[i]),
-                float(solution.residual[i] * radius),
-                int(solution.equations.count[i]),
-                float(stack.condition[i]),
-                float(beyond[i]),
-            ),
-            solution.equations[i],
-            float(solution.length_ratio[i]),
-            float(solution.z_scale[i]),
-            0,
-        )
-        for i, radius in enumerate(stack.reach.tolist())
-    ]
+    radius = float(stack.reach[0])
+    return PatchFit(
+        Patch(
+            -1,
+            DarbouxFrame(stack.origin[0], stack.axes[0]),
+            LocalPolynomial(basis, solution.mean[0], radius),
+            solution.covariance[0],
+            radius,
+            options.core,
+            float(stack.noise[0]),
+            float(solution.residual[0] * radius),
+            int(solution.equations.count[0]),
+            float(stack.condition[0]),
+            float(leftover(basis, solution.length_ratio)[0]),
+        ),
+        solution.equations[0],
+        float(solution.length_ratio[0]),
+        float(solution.z_scale[0]),
+        0,
+    )
