@@ -19,8 +19,8 @@ from touchatlas.atlas.faces.read_faces import faces_of_revised, faces_of_samples
 from touchatlas.atlas.faces.samples import ContourSamples
 from touchatlas.atlas.samples.sample_pool import SamplePool
 
-# Number of samples up to which faces are looked for at each touch, where they obey laws or nearly:
-# then it takes about a second. Doubled, some bodies take fewer touches and more time.
+# Number of samples up to which faces that may become lawful are looked for at each touch: then it
+# takes about a second. Doubled, some bodies take fewer touches and more time.
 _FEW = 5000
 # By what factor the number of samples grows until the next look: where faces may become lawful;
 # where no edges were seen; and where most of the surface obeys no law, of few samples
@@ -88,8 +88,8 @@ class KnownBody:
 
     @property
     def is_hopeful(self) -> bool:
-        """Whether all faces obey laws, or nearly: more samples may show that they do. The next look
-        begins with these faces."""
+        """Whether the body is drawn from faces, or most of the surface obeys laws: more samples may
+        show that all does. The next look begins with these faces."""
         return self.faces is not None
 
     def is_due(self, count: int) -> bool:

@@ -23,6 +23,12 @@ class SexticBatch:
     ----------
     pieces : tuple of Piece
         Sextics.
+
+    Attributes
+    ----------
+    origins : (p, 3) float, length, world
+    axes : (p, 3, 3) float, unit rows, world
+    scales : (p,) float, length
     """
 
     def __init__(self, pieces: tuple[Piece, ...]) -> None:
