@@ -1,7 +1,9 @@
-"""Smooth surfaces of known distance, for Bezier faces."""
+"""Smooth surfaces of known distance, and meshes as surfaces, for tests without a CAD kernel."""
 
 import numpy as np
 import trimesh
+
+from touchatlas.atlas.mesh.surface import Surface
 
 RADIUS = 10.0
 
@@ -33,3 +35,16 @@ def cube_quads(radius: float = RADIUS):
 
 def torus_mesh() -> trimesh.Trimesh:
     return trimesh.creation.torus(30.0, 10.0, major_sections=96, minor_sections=48)
+
+
+def surface_of(mesh: trimesh.Trimesh) -> Surface:
+    """A mesh as a surface without error."""
+    count = len(mesh.vertices)
+    return Surface(
+        np.array(mesh.vertices),
+        np.array(mesh.faces),
+        np.array(mesh.vertex_normals),
+        np.zeros(count),
+        np.zeros(count, int),
+        np.zeros(count),
+    )

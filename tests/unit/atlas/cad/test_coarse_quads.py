@@ -5,8 +5,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from tests.unit.atlas.cad.smooth_bodies import RADIUS, torus_mesh
-from tests.unit.atlas.cad.test_occ_triangles import surface_of
+from tests.unit.atlas.cad.smooth_bodies import RADIUS, surface_of, torus_mesh
 from touchatlas.atlas.cad.coarse_quads import coarse_triangles, three_quads
 from touchatlas.atlas.cad.face_layout import NotWritten
 

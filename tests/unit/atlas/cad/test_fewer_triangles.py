@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from tests.unit.atlas.cad.test_occ_triangles import surface_of
+from tests.unit.atlas.cad.smooth_bodies import surface_of
 from touchatlas.atlas.cad.fewer_triangles import fewer_triangles
 from touchatlas.atlas.mesh.surface import Surface
 

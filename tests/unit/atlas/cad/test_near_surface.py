@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from tests.unit.atlas.cad.smooth_bodies import RADIUS, ball_of
-from tests.unit.atlas.cad.test_occ_triangles import surface_of
+from tests.unit.atlas.cad.smooth_bodies import RADIUS, ball_of, surface_of
 from touchatlas.atlas.cad.near_surface import NearSurface
 
 NEAR = 0.1

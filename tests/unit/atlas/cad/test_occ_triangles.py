@@ -4,23 +4,11 @@ import numpy as np
 import pytest
 import trimesh
 
+from tests.unit.atlas.cad.smooth_bodies import surface_of
 from touchatlas.atlas.cad.occ_kernel import is_solid
 from touchatlas.atlas.cad.occ_triangles import triangle_shapes
-from touchatlas.atlas.mesh.surface import Surface
 
 pytest.importorskip("OCP.STEPControl", reason="needs the extra cad")
-
-
-def surface_of(mesh: trimesh.Trimesh) -> Surface:
-    count = len(mesh.vertices)
-    return Surface(
-        np.array(mesh.vertices),
-        np.array(mesh.faces),
-        np.array(mesh.vertex_normals),
-        np.zeros(count),
-        np.zeros(count, int),
-        np.zeros(count),
-    )
 
 
 def volume(shape) -> float:
