@@ -29,7 +29,7 @@ class Cells:
     cells: the one on the inner side of that face is inside of the body, the one on its outer side
     is outside (the labels of the cells of an arrangement, as in A.-L. Chauve, P. Labatut, J.-P.
     Pons, "Robust piecewise-planar 3D reconstruction", CVPR 2010, but without their graph cut: a
-    cell without votes has no label).
+    cell without votes has no label, unless it is opposite of a known one at a sharp edge).
 
     Parameters
     ----------
