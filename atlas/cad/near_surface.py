@@ -47,8 +47,3 @@ class NearSurface:
         ]
         share = igl.barycentric_coordinates(foot, *places)
         return np.einsum("kc,kcd->kd", share, self._surface.normals[corners])
-
-    def onto(self, points) -> np.ndarray:
-        """Points (n, 3) moved onto the surface."""
-        distance, normal = self.at(points)
-        return np.asarray(points - distance[:, None] * normal)
