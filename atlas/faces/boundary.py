@@ -39,8 +39,6 @@ class Boundary:
         Points of the boundary, in no order.
     angle : float, rad
         Median angle between the normals of both pieces at the boundary.
-    jump : float, 1/length
-        Median of the largest difference of their normal curvatures.
     gap : float, length
         Root mean square of the difference of their distances.
     blunt : BluntEdge or None
@@ -52,6 +50,5 @@ class Boundary:
     kind: EdgeKind
     curve: CurvePoints
     angle: float
-    jump: float
     gap: float
     blunt: BluntEdge | None = None

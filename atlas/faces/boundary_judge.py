@@ -113,7 +113,7 @@ class BoundaryJudge:
         kind = EdgeKind.ARTIFICIAL if smooth else EdgeKind.SMOOTH_RIM
         if smooth or len(valley.points) < LEAST_POINTS:
             valley = CurvePoints(middles, np.full(len(middles), self.step))
-        return Boundary(a, b, kind, valley, angle, jump, gap(*pieces, middles))
+        return Boundary(a, b, kind, valley, angle, gap(*pieces, middles))
 
     def blunt(self, edge: BluntEdge, before: Boundary | None) -> Boundary | None:
         """The boundary of two pieces about a blunt edge: the sharp edge that was rounded."""
@@ -145,8 +145,7 @@ class BoundaryJudge:
         kind = self._sides(a, b, curve.points)
         if angle <= least or kind is None:
             return None
-        jump = curvature_jump(*pieces, evenly(curve.points, _MEASURED))[1]
-        return Boundary(a, b, kind, curve, angle, jump, gap(*pieces, curve.points))
+        return Boundary(a, b, kind, curve, angle, gap(*pieces, curve.points))
 
     def between_corners(self, a: int, b: int, corners) -> Boundary | None:
         """The sharp edge of two pieces between corners (m, 3), or None where a piece goes on."""
@@ -156,8 +155,7 @@ class BoundaryJudge:
         if kind is None:
             return None
         angle = float(np.median(angles(*pieces, curve.points)))
-        jump = curvature_jump(*pieces, curve.points)[1]
-        return Boundary(a, b, kind, curve, angle, jump, gap(*pieces, curve.points))
+        return Boundary(a, b, kind, curve, angle, gap(*pieces, curve.points))
 
     def _are_apart(self, pieces, middles) -> bool:
         """Whether two lawful pieces pass each other at points (m, 3), as parallel planes do."""

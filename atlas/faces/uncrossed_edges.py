@@ -52,7 +52,7 @@ def _edge(body: Body, pair) -> FaceEdge | None:
         points = CurvePoints(curve.points[shown], curve.deviation[shown])
         angle = float(np.median(angles(*pieces, points.points)))
         apart = gap(*pieces, points.points)
-        boundary = Boundary(first.id, second.id, kind, points, angle, 0.0, apart)
+        boundary = Boundary(first.id, second.id, kind, points, angle, apart)
         edge = face_edge(first.id, second.id, [boundary], float(np.median(body.samples.steps)))
         if edge.curves:
             return edge
