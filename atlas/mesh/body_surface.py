@@ -71,37 +71,23 @@ def body_surface(body: Body, edge: float) -> Surface:
 
 def body_triangles(body: Body, edge: float) -> tuple[np.ndarray, np.ndarray, FaceValues]:
     """The vertices (v, 3) and triangles (f, 3) of that surface, and what the faces say of the
-    vertices. Texture, which is far smaller than the cubes, counts at vertices alone, and so does
-    vagueness of a smooth body: polynomials are vague at corners of cubes before they are on it."""
-    smooth = is_smooth(body)
+    vertices. Texture, which is far smaller than the cubes, counts at vertices alone."""
 
     def at(points):
         found = body.field.at(points, texture=False)
         return found.distance, found.normal
 
     def at_corners(points):
-        found, known = (body.among if smooth else body.at)(points, texture=False)
+        found, known = body.at(points, texture=False)
         return found.distance, found.normal, known
 
-    contour = smooth_contour if smooth else dual_contour
+    contour = smooth_contour if is_smooth(body) else dual_contour
     vertices, faces = contour(at, at_corners, body.seeds, edge)
     found = body.field.at(vertices)
-    if smooth:
+    if is_smooth(body):
         vertices = vertices - np.clip(found.distance, -edge, edge)[:, None] * found.normal
-        used, faces = _parts_of(faces[~body.is_vague(found.deviation)[faces].any(axis=1)])
-        vertices, found = vertices[used], FaceValues(*(part[used] for part in vars(found).values()))
     # A face whose equation fails at a vertex says nothing of it: it may lie anywhere.
     return vertices, faces, replace(found, deviation=np.minimum(found.deviation, body.extent))
-
-
-def _parts_of(faces) -> tuple[np.ndarray, np.ndarray]:
-    """The vertices (v,) of triangles (f, 3), one for each fan of these, and the triangles by
-    them."""
-    if not len(faces):
-        return np.zeros(0, int), faces
-    used, flat = np.unique(faces, return_inverse=True)
-    faces, index = igl.split_nonmanifold(flat.reshape(faces.shape))
-    return used[index], faces
 
 
 def _means_about_vertices(vertices, faces, values) -> np.ndarray:
