@@ -387,7 +387,7 @@ def test_a_journal_of_another_version_is_refused(ball, tmp_path):
 def test_a_known_surface_resumed_to_a_finer_tolerance_is_that_of_a_run_to_it(ball, tmp_path):
     """Touches to a tolerance are the first of those to a finer one: the files are equal, byte for
     byte, but for the seconds."""
-    coarse, fine = replace(WHOLE, tolerance=2.0, max_touches=None), replace(WHOLE, tolerance=0.2)
+    coarse, fine = replace(WHOLE, tolerance=5.0, max_touches=None), replace(WHOLE, tolerance=0.2)
     fine = replace(fine, max_touches=None)
     obj = make_object(str(ball), 3)
     before = run_exploration(obj, tmp_path / "r", coarse)
