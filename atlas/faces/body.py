@@ -16,11 +16,12 @@ from touchatlas.atlas.samples.rims import Rims
 # Distance beyond the samples up to which a face is known, in steps of its contours. Doubled, faces
 # go on beyond edges that no contour crossed.
 _STEPS = 1.5
-# Steps from a point to its foot, where a polynomial bends. Doubled, nothing changes.
+# Steps from a point to its foot, where a polynomial bends. Doubled, it takes longer
+# where much is vague.
 _TO_FOOT = 3
 # Deviation over the extent beyond which a surface shows nothing: between samples far apart
 # polynomials have zeros anywhere. At 0.025 more of such was drawn after eight touches of three real
-# meshes; at 0.01 a scanned lemon took 33 touches instead of 20.
+# meshes; at a tenth of the reach a scanned lemon took 33 touches instead of 20.
 _VAGUE = 0.015
 # Distance from a rim within which the surface is known although samples lie on one side alone,
 # over ``reach``. Doubled, more of what no contour crossed counts as known.
