@@ -13,6 +13,8 @@ _NEAR = 2.0
 # Distance from the samples of each face of a corner, over ``reach``. Doubled, corners are rounded
 # where extended faces meet.
 _REACH = 2.0
+# Difference of two distances that are one, in radii: rounding. Doubled, nothing changes.
+_SAME = 1e-6
 # Noise of a sample, in root mean squares of its face. Doubled, balls are seen farther from samples.
 _NOISE = 4.0
 
@@ -86,6 +88,9 @@ class RoundedEdges:
         cosine = (mine[:, 1:4] * theirs[:, 1:4]).sum(axis=1)
         found, weights = rounded_edge(sign * mine[:, 0], sign * theirs[:, 0], cosine, edge.radius)
         higher = (weights.min(axis=1) > 0.0) & (found > sign * chosen[rows, 0])
+        # Where the face that is farther out was left out, the edge is not there.
+        sharp = np.maximum(sign * mine[:, 0], sign * theirs[:, 0])
+        higher &= sign * chosen[rows, 0] >= sharp - _SAME * edge.radius
         higher = self._believed((edge.first, edge.second), found, points[rows], higher)
         weights, mine, theirs, rows = weights[higher], mine[higher], theirs[higher], rows[higher]
         chosen[rows, 0] = sign * found[higher]

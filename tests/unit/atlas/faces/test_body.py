@@ -246,3 +246,18 @@ def test_each_sample_has_a_seed_on_its_own_side_of_a_thin_plate_within_a_voxel()
         samples = body.samples.points[(body.faces.of >= 0) & (side * body.samples.points[:, 2] > 0)]
         seeds = body.seeds[side * body.seeds[:, 2] > 0.0]
         assert cKDTree(seeds).query(samples)[0].max() <= np.sqrt(3.0) * voxel
+
+
+def test_a_rounding_does_not_go_on_where_one_of_its_faces_is_left_out():
+    """The lower top of a step ends at its riser, but its edge with a side wall goes on as a line in
+    this wall. A false radius took the wall away there, by up to 3.6 on an explored step. A ball of
+    radius r takes at most (sqrt(2) - 1) r away."""
+    exact = body_of(samples_of_touches(touched_mesh("step", 40, 0.0), SURE))
+    (concave,) = [edge for edge in exact.faces.edges if edge.kind.sign < 0.0]
+    inner = {concave.first, concave.second}
+    blunt = [e for e in exact.faces.edges if e.kind.sign > 0.0 and {e.first, e.second} & inner]
+    edges = tuple(replace(e, radius=0.2) if e in blunt else e for e in exact.faces.edges)
+    body = Body(replace(exact.faces, edges=edges), exact.samples)
+    surface, _ = lawful_object("step").sample(4000, np.random.default_rng(0))
+    assert len(blunt) > 4
+    assert np.abs(body.at(surface)[0].distance).max() < (np.sqrt(2.0) - 1.0) * 0.2 + 1e-9
