@@ -70,7 +70,8 @@ def test_surface_of_a_polyhedron_is_closed_and_near_the_truth(name, turn):
 
 @pytest.mark.parametrize("name", BODIES)
 def test_triangles_do_not_run_across_edges(name):
-    """Every triangle faces as one of the faces does: within 2 degrees, slivers apart."""
+    """Every triangle faces as one of the faces does: within 2 degrees, slivers apart, and those of
+    a rounding that noise makes: a radius of 0.13 was found on one edge of a step."""
     atlas = explored_faces(name, OVER).atlas
     made = extract_surface(atlas)
     a, b, c = made.vertices[made.faces].transpose(1, 0, 2)
@@ -79,6 +80,10 @@ def test_triangles_do_not_run_across_edges(name):
     samples, normal = sharp_object(name).sample(2000, np.random.default_rng(0))
     faces = np.unique(normal.round(6), axis=0)
     alike = (normals @ faces.T).max(axis=1) >= np.cos(np.deg2rad(2.0)) * 2.0 * area
+    off = np.abs(atlas.body.field.trees.all_distances((a + b + c) / 3.0))
+    for edge in atlas.body.faces.edges:
+        assert edge.radius < 10 * NOISE
+        alike |= off[:, [edge.first, edge.second]].max(axis=1) < 2.0 * edge.radius
     assert len(samples) == 2000 and area[~alike].sum() <= 1e-3 * area.sum()
 
 
