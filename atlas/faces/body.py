@@ -126,8 +126,9 @@ class Body:
         return found, known
 
     def _is_vague(self, deviation) -> np.ndarray:
-        """(n,) whether deviations (n,), length, are so large that a surface shows nothing."""
-        return np.asarray(deviation > _VAGUE * self.extent)
+        """(n,) whether deviations (n,), length, are so large that a surface shows nothing, and
+        larger than that of a sample."""
+        return np.asarray(deviation > max(_VAGUE * self.extent, self.samples.std))
 
     def _among(self, points, texture: bool = True) -> tuple[FaceValues, np.ndarray]:
         """What the faces say of points (n, 3), and whether (n,) they lie among samples: none of
