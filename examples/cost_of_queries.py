@@ -20,6 +20,7 @@ os.environ.update(dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"), "1"
 import numpy as np
 
 from touchatlas.atlas.faces.fit_free_form import fit_free_form
+from touchatlas.sim.command.outcome import exit_code
 
 # Samples for each square of the number of ripples: about a hundred in a patch.
 SAMPLES = 100
@@ -47,7 +48,10 @@ def main(*numbers: str) -> None:
     print("| ripples | samples | patches | kB a patch | fit, s | ms for 1,000 questions | ratio |")
     print("|---|---|---|---|---|---|---|")
     first = None
-    for ripples in map(int, numbers or ("8", "24", "80")):
+    for number in numbers or ("8", "24", "80"):
+        if not number.isdecimal() or int(number) < 1:
+            raise ValueError(f"RIPPLES is {number!r}; it must be a whole number above 0, such as 8")
+        ripples = int(number)
         rng = np.random.default_rng(0)
         points, normals = rippled_ball(ripples, SAMPLES * ripples**2, rng)
         noise = NOISE / ripples**2
@@ -73,4 +77,4 @@ def seconds(surface, points) -> float:
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    sys.exit(exit_code(lambda: main(*sys.argv[1:])))
