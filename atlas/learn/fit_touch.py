@@ -10,6 +10,7 @@ from touchatlas.atlas.state import AtlasState
 from touchatlas.patch.fit.fit_patch import FitOptions, PatchFit, fit_patch
 from touchatlas.patch.fit.start import UnfitError
 from touchatlas.patch.geometry.contour import Contour
+from touchatlas.patch.geometry.section import contour_normals
 
 # Length that a contour must exceed, in standard deviations of its noise. At this length the
 # direction of five samples is off by 9 degrees. Doubled, by 4 degrees, and fewer contours in the
@@ -22,6 +23,16 @@ _LEAST_RADIUS = 10.0
 # off by 15 degrees turns the patch inside out. Doubled, 59 degrees: the touches of steep walls that
 # nothing is known about are refused.
 _GRAZING = 0.26
+# The same above which the approach alone tells the outer side: 60 degrees. Doubled, the known
+# surface is asked at every touch, and one that is inside out turns the next touch as well.
+_STEEP = 0.5
+# Least weight of the samples that tell the side of the known surface, of which one as sure as a
+# measured one has half of one; and least share of it that speaks for one side. The first doubled,
+# fewer grazing touches are learned; the second, all samples must agree.
+_LEAST_SAYS, _AGREES = 0.5, 0.5
+# Deviations within which a sample lies on the known surface. Doubled, the far sides of thin walls
+# tell the side.
+_SURE = 3.0
 # Least number of samples within the radius of a touch's patch: two for each section. Doubled,
 # touches beside edges are repeated with finer steps more often.
 _LEAST_SAMPLES = 6
@@ -38,10 +49,9 @@ def fit_or_reason(state: AtlasState, touch: Touch, contours) -> tuple[PatchFit |
         fit = _fit(state, touch, contours)
         if reason := _too_few(fit, contours):
             return None, reason
-        if fit.patch.frame.normal @ touch.approach >= _GRAZING:
-            return fit, ""
-        side = _known_side(state, fit)
-        if side == 0:
+        facing = fit.patch.frame.normal @ touch.approach
+        side = 0 if facing >= _STEEP else _known_side(state, fit, contours)
+        if side == 0 and facing < _GRAZING:
             return None, (
                 "the probe came nearly along the surface, so that its outer side is not known; "
                 "come along the normal"
@@ -74,15 +84,21 @@ def _too_few(fit: PatchFit, contours) -> str:
     )
 
 
-def _known_side(state: AtlasState, fit: PatchFit) -> int:
-    """1 where the known surface faces as a fitted patch does, -1 where it faces the other way, and
-    0 where nothing is known."""
-    frame = fit.patch.frame
+def _known_side(state: AtlasState, fit: PatchFit, contours) -> int:
+    """1 where the known surface faces as contours do that are turned as a fitted patch, -1 where it
+    faces the other way, and 0 where too little is known. Each sample on the known surface counts
+    by how sure that is: about the contact it may be a guess."""
     if state.body is None:
         return 0
-    found, known = state.body.at(frame.origin[None])
-    near = known[0] and abs(found.distance[0]) <= fit.patch.radius
-    return int(np.sign(found.normal[0] @ frame.normal)) if near else 0
+    points = np.concatenate([contour.points for contour in contours])
+    normals = np.concatenate([contour_normals(c, fit.patch.frame.normal) for c in contours])
+    found, known = state.body.at(points)
+    variance, own = found.deviation**2, state.sample_std**2
+    on = known & (found.distance**2 <= _SURE**2 * (variance + own))
+    cosine = (found.normal * normals).sum(axis=1)
+    weight = np.where(on & (np.abs(cosine) >= _GRAZING), own / (own + variance), 0.0)
+    says, most = float(weight @ np.sign(cosine)), float(weight.sum())
+    return int(np.sign(says)) if most >= _LEAST_SAYS and abs(says) >= _AGREES * most else 0
 
 
 def _fit(state: AtlasState, touch: Touch, contours) -> PatchFit:

@@ -1,6 +1,7 @@
 """Learn: which touches are entered, with what normals, and which are refused and why."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ import trimesh
 
 from tests.explored import learned, spread_touches
 from touchatlas.atlas import Atlas
+from touchatlas.atlas.learn.fit_touch import fit_or_reason
 from touchatlas.planner import Planner
 from touchatlas.planner.options import PlannerOptions
 from touchatlas.sim import Probe, make_object
@@ -46,6 +48,33 @@ def test_of_a_grazing_touch_what_is_known_tells_the_outer_side(touches, degrees)
     assert not change.refused
     assert (outward(atlas, before) > np.cos(np.deg2rad(15.0))).all()
     atlas.validate()
+
+
+class GuessedAboutTheContact:
+    """The surface of the ball, as an atlas knows it that has a guess about a contact: there its
+    normal is 90 degrees off, toward where the probe came from."""
+
+    def __init__(self, touch) -> None:
+        self.touch = touch
+
+    def at(self, points):
+        normals = points / np.linalg.norm(points, axis=1)[:, None]
+        distance = np.linalg.norm(points, axis=1) - BALL
+        guessed = np.linalg.norm(points - self.touch.contact, axis=1) < 5.0
+        normals[guessed] = self.touch.approach
+        deviation = np.where(guessed, 1.0, 0.01)
+        found = SimpleNamespace(distance=distance, normal=normals, deviation=deviation)
+        return found, np.ones(len(points), bool)
+
+
+def test_a_guess_about_the_contact_does_not_tell_the_outer_side(touches):
+    """Samples away from it are on surface that is known, and they do."""
+    touch = leaning(touches[0], 95.0)
+    body = GuessedAboutTheContact(touch)
+    state = SimpleNamespace(body=body, bias=0.02, scale=0.1, sample_std=0.03)
+    fit, reason = fit_or_reason(state, touch, touch.contours)
+    assert not reason
+    assert fit.patch.frame.normal @ touch.contact > 0.99 * BALL
 
 
 def test_a_grazing_touch_where_nothing_is_known_is_refused(touches):
