@@ -9,10 +9,10 @@ from touchatlas.atlas.faces.kinds import SEXTIC_BASIS
 from touchatlas.atlas.faces.piece import Piece
 from touchatlas.patch.geometry.polynomial import GRADIENT, derivative_coefficients, monomials
 
-# Points of a row: each row belongs to one sextic. Doubled, more places of rows are empty.
+# Most points of a row: each row belongs to one sextic. Doubled, more places of rows are empty.
 _ROW = 32
-# Rows that are evaluated at once: their monomials fit into the cache. Doubled, nothing changes.
-_ROWS = 48
+# Points that are evaluated at once: their monomials fit into the cache. Doubled, nothing changes.
+_AT_ONCE = 1536
 _TINY = float(np.finfo(float).tiny)
 
 
@@ -111,12 +111,14 @@ def _rows_of(numbers) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
     small = np.min_scalar_type(numbers.max(initial=0))
     order = np.argsort(numbers.astype(small), kind="stable")
     counts = np.bincount(numbers)
-    rows = -(-counts // _ROW)
+    asked = max(np.count_nonzero(counts), 1)
+    width = int(min(2 ** np.ceil(np.log2(max(len(numbers), 1) / asked)), _ROW))
+    rows = -(-counts // width)
     of_row = np.repeat(np.arange(len(counts)), rows)
     within = np.arange(len(of_row)) - np.repeat(np.cumsum(rows) - rows, rows)
-    first = (np.cumsum(counts) - counts)[of_row] + within * _ROW
-    size = np.minimum(counts[of_row] - within * _ROW, _ROW)
-    for start in range(0, len(of_row), _ROWS):
-        some = slice(start, start + _ROWS)
-        filled = np.arange(_ROW) < size[some, None]
-        yield of_row[some], order[first[some, None] + filled * np.arange(_ROW)], filled
+    first = (np.cumsum(counts) - counts)[of_row] + within * width
+    size = np.minimum(counts[of_row] - within * width, width)
+    for start in range(0, len(of_row), _AT_ONCE // width):
+        some = slice(start, start + _AT_ONCE // width)
+        filled = np.arange(width) < size[some, None]
+        yield of_row[some], order[first[some, None] + filled * np.arange(width)], filled
