@@ -4,7 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from touchatlas.atlas.faces.faces import Faces
+from touchatlas.atlas.faces.faces import Face, Faces
+from touchatlas.atlas.faces.fit_piece import fit_piece
+from touchatlas.atlas.faces.grow import evenly
+from touchatlas.atlas.faces.kinds import Kind
 from touchatlas.atlas.faces.labels import NONE
 from touchatlas.atlas.faces.samples import ContourSamples
 from touchatlas.patch.geometry.kinks import kinks
@@ -12,15 +15,25 @@ from touchatlas.patch.geometry.kinks import kinks
 # Least fraction of the samples that lawful faces explain; the rest is unknown, and touched again.
 # With twice the rest left out, free-form parts of a body are drawn as planes.
 _LAWFUL = 0.9
+# Most samples by which a law is fitted without one contour: a mean of so many is within a twentieth
+# of a deviation. Doubled, it takes longer.
+_FITTED = 400
+# Largest predicted deviation where a contour tests a law, in deviations of a sample: what labels
+# bear. Doubled, a line and a few samples beside it pass for two lines.
+_DOUBT = 3.0
+# Largest distance of a sample from where it is predicted, in deviations of the difference. Doubled,
+# a contour that is off by a lack of fit tests a law, too.
+_GATE = 3.0
 # Difference of the slopes on both sides of an edge of 35 degrees. Halved, folds of scanned skin are
 # sharp edges.
 _SHARP = 2.0 * np.tan(np.deg2rad(17.5))
 
 
 def determined(faces: Faces, samples: ContourSamples) -> Faces:
-    """The same without the faces that one contour alone has met, or another with few samples: a
-    curve in a plane determines no face. Their samples belong to none."""
-    kept = [face for face in faces.faces if samples.are_of_several_contours(face.samples)]
+    """The same without the faces that contours do not determine: lawful ones whose law no contour
+    tests, and others that one contour alone has met, or another with few samples. Their samples
+    belong to none."""
+    kept = [face for face in faces.faces if _is_determined(face, samples)]
     number = {face.id: k for k, face in enumerate(kept)}
     table = np.array([number.get(face.id, NONE) for face in faces.faces] + [NONE])
     edges = tuple(
@@ -36,6 +49,33 @@ def determined(faces: Faces, samples: ContourSamples) -> Faces:
     )
     found = tuple(replace(face, id=k) for k, face in enumerate(kept))
     return replace(faces, faces=found, edges=edges, of=table[faces.of], corners=corners)
+
+
+def _is_determined(face: Face, samples: ContourSamples) -> bool:
+    """Whether the samples of a face determine more than curves in planes."""
+    if face.law is None:
+        return samples.are_of_several_contours(face.samples)
+    return _is_tested(face.pieces[0].kind, face.samples, samples)
+
+
+def _is_tested(kind: Kind, members, samples: ContourSamples) -> bool:
+    """Whether the contour with most samples of a face (m,) lies where the others predict it.
+
+    Two contours alone test nothing: all that one touch tracks on faces along its normal are lines
+    parallel to it, and any two of them lie in one plane, as any three lie on one cylinder.
+    """
+    contours = samples.contours[members]
+    largest = contours == np.bincount(contours).argmax()
+    others = evenly(members[~largest], _FITTED)
+    if len(others) < kind.parameters:
+        return False
+    law = fit_piece(kind, samples.points[others], samples.normals[others], samples.std)
+    if law is None:
+        return False
+    distance, _, variance = law.predicted(samples.points[members[largest]])
+    sure = variance < (_DOUBT * samples.std) ** 2
+    met = np.abs(distance) < _GATE * np.sqrt(variance + samples.std**2)
+    return bool(np.mean(sure & met) > 0.5)
 
 
 def share_with_edges(samples: ContourSamples, ends_at_edge) -> float:
