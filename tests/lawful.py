@@ -100,6 +100,20 @@ def _cut_ball() -> trimesh.Trimesh:
     return trimesh.convex.convex_hull(np.concatenate([ball[ball[:, 2] < height], rim]))
 
 
+def _stadium() -> trimesh.Trimesh:
+    """Two half cylinders of radius 15 and height 25, 40 apart, with planes between them."""
+    angle = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 129)
+    right = np.column_stack([20.0 + 15.0 * np.cos(angle), 15.0 * np.sin(angle)])
+    around = np.concatenate([right, -right])
+    ends = [np.column_stack([around, np.full(len(around), z)]) for z in (0.0, 25.0)]
+    return trimesh.convex.convex_hull(np.concatenate(ends))
+
+
+def _pyramid() -> trimesh.Trimesh:
+    base = 25.0 * np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
+    return trimesh.convex.convex_hull(np.concatenate([base, [[0.0, 0.0, 35.0]]]))
+
+
 def _wavy_box() -> trimesh.Trimesh:
     """A box with waves of 4 on its top, and planes elsewhere."""
     mesh = trimesh.creation.box(2.0 * HALF)
@@ -130,6 +144,8 @@ _MESHES = {
     "rounded": lambda: _swept(trimesh.creation.icosphere(4, BLUNT).vertices),
     "bevelled": lambda: _swept(BEVEL * np.concatenate([np.eye(3), -np.eye(3)])),
     "filleted": _filleted,
+    "stadium": _stadium,
+    "pyramid": _pyramid,
     "wavy": _wavy_box,
 }
 

@@ -1,21 +1,17 @@
-"""Bezier Brep: the faces of a BezierTree as a Brep, and the angles between neighbours."""
+"""BezierBrep: the faces of a closed BezierTree in numbers, and the angles between neighbours."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import networkx as nx
 import numpy as np
-from scipy.interpolate import BSpline, make_interp_spline
 
 from touchatlas.atlas.cad.bezier import face_normals
 from touchatlas.atlas.cad.bezier_tree import BezierTree, Use
-from touchatlas.atlas.cad.brep import (
-    LEAST_GAP,
-    BezierFace,
-    Brep,
-    BrepEdge,
-    BrepFace,
-    BrepUse,
-)
-from touchatlas.atlas.cad.edge_shapes import Spline
 
+# Tolerance of an edge that is exact, over the extent: CAD systems compute to some 1e-8 of a body's
+# size. Doubled, so is the tolerance that the file states.
+_LEAST_GAP = 1e-8
 # Corners of the parameters of a face, in turn; side k goes from corner k to the next.
 _CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 # Points of an edge at which the normals of both its faces are compared. Doubled, larger angles are
@@ -23,25 +19,75 @@ _CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 _COMPARED = 9
 
 
-def bezier_brep(tree: BezierTree) -> Brep:
+class BezierEdge(NamedTuple):
+    """A Bezier curve between two vertices, with control points (n + 1, 3), length; its parameter
+    runs from 0 to 1."""
+
+    start: int
+    end: int
+    control: np.ndarray
+
+
+class BezierUse(NamedTuple):
+    """An edge on a face, followed forward or not; ``first`` and ``last`` are the parameters (2,) of
+    the face at the start and the end of the edge."""
+
+    edge: int
+    forward: bool
+    first: np.ndarray
+    last: np.ndarray
+
+
+class BezierFace(NamedTuple):
+    """A Bezier face, whose derivatives by u and by v make its outward normal, with control points
+    (n + 1, n + 1, 3), length, the first index of which belongs to u. Both parameters run from 0 to
+    1. Edges follow in turn, counter-clockwise as seen against the normal."""
+
+    control: np.ndarray
+    uses: tuple[BezierUse, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class BezierBrep:
+    """Faces that share edges and vertices, each edge by two of them.
+
+    Parameters
+    ----------
+    vertices : (v, 3) float, length, world
+    edges : tuple of BezierEdge
+    faces : tuple of BezierFace
+    parts : tuple of tuple of int
+        Connected faces.
+    gap : float, length
+        Tolerance of edges and vertices.
+    """
+
+    vertices: np.ndarray
+    edges: tuple[BezierEdge, ...]
+    faces: tuple[BezierFace, ...]
+    parts: tuple[tuple[int, ...], ...]
+    gap: float
+
+
+def bezier_brep(tree: BezierTree) -> BezierBrep:
     """The faces of a tree that share edges, the smallest parts of its sides."""
-    least = LEAST_GAP * float(np.ptp(np.array(tree.vertices), axis=0).max())
     number: dict[int, int] = {}
     faces = []
     for uses, control in zip(tree.faces, tree.controls, strict=True):
-        wire = tuple(
-            BrepUse(number.setdefault(side, len(number)), forward, _line(first, last, forward))
-            for (side, forward), first, last in traces(tree, uses)
-        )
-        faces.append(BrepFace(BezierFace(control), 0, (wire,)))
-    edges = []
-    for side in number:
-        one = tree.sides[side]
-        edges.append(BrepEdge(one.start, one.end, Spline(_bezier(one.control)), least))
-    vertices, edges = _used(np.array(tree.vertices), edges)
-    parts, closed = _parts(faces)
-    gaps = np.full(len(vertices), least)
-    return Brep(vertices, gaps, tuple(edges), tuple(faces), parts, closed)
+        own = [
+            BezierUse(number.setdefault(side, len(number)), forward, *ends[:: 1 if forward else -1])
+            for (side, forward), *ends in traces(tree, uses)
+        ]
+        faces.append(BezierFace(control, tuple(own)))
+    sides = [tree.sides[side] for side in number]
+    used, ends = np.unique([(side.start, side.end) for side in sides], return_inverse=True)
+    edges = tuple(
+        BezierEdge(start, end, side.control)
+        for (start, end), side in zip(ends.reshape(-1, 2).tolist(), sides, strict=True)
+    )
+    points = np.array(tree.vertices)
+    gap = _LEAST_GAP * float(np.ptp(points, axis=0).max())
+    return BezierBrep(points[used], edges, tuple(faces), _parts(faces), gap)
 
 
 def traces(tree: BezierTree, uses) -> list[tuple[Use, np.ndarray, np.ndarray]]:
@@ -78,32 +124,10 @@ def largest_turn(tree: BezierTree) -> float:
     return worst
 
 
-def _line(first, last, forward: bool) -> BSpline:
-    """The straight trace of an edge in the parameters of a face; the edge runs from 0 to 1."""
-    return make_interp_spline([0.0, 1.0], [first, last] if forward else [last, first], k=1)
-
-
-def _bezier(control) -> BSpline:
-    """A Bezier curve (n + 1, 3) as a spline of one piece."""
-    return BSpline(np.repeat([0.0, 1.0], len(control)), control, len(control) - 1)
-
-
-def _used(vertices, edges) -> tuple[np.ndarray, list[BrepEdge]]:
-    """The vertices that edges use, and edges between these."""
-    used, ends = np.unique([(e.start, e.end) for e in edges], return_inverse=True)
-    renamed = zip(edges, ends.reshape(-1, 2).tolist(), strict=True)
-    return vertices[used], [BrepEdge(a, b, e.curve, e.gap) for e, (a, b) in renamed]
-
-
-def _parts(faces) -> tuple[tuple[tuple[int, ...], ...], tuple[bool, ...]]:
-    """Faces connected by edges, and whether each part has no rim."""
-    beside: dict[int, list[int]] = {}
-    for number, face in enumerate(faces):
-        for use in face.wires[0]:
-            beside.setdefault(use.edge, []).append(number)
+def _parts(faces) -> tuple[tuple[int, ...], ...]:
+    """Faces connected by edges."""
     graph = nx.Graph()
-    graph.add_nodes_from(range(len(faces)))
-    graph.add_edges_from(both for both in beside.values() if len(both) == 2)
-    parts = tuple(sorted(tuple(sorted(part)) for part in nx.connected_components(graph)))
-    rims = {both[0] for both in beside.values() if len(both) == 1}
-    return parts, tuple(not rims.intersection(part) for part in parts)
+    for number, face in enumerate(faces):
+        graph.add_edges_from((("face", number), ("edge", use.edge)) for use in face.uses)
+    parts = nx.connected_components(graph)
+    return tuple(sorted(tuple(sorted(n for kind, n in p if kind == "face")) for p in parts))

@@ -8,10 +8,11 @@ import numpy as np
 from touchatlas.atlas.cad.bezier_brep import bezier_brep, largest_turn
 from touchatlas.atlas.cad.bezier_faces import bezier_faces
 from touchatlas.atlas.cad.coarse_quads import coarse_triangles, three_quads
-from touchatlas.atlas.cad.face_layout import NotWritten
 from touchatlas.atlas.cad.near_surface import NearSurface
-from touchatlas.atlas.cad.occ_faces import face_shapes, is_valid
+from touchatlas.atlas.cad.not_written import NotWritten
+from touchatlas.atlas.cad.occ_bezier import bezier_solids
 from touchatlas.atlas.cad.occ_kernel import NamedShape, refusals
+from touchatlas.atlas.cad.occ_parts import is_valid
 from touchatlas.atlas.faces.body import Body
 from touchatlas.atlas.mesh.surface import Surface
 
@@ -64,7 +65,7 @@ def bezier_shapes(body: Body, surface: Surface, bound: float) -> BezierShapes:
         how = f"misses the surface by {worst:.3g}" if np.isfinite(worst) else "is folded"
         raise NotWritten(f"the surface is rough: a smooth face {how}")
     with refusals():
-        shapes = face_shapes(bezier_brep(tree), {0: words})
+        shapes = bezier_solids(bezier_brep(tree), words)
         if not all(is_valid(one.shape) for one in shapes):
             raise NotWritten("the CAD kernel finds the shape invalid")
     return BezierShapes(shapes, worst, largest_turn(tree))

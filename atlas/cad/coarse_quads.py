@@ -4,7 +4,7 @@ Bezier faces."""
 import igl
 import numpy as np
 
-from touchatlas.atlas.cad.face_layout import NotWritten
+from touchatlas.atlas.cad.not_written import NotWritten
 from touchatlas.atlas.mesh.split_triangles import edges_of
 from touchatlas.atlas.mesh.surface import Surface
 

@@ -29,7 +29,7 @@ def fewer_triangles(surface: Surface, bound: float) -> Surface:
     best, count = surface, int(_KEPT * len(surface.faces))
     while count >= _LEAST:
         fewer = _collapsed(surface, count)
-        if fewer is None or _distance(surface, fewer) > bound:
+        if fewer is None or max(_farthest(surface, fewer), _farthest(fewer, surface)) > bound:
             break
         best, count = fewer, int(_KEPT * len(fewer.faces))
     return best
@@ -50,11 +50,6 @@ def _normals(vertices, faces) -> np.ndarray:
     """(f, 3) normals of triangles, as long as twice their area."""
     a, b, c = vertices[faces].transpose(1, 0, 2)
     return np.cross(b - a, c - a)
-
-
-def _distance(one: Surface, other: Surface) -> float:
-    """Largest distance of the vertices and middles of either surface from the other."""
-    return max(_farthest(one, other), _farthest(other, one))
 
 
 def _farthest(one: Surface, other: Surface) -> float:

@@ -1,17 +1,15 @@
-"""Fillets: which edges of a Brep are rounded, and with which radii, from the blunt edges of faces.
+"""Fillets: which edges of a solid are rounded, and with which radii, from the blunt edges of faces.
 
 Where three blunt edges meet the kernel makes the corner a sphere only for equal radii. Edges that
 differ there by no more than they are uncertain have their mean, weighted by their variances.
 """
 
 from collections.abc import Iterable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from touchatlas.atlas.cad.brep import Brep, BrepEdge
-from touchatlas.atlas.cad.edge_shapes import parameters
 from touchatlas.atlas.faces.faces import FaceEdge, Faces
 from touchatlas.atlas.faces.laws import with_deviation
 
@@ -32,18 +30,30 @@ class Radius(NamedTuple):
         return f"fillet, radius {with_deviation(self.value, self.deviation)}"
 
 
-def fillet_radii(faces: Faces, brep: Brep) -> dict[int, Radius]:
-    """Radius of each edge of a Brep that is blunt, by its number.
+class SolidEdge(NamedTuple):
+    """An edge of a solid: the kernel's, points (k, 3) from its start to its end, none where it has
+    no length, its two vertices, and the numbers of the surfaces of its faces."""
+
+    shape: Any
+    points: np.ndarray
+    ends: tuple[int, int]
+    beside: set[int]
+
+
+def fillet_radii(faces: Faces, same, edges: list[SolidEdge]) -> dict[int, Radius]:
+    """Radius of each edge of a solid that is blunt, by its place.
 
     Parameters
     ----------
     faces : Faces
-        The faces of the body, by whose ids those of the Brep are labelled.
-    brep : Brep
+        The faces of the body.
+    same : (f,) int
+        The face whose surface each face has, by which those of the solid are numbered.
+    edges : list of SolidEdge
     """
-    own = blunt_edges(faces, brep)
+    own = blunt_edges(faces, same, edges)
     group = {edge: {edge} for edge in own.values()}
-    for corner in _corners(brep, own):
+    for corner in _corners(edges, own):
         joined = set().union(*(group[edge] for edge in corner))
         if len(corner) >= 3 and _is_one_radius([faces.edges[edge] for edge in joined]):
             group.update(dict.fromkeys(joined, joined))
@@ -51,27 +61,21 @@ def fillet_radii(faces: Faces, brep: Brep) -> dict[int, Radius]:
     return {number: mean[edge] for number, edge in own.items()}
 
 
-def blunt_edges(faces: Faces, brep: Brep) -> dict[int, int]:
-    """Place in ``faces.edges`` of the blunt edge that each edge of a Brep is part of."""
-    between: dict[tuple[int, int], list[int]] = {}
+def blunt_edges(faces: Faces, same, edges: list[SolidEdge]) -> dict[int, int]:
+    """Place in ``faces.edges`` of the blunt edge that each edge of a solid is part of."""
+    between: dict[frozenset[int], list[int]] = {}
     for place, edge in enumerate(faces.edges):
-        between.setdefault((edge.first, edge.second), []).append(place)
+        pair = frozenset(same[[edge.first, edge.second]].tolist())
+        between.setdefault(pair, []).append(place)
     out = {}
-    for number, beside in sorted(brep.beside.items()):
-        labels = {brep.faces[face].label for face in beside}
-        found = between.get((min(labels), max(labels)), []) if len(labels) == 2 else []
-        points = points_along(brep.edges[number])
+    for number, (_, points, _, beside) in enumerate(edges):
+        found = between.get(frozenset(beside), []) if len(beside) == 2 else []
         if not len(points) or not any(faces.edges[place].radius > 0.0 for place in found):
             continue
         nearest = min(found, key=lambda place: _distance(faces.edges[place], points))
         if faces.edges[nearest].radius > 0.0:
             out[number] = nearest
     return out
-
-
-def points_along(edge: BrepEdge) -> np.ndarray:
-    """(k, 3) points of an edge of a Brep from its start to its end, none at a pole."""
-    return np.zeros((0, 3)) if edge.curve is None else edge.curve.points(parameters(edge.curve))
 
 
 def _distance(edge: FaceEdge, points) -> float:
@@ -81,11 +85,11 @@ def _distance(edge: FaceEdge, points) -> float:
     return float(np.median(cKDTree(points).query(np.concatenate(edge.curves))[0]))
 
 
-def _corners(brep: Brep, own: dict[int, int]) -> Iterable[set[int]]:
+def _corners(edges: list[SolidEdge], own: dict[int, int]) -> Iterable[set[int]]:
     """The blunt edges that meet at each vertex."""
     around: dict[int, set[int]] = {}
     for number, edge in own.items():
-        for vertex in (brep.edges[number].start, brep.edges[number].end):
+        for vertex in edges[number].ends:
             around.setdefault(vertex, set()).add(edge)
     return around.values()
 

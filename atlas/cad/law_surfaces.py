@@ -1,10 +1,4 @@
-"""Surfaces that have a name in STEP: plane, cylinder, cone and sphere, with parameters u and v.
-
-About an axis u is the angle from x, on a sphere the longitude, in rad. v is the height along the
-axis of a cylinder and the length along the side of a cone, or the latitude of a sphere, rad. The
-normal that follows from them points away from axis or centre; ``outward`` is -1 where the body is
-on that side.
-"""
+"""Surfaces that have a name in STEP: plane, cylinder, cone and sphere."""
 
 from dataclasses import dataclass, replace
 
@@ -27,7 +21,8 @@ class LawSurface:
     origin : (3,) float, length, world
         On the plane or on the axis; the centre of a sphere.
     axes : (3, 3) float, unit rows, world
-        The third is the normal of a plane, or the axis; a cone widens along it.
+        The third is the normal of a plane, or the axis; a cone widens along it. About an axis the
+        CAD kernel begins and ends at the first, where a face around it has a seam.
     radius : float, length
         0 for a plane; that of a cone at the origin.
     outward : float
@@ -57,55 +52,10 @@ class LawSurface:
         distance = cosine * (away - self.radius) - sine * along
         return self.outward * distance, self.outward * normal
 
-    @property
-    def periodic(self) -> bool:
-        """Whether u is an angle."""
-        return self.kind != "plane"
-
-    def parameters(self, points) -> np.ndarray:
-        """(n, 2) parameters u and v of points (n, 3); an angle u is between 0 and 2 pi."""
-        local = (points - self.origin) @ self.axes.T
-        if not self.periodic:
-            return local[:, :2]
-        u = np.arctan2(local[:, 1], local[:, 0]) % (2.0 * np.pi)
-        away = np.hypot(local[:, 0], local[:, 1])
-        if self.kind == "sphere":
-            return np.column_stack([u, np.arctan2(local[:, 2], away)])
-        cosine, sine = np.cos(self.half_angle), np.sin(self.half_angle)
-        return np.column_stack([u, cosine * local[:, 2] + sine * (away - self.radius)])
-
-    def points(self, uv) -> np.ndarray:
-        """(n, 3) points of parameters u and v (n, 2)."""
-        u, v = uv.T
-        local = np.column_stack([u, v, np.zeros(len(u))])
-        if self.periodic:
-            ring, height = self._ring(v)
-            local = np.column_stack([ring * np.cos(u), ring * np.sin(u), height])
-        return np.asarray(self.origin + local @ self.axes)
-
-    def _ring(self, v) -> tuple[np.ndarray, np.ndarray]:
-        """Distance (n,) from the axis and height (n,) along it, length, at v (n,)."""
-        if self.kind == "sphere":
-            return self.radius * np.cos(v), self.radius * np.sin(v)
-        return self.radius + v * np.sin(self.half_angle), v * np.cos(self.half_angle)
-
-    def pole(self, sign: int) -> float | None:
-        """The v of the end of the axis below, -1, or above, 1; None where there is none."""
-        if self.kind == "sphere":
-            return sign * 0.5 * np.pi
-        is_apex = self.kind == "cone" and sign < 0
-        return -self.radius / np.sin(self.half_angle) if is_apex else None
-
-    def about(self, axis, toward) -> "LawSurface":
-        """The same with another axis (3,) and with u = 0 toward a direction (3,)."""
-        axis = axis / np.sqrt(axis @ axis)
-        x = toward - (toward @ axis) * axis
-        x = x / np.sqrt(x @ x)
-        return replace(self, axes=np.stack([x, cross(axis, x), axis]))
-
 
 def law_surface(face: Face, points) -> LawSurface | None:
-    """The surface of a lawful face with samples (n, 3); None where it has no name in STEP."""
+    """The surface of a lawful face with samples (n, 3), its seam far from these; None where it has
+    no name in STEP."""
     numbers = face.law.numbers if face.law is not None else {}
     if face.kind == "plane":
         normal, middle = np.array(numbers["normal"]), points.mean(axis=0)
@@ -115,7 +65,7 @@ def law_surface(face: Face, points) -> LawSurface | None:
     if bare is None:
         return None
     agree = (bare.at(points)[1] * face.pieces[0].at(points)[1]).sum(axis=1)
-    return replace(bare, outward=1.0 if agree.mean() > 0.0 else -1.0)
+    return _seamed(replace(bare, outward=1.0 if agree.mean() > 0.0 else -1.0), points)
 
 
 def _round_surface(face: Face, points, numbers) -> LawSurface | None:
@@ -133,6 +83,26 @@ def _round_surface(face: Face, points, numbers) -> LawSurface | None:
     radius = height * float(np.tan(cone.half_angle))
     origin = cone.apex + height * cone.axis
     return LawSurface("cone", origin, _frame(cone.axis), radius, half_angle=cone.half_angle)
+
+
+def _seamed(surface: LawSurface, points) -> LawSurface:
+    """The surface with its seam in the middle of the widest gap between points (n, 3) about its
+    axis; that of a sphere with points on one half is opposite of their middle."""
+    offset = points - surface.origin
+    if surface.kind == "sphere":
+        middle = offset.mean(axis=0)
+        middle = middle / max(float(np.linalg.norm(middle)), np.finfo(float).tiny)
+        if (offset @ middle).min() < 0.0:
+            return replace(surface, axes=_frame(middle))
+        across = any_tangent(middle)
+        return replace(surface, axes=np.stack([-middle, cross(middle, across), across]))
+    x, y, axis = surface.axes
+    angle = np.sort(np.arctan2(offset @ y, offset @ x))
+    gap = np.append(np.diff(angle), angle[0] + 2.0 * np.pi - angle[-1])
+    widest = int(gap.argmax())
+    seam = angle[widest] + 0.5 * gap[widest]
+    turned = np.cos(seam) * x + np.sin(seam) * y
+    return replace(surface, axes=np.stack([turned, cross(axis, turned), axis]))
 
 
 def _frame(axis) -> np.ndarray:

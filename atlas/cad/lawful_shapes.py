@@ -1,133 +1,173 @@
-"""A lawful body as shapes of the CAD kernel: one face for each face of the body, checked, and one
-for each fillet."""
+"""A lawful body as solids of the CAD kernel: one face for each face of the body, one for each
+fillet, compared with the body."""
 
-from dataclasses import dataclass, replace
+from collections import Counter
+from contextlib import suppress
+from dataclasses import dataclass
 
 import igl
 import numpy as np
+import trimesh
 
-from touchatlas.atlas.cad.brep import Brep
-from touchatlas.atlas.cad.face_layout import FaceLayout, NoName, NotWritten, cut_seams
-from touchatlas.atlas.cad.fillets import blunt_edges, fillet_radii, points_along
-from touchatlas.atlas.cad.lawful_brep import brep_of
-from touchatlas.atlas.cad.occ_faces import areas, face_shapes, is_valid
-from touchatlas.atlas.cad.occ_fillets import (
-    edge_points,
-    largest_tolerance,
-    with_fillets,
-)
+from touchatlas.atlas.cad.fillets import blunt_edges, fillet_radii
+from touchatlas.atlas.cad.law_surfaces import LawSurface, law_surface
+from touchatlas.atlas.cad.not_written import NoName, NotWritten
+from touchatlas.atlas.cad.occ_cells import LawfulSolid, solids_inside
+from touchatlas.atlas.cad.occ_fillets import solid_edges, with_fillets
 from touchatlas.atlas.cad.occ_kernel import NamedShape, refusals
-from touchatlas.atlas.cad.place_faces import place_faces
+from touchatlas.atlas.cad.occ_parts import (
+    edges_of,
+    is_valid,
+    largest_tolerance,
+    points_along,
+    triangles_of,
+)
+from touchatlas.atlas.cad.occ_surfaces import large_faces
+from touchatlas.atlas.cad.tangent_rims import made_tangent, smooth_rims
 from touchatlas.atlas.faces.body import Body
-from touchatlas.atlas.mesh.body_surface import body_surface, coarse_edge, fine_edge
 
-# Distance of an edge from its faces, in tolerances, up to which it is a straight line or an arc:
-# less than a measured face errs. The axis of a cone leans by its error, so that its rim is no
-# circle. Doubled, some more edges are arcs.
-_EXACT = 5e-2
-# Edges of the triangles that are tried after the fine ones, over the coarse ones: where little was
-# touched some triangles run on beyond edges, and others do not. Doubled, narrow faces are missed.
-_TRIED = (1.0, 0.8, 1.6)
-# Largest error of an edge, in tolerances. Doubled, bodies with worse edges are written by laws.
+# Distance up to which corners are one where exact ones leave edges shorter than a tolerance, in
+# tolerances: where four faces meet within their errors there are two corners. Doubled, faces
+# narrower than half a tolerance are lost.
+_ONE_CORNER = 0.25
+# Largest distance of a shape from the body, in tolerances. Doubled, worse bodies are written by
+# laws.
 _WORST = 1.0
-# Largest difference of the area of a face from that of its triangles: relative, and along its
-# bounds in edges of the triangles. Doubled, a face with a part too much may pass.
-_AREA, _BOUND = 0.02, 1.0
+# Largest part of the area of a shape that is unknown or farther from the body, and of the samples
+# that are farther from the shape: what explorations leave unknown by default, and wrong labels.
+# Doubled, bodies with larger holes are written as solids.
+_OPEN, _ASTRAY = 0.005, 0.01
+# Distance of triangles from the shape while it is compared with the body, in tolerances. Doubled,
+# distances are off by as much.
+_SAGITTA = 0.1
+# Points of a shape that are compared with the body. Doubled, parts half as large are found.
+_COMPARED = 4000
 
 
 @dataclass(frozen=True, eq=False)
 class LawfulShapes:
-    """Shapes of the kernel, one a part.
+    """Solids of the kernel.
 
     Parameters
     ----------
-    brep : Brep
-        The numbers that they were made from, with sharp edges.
     shapes : list of NamedShape
-    left_out : int
-        Number of small stray parts that were left out.
+    kinds : Counter
+        Number of faces of each kind, without fillets.
     gap : float, length
         Largest distance of an edge or a vertex from its faces.
     note : str
         Why blunt edges were written as sharp ones; empty otherwise.
     """
 
-    brep: Brep
     shapes: list[NamedShape]
-    left_out: int
+    kinds: Counter[str]
     gap: float
     note: str = ""
 
     @property
     def fillets(self) -> int:
         """Number of faces that round edges and corners: those that no law names."""
-        return sum(len(one.faces) for one in self.shapes) - len(self.brep.faces)
-
-    def count(self, kind: str) -> int:
-        """Number of faces of a kind."""
-        return sum(face.surface.kind == kind for face in self.brep.faces)
+        return sum(len(one.faces) for one in self.shapes) - self.kinds.total()
 
 
-def lawful_shapes(body: Body, tolerance: float, sagitta: float) -> LawfulShapes:
-    """Shapes of a body, by the first triangles from which they are valid.
+def lawful_shapes(body: Body, tolerance: float) -> LawfulShapes:
+    """Solids of a body.
 
     Parameters
     ----------
     body : Body
     tolerance : float, length
         Wanted accuracy of the surface.
-    sagitta : float, length
-        Of the triangles that show where faces end.
 
     Raises
     ------
     NotWritten
-        A face or an edge could not be made, in words.
+        A face or an edge could not be made, or the body is open, in words.
     """
-    tried = [fine_edge(body, sagitta), *(times * coarse_edge(body) for times in _TRIED)]
-    reasons, sharp = [], []
-    for edge in tried:
-        try:
-            made = _shapes(body, tolerance, edge)
-        except NoName:
-            raise
-        except NotWritten as reason:
-            reasons.append(reason)
-            continue
-        try:
-            return _rounded(made, body, tolerance)
-        except NotWritten as reason:
-            sharp.append((made, reason))
-    if not sharp:
-        raise reasons[0]
-    return _sharp(*sharp[0], body, tolerance)
-
-
-def _rounded(made: LawfulShapes, body: Body, tolerance: float) -> LawfulShapes:
-    """Shapes whose blunt edges are fillets."""
-    radii = fillet_radii(body.faces, made.brep)
-    if not radii:
-        return made
+    same = body.field.same_surface
+    surfaces = {k: _surface(body, k) for k in np.unique(same).tolist()}
     with refusals():
-        shapes = [with_fillets(one, radii) for one in made.shapes]
-        gap = max(made.gap, *(largest_tolerance(one.shape) for one in shapes))
-        new = zip(made.shapes, shapes, strict=True)
-        fillets = [face for old, one in new for face in one.faces[len(old.faces) :]]
-        # The median, because the field keeps the ends of some blunt edges sharp.
-        off = [np.median(_off(body, edge_points(face))) for face in fillets]
-    worst = max([gap, *off])
-    if worst > _WORST * tolerance:
-        raise NotWritten(f"a fillet misses the surface by {worst:.3g}")
-    return replace(made, shapes=shapes, gap=gap)
+        solids = _solids(body, same, surfaces, tolerance)
+        edges = [solid_edges(one) for one in solids]
+    shapes, note = [_named(body, one) for one in solids], ""
+    try:
+        with refusals():
+            shapes = _rounded(body, same, shapes, edges, _WORST * tolerance)
+    except NotWritten as reason:
+        note = _why_sharp(body, same, edges, reason, _WORST * tolerance)
+    _compare(body, shapes, tolerance)
+    kinds = Counter(surfaces[k].kind for one in solids for k in one.numbers)
+    gap = max(largest_tolerance(one.shape) for one in shapes)
+    return LawfulShapes(shapes, kinds, gap, note)
 
 
-def _sharp(made: LawfulShapes, reason: NotWritten, body: Body, tolerance: float) -> LawfulShapes:
-    """Shapes whose blunt edges stay sharp for a reason, where that is within the tolerance."""
-    blunt = [points_along(made.brep.edges[k]) for k in blunt_edges(body.faces, made.brep)]
+def _named(body: Body, one: LawfulSolid) -> NamedShape:
+    """A solid whose faces have the words of those of the body."""
+    names = [body.faces.faces[number].words for number in one.numbers]
+    return NamedShape(one.shape, one.faces, names)
+
+
+def _surface(body: Body, number: int) -> LawSurface:
+    face = body.faces.faces[number]
+    found = law_surface(face, body.samples.points[face.samples])
+    if found is None:
+        raise NoName(f"face {number} is a {face.kind} face, which has no name in STEP")
+    return found
+
+
+def _solids(body: Body, same, surfaces, tolerance: float) -> list[LawfulSolid]:
+    """The solids that surfaces bound: exact ones, or those with fewer corners where exact ones have
+    edges shorter than a tolerance."""
+    rims = smooth_rims(body.faces, same, surfaces)
+    surfaces = made_tangent(surfaces, rims, body.extent)
+    of = np.where(body.faces.of >= 0, same[body.faces.of], body.faces.of)
+    samples = {k: body.samples.points[of == k] for k in surfaces}
+    large = large_faces(surfaces, rims, samples, body.extent)
+
+    def distances(points):
+        return body.field.at(points).distance
+
+    exact = solids_inside(large, distances, 0.0, body.extent)
+    if min(map(_shortest_edge, exact)) < tolerance:
+        with suppress(NotWritten), refusals():
+            return _valid(solids_inside(large, distances, _ONE_CORNER * tolerance, body.extent))
+    return _valid(exact)
+
+
+def _valid(solids: list[LawfulSolid]) -> list[LawfulSolid]:
+    """The solids, if the kernel finds nothing wrong with them."""
+    if not all(is_valid(one.shape) for one in solids):
+        raise NotWritten("the CAD kernel finds the shape invalid")
+    return solids
+
+
+def _shortest_edge(one: LawfulSolid) -> float:
+    """Length of the shortest edge of a solid."""
+    steps = [np.diff(edge.points, axis=0) for edge in solid_edges(one) if len(edge.points)]
+    return min(float(np.linalg.norm(s, axis=1).sum()) for s in steps)
+
+
+def _rounded(body: Body, same, sharp: list[NamedShape], edges, worst: float) -> list[NamedShape]:
+    """Shapes whose blunt edges are fillets; ``edges`` are those of each."""
+    pairs = zip(sharp, edges, strict=True)
+    shapes = [with_fillets(one, own, fillet_radii(body.faces, same, own)) for one, own in pairs]
+    new = zip(sharp, shapes, strict=True)
+    fillets = [face for old, one in new for face in one.faces[len(old.faces) :]]
+    rims = [np.concatenate([points_along(edge) for edge in edges_of(face)]) for face in fillets]
+    # The median, because the field keeps the ends of some blunt edges sharp.
+    off = max((float(np.median(_off(body, points))) for points in rims), default=0.0)
+    if off > worst:
+        raise NotWritten(f"a fillet misses the surface by {off:.3g}")
+    return shapes
+
+
+def _why_sharp(body: Body, same, edges, reason: NotWritten, worst: float) -> str:
+    """Why blunt edges are written sharp, where that is within the tolerance."""
+    blunt = [own[k].points for own in edges for k in blunt_edges(body.faces, same, own)]
     off = _off(body, np.concatenate(blunt)).max()
-    if off > _WORST * tolerance:
+    if off > worst:
         raise reason
-    return replace(made, note=f"rounded edges are written sharp, off by {off:.3g}: {reason}")
+    return f"rounded edges are written sharp, off by {off:.3g}: {reason}"
 
 
 def _off(body: Body, points) -> np.ndarray:
@@ -135,53 +175,16 @@ def _off(body: Body, points) -> np.ndarray:
     return np.abs(body.field.at(points).distance)
 
 
-def _shapes(body: Body, tolerance: float, edge: float) -> LawfulShapes:
-    """Shapes of a body by its triangles in cubes of an edge, length."""
-    drawn = body_surface(body, edge)
-    if not len(drawn.faces):
-        raise NotWritten("nothing of the surface is known")
-    placed = place_faces(body, drawn, edge)
-    layout, regions, drawn = placed.layout, placed.regions, placed.drawn
-    inner = [
-        drawn.vertices[np.unique(drawn.faces[regions.of == r])] for r in range(len(regions.labels))
-    ]
-    cut_seams(layout, inner)
-    brep = brep_of(layout, regions.labels, _EXACT * tolerance)
-    names = {face.id: face.words for face in body.faces.faces}
-    with refusals():
-        gap = float(brep.gaps.max())
-        made = LawfulShapes(brep, face_shapes(brep, names), placed.left_out, gap)
-        if made.gap > _WORST * tolerance:
-            raise NotWritten(f"an edge misses its faces by {made.gap:.3g}")
-        wanted = 0.5 * igl.doublearea(drawn.vertices, drawn.faces)
-        wanted = np.bincount(regions.of, wanted) + _beyond_rounding(body, made.brep)
-        _check_areas(made, wanted, layout, edge)
-        if not all(is_valid(one.shape) for one in made.shapes):
-            raise NotWritten("the CAD kernel finds the shape invalid")
-    return made
-
-
-def _beyond_rounding(body: Body, brep: Brep) -> np.ndarray:
-    """(f,) area by which each face of a Brep is larger than half of the roundings of its edges."""
-    out = np.zeros(len(brep.faces))
-    for number, place in blunt_edges(body.faces, brep).items():
-        edge, half = body.faces.edges[place], 0.5 * body.faces.edges[place].angle
-        steps = np.diff(points_along(brep.edges[number]), axis=0)
-        more = edge.radius * (np.tan(half) - half) * np.linalg.norm(steps, axis=1).sum()
-        out[sorted(brep.beside[number])] += more
-    return out
-
-
-def _check_areas(made: LawfulShapes, wanted, layout: FaceLayout, edge: float) -> None:
-    """Compare the areas of faces with those ``wanted`` (f,): bounds around the wrong part enclose
-    another area."""
-    around = np.zeros(len(wanted))
-    for region, loops in enumerate(layout.loops):
-        for loop in loops:
-            steps = np.diff(layout.loop_points(loop), axis=0)
-            around[region] += np.linalg.norm(steps, axis=1).sum()
-    allowed = _AREA * wanted + _BOUND * edge * around
-    for one, part in zip(made.shapes, made.brep.parts, strict=True):
-        rows = list(part)
-        if (np.abs(areas(one.faces) - wanted[rows]) > allowed[rows]).any():
-            raise NotWritten("a face has not the area of its triangles")
+def _compare(body: Body, shapes: list[NamedShape], tolerance: float) -> None:
+    """Compare shapes with what is known of the body, and samples of its faces with the shapes."""
+    sagitta, worst = _SAGITTA * tolerance, (_WORST + _SAGITTA) * tolerance
+    vertices, triangles = triangles_of([one.shape for one in shapes], sagitta)
+    mesh = trimesh.Trimesh(vertices, triangles, process=False)
+    found, known = body.at(np.asarray(trimesh.sample.sample_surface(mesh, _COMPARED, seed=0)[0]))
+    open_part = float((~known | (np.abs(found.distance) > worst)).mean())
+    if open_part > _OPEN:
+        raise NotWritten(f"{open_part:.2%} of the surface of the solid is unknown or elsewhere")
+    samples = body.samples.points[body.faces.of >= 0]
+    square = igl.point_mesh_squared_distance(samples, vertices, triangles)[0]
+    if (square > worst**2).mean() > _ASTRAY:
+        raise NotWritten("the solid misses parts of the surface")

@@ -8,17 +8,15 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any, NamedTuple
 
-from touchatlas.atlas.cad.face_layout import NotWritten
+from touchatlas.atlas.cad.not_written import NotWritten
 
 
 class NamedShape(NamedTuple):
-    """A solid or a shell of the kernel, with its faces and their names, and the edges of the body
-    by their numbers, where they are known."""
+    """A solid or a shell of the kernel, with its faces and their names."""
 
     shape: Any
     faces: list[Any]
     names: list[str]
-    edges: tuple[Any, ...] = ()
 
 
 def need_kernel() -> None:
@@ -96,19 +94,15 @@ def _ascii(text: str):
 def solid_or_shell(faces, is_closed: bool):
     """A solid of faces that close up, or an open shell."""
     from OCP.BRep import BRep_Builder
-    from OCP.TopoDS import TopoDS_Shell, TopoDS_Solid
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeSolid
+    from OCP.TopoDS import TopoDS_Shell
 
     build, shell = BRep_Builder(), TopoDS_Shell()
     build.MakeShell(shell)
     for face in faces:
         build.Add(shell, face)
-    if not is_closed:
-        return shell
-    shell.Closed(True)
-    solid = TopoDS_Solid()
-    build.MakeSolid(solid)
-    build.Add(solid, shell)
-    return solid
+    shell.Closed(is_closed)
+    return BRepBuilderAPI_MakeSolid(shell).Solid() if is_closed else shell
 
 
 def is_solid(one: NamedShape) -> bool:

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from touchatlas.atlas.cad.bezier_shapes import bezier_shapes
-from touchatlas.atlas.cad.face_layout import NotWritten
 from touchatlas.atlas.cad.fewer_triangles import fewer_triangles
 from touchatlas.atlas.cad.lawful_shapes import lawful_shapes
+from touchatlas.atlas.cad.not_written import NotWritten
 from touchatlas.atlas.cad.occ_kernel import is_solid, need_kernel, step_bytes
 from touchatlas.atlas.cad.occ_triangles import triangle_shapes
 from touchatlas.atlas.faces.body import Body
@@ -49,8 +49,6 @@ class StepReport:
         Plane faces of a surface that could be written by nothing else.
     solids, open_shells : int
         Numbers of each in the file.
-    left_out : int
-        Small stray parts of the surface of a lawful body.
     gap : float, length
         Tolerance of the file: largest distance of an edge from its faces, or of Bezier faces or
         triangles from the surface.
@@ -71,7 +69,6 @@ class StepReport:
     triangles: int = 0
     solids: int = 0
     open_shells: int = 0
-    left_out: int = 0
     gap: float = 0.0
     turn: float = 0.0
     note: str = ""
@@ -114,19 +111,16 @@ def save_step(state: AtlasState, path) -> StepReport:
 
 def _save_faces(state: AtlasState, body: Body, path) -> StepReport:
     """Write the faces of a lawful body."""
-    made = lawful_shapes(body, state.tolerance, state.options.facets * state.tolerance)
+    made = lawful_shapes(body, state.tolerance)
     write_whole(path, step_bytes(made.shapes, made.gap, Path(path).name))
-    solids = sum(made.brep.closed)
     return StepReport(
-        faces=len(made.brep.faces) + made.fillets,
-        planes=made.count("plane"),
-        cylinders=made.count("cylinder"),
-        cones=made.count("cone"),
-        spheres=made.count("sphere"),
+        faces=made.kinds.total() + made.fillets,
+        planes=made.kinds["plane"],
+        cylinders=made.kinds["cylinder"],
+        cones=made.kinds["cone"],
+        spheres=made.kinds["sphere"],
         fillets=made.fillets,
-        solids=solids,
-        open_shells=len(made.brep.closed) - solids,
-        left_out=made.left_out,
+        solids=len(made.shapes),
         gap=made.gap,
         note=made.note,
     )

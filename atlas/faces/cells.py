@@ -51,6 +51,11 @@ class Cells:
         self._bits = np.where(self._one == np.arange(len(faces)), bits, 0)
         self._keys, self._labels = self._with_opposite(*self._votes())
 
+    @property
+    def same_surface(self) -> np.ndarray:
+        """(f,) the first face that is one surface with each face."""
+        return self._one
+
     def decide(self, points, distances) -> tuple[np.ndarray, np.ndarray]:
         """The face (n,) that votes show to be the surface of points (n, 3) at distances (n, f) from
         all faces, length; -1 where they do not, or where it has several patches. And its distance,

@@ -102,6 +102,11 @@ class FaceField:
             out[one, other] = out[other, one] = True
         return out
 
+    @property
+    def same_surface(self) -> np.ndarray:
+        """(f,) the first face that is one surface with each face."""
+        return self._cells.same_surface
+
     def at(self, points, texture: bool = True) -> FaceValues:
         """Signed distance, normal, deviation and face at points (n, 3), length, world; of a body
         without edges with or without its texture.

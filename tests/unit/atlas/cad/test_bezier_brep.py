@@ -23,10 +23,10 @@ def two_squares():
 def test_a_closed_body_has_each_edge_twice_in_opposite_directions():
     tree, _ = with_halved(first_tree(*cube_quads(), ball, 3), [0, 3], ball)
     brep = bezier_brep(tree)
-    uses = [(u.edge, u.forward) for face in brep.faces for u in face.wires[0]]
+    uses = [(u.edge, u.forward) for face in brep.faces for u in face.uses]
     wanted = {(edge, way) for edge in range(len(brep.edges)) for way in (False, True)}
     assert len(uses) == len(wanted) and set(uses) == wanted
-    assert brep.closed == (True,)
+    assert brep.parts == (tuple(range(len(brep.faces))),)
     assert len(brep.vertices) - len(brep.edges) + len(brep.faces) == 2
 
 
@@ -36,18 +36,15 @@ def test_wires_run_from_vertex_to_vertex():
     for face in brep.faces:
         ends = [
             (brep.edges[u.edge].start, brep.edges[u.edge].end)[:: 1 if u.forward else -1]
-            for u in face.wires[0]
+            for u in face.uses
         ]
         assert [b for _, b in ends] == [a for a, _ in ends[1:] + ends[:1]]
 
 
-def test_an_open_body_is_open_and_two_are_two_parts():
+def test_two_bodies_are_two_parts():
     points, quads = cube_quads()
-    far = np.concatenate([points, points])
-    both = np.concatenate([quads[1:], quads + 8])
-    brep = bezier_brep(first_tree(far, both, ball, 3))
-    assert brep.closed == (False, True)
-    assert brep.parts == (tuple(range(5)), tuple(range(5, 11)))
+    both = first_tree(np.concatenate([points, points]), np.concatenate([quads, quads + 8]), ball, 3)
+    assert bezier_brep(both).parts == (tuple(range(6)), tuple(range(6, 12)))
 
 
 @pytest.mark.parametrize("angle", [0.0, 1e-9, 0.01, 0.5])

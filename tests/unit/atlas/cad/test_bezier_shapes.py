@@ -9,7 +9,7 @@ import trimesh
 from tests.unit.atlas.cad.smooth_bodies import RADIUS, ball_of, surface_of
 from tests.unit.atlas.cad.test_occ_triangles import volume
 from touchatlas.atlas.cad.bezier_shapes import bezier_shapes
-from touchatlas.atlas.cad.face_layout import NotWritten
+from touchatlas.atlas.cad.not_written import NotWritten
 from touchatlas.atlas.cad.occ_kernel import is_solid
 
 pytest.importorskip("OCP.STEPControl", reason="needs the extra cad")

@@ -7,7 +7,7 @@ import trimesh
 
 from tests.unit.atlas.cad.smooth_bodies import RADIUS, surface_of, torus_mesh
 from touchatlas.atlas.cad.coarse_quads import coarse_triangles, three_quads
-from touchatlas.atlas.cad.face_layout import NotWritten
+from touchatlas.atlas.cad.not_written import NotWritten
 
 
 @pytest.mark.parametrize(("mesh", "euler"), [(trimesh.creation.icosphere(4), 2), (torus_mesh(), 0)])

@@ -8,11 +8,8 @@ import pytest
 
 from tests.lawful import HALF, RADIUS, body_of, samples_of_touches, touched_mesh
 from touchatlas.atlas.cad import lawful_shapes as module
-from touchatlas.atlas.cad.face_layout import NotWritten
-from touchatlas.atlas.cad.face_regions import Chain
-from touchatlas.atlas.cad.law_surfaces import LawSurface
 from touchatlas.atlas.cad.lawful_shapes import LawfulShapes, lawful_shapes
-from touchatlas.atlas.cad.place_chains import placed_chain
+from touchatlas.atlas.cad.not_written import NotWritten
 from touchatlas.atlas.faces.body import Body
 from touchatlas.atlas.faces.face_corners import find_corners
 
@@ -37,7 +34,7 @@ def made(radius_of, std, name="box") -> LawfulShapes:
     samples = sharp_body(name).samples
     corners = find_corners(faces.faces, edges, faces.points, faces.rounded, samples.std)
     body = Body(replace(faces, edges=edges, corners=corners), samples)
-    return lawful_shapes(body, TOLERANCE, TOLERANCE)
+    return lawful_shapes(body, TOLERANCE)
 
 
 def volume(shapes: LawfulShapes) -> float:
@@ -87,7 +84,7 @@ def test_radii_that_differ_by_their_deviations_are_one():
 
 def test_other_radii_are_kept_and_corners_between_them_have_none():
     found = made(lambda first, _: 0.2 if first == 0 else 0.1, 0.001)
-    assert (found.fillets, found.note, found.brep.closed) == (20, "", (True,))
+    assert (found.fillets, found.note, len(found.shapes)) == (20, "", 1)
     assert {name[:18] for name in names(found)} == {
         "fillet, radius 0.1",
         "fillet, radius 0.2",
@@ -98,7 +95,7 @@ def test_other_radii_are_kept_and_corners_between_them_have_none():
 
 def test_one_blunt_edge_is_one_fillet():
     found = made(lambda *pair: 0.2 if pair == (0, 2) else 0.0, 0.001)
-    assert (found.fillets, found.brep.closed) == (1, (True,))
+    assert (found.fillets, len(found.shapes)) == (1, 1)
 
 
 def test_where_fillets_fail_edges_are_sharp_within_the_tolerance():
@@ -111,7 +108,7 @@ def test_where_fillets_fail_edges_are_sharp_within_the_tolerance():
 def test_where_fillets_fail_beyond_the_tolerance_there_are_no_faces(monkeypatch):
     """A radius of two tolerances is off by 1.5 in a corner; one of one tolerance is not."""
 
-    def refuse(one, radii):
+    def refuse(one, edges, radii):
         raise NotWritten("no fillets")
 
     monkeypatch.setattr(module, "with_fillets", refuse)
@@ -124,22 +121,8 @@ def test_errors_of_the_kernel_are_reasons(monkeypatch):
     """They have no class in common in Python."""
     standard = pytest.importorskip("OCP.Standard", reason="needs the extra cad")
 
-    def refuse(one, radii):
+    def refuse(one, edges, radii):
         raise standard.Standard_ConstructionError("too close")
 
     monkeypatch.setattr(module, "with_fillets", refuse)
     assert "the CAD kernel refuses a face: too close" in made(lambda *_: 0.1, 0.01).note
-
-
-def test_points_of_a_rounded_edge_move_as_far_as_it_is_blunt():
-    """The middle of a rounding of radius 1 lies 0.41 from where two planes meet."""
-    along = np.eye(3)[[1, 2, 0]]
-    planes = [LawSurface("plane", np.zeros(3), axes) for axes in (np.eye(3), along)]
-    away, y = 1.0 - np.sqrt(0.5), np.linspace(0.0, 1.0, 21)
-    points = np.column_stack([np.full(21, -away), y, np.full(21, -away)])
-    nodes = {0: np.array([0.0, 0.0, 0.0]), 20: np.array([0.0, 1.0, 0.0])}
-    chain = Chain(0, 1, np.arange(21))
-    assert placed_chain(chain, planes, points, nodes, 0.1, 0.0) is None
-    found = placed_chain(chain, planes, points, nodes, 0.1, 0.5)
-    assert found is not None
-    assert found.points[:, [0, 2]] == pytest.approx(0.0, abs=1e-12)

@@ -107,12 +107,37 @@ def test_the_file_does_not_depend_on_the_unit(gmsh, tmp_path):
     assert np.array(scaled) / scale**3 == pytest.approx(volumes, rel=1e-6)
 
 
-def test_a_body_that_is_known_in_part_is_an_open_shell(gmsh, tmp_path):
-    """Thirty touches leave some of a box unknown."""
-    report = save_step(atlas_of("box", 30), tmp_path / "a.step")
-    assert (report.solids, report.open_shells, report.planes) == (0, 1, 6)
+def test_a_body_that_is_known_in_part_is_written_as_triangles(gmsh, tmp_path):
+    """Of a box one corner of the top was not touched: its planes would close it."""
+    columns = touched_mesh("box", 60, NOISE)
+    x, y, z = columns[0].T
+    samples = samples_of_touches(columns, 1.5 * NOISE, (x < 0.0) | (y < -5.0) | (z < 14.0))
+    atlas, body = Atlas(TOLERANCE), body_of(samples)
+    atlas.known_body = KnownBody(is_one=False, faces=body.faces, body=body)
+    report = save_step(atlas, tmp_path / "a.step")
+    assert (report.solids, report.planes) == (0, 0) and report.triangles > 0
+    assert "of the surface of the solid is unknown" in report.note
+    _, volumes = read(gmsh, tmp_path / "a.step")
+    assert not volumes
+
+
+def test_planes_that_nearly_meet_in_a_point_have_one_corner(tmp_path):
+    """Four planes of a pyramid intersect in two points, less than a tolerance apart."""
+    report = save_step(atlas_of("pyramid", 100), tmp_path / "a.step")
+    assert (report.planes, report.solids, report.note) == (5, 1, "")
+    assert 0.01 * TOLERANCE < report.gap < 0.5 * TOLERANCE
+    text = (tmp_path / "a.step").read_bytes()
+    assert (text.count(b"VERTEX_POINT("), text.count(b"EDGE_CURVE(")) == (5, 8)
+
+
+def test_faces_beside_smooth_rims_are_tangent_in_the_file(gmsh, tmp_path):
+    """Two half cylinders and the planes between them."""
+    report = save_step(atlas_of("stadium", 100), tmp_path / "a.step")
+    assert (report.planes, report.cylinders, report.solids, report.note) == (4, 2, 1, "")
+    assert report.gap < 0.01 * TOLERANCE
     faces, volumes = read(gmsh, tmp_path / "a.step")
-    assert faces == {"Plane": 6} and not volumes
+    assert faces == {"Plane": 4, "Cylinder": 2}
+    assert volumes == volume_of("stadium")
 
 
 def test_equal_bodies_give_equal_bytes_that_name_the_faces(tmp_path, capfd):
