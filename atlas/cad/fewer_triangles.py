@@ -40,16 +40,11 @@ def _collapsed(surface: Surface, count: int) -> Surface | None:
     vertices, faces, triangle, vertex = igl.qslim(surface.vertices, surface.faces, count, True)
     if not 0 < len(faces) <= count + 1:
         return None
-    old = _normals(surface.vertices, surface.faces[triangle])
-    if (np.einsum("ij,ij->i", old, _normals(vertices, faces)) <= 0.0).any():
+    old = igl.per_face_normals(surface.vertices, surface.faces[triangle], np.zeros(3))
+    new = igl.per_face_normals(vertices, faces, np.zeros(3))
+    if (np.einsum("ij,ij->i", old, new) <= 0.0).any():
         return None
     return replace(surface.taken(vertex, faces), vertices=vertices)
-
-
-def _normals(vertices, faces) -> np.ndarray:
-    """(f, 3) normals of triangles, as long as twice their area."""
-    a, b, c = vertices[faces].transpose(1, 0, 2)
-    return np.cross(b - a, c - a)
 
 
 def _farthest(one: Surface, other: Surface) -> float:

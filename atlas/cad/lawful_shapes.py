@@ -13,12 +13,13 @@ from touchatlas.atlas.cad.fillets import blunt_edges, fillet_radii
 from touchatlas.atlas.cad.law_surfaces import LawSurface, law_surface
 from touchatlas.atlas.cad.not_written import NoName, NotWritten
 from touchatlas.atlas.cad.occ_cells import LawfulSolid, solids_inside
+from touchatlas.atlas.cad.occ_circles import make_circles
 from touchatlas.atlas.cad.occ_fillets import solid_edges, with_fillets
 from touchatlas.atlas.cad.occ_kernel import NamedShape, refusals
 from touchatlas.atlas.cad.occ_parts import (
-    edges_of,
     is_valid,
     largest_tolerance,
+    listed,
     points_along,
     triangles_of,
 )
@@ -30,6 +31,9 @@ from touchatlas.atlas.faces.body import Body
 # tolerances: where four faces meet within their errors there are two corners. Doubled, faces
 # narrower than half a tolerance are lost.
 _ONE_CORNER = 0.25
+# Distance of an edge from its faces, in tolerances, up to which it is a circle: less than a
+# measured face errs. Doubled, some more edges are circles.
+_EXACT = 5e-2
 # Largest distance of a shape from the body, in tolerances. Doubled, worse bodies are written by
 # laws.
 _WORST = 1.0
@@ -89,7 +93,8 @@ def lawful_shapes(body: Body, tolerance: float) -> LawfulShapes:
     with refusals():
         solids = _solids(body, same, surfaces, tolerance)
         edges = [solid_edges(one) for one in solids]
-    shapes, note = [_named(body, one) for one in solids], ""
+    words, note = [face.words for face in body.faces.faces], ""
+    shapes = [NamedShape(s.shape, s.faces, [words[k] for k in s.numbers]) for s in solids]
     try:
         with refusals():
             shapes = _rounded(body, same, shapes, edges, _WORST * tolerance)
@@ -99,12 +104,6 @@ def lawful_shapes(body: Body, tolerance: float) -> LawfulShapes:
     kinds = Counter(surfaces[k].kind for one in solids for k in one.numbers)
     gap = max(largest_tolerance(one.shape) for one in shapes)
     return LawfulShapes(shapes, kinds, gap, note)
-
-
-def _named(body: Body, one: LawfulSolid) -> NamedShape:
-    """A solid whose faces have the words of those of the body."""
-    names = [body.faces.faces[number].words for number in one.numbers]
-    return NamedShape(one.shape, one.faces, names)
 
 
 def _surface(body: Body, number: int) -> LawSurface:
@@ -127,15 +126,18 @@ def _solids(body: Body, same, surfaces, tolerance: float) -> list[LawfulSolid]:
     def distances(points):
         return body.field.at(points).distance
 
-    exact = solids_inside(large, distances, 0.0, body.extent)
-    if min(map(_shortest_edge, exact)) < tolerance:
+    solids, exact = solids_inside(large, distances, 0.0, body.extent), _EXACT * tolerance
+    if min(map(_shortest_edge, solids)) < tolerance:
         with suppress(NotWritten), refusals():
-            return _valid(solids_inside(large, distances, _ONE_CORNER * tolerance, body.extent))
-    return _valid(exact)
+            fuzzy = _ONE_CORNER * tolerance
+            return _valid(solids_inside(large, distances, fuzzy, body.extent), exact)
+    return _valid(solids, exact)
 
 
-def _valid(solids: list[LawfulSolid]) -> list[LawfulSolid]:
-    """The solids, if the kernel finds nothing wrong with them."""
+def _valid(solids: list[LawfulSolid], exact: float) -> list[LawfulSolid]:
+    """The solids with circles for edges, if the kernel finds nothing wrong with them."""
+    for one in solids:
+        make_circles(one.shape, exact)
     if not all(is_valid(one.shape) for one in solids):
         raise NotWritten("the CAD kernel finds the shape invalid")
     return solids
@@ -153,7 +155,9 @@ def _rounded(body: Body, same, sharp: list[NamedShape], edges, worst: float) -> 
     shapes = [with_fillets(one, own, fillet_radii(body.faces, same, own)) for one, own in pairs]
     new = zip(sharp, shapes, strict=True)
     fillets = [face for old, one in new for face in one.faces[len(old.faces) :]]
-    rims = [np.concatenate([points_along(edge) for edge in edges_of(face)]) for face in fillets]
+    rims = [
+        np.concatenate([points_along(edge) for edge in listed(face, "Edge")]) for face in fillets
+    ]
     # The median, because the field keeps the ends of some blunt edges sharp.
     off = max((float(np.median(_off(body, points))) for points in rims), default=0.0)
     if off > worst:

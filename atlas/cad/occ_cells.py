@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from touchatlas.atlas.cad.not_written import NotWritten
-from touchatlas.atlas.cad.occ_parts import coordinates, faces_of, parts_of, solids_of
+from touchatlas.atlas.cad.occ_parts import coordinates, listed, parts_of
 
 # Least distance of points that are two, over the extent. Doubled, thinner cells are outside.
 _LEAST = 1e-9
@@ -41,11 +41,13 @@ def solids_inside(
         Of the body.
     """
     maker = _volumes([face for _, face in large], True, fuzzy)
-    inside = [cell for cell in solids_of(maker.Shape()) if _is_inside(cell, distances, extent)]
+    inside = [
+        cell for cell in listed(maker.Shape(), "Solid") if _is_inside(cell, distances, extent)
+    ]
     if not inside:
         raise NotWritten("the faces enclose nothing")
     pieces = [(n, piece) for n, face in large for piece in list(maker.Modified(face)) or [face]]
-    solids = solids_of(_volumes(_boundary(inside), False, 0.0).Shape())
+    solids = listed(_volumes(_boundary(inside), False, 0.0).Shape(), "Solid")
     return [_united(solid, pieces, fuzzy) for solid in solids]
 
 
@@ -68,7 +70,7 @@ def _volumes(faces, crossing: bool, fuzzy: float):
 def _is_inside(cell, distances: Distances, extent: float) -> bool:
     """Whether most of a cell is inside of the body: of the chords through it from its faces, whose
     middles are asked, by length."""
-    chords = [chord for face in faces_of(cell) for chord in _chords(cell, face, extent)]
+    chords = [chord for face in listed(cell, "Face") for chord in _chords(cell, face, extent)]
     if not chords:
         return False
     middles, lengths = (np.array(column) for column in zip(*chords, strict=True))
@@ -116,7 +118,7 @@ def _boundary(cells) -> list[Any]:
     from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher
 
     known = IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher()
-    count = Counter(known.Add(face) for cell in cells for face in faces_of(cell))
+    count = Counter(known.Add(face) for cell in cells for face in listed(cell, "Face"))
     return [known.FindKey(number) for number, cells_of in count.items() if cells_of == 1]
 
 
@@ -124,14 +126,13 @@ def _united(solid, pieces, fuzzy: float) -> LawfulSolid:
     """A solid whose faces and edges of one surface or curve are one; ``pieces`` are numbers of
     surfaces and faces before."""
     from OCP.ShapeUpgrade import ShapeUpgrade_UnifySameDomain
-    from OCP.TopAbs import TopAbs_FACE
 
     unite = ShapeUpgrade_UnifySameDomain(solid, True, True, False)
     if fuzzy > 0.0:
         unite.SetLinearTolerance(fuzzy)
     unite.Build()
     shape, history = unite.Shape(), unite.History()
-    own = parts_of(shape, TopAbs_FACE)
+    own = parts_of(shape, "Face")
     number_of: dict[int, int] = {}
     for number, piece in pieces:
         for face in list(history.Modified(piece)) or [piece]:
@@ -139,4 +140,6 @@ def _united(solid, pieces, fuzzy: float) -> LawfulSolid:
                 number_of[own.FindIndex(face)] = number
     if len(number_of) != own.Extent():
         raise NotWritten("the CAD kernel makes faces of no surface")
-    return LawfulSolid(shape, faces_of(shape), [number_of[k + 1] for k in range(own.Extent())])
+    return LawfulSolid(
+        shape, listed(shape, "Face"), [number_of[k + 1] for k in range(own.Extent())]
+    )

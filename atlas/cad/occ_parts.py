@@ -9,42 +9,23 @@ import numpy as np
 _SAMPLED = 33
 
 
-def parts_of(shape, kind):
-    """The kernel's map of the parts of a shape that are of a kind, such as faces, each once."""
+def parts_of(shape, kind: str):
+    """The kernel's map of the parts of a shape that are of a kind, such as "Face", each once."""
+    from OCP import TopAbs
     from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher
     from OCP.TopExp import TopExp
 
     found = IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher()
-    TopExp.MapShapes_s(shape, kind, found)
+    TopExp.MapShapes_s(shape, getattr(TopAbs, f"TopAbs_{kind.upper()}"), found)
     return found
 
 
-def listed(parts) -> list[Any]:
-    """The parts of a map of the kernel."""
-    return [parts.FindKey(number) for number in range(1, parts.Extent() + 1)]
-
-
-def faces_of(shape) -> list[Any]:
-    """The faces of a shape, each once."""
-    from OCP.TopAbs import TopAbs_FACE
+def listed(shape, kind: str) -> list[Any]:
+    """The parts of a shape that are of a kind, each once."""
     from OCP.TopoDS import TopoDS
 
-    return [TopoDS.Face(face) for face in listed(parts_of(shape, TopAbs_FACE))]
-
-
-def edges_of(shape) -> list[Any]:
-    """The edges of a shape, each once."""
-    from OCP.TopAbs import TopAbs_EDGE
-    from OCP.TopoDS import TopoDS
-
-    return [TopoDS.Edge(edge) for edge in listed(parts_of(shape, TopAbs_EDGE))]
-
-
-def solids_of(shape) -> list[Any]:
-    """The solids of a shape."""
-    from OCP.TopAbs import TopAbs_SOLID
-
-    return listed(parts_of(shape, TopAbs_SOLID))
+    parts = parts_of(shape, kind)
+    return [getattr(TopoDS, kind)(parts.FindKey(n)) for n in range(1, parts.Extent() + 1)]
 
 
 def coordinates(point) -> np.ndarray:
@@ -85,7 +66,7 @@ def triangles_of(shapes, sagitta: float) -> tuple[np.ndarray, np.ndarray]:
     vertices, triangles, count = [], [], 0
     for shape in shapes:
         BRepMesh_IncrementalMesh(shape, sagitta)
-        for points, corners in map(_triangles, faces_of(shape)):
+        for points, corners in map(_triangles, listed(shape, "Face")):
             vertices.append(points)
             triangles.append(count + corners)
             count += len(points)

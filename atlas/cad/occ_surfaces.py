@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from touchatlas.atlas.cad.law_surfaces import LawSurface
-from touchatlas.atlas.cad.occ_parts import faces_of
+from touchatlas.atlas.cad.occ_parts import listed
 from touchatlas.atlas.cad.tangent_rims import Rim, RimPlane, rim_plane
 
 # Half the size of a large face, over the extent of the samples: corners of the body lie beyond
@@ -68,7 +68,7 @@ class _LargeFaces:
         points = points[:: max(1, len(points) // _ASKED)]
         distance, normal = surface.at(points)
         feet = points - distance[:, None] * normal
-        found = faces_of(split.Shape())
+        found = listed(split.Shape(), "Face")
         return [face for face in found if _fraction(face, feet, self._half) >= _PART]
 
     def _rim_face(self, plane: RimPlane):

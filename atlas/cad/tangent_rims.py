@@ -157,13 +157,7 @@ def _gaps(first: LawSurface, second: LawSurface, points) -> np.ndarray:
     if plane is None:
         return np.zeros(len(points))
     for _ in range(_STEPS):
-        points = _onto(plane.surface, points)
-        for surface in (first, second):
+        for surface in (first, second, plane.surface):
             distance, normal = surface.at(points)
-            points = points - 0.5 * distance[:, None] * normal
-    points = _onto(plane.surface, points)
+            points = points - distance[:, None] * normal
     return first.at(points)[0] - second.at(points)[0]
-
-
-def _onto(plane: LawSurface, points) -> np.ndarray:
-    return points - np.outer(plane.at(points)[0], plane.axes[2])

@@ -113,6 +113,27 @@ def test_a_body_of_exact_surfaces_is_one_valid_solid_of_its_volume(name):
     assert largest_tolerance(one.shape) < 1e-6
 
 
+def test_an_edge_across_a_leaning_axis_is_a_circle_within_the_difference_of_its_half_axes():
+    """Cut at an angle a, a cylinder of radius r has half axes of r and r / cos a."""
+    angle = 0.01
+    cosine, sine = np.cos(angle), np.sin(angle)
+    lean = np.array([[cosine, 0.0, sine], [0.0, 1.0, 0.0], [-sine, 0.0, cosine]])
+    (one,) = solids([LawSurface("cylinder", np.zeros(3), lean, 0.5), plane(0.0, DOWN), plane(1.0)])
+    from OCP.BRepAdaptor import BRepAdaptor_Curve
+    from OCP.GeomAbs import GeomAbs_Circle
+
+    from touchatlas.atlas.cad.occ_circles import make_circles
+    from touchatlas.atlas.cad.occ_parts import is_valid, largest_tolerance, listed
+
+    off = 0.5 * (1.0 / cosine - 1.0)
+    for allowed, count in ((0.9 * off, 0), (1.1 * off, 2)):
+        make_circles(one.shape, allowed)
+        kinds = [BRepAdaptor_Curve(edge).GetType() for edge in listed(one.shape, "Edge")]
+        assert kinds.count(GeomAbs_Circle) == count
+    assert is_valid(one.shape)
+    assert largest_tolerance(one.shape) == pytest.approx(off, rel=0.02)
+
+
 def test_faces_that_enclose_nothing_are_no_solid():
     """A cylinder with one end."""
     with pytest.raises(NotWritten, match="enclose nothing"):
