@@ -16,6 +16,9 @@ _EDGE_TURN = np.deg2rad(15.0)
 _LONGEST_CHORD = 1.5
 # Shortest step before an edge, in steps. Doubled, a curve cuts corners off that are twice as large.
 _ACROSS = 1.0 / 256.0
+# Lengths of a step across an edge that are tried, each twice as long as the one before. Doubled,
+# nothing changes: the last is half a step.
+_LONGER = 7
 # Least turn of a contour with which a probe runs over edges, rad: a right angle, that of most.
 # Contours that may turn by less end there. Doubled, none runs over an edge.
 _OVER_EDGES = 0.5 * np.pi
@@ -72,7 +75,12 @@ def _finer(field: Field, point, arm, normal, step, step_turn) -> np.ndarray:
     def between(at) -> np.ndarray:
         whole = at.astype(int)
         planes = np.broadcast_to(normal, (len(at), 3))
-        return _advance(field, arm[whole], planes, step * (at - whole)[:, None])
+        steps = step * (at - whole)
+        ahead = _advance(field, arm[whole], planes, steps[:, None])
+        far = _is_far(arm[whole], ahead, steps) | _is_far(ahead, arm[whole + 1], step - steps)
+        for k in np.flatnonzero(far):
+            ahead[k] = _step_over_edges(field, arm[whole[[k]]], planes[[k]], float(steps[k]))
+        return ahead
 
     at = finer_steps(arm, step_turn, between)[1:]
     whole = at == np.round(at)
@@ -103,13 +111,24 @@ def _step_over_edges(field: Field, x, normal, step) -> np.ndarray:
         ahead = _advance(field, x, normal, way)
         while _breaks(x, ahead, normals_at(field, x), normals_at(field, ahead), way)[0]:
             if way <= shortest:
-                way, most = 2.0 * shortest, np.inf
-                ahead = _advance(field, x, normal, way)
+                ahead, way = _across(field, x, normal, 2.0 * shortest)
+                most = np.inf
                 break
             most, way = way, 0.5 * way
             ahead = _advance(field, x, normal, way)
         x, left, most = ahead, left - way, most - way
     return np.asarray(x[0])
+
+
+def _across(field: Field, x, normal, way) -> tuple[np.ndarray, float]:
+    """A point (1, 3) across an edge, and how far ahead of x (1, 3) it is: at least ``way``, and as
+    much more as it takes until Newton's method ends there. A face that is nearly parallel to the
+    plane of the curve may lead it astray."""
+    for longer in way * 2.0 ** np.arange(_LONGER):
+        ahead = _advance(field, x, normal, longer)
+        if not _is_far(x, ahead, longer)[0]:
+            return ahead, float(longer)
+    return x.copy(), way
 
 
 def _end_ahead(field: Field, x, normal, step, max_turn) -> ContourEnd:
@@ -158,9 +177,14 @@ def normals_at(field: Field, points) -> np.ndarray:
     return gradient / np.sqrt((gradient**2).sum(axis=1))[:, None]
 
 
-def _breaks(x, ahead, before, after, step: float) -> np.ndarray:
+def _breaks(x, ahead, before, after, step) -> np.ndarray:
     """(m,) whether steps from points x (m, 3) with normals ``before`` left their smooth face: the
     normal turned at an edge, or the step is too long."""
     turned = (before * after).sum(axis=1) < np.cos(_EDGE_TURN)
+    return np.asarray(turned | _is_far(x, ahead, step))
+
+
+def _is_far(x, ahead, step) -> np.ndarray:
+    """(m,) whether steps from points x (m, 3) are too long."""
     chord = ahead - x
-    return turned | ((chord * chord).sum(axis=1) > (_LONGEST_CHORD * step) ** 2)
+    return np.asarray((chord * chord).sum(axis=1) > (_LONGEST_CHORD * step) ** 2)
