@@ -90,15 +90,16 @@ def test_triangles_do_not_run_across_edges(name):
 @pytest.mark.parametrize("name", BODIES)
 def test_distance_about_a_polyhedron_is_that_of_its_half_spaces(name):
     """Unions and intersections of exact half spaces (CSG), about the whole surface with its
-    notches, by a tolerance. All but one in a thousand are within five deviations of a sample. A
-    corner beyond the last contour may be unknown: it was 1 in 1000 of the block."""
+    notches, by a tolerance. All but one in a thousand are within five deviations of a sample. An
+    exploration ends with 0.995 known: corners beyond the last contours are not, 3 in 1000 of the
+    block."""
     atlas = explored_faces(name, OVER).atlas
     obj, rng = sharp_object(name), np.random.default_rng(0)
     points, _ = obj.sample(10_000, rng)
     points = points + rng.normal(0.0, obj.tolerance, points.shape)
     seen = atlas.blend(points)
     off = np.abs(seen.distance - obj.value(points))
-    assert seen.known.mean() > 0.997
+    assert seen.known.mean() > PlannerOptions().coverage
     assert np.nanquantile(off, 0.999) < 5 * NOISE
 
 
