@@ -30,9 +30,9 @@ _SHARP = 2.0 * np.tan(np.deg2rad(17.5))
 
 
 def determined(faces: Faces, samples: ContourSamples) -> Faces:
-    """The same without the faces that contours do not determine: lawful ones whose law no contour
-    tests, and others that one contour alone has met, or another with few samples. Their samples
-    belong to none."""
+    """The same without the faces that contours do not determine: planes that no contour tests, and
+    others that one contour alone has met, or another with few samples. Their samples belong to
+    none."""
     kept = [face for face in faces.faces if _is_determined(face, samples)]
     number = {face.id: k for k, face in enumerate(kept)}
     table = np.array([number.get(face.id, NONE) for face in faces.faces] + [NONE])
@@ -53,23 +53,24 @@ def determined(faces: Faces, samples: ContourSamples) -> Faces:
 
 def _is_determined(face: Face, samples: ContourSamples) -> bool:
     """Whether the samples of a face determine more than curves in planes."""
-    if face.law is None:
+    if face.law is None or face.pieces[0].kind is not Kind.PLANE:
         return samples.are_of_several_contours(face.samples)
-    return _is_tested(face.pieces[0].kind, face.samples, samples)
+    return _is_tested(face.samples, samples)
 
 
-def _is_tested(kind: Kind, members, samples: ContourSamples) -> bool:
-    """Whether the contour with most samples of a face (m,) lies where the others predict it.
+def _is_tested(members, samples: ContourSamples) -> bool:
+    """Whether the contour with most samples of a plane (m,) lies where the others predict it.
 
     Two contours alone test nothing: all that one touch tracks on faces along its normal are lines
-    parallel to it, and any two of them lie in one plane, as any three lie on one cylinder.
+    parallel to it, and any two of them lie in one plane. Three lines lie on one cylinder, too; but
+    where that was asked of cylinders and spheres, a box with wide roundings had a handle.
     """
     contours = samples.contours[members]
     largest = contours == np.bincount(contours).argmax()
     others = evenly(members[~largest], _FITTED)
-    if len(others) < kind.parameters:
+    if len(others) < Kind.PLANE.parameters:
         return False
-    law = fit_piece(kind, samples.points[others], samples.normals[others], samples.std)
+    law = fit_piece(Kind.PLANE, samples.points[others], samples.normals[others], samples.std)
     if law is None:
         return False
     distance, _, variance = law.predicted(samples.points[members[largest]])

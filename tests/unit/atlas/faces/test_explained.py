@@ -1,4 +1,4 @@
-"""A law is known when a contour tests it: when it lies where the others predict it."""
+"""A plane is known when a contour tests it: when it lies where the others predict it."""
 
 import numpy as np
 import pytest
@@ -35,14 +35,6 @@ def test_a_plane_through_lines_on_two_faces_of_a_prism_is_no_face():
 def test_a_plane_needs_three_lines(count, found):
     places = [(2.0 * k, 0.0) for k in range(count)]
     assert kinds_on_lines(places, count * [(0.0, 1.0)]) == found
-
-
-@pytest.mark.parametrize(("count", "found"), [(3, []), (4, ["cylinder"]), (8, ["cylinder"])])
-def test_a_cylinder_needs_four_lines(count, found):
-    """Any three parallel lines lie on one."""
-    angle = np.deg2rad(15.0) * np.arange(count)
-    normals = np.column_stack([np.cos(angle), np.sin(angle)])
-    assert kinds_on_lines(8.0 * normals, normals) == found
 
 
 def test_a_bevel_that_three_contours_cross_is_a_face():
