@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from touchatlas.atlas.check.doubt import Doubt
+from touchatlas.atlas.check.edge_doubts import edge_doubts
 from touchatlas.atlas.check.sample_doubts import sample_doubts
 from touchatlas.atlas.check.stop_doubts import Stopped, stop_doubts
 from touchatlas.atlas.check.surface_doubts import Triangles, surface_doubts
@@ -41,5 +42,6 @@ def doubts(
     return (
         *stop_doubts(stopped, open_places, unreachable),
         *sample_doubts(atlas),
+        *edge_doubts(atlas),
         *surface_doubts(surface, atlas),
     )
