@@ -26,9 +26,10 @@ _GRAZING = 0.26
 # The same above which the approach alone tells the outer side: 60 degrees. Doubled, the known
 # surface is asked at every touch, and one that is inside out turns the next touch as well.
 _STEEP = 0.5
-# Least weight of the samples that tell the side of the known surface, of which one as sure as a
-# measured one has half of one; and least share of it that speaks for one side. The first doubled,
-# fewer grazing touches are learned; the second, all samples must agree.
+# Least sum of the weights of samples that tell the side of the known surface: each weighs a half
+# where the surface is as sure as one sample, more where it is surer. And the least share of that
+# sum by which one side must have more than the other. The first doubled, fewer grazing touches are
+# learned; the second, all samples must agree.
 _LEAST_SAYS, _AGREES = 0.5, 0.5
 # Deviations within which a sample lies on the known surface. Doubled, the far sides of thin walls
 # tell the side.
