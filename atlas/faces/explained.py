@@ -15,14 +15,14 @@ from touchatlas.patch.geometry.kinks import kinks
 # Least fraction of the samples that lawful faces explain; the rest is unknown, and touched again.
 # With twice the rest left out, free-form parts of a body are drawn as planes.
 _LAWFUL = 0.9
-# Most samples by which a law is fitted without one contour: a mean of so many is within a twentieth
-# of a deviation. Doubled, it takes longer.
+# Most samples by which a plane is fitted without one contour: a mean of so many is within a
+# twentieth of a deviation. Doubled, it takes longer.
 _FITTED = 400
-# Largest predicted deviation where a contour tests a law, in deviations of a sample: what labels
+# Largest predicted deviation where a contour tests a plane, in deviations of a sample: what labels
 # bear. Doubled, a line and a few samples beside it pass for two lines.
 _DOUBT = 3.0
 # Largest distance of a sample from where it is predicted, in deviations of the difference. Doubled,
-# a contour that is off by a lack of fit tests a law, too.
+# a contour that is off by a lack of fit tests a plane, too.
 _GATE = 3.0
 # Difference of the slopes on both sides of an edge of 35 degrees. Halved, folds of scanned skin are
 # sharp edges.
@@ -70,10 +70,10 @@ def _is_tested(members, samples: ContourSamples) -> bool:
     others = evenly(members[~largest], _FITTED)
     if len(others) < Kind.PLANE.parameters:
         return False
-    law = fit_piece(Kind.PLANE, samples.points[others], samples.normals[others], samples.std)
-    if law is None:
+    plane = fit_piece(Kind.PLANE, samples.points[others], samples.normals[others], samples.std)
+    if plane is None:
         return False
-    distance, _, variance = law.predicted(samples.points[members[largest]])
+    distance, _, variance = plane.predicted(samples.points[members[largest]])
     sure = variance < (_DOUBT * samples.std) ** 2
     met = np.abs(distance) < _GATE * np.sqrt(variance + samples.std**2)
     return bool(np.mean(sure & met) > 0.5)
