@@ -39,8 +39,8 @@ _LAWLESS, _NEVER_LAWFUL = 0.8, 0.4
 # Revising takes seven to 25 times as long as labelling. Doubled, laws of fillets are found late.
 _HOPELESS = 0.2
 # Number of samples above which it is ``_NEVER_LAWFUL``: of 3,000 to 4,900 samples it was 0.55 on a
-# lawful body, and 0.24 and 0.25 on scans of a cow and a bust. Doubled, exploring these takes a
-# fourth longer.
+# lawful body, and 0.25 and 0.24 on scans of a cow and a bust. Revising the cow's took a fourth of
+# its exploration; doubled, it is revised.
 _SOME = 2000
 # Least share of the contours that run over sharp edges, of 35 degrees or more, for faces to be read
 # whatever their laws, and for free-form ones to be drawn: it was 0.50 or more on bodies of
