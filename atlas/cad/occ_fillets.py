@@ -1,4 +1,4 @@
-"""Open CASCADE: edges of a solid or a shell are rounded by fillets, each with its radius."""
+"""Open CASCADE: edges of a solid are rounded by fillets, each with its radius."""
 
 from typing import Any
 
