@@ -17,7 +17,13 @@ from touchatlas.planner.place.choose import Target, View, start_targets
 from touchatlas.planner.place.deviation_ratio import DeviationRatio
 from touchatlas.planner.place.known_area import KnownArea
 from touchatlas.planner.place.places import Places, places_of, planning_edge
-from touchatlas.planner.place.rules import LARGEST_HOLE, RULES, rim_target, unsure_rim_target
+from touchatlas.planner.place.rules import (
+    LARGEST_HOLE,
+    RULES,
+    guessed_edge_target,
+    rim_target,
+    unsure_rim_target,
+)
 from touchatlas.planner.plans import first_plan, known_plan, plan_at
 from touchatlas.planner.probe_plan import ProbePlan, Reason, check_answer
 from touchatlas.planner.reach import is_reachable
@@ -199,6 +205,7 @@ class Planner:
         if enough:
             target = rim_target(view, places, LARGEST_HOLE * view.extent)
             target = unsure_rim_target(view) if target is None else target
+            target = guessed_edge_target(view) if target is None else target
             return (self._hole(view, places) if target is None else target), True
         return RULES[self.options.name](view, places, self._rng), False
 

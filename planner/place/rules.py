@@ -8,6 +8,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.spatial import cKDTree
 
+from touchatlas.atlas.faces.guessed_edges import guessed_edges
 from touchatlas.planner.place.choose import APART, APART_HOLES, Target, View, distance_to
 from touchatlas.planner.place.places import Places
 from touchatlas.planner.probe_plan import Reason
@@ -94,6 +95,21 @@ def unsure_rim_target(view: View) -> Target | None:
         return None
     best = int(apart.argmax())
     return Target(points[best], normals[best], Reason.REFINE)
+
+
+def guessed_edge_target(view: View) -> Target | None:
+    """The middle of an edge that is drawn sharp by a guess, the one nearest to the last touch; None
+    where none is away from touches and attempts."""
+    body = view.atlas.body
+    if body is None:
+        return None
+    edges = guessed_edges(body, view.atlas.tolerance)
+    free = np.flatnonzero(view.is_free(edges.points))
+    if not len(free):
+        return None
+    offset = edges.points[free] - view.touched[-1]
+    nearest = int(free[(offset * offset).sum(axis=1).argmin()])
+    return Target(edges.points[nearest], edges.normals[nearest], Reason.REFINE)
 
 
 def weak_target(view: View, places: Places) -> Target | None:

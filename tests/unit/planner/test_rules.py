@@ -1,15 +1,25 @@
 """Rules: which of some places is touched next, on places made by hand."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from touchatlas.atlas import Atlas
+from touchatlas.atlas.faces.guessed_edges import GuessedEdges
 from touchatlas.planner import PlannerOptions, Reason
+from touchatlas.planner.place import rules
 from touchatlas.planner.place.choose import View
 from touchatlas.planner.place.places import Places
-from touchatlas.planner.place.rules import RULES, farthest, random, tolerance, variance
+from touchatlas.planner.place.rules import (
+    RULES,
+    farthest,
+    guessed_edge_target,
+    random,
+    tolerance,
+    variance,
+)
 
 UP = np.array([0.0, 0.0, 1.0])
 NOWHERE = np.zeros((0, 3))
@@ -132,3 +142,17 @@ def test_variance_is_the_rim_next_to_the_last_touch_and_else_the_least_sure_plac
 def test_a_rule_that_is_none_is_refused_with_those_that_are():
     with pytest.raises(ValueError, match="tolerance, random, farthest, variance"):
         PlannerOptions(name="gpis")
+
+
+def test_the_nearest_edge_that_is_drawn_by_a_guess_is_touched(monkeypatch):
+    """Until it is touched, or was tried in vain; then the next one."""
+    found = GuessedEdges(PLACES[[3, 1]], np.tile(UP, (2, 1)), 1.0)
+    monkeypatch.setattr(rules, "guessed_edges", lambda body, tolerance: found)
+    with_body = view()
+    with_body.atlas.know(SimpleNamespace(body=SimpleNamespace()))
+    target = guessed_edge_target(with_body)
+    assert target.point.tolist() == PLACES[1].tolist() and target.normal.tolist() == UP.tolist()
+    target = guessed_edge_target(replace(with_body, done=PLACES[1:2]))
+    assert target.point.tolist() == PLACES[3].tolist()
+    assert guessed_edge_target(replace(with_body, done=PLACES[[1, 3]])) is None
+    assert guessed_edge_target(view()) is None
