@@ -17,6 +17,9 @@ _COARSE, _MOST = 32, 160
 # Largest edge of a cube over the thinnest wall, so that each side has its own cubes. Doubled, both
 # sides of a wall pass the same cube.
 _WALL = 0.4
+# Least thickness of a wall that counts, in deviations of a sample: a difference of two samples is
+# less by chance in all but one of 200. Doubled, walls of eight deviations may close.
+_TOLD = 4.0
 # Largest edge of a cube over the reach of samples: its corners are within 0.4 reaches of the
 # surface that passes it, up to where ``Body.at`` finds their feet. Doubled, the surface of a
 # scanned lemon lost a third of its area.
@@ -33,7 +36,8 @@ def is_smooth(body: Body) -> bool:
 
 def coarse_edge(body: Body) -> float:
     """Edge of the cubes that show the shape of a body, length."""
-    edge = min(body.extent / _COARSE, _WALL * body.thickness, WITHIN_REACH * body.reach)
+    wall = max(body.thickness, _TOLD * body.samples.std)
+    edge = min(body.extent / _COARSE, _WALL * wall, WITHIN_REACH * body.reach)
     return max(edge, body.extent / _MOST)
 
 
