@@ -59,12 +59,12 @@ def main(*numbers: str) -> None:
         start = time.process_time()
         surface = fit_free_form(points, normals, noise, 0.5)
         fitted = time.process_time() - start
-        size = len(pickle.dumps(surface.pieces)) / len(surface.pieces)
+        size = len(pickle.dumps(surface.sextics)) / len(surface.sextics)
         asked = points[rng.choice(len(points), 1000)] + noise * rng.normal(size=(1000, 3))
         best = min(seconds(surface, asked) for _ in range(5))
         first = first or best
         print(
-            f"| {ripples} | {len(points)} | {len(surface.pieces)} | {size / 1e3:.1f} | "
+            f"| {ripples} | {len(points)} | {len(surface.sextics)} | {size / 1e3:.1f} | "
             f"{fitted:.2f} | {1e3 * best:.1f} | {best / first:.2f} |",
             flush=True,
         )

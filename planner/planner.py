@@ -5,10 +5,8 @@ import numpy as np
 from touchatlas.atlas.atlas import Atlas, AtlasChange
 from touchatlas.atlas.faces.faces import Faces
 from touchatlas.atlas.mesh.body_surface import fine_edge
-from touchatlas.atlas.mesh.close_holes import SLOPE
 from touchatlas.atlas.records.touch import Touch
 from touchatlas.patch.geometry.arrays import check_unit, frozen_array
-from touchatlas.patch.geometry.normal_error import SURE
 from touchatlas.planner.attempts import Attempts
 from touchatlas.planner.behind_edges import edge_target, unknown_ends
 from touchatlas.planner.options import TOLERANCE, PlannerOptions
@@ -16,14 +14,8 @@ from touchatlas.planner.pending import Pending
 from touchatlas.planner.place.choose import Target, View, start_targets
 from touchatlas.planner.place.deviation_ratio import DeviationRatio
 from touchatlas.planner.place.known_area import KnownArea
-from touchatlas.planner.place.places import Places, places_of, planning_edge
-from touchatlas.planner.place.rules import (
-    LARGEST_HOLE,
-    RULES,
-    guessed_edge_target,
-    rim_target,
-    unsure_rim_target,
-)
+from touchatlas.planner.place.places import Places, largest_closed, places_of, planning_edge
+from touchatlas.planner.place.rules import RULES, left_target, rim_target
 from touchatlas.planner.plans import first_plan, known_plan, plan_at
 from touchatlas.planner.probe_plan import ProbePlan, Reason, check_answer
 from touchatlas.planner.reach import is_reachable
@@ -203,9 +195,7 @@ class Planner:
         if self._known.stagnates() or (enough and len(view.pending)):
             return None, enough
         if enough:
-            target = rim_target(view, places, LARGEST_HOLE * view.extent)
-            target = unsure_rim_target(view) if target is None else target
-            target = guessed_edge_target(view) if target is None else target
+            target = left_target(view, places)
             return (self._hole(view, places) if target is None else target), True
         return RULES[self.options.name](view, places, self._rng), False
 
@@ -218,11 +208,13 @@ class Planner:
         edge = fine_edge(atlas.body, atlas.options.facets * atlas.tolerance)
         if edge < planning_edge(atlas):
             places = places_of(atlas, edge)
-        return rim_target(view, places, 2.0 * atlas.tolerance / (SURE * SLOPE))
+        return rim_target(view, places, largest_closed(atlas.tolerance, view.extent))
 
     def _areas(self, places: Places, view: View) -> tuple[float, float, float]:
-        """See ``Places.areas``."""
-        return places.areas(view.atlas.tolerance, self._ratio, view.is_untried(places.rim))
+        """See ``Places.areas``. Holes that are closed within the tolerance do not count."""
+        tolerance = view.atlas.tolerance
+        open_ = places.rim_size > largest_closed(tolerance, view.extent)
+        return places.areas(tolerance, self._ratio, open_ & view.is_untried(places.rim))
 
     def _plan_at(self, atlas: Atlas, target: Target, extent: float) -> ProbePlan | Pending:
         """The plan of a target: from a known sample, where approaches beyond samples of a free-form

@@ -84,7 +84,7 @@ class Body:
     @property
     def patch_count(self) -> int:
         """Number of patches: the pieces of lawful faces, and the sextics of free-form ones."""
-        return len(self.field.trees.patches)
+        return self.field.trees.patch_count
 
     @cached_property
     def contradicted(self) -> float:

@@ -100,21 +100,24 @@ class FaceTrees:
         join it to such a face: a part of a free-form surface that a law happens to explain."""
         return number in self._group_of
 
-    @cached_property
     def patches(self) -> list[tuple[int, Piece]]:
         """The pieces of lawful faces, and the sextics of free-form ones, each with the id of its
         face; of several faces with one surface that of the first."""
-        faces = self.faces.faces
-        own = [(f.id, f.pieces[0]) for f in faces if f.id not in self._group_of]
-        for group in dict.fromkeys(self._group_of.values()):
-            surface = self._free_form(group[0])
-            own += [(group[0], piece) for piece in surface.pieces] if surface else []
+        own = [(f.id, f.pieces[0]) for f in self.faces.faces if f.id not in self._group_of]
+        for first, surface in self._all_free_form.items():
+            own += [(first, surface.sextics.piece(k)) for k in range(len(surface.sextics))]
         return own
 
+    @property
+    def patch_count(self) -> int:
+        """Number of these."""
+        sextics = sum(len(surface.sextics) for surface in self._all_free_form.values())
+        return len(self.faces) - len(self._group_of) + sextics
+
     def scale_of(self, number: int) -> float:
-        """Radius of the patches of a free-form face, length: that of the largest."""
+        """Radius of the patches of a free-form face, length."""
         surface = self._free_form(number)
-        return max(piece.scale for piece in surface.pieces) if surface else self.radius
+        return surface.sextics.radius if surface else self.radius
 
     def first_of(self, number: int) -> int:
         """The first of the faces that have one surface with a face."""
@@ -122,12 +125,18 @@ class FaceTrees:
 
     def _free_form(self, number: int) -> FreeFormSurface | None:
         """The surface of a free-form face; None of a lawful one."""
-        if number not in self._group_of:
-            return None
-        group = self._group_of[number]
+        return self._of_group(self._group_of[number]) if number in self._group_of else None
+
+    def _of_group(self, group: tuple[int, ...]) -> FreeFormSurface:
+        """The surface of a group of faces."""
         if group not in self._surfaces:
             self._surfaces[group] = self._fitted(group)
         return self._surfaces[group]
+
+    @property
+    def _all_free_form(self) -> dict[int, FreeFormSurface]:
+        """The free-form surfaces, each by the first of its faces."""
+        return {group[0]: self._of_group(group) for group in dict.fromkeys(self._group_of.values())}
 
     @cached_property
     def _group_of(self) -> dict[int, tuple[int, ...]]:

@@ -7,8 +7,7 @@ from scipy.spatial import cKDTree
 
 from touchatlas.atlas.faces.free_form_surface import FreeFormSurface
 from touchatlas.atlas.faces.grow import evenly
-from touchatlas.atlas.faces.kinds import Kind
-from touchatlas.atlas.faces.piece import Piece
+from touchatlas.atlas.faces.packed_covariances import PackedCovariances
 from touchatlas.atlas.faces.residual_kriging import amplitudes_of, krige, nearest_of
 from touchatlas.atlas.faces.sextic_batch import SexticBatch
 from touchatlas.atlas.faces.sextic_fits import SexticFits, coefficients_of
@@ -126,7 +125,7 @@ def _median_count(tree, middles, radius: float) -> float:
 def _each_left_out(tree, fits: SexticFits, sites: SexticSites) -> float:
     """Median amplitude of what each of some sextics leaves out about its middle, length."""
     near = nearest_of(tree, sites.middles)
-    sextics = SexticBatch(_pieces(fits, sites, coefficients_of(fits.equations(sites))))
+    sextics = _sextics(fits, sites, coefficients_of(fits.equations(sites)))
     numbers = np.repeat(np.arange(len(near)), near.shape[1])
     values, _ = sextics.values(numbers, fits.points[near.ravel()])
     rest = values[:, 0].reshape(near.shape)
@@ -135,25 +134,25 @@ def _each_left_out(tree, fits: SexticFits, sites: SexticSites) -> float:
 
 def _left_out(near, fits: SexticFits, sites: SexticSites) -> float:
     """Median amplitude of what all sextics leave out in groups of neighbours (g, k), length."""
-    pieces = _pieces(fits, sites, coefficients_of(fits.equations(sites)))
+    sextics = _sextics(fits, sites, coefficients_of(fits.equations(sites)))
     used, place = np.unique(near, return_inverse=True)
-    values = FreeFormSurface(pieces, fits.points, fits.normals).at(fits.points[used])
+    values = FreeFormSurface(sextics, fits.points, fits.normals).at(fits.points[used])
     values = values[place.reshape(near.shape)]
     return float(np.median(amplitudes_of(values[..., 1:4], values[..., 0], fits.std)))
 
 
 def _surface(fits: SexticFits, sites: SexticSites) -> FreeFormSurface:
     """The surface that sextics make with their common prior."""
-    found = with_common_prior(fits.equations(sites), fits.std / sites.radius)
-    return FreeFormSurface(_pieces(fits, sites, *found), fits.points, fits.normals)
+    coefficients, factors = with_common_prior(fits.equations(sites), fits.std / sites.radius)
+    sextics = _sextics(fits, sites, coefficients, PackedCovariances(factors))
+    return FreeFormSurface(sextics, fits.points, fits.normals)
 
 
-def _pieces(fits: SexticFits, sites: SexticSites, coefficients, covariances=None):
-    """Pieces of coefficients (m, t) and covariances (m, t, t), or of none."""
-    if covariances is None:
-        covariances = np.zeros((*coefficients.shape, 0))
-    rows = zip(sites.middles, sites.axes, coefficients, covariances, strict=True)
-    return tuple(Piece(Kind.SEXTIC, fits.points[k], a, sites.radius, c, v) for k, a, c, v in rows)
+def _sextics(fits: SexticFits, sites: SexticSites, coefficients, covariances=None) -> SexticBatch:
+    """Sextics at sites with coefficients (m, t), and their covariances if variances are asked
+    for."""
+    middles = fits.points[sites.middles]
+    return SexticBatch(middles, sites.axes, sites.radius, coefficients, covariances)
 
 
 def are_on(surface: FreeFormSurface, points, std: float) -> np.ndarray:

@@ -7,7 +7,6 @@ import numpy as np
 from scipy.sparse import csr_array
 from scipy.spatial import cKDTree
 
-from touchatlas.atlas.faces.piece import Piece
 from touchatlas.atlas.faces.residual_kriging import ResidualKriging
 from touchatlas.atlas.faces.sextic_batch import SexticBatch
 from touchatlas.atlas.faces.sextic_fits import SexticFits
@@ -42,8 +41,8 @@ class FreeFormSurface:
 
     Parameters
     ----------
-    pieces : tuple of Piece
-        Sextics, each fitted within its scale about its origin, the middle.
+    sextics : SexticBatch
+        Each fitted within the radius about its middle.
     points, normals : (n, 3) float, length; unit, world
         The samples, and outward normals that tell the sides.
     rest : ResidualKriging, optional
@@ -52,7 +51,7 @@ class FreeFormSurface:
         What samples said of the sextics, for the next fit.
     """
 
-    pieces: tuple[Piece, ...]
+    sextics: SexticBatch
     points: np.ndarray
     normals: np.ndarray
     rest: ResidualKriging | None = None
@@ -68,7 +67,7 @@ class FreeFormSurface:
         has, as at an edge or a tip that no contour met, but there sextics differ.
         """
         mean, number, stretch, spread = self._of_sextics(points)
-        variance = self._batch.variances(number, points) * stretch**2 + spread
+        variance = self.sextics.variances(number, points) * stretch**2 + spread
         found = np.column_stack([mean, variance])
         if texture and self.rest is not None:
             self.rest.correct(points, found)
@@ -82,8 +81,8 @@ class FreeFormSurface:
         """(n, 4) distance and normal; the sextic (n,) that weighs most, whose deviation holds, with
         the length (n,) of a unit of its heights; and the variance (n,) of the sextics."""
         which, number, weight = self._asked(points)
-        found, stretch = self._batch.values(number, points[which])
-        upward = self._batch.axes[number, 2]
+        found, stretch = self.sextics.values(number, points[which])
+        upward = self.sextics.axes[number, 2]
         first, second, rows = self._sides(points)
         mean, lead, spread, _ = _averaged(which, weight, upward, found, first)
         if len(rows):
@@ -101,9 +100,9 @@ class FreeFormSurface:
     def _asked(self, points) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Which of points (n, 3), ascending, ask which sextics (m,), and weights of these: those
         that reach them, or the nearest one."""
-        reached = pairs_within(points, self._tree, _WEIGHS * self._batch.scales.max())
+        reached = pairs_within(points, self._tree, _WEIGHS * self.sextics.radius)
         which = np.repeat(np.arange(len(points)), np.diff(reached.indptr))
-        ratio = reached.data / (_WEIGHS * self._batch.scales[reached.indices])
+        ratio = reached.data / (_WEIGHS * self.sextics.radius)
         weight = np.maximum(1.0 - ratio * ratio, 0.0) ** 3
         number, real = reached.indices, weight > 0.0
         which, number, weight = which[real], number[real], weight[real]
@@ -120,22 +119,18 @@ class FreeFormSurface:
         """(n, 3, 3) shape operators, 1/length, of the sextics whose middles are nearest among those
         that face as the nearest samples do."""
         out, side = np.empty((len(points), 3, 3)), self.normals[self._samples.query(points)[1]]
-        count = min(_ASKED, len(self.pieces))
+        count = min(_ASKED, len(self.sextics))
         near = np.reshape(self._tree.query(points, k=count)[1], (-1, count))
-        faces = np.einsum("nkj,nj->nk", self._batch.axes[near, 2], side) > FACING
+        faces = np.einsum("nkj,nj->nk", self.sextics.axes[near, 2], side) > FACING
         nearest = near[np.arange(len(points)), faces.argmax(axis=1)]
         for k in np.unique(nearest).tolist():
             mine = nearest == k
-            out[mine] = self.pieces[k].shape_operators(points[mine])
+            out[mine] = self.sextics.piece(k).shape_operators(points[mine])
         return out
 
     @cached_property
-    def _batch(self) -> SexticBatch:
-        return SexticBatch(self.pieces)
-
-    @cached_property
     def _tree(self) -> cKDTree:
-        return cKDTree(self._batch.origins)
+        return cKDTree(self.sextics.origins)
 
     @cached_property
     def _samples(self) -> cKDTree:

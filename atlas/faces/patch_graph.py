@@ -1,7 +1,5 @@
 """The patches of a body as a graph: each in its Darboux frame, and where it meets others."""
 
-from itertools import combinations
-
 import networkx as nx
 import numpy as np
 from scipy.spatial import cKDTree
@@ -28,7 +26,7 @@ def patch_graph(body: Body) -> nx.Graph:
     a ``kind``: that of an edge between faces, or "artificial" between patches of one surface.
     """
     graph = nx.Graph()
-    patches = body.field.trees.patches
+    patches = body.field.trees.patches()
     for number, (face, piece) in enumerate(patches):
         graph.add_node(number, face=face, **_node(piece))
     for one, other in _overlapping(patches):
@@ -66,11 +64,14 @@ def _node(piece: Piece) -> dict:
 def _overlapping(patches) -> list[tuple[int, int]]:
     """Pairs of patches of one face whose weights overlap, and that face alike."""
     found = []
-    for one, other in combinations(range(len(patches)), 2):
-        (face, a), (its, b) = patches[one], patches[other]
-        near = np.linalg.norm(a.origin - b.origin) < _MEET * max(a.scale, b.scale)
-        if face == its and near and a.axes[2] @ b.axes[2] > _FACING:
-            found.append((one, other))
+    for face in dict.fromkeys(face for face, _ in patches):
+        own = [k for k, (its, _) in enumerate(patches) if its == face]
+        tree = cKDTree([patches[k][1].origin for k in own])
+        for i, j in sorted(tree.query_pairs(_MEET * max(patches[k][1].scale for k in own))):
+            a, b = patches[own[i]][1], patches[own[j]][1]
+            near = np.linalg.norm(a.origin - b.origin) < _MEET * max(a.scale, b.scale)
+            if near and a.axes[2] @ b.axes[2] > _FACING:
+                found.append((own[i], own[j]))
     return found
 
 

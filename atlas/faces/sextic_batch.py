@@ -1,11 +1,12 @@
 """SexticBatch: what many sextics say of many points, each of some of them."""
 
 from collections.abc import Iterator
-from functools import cached_property
+from dataclasses import dataclass
 
 import numpy as np
 
-from touchatlas.atlas.faces.kinds import SEXTIC_BASIS
+from touchatlas.atlas.faces.kinds import SEXTIC_BASIS, Kind
+from touchatlas.atlas.faces.packed_covariances import PackedCovariances
 from touchatlas.atlas.faces.piece import Piece
 from touchatlas.patch.geometry.polynomial import GRADIENT, derivative_coefficients, monomials
 
@@ -16,36 +17,37 @@ _AT_ONCE = 1536
 _TINY = float(np.finfo(float).tiny)
 
 
+@dataclass(frozen=True, eq=False)
 class SexticBatch:
-    """Sextics as arrays, for points that ask each of them.
+    """Sextics of one radius as arrays, for points that ask each of them.
 
     Parameters
     ----------
-    pieces : tuple of Piece
-        Sextics.
-
-    Attributes
-    ----------
     origins : (p, 3) float, length, world
+        Their middles.
     axes : (p, 3, 3) float, unit rows, world
-    scales : (p,) float, length
+        The third is the outward normal.
+    radius : float, length
+        Unit of their scaled coordinates.
+    coefficients : (p, t) float, no unit
+    covariances : PackedCovariances, optional
+        Those of the coefficients.
     """
 
-    def __init__(self, pieces: tuple[Piece, ...]) -> None:
-        self.origins = np.array([piece.origin for piece in pieces])
-        self.axes = np.array([piece.axes for piece in pieces])
-        self.scales = np.array([piece.scale for piece in pieces])
-        self._coefficients = np.array([piece.coefficients for piece in pieces])
-        self._pieces = pieces
+    origins: np.ndarray
+    axes: np.ndarray
+    radius: float
+    coefficients: np.ndarray
+    covariances: PackedCovariances | None = None
 
-    @cached_property
-    def _covariances(self) -> np.ndarray:
-        return np.array([piece.covariance for piece in self._pieces])
+    def __len__(self) -> int:
+        return len(self.origins)
 
-    @cached_property
-    def _derivatives(self) -> np.ndarray:
-        """(p, 4, s) coefficients of the heights and of their gradients."""
-        return derivative_coefficients(SEXTIC_BASIS, self._coefficients, list(GRADIENT))
+    def piece(self, number: int) -> Piece:
+        """One of the sextics."""
+        assert self.covariances is not None
+        own = self.coefficients[number], self.covariances.covariance(number)
+        return Piece(Kind.SEXTIC, self.origins[number], self.axes[number], self.radius, *own)
 
     def values(self, numbers, points) -> tuple[np.ndarray, np.ndarray]:
         """(m, 4) distances and unit normals of sextics ``numbers`` (m,) at points (m, 3), and the
@@ -53,27 +55,28 @@ class SexticBatch:
         out, stretch = np.empty((len(numbers), 4)), np.empty(len(numbers))
         for piece, places, filled in _rows_of(numbers):
             scaled, beyond, terms = self._inside(piece, points[places])
-            values = self._derivatives[piece] @ terms
+            own = self.coefficients[piece]
+            values = derivative_coefficients(SEXTIC_BASIS, own, list(GRADIENT)) @ terms
             np.negative(values, out=values)
             values[:, 0] += scaled[:, 2]
             values[:, 3] += 1.0
             self._go_on(piece, scaled, beyond, values)
             length = np.maximum(_lengths(values[:, 1:]), _TINY)
             values /= length[:, None]
-            scale, target = self.scales[piece, None], places[filled]
-            values[:, 0] *= scale
+            target = places[filled]
+            values[:, 0] *= self.radius
             values[:, 1:] = self.axes[piece].transpose(0, 2, 1) @ values[:, 1:]
             out[target] = values.transpose(0, 2, 1)[filled]
-            stretch[target] = (scale * beyond**4 / length)[filled]
+            stretch[target] = (self.radius * beyond**4 / length)[filled]
         return out, stretch
 
     def variances(self, numbers, points) -> np.ndarray:
         """(m,) variances of the scaled heights of sextics ``numbers`` (m,) at points (m, 3)."""
+        assert self.covariances is not None
         out = np.empty(len(numbers))
         for piece, places, filled in _rows_of(numbers):
             own = self._inside(piece, points[places])[2][:, : SEXTIC_BASIS.size]
-            variance = np.einsum("gsn,gsn->gn", self._covariances[piece] @ own, own)
-            out[places[filled]] = np.maximum(variance, 0.0)[filled]
+            out[places[filled]] = self.covariances.variances(piece, own)[filled]
         return out
 
     def _inside(self, piece, points) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -81,7 +84,7 @@ class SexticBatch:
         beyond the scale (g, n), one or more; and monomials (g, s, n) where they are not, or at the
         scale."""
         offset = (points - self.origins[piece, None]).transpose(0, 2, 1)
-        scaled = (self.axes[piece] / self.scales[piece, None, None]) @ offset
+        scaled = (self.axes[piece] / self.radius) @ offset
         beyond = np.maximum(_lengths(scaled), 1.0)
         x, y, z = (scaled[:, axis] / beyond for axis in range(3))
         return scaled, beyond, monomials(SEXTIC_BASIS, x, y, z).transpose(1, 0, 2)
@@ -90,7 +93,7 @@ class SexticBatch:
         """Beyond its scale a sextic goes on as the plane that touches it in its middle: value and
         gradient there, of ``values`` (g, 4, n)."""
         row, place = np.nonzero(beyond > 1.0)
-        level, by_x, by_y = self._coefficients[piece[row], :3].T
+        level, by_x, by_y = self.coefficients[piece[row], :3].T
         upward = np.stack([-by_x, -by_y, np.ones(len(row))], axis=1)
         away = scaled[row, :, place]
         away[:, 2] -= level

@@ -31,8 +31,8 @@ _TINY = 1e-24
 
 
 def with_common_prior(equations: Equations, noise: float) -> tuple[np.ndarray, np.ndarray]:
-    """Coefficients (m, t) and their covariances (m, t, t) of the m sextics of a face, as their
-    samples and their common smoothness show them.
+    """Coefficients (m, t) of the m sextics of a face, as their samples and their common smoothness
+    show them, and upper triangular U (m, t, t): their covariances are U' U.
 
     A derivative of order o is about as large on one sextic as on another of the same radius. The
     sizes of the orders make all samples most likely: expectation maximisation (A. P. Dempster,
@@ -54,7 +54,18 @@ def with_common_prior(equations: Equations, noise: float) -> tuple[np.ndarray, n
         before, sizes = sizes, np.maximum(_ahead(sizes, second, third), least)
         if np.abs(sizes - before).max() < _SETTLED:
             break
-    return _posterior(equations, _precision(sizes))
+    return _with_factors(equations, _precision(sizes))
+
+
+def _with_factors(equations: Equations, precision) -> tuple[np.ndarray, np.ndarray]:
+    """Coefficients (m, t) with a prior of a precision (t,), and upper triangular U (m, t, t) of
+    covariances U' U: the information, backwards, is L L' (Cholesky), and U is the inverse of L,
+    backwards. The covariance itself may be indefinite by rounding."""
+    information = equations.information + np.diag(precision)
+    lower = np.linalg.cholesky(information[:, ::-1, ::-1])
+    factors = np.linalg.inv(lower)[:, ::-1, ::-1]
+    right = factors @ equations.right[..., None]
+    return (factors.transpose(0, 2, 1) @ right)[..., 0], factors
 
 
 def _next(equations: Equations, precision) -> np.ndarray:

@@ -11,6 +11,7 @@ from scipy.special import erf
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.faces.body import Body
 from touchatlas.atlas.mesh.body_surface import WITHIN_REACH, body_triangles, coarse_edge, is_smooth
+from touchatlas.atlas.mesh.close_holes import LARGEST, SLOPE
 from touchatlas.atlas.mesh.stray_pieces import without_stray_pieces
 from touchatlas.atlas.mesh.surface import Surface
 from touchatlas.patch.geometry.normal_error import SURE
@@ -60,13 +61,13 @@ class Places:
     rim_area: np.ndarray
     rim_size: np.ndarray
 
-    def areas(self, tolerance: float, ratio: DeviationRatio, untried) -> tuple[float, float, float]:
+    def areas(self, tolerance: float, ratio: DeviationRatio, counted) -> tuple[float, float, float]:
         """Expected area within a tolerance, all area, and the first by predicted deviations alone,
-        length^2; ``untried`` (k,) are the rims that count."""
+        length^2; ``counted`` (k,) are the rims that count."""
         limit = tolerance / np.maximum(self.deviation, np.finfo(float).tiny)
         inside = float((self.area * ratio.within(limit)).sum())
         unscaled = float((self.area * erf(limit / np.sqrt(2.0))).sum())
-        return inside, float(self.area.sum() + self.rim_area[untried].sum()), unscaled
+        return inside, float(self.area.sum() + self.rim_area[counted].sum()), unscaled
 
     def left(self, tolerance: float, extent: float) -> np.ndarray:
         """(m, 3) places that are open or not known to a tolerance, far apart from each other for a
@@ -111,6 +112,13 @@ def places_of(atlas: Atlas, edge: float | None = None) -> Places:
         (np.minimum(_STRIP * body.reach, _OF_HOLE * size) * length)[left],
         size[left],
     )
+
+
+def largest_closed(tolerance: float, extent: float) -> float:
+    """Size of the largest hole that is closed within a tolerance, length: its middle is half of
+    that away from what is known, and the surface leaves the plane across it by a slope. Holes
+    beyond a part of the extent stay open."""
+    return min(2.0 * tolerance / (SURE * SLOPE), LARGEST * extent)
 
 
 def planning_edge(atlas: Atlas) -> float:

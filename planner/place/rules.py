@@ -37,6 +37,14 @@ def tolerance(view: View, places: Places, _: np.random.Generator | None) -> Targ
     return rim_target(view, places, 0.0) if target is None else target
 
 
+def left_target(view: View, places: Places) -> Target | None:
+    """What is left to touch of a surface that is known to the tolerance elsewhere: a large opening,
+    a rim that is not sure, or an edge that is drawn by a guess."""
+    target = rim_target(view, places, LARGEST_HOLE * view.extent)
+    target = unsure_rim_target(view) if target is None else target
+    return guessed_edge_target(view) if target is None else target
+
+
 def random(view: View, places: Places, rng: np.random.Generator | None) -> Target | None:
     """A place at random, each with its share of the area."""
     if rng is None:

@@ -9,8 +9,10 @@ from tests.explored import learned, spread_touches
 from tests.lawful import HALF, body_of, samples_of_touches, touched_mesh
 from touchatlas.atlas import Atlas
 from touchatlas.atlas.faces.known_body import KnownBody
+from touchatlas.planner import Planner
+from touchatlas.planner.place.choose import View
 from touchatlas.planner.place.deviation_ratio import DeviationRatio
-from touchatlas.planner.place.places import Places, places_of
+from touchatlas.planner.place.places import Places, largest_closed, places_of
 from touchatlas.sim import make_object
 from touchatlas.sim.study.stability_atlas.bodies import cup
 
@@ -116,3 +118,24 @@ def test_an_opening_at_which_contact_was_lost_is_no_rim_to_touch():
     found = places_of(atlas)
     assert len(atlas.rims) and found.area.sum() == pytest.approx(2.0 * np.pi * 33.0**2, rel=0.1)
     assert len(found.rim) < 0.1 * 2.0 * np.pi * 33.0 / (atlas.body.extent / 32)
+
+
+def test_a_hole_is_closed_within_the_tolerance_up_to_a_size():
+    """A tenth of the distance to what is known is its deviation, and 1.96 of that are the
+    tolerance. A hole of more than a tenth of the body stays open."""
+    middle = 0.5 * largest_closed(TOLERANCE, 1e3)
+    assert 1.96 * 0.1 * middle == pytest.approx(TOLERANCE, rel=1e-3)
+    assert largest_closed(TOLERANCE, 2.0) == pytest.approx(0.2)
+
+
+def test_holes_that_are_closed_within_the_tolerance_are_no_unknown_area():
+    """Of two rims one is of an opening of a tenth of the body, the other of a small hole."""
+    atlas, size = Atlas(TOLERANCE), largest_closed(TOLERANCE, 1e3)
+    up, none = np.array([[0.0, 0.0, 1.0]]), np.zeros((0, 3))
+    rim = np.array([[5.0, 0.0, 0.0], [-5.0, 0.0, 0.0]])
+    sizes = np.array([1.01, 0.99]) * size
+    found = Places(
+        none, none, *np.zeros((2, 0)), rim, np.tile(up, (2, 1)), np.array([2.0, 3.0]), sizes
+    )
+    view = View(atlas, 1.0, none, none, none, none, 1e3)
+    assert Planner(np.zeros(3), up[0])._areas(found, view)[1] == 2.0

@@ -8,7 +8,8 @@ from touchatlas.atlas.faces.fit_free_form import are_on, fit_free_form
 from touchatlas.atlas.faces.fit_piece import linear_fit
 from touchatlas.atlas.faces.free_form_surface import FreeFormSurface
 from touchatlas.atlas.faces.kinds import Kind
-from touchatlas.atlas.faces.piece import Piece
+from touchatlas.atlas.faces.packed_covariances import PackedCovariances
+from touchatlas.atlas.faces.sextic_batch import SexticBatch
 from touchatlas.atlas.faces.sextic_fits import SexticFits, coefficients_of
 from touchatlas.atlas.faces.sextic_sites import middles_of, sites_of
 
@@ -175,17 +176,25 @@ def test_many_sextics_are_fitted_as_one_is():
         assert coefficients[k] == pytest.approx(one.coefficients, abs=1e-7)
 
 
+def _flat_sextics(coefficients, scale: float) -> SexticBatch:
+    """Sextics about the origin, sure of themselves."""
+    count, size = coefficients.shape
+    sure = PackedCovariances(np.zeros((count, size, size)))
+    middles, axes = np.zeros((count, 3)), np.tile(np.eye(3), (count, 1, 1))
+    return SexticBatch(middles, axes, scale, coefficients, sure)
+
+
 @pytest.mark.parametrize("scale", [1.0, 1e3])
 def test_where_two_sextics_differ_their_mean_is_as_unsure_as_they_are_apart(scale):
     """Both are sure of themselves, one 0.1 above and one 0.1 below. The variance of two numbers
     about their mean, with one degree of freedom less, is twice 0.1 squared."""
-    middle, axes = np.zeros(3), np.eye(3)
+    middle, up = np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]])
     flat = np.zeros((2, 49))
     flat[:, 0] = 0.1, -0.1
-    pieces = [Piece(Kind.SEXTIC, middle, axes, scale, c, np.zeros((49, 49))) for c in flat]
-    up = np.array([[0.0, 0.0, 1.0]])
-    both = FreeFormSurface(tuple(pieces), middle[None], up).values(middle[None])[0]
-    alone = FreeFormSurface(tuple(pieces[:1]), middle[None], up).values(middle[None])[0]
+    both, alone = (
+        FreeFormSurface(_flat_sextics(flat[:count], scale), middle, up).values(middle)[0]
+        for count in (2, 1)
+    )
     assert both[0] == pytest.approx(0.0, abs=1e-9 * scale)
     assert np.sqrt(both[4]) == pytest.approx(np.sqrt(2.0) * 0.1 * scale)
     assert alone[4] == pytest.approx(0.0, abs=1e-12 * scale**2)
@@ -202,7 +211,7 @@ def test_samples_that_repeat_each_other_are_fitted(std):
 def test_sextics_become_smaller_where_samples_are_ample():
     """The largest ones, of a radian, follow the samples as well."""
     some, many = (fit_free_form(*torus(n, 0), NOISE, RADIUS) for n in (4000, 40000))
-    assert many.pieces[0].scale < 0.8 * some.pieces[0].scale
+    assert many.sextics.radius < 0.8 * some.sextics.radius
 
 
 def test_dense_samples_of_few_contours_are_not_ample():
@@ -216,4 +225,4 @@ def test_dense_samples_of_few_contours_are_not_ample():
     about = about.reshape(-1, 1)
     normals = np.cos(about) * out + np.sin(about) * [0.0, 0.0, 1.0]
     surface = fit_free_form(LARGE * out + SMALL * normals, normals, NOISE, RADIUS)
-    assert surface.pieces[0].scale > 0.95 * RADIUS
+    assert surface.sextics.radius > 0.95 * RADIUS
