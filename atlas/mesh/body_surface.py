@@ -27,6 +27,12 @@ WITHIN_REACH = 0.23
 # Distance from a rounded right angle of the lines from the middle of its rounding along both faces,
 # in radii. Doubled, narrower roundings get finer triangles.
 _CHORD = 0.2
+# Weights of the corners of a triangle in the middles of its four quarters.
+_QUARTERS = np.concatenate(
+    [np.full((1, 3), 1.0 / 3.0), np.full((3, 3), 1.0 / 6.0) + 0.5 * np.eye(3)]
+)
+# Largest edge of a cube over the radius of the narrowest bend. Doubled, narrow holes close.
+_BEND = 0.5
 
 
 def is_smooth(body: Body) -> bool:
@@ -41,11 +47,19 @@ def coarse_edge(body: Body) -> float:
     return max(edge, body.extent / _MOST)
 
 
+def shape_edge(body: Body) -> float:
+    """Edge of the cubes in which triangles of a body are drawn before they are refined, length: a
+    narrow bend passes some of them. Roundings of edges are cut off, and refined."""
+    if is_smooth(body):
+        return coarse_edge(body)
+    bend = _BEND / max(body.largest_curvature, np.finfo(float).tiny)
+    return max(min(coarse_edge(body), bend), body.extent / _MOST)
+
+
 def fine_edge(body: Body, sagitta: float) -> float:
     """Edge of the cubes whose triangles are within ``sagitta`` (length) of the faces: the sagitta
-    of a chord c on a circle of radius r is c^2 / 8 r, and a chord is a diagonal of two edges.
-
-    Triangles of a smooth body are refined where it bends: coarse cubes do.
+    of a chord c on a circle of radius r is c^2 / 8 r, and a chord is a diagonal of two edges. Such
+    cubes show small holes of a body with edges.
     """
     if is_smooth(body):
         return coarse_edge(body)
@@ -64,13 +78,25 @@ def body_surface(body: Body, edge: float) -> Surface:
     It is closed where the surface is known everywhere, and ends where it is not.
     """
     vertices, faces, found = body_triangles(body, edge)
+    flat = np.zeros(len(vertices))
+    drawn = Surface(vertices, faces, found.normal, found.deviation, found.face, flat)
+    return with_curvatures(body, drawn)
+
+
+def with_curvatures(body: Body, surface: Surface) -> Surface:
+    """A surface with the Gaussian curvature of the body at its vertices; where that jumps at rims,
+    the mean about each vertex."""
+    vertices, faces = surface.vertices, surface.faces
     if is_smooth(body):
-        curvature = body.gaussian_curvature(vertices, found.face)
+        curvature = body.gaussian_curvature(vertices, surface.patch)
     else:
-        # The curvature jumps at rims. At vertices a tenth of that of a plate was missing.
-        inside = body.gaussian_curvature(vertices[faces].mean(axis=1), found.face[faces[:, 0]])
-        curvature = _means_about_vertices(vertices, faces, inside)
-    return Surface(vertices, faces, found.normal, found.deviation, found.face, curvature)
+        # At vertices a tenth of that of a plate was missing.
+        points = _QUARTERS @ vertices[faces]
+        face = body.field.at(vertices[faces].mean(axis=1), texture=False).face
+        of = np.repeat(face, len(_QUARTERS))
+        inside = body.gaussian_curvature(points.reshape(-1, 3), of).reshape(points.shape[:2])
+        curvature = _means_about_vertices(vertices, faces, inside.mean(axis=1))
+    return replace(surface, gaussian_curvature=curvature)
 
 
 def body_triangles(body: Body, edge: float) -> tuple[np.ndarray, np.ndarray, FaceValues]:

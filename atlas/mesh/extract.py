@@ -4,10 +4,11 @@ Between samples a free-form face may have zeros beside the surface, small holes 
 Faces that obey laws have none.
 """
 
+import igl
 import numpy as np
 
 from touchatlas.atlas.faces.body import Body
-from touchatlas.atlas.mesh.body_surface import body_surface, fine_edge, is_smooth
+from touchatlas.atlas.mesh.body_surface import body_surface, fine_edge, is_smooth, shape_edge
 from touchatlas.atlas.mesh.close_holes import close_holes
 from touchatlas.atlas.mesh.close_slits import close_slits
 from touchatlas.atlas.mesh.refine import refined
@@ -47,12 +48,13 @@ def extract_surface(state: AtlasState, edge: float | None = None) -> Surface:
         body, or too short for the memory.
     """
     body, sagitta = _body_of(state), state.options.facets * state.tolerance
-    cubes = fine_edge(body, sagitta) if edge is None else _checked(body, edge)
-    if all(face.law is not None for face in body.faces.faces):
-        return body_surface(body, cubes)
-    surface = without_stray_pieces(body_surface(body, cubes), body.samples.points)
-    if edge is None and is_smooth(body):
+    drawn = _drawn(body, sagitta) if edge is None else body_surface(body, _checked(body, edge))
+    lawful = all(face.law is not None for face in body.faces.faces)
+    surface = drawn if lawful else without_stray_pieces(drawn, body.samples.points)
+    if edge is None:
         surface = refined(body, surface, sagitta)
+    if lawful:
+        return surface
     surface = ended_at_rims(surface, body)
     surface = close_slits(close_holes(surface, state.rims), state.rims)
     if not len(surface.faces) or SURE * float(np.median(surface.deviation)) > state.tolerance:
@@ -61,6 +63,15 @@ def extract_surface(state: AtlasState, edge: float | None = None) -> Surface:
     steps = _STEPS * float(np.median(body.samples.steps))
     size = max(_TOLERANCES * state.tolerance, steps)
     return without_small_handles(surface, state.rims, size)
+
+
+def _drawn(body: Body, sagitta: float) -> Surface:
+    """A surface of a body that shows its shape, in cubes as large as that allows. Where a body with
+    edges is not closed in them, as small ones as show its curvature tell where it ends."""
+    surface = body_surface(body, shape_edge(body))
+    if is_smooth(body) or not len(igl.boundary_facets(surface.faces)[0]):
+        return surface
+    return body_surface(body, fine_edge(body, sagitta))
 
 
 def _body_of(state: AtlasState) -> Body:

@@ -1,7 +1,7 @@
-"""Refine: edges of triangles are halved until the triangles are near enough to a smooth surface.
+"""Refine: edges of triangles are halved until the triangles are near enough to the surface.
 
-The field is asked for its distance from the middles of edges. Two triangles share what becomes of
-their edge, so that no gap opens.
+The field is asked for its distance from the middles of edges; along sharp edges of the body both
+faces are asked. Two triangles share what becomes of their edge, so that no gap opens.
 """
 
 from dataclasses import replace
@@ -9,6 +9,8 @@ from dataclasses import replace
 import numpy as np
 
 from touchatlas.atlas.faces.body import Body
+from touchatlas.atlas.mesh.body_surface import is_smooth, with_curvatures
+from touchatlas.atlas.mesh.edge_feet import feet_on_sharp_edges
 from touchatlas.atlas.mesh.split_triangles import edges_of, split
 from touchatlas.atlas.mesh.surface import Surface
 
@@ -18,6 +20,8 @@ _HALVINGS = 4
 # Height over an edge at which it is halved, in bounds, before vertices are moved out: a triangle of
 # equal edges is a third higher in its middle. Doubled, triangles are beyond the bound.
 _FAR = 1.1
+# The same where vertices stay, because a body has sharp edges.
+_FAR_SHARP = 0.8
 # Part of the mean height over its edges by which a vertex is moved out: then it is as far off as
 # the middles of the triangles. Doubled, vertices are twice as far.
 _OUT = 2.0 / 3.0
@@ -30,7 +34,7 @@ _UNSURE = 0.1
 
 
 def refined(body: Body, surface: Surface, bound: float) -> Surface:
-    """A surface whose triangles are within a bound of a smooth body.
+    """A surface whose triangles are within a bound of a body.
 
     Parameters
     ----------
@@ -41,15 +45,21 @@ def refined(body: Body, surface: Surface, bound: float) -> Surface:
         Largest distance of the body from triangles; a tenth of the predicted deviation where that
         is more.
     """
-    keys, heights = np.zeros(0, np.int64), np.zeros(0)
+    keys, heights, smooth = np.zeros(0, np.int64), np.zeros(0), is_smooth(body)
     for done in range(_HALVINGS + 1):
         ends, sides = edges_of(surface.faces)
         named = ends[:, 0] << 32 | ends[:, 1]
         fresh = np.flatnonzero(~np.isin(named, keys))
         height, foot = _heights(body, surface, ends[fresh], bound if done else 0.0)
+        if not smooth:
+            beside = _triangles_beside(sides, len(ends))[fresh]
+            own, feet = feet_on_sharp_edges(body, surface, ends[fresh], beside, bound)
+            middles = surface.vertices[ends[fresh[own]]].mean(axis=1)
+            height[own], foot[own] = np.linalg.norm(feet - middles, axis=1), feet
         keys, heights = np.append(keys, named[fresh]), np.append(heights, height)
         unsure = _UNSURE * surface.deviation[ends[fresh]].mean(axis=1)
-        far = np.abs(height) > _FAR * np.maximum(bound, unsure)
+        limit = (_FAR if smooth else _FAR_SHARP) * np.maximum(bound, unsure)
+        far = np.abs(height) > limit
         if done == _HALVINGS or not far.any():
             break
         middle = np.full(len(ends), -1)
@@ -59,8 +69,21 @@ def refined(body: Body, surface: Surface, bound: float) -> Surface:
             surface.faces, middle[sides], np.concatenate([surface.vertices, new.vertices])
         )
         surface = surface.extended([new], faces, np.zeros((0, 3)))
+    if not smooth:
+        return with_curvatures(body, surface)
     order = np.argsort(keys)
     return _moved_out(surface, ends, heights[order][np.searchsorted(keys[order], named)], bound)
+
+
+def _triangles_beside(sides, count: int) -> np.ndarray:
+    """(e, 2) the triangles on both sides of each of so many edges, from the edges (f, 3) of
+    triangles; -1 where there is none."""
+    out = np.full((count, 2), -1)
+    order = np.argsort(sides.ravel(), kind="stable")
+    edge = sides.ravel()[order]
+    second = np.append(False, edge[1:] == edge[:-1])
+    out[edge, second.astype(int)] = order // 3
+    return out
 
 
 def _heights(body: Body, surface: Surface, ends, bound: float):
