@@ -6,6 +6,8 @@ import numpy as np
 
 from tests.kept import kept_once
 from touchatlas.atlas import Atlas, Touch
+from touchatlas.atlas.faces.known_body import look_for_body
+from touchatlas.atlas.learn.learn import learn
 from touchatlas.planner import Planner, Stop, explore
 from touchatlas.sim import Probe, make_object
 from touchatlas.sim.study.surface_peers import spread_plans
@@ -76,4 +78,20 @@ def learned(touches, tolerance: float, scale: float | None = None) -> Atlas:
     atlas = Atlas(tolerance, scale=scale)
     for touch in touches:
         atlas.add(touch)
+    return atlas
+
+
+def entered(touches, tolerance: float) -> Atlas:
+    """An atlas that has the samples of touches, and no surface yet."""
+    atlas = Atlas(tolerance)
+    for touch in touches:
+        learn(atlas, touch)
+        atlas.touches += 1
+    return atlas
+
+
+def learned_at_once(touches, tolerance: float) -> Atlas:
+    """An atlas of touches that has looked for their surface after the last of them only."""
+    atlas = entered(touches, tolerance)
+    atlas.know(look_for_body(atlas.pool, atlas.sample_std))
     return atlas

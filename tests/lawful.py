@@ -6,6 +6,7 @@ from functools import lru_cache
 import numpy as np
 import trimesh
 
+from tests.kept import kept_once
 from touchatlas.atlas.faces.body import Body
 from touchatlas.atlas.faces.explained import determined
 from touchatlas.atlas.faces.read_faces import faces_of_samples
@@ -58,6 +59,8 @@ BLUNT, FILLET = 2.0, 3.0
 # Cut of the edges of a bevelled box, along both faces.
 BEVEL = 2.0
 _REACH, _SAMPLES = 16.0, 16
+# Standard deviation of the samples of known bodies.
+NOISE = 0.02
 
 
 def _ring(radius: float, height: float) -> np.ndarray:
@@ -197,6 +200,18 @@ def samples_of_touches(columns, std: float, keep=None, scale: float = 1.0) -> Co
 
 def body_of(samples: ContourSamples) -> Body:
     return Body(determined(faces_of_samples(samples), samples), samples)
+
+
+def known_body(name: str, count: int, scale: float = 1.0) -> Body:
+    """A copy of a body by so many touches with ``NOISE``, made once for all tests. An equal share
+    of the variance is borne for lack of fit."""
+    return _known_body(name, count, float(scale))
+
+
+@kept_once
+def _known_body(name: str, count: int, scale: float) -> Body:
+    columns = touched_mesh(name, count, NOISE)
+    return body_of(samples_of_touches(columns, np.sqrt(2.0) * NOISE, scale=scale))
 
 
 def step_distance(points) -> np.ndarray:

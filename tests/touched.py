@@ -1,9 +1,8 @@
 """Samples of touches spread over a body, as an atlas keeps them, without an atlas."""
 
-from functools import lru_cache
-
 import numpy as np
 
+from tests.kept import kept_once
 from tests.sharp import sharp_object
 from touchatlas.atlas.faces.samples import ContourSamples, contour_samples
 from touchatlas.patch.geometry.section import contour_normals
@@ -16,9 +15,14 @@ from touchatlas.sim.study.surface_peers import spread
 BORNE = np.sqrt(2.0)
 
 
-@lru_cache
 def touched(name: str, count: int, seed: int = 3):
-    """Points, outward directions, plane normals (n, 3) and the noise of spread touches."""
+    """A copy of points, outward directions, plane normals (n, 3) and the noise of spread
+    touches."""
+    return _touched(name, count, seed)
+
+
+@kept_once
+def _touched(name: str, count: int, seed: int):
     obj, rng = sharp_object(name), np.random.default_rng(seed)
     probe = Probe(obj, obj.noise_std, rng)
     # Points within the faces: a random sample is never on an edge.

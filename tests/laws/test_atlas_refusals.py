@@ -248,11 +248,11 @@ EXTREMES = {
 
 @pytest.mark.parametrize("kind", EXTREMES)
 def test_what_is_accepted_keeps_an_atlas_sound(kind):
-    """Six touches of the ball, and the end. The triangles are not finer than an edge that is
+    """Four touches of the ball, and the end. The triangles are not finer than an edge that is
     given."""
     tolerance, options = EXTREMES[kind]
     atlas = Atlas(tolerance, AtlasOptions(**options))
-    for one in begun().touches[:6]:
+    for one in begun().touches[:4]:
         atlas.add(one)
     atlas.validate()
     atlas.finish()

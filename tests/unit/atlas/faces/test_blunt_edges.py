@@ -10,28 +10,22 @@ from tests.lawful import (
     BLUNT,
     FILLET,
     HALF,
-    body_of,
+    NOISE,
+    known_body,
     lawful_object,
     rounded_box_distance,
-    samples_of_touches,
-    touched_mesh,
 )
 from touchatlas.atlas.faces.boundary import EdgeKind
 from touchatlas.atlas.faces.explained import is_lawful, lawful_share
 from touchatlas.atlas.faces.face_field import face_values
 from touchatlas.atlas.faces.face_graph import as_networkx
 
-NOISE = 0.02
 STD = np.sqrt(2.0) * NOISE
-
-
-def touched_body(name: str, count: int = 40, scale: float = 1.0):
-    return body_of(samples_of_touches(touched_mesh(name, count, NOISE), STD, scale=scale))
 
 
 @pytest.fixture(scope="module")
 def rounded():
-    return touched_body("rounded")
+    return known_body("rounded", 34)
 
 
 def test_a_rounded_box_is_six_planes_and_one_radius_for_each_edge(rounded):
@@ -79,20 +73,20 @@ def test_roundings_go_on_to_corners_where_a_third_face_has_the_nearest_sample(ro
 
 
 def test_the_edges_of_a_sharp_box_have_no_radius():
-    edges = touched_body("box", 60).faces.edges
+    edges = known_body("box", 40).faces.edges
     assert len(edges) == 12 and all(edge.radius == 0.0 for edge in edges)
 
 
 def test_a_bevel_is_a_plane_and_no_rounding():
     """No ball explains the samples at the middle and at the ends of a bevel alike."""
-    faces = touched_body("bevelled", 80).faces
+    faces = known_body("bevelled", 40).faces
     assert all(edge.radius == 0.0 for edge in faces.edges)
     assert sum(face.kind == "plane" for face in faces.faces) > 6
 
 
 def test_a_concave_edge_has_a_radius_too():
     """One edge of a step is filleted; the radius is within four of its deviations."""
-    edges = touched_body("filleted").faces.edges
+    edges = known_body("filleted", 40).faces.edges
     concave = [edge for edge in edges if edge.kind is EdgeKind.SHARP_CONCAVE]
     assert len(concave) == 1
     assert abs(concave[0].radius - FILLET) < 4.0 * concave[0].radius_std + 1e-3 * FILLET
@@ -102,7 +96,7 @@ def test_a_concave_edge_has_a_radius_too():
 def test_a_ball_decides_about_no_point_that_is_nearer_to_a_sample():
     """A box with sharp edges, one of which is said to have a radius of half of its height. All
     samples lie on the surface, within five deviations as all but one of a million do."""
-    body = touched_body("box")
+    body = known_body("box", 40)
     first, *others = body.faces.edges
     faces = replace(body.faces, edges=(replace(first, radius=HALF[2], radius_std=NOISE), *others))
     face = body.faces.faces[first.first]
@@ -114,7 +108,7 @@ def test_a_ball_decides_about_no_point_that_is_nearer_to_a_sample():
 
 def test_radii_scale_with_the_samples(rounded):
     """To rounding: no length is absolute."""
-    larger = touched_body("rounded", scale=1000.0).faces.edges
+    larger = known_body("rounded", 34, 1000.0).faces.edges
     pairs = zip(larger, rounded.faces.edges, strict=True)
     assert all(a.radius == pytest.approx(1000.0 * b.radius, rel=1e-6) for a, b in pairs)
 

@@ -8,10 +8,12 @@ from scipy.spatial import cKDTree
 
 from tests.lawful import (
     HALF,
+    NOISE,
     PLATE,
     RADIUS,
     body_of,
     box_distance,
+    known_body,
     lawful_object,
     samples_of_touches,
     step_distance,
@@ -24,7 +26,6 @@ from touchatlas.atlas.faces.face_field import face_values
 
 # Deviation of a sample that is told where there is no noise at all.
 SURE = 1e-6
-NOISE = 0.02
 # Longest step of the contours here.
 STEP = 1.0
 
@@ -48,7 +49,7 @@ def surface():
 
 @pytest.fixture(scope="module")
 def noisy_cylinder():
-    return body_of(samples_of_touches(touched_mesh("cylinder", 30, NOISE), np.sqrt(2.0) * NOISE))
+    return known_body("cylinder", 30)
 
 
 def test_the_surface_of_a_box_is_the_largest_of_six_distances(box, surface):
@@ -109,7 +110,7 @@ def test_a_step_is_two_blocks_even_where_a_concave_edge_meets_two_convex_ones():
     """A face that ends at a concave edge bounds none beyond it. Near an edge that few samples
     show, a point off the surface may be given to one plane alone: 2 per mille are. A plane through
     100 samples or more is right to half of their deviation within its own extent."""
-    body = body_of(samples_of_touches(touched_mesh("step", 40, NOISE), np.sqrt(2.0) * NOISE))
+    body = known_body("step", 40)
     assert len(body.faces) == 8 and is_lawful(body.faces)
     rng = np.random.default_rng(1)
     corners = np.array([[30.0, 20.0, 0.0], [30.0, 20.0, 30.0]])

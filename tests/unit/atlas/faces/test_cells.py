@@ -8,23 +8,21 @@ import pytest
 
 from tests.lawful import (
     HALF,
-    body_of,
+    NOISE,
     box_distance,
-    samples_of_touches,
+    known_body,
     step_distance,
-    touched_mesh,
 )
 from touchatlas.atlas.faces.cells import Cells
 from touchatlas.atlas.faces.face_trees import FaceTrees
 
-NOISE = 0.02
 # No sample is near: the surface may be anywhere.
 FAR = np.inf
 
 
 @lru_cache
 def body(name: str, scale: float = 1.0):
-    return body_of(samples_of_touches(touched_mesh(name, 40, NOISE), NOISE, scale=scale))
+    return known_body(name, 40, scale)
 
 
 def settled(faces, points, chosen_face: int):
@@ -209,8 +207,7 @@ def test_where_no_sample_is_clear_of_other_faces_nothing_is_decided():
 def test_two_faces_that_face_each_other_on_one_plane_decide_on_their_own_sides():
     """The lower block's top and the upper block's bottom, with a neck between: the first faces up,
     the second down."""
-    columns = touched_mesh("two blocks", 40, NOISE)
-    faces = body_of(samples_of_touches(columns, NOISE)).faces
+    faces = body("two blocks").faces
     rng = np.random.default_rng(0)
     left = rng.uniform([-29, -4, 1], [-7, 4, 29], (1000, 3))
     right = rng.uniform([7, -4, 1], [29, 4, 29], (1000, 3))

@@ -3,23 +3,24 @@
 import numpy as np
 import pytest
 
-from tests.sharp import explored_faces
+from tests.touched import touched_samples
 from touchatlas.atlas.faces.crossed_links import cut_crossed_links
 from touchatlas.atlas.faces.grow import Evidence
+from touchatlas.atlas.faces.labelling import label_samples
 from touchatlas.atlas.faces.labels import Labels
 from touchatlas.atlas.faces.options import FaceOptions
-from touchatlas.atlas.faces.read_faces import samples_of
 from touchatlas.atlas.faces.sample_graph import SampleGraph
-from touchatlas.planner import PlannerOptions
+
+# Touches of a body. Where contours are far apart, the nearest samples of one top are on the other.
+TOUCHES = {"slot": 36, "block": 40, "roof": 40}
 
 
 def labels_of(name: str) -> Labels:
-    """The labels of an explored body, with all links."""
-    atlas = explored_faces(name, PlannerOptions().max_turn).atlas
-    faces, pool = atlas.known_body.faces, atlas.pool
-    samples = samples_of(pool, len(pool), atlas.sample_std)
+    """The labels of a touched body, with all links."""
+    samples = touched_samples(name, TOUCHES[name])
+    labelled = label_samples(samples)
     labels = Labels(Evidence(samples, SampleGraph(samples), FaceOptions()))
-    labels.resume(faces.pieces, faces.patch_of)
+    labels.resume(labelled.pieces, labelled.of)
     return labels
 
 

@@ -4,9 +4,7 @@ import igl
 import numpy as np
 import pytest
 
-from tests.lawful import body_of, lawful_object, samples_of_touches, touched_mesh
-
-NOISE = 0.02
+from tests.lawful import NOISE, known_body, lawful_object
 
 
 @pytest.mark.parametrize("name", ["box", "step", "stairs", "T-slot", "two blocks"])
@@ -14,8 +12,7 @@ def test_what_is_inside_by_the_faces_is_inside(name):
     """Points all over the bounding box, those within five deviations of the surface left out. On
     stairs a face is ended by one that others end in turn; on two blocks two faces face each other
     on one plane."""
-    columns = touched_mesh(name, 40, NOISE)
-    body, mesh = body_of(samples_of_touches(columns, NOISE)), lawful_object(name)
+    body, mesh = known_body(name, 40), lawful_object(name)
     low, high = mesh.vertices.min(axis=0) - 2.0, mesh.vertices.max(axis=0) + 2.0
     points = np.random.default_rng(0).uniform(low, high, (20_000, 3))
     tree = igl.AABB()
@@ -33,7 +30,7 @@ def test_a_face_goes_on_where_its_samples_lie_beyond_another():
     """The front and back of a block with a T-slot, below the floor of the slot: they end at the
     sides of its neck, far above, and have samples beyond the planes of these here. Points up to 2
     within the body, of which 1 in 100 was outside while three samples alone were asked."""
-    body = body_of(samples_of_touches(touched_mesh("T-slot", 80, NOISE), NOISE))
+    body = known_body("T-slot", 40)
     points = np.random.default_rng(0).uniform([-16, 6, 0.1], [16, 11.9, 2], (10_000, 3))
     back = points * [1, 1, -1] + [0, 0, 40]
     found, _ = body.at(np.concatenate([points, back]))

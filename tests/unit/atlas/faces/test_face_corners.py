@@ -1,22 +1,17 @@
 """Rounded corners: the ball that touches three faces whose edges have one radius."""
 
-from functools import lru_cache
-
 import numpy as np
 import pytest
 
-from tests.lawful import BLUNT, HALF, body_of, samples_of_touches, touched_mesh
+from tests.lawful import BLUNT, HALF, known_body
 from touchatlas.atlas.faces.face_corners import on_ball
 from touchatlas.atlas.faces.face_graph import as_json
 
-NOISE = 0.02
 SIGNS = np.stack(np.meshgrid([-1, 1], [-1, 1], [-1, 1]), -1).reshape(-1, 3)
 
 
-@lru_cache
 def rounded(scale: float = 1.0):
-    columns = touched_mesh("rounded", 70, NOISE)
-    return body_of(samples_of_touches(columns, 1.5 * NOISE, scale=scale))
+    return known_body("rounded", 34, scale)
 
 
 def test_a_rounded_box_has_a_ball_at_each_of_its_corners():
@@ -81,5 +76,4 @@ def test_the_graph_names_the_faces_of_each_corner():
 
 
 def test_sharp_corners_have_no_ball():
-    body = body_of(samples_of_touches(touched_mesh("box", 60, NOISE), 1.5 * NOISE))
-    assert body.faces.corners == ()
+    assert known_body("box", 40).faces.corners == ()

@@ -6,17 +6,11 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from tests.lawful import PLATE, body_of, box_distance, samples_of_touches, touched_mesh
+from tests.lawful import NOISE, PLATE, box_distance, known_body
 from touchatlas.atlas.faces.face_trees import FaceTrees
 from touchatlas.atlas.faces.implied_edges import implied_edges
 
-NOISE = 0.02
-
-
-@lru_cache
-def body(name: str, count: int, scale: float = 1.0):
-    columns = touched_mesh(name, count, NOISE)
-    return body_of(samples_of_touches(columns, 1.5 * NOISE, scale=scale))
+body = lru_cache(known_body)
 
 
 def implied(name: str, count: int) -> dict[tuple[int, int], float]:
@@ -52,14 +46,14 @@ def test_known_edges_are_not_implied():
 
 
 def test_sides_of_a_slot_lie_outside_of_each_other_and_those_of_a_plate_inside():
-    trees = FaceTrees(body("plate", 60).faces)
+    trees = FaceTrees(body("plate", 50).faces)
     normals = [face.pieces[0].axes[2] for face in trees.faces.faces]
-    found = {pair[:2]: pair[2] for pair in implied_edges(trees, body("plate", 60).reach)}
+    found = {pair[:2]: pair[2] for pair in implied_edges(trees, body("plate", 50).reach)}
     opposite = [k for k, normal in enumerate(normals) if abs(normal[2]) > 0.99]
     assert found[tuple(opposite)] == 1.0
-    normals = [face.pieces[0].axes[2] for face in body("T-slot", 80).faces.faces]
-    middles = [face.middle for face in body("T-slot", 80).faces.faces]
-    found = implied("T-slot", 80)
+    normals = [face.pieces[0].axes[2] for face in body("T-slot", 40).faces.faces]
+    middles = [face.middle for face in body("T-slot", 40).faces.faces]
+    found = implied("T-slot", 40)
     # The sides of its neck, 12 apart, where the extent is 96.
     neck = [
         k
@@ -82,14 +76,14 @@ def test_the_distance_from_a_thin_plate_is_that_of_its_nearer_side(scale):
     """Of its planes, whose errors are a few thousandths; ten noises are none of them. A plate 4
     thick, whose contours are some 6 apart: the nearest sample often lies on the far side."""
     points = points_about_the_plate(1.5)
-    found = body("plate", 60, scale).field.at(scale * points)
+    found = body("plate", 50, scale).field.at(scale * points)
     off = np.abs(found.distance / scale - box_distance(points, PLATE))
     assert off.max() < 10.0 * NOISE
 
 
 def test_what_is_between_two_sides_is_not_doubted():
     """Half of the difference of both sides would be 2."""
-    found = body("plate", 60).field.at(points_about_the_plate(0.0))
+    found = body("plate", 50).field.at(points_about_the_plate(0.0))
     assert np.quantile(found.deviation, 0.99) < 5.0 * NOISE
 
 

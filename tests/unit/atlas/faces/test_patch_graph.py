@@ -4,6 +4,7 @@ import networkx as nx
 import numpy as np
 
 from tests.explored import explored
+from tests.sharp import explored_sharp
 from touchatlas.atlas import Atlas
 
 
@@ -29,7 +30,7 @@ def test_frames_stand_on_the_surface_with_its_normal():
 
 
 def test_patches_of_a_cube_meet_in_twelve_sharp_edges():
-    graph = explored("cube").atlas.graph
+    graph = explored_sharp("block").atlas.graph
     assert len(graph) == 6
     kinds = [kind for *_, kind in graph.edges(data="kind")]
     assert len(kinds) == 12 and len(set(kinds)) == 1

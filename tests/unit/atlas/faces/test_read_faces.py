@@ -17,7 +17,7 @@ STD = np.sqrt(2.0) * NOISE
 @pytest.fixture(scope="module")
 def plate():
     """Samples of a plate, and their faces; some of its roundings are pieces of their own."""
-    samples = samples_of_touches(touched_plate(32, NOISE, 5), STD)
+    samples = samples_of_touches(touched_plate(16, NOISE, 5), STD)
     return samples, faces_of_samples(samples)
 
 

@@ -8,7 +8,7 @@ from touchatlas.atlas.faces.sample_graph import SampleGraph
 from touchatlas.atlas.faces.samples import contour_samples
 
 
-@pytest.mark.parametrize("name", ["cube", "step"])
+@pytest.mark.parametrize("name", ["block", "step"])
 def test_links_do_not_depend_on_how_many_samples_came_at_once(name):
     """The same to the last bit, after each touch and at the end."""
     *columns, noise = touched(name, 40)
@@ -22,6 +22,6 @@ def test_links_do_not_depend_on_how_many_samples_came_at_once(name):
 
 
 def test_links_of_other_samples_say_nothing():
-    samples = touched_samples("cube", 20)
+    samples = touched_samples("block", 20)
     graph = SampleGraph(samples, SampleGraph(touched_samples("step", 20)))
     assert np.array_equal(graph.pairs, SampleGraph(samples).pairs)

@@ -7,23 +7,21 @@ import pytest
 
 from tests.lawful import (
     HALF,
+    NOISE,
     PLATE,
-    body_of,
     box_distance,
-    samples_of_touches,
+    known_body,
     step_distance,
-    touched_mesh,
 )
 from touchatlas.atlas.faces.body import Body
 from touchatlas.atlas.faces.uncrossed_edges import with_uncrossed_edges
 
-NOISE = 0.02
 DISTANCE = {"box": box_distance, "step": step_distance}
 
 
 def body_without(name: str, left_out, curves_only: bool):
     """A body of which some edges are not known, or their curves are not."""
-    body = body_of(samples_of_touches(touched_mesh(name, 40, NOISE), NOISE))
+    body = known_body(name, 40)
     edges = [
         replace(edge, curves=(), length=0.0) if k in left_out else edge
         for k, edge in enumerate(body.faces.edges)
@@ -48,10 +46,10 @@ def test_an_edge_that_was_left_out_is_found_on_the_surface(name, left_out, curve
         assert np.abs(DISTANCE[name](np.concatenate(edge.curves))).max() < 5.0 * NOISE
 
 
-@pytest.mark.parametrize(("name", "half"), [("box", HALF), ("plate", PLATE)])
-def test_every_point_of_an_edge_of_planes_lies_on_two_of_the_body(name, half):
+@pytest.mark.parametrize(("name", "count", "half"), [("box", 40, HALF), ("plate", 50, PLATE)])
+def test_every_point_of_an_edge_of_planes_lies_on_two_of_the_body(name, count, half):
     """Opposite sides of a plate bound each other, and have no edge."""
-    body = body_of(samples_of_touches(touched_mesh(name, 60, NOISE), NOISE))
+    body = known_body(name, count)
     edges = with_uncrossed_edges(body).edges
     pairs = {(edge.first, edge.second) for edge in body.faces.edges}
     assert pairs <= {(edge.first, edge.second) for edge in edges}

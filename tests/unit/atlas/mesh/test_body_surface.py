@@ -12,27 +12,28 @@ from tests.lawful import (
     BLUNT,
     HALF,
     HALF_HEIGHT,
+    NOISE,
     RADIUS,
     body_of,
     box_distance,
+    known_body,
     samples_of_touches,
     touched_mesh,
 )
 from touchatlas.atlas.mesh.body_surface import body_surface, coarse_edge, fine_edge
 
-NOISE = 0.02
 # An equal share of the variance is borne for lack of fit.
 STD = np.sqrt(2.0) * NOISE
 
 
 @pytest.fixture(scope="module")
 def box():
-    return body_of(samples_of_touches(touched_mesh("box", 60, NOISE, 4), STD))
+    return known_body("box", 40)
 
 
 @pytest.fixture(scope="module")
 def cylinder():
-    return body_of(samples_of_touches(touched_mesh("cylinder", 30, NOISE), STD))
+    return known_body("cylinder", 30)
 
 
 def mesh_of(surface) -> trimesh.Trimesh:
@@ -101,7 +102,7 @@ def test_the_surface_ends_where_nothing_was_touched():
 def test_total_curvature_is_that_in_the_middles_of_triangles():
     """An identity: means about vertices by area have the same integral. A rounded box has eight
     balls of the same sense, so that it is positive."""
-    body = body_of(samples_of_touches(touched_mesh("rounded", 40, NOISE), STD))
+    body = known_body("rounded", 34)
     surface = body_surface(body, 0.5 * BLUNT)
     middles = surface.vertices[surface.faces].mean(axis=1)
     curvature = body.gaussian_curvature(middles, surface.patch[surface.faces[:, 0]])

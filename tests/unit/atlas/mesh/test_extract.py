@@ -1,10 +1,12 @@
 """The surface of an atlas: that of its body, as fine as is asked for."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 import trimesh
 
-from tests.lawful import body_of, samples_of_touches, touched, touched_mesh
+from tests.lawful import NOISE, known_body, samples_of_touches, touched
 from touchatlas.atlas import AtlasOptions, extract_surface
 from touchatlas.atlas.faces.body import Body
 from touchatlas.atlas.faces.faces import face_of_all
@@ -14,7 +16,7 @@ from touchatlas.atlas.samples.sample_pool import SamplePool
 from touchatlas.atlas.state import AtlasState
 from touchatlas.sim import make_object
 
-NOISE, TOLERANCE = 0.02, 0.1
+TOLERANCE = 0.1
 STD = np.sqrt(2.0) * NOISE
 
 
@@ -41,6 +43,12 @@ def torus():
     return smooth_body("torus", 60)
 
 
+@pytest.fixture(scope="module")
+def drawn(torus):
+    """The torus drawn with an option of facets, once each."""
+    return cache(lambda facets: extract_surface(Known(torus, facets)))
+
+
 def as_mesh(surface) -> trimesh.Trimesh:
     return trimesh.Trimesh(surface.vertices, surface.faces, process=False)
 
@@ -53,12 +61,12 @@ def off(body, surface) -> np.ndarray:
     return np.abs(body.field.at(np.concatenate(points)).distance) / TOLERANCE
 
 
-def test_triangles_are_as_near_to_a_smooth_body_as_the_option_says(torus):
+def test_triangles_are_as_near_to_a_smooth_body_as_the_option_says(torus, drawn):
     """And a quarter of the distance takes three to six times the triangles: edges are halved, so
     that their number goes in steps. Where the field jumps, few are farther."""
     counts = []
-    for facets in (0.4, 0.1):
-        surface = extract_surface(Known(torus, facets))
+    for facets in (0.8, 0.2):
+        surface = drawn(facets)
         assert np.quantile(off(torus, surface), 0.99) < facets
         mesh = as_mesh(surface)
         assert mesh.is_watertight and mesh.is_winding_consistent and mesh.euler_number == 0
@@ -66,10 +74,10 @@ def test_triangles_are_as_near_to_a_smooth_body_as_the_option_says(torus):
     assert 3.0 < counts[1] / counts[0] < 6.0
 
 
-def test_a_smooth_body_takes_half_the_triangles_of_cubes_that_are_as_near(torus):
+def test_a_smooth_body_takes_half_the_triangles_of_cubes_that_are_as_near(torus, drawn):
     """On cubes of 1.3 mm 99 of 100 points are within 0.2 tolerances, and are moved out by nothing:
     they are as small everywhere as the strongest bend asks for."""
-    surface, cubes = extract_surface(Known(torus)), body_surface(torus, 1.3)
+    surface, cubes = drawn(0.2), body_surface(torus, 1.3)
     assert np.quantile(off(torus, cubes), 0.99) > np.quantile(off(torus, surface), 0.99)
     assert len(surface.faces) < 0.7 * len(cubes.faces)
 
@@ -82,7 +90,7 @@ def test_an_edge_that_is_given_is_that_of_the_cubes(torus):
 
 
 def test_a_body_whose_faces_obey_laws_is_drawn_as_they_are():
-    body = body_of(samples_of_touches(touched_mesh("box", 60, NOISE, 4), STD))
+    body = known_body("box", 40)
     found = extract_surface(Known(body))
     drawn = body_surface(body, fine_edge(body, 0.2 * TOLERANCE))
     for name in ("vertices", "faces", "normals", "deviation", "patch"):
@@ -98,10 +106,10 @@ def test_a_half_of_a_body_is_open_and_drawn_where_it_was_touched():
     assert mesh.vertices[:, 2].min() > lowest
 
 
-def test_the_same_body_gives_the_same_triangles(torus):
-    surfaces = [extract_surface(Known(torus)) for _ in range(2)]
+def test_the_same_body_gives_the_same_triangles(torus, drawn):
+    once, again = drawn(0.8), extract_surface(Known(torus, 0.8))
     for name in ("vertices", "faces", "normals", "deviation", "patch", "gaussian_curvature"):
-        assert getattr(surfaces[0], name).tobytes() == getattr(surfaces[1], name).tobytes()
+        assert getattr(once, name).tobytes() == getattr(again, name).tobytes()
 
 
 def test_what_is_no_atlas_or_has_no_body_is_refused():
