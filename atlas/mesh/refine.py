@@ -11,7 +11,7 @@ import numpy as np
 from touchatlas.atlas.faces.body import Body
 from touchatlas.atlas.mesh.body_surface import is_smooth, with_curvatures
 from touchatlas.atlas.mesh.edge_feet import feet_on_sharp_edges
-from touchatlas.atlas.mesh.split_triangles import edges_of, split
+from touchatlas.atlas.mesh.split_triangles import edges_of, split, triangles_beside
 from touchatlas.atlas.mesh.surface import Surface
 
 # Most times that an edge is halved: its height is then a 250th. Doubled, places where the field
@@ -52,7 +52,7 @@ def refined(body: Body, surface: Surface, bound: float) -> Surface:
         fresh = np.flatnonzero(~np.isin(named, keys))
         height, foot = _heights(body, surface, ends[fresh], bound if done else 0.0)
         if not smooth:
-            beside = _triangles_beside(sides, len(ends))[fresh]
+            beside = triangles_beside(sides, len(ends))[fresh]
             own, feet = feet_on_sharp_edges(body, surface, ends[fresh], beside, bound)
             middles = surface.vertices[ends[fresh[own]]].mean(axis=1)
             height[own], foot[own] = np.linalg.norm(feet - middles, axis=1), feet
@@ -73,17 +73,6 @@ def refined(body: Body, surface: Surface, bound: float) -> Surface:
         return with_curvatures(body, surface)
     order = np.argsort(keys)
     return _moved_out(surface, ends, heights[order][np.searchsorted(keys[order], named)], bound)
-
-
-def _triangles_beside(sides, count: int) -> np.ndarray:
-    """(e, 2) the triangles on both sides of each of so many edges, from the edges (f, 3) of
-    triangles; -1 where there is none."""
-    out = np.full((count, 2), -1)
-    order = np.argsort(sides.ravel(), kind="stable")
-    edge = sides.ravel()[order]
-    second = np.append(False, edge[1:] == edge[:-1])
-    out[edge, second.astype(int)] = order // 3
-    return out
 
 
 def _heights(body: Body, surface: Surface, ends, bound: float):

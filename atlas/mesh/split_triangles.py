@@ -1,4 +1,4 @@
-"""Split triangles: what becomes of triangles some edges of which are cut in their middles."""
+"""Split triangles: their edges, and what becomes of triangles whose edges are cut in the middle."""
 
 import numpy as np
 
@@ -11,6 +11,17 @@ def edges_of(faces) -> tuple[np.ndarray, np.ndarray]:
         np.minimum(tails, heads) << 32 | np.maximum(tails, heads), return_inverse=True
     )
     return np.stack([keys >> 32, keys & (1 << 32) - 1], axis=1), sides.reshape(-1, 3)
+
+
+def triangles_beside(sides, count: int) -> np.ndarray:
+    """(e, 2) the triangles on both sides of each of so many edges, from the edges (f, 3) of
+    triangles; -1 where there is none."""
+    out = np.full((count, 2), -1)
+    order = np.argsort(sides.ravel(), kind="stable")
+    edge = sides.ravel()[order]
+    second = np.append(False, edge[1:] == edge[:-1])
+    out[edge, second.astype(int)] = order // 3
+    return out
 
 
 def split(faces, middles, points) -> np.ndarray:

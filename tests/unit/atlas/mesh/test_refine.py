@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 import trimesh
 
+from tests.lawful import BLUNT, RADIUS, known_body, rounded_box_distance
 from touchatlas.atlas.faces.face_field import FaceValues
+from touchatlas.atlas.mesh.body_surface import body_surface
 from touchatlas.atlas.mesh.refine import refined
+from touchatlas.atlas.mesh.split_triangles import edges_of, triangles_beside
 from touchatlas.atlas.mesh.surface import Surface
 
 AXES = np.array([1.0, 0.7, 0.5])
@@ -15,6 +18,8 @@ AXES = np.array([1.0, 0.7, 0.5])
 
 class Ellipsoid:
     """An ellipsoid and its field, to first order, and the number of points that it was asked."""
+
+    is_one = True
 
     def __init__(self, scale: float = 1.0) -> None:
         self.scale, self.asked, self.field = scale, 0, self
@@ -122,3 +127,41 @@ def test_triangles_scale_with_the_unit(scale):
     first, second = (refined(f, coarse(f), 1e-3 * f.scale) for f in (one, other))
     np.testing.assert_array_equal(first.faces, second.faces)
     np.testing.assert_allclose(scale * first.vertices, second.vertices, atol=1e-9 * scale)
+
+
+def test_the_circles_at_the_ends_of_a_cylinder_are_refined_with_its_side():
+    """The field is zero all over the end: only both faces together tell that a chord of the circle
+    is off. In cubes of an eighth of the radius chords are off by 2e-3 radii, 16 bounds."""
+    body, bound = known_body("cylinder", 30), 1.25e-4 * RADIUS
+    drawn = body_surface(body, RADIUS / 8.0)
+    found = refined(body, drawn, bound)
+    mesh = as_mesh(found)
+    assert mesh.is_watertight and mesh.is_winding_consistent and mesh.euler_number == 2
+    assert _off_circles(body, drawn).max() > 10.0 * bound
+    assert _off_circles(body, found).max() < bound
+
+
+def _off_circles(body, surface) -> np.ndarray:
+    """Distances of the middles of edges at which triangles turn from the farther of two faces."""
+    ends, sides = edges_of(surface.faces)
+    normals = as_mesh(surface).face_normals[triangles_beside(sides, len(ends))]
+    middles = surface.vertices[ends[normals.prod(axis=1).sum(axis=1) < 0.5]].mean(axis=1)
+    # The third face is the other end of the cylinder.
+    return np.sort(np.abs(body.field.trees.all_distances(middles)), axis=1)[:, 1]
+
+
+def test_a_rounding_narrower_than_the_cubes_is_refined():
+    """In cubes of one and a half of its radius the corners of a box with rounded edges are cut off
+    by more than a third of a radius."""
+    body = known_body("rounded", 34)
+    found = refined(body, body_surface(body, 1.5 * BLUNT), 0.02 * BLUNT)
+    off = np.abs(rounded_box_distance(_random_points(found, 100_000)))
+    drawn = np.abs(rounded_box_distance(_random_points(body_surface(body, 1.5 * BLUNT), 100_000)))
+    assert drawn.max() > 0.3 * BLUNT
+    # The radii are known to a twentieth, and a corner of a ball leaves a box by 0.7 radii.
+    assert off.max() < 0.1 * BLUNT
+
+
+def _random_points(surface, count: int) -> np.ndarray:
+    """Random points (n, 3) of a surface."""
+    return trimesh.sample.sample_surface(as_mesh(surface), count, seed=0)[0]
