@@ -189,9 +189,7 @@ def test_an_interrupted_run_keeps_its_results_and_goes_on(ball, whole, tmp_path,
 @pytest.mark.parametrize(
     ("number", "end"), [(signal.SIGINT, KeyboardInterrupt), (signal.SIGTERM, Terminated)]
 )
-def test_an_interrupt_while_touches_are_repeated_leaves_the_files_as_they_are(
-    killed, number, end
-):
+def test_an_interrupt_while_touches_are_repeated_leaves_the_files_as_they_are(killed, number, end):
     run = killed("touch 4")
     before = {p.name: p.read_bytes() for p in run.iterdir() if p.name != "run.lock"}
 
