@@ -49,7 +49,7 @@ def advance(atlas, planner, probe, count):
 
 @pytest.mark.parametrize(
     ("name", "tolerance"),
-    [pytest.param("ellipsoid", 2.0, marks=pytest.mark.slow), ("sphere", 0.1)],
+    [pytest.param("ellipsoid", 2.0, marks=pytest.mark.slow), ("sphere", 0.3)],
 )
 def test_plans_told_in_any_order_lead_to_a_known_surface(name, tolerance):
     """Four arms; every sixth touch misses, every sixth is refused, every sixth is lost: it is made

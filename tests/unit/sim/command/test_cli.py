@@ -123,9 +123,10 @@ def test_existing_run_is_refused_unless_forced(whole_run):
     assert (folder / "atlas.npz").read_bytes() == before
 
 
+@pytest.mark.usefixtures("few_judged")
 def test_a_surface_of_too_noisy_a_probe_is_drawn_and_doubted(tmp_path):
     """Noise of ten tolerances leaves nothing known to the tolerance, and the run says so."""
-    numbers = ["--noise", "2", "--tolerance", "0.2", "--max-touches", "5"]
+    numbers = ["--noise", "2", "--tolerance", "0.2", "--max-touches", "3"]
     done = touchatlas("explore", "sphere", *numbers, "--out", "a", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     numbers = json.loads((tmp_path / "a" / "evaluation.json").read_text())
@@ -253,7 +254,7 @@ def test_touches_that_meet_nothing_are_said():
 
 @pytest.mark.usefixtures("no_pictures", "few_judged")
 def test_noise_that_hides_every_curve_is_a_failure_with_advice(tmp_path):
-    words = ["--noise", 5, "--max-touches", 2, "--out", "r", "--json"]
+    words = ["--noise", 5, "--max-touches", 1, "--out", "r", "--json"]
     done = touchatlas("explore", "sphere", *words, cwd=tmp_path)
     assert done.returncode == 1
     assert "give less --noise or a larger --tolerance" in done.stderr
