@@ -1,6 +1,9 @@
 """What the tests of the sim share: a whole run, of which each test gets its own copy."""
 
+import pickle
 import signal
+from concurrent.futures import Future
+from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -12,6 +15,8 @@ from tests.kept import kept_once
 from touchatlas.sim.judge.truth import EvaluateOptions
 from touchatlas.sim.run import conclusion
 from touchatlas.sim.run.progress import Progress
+from touchatlas.sim.study.economy import sweep as economy_sweep
+from touchatlas.sim.study.stability import sweep as stability_sweep
 
 
 @pytest.fixture(autouse=True)
@@ -37,6 +42,24 @@ def few_judged(monkeypatch):
     monkeypatch.setattr(conclusion, "truth_of", partial(conclusion.truth_of, options=few))
     judge = partial(conclusion.evaluate_surface, options=few)
     monkeypatch.setattr(conclusion, "evaluate_surface", judge)
+
+
+class _Here:
+    """A pool of processes that works in this one; what it is given is pickled all the same."""
+
+    def submit(self, function, *arguments) -> Future:
+        found, (function, arguments) = Future(), pickle.loads(pickle.dumps((function, arguments)))
+        found.set_result(pickle.loads(pickle.dumps(function(*arguments))))
+        return found
+
+
+@pytest.fixture(scope="module")
+def no_processes():
+    """Sweeps work in this process: others would import everything first."""
+    with pytest.MonkeyPatch.context() as patch:
+        for module in (stability_sweep, economy_sweep):
+            patch.setattr(module, "workers", lambda most: nullcontext(_Here()))
+        yield
 
 
 @kept_once

@@ -110,9 +110,10 @@ def test_curves_of_one_surface_are_not_called_displaced(noise):
     """Of 48 draws at one in 1,000 each, one or more in 20 is."""
     for surface in SURFACES:
         for k in range(4):
-            rng, named = np.random.default_rng([2, k]), zip("abc", exact_points(surface, k))
-            curves = [Curve(c, p + noise * rng.normal(size=p.shape), None) for c, p in named]
-            recording = prepare(curves, noise)
+            rng = np.random.default_rng([2, k])
+            noisy = [p + noise * rng.normal(size=p.shape) for p in exact_points(surface, k)]
+            named = zip("abc", noisy, strict=True)
+            recording = prepare([Curve(name, points, None) for name, points in named], noise)
             assert "curves do not meet" not in recording.flags, (surface, k)
 
 
