@@ -126,7 +126,7 @@ def test_existing_run_is_refused_unless_forced(whole_run):
 @pytest.mark.usefixtures("few_judged")
 def test_a_surface_of_too_noisy_a_probe_is_drawn_and_doubted(tmp_path):
     """Noise of ten tolerances leaves nothing known to the tolerance, and the run says so."""
-    numbers = ["--noise", "2", "--tolerance", "0.2", "--max-touches", "3"]
+    numbers = ["--noise", "2", "--tolerance", "0.2", "--max-touches", "5"]
     done = touchatlas("explore", "sphere", *numbers, "--out", "a", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     numbers = json.loads((tmp_path / "a" / "evaluation.json").read_text())
