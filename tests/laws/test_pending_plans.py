@@ -49,7 +49,7 @@ def advance(atlas, planner, probe, count):
 
 @pytest.mark.parametrize(
     ("name", "tolerance"),
-    [pytest.param("ellipsoid", 2.0, marks=pytest.mark.slow), ("sphere", 0.1)],
+    [pytest.param("ellipsoid", 2.0, marks=pytest.mark.slow), ("sphere", 0.3)],
 )
 def test_plans_told_in_any_order_lead_to_a_known_surface(name, tolerance):
     """Four arms; every sixth touch misses, every sixth is refused, every sixth is lost: it is made
@@ -115,13 +115,13 @@ def test_guesses_behind_edges_are_made_one_at_a_time():
     (plan,) = planner.ask_several(atlas, 2)
     told(atlas, planner, probe(plan))
     guesses = []
-    for _ in range(8):
+    for _ in range(6):
         plans = planner.ask_several(atlas, 2)
         assert len(plans) == 2
         pending = planner._attempts.pending
         guesses.append(sum(pending[one.number].is_guess for one in plans))
         told(atlas, planner, probe(plans[0]))
-    assert max(guesses) == 1 and guesses.count(1) >= 4
+    assert max(guesses) == 1 and guesses.count(1) >= 3
 
 
 def test_a_touch_is_told_once_and_by_a_number_that_is_pending():
@@ -150,22 +150,27 @@ def test_a_new_planner_goes_on_with_an_atlas_that_learned_before():
 
 
 @pytest.mark.parametrize(
-    ("name", "rule", "count"),
+    ("name", "rule", "count", "options"),
     [
-        ("ellipsoid", "tolerance", 0),
-        ("ellipsoid", "tolerance", 3),
-        ("ellipsoid", "random", 2),
-        ("cube", "tolerance", 8),
-        ("ellipsoid", "farthest", 2),
-        ("ellipsoid", "variance", 2),
+        ("ellipsoid", "tolerance", 0, {}),
+        ("ellipsoid", "tolerance", 3, {}),
+        ("ellipsoid", "random", 2, {}),
+        # One of the pending plans is a guess behind an edge.
+        ("cube", "tolerance", 4, {"max_turn": 0.8}),
+        ("ellipsoid", "farthest", 2, {}),
+        ("ellipsoid", "variance", 2, {}),
     ],
 )
-def test_a_loaded_planner_goes_on_as_the_one_that_was_never_saved(name, rule, count, tmp_path):
+def test_a_loaded_planner_goes_on_as_the_one_that_was_never_saved(
+    name, rule, count, options, tmp_path
+):
     """With the loaded atlas it makes the same plans, number by number, and the one that is pending
     comes back. Saved again it gives the same bytes."""
-    atlas, planner, probe = begun(name, rule)
+    atlas, planner, probe = begun(name, rule, **options)
     advance(atlas, planner, probe, count)
     pending = planner.ask_several(atlas, 2)
+    guesses = [planner._attempts.pending[plan.number].is_guess for plan in pending]
+    assert any(guesses) == (name == "cube")
     save_atlas(tmp_path / "atlas.npz", atlas)
     save_planner(tmp_path / "planner.json", planner, atlas)
     again = load_atlas(tmp_path / "atlas.npz")
@@ -174,14 +179,14 @@ def test_a_loaded_planner_goes_on_as_the_one_that_was_never_saved(name, rule, co
     save_planner(tmp_path / "again.json", loaded, again)
     assert (tmp_path / "again.json").read_bytes() == (tmp_path / "planner.json").read_bytes()
     state = probe.state()
-    expected = advance(atlas, planner, probe, 4)
+    expected = advance(atlas, planner, probe, 3)
     probe.restore(state)
-    assert advance(again, loaded, probe, 4) == expected and len(expected) == 4
+    assert advance(again, loaded, probe, 3) == expected and len(expected) == 3
 
 
 def test_a_retry_and_the_end_come_back_from_a_file(tmp_path):
     path = tmp_path / "planner.json"
-    atlas, planner, probe = begun("sphere")
+    atlas, planner, probe = begun("sphere", tolerance=0.3)
     told(atlas, planner, short(probe(planner.ask(atlas))))
     save_planner(path, planner, atlas)
     closer, again = planner.ask(atlas), load_planner(path, atlas).ask(atlas)

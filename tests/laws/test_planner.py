@@ -78,7 +78,7 @@ def test_bodies_need_no_more_touches_than_before(name):
 def test_a_looser_tolerance_ends_the_same_touches_earlier():
     """Bit for bit: what is learned and where to touch do not depend on the tolerance, but for holes
     that matter to it."""
-    fine, obj = known("blob").touches, make_object("blob")
+    fine, obj = known("bottle").touches, make_object("bottle")
     # The arms of the first touch are in scales, which are the tolerance where none is given.
     atlas, p = Atlas(3.0 * obj.tolerance, scale=obj.tolerance), Planner(*obj.start())
     probe = Probe(obj, obj.noise_std, np.random.default_rng(0))

@@ -1,13 +1,22 @@
 """What the tests of the sim share: a whole run, of which each test gets its own copy."""
 
-import shutil
+import pickle
 import signal
+from concurrent.futures import Future
+from contextlib import nullcontext
+from functools import partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import pytest
 
 from tests.command import WHOLE_RUN, progress_lines, touchatlas
+from tests.kept import kept_once
+from touchatlas.sim.judge.truth import EvaluateOptions
 from touchatlas.sim.run import conclusion
 from touchatlas.sim.run.progress import Progress
+from touchatlas.sim.study.economy import sweep as economy_sweep
+from touchatlas.sim.study.stability import sweep as stability_sweep
 
 
 @pytest.fixture(autouse=True)
@@ -26,17 +35,50 @@ def no_pictures(monkeypatch):
     monkeypatch.setattr(Progress, "png_bytes", drawn)
 
 
-@pytest.fixture(scope="session")
-def _whole_run(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("whole")
-    done = touchatlas(*WHOLE_RUN, "--out", "run", cwd=folder)
-    assert done.returncode == 0, done.stderr
-    assert set(done.stderr.splitlines()) == set(progress_lines(done.stderr)), done.stderr
-    return folder / "run", done.stdout
+@pytest.fixture
+def few_judged(monkeypatch):
+    """Runs are judged by 2,000 points each way, a twentieth of the usual number."""
+    few = EvaluateOptions(samples=2000)
+    monkeypatch.setattr(conclusion, "truth_of", partial(conclusion.truth_of, options=few))
+    judge = partial(conclusion.evaluate_surface, options=few)
+    monkeypatch.setattr(conclusion, "evaluate_surface", judge)
+
+
+class _Here:
+    """A pool of processes that works in this one; what it is given is pickled all the same."""
+
+    def submit(self, function, *arguments) -> Future:
+        found, (function, arguments) = Future(), pickle.loads(pickle.dumps((function, arguments)))
+        found.set_result(pickle.loads(pickle.dumps(function(*arguments))))
+        return found
+
+
+@pytest.fixture(scope="module")
+def no_processes():
+    """Sweeps work in this process: others would import everything first."""
+    with pytest.MonkeyPatch.context() as patch:
+        for module in (stability_sweep, economy_sweep):
+            patch.setattr(module, "workers", lambda most: nullcontext(_Here()))
+        yield
+
+
+@kept_once
+def _whole_run() -> tuple[dict[str, bytes], str]:
+    """The files of a whole run, and what the command printed."""
+    with TemporaryDirectory() as folder:
+        done = touchatlas(*WHOLE_RUN, "--out", "run", cwd=folder)
+        assert done.returncode == 0, done.stderr
+        assert set(done.stderr.splitlines()) == set(progress_lines(done.stderr)), done.stderr
+        files = {path.name: path.read_bytes() for path in Path(folder, "run").iterdir()}
+    return files, done.stdout
 
 
 @pytest.fixture
-def whole_run(_whole_run, tmp_path):
+def whole_run(tmp_path):
     """A copy of the folder of a whole run, and what the command printed."""
-    folder, printed = _whole_run
-    return shutil.copytree(folder, tmp_path / "whole"), printed
+    files, printed = _whole_run()
+    folder = tmp_path / "whole"
+    folder.mkdir()
+    for name, data in files.items():
+        (folder / name).write_bytes(data)
+    return folder, printed

@@ -18,7 +18,7 @@ from touchatlas.sim.folder.journal import Journal
 from touchatlas.sim.folder.run_folder import old_run
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals and file locks of POSIX")
-RUN = ("explore", "sphere", "--tolerance", "0.3", "--max-touches", "12", "--out", "r")
+RUN = ("explore", "sphere", "--tolerance", "0.6", "--max-touches", "12", "--out", "r")
 
 
 def start(*words, cwd):
@@ -73,8 +73,8 @@ def test_ctrl_c_at_ten_moments_is_no_traceback_and_ends_the_touching(tmp_path, s
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_a_signal_names_what_it_waits_for_and_how_to_go_on(tmp_path, number, code):
-    """With a hundred touches to go the signal comes while it touches."""
-    with start("explore", "blob", "--out", "r", cwd=tmp_path) as process:
+    """With many touches to go the signal comes while it touches."""
+    with start("explore", "blob", "--tolerance", "1", "--out", "r", cwd=tmp_path) as process:
         wait_for((tmp_path / "r" / "journal.sqlite").exists, process)
         process.send_signal(number)
         _, errors = process.communicate(timeout=60)
@@ -98,40 +98,41 @@ def test_a_second_process_is_refused_with_the_number_of_the_first(tmp_path):
 
 
 def test_two_processes_that_start_at_once_do_not_disturb_each_other(tmp_path):
-    few = [*RUN[:5], "3", *RUN[6:]]
+    few = [*RUN[:5], "2", *RUN[6:]]
     both = [start(*few, cwd=tmp_path) for _ in range(2)]
     ends = [(p.communicate(timeout=120)[1], p.returncode) for p in both]
     codes = sorted(code for _, code in ends)
     assert codes == [0, 2], ends
     refusal = next(errors for errors, code in ends if code == 2)
     assert "at work in r" in refusal or "already holds a run" in refusal
-    assert touches_in(tmp_path / "r") == 3
+    assert touches_in(tmp_path / "r") == 2
 
 
+@pytest.mark.usefixtures("no_pictures", "few_judged")
 @pytest.mark.skipif(os.geteuid() != 0, reason="mounting takes root")
 def test_a_disk_that_fills_up_keeps_the_touches_and_the_run_is_resumed(tmp_path):
     small = tmp_path / "small"
     small.mkdir()
     mounted = subprocess.run(
-        ["mount", "-t", "tmpfs", "-o", "size=100k", "tmpfs", str(small)], capture_output=True
+        ["mount", "-t", "tmpfs", "-o", "size=80k", "tmpfs", str(small)], capture_output=True
     )
     if mounted.returncode:
         pytest.skip("no tmpfs can be mounted here")
     try:
-        words = ["bottle", "--max-touches", 20, "--out", small / "r"]
+        words = ["bottle", "--tolerance", 0.5, "--max-touches", 12, "--out", small / "r"]
         done = touchatlas("explore", *words, cwd=tmp_path)
         assert done.returncode == 1, done.stderr
         others = set(done.stderr.splitlines()) - set(progress_lines(done.stderr))
         assert len(others) == 1 and "space" in others.pop(), done.stderr
         count = touches_in(small / "r")
-        assert count > 3
+        assert count > 2
         assert not list((small / "r").glob("*.part"))
         shutil.copytree(small / "r", tmp_path / "r")
     finally:
         subprocess.run(["umount", str(small)], check=True)
-    done = touchatlas("resume", "r", "--max-touches", count + 2, "--json", cwd=tmp_path)
+    done = touchatlas("resume", "r", "--max-touches", count + 1, "--json", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
-    assert json.loads(done.stdout)["touches"] == touches_in(tmp_path / "r") == count + 2
+    assert json.loads(done.stdout)["touches"] == touches_in(tmp_path / "r") == count + 1
 
 
 def test_a_folder_that_cannot_be_written_is_one_sentence(tmp_path):

@@ -78,10 +78,10 @@ def test_the_picture_shows_the_error_where_it_is():
     assert min(parts[0], parts[3]) > 2.0 * max(parts[1], parts[2])
 
 
-@pytest.mark.usefixtures("no_pictures")
+@pytest.mark.usefixtures("no_pictures", "few_judged")
 def test_runs_are_compared_as_a_table_and_a_chart(whole_run, tmp_path):
     first = whole_run[0]
-    words = ["--tolerance", 0.3, "--max-touches", 6, "--planner.curves", 4, "--out", "second"]
+    words = ["--tolerance", 0.6, "--max-touches", 2, "--planner.curves", 4, "--out", "second"]
     done = touchatlas("explore", "sphere", *words, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     done = touchatlas("compare", first, "second", "--out", "c", "--json", cwd=tmp_path)

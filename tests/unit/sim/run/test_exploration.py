@@ -27,8 +27,8 @@ from touchatlas.sim.run.watcher import Watcher
 from touchatlas.sim.run.work import random_streams
 from touchatlas.sim.world.mesh_object import MeshObject
 
-pytestmark = pytest.mark.usefixtures("no_pictures")
-FEW = RunOptions(max_touches=7)
+pytestmark = pytest.mark.usefixtures("no_pictures", "few_judged")
+FEW = RunOptions(max_touches=7, tolerance=0.3)
 
 
 class Called(Watcher):

@@ -17,11 +17,12 @@ from touchatlas.sim.study.economy.summary import COSTS, gap_closed, summary
 from touchatlas.sim.study.economy.sweep import TOLERANCES, jobs_of, sweep
 from touchatlas.sim.study.economy.trial import COLUMNS, MOST, OTHERS, PLANNERS, judged
 
+pytestmark = pytest.mark.usefixtures("no_processes")
 METHODS = ("tolerance", "oracle")
 
 
 @pytest.fixture(scope="module")
-def swept(tmp_path_factory):
+def swept(tmp_path_factory, no_processes):
     """Folder and rows of the sphere to 1 % of its diagonal."""
     folder = tmp_path_factory.mktemp("chart")
     return folder, swept_again(folder)

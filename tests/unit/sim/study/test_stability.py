@@ -19,6 +19,8 @@ from touchatlas.sim.study.stability.surfaces import ball_truth, graph_shape, qua
 from touchatlas.sim.study.stability.sweep import ONE_PATCH, sweep
 from touchatlas.sim.study.stability.tracking import random_rotation
 
+pytestmark = pytest.mark.usefixtures("no_processes")
+
 
 @pytest.fixture(scope="module")
 def case():
