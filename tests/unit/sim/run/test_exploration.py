@@ -9,7 +9,6 @@ import sys
 import threading
 from contextlib import closing
 
-import matplotlib
 import numpy as np
 import pytest
 import trimesh
@@ -202,16 +201,6 @@ def test_a_run_works_in_a_thread(ball, tmp_path):
     assert results[0].numbers["touches"] == 1
 
 
-def test_drawing_leaves_the_callers_back_end_alone(ball, tmp_path):
-    before = matplotlib.rcParams["backend"]
-    try:
-        matplotlib.rcParams["backend"] = "svg"
-        run_exploration(ball, tmp_path / "r", RunOptions(max_touches=1))
-        assert matplotlib.rcParams["backend"] == "svg"
-    finally:
-        matplotlib.rcParams["backend"] = before
-
-
 class OutOfReach(MeshObject):
     """A ball that is looked for where it is not."""
 
@@ -286,12 +275,6 @@ def test_what_no_surface_can_come_of_is_refused_before_a_file_is_written(
     with pytest.raises(ValueError, match=words):
         run_exploration(ball, tmp_path / "r", options)
     assert not (tmp_path / "r").exists()
-
-
-def test_a_name_the_font_lacks_is_drawn_without_a_warning(ball, tmp_path):
-    odd = MeshObject("名前 😀", ball.vertices, ball.faces)
-    run_exploration(odd, tmp_path / "r", RunOptions(max_touches=1))
-    assert (tmp_path / "r" / "progress.png").exists()
 
 
 def test_the_judge_wants_a_tolerance(ball):
