@@ -21,6 +21,10 @@ def measured(count: int, third: float) -> Equations:
     return Equations(information, (size * drawn + MEASURED * errors) / MEASURED**2)
 
 
+def covariances_of(factors) -> np.ndarray:
+    return factors.transpose(0, 2, 1) @ factors
+
+
 def test_coefficients_shrink_by_their_common_size():
     """The mean square of 1400 of them is known to a thirtieth, and the factor, of which a tenth is
     left, to four thousandths; two deviations are allowed, and as much for the end of the rounds."""
@@ -34,8 +38,8 @@ def test_coefficients_shrink_by_their_common_size():
 
 def test_coefficients_that_are_zero_are_told_to_be():
     """Their posterior deviation is far below that of the measurement."""
-    coefficients, covariances = with_common_prior(measured(100, 0.0), MEASURED)
-    own = np.flatnonzero(HEIGHTS == 3)
+    coefficients, factors = with_common_prior(measured(100, 0.0), MEASURED)
+    covariances, own = covariances_of(factors), np.flatnonzero(HEIGHTS == 3)
     assert np.abs(coefficients[:, own]).max() < 0.5 * MEASURED
     assert covariances[:, own, own].max() < 0.25 * MEASURED**2
 
@@ -43,13 +47,24 @@ def test_coefficients_that_are_zero_are_told_to_be():
 def test_a_sextic_without_samples_has_the_size_of_the_others():
     equations = measured(100, THIRD)
     equations.information[0], equations.right[0] = 0.0, 0.0
-    coefficients, covariances = with_common_prior(equations, MEASURED)
-    own = np.flatnonzero(HEIGHTS == 3)
+    coefficients, factors = with_common_prior(equations, MEASURED)
+    covariances, own = covariances_of(factors), np.flatnonzero(HEIGHTS == 3)
     assert coefficients[0] == pytest.approx(0.0, abs=1e-12)
     assert np.sqrt(covariances[0, own, own]) == pytest.approx(THIRD, rel=0.1)
 
 
 def test_one_sextic_has_a_prior():
-    coefficients, covariances = with_common_prior(measured(1, THIRD), 0.0)
+    coefficients, factors = with_common_prior(measured(1, THIRD), 0.0)
     assert np.isfinite(coefficients).all()
-    assert (np.linalg.eigvalsh(covariances[0]) > 0.0).all()
+    assert (np.linalg.eigvalsh(covariances_of(factors)[0]) > 0.0).all()
+
+
+def test_factors_are_those_of_the_inverse_of_samples_and_prior_together():
+    """Without a size to learn, because samples say all: the covariance is the inverse information,
+    and the factor is upper triangular."""
+    equations = measured(100, OTHERS)
+    _, factors = with_common_prior(equations, MEASURED)
+    assert np.abs(np.tril(factors, -1)).max() < 1e-15
+    # A prior of a twentieth of the deviation takes a 400th off.
+    inverse = np.linalg.inv(equations.information)
+    assert covariances_of(factors) == pytest.approx(inverse, rel=5e-3, abs=1e-12)
