@@ -24,9 +24,6 @@ _TOLD = 4.0
 # surface that passes it, up to where ``Body.at`` finds their feet. Doubled, the surface of a
 # scanned lemon lost a third of its area.
 WITHIN_REACH = 0.23
-# Distance from a rounded right angle of the lines from the middle of its rounding along both faces,
-# in radii. Doubled, narrower roundings get finer triangles.
-_CHORD = 0.2
 # Weights of the corners of a triangle in the middles of its four quarters.
 _QUARTERS = np.concatenate(
     [np.full((1, 3), 1.0 / 3.0), np.full((3, 3), 1.0 / 6.0) + 0.5 * np.eye(3)]
@@ -59,16 +56,12 @@ def shape_edge(body: Body) -> float:
 def fine_edge(body: Body, sagitta: float) -> float:
     """Edge of the cubes whose triangles are within ``sagitta`` (length) of the faces: the sagitta
     of a chord c on a circle of radius r is c^2 / 8 r, and a chord is a diagonal of two edges. Such
-    cubes show small holes of a body with edges.
+    cubes show small holes of a body with edges. Roundings of edges do not count.
     """
     if is_smooth(body):
         return coarse_edge(body)
-    curvature = body.largest_curvature
-    # The corner of a chord over a narrow rounding is off by a fifth of the radius at most.
-    blunt = [edge.radius for edge in body.faces.edges if _CHORD * edge.radius > sagitta]
-    curvature = max([curvature, *(1.0 / radius for radius in blunt)])
     # Planes alone bend by rounding at most; with zero the quotient overflows.
-    bend = np.sqrt(4.0 * sagitta / max(curvature, np.finfo(float).eps / body.extent))
+    bend = np.sqrt(4.0 * sagitta / max(body.largest_curvature, np.finfo(float).eps / body.extent))
     return max(min(coarse_edge(body), float(bend)), body.extent / _MOST)
 
 

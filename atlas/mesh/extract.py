@@ -66,8 +66,8 @@ def extract_surface(state: AtlasState, edge: float | None = None) -> Surface:
 
 
 def _drawn(body: Body, sagitta: float) -> Surface:
-    """A surface of a body that shows its shape, in cubes as large as that allows. Where a body with
-    edges is not closed in them, as small ones as show its curvature tell where it ends."""
+    """The surface of a body in cubes that show its shape. A body with edges that is not closed so
+    is drawn in cubes as small as its curvature asks, which show better where it ends."""
     surface = body_surface(body, shape_edge(body))
     if is_smooth(body) or not len(igl.boundary_facets(surface.faces)[0]):
         return surface
