@@ -161,8 +161,9 @@ class Body:
 
     def gaussian_curvature(self, points, face) -> np.ndarray:
         """(n,) Gaussian curvature of faces (n,) at points (n, 3), 1/length^2: the second invariant
-        of the shape operator, one of whose eigenvalues is 0 (do Carmo, section 3-3). That of a
-        ball of radius r, which rounds a corner, is 1 / r^2."""
+        of the shape operator, one of whose eigenvalues is 0 (do Carmo, section 3-3). Beside a
+        face it is that of the surface parallel to it: about a ball, which rounds a corner, one over
+        the square of the distance from its centre."""
         out = np.zeros(len(points))
         for one in self.faces.faces:
             mine = np.flatnonzero(face == one.id)
@@ -170,6 +171,8 @@ class Body:
             trace = np.trace(shape, axis1=1, axis2=2)
             out[mine] = 0.5 * (trace**2 - np.einsum("nij,nji->n", shape, shape))
         for corner in self.faces.corners:
-            off = _ROUNDED * corner.radius
-            out[on_ball(corner, self.faces.faces, points, off)] = corner.radius**-2.0
+            square, off = ((points - corner.centre) ** 2).sum(axis=1), _ROUNDED * corner.radius
+            near = np.flatnonzero(square < (corner.radius + 2.0 * off) ** 2)
+            near = near[on_ball(corner, self.faces.faces, points[near], off)]
+            out[near] = 1.0 / square[near]
         return out

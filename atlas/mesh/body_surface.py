@@ -24,10 +24,10 @@ _TOLD = 4.0
 # surface that passes it, up to where ``Body.at`` finds their feet. Doubled, the surface of a
 # scanned lemon lost a third of its area.
 WITHIN_REACH = 0.23
-# Weights of the corners of a triangle in the middles of its four quarters.
-_QUARTERS = np.concatenate(
-    [np.full((1, 3), 1.0 / 3.0), np.full((3, 3), 1.0 / 6.0) + 0.5 * np.eye(3)]
-)
+# Parts of a side of a triangle: the curvature is asked in the middles of their square of smaller
+# ones. With two the total curvature of a plate was 1.987 to 1.992 times 2 pi, with four 1.994, with
+# eight 2.001.
+_PARTS = 4
 # Largest edge of a cube over the radius of the narrowest bend. Doubled, narrow holes close.
 _BEND = 0.5
 
@@ -84,12 +84,27 @@ def with_curvatures(body: Body, surface: Surface) -> Surface:
         curvature = body.gaussian_curvature(vertices, surface.patch)
     else:
         # At vertices a tenth of that of a plate was missing.
-        points = _QUARTERS @ vertices[faces]
-        face = body.field.at(vertices[faces].mean(axis=1), texture=False).face
-        of = np.repeat(face, len(_QUARTERS))
-        inside = body.gaussian_curvature(points.reshape(-1, 3), of).reshape(points.shape[:2])
-        curvature = _means_about_vertices(vertices, faces, inside.mean(axis=1))
+        found = body.field.at(vertices[faces].mean(axis=1), texture=False)
+        weights = _inner_weights(_PARTS)
+        points = (weights @ vertices[faces]).reshape(-1, 3)
+        inside = body.gaussian_curvature(points, np.repeat(found.face, len(weights)))
+        # A triangle stands for the part of the surface that it is seen against along its normals.
+        cosine = (igl.per_face_normals(vertices, faces, np.zeros(3)) * found.normal).sum(axis=1)
+        means = np.maximum(cosine, 0.0) * inside.reshape(-1, len(weights)).mean(axis=1)
+        curvature = _means_about_vertices(vertices, faces, means)
     return replace(surface, gaussian_curvature=curvature)
+
+
+def _inner_weights(parts: int) -> np.ndarray:
+    """(parts^2, 3) weights of the corners of a triangle in the middles of equal smaller ones.
+
+    >>> _inner_weights(2).round(2).tolist()
+    [[0.17, 0.17, 0.67], [0.17, 0.67, 0.17], [0.33, 0.33, 0.33], [0.67, 0.17, 0.17]]
+    """
+    upright = [(i + 1 / 3, j + 1 / 3) for i in range(parts) for j in range(parts - i)]
+    turned = [(i + 2 / 3, j + 2 / 3) for i in range(parts) for j in range(parts - i - 1)]
+    first, second = np.array(sorted(upright + turned)).T / parts
+    return np.column_stack([first, second, 1.0 - first - second])
 
 
 def body_triangles(body: Body, edge: float) -> tuple[np.ndarray, np.ndarray, FaceValues]:
