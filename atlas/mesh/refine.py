@@ -17,6 +17,9 @@ from touchatlas.atlas.mesh.surface import Surface
 # Most times that an edge is halved: its height is then a 250th. Doubled, places where the field
 # jumps fill with triangles.
 _HALVINGS = 4
+# The same of a body with edges, the roundings of which coarse cubes cut off: the first halves lead
+# to the rounding. With four a corner was off by 1.4 tolerances. Doubled, nothing changes.
+_HALVINGS_SHARP = 7
 # Height over an edge at which it is halved, in bounds, before vertices are moved out: a triangle of
 # equal edges is a third higher in its middle. Doubled, triangles are beyond the bound.
 _FAR = 1.1
@@ -46,7 +49,8 @@ def refined(body: Body, surface: Surface, bound: float) -> Surface:
         is more.
     """
     keys, heights, smooth = np.zeros(0, np.int64), np.zeros(0), is_smooth(body)
-    for done in range(_HALVINGS + 1):
+    most = _HALVINGS if smooth else _HALVINGS_SHARP
+    for done in range(most + 1):
         ends, sides = edges_of(surface.faces)
         named = ends[:, 0] << 32 | ends[:, 1]
         fresh = np.flatnonzero(~np.isin(named, keys))
@@ -60,7 +64,7 @@ def refined(body: Body, surface: Surface, bound: float) -> Surface:
         unsure = _UNSURE * surface.deviation[ends[fresh]].mean(axis=1)
         limit = (_FAR if smooth else _FAR_SHARP) * np.maximum(bound, unsure)
         far = np.abs(height) > limit
-        if done == _HALVINGS or not far.any():
+        if done == most or not far.any():
             break
         middle = np.full(len(ends), -1)
         middle[fresh[far]] = len(surface.vertices) + np.arange(far.sum())
