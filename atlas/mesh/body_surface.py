@@ -70,10 +70,14 @@ def body_surface(body: Body, edge: float) -> Surface:
 
     It is closed where the surface is known everywhere, and ends where it is not.
     """
+    return with_curvatures(body, flat_surface(body, edge))
+
+
+def flat_surface(body: Body, edge: float) -> Surface:
+    """The same with curvatures of zero, as triangles that will be refined need none."""
     vertices, faces, found = body_triangles(body, edge)
     flat = np.zeros(len(vertices))
-    drawn = Surface(vertices, faces, found.normal, found.deviation, found.face, flat)
-    return with_curvatures(body, drawn)
+    return Surface(vertices, faces, found.normal, found.deviation, found.face, flat)
 
 
 def with_curvatures(body: Body, surface: Surface) -> Surface:

@@ -8,7 +8,13 @@ import igl
 import numpy as np
 
 from touchatlas.atlas.faces.body import Body
-from touchatlas.atlas.mesh.body_surface import body_surface, fine_edge, is_smooth, shape_edge
+from touchatlas.atlas.mesh.body_surface import (
+    fine_edge,
+    flat_surface,
+    is_smooth,
+    shape_edge,
+    with_curvatures,
+)
 from touchatlas.atlas.mesh.close_holes import close_holes
 from touchatlas.atlas.mesh.close_slits import close_slits
 from touchatlas.atlas.mesh.refine import refined
@@ -48,11 +54,12 @@ def extract_surface(state: AtlasState, edge: float | None = None) -> Surface:
         body, or too short for the memory.
     """
     body, sagitta = _body_of(state), state.options.facets * state.tolerance
-    drawn = _drawn(body, sagitta) if edge is None else body_surface(body, _checked(body, edge))
+    drawn = _drawn(body, sagitta) if edge is None else flat_surface(body, _checked(body, edge))
     lawful = all(face.law is not None for face in body.faces.faces)
     surface = drawn if lawful else without_stray_pieces(drawn, body.samples.points)
     if edge is None:
         surface = refined(body, surface, sagitta)
+    surface = with_curvatures(body, surface)
     if lawful:
         return surface
     surface = ended_at_rims(surface, body)
@@ -68,10 +75,10 @@ def extract_surface(state: AtlasState, edge: float | None = None) -> Surface:
 def _drawn(body: Body, sagitta: float) -> Surface:
     """The surface of a body in cubes that show its shape. A body with edges that is not closed so
     is drawn in cubes as small as its curvature asks, which show better where it ends."""
-    surface = body_surface(body, shape_edge(body))
+    surface = flat_surface(body, shape_edge(body))
     if is_smooth(body) or not len(igl.boundary_facets(surface.faces)[0]):
         return surface
-    return body_surface(body, fine_edge(body, sagitta))
+    return flat_surface(body, fine_edge(body, sagitta))
 
 
 def _body_of(state: AtlasState) -> Body:

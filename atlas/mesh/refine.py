@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from touchatlas.atlas.faces.body import Body
-from touchatlas.atlas.mesh.body_surface import is_smooth, with_curvatures
+from touchatlas.atlas.mesh.body_surface import is_smooth
 from touchatlas.atlas.mesh.edge_feet import feet_on_sharp_edges
 from touchatlas.atlas.mesh.split_triangles import edges_of, split, triangles_beside
 from touchatlas.atlas.mesh.surface import Surface
@@ -37,7 +37,7 @@ _UNSURE = 0.1
 
 
 def refined(body: Body, surface: Surface, bound: float) -> Surface:
-    """A surface whose triangles are within a bound of a body.
+    """A surface whose triangles are within a bound of a body, without curvatures.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def refined(body: Body, surface: Surface, bound: float) -> Surface:
         )
         surface = surface.extended([new], faces, np.zeros((0, 3)))
     if not smooth:
-        return with_curvatures(body, surface)
+        return surface
     order = np.argsort(keys)
     return _moved_out(surface, ends, heights[order][np.searchsorted(keys[order], named)], bound)
 
@@ -103,7 +103,7 @@ def _on_body(body: Body, surface: Surface, points) -> Surface:
         found.normal,
         np.minimum(found.deviation, surface.deviation.max()),
         found.face,
-        body.gaussian_curvature(points, found.face),
+        np.zeros(len(points)),
     )
 
 

@@ -10,7 +10,7 @@ from scipy.special import erf
 
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.faces.body import Body
-from touchatlas.atlas.mesh.body_surface import WITHIN_REACH, body_triangles, coarse_edge, is_smooth
+from touchatlas.atlas.mesh.body_surface import WITHIN_REACH, coarse_edge, flat_surface, is_smooth
 from touchatlas.atlas.mesh.close_holes import LARGEST, SLOPE
 from touchatlas.atlas.mesh.stray_pieces import without_stray_pieces
 from touchatlas.atlas.mesh.surface import Surface
@@ -133,9 +133,7 @@ def planning_edge(atlas: Atlas) -> float:
 
 def _drawn(body: Body, edge: float) -> Surface:
     """The surface of a body in cubes of an edge, length, without stray pieces and curvatures."""
-    vertices, faces, found = body_triangles(body, edge)
-    flat = np.zeros(len(vertices))
-    drawn = Surface(vertices, faces, found.normal, found.deviation, found.face, flat)
+    drawn = flat_surface(body, edge)
     return without_stray_pieces(drawn, body.samples.points) if is_smooth(body) else drawn
 
 
