@@ -34,7 +34,8 @@ class Planner:
 
     Where the surface ends comes first, far from all touches before elsewhere; then places about
     which its variance is large; small holes come last. None of this depends on the tolerance, so a
-    looser one ends the same sequence of touches earlier, but for holes that matter to it.
+    looser one ends the same sequence of touches earlier, but for holes and guessed edges that
+    matter to it.
 
     Where a probe often ends its contours at edges, what lies behind is guessed and touched first.
 

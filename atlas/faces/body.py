@@ -162,8 +162,8 @@ class Body:
     def gaussian_curvature(self, points, face) -> np.ndarray:
         """(n,) Gaussian curvature of faces (n,) at points (n, 3), 1/length^2: the second invariant
         of the shape operator, one of whose eigenvalues is 0 (do Carmo, section 3-3). Beside a
-        face it is that of the surface parallel to it: about a ball, which rounds a corner, one over
-        the square of the distance from its centre."""
+        ball, which rounds a corner, it is that of the parallel surface: one over the square of the
+        distance from its centre."""
         out = np.zeros(len(points))
         for one in self.faces.faces:
             mine = np.flatnonzero(face == one.id)

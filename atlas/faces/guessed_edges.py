@@ -17,7 +17,8 @@ class GuessedEdges:
     Parameters
     ----------
     points, normals : (k, 3) float, length; unit, world
-        The middle of each edge, and the direction half-way between the normals of its faces.
+        A point amid the curves of each edge, and the direction half-way between the normals of its
+        faces.
     radius : float, length
         Median radius of the rounded edges; 0 where most are sharp.
     """

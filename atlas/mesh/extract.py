@@ -11,7 +11,6 @@ from touchatlas.atlas.faces.body import Body
 from touchatlas.atlas.mesh.body_surface import (
     fine_edge,
     flat_surface,
-    is_smooth,
     shape_edge,
     with_curvatures,
 )
@@ -75,10 +74,11 @@ def extract_surface(state: AtlasState, edge: float | None = None) -> Surface:
 def _drawn(body: Body, sagitta: float) -> Surface:
     """The surface of a body in cubes that show its shape. A body with edges that is not closed so
     is drawn in cubes as small as its curvature asks, which show better where it ends."""
-    surface = flat_surface(body, shape_edge(body))
-    if is_smooth(body) or not len(igl.boundary_facets(surface.faces)[0]):
+    large, fine = shape_edge(body), fine_edge(body, sagitta)
+    surface = flat_surface(body, large)
+    if fine >= large or not len(igl.boundary_facets(surface.faces)[0]):
         return surface
-    return flat_surface(body, fine_edge(body, sagitta))
+    return flat_surface(body, fine)
 
 
 def _body_of(state: AtlasState) -> Body:

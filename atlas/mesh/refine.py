@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from touchatlas.atlas.faces.body import Body
+from touchatlas.atlas.faces.face_field import FaceValues
 from touchatlas.atlas.mesh.body_surface import is_smooth
 from touchatlas.atlas.mesh.edge_feet import feet_on_sharp_edges
 from touchatlas.atlas.mesh.split_triangles import edges_of, split, triangles_beside
@@ -25,6 +26,12 @@ _HALVINGS_SHARP = 7
 _FAR = 1.1
 # The same where vertices stay, because a body has sharp edges.
 _FAR_SHARP = 0.8
+# Distance of the field at a foot, in heights over the edge, from which the foot is none. Doubled,
+# no foot is refused.
+_NEARER = 0.5
+# Shortest edge that is halved, in extents. Halved, surfaces to tolerances far below the noise take
+# four times the memory.
+_SHORTEST = 1e-3
 # Part of the mean height over its edges by which a vertex is moved out: then it is as far off as
 # the middles of the triangles. Doubled, vertices are twice as far.
 _OUT = 2.0 / 3.0
@@ -45,8 +52,9 @@ def refined(body: Body, surface: Surface, bound: float) -> Surface:
     surface : Surface
         With vertices on the body.
     bound : float, length
-        Largest distance of the body from triangles; a tenth of the predicted deviation where that
-        is more.
+        Largest distance of the body from the middles of edges; a tenth of the predicted deviation
+        where that is more. Edges shorter than a thousandth of the extent stay, and those where the
+        field jumps.
     """
     keys, heights, smooth = np.zeros(0, np.int64), np.zeros(0), is_smooth(body)
     most = _HALVINGS if smooth else _HALVINGS_SHARP
@@ -57,18 +65,21 @@ def refined(body: Body, surface: Surface, bound: float) -> Surface:
         height, foot = _heights(body, surface, ends[fresh], bound if done else 0.0)
         if not smooth:
             beside = triangles_beside(sides, len(ends))[fresh]
-            own, feet = feet_on_sharp_edges(body, surface, ends[fresh], beside, bound)
-            middles = surface.vertices[ends[fresh[own]]].mean(axis=1)
-            height[own], foot[own] = np.linalg.norm(feet - middles, axis=1), feet
+            _ask_both_faces(body, surface, ends[fresh], beside, bound, height, foot)
         keys, heights = np.append(keys, named[fresh]), np.append(heights, height)
-        unsure = _UNSURE * surface.deviation[ends[fresh]].mean(axis=1)
-        limit = (_FAR if smooth else _FAR_SHARP) * np.maximum(bound, unsure)
-        far = np.abs(height) > limit
-        if done == most or not far.any():
+        if done == most:
+            break
+        far = np.flatnonzero(_are_far(body, surface, ends[fresh], height, bound))
+        at = body.field.at(foot[far])
+        if not smooth:
+            # Where the field jumps no foot is nearer, and triangles would fold.
+            nearer = np.abs(at.distance) < _NEARER * np.abs(height[far])
+            far, at = far[nearer], at.some(nearer)
+        if not len(far):
             break
         middle = np.full(len(ends), -1)
-        middle[fresh[far]] = len(surface.vertices) + np.arange(far.sum())
-        new = _on_body(body, surface, foot[far])
+        middle[fresh[far]] = len(surface.vertices) + np.arange(len(far))
+        new = _on_body(surface, foot[far], at)
         faces = split(
             surface.faces, middle[sides], np.concatenate([surface.vertices, new.vertices])
         )
@@ -77,6 +88,22 @@ def refined(body: Body, surface: Surface, bound: float) -> Surface:
         return surface
     order = np.argsort(keys)
     return _moved_out(surface, ends, heights[order][np.searchsorted(keys[order], named)], bound)
+
+
+def _are_far(body: Body, surface: Surface, ends, height, bound: float) -> np.ndarray:
+    """(e,) whether the body is too far from the middles of edges (e, 2), by its heights (e,)."""
+    unsure = _UNSURE * surface.deviation[ends].mean(axis=1)
+    limit = (_FAR if is_smooth(body) else _FAR_SHARP) * np.maximum(bound, unsure)
+    length = np.linalg.norm(np.diff(surface.vertices[ends], axis=1)[:, 0], axis=1)
+    return np.asarray((np.abs(height) > limit) & (length > _SHORTEST * body.extent))
+
+
+def _ask_both_faces(body: Body, surface: Surface, ends, beside, bound, height, foot) -> None:
+    """Change the heights (e,) and feet (e, 3) of edges (e, 2) that run along sharp edges of the
+    body, with the triangles ``beside`` (e, 2) them."""
+    own, feet = feet_on_sharp_edges(body, surface, ends, beside, bound)
+    middles = surface.vertices[ends[own]].mean(axis=1)
+    height[own], foot[own] = np.linalg.norm(feet - middles, axis=1), feet
 
 
 def _heights(body: Body, surface: Surface, ends, bound: float):
@@ -94,9 +121,9 @@ def _heights(body: Body, surface: Surface, ends, bound: float):
     return height, foot
 
 
-def _on_body(body: Body, surface: Surface, points) -> Surface:
-    """Vertices near points (n, 3) that are nearly on the body, without triangles."""
-    found = body.field.at(points)
+def _on_body(surface: Surface, points, found: FaceValues) -> Surface:
+    """Vertices at points (n, 3) that are nearly on the body, by what the field says there, without
+    triangles."""
     return Surface(
         points - found.distance[:, None] * found.normal,
         np.zeros((0, 3), int),

@@ -22,7 +22,7 @@ class Ellipsoid:
     is_one = True
 
     def __init__(self, scale: float = 1.0) -> None:
-        self.scale, self.asked, self.field = scale, 0, self
+        self.scale, self.asked, self.field, self.extent = scale, 0, self, 2.0 * scale
 
     def gaussian_curvature(self, points, face) -> np.ndarray:
         """That of x^2 / a^2 + y^2 / b^2 + z^2 / c^2 = 1 (do Carmo, section 3-3, exercise 21)."""
