@@ -9,8 +9,8 @@ import numpy as np
 
 from touchatlas.atlas.faces.body import Body
 from touchatlas.atlas.mesh.body_surface import (
+    body_surface,
     fine_edge,
-    flat_surface,
     shape_edge,
     with_curvatures,
 )
@@ -53,7 +53,7 @@ def extract_surface(state: AtlasState, edge: float | None = None) -> Surface:
         body, or too short for the memory.
     """
     body, sagitta = _body_of(state), state.options.facets * state.tolerance
-    drawn = _drawn(body, sagitta) if edge is None else flat_surface(body, _checked(body, edge))
+    drawn = _drawn(body, sagitta) if edge is None else body_surface(body, _checked(body, edge))
     lawful = all(face.law is not None for face in body.faces.faces)
     surface = drawn if lawful else without_stray_pieces(drawn, body.samples.points)
     if edge is None:
@@ -75,10 +75,10 @@ def _drawn(body: Body, sagitta: float) -> Surface:
     """The surface of a body in cubes that show its shape. A body with edges that is not closed so
     is drawn in cubes as small as its curvature asks, which show better where it ends."""
     large, fine = shape_edge(body), fine_edge(body, sagitta)
-    surface = flat_surface(body, large)
+    surface = body_surface(body, large)
     if fine >= large or not len(igl.boundary_facets(surface.faces)[0]):
         return surface
-    return flat_surface(body, fine)
+    return body_surface(body, fine)
 
 
 def _body_of(state: AtlasState) -> Body:

@@ -19,7 +19,8 @@ from touchatlas.atlas.mesh.surface import Surface
 # jumps fill with triangles.
 _HALVINGS = 4
 # The same of a body with edges, the roundings of which coarse cubes cut off: the first halves lead
-# to the rounding. With four a corner was off by 1.4 tolerances. Doubled, nothing changes.
+# to the rounding. With four a corner was off by 1.4 tolerances. Doubled, little changes: edges are
+# shorter than the shortest before.
 _HALVINGS_SHARP = 7
 # Height over an edge at which it is halved, in bounds, before vertices are moved out: a triangle of
 # equal edges is a third higher in its middle. Doubled, triangles are beyond the bound.
@@ -27,7 +28,7 @@ _FAR = 1.1
 # The same where vertices stay, because a body has sharp edges.
 _FAR_SHARP = 0.8
 # Distance of the field at a foot, in heights over the edge, from which the foot is none. Doubled,
-# no foot is refused.
+# only feet that are farther off than the middle are refused.
 _NEARER = 0.5
 # Shortest edge that is halved, in extents. Halved, surfaces to tolerances far below the noise take
 # four times the memory.

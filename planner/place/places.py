@@ -10,7 +10,7 @@ from scipy.special import erf
 
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.faces.body import Body
-from touchatlas.atlas.mesh.body_surface import WITHIN_REACH, coarse_edge, flat_surface, is_smooth
+from touchatlas.atlas.mesh.body_surface import WITHIN_REACH, body_surface, coarse_edge, is_smooth
 from touchatlas.atlas.mesh.close_holes import LARGEST, SLOPE
 from touchatlas.atlas.mesh.stray_pieces import without_stray_pieces
 from touchatlas.atlas.mesh.surface import Surface
@@ -117,8 +117,8 @@ def places_of(atlas: Atlas, edge: float | None = None) -> Places:
 def largest_closed(tolerance: float, extent: float) -> float:
     """Size of the largest hole that is closed within a tolerance, length: its middle is half of
     that away from what is known, and the surface leaves the plane across it by a slope. Holes
-    beyond a part of the extent stay open. Lawful faces go on across holes of coarse cubes by their
-    laws; what stays open of them is drawn so."""
+    beyond a part of the extent stay open, and so do those of lawful bodies that are still there
+    when the surface is drawn."""
     return min(2.0 * tolerance / (SURE * SLOPE), LARGEST * extent)
 
 
@@ -134,7 +134,7 @@ def planning_edge(atlas: Atlas) -> float:
 
 def _drawn(body: Body, edge: float) -> Surface:
     """The surface of a body in cubes of an edge, length, without stray pieces and curvatures."""
-    drawn = flat_surface(body, edge)
+    drawn = body_surface(body, edge)
     return without_stray_pieces(drawn, body.samples.points) if is_smooth(body) else drawn
 
 

@@ -19,7 +19,13 @@ from tests.lawful import (
     samples_of_touches,
     touched_mesh,
 )
-from touchatlas.atlas.mesh.body_surface import body_surface, coarse_edge, fine_edge
+from touchatlas.atlas.mesh.body_surface import (
+    body_surface,
+    coarse_edge,
+    fine_edge,
+    shape_edge,
+    with_curvatures,
+)
 
 # An equal share of the variance is borne for lack of fit.
 STD = np.sqrt(2.0) * NOISE
@@ -42,7 +48,7 @@ def mesh_of(surface) -> trimesh.Trimesh:
 def test_a_box_touched_all_over_is_closed_sharp_and_as_near_as_predicted(box):
     """The noise of six planes is normal: three deviations hold each with a chance of 0.997. A
     corner is where three planes meet at right angles, so the square of its error is their sum."""
-    surface = body_surface(box, coarse_edge(box))
+    surface = with_curvatures(box, body_surface(box, coarse_edge(box)))
     mesh = mesh_of(surface)
     assert mesh.is_watertight and mesh.is_winding_consistent and mesh.euler_number == 2
     off = np.abs(box_distance(surface.vertices))
@@ -102,9 +108,23 @@ def test_the_total_curvature_of_a_rounded_box_is_that_of_a_ball():
     """Gauss-Bonnet: 4 pi, all of it on the balls of the corners. Where the edges of a corner have
     radii that differ by a few hundredths, the ball has their mean: that is two in a hundred."""
     body = known_body("rounded", 34)
-    surface = body_surface(body, 0.5 * BLUNT)
+    surface = with_curvatures(body, body_surface(body, 0.5 * BLUNT))
     assert mesh_of(surface).euler_number == 2
     assert surface.total_curvature() == pytest.approx(4.0 * np.pi, rel=0.02)
+
+
+@pytest.mark.parametrize(("radius", "edge"), [(2.0, 1.0), (50.0, 100.0 / 32), (0.1, 100.0 / 160)])
+def test_a_narrow_bend_passes_some_cubes(radius, edge):
+    """Cubes have half of its radius, but are no larger than for the shape, and no more than 160."""
+    body = SimpleNamespace(
+        extent=100.0,
+        reach=27.0,
+        thickness=np.inf,
+        samples=SimpleNamespace(std=0.02),
+        field=SimpleNamespace(is_one=False),
+        largest_curvature=1.0 / radius,
+    )
+    assert shape_edge(body) == pytest.approx(edge)
 
 
 @pytest.mark.parametrize(("std", "edge"), [(0.02, 0.4 * 2.0), (2.0, 100.0 / 32)])

@@ -10,7 +10,7 @@ from tests.lawful import NOISE, known_body, samples_of_touches, touched
 from touchatlas.atlas import AtlasOptions, extract_surface
 from touchatlas.atlas.faces.body import Body
 from touchatlas.atlas.faces.faces import face_of_all
-from touchatlas.atlas.mesh.body_surface import body_surface, fine_edge
+from touchatlas.atlas.mesh.body_surface import body_surface, shape_edge
 from touchatlas.atlas.samples.rims import Rims
 from touchatlas.atlas.samples.sample_pool import SamplePool
 from touchatlas.atlas.state import AtlasState
@@ -92,7 +92,7 @@ def test_an_edge_that_is_given_is_that_of_the_cubes(torus):
 def test_a_body_whose_faces_obey_laws_is_drawn_as_they_are():
     body = known_body("box", 40)
     found = extract_surface(Known(body))
-    drawn = body_surface(body, fine_edge(body, 0.2 * TOLERANCE))
+    drawn = body_surface(body, shape_edge(body))
     for name in ("vertices", "faces", "normals", "deviation", "patch"):
         assert getattr(found, name).tobytes() == getattr(drawn, name).tobytes()
 

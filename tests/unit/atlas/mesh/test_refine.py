@@ -8,7 +8,7 @@ import trimesh
 
 from tests.lawful import BLUNT, RADIUS, known_body, rounded_box_distance
 from touchatlas.atlas.faces.face_field import FaceValues
-from touchatlas.atlas.mesh.body_surface import flat_surface, with_curvatures
+from touchatlas.atlas.mesh.body_surface import body_surface, with_curvatures
 from touchatlas.atlas.mesh.refine import refined
 from touchatlas.atlas.mesh.split_triangles import edges_of, triangles_beside
 from touchatlas.atlas.mesh.surface import Surface
@@ -131,7 +131,7 @@ def test_the_circles_at_the_ends_of_a_cylinder_are_refined_with_its_side():
     """The field is zero all over the end: only both faces together tell that a chord of the circle
     is off. In cubes of an eighth of the radius chords are off by 2e-3 radii, 16 bounds."""
     body, bound = known_body("cylinder", 30), 1.25e-4 * RADIUS
-    drawn = flat_surface(body, RADIUS / 8.0)
+    drawn = body_surface(body, RADIUS / 8.0)
     found = refined(body, drawn, bound)
     mesh = as_mesh(found)
     assert mesh.is_watertight and mesh.is_winding_consistent and mesh.euler_number == 2
@@ -152,7 +152,7 @@ def test_a_rounding_narrower_than_the_cubes_is_refined():
     """In cubes of one and a half of its radius the corners of a box with rounded edges are cut off
     by more than a third of a radius."""
     body = known_body("rounded", 34)
-    drawn = flat_surface(body, 1.5 * BLUNT)
+    drawn = body_surface(body, 1.5 * BLUNT)
     found = refined(body, drawn, 0.02 * BLUNT)
     before, after = (
         np.abs(rounded_box_distance(_random_points(s, 50_000))) for s in (drawn, found)
