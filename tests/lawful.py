@@ -26,6 +26,8 @@ PLATE = np.array([30.0, 20.0, 2.0])
 # Profile of a step, and triangles that fill it; the edge at (30, 20) is concave.
 STEP = np.array([[0, 0], [30, 0], [60, 0], [60, 40], [30, 40], [30, 20], [0, 20]], float)
 _STEP_TRIANGLES = np.array([[0, 1, 5], [0, 5, 6], [1, 2, 3], [1, 3, 5], [5, 3, 4]])
+# Profile of a block with a step lower than the steps of contours, which gets no face of its own.
+LOW_STEP = np.array([[0, 0], [30, 0], [60, 0], [60, 20], [30, 20], [30, 19.6], [0, 19.6]], float)
 # Profile of three stairs, and triangles that fill it.
 STAIRS = np.array(
     [[0, 0], [20, 0], [40, 0], [60, 0], [60, 10], [40, 10], [40, 20], [20, 20], [20, 30], [0, 30]],
@@ -134,6 +136,9 @@ _MESHES = {
     # Chords of so many sections lie 1.5e-3 within the circle, less than a tenth of the noise.
     "cylinder": lambda: trimesh.creation.cylinder(RADIUS, 2.0 * HALF_HEIGHT, sections=256),
     "step": lambda: trimesh.creation.extrude_triangulation(STEP, _STEP_TRIANGLES, height=30.0),
+    "low step": lambda: trimesh.creation.extrude_triangulation(
+        LOW_STEP, _STEP_TRIANGLES, height=30.0
+    ),
     "stairs": lambda: trimesh.creation.extrude_triangulation(
         STAIRS, _STAIRS_TRIANGLES, height=40.0
     ),

@@ -49,7 +49,8 @@ class Cells:
         # (A. L. Zobrist, 1970). Any distinct numbers serve.
         bits = np.random.default_rng(len(faces)).integers(1, 2**62, len(faces))
         self._bits = np.where(self._one == np.arange(len(faces)), bits, 0)
-        self._keys, self._labels = self._with_opposite(*self._votes())
+        keys, labels, self._contested = self._votes()
+        self._keys, self._labels = self._with_opposite(keys, labels)
 
     @property
     def same_surface(self) -> np.ndarray:
@@ -99,7 +100,8 @@ class Cells:
         (m,) int
             The points at which the votes contradict what was chosen, and name no other face.
         (n,) bool
-            Whether the votes show that the surface is where it was chosen.
+            Whether the votes show that the surface is where it was chosen, and no nearer: beyond a
+            nearer face votes may contradict each other, as between two levels without a riser.
         """
         distances = self._of_surfaces(points, distances)
         cell = self._key(distances > 0.0)
@@ -125,8 +127,11 @@ class Cells:
         # The first one comes last here, and stays.
         found[rows[hit]] = face[hit]
         moved = np.flatnonzero((found >= 0) & (found != self._one[decides]))
+        nearer = np.abs(ordered) < np.abs(chosen[:, :1])
+        nearer &= np.isin(cell[:, None] ^ self._bits[order], self._contested)
+        confirmed &= shown & ~wrong & ~nearer.any(axis=1)
         self._move(points, found, label, moved, decides, chosen)
-        return np.flatnonzero(wrong & (found < 0)), confirmed & shown & ~wrong
+        return np.flatnonzero(wrong & (found < 0)), confirmed
 
     def _judged(self, cell, label, order, decided) -> tuple[np.ndarray, np.ndarray]:
         """(n,) whether votes say that points (n,) in cells (n,) with labels (n,) remain on the same
@@ -180,8 +185,9 @@ class Cells:
             mine = moved[decides[moved] == k]
             chosen[mine] = self._trees.values(k, points[mine])
 
-    def _votes(self) -> tuple[np.ndarray, np.ndarray]:
-        """The keys of cells, ascending, and their labels: 1 outside, -1 inside, 0 unknown."""
+    def _votes(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The keys of cells, ascending, and their labels: 1 outside, -1 inside, 0 unknown; and the
+        keys of those whose votes contradict each other."""
         faces = self._trees.faces
         samples = np.concatenate([face.samples for face in faces.faces])
         own, way = self._one[faces.of[samples]], self._way[faces.of[samples]]
@@ -198,9 +204,9 @@ class Cells:
         vote = np.repeat([-1.0, 1.0], len(inner))
         count, total = np.bincount(which, minlength=len(keys)), np.bincount(which, vote, len(keys))
         contrary = 0.5 * (count - np.abs(total))
-        agreed = (count >= _LEAST) & (contrary <= np.maximum(_CONTRARY, _WRONG * count))
-        agreed &= total != 0.0
-        return keys, np.where(agreed, np.sign(total), 0.0)
+        agreed = (contrary <= np.maximum(_CONTRARY, _WRONG * count)) & (total != 0.0)
+        labels = np.where(agreed & (count >= _LEAST), np.sign(total), 0.0)
+        return keys, labels, keys[~agreed]
 
     def _with_opposite(self, keys, labels) -> tuple[np.ndarray, np.ndarray]:
         """The keys of cells, ascending, and their labels, with those opposite of a known cell at a

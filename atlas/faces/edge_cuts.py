@@ -18,6 +18,12 @@ _CROSSED, _NEAR = 2.0, 3
 # nearest one of the face beyond the edge, up to which none of them has a wrong label. Doubled,
 # faces go on beside edges whose other face has few samples.
 _ABOUT, _CLEAR = 8, 0.5
+# Least cosine of the normals of two planes that are steps of one stair: 18 degrees. Doubled in
+# angle, of two planes that meet bluntly only the nearer one bounds a third face.
+_STEP = 0.95
+# Distance to the samples of another step, over that to the nearest one, below which a point may be
+# beside either. Doubled, more points beside low steps are doubted.
+_RIVAL = 2.0
 # Noise of a sample beside an edge, in root mean squares of its face. Doubled, faces are cut by the
 # extension of others that lie less than eight of these farther in.
 _NOISE = 4.0
@@ -43,6 +49,23 @@ class SharpEdges:
             if edge.kind.sharp:
                 curve = curve_tree(edge) if edge.curves else None
                 self._edges.append((edge.first, edge.second, edge.kind.sign, curve))
+        self._steps = self._steps_of_stairs()
+
+    def _steps_of_stairs(self) -> dict[tuple[int, int], list[int]]:
+        """Of each face and one beyond its edge the planes that are parallel to that one, as steps
+        of a stair are, and have an edge of the same sign with the first face."""
+        numbers, normals = self._trees.planes[1:3]
+        parallel = np.zeros((len(self._faces), len(self._faces)), bool)
+        parallel[np.ix_(numbers, numbers)] = normals @ normals.T > _STEP
+        np.fill_diagonal(parallel, False)
+        signs = np.zeros(parallel.shape)
+        for first, second, sign, _ in self._edges:
+            signs[first, second] = signs[second, first] = sign
+        found = {}
+        for own, other in np.argwhere(signs != 0.0).tolist():
+            alike = signs[own] == signs[own, other]
+            found[own, other] = np.flatnonzero(parallel[other] & alike).tolist()
+        return found
 
     def cut(self, points, distances, away, owner, chosen) -> np.ndarray:
         """(n,) the face that decides for points (n, 3) beside sharp edges.
@@ -72,22 +95,40 @@ class SharpEdges:
                 if curve is not None:
                     beside |= curve.query(points[mine])[0] < _BESIDE * away[mine, -1]
                 mine, theirs = mine[beside], theirs[beside]
-                self._cut(sign, (own, other), mine, theirs, points, chosen, decides)
+                doubt = self._doubt((own, other), mine, theirs, points, distances)
+                self._cut(sign, (own, other), mine, theirs, doubt, points, chosen, decides)
         return decides
 
-    def _cut(self, sign: float, pair, rows, away, points, chosen, decides) -> None:
+    def _doubt(self, pair, rows, away, points, distances) -> np.ndarray:
+        """(m,) variance of the distance of points of ``rows`` (m,) of the first face of a pair from
+        the second, whose samples are ``away`` (m,), where those of another step of a stair are
+        about as near: the square of half of the difference of both, less the farther they are.
+        Infinite where they are nearer: then that step bounds the first face."""
+        out = np.zeros(len(rows))
+        for step in self._steps[pair]:
+            other = self._trees.away(step, points[rows])
+            apart = 0.5 * (distances[rows, step] - distances[rows, pair[1]])
+            fade = np.maximum(_RIVAL - other / np.maximum(away, np.finfo(float).tiny), 0.0)
+            out = np.where(other < away, np.inf, out + (fade * apart) ** 2)
+        return out
+
+    def _cut(self, sign: float, pair, rows, away, doubt, points, chosen, decides) -> None:
         """Let the second face of a pair decide for points of ``rows`` (m,) of the first where it is
         the farther out; at a concave edge, of sign -1, the farther in. Its samples are ``away``
-        (m,) from them, length.
+        (m,) from them, length, and ``doubt`` (m,) is added to its variance: where that is infinite
+        it does not decide.
 
         A point whose nearest samples are as far out lies where the edge does not bound its face.
         """
+        some = np.isfinite(doubt)
+        rows, away, doubt = rows[some], away[some], doubt[some]
         if not len(rows):
             return
         before = self._near_samples_out(sign, pair, points[rows], away)
         theirs = self._trees.values(pair[1], points[rows])
         limit = np.where(before > 0.0, _CROSSED * before, -np.inf)
         wins = sign * theirs[:, 0] > np.maximum(sign * chosen[rows, 0], limit)
+        theirs[:, 4] += doubt
         chosen[rows[wins]], decides[rows[wins]] = theirs[wins], pair[1]
 
     def _near_samples_out(self, sign: float, pair, points, away) -> np.ndarray:

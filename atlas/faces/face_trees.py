@@ -72,14 +72,14 @@ class FaceTrees:
     def all_distances(self, points) -> np.ndarray:
         """(n, f) signed distances of points (n, 3) from all faces; from planes at once."""
         out = np.empty((len(points), len(self.faces)))
-        middle, planes, normals, levels = self._planes
+        middle, planes, normals, levels = self.planes
         out[:, planes] = (points - middle) @ normals.T + levels
         for k in set(range(len(self.faces))) - set(planes):
             out[:, k] = self.distances(k, points)
         return out
 
     @cached_property
-    def _planes(self) -> tuple[np.ndarray, list[int], np.ndarray, np.ndarray]:
+    def planes(self) -> tuple[np.ndarray, list[int], np.ndarray, np.ndarray]:
         """A point amid the samples (3,), the numbers (p) of the plane faces, their normals (p, 3)
         and signed distances (p,) there."""
         middle = self.faces.points.mean(axis=0)
