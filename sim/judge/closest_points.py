@@ -2,6 +2,7 @@
 
 import igl
 import numpy as np
+from scipy.spatial import cKDTree
 from scipy.spatial.distance import cdist
 
 from touchatlas.sim.world.triangles import sample_triangles
@@ -27,9 +28,12 @@ def closest_points(points, vertices, faces):
     """
     anchors, owners = sample_triangles(vertices, faces, _ANCHORS, np.random.default_rng(0))
     distance, index, feet = np.empty(len(points)), np.empty(len(points), int), points.copy()
+    # Few points have two anchors as far; the others need not be compared with all.
+    nearest = cKDTree(anchors).query(points, k=2)[0]
+    doubt = np.flatnonzero(nearest[:, 1] <= _AS_FAR * nearest[:, 0])
     exact = np.ones(len(points), bool)
-    for start in range(0, len(points), _AT_ONCE):
-        some = slice(start, start + _AT_ONCE)
+    for start in range(0, len(doubt), _AT_ONCE):
+        some = doubt[start : start + _AT_ONCE]
         away = cdist(points[some], anchors)
         nearest = away.argmin(axis=1)
         least = away[np.arange(len(away)), nearest]

@@ -41,18 +41,19 @@ def surface_picture(title: str, surface, error, truth, tolerance: float) -> byte
 
     figure = Figure(figsize=(11.5, 5.6), layout="constrained")
     FigureCanvasAgg(figure)
-    axes = figure.subplots(2, len(_VIEWS))
+    axes = figure.add_subplot()
     scale = ScalarMappable(Normalize(0.0, tolerance), "viridis")
     box = np.array([truth[0].min(axis=0), truth[0].max(axis=0)])
     grey = np.tile(_GREY, (len(truth[0]), 1))
-    rows = (("surface", surface, scale.to_rgba(error)[:, :3]), ("truth", truth, grey))
+    rows = ((surface, scale.to_rgba(error)[:, :3]), (truth, grey))
     half = _MARGIN * max(_half_extent(truth[0], view, box.mean(axis=0)) for view in _VIEWS)
-    for line, (label, body, colours) in zip(axes, rows, strict=True):
-        for place, image in zip(line, _views(body[0], body[1], colours, box, half), strict=True):
-            place.imshow(image, interpolation="bilinear")
-            place.set(xticks=[], yticks=[])
-            place.spines[:].set_visible(False)
-        line[0].set_ylabel(label)
+    images = [np.hstack(_views(*body, colours, box, half)) for body, colours in rows]
+    axes.imshow(np.vstack(images), interpolation="bilinear")
+    middles = [0.5 * _PIXELS, 1.5 * _PIXELS]
+    axes.set(xticks=[])
+    axes.set_yticks(middles, ["surface", "truth"], rotation=90, va="center")
+    axes.tick_params(length=0)
+    axes.spines[:].set_visible(False)
     figure.suptitle(title, parse_math=False)
     bar = figure.colorbar(scale, ax=axes, shrink=0.7, extend="max")
     bar.set_label("distance from the truth")
