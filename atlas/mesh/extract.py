@@ -36,8 +36,8 @@ _BYTES, _MOST_BYTES = 4e3, 2.0**34
 def extract_surface(state: AtlasState, edge: float | None = None) -> Surface:
     """The surface of the atlas's body as triangles.
 
-    Where all faces obey laws it is drawn as they are. Else small holes are closed, and stray pieces
-    and small handles left out.
+    Small holes are closed. Stray pieces and small handles are left out, where not all faces obey
+    laws.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def extract_surface(state: AtlasState, edge: float | None = None) -> Surface:
         surface = refined(body, surface, sagitta)
     surface = with_curvatures(body, surface)
     if lawful:
-        return surface
+        return close_holes(surface, state.rims)
     surface = ended_at_rims(surface, body)
     surface = close_slits(close_holes(surface, state.rims), state.rims)
     if not len(surface.faces) or SURE * float(np.median(surface.deviation)) > state.tolerance:

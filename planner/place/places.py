@@ -116,9 +116,8 @@ def places_of(atlas: Atlas, edge: float | None = None) -> Places:
 
 def largest_closed(tolerance: float, extent: float) -> float:
     """Size of the largest hole that is closed within a tolerance, length: its middle is half of
-    that away from what is known, and the surface leaves the plane across it by a slope. Holes
-    beyond a part of the extent stay open, and so do those of lawful bodies that are still there
-    when the surface is drawn."""
+    that away from what is known, and the surface leaves the plane across it by a slope. Larger
+    holes than a part of the extent stay open."""
     return min(2.0 * tolerance / (SURE * SLOPE), LARGEST * extent)
 
 

@@ -1,5 +1,6 @@
 """The surface of an atlas: that of its body, as fine as is asked for."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -10,6 +11,7 @@ from tests.lawful import NOISE, known_body, samples_of_touches, touched
 from touchatlas.atlas import AtlasOptions, extract_surface
 from touchatlas.atlas.faces.body import Body
 from touchatlas.atlas.faces.faces import face_of_all
+from touchatlas.atlas.mesh import extract
 from touchatlas.atlas.mesh.body_surface import body_surface, shape_edge
 from touchatlas.atlas.samples.rims import Rims
 from touchatlas.atlas.samples.sample_pool import SamplePool
@@ -128,3 +130,17 @@ def test_an_edge_that_is_no_length_of_the_body_is_refused(torus, edge):
 def test_triangles_that_would_fill_the_memory_are_refused(torus):
     with pytest.raises(ValueError, match="memory"):
         extract_surface(Known(torus), 1e-3)
+
+
+def test_a_small_hole_of_a_lawful_body_is_closed_and_counted(monkeypatch):
+    """A drawing of a box without one triangle."""
+    body = known_body("box", 40)
+
+    def pierced(body, sagitta):
+        whole = body_surface(body, shape_edge(body))
+        return replace(whole, faces=whole.faces[1:])
+
+    monkeypatch.setattr(extract, "_drawn", pierced)
+    surface = extract_surface(Known(body))
+    assert len(surface.closed_holes) == 1
+    assert as_mesh(surface).is_watertight
