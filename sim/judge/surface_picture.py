@@ -47,7 +47,7 @@ def surface_picture(title: str, surface, error, truth, tolerance: float) -> byte
     grey = np.tile(_GREY, (len(truth[0]), 1))
     rows = ((surface, scale.to_rgba(error)[:, :3]), (truth, grey))
     half = _MARGIN * max(_half_extent(truth[0], view, box.mean(axis=0)) for view in _VIEWS)
-    images = [np.hstack(_views(*body, colours, box, half)) for body, colours in rows]
+    images = [np.hstack(_views(b[0], b[1], colours, box, half)) for b, colours in rows]
     axes.imshow(np.vstack(images), interpolation="bilinear")
     middles = [0.5 * _PIXELS, 1.5 * _PIXELS]
     axes.set(xticks=[])
