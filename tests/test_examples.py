@@ -48,8 +48,14 @@ def run_example(name: str, *arguments) -> str:
     return out.getvalue()
 
 
-# Examples that take half a minute even with small arguments.
-LONG = {"edge_sweeps.py", "kill_and_resume.py"}
+# Examples that take four seconds to half a minute even with small arguments.
+LONG = {
+    "displaced_curves.py",
+    "edge_sweeps.py",
+    "kill_and_resume.py",
+    "same_bytes.py",
+    "surface_peers.py",
+}
 # Examples that a test below runs as their first lines say, and looks at what they did.
 LOOKED_AT = {"own_robot.py", "vase_and_mug.py"}
 NAMES = sorted({path.name for path in EXAMPLES.glob("*.py")} - LOOKED_AT)
@@ -112,6 +118,7 @@ def test_a_run_is_drawn(tmp_path):
     assert (tmp_path / "run.png").stat().st_size > 1000
 
 
+@pytest.mark.slow
 def test_the_vase_and_the_mug_are_closed_walls_of_their_thickness(tmp_path):
     """Opposite each place of the wall is its other side. Vertices opposite each other are as far
     apart as triangles are long at most: the distance is too large by 0.05 mm at most."""

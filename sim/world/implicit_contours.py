@@ -150,9 +150,11 @@ def _end_ahead(field: Field, x, normal, step, max_turn) -> ContourEnd:
 
 
 def _tangents(field: Field, x, normals) -> np.ndarray:
-    """Unit tangents (m, 3) of the curve through each x in each plane."""
+    """Unit tangents (m, 3) of the curve through each x in each plane; zero where a face is parallel
+    to the plane, so that it has no curve."""
     tangents = cross(field.first_order(x)[1], normals)
-    return tangents / np.sqrt((tangents**2).sum(axis=1))[:, None]
+    length = np.sqrt((tangents**2).sum(axis=1))
+    return tangents / np.where(length > 0.0, length, 1.0)[:, None]
 
 
 def _advance(field: Field, x, normals, step) -> np.ndarray:
@@ -166,8 +168,8 @@ def _advance(field: Field, x, normals, step) -> np.ndarray:
     for _ in range(3):
         value, gradient = field.first_order(ahead)
         gradient = gradient - (gradient * normals).sum(axis=1)[:, None] * normals
-        square = np.maximum((gradient**2).sum(axis=1), np.finfo(float).tiny)
-        ahead = ahead - (value / square)[:, None] * gradient
+        square = (gradient**2).sum(axis=1)
+        ahead = ahead - (value / np.where(square > 0.0, square, np.inf))[:, None] * gradient
     return ahead
 
 

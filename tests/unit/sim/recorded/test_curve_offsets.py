@@ -36,7 +36,7 @@ SHAPES = {
 
 
 @pytest.mark.parametrize("shape", SHAPES)
-@pytest.mark.parametrize("size", [0.05, 0.3, 3.0])
+@pytest.mark.parametrize("size", [0.05, pytest.param(0.3, marks=pytest.mark.slow), 3.0])
 def test_deviations_hold_the_truth_where_one_of_three_curves_is_displaced(shape, size):
     """One of three curves is displaced by 2.5 to 150 noises, half of the times upwards and half of
     the times to any side. A normal number is beyond three deviations in 0.3 %: of 20 fits, one may

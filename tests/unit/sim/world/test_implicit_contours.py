@@ -30,3 +30,15 @@ def test_a_contour_beside_a_face_parallel_to_its_plane_stays_on_the_body():
     assert np.abs(points).max() < 30.0 + 1e-9
     chords = np.linalg.norm(np.diff(points, axis=0, prepend=contact[None]), axis=1)
     assert chords.max() < 1.01 * STEP
+
+
+def test_a_contour_passes_an_edge_beside_a_face_that_is_parallel_to_its_plane():
+    """A plane half a step below the higher top: a step that the edge turns up to that top lands
+    where the face has no curve in the plane. It was NaN."""
+    contact, plane = np.array([0.0, -19.4, 14.55]), np.array([0.0, 0.0, 1.0])
+    block = stepped_block()
+    [(points, _)] = block.trace_arms(
+        contact, [plane], np.array([[0.0, -1.0, 0.0]]), 20.0, 2.0, 2.0 * np.pi / 3.0, np.pi / 12.0
+    )
+    assert len(points) >= 10 and np.abs(block.value(points)).max() < 1e-9
+    assert np.abs(points[:, 2] - 14.55).max() < 1e-9
