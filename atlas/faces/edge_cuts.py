@@ -95,9 +95,29 @@ class SharpEdges:
                 if curve is not None:
                     beside |= curve.query(points[mine])[0] < _BESIDE * away[mine, -1]
                 mine, theirs = mine[beside], theirs[beside]
-                doubt = self._doubt((own, other), mine, theirs, points, distances)
-                self._cut(sign, (own, other), mine, theirs, doubt, points, chosen, decides)
+                taken = (own, other), mine, theirs, points, distances
+                self._cut(sign, *taken, chosen, decides)
         return decides
+
+    def _cut(self, sign: float, pair, rows, away, points, distances, chosen, decides) -> None:
+        """Let the second face of a pair decide for points of ``rows`` (m,) of the first where it is
+        the farther out; at a concave edge, of sign -1, the farther in. Its samples are ``away``
+        (m,) from them, length.
+
+        A point whose nearest samples are as far out lies where the edge does not bound its face.
+        """
+        if not len(rows):
+            return
+        before = self._near_samples_out(sign, pair, points[rows], away)
+        theirs = self._trees.values(pair[1], points[rows])
+        limit = np.where(before > 0.0, _CROSSED * before, -np.inf)
+        wins = sign * theirs[:, 0] > np.maximum(sign * chosen[rows, 0], limit)
+        rows, theirs = rows[wins], theirs[wins]
+        if not len(rows):
+            return
+        theirs[:, 4] += self._doubt(pair, rows, away[wins], points, distances)
+        wins = np.isfinite(theirs[:, 4])
+        chosen[rows[wins]], decides[rows[wins]] = theirs[wins], pair[1]
 
     def _doubt(self, pair, rows, away, points, distances) -> np.ndarray:
         """(m,) variance of the distance of points of ``rows`` (m,) of the first face of a pair from
@@ -111,25 +131,6 @@ class SharpEdges:
             fade = np.maximum(_RIVAL - other / np.maximum(away, np.finfo(float).tiny), 0.0)
             out = np.where(other < away, np.inf, out + (fade * apart) ** 2)
         return out
-
-    def _cut(self, sign: float, pair, rows, away, doubt, points, chosen, decides) -> None:
-        """Let the second face of a pair decide for points of ``rows`` (m,) of the first where it is
-        the farther out; at a concave edge, of sign -1, the farther in. Its samples are ``away``
-        (m,) from them, length, and ``doubt`` (m,) is added to its variance: where that is infinite
-        it does not decide.
-
-        A point whose nearest samples are as far out lies where the edge does not bound its face.
-        """
-        some = np.isfinite(doubt)
-        rows, away, doubt = rows[some], away[some], doubt[some]
-        if not len(rows):
-            return
-        before = self._near_samples_out(sign, pair, points[rows], away)
-        theirs = self._trees.values(pair[1], points[rows])
-        limit = np.where(before > 0.0, _CROSSED * before, -np.inf)
-        wins = sign * theirs[:, 0] > np.maximum(sign * chosen[rows, 0], limit)
-        theirs[:, 4] += doubt
-        chosen[rows[wins]], decides[rows[wins]] = theirs[wins], pair[1]
 
     def _near_samples_out(self, sign: float, pair, points, away) -> np.ndarray:
         """(m,) how far the samples of the first face of a pair that are nearest to points (m, 3)
