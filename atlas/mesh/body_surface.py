@@ -65,14 +65,13 @@ def fine_edge(body: Body, sagitta: float) -> float:
     return max(min(coarse_edge(body), float(bend)), body.extent / _MOST)
 
 
-def body_surface(body: Body, edge: float, sharp: bool = True) -> Surface:
+def body_surface(body: Body, edge: float) -> Surface:
     """The surface of a body in cubes of an edge, length. Its ``patch`` is the id of the face, and
-    its curvatures are zero: see ``with_curvatures``. If it need not be ``sharp``, edges are cut
-    off, which takes a half to a third of the time.
+    its curvatures are zero: see ``with_curvatures``.
 
     It is closed where the surface is known everywhere, and ends where it is not.
     """
-    vertices, faces, found = body_triangles(body, edge, sharp)
+    vertices, faces, found = body_triangles(body, edge)
     none = np.zeros(len(vertices))
     return Surface(vertices, faces, found.normal, found.deviation, found.face, none)
 
@@ -108,9 +107,7 @@ def _inner_weights(parts: int) -> np.ndarray:
     return np.column_stack([first, second, 1.0 - first - second])
 
 
-def body_triangles(
-    body: Body, edge: float, sharp: bool = True
-) -> tuple[np.ndarray, np.ndarray, FaceValues]:
+def body_triangles(body: Body, edge: float) -> tuple[np.ndarray, np.ndarray, FaceValues]:
     """The vertices (v, 3) and triangles (f, 3) of that surface, and what the faces say of the
     vertices. Texture, which is far smaller than the cubes, counts at vertices alone."""
 
@@ -122,7 +119,7 @@ def body_triangles(
         found, known = body.at(points, texture=False)
         return found.distance, found.normal, known
 
-    contour = dual_contour if sharp and not is_smooth(body) else smooth_contour
+    contour = smooth_contour if is_smooth(body) else dual_contour
     vertices, faces = contour(at, at_corners, body.seeds, edge)
     found = body.field.at(vertices)
     if is_smooth(body):

@@ -132,9 +132,8 @@ def planning_edge(atlas: Atlas) -> float:
 
 
 def _drawn(body: Body, edge: float) -> Surface:
-    """The surface of a body in cubes of an edge, length, without sharp edges, stray pieces and
-    curvatures."""
-    drawn = body_surface(body, edge, sharp=False)
+    """The surface of a body in cubes of an edge, length, without stray pieces and curvatures."""
+    drawn = body_surface(body, edge)
     return without_stray_pieces(drawn, body.samples.points) if is_smooth(body) else drawn
 
 
