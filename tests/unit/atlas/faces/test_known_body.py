@@ -56,6 +56,8 @@ def first_due(known: KnownBody) -> int:
         # Where much of the surface obeys no law, they grow by a half, and of many fourfold.
         (looked(1000, edges=True, share=0.79), 1500),
         (looked(8000, edges=True, share=0.5), 32000),
+        # Of many of which most obey laws, by a half too.
+        (looked(8000, edges=True, share=0.7), 12000),
     ],
 )
 def test_the_next_look_is_due_by_growth(known, due):
