@@ -92,7 +92,7 @@ class FaceField:
         self._cells, self._rounded = Cells(trees), RoundedEdges(trees, self.reach)
 
     @cached_property
-    def _meet(self) -> np.ndarray:
+    def meet(self) -> np.ndarray:
         """(f, f) whether two faces have an edge or rim in common, are opposite sides, or one: then
         it is known which of them has a point."""
         out = np.eye(len(self.faces), dtype=bool)
@@ -159,7 +159,7 @@ class FaceField:
         # At a sample itself every other one is far away.
         least = np.maximum(away[:, :1], np.finfo(float).eps * away[:, -1:])
         ratio = away / np.maximum(least, np.finfo(float).tiny)
-        rival = (ratio < _RIVAL) & ~self._meet[owner[:, None], of]
+        rival = (ratio < _RIVAL) & ~self.meet[owner[:, None], of]
         first = rival.argmax(axis=1)
         other = of[rows, first]
         apart = 0.5 * (columns[other, rows, 0] - columns[owner, rows, 0])
