@@ -75,7 +75,10 @@ def _is_edge(body: Body, pair, sign: float, points) -> np.ndarray:
     shown = np.ones(len(points), bool)
     for own, normal, other in ((pair[0], *normals), (pair[1], *normals[::-1])):
         along = -sign * (other - (other * normal).sum(axis=1)[:, None] * normal)
-        along /= np.linalg.norm(along, axis=1)[:, None]
+        # Where both normals are one there is no edge.
+        length = np.linalg.norm(along, axis=1)
+        shown &= length > 0.0
+        along /= np.where(length > 0.0, length, 1.0)[:, None]
         found, known = body.at(points + steps * along)
         noise = _NOISE * body.faces.faces[own].deviation
         shown &= known & (found.face == own) & (np.abs(found.distance) < noise)

@@ -14,7 +14,7 @@ from tests.lawful import (
     step_distance,
 )
 from touchatlas.atlas.faces.body import Body
-from touchatlas.atlas.faces.uncrossed_edges import with_uncrossed_edges
+from touchatlas.atlas.faces.uncrossed_edges import _is_edge, with_uncrossed_edges
 
 DISTANCE = {"box": box_distance, "step": step_distance}
 
@@ -59,3 +59,10 @@ def test_every_point_of_an_edge_of_planes_lies_on_two_of_the_body(name, count, h
     points = np.concatenate([curve for edge in between for curve in edge.curves])
     off = np.sort(np.abs(np.abs(points) - half), axis=1)
     assert off[:, 1].max() < 5.0 * NOISE
+
+
+def test_where_two_faces_have_one_normal_there_is_no_edge():
+    """Two parts of one plane: no way leads from the one to the other, and it was NaN."""
+    body = known_body("box", 40)
+    points = body.faces.points[body.faces.faces[0].samples]
+    assert not _is_edge(body, (0, 0), 1.0, points).any()
