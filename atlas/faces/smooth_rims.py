@@ -56,15 +56,22 @@ class SmoothRims:
             rows, limit = (x[np.maximum(*apart) < limit] for x in (rows, limit))
             if not len(rows):
                 continue
-            toward = self._mean_near(pair[0], points[rows]) - self._mean_near(pair[1], points[rows])
-            first, second = (self._faces[k].pieces[0] for k in pair)
-            across = rim_distances(first, second, points[rows], toward)
+            samples = self._trees.faces.points
+            first, second = (self._mean_near(samples, k, points[rows]) for k in pair)
+            toward = first - second
+            pieces = [self._faces[k].pieces[0] for k in pair]
+            across = rim_distances(*pieces, points[rows], toward)
             own = np.where(across > 0.0, *pair)
             for k in pair:
                 moved = rows[(own == k) & (owner[rows] != k) & (np.abs(across) < limit)]
-                chosen[moved], owner[moved] = self._trees.values(k, points[moved]), k
+                values = self._trees.values(k, points[moved])
+                # Inside of a plate the far side of a cylinder that rounds its rim is no surface.
+                normals = self._mean_near(self._trees.faces.normals, k, points[moved])
+                faces = (values[:, 1:4] * normals).sum(axis=1) > 0.0
+                chosen[moved[faces]], owner[moved[faces]] = values[faces], k
 
-    def _mean_near(self, number: int, points) -> np.ndarray:
-        """(n, 3) mean of the samples of a face that are nearest to points (n, 3)."""
+    def _mean_near(self, columns, number: int, points) -> np.ndarray:
+        """(n, 3) mean of ``columns`` (m, 3) of the samples of a face that are nearest to points
+        (n, 3)."""
         near = self._faces[number].samples[self._trees.nearest(number, points, _SIDE)[0]]
-        return np.asarray(self._trees.faces.points[near].mean(axis=1))
+        return np.asarray(columns[near].mean(axis=1))
