@@ -111,6 +111,7 @@ def small_cap() -> trimesh.Trimesh:
     return mesh
 
 
+@pytest.mark.slow
 def test_a_run_is_drawn(tmp_path):
     options = RunOptions(max_touches=4, tolerance=1.0, noise=0.2)
     run_exploration(make_object("sphere", 0), tmp_path / "run", options)

@@ -60,7 +60,7 @@ class SmoothRims:
             first, second = (self._mean_near(samples, k, points[rows]) for k in pair)
             toward = first - second
             pieces = [self._faces[k].pieces[0] for k in pair]
-            across = rim_distances(*pieces, points[rows], toward)
+            across = rim_distances(pieces[0], pieces[1], points[rows], toward)
             own = np.where(across > 0.0, *pair)
             for k in pair:
                 moved = rows[(own == k) & (owner[rows] != k) & (np.abs(across) < limit)]

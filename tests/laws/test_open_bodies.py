@@ -87,7 +87,7 @@ def test_a_slip_that_was_passed_leaves_the_surface_as_without_it():
     assert np.array_equal(slipped.faces, whole.faces)
 
 
-@pytest.mark.parametrize("slips", [1, 3])
+@pytest.mark.parametrize("slips", [1, pytest.param(3, marks=pytest.mark.slow)])
 def test_a_slip_does_not_hide_a_closed_body(slips):
     """The second touch of a ball loses contact after 2 mm in one or all of its contours. The probe
     touches beyond the ends then, and the whole ball is known."""

@@ -139,6 +139,7 @@ def first(name: str, severity: float):
     return atlas_verdict(ATLAS_FAMILIES[name].draw(severity, rng), rng)
 
 
+@pytest.mark.slow
 def test_two_balls_are_two_bodies():
     assert first("atlas_two", 0.3).outcome in GIVEN
 

@@ -59,6 +59,7 @@ def test_a_pin_of_no_length_reaches_everything(torus):
     assert is_reachable(torus, [25.0, 0.0, 0.0], np.array([-1.0, 0.0, 0.0]), 0.0, 0.0)
 
 
+@pytest.mark.slow
 def test_an_exploration_works_around_what_its_pin_cannot_reach():
     """A pin of 60 mm reaches no wall of the hole where the opposite one is known. Contours from
     other places cross these walls, with seed 0 before any touch there was wanted."""

@@ -23,6 +23,7 @@ def ball() -> tuple[Atlas, Places]:
     return atlas, places_of(atlas)
 
 
+@pytest.mark.slow
 def test_rays_pass_what_is_known_and_other_rays():
     """Ten rays keep a twentieth of the extent clear of the ball, and differ from each other."""
     atlas, places = ball()

@@ -84,6 +84,7 @@ def test_a_bevel_is_a_plane_and_no_rounding():
     assert sum(face.kind == "plane" for face in faces.faces) > 6
 
 
+@pytest.mark.slow
 def test_a_concave_edge_has_a_radius_too():
     """One edge of a step is filleted; the radius is within four of its deviations."""
     edges = known_body("filleted", 40).faces.edges
@@ -106,6 +107,7 @@ def test_a_ball_decides_about_no_point_that_is_nearer_to_a_sample():
     assert np.abs(face_values(faces, points[near]).distance).max() < 5.0 * STD
 
 
+@pytest.mark.slow
 def test_radii_scale_with_the_samples(rounded):
     """To rounding: no length is absolute."""
     larger = known_body("rounded", 34, 1000.0).faces.edges

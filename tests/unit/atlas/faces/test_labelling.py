@@ -48,6 +48,7 @@ def test_a_ball_is_one_sphere():
     assert (labels.of == 0).mean() > 0.999
 
 
+@pytest.mark.slow
 def test_most_samples_of_a_smooth_body_are_explained_within_their_noise():
     labels = labelled("torus", 24)
     # 24 touches leave gaps, over which samples of one contour are alone.

@@ -124,6 +124,7 @@ def test_existing_run_is_refused_unless_forced(whole_run):
 
 
 @pytest.mark.usefixtures("few_judged")
+@pytest.mark.slow
 def test_a_surface_of_too_noisy_a_probe_is_drawn_and_doubted(tmp_path):
     """Noise of ten tolerances leaves nothing known to the tolerance, and the run says so."""
     numbers = ["--noise", "2", "--tolerance", "0.2", "--max-touches", "5"]

@@ -71,7 +71,13 @@ def test_ctrl_c_at_ten_moments_is_no_traceback_and_ends_the_touching(tmp_path, s
     assert not list(tmp_path.glob("r/*.part")) and not (tmp_path / "r" / "run.lock").exists()
 
 
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+@pytest.mark.parametrize(
+    ("number", "code"),
+    [
+        pytest.param(signal.SIGINT, 130, marks=pytest.mark.slow),
+        (signal.SIGTERM, 143),
+    ],
+)
 def test_a_signal_names_what_it_waits_for_and_how_to_go_on(tmp_path, number, code):
     """With many touches to go the signal comes while it touches."""
     with start("explore", "blob", "--tolerance", "1", "--out", "r", cwd=tmp_path) as process:
@@ -97,6 +103,7 @@ def test_a_second_process_is_refused_with_the_number_of_the_first(tmp_path):
         assert folder == tmp_path / "r"
 
 
+@pytest.mark.slow
 def test_two_processes_that_start_at_once_do_not_disturb_each_other(tmp_path):
     few = [*RUN[:5], "2", *RUN[6:]]
     both = [start(*few, cwd=tmp_path) for _ in range(2)]

@@ -388,6 +388,7 @@ def test_a_journal_of_another_version_is_refused(killed):
     assert {path.name: path.read_bytes() for path in run.iterdir()} == before
 
 
+@pytest.mark.slow
 def test_a_known_surface_resumed_to_a_finer_tolerance_is_that_of_a_run_to_it(ball, tmp_path):
     """Touches to a tolerance are the first of those to a finer one: the files are equal, byte for
     byte, but for the seconds."""

@@ -133,6 +133,7 @@ def test_every_method_has_its_own_colour_and_marker():
         assert len(set(values)) == len(STYLES)
 
 
+@pytest.mark.slow
 def test_pictures_are_drawn_and_the_same_rows_give_the_same_bytes(swept, tmp_path):
     draw(tmp_path, swept[1])
     files = sorted(path.name for path in tmp_path.iterdir())

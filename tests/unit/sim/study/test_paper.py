@@ -65,6 +65,7 @@ def touch():
     return visit(neck())
 
 
+@pytest.mark.slow
 def test_table_has_the_papers_counts_and_figures(numbers):
     rows = numbers["table1"]["rows"]
     assert [row["fit"] for row in rows] == [row.fit for row in ROWS]
@@ -72,6 +73,7 @@ def test_table_has_the_papers_counts_and_figures(numbers):
     assert [row["paper"].get("verifying") for row in rows] == [11.8753, 0.0681, 0.1531, None, None]
 
 
+@pytest.mark.slow
 def test_penalty_trades_data_for_verifying_curves(numbers):
     plain, descent, _, fast, ours = numbers["table1"]["rows"]
     for row in (descent, fast):
@@ -98,6 +100,7 @@ def test_points_over_the_domain_err_less_than_all(touch):
     assert found["data"] < found["inside"] < found["verifying"]
 
 
+@pytest.mark.slow
 def test_longer_arms_err_more(numbers):
     errors = [r["verifying"]["median"] for r in numbers["reaches"] if r["fit"] == DESCENT]
     assert errors == sorted(errors) and len(errors) == 4
@@ -135,6 +138,7 @@ def test_quadrant_has_the_closed_forms_of_an_ellipsoid():
     np.testing.assert_allclose(ends, expected, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_curvatures_along_the_quadrant_are_near(numbers):
     fine = [row for row in numbers["ellipsoid"] if row["noise_std"] == 0.002]
     assert len(fine) == QUADRANT_POINTS
@@ -152,12 +156,14 @@ def test_sections_of_a_ball_without_noise_find_its_radius():
     np.testing.assert_allclose([*normal_curvatures, k1, k2], -1.0 / BALL_RADIUS, rtol=0.02)
 
 
+@pytest.mark.slow
 def test_sphere_is_flattened_by_the_penalty_only(numbers):
     patches = numbers["sphere"]["patches"]
     assert patches[DESCENT]["verifying"]["median"] > 0.1
     assert patches["fit_patch"]["verifying"]["median"] < 0.03
 
 
+@pytest.mark.slow
 def test_gauss_map_shrinks_under_the_penalty(numbers):
     areas = numbers["gauss_map"]
     for part in areas.values():
@@ -221,6 +227,7 @@ def test_points_under_a_patch_are_not_seen(touch):
     assert before_patch(patch, points, np.array([0.0, 0.0, 1.0])).tolist() == [True, False, True]
 
 
+@pytest.mark.slow
 def test_csv_is_the_table(numbers):
     rows = list(csv.DictReader(io.StringIO(csv_bytes(numbers["table1"]).decode())))
     assert [row["fit"] for row in rows] == [row.fit for row in ROWS]
@@ -229,6 +236,7 @@ def test_csv_is_the_table(numbers):
     assert float(rows[1]["data_median"]) == known["median"]
 
 
+@pytest.mark.slow
 def test_terminal_shows_the_papers_figures_within_80_columns(numbers):
     text = io.StringIO()
     Console(file=text, width=80).print(*terminal_tables(numbers))
@@ -238,6 +246,7 @@ def test_terminal_shows_the_papers_figures_within_80_columns(numbers):
     assert not any(line.rstrip().endswith(("±", " to", ",")) for line in lines)
 
 
+@pytest.mark.slow
 def test_all_files_are_written(folder):
     assert {path.name for path in folder.iterdir()} == FILES
     for path in folder.glob("*.png"):
