@@ -20,7 +20,7 @@ _CROSSED, _NEAR = 2.0, 3
 _ABOUT, _CLEAR = 8, 0.5
 # Least cosine of the normals of two planes that are steps of one stair: 18 degrees. Doubled in
 # angle, of two planes that meet bluntly only the nearer one bounds a third face.
-_STEP = 0.95
+PARALLEL = 0.95
 # Distance to the samples of another step, over that to the nearest one, below which a point may be
 # beside either. Doubled, more points beside low steps are doubted.
 _RIVAL = 2.0
@@ -56,7 +56,7 @@ class SharpEdges:
         of a stair are, and have an edge of the same sign with the first face."""
         numbers, normals = self._trees.planes[1:3]
         parallel = np.zeros((len(self._faces), len(self._faces)), bool)
-        parallel[np.ix_(numbers, numbers)] = normals @ normals.T > _STEP
+        parallel[np.ix_(numbers, numbers)] = normals @ normals.T > PARALLEL
         np.fill_diagonal(parallel, False)
         signs = np.zeros(parallel.shape)
         for first, second, sign, _ in self._edges:

@@ -5,12 +5,10 @@ from dataclasses import replace
 import numpy as np
 
 from touchatlas.atlas.faces.body import Body
+from touchatlas.atlas.faces.edge_cuts import PARALLEL
 from touchatlas.atlas.mesh.split_triangles import edges_of
 from touchatlas.atlas.mesh.surface import Surface
 
-# Least cosine of the normals of two levels: 18 degrees. Doubled in angle, edges that no contour
-# crossed count, too.
-_PARALLEL = 0.95
 # Part of the height between two levels by which each is unsure beside the other: the surface goes
 # over from one to the other anywhere between their samples. Doubled, it is all of the height.
 _HALF = 0.5
@@ -22,7 +20,7 @@ def with_unknown_risers(body: Body, surface: Surface) -> Surface:
     ends = edges_of(surface.faces)[0]
     of, normals = surface.patch[ends], surface.normals[ends]
     across = ~body.field.meet[of[:, 0], of[:, 1]]
-    across &= (normals[:, 0] * normals[:, 1]).sum(axis=1) > _PARALLEL
+    across &= (normals[:, 0] * normals[:, 1]).sum(axis=1) > PARALLEL
     ends, of = ends[across], of[across]
     height = np.full(len(ends), np.inf)
     for own, other in ((0, 1), (1, 0)):
