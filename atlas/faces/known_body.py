@@ -23,9 +23,9 @@ from touchatlas.atlas.samples.sample_pool import SamplePool
 # takes about a second. Doubled, some bodies take fewer touches and more time.
 _FEW = 5000
 # By what factor the number of samples grows until the next look: where faces may become lawful;
-# where no edges were seen; and where some of the surface obeys no law: of few samples or a small
-# part of it, and else. The time of all looks is that of the last one times f / (f - 1). Doubled,
-# laws are found later.
+# where no edges were seen; and where some of the surface obeys no law: if samples are few or
+# most of them obey one, and otherwise. The time of all looks is that of the last one times
+# f / (f - 1). Doubled, laws are found later.
 _LAWFUL_GROWS, _EDGELESS_GROWS, _LAWLESS_GROWS, _HOPELESS_GROWS = 1.1, 1.25, 1.5, 4.0
 # Least share of the contours that run over a sharp edge, or end at one, for faces to be looked for:
 # noise makes a kink in two of a hundred. Doubled, bodies of few blunt edges are one free-form face.
