@@ -75,6 +75,8 @@ class Atlas(AtlasState):
     def faces(self) -> Faces:
         """The faces of what was touched, each with its kind in words and numbers, and the sharp
         edges and smooth rims between them; read from the samples."""
+        if self.body is not None and self.known_body.is_one and self.body.faces.are_lawful:
+            return self.body.faces
         before = self.known_body.faces if self.known_body.is_hopeful else None
         return read_faces(self.pool, self.sample_std, before)
 

@@ -84,7 +84,7 @@ class Planner:
         self._tried_ends: list[np.ndarray] = []
         self._ratio = DeviationRatio()
         # Numbers of faces, edges and rounded edges of the body that the last plan went by.
-        self._structure = (0, 0, 0)
+        self._structure = (0, 0, 0, "")
         # What is known, and the plans that were answered when that was last measured.
         self._known, self._measured = KnownArea(), -1
         # Rays of the search for other parts: a point and the direction of each.
@@ -229,10 +229,10 @@ class Planner:
         return plan
 
     def _forget_errors_of_another_body(self, atlas: Atlas) -> None:
-        """Forget what was learned of errors when the number of faces, edges or rounded edges
-        changes: they were those of another surface."""
+        """Forget what was learned of errors when the number of faces, edges or rounded edges, or
+        the law of a single face changes: they were those of another surface."""
         body = atlas.body
-        found = (0, 0, 0) if body is None else structure_of(body.faces)
+        found = (0, 0, 0, "") if body is None else structure_of(body.faces)
         if found != self._structure:
             if (found[0] == 1) != (self._structure[0] == 1):
                 self._known = KnownArea()
@@ -286,7 +286,8 @@ class Planner:
         return None
 
 
-def structure_of(faces: Faces) -> tuple[int, int, int]:
-    """Numbers of faces, edges and rounded edges: where one changes, so does the surface."""
+def structure_of(faces: Faces) -> tuple[int, int, int, str]:
+    """Numbers of faces, edges and rounded edges, and the kind of a single face: where one changes,
+    so does the surface."""
     rounded = sum(edge.radius > 0.0 for edge in faces.edges)
-    return len(faces), len(faces.edges), rounded
+    return len(faces), len(faces.edges), rounded, faces.faces[0].kind if len(faces) == 1 else ""

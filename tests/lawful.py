@@ -98,6 +98,20 @@ def _ellipsoid() -> trimesh.Trimesh:
     return mesh
 
 
+def _egg() -> trimesh.Trimesh:
+    """An ellipsoid whose sections across its longest axis are a fifth larger at one end and a fifth
+    smaller at the other: a cubic surface."""
+    mesh = _ellipsoid()
+    mesh.vertices[:, 1:] *= 1.0 + 0.2 * mesh.vertices[:, :1] / HALF[0]
+    return mesh
+
+
+def _dome() -> trimesh.Trimesh:
+    """The upper half of an ellipsoid, and a plane below it."""
+    points = _ellipsoid().vertices
+    return trimesh.convex.convex_hull(points[points[:, 2] > -1e-9])
+
+
 def _cut_ball() -> trimesh.Trimesh:
     """A ball without the part above half of its radius."""
     ball, height = trimesh.creation.icosphere(4, RADIUS).vertices, 0.5 * RADIUS
@@ -147,6 +161,8 @@ _MESHES = {
         TWO_BLOCKS, _TWO_BLOCKS_TRIANGLES, height=30.0
     ),
     "ellipsoid": _ellipsoid,
+    "egg": _egg,
+    "dome": _dome,
     "cut ball": _cut_ball,
     # Chords of an icosphere of four divisions lie 6e-4 radii within the ball.
     "rounded": lambda: _swept(trimesh.creation.icosphere(4, BLUNT).vertices),

@@ -3,9 +3,8 @@ triangles.
 
 Where all faces obey laws each becomes one face of the file: a plane, cylinder, cone or sphere by
 its name in STEP, trimmed by curves that two faces share, with a fillet along each blunt edge.
-A closed body without edges becomes Bezier faces that share their edges. Any other surface is
-written as triangles. Of both there are as few as the tolerance allows. Faces that close up become
-a solid.
+Any other closed body without edges becomes Bezier faces that share their edges. Triangles are the
+rest. Of both there are as few as the tolerance allows. Faces that close up become a solid.
 """
 
 from dataclasses import dataclass
@@ -77,8 +76,9 @@ class StepReport:
 def save_step(state: AtlasState, path) -> StepReport:
     """Write an atlas as a STEP file, all of it or nothing.
 
-    Where all faces of the body obey laws there is one face for each of them. A closed body without
-    edges is written as Bezier faces. Where neither can be done there are triangles.
+    Where all faces of the body obey laws that STEP has names for, there is one face for each of
+    them. Any other closed body without edges is written as Bezier faces. Where neither can be done
+    there are triangles.
 
     Parameters
     ----------
@@ -101,11 +101,15 @@ def save_step(state: AtlasState, path) -> StepReport:
     need_kernel()
     if state.body is None:
         raise ValueError(_NOTHING)
-    if is_smooth(state.body):
-        return _save_smooth(state, state.body, path)
+    body, smooth = state.body, is_smooth(state.body)
+    if smooth and not body.faces.are_lawful:
+        return _save_smooth(state, body, path)
     try:
-        return _save_faces(state, state.body, path)
+        return _save_faces(state, body, path)
     except NotWritten as reason:
+        if smooth:
+            # A law without a name in STEP is smooth, and a body with holes.
+            return _save_smooth(state, body, path)
         return _save_triangles(state, extract_surface(state), path, reason)
 
 

@@ -65,7 +65,7 @@ class FaceField:
     Attributes
     ----------
     is_one : bool
-        Whether all samples are one free-form face.
+        Whether all samples are one face, so that there is no edge.
     reach : float, length
         Distance across which a face is believed where no sample is, and from its samples up to
         which it may bound another.
@@ -82,7 +82,7 @@ class FaceField:
         self.faces = faces
         self.trees = trees = FaceTrees(faces, before)
         self.reach = _REACH * float(np.linalg.norm(np.ptp(faces.points, axis=0)))
-        self.is_one = len(faces) == 1 and trees.is_free_form(0)
+        self.is_one = len(faces) == 1
         if self.is_one:
             self.reach = trees.scale_of(0)
             return
@@ -105,7 +105,7 @@ class FaceField:
     @property
     def same_surface(self) -> np.ndarray:
         """(f,) the first face that is one surface with each face."""
-        return self._cells.same_surface
+        return np.zeros(1, int) if self.is_one else self._cells.same_surface
 
     def at(self, points, texture: bool = True) -> FaceValues:
         """Signed distance, normal, deviation and face at points (n, 3), length, world; of a body

@@ -14,7 +14,6 @@ from touchatlas.atlas.faces.laws import Law, law_of
 from touchatlas.atlas.faces.piece import Piece
 from touchatlas.atlas.faces.polylines import polylines
 from touchatlas.atlas.faces.sample_graph import SampleGraph
-from touchatlas.atlas.faces.samples import ContourSamples
 
 # Least distance of the points of an edge, and longest gap in it, in steps of the contours. Doubled,
 # edges are coarser, and bridge wider gaps between touches.
@@ -144,6 +143,11 @@ class Faces:
         return (np.count_nonzero(self.of == NONE) - len(self.rounded)) / len(self.of)
 
     @property
+    def are_lawful(self) -> bool:
+        """Whether all faces obey laws."""
+        return all(face.law is not None for face in self.faces)
+
+    @property
     def pieces(self) -> list[Piece]:
         """All pieces, by their numbers."""
         found = {k: p for f in self.faces for k, p in zip(f.patches, f.pieces, strict=True)}
@@ -178,18 +182,6 @@ def join_faces(labels: Labels, boundaries: list[Boundary]) -> Faces:
     rounded = np.unique(np.concatenate([np.zeros(0, int), *blunt, *balls]))
     own = of, labels.of.copy(), rounded, samples.std, corners, labels.evidence.graph
     return Faces(tuple(faces), edges, points, normals, *own)
-
-
-def face_of_all(samples: ContourSamples) -> Faces:
-    """All samples as one free-form face."""
-    count = len(samples)
-    offset = samples.points - samples.points.mean(axis=0)
-    middle = samples.points[(offset * offset).sum(axis=1).argmin()]
-    words, every = "free-form", np.arange(count)
-    face = Face(0, words, words, None, (), (), every, 1.0, samples.std, middle)
-    points, normals = _frozen(samples.points), _frozen(samples.outward)
-    of, none = np.zeros(count, int), np.full(count, NONE)
-    return Faces((face,), (), points, normals, of, none, np.zeros(0, int), samples.std)
 
 
 def _frozen(array) -> np.ndarray:

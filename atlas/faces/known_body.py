@@ -13,8 +13,9 @@ from touchatlas.atlas.faces.explained import (
     share_over_sharp_edges,
     share_with_edges,
 )
-from touchatlas.atlas.faces.faces import Faces, face_of_all
+from touchatlas.atlas.faces.faces import Faces
 from touchatlas.atlas.faces.labelling import first_labels, revise_all
+from touchatlas.atlas.faces.one_face import face_of_all
 from touchatlas.atlas.faces.read_faces import faces_of_revised, faces_of_samples, samples_of
 from touchatlas.atlas.faces.samples import ContourSamples
 from touchatlas.atlas.samples.sample_pool import SamplePool

@@ -23,7 +23,7 @@ def innovations(state: AtlasState, points) -> np.ndarray:
         return np.zeros(0)
     found, some = state.body.at(points)
     some = some & (found.deviation <= _KNOWN * state.scale)
-    if state.known_body.is_one:
+    if state.known_body.is_one and not state.body.faces.are_lawful:
         some &= found.deviation >= state.sample_std
     off = found.distance[some] / np.hypot(found.deviation[some], state.sample_std)
     return np.asarray(off)

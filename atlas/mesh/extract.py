@@ -11,6 +11,7 @@ from touchatlas.atlas.faces.body import Body
 from touchatlas.atlas.mesh.body_surface import (
     body_surface,
     fine_edge,
+    is_smooth,
     shape_edge,
     with_curvatures,
 )
@@ -55,7 +56,7 @@ def extract_surface(state: AtlasState, edge: float | None = None) -> Surface:
     """
     body, sagitta = _body_of(state), state.options.facets * state.tolerance
     drawn = _drawn(body, sagitta) if edge is None else body_surface(body, _checked(body, edge))
-    lawful = all(face.law is not None for face in body.faces.faces)
+    lawful = body.faces.are_lawful and not is_smooth(body)
     surface = drawn if lawful else without_stray_pieces(drawn, body.samples.points)
     if edge is None:
         surface = refined(body, surface, sagitta)

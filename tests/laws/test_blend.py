@@ -33,15 +33,19 @@ def near(name: str, off: float, count: int = 1000) -> tuple[np.ndarray, np.ndarr
 
 
 @pytest.mark.parametrize("off", [-0.3, -0.05, 0.0, 0.05, 0.3])
-def test_gradient_of_the_distance_is_the_normal(off):
+@pytest.mark.parametrize("name", ["sphere", "bottle"])
+def test_gradient_of_the_distance_is_the_normal(name, off):
     """On the surface the two differ by how fast the weights of sextics that disagree change: they
     differ by a fraction of the noise, 0.02, over distances of their radius, 16. Off it the distance
     is of first order, and its gradient errs by twice the distance times the curvature."""
-    atlas, h = known("sphere").atlas, 1e-4
-    at = directions(300) * (BALL + off)
+    atlas, h = known(name).atlas, 1e-4
+    at, _ = near(name, off, 300)
+    bend = np.abs(sharp_object(name).principal_curvatures(near(name, 0.0, 300)[0])[:2]).max()
     sides = [atlas.blend(at + h * e).distance - atlas.blend(at - h * e).distance for e in np.eye(3)]
-    error = np.stack(sides, axis=1) / (2.0 * h) - atlas.blend(at).normal
-    limit = 4.0 * 0.02 / 16.0 + 2.0 * abs(off) / BALL
+    found = atlas.blend(at)
+    error = (np.stack(sides, axis=1) / (2.0 * h) - found.normal)[found.known]
+    limit = 4.0 * 0.02 / 16.0 + 2.0 * abs(off) * bend
+    assert found.known.mean() > 0.99
     assert np.quantile(np.linalg.norm(error, axis=1), 0.99) < limit
 
 
@@ -94,9 +98,11 @@ def test_opposite_a_single_touch_nothing_is_known():
 
 
 def test_the_curvature_of_a_ball_is_that_of_its_radius():
-    """1 / r^2, to a tenth at nine places of ten: the sextics know heights of 0.01 over some 10."""
+    """1 / r^2. The radius of one law of a thousand samples is sure to 0.02 / sqrt(1000), 2e-5 of
+    it; ten times twice that is allowed."""
     found = known("sphere").atlas.blend(BALL * directions(300))
-    assert np.quantile(np.abs(found.gaussian_curvature * BALL**2 - 1.0), 0.9) < 0.1
+    bends = found.gaussian_curvature[found.known]
+    assert bends * BALL**2 == pytest.approx(1.0, abs=4e-4)
 
 
 @lru_cache

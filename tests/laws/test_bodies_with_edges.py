@@ -37,7 +37,7 @@ def test_a_polyhedron_has_its_faces_and_edges(name):
         assert off.max() < 5 * NOISE
 
 
-@pytest.mark.parametrize("turn", [OVER, SHORT])
+@pytest.mark.parametrize("turn", [OVER, pytest.param(SHORT, marks=SLOW)])
 def test_a_block_is_known_from_few_touches(turn):
     """It took 22 touches over its edges, and 35 of contours that end there."""
     found = explored_faces("block", turn)
@@ -53,7 +53,7 @@ def test_a_block_is_known_from_few_touches(turn):
     ("name", "turn"),
     [
         ("block", OVER),
-        ("block", SHORT),
+        pytest.param("block", SHORT, marks=SLOW),
         pytest.param("step", OVER, marks=SLOW),
         pytest.param("slot", OVER, marks=SLOW),
     ],

@@ -20,7 +20,8 @@ def ball():
 
 
 KINDS = {
-    "smooth": lambda: explored("sphere").atlas,
+    "one law": lambda: explored("sphere").atlas,
+    "smooth": lambda: explored("bottle").atlas,
     "begun": lambda: learned(explored("bottle").touches[:5], 0.1),
     "with edges": lambda: explored_sharp("block").atlas,
     "with rims": lambda: learned(spread_touches(cup(0.5), 8, 0.02), 0.1),

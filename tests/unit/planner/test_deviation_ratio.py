@@ -50,7 +50,7 @@ def test_only_the_last_eight_touches_count_and_empty_ones_do_not():
 
 @pytest.fixture(scope="module")
 def touches():
-    body = make_object("ellipsoid")
+    body = make_object("blob")
     return spread_touches(body, 6, body.noise_std)
 
 
@@ -79,6 +79,17 @@ def test_innovations_are_distances_over_the_deviation_of_prediction_and_sample(t
     assert len(expected) > 10
     found_again = innovations(atlas, points_of(last))
     assert found_again == pytest.approx(np.array(expected), rel=1e-12)
+
+
+def test_where_one_law_holds_all_known_samples_tell():
+    """Its surface is so much surer than a sample that samples tell whether it holds: their squares
+    have a mean of 1 and a variance of 2."""
+    ball = make_object("sphere")
+    *first, last = spread_touches(ball, 6, ball.noise_std)
+    atlas = learned_from(first, 0.1)
+    found = innovations(atlas, points_of(last))
+    assert len(found) == atlas.blend(points_of(last)).known.sum() > 20
+    assert np.mean(found**2) == pytest.approx(1.0, abs=5.0 * np.sqrt(2.0 / len(found)))
 
 
 def test_where_all_errors_are_larger_the_chance_is_that_of_the_larger_deviation():

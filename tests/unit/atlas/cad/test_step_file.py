@@ -7,17 +7,19 @@ import sys
 import numpy as np
 import pytest
 
+from tests.explored import learned, spread_touches
 from tests.lawful import HALF, body_of, samples_of_touches, touched_mesh
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.cad.step_file import save_step
 from touchatlas.atlas.faces.known_body import KnownBody, body_of_one
+from touchatlas.sim import make_object
 
 NOISE, TOLERANCE = 0.02, 0.2
 
 
-def ellipsoid(touches: int) -> Atlas:
-    """An atlas that knows an ellipsoid as one free-form face."""
-    samples = samples_of_touches(touched_mesh("ellipsoid", touches, NOISE), 1.5 * NOISE)
+def known(name: str, touches: int) -> Atlas:
+    """An atlas that knows a body as one face."""
+    samples = samples_of_touches(touched_mesh(name, touches, NOISE), 1.5 * NOISE)
     atlas = Atlas(TOLERANCE)
     atlas.known_body = KnownBody(body=body_of_one(samples))
     return atlas
@@ -25,12 +27,12 @@ def ellipsoid(touches: int) -> Atlas:
 
 @pytest.fixture(scope="module")
 def whole():
-    return ellipsoid(30)
+    return known("egg", 30)
 
 
 @pytest.fixture(scope="module")
 def half():
-    return ellipsoid(3)
+    return known("egg", 3)
 
 
 @pytest.fixture
@@ -62,7 +64,8 @@ def test_a_closed_surface_is_one_solid_of_its_volume(whole, gmsh, tmp_path):
     assert (report.solids, report.open_shells) == (1, 0)
     faces, solids = read(gmsh, tmp_path / "a.step")
     assert report.faces == report.smooth == len(faces) < 500
-    volume, wanted = gmsh.model.occ.getMass(3, solids[0]), 4.0 / 3.0 * np.pi * HALF.prod()
+    # The integral of (1 - u^2) (1 + u / 5)^2 over -1 to 1 is 4 / 3 times 1.008.
+    volume, wanted = gmsh.model.occ.getMass(3, solids[0]), 4.0 / 3.0 * 1.008 * np.pi * HALF.prod()
     area = sum(gmsh.model.occ.getMass(2, face) for face in faces)
     assert volume == pytest.approx(wanted, abs=0.5 * TOLERANCE * area)
 
@@ -134,9 +137,28 @@ def test_atlas_of_nothing_is_refused(kernel, tmp_path):
 def test_a_law_without_a_name_in_step_is_written_as_triangles_and_said(
     kernel, tmp_path, monkeypatch
 ):
-    """An ellipsoid is a quadric but no cone."""
-    body = body_of(samples_of_touches(touched_mesh("ellipsoid", 10, 0.0), 1e-3))
+    """Half an ellipsoid is a quadric but no cone."""
+    body = body_of(samples_of_touches(touched_mesh("dome", 30, 0.0), 1e-3))
     monkeypatch.setattr(Atlas, "body", body)
     report = save_step(Atlas(TOLERANCE), tmp_path / "a.step")
     assert "quadric face, which has no name in STEP" in report.note
     assert report.triangles == report.faces > 0 and report.planes == 0
+
+
+def test_a_ball_is_one_sphere_and_an_ellipsoid_bezier_faces(kernel, tmp_path):
+    """A quadric without edges has no name in STEP, but is smooth."""
+    ball = learned(spread_touches(make_object("sphere"), 12), 0.1)
+    report = save_step(ball, tmp_path / "ball.step")
+    assert (report.faces, report.spheres, report.solids, report.note) == (1, 1, 1, "")
+    ellipsoid = known("ellipsoid", 30)
+    assert [face.kind for face in ellipsoid.body.faces.faces] == ["quadric"]
+    report = save_step(ellipsoid, tmp_path / "ellipsoid.step")
+    assert report.faces == report.smooth > 0 and report.solids == 1
+
+
+def test_half_a_ball_is_no_sphere(kernel, tmp_path):
+    """What was not touched may end anywhere."""
+    half = learned(spread_touches(make_object("sphere"), 3), 0.1)
+    assert [face.kind for face in half.faces().faces] == ["sphere"]
+    report = save_step(half, tmp_path / "half.step")
+    assert report.spheres == report.solids == 0 and report.triangles == report.faces > 0

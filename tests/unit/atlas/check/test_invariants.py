@@ -31,7 +31,7 @@ def lost() -> Atlas:
 
 
 _MAKERS = {
-    "smooth": lambda: learned(spread_touches(make_object("sphere"), 6), 0.1),
+    "smooth": lambda: learned(spread_touches(make_object("bottle"), 6), 0.1),
     "edges": lambda: explored_sharp("block").atlas,
     "lost": lost,
     "empty": lambda: Atlas(0.1),

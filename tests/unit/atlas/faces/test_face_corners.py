@@ -60,6 +60,7 @@ def test_the_corners_of_a_rounded_box_have_the_curvature_of_a_ball():
     assert total == pytest.approx(4.0 * np.pi, rel=0.1)
 
 
+@pytest.mark.slow
 def test_corners_scale_with_the_samples():
     large = {corner.faces: corner for corner in rounded(1000.0).faces.corners}
     for corner in rounded().faces.corners:

@@ -87,9 +87,9 @@ def test_a_box_is_found(box):
 
 
 def test_one_face_learns_each_touch_and_looks_are_due_by_growth(monkeypatch):
-    """An ellipsoid: the body is of all samples at once, and laws are looked for when their number
+    """An egg: the body is of all samples at once, and laws are looked for when their number
     has grown by a quarter. The body is that of all samples, whatever was known before."""
-    points, outward, planes = touched_mesh("ellipsoid", 12, NOISE)
+    points, outward, planes = touched_mesh("egg", 12, NOISE)
     pool, known, looks = SamplePool(), KnownBody(), []
     for last in (1000, 1100, 1188):
         some = slice(len(pool), last)
@@ -108,7 +108,7 @@ def test_one_face_learns_each_touch_and_looks_are_due_by_growth(monkeypatch):
 def test_a_look_for_laws_changes_nothing_of_a_body_without_edges():
     """It takes sextics from before the look, and the body is that of all samples to the last bit:
     a loaded atlas has none before."""
-    points, outward, planes = touched_mesh("ellipsoid", 12, NOISE)
+    points, outward, planes = touched_mesh("egg", 12, NOISE)
     pool, known, fits = SamplePool(), KnownBody(), []
     for last in (940, 1188):
         some = slice(len(pool), last)
@@ -164,7 +164,7 @@ def test_a_smooth_body_is_never_read(monkeypatch):
         raise AssertionError("faces of a smooth body are read")
 
     monkeypatch.setattr(known_body, "faces_of_samples", read)
-    pool = pool_of("ellipsoid", 30)
+    pool = pool_of("egg", 30)
     known = look_for_body(pool, STD)
     assert (known.count, known.looked, known.std) == (2970, 2970, STD)
     assert (known.edges, known.share, known.faces, known.is_one) == (False, 0.0, None, True)

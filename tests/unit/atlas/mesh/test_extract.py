@@ -10,7 +10,7 @@ import trimesh
 from tests.lawful import NOISE, known_body, samples_of_touches, touched
 from touchatlas.atlas import AtlasOptions, extract_surface
 from touchatlas.atlas.faces.body import Body
-from touchatlas.atlas.faces.faces import face_of_all
+from touchatlas.atlas.faces.one_face import face_of_all
 from touchatlas.atlas.mesh import extract
 from touchatlas.atlas.mesh.body_surface import body_surface, shape_edge
 from touchatlas.atlas.samples.rims import Rims

@@ -1,0 +1,86 @@
+"""All samples as one face: the law that explains every one of them, or a free-form face."""
+
+import numpy as np
+from scipy.stats import chi2
+
+from touchatlas.atlas.faces.faces import Face, Faces
+from touchatlas.atlas.faces.fit_piece import fit_piece
+from touchatlas.atlas.faces.kinds import Kind
+from touchatlas.atlas.faces.labels import NONE
+from touchatlas.atlas.faces.laws import law_of
+from touchatlas.atlas.faces.piece import Piece
+from touchatlas.atlas.faces.samples import ContourSamples
+from touchatlas.patch.geometry.arrays import frozen_array
+
+# Chance with which the samples of a true law refuse it. Doubled, a sphere is free-form after one
+# touch in 50 instead of one in 100.
+_CHANCE = 0.01
+# Distance up to which a piece explains a sample, in deviations: as for other faces. Doubled, all
+# are explained.
+_EXPLAINED = 3.0
+# Kinds that all samples may be of, by the number of parameters.
+_KINDS = tuple(kind for kind in Kind if kind.lawful)
+
+
+def face_of_all(samples: ContourSamples) -> Faces:
+    """All samples as one face: of the simplest law that explains all of them, else free-form."""
+    piece, every = law_of_all(samples), np.arange(len(samples))
+    face = _free_form(samples) if piece is None else _lawful(piece, samples)
+    points = frozen_array(samples.points, (None, 3), "points")
+    normals = samples.outward if piece is None else piece.at(points)[1]
+    normals, none = frozen_array(normals, (None, 3), "normals"), np.zeros(0, int)
+    patch_of = np.full(len(samples), NONE if piece is None else 0)
+    return Faces((face,), (), points, normals, 0 * every, patch_of, none, samples.std)
+
+
+def _free_form(samples: ContourSamples) -> Face:
+    """The face of samples that obey no law."""
+    words, own = "free-form", (np.arange(len(samples)), 1.0, samples.std, _middle(samples))
+    return Face(0, words, words, None, (), (), *own)
+
+
+def _lawful(piece: Piece, samples: ContourSamples) -> Face:
+    """The face of samples that lie on a piece."""
+    law = law_of(piece, samples.points, samples.std)
+    off = piece.at(samples.points)[0]
+    explained = float((np.abs(off) <= _EXPLAINED * samples.std).mean())
+    own = np.arange(len(samples)), explained, float(np.sqrt((off * off).mean())), _middle(samples)
+    return Face(0, law.words, piece.kind.name.lower(), law, (piece,), (0,), *own)
+
+
+def _middle(samples: ContourSamples) -> np.ndarray:
+    """(3,) the sample nearest to the mean of all."""
+    offset = samples.points - samples.points.mean(axis=0)
+    return np.asarray(samples.points[(offset * offset).sum(axis=1).argmin()])
+
+
+def law_of_all(samples: ContourSamples) -> Piece | None:
+    """The piece of the simplest law that explains every contour, or None.
+
+    Notes
+    -----
+    The squares of the distances of n samples from a true law of p parameters, over the variance of
+    a sample, have a chi-square distribution of n - p degrees of freedom, and those of a contour of
+    m samples one of m at most.
+    """
+    for kind in _KINDS:
+        if len(samples) > kind.parameters:
+            piece = fit_piece(kind, samples.points, samples.outward, samples.std)
+            if piece is not None and _explains(piece, samples):
+                return piece
+    return None
+
+
+def _explains(piece: Piece, samples: ContourSamples) -> bool:
+    """Whether a piece is sure of all samples, faces as they do, and passes by each contour and by
+    all no farther than noise does."""
+    distance, normals, variance = piece.predicted(samples.points)
+    if (variance > samples.std**2).any():
+        return False
+    if np.mean((normals * samples.normals).sum(axis=1) <= 0.0) > _CHANCE:
+        return False
+    square = (distance / samples.std) ** 2
+    sums, counts = np.bincount(samples.contours, square), np.bincount(samples.contours)
+    freedom = len(samples) - piece.kind.parameters
+    by_chance = np.append(chi2.sf(sums, counts), chi2.sf(square.sum(), freedom))
+    return bool(by_chance.min() * len(by_chance) > _CHANCE)
