@@ -18,8 +18,6 @@ _CHANCE = 0.01
 # Distance up to which a piece explains a sample, in deviations: as for other faces. Doubled, all
 # are explained.
 _EXPLAINED = 3.0
-# Kinds that all samples may be of, by the number of parameters.
-_KINDS = tuple(kind for kind in Kind if kind.lawful)
 
 
 def face_of_all(samples: ContourSamples) -> Faces:
@@ -63,22 +61,30 @@ def law_of_all(samples: ContourSamples) -> Piece | None:
     a sample, have a chi-square distribution of n - p degrees of freedom, and those of a contour of
     m samples one of m at most.
     """
-    for kind in _KINDS:
-        if len(samples) > kind.parameters:
-            piece = fit_piece(kind, samples.points, samples.outward, samples.std)
-            if piece is not None and _explains(piece, samples):
-                return piece
+    columns = samples.points, samples.outward, samples.std
+    if len(samples) <= Kind.QUADRIC.parameters:
+        return None
+    # Each of the others is a quadric, too: most bodies obey no law, and are told by one fit.
+    quadric = fit_piece(Kind.QUADRIC, *columns)
+    if quadric is None or not _passes_by(quadric, samples):
+        return None
+    others = (fit_piece(kind, *columns) for kind in (Kind.PLANE, Kind.SPHERE, Kind.CYLINDER))
+    for piece in (*others, quadric):
+        if piece is not None and _passes_by(piece, samples) and _is_sure(piece, samples):
+            return piece
     return None
 
 
-def _explains(piece: Piece, samples: ContourSamples) -> bool:
-    """Whether a piece is sure of all samples, faces as they do, and passes by each contour and by
-    all no farther than noise does."""
-    distance, normals, variance = piece.predicted(samples.points)
-    if (variance > samples.std**2).any():
-        return False
-    if np.mean((normals * samples.normals).sum(axis=1) <= 0.0) > _CHANCE:
-        return False
+def _is_sure(piece: Piece, samples: ContourSamples) -> bool:
+    """Whether a piece is surer of each sample than the sample is, and faces as they do."""
+    _, normals, variance = piece.predicted(samples.points)
+    against = (normals * samples.normals).sum(axis=1) <= 0.0
+    return bool((variance <= samples.std**2).all() and np.mean(against) <= _CHANCE)
+
+
+def _passes_by(piece: Piece, samples: ContourSamples) -> bool:
+    """Whether a piece passes by each contour and by all samples no farther than noise does."""
+    distance = piece.at(samples.points)[0]
     square = (distance / samples.std) ** 2
     sums, counts = np.bincount(samples.contours, square), np.bincount(samples.contours)
     freedom = len(samples) - piece.kind.parameters
