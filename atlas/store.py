@@ -20,7 +20,7 @@ from touchatlas.atlas.samples.sample_pool import NAMES
 from touchatlas.atlas.whole_file import DamagedError, FileKind, load_whole
 
 # The version is that of the file, no unit.
-_FILE = FileKind("atlas", "the atlas.npz of a run", 10, "explore again")
+_FILE = FileKind("atlas", "the atlas.npz of a run", 11, "explore again")
 _LAW = "count", "looked", "std", "edges", "share", "sharp", "is_one"
 
 

@@ -152,11 +152,13 @@ class Body:
 
     def beyond(self, points, normals) -> np.ndarray:
         """(n,) whether points (n, 3) of the surface, with its normals (n, 3), lie beyond a rim at
-        which contact was lost, and not among samples: a rim amid samples is a slip of the probe."""
+        which contact was lost. A rim amid samples that one touch alone shows is a slip of the
+        probe."""
         if not self.rims:
             return np.zeros(len(points), bool)
-        out = self.rims.beyond(points, normals)
-        out[out] = ~self._thinned.surround(points[out], normals[out])
+        shown = self.rims.shown_beyond(points, normals)
+        out, alone = shown > 0, np.flatnonzero(shown == 1)
+        out[alone] = ~self._thinned.surround(points[alone], normals[alone])
         return out
 
     def gaussian_curvature(self, points, face) -> np.ndarray:

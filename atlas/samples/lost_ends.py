@@ -51,25 +51,28 @@ class LostEnds:
         Outward normals of the surface there.
     steps : (n,) float, length
         Distance between samples.
+    touches : (n,) int
+        Number of samples that were known before the touch of each end: ends of one touch have one.
 
     Notes
     -----
     An end beyond which samples lie shows a slip of the probe; the others are *open*.
     """
 
-    NAMES = "points", "tangents", "normals", "steps"
+    NAMES = "points", "tangents", "normals", "steps", "touches"
 
     def __init__(self, pool: SamplePool) -> None:
         self._pool = pool
         self.points, self.tangents, self.normals = (np.zeros((0, 3)) for _ in range(3))
-        self.steps = np.zeros(0)
+        self.steps, self.touches = np.zeros(0), np.zeros(0, int)
         self._open, self._known = np.zeros(0, int), -1
 
     def __len__(self) -> int:
         return len(self.points)
 
     def extend(self, contours: Sequence[Contour], normals: Sequence[np.ndarray]) -> None:
-        """Add the lost ends of contours, with the surface normals (k, 3) at the points of each."""
+        """Add the lost ends of the contours of a touch whose samples the pool does not have yet,
+        with the surface normals (k, 3) at the points of each."""
         found = [
             (*end, normal[-side])
             for contour, normal in zip(contours, normals, strict=True)
@@ -80,7 +83,7 @@ class LostEnds:
         if not found:
             return
         points, tangents, steps, upward = (np.array(column) for column in zip(*found, strict=True))
-        new = points, tangents, upward, steps
+        new = points, tangents, upward, steps, np.full(len(found), len(self._pool))
         for name, values in zip(self.NAMES, new, strict=True):
             setattr(self, name, np.concatenate([getattr(self, name), values]))
 

@@ -57,14 +57,20 @@ class Rims:
         return len(self._home)
 
     def beyond(self, points, normals) -> np.ndarray:
-        """(m,) whether points (m, 3) near the surface, with its normals (m, 3), lie beyond a rim.
+        """(m,) whether points (m, 3) near the surface, with its normals (m, 3), lie beyond a rim:
+        see ``shown_beyond``."""
+        return self.shown_beyond(points, normals) > 0
+
+    def shown_beyond(self, points, normals) -> np.ndarray:
+        """(m,) number of touches that show the rim beyond which points (m, 3) near the surface,
+        with its normals (m, 3), lie: 0 where they lie beyond none, and 2 where it is more than one.
 
         The point lies ahead of the rim at the nearest end of its sheet, or at a corner of the other
         rim there. The sample nearest to it does not, or the point lies ahead of the rim that is
         nearest to that sample, too.
         """
         points = np.asarray(points, float).reshape(-1, 3)
-        out = np.zeros(len(points), bool)
+        out = np.zeros(len(points), int)
         self._update()
         if not len(self._home):
             return out
@@ -75,9 +81,10 @@ class Rims:
             nearest = self._samples.query(points[some])[1]
             samples = self._pool.points[nearest]
             theirs, facing = self._nearest(samples, self._pool.normals[nearest])
-            out[some] = self._holds(which[some], samples) | (
+            beyond = self._holds(which[some], samples) | (
                 facing & (self._ahead_of(theirs, points[some]) > 0.0)
             )
+            out[some] = np.where(beyond, self._shown[which[some]], 0)
         return out
 
     def _holds(self, which, samples) -> np.ndarray:
@@ -228,6 +235,8 @@ class Rims:
         if self._rims:
             columns = zip(*self._rims.values(), strict=True)
             self._across, self._bend = (np.array(column) for column in columns)
+            touches = [self.ends.touches[[i, *self.ends.beside(i)[0]]] for i in self._home.tolist()]
+            self._shown = np.array([min(len(np.unique(some)), 2) for some in touches])
             self._tree = cKDTree(self.ends.points[self._home])
 
     def _rim_at(self, i: int) -> tuple[np.ndarray, float] | None:

@@ -109,6 +109,19 @@ def test_what_was_touched_all_around_shows_no_rim():
     assert hole.beyond(circle(0.3, EVERY), flat(EVERY)).all()
 
 
+def test_a_rim_is_shown_by_the_touches_of_its_end_and_of_those_beside_it():
+    """Each contour of a hole is a touch of its own; all of one touch have one number."""
+    several = rims_of(circle(0.5, ANGLES), circle(0.8, ANGLES), flat)
+    inside = circle(0.3, EVERY)
+    assert (several.shown_beyond(inside, flat(inside)) == 2).all()
+    one = rims_of(circle(0.5, ANGLES), circle(0.8, ANGLES), flat)
+    one.ends.touches[:] = 0
+    one._known = -1
+    assert (one.shown_beyond(inside, flat(inside)) == 1).all()
+    outside = circle(0.7, EVERY)
+    assert not several.shown_beyond(outside, flat(outside)).any()
+
+
 def test_two_ends_of_a_tube_are_two_rims():
     """Contours along a plate of width 1 lose contact at both sides; no rim joins the sides."""
     y = np.linspace(0.0, 0.6, 4)
