@@ -118,7 +118,7 @@ class FaceTrees:
     def scale_of(self, number: int) -> float:
         """Radius of the patches of a free-form face, length."""
         surface = self._free_form(number)
-        return surface.sextics.radius if surface else self.radius
+        return surface.radius if surface else self.radius
 
     def first_of(self, number: int) -> int:
         """The first of the faces that have one surface with a face."""

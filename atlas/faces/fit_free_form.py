@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 from touchatlas.atlas.faces.free_form_surface import FreeFormSurface
 from touchatlas.atlas.faces.grow import evenly
 from touchatlas.atlas.faces.packed_covariances import PackedCovariances
-from touchatlas.atlas.faces.residual_kriging import amplitudes_of, krige, nearest_of
+from touchatlas.atlas.faces.residual_kriging import amplitude_of, amplitudes_of, krige, nearest_of
 from touchatlas.atlas.faces.sextic_batch import SexticBatch
 from touchatlas.atlas.faces.sextic_fits import SexticFits, coefficients_of
 from touchatlas.atlas.faces.sextic_prior import with_common_prior
@@ -35,6 +35,10 @@ _FOLLOWS = 1.4
 # The same of each sextic about its middle, above which all are not looked at: it was up to 1.2 of
 # that of all, but where they differ much. Doubled, it takes longer, and nothing changes.
 _HOPELESS = 1.75
+# Ratio of the radii of smaller sextics, where larger ones leave much out, to theirs; and the least
+# number of samples of one: its parameters. With the first doubled to 1, more radii are tried; with
+# the second doubled, a dimple needs twice the touches.
+_FINER, _LEAST_FINER = 0.5, 49
 # Most sextics, and samples, whose residuals are looked at to tell that. Doubled, it takes longer,
 # and the radius is the same.
 _LOOKED_AT = 40
@@ -78,11 +82,19 @@ def fit_free_form(
     fits = SexticFits(points, normals, std)
     if before is not None and before.fits is not None:
         fits = before.fits.following(points, normals, std)
-    sites = _largest(tree, fits, radius)
-    found = _surface(fits, sites)
-    values = found.at(points)
-    rest, side = values[:, 0], values[:, 1:4]
-    kriging = krige(points, side, rest, sites.radius, std)
+    near = nearest_of(tree, np.arange(len(points)))
+    sites, levels = _largest(tree, fits, radius), []
+    while True:
+        levels.append(_with_prior(fits, sites))
+        found = _surface(fits, levels)
+        values = found.at(points)
+        rest, side = values[:, 0], values[:, 1:4]
+        rough = amplitudes_of(side[near], rest[near], std) > _FOLLOWS * std
+        finer = _finer(tree, fits, sites.radius, np.flatnonzero(rough))
+        if finer is None:
+            break
+        sites = finer
+    kriging = krige(points, side, rest, found.radius, std)
     return replace(found, normals=side, rest=kriging, fits=replace(fits, before={}))
 
 
@@ -141,18 +153,52 @@ def _left_out(near, fits: SexticFits, sites: SexticSites) -> float:
     return float(np.median(amplitudes_of(values[..., 1:4], values[..., 0], fits.std)))
 
 
-def _surface(fits: SexticFits, sites: SexticSites) -> FreeFormSurface:
-    """The surface that sextics make with their common prior."""
-    coefficients, factors = with_common_prior(fits.equations(sites), fits.std / sites.radius)
-    sextics = _sextics(fits, sites, coefficients, PackedCovariances(factors))
-    return FreeFormSurface(sextics, fits.points, fits.normals)
+def _finer(tree, fits: SexticFits, radius: float, rough) -> SexticSites | None:
+    """The largest sextics, smaller than a radius, that follow the samples about which larger ones
+    leave much out, ``rough`` (k,); None where none do."""
+    while len(rough):
+        radius *= _FINER
+        middles = rough[middles_of(cKDTree(tree.data[rough]), fits.normals[rough], radius)]
+        count = tree.query_ball_point(tree.data[middles], radius, return_length=True)
+        middles = middles[count >= _LEAST_FINER]
+        if not len(middles):
+            return None
+        sites = sites_of(tree, fits.normals, middles, radius)
+        follow = _left_out_within(fits, sites) <= _FOLLOWS * fits.std
+        if follow.any():
+            return sites.some(np.flatnonzero(follow))
+    return None
 
 
-def _sextics(fits: SexticFits, sites: SexticSites, coefficients, covariances=None) -> SexticBatch:
-    """Sextics at sites with coefficients (m, t), and their covariances if variances are asked
-    for."""
-    middles = fits.points[sites.middles]
-    return SexticBatch(middles, sites.axes, sites.radius, coefficients, covariances)
+def _left_out_within(fits: SexticFits, sites: SexticSites) -> np.ndarray:
+    """(m,) amplitude of what each of some sextics leaves out of its own samples, length."""
+    sextics = _sextics(fits, sites, coefficients_of(fits.equations(sites)))
+    counts = np.array([len(some) for some in sites.members])
+    numbers, samples = np.repeat(np.arange(len(counts)), counts), np.concatenate(sites.members)
+    square = sextics.values(numbers, fits.points[samples])[0][:, 0] ** 2
+    return amplitude_of(np.bincount(numbers, square) / counts, fits.std)
+
+
+def _with_prior(fits: SexticFits, sites: SexticSites) -> tuple[SexticBatch, np.ndarray]:
+    """Sextics of one radius with their common prior, and the factors (m, t, t) of their
+    covariances."""
+    found = with_common_prior(fits.equations(sites), fits.std / sites.radius)
+    return _sextics(fits, sites, found[0]), found[1]
+
+
+def _surface(fits: SexticFits, levels: list[tuple[SexticBatch, np.ndarray]]) -> FreeFormSurface:
+    """The surface that sextics of each radius make, with the factors of their covariances."""
+    batches, factors = zip(*levels, strict=True)
+    columns = "origins", "axes", "radii", "coefficients"
+    joined = [np.concatenate([getattr(one, name) for one in batches]) for name in columns]
+    packed = PackedCovariances(np.concatenate(factors))
+    return FreeFormSurface(SexticBatch(*joined, packed), fits.points, fits.normals)
+
+
+def _sextics(fits: SexticFits, sites: SexticSites, coefficients) -> SexticBatch:
+    """Sextics at sites with coefficients (m, t), without covariances."""
+    middles, radii = fits.points[sites.middles], np.full(len(sites.middles), sites.radius)
+    return SexticBatch(middles, sites.axes, radii, coefficients)
 
 
 def are_on(surface: FreeFormSurface, points, std: float) -> np.ndarray:

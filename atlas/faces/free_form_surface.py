@@ -27,6 +27,9 @@ _OPPOSITE = -0.3
 # Weight of a sextic that faces away from the side of a point: it counts where no other one does.
 # That of one that is folded there is the square of it. Squared, nothing changes.
 _SLIGHT = 1e-50
+# Share of smaller sextics at a point, over that in the middle of one, at which larger ones have
+# none: half-way to where it no longer weighs. Doubled, one small sextic has more of the surface.
+_COVERS = 3.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +45,8 @@ class FreeFormSurface:
     Parameters
     ----------
     sextics : SexticBatch
-        Each fitted within the radius about its middle.
+        Each fitted within its radius about its middle: of one radius, and smaller ones where those
+        leave much out.
     points, normals : (n, 3) float, length; unit, world
         The samples, and outward normals that tell the sides.
     rest : ResidualKriging, optional
@@ -82,13 +86,13 @@ class FreeFormSurface:
         the length (n,) of a unit of its heights; and the variance (n,) of the sextics."""
         which, number, weight = self._asked(points)
         found, stretch = self.sextics.values(number, points[which])
-        upward = self.sextics.axes[number, 2]
+        upward, level = self.sextics.axes[number, 2], self._level[number]
         first, second, rows = self._sides(points)
-        mean, lead, spread, _ = _averaged(which, weight, upward, found, first)
+        mean, lead, spread, _ = _averaged(which, weight, level, upward, found, first)
         if len(rows):
             some = np.flatnonzero(np.isin(which, rows))
             at = np.searchsorted(rows, which[some])
-            taken = at, weight[some], upward[some], found[some], second[rows]
+            taken = at, weight[some], level[some], upward[some], found[some], second[rows]
             other, its, far, alone = _averaged(*taken)
             # No other sextic confirms a side that one alone shows: either side may be there.
             far += np.maximum(2.0 * alone - 1.0, 0.0) * (0.5 * (other[:, 0] - mean[rows, 0])) ** 2
@@ -100,12 +104,11 @@ class FreeFormSurface:
     def _asked(self, points) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Which of points (n, 3), ascending, ask which sextics (m,), and weights of these: those
         that reach them, or the nearest one."""
-        reached = pairs_within(points, self._tree, _WEIGHS * self.sextics.radius)
-        which = np.repeat(np.arange(len(points)), np.diff(reached.indptr))
-        ratio = reached.data / (_WEIGHS * self.sextics.radius)
-        weight = np.maximum(1.0 - ratio * ratio, 0.0) ** 3
-        number, real = reached.indices, weight > 0.0
-        which, number, weight = which[real], number[real], weight[real]
+        parts = [self._of_level(points, *one) for one in self._levels]
+        which, number, weight = (np.concatenate(column) for column in zip(*parts, strict=True))
+        if len(parts) > 1:
+            order = np.argsort(which, kind="stable")
+            which, number, weight = which[order], number[order], weight[order]
         alone = np.flatnonzero(np.bincount(which, minlength=len(points)) == 0)
         if len(alone):
             number = np.append(number, self._tree.query(points[alone])[1])
@@ -114,6 +117,32 @@ class FreeFormSurface:
             order = np.argsort(which, kind="stable")
             which, number, weight = which[order], number[order], weight[order]
         return which, number, weight
+
+    def _of_level(self, points, own, tree: cKDTree) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The same of the sextics ``own`` (k,) of one radius, with a tree of their middles."""
+        reach = _WEIGHS * self.sextics.radii[own[0]]
+        reached = pairs_within(points, tree, reach)
+        which = np.repeat(np.arange(len(points)), np.diff(reached.indptr))
+        weight = np.maximum(1.0 - (reached.data / reach) ** 2, 0.0) ** 3
+        real = weight > 0.0
+        return which[real], own[reached.indices[real]], weight[real]
+
+    @cached_property
+    def _level(self) -> np.ndarray:
+        """(p,) by how many radii of others each sextic is smaller."""
+        radii, place = np.unique(-self.sextics.radii, return_inverse=True)
+        return np.reshape(place, len(self.sextics))
+
+    @cached_property
+    def _levels(self) -> list[tuple[np.ndarray, cKDTree]]:
+        """The sextics of each radius, and a tree of their middles."""
+        owns = [np.flatnonzero(self._level == k) for k in range(self._level.max() + 1)]
+        return [(own, cKDTree(self.sextics.origins[own])) for own in owns]
+
+    @property
+    def radius(self) -> float:
+        """Largest radius of a sextic, length."""
+        return float(self.sextics.radii.max())
 
     def shape_operators(self, points) -> np.ndarray:
         """(n, 3, 3) shape operators, 1/length, of the sextics whose middles are nearest among those
@@ -149,17 +178,20 @@ class FreeFormSurface:
 
 
 def _averaged(
-    which, weight, upward, found, sides
+    which, weight, level, upward, found, sides
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """(n, 4) distance and normal at n points, from what sextics ``found`` (m, 4) at points
     ``which`` (m,), ascending, each of them: the mean of those that face as ``sides`` (n, 3), by
-    weights (m,) that fall with the angle to their normals ``upward`` (m, 3); the place (n,) of the
+    weights (m,) that fall with the angle to their normals ``upward`` (m, 3), where no sextics of a
+    higher level (m,) have the point; the place (n,) of the
     one that weighs most; the variance (n,) of their distances; and the sum of the squares of their
     weights (n,), 1 where one has a point alone."""
     side = sides[which]
     faces = np.einsum("ij,ij->i", found[:, 1:4], side) > 0.0
     turned = np.maximum(np.einsum("ij,ij->i", upward, side) - FACING, _SLIGHT)
     share = np.where(faces, turned, _SLIGHT**2) * weight
+    if level.any():
+        share = _left_by_smaller(which, share, level, len(sides))
     first = np.searchsorted(which, np.arange(len(sides) + 1))
     if not len(sides):
         return np.empty((0, 4)), first[:0], np.empty(0), np.empty(0)
@@ -178,3 +210,15 @@ def _averaged(
     length = np.sqrt((mean[:, 1:4] ** 2).sum(axis=1))
     mean[:, 1:4] /= np.maximum(length, np.finfo(float).tiny)[:, None]
     return mean, most, spread, alone
+
+
+def _left_by_smaller(which, share, level, count: int) -> np.ndarray:
+    """(m,) shares (m,) of sextics at ``count`` points ``which`` (m,), less where sextics of higher
+    levels (m,) have these: none about the middle of one."""
+    out, left = share.copy(), np.ones(count)
+    for k in range(level.max(), -1, -1):
+        own = level == k
+        out[own] *= np.maximum(left[which[own]], _SLIGHT)
+        covered = np.bincount(which[own], _COVERS * share[own], count)
+        left *= np.maximum(1.0 - covered, 0.0)
+    return out

@@ -117,7 +117,12 @@ def amplitudes_of(normals, residuals, std: float) -> np.ndarray:
     """(m,) standard deviation of residuals (m, k) of neighbours with normals (m, k, 3) of which the
     first is the middle, length, without that of a sample."""
     faces = np.einsum("nkj,nj->nk", normals, normals[:, 0]) > _FACING
-    square = (residuals**2 * faces).sum(axis=1) / np.maximum(faces.sum(axis=1), 1)
+    return amplitude_of((residuals**2 * faces).sum(axis=1) / np.maximum(faces.sum(axis=1), 1), std)
+
+
+def amplitude_of(square, std: float) -> np.ndarray:
+    """(m,) standard deviation of residuals of mean squares (m,), length^2, without that of a
+    sample."""
     return np.asarray(np.sqrt(np.maximum(square - _NOISE * std**2, 0.0)))
 
 

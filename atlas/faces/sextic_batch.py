@@ -19,7 +19,7 @@ _TINY = float(np.finfo(float).tiny)
 
 @dataclass(frozen=True, eq=False)
 class SexticBatch:
-    """Sextics of one radius as arrays, for points that ask each of them.
+    """Sextics as arrays, for points that ask each of them.
 
     Parameters
     ----------
@@ -27,8 +27,8 @@ class SexticBatch:
         Their middles.
     axes : (p, 3, 3) float, unit rows, world
         The third is the outward normal.
-    radius : float, length
-        Unit of their scaled coordinates.
+    radii : (p,) float, length
+        Units of their scaled coordinates.
     coefficients : (p, t) float, no unit
     covariances : PackedCovariances, optional
         Those of the coefficients.
@@ -36,7 +36,7 @@ class SexticBatch:
 
     origins: np.ndarray
     axes: np.ndarray
-    radius: float
+    radii: np.ndarray
     coefficients: np.ndarray
     covariances: PackedCovariances | None = None
 
@@ -47,7 +47,8 @@ class SexticBatch:
         """One of the sextics."""
         assert self.covariances is not None
         own = self.coefficients[number], self.covariances.covariance(number)
-        return Piece(Kind.SEXTIC, self.origins[number], self.axes[number], self.radius, *own)
+        frame = self.origins[number], self.axes[number], float(self.radii[number])
+        return Piece(Kind.SEXTIC, *frame, *own)
 
     def values(self, numbers, points) -> tuple[np.ndarray, np.ndarray]:
         """(m, 4) distances and unit normals of sextics ``numbers`` (m,) at points (m, 3), and the
@@ -63,11 +64,11 @@ class SexticBatch:
             self._go_on(piece, scaled, beyond, values)
             length = np.maximum(_lengths(values[:, 1:]), _TINY)
             values /= length[:, None]
-            target = places[filled]
-            values[:, 0] *= self.radius
+            target, radius = places[filled], self.radii[piece, None]
+            values[:, 0] *= radius
             values[:, 1:] = self.axes[piece].transpose(0, 2, 1) @ values[:, 1:]
             out[target] = values.transpose(0, 2, 1)[filled]
-            stretch[target] = (self.radius * beyond**4 / length)[filled]
+            stretch[target] = (radius * beyond**4 / length)[filled]
         return out, stretch
 
     def variances(self, numbers, points) -> np.ndarray:
@@ -84,7 +85,7 @@ class SexticBatch:
         beyond the scale (g, n), one or more; and monomials (g, s, n) where they are not, or at the
         scale."""
         offset = (points - self.origins[piece, None]).transpose(0, 2, 1)
-        scaled = (self.axes[piece] / self.radius) @ offset
+        scaled = (self.axes[piece] / self.radii[piece, None, None]) @ offset
         beyond = np.maximum(_lengths(scaled), 1.0)
         x, y, z = (scaled[:, axis] / beyond for axis in range(3))
         return scaled, beyond, monomials(SEXTIC_BASIS, x, y, z).transpose(1, 0, 2)

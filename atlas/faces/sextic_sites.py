@@ -47,6 +47,11 @@ class SexticSites:
     axes: np.ndarray
     members: list[np.ndarray]
 
+    def some(self, index) -> "SexticSites":
+        """Some of them."""
+        members = [self.members[k] for k in index]
+        return SexticSites(self.radius, self.middles[index], self.axes[index], members)
+
 
 def sites_of(tree: cKDTree, normals, middles, radius: float) -> SexticSites:
     """Sextics of a radius with middles (m,) of samples with normals (n, 3)."""

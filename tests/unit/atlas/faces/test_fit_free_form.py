@@ -181,7 +181,7 @@ def _flat_sextics(coefficients, scale: float) -> SexticBatch:
     count, size = coefficients.shape
     sure = PackedCovariances(np.zeros((count, size, size)))
     middles, axes = np.zeros((count, 3)), np.tile(np.eye(3), (count, 1, 1))
-    return SexticBatch(middles, axes, scale, coefficients, sure)
+    return SexticBatch(middles, axes, np.full(len(middles), scale), coefficients, sure)
 
 
 @pytest.mark.parametrize("scale", [1.0, 1e3])
@@ -211,7 +211,7 @@ def test_samples_that_repeat_each_other_are_fitted(std):
 def test_sextics_become_smaller_where_samples_are_ample():
     """The largest ones, of a radian, follow the samples as well."""
     some, many = (fit_free_form(*torus(n, 0), NOISE, RADIUS) for n in (4000, 40000))
-    assert many.sextics.radius < 0.8 * some.sextics.radius
+    assert many.radius < 0.8 * some.radius
 
 
 def test_dense_samples_of_few_contours_are_not_ample():
@@ -225,4 +225,4 @@ def test_dense_samples_of_few_contours_are_not_ample():
     about = about.reshape(-1, 1)
     normals = np.cos(about) * out + np.sin(about) * [0.0, 0.0, 1.0]
     surface = fit_free_form(LARGE * out + SMALL * normals, normals, NOISE, RADIUS)
-    assert surface.sextics.radius > 0.95 * RADIUS
+    assert surface.radius > 0.95 * RADIUS
