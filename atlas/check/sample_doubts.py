@@ -4,6 +4,7 @@ import numpy as np
 
 from touchatlas.atlas.check.doubt import Doubt, count_of, extent_of, some_apart
 from touchatlas.atlas.check.moved import shift_of_object
+from touchatlas.atlas.faces.samples import split_contours
 from touchatlas.atlas.state import AtlasState
 
 # Fraction of the samples that may contradict: good explorations have none. Doubled, one bad
@@ -12,6 +13,10 @@ _FEW = 1e-3
 # Distance of a sample from the surface that contradicts it, in deviations of both: chance gives one
 # in two million. Doubled, only gross errors are doubted.
 _FAR = 5.0
+# Share of the samples of a contour that lie beside the polynomials for it to be beside them, and
+# share of such contours from which they are fine detail. With the first doubled no contour is, with
+# the second doubled, rough bodies are doubted.
+_MOST, _FEW_CONTOURS = 0.5, 0.05
 # Distance of two sheets below which their triangles may run into each other, in tolerances.
 # Doubled, walls are doubted that are drawn right.
 _CLOSE = 4.0
@@ -44,6 +49,7 @@ def _moved(atlas: AtlasState, found, extent: float) -> list[Doubt]:
 def _contradictions(atlas: AtlasState, found, extent: float) -> list[Doubt]:
     """One doubt where samples lie beside the surface."""
     off = np.abs(found.distance) > _FAR * np.hypot(atlas.sample_std, found.deviation)
+    off |= _contours_beside(atlas)
     if off.sum() <= _FEW * len(off):
         return []
     words = (
@@ -51,6 +57,20 @@ def _contradictions(atlas: AtlasState, found, extent: float) -> list[Doubt]:
         "is an edge, fine detail or a bad contact: touch there again, with shorter arms."
     )
     return [Doubt("contradicting samples", words, some_apart(atlas.pool.points[off], extent))]
+
+
+def _contours_beside(atlas: AtlasState) -> np.ndarray:
+    """(n,) the samples of the few contours most of which lie beside the polynomials of the other
+    ones, which the texture of the surface follows; none where many do."""
+    body = atlas.body
+    if body is None or not atlas.known_body.is_one:
+        return np.zeros(atlas.point_count, bool)
+    # The polynomials bend toward the contour, and are unsure there.
+    smooth = body.field.at(atlas.pool.points, texture=False)
+    off = np.abs(smooth.distance) > _FAR * atlas.sample_std
+    contours = split_contours(atlas.pool.points, atlas.pool.across)[0]
+    beside = np.bincount(contours, off) > _MOST * np.bincount(contours)
+    return beside[contours] if beside.mean() <= _FEW_CONTOURS else np.zeros(len(off), bool)
 
 
 def _close_sheets(atlas: AtlasState) -> list[Doubt]:

@@ -190,10 +190,14 @@ def _with_prior(fits: SexticFits, sites: SexticSites) -> tuple[SexticBatch, np.n
 def _surface(fits: SexticFits, levels: list[tuple[SexticBatch, np.ndarray]]) -> FreeFormSurface:
     """The surface that sextics of each radius make, with the factors of their covariances."""
     batches, factors = zip(*levels, strict=True)
-    columns = "origins", "axes", "radii", "coefficients"
-    joined = [np.concatenate([getattr(one, name) for one in batches]) for name in columns]
-    packed = PackedCovariances(np.concatenate(factors))
-    return FreeFormSurface(SexticBatch(*joined, packed), fits.points, fits.normals)
+    joined = SexticBatch(
+        np.concatenate([one.origins for one in batches]),
+        np.concatenate([one.axes for one in batches]),
+        np.concatenate([one.radii for one in batches]),
+        np.concatenate([one.coefficients for one in batches]),
+        PackedCovariances(np.concatenate(factors)),
+    )
+    return FreeFormSurface(joined, fits.points, fits.normals)
 
 
 def _sextics(fits: SexticFits, sites: SexticSites, coefficients) -> SexticBatch:

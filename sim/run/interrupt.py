@@ -1,9 +1,7 @@
 """Ctrl-C and SIGTERM, held back until they do no harm."""
 
-import _weakrefset
 import signal
 import threading
-import weakref
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from importlib.machinery import ExtensionFileLoader
@@ -16,8 +14,13 @@ _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 # Seconds after which an interrupt that would be lost is tried again. Doubled, Ctrl-C ends 0.05 s
 # later.
 _AGAIN = 0.05
-# Callbacks of weak references. Python prints what is raised in them, and goes on.
-_CALLBACKS = {(weakref.__file__, "remove"), (_weakrefset.__file__, "_remove")}
+# Callbacks of weak references, each by its module. Python prints what is raised in them, and goes
+# on.
+_CALLBACKS = {
+    ("weakref", "remove"),
+    ("_weakrefset", "_remove"),
+    ("matplotlib.transforms", "<lambda>"),
+}
 
 
 class Terminated(KeyboardInterrupt):
@@ -105,7 +108,8 @@ def _is_lost(frame: FrameType | None) -> bool:
     """Whether a frame or one of its callers imports an extension module or deletes an object."""
     while frame is not None:
         code = frame.f_code
-        if code.co_name == "__del__" or (code.co_filename, code.co_name) in _CALLBACKS:
+        name = frame.f_globals.get("__name__"), code.co_name
+        if code.co_name == "__del__" or name in _CALLBACKS:
             return True
         if isinstance(frame.f_locals.get("self"), ExtensionFileLoader):
             return True

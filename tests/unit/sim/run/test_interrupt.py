@@ -7,6 +7,7 @@ import weakref
 from importlib.machinery import ExtensionFileLoader
 
 import pytest
+from matplotlib.transforms import Affine2D
 
 from touchatlas.sim.run.interrupt import held_interrupt, raise_interrupt
 
@@ -91,6 +92,25 @@ def test_an_interrupt_waits_for_the_callback_of_a_weak_reference(handlers, make)
         sys.settrace(before)
         time.sleep(10.0)
     assert not len(kept)
+
+
+def test_an_interrupt_waits_for_the_callback_of_a_picture(handlers):
+    """A transform of matplotlib knows those that are made of it by weak references."""
+    below = Affine2D()
+    above = below + Affine2D()
+
+    def trace(frame, event, _):
+        if event == "call" and frame.f_code.co_name == "<lambda>":
+            sys.settrace(None)
+            raise_interrupt(signal.SIGINT, frame)
+
+    before = sys.gettrace()
+    with pytest.raises(KeyboardInterrupt):
+        sys.settrace(trace)
+        del above
+        sys.settrace(before)
+        time.sleep(10.0)
+    assert not len(below._parents)
 
 
 def test_an_interrupt_waits_for_the_import_of_an_extension_module(handlers):
