@@ -1,5 +1,7 @@
 """All samples as one face: the law that explains every one of them, or a free-form face."""
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.stats import chi2
 
@@ -15,6 +17,9 @@ from touchatlas.patch.geometry.arrays import frozen_array
 # Chance with which the samples of a true law refuse it. Doubled, a sphere is free-form after one
 # touch in 50 instead of one in 100.
 _CHANCE = 0.01
+# Share of a sample's variance that is noise, by default; the rest is lack of fit that is borne.
+# Doubled, a law that is off by half of a sample's deviation is sure of itself.
+_NOISE = 0.5
 # Distance up to which a piece explains a sample, in deviations: as for other faces. Doubled, all
 # are explained.
 _EXPLAINED = 3.0
@@ -71,8 +76,17 @@ def law_of_all(samples: ContourSamples) -> Piece | None:
     others = (fit_piece(kind, *columns) for kind in (Kind.PLANE, Kind.SPHERE, Kind.CYLINDER))
     for piece in (*others, quadric):
         if piece is not None and _passes_by(piece, samples) and _is_sure(piece, samples):
-            return piece
+            return _with_misfit(piece, samples)
     return None
+
+
+def _with_misfit(piece: Piece, samples: ContourSamples) -> Piece:
+    """A piece whose deviation counts by how much it is off on average, beyond noise: so much lack
+    of fit is borne, and a law knows nothing of it."""
+    square = np.mean(piece.at(samples.points)[0] ** 2) - _NOISE * samples.std**2
+    covariance = piece.covariance.copy()
+    covariance[0, 0] += max(square, 0.0) / piece.scale**2
+    return replace(piece, covariance=covariance)
 
 
 def _is_sure(piece: Piece, samples: ContourSamples) -> bool:
