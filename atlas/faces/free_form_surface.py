@@ -130,7 +130,7 @@ class FreeFormSurface:
     @cached_property
     def _level(self) -> np.ndarray:
         """(p,) by how many radii of others each sextic is smaller."""
-        radii, place = np.unique(-self.sextics.radii, return_inverse=True)
+        place = np.unique(-self.sextics.radii, return_inverse=True)[1]
         return np.reshape(place, len(self.sextics))
 
     @cached_property
