@@ -51,7 +51,7 @@ def fit_or_reason(state: AtlasState, touch: Touch, contours) -> tuple[PatchFit |
         if reason := _too_few(fit, contours):
             return None, reason
         facing = fit.patch.frame.normal @ touch.approach
-        side = 0 if facing >= _STEEP else _known_side(state, fit, contours)
+        side = 0 if facing >= _STEEP else _known_side(state, fit.patch.frame.normal, contours)
         if side == 0 and facing < _GRAZING:
             return None, (
                 "the probe came nearly along the surface, so that its outer side is not known; "
@@ -85,14 +85,30 @@ def _too_few(fit: PatchFit, contours) -> str:
     )
 
 
-def _known_side(state: AtlasState, fit: PatchFit, contours) -> int:
-    """1 where the known surface faces as contours do that are turned as a fitted patch, -1 where it
-    faces the other way, and 0 where too little is known. Each sample on the known surface counts
-    by how sure that is: about the contact it may be a guess."""
+def is_from_outside(state: AtlasState, touch: Touch, contours) -> bool:
+    """Whether contours without a patch face the approach: each as the known surface does, or
+    steeply where too little of it is known. Where nothing is known they tell nothing."""
+    sides = [_known_side(state, touch.approach, (contour,)) for contour in contours]
+    steep = [_facing(contour, touch) >= _STEEP for contour in contours]
+    told = zip(sides, steep, strict=True)
+    return state.body is not None and all(side > 0 or (side == 0 and up) for side, up in told)
+
+
+def _facing(contour: Contour, touch: Touch) -> float:
+    """Cosine between an approach and the normal of a contour within its plane, at the contact."""
+    offset = contour.points - touch.contact
+    contact = (offset * offset).sum(axis=1).argmin()
+    return float(contour_normals(contour, touch.approach)[contact] @ touch.approach)
+
+
+def _known_side(state: AtlasState, outward, contours) -> int:
+    """1 where the known surface faces as contours do that are turned ``outward`` (3,) at their
+    contact, -1 where it faces the other way, and 0 where too little is known. Each sample on the
+    known surface counts by how sure that is: about the contact it may be a guess."""
     if state.body is None:
         return 0
     points = np.concatenate([contour.points for contour in contours])
-    normals = np.concatenate([contour_normals(c, fit.patch.frame.normal) for c in contours])
+    normals = np.concatenate([contour_normals(c, outward) for c in contours])
     found, known = state.body.at(points)
     variance, own = found.deviation**2, state.sample_std**2
     on = known & (found.distance**2 <= _SURE**2 * (variance + own))

@@ -3,7 +3,7 @@
 import numpy as np
 
 from touchatlas.atlas.learn.enter_samples import enter_samples
-from touchatlas.atlas.learn.fit_touch import few_contours, fit_or_reason
+from touchatlas.atlas.learn.fit_touch import few_contours, fit_or_reason, is_from_outside
 from touchatlas.atlas.learn.innovations import innovations
 from touchatlas.atlas.learn.plausible_touch import check_unit_of_length
 from touchatlas.atlas.learn.repeated_contours import learned_before
@@ -33,21 +33,12 @@ def learn(state: AtlasState, touch: Touch) -> AtlasChange:
         )
     _settle_scale(state, [contour.noise_std for contour in contours])
     fit, reason = fit_or_reason(state, touch, contours)
-    normal = _known_normal(state, touch) if fit is None else fit.patch.frame.normal
-    if normal is None:
+    if fit is None and not is_from_outside(state, touch, contours):
         return AtlasChange(refused=reason)
+    outward = touch.approach if fit is None else fit.patch.frame.normal
     news = innovations(state, np.concatenate([contour.points for contour in contours]))
-    enter_samples(state, contours, normal, None if fit is None else fit.patch)
+    enter_samples(state, contours, outward, None if fit is None else fit.patch)
     return AtlasChange(innovations=news)
-
-
-def _known_normal(state: AtlasState, touch: Touch) -> np.ndarray | None:
-    """The normal (3,) of the known surface at a contact, if it faces the approach."""
-    if state.body is None:
-        return None
-    found, known = state.body.at(touch.contact[None])
-    faces = known[0] and found.normal[0] @ touch.approach > 0.0
-    return found.normal[0] if faces else None
 
 
 def _settle_scale(state: AtlasState, noise) -> None:

@@ -9,7 +9,7 @@ import trimesh
 
 from tests.explored import learned, spread_touches
 from touchatlas.atlas import Atlas
-from touchatlas.atlas.learn.fit_touch import fit_or_reason
+from touchatlas.atlas.learn.fit_touch import fit_or_reason, is_from_outside
 from touchatlas.planner import Planner
 from touchatlas.planner.options import PlannerOptions
 from touchatlas.sim import Probe, make_object
@@ -75,6 +75,30 @@ def test_a_guess_about_the_contact_does_not_tell_the_outer_side(touches):
     fit, reason = fit_or_reason(state, touch, touch.contours)
     assert not reason
     assert fit.patch.frame.normal @ touch.contact > 0.99 * BALL
+
+
+@pytest.mark.parametrize(("lean", "outside"), [(80.0, True), (95.0, False)])
+def test_a_guess_about_the_contact_does_not_turn_contours_without_a_patch(touches, lean, outside):
+    """The guess faces the approach in both cases. Of a mustard bottle it turned the samples of two
+    contours inside, and the surface was wrong from then on."""
+    touch = leaning(touches[0], lean)
+    body = GuessedAboutTheContact(touch)
+    state = SimpleNamespace(body=body, sample_std=0.03)
+    assert is_from_outside(state, touch, touch.contours[:2]) is outside
+
+
+def test_a_contour_without_a_patch_far_from_known_surface_needs_a_steep_approach(touches):
+    """Its own side is all that tells it then."""
+
+    class Unsure(GuessedAboutTheContact):
+        def at(self, points):
+            found, known = super().at(points)
+            return SimpleNamespace(**vars(found) | {"deviation": np.full(len(points), 9.0)}), known
+
+    for lean, outside in ((50.0, True), (70.0, False)):
+        touch = leaning(touches[0], lean)
+        state = SimpleNamespace(body=Unsure(touch), sample_std=0.03)
+        assert is_from_outside(state, touch, touch.contours[:1]) is outside
 
 
 def test_a_grazing_touch_where_nothing_is_known_is_refused(touches):
