@@ -11,15 +11,13 @@ from touchatlas.atlas.faces.kinds import Kind
 from touchatlas.atlas.faces.labels import NONE
 from touchatlas.atlas.faces.laws import law_of
 from touchatlas.atlas.faces.piece import Piece
+from touchatlas.atlas.faces.residual_kriging import amplitude_of
 from touchatlas.atlas.faces.samples import ContourSamples
 from touchatlas.patch.geometry.arrays import frozen_array
 
 # Chance with which the samples of a true law refuse it. Doubled, a sphere is free-form after one
 # touch in 50 instead of one in 100.
 _CHANCE = 0.01
-# Share of a sample's variance that is noise, by default; the rest is lack of fit that is borne.
-# Doubled, a law that is off by half of a sample's deviation is sure of itself.
-_NOISE = 0.5
 # Distance up to which a piece explains a sample, in deviations: as for other faces. Doubled, all
 # are explained.
 _EXPLAINED = 3.0
@@ -83,9 +81,9 @@ def law_of_all(samples: ContourSamples) -> Piece | None:
 def _with_misfit(piece: Piece, samples: ContourSamples) -> Piece:
     """A piece whose deviation counts by how much it is off on average, beyond noise: so much lack
     of fit is borne, and a law knows nothing of it."""
-    square = np.mean(piece.at(samples.points)[0] ** 2) - _NOISE * samples.std**2
+    square = np.mean(piece.at(samples.points)[0] ** 2)
     covariance = piece.covariance.copy()
-    covariance[0, 0] += max(square, 0.0) / piece.scale**2
+    covariance[0, 0] += (amplitude_of(square, samples.std) / piece.scale) ** 2
     return replace(piece, covariance=covariance)
 
 
