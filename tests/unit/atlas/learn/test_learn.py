@@ -79,8 +79,8 @@ def test_a_guess_about_the_contact_does_not_tell_the_outer_side(touches):
 
 @pytest.mark.parametrize(("lean", "outside"), [(80.0, True), (95.0, False)])
 def test_a_guess_about_the_contact_does_not_turn_contours_without_a_patch(touches, lean, outside):
-    """The guess faces the approach in both cases. Of a mustard bottle it turned the samples of two
-    contours inside, and the surface was wrong from then on."""
+    """The guess faces the approach in both cases. Samples of a goat's head had been turned inside
+    out by it, and touches no longer improved what was known."""
     touch = leaning(touches[0], lean)
     body = GuessedAboutTheContact(touch)
     state = SimpleNamespace(body=body, sample_std=0.03)
