@@ -124,12 +124,3 @@ def test_a_surface_that_is_far_from_the_origin_is_the_same():
     there = fit_free_form(points + shift, normals, NOISE, RADIUS).values(asked + shift)
     assert there[:, 0] == pytest.approx(here[:, 0], abs=1e-6 * BALL)
     assert there[:, 1:4] == pytest.approx(here[:, 1:4], abs=1e-6)
-
-
-def test_samples_that_contradict_each_other_at_one_place_are_fitted():
-    """Large sextics do not follow them; the smallest have one of two sides each."""
-    points, normals = ball(60)
-    rng = np.random.default_rng(2)
-    apart = 20.0 * NOISE * rng.choice([-1.0, 1.0], size=(60 * 200, 1))
-    many, outward = (np.repeat(x, 200, axis=0) for x in (points, normals))
-    all_values(fit_free_form(many + apart * outward, outward, NOISE, RADIUS))
