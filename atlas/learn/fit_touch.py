@@ -88,10 +88,13 @@ def _too_few(fit: PatchFit, contours) -> str:
 def is_from_outside(state: AtlasState, touch: Touch, contours) -> bool:
     """Whether contours without a patch face the approach: each as the known surface does, or
     steeply where too little of it is known. Where nothing is known they tell nothing."""
-    sides = [_known_side(state, touch.approach, (contour,)) for contour in contours]
-    steep = [_facing(contour, touch) >= _STEEP for contour in contours]
-    told = zip(sides, steep, strict=True)
-    return state.body is not None and all(side > 0 or (side == 0 and up) for side, up in told)
+    return state.body is not None and all(_faces_approach(state, touch, c) for c in contours)
+
+
+def _faces_approach(state: AtlasState, touch: Touch, contour: Contour) -> bool:
+    """Whether one contour does: see ``is_from_outside``."""
+    side = _known_side(state, touch.approach, (contour,))
+    return side > 0 or (side == 0 and _facing(contour, touch) >= _STEEP)
 
 
 def _facing(contour: Contour, touch: Touch) -> float:
