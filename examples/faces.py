@@ -15,7 +15,6 @@ from collections import Counter
 import numpy as np
 import trimesh
 from scipy.optimize import linear_sum_assignment
-from scipy.spatial import cKDTree
 
 from touchatlas.atlas import Atlas, Faces, extract_surface, face_values
 from touchatlas.planner import ProbePlan, Reason, explore
@@ -98,15 +97,11 @@ def true_pieces(name: str, obj, points):
 
 
 def edges_counted(faces: Faces) -> np.ndarray:
-    """(n,) face of each sample; rounded edges and corners are counted on from the faces."""
-    of, rounded = faces.of.copy(), [e for e in faces.edges if e.radius and e.curves]
-    edges = [np.concatenate(e.curves) for e in rounded]
-    if edges:
-        numbers = np.repeat(np.arange(len(edges)), [len(edge) for edge in edges])
-        nearest = cKDTree(np.concatenate(edges)).query(faces.points[faces.rounded])[1]
-        of[faces.rounded] = len(faces) + numbers[nearest]
-    for number, corner in enumerate(faces.corners, len(faces) + len(edges)):
-        of[corner.samples] = number
+    """(n,) face of each sample; edges and corners, which have samples on their balls, are counted
+    on from the faces."""
+    of = faces.of.copy()
+    for number, part in enumerate((*faces.edges, *faces.corners), len(faces)):
+        of[part.samples] = number
     return of
 
 

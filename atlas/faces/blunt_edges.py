@@ -4,8 +4,10 @@ The rounding of an edge is often narrower than the distance of contours, so that
 are many, uncertain, and end where contours do. One radius holds for the whole edge.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import combinations
 
 import numpy as np
 
@@ -26,6 +28,9 @@ _SHARP = 4.0
 _BETTER = 6.0
 # Samples of a label that are compared with an edge first. Doubled, it takes longer.
 _FIRST = 60
+
+# Distances (m,) and normals (m, 3) of a label at samples.
+_Values = tuple[np.ndarray, np.ndarray]
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,16 +146,18 @@ class Rounding:
         return bool(flat < after[loose].sum())
 
     def _after(self, pair, sign: float, radius: float, samples, thirds) -> np.ndarray:
-        """(m,) nats of samples by a rounded edge of two labels, and the roundings at its ends:
-        those with third labels."""
+        """(m,) nats of samples by a rounded edge of two labels, and by the roundings at its ends:
+        the edges and corners that these have with third labels, with the same radius."""
         values = {k: self._values(k, samples) for k in (*pair, *thirds)}
         out = RoundedPair(self.evidence, values[pair[0]], values[pair[1]], sign).misfit(radius)
-        for third in thirds:
-            for one in pair:
-                beside = RoundedPair(self.evidence, values[one], values[third], sign)
-                out = np.minimum(out, beside.ball_misfit(radius))
-            three = [values[k] for k in (*pair, third)]
-            out = np.minimum(out, self._corner_misfit(three, sign, radius))
+        for some, rows in _common(values, radius, 2):
+            if {*some} != {*pair}:
+                first, second = _of(values, some, rows)
+                beside = RoundedPair(self.evidence, first, second, sign)
+                out[rows] = np.minimum(out[rows], beside.ball_misfit(radius))
+        for some, rows in _common(values, radius, 3):
+            nats = self._corner_misfit(_of(values, some, rows), sign, radius)
+            out[rows] = np.minimum(out[rows], nats)
         return out
 
     def saved_by(self, edge: BluntEdge, label: int) -> float:
@@ -176,7 +183,7 @@ class Rounding:
         side = np.where(weights[:, 0] > 0.0, edge.first, edge.second)
         self.labels.of[members] = np.where(loose, NONE, side)
 
-    def _values(self, label: int, samples) -> tuple[np.ndarray, np.ndarray]:
+    def _values(self, label: int, samples) -> _Values:
         """Distances (m,) and normals (m, 3) of a label at samples (m,)."""
         return self.labels.pieces[label].at(self.evidence.samples.points[samples])
 
@@ -206,10 +213,10 @@ class Rounding:
         return self.evidence.price(kind, count)
 
     def _thirds(self, pair, given) -> list[int]:
-        """The labels, none of those ``given`` up, to which contours run from both of a pair."""
+        """The labels, none of those ``given`` up, to which contours run from one of a pair."""
         around = range(len(self.labels.pieces))
         ends = [k for k in around if k not in pair and k not in given]
-        return [k for k in ends if all((min(k, p), max(k, p)) in self.crossings for p in pair)]
+        return [k for k in ends if any((min(k, p), max(k, p)) in self.crossings for p in pair)]
 
     def _corner_misfit(self, three, sign: float, radius: float) -> np.ndarray:
         """(m,) nats of samples by the ball in the corner of three pieces, from their values; those
@@ -219,3 +226,20 @@ class Rounding:
         found, _, ball = rounded_corner(distances, normals, np.full(len(distances), radius))
         nats = self.evidence.misfit(found / self.evidence.samples.std)
         return np.where(ball, nats, self.evidence.options.unexplained)
+
+
+def _common(
+    values: dict[int, _Values], radius: float, count: int
+) -> Iterator[tuple[tuple[int, ...], np.ndarray]]:
+    """Each ``count`` labels that a ball may touch at once, and the samples (k,) that it may pass:
+    those no farther than its radius from all of them."""
+    near = {k: np.abs(distance) < radius for k, (distance, _) in values.items()}
+    for some in combinations([k for k, rows in near.items() if rows.any()], count):
+        rows = np.flatnonzero(np.all([near[k] for k in some], axis=0))
+        if len(rows):
+            yield some, rows
+
+
+def _of(values: dict[int, _Values], some, rows) -> list[_Values]:
+    """The values of some labels in rows (k,)."""
+    return [(values[k][0][rows], values[k][1][rows]) for k in some]

@@ -1,6 +1,6 @@
 """Faces: pieces joined where nothing but the reach of one polynomial lies between them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import networkx as nx
@@ -81,6 +81,8 @@ class FaceEdge:
         Root mean square of how far the two surfaces are apart there.
     radius, radius_std : float, length
         Radius of the ball that rounds a sharp edge, 0 where none does, and its standard deviation.
+    samples : (m,) int
+        Samples of no face that lie on its rounding, ascending.
     """
 
     first: int
@@ -93,6 +95,7 @@ class FaceEdge:
     gap: float
     radius: float = 0.0
     radius_std: float = 0.0
+    samples: np.ndarray = field(default_factory=lambda: np.zeros(0, int))
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,9 +180,8 @@ def join_faces(labels: Labels, boundaries: list[Boundary]) -> Faces:
     samples = labels.evidence.samples
     points, normals = _frozen(samples.points), _frozen(_normals(labels))
     corners = find_corners(tuple(faces), edges, points, np.flatnonzero(of == NONE), samples.std)
-    blunt = [b.blunt.samples for b in boundaries if b.blunt is not None]
-    balls = [corner.samples for corner in corners]
-    rounded = np.unique(np.concatenate([np.zeros(0, int), *blunt, *balls]))
+    balls = [edge.samples for edge in edges] + [corner.samples for corner in corners]
+    rounded = np.unique(np.concatenate([np.zeros(0, int), *balls]))
     own = of, labels.of.copy(), rounded, samples.std, corners, labels.evidence.graph
     return Faces(tuple(faces), edges, points, normals, *own)
 
@@ -260,6 +262,7 @@ def face_edge(first: int, second: int, parts: list[Boundary], step: float) -> Fa
     lines = polylines(points, deviation, _SPACING * step, _LONGEST_GAP * step)
     curves = tuple(points[line] for line in lines)
     weights = np.array([len(b.curve.points) for b in parts], float)
+    blunt = [b.blunt for b in parts if b.blunt is not None]
     return FaceEdge(
         first,
         second,
@@ -269,7 +272,8 @@ def face_edge(first: int, second: int, parts: list[Boundary], step: float) -> Fa
         float(np.median(deviation)),
         float(np.average([b.angle for b in parts], weights=weights)),
         float(np.sqrt(np.average([b.gap**2 for b in parts], weights=weights))),
-        *_radius([b.blunt for b in parts if b.blunt is not None]),
+        *_radius(blunt),
+        np.unique(np.concatenate([np.zeros(0, int), *(edge.samples for edge in blunt)])),
     )
 
 

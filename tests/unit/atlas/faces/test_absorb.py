@@ -1,0 +1,59 @@
+"""Absorbing: pieces that roundings make needless."""
+
+import numpy as np
+
+from tests.lawful import BLUNT, HALF, NOISE, rounded_box_distance
+from touchatlas.atlas.faces.absorb import absorb
+from touchatlas.atlas.faces.grow import Evidence
+from touchatlas.atlas.faces.kinds import Kind
+from touchatlas.atlas.faces.labels import NONE, Labels
+from touchatlas.atlas.faces.options import FaceOptions
+from touchatlas.atlas.faces.sample_graph import SampleGraph
+from touchatlas.atlas.faces.samples import contour_samples
+
+FRONT, RIGHT, TOP = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]], float)
+
+
+def _over_an_edge(first, second) -> tuple[np.ndarray, ...]:
+    """Points (24, 3), normals, and those of the plane, of a contour over the rounded edge of two
+    sides of the box, 7 from a corner with FRONT or RIGHT."""
+    across = np.cross(first, second)
+    angle = np.linspace(0.0, 0.5 * np.pi, 6)
+    away = 1.5 * np.arange(9, 0, -1)
+    on_ball = np.cos(angle)[:, None] * first + np.sin(angle)[:, None] * second
+    normals = np.concatenate([np.tile(first, (9, 1)), on_ball, np.tile(second, (9, 1))])
+    back = np.concatenate([np.outer(away, second), np.zeros((6, 3)), np.outer(away[::-1], first)])
+    third = (RIGHT if abs(across @ RIGHT) > 0.5 else FRONT) * (HALF - 7.0)
+    middle = (HALF - BLUNT) * (first + second) + third
+    return middle + BLUNT * normals - back, normals, np.tile(across, (24, 1))
+
+
+def _along_the_edge() -> tuple[np.ndarray, ...]:
+    """The same of a contour along the edge of FRONT and RIGHT, from ball to ball of its corners."""
+    angle = np.linspace(-1.2, 1.2, 12)[:, None]
+    outward = (FRONT + RIGHT) / np.sqrt(2.0)
+    ball = np.cos(angle) * outward + np.sin(angle) * TOP
+    normals = np.concatenate([ball[:6], np.tile(outward, (20, 1)), ball[6:]])
+    height = np.concatenate([np.full(6, -1.0), np.linspace(-1.0, 1.0, 20), np.full(6, 1.0)])
+    middle = (HALF - BLUNT) * (FRONT + RIGHT + height[:, None] * TOP)
+    return middle + BLUNT * normals, normals, np.tile(np.cross(TOP, outward), (32, 1))
+
+
+def test_a_piece_over_an_edge_and_the_corners_at_its_ends_is_given_up():
+    """Contours run over the edges of the top and the bottom of a rounded box with two of its sides.
+    Over the edge of these sides none runs across, but one along it, all of whose samples are of one
+    piece. No edge that is known explains these. The balls that touch the four faces do."""
+    pairs = [(side, end) for side in (FRONT, RIGHT) for end in (TOP, -TOP)]
+    parts = [*(_over_an_edge(*pair) for pair in pairs), _along_the_edge()]
+    points, normals, across = map(np.concatenate, zip(*parts, strict=True))
+    assert np.abs(rounded_box_distance(points)).max() < 1e-9
+    points += NOISE * np.random.default_rng(0).normal(size=(len(points), 1)) * normals
+    samples = contour_samples(points, normals, across, NOISE)
+    labels = Labels(Evidence(samples, SampleGraph(samples), FaceOptions()))
+    for side in (FRONT, RIGHT, TOP, -TOP):
+        members = np.flatnonzero(normals @ side > 1.0 - 1e-9)
+        labels.add(labels.evidence.fit(Kind.PLANE, members), members)
+    members = np.arange(len(points) - 32, len(points))
+    labels.add(labels.evidence.fit(Kind.QUADRIC, members), members)
+    assert absorb(labels) == 1
+    assert np.all(labels.of[members] == NONE)
