@@ -18,9 +18,6 @@ from touchatlas.atlas.faces.labels import NONE, Labels
 from touchatlas.atlas.faces.rolling_ball import rounded_corner
 from touchatlas.atlas.faces.rounded_pair import RoundedPair
 
-# Largest cosine of the normals of two faces with an edge: 20 degrees; and least: 160 degrees, where
-# a rounded edge is half of a tube. Doubled, rims of cylinders are blunt edges.
-_EDGE = np.cos(np.deg2rad(20.0))
 # Radius that is none, in its standard deviations: of 24 edges that are looked at after each of 40
 # touches, 0.03 have a larger one by chance. Doubled, edges of one tolerance are sharp.
 _SHARP = 4.0
@@ -116,7 +113,7 @@ class Rounding:
         labels = self.labels
         sign = crossings.side(self.evidence, *(labels.pieces[k] for k in pair))
         across = self._pair(pair, sign, samples)
-        if sign == 0.0 or not -_EDGE < np.median(across.cosine) < _EDGE:
+        if sign == 0.0 or not across.is_edge:
             return None
         found = across.radius()
         if found is None or not (len(given) or found[0] > _SHARP * found[1]):

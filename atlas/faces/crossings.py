@@ -1,7 +1,8 @@
-"""Crossings: where contours run from one lawful piece over few samples to another, or end on the
-way."""
+"""Crossings: where contours run from one lawful piece over few samples to another, or lie on a ball
+that touches both."""
 
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -9,15 +10,16 @@ from scipy.spatial import cKDTree
 from touchatlas.atlas.faces.grow import Evidence
 from touchatlas.atlas.faces.labels import NONE, Labels
 from touchatlas.atlas.faces.piece import Piece
+from touchatlas.atlas.faces.rounded_pair import RoundedPair
 
-# Longest chord between the two pieces, over the extent of the samples. Doubled, wide fillets are
-# edges with a radius and no faces of their own.
-_WIDEST = 0.1
+# Longest chord between the two pieces, over the extent of the samples. Halved, wide fillets are
+# faces of their own: a box with a rounding of 100 tolerances was 26 faces, and 18 tolerances off.
+_WIDEST = 0.2
 # Least number of samples of a contour in a row on each piece; so many beside the crossing must
 # agree with a radius. Doubled, edges of narrow faces are left out.
 _ROW = 3
-# Least number of samples without a label on a contour that ends between the pieces. Doubled, edges
-# on which all contours ended are unknown.
+# Least number of samples without a label, of those in a row, that lie on one ball. Doubled, edges
+# that no contour crossed are unknown.
 _LOOSE = 5
 # Height over the other piece, in deviations, from which a sample beside a crossing shows its side,
 # and the least excess of those on one side. Doubled, fewer samples tell, or none.
@@ -35,7 +37,7 @@ class Crossings:
     points : (k, 3) float, length
         Half-way between the last sample on one side and the first on the other.
     whole : (k,) bool
-        Whether the contour runs on over both pieces; else it has ended on the way.
+        Whether the contour runs on over both pieces; else it lies on a ball that touches both.
     """
 
     spans: np.ndarray
@@ -63,8 +65,8 @@ class Crossings:
 
     def side(self, evidence: Evidence, first: Piece, second: Piece) -> float:
         """1 where most samples of each piece beside the crossings lie inside of the other, as at a
-        convex edge; -1 where they lie outside, 0 otherwise. Of contours that ended on the way it is
-        the samples between the pieces that count."""
+        convex edge; -1 where they lie outside, 0 otherwise. Where no contour runs on over both
+        pieces, it is the samples on the ball that count."""
         own = self.beside if self.whole.any() else self.samples
         points = evidence.samples.points[own]
         inner = [piece.at(points)[0] for piece in (first, second)]
@@ -96,7 +98,8 @@ def find_crossings(labels: Labels) -> dict[tuple[int, int], Crossings]:
                 seen.add(of[first])
                 pair = sorted((int(of[first]), int(of[last])))
                 found.setdefault((pair[0], pair[1]), []).append((last + 1, first))
-    ended = _ended(labels, bounds, lawful, widest)
+    crossed = [low for spans in found.values() for low, _ in spans]
+    ended = _ended(labels, bounds, lawful, widest, crossed)
     return {
         pair: _crossings(samples.points, found.get(pair, []), ended.get(pair, []))
         for pair in {**found, **ended}
@@ -113,27 +116,47 @@ def runs_of(labels: Labels, label: int) -> Crossings:
 
 
 def _ended(
-    labels: Labels, bounds, lawful, widest: float
+    labels: Labels, bounds, lawful, widest: float, crossed
 ) -> dict[tuple[int, int], list[tuple[int, int]]]:
-    """Pairs of labels, mapped to the spans (2,) of samples without a label on contours that end
-    beside them: the pair is that of the lawful samples nearest to both ends."""
+    """Pairs of labels, mapped to the spans (2,) of samples without a label that lie on a ball which
+    touches both: where no contour has ``crossed`` from the one to the other there."""
     samples, of = labels.evidence.samples, labels.of
     found: dict[tuple[int, int], list[tuple[int, int]]] = {}
     known = np.flatnonzero(np.repeat(np.array(lawful, bool), np.diff(bounds)))
-    if not len(known):
-        return {}
-    last = np.append(samples.contours[1:] != samples.contours[:-1], True)
-    first = np.append(True, last[:-1])
     low, high = bounds[:-1], bounds[1:]
-    loose = (of[low] == NONE) & (high - low >= _LOOSE) & (first[low] | last[high - 1])
-    spans = np.stack([low[loose], high[loose]], axis=1)
-    ends = samples.points[spans - [0, 1]]
-    away, near = cKDTree(samples.points[known]).query(ends)
-    both = np.sort(of[known[near]], axis=1)
-    meet = (both[:, 0] != both[:, 1]) & (away.max(axis=1) < widest)
-    for (one, other), span in zip(both[meet].tolist(), spans[meet].tolist(), strict=True):
-        found.setdefault((one, other), []).append(tuple(span))
+    loose = (of[low] == NONE) & (high - low >= _LOOSE) & ~np.isin(low, crossed)
+    if not (len(known) and loose.any()):
+        return {}
+    tree = cKDTree(samples.points[known])
+    for begin, end in zip(low[loose].tolist(), high[loose].tolist(), strict=True):
+        middle = samples.points[(begin + end) // 2]
+        near = np.unique(of[known[tree.query_ball_point(middle, widest)]]).tolist()
+        key = begin, end, *(labels.pieces[k] for k in near)
+        if key not in labels.judged:
+            labels.judged[key] = _touched(labels, near, np.arange(begin, end))
+        pair, on = labels.judged[key]
+        if np.count_nonzero(on) >= _LOOSE:
+            on_ball = begin + np.flatnonzero(on)
+            two = near[pair[0]], near[pair[1]]
+            found.setdefault(two, []).append((int(on_ball[0]), int(on_ball[-1]) + 1))
     return found
+
+
+def _touched(labels: Labels, near: list[int], run) -> tuple[tuple[int, int], np.ndarray]:
+    """Which two of some labels, by their places, are touched by the ball on which most samples (m,)
+    of a row lie, the lower first, and which (m,) do."""
+    points, evidence = labels.evidence.samples.points[run], labels.evidence
+    values = [labels.pieces[k].at(points) for k in near]
+    pair, most = (0, 0), np.zeros(len(run), bool)
+    for first, second in combinations(range(len(near)), 2):
+        for sign in (1.0, -1.0):
+            both = RoundedPair(evidence, values[first], values[second], sign)
+            found = both.radius() if both.is_edge else None
+            if found is not None:
+                on = both.ball_misfit(found[0]) < evidence.options.unexplained
+                if np.count_nonzero(on) > np.count_nonzero(most):
+                    pair, most = (first, second), on
+    return pair, most
 
 
 def _crossings(points, spans, ended) -> Crossings:

@@ -64,8 +64,10 @@ def find_corners(
     found = []
     for three, rounded in _triples(edges):
         sign, radius = rounded[0].kind.sign, float(np.mean([edge.radius for edge in rounded]))
-        ends = np.concatenate([curve for edge in rounded for curve in edge.curves])
-        centre = _centre([faces[k].pieces[0] for k in three], sign * radius, ends)
+        curves = [curve for edge in rounded for curve in edge.curves]
+        if not curves:
+            continue
+        centre = _centre([faces[k].pieces[0] for k in three], sign * radius, np.concatenate(curves))
         if centre is not None:
             corner = FaceCorner(three, sign, radius, centre, loose[:0])
             members = loose[on_ball(corner, faces, points[loose], _ON_BALL * std)]
@@ -88,7 +90,7 @@ def _triples(
     edges: "tuple[FaceEdge, ...]",
 ) -> "Iterator[tuple[tuple[int, int, int], list[FaceEdge]]]":
     """Three faces, each two of which have a rounded edge, all convex or all concave; and these."""
-    blunt = {(e.first, e.second): e for e in edges if e.radius > 0.0 and e.curves}
+    blunt = {(e.first, e.second): e for e in edges if e.radius > 0.0}
     around: dict[int, list[int]] = {}
     for one, other in sorted(blunt):
         around.setdefault(one, []).append(other)

@@ -14,7 +14,7 @@ _LEAST = 3e-3
 
 def ball_radius(first, second, cosine) -> np.ndarray:
     """(n,) radius of the ball whose surface passes points, from their signed distances from two
-    faces, both negative inside; NaN where they are outside of one of them.
+    faces, both negative inside; NaN where they are outside of one of them, or both face alike.
 
     Of two such balls it is the one that the point faces: r (1 - c) = -(a + b) + √(2 a b (1 + c)).
 
@@ -28,7 +28,10 @@ def ball_radius(first, second, cosine) -> np.ndarray:
     """
     inside = (first <= 0.0) & (second <= 0.0)
     product = np.where(inside, first * second, np.nan)
-    return (-(first + second) + np.sqrt(2.0 * product * (1.0 + cosine))) / (1.0 - cosine)
+    # Rounding takes cosines beyond -1 and 1.
+    apart = np.where(cosine < 1.0, 1.0 - cosine, np.nan)
+    root = np.sqrt(2.0 * product * np.maximum(1.0 + cosine, 0.0))
+    return (-(first + second) + root) / apart
 
 
 def rounded_edge(first, second, cosine, radius) -> tuple[np.ndarray, np.ndarray]:

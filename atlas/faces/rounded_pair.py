@@ -7,6 +7,9 @@ from touchatlas.atlas.faces.rolling_ball import ball_radius, radius_slope, round
 
 # Radii that are tried, the quantiles of those of single samples. Doubled, nothing changes.
 _TRIED = 15
+# Largest cosine of the normals of two faces with an edge: 20 degrees; and least: 160 degrees, where
+# a rounded edge is half of a tube. Doubled, rims of cylinders are blunt edges.
+_EDGE = np.cos(np.deg2rad(20.0))
 # Gauss-Newton steps from the best of them. Doubled, nothing changes.
 _STEPS = 5
 
@@ -19,6 +22,11 @@ class RoundedPair:
         self.evidence, self.std = evidence, evidence.samples.std
         self.first, self.second = sign * first[0], sign * second[0]
         self.cosine = (first[1] * second[1]).sum(axis=1)
+
+    @property
+    def is_edge(self) -> bool:
+        """Whether the pieces face ways that differ by 20 to 160 degrees, in the median."""
+        return bool(-_EDGE < np.median(self.cosine) < _EDGE)
 
     def at(self, radius) -> tuple[np.ndarray, np.ndarray]:
         """Distances (n,) from the edge that is rounded with a radius, and the weights (n, 2) of

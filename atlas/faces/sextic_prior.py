@@ -28,6 +28,9 @@ _RATIO = 0.95
 _LEAST = 0.1
 # Mean square below which nothing is told, no unit: that of rounding.
 _TINY = 1e-24
+# Largest size, in radii: no sample shows one beyond its sextic, and steps ahead would go on without
+# end where samples lie at fewer places than there are parameters. Doubled, nothing changes.
+_MOST = 10.0
 
 
 def with_common_prior(equations: Equations, noise: float) -> tuple[np.ndarray, np.ndarray]:
@@ -46,12 +49,12 @@ def with_common_prior(equations: Equations, noise: float) -> tuple[np.ndarray, n
         Standard deviation of a sample, in radii.
     """
     some = Equations(*(array[evenly(np.arange(len(array)), _SOME)] for array in equations))
-    least = np.log(max((_LEAST * noise) ** 2, _TINY))
-    sizes = np.maximum(_next(some, prior_precision(Kind.SEXTIC)), least)
+    bounds = np.log(max((_LEAST * noise) ** 2, _TINY)), np.log(_MOST**2)
+    sizes = np.clip(_next(some, prior_precision(Kind.SEXTIC)), *bounds)
     for _ in range(_PAIRS):
-        second = np.maximum(_next(some, _precision(sizes)), least)
-        third = np.maximum(_next(some, _precision(second)), least)
-        before, sizes = sizes, np.maximum(_ahead(sizes, second, third), least)
+        second = np.clip(_next(some, _precision(sizes)), *bounds)
+        third = np.clip(_next(some, _precision(second)), *bounds)
+        before, sizes = sizes, np.clip(_ahead(sizes, second, third), *bounds)
         if np.abs(sizes - before).max() < _SETTLED:
             break
     return _with_factors(equations, _precision(sizes))

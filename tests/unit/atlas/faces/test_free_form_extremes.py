@@ -124,3 +124,13 @@ def test_a_surface_that_is_far_from_the_origin_is_the_same():
     there = fit_free_form(points + shift, normals, NOISE, RADIUS).values(asked + shift)
     assert there[:, 0] == pytest.approx(here[:, 0], abs=1e-6 * BALL)
     assert there[:, 1:4] == pytest.approx(here[:, 1:4], abs=1e-6)
+
+
+def test_many_samples_at_fewer_places_than_parameters_are_no_error():
+    """Half of the 200 samples at each of 60 places are five noises out and half five in. Steps
+    ahead made the size of cubic terms 1e22 radii, and no covariance had a factor."""
+    rng = np.random.default_rng(5)
+    normals = rng.normal(size=(60, 3))
+    normals = np.repeat(normals / np.linalg.norm(normals, axis=1)[:, None], 200, axis=0)
+    off = 5.0 * NOISE * np.tile([-1.0, 1.0], 6000) + NOISE * rng.normal(size=12000)
+    all_values(fit_free_form((BALL + off)[:, None] * normals, normals, NOISE, RADIUS))

@@ -37,6 +37,14 @@ def test_no_ball_passes_a_point_outside_of_a_face():
     assert np.isnan(ball_radius(np.array([0.1]), np.array([-1.0]), np.zeros(1))).all()
 
 
+def test_faces_of_parallel_planes_are_no_error_whatever_rounding_makes_of_their_cosine():
+    """No ball rounds the edge of two that face alike; between two that face away from each other it
+    has half of their distance."""
+    beyond = np.array([1.0, 1.0 + 1e-15, -1.0, -1.0 - 1e-15])
+    found = ball_radius(np.full(4, -1.0), np.full(4, -3.0), beyond)
+    assert np.isnan(found[:2]).all() and found[2:] == pytest.approx(2.0)
+
+
 @pytest.mark.parametrize("degrees", [25.0, 60.0, 90.0, 130.0])
 @pytest.mark.parametrize("height", [-0.5, 0.0, 0.7])
 def test_the_distance_from_a_rounded_edge_is_that_from_its_ball(degrees, height):

@@ -1,9 +1,11 @@
-"""Absorbing: pieces that roundings make needless."""
+"""Roundings over which no contour runs across: what lies along them shows them."""
 
 import numpy as np
+import pytest
 
 from tests.lawful import BLUNT, HALF, NOISE, rounded_box_distance
 from touchatlas.atlas.faces.absorb import absorb
+from touchatlas.atlas.faces.blunt_edges import Rounding
 from touchatlas.atlas.faces.grow import Evidence
 from touchatlas.atlas.faces.kinds import Kind
 from touchatlas.atlas.faces.labels import NONE, Labels
@@ -39,10 +41,11 @@ def _along_the_edge() -> tuple[np.ndarray, ...]:
     return middle + BLUNT * normals, normals, np.tile(np.cross(TOP, outward), (32, 1))
 
 
-def test_a_piece_over_an_edge_and_the_corners_at_its_ends_is_given_up():
-    """Contours run over the edges of the top and the bottom of a rounded box with two of its sides.
-    Over the edge of these sides none runs across, but one along it, all of whose samples are of one
-    piece. No edge that is known explains these. The balls that touch the four faces do."""
+@pytest.fixture
+def box():
+    """Labels of a rounded box: contours run over the edges of its top and its bottom with two of
+    its sides. Over the edge of these sides none runs across, but one along it; its 32 samples are
+    the last, and have no label."""
     pairs = [(side, end) for side in (FRONT, RIGHT) for end in (TOP, -TOP)]
     parts = [*(_over_an_edge(*pair) for pair in pairs), _along_the_edge()]
     points, normals, across = map(np.concatenate, zip(*parts, strict=True))
@@ -53,7 +56,22 @@ def test_a_piece_over_an_edge_and_the_corners_at_its_ends_is_given_up():
     for side in (FRONT, RIGHT, TOP, -TOP):
         members = np.flatnonzero(normals @ side > 1.0 - 1e-9)
         labels.add(labels.evidence.fit(Kind.PLANE, members), members)
-    members = np.arange(len(points) - 32, len(points))
-    labels.add(labels.evidence.fit(Kind.QUADRIC, members), members)
-    assert absorb(labels) == 1
-    assert np.all(labels.of[members] == NONE)
+    return labels
+
+
+def test_a_piece_over_an_edge_and_the_corners_at_its_ends_is_given_up(box):
+    """All samples of the contour along the edge are of one piece. No edge that is known explains
+    these. The balls that touch the four faces do."""
+    members = np.arange(len(box.of) - 32, len(box.of))
+    box.add(box.evidence.fit(Kind.QUADRIC, members), members)
+    assert absorb(box) == 1
+    assert np.all(box.of[members] == NONE)
+
+
+def test_samples_on_a_ball_show_an_edge_that_no_contour_crosses(box):
+    """The radius is within four of its deviations; two faces that are parallel have no edge."""
+    edges = {(edge.first, edge.second): edge for edge in Rounding(box).edges}
+    assert sorted(edges) == [(0, 1), (0, 2), (0, 3), (1, 2), (1, 3)]
+    assert abs(edges[0, 1].radius - BLUNT) < 4.0 * edges[0, 1].deviation
+    # 20 samples between the corners, 12 on the balls of these.
+    assert 20 <= len(edges[0, 1].samples) <= 32
