@@ -7,8 +7,8 @@ from touchatlas.atlas.faces.faces import Faces
 from touchatlas.atlas.faces.labels import NONE
 from touchatlas.patch.geometry.arrays import cross
 
-# Parts of the reach of a sample in which one sample of each face is kept. Doubled, it takes four
-# times as long.
+# Parts of the reach of a sample in which one sample of each face, or of roundings, is kept.
+# Doubled, it takes four times as long.
 _PARTS = 6
 # Samples about a point that tell whether it lies among them: most do among the first. The last
 # doubled, nothing changes.
@@ -24,7 +24,7 @@ _FACING = -0.3
 
 
 class ThinnedSamples:
-    """Samples of faces, one in each cube of a sixth of the ``reach`` (length) of samples.
+    """Samples of faces and of roundings, one in each cube of a sixth of the ``reach`` of samples.
 
     Parameters
     ----------
@@ -43,7 +43,9 @@ class ThinnedSamples:
         sides -= sides.min(axis=0)
         keys = np.ravel_multi_index(tuple(sides.T), tuple(sides.max(axis=0) + 1))
         _, first = np.unique(keys, return_index=True)
-        kept = np.sort(first[faces.of[first] != NONE])
+        explained = faces.of != NONE
+        explained[faces.rounded] = True
+        kept = np.sort(first[explained[first]])
         self.points: np.ndarray = points[kept]
         self.normals: np.ndarray = faces.normals[kept]
         self._tree = cKDTree(self.points)

@@ -19,6 +19,7 @@ from touchatlas.atlas.faces.boundary import EdgeKind
 from touchatlas.atlas.faces.explained import is_lawful, lawful_share
 from touchatlas.atlas.faces.face_field import face_values
 from touchatlas.atlas.faces.face_graph import as_networkx
+from touchatlas.atlas.faces.thinned_samples import ThinnedSamples
 
 STD = np.sqrt(2.0) * NOISE
 
@@ -44,6 +45,18 @@ def test_samples_on_rounded_edges_are_explained(rounded):
     assert is_lawful(rounded.faces)
     assert rounded.faces.unexplained < 0.02
     assert lawful_share(rounded.faces) == pytest.approx(1.0 - rounded.faces.unexplained)
+
+
+def test_samples_on_rounded_edges_and_corners_count_as_the_surface(rounded):
+    """Those about a place tell whether it is known. Without them 13 more touches were made on a box
+    whose roundings were a fourth of its height, though faces and radii were known."""
+    faces = rounded.faces
+    seeds = {point.tobytes() for point in ThinnedSamples(faces.points, faces, NOISE).points}
+    kept = np.array([point.tobytes() in seeds for point in faces.points])
+    explained = faces.of >= 0
+    explained[faces.rounded] = True
+    assert kept[faces.rounded].mean() > 0.9
+    assert not kept[~explained].any()
 
 
 def test_the_field_of_a_rounded_box_is_that_of_its_balls(rounded):
