@@ -25,6 +25,9 @@ _LOOSE = 5
 # and the least excess of those on one side. Doubled, fewer samples tell, or none.
 _HEIGHT, _ONE_SIDE = 3.0, 0.6
 
+# Pairs of labels, the lower first, and spans of samples: the first one, and that after the last.
+_Spans = dict[tuple[int, int], list[tuple[int, int]]]
+
 
 @dataclass(frozen=True, eq=False)
 class Crossings:
@@ -78,13 +81,41 @@ class Crossings:
 
 def find_crossings(labels: Labels) -> dict[tuple[int, int], Crossings]:
     """Pairs of lawful labels, the lower first, mapped to the crossings between them."""
+    rows = _rows(labels)
+    over = _over(labels, *rows)
+    on_balls = _on_balls(labels, *rows, [low for spans in over.values() for low, _ in spans])
+    points = labels.evidence.samples.points
+    return {
+        pair: _crossings(points, over.get(pair, []), on_balls.get(pair, []))
+        for pair in {**over, **on_balls}
+    }
+
+
+def crossed_pairs(labels: Labels, free) -> set[tuple[int, int]]:
+    """Pairs of lawful labels, the lower first, between which a contour runs over samples that are
+    all ``free`` (n,), and over one at least."""
+    found = _over(labels, *_rows(labels))
+    points = labels.evidence.samples.points
+    crossings = {pair: _crossings(points, spans, []) for pair, spans in found.items()}
+    return {pair for pair, some in crossings.items() if len(some.only(free).samples)}
+
+
+def _rows(labels: Labels) -> tuple[np.ndarray, np.ndarray, float]:
+    """The first sample (r + 1,) of each row of samples of a contour with one label, and the end of
+    the last; whether (r,) the label is lawful; and the longest chord of a crossing, length."""
     samples, of = labels.evidence.samples, labels.of
-    widest = _WIDEST * float(np.linalg.norm(np.ptp(samples.points, axis=0)))
     change = (np.diff(of, prepend=-2) != 0) | (np.diff(samples.contours, prepend=-1) != 0)
     bounds = np.append(np.flatnonzero(change), len(of))
     lawful = [label != NONE and labels.pieces[label].kind.lawful for label in of[bounds[:-1]]]
-    wide = np.flatnonzero(np.array(lawful, bool) & (np.diff(bounds) >= _ROW))
-    found: dict[tuple[int, int], list[tuple[int, int]]] = {}
+    widest = _WIDEST * float(np.linalg.norm(np.ptp(samples.points, axis=0)))
+    return bounds, np.array(lawful, bool), widest
+
+
+def _over(labels: Labels, bounds, lawful, widest: float) -> _Spans:
+    """Pairs of labels, mapped to the spans (2,) between rows of them on one contour."""
+    samples, of = labels.evidence.samples, labels.of
+    wide = np.flatnonzero(lawful & (np.diff(bounds) >= _ROW))
+    found: _Spans = {}
     for place, one in enumerate(wide.tolist()):
         last, seen = bounds[one + 1] - 1, set()
         for other in wide[place + 1 :].tolist():
@@ -97,13 +128,8 @@ def find_crossings(labels: Labels) -> dict[tuple[int, int], Crossings]:
             if of[first] not in seen:
                 seen.add(of[first])
                 pair = sorted((int(of[first]), int(of[last])))
-                found.setdefault((pair[0], pair[1]), []).append((last + 1, first))
-    crossed = [low for spans in found.values() for low, _ in spans]
-    ended = _ended(labels, bounds, lawful, widest, crossed)
-    return {
-        pair: _crossings(samples.points, found.get(pair, []), ended.get(pair, []))
-        for pair in {**found, **ended}
-    }
+                found.setdefault((pair[0], pair[1]), []).append((int(last) + 1, int(first)))
+    return found
 
 
 def runs_of(labels: Labels, label: int) -> Crossings:
@@ -115,14 +141,12 @@ def runs_of(labels: Labels, label: int) -> Crossings:
     return _crossings(labels.evidence.samples.points, [], spans)
 
 
-def _ended(
-    labels: Labels, bounds, lawful, widest: float, crossed
-) -> dict[tuple[int, int], list[tuple[int, int]]]:
+def _on_balls(labels: Labels, bounds, lawful, widest: float, crossed) -> _Spans:
     """Pairs of labels, mapped to the spans (2,) of samples without a label that lie on a ball which
-    touches both: where no contour has ``crossed`` from the one to the other there."""
+    touches both; but for those that begin where contours have ``crossed``."""
     samples, of = labels.evidence.samples, labels.of
-    found: dict[tuple[int, int], list[tuple[int, int]]] = {}
-    known = np.flatnonzero(np.repeat(np.array(lawful, bool), np.diff(bounds)))
+    found: _Spans = {}
+    known = np.flatnonzero(np.repeat(lawful, np.diff(bounds)))
     low, high = bounds[:-1], bounds[1:]
     loose = (of[low] == NONE) & (high - low >= _LOOSE) & ~np.isin(low, crossed)
     if not (len(known) and loose.any()):
@@ -151,7 +175,8 @@ def _touched(labels: Labels, near: list[int], run) -> tuple[tuple[int, int], np.
     for first, second in combinations(range(len(near)), 2):
         for sign in (1.0, -1.0):
             both = RoundedPair(evidence, values[first], values[second], sign)
-            found = both.radius() if both.is_edge else None
+            inside = np.count_nonzero((both.first < 0.0) & (both.second < 0.0)) >= _ROW
+            found = both.radius() if inside and both.is_edge else None
             if found is not None:
                 on = both.ball_misfit(found[0]) < evidence.options.unexplained
                 if np.count_nonzero(on) > np.count_nonzero(most):

@@ -5,6 +5,7 @@ from functools import partial
 
 import numpy as np
 
+from touchatlas.atlas.faces.blunt_edges import Rounding
 from touchatlas.atlas.faces.cover import greedy_cover, propose, seeds_of
 from touchatlas.atlas.faces.crossed_links import cut_crossed_links
 from touchatlas.atlas.faces.grow import Evidence
@@ -74,6 +75,10 @@ def relabel(
     """
     labels = Labels(Evidence(samples, SampleGraph(samples, links), options))
     labels.resume(pieces, of, rounded)
+    if len(rounded):
+        # New samples on a known rounding are explained.
+        for edge in Rounding(labels).edges:
+            labels.rounded[edge.samples] = True
     revise_all(labels)
     return labels
 

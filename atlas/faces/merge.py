@@ -4,7 +4,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from touchatlas.atlas.faces.crossings import find_crossings
+from touchatlas.atlas.faces.crossings import crossed_pairs
 from touchatlas.atlas.faces.grow import Evidence, evenly
 from touchatlas.atlas.faces.kinds import LABEL_KINDS, Kind
 from touchatlas.atlas.faces.labels import NONE, Labels
@@ -58,9 +58,7 @@ def _about_roundings(labels: Labels) -> set[tuple[int, int]]:
     """Pairs of labels between which a contour runs over a rounded edge and nothing else."""
     if not labels.rounded.any():
         return set()
-    on = labels.rounded & (labels.of == NONE)
-    crossings = find_crossings(labels)
-    return {pair for pair, some in crossings.items() if len(some.only(on).samples)}
+    return crossed_pairs(labels, labels.rounded & (labels.of == NONE))
 
 
 def merged_piece(labels: Labels, both, kinds, worth: float) -> tuple[Piece | None, float]:
