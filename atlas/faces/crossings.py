@@ -155,7 +155,7 @@ def _on_balls(labels: Labels, bounds, lawful, widest: float, crossed) -> _Spans:
     for begin, end in zip(low[loose].tolist(), high[loose].tolist(), strict=True):
         middle = samples.points[(begin + end) // 2]
         near = np.unique(of[known[tree.query_ball_point(middle, widest)]]).tolist()
-        key = begin, end, *(labels.pieces[k] for k in near)
+        key = "touched", begin, end, *(labels.pieces[k] for k in near)
         if key not in labels.judged:
             labels.judged[key] = _touched(labels, near, np.arange(begin, end))
         pair, on = labels.judged[key]
@@ -184,9 +184,10 @@ def _touched(labels: Labels, near: list[int], run) -> tuple[tuple[int, int], np.
     return pair, most
 
 
-def _crossings(points, spans, ended) -> Crossings:
-    whole = np.repeat([True, False], [len(spans), len(ended)])
-    spans = np.array([*spans, *ended])
+def _crossings(points, over, on_balls) -> Crossings:
+    """Crossings of spans (2,) of both kinds."""
+    whole = np.repeat([True, False], [len(over), len(on_balls)])
+    spans = np.array([*over, *on_balls])
     low, high = spans[:, 0] - whole, spans[:, 1] - ~whole
     return Crossings(spans, 0.5 * (points[low] + points[high]), whole)
 
