@@ -25,6 +25,9 @@ _SHARP = 4.0
 _BETTER = 6.0
 # Samples of a label that are compared with an edge first. Doubled, it takes longer.
 _FIRST = 60
+# Links from samples to labels that may round them with a pair. Doubled, a body of many faces takes
+# longer.
+_LINKS = 6
 
 # Distances (m,) and normals (m, 3) of a label at samples.
 _Values = tuple[np.ndarray, np.ndarray]
@@ -90,7 +93,7 @@ class Rounding:
             return None
         members = np.flatnonzero(np.isin(labels.of, given))
         samples = np.unique(np.concatenate([crossings.samples, crossings.beside, members]))
-        thirds = self._thirds(pair, given)
+        thirds = self._thirds(pair, given, samples)
         involved = {*pair, *given, *thirds, *labels.of[samples].tolist()} - {NONE}
         pieces = tuple(labels.pieces[k] for k in sorted(involved))
         arrays = crossings.spans, crossings.whole, samples, labels.of[samples]
@@ -162,7 +165,7 @@ class Rounding:
         infinity where some of them alone cost more than all do now."""
         members, pair = self.labels.members(label), (edge.first, edge.second)
         now = self._now(members).sum() + self._price(label)
-        thirds = self._thirds(pair, {label})
+        thirds = self._thirds(pair, {label}, members)
         first = [evenly(members, _FIRST)] if len(members) > _FIRST else []
         for some in (*first, members):
             after = self._after(pair, edge.sign, edge.radius, some, thirds).sum()
@@ -209,10 +212,11 @@ class Rounding:
         kind, count = self.labels.pieces[label].kind, len(self.labels.members(label))
         return self.evidence.price(kind, count)
 
-    def _thirds(self, pair, given) -> list[int]:
-        """The labels, none of those ``given`` up, to which contours run from one of a pair."""
-        around = range(len(self.labels.pieces))
-        ends = [k for k in around if k not in pair and k not in given]
+    def _thirds(self, pair, given, samples) -> list[int]:
+        """The labels about samples (m,), none of those ``given`` up, to which contours run from one
+        of a pair."""
+        around = np.unique(self.labels.of[self.labels.graph.around(samples, _LINKS)]).tolist()
+        ends = [k for k in around if k not in (NONE, *pair, *given)]
         return [k for k in ends if any((min(k, p), max(k, p)) in self.crossings for p in pair)]
 
     def _corner_misfit(self, three, sign: float, radius: float) -> np.ndarray:
