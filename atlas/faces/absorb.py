@@ -111,8 +111,11 @@ def _within(rounding: Rounding) -> list[_Offer]:
 
 def _is_partly(labels: Labels, label: int, other: int) -> bool:
     """Whether most samples of a label lie on another, lawful piece."""
-    if not labels.pieces[other].kind.lawful:
-        return False
+    piece, evidence = labels.pieces[other], labels.evidence
     some = evenly(labels.members(label), _COMPARED)
-    distance = labels.evidence.compare(labels.pieces[other], some)[0]
-    return bool(np.median(np.abs(distance)) < labels.evidence.options.gate)
+
+    def lies_on_it() -> bool:
+        distance = evidence.compare(piece, some)[0]
+        return bool(np.median(np.abs(distance)) < evidence.options.gate)
+
+    return piece.kind.lawful and evidence.recall.get(lies_on_it, "on", piece, some) is True

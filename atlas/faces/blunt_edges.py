@@ -4,9 +4,8 @@ The rounding of an edge is often narrower than the distance of contours, so that
 are many, uncertain, and end where contours do. One radius holds for the whole edge.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import combinations
 
 import numpy as np
@@ -94,13 +93,11 @@ class Rounding:
         members = np.flatnonzero(np.isin(labels.of, given))
         samples = np.unique(np.concatenate([crossings.samples, crossings.beside, members]))
         thirds = self._thirds(pair, given, samples)
-        involved = {*pair, *given, *thirds, *labels.of[samples].tolist()} - {NONE}
-        pieces = tuple(labels.pieces[k] for k in sorted(involved))
-        arrays = crossings.spans, crossings.whole, samples, labels.of[samples]
-        key = pair, tuple(given), tuple(thirds), pieces, *(array.tobytes() for array in arrays)
-        if key not in labels.judged:
-            labels.judged[key] = self._judged(pair, crossings, given, thirds, samples)
-        found = labels.judged[key]
+        own, which = np.unique(labels.of[samples], return_inverse=True)
+        arrays = crossings.spans, crossings.whole, samples, which
+        pieces = (labels.pieces_of(some) for some in (pair, given, thirds, own.tolist()))
+        judged = partial(self._judged, pair, crossings, given, thirds, samples)
+        found = self.evidence.recall.get(judged, "edge", *pieces, *arrays)
         if found is None:
             return None
         sign, radius, deviation, saved = found
@@ -123,15 +120,23 @@ class Rounding:
             return None
         # A sample whose normal no piece shares may lie at a sharp edge.
         sharp = np.where(labels.of[samples] == NONE, across.misfit(0.0), np.inf)
+        members = np.isin(labels.of[samples], given)
+        crossing = ~members | np.isin(samples, crossings.samples)
+        # Most labels between are faces: a few of their samples show it.
+        some = evenly(samples[crossing], _FIRST)
+        if not self._are_near(self._after(pair, sign, found[0], some, thirds)):
+            return None
         after = self._after(pair, sign, found[0], samples, thirds)
         saved = (np.minimum(self._now(samples), sharp) - after).sum()
         saved -= 0.5 * np.log(len(samples)) - sum(self._price(k) for k in given)
-        members = np.isin(labels.of[samples], given)
-        crossing = ~members | np.isin(samples, crossings.samples)
-        good = self.evidence.is_good(self.evidence.options.unexplained - after[crossing])
-        if saved <= _BETTER or not good or self._is_bevel(samples, after):
+        near = self._are_near(after[crossing])
+        if saved <= _BETTER or not near or self._is_bevel(samples, after):
             return None
         return sign, *found, float(saved)
+
+    def _are_near(self, nats) -> bool:
+        """Whether samples of so many nats (m,) are no farther off than chi-square allows."""
+        return self.evidence.is_good(self.evidence.options.unexplained - nats)
 
     def _is_bevel(self, samples, after) -> bool:
         """Whether a plane explains those samples (m,) that have no label for less than a rounded
@@ -148,16 +153,24 @@ class Rounding:
     def _after(self, pair, sign: float, radius: float, samples, thirds) -> np.ndarray:
         """(m,) nats of samples by a rounded edge of two labels, and by the roundings at its ends:
         the edges and corners that these have with third labels, with the same radius."""
-        values = {k: self._values(k, samples) for k in (*pair, *thirds)}
-        out = RoundedPair(self.evidence, values[pair[0]], values[pair[1]], sign).misfit(radius)
-        for some, rows in _common(values, radius, 2):
-            if {*some} != {*pair}:
-                first, second = _of(values, some, rows)
-                beside = RoundedPair(self.evidence, first, second, sign)
-                out[rows] = np.minimum(out[rows], beside.ball_misfit(radius))
-        for some, rows in _common(values, radius, 3):
-            nats = self._corner_misfit(_of(values, some, rows), sign, radius)
-            out[rows] = np.minimum(out[rows], nats)
+        values = [self._values(k, samples) for k in (*pair, *thirds)]
+        out = RoundedPair(self.evidence, values[0], values[1], sign).misfit(radius)
+        distances = sign * np.stack([distance for distance, _ in values])
+        normals = np.stack([normal for _, normal in values])
+        # A sample on a ball is not outside of the pieces that the ball touches.
+        most = np.sqrt(2.0 * self.evidence.options.unexplained) * self.evidence.samples.std
+        near = (distances > -radius) & (distances < min(radius, most))
+        labels, rows = _together(near, 2)
+        first, second = ((distances[k, rows], normals[k, rows]) for k in labels.T)
+        nats = RoundedPair(self.evidence, first, second, 1.0).ball_misfit(radius)
+        np.minimum.at(out, rows, nats)
+        labels, rows = _together(near, 3)
+        three = labels, rows[:, None]
+        found, _, ball = rounded_corner(
+            distances[three], normals[three], np.full(len(rows), radius)
+        )
+        nats = self.evidence.misfit(found / self.evidence.samples.std)
+        np.minimum.at(out, rows[ball], nats[ball])
         return out
 
     def saved_by(self, edge: BluntEdge, label: int) -> float:
@@ -219,28 +232,11 @@ class Rounding:
         ends = [k for k in around if k not in (NONE, *pair, *given)]
         return [k for k in ends if any((min(k, p), max(k, p)) in self.crossings for p in pair)]
 
-    def _corner_misfit(self, three, sign: float, radius: float) -> np.ndarray:
-        """(m,) nats of samples by the ball in the corner of three pieces, from their values; those
-        of unexplained ones beside it."""
-        distances = sign * np.stack([distance for distance, _ in three], axis=1)
-        normals = np.stack([normal for _, normal in three], axis=1)
-        found, _, ball = rounded_corner(distances, normals, np.full(len(distances), radius))
-        nats = self.evidence.misfit(found / self.evidence.samples.std)
-        return np.where(ball, nats, self.evidence.options.unexplained)
 
-
-def _common(
-    values: dict[int, _Values], radius: float, count: int
-) -> Iterator[tuple[tuple[int, ...], np.ndarray]]:
-    """Each ``count`` labels that a ball may touch at once, and the samples (k,) that it may pass:
-    those no farther than its radius from all of them."""
-    near = {k: np.abs(distance) < radius for k, (distance, _) in values.items()}
-    for some in combinations([k for k, rows in near.items() if rows.any()], count):
-        rows = np.flatnonzero(np.all([near[k] for k in some], axis=0))
-        if len(rows):
-            yield some, rows
-
-
-def _of(values: dict[int, _Values], some, rows) -> list[_Values]:
-    """The values of some labels in rows (k,)."""
-    return [(values[k][0][rows], values[k][1][rows]) for k in some]
+def _together(near, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Labels (k, count) and samples (k,), for each sample all sets of labels that are ``near`` it
+    (labels, m)."""
+    some = list(combinations(np.flatnonzero(near.any(axis=1)).tolist(), count))
+    together = np.array(some, int).reshape(-1, count)
+    which, samples = np.nonzero(near[together].all(axis=1))
+    return together[which], samples

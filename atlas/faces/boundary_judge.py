@@ -1,6 +1,7 @@
 """BoundaryJudge: sharp edge, smooth rim, or none but that one polynomial ends."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -77,11 +78,9 @@ class BoundaryJudge:
     def between(self, a: int, b: int, points) -> Boundary | None:
         """The boundary of two pieces with links, as it was found before where nothing changed."""
         pieces, members = self.labels.pieces, self.members
-        arrays = members[a], members[b], points, self.rounded
-        key = a, b, pieces[a], pieces[b], *(array.tobytes() for array in arrays)
-        if key not in self.labels.judged:
-            self.labels.judged[key] = self.linked(a, b, points)
-        found: Boundary | None = self.labels.judged[key]
+        depends = a, b, pieces[a], pieces[b], members[a], members[b], points, self.rounded
+        linked = partial(self.linked, a, b, points)
+        found: Boundary | None = self.evidence.recall.get(linked, "boundary", *depends)
         return found
 
     def linked(self, a: int, b: int, points) -> Boundary | None:

@@ -2,6 +2,7 @@
 that touches both."""
 
 from dataclasses import dataclass
+from functools import partial
 from itertools import combinations
 
 import numpy as np
@@ -155,10 +156,9 @@ def _on_balls(labels: Labels, bounds, lawful, widest: float, crossed) -> _Spans:
     for begin, end in zip(low[loose].tolist(), high[loose].tolist(), strict=True):
         middle = samples.points[(begin + end) // 2]
         near = np.unique(of[known[tree.query_ball_point(middle, widest)]]).tolist()
-        key = "touched", begin, end, *(labels.pieces[k] for k in near)
-        if key not in labels.judged:
-            labels.judged[key] = _touched(labels, near, np.arange(begin, end))
-        pair, on = labels.judged[key]
+        touched = partial(_touched, labels, near, np.arange(begin, end))
+        depends = begin, end, labels.pieces_of(near)
+        pair, on = labels.evidence.recall.get(touched, "ball", *depends)
         if np.count_nonzero(on) >= _LOOSE:
             on_ball = begin + np.flatnonzero(on)
             two = near[pair[0]], near[pair[1]]

@@ -13,6 +13,7 @@ from touchatlas.atlas.faces.labels import NONE, Labels
 from touchatlas.atlas.faces.laws import Law, law_of
 from touchatlas.atlas.faces.piece import Piece
 from touchatlas.atlas.faces.polylines import polylines
+from touchatlas.atlas.faces.recall import Recall
 from touchatlas.atlas.faces.sample_graph import SampleGraph
 
 # Least distance of the points of an edge, and longest gap in it, in steps of the contours. Doubled,
@@ -121,6 +122,8 @@ class Faces:
         Corners of three faces that are rounded with one ball.
     links : SampleGraph, optional
         Those of all samples, from which the next reading goes on.
+    recall : Recall, optional
+        What was found on the way, likewise.
     """
 
     faces: tuple[Face, ...]
@@ -133,6 +136,7 @@ class Faces:
     std: float
     corners: tuple[FaceCorner, ...] = ()
     links: SampleGraph | None = None
+    recall: Recall | None = None
 
     def __len__(self) -> int:
         return len(self.faces)
@@ -182,8 +186,9 @@ def join_faces(labels: Labels, boundaries: list[Boundary]) -> Faces:
     corners = find_corners(tuple(faces), edges, points, np.flatnonzero(of == NONE), samples.std)
     balls = [edge.samples for edge in edges] + [corner.samples for corner in corners]
     rounded = np.unique(np.concatenate([np.zeros(0, int), *balls]))
-    own = of, labels.of.copy(), rounded, samples.std, corners, labels.evidence.graph
-    return Faces(tuple(faces), edges, points, normals, *own)
+    own = of, labels.of.copy(), rounded, samples.std, corners
+    kept = labels.evidence.graph, labels.evidence.recall
+    return Faces(tuple(faces), edges, points, normals, *own, *kept)
 
 
 def _frozen(array) -> np.ndarray:

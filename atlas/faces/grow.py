@@ -8,6 +8,7 @@ from touchatlas.atlas.faces.fit_piece import fit_piece
 from touchatlas.atlas.faces.kinds import LABEL_KINDS, Kind
 from touchatlas.atlas.faces.options import FaceOptions
 from touchatlas.atlas.faces.piece import Piece, in_plane_cosines
+from touchatlas.atlas.faces.recall import Recall
 from touchatlas.atlas.faces.sample_graph import SampleGraph
 from touchatlas.atlas.faces.samples import ContourSamples
 
@@ -72,11 +73,14 @@ class Evidence:
     samples : ContourSamples
     graph : SampleGraph
     options : FaceOptions
+    recall : Recall
+        What was found of these samples before, by all that it depends on.
     """
 
     samples: ContourSamples
     graph: SampleGraph
     options: FaceOptions
+    recall: Recall = field(default_factory=Recall)
     # A third of the fits are asked for again.
     _fits: dict[tuple[Kind, bytes], Piece | None] = field(default_factory=dict)
 

@@ -8,10 +8,12 @@ import numpy as np
 from touchatlas.atlas.faces.blunt_edges import Rounding
 from touchatlas.atlas.faces.cover import greedy_cover, propose, seeds_of
 from touchatlas.atlas.faces.crossed_links import cut_crossed_links
+from touchatlas.atlas.faces.faces import Faces
 from touchatlas.atlas.faces.grow import Evidence
 from touchatlas.atlas.faces.labels import Labels
 from touchatlas.atlas.faces.merge import merge
 from touchatlas.atlas.faces.options import FaceOptions
+from touchatlas.atlas.faces.recall import Recall
 from touchatlas.atlas.faces.revise import add, drop, refit
 from touchatlas.atlas.faces.sample_graph import SampleGraph
 from touchatlas.atlas.faces.samples import ContourSamples
@@ -50,32 +52,14 @@ def first_labels(samples: ContourSamples, options: FaceOptions = FaceOptions()) 
     return labels
 
 
-def relabel(
-    samples: ContourSamples,
-    pieces,
-    of,
-    rounded=(),
-    options: FaceOptions = FaceOptions(),
-    links: SampleGraph | None = None,
-) -> Labels:
-    """Labels of samples, of which the first were labelled before: only what the new ones touch is
-    revised.
-
-    Parameters
-    ----------
-    samples : ContourSamples
-    pieces : list of Piece
-    of : (m,) int
-        The piece of each of the first samples, or NONE.
-    rounded : (k,) int
-        Those of them that the rounding of an edge explained.
-    options : FaceOptions
-    links : SampleGraph, optional
-        Those of the first samples.
-    """
-    labels = Labels(Evidence(samples, SampleGraph(samples, links), options))
-    labels.resume(pieces, of, rounded)
-    if len(rounded):
+def relabel(samples: ContourSamples, before: Faces, options: FaceOptions = FaceOptions()) -> Labels:
+    """Labels of samples, of the first of which the faces ``before`` were read with these options:
+    only what the new ones touch is revised."""
+    graph = SampleGraph(samples, before.links)
+    recall = Recall(before.recall if graph.goes_on else None)
+    labels = Labels(Evidence(samples, graph, options, recall))
+    labels.resume(before.pieces, before.patch_of, before.rounded)
+    if len(before.rounded):
         # New samples on a known rounding are explained.
         for edge in Rounding(labels).edges:
             labels.rounded[edge.samples] = True

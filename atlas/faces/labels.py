@@ -1,7 +1,5 @@
 """Labels: which piece explains each sample, by iterated conditional modes (Besag 1986)."""
 
-from typing import Any
-
 import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
@@ -66,8 +64,6 @@ class Labels:
         self.pieces: list[Piece] = []
         # The links of all that are left out of the graph.
         self.cut = _NO_SAMPLES
-        # What was found between labels before, by all that it depends on.
-        self.judged: dict[tuple, Any] = {}
         # Merges and seeds that were tried, and the samples that each piece was fitted to.
         self.tried: set = set()
         self.fitted: dict[Piece, np.ndarray] = {}
@@ -134,6 +130,10 @@ class Labels:
         """Fraction of the samples that lawful pieces explain."""
         lawful = [label for label, piece in enumerate(self.pieces) if piece.kind.lawful]
         return float(np.isin(self.of, lawful).mean())
+
+    def pieces_of(self, some) -> tuple[Piece | None, ...]:
+        """The pieces of some labels, none of NONE."""
+        return tuple(None if label == NONE else self.pieces[label] for label in some)
 
     def members(self, label: int) -> np.ndarray:
         """The samples of a label, ascending."""

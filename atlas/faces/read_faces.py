@@ -52,10 +52,8 @@ def faces_of_samples(
     only what the new ones touch is read again."""
     if before is None:
         return _read_again(samples, options, faces_of_revised(label_samples(samples, options)))
-    known = before.pieces, before.patch_of, before.rounded
-    labels = relabel(samples, *known, options, before.links)
     # Labels from before were moved to rims already.
-    return faces_of_revised(labels, rounds=1)
+    return faces_of_revised(relabel(samples, before, options), rounds=1)
 
 
 def _read_again(samples: ContourSamples, options: FaceOptions, found: Faces) -> Faces:

@@ -51,13 +51,16 @@ class SampleGraph:
         1 where both normals agree, 0 where they differ by 66 degrees or more.
     neighbours, neighbour_weights : (n, k) int and float
         Linked samples of each, and the weights of the links; n stands for none.
+    goes_on : bool
+        Whether the first of the samples are those of the graph before.
     """
 
     def __init__(self, samples: ContourSamples, before: "SampleGraph | None" = None) -> None:
         self.size, self._samples = len(samples), samples
         self.tree = cKDTree(samples.points)
         along = np.flatnonzero(samples.contours[1:] == samples.contours[:-1])
-        stays = np.zeros(self.size, bool) if before is None else before._stays(samples)
+        self.goes_on = before is not None and before._is_of_first(samples)
+        stays = before._stays(samples) if before and self.goes_on else np.zeros(self.size, bool)
         first, second, self._looked = _links_across(samples, self.tree, np.flatnonzero(~stays))
         if before is not None:
             old, kept = np.flatnonzero(stays), before._across[:, stays[before._across[0]]]
@@ -73,15 +76,18 @@ class SampleGraph:
         self.neighbours, self.neighbour_weights = _padded(self.pairs, self.weights, self.size)
         self._places = np.empty(self.size + 1, int)
 
+    def _is_of_first(self, samples: ContourSamples) -> bool:
+        """Whether the first of some samples are those of this graph."""
+        names = "points", "normals", "outward", "contours", "touches", "steps"
+        known = self._samples
+        pairs = [(getattr(known, name), getattr(samples, name)[: self.size]) for name in names]
+        return known.std == samples.std and all(np.array_equal(*pair) for pair in pairs)
+
     def _stays(self, samples: ContourSamples) -> np.ndarray:
         """(n,) which samples are linked across as they were before the last of them came."""
-        stays, known = np.zeros(len(samples), bool), self._samples
-        names = "points", "normals", "outward", "contours", "touches", "steps"
-        pairs = [(getattr(known, name), getattr(samples, name)[: self.size]) for name in names]
-        if known.std == samples.std and all(np.array_equal(*pair) for pair in pairs):
-            new = samples.points[self.size :]
-            away = cKDTree(new).query(known.points)[0] if len(new) else np.inf
-            stays[: self.size] = away > self._looked
+        stays, new = np.zeros(len(samples), bool), samples.points[self.size :]
+        away = cKDTree(new).query(self._samples.points)[0] if len(new) else np.inf
+        stays[: self.size] = away > self._looked
         return stays
 
     @cached_property

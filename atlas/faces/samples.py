@@ -111,13 +111,16 @@ def group_contours(points, contours, steps) -> np.ndarray:
 
 
 def _medians(values, groups, count: int) -> np.ndarray:
-    """(count,) median of the values of each group, that of all where a group is empty."""
+    """(count,) median of the values of each group. A group without any has that of the one before
+    it that has some, or of the first: groups to come do not change it."""
     order = np.lexsort((values, groups))
     sizes = np.bincount(groups, minlength=count)
-    first = np.cumsum(sizes) - sizes
-    overall = float(np.median(values)) if len(values) else 0.0
-    middle = np.minimum(first + sizes // 2, max(len(values) - 1, 0))
-    return np.where(sizes > 0, values[order][middle] if len(values) else overall, overall)
+    known = np.flatnonzero(sizes)
+    if not len(known):
+        return np.zeros(count)
+    middle = (np.cumsum(sizes) - sizes + sizes // 2)[known]
+    last = np.searchsorted(known, np.arange(count), side="right") - 1
+    return np.asarray(values[order][middle][np.maximum(last, 0)])
 
 
 def plane_normals(points, planes, contours, std: float) -> np.ndarray:

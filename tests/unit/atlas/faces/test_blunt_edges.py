@@ -68,7 +68,7 @@ def test_new_samples_on_a_known_rounding_start_no_piece(rounded):
     samples, new = rounded.samples, rounded.samples.touches >= rounded.samples.touches.max() - 1
     columns = [column[~new] for column in (samples.points, samples.normals, samples.planes)]
     faces = faces_of_samples(contour_samples(*columns, samples.std))
-    again = relabel(samples, faces.pieces, faces.patch_of, faces.rounded, links=faces.links)
+    again = relabel(samples, faces)
     on_balls = np.intersect1d(np.flatnonzero(new), rounded.faces.rounded)
     assert len(on_balls) > 10
     assert again.rounded[on_balls].mean() > 0.7

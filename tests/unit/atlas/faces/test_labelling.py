@@ -8,6 +8,7 @@ import pytest
 from tests.sharp import sharp_object
 from tests.touched import BORNE, touched, touched_samples
 from tests.truths import random_rotation
+from touchatlas.atlas.faces.faces import join_faces
 from touchatlas.atlas.faces.kinds import Kind
 from touchatlas.atlas.faces.labelling import label_samples, relabel
 from touchatlas.atlas.faces.labels import NONE
@@ -77,7 +78,7 @@ def relabelled(name: str, bounds):
         if labels is None:
             labels = label_samples(samples)
         else:
-            labels = relabel(samples, labels.pieces, labels.of)
+            labels = relabel(samples, join_faces(labels, []))
     return labels
 
 
@@ -101,7 +102,7 @@ def test_touches_elsewhere_leave_labels_and_pieces_as_they_are():
         *(np.tile(c, (2, 1)) for c in (outward, planes)),
         BORNE * noise,
     )
-    after = relabel(both, before.pieces, before.of)
+    after = relabel(both, join_faces(before, []))
     assert after.pieces[0] is before.pieces[0]
     assert (after.of[: len(points)] == before.of).all()
     assert [piece.kind for piece in after.pieces] == [Kind.SPHERE, Kind.SPHERE]
@@ -110,7 +111,7 @@ def test_touches_elsewhere_leave_labels_and_pieces_as_they_are():
 
 def test_the_same_samples_are_labelled_as_they_were():
     before = labelled("step", 40)
-    after = relabel(touched_samples("step", 40), before.pieces, before.of)
+    after = relabel(touched_samples("step", 40), join_faces(before, []))
     assert all(a is b for a, b in zip(after.pieces, before.pieces, strict=True))
     assert after.of.tobytes() == before.of.tobytes()
 
