@@ -10,7 +10,7 @@ from itertools import combinations
 
 import numpy as np
 
-from touchatlas.atlas.faces.crossings import Crossings, find_crossings
+from touchatlas.atlas.faces.crossings import Crossings, find_crossings, longest_chord
 from touchatlas.atlas.faces.grow import evenly
 from touchatlas.atlas.faces.kinds import Kind
 from touchatlas.atlas.faces.labels import NONE, Labels
@@ -117,6 +117,9 @@ class Rounding:
             return None
         found = across.radius()
         if found is None or not (len(given) or found[0] > _SHARP * found[1]):
+            return None
+        # Balls as wide as the body touch most of its faces.
+        if np.median(across.chords(found[0])) > longest_chord(self.evidence):
             return None
         # A sample whose normal no piece shares may lie at a sharp edge.
         sharp = np.where(labels.of[samples] == NONE, across.misfit(0.0), np.inf)

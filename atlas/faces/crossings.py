@@ -92,6 +92,11 @@ def find_crossings(labels: Labels) -> dict[tuple[int, int], Crossings]:
     }
 
 
+def longest_chord(evidence: Evidence) -> float:
+    """Longest chord over the rounding of an edge, length."""
+    return _WIDEST * float(np.linalg.norm(np.ptp(evidence.samples.points, axis=0)))
+
+
 def crossed_pairs(labels: Labels, free) -> set[tuple[int, int]]:
     """Pairs of lawful labels, the lower first, between which a contour runs over samples that are
     all ``free`` (n,), and over one at least."""
@@ -108,8 +113,7 @@ def _rows(labels: Labels) -> tuple[np.ndarray, np.ndarray, float]:
     change = (np.diff(of, prepend=-2) != 0) | (np.diff(samples.contours, prepend=-1) != 0)
     bounds = np.append(np.flatnonzero(change), len(of))
     lawful = [label != NONE and labels.pieces[label].kind.lawful for label in of[bounds[:-1]]]
-    widest = _WIDEST * float(np.linalg.norm(np.ptp(samples.points, axis=0)))
-    return bounds, np.array(lawful, bool), widest
+    return bounds, np.array(lawful, bool), longest_chord(labels.evidence)
 
 
 def _over(labels: Labels, bounds, lawful, widest: float) -> _Spans:
@@ -170,13 +174,15 @@ def _touched(labels: Labels, near: list[int], run) -> tuple[tuple[int, int], np.
     """Which two of some labels, by their places, are touched by the ball on which most samples (m,)
     of a row lie, the lower first, and which (m,) do."""
     points, evidence = labels.evidence.samples.points[run], labels.evidence
+    widest = longest_chord(evidence)
     values = [labels.pieces[k].at(points) for k in near]
     pair, most = (0, 0), np.zeros(len(run), bool)
     for first, second in combinations(range(len(near)), 2):
         for sign in (1.0, -1.0):
             both = RoundedPair(evidence, values[first], values[second], sign)
-            inside = np.count_nonzero((both.first < 0.0) & (both.second < 0.0)) >= _ROW
-            found = both.radius() if inside and both.is_edge else None
+            # Most labels are touched by balls as wide as the body alone.
+            narrow = np.count_nonzero(both.chords(both.radii()) < widest) >= _ROW
+            found = both.radius() if narrow and both.is_edge else None
             if found is not None:
                 on = both.ball_misfit(found[0]) < evidence.options.unexplained
                 if np.count_nonzero(on) > np.count_nonzero(most):

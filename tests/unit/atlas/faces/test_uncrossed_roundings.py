@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from tests.lawful import BLUNT, HALF, NOISE, rounded_box_distance
+from touchatlas.atlas.faces import blunt_edges
 from touchatlas.atlas.faces.absorb import absorb
 from touchatlas.atlas.faces.blunt_edges import Rounding
 from touchatlas.atlas.faces.grow import Evidence
@@ -75,3 +76,11 @@ def test_samples_on_a_ball_show_an_edge_that_no_contour_crosses(box):
     assert abs(edges[0, 1].radius - BLUNT) < 4.0 * edges[0, 1].deviation
     # 20 samples between the corners, 12 on the balls of these.
     assert 20 <= len(edges[0, 1].samples) <= 32
+
+
+@pytest.mark.parametrize(("share", "edges"), [(0.9, 0), (1.1, 5)])
+def test_a_rounding_wider_than_the_longest_chord_is_none(box, monkeypatch, share, edges):
+    """The ball of radius r touches the sides of a right angle √2 r apart. Balls as wide as a body
+    touch most of its faces, and nearly all of them explain some of a piece."""
+    monkeypatch.setattr(blunt_edges, "longest_chord", lambda _: share * np.sqrt(2.0) * BLUNT)
+    assert len(Rounding(box).edges) == edges
