@@ -14,7 +14,7 @@ from touchatlas.atlas.faces.crossings import Crossings, find_crossings, longest_
 from touchatlas.atlas.faces.grow import evenly
 from touchatlas.atlas.faces.kinds import Kind
 from touchatlas.atlas.faces.labels import NONE, Labels
-from touchatlas.atlas.faces.rolling_ball import rounded_corner
+from touchatlas.atlas.faces.rolling_ball import ball_chord, rounded_corner
 from touchatlas.atlas.faces.rounded_pair import RoundedPair
 
 # Radius that is none, in its standard deviations: of 24 edges that are looked at after each of 40
@@ -119,7 +119,7 @@ class Rounding:
         if found is None or not (len(given) or found[0] > _SHARP * found[1]):
             return None
         # Balls as wide as the body touch most of its faces.
-        if np.median(across.chords(found[0])) > longest_chord(self.evidence):
+        if np.median(ball_chord(found[0], across.cosine)) > longest_chord(self.evidence):
             return None
         # A sample whose normal no piece shares may lie at a sharp edge.
         sharp = np.where(labels.of[samples] == NONE, across.misfit(0.0), np.inf)

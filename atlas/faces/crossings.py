@@ -3,7 +3,6 @@ that touches both."""
 
 from dataclasses import dataclass
 from functools import partial
-from itertools import combinations
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -11,6 +10,7 @@ from scipy.spatial import cKDTree
 from touchatlas.atlas.faces.grow import Evidence
 from touchatlas.atlas.faces.labels import NONE, Labels
 from touchatlas.atlas.faces.piece import Piece
+from touchatlas.atlas.faces.rolling_ball import ball_chord, ball_radius
 from touchatlas.atlas.faces.rounded_pair import RoundedPair
 
 # Longest chord between the two pieces, over the extent of the samples. Halved, wide fillets are
@@ -174,20 +174,31 @@ def _touched(labels: Labels, near: list[int], run) -> tuple[tuple[int, int], np.
     """Which two of some labels, by their places, are touched by the ball on which most samples (m,)
     of a row lie, the lower first, and which (m,) do."""
     points, evidence = labels.evidence.samples.points[run], labels.evidence
-    widest = longest_chord(evidence)
     values = [labels.pieces[k].at(points) for k in near]
+    distances, normals = (np.stack(column) for column in zip(*values, strict=True))
     pair, most = (0, 0), np.zeros(len(run), bool)
-    for first, second in combinations(range(len(near)), 2):
-        for sign in (1.0, -1.0):
-            both = RoundedPair(evidence, values[first], values[second], sign)
-            # Most labels are touched by balls as wide as the body alone.
-            narrow = np.count_nonzero(both.chords(both.radii()) < widest) >= _ROW
-            found = both.radius() if narrow and both.is_edge else None
-            if found is not None:
-                on = both.ball_misfit(found[0]) < evidence.options.unexplained
-                if np.count_nonzero(on) > np.count_nonzero(most):
-                    pair, most = (first, second), on
+    for first, second, sign in _narrow(distances, normals, longest_chord(evidence)):
+        both = RoundedPair(evidence, values[first], values[second], sign)
+        found = both.radius() if both.is_edge else None
+        if found is not None:
+            on = both.ball_misfit(found[0]) < evidence.options.unexplained
+            if np.count_nonzero(on) > np.count_nonzero(most):
+                pair, most = (first, second), on
     return pair, most
+
+
+def _narrow(distances, normals, widest: float) -> list[tuple[int, int, float]]:
+    """Pairs of labels, the lower first, and signs of their edge, where the balls on which samples
+    lie touch both no more than ``widest`` apart for some samples in a row: most labels are touched
+    by balls as wide as the body alone. From distances (k, m) and normals (k, m, 3)."""
+    first, second = np.triu_indices(len(distances), 1)
+    cosine = (normals[first] * normals[second]).sum(axis=2)
+    signs, counts = (1.0, -1.0), []
+    for sign in signs:
+        radius = ball_radius(sign * distances[first], sign * distances[second], cosine)
+        counts.append(np.count_nonzero(ball_chord(radius, cosine) < widest, axis=1))
+    which, side = np.nonzero(np.stack(counts, axis=1) >= _ROW)
+    return [(int(first[k]), int(second[k]), signs[s]) for k, s in zip(which, side, strict=True)]
 
 
 def _crossings(points, over, on_balls) -> Crossings:

@@ -34,6 +34,20 @@ def ball_radius(first, second, cosine) -> np.ndarray:
     return (-(first + second) + root) / apart
 
 
+def ball_chord(radius, cosine) -> np.ndarray:
+    """(n,) distance between the lines at which balls of radii (n,), or of one radius, touch two
+    faces.
+
+    Examples
+    --------
+    In a right angle:
+
+    >>> ball_chord(1.0, np.zeros(1)).round(3)
+    array([1.414])
+    """
+    return np.asarray(radius * np.sqrt(np.maximum(2.0 - 2.0 * cosine, 0.0)))
+
+
 def rounded_edge(first, second, cosine, radius) -> tuple[np.ndarray, np.ndarray]:
     """Signed distance (..., n) from an edge that is rounded with a radius, and the weights
     (..., n, 2) of both normals in its gradient; of radii (..., 1) at once.

@@ -28,15 +28,6 @@ class RoundedPair:
         """Whether the pieces face ways that differ by 20 to 160 degrees, in the median."""
         return bool(-_EDGE < np.median(self.cosine) < _EDGE)
 
-    def radii(self) -> np.ndarray:
-        """(n,) radius of the ball on which each sample lies; NaN outside of one of the pieces."""
-        return ball_radius(self.first, self.second, self.cosine)
-
-    def chords(self, radius) -> np.ndarray:
-        """(n,) distances between the lines at which balls of radii (n,) or of one radius touch both
-        pieces."""
-        return np.asarray(radius * np.sqrt(np.maximum(2.0 - 2.0 * self.cosine, 0.0)))
-
     def at(self, radius) -> tuple[np.ndarray, np.ndarray]:
         """Distances (n,) from the edge that is rounded with a radius, and the weights (n, 2) of
         both normals there."""
@@ -55,7 +46,7 @@ class RoundedPair:
     def radius(self) -> tuple[float, float] | None:
         """The radius that explains the samples best, and its standard deviation; None where no
         sample on a ball lies inside of both faces."""
-        radii = self.radii()
+        radii = ball_radius(self.first, self.second, self.cosine)
         radii = radii[np.isfinite(radii)]
         if not len(radii):
             return None

@@ -38,7 +38,7 @@ def unite(labels: Labels) -> int:
     reach = _APART * extent
     members = labels.all_members()
     united = 0
-    for a, b in _alike(labels):
+    for a, b in _alike(labels, members):
         first, second = members[a], members[b]
         # One of them may have been united with a third part.
         if not (len(first) and len(second)):
@@ -61,12 +61,13 @@ def unite(labels: Labels) -> int:
     return united
 
 
-def _alike(labels: Labels) -> list[tuple[int, int]]:
-    """Pairs of labels of planes, spheres and cylinders; the one of more samples first."""
-    sizes = np.bincount(labels.of[labels.of != NONE], minlength=len(labels.pieces))
-    order = np.argsort(-sizes, kind="stable").tolist()
-    order = [k for k in order if sizes[k] and labels.pieces[k].kind in _LAWS]
-    return list(combinations(order, 2))
+def _alike(labels: Labels, members) -> list[tuple[int, int]]:
+    """Pairs of labels of planes, spheres and cylinders; the one of more samples first. Two that are
+    settled were not united before."""
+    order = np.argsort([-len(mine) for mine in members], kind="stable").tolist()
+    order = [k for k in order if len(members[k]) and labels.pieces[k].kind in _LAWS]
+    settled = {k for k in order if labels.is_settled(k, members[k])}
+    return [pair for pair in combinations(order, 2) if not settled.issuperset(pair)]
 
 
 def _stands_between(labels: Labels, pair, first: int, second: int) -> bool:
