@@ -4,7 +4,9 @@ Fit, update, boundaries and planning, without simulator and surface; the solve i
 numpy.linalg.lstsq of a 57 x 15 matrix (the paper's 57 points, a quartic's 15 coefficients),
 timed between the touches of the same run.
 
-    python examples/time_of_a_touch.py [OBJECT]
+    python examples/time_of_a_touch.py [OBJECT [TOUCHES]]
+
+OBJECT is a name or the path of a mesh; TOUCHES are the most that are made.
 """
 
 import sys
@@ -15,6 +17,7 @@ import numpy as np
 from touchatlas.atlas import Atlas
 from touchatlas.planner import Planner, explore
 from touchatlas.sim import Probe, make_object
+from touchatlas.sim.folder.run_options import fit_scale
 
 WINDOW = 15
 
@@ -29,22 +32,24 @@ def seconds_of_lstsq(matrix) -> float:
     return best
 
 
-def main(name: str = "torus") -> None:
+def main(name: str = "torus", most: str = "1000") -> None:
     rng = np.random.default_rng(0)
     matrix = rng.normal(size=(57, 15))
     obj = make_object(name)
-    atlas = Atlas(obj.tolerance)
+    atlas = Atlas(obj.tolerance, scale=fit_scale(obj.noise_std, obj.diagonal))
     planner = Planner(*obj.start())
-    touches, solves = [], []
-    for step in explore(atlas, planner, Probe(obj, obj.noise_std, rng)):
+    touches, plans, solves = [], [], []
+    for step in explore(atlas, planner, Probe(obj, obj.noise_std, rng), int(most)):
         touches.append(step.seconds_plan + step.seconds_fit)
+        plans.append(step.seconds_plan)
         solves.append(seconds_of_lstsq(matrix))
     solve = np.median(solves)
-    print(f"{name}: {len(touches)} touches, {len(atlas)} patches")
+    print(f"{obj.name}: {len(touches)} touches, {len(atlas)} patches")
     print(f"one lstsq of 57 x 15: {1e6 * solve:.1f} us")
     print(
         f"a touch: median {1e3 * np.median(touches):.2f} ms, {np.median(touches) / solve:.1f} lstsq"
     )
+    print(f"all: {sum(touches):.1f} s, planning {sum(plans):.1f} s; longest: {max(touches):.1f} s")
     if len(touches) >= 200:
         early = np.median(touches[20 - WINDOW : 20 + WINDOW])
         late = np.median(touches[200 - WINDOW : 200 + WINDOW])

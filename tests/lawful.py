@@ -9,6 +9,7 @@ import trimesh
 from tests.kept import kept_once
 from touchatlas.atlas.faces.body import Body
 from touchatlas.atlas.faces.explained import determined
+from touchatlas.atlas.faces.faces import Faces
 from touchatlas.atlas.faces.read_faces import faces_of_samples
 from touchatlas.atlas.faces.samples import ContourSamples, contour_samples
 from touchatlas.patch.geometry.section import contour_normals
@@ -233,6 +234,15 @@ def known_body(name: str, count: int, scale: float = 1.0) -> Body:
 def _known_body(name: str, count: int, scale: float) -> Body:
     columns = touched_mesh(name, count, NOISE)
     return body_of(samples_of_touches(columns, np.sqrt(2.0) * NOISE, scale=scale))
+
+
+@kept_once
+def faces_before_last(name: str, count: int) -> Faces:
+    """A copy of the faces of the samples of such a body but for those of its last two touches."""
+    samples = known_body(name, count).samples
+    first = samples.touches < samples.touches.max() - 1
+    columns = samples.points, samples.outward, samples.planes
+    return faces_of_samples(samples_of_touches(columns, samples.std, first))
 
 
 def step_distance(points) -> np.ndarray:

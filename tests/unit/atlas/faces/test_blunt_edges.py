@@ -11,6 +11,7 @@ from tests.lawful import (
     FILLET,
     HALF,
     NOISE,
+    faces_before_last,
     known_body,
     lawful_object,
     rounded_box_distance,
@@ -20,8 +21,6 @@ from touchatlas.atlas.faces.explained import is_lawful, lawful_share
 from touchatlas.atlas.faces.face_field import face_values
 from touchatlas.atlas.faces.face_graph import as_networkx
 from touchatlas.atlas.faces.labelling import relabel
-from touchatlas.atlas.faces.read_faces import faces_of_samples
-from touchatlas.atlas.faces.samples import contour_samples
 from touchatlas.atlas.faces.thinned_samples import ThinnedSamples
 
 STD = np.sqrt(2.0) * NOISE
@@ -65,11 +64,10 @@ def test_samples_on_rounded_edges_and_corners_count_as_the_surface(rounded):
 def test_new_samples_on_a_known_rounding_start_no_piece(rounded):
     """Two touches more: their samples on known balls are explained from the start, and there are
     as many pieces as before."""
-    samples, new = rounded.samples, rounded.samples.touches >= rounded.samples.touches.max() - 1
-    columns = [column[~new] for column in (samples.points, samples.normals, samples.planes)]
-    faces = faces_of_samples(contour_samples(*columns, samples.std))
-    again = relabel(samples, faces)
-    on_balls = np.intersect1d(np.flatnonzero(new), rounded.faces.rounded)
+    faces = faces_before_last("rounded", 34)
+    again = relabel(rounded.samples, faces)
+    new = np.arange(len(faces.of), len(rounded.samples))
+    on_balls = np.intersect1d(new, rounded.faces.rounded)
     assert len(on_balls) > 10
     assert again.rounded[on_balls].mean() > 0.7
     assert len(again.pieces) == len(faces.pieces)

@@ -3,15 +3,13 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
-from tests.lawful import known_body
+from tests.lawful import faces_before_last, known_body
 from touchatlas.atlas.faces.blunt_edges import Rounding
 from touchatlas.atlas.faces.labelling import relabel
 from touchatlas.atlas.faces.labels import Labels
-from touchatlas.atlas.faces.read_faces import faces_of_revised, faces_of_samples
+from touchatlas.atlas.faces.read_faces import faces_of_revised
 from touchatlas.atlas.faces.recall import Recall
-from touchatlas.atlas.faces.samples import contour_samples
 
 
 def is_known(recall: Recall) -> bool:
@@ -26,26 +24,15 @@ def test_a_result_is_known_in_the_labelling_after_and_forgotten_in_the_next():
     assert not is_known(Recall(Recall(first)))
 
 
-@pytest.fixture(scope="module")
-def touched_twice():
-    """The faces of a box with rounded edges but for its last touch, and all its samples."""
-    samples = known_body("rounded", 34).samples
-    first = samples.touches < samples.touches.max()
-    columns = samples.points, samples.normals, samples.planes
-    some = contour_samples(*(column[first] for column in columns), samples.std)
-    return faces_of_samples(some), contour_samples(*columns, samples.std)
-
-
-def labels_after(touched_twice, recalled: bool) -> Labels:
-    before, samples = touched_twice
+def labels_after(recalled: bool) -> Labels:
+    """Labels of a box with rounded edges after its last two touches."""
+    before, samples = faces_before_last("rounded", 34), known_body("rounded", 34).samples
     return relabel(samples, before if recalled else replace(before, recall=None))
 
 
-def test_faces_are_the_same_with_what_was_found_before_and_without(touched_twice):
+def test_faces_are_the_same_with_what_was_found_before_and_without():
     """To the last bit: a resumed exploration knows nothing of it, and goes on alike."""
-    one, other = (
-        faces_of_revised(labels_after(touched_twice, known), rounds=1) for known in (True, False)
-    )
+    one, other = (faces_of_revised(labels_after(known), rounds=1) for known in (True, False))
     assert np.array_equal(one.patch_of, other.patch_of)
     assert np.array_equal(one.rounded, other.rounded)
     for mine, theirs in zip(one.pieces, other.pieces, strict=True):
@@ -53,7 +40,7 @@ def test_faces_are_the_same_with_what_was_found_before_and_without(touched_twice
         assert np.array_equal(mine.coefficients, theirs.coefficients)
 
 
-def test_edges_that_a_touch_leaves_alone_are_not_judged_again(touched_twice, monkeypatch):
+def test_edges_that_a_touch_leaves_alone_are_not_judged_again(monkeypatch):
     """Of a box, a touch meets few: with what was found before fewer are judged than without."""
     judged = []
     judge = Rounding._judged
@@ -61,6 +48,6 @@ def test_edges_that_a_touch_leaves_alone_are_not_judged_again(touched_twice, mon
     counts = []
     for known in (True, False):
         judged.clear()
-        faces_of_revised(labels_after(touched_twice, known), rounds=1)
+        faces_of_revised(labels_after(known), rounds=1)
         counts.append(len(judged))
     assert 0 < counts[0] < counts[1]
