@@ -160,6 +160,8 @@ def _on_balls(labels: Labels, bounds, lawful, widest: float, crossed) -> _Spans:
     for begin, end in zip(low[loose].tolist(), high[loose].tolist(), strict=True):
         middle = samples.points[(begin + end) // 2]
         near = np.unique(of[known[tree.query_ball_point(middle, widest)]]).tolist()
+        if len(near) < 2:
+            continue
         touched = partial(_touched, labels, near, np.arange(begin, end))
         depends = begin, end, labels.pieces_of(near)
         pair, on = labels.evidence.recall.get(touched, "ball", *depends)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.lawful import BLUNT, HALF, NOISE, rounded_box_distance
-from touchatlas.atlas.faces import blunt_edges
+from touchatlas.atlas.faces import blunt_edges, crossings
 from touchatlas.atlas.faces.absorb import absorb
 from touchatlas.atlas.faces.blunt_edges import Rounding
 from touchatlas.atlas.faces.grow import Evidence
@@ -76,6 +76,12 @@ def test_samples_on_a_ball_show_an_edge_that_no_contour_crosses(box):
     assert abs(edges[0, 1].radius - BLUNT) < 4.0 * edges[0, 1].deviation
     # 20 samples between the corners, 12 on the balls of these.
     assert 20 <= len(edges[0, 1].samples) <= 32
+
+
+def test_a_row_far_from_all_faces_shows_no_edge(box, monkeypatch):
+    """No face is within a chord that is shorter than the step of the contours."""
+    monkeypatch.setattr(crossings, "longest_chord", lambda _: 1e-3 * BLUNT)
+    assert not crossings.find_crossings(box)
 
 
 @pytest.mark.parametrize(("share", "edges"), [(0.9, 0), (1.1, 5)])
