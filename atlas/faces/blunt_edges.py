@@ -97,7 +97,8 @@ class Rounding:
         arrays = crossings.spans, crossings.whole, samples, which
         pieces = (labels.pieces_of(some) for some in (pair, given, thirds, own.tolist()))
         judged = partial(self._judged, pair, crossings, given, thirds, samples)
-        found = self.evidence.recall.get(judged, "edge", *pieces, *arrays)
+        depends = longest_chord(self.evidence), *pieces, *arrays
+        found = self.evidence.recall.get(judged, "edge", *depends)
         if found is None:
             return None
         sign, radius, deviation, saved = found

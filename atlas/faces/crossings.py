@@ -163,7 +163,7 @@ def _on_balls(labels: Labels, bounds, lawful, widest: float, crossed) -> _Spans:
         if len(near) < 2:
             continue
         touched = partial(_touched, labels, near, np.arange(begin, end))
-        depends = begin, end, labels.pieces_of(near)
+        depends = widest, begin, end, labels.pieces_of(near)
         pair, on = labels.evidence.recall.get(touched, "ball", *depends)
         if np.count_nonzero(on) >= _LOOSE:
             on_ball = begin + np.flatnonzero(on)
