@@ -96,47 +96,54 @@ class Rounding:
         own, which = np.unique(labels.of[samples], return_inverse=True)
         arrays = crossings.spans, crossings.whole, samples, which
         pieces = (labels.pieces_of(some) for some in (pair, given, thirds, own.tolist()))
-        judged = partial(self._judged, pair, crossings, given, thirds, samples)
-        depends = longest_chord(self.evidence), *pieces, *arrays
-        found = self.evidence.recall.get(judged, "edge", *depends)
-        if found is None:
+        recall, depends = self.evidence.recall, (*pieces, *arrays)
+        ball = recall.get(partial(self._ball, pair, crossings, given, samples), "ball", *depends)
+        # Balls as wide as the body touch most of its faces.
+        if ball is None or ball[3] > longest_chord(self.evidence):
             return None
-        sign, radius, deviation, saved = found
+        sign, radius, deviation, _ = ball
+        saves = partial(self._saved, pair, sign, radius, crossings, given, thirds, samples)
+        saved = recall.get(saves, "edge", *depends)
+        if saved is None:
+            return None
         on = self._on_ball(pair, sign, radius)
         return BluntEdge(first, second, sign, radius, deviation, on, crossings.points, saved)
 
-    def _judged(
-        self, pair, crossings: Crossings, given, thirds, samples
+    def _ball(
+        self, pair, crossings: Crossings, given, samples
     ) -> tuple[float, float, float, float] | None:
-        """Sign, radius, its deviation, and what is saved by the rounded edge of two labels, from
-        the samples (m,) of its crossings and of labels that are given up; None where none is
-        shorter."""
-        labels = self.labels
-        sign = crossings.side(self.evidence, *(labels.pieces[k] for k in pair))
+        """Sign, radius, its deviation, and median chord of the ball that rounds the edge of two
+        labels, from the samples (m,) of its crossings and of labels that are given up; None where
+        there is none."""
+        sign = crossings.side(self.evidence, *(self.labels.pieces[k] for k in pair))
         across = self._pair(pair, sign, samples)
         if sign == 0.0 or not across.is_edge:
             return None
         found = across.radius()
         if found is None or not (len(given) or found[0] > _SHARP * found[1]):
             return None
-        # Balls as wide as the body touch most of its faces.
-        if np.median(ball_chord(found[0], across.cosine)) > longest_chord(self.evidence):
-            return None
+        return sign, *found, float(np.median(ball_chord(found[0], across.cosine)))
+
+    def _saved(
+        self, pair, sign: float, radius: float, crossings: Crossings, given, thirds, samples
+    ) -> float | None:
+        """Nats that the rounded edge of two labels saves; None where it is no shorter."""
+        labels, across = self.labels, self._pair(pair, sign, samples)
         # A sample whose normal no piece shares may lie at a sharp edge.
         sharp = np.where(labels.of[samples] == NONE, across.misfit(0.0), np.inf)
         members = np.isin(labels.of[samples], given)
         crossing = ~members | np.isin(samples, crossings.samples)
         # Most labels between are faces: a few of their samples show it.
         some = evenly(samples[crossing], _FIRST)
-        if not self._are_near(self._after(pair, sign, found[0], some, thirds)):
+        if not self._are_near(self._after(pair, sign, radius, some, thirds)):
             return None
-        after = self._after(pair, sign, found[0], samples, thirds)
+        after = self._after(pair, sign, radius, samples, thirds)
         saved = (np.minimum(self._now(samples), sharp) - after).sum()
         saved -= 0.5 * np.log(len(samples)) - sum(self._price(k) for k in given)
         near = self._are_near(after[crossing])
         if saved <= _BETTER or not near or self._is_bevel(samples, after):
             return None
-        return sign, *found, float(saved)
+        return float(saved)
 
     def _are_near(self, nats) -> bool:
         """Whether samples of so many nats (m,) are no farther off than chi-square allows."""

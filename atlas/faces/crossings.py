@@ -164,7 +164,7 @@ def _on_balls(labels: Labels, bounds, lawful, widest: float, crossed) -> _Spans:
             continue
         touched = partial(_touched, labels, near, np.arange(begin, end))
         depends = widest, begin, end, labels.pieces_of(near)
-        pair, on = labels.evidence.recall.get(touched, "ball", *depends)
+        pair, on = labels.evidence.recall.get(touched, "touched", *depends)
         if np.count_nonzero(on) >= _LOOSE:
             on_ball = begin + np.flatnonzero(on)
             two = near[pair[0]], near[pair[1]]

@@ -43,8 +43,8 @@ def test_faces_are_the_same_with_what_was_found_before_and_without():
 def test_edges_that_a_touch_leaves_alone_are_not_judged_again(monkeypatch):
     """Of a box, a touch meets few: with what was found before fewer are judged than without."""
     judged = []
-    judge = Rounding._judged
-    monkeypatch.setattr(Rounding, "_judged", lambda *args: judged.append(1) or judge(*args))
+    judge = Rounding._saved
+    monkeypatch.setattr(Rounding, "_saved", lambda *args: judged.append(1) or judge(*args))
     counts = []
     for known in (True, False):
         judged.clear()
