@@ -42,3 +42,14 @@ def test_normals_point_outward_within_their_planes():
     radial /= np.linalg.norm(radial, axis=1)[:, None]
     # Noise 0.02 on steps of 1.67: 0.8 degrees at the end of a window; the limit is six of them.
     assert np.rad2deg(np.arccos((radial * samples.normals).sum(axis=1).clip(-1, 1))).max() < 5.0
+
+
+def test_the_step_of_a_contour_of_one_sample_does_not_change_when_others_come():
+    """It has that of the contour before it. With the median of all steps each touch changed it, and
+    nothing that was known of the samples held any more."""
+    x = np.array([0.0, 1.0, 2.0, 10.0, 20.0, 25.0, 30.0])
+    points, outward = np.column_stack([x, 0.0 * x, 0.0 * x]), np.tile([0.0, 0.0, 1.0], (7, 1))
+    planes = np.repeat([[0.0, 1.0, 0.0], [0.6, 0.8, 0.0], [0.0, 1.0, 0.0]], [3, 1, 3], axis=0)
+    steps = [contour_samples(points[:n], outward[:n], planes[:n], 0.1).steps for n in (4, 7)]
+    assert steps[0].tolist() == [1.0, 1.0, 1.0, 1.0]
+    assert steps[1].tolist() == [1.0, 1.0, 1.0, 1.0, 5.0, 5.0, 5.0]
