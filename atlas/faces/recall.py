@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 
 # Bytes that stand for an array: of 1e9 arrays two have the same with a chance of 1e-21. Doubled,
-# what is kept takes a tenth more memory.
+# nothing changes.
 _DIGEST = 16
 
 
 class Recall:
-    """Results of this labelling, and those of the one before it by the same samples.
+    """Results of this labelling, and those of the one before it, of the first of the samples.
 
     A labelling that goes on from another one asks for much again. What two in a row do not ask for
     is forgotten.
