@@ -5,11 +5,9 @@ numpy.linalg.lstsq of a 57 x 15 matrix (the paper's 57 points, a quartic's 15 co
 timed between the touches of the same run.
 
     python examples/time_of_a_touch.py [OBJECT [TOUCHES]]
-
-OBJECT is a name or the path of a mesh; TOUCHES are the most that are made.
 """
 
-import sys
+import argparse
 import time
 
 import numpy as np
@@ -32,14 +30,14 @@ def seconds_of_lstsq(matrix) -> float:
     return best
 
 
-def main(name: str = "torus", most: str = "1000") -> None:
+def main(name: str, most: int | None) -> None:
     rng = np.random.default_rng(0)
     matrix = rng.normal(size=(57, 15))
     obj = make_object(name)
     atlas = Atlas(obj.tolerance, scale=fit_scale(obj.noise_std, obj.diagonal))
     planner = Planner(*obj.start())
     touches, plans, solves = [], [], []
-    for step in explore(atlas, planner, Probe(obj, obj.noise_std, rng), int(most)):
+    for step in explore(atlas, planner, Probe(obj, obj.noise_std, rng), most):
         touches.append(step.seconds_plan + step.seconds_fit)
         plans.append(step.seconds_plan)
         solves.append(seconds_of_lstsq(matrix))
@@ -57,4 +55,10 @@ def main(name: str = "torus", most: str = "1000") -> None:
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("object", nargs="?", default="torus", help="a name, or the path of a mesh")
+    parser.add_argument("touches", nargs="?", type=int, help="the most that are made")
+    given = parser.parse_args()
+    if given.touches is not None and given.touches < 1:
+        parser.error(f"touches are {given.touches}; they must be 1 or more")
+    main(given.object, given.touches)
