@@ -10,6 +10,7 @@ from touchatlas.atlas.faces.grow import evenly
 from touchatlas.atlas.faces.kinds import Kind
 from touchatlas.atlas.faces.labels import NONE
 from touchatlas.atlas.faces.samples import ContourSamples
+from touchatlas.atlas.faces.sharp_turns import sharp_turns
 from touchatlas.patch.geometry.kinks import kinks
 
 # Least fraction of the samples that lawful faces explain; the rest is unknown, and touched again.
@@ -24,9 +25,6 @@ _DOUBT = 3.0
 # Largest distance of a sample from where it is predicted, in deviations of the difference. Doubled,
 # a contour that is off by a lack of fit tests a plane, too.
 _GATE = 3.0
-# Difference of the slopes on both sides of an edge of 35 degrees. Halved, folds of scanned skin are
-# sharp edges.
-_SHARP = 2.0 * np.tan(np.deg2rad(17.5))
 
 
 def determined(faces: Faces, samples: ContourSamples) -> Faces:
@@ -93,12 +91,8 @@ def share_with_edges(samples: ContourSamples, ends_at_edge) -> float:
 
 def share_over_sharp_edges(samples: ContourSamples) -> float:
     """Fraction of the contours that turn by 35 degrees or more at a sharp edge."""
-    bounds = np.append(np.flatnonzero(np.diff(samples.contours, prepend=-1)), len(samples))
-    found = [
-        len(kinks(samples.points[a:b], samples.planes[a], samples.std, least_turn=_SHARP)) > 0
-        for a, b in zip(bounds[:-1], bounds[1:], strict=True)
-    ]
-    return float(np.mean(found))
+    over = np.unique(samples.contours[sharp_turns(samples)[:, 0]])
+    return len(over) / (int(samples.contours[-1]) + 1)
 
 
 def lawful_share(faces: Faces) -> float:

@@ -1,5 +1,6 @@
 """FaceTrees: the samples of each face by place, and what each face says of points."""
 
+from dataclasses import replace
 from functools import cached_property
 
 import networkx as nx
@@ -166,6 +167,8 @@ class FaceTrees:
         own = np.concatenate([faces.faces[k].samples for k in group])
         points, normals = faces.points[own], faces.normals[own]
         found = fit_free_form(points, normals, faces.std, self.radius, self._before)
+        if len(faces) == 1:
+            return replace(found, pairs=faces.turns)
         loose = faces.points[np.setdiff1d(np.flatnonzero(faces.of == NONE), faces.rounded)]
         loose = loose[are_on(found, loose, faces.std)]
         if not len(loose):

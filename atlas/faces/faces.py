@@ -124,6 +124,9 @@ class Faces:
         Those of all samples, from which the next reading goes on.
     recall : Recall, optional
         What was found on the way, likewise.
+    turns : (k, 2) int
+        Where all is one free-form face: samples on both sides of the places at which contours run
+        over a sharp edge.
     """
 
     faces: tuple[Face, ...]
@@ -137,6 +140,7 @@ class Faces:
     corners: tuple[FaceCorner, ...] = ()
     links: SampleGraph | None = None
     recall: Recall | None = None
+    turns: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), int))
 
     def __len__(self) -> int:
         return len(self.faces)

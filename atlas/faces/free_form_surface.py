@@ -1,16 +1,17 @@
 """FreeFormSurface: overlapping sextics of a free-form face, averaged by a partition of unity."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from scipy.sparse import csr_array
 from scipy.spatial import cKDTree
 
 from touchatlas.atlas.faces.residual_kriging import ResidualKriging
 from touchatlas.atlas.faces.sextic_batch import SexticBatch
 from touchatlas.atlas.faces.sextic_fits import SexticFits
+from touchatlas.atlas.faces.sextic_mean import AskedSextics, SexticMean
 from touchatlas.atlas.faces.sextic_sites import FACING, pairs_within
+from touchatlas.atlas.faces.sharp_turns import SharpTurns
 
 # Middles among which the nearest one is sought that faces as a point does: about as many as reach
 # it from both sides of a wall. Doubled, nothing changes.
@@ -24,12 +25,12 @@ _NEAREST, _AS_NEAR = 12, 4.0
 # Largest cosine of the normals of two sheets: opposite sides of a wall or of a slot. Doubled in
 # angle, strong bends are walls.
 _OPPOSITE = -0.3
-# Weight of a sextic that faces away from the side of a point: it counts where no other one does.
-# That of one that is folded there is the square of it. Squared, nothing changes.
-_SLIGHT = 1e-50
-# Share of smaller sextics at a point, over that in the middle of one, at which larger ones have
-# none: half-way to where it no longer weighs. Doubled, one small sextic has more of the surface.
-_COVERS = 3.0
+# Distance from a sharp turn up to which its two sides cut each other, in largest radii: turns along
+# an edge may be as far apart as contours. Halved, edges of a wing nut were ragged between them.
+_CUTS = 1.0
+# Deviations by which the other side of a sharp turn must be beyond the own one to have a point
+# where it is less sure. Doubled, the surface goes on beyond edges more often.
+_SURELY = 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +41,7 @@ class FreeFormSurface:
     SIGGRAPH 2003.
 
     Of two sides of a wall the nearer one has a point. Only sextics that face as the samples of a
-    side do are averaged.
+    side do are averaged. Where contours run over a sharp edge, both sides cut each other.
 
     Parameters
     ----------
@@ -53,6 +54,8 @@ class FreeFormSurface:
         What the sextics leave out.
     fits : SexticFits, optional
         What samples said of the sextics, for the next fit.
+    pairs : (k, 2) int
+        Samples on both sides of the places at which contours run over a sharp edge.
     """
 
     sextics: SexticBatch
@@ -60,6 +63,7 @@ class FreeFormSurface:
     normals: np.ndarray
     rest: ResidualKriging | None = None
     fits: SexticFits | None = None
+    pairs: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), int))
 
     def values(self, points, texture: bool = True) -> np.ndarray:
         """(n, 5) distance, normal and variance at points (n, 3), with or without what the sextics
@@ -70,40 +74,60 @@ class FreeFormSurface:
         mean (the law of total variance): its coefficients say nothing of a shape that no sextic
         has, as at an edge or a tip that no contour met, but there sextics differ.
         """
-        mean, number, stretch, spread = self._of_sextics(points)
-        variance = self.sextics.variances(number, points) * stretch**2 + spread
-        found = np.column_stack([mean, variance])
+        mean = self._mean_at(points)
+        found = np.column_stack([mean.values, self._variance(mean, points)])
         if texture and self.rest is not None:
             self.rest.correct(points, found)
         return found
 
     def at(self, points) -> np.ndarray:
         """(n, 4) distance and normal at points (n, 3), without what the sextics leave out."""
-        return self._of_sextics(points)[0]
+        return self._mean_at(points).values
 
-    def _of_sextics(self, points) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """(n, 4) distance and normal; the sextic (n,) that weighs most, whose deviation holds, with
-        the length (n,) of a unit of its heights; and the variance (n,) of the sextics."""
-        which, number, weight = self._asked(points)
-        found, stretch = self.sextics.values(number, points[which])
-        upward, level = self.sextics.axes[number, 2], self._level[number]
+    def _variance(self, mean: SexticMean, points) -> np.ndarray:
+        """(n,) variance, length^2, of what sextics say together of points (n, 3)."""
+        return self.sextics.variances(mean.number, points) * mean.stretch**2 + mean.spread
+
+    def _mean_at(self, points) -> SexticMean:
+        """What sextics say of points (n, 3) together: those of the nearer side of a wall, cut by
+        the other side of a sharp edge."""
+        asked = self._asked(points)
         first, second, rows = self._sides(points)
-        mean, lead, spread, _ = _averaged(which, weight, level, upward, found, first)
+        mean = asked.mean(first)
         if len(rows):
-            some = np.flatnonzero(np.isin(which, rows))
-            at = np.searchsorted(rows, which[some])
-            taken = at, weight[some], level[some], upward[some], found[some], second[rows]
-            other, its, far, alone = _averaged(*taken)
+            other = asked.some(rows).mean(second[rows])
             # No other sextic confirms a side that one alone shows: either side may be there.
-            far += np.maximum(2.0 * alone - 1.0, 0.0) * (0.5 * (other[:, 0] - mean[rows, 0])) ** 2
-            nearer = np.abs(other[:, 0]) < np.abs(mean[rows, 0])
-            mean[rows[nearer]], lead[rows[nearer]] = other[nearer], some[its[nearer]]
-            spread[rows[nearer]] = far[nearer]
-        return mean, number[lead], stretch[lead], spread
+            half = 0.5 * (other.values[:, 0] - mean.values[rows, 0])
+            other.spread[:] += np.maximum(2.0 * other.alone - 1.0, 0.0) * half**2
+            nearer = np.abs(other.values[:, 0]) < np.abs(mean.values[rows, 0])
+            mean.put(rows[nearer], other, nearer)
+        if len(self.pairs):
+            self._cut(mean, asked, points, first)
+        return mean
 
-    def _asked(self, points) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Which of points (n, 3), ascending, ask which sextics (m,), and weights of these: those
-        that reach them, or the nearest one."""
+    def _cut(self, mean: SexticMean, asked: AskedSextics, points, sides) -> None:
+        """Change what is said of points (n, 3) beside sharp turns, with the normals ``sides``
+        (n, 3) of the nearest samples. The sextics of the own side of a turn have a point up to the
+        other side: at a convex edge the distance is the larger one of both, at a concave edge the
+        smaller one (Ohtake and others, 2003, section 4.2). Where the other side is less sure than
+        the own one, it must be surely beyond that."""
+        beside = self._turns.beside(points, sides, _CUTS * self.radius)
+        rows = beside.rows
+        asked, points = asked.some(rows), points[rows]
+        own, other = asked.mean(beside.own, beside.other), asked.mean(beside.other, beside.own)
+        at = np.where(own.faces, own.values[:, 0], mean.values[rows, 0])
+        gap = beside.sign * (other.values[:, 0] - at)
+        most = np.maximum(self._variance(own, points), (gap / _SURELY) ** 2)
+        cuts = other.faces & (gap > 0.0) & (self._variance(other, points) <= most)
+        mean.put(rows[own.faces], own, own.faces)
+        mean.put(rows[cuts], other, cuts)
+
+    @cached_property
+    def _turns(self) -> SharpTurns:
+        return SharpTurns(self.pairs, self.points, self.normals)
+
+    def _asked(self, points) -> AskedSextics:
+        """What the sextics say that reach points (n, 3), or the nearest one."""
         parts = [self._of_level(points, *one) for one in self._levels]
         which, number, weight = (np.concatenate(column) for column in zip(*parts, strict=True))
         if len(parts) > 1:
@@ -116,7 +140,9 @@ class FreeFormSurface:
             which = np.append(which, alone)
             order = np.argsort(which, kind="stable")
             which, number, weight = which[order], number[order], weight[order]
-        return which, number, weight
+        found, stretch = self.sextics.values(number, points[which])
+        level, upward = self._level[number], self.sextics.axes[number, 2]
+        return AskedSextics(which, number, weight, level, upward, found, stretch)
 
     def _of_level(self, points, own, tree: cKDTree) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """The same of the sextics ``own`` (k,) of one radius, with a tree of their middles."""
@@ -175,50 +201,3 @@ class FreeFormSurface:
         other &= away <= _AS_NEAR * away[:, :1]
         second = normals[np.arange(len(points)), other.argmax(axis=1)]
         return normals[:, 0], second, np.flatnonzero(other.any(axis=1))
-
-
-def _averaged(
-    which, weight, level, upward, found, sides
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """(n, 4) distance and normal at n points, from what sextics ``found`` (m, 4) at points
-    ``which`` (m,), ascending, each of them: the mean of those that face as ``sides`` (n, 3), by
-    weights (m,) that fall with the angle to their normals ``upward`` (m, 3), where no sextics of a
-    higher level (m,) have the point; the place (n,) of the
-    one that weighs most; the variance (n,) of their distances; and the sum of the squares of their
-    weights (n,), 1 where one has a point alone."""
-    side = sides[which]
-    faces = np.einsum("ij,ij->i", found[:, 1:4], side) > 0.0
-    turned = np.maximum(np.einsum("ij,ij->i", upward, side) - FACING, _SLIGHT)
-    share = np.where(faces, turned, _SLIGHT**2) * weight
-    if level.any():
-        share = _left_by_smaller(which, share, level, len(sides))
-    first = np.searchsorted(which, np.arange(len(sides) + 1))
-    if not len(sides):
-        return np.empty((0, 4)), first[:0], np.empty(0), np.empty(0)
-    most = np.flatnonzero(share == np.maximum.reduceat(share, first[:-1])[which])
-    most = most[np.searchsorted(which[most], np.arange(len(sides)))]
-    share /= np.add.reduceat(share, first[:-1])[which]
-    mean = csr_array((share, np.arange(len(which)), first), (len(sides), len(which))) @ found
-    off = found[:, 0] - mean[which, 0]
-    # Sextics are less sure where they weigh less: squares of weights count. The variance of n alike
-    # sextics about their own mean is too small by (n - 1) / n; that of fewer than two is taken
-    # twice.
-    square = share * share
-    alone = np.add.reduceat(square, first[:-1])
-    few = np.add.reduceat(square * square, first[:-1]) / alone**2
-    spread = np.add.reduceat(square * off**2, first[:-1]) / (alone * np.maximum(1.0 - few, 0.5))
-    length = np.sqrt((mean[:, 1:4] ** 2).sum(axis=1))
-    mean[:, 1:4] /= np.maximum(length, np.finfo(float).tiny)[:, None]
-    return mean, most, spread, alone
-
-
-def _left_by_smaller(which, share, level, count: int) -> np.ndarray:
-    """(m,) shares (m,) of sextics at ``count`` points ``which`` (m,), less where sextics of higher
-    levels (m,) have these: none about the middle of one."""
-    out, left = share.copy(), np.ones(count)
-    for k in range(level.max(), -1, -1):
-        own = level == k
-        out[own] *= np.maximum(left[which[own]], _SLIGHT)
-        covered = np.bincount(which[own], _COVERS * share[own], count)
-        left *= np.maximum(1.0 - covered, 0.0)
-    return out

@@ -52,6 +52,11 @@ _SOME = 2000
 # free-form faces with edges, and 0.38 or less on scans without. Doubled, no such body is drawn from
 # its faces.
 _SHARP = 0.45
+# Least number of samples of a face, on average, for free-form ones to be drawn: four times the
+# parameters of a sextic. It was 240 or more on a turned handle, and 140 or less on a wing nut,
+# whose 50 faces took a minute a touch. Doubled, the handle is drawn as one face, and takes more
+# touches.
+_EACH = 196
 # Largest share of the samples of faces beside which such a surface may pass: 0.009 or less on those
 # bodies, 0.011 to 0.06 on a wing nut, whose surface kept 42 handles. Doubled, it is drawn.
 _CONTRADICTED = 0.01
@@ -161,7 +166,8 @@ def _looked_for(samples: ContourSamples, ends_at_edge, before: KnownBody) -> Kno
 
 def body_of_one(samples: ContourSamples, before: Body | None = None) -> Body:
     """All samples as one free-form face; ``before`` may be that of the first of them."""
-    return Body(face_of_all(samples), samples, before)
+    faces = face_of_all(samples, before.faces if before and before.field.is_one else None)
+    return Body(faces, samples, before)
 
 
 def known_from_faces(
@@ -172,7 +178,7 @@ def known_from_faces(
     known, count = determined(faces, samples), len(samples)
     share = lawful_share(known)
     found = KnownBody(count, count, samples.std, True, share, sharp, False, faces)
-    whole = sharp and is_explained(known)
+    whole = sharp and is_explained(known) and count >= _EACH * len(known)
     if is_lawful(known) or whole:
         body = Body(known, samples)
         if is_lawful(known) or body.contradicted <= _CONTRADICTED:

@@ -13,6 +13,7 @@ from touchatlas.atlas.faces.laws import law_of
 from touchatlas.atlas.faces.piece import Piece
 from touchatlas.atlas.faces.residual_kriging import amplitude_of
 from touchatlas.atlas.faces.samples import ContourSamples
+from touchatlas.atlas.faces.sharp_turns import sharp_turns
 from touchatlas.patch.geometry.arrays import frozen_array
 
 # Chance with which the samples of a true law refuse it. Doubled, a sphere is free-form after one
@@ -23,15 +24,29 @@ _CHANCE = 0.01
 _EXPLAINED = 3.0
 
 
-def face_of_all(samples: ContourSamples) -> Faces:
-    """All samples as one face: of the simplest law that explains all of them, else free-form."""
+def face_of_all(samples: ContourSamples, before: Faces | None = None) -> Faces:
+    """All samples as one face: of the simplest law that explains all of them, else free-form. If
+    that of the first of the samples, ``before``, is known, sharp turns are sought in the others
+    alone; the result is the same."""
     piece, every = law_of_all(samples), np.arange(len(samples))
     face = _free_form(samples) if piece is None else _lawful(piece, samples)
     points = frozen_array(samples.points, (None, 3), "points")
     normals = samples.outward if piece is None else piece.at(points)[1]
     normals, none = frozen_array(normals, (None, 3), "normals"), np.zeros(0, int)
     patch_of = np.full(len(samples), NONE if piece is None else 0)
-    return Faces((face,), (), points, normals, 0 * every, patch_of, none, samples.std)
+    found = Faces((face,), (), points, normals, 0 * every, patch_of, none, samples.std)
+    return found if piece is not None else replace(found, turns=_turns(samples, before))
+
+
+def _turns(samples: ContourSamples, before: Faces | None) -> np.ndarray:
+    """(k, 2) the sharp turns of samples, some of which may be known."""
+    if before is None or before.are_lawful or before.std != samples.std:
+        return sharp_turns(samples)
+    count = len(before.points)
+    if not samples.contours[count - 1] < samples.contours[min(count, len(samples) - 1)]:
+        # The last contour goes on, or there are no others.
+        return sharp_turns(samples)
+    return np.concatenate([before.turns, sharp_turns(samples, count)])
 
 
 def _free_form(samples: ContourSamples) -> Face:
