@@ -10,7 +10,7 @@ from touchatlas.atlas.faces.grow import evenly
 from touchatlas.atlas.faces.kinds import Kind
 from touchatlas.atlas.faces.labels import NONE
 from touchatlas.atlas.faces.samples import ContourSamples
-from touchatlas.atlas.faces.sharp_turns import sharp_turns
+from touchatlas.atlas.faces.sharp_turns import share_of_contours, sharp_turns
 from touchatlas.patch.geometry.kinks import kinks
 
 # Least fraction of the samples that lawful faces explain; the rest is unknown, and touched again.
@@ -91,8 +91,7 @@ def share_with_edges(samples: ContourSamples, ends_at_edge) -> float:
 
 def share_over_sharp_edges(samples: ContourSamples) -> float:
     """Fraction of the contours that turn by 35 degrees or more at a sharp edge."""
-    over = np.unique(samples.contours[sharp_turns(samples)[:, 0]])
-    return len(over) / (int(samples.contours[-1]) + 1)
+    return share_of_contours(samples, sharp_turns(samples))
 
 
 def lawful_share(faces: Faces) -> float:

@@ -168,7 +168,7 @@ class FaceTrees:
         points, normals = faces.points[own], faces.normals[own]
         found = fit_free_form(points, normals, faces.std, self.radius, self._before)
         if len(faces) == 1:
-            return replace(found, pairs=faces.turns)
+            return replace(found, pairs=faces.turns) if faces.is_sharp else found
         loose = faces.points[np.setdiff1d(np.flatnonzero(faces.of == NONE), faces.rounded)]
         loose = loose[are_on(found, loose, faces.std)]
         if not len(loose):

@@ -127,6 +127,8 @@ class Faces:
     turns : (k, 2) int
         Where all is one free-form face: samples on both sides of the places at which contours run
         over a sharp edge.
+    is_sharp : bool
+        Whether so many contours do that the face has sharp edges there.
     """
 
     faces: tuple[Face, ...]
@@ -141,6 +143,7 @@ class Faces:
     links: SampleGraph | None = None
     recall: Recall | None = None
     turns: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), int))
+    is_sharp: bool = False
 
     def __len__(self) -> int:
         return len(self.faces)

@@ -28,9 +28,10 @@ _OPPOSITE = -0.3
 # Distance from a sharp turn up to which its two sides cut each other, in largest radii: turns along
 # an edge may be as far apart as contours. Halved, edges of a wing nut were ragged between them.
 _CUTS = 1.0
-# Deviations by which the other side of a sharp turn must be beyond the own one to have a point
-# where it is less sure. Doubled, the surface goes on beyond edges more often.
-_SURELY = 2.0
+# Deviation of the other side of a sharp turn, in deviations of the own one, from which it must be
+# surely beyond that to have a point, and by how many of its deviations. Either doubled, the first
+# cuts dents, and with the second the surface goes on beyond edges.
+_LESS_SURE, _SURELY = 3.0, 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,15 +110,16 @@ class FreeFormSurface:
         """Change what is said of points (n, 3) beside sharp turns, with the normals ``sides``
         (n, 3) of the nearest samples. The sextics of the own side of a turn have a point up to the
         other side: at a convex edge the distance is the larger one of both, at a concave edge the
-        smaller one (Ohtake and others, 2003, section 4.2). Where the other side is less sure than
-        the own one, it must be surely beyond that."""
+        smaller one (Ohtake and others, 2003, section 4.2). Where the other side is much less sure
+        than the own one, it must be surely beyond that."""
         beside = self._turns.beside(points, sides, _CUTS * self.radius)
         rows = beside.rows
         asked, points = asked.some(rows), points[rows]
         own, other = asked.mean(beside.own, beside.other), asked.mean(beside.other, beside.own)
         at = np.where(own.faces, own.values[:, 0], mean.values[rows, 0])
         gap = beside.sign * (other.values[:, 0] - at)
-        most = np.maximum(self._variance(own, points), (gap / _SURELY) ** 2)
+        sure = _LESS_SURE**2 * self._variance(own, points)
+        most = np.maximum(sure, (gap / _SURELY) ** 2)
         cuts = other.faces & (gap > 0.0) & (self._variance(other, points) <= most)
         mean.put(rows[own.faces], own, own.faces)
         mean.put(rows[cuts], other, cuts)

@@ -18,6 +18,7 @@ from touchatlas.atlas.faces.labelling import first_labels, revise_all
 from touchatlas.atlas.faces.one_face import face_of_all
 from touchatlas.atlas.faces.read_faces import faces_of_revised, faces_of_samples, samples_of
 from touchatlas.atlas.faces.samples import ContourSamples
+from touchatlas.atlas.faces.sharp_turns import MANY
 from touchatlas.atlas.samples.sample_pool import SamplePool
 
 # Number of samples up to which faces that may become lawful are looked for at each touch: then it
@@ -47,11 +48,6 @@ _HOPELESS = 0.2
 # lawful body, and 0.25 and 0.24 on scans of a cow and a bust. Revising the cow's took a fourth of
 # its exploration; doubled, it is revised.
 _SOME = 2000
-# Least share of the contours that run over sharp edges, of 35 degrees or more, for faces to be read
-# whatever their laws, and for free-form ones to be drawn: it was 0.50 or more on bodies of
-# free-form faces with edges, and 0.38 or less on scans without. Doubled, no such body is drawn from
-# its faces.
-_SHARP = 0.45
 # Least number of samples of a face, on average, for free-form ones to be drawn: four times the
 # parameters of a sextic. It was 240 or more on a turned handle, and 140 or less on a wing nut,
 # whose 50 faces took a minute a touch. Doubled, the handle is drawn as one face, and takes more
@@ -155,7 +151,7 @@ def _looked_for(samples: ContourSamples, ends_at_edge, before: KnownBody) -> Kno
         again = known_from_faces(faces, samples, before.sharp, before.body)
         return again if again.share > found.share else found
     labels = first_labels(samples)
-    sharp = share_over_sharp_edges(samples) >= _SHARP
+    sharp = share_over_sharp_edges(samples) >= MANY
     least = _HOPELESS if len(samples) <= _SOME else _NEVER_LAWFUL
     if labels.lawful_share < least and not sharp:
         share = labels.lawful_share

@@ -13,7 +13,7 @@ from touchatlas.atlas.faces.laws import law_of
 from touchatlas.atlas.faces.piece import Piece
 from touchatlas.atlas.faces.residual_kriging import amplitude_of
 from touchatlas.atlas.faces.samples import ContourSamples
-from touchatlas.atlas.faces.sharp_turns import sharp_turns
+from touchatlas.atlas.faces.sharp_turns import MANY, share_of_contours, sharp_turns
 from touchatlas.patch.geometry.arrays import frozen_array
 
 # Chance with which the samples of a true law refuse it. Doubled, a sphere is free-form after one
@@ -35,7 +35,10 @@ def face_of_all(samples: ContourSamples, before: Faces | None = None) -> Faces:
     normals, none = frozen_array(normals, (None, 3), "normals"), np.zeros(0, int)
     patch_of = np.full(len(samples), NONE if piece is None else 0)
     found = Faces((face,), (), points, normals, 0 * every, patch_of, none, samples.std)
-    return found if piece is not None else replace(found, turns=_turns(samples, before))
+    if piece is not None:
+        return found
+    turns = _turns(samples, before)
+    return replace(found, turns=turns, is_sharp=share_of_contours(samples, turns) >= MANY)
 
 
 def _turns(samples: ContourSamples, before: Faces | None) -> np.ndarray:

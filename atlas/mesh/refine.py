@@ -72,7 +72,7 @@ def refined(body: Body, surface: Surface, bound: float) -> Surface:
             break
         far = np.flatnonzero(_are_far(body, surface, ends[fresh], height, bound))
         at = body.field.at(foot[far])
-        if not smooth:
+        if body.field.jumps:
             # Where the field jumps no foot is nearer, and triangles would fold.
             nearer = np.abs(at.distance) < _NEARER * np.abs(height[far])
             far, at = far[nearer], at.some(nearer)

@@ -10,7 +10,7 @@ from tests.lawful import HALF, NOISE, STEP, lawful_object, samples_of_touches, t
 from touchatlas.atlas.faces.known_body import body_of_one
 from touchatlas.atlas.faces.one_face import face_of_all
 from touchatlas.atlas.faces.samples import ContourSamples
-from touchatlas.atlas.faces.sharp_turns import SharpTurns, sharp_turns
+from touchatlas.atlas.faces.sharp_turns import MANY, SharpTurns, share_of_contours, sharp_turns
 
 STD = np.sqrt(2.0) * NOISE
 NONE = np.zeros((0, 2), int)
@@ -84,10 +84,11 @@ def test_fewer_points_are_on_the_wrong_side_where_both_sides_of_edges_cut_each_o
     tree.init(mesh.vertices, mesh.faces)
     off = np.sqrt(tree.squared_distance(mesh.vertices, mesh.faces, points)[0]) > 5.0 * NOISE
     inside = igl.fast_winding_number(mesh.vertices, mesh.faces, points) > 0.5
-    surface = body_of_one(touched_at(name, count)).field.trees._free_form(0)
+    samples = touched_at(name, count)
+    surface = body_of_one(samples).field.trees._free_form(0)
     wrong = [
-        np.mean((one.at(points)[:, 0] < 0.0)[off] != inside[off])
-        for one in (surface, replace(surface, pairs=NONE))
+        np.mean((replace(surface, pairs=pairs).at(points)[:, 0] < 0.0)[off] != inside[off])
+        for pairs in (sharp_turns(samples), NONE)
     ]
     assert wrong[0] < most * wrong[1]
     assert wrong[1] > 0.01
@@ -104,3 +105,17 @@ def test_a_turn_that_is_neither_convex_nor_concave_is_none():
     normals = np.array([[1.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
     turns = SharpTurns(np.array([[0, 1]]), points, normals)
     assert not len(turns.beside(points, normals, 1.0).rows)
+
+
+def test_folds_of_a_body_with_few_turns_are_no_edges():
+    """A ball and an edge that two of its contours run over."""
+    samples = touched_at("cut ball", 30)
+    faces = face_of_all(samples)
+    assert 0 < share_of_contours(samples, faces.turns) < MANY
+    assert not faces.is_sharp
+    assert not len(body_of_one(samples).field.trees._free_form(0).pairs)
+
+
+def test_a_box_is_sharp():
+    faces = face_of_all(touched_at("box", 20))
+    assert faces.is_sharp and len(faces.turns)
