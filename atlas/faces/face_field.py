@@ -103,11 +103,6 @@ class FaceField:
         return out
 
     @property
-    def jumps(self) -> bool:
-        """Whether the field jumps somewhere: where contours do not show which face has a point."""
-        return not self.is_one or self.faces.is_sharp
-
-    @property
     def same_surface(self) -> np.ndarray:
         """(f,) the first face that is one surface with each face."""
         return np.zeros(1, int) if self.is_one else self._cells.same_surface

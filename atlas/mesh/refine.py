@@ -72,10 +72,9 @@ def refined(body: Body, surface: Surface, bound: float) -> Surface:
             break
         far = np.flatnonzero(_are_far(body, surface, ends[fresh], height, bound))
         at = body.field.at(foot[far])
-        if body.field.jumps:
-            # Where the field jumps no foot is nearer, and triangles would fold.
-            nearer = np.abs(at.distance) < _NEARER * np.abs(height[far])
-            far, at = far[nearer], at.some(nearer)
+        # Where the field jumps no foot is nearer, and triangles would fold.
+        nearer = np.abs(at.distance) < _NEARER * np.abs(height[far])
+        far, at = far[nearer], at.some(nearer)
         if not len(far):
             break
         middle = np.full(len(ends), -1)
