@@ -1,6 +1,6 @@
 """FreeFormSurface: overlapping sextics of a free-form face, averaged by a partition of unity."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -99,19 +99,18 @@ class FreeFormSurface:
             other = asked.some(rows).mean(second[rows])
             # No other sextic confirms a side that one alone shows: either side may be there.
             half = 0.5 * (other.values[:, 0] - mean.values[rows, 0])
-            other.spread[:] += np.maximum(2.0 * other.alone - 1.0, 0.0) * half**2
+            doubt = np.maximum(2.0 * other.alone - 1.0, 0.0) * half**2
+            other = replace(other, spread=other.spread + doubt)
             nearer = np.abs(other.values[:, 0]) < np.abs(mean.values[rows, 0])
-            mean.put(rows[nearer], other, nearer)
-        if len(self.pairs):
-            self._cut(mean, asked, points, first)
-        return mean
+            mean = mean.replaced(rows[nearer], other, nearer)
+        return self._cut(mean, asked, points, first) if len(self.pairs) else mean
 
-    def _cut(self, mean: SexticMean, asked: AskedSextics, points, sides) -> None:
-        """Change what is said of points (n, 3) beside sharp turns, with the normals ``sides``
-        (n, 3) of the nearest samples. The sextics of the own side of a turn have a point up to the
-        other side: at a convex edge the distance is the larger one of both, at a concave edge the
-        smaller one (Ohtake and others, 2003, section 4.2). Where the other side is much less sure
-        than the own one, it must be surely beyond that."""
+    def _cut(self, mean: SexticMean, asked: AskedSextics, points, sides) -> SexticMean:
+        """What is said of points (n, 3) beside sharp turns, with the normals ``sides`` (n, 3) of
+        the nearest samples. The sextics of the own side of a turn have a point up to the other
+        side: at a convex edge the distance is the larger one of both, at a concave edge the smaller
+        one, as in the piecewise quadrics of Ohtake and others (2003). Where the other side is much
+        less sure than the own one, it must be surely beyond that."""
         beside = self._turns.beside(points, sides, _CUTS * self.radius)
         rows = beside.rows
         asked, points = asked.some(rows), points[rows]
@@ -121,8 +120,8 @@ class FreeFormSurface:
         sure = _LESS_SURE**2 * self._variance(own, points)
         most = np.maximum(sure, (gap / _SURELY) ** 2)
         cuts = other.faces & (gap > 0.0) & (self._variance(other, points) <= most)
-        mean.put(rows[own.faces], own, own.faces)
-        mean.put(rows[cuts], other, cuts)
+        mean = mean.replaced(rows[own.faces], own, own.faces)
+        return mean.replaced(rows[cuts], other, cuts)
 
     @cached_property
     def _turns(self) -> SharpTurns:

@@ -42,10 +42,13 @@ class SexticMean:
     alone: np.ndarray
     faces: np.ndarray
 
-    def put(self, rows, other: "SexticMean", some) -> None:
-        """Replace what is said of points (k,) by what another one says of some of its own (k,)."""
-        for column, its in zip(vars(self).values(), vars(other).values(), strict=True):
+    def replaced(self, rows, other: "SexticMean", some) -> "SexticMean":
+        """The same with what another one says of some of its own points (k,), which are these here:
+        ``rows`` (k,)."""
+        columns = [column.copy() for column in vars(self).values()]
+        for column, its in zip(columns, vars(other).values(), strict=True):
             column[rows] = its[some]
+        return SexticMean(*columns)
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,31 +96,43 @@ class AskedSextics:
         if not count:
             none = np.empty(0)
             return SexticMean(np.empty((0, 4)), first[:0], none, none, none, none > 0.0)
-        side = sides[which]
-        folded = np.einsum("ij,ij->i", self.found[:, 1:4], side) <= 0.0
-        cosine = np.einsum("ij,ij->i", self.upward, side)
-        turned = np.maximum(cosine - FACING, _SLIGHT)
-        if others is not None:
-            turned[np.einsum("ij,ij->i", self.upward, others[which]) > cosine] = _SLIGHT
-        share = np.where(folded, _SLIGHT**2, turned) * self.weight
-        if self.level.any():
-            share = _left_by_smaller(which, share, self.level, count)
+        share, faces = self._shares(sides, others)
         most = np.flatnonzero(share == np.maximum.reduceat(share, first[:-1])[which])
         lead = most[np.searchsorted(which[most], np.arange(count))]
         share /= np.add.reduceat(share, first[:-1])[which]
         mean = csr_array((share, np.arange(len(which)), first), (count, len(which))) @ self.found
-        off = self.found[:, 0] - mean[which, 0]
-        # Sextics are less sure where they weigh less: squares of weights count. The variance of n
-        # alike sextics about their own mean is too small by (n - 1) / n; that of fewer than two is
-        # taken twice.
-        square = share * share
-        alone = np.add.reduceat(square, first[:-1])
-        few = np.add.reduceat(square * square, first[:-1]) / alone**2
-        spread = np.add.reduceat(square * off**2, first[:-1]) / (alone * np.maximum(1.0 - few, 0.5))
+        spread, alone = _spread(share, self.found[:, 0] - mean[which, 0], first[:-1])
         length = np.sqrt((mean[:, 1:4] ** 2).sum(axis=1))
         mean[:, 1:4] /= np.maximum(length, np.finfo(float).tiny)[:, None]
-        faces = ~folded[lead] & (turned[lead] > _SLIGHT)
-        return SexticMean(mean, self.number[lead], self.stretch[lead], spread, alone, faces)
+        return SexticMean(mean, self.number[lead], self.stretch[lead], spread, alone, faces[lead])
+
+    def _shares(self, sides, others) -> tuple[np.ndarray, np.ndarray]:
+        """Shares (m,) of the sextics in the means, and whether (m,) each faces as was asked."""
+        side = sides[self.which]
+        folded = np.einsum("ij,ij->i", self.found[:, 1:4], side) <= 0.0
+        cosine = np.einsum("ij,ij->i", self.upward, side)
+        turned = np.maximum(cosine - FACING, _SLIGHT)
+        if others is not None:
+            turned[np.einsum("ij,ij->i", self.upward, others[self.which]) > cosine] = _SLIGHT
+        share = np.where(folded, _SLIGHT**2, turned) * self.weight
+        if self.level.any():
+            share = _left_by_smaller(self.which, share, self.level, len(sides))
+        return share, ~folded & (turned > _SLIGHT)
+
+
+def _spread(share, off, starts) -> tuple[np.ndarray, np.ndarray]:
+    """Variance (n,) of sextics about their mean, which they are ``off`` (m,), with shares (m,) of 1
+    in all for each point; those of a point begin at ``starts`` (n,). And the sum (n,) of the
+    squares of the shares.
+
+    Sextics are less sure where they weigh less: squares of weights count. The variance of n alike
+    sextics about their own mean is too small by (n - 1) / n; that of fewer than two is taken twice.
+    """
+    square = share * share
+    alone = np.add.reduceat(square, starts)
+    few = np.add.reduceat(square * square, starts) / alone**2
+    spread = np.add.reduceat(square * off**2, starts) / (alone * np.maximum(1.0 - few, 0.5))
+    return spread, alone
 
 
 def _left_by_smaller(which, share, level, count: int) -> np.ndarray:
