@@ -102,12 +102,18 @@ class KnownBody:
         show that all does. The next look begins with these faces."""
         return self.faces is not None
 
+    @property
+    def is_newly_sharp(self) -> bool:
+        """Whether many contours run over sharp edges that did not when laws were last looked for:
+        free-form faces may be drawn now, whatever their laws."""
+        return self.body is not None and self.body.faces.is_sharp and not self.sharp
+
     def is_due(self, count: int) -> bool:
         """Whether to look again with so many samples."""
         if count == self.looked:
             return False
         # Faces know no other samples than those that they were read from.
-        if not self.is_one:
+        if not self.is_one or self.is_newly_sharp:
             return True
         if self.is_hopeful:
             return count <= _FEW or count >= _LAWFUL_GROWS * self.looked
@@ -142,13 +148,14 @@ def _looked_for(samples: ContourSamples, ends_at_edge, before: KnownBody) -> Kno
     if not (before.is_hopeful or share_with_edges(samples, ends_at_edge) >= _WITH_EDGES):
         return replace(lawless, body=body_of_one(samples, before.body))
     if before.is_hopeful:
+        sharp = before.sharp or before.is_newly_sharp
         faces = faces_of_samples(samples, before=before.faces)
-        found = known_from_faces(faces, samples, before.sharp, before.body)
+        found = known_from_faces(faces, samples, sharp, before.body)
         if before.is_one or not found.is_one:
             return found
         # Labels that go on from earlier ones may have ended in a worse place.
         faces = faces_of_samples(samples)
-        again = known_from_faces(faces, samples, before.sharp, before.body)
+        again = known_from_faces(faces, samples, sharp, before.body)
         return again if again.share > found.share else found
     labels = first_labels(samples)
     sharp = share_over_sharp_edges(samples) >= MANY

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.lawful import touched_mesh
-from touchatlas.atlas.faces import known_body
+from touchatlas.atlas.faces import known_body, one_face
 from touchatlas.atlas.faces.known_body import KnownBody, look_for_body
 from touchatlas.atlas.faces.read_faces import samples_of
 from touchatlas.atlas.samples.sample_pool import SamplePool
@@ -70,6 +70,15 @@ def test_many_samples_of_which_few_obey_laws_are_not_looked_at():
     assert looked(3000, edges=True, share=0.3).is_due(4500)
     assert not any(few.is_due(n) for n in (6000, 16000, 10**6))
     assert looked(4000, edges=True, share=0.41).is_due(16000)
+
+
+def test_a_look_is_due_when_many_contours_have_come_to_turn_at_edges():
+    """Once: the next one is due by growth."""
+    turned = SimpleNamespace(faces=SimpleNamespace(is_sharp=True))
+    smooth = SimpleNamespace(faces=SimpleNamespace(is_sharp=False))
+    assert first_due(looked(1000, edges=True, share=0.3, body=turned)) == 1001
+    assert first_due(looked(1000, edges=True, share=0.3, body=smooth)) == 1500
+    assert first_due(looked(1000, edges=True, share=0.3, sharp=True, body=turned)) == 1500
 
 
 def test_the_first_sample_is_looked_at_and_no_count_twice():
@@ -201,6 +210,7 @@ def test_labels_of_which_few_obey_a_law_are_not_revised(
     monkeypatch.setattr(known_body, "revise_all", revise)
     monkeypatch.setattr(known_body, "first_labels", lambda _: SimpleNamespace(lawful_share=share))
     monkeypatch.setattr(known_body, "share_over_sharp_edges", lambda _: 0.44)
+    monkeypatch.setattr(one_face, "share_of_contours", lambda *_: 0.44)
     pool = pool_of("box", touches)
     if is_revised:
         with pytest.raises(Revised):
