@@ -117,9 +117,12 @@ class FreeFormSurface:
         own, other = asked.mean(beside.own, beside.other), asked.mean(beside.other, beside.own)
         at = np.where(own.faces, own.values[:, 0], mean.values[rows, 0])
         gap = beside.sign * (other.values[:, 0] - at)
-        sure = _LESS_SURE**2 * self._variance(own, points)
-        most = np.maximum(sure, (gap / _SURELY) ** 2)
-        cuts = other.faces & (gap > 0.0) & (self._variance(other, points) <= most)
+        beyond, unsure = other.faces & (gap > 0.0), self._variance(other, points)
+        surely = unsure <= (gap / _SURELY) ** 2
+        cuts = beyond & (surely | (unsure <= _LESS_SURE**2 * self._variance(own, points)))
+        # Either side may be there: half of the time the one that is not taken.
+        doubt = np.where(beyond & ~surely, 0.5 * gap**2, 0.0)
+        own, other = (replace(one, spread=one.spread + doubt) for one in (own, other))
         mean = mean.replaced(rows[own.faces], own, own.faces)
         return mean.replaced(rows[cuts], other, cuts)
 
