@@ -9,10 +9,10 @@ if TYPE_CHECKING:
     from touchatlas.atlas.cad.step_file import StepReport, save_step
     from touchatlas.atlas.check.doubt import Doubt
     from touchatlas.atlas.check.doubts import doubts
-    from touchatlas.atlas.faces.boundary import EdgeKind
-    from touchatlas.atlas.faces.face_field import FaceValues, face_values
+    from touchatlas.atlas.edges.boundary import EdgeKind
     from touchatlas.atlas.faces.face_graph import write_graphml, write_json
     from touchatlas.atlas.faces.faces import Face, FaceEdge, Faces
+    from touchatlas.atlas.field.face_field import FaceValues, face_values
     from touchatlas.atlas.mesh.extract import Surface, extract_surface
     from touchatlas.atlas.records.blend import Blend
     from touchatlas.atlas.records.change import AtlasChange
@@ -51,11 +51,11 @@ __getattr__ = lazy_names(
         "AtlasOptions": "touchatlas.atlas.records.options",
         "Blend": "touchatlas.atlas.records.blend",
         "Doubt": "touchatlas.atlas.check.doubt",
-        "EdgeKind": "touchatlas.atlas.faces.boundary",
+        "EdgeKind": "touchatlas.atlas.edges.boundary",
         "Face": "touchatlas.atlas.faces.faces",
         "FaceEdge": "touchatlas.atlas.faces.faces",
-        "FaceValues": "touchatlas.atlas.faces.face_field",
-        "face_values": "touchatlas.atlas.faces.face_field",
+        "FaceValues": "touchatlas.atlas.field.face_field",
+        "face_values": "touchatlas.atlas.field.face_field",
         "Faces": "touchatlas.atlas.faces.faces",
         "StepReport": "touchatlas.atlas.cad.step_file",
         "Surface": "touchatlas.atlas.mesh.extract",

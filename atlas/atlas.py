@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import networkx as nx
 
+from touchatlas.atlas.body.known_body import look_for_body
+from touchatlas.atlas.body.patch_graph import patch_graph
+from touchatlas.atlas.body.read_faces import read_faces
 from touchatlas.atlas.check.invariants import violations
 from touchatlas.atlas.faces.faces import Faces
-from touchatlas.atlas.faces.known_body import look_for_body
-from touchatlas.atlas.faces.patch_graph import patch_graph
-from touchatlas.atlas.faces.read_faces import read_faces
 from touchatlas.atlas.known_surface import blend
 from touchatlas.atlas.learn.learn import learn
 from touchatlas.atlas.records.blend import Blend
@@ -83,7 +83,7 @@ class Atlas(AtlasState):
     @property
     def graph(self) -> nx.Graph:
         """The patches as nodes, each in its Darboux frame with its curvatures, and where they meet
-        as edges: see ``touchatlas.atlas.faces.patch_graph``. That of faces is
+        as edges: see ``touchatlas.atlas.body.patch_graph``. That of faces is
         ``faces().graph()``."""
         return nx.Graph() if self.body is None else patch_graph(self.body)
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from touchatlas.atlas.faces.body import Body
-from touchatlas.atlas.faces.known_body import KnownBody
+from touchatlas.atlas.body.body import Body
+from touchatlas.atlas.body.known_body import KnownBody
 from touchatlas.atlas.records.options import AtlasOptions, check_tolerance
 from touchatlas.atlas.samples.rims import Rims
 from touchatlas.atlas.samples.sample_pool import SamplePool

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from touchatlas.atlas.atlas import Atlas
-from touchatlas.atlas.faces.law_arrays import law_arrays, law_of_arrays
+from touchatlas.atlas.body.law_arrays import law_arrays, law_of_arrays
 from touchatlas.atlas.files import write_whole
 from touchatlas.atlas.records.options import AtlasOptions
 from touchatlas.atlas.samples.lost_ends import LostEnds

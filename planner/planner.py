@@ -3,8 +3,8 @@
 import numpy as np
 
 from touchatlas.atlas.atlas import Atlas, AtlasChange
+from touchatlas.atlas.contouring.body_surface import fine_edge
 from touchatlas.atlas.faces.faces import Faces
-from touchatlas.atlas.mesh.body_surface import fine_edge
 from touchatlas.atlas.records.touch import Touch
 from touchatlas.patch.geometry.arrays import check_unit, frozen_array
 from touchatlas.planner.attempts import Attempts

@@ -7,11 +7,11 @@ import numpy as np
 import trimesh
 
 from tests.kept import kept_once
-from touchatlas.atlas.faces.body import Body
-from touchatlas.atlas.faces.explained import determined
+from touchatlas.atlas.body.body import Body
+from touchatlas.atlas.body.explained import determined
+from touchatlas.atlas.body.read_faces import faces_of_samples
 from touchatlas.atlas.faces.faces import Faces
-from touchatlas.atlas.faces.read_faces import faces_of_samples
-from touchatlas.atlas.faces.samples import ContourSamples, contour_samples
+from touchatlas.atlas.labels.samples import ContourSamples, contour_samples
 from touchatlas.patch.geometry.section import contour_normals
 from touchatlas.planner import ProbePlan, Reason
 from touchatlas.planner.planes import concurrent_planes

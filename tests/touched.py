@@ -4,7 +4,7 @@ import numpy as np
 
 from tests.kept import kept_once
 from tests.sharp import sharp_object
-from touchatlas.atlas.faces.samples import ContourSamples, contour_samples
+from touchatlas.atlas.labels.samples import ContourSamples, contour_samples
 from touchatlas.patch.geometry.section import contour_normals
 from touchatlas.planner import ProbePlan, Reason
 from touchatlas.planner.planes import concurrent_planes

@@ -5,7 +5,7 @@ from dataclasses import replace
 import igl
 import numpy as np
 
-from touchatlas.atlas.mesh.surface import Surface
+from touchatlas.atlas.records.surface import Surface
 
 # Part of the triangles that is kept from one trial to the next, no unit. With the square of it, up
 # to twice as many triangles are left as the bound allows.

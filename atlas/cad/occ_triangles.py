@@ -7,7 +7,7 @@ import networkx as nx
 import numpy as np
 
 from touchatlas.atlas.cad.occ_kernel import NamedShape, solid_or_shell
-from touchatlas.atlas.mesh.surface import Surface
+from touchatlas.atlas.records.surface import Surface
 
 
 def triangle_shapes(surface: Surface) -> list[NamedShape]:

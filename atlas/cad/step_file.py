@@ -10,17 +10,17 @@ rest. Of both there are as few as the tolerance allows. Faces that close up beco
 from dataclasses import dataclass
 from pathlib import Path
 
-from touchatlas.atlas.cad.bezier_shapes import bezier_shapes
+from touchatlas.atlas.body.body import Body
+from touchatlas.atlas.cad.bezier.bezier_shapes import bezier_shapes
 from touchatlas.atlas.cad.fewer_triangles import fewer_triangles
-from touchatlas.atlas.cad.lawful_shapes import lawful_shapes
+from touchatlas.atlas.cad.lawful.lawful_shapes import lawful_shapes
 from touchatlas.atlas.cad.not_written import NotWritten
 from touchatlas.atlas.cad.occ_kernel import is_solid, need_kernel, step_bytes
 from touchatlas.atlas.cad.occ_triangles import triangle_shapes
-from touchatlas.atlas.faces.body import Body
+from touchatlas.atlas.contouring.body_surface import is_smooth
 from touchatlas.atlas.files import write_whole
-from touchatlas.atlas.mesh.body_surface import is_smooth
 from touchatlas.atlas.mesh.extract import extract_surface
-from touchatlas.atlas.mesh.surface import Surface
+from touchatlas.atlas.records.surface import Surface
 from touchatlas.atlas.state import AtlasState
 
 # Largest distance of Bezier faces from the surface, or of the triangles in a file from those of the

@@ -1,7 +1,7 @@
 """Doubts about edges of which no contour shows whether they are sharp or rounded."""
 
+from touchatlas.atlas.body.guessed_edges import guessed_edges
 from touchatlas.atlas.check.doubt import Doubt, count_of, extent_of, some_apart
-from touchatlas.atlas.faces.guessed_edges import guessed_edges
 from touchatlas.atlas.state import AtlasState
 
 

@@ -4,9 +4,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from touchatlas.atlas.faces.known_body import body_of_one
-from touchatlas.atlas.faces.labels import NONE
-from touchatlas.atlas.faces.read_faces import samples_of
+from touchatlas.atlas.body.known_body import body_of_one
+from touchatlas.atlas.body.read_faces import samples_of
+from touchatlas.atlas.labels.labels import NONE
 from touchatlas.atlas.state import AtlasState
 
 # Largest error of the square of a unit vector, no unit: far above rounding. Doubled, nothing else

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from touchatlas.atlas.faces.known_body import body_of_one
-from touchatlas.atlas.faces.samples import contour_samples
+from touchatlas.atlas.body.known_body import body_of_one
+from touchatlas.atlas.labels.samples import contour_samples
 from touchatlas.atlas.state import AtlasState
 
 # Least fraction of the squared distances that one shift of the object explains, and that shift in

@@ -4,7 +4,7 @@ import numpy as np
 
 from touchatlas.atlas.check.doubt import Doubt, count_of, extent_of, some_apart
 from touchatlas.atlas.check.moved import shift_of_object
-from touchatlas.atlas.faces.samples import split_contours
+from touchatlas.atlas.labels.samples import split_contours
 from touchatlas.atlas.state import AtlasState
 
 # Fraction of the samples that may contradict: good explorations have none. Doubled, one bad

@@ -1,1 +1,1 @@
-"""Faces: samples labelled by the laws that they obey, and the edges between them."""
+"""Faces: what one law explains, or a free-form part, and the edges and corners between them."""

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from touchatlas.atlas.faces.rolling_ball import rounded_corner
+from touchatlas.atlas.edges.rolling_ball import rounded_corner
 
 if TYPE_CHECKING:
     from touchatlas.atlas.faces.faces import Face, FaceEdge

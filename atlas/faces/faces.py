@@ -6,15 +6,15 @@ from functools import cached_property
 import networkx as nx
 import numpy as np
 
-from touchatlas.atlas.faces.blunt_edges import BluntEdge
-from touchatlas.atlas.faces.boundary import Boundary, EdgeKind
+from touchatlas.atlas.edges.blunt_edges import BluntEdge
+from touchatlas.atlas.edges.boundary import Boundary, EdgeKind
 from touchatlas.atlas.faces.face_corners import FaceCorner, find_corners
-from touchatlas.atlas.faces.labels import NONE, Labels
-from touchatlas.atlas.faces.laws import Law, law_of
-from touchatlas.atlas.faces.piece import Piece
 from touchatlas.atlas.faces.polylines import polylines
-from touchatlas.atlas.faces.recall import Recall
-from touchatlas.atlas.faces.sample_graph import SampleGraph
+from touchatlas.atlas.labels.labels import NONE, Labels
+from touchatlas.atlas.labels.recall import Recall
+from touchatlas.atlas.labels.sample_graph import SampleGraph
+from touchatlas.atlas.pieces.laws import Law, law_of
+from touchatlas.atlas.pieces.piece import Piece
 
 # Least distance of the points of an edge, and longest gap in it, in steps of the contours. Doubled,
 # edges are coarser, and bridge wider gaps between touches.

@@ -1,1 +1,1 @@
-"""Triangles of the surface of a body."""
+"""Triangles of a body, mended where they are off, open or folded."""

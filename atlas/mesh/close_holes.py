@@ -3,7 +3,7 @@
 import igl
 import numpy as np
 
-from touchatlas.atlas.mesh.surface import Surface
+from touchatlas.atlas.records.surface import Surface
 from touchatlas.atlas.samples.rims import Rims
 
 # Largest hole that is closed, as a fraction of the diagonal of the bounding box of its piece: a

@@ -9,8 +9,8 @@ import igl
 import numpy as np
 
 from touchatlas.atlas.mesh.close_holes import LARGEST, diameter
-from touchatlas.atlas.mesh.surface import Surface
 from touchatlas.atlas.mesh.triangles_across import Across, edges_within, triangles_across
+from touchatlas.atlas.records.surface import Surface
 from touchatlas.atlas.samples.rims import Rims
 from touchatlas.patch.geometry.normal_error import SURE
 

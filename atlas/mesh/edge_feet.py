@@ -4,10 +4,10 @@ from itertools import combinations
 
 import numpy as np
 
-from touchatlas.atlas.faces.body import Body
-from touchatlas.atlas.faces.face_trees import FaceTrees
-from touchatlas.atlas.faces.kinds import Kind
-from touchatlas.atlas.mesh.surface import Surface
+from touchatlas.atlas.body.body import Body
+from touchatlas.atlas.field.face_trees import FaceTrees
+from touchatlas.atlas.pieces.kinds import Kind
+from touchatlas.atlas.records.surface import Surface
 
 # Least angle between the triangles on both sides of an edge that is sharp, rad. Doubled, blunter
 # sharp edges are chords.

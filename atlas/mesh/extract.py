@@ -7,8 +7,8 @@ Faces that obey laws have none.
 import igl
 import numpy as np
 
-from touchatlas.atlas.faces.body import Body
-from touchatlas.atlas.mesh.body_surface import (
+from touchatlas.atlas.body.body import Body
+from touchatlas.atlas.contouring.body_surface import (
     body_surface,
     fine_edge,
     is_smooth,
@@ -22,7 +22,7 @@ from touchatlas.atlas.mesh.refine import refined
 from touchatlas.atlas.mesh.rim_vertices import ended_at_rims
 from touchatlas.atlas.mesh.small_handles import without_small_handles
 from touchatlas.atlas.mesh.stray_pieces import without_stray_pieces
-from touchatlas.atlas.mesh.surface import Surface
+from touchatlas.atlas.records.surface import Surface
 from touchatlas.atlas.state import AtlasState
 from touchatlas.patch.geometry.arrays import real
 from touchatlas.patch.geometry.normal_error import SURE

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from touchatlas.atlas.faces.body import Body
-from touchatlas.atlas.faces.edge_cuts import PARALLEL
+from touchatlas.atlas.body.body import Body
+from touchatlas.atlas.field.edge_cuts import PARALLEL
 from touchatlas.atlas.mesh.split_triangles import edges_of
-from touchatlas.atlas.mesh.surface import Surface
+from touchatlas.atlas.records.surface import Surface
 
 # Part of the height between two levels by which each is unsure beside the other: the surface goes
 # over from one to the other anywhere between their samples. Doubled, it is all of the height.

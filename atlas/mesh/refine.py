@@ -8,12 +8,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from touchatlas.atlas.faces.body import Body
-from touchatlas.atlas.faces.face_field import FaceValues
-from touchatlas.atlas.mesh.body_surface import is_smooth
+from touchatlas.atlas.body.body import Body
+from touchatlas.atlas.contouring.body_surface import is_smooth
+from touchatlas.atlas.field.face_field import FaceValues
 from touchatlas.atlas.mesh.edge_feet import feet_on_sharp_edges
 from touchatlas.atlas.mesh.split_triangles import edges_of, split, triangles_beside
-from touchatlas.atlas.mesh.surface import Surface
+from touchatlas.atlas.records.surface import Surface
 
 # Most times that an edge is halved: its height is then a 250th. Doubled, places where the field
 # jumps fill with triangles.

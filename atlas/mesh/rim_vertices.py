@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from touchatlas.atlas.faces.body import Body
-from touchatlas.atlas.mesh.surface import Surface
+from touchatlas.atlas.body.body import Body
+from touchatlas.atlas.records.surface import Surface
 
 
 def ended_at_rims(surface: Surface, body: Body) -> Surface:

@@ -14,7 +14,7 @@ from scipy.sparse.csgraph import connected_components
 
 from touchatlas.atlas.mesh.close_holes import LARGEST, close_holes, diameter
 from touchatlas.atlas.mesh.short_loops import loops_within
-from touchatlas.atlas.mesh.surface import Surface
+from touchatlas.atlas.records.surface import Surface
 from touchatlas.atlas.samples.rims import Rims
 
 # Largest loop of a handle, and largest region that is closed across, in sizes of the smallest

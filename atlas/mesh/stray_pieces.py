@@ -6,7 +6,7 @@ import igl
 import numpy as np
 from scipy.spatial import cKDTree
 
-from touchatlas.atlas.mesh.surface import Surface
+from touchatlas.atlas.records.surface import Surface
 
 # Least diagonal of the bounding box of a piece, over that of the surface: as for holes. Doubled,
 # bodies of a fifth of the scene are removed.

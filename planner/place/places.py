@@ -9,11 +9,16 @@ from scipy.sparse.csgraph import connected_components
 from scipy.special import erf
 
 from touchatlas.atlas.atlas import Atlas
-from touchatlas.atlas.faces.body import Body
-from touchatlas.atlas.mesh.body_surface import WITHIN_REACH, body_surface, coarse_edge, is_smooth
+from touchatlas.atlas.body.body import Body
+from touchatlas.atlas.contouring.body_surface import (
+    WITHIN_REACH,
+    body_surface,
+    coarse_edge,
+    is_smooth,
+)
 from touchatlas.atlas.mesh.close_holes import LARGEST, SLOPE
 from touchatlas.atlas.mesh.stray_pieces import without_stray_pieces
-from touchatlas.atlas.mesh.surface import Surface
+from touchatlas.atlas.records.surface import Surface
 from touchatlas.patch.geometry.normal_error import SURE
 from touchatlas.planner.place.deviation_ratio import DeviationRatio
 

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.spatial import cKDTree
 
-from touchatlas.atlas.faces.guessed_edges import guessed_edges
+from touchatlas.atlas.body.guessed_edges import guessed_edges
 from touchatlas.planner.place.choose import APART, APART_HOLES, Target, View, distance_to
 from touchatlas.planner.place.places import Places
 from touchatlas.planner.probe_plan import Reason

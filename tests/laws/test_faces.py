@@ -18,7 +18,7 @@ from touchatlas.atlas import (
     write_graphml,
     write_json,
 )
-from touchatlas.atlas.faces.read_faces import samples_of
+from touchatlas.atlas.body.read_faces import samples_of
 
 # Faces, convex and concave edges.
 BODIES = {"block": (6, 12, 0), "step": (8, 17, 1), "roof": (7, 15, 0)}

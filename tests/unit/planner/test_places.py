@@ -8,7 +8,7 @@ import pytest
 from tests.explored import learned, spread_touches
 from tests.lawful import HALF, body_of, samples_of_touches, touched_mesh
 from touchatlas.atlas import Atlas
-from touchatlas.atlas.faces.known_body import KnownBody
+from touchatlas.atlas.body.known_body import KnownBody
 from touchatlas.planner import Planner
 from touchatlas.planner.place.choose import View
 from touchatlas.planner.place.deviation_ratio import DeviationRatio

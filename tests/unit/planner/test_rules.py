@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from touchatlas.atlas import Atlas
-from touchatlas.atlas.faces.guessed_edges import GuessedEdges
+from touchatlas.atlas.body.guessed_edges import GuessedEdges
 from touchatlas.planner import PlannerOptions, Reason
 from touchatlas.planner.place import rules
 from touchatlas.planner.place.choose import View

@@ -3,7 +3,7 @@
 import numpy as np
 import trimesh
 
-from touchatlas.atlas.mesh.surface import Surface
+from touchatlas.atlas.records.surface import Surface
 
 RADIUS = 10.0
 

@@ -9,7 +9,7 @@ import trimesh
 
 from tests.unit.atlas.cad.smooth_bodies import surface_of
 from touchatlas.atlas.cad.fewer_triangles import fewer_triangles
-from touchatlas.atlas.mesh.surface import Surface
+from touchatlas.atlas.records.surface import Surface
 
 RADIUS = 7.5
 

@@ -10,8 +10,8 @@ import pytest
 from tests.explored import learned, spread_touches
 from tests.lawful import HALF, body_of, samples_of_touches, touched_mesh
 from touchatlas.atlas.atlas import Atlas
+from touchatlas.atlas.body.known_body import KnownBody, body_of_one
 from touchatlas.atlas.cad.step_file import save_step
-from touchatlas.atlas.faces.known_body import KnownBody, body_of_one
 from touchatlas.sim import make_object
 
 NOISE, TOLERANCE = 0.02, 0.2

@@ -4,7 +4,7 @@ import numpy as np
 import trimesh
 
 from touchatlas.atlas.mesh.close_holes import close_holes
-from touchatlas.atlas.mesh.surface import Surface
+from touchatlas.atlas.records.surface import Surface
 from touchatlas.atlas.samples.rims import Rims
 from touchatlas.atlas.samples.sample_pool import SamplePool
 

@@ -7,8 +7,8 @@ import trimesh
 
 from tests.unit.atlas.mesh.test_close_holes import NO_RIMS, RADIUS, ball, euler_number
 from touchatlas.atlas.mesh.close_slits import _normals_of_edges, close_slits
-from touchatlas.atlas.mesh.surface import Surface
 from touchatlas.atlas.mesh.triangles_across import triangles_across
+from touchatlas.atlas.records.surface import Surface
 
 WIDTH = 4.0
 NONE = np.zeros((0, 2), int)

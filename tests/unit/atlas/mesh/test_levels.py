@@ -4,7 +4,7 @@ import igl
 import numpy as np
 
 from tests.lawful import known_body, lawful_object
-from touchatlas.atlas.mesh.body_surface import body_surface, shape_edge
+from touchatlas.atlas.contouring.body_surface import body_surface, shape_edge
 from touchatlas.atlas.mesh.levels import with_unknown_risers
 from touchatlas.patch.geometry.normal_error import SURE
 

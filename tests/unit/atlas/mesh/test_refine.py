@@ -7,11 +7,11 @@ import pytest
 import trimesh
 
 from tests.lawful import BLUNT, RADIUS, known_body, rounded_box_distance
-from touchatlas.atlas.faces.face_field import FaceValues
-from touchatlas.atlas.mesh.body_surface import body_surface, with_curvatures
+from touchatlas.atlas.contouring.body_surface import body_surface, with_curvatures
+from touchatlas.atlas.field.face_field import FaceValues
 from touchatlas.atlas.mesh.refine import refined
 from touchatlas.atlas.mesh.split_triangles import edges_of, triangles_beside
-from touchatlas.atlas.mesh.surface import Surface
+from touchatlas.atlas.records.surface import Surface
 
 AXES = np.array([1.0, 0.7, 0.5])
 

@@ -10,7 +10,7 @@ import trimesh
 from touchatlas.atlas.mesh.close_holes import diameter
 from touchatlas.atlas.mesh.short_loops import short_loops
 from touchatlas.atlas.mesh.small_handles import _handles, without_small_handles
-from touchatlas.atlas.mesh.surface import Surface
+from touchatlas.atlas.records.surface import Surface
 from touchatlas.atlas.samples.rims import Rims
 from touchatlas.atlas.samples.sample_pool import SamplePool
 

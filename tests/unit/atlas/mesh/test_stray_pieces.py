@@ -4,7 +4,7 @@ import numpy as np
 import trimesh
 
 from touchatlas.atlas.mesh.stray_pieces import without_stray_pieces
-from touchatlas.atlas.mesh.surface import Surface
+from touchatlas.atlas.records.surface import Surface
 
 
 def balls(*places_and_radii) -> Surface:

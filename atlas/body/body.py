@@ -1,0 +1,180 @@
+"""Body: the surface that faces show, and where it is known."""
+
+from functools import cached_property
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from touchatlas.atlas.body.thinned_samples import ThinnedSamples
+from touchatlas.atlas.faces.face_corners import on_ball
+from touchatlas.atlas.faces.faces import Faces
+from touchatlas.atlas.field.face_field import FaceField, FaceValues
+from touchatlas.atlas.labels.labels import NONE
+from touchatlas.atlas.labels.samples import ContourSamples
+from touchatlas.atlas.samples.rims import Rims
+
+# Distance beyond the samples up to which a face is known, in steps of its contours. Doubled, faces
+# go on beyond edges that no contour crossed.
+_STEPS = 1.5
+# Steps from a point to its foot, where a polynomial bends. Doubled, it takes longer
+# where much is vague.
+_TO_FOOT = 3
+# Deviation over the extent beyond which a surface shows nothing: between samples far apart
+# polynomials have zeros anywhere. At 0.025 more of such was drawn after eight touches of three real
+# meshes; at a tenth of the reach a scanned lemon took 33 touches instead of 20.
+_VAGUE = 0.015
+# Distance from a rim within which the surface is known although samples lie on one side alone,
+# over ``reach``. Doubled, more of what no contour crossed counts as known.
+_AT_RIM = 0.25
+# Distance from the surface up to which it is asked what is known at the foot, over ``reach``: cubes
+# are smaller. Doubled, the sides of thin walls are confused.
+_OFF = 0.4
+# Distance from the ball of a corner at which a point is on it, in radii. Doubled, nothing changes:
+# points of the surface are asked.
+_ROUNDED = 0.1
+# Distance from the faces at which a sample without a label lies on them, in standard deviations.
+# Doubled, less is left out where a small part of another shape is touched.
+_ON_FACE = 3.0
+# Distance from the surface at which a sample contradicts it, in standard deviations. Doubled, a
+# wing nut is drawn from faces that leave 42 handles.
+_BESIDE_SURFACE = 5.0
+
+
+class Body:
+    """The surface of a body, drawn from faces of any kind.
+
+    Parameters
+    ----------
+    faces : Faces
+    samples : ContourSamples
+    before : Body, optional
+        That of the first of the samples, if it is one free-form face as well: what did not change
+        is not fitted again. The result is the same without it.
+
+    Attributes
+    ----------
+    rims : Rims or None
+        Where the surface ends because contact was lost; that of the atlas, which sets it.
+    """
+
+    def __init__(
+        self,
+        faces: Faces,
+        samples: ContourSamples,
+        before: "Body | None" = None,
+    ) -> None:
+        self.faces, self.samples = faces, samples
+        self.rims: Rims | None = None
+        points = samples.points
+        self.extent = float(np.linalg.norm(np.ptp(points, axis=0)))
+        self.field: FaceField = FaceField(faces, None if before is None else before.field.trees)
+        self.reach = self.field.reach
+        self._thinned = ThinnedSamples(points, faces, self.reach)
+        self._tree = cKDTree(points)
+        # A contour oblique to its face has no normal to be labelled by, but may well lie on it.
+        self._astray = faces.of == NONE
+        left = points[self._astray]
+        self._astray[self._astray] = np.abs(self.field.at(left).distance) > _ON_FACE * samples.std
+
+    @property
+    def seeds(self) -> np.ndarray:
+        """(m, 3) samples all over the body, length, world."""
+        return self._thinned.points
+
+    @property
+    def patch_count(self) -> int:
+        """Number of patches: the pieces of lawful faces, and the sextics of free-form ones."""
+        return self.field.trees.patch_count
+
+    @cached_property
+    def contradicted(self) -> float:
+        """Fraction of the samples of faces beside which the surface passes, by more than five
+        standard deviations."""
+        off = np.abs(self.field.at(self.seeds).distance)
+        return float((off > _BESIDE_SURFACE * self.samples.std).mean())
+
+    @cached_property
+    def largest_curvature(self) -> float:
+        """Largest absolute principal curvature of the faces, 1/length."""
+        found = [0.0]
+        for face in self.faces.faces:
+            at = self.samples.points[face.samples[:: max(1, len(face.samples) // 16)]]
+            shape = self.field.trees.shape_operators(face.id, at)
+            found.append(float(np.abs(np.linalg.eigvalsh(shape)).max(axis=1).mean()))
+        return max(found)
+
+    @cached_property
+    def thickness(self) -> float:
+        """Least distance of two sides that face away from each other, length."""
+        return self._thinned.thickness()
+
+    def away(self, points) -> np.ndarray:
+        """(n,) distances of points (n, 3) from the nearest sample, length."""
+        return np.asarray(self._tree.query(points)[0])
+
+    def at(self, points, texture: bool = True) -> tuple[FaceValues, np.ndarray]:
+        """What the faces say of points (n, 3), and whether (n,) the surface is known there: among
+        samples, where it is not vague. See ``FaceField.at`` for ``texture``."""
+        found, known = self._among(points, texture)
+        # Beside the surface a polynomial is less sure than on it.
+        doubt = np.flatnonzero(known & self._is_vague(found.deviation))
+        at, feet = found.some(doubt), points[doubt]
+        for _ in range(_TO_FOOT):
+            feet = feet - at.distance[:, None] * at.normal
+            at = self.field.at(feet, False)
+        known[doubt] = ~self._is_vague(at.deviation)
+        return found, known
+
+    def _is_vague(self, deviation) -> np.ndarray:
+        """(n,) whether deviations (n,), length, are so large that a surface shows nothing, and
+        larger than that of a sample."""
+        return np.asarray(deviation > max(_VAGUE * self.extent, self.samples.std))
+
+    def _among(self, points, texture: bool = True) -> tuple[FaceValues, np.ndarray]:
+        """What the faces say of points (n, 3), and whether (n,) they lie among samples: none of
+        these are farther than ``reach``, and no half circle about the foot is without one; or a
+        little beyond a rim."""
+        found = self.field.at(points, texture)
+        away, nearest = self._tree.query(points)
+        steps = self.samples.steps[nearest]
+        height = np.clip(found.distance, -_OFF * self.reach, _OFF * self.reach)
+        off = np.abs(height)
+        known = away <= _STEPS * steps + off
+        doubt = np.flatnonzero(~known & (away < self.reach))
+        normals = found.normal[doubt]
+        feet = points[doubt] - height[doubt, None] * normals
+        known[doubt] = self._thinned.surround(feet, normals)
+        if self.rims:
+            known |= (away < self.reach) & self.rims.at(points, _AT_RIM * self.reach)
+        # What nothing explains is not known.
+        known &= ~self._astray[nearest] | (away < steps + off)
+        return found, known
+
+    def beyond(self, points, normals) -> np.ndarray:
+        """(n,) whether points (n, 3) of the surface, with its normals (n, 3), lie beyond a rim at
+        which contact was lost. A rim amid samples that one touch alone shows is a slip of the
+        probe."""
+        if not self.rims:
+            return np.zeros(len(points), bool)
+        shown = self.rims.shown_beyond(points, normals)
+        out, alone = shown > 0, np.flatnonzero(shown == 1)
+        out[alone] = ~self._thinned.surround(points[alone], normals[alone])
+        return out
+
+    def gaussian_curvature(self, points, face) -> np.ndarray:
+        """(n,) Gaussian curvature of faces (n,) at points (n, 3), 1/length^2: the second invariant
+        of the shape operator, one of whose eigenvalues is 0 (do Carmo, section 3-3). Beside a
+        ball, which rounds a corner, it is that of the parallel surface: one over the square of the
+        distance from its centre."""
+        out = np.zeros(len(points))
+        for one in self.faces.faces:
+            mine = np.flatnonzero(face == one.id)
+            shape = self.field.trees.shape_operators(one.id, points[mine])
+            trace = np.trace(shape, axis1=1, axis2=2)
+            out[mine] = 0.5 * (trace**2 - np.einsum("nij,nji->n", shape, shape))
+        for corner in self.faces.corners:
+            square, off = ((points - corner.centre) ** 2).sum(axis=1), _ROUNDED * corner.radius
+            near = np.flatnonzero(square < (corner.radius + 2.0 * off) ** 2)
+            near = near[on_ball(corner, self.faces.faces, points[near], off)]
+            out[near] = 1.0 / square[near]
+        return out

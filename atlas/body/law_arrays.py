@@ -1,0 +1,82 @@
+"""What is known of lawful faces as arrays of a file, and back: the pieces and the labels.
+
+Faces are read touch by touch, so that the samples alone would not give the same ones again.
+"""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from touchatlas.atlas.body.known_body import KnownBody, body_of_one, known_from_faces
+from touchatlas.atlas.body.read_faces import faces_of_labels, samples_of
+from touchatlas.atlas.labels.grow import Evidence
+from touchatlas.atlas.labels.labels import NONE, Labels
+from touchatlas.atlas.labels.options import FaceOptions
+from touchatlas.atlas.labels.sample_graph import SampleGraph
+from touchatlas.atlas.pieces.kinds import Kind
+from touchatlas.atlas.pieces.piece import Piece
+from touchatlas.atlas.samples.sample_pool import SamplePool
+from touchatlas.atlas.whole_file import DamagedError
+
+_MOST = Kind.QUARTIC.terms
+
+
+def law_arrays(known: KnownBody) -> dict[str, np.ndarray]:
+    """The pieces and labels of faces; without faces, none."""
+    pieces = known.faces.pieces if known.faces else []
+    of = known.faces.patch_of if known.faces else np.zeros(0, int)
+    return {
+        "label_of": of.astype(np.int32),
+        "piece_kind": np.array([piece.kind for piece in pieces], np.int8),
+        "piece_origin": np.array([piece.origin for piece in pieces]).reshape(-1, 3),
+        "piece_axes": np.array([piece.axes for piece in pieces]).reshape(-1, 3, 3),
+        "piece_scale": np.array([piece.scale for piece in pieces], float),
+        "piece_coefficients": _padded([piece.coefficients for piece in pieces], 1),
+        "piece_covariance": _padded([piece.covariance for piece in pieces], 2),
+    }
+
+
+def law_of_arrays(arrays, header: dict[str, Any], pool: SamplePool) -> KnownBody:
+    """What a file knows of the samples of a pool.
+
+    Raises
+    ------
+    DamagedError
+        Its parts do not agree.
+    """
+    count, looked, of = header["count"], header["looked"], arrays["label_of"].astype(int)
+    pieces = _pieces(arrays)
+    sound = all(type(x) is int for x in (count, looked)) and 0 <= looked <= count <= len(pool)
+    sound = sound and len(of) in (0, looked)
+    if not (sound and of.min(initial=NONE) >= NONE and of.max(initial=NONE) < len(pieces)):
+        raise DamagedError("it says nothing of the samples that obey laws")
+    found = KnownBody(**header)
+    if len(pieces):
+        samples = samples_of(pool, looked, header["std"])
+        labels = Labels(Evidence(samples, SampleGraph(samples), FaceOptions()))
+        labels.resume(pieces, of)
+        read = known_from_faces(faces_of_labels(labels), samples, header["sharp"])
+        found = replace(found, faces=read.faces, body=read.body)
+    if found.is_one and count:
+        found = replace(found, body=body_of_one(samples_of(pool, count, header["std"])))
+    return found
+
+
+def _pieces(arrays) -> list[Piece]:
+    """The pieces of a file."""
+    columns = [arrays[f"piece_{name}"] for name in ("kind", "origin", "axes", "scale")]
+    out = []
+    for k, (kind, origin, axes, scale) in enumerate(zip(*columns, strict=True)):
+        size = Kind(kind).terms
+        own = arrays["piece_coefficients"][k, :size], arrays["piece_covariance"][k, :size, :size]
+        out.append(Piece(Kind(kind), origin, axes, float(scale), *own))
+    return out
+
+
+def _padded(parts, dimensions: int) -> np.ndarray:
+    """(p, 21, ...) arrays (t, ...) of as many dimensions, padded with zeros."""
+    out = np.zeros((len(parts),) + (_MOST,) * dimensions)
+    for k, part in enumerate(parts):
+        out[(k,) + (slice(len(part)),) * dimensions] = part
+    return out

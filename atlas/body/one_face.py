@@ -1,0 +1,122 @@
+"""All samples as one face: the law that explains every one of them, or a free-form face."""
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.stats import chi2
+
+from touchatlas.atlas.faces.faces import Face, Faces
+from touchatlas.atlas.free_form.residual_kriging import amplitude_of
+from touchatlas.atlas.free_form.sharp_turns import MANY, share_of_contours, sharp_turns
+from touchatlas.atlas.labels.labels import NONE
+from touchatlas.atlas.labels.samples import ContourSamples
+from touchatlas.atlas.pieces.fit_piece import fit_piece
+from touchatlas.atlas.pieces.kinds import Kind
+from touchatlas.atlas.pieces.laws import law_of
+from touchatlas.atlas.pieces.piece import Piece
+from touchatlas.patch.geometry.arrays import frozen_array
+
+# Chance with which the samples of a true law refuse it. Doubled, a sphere is free-form after one
+# touch in 50 instead of one in 100.
+_CHANCE = 0.01
+# Distance up to which a piece explains a sample, in deviations: as for other faces. Doubled, all
+# are explained.
+_EXPLAINED = 3.0
+
+
+def face_of_all(samples: ContourSamples, before: Faces | None = None) -> Faces:
+    """All samples as one face: of the simplest law that explains all of them, else free-form. If
+    that of the first of the samples, ``before``, is known, sharp turns are sought in the others
+    alone; the result is the same."""
+    piece, every = law_of_all(samples), np.arange(len(samples))
+    face = _free_form(samples) if piece is None else _lawful(piece, samples)
+    points = frozen_array(samples.points, (None, 3), "points")
+    normals = samples.outward if piece is None else piece.at(points)[1]
+    normals, none = frozen_array(normals, (None, 3), "normals"), np.zeros(0, int)
+    patch_of = np.full(len(samples), NONE if piece is None else 0)
+    found = Faces((face,), (), points, normals, 0 * every, patch_of, none, samples.std)
+    if piece is not None:
+        return found
+    turns = _turns(samples, before)
+    return replace(found, turns=turns, is_sharp=share_of_contours(samples, turns) >= MANY)
+
+
+def _turns(samples: ContourSamples, before: Faces | None) -> np.ndarray:
+    """(k, 2) the sharp turns of samples, some of which may be known."""
+    if before is None or before.are_lawful or before.std != samples.std:
+        return sharp_turns(samples)
+    count = len(before.points)
+    if not samples.contours[count - 1] < samples.contours[min(count, len(samples) - 1)]:
+        # The last contour goes on, or there are no others.
+        return sharp_turns(samples)
+    return np.concatenate([before.turns, sharp_turns(samples, count)])
+
+
+def _free_form(samples: ContourSamples) -> Face:
+    """The face of samples that obey no law."""
+    words, own = "free-form", (np.arange(len(samples)), 1.0, samples.std, _middle(samples))
+    return Face(0, words, words, None, (), (), *own)
+
+
+def _lawful(piece: Piece, samples: ContourSamples) -> Face:
+    """The face of samples that lie on a piece."""
+    law = law_of(piece, samples.points, samples.std)
+    off = piece.at(samples.points)[0]
+    explained = float((np.abs(off) <= _EXPLAINED * samples.std).mean())
+    own = np.arange(len(samples)), explained, float(np.sqrt((off * off).mean())), _middle(samples)
+    return Face(0, law.words, piece.kind.name.lower(), law, (piece,), (0,), *own)
+
+
+def _middle(samples: ContourSamples) -> np.ndarray:
+    """(3,) the sample nearest to the mean of all."""
+    offset = samples.points - samples.points.mean(axis=0)
+    return np.asarray(samples.points[(offset * offset).sum(axis=1).argmin()])
+
+
+def law_of_all(samples: ContourSamples) -> Piece | None:
+    """The piece of the simplest law that explains every contour, or None.
+
+    Notes
+    -----
+    The squares of the distances of n samples from a true law of p parameters, over the variance of
+    a sample, have a chi-square distribution of n - p degrees of freedom, and those of a contour of
+    m samples one of m at most.
+    """
+    columns = samples.points, samples.outward, samples.std
+    if len(samples) <= Kind.QUADRIC.parameters:
+        return None
+    # Each of the others is a quadric, too: most bodies obey no law, and are told by one fit.
+    quadric = fit_piece(Kind.QUADRIC, *columns)
+    if quadric is None or not _passes_by(quadric, samples):
+        return None
+    others = (fit_piece(kind, *columns) for kind in (Kind.PLANE, Kind.SPHERE, Kind.CYLINDER))
+    for piece in (*others, quadric):
+        if piece is not None and _passes_by(piece, samples) and _is_sure(piece, samples):
+            return _with_misfit(piece, samples)
+    return None
+
+
+def _with_misfit(piece: Piece, samples: ContourSamples) -> Piece:
+    """A piece whose deviation counts by how much it is off on average, beyond noise: so much lack
+    of fit is borne, and a law knows nothing of it."""
+    square = np.mean(piece.at(samples.points)[0] ** 2)
+    covariance = piece.covariance.copy()
+    covariance[0, 0] += (amplitude_of(square, samples.std) / piece.scale) ** 2
+    return replace(piece, covariance=covariance)
+
+
+def _is_sure(piece: Piece, samples: ContourSamples) -> bool:
+    """Whether a piece is surer of each sample than the sample is, and faces as they do."""
+    _, normals, variance = piece.predicted(samples.points)
+    against = (normals * samples.normals).sum(axis=1) <= 0.0
+    return bool((variance <= samples.std**2).all() and np.mean(against) <= _CHANCE)
+
+
+def _passes_by(piece: Piece, samples: ContourSamples) -> bool:
+    """Whether a piece passes by each contour and by all samples no farther than noise does."""
+    distance = piece.at(samples.points)[0]
+    square = (distance / samples.std) ** 2
+    sums, counts = np.bincount(samples.contours, square), np.bincount(samples.contours)
+    freedom = len(samples) - piece.kind.parameters
+    by_chance = np.append(chi2.sf(sums, counts), chi2.sf(square.sum(), freedom))
+    return bool(by_chance.min() * len(by_chance) > _CHANCE)

@@ -1,0 +1,1 @@
+"""Smooth bodies as Bezier faces for STEP."""

@@ -1,0 +1,1 @@
+"""Lawful bodies as planes, spheres, cylinders and fillets for STEP."""

@@ -1,0 +1,1 @@
+"""Edges: where two labels meet, sharp, rounded or smooth, with their curves."""

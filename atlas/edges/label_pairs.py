@@ -1,0 +1,50 @@
+"""Pairs of labels that may meet: linked across, or where contours end."""
+
+import numpy as np
+
+from touchatlas.atlas.labels.labels import NONE, Labels
+
+
+def pairs_across_links(labels: Labels) -> dict[tuple[int, int], np.ndarray]:
+    """Pairs of labels, mapped to the middles (m, 3) of the links between their samples."""
+    graph, points = labels.graph, labels.evidence.samples.points
+    both = np.sort(labels.of[graph.pairs], axis=1)
+    apart = np.flatnonzero((both[:, 0] != both[:, 1]) & (both[:, 0] != NONE))
+    order = apart[np.lexsort((both[apart, 1], both[apart, 0]))]
+    middles, both = points[graph.pairs[order]].mean(axis=1), both[order]
+    new = np.flatnonzero((np.diff(both, axis=0, prepend=-1) != 0).any(axis=1))
+    parts = np.split(middles, new)[1:]
+    return {(int(a), int(b)): part for (a, b), part in zip(both[new], parts, strict=True)}
+
+
+def pairs_across_ends(
+    labels: Labels, reach: float, farther: float
+) -> dict[tuple[int, int], np.ndarray]:
+    """Pairs of labels, mapped to the points (m, 3) half-way between an end of a contour of one and
+    the nearest sample of the other, within ``reach``, or within ``farther`` where the end lies on
+    the piece of the other, to a step of its contour; length."""
+    samples, of = labels.evidence.samples, labels.of
+    new = np.diff(samples.contours, prepend=-1, append=samples.contours[-1] + 1) > 0
+    ends = np.flatnonzero(new[:-1] | new[1:])
+    ends = ends[of[ends] != NONE]
+    near = labels.graph.tree.query_ball_point(samples.points[ends], farther)
+    i = np.repeat(ends, [len(some) for some in near])
+    j = np.concatenate([np.array(some, int) for some in near]) if len(near) else i
+    apart = (of[i] != of[j]) & (of[j] != NONE)
+    i, j = i[apart], j[apart]
+    chord = samples.points[i] - samples.points[j]
+    length = np.sqrt((chord * chord).sum(axis=1))
+    order = np.lexsort((length, of[j], i))
+    i, j, length = i[order], j[order], length[order]
+    first = np.append(True, (i[1:] != i[:-1]) | (of[j[1:]] != of[j[:-1]]))[: len(i)]
+    i, j, length = i[first], j[first], length[first]
+    good = length <= reach
+    for label in np.unique(of[j[~good]]).tolist():
+        mine = np.flatnonzero(~good & (of[j] == label))
+        off = np.abs(labels.pieces[label].at(samples.points[i[mine]])[0])
+        good[mine] = off <= samples.steps[i[mine]]
+    i, j = i[good], j[good]
+    middle = 0.5 * (samples.points[i] + samples.points[j])
+    both = np.sort(np.stack([of[i], of[j]], axis=1), axis=1)
+    pairs = np.unique(both, axis=0)
+    return {(a, b): middle[(both == (a, b)).all(axis=1)] for a, b in pairs.tolist()}

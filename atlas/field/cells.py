@@ -1,0 +1,254 @@
+"""Cells: faces, extended without end, divide space; samples say which parts lie inside."""
+
+from functools import cache
+from itertools import combinations
+
+import numpy as np
+
+from touchatlas.atlas.field.alike_faces import alike_faces
+from touchatlas.atlas.field.face_trees import FaceTrees
+
+# Noise of a sample, in root mean squares of a face: nearer to a face, its side is not known.
+# Doubled, fewer samples vote.
+_NOISE = 4.0
+# Least number of votes of a cell. Doubled, fewer cells are known; at 1 a wrong label decides.
+_LEAST = 3
+# Largest number and fraction of contrary votes, from wrong labels, of which either is enough. A
+# cell that a smooth rim divides has more: those of the few samples of a small rounding. Doubled,
+# smaller roundings are cut off.
+_CONTRARY, _WRONG = 1, 0.001
+# Nearest faces that may bound a point, and most of them between which it lies in an edge or corner.
+# Doubled, it takes longer.
+_NEAREST, _MEET = 6, 3
+
+
+class Cells:
+    """The parts into which the faces, extended without end, divide space.
+
+    A cell is known by the sides of all faces on which it lies. A sample of a face is a vote for two
+    cells: the one on the inner side of that face is inside of the body, the one on its outer side
+    is outside (the labels of the cells of an arrangement, as in A.-L. Chauve, P. Labatut, J.-P.
+    Pons, "Robust piecewise-planar 3D reconstruction", CVPR 2010, but without their graph cut: a
+    cell without votes has no label, unless it is opposite of a known one at a sharp edge).
+
+    Parameters
+    ----------
+    trees : FaceTrees
+    """
+
+    def __init__(self, trees: FaceTrees) -> None:
+        self._trees, faces = trees, trees.faces.faces
+        self._noise = _NOISE * np.array([face.deviation for face in faces])
+        # Faces of one surface divide space once, as the largest of them does; some face the other
+        # way.
+        self._one, self._way = alike_faces(trees, self._noise)
+        self._of_one = [np.flatnonzero(self._one == k) for k in range(len(faces))]
+        self._two_ways = np.array([len(set(self._way[own].tolist())) > 1 for own in self._of_one])
+        self._has_patches = np.array([trees.is_free_form(face.id) for face in faces] + [False])
+        # The key of a cell is the exclusive or of those of the faces outside of which it lies
+        # (A. L. Zobrist, 1970). Any distinct numbers serve.
+        bits = np.random.default_rng(len(faces)).integers(1, 2**62, len(faces))
+        self._bits = np.where(self._one == np.arange(len(faces)), bits, 0)
+        keys, labels, self._contested = self._votes()
+        self._keys, self._labels = self._with_opposite(keys, labels)
+
+    @property
+    def same_surface(self) -> np.ndarray:
+        """(f,) the first face that is one surface with each face."""
+        return self._one
+
+    def decide(self, points, distances) -> tuple[np.ndarray, np.ndarray]:
+        """The face (n,) that votes show to be the surface of points (n, 3) at distances (n, f) from
+        all faces, length; -1 where they do not, or where it has several patches. And its distance,
+        normal and variance (n, 5).
+
+        They do where the cell of a point is known, and that beyond the nearest face is known to be
+        on the other side.
+        """
+        distances = self._of_surfaces(points, distances)
+        cell = self._key(distances > 0.0)
+        nearest = np.abs(np.where(self._bits == 0, np.inf, distances)).argmin(axis=1)
+        label = self._label(cell)
+        shown = (label != 0.0) & (self._label(cell ^ self._bits[nearest]) == -label)
+        shown &= self._may_bound(distances[np.arange(len(points)), nearest], nearest, label)
+        decides, chosen = np.full(len(points), -1), np.zeros((len(points), 5))
+        self._move(points, nearest, label, np.flatnonzero(shown), decides, chosen)
+        decides[self._has_patches[decides]] = -1
+        return decides, chosen
+
+    def settle(
+        self, points, distances, away, owner, decides, chosen
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Correct what was chosen where the votes of the cells on both sides contradict it.
+
+        Parameters
+        ----------
+        points : (n, 3) float, length
+        distances : (n, f) float, length
+            From all faces.
+        away : (n,) float, length
+            From the nearest sample. The surface is no farther, so that no farther face is chosen.
+        owner : (n,) int
+            The face of each point, which goes on where nothing is known beyond it.
+        decides : (n,) int
+            The face that decides for each point; changed where another one does.
+        chosen : (n, 5) float
+            Distance, normal and variance there; changed as well.
+
+        Returns
+        -------
+        (m,) int
+            The points at which the votes contradict what was chosen, and name no other face.
+        (n,) bool
+            Whether the votes show that the surface is where it was chosen, and no nearer: beyond a
+            nearer face votes may contradict each other, as between two levels without a riser.
+        """
+        distances = self._of_surfaces(points, distances)
+        cell = self._key(distances > 0.0)
+        label, before = self._label(cell), _side(chosen[:, 0])
+        shown, label = label != 0.0, np.where(label == 0.0, before, label)
+        order = np.abs(np.where(self._bits == 0, np.inf, distances)).argsort(axis=1, kind="stable")
+        order = order[:, : min(_NEAREST, np.count_nonzero(self._bits))]
+        # On the face itself either side may be told: that of another face of its surface.
+        clear = np.abs(chosen[:, 0]) > self._noise[decides]
+        wrong = (before != label) & clear
+        decided = (order == self._one[decides][:, None]) & (shown | clear)[:, None]
+        refuted, confirmed = self._judged(cell, label, order, decided)
+        wrong |= refuted
+        farthest = away + np.maximum(self._noise[owner], self._noise[decides])
+        reach = np.where(wrong, farthest, np.abs(chosen[:, 0]))
+        ordered = np.take_along_axis(distances, order, axis=1)
+        asked = np.abs(ordered) < reach[:, None]
+        asked &= self._may_bound(ordered, order, label[:, None])
+        rows, face, beyond = self._beyond(cell, order, asked)
+        goes_on = wrong[rows] & (beyond == 0.0) & (face == self._one[owner[rows]])
+        hit = np.flatnonzero((beyond == -label[rows]) | goes_on)[::-1]
+        found = np.full(len(points), -1)
+        # The first one comes last here, and stays.
+        found[rows[hit]] = face[hit]
+        moved = np.flatnonzero((found >= 0) & (found != self._one[decides]))
+        nearer = np.abs(ordered) < np.abs(chosen[:, :1])
+        nearer &= np.isin(cell[:, None] ^ self._bits[order], self._contested)
+        confirmed &= shown & ~wrong & ~nearer.any(axis=1)
+        self._move(points, found, label, moved, decides, chosen)
+        return np.flatnonzero(wrong & (found < 0)), confirmed
+
+    def _judged(self, cell, label, order, decided) -> tuple[np.ndarray, np.ndarray]:
+        """(n,) whether votes say that points (n,) in cells (n,) with labels (n,) remain on the same
+        side of the surface beyond the face that decided (n, k), with those before it and without;
+        and whether they say that one of these ways leads to the other side."""
+        rows, _, beyond = self._beyond(cell, order, decided)
+        refuted, confirmed = decided.any(axis=1), np.zeros(len(cell), bool)
+        refuted[rows[beyond != label[rows]]] = False
+        confirmed[rows[beyond == -label[rows]]] = True
+        return refuted, confirmed
+
+    def _beyond(self, cell, order, asked) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Rows (m,) of cells (n,), faces (m,), and labels (m,) of the cells beyond these, alone and
+        with up to two that are nearer; for those of the nearest faces (n, k) that are asked."""
+        subsets = _subsets(order.shape[1])
+        rows, which = np.nonzero(asked[:, subsets[:, 0]])
+        bits = np.column_stack([self._bits[order], np.zeros(len(order), np.int64)])
+        flips = np.bitwise_xor.reduce(bits[rows[:, None], subsets[which]], axis=1)
+        return rows, order[rows, subsets[which, 0]], self._label(cell[rows] ^ flips)
+
+    def _of_surfaces(self, points, distances) -> np.ndarray:
+        """(n, f) distances of points (n, 3) from faces (n, f), where several faces are one surface
+        those of the one with the nearest sample: far from its samples a face is not as exact."""
+        out, rows = distances.copy(), np.arange(len(points))
+        for one, faces in enumerate(self._of_one):
+            if len(faces) > 1:
+                away = np.stack([self._trees.away(k, points) for k in faces.tolist()])
+                nearest = faces[away.argmin(axis=0)]
+                out[:, one] = self._way[nearest] * distances[rows, nearest]
+        return out
+
+    def _may_bound(self, distance, one, label) -> np.ndarray:
+        """(n,) whether a face that is one surface with ``one`` (n,), at a distance (n,) from it,
+        has points of a label (n,) on that side of it."""
+        return np.asarray((_side(distance) == label) | self._two_ways[one])
+
+    def _move(self, points, found, label, moved, decides, chosen) -> None:
+        """Let the faces ``found`` (n,), or the nearest of those of one surface with it that face
+        the side of the label (n,), decide for the points ``moved`` (m,)."""
+        for one in np.unique(found[moved]).tolist():
+            rows, faces = moved[found[moved] == one], self._of_one[one]
+            decides[rows] = one
+            if len(faces) > 1:
+                away = np.stack([self._trees.away(k, points[rows]) for k in faces.tolist()])
+                distances = [self._trees.distances(k, points[rows]) for k in faces.tolist()]
+                # One on whose own surface a point lies may be on either side of it.
+                other = (_side(np.stack(distances)) != label[rows]) & self._two_ways[one]
+                away[other] = np.inf
+                decides[rows] = faces[away.argmin(axis=0)]
+        for k in np.unique(decides[moved]).tolist():
+            mine = moved[decides[moved] == k]
+            chosen[mine] = self._trees.values(k, points[mine])
+
+    def _votes(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The keys of cells, ascending, and their labels: 1 outside, -1 inside, 0 unknown; and the
+        keys of those whose votes contradict each other."""
+        faces = self._trees.faces
+        samples = np.concatenate([face.samples for face in faces.faces])
+        own, way = self._one[faces.of[samples]], self._way[faces.of[samples]]
+        distances = np.concatenate(self._trees.between)
+        distances = self._of_surfaces(faces.points[samples], distances)
+        outside, clear = distances > 0.0, np.abs(distances) > self._noise
+        rows = np.arange(len(own))
+        clear[rows, own] = True
+        clear |= self._bits == 0
+        outside[rows, own] = way < 0.0
+        inner = self._key(outside)[clear.all(axis=1)]
+        outer = inner ^ self._bits[own[clear.all(axis=1)]]
+        keys, which = np.unique(np.concatenate([inner, outer]), return_inverse=True)
+        vote = np.repeat([-1.0, 1.0], len(inner))
+        count, total = np.bincount(which, minlength=len(keys)), np.bincount(which, vote, len(keys))
+        contrary = 0.5 * (count - np.abs(total))
+        agreed = (contrary <= np.maximum(_CONTRARY, _WRONG * count)) & (total != 0.0)
+        labels = np.where(agreed & (count >= _LEAST), np.sign(total), 0.0)
+        return keys, labels, keys[~agreed]
+
+    def _with_opposite(self, keys, labels) -> tuple[np.ndarray, np.ndarray]:
+        """The keys of cells, ascending, and their labels, with those opposite of a known cell at a
+        sharp edge: no face passes between them, so that none of them gets a vote.
+
+        Four cells meet in an edge. At a convex one the body has one of them, at a concave one the
+        air.
+        """
+        found = dict(zip(keys.tolist(), labels.tolist(), strict=True))
+        for edge in self._trees.faces.edges:
+            one, two = self._bits[self._one[[edge.first, edge.second]]].tolist()
+            if not edge.kind.sharp or one == two:
+                continue
+            for key, label in zip(keys.tolist(), labels.tolist(), strict=True):
+                beside = {found.get(key ^ bit, 0.0) for bit in (one, two)}
+                if label == -edge.kind.sign and beside == {-label}:
+                    found.setdefault(key ^ one ^ two, -label)
+        order = sorted(found)
+        return np.array(order, np.int64), np.array([found[key] for key in order])
+
+    def _key(self, outside) -> np.ndarray:
+        """(n,) keys of the cells outside of faces (n, f)."""
+        return np.asarray(np.bitwise_xor.reduce(np.where(outside, self._bits, 0), axis=1))
+
+    def _label(self, keys) -> np.ndarray:
+        """(n,) labels of the cells of keys (n,), 0 where there is none."""
+        if not len(self._keys):
+            return np.zeros(np.shape(keys))
+        at = np.minimum(np.searchsorted(self._keys, keys), len(self._keys) - 1)
+        return np.where(self._keys[at] == keys, self._labels[at], 0.0)
+
+
+def _side(distance) -> np.ndarray:
+    """1 outside, -1 inside, as of distances (n,) that are not above zero."""
+    return np.where(distance > 0.0, 1.0, -1.0)
+
+
+@cache
+def _subsets(count: int) -> np.ndarray:
+    """(s, 3) sets of up to three of so many nearest faces, the farthest first, padded with -1: by
+    the farthest of them, then by their number. They are crossed at once at an edge or a corner."""
+    sizes = range(1, _MEET + 1)
+    found = [some for size in sizes for some in combinations(range(count), size)]
+    found.sort(key=lambda some: (some[-1], len(some), some))
+    return np.array([(*some[::-1], *[-1] * (_MEET - len(some))) for some in found])

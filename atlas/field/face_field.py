@@ -1,0 +1,184 @@
+"""The field of faces: signed distance, normal and deviation at any point, each face by its own."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from touchatlas.atlas.faces.faces import Faces
+from touchatlas.atlas.field.cells import Cells
+from touchatlas.atlas.field.edge_cuts import SharpEdges
+from touchatlas.atlas.field.face_trees import FaceTrees
+from touchatlas.atlas.field.rounded_edges import RoundedEdges
+from touchatlas.atlas.field.smooth_rims import SmoothRims
+from touchatlas.atlas.labels.labels import NONE
+
+# Distance across which a law is believed where no sample is, over the extent: as far as patches
+# reach between the touches of a ball. Doubled, holes of a fifth of the extent are missed.
+_REACH = 0.15
+# Nearest samples that say which patches reach a point. Doubled, free-form patches are blended
+# farther, and faces are cut beyond the ends of their edges.
+_NEAREST = 16
+# Distance to a sample of another face, over that to the nearest sample, below which a point may
+# belong to that face. Doubled, more points between two faces are doubted.
+_RIVAL = 2.0
+
+
+@dataclass(frozen=True, eq=False)
+class FaceValues:
+    """What the faces say of n points.
+
+    Parameters
+    ----------
+    distance : (n,) float, length
+        Signed, positive outside.
+    normal : (n, 3) float, unit, world
+        Outward.
+    deviation : (n,) float, length
+        Predicted standard deviation of the distance: that of the coefficients, and half of the
+        difference of two faces where both may have the point; the distance itself where samples
+        contradict it.
+    face : (n,) int
+        Id of the face that decides.
+    """
+
+    distance: np.ndarray
+    normal: np.ndarray
+    deviation: np.ndarray
+    face: np.ndarray
+
+    def some(self, index) -> "FaceValues":
+        """The same at some of the points."""
+        return FaceValues(*(column[index] for column in vars(self).values()))
+
+
+class FaceField:
+    """The field of faces.
+
+    Parameters
+    ----------
+    faces : Faces
+    before : FaceTrees, optional
+        See ``FaceTrees``.
+
+    Attributes
+    ----------
+    is_one : bool
+        Whether all samples are one face, so that there is no edge.
+    reach : float, length
+        Distance across which a face is believed where no sample is, and from its samples up to
+        which it may bound another.
+
+    Raises
+    ------
+    ValueError
+        Without a face.
+    """
+
+    def __init__(self, faces: Faces, before: FaceTrees | None = None) -> None:
+        if not len(faces):
+            raise ValueError("there is no face; add touches to the atlas first")
+        self.faces = faces
+        self.trees = trees = FaceTrees(faces, before)
+        self.reach = _REACH * float(np.linalg.norm(np.ptp(faces.points, axis=0)))
+        self.is_one = len(faces) == 1
+        if self.is_one:
+            self.reach = trees.scale_of(0)
+            return
+        self._known = np.flatnonzero(faces.of != NONE)
+        self._tree = cKDTree(faces.points[self._known])
+        self._sharp, self._rims = SharpEdges(trees, self.reach), SmoothRims(trees)
+        self._cells, self._rounded = Cells(trees), RoundedEdges(trees, self.reach)
+
+    @cached_property
+    def meet(self) -> np.ndarray:
+        """(f, f) whether two faces have an edge or rim in common, are opposite sides, or one: then
+        it is known which of them has a point."""
+        out = np.eye(len(self.faces), dtype=bool)
+        for edge in self.faces.edges:
+            out[edge.first, edge.second] = out[edge.second, edge.first] = True
+        for one, other, _ in self._sharp.implied:
+            out[one, other] = out[other, one] = True
+        return out
+
+    @property
+    def same_surface(self) -> np.ndarray:
+        """(f,) the first face that is one surface with each face."""
+        return np.zeros(1, int) if self.is_one else self._cells.same_surface
+
+    def at(self, points, texture: bool = True) -> FaceValues:
+        """Signed distance, normal, deviation and face at points (n, 3), length, world; of a body
+        without edges with or without its texture.
+
+        Where samples show on which side of the surface a point lies, and that the nearest face is
+        its surface, that face decides. Elsewhere it is the face of the nearest sample, with those
+        that bound it. Rounded edges come last.
+        """
+        points = np.asarray(points, float)
+        if self.is_one:
+            one, face = self.trees.values(0, points, texture), np.zeros(len(points), int)
+            return FaceValues(one[:, 0], one[:, 1:4], np.sqrt(one[:, 4]), face)
+        distances = self.trees.all_distances(points)
+        decides, chosen = self._cells.decide(points, distances)
+        owner, rows = decides.copy(), np.flatnonzero(decides < 0)
+        if len(rows):
+            found = self._by_samples(points[rows], distances[rows])
+            owner[rows], decides[rows], chosen[rows] = found
+        self._rounded.round(points, distances, owner, decides, chosen)
+        normal = chosen[:, 1:4] / np.linalg.norm(chosen[:, 1:4], axis=1)[:, None]
+        return FaceValues(chosen[:, 0], normal, np.sqrt(chosen[:, 4]), decides)
+
+    def _by_samples(self, points, distances) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The face (n,) of the nearest sample of points (n, 3) at distances (n, f) from all faces,
+        length, the face (n,) that decides, and its distance, normal and variance (n, 5).
+
+        At a sharp edge the distance is the largest of those of the faces that meet there in
+        a convex edge, the smallest in a concave one.
+        """
+        faces, count = self.faces, min(_NEAREST, len(self._known))
+        away, near = self._tree.query(points, k=count)
+        away = away.reshape(len(points), count)
+        near = self._known[near.reshape(len(points), count)]
+        owner = faces.of[near[:, 0]]
+        columns = _by_face(self.trees, points, near)
+        chosen = columns[owner, np.arange(len(points))]
+        doubt = self._doubt(columns, owner, away, near)
+        self._rims.move(points, away, owner, chosen)
+        decides = self._sharp.cut(points, distances, away, owner, chosen)
+        settled = self._cells.settle(points, distances, away[:, 0], owner, decides, chosen)
+        doubted, confirmed = settled
+        chosen[:, 4] += np.where((decides == owner) & ~confirmed, doubt, 0.0)
+        chosen[doubted, 4] = np.maximum(chosen[doubted, 4], chosen[doubted, 0] ** 2)
+        return owner, decides, chosen
+
+    def _doubt(self, columns, owner, away, near) -> np.ndarray:
+        """(n,) variance of the distance where a face that does not meet the owner has a sample
+        about as near: the square of half of the difference of both, less the farther it is."""
+        of, rows = self.faces.of[near], np.arange(len(owner))
+        # At a sample itself every other one is far away.
+        least = np.maximum(away[:, :1], np.finfo(float).eps * away[:, -1:])
+        ratio = away / np.maximum(least, np.finfo(float).tiny)
+        rival = (ratio < _RIVAL) & ~self.meet[owner[:, None], of]
+        first = rival.argmax(axis=1)
+        other = of[rows, first]
+        apart = 0.5 * (columns[other, rows, 0] - columns[owner, rows, 0])
+        fade = _RIVAL - ratio[rows, first]
+        return np.where(rival.any(axis=1), (fade * apart) ** 2, 0.0)
+
+
+def face_values(faces: Faces, points) -> FaceValues:
+    """Signed distance, normal, deviation and face at points (n, 3): see ``FaceField.at``."""
+    return FaceField(faces).at(points)
+
+
+def _by_face(trees: FaceTrees, points, near) -> np.ndarray:
+    """(f, n, 5) distance, normal and variance of each face at each point (n, 3); NaN where none of
+    its samples is among the nearest (n, k)."""
+    of = trees.faces.of[near]
+    out = np.full((len(trees.faces), len(points), 5), np.nan)
+    for number in range(len(trees.faces)):
+        rows = np.flatnonzero((of == number).any(axis=1))
+        if len(rows):
+            out[number, rows] = trees.values(number, points[rows])
+    return out

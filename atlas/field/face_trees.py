@@ -1,0 +1,195 @@
+"""FaceTrees: the samples of each face by place, and what each face says of points."""
+
+from dataclasses import replace
+from functools import cached_property
+
+import networkx as nx
+import numpy as np
+from scipy.spatial import cKDTree
+
+from touchatlas.atlas.edges.boundary import EdgeKind
+from touchatlas.atlas.faces.faces import Face, FaceEdge, Faces
+from touchatlas.atlas.free_form.fit_free_form import are_on, fit_free_form
+from touchatlas.atlas.free_form.free_form_surface import FreeFormSurface
+from touchatlas.atlas.labels.labels import NONE
+from touchatlas.atlas.pieces.kinds import Kind
+from touchatlas.atlas.pieces.piece import Piece
+
+# Points of a curve that distances are measured to, per point of the edge. Doubled, nothing changes.
+_FINER = 8
+# Largest radius of a sextic of a free-form face, over the extent. Doubled, bends between touches
+# are missed.
+_RADIUS = 0.25
+
+
+class FaceTrees:
+    """The samples of each face by place.
+
+    Parameters
+    ----------
+    faces : Faces
+    before : FaceTrees, optional
+        Those of the first of the samples: where both are one face, what did not change is not
+        fitted again. The result is the same without it.
+    """
+
+    def __init__(self, faces: Faces, before: "FaceTrees | None" = None) -> None:
+        # The surface of the first of the samples, where all are one face.
+        self._before = before._surfaces.get((0,)) if before and len(faces) == 1 else None
+        self.faces = faces
+        self.radius = _RADIUS * float(np.linalg.norm(np.ptp(faces.points, axis=0)))
+        self._surfaces: dict[tuple[int, ...], FreeFormSurface] = {}
+        self.trees = [cKDTree(faces.points[face.samples]) for face in faces.faces]
+
+    def away(self, number: int, points) -> np.ndarray:
+        """(n,) distances of points (n, 3) from the samples of a face, length."""
+        return np.asarray(self.trees[number].query(points)[0])
+
+    def nearest(self, number: int, points, count: int) -> tuple[np.ndarray, np.ndarray]:
+        """(n, k) which samples of a face are nearest to points (n, 3), ``count`` or all, and how
+        far they are, length."""
+        count = min(count, len(self.faces.faces[number].samples))
+        off, near = self.trees[number].query(points, k=count)
+        return np.reshape(near, (len(points), count)), np.reshape(off, (len(points), count))
+
+    @cached_property
+    def between(self) -> list[np.ndarray]:
+        """Of each face, the signed distances (m, f) of its samples from all faces, length."""
+        return [self.all_distances(self.faces.points[face.samples]) for face in self.faces.faces]
+
+    def values(self, number: int, points, texture: bool = True) -> np.ndarray:
+        """(n, 5) distance, normal and variance of a face at points (n, 3), with or without the
+        texture of a free-form one."""
+        if (surface := self._free_form(number)) is not None:
+            return surface.values(points, texture)
+        return values_of(self.faces.faces[number].pieces[0], points)
+
+    def distances(self, number: int, points) -> np.ndarray:
+        """(n,) signed distances of points (n, 3) from a face, of a free-form one without its
+        texture, which takes as long as all else and is as small as the noise."""
+        if (surface := self._free_form(number)) is not None:
+            return surface.at(points)[:, 0]
+        return self.faces.faces[number].pieces[0].at(points)[0]
+
+    def all_distances(self, points) -> np.ndarray:
+        """(n, f) signed distances of points (n, 3) from all faces; from planes at once."""
+        out = np.empty((len(points), len(self.faces)))
+        middle, planes, normals, levels = self.planes
+        out[:, planes] = (points - middle) @ normals.T + levels
+        for k in set(range(len(self.faces))) - set(planes):
+            out[:, k] = self.distances(k, points)
+        return out
+
+    @cached_property
+    def planes(self) -> tuple[np.ndarray, list[int], np.ndarray, np.ndarray]:
+        """A point amid the samples (3,), the numbers (p) of the plane faces, their normals (p, 3)
+        and signed distances (p,) there."""
+        middle = self.faces.points.mean(axis=0)
+        lawful = [face for face in self.faces.faces if face.law is not None]
+        faces = [face for face in lawful if face.pieces[0].kind is Kind.PLANE]
+        found = [face.pieces[0].at(middle[None]) for face in faces]
+        normals = np.reshape([normal for _, normal in found], (-1, 3))
+        return middle, [f.id for f in faces], normals, np.ravel([level for level, _ in found])
+
+    def shape_operators(self, number: int, points) -> np.ndarray:
+        """(n, 3, 3) shape operators of a face, 1/length."""
+        if (surface := self._free_form(number)) is not None:
+            return surface.shape_operators(points)
+        return self.faces.faces[number].pieces[0].shape_operators(points)
+
+    def is_free_form(self, number: int) -> bool:
+        """Whether a face obeys no law, or is a quadric or no larger than a quartic, and smooth rims
+        join it to such a face: a part of a free-form surface that a law happens to explain."""
+        return number in self._group_of
+
+    def patches(self) -> list[tuple[int, Piece]]:
+        """The pieces of lawful faces, and the sextics of free-form ones, each with the id of its
+        face; of several faces with one surface that of the first."""
+        own = [(f.id, f.pieces[0]) for f in self.faces.faces if f.id not in self._group_of]
+        for first, surface in self._all_free_form.items():
+            own += [(first, surface.sextics.piece(k)) for k in range(len(surface.sextics))]
+        return own
+
+    @property
+    def patch_count(self) -> int:
+        """Number of these."""
+        sextics = sum(len(surface.sextics) for surface in self._all_free_form.values())
+        return len(self.faces) - len(self._group_of) + sextics
+
+    def scale_of(self, number: int) -> float:
+        """Radius of the patches of a free-form face, length."""
+        surface = self._free_form(number)
+        return surface.radius if surface else self.radius
+
+    def first_of(self, number: int) -> int:
+        """The first of the faces that have one surface with a face."""
+        return self._group_of.get(number, (number,))[0]
+
+    def _free_form(self, number: int) -> FreeFormSurface | None:
+        """The surface of a free-form face; None of a lawful one."""
+        return self._of_group(self._group_of[number]) if number in self._group_of else None
+
+    def _of_group(self, group: tuple[int, ...]) -> FreeFormSurface:
+        """The surface of a group of faces."""
+        if group not in self._surfaces:
+            self._surfaces[group] = self._fitted(group)
+        return self._surfaces[group]
+
+    @property
+    def _all_free_form(self) -> dict[int, FreeFormSurface]:
+        """The free-form surfaces, each by the first of its faces."""
+        return {group[0]: self._of_group(group) for group in dict.fromkeys(self._group_of.values())}
+
+    @cached_property
+    def _group_of(self) -> dict[int, tuple[int, ...]]:
+        """The faces, ascending, of the free-form surface of each face that is a part of one: those
+        that hang together by smooth rims."""
+        faces, graph = self.faces.faces, nx.Graph()
+        bent = [face.id for face in faces if self._may_be_free_form(face)]
+        graph.add_nodes_from(bent)
+        smooth = [edge for edge in self.faces.edges if edge.kind is EdgeKind.SMOOTH_RIM]
+        pairs = [(edge.first, edge.second) for edge in smooth]
+        graph.add_edges_from(pair for pair in pairs if set(pair) <= set(bent))
+        groups = [tuple(sorted(group)) for group in nx.connected_components(graph)]
+        groups = [group for group in groups if any(faces[k].law is None for k in group)]
+        return {number: group for group in groups for number in group}
+
+    def _may_be_free_form(self, face: Face) -> bool:
+        """Whether a face obeys no law, or only one that says little."""
+        if face.law is None or face.kind == "quadric":
+            return True
+        extent = np.ptp(self.faces.points[face.samples], axis=0)
+        return bool(np.linalg.norm(extent) <= 2.0 * self.radius)
+
+    def _fitted(self, group: tuple[int, ...]) -> FreeFormSurface:
+        """The surface of faces, from their samples and those without a label that lie on it."""
+        faces = self.faces
+        own = np.concatenate([faces.faces[k].samples for k in group])
+        points, normals = faces.points[own], faces.normals[own]
+        found = fit_free_form(points, normals, faces.std, self.radius, self._before)
+        if len(faces) == 1:
+            return replace(found, pairs=faces.turns) if faces.is_sharp else found
+        loose = faces.points[np.setdiff1d(np.flatnonzero(faces.of == NONE), faces.rounded)]
+        loose = loose[are_on(found, loose, faces.std)]
+        if not len(loose):
+            return found
+        normals = np.concatenate([normals, found.values(loose)[:, 1:4]])
+        return fit_free_form(np.concatenate([points, loose]), normals, faces.std, self.radius)
+
+
+def curve_tree(edge: FaceEdge) -> cKDTree:
+    """The curves of an edge by place."""
+    return cKDTree(np.concatenate([_finer(curve) for curve in edge.curves]))
+
+
+def values_of(piece: Piece, points) -> np.ndarray:
+    """(n, 5) distance, normal and variance of a piece."""
+    distance, normals, variance = piece.predicted(points)
+    return np.column_stack([distance, normals, variance])
+
+
+def _finer(curve) -> np.ndarray:
+    """(k, 3) points along the straight lines between those of a curve."""
+    at = np.linspace(0.0, len(curve) - 1.0, _FINER * len(curve))
+    steps = np.arange(len(curve))
+    return np.stack([np.interp(at, steps, column) for column in curve.T], axis=1)

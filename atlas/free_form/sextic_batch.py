@@ -1,0 +1,128 @@
+"""SexticBatch: what many sextics say of many points, each of some of them."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from touchatlas.atlas.free_form.packed_covariances import PackedCovariances
+from touchatlas.atlas.pieces.kinds import SEXTIC_BASIS, Kind
+from touchatlas.atlas.pieces.piece import Piece
+from touchatlas.patch.geometry.polynomial import GRADIENT, derivative_coefficients, monomials
+
+# Most points of a row: each row belongs to one sextic. Doubled, more places of rows are empty.
+_ROW = 32
+# Points that are evaluated at once: their monomials fit into the cache. Doubled, nothing changes.
+_AT_ONCE = 1536
+_TINY = float(np.finfo(float).tiny)
+
+
+@dataclass(frozen=True, eq=False)
+class SexticBatch:
+    """Sextics as arrays, for points that ask each of them.
+
+    Parameters
+    ----------
+    origins : (p, 3) float, length, world
+        Their middles.
+    axes : (p, 3, 3) float, unit rows, world
+        The third is the outward normal.
+    radii : (p,) float, length
+        Units of their scaled coordinates.
+    coefficients : (p, t) float, no unit
+    covariances : PackedCovariances, optional
+        Those of the coefficients.
+    """
+
+    origins: np.ndarray
+    axes: np.ndarray
+    radii: np.ndarray
+    coefficients: np.ndarray
+    covariances: PackedCovariances | None = None
+
+    def __len__(self) -> int:
+        return len(self.origins)
+
+    def piece(self, number: int) -> Piece:
+        """One of the sextics."""
+        assert self.covariances is not None
+        own = self.coefficients[number], self.covariances.covariance(number)
+        frame = self.origins[number], self.axes[number], float(self.radii[number])
+        return Piece(Kind.SEXTIC, *frame, *own)
+
+    def values(self, numbers, points) -> tuple[np.ndarray, np.ndarray]:
+        """(m, 4) distances and unit normals of sextics ``numbers`` (m,) at points (m, 3), and the
+        lengths (m,) by which the deviations of scaled heights there are multiplied."""
+        out, stretch = np.empty((len(numbers), 4)), np.empty(len(numbers))
+        for piece, places, filled in _rows_of(numbers):
+            scaled, beyond, terms = self._inside(piece, points[places])
+            own = self.coefficients[piece]
+            values = derivative_coefficients(SEXTIC_BASIS, own, list(GRADIENT)) @ terms
+            np.negative(values, out=values)
+            values[:, 0] += scaled[:, 2]
+            values[:, 3] += 1.0
+            self._go_on(piece, scaled, beyond, values)
+            length = np.maximum(_lengths(values[:, 1:]), _TINY)
+            values /= length[:, None]
+            target, radius = places[filled], self.radii[piece, None]
+            values[:, 0] *= radius
+            values[:, 1:] = self.axes[piece].transpose(0, 2, 1) @ values[:, 1:]
+            out[target] = values.transpose(0, 2, 1)[filled]
+            stretch[target] = (radius * beyond**4 / length)[filled]
+        return out, stretch
+
+    def variances(self, numbers, points) -> np.ndarray:
+        """(m,) variances of the scaled heights of sextics ``numbers`` (m,) at points (m, 3)."""
+        assert self.covariances is not None
+        out = np.empty(len(numbers))
+        for piece, places, filled in _rows_of(numbers):
+            own = self._inside(piece, points[places])[2][:, : SEXTIC_BASIS.size]
+            out[places[filled]] = self.covariances.variances(piece, own)[filled]
+        return out
+
+    def _inside(self, piece, points) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Scaled local coordinates (g, 3, n) of points in rows (g, n, 3); by how much they are
+        beyond the scale (g, n), one or more; and monomials (g, s, n) where they are not, or at the
+        scale."""
+        offset = (points - self.origins[piece, None]).transpose(0, 2, 1)
+        scaled = (self.axes[piece] / self.radii[piece, None, None]) @ offset
+        beyond = np.maximum(_lengths(scaled), 1.0)
+        x, y, z = (scaled[:, axis] / beyond for axis in range(3))
+        return scaled, beyond, monomials(SEXTIC_BASIS, x, y, z).transpose(1, 0, 2)
+
+    def _go_on(self, piece, scaled, beyond, values) -> None:
+        """Beyond its scale a sextic goes on as the plane that touches it in its middle: value and
+        gradient there, of ``values`` (g, 4, n)."""
+        row, place = np.nonzero(beyond > 1.0)
+        level, by_x, by_y = self.coefficients[piece[row], :3].T
+        upward = np.stack([-by_x, -by_y, np.ones(len(row))], axis=1)
+        away = scaled[row, :, place]
+        away[:, 2] -= level
+        values[row, 0, place] = (away * upward).sum(axis=1)
+        values[row, 1:, place] = upward
+
+
+def _lengths(vectors) -> np.ndarray:
+    """(g, n) lengths of vectors (g, 3, n)."""
+    x, y, z = vectors[:, 0], vectors[:, 1], vectors[:, 2]
+    return np.asarray(np.sqrt(x * x + y * y + z * z))
+
+
+def _rows_of(numbers) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Rows of places in ``numbers`` that have the same number, so many at once: the number (g,) of
+    each, the places (g, n), and which of them are filled (g, n); the others repeat the first."""
+    # Of small integers the order is found by their digits, in a tenth of the time.
+    small = np.min_scalar_type(numbers.max(initial=0))
+    order = np.argsort(numbers.astype(small), kind="stable")
+    counts = np.bincount(numbers)
+    asked = max(int(np.count_nonzero(counts)), 1)
+    width = min(1 << (-(-max(len(numbers), 1) // asked) - 1).bit_length(), _ROW)
+    rows = -(-counts // width)
+    of_row = np.repeat(np.arange(len(counts)), rows)
+    within = np.arange(len(of_row)) - np.repeat(np.cumsum(rows) - rows, rows)
+    first = (np.cumsum(counts) - counts)[of_row] + within * width
+    size = np.minimum(counts[of_row] - within * width, width)
+    for start in range(0, len(of_row), _AT_ONCE // width):
+        some = slice(start, start + _AT_ONCE // width)
+        filled = np.arange(width) < size[some, None]
+        yield of_row[some], order[first[some, None] + filled * np.arange(width)], filled

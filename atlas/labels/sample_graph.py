@@ -1,0 +1,242 @@
+"""SampleGraph: which samples are next to each other on the surface."""
+
+from copy import copy
+from functools import cached_property
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from touchatlas.atlas.labels.samples import ContourSamples
+
+# Other contours of its own touch, and of other touches, of each of which a sample is linked to the
+# nearest sample. Doubled, labels are smoother and take longer.
+_OWN_TOUCH, _OTHER_TOUCHES = 2, 4
+# Nearest samples that are looked at; more where all are of the sample's own touch. Doubled, few are
+# found that are not found otherwise.
+_NEAREST, _MANY = 40, 240
+# Longest link over the shortest to another contour. Doubled, links pass over samples between.
+_LONGEST = 2.5
+# Least cosine of the normals of linked samples: 66 degrees, for the two ends of a chord across a
+# gap between touches. Doubled, few samples are linked across gaps.
+_COSINE = 0.4
+# Largest sine of the angle between a chord and the tangent at either end, and of the mean of both:
+# the chord of an arc has two equal and opposite ones. Doubled, the sides of an edge are linked.
+_OFF_TANGENT, _OFF_ARC = 0.5, 0.35
+# Noise of a chord's height in standard deviations of a sample.
+_NOISE = 4.0
+# Length of a link, in steps of its contour, from which it may pass over a face. Doubled, the tops
+# beside a slot of two steps are one face.
+_LONG = 2.5
+# Samples about the middle of such a link that may stand in its way. Doubled, nothing changes.
+_BETWEEN = 32
+
+
+class SampleGraph:
+    """Links along contours, and to the nearest samples of other contours of the same surface.
+
+    Parameters
+    ----------
+    samples : ContourSamples
+    before : SampleGraph, optional
+        That of the first of the samples. Only samples with new ones among the nearest are linked
+        again.
+
+    Attributes
+    ----------
+    tree : cKDTree
+        Of the points.
+    pairs : (e, 2) int
+        Linked samples, each pair once, the lower first.
+    weights : (e,) float
+        1 where both normals agree, 0 where they differ by 66 degrees or more.
+    neighbours, neighbour_weights : (n, k) int and float
+        Linked samples of each, and the weights of the links; n stands for none.
+    goes_on : bool
+        Whether the first of the samples are those of the graph before.
+    """
+
+    def __init__(self, samples: ContourSamples, before: "SampleGraph | None" = None) -> None:
+        self.size, self._samples = len(samples), samples
+        self.tree = cKDTree(samples.points)
+        along = np.flatnonzero(samples.contours[1:] == samples.contours[:-1])
+        self.goes_on = before is not None and before._is_of_first(samples)
+        stays = before._stays(samples) if before and self.goes_on else np.zeros(self.size, bool)
+        first, second, self._looked = _links_across(samples, self.tree, np.flatnonzero(~stays))
+        if before is not None:
+            old, kept = np.flatnonzero(stays), before._across[:, stays[before._across[0]]]
+            self._looked[old] = before._looked[old]
+            first, second = np.append(first, kept[0]), np.append(second, kept[1])
+        self._across: np.ndarray = np.stack([first, second])
+        low = np.concatenate([along, np.minimum(first, second)]).astype(np.int64)
+        high = np.concatenate([along + 1, np.maximum(first, second)])
+        keys = np.unique(low * self.size + high)
+        self.pairs = np.stack([keys // self.size, keys % self.size], axis=1)
+        cosine = _cosines(samples, *self.pairs.T)
+        self.weights = np.maximum((cosine - _COSINE) / (1.0 - _COSINE), 0.0) ** 2
+        self.neighbours, self.neighbour_weights = _padded(self.pairs, self.weights, self.size)
+        self._places = np.empty(self.size + 1, int)
+
+    def _is_of_first(self, samples: ContourSamples) -> bool:
+        """Whether the first of some samples are those of this graph."""
+        names = "points", "normals", "outward", "contours", "touches", "steps"
+        known = self._samples
+        pairs = [(getattr(known, name), getattr(samples, name)[: self.size]) for name in names]
+        return known.std == samples.std and all(np.array_equal(*pair) for pair in pairs)
+
+    def _stays(self, samples: ContourSamples) -> np.ndarray:
+        """(n,) which samples are linked across as they were before the last of them came."""
+        stays, new = np.zeros(len(samples), bool), samples.points[self.size :]
+        away = cKDTree(new).query(self._samples.points)[0] if len(new) else np.inf
+        stays[: self.size] = away > self._looked
+        return stays
+
+    @cached_property
+    def long_links(self) -> tuple[np.ndarray, np.ndarray]:
+        """Links (m,) that are many steps long, and the samples (m, k) nearest to their middles; -1
+        stands for those that are farther from these than the link is long."""
+        first, second = self._samples.points[self.pairs].transpose(1, 0, 2)
+        length = np.linalg.norm(second - first, axis=1)
+        links = np.flatnonzero(length > _LONG * self._samples.steps[self.pairs[:, 0]])
+        count = min(_BETWEEN, self.size)
+        away, near = self.tree.query(0.5 * (first + second)[links], k=count)
+        away, near = away.reshape(-1, count), near.reshape(-1, count)
+        return links, np.where(away < length[links, None], near, -1)
+
+    def without(self, links) -> "SampleGraph":
+        """The same without links (m,), indices of ``pairs``."""
+        out = copy(self)
+        out.__dict__.pop("long_links", None)
+        out.pairs, out.weights = (np.delete(x, links, axis=0) for x in (self.pairs, self.weights))
+        out.neighbours, out.neighbour_weights = _padded(out.pairs, out.weights, self.size)
+        return out
+
+    def mask(self, members) -> np.ndarray:
+        """(n + 1,) whether each sample is a member; the last, for no sample, is true."""
+        inside = np.zeros(self.size + 1, bool)
+        inside[members] = inside[-1] = True
+        return inside
+
+    def interior(self, members) -> np.ndarray:
+        """The members all of whose neighbours are members."""
+        return members[self.mask(members)[self.neighbours[members]].all(axis=1)]
+
+    def around(self, members, hops: int) -> np.ndarray:
+        """The members and all samples within so many links of them, ascending."""
+        seen = np.zeros(self.size + 1, bool)
+        seen[members], front = True, members
+        seen[-1] = True
+        for _ in range(hops):
+            front = self._ahead(front, ~seen)
+            seen[front] = True
+        return np.flatnonzero(seen[:-1])
+
+    def connected(self, allowed, start) -> np.ndarray:
+        """The allowed samples that hang together with those allowed of ``start``, ascending."""
+        free = np.zeros(self.size + 1, bool)
+        free[allowed] = True
+        front = start[free[start]]
+        free[front] = False
+        parts = [front]
+        while len(front):
+            front = self._ahead(front, free)
+            free[front] = False
+            parts.append(front)
+        return np.sort(np.concatenate(parts))
+
+    def _ahead(self, front, free) -> np.ndarray:
+        """The free samples (n + 1,) among the neighbours of others (m,), each once."""
+        ahead = self.neighbours[front].ravel()
+        ahead = ahead[free[ahead]]
+        self._places[ahead] = places = np.arange(len(ahead))
+        return ahead[self._places[ahead] == places]
+
+    def nearest(self, points, sample: int, count: int) -> np.ndarray:
+        """The ``count`` samples nearest to one of those reached by fewest links, ascending."""
+        members = np.array([sample])
+        for _ in range(count):
+            more = self.around(members, 1)
+            if len(more) == len(members) or len(members) >= 1.5 * count:
+                break
+            members = more
+        offset = points[members] - points[sample]
+        order = np.argsort((offset * offset).sum(axis=1), kind="stable")
+        return np.sort(members[order[:count]])
+
+
+def _cosines(samples: ContourSamples, i, j) -> np.ndarray:
+    """(m,) cosines between the normals of samples i and j (m,), within their sampling planes or of
+    the surface, whichever differ more: an oblique contour shows a part of the normal only."""
+    within = _dot(samples.normals[i], samples.normals[j])
+    return np.minimum(within, _dot(samples.outward[i], samples.outward[j]))
+
+
+def _links_across(samples: ContourSamples, tree, some) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Some of the samples (m,) and the nearest sample of each of the nearest other contours (m,),
+    and how far (n,) each was looked for, length."""
+    looked, alone = np.zeros(len(samples)), np.zeros(len(samples), bool)
+    first, second, length, looked[some] = _fitting_links(samples, tree, some, _NEAREST)
+    alone[some] = True
+    alone[first[samples.touches[first] != samples.touches[second]]] = False
+    *far, looked[alone] = _fitting_links(samples, tree, np.flatnonzero(alone), _MANY)
+    near = ~alone[first]
+    first, second = np.append(first[near], far[0]), np.append(second[near], far[1])
+    length = np.append(length[near], far[2])
+    own = samples.touches[first] == samples.touches[second]
+    parts = [
+        _nearest_links(samples, first[some], second[some], length[some], most)
+        for some, most in ((own, _OWN_TOUCH), (~own, _OTHER_TOUCHES))
+    ]
+    (i, j), (k, m) = parts
+    return np.append(i, k), np.append(j, m), looked
+
+
+def _fitting_links(samples: ContourSamples, tree, some, count: int):
+    """Samples (m,), near ones (m,) of other contours whose chords fit both normals, and their
+    distances (m,), for some samples; and how far from each of these one was looked for, infinite
+    where all samples were looked at."""
+    points, normals, noise = samples.points, samples.normals, _NOISE * samples.std
+    length, near = tree.query(points[some], k=np.arange(1, min(count, len(points)) + 1))
+    looked = length[:, -1] if count < len(points) else np.full(len(some), np.inf)
+    i, j = np.repeat(some, near.shape[1]), near.ravel()
+    length = length.ravel()
+    other = samples.contours[i] != samples.contours[j]
+    i, j, length = i[other], j[other], length[other]
+    chord = points[j] - points[i]
+    rise, fall = _dot(chord, normals[i]), _dot(chord, normals[j])
+    fits = _cosines(samples, i, j) > _COSINE
+    fits &= np.maximum(np.abs(rise), np.abs(fall)) < _OFF_TANGENT * length + noise
+    fits &= np.abs(rise + fall) < _OFF_ARC * length + noise
+    return i[fits], j[fits], length[fits], looked
+
+
+def _dot(a, b) -> np.ndarray:
+    """(m,) scalar products of vectors (m, 3)."""
+    return np.asarray(np.einsum("ij,ij->i", a, b))
+
+
+def _nearest_links(samples: ContourSamples, i, j, length, most: int):
+    """Of links from samples i, the shortest to each other contour, ``most`` of each sample."""
+    order = np.lexsort((length, i))
+    i, j, length = i[order], j[order], length[order]
+    # np.unique returns the first of each contour, which is the nearest.
+    _, first = np.unique(i * (samples.contours[-1] + 1) + samples.contours[j], return_index=True)
+    first = np.sort(first)
+    i, j, length = i[first], j[first], length[first]
+    begin = np.searchsorted(i, i)
+    rank = np.arange(len(i)) - begin
+    limit = np.maximum(_LONGEST * length[begin], _LONGEST * samples.steps[i])
+    keep = (rank < most) & (length <= limit)
+    return i[keep], j[keep]
+
+
+def _padded(pairs, weights, size: int) -> tuple[np.ndarray, np.ndarray]:
+    """Neighbours (n, k) of each sample, padded with ``size``, and weights (n, k), with 0."""
+    both = np.concatenate([pairs, pairs[:, ::-1]])
+    order = np.lexsort((both[:, 1], both[:, 0]))
+    both = both[order]
+    rank = np.arange(len(both)) - np.searchsorted(both[:, 0], both[:, 0])
+    out = np.full((size, int(rank.max(initial=-1)) + 1), size)
+    of = np.zeros(out.shape)
+    out[both[:, 0], rank] = both[:, 1]
+    of[both[:, 0], rank] = np.append(weights, weights)[order]
+    return out, of

@@ -1,0 +1,143 @@
+"""Piece: one polynomial surface with the covariance of its coefficients, and what it says of
+points."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from touchatlas.atlas.pieces.kinds import Kind, hessians, terms_at, value_and_gradient
+
+# Least gradient of F over that at the origin: below it the zero set is near a point where it
+# crosses itself, as two faces of a cube do that are one quadric. Doubled, half an ellipsoid is not
+# one piece.
+_LEAST_GRADIENT = 0.3
+# Least part of the normal within a sampling plane, no unit: below it the plane is almost tangent
+# to the surface, and its contour says nothing of the normal. Doubled, oblique contours are lost.
+_LEAST_IN_PLANE = 0.3
+# Difference for slopes of monomials, in scales. Doubled, the error of a central difference is four
+# times 1e-8.
+_DIFFERENCE = 1e-4
+_TINY = float(np.finfo(float).tiny)
+
+
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """A surface F = z - φ(x, y, z) = 0 in a frame.
+
+    Parameters
+    ----------
+    kind : Kind
+    origin : (3,) float, length, world
+        On or near the surface.
+    axes : (3, 3) float, unit rows, world
+        The third is the outward normal at the origin.
+    scale : float, length
+        Unit of the scaled coordinates.
+    coefficients : (t,) float, no unit
+        Of φ in scaled coordinates.
+    covariance : (t, t) float, no unit
+    """
+
+    kind: Kind
+    origin: np.ndarray
+    axes: np.ndarray
+    scale: float
+    coefficients: np.ndarray
+    covariance: np.ndarray
+
+    @cached_property
+    def _to_local(self) -> np.ndarray:
+        return self.axes.T / self.scale
+
+    def scaled(self, points) -> np.ndarray:
+        """(n, 3) local coordinates of points (n, 3), over the scale."""
+        return (points - self.origin) @ self._to_local
+
+    def at(self, points) -> tuple[np.ndarray, np.ndarray]:
+        """First-order signed distance (n,), length, and outward unit normal (n, 3) at points
+        (n, 3): Taubin 1991."""
+        return self._first_order(points)[:2]
+
+    def predicted(self, points) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Signed distance (n,), unit normal (n, 3) and variance of the distance (n,), length^2.
+
+        The variance is infinite where the gradient of F is so small that the surface is about to
+        cross itself.
+        """
+        distance, normals, length, terms = self._first_order(points)
+        used = terms[: self.kind.terms]
+        variance = ((self.covariance @ used) * used).sum(axis=0) * (self.scale / length) ** 2
+        # Rounding may leave a covariance with a tiny negative eigenvalue.
+        variance = np.where(length < _LEAST_GRADIENT, np.inf, np.maximum(variance, 0.0))
+        return distance, normals, variance
+
+    def _first_order(self, points) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Signed distance (n,), unit normal (n, 3), length of the gradient (n,) and monomials
+        (s, n) at points (n, 3)."""
+        scaled = self.scaled(points)
+        terms = terms_at(self.kind, scaled)
+        value, gradient = value_and_gradient(self.kind, self.coefficients, scaled, terms)
+        length = _length_of(gradient)
+        normals = (gradient / length[:, None]) @ self.axes
+        return value * self.scale / length, normals, length, terms
+
+    def shape_operators(self, points) -> np.ndarray:
+        """(n, 3, 3) P H P / |grad F|, 1/length, world, P the projection on the tangent plane: the
+        derivative of the unit normal."""
+        if self.kind is Kind.PLANE:
+            return np.zeros((len(points), 3, 3))
+        scaled = self.scaled(points)
+        terms = terms_at(self.kind, scaled)
+        _, gradient = value_and_gradient(self.kind, self.coefficients, scaled, terms)
+        length = _length_of(gradient)
+        normal = gradient / length[:, None]
+        project = np.eye(3) - normal[:, :, None] * normal[:, None, :]
+        bent = project @ hessians(self.kind, self.coefficients, scaled) @ project
+        bent = bent / (length * self.scale)[:, None, None]
+        return self.axes.T @ bent @ self.axes
+
+    def bends(self, points) -> np.ndarray:
+        """(n,) largest absolute principal curvature at points (n, 3), 1/length."""
+        shape = self.shape_operators(points)
+        both = np.einsum("ijj->i", shape)
+        # (k1 - k2)^2 = 2 (k1^2 + k2^2) - (k1 + k2)^2
+        difference = 2.0 * np.einsum("ijk,ijk->i", shape, shape) - both * both
+        return np.asarray(0.5 * (np.abs(both) + np.sqrt(np.maximum(difference, 0.0))))
+
+    def slope_variance(self, points, directions) -> np.ndarray:
+        """(n,) variance of the derivative of the distance along unit directions (n, 3): that of the
+        angle by which the surface may be tilted."""
+        scaled, along = self.scaled(points), directions @ self.axes.T
+        terms = terms_at(self.kind, scaled)
+        _, gradient = value_and_gradient(self.kind, self.coefficients, scaled, terms)
+        square = np.maximum((gradient * gradient).sum(axis=1), _TINY)
+        ahead = terms_at(self.kind, scaled + _DIFFERENCE * along)
+        behind = terms_at(self.kind, scaled - _DIFFERENCE * along)
+        slope = (ahead - behind)[: self.kind.terms] / (2.0 * _DIFFERENCE)
+        return ((self.covariance @ slope) * slope).sum(axis=0) / square
+
+    def feet(self, points, steps: int = 2) -> np.ndarray:
+        """(n, 3) points moved onto the surface along its normals."""
+        for _ in range(steps):
+            distance, normals = self.at(points)
+            points = points - distance[:, None] * normals
+        return points
+
+
+def _length_of(gradient) -> np.ndarray:
+    """(n,) lengths of gradients (n, 3), none of them zero."""
+    square = np.einsum("ij,ij->i", gradient, gradient)
+    return np.asarray(np.maximum(np.sqrt(square), _TINY))
+
+
+def in_plane_cosines(normals, measured, planes) -> np.ndarray:
+    """(n,) cosine between the normals of a piece and those of contours, within the sampling planes.
+
+    A contour shows only the part of the normal in its plane, in which its own lies. Zero where that
+    is too small.
+    """
+    across = np.einsum("ij,ij->i", normals, planes)
+    length = np.sqrt(np.maximum(1.0 - across * across, _TINY))
+    cosine = np.einsum("ij,ij->i", normals, measured) / length
+    return np.where(length > _LEAST_IN_PLANE, cosine, 0.0)

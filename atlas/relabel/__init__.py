@@ -1,0 +1,1 @@
+"""Changes of labels that shorten the description: cover, merge, split, unite, absorb."""

@@ -1,0 +1,264 @@
+"""Body: where the faces of a body are known, how far away they are, and how they bend."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+from tests.lawful import (
+    HALF,
+    NOISE,
+    PLATE,
+    RADIUS,
+    body_of,
+    box_distance,
+    known_body,
+    lawful_object,
+    samples_of_touches,
+    step_distance,
+    touched_mesh,
+)
+from tests.touched import touched_samples
+from touchatlas.atlas.body.body import Body
+from touchatlas.atlas.body.explained import is_lawful, lawful_share, share_with_edges
+from touchatlas.atlas.field.face_field import face_values
+
+# Deviation of a sample that is told where there is no noise at all.
+SURE = 1e-6
+# Longest step of the contours here.
+STEP = 1.0
+
+
+def exact_box(keep=None, scale: float = 1.0):
+    """A box touched without noise; ``keep`` says of points (n, 3) which samples there are."""
+    columns = touched_mesh("box", 30, 0.0)
+    kept = None if keep is None else keep(columns[0])
+    return body_of(samples_of_touches(columns, SURE, kept, scale))
+
+
+@pytest.fixture(scope="module")
+def box():
+    return exact_box()
+
+
+@pytest.fixture(scope="module")
+def surface():
+    return lawful_object("box").sample(2000, np.random.default_rng(0))[0]
+
+
+@pytest.fixture(scope="module")
+def noisy_cylinder():
+    return known_body("cylinder", 30)
+
+
+def test_the_surface_of_a_box_is_the_largest_of_six_distances(box, surface):
+    """Planes through samples without noise leave rounding of 1e-14 extents. Near an edge that few
+    samples show, a point off the surface may be given to one plane alone: 2 of 2,000 are."""
+    assert len(box.faces) == 6 and is_lawful(box.faces)
+    found, known = box.at(surface)
+    assert np.abs(found.distance).max() < 1e-12
+    assert known.mean() > 0.98
+    off = surface + 0.5 * np.random.default_rng(1).normal(size=surface.shape)
+    found, _ = box.at(off)
+    wrong = np.abs(found.distance - box_distance(off)) > 1e-12
+    assert wrong.mean() < 0.005
+    # The normal is that of the plane which is the farthest out.
+    axis = (np.abs(off) - HALF).argmax(axis=1)
+    outward = np.sign(off) * (np.arange(3) == axis[:, None])
+    assert np.abs(found.normal - outward)[~wrong].max() < 1e-9
+
+
+def test_the_values_of_faces_are_those_of_the_body(box, surface):
+    """An edge bounds its faces wherever it was crossed: between contours 2.4 % of a cube's points
+    had the distance from the other face."""
+    values = face_values(box.faces, surface)
+    assert values.distance.tobytes() == box.at(surface)[0].distance.tobytes()
+
+
+def test_an_edge_without_a_curve_bounds_its_faces(box, surface):
+    """A single contour over an edge gives no curve. Without the edge, faces of a step went on for
+    3.1 mm beyond it, and its surface was open."""
+    edges = tuple(replace(edge, curves=()) for edge in box.faces.edges)
+    found, _ = Body(replace(box.faces, edges=edges), box.samples).at(surface)
+    wrong = np.abs(found.distance - box_distance(surface)) > 1e-12
+    assert wrong.mean() < 0.005
+
+
+def test_beyond_an_edge_the_distance_is_that_of_the_intersection(box):
+    """In the wedge beyond two planes, at the middle of an edge, it is the larger one."""
+    out = np.array([[1.0, 0.0, 0.3], [0.2, 0.0, 0.7], [-0.4, 0.0, 0.1]])
+    points = np.array([HALF[0], 2.0, HALF[2]]) + out
+    found, known = box.at(points)
+    assert found.distance == pytest.approx(out.max(axis=1), abs=1e-12)
+    assert known.all()
+
+
+def test_a_corner_of_a_cube_off_a_convex_edge_is_known_as_the_edge_is(noisy_cylinder):
+    """Seen from a point off both faces instead of from its foot, the nearest samples may lie on one
+    side: 1.5 of 100 points were unknown, and surfaces drawn in cubes had holes."""
+    angle = np.linspace(0.0, 2.0 * np.pi, 721)[:-1]
+    out = np.column_stack([np.cos(angle), np.sin(angle), 0.0 * angle])
+    edge = RADIUS * out + np.array([0.0, 0.0, noisy_cylinder.samples.points[:, 2].max()])
+    known = noisy_cylinder.at(edge)[1]
+    assert known.mean() > 0.95
+    beside = noisy_cylinder.at(edge + 3.0 * out + np.array([0.0, 0.0, 3.0]))[1]
+    assert beside[known].mean() > 0.99
+
+
+def test_a_step_is_two_blocks_even_where_a_concave_edge_meets_two_convex_ones():
+    """A face that ends at a concave edge bounds none beyond it. Near an edge that few samples
+    show, a point off the surface may be given to one plane alone: 2 per mille are. A plane through
+    100 samples or more is right to half of their deviation within its own extent."""
+    body = known_body("step", 40)
+    assert len(body.faces) == 8 and is_lawful(body.faces)
+    rng = np.random.default_rng(1)
+    corners = np.array([[30.0, 20.0, 0.0], [30.0, 20.0, 30.0]])
+    along = np.array([30.0, 20.0, 0.0]) + rng.uniform(0.0, 30.0, (600, 1)) * [0.0, 0.0, 1.0]
+    points = np.concatenate([np.repeat(corners, 600, axis=0), along])
+    points = points + rng.uniform(-3.0, 3.0, points.shape)
+    found, known = body.at(points)
+    assert known.mean() > 0.98
+    wrong = np.abs(found.distance - step_distance(points)) > 0.5 * NOISE
+    assert wrong.mean() < 0.005
+
+
+def test_a_face_is_known_among_its_samples_and_not_beyond(surface):
+    """All samples lie on one side of x = 5: beyond them, by more than a step and a half, no half
+    circle is without a gap. The gaps between 30 touches are less than 3 % of what was touched."""
+    half = exact_box(lambda points: points[:, 0] < 5.0)
+    _, known = half.at(surface)
+    assert known[surface[:, 0] < 0.0].mean() > 0.97
+    assert not known[surface[:, 0] > 5.0 + 1.5 * STEP].any()
+
+
+def test_the_sides_of_a_face_that_nothing_touched_are_not_known_beyond_it():
+    """Without a sample of the upper face, the planes of the sides go on upwards as unknown."""
+    open_box = exact_box(lambda points: points[:, 2] < HALF[2] - 0.1)
+    rng = np.random.default_rng(2)
+    along = rng.uniform(-1.0, 1.0, (200, 1)) * [HALF[0], 0.0, 0.0]
+    above = along + [0.0, HALF[1], HALF[2]] + rng.uniform(2.0 * STEP, 8.0, (200, 1)) * [0, 0, 1.0]
+    assert not open_box.at(above)[1].any()
+    below = along * 0.9 + [0.0, HALF[1], 0.0]
+    assert open_box.at(below)[1].mean() > 0.97
+
+
+def test_a_corner_with_samples_on_its_three_faces_is_known():
+    """Nothing within 5 of the corner was touched. Unfolded about the edges, samples of three faces
+    are all around a place near it; in its own plane they fill a quarter circle."""
+    body = exact_box(lambda points: np.linalg.norm(points - HALF, axis=1) > 5.0)
+    rng = np.random.default_rng(3)
+    points = HALF - rng.uniform(0.0, 2.0, (300, 3))
+    side = np.arange(300) % 3
+    points[np.arange(300), side] = HALF[side]
+    assert body.at(points)[1].all()
+
+
+def test_the_thickness_of_a_plate_is_that_between_its_faces():
+    body = body_of(samples_of_touches(touched_mesh("plate", 40, 0.0), SURE))
+    # Without noise rounding is left.
+    assert body.thickness == pytest.approx(2.0 * PLATE[2], abs=1e-9)
+
+
+def test_a_body_without_near_sides_has_no_thickness(box):
+    """The nearest 48 thinned samples do not reach to the other side, 30 away."""
+    assert box.thickness == np.inf
+
+
+def test_planes_and_cylinders_have_no_gaussian_curvature(noisy_cylinder):
+    """One principal curvature is 0; the other is 1 / r, squared 2.5e-3. Rounding is left."""
+    body = noisy_cylinder
+    points = lawful_object("cylinder").sample(500, np.random.default_rng(4))[0]
+    found, _ = body.at(points)
+    assert len(np.unique(found.face)) == 3
+    assert np.abs(body.gaussian_curvature(points, found.face)).max() < 1e-12
+    # The deviation of the radius, as told, is 3e-5 of it.
+    assert body.largest_curvature == pytest.approx(1.0 / RADIUS, rel=3e-4)
+
+
+def test_a_sphere_has_the_square_of_its_curvature():
+    """1 / r^2, where the radius of 33 is right to 0.02 / sqrt(n), 4e-4 and 1e-5 of it; ten times
+    that for noise that differs from contour to contour."""
+    body = body_of(touched_samples("sphere", 30))
+    # A sample itself is no division by zero.
+    found, known = body.at(body.seeds)
+    assert known.all()
+    points = body.seeds - found.distance[:, None] * found.normal
+    curvature = body.gaussian_curvature(points, found.face)
+    assert curvature == pytest.approx(33.0**-2, rel=2e-4)
+    # That of 16 samples off the sphere by their noise, 6e-4 of the radius: three deviations.
+    assert body.largest_curvature == pytest.approx(1.0 / 33.0, rel=3.0 * 6e-4 / 4.0)
+
+
+def test_answers_scale_with_the_body(box, surface):
+    """By a power of two, so that nothing is rounded otherwise."""
+    scale = 2.0**10
+    large = exact_box(scale=scale)
+    assert (large.extent, large.reach) == (scale * box.extent, scale * box.reach)
+    points = surface + 0.5
+    found, known = box.at(points)
+    again, known_again = large.at(scale * points)
+    assert np.array_equal(known_again, known)
+    assert np.array_equal(again.face, found.face)
+    # The pieces are solved in scaled coordinates, which are equal; rounding of the scale is left.
+    assert again.distance == pytest.approx(scale * found.distance, abs=1e-12 * scale)
+    assert again.normal == pytest.approx(found.normal, abs=1e-12)
+    assert again.deviation == pytest.approx(scale * found.deviation, rel=1e-9)
+    assert not large.largest_curvature and large.thickness == box.thickness == np.inf
+
+
+def test_contours_of_a_box_run_over_edges_and_those_of_an_ellipsoid_over_none():
+    """The ellipsoid of half axes 30, 20 and 15 bends by 8 steps of 1 over radii of 7.5 at least,
+    more than half of that as a cubic."""
+    box = samples_of_touches(touched_mesh("box", 30, NOISE), NOISE)
+    nothing = np.zeros(len(box), bool)
+    assert share_with_edges(box, nothing) > 0.5
+    smooth = samples_of_touches(touched_mesh("ellipsoid", 30, NOISE), NOISE)
+    nothing = np.zeros(len(smooth), bool)
+    assert share_with_edges(smooth, nothing) == 0.0
+
+
+def test_a_contour_that_ended_at_an_edge_counts_as_one_that_runs_over_it():
+    """Of 90 contours five, and six."""
+    samples = samples_of_touches(touched_mesh("ellipsoid", 30, NOISE), NOISE)
+    last = np.flatnonzero(np.diff(samples.contours, append=-1))
+    assert len(last) == 90
+    for count in (5, 6):
+        ends = np.isin(np.arange(len(samples)), last[:count])
+        assert share_with_edges(samples, ends) == pytest.approx(count / 90, abs=1e-12)
+
+
+def test_a_body_is_lawful_where_few_samples_are_left_out(box):
+    """A single face is no body with edges; unexplained samples count."""
+    assert lawful_share(box.faces) == pytest.approx(1.0 - box.faces.unexplained, abs=1e-12)
+    sphere = body_of(touched_samples("sphere", 30)).faces
+    assert len(sphere) == 1 and not is_lawful(sphere)
+
+
+def test_each_sample_has_a_seed_on_its_own_side_of_a_thin_plate_within_a_voxel():
+    """A plate a sixth as thick as the edge of the voxels that thin samples out."""
+    points, outward, planes = touched_mesh("plate", 60, NOISE)
+    within = (np.abs(np.abs(points[:, 2]) - PLATE[2]) < 5.0 * NOISE) & (np.abs(outward[:, 2]) > 0.9)
+    height = np.sign(points[:, 2]) * (0.1 * PLATE[2] + np.abs(points[:, 2]) - PLATE[2])
+    columns = np.column_stack([points[:, :2], height]), outward, planes
+    body = body_of(samples_of_touches(columns, NOISE, within))
+    voxel = body.reach / 6.0
+    for side in (-1.0, 1.0):
+        samples = body.samples.points[(body.faces.of >= 0) & (side * body.samples.points[:, 2] > 0)]
+        seeds = body.seeds[side * body.seeds[:, 2] > 0.0]
+        assert cKDTree(seeds).query(samples)[0].max() <= np.sqrt(3.0) * voxel
+
+
+def test_a_rounding_does_not_go_on_where_one_of_its_faces_is_left_out():
+    """The lower top of a step ends at its riser, but its edge with a side wall goes on as a line in
+    this wall. A false radius took the wall away there, by up to 3.6 on an explored step. A ball of
+    radius r takes at most (sqrt(2) - 1) r away."""
+    exact = body_of(samples_of_touches(touched_mesh("step", 40, 0.0), SURE))
+    (concave,) = [edge for edge in exact.faces.edges if edge.kind.sign < 0.0]
+    inner = {concave.first, concave.second}
+    blunt = [e for e in exact.faces.edges if e.kind.sign > 0.0 and {e.first, e.second} & inner]
+    edges = tuple(replace(e, radius=0.2) if e in blunt else e for e in exact.faces.edges)
+    body = Body(replace(exact.faces, edges=edges), exact.samples)
+    surface, _ = lawful_object("step").sample(4000, np.random.default_rng(0))
+    assert len(blunt) > 4
+    assert np.abs(body.at(surface)[0].distance).max() < (np.sqrt(2.0) - 1.0) * 0.2 + 1e-9

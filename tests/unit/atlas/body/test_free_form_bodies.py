@@ -1,0 +1,95 @@
+"""Bodies of free-form faces between sharp edges: a box with waves on its top."""
+
+from dataclasses import replace
+
+import igl
+import numpy as np
+import pytest
+
+from tests.lawful import HALF, lawful_object, samples_of_touches, touched_mesh
+from touchatlas.atlas.body.body import Body
+from touchatlas.atlas.body.explained import share_over_sharp_edges
+from touchatlas.atlas.body.known_body import KnownBody, known_from_faces, look_for_body
+from touchatlas.atlas.samples.sample_pool import SamplePool
+
+NOISE = 0.02
+STD = np.sqrt(2.0) * NOISE
+
+
+@pytest.fixture(scope="module")
+def known() -> KnownBody:
+    pool = SamplePool()
+    pool.add(*touched_mesh("wavy", 30, NOISE), False, NOISE)
+    return look_for_body(pool, STD)
+
+
+def test_a_box_with_a_free_form_top_is_a_body(known):
+    assert known.sharp
+    assert not known.is_one and known.is_hopeful
+    kinds = [face.kind for face in known.body.faces.faces]
+    assert "free-form" in kinds
+    assert kinds.count("plane") >= 5
+
+
+def test_without_many_sharp_edges_it_is_one_face(known):
+    found = known_from_faces(known.faces, known.body.samples, False)
+    assert found.is_one and [face.kind for face in found.body.faces.faces] == ["free-form"]
+
+
+def test_a_body_with_unexplained_samples_is_one_face(known):
+    """A fifth of them; a tenth may be."""
+    of = known.faces.of.copy()
+    of[::5] = -1
+    patchy = replace(known.faces, of=of, rounded=known.faces.rounded[:0])
+    assert known_from_faces(patchy, known.body.samples, True).is_one
+
+
+def test_a_body_whose_surface_passes_beside_its_samples_is_one_face(known):
+    """A fourth of the samples of one side are moved off it by ten standard deviations; one in a
+    hundred of all may be."""
+    assert known.body.contradicted <= 0.01
+    faces, samples = known.body.faces, known.body.samples
+    points, side = samples.points.copy(), faces.faces[1]
+    points[side.samples[::4]] += 10.0 * STD * side.pieces[0].axes[2]
+    moved = replace(samples, points=points)
+    assert Body(faces, moved).contradicted > 0.01
+    assert known_from_faces(faces, moved, True).is_one
+
+
+def test_its_surface_is_within_the_tolerance_where_it_is_known(known):
+    """The tolerance is five times the noise: few samples make the top less sure than they are."""
+    points, normals = lawful_object("wavy").sample(5000, np.random.default_rng(0))
+    found, there = known.body.at(points)
+    assert there.mean() > 0.9
+    off = np.abs(found.distance[there])
+    assert (off < 5.0 * NOISE).mean() > 0.99
+    assert np.median((found.normal * normals).sum(axis=1)[there]) > np.cos(np.deg2rad(2.0))
+
+
+def test_what_is_inside_of_it_is_inside(known):
+    mesh = lawful_object("wavy")
+    points = np.random.default_rng(0).uniform(-1.2, 1.2, (5000, 3)) * HALF
+    tree = igl.AABB()
+    tree.init(mesh.vertices, mesh.faces)
+    away = np.sqrt(tree.squared_distance(mesh.vertices, mesh.faces, points)[0])
+    inside = igl.fast_winding_number(mesh.vertices, mesh.faces, points) > 0.5
+    wrong = (known.body.at(points)[0].distance < 0.0) != inside
+    assert wrong[away > 0.5].mean() < 5e-3
+
+
+def test_small_faces_within_a_free_form_one_are_parts_of_its_surface(known):
+    """What smooth rims join to it; the sides of the box, with sharp edges, are none."""
+    faces, trees = known.body.faces, known.body.field.trees
+    for face in faces.faces:
+        sharp = [e for e in faces.edges if face.id in (e.first, e.second) and e.kind.sharp]
+        if face.kind == "plane" and len(face.samples) > 200:
+            assert sharp
+            assert not trees.is_free_form(face.id)
+        if face.law is None:
+            assert trees.is_free_form(face.id)
+
+
+def test_scans_and_smooth_bodies_have_few_sharp_edges():
+    samples = samples_of_touches(touched_mesh("ellipsoid", 20, NOISE), NOISE)
+    assert share_over_sharp_edges(samples) < 0.05
+    assert share_over_sharp_edges(samples_of_touches(touched_mesh("box", 20, NOISE), NOISE)) > 0.45

@@ -1,0 +1,80 @@
+"""All samples as one face: the law that explains every contour, or none."""
+
+import numpy as np
+import pytest
+
+from tests.lawful import HALF, NOISE, samples_of_touches, touched, touched_mesh
+from touchatlas.atlas.body.one_face import face_of_all, law_of_all
+from touchatlas.sim import make_object
+
+BALL = 33.0
+
+
+def touched_ball(count: int = 12, seed: int = 3, noise: float = NOISE):
+    """Points, outward normals and planes (n, 3) of touches of a ball."""
+    return touched(make_object("sphere"), count, noise, seed, 20.0, 16)
+
+
+def kind_of(columns, std: float = NOISE) -> str:
+    return face_of_all(samples_of_touches(columns, std)).faces[0].kind
+
+
+def test_a_ball_is_one_sphere_of_its_radius():
+    """Its radius and centre are within five of their stated deviations."""
+    faces = face_of_all(samples_of_touches(touched_ball(), NOISE))
+    (face,) = faces.faces
+    numbers = face.law.numbers
+    assert face.kind == "sphere" and faces.are_lawful and len(face.pieces) == 1
+    assert abs(numbers["radius"] - BALL) < 5.0 * numbers["radius_std"] < 0.1
+    assert np.abs(numbers["centre"]).max() < 5.0 * numbers["centre_std"] < 0.1
+
+
+def test_an_ellipsoid_is_one_quadric_of_its_extent():
+    """Its ends, where no sample need lie, are within half of the noise."""
+    faces = face_of_all(samples_of_touches(touched_mesh("ellipsoid", 30, NOISE), NOISE))
+    assert [face.kind for face in faces.faces] == ["quadric"]
+    ends = np.concatenate([np.diag(HALF), -np.diag(HALF)])
+    distance, normal = faces.faces[0].pieces[0].at(ends)
+    assert np.abs(distance).max() < 0.5 * NOISE
+    assert (normal * ends).sum(axis=1) == pytest.approx(np.tile(HALF, 2), rel=1e-3)
+
+
+@pytest.mark.parametrize("name", ["egg", "box", "step", "stadium"])
+def test_a_body_without_one_law_is_free_form(name):
+    assert kind_of(touched_mesh(name, 20, NOISE)) == "free-form"
+
+
+@pytest.mark.parametrize("name", ["bottle", "mouse", "blob", "torus"])
+def test_a_built_in_free_form_body_obeys_no_law(name):
+    obj = make_object(name)
+    columns = touched(obj, 6, NOISE, 3, 0.12 * obj.diagonal, 12)
+    assert kind_of(columns) == "free-form"
+
+
+def test_a_true_law_is_refused_as_often_as_the_test_says():
+    """By chance one of 100 is: of 50 more than four are with a probability of 2e-4 (Poisson)."""
+    refused = [kind_of(touched_ball(4, seed)) != "sphere" for seed in range(50)]
+    assert sum(refused) <= 4
+
+
+def test_one_contour_beside_a_ball_refuses_its_law():
+    """Three deviations off, of 36 contours: all samples together would hardly tell."""
+    points, outward, planes = touched_ball()
+    samples = samples_of_touches((points, outward, planes), NOISE)
+    one = samples.contours == 17
+    moved = points + 3.0 * NOISE * one[:, None] * outward
+    assert kind_of((points, outward, planes)) == "sphere"
+    assert kind_of((moved, outward, planes)) == "free-form"
+
+
+def test_the_law_scales_with_the_samples():
+    points, outward, planes = touched_ball()
+    one = law_of_all(samples_of_touches((points, outward, planes), NOISE))
+    large = law_of_all(samples_of_touches((points, outward, planes), NOISE, scale=1e3))
+    assert one.kind is large.kind
+    assert large.at(1e3 * points)[0] / 1e3 == pytest.approx(one.at(points)[0], abs=1e-9)
+
+
+def test_few_samples_show_no_law():
+    points, outward, planes = (column[:3] for column in touched_ball())
+    assert law_of_all(samples_of_touches((points, outward, planes), NOISE)) is None

@@ -1,0 +1,148 @@
+"""Blunt edges: a radius for each edge that is rounded, found from contours that run over it."""
+
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+import pytest
+
+from tests.lawful import (
+    BLUNT,
+    FILLET,
+    HALF,
+    NOISE,
+    faces_before_last,
+    known_body,
+    lawful_object,
+    rounded_box_distance,
+)
+from touchatlas.atlas.body.explained import is_lawful, lawful_share
+from touchatlas.atlas.body.thinned_samples import ThinnedSamples
+from touchatlas.atlas.edges.boundary import EdgeKind
+from touchatlas.atlas.faces.face_graph import as_networkx
+from touchatlas.atlas.field.face_field import face_values
+from touchatlas.atlas.relabel.labelling import relabel
+
+STD = np.sqrt(2.0) * NOISE
+
+
+@pytest.fixture(scope="module")
+def rounded():
+    return known_body("rounded", 34)
+
+
+def test_a_rounded_box_is_six_planes_and_one_radius_for_each_edge(rounded):
+    """Twelve edges, each with a radius within four of its deviations, as 1 of 16,000 is not; the
+    chords of the mesh are 6e-4 radii too low."""
+    assert [face.kind for face in rounded.faces.faces] == 6 * ["plane"]
+    edges = rounded.faces.edges
+    assert len(edges) == 12 and {e.kind for e in edges} == {EdgeKind.SHARP_CONVEX}
+    for edge in edges:
+        assert abs(edge.radius - BLUNT) < 4.0 * edge.radius_std + 1e-3 * BLUNT
+        assert edge.radius_std < 0.03 * BLUNT
+
+
+def test_samples_on_rounded_edges_are_explained(rounded):
+    """All but those of corners that no three edges with a radius explain, 1 of 100."""
+    assert is_lawful(rounded.faces)
+    assert rounded.faces.unexplained < 0.02
+    assert lawful_share(rounded.faces) == pytest.approx(1.0 - rounded.faces.unexplained)
+
+
+def test_samples_on_rounded_edges_and_corners_count_as_the_surface(rounded):
+    """Those about a place tell whether it is known. Without them 13 more touches were made on a box
+    whose roundings were a fourth of its height, though faces and radii were known."""
+    faces = rounded.faces
+    seeds = {point.tobytes() for point in ThinnedSamples(faces.points, faces, NOISE).points}
+    kept = np.array([point.tobytes() in seeds for point in faces.points])
+    explained = faces.of >= 0
+    explained[faces.rounded] = True
+    assert kept[faces.rounded].mean() > 0.9
+    assert not kept[~explained].any()
+
+
+def test_new_samples_on_a_known_rounding_start_no_piece(rounded):
+    """Two touches more: their samples on known balls are explained from the start, and there are
+    as many pieces as before."""
+    faces = faces_before_last("rounded", 34)
+    again = relabel(rounded.samples, faces)
+    new = np.arange(len(faces.of), len(rounded.samples))
+    on_balls = np.intersect1d(new, rounded.faces.rounded)
+    assert len(on_balls) > 10
+    assert again.rounded[on_balls].mean() > 0.7
+    assert len(again.pieces) == len(faces.pieces)
+
+
+def test_the_field_of_a_rounded_box_is_that_of_its_balls(rounded):
+    """Half of the noise bounds the error of planes and radii that hundreds of samples fit; near
+    corners that few touches met, one point of 100 may be given to one plane alone."""
+    rng = np.random.default_rng(0)
+    surface, normals = lawful_object("rounded").sample(3000, rng)
+    points = surface + rng.uniform(-0.5, 0.5, (3000, 1)) * normals
+    found, known = rounded.at(points)
+    assert known.mean() > 0.97
+    error = np.abs(found.distance - rounded_box_distance(points))[known]
+    assert (error > 0.5 * NOISE).mean() < 0.02
+
+
+def test_roundings_go_on_to_corners_where_a_third_face_has_the_nearest_sample(rounded):
+    """On the balls of all corners and the ends of all edges the field is zero, to a tenth of the
+    radius where three planes and three radii err by a few hundredths of it."""
+    rng = np.random.default_rng(0)
+    outward = np.abs(rng.normal(size=(400, 3)))
+    outward[100:, :] *= np.repeat(1.0 - np.eye(3), 100, axis=0)
+    outward /= np.linalg.norm(outward, axis=1)[:, None]
+    back = np.where(outward == 0.0, rng.uniform(0.0, 3.0, (400, 3)), 0.0)
+    first = HALF - BLUNT + BLUNT * outward - back
+    points = np.concatenate([first * s for s in product((-1.0, 1.0), repeat=3)])
+    assert rounded_box_distance(points) == pytest.approx(0.0, abs=1e-12)
+    assert np.abs(rounded.field.at(points).distance).max() < 0.1 * BLUNT
+
+
+def test_the_edges_of_a_sharp_box_have_no_radius():
+    edges = known_body("box", 40).faces.edges
+    assert len(edges) == 12 and all(edge.radius == 0.0 for edge in edges)
+
+
+def test_a_bevel_is_a_plane_and_no_rounding():
+    """No ball explains the samples at the middle and at the ends of a bevel alike."""
+    faces = known_body("bevelled", 40).faces
+    assert all(edge.radius == 0.0 for edge in faces.edges)
+    assert sum(face.kind == "plane" for face in faces.faces) > 6
+
+
+@pytest.mark.slow
+def test_a_concave_edge_has_a_radius_too():
+    """One edge of a step is filleted; the radius is within four of its deviations."""
+    edges = known_body("filleted", 40).faces.edges
+    concave = [edge for edge in edges if edge.kind is EdgeKind.SHARP_CONCAVE]
+    assert len(concave) == 1
+    assert abs(concave[0].radius - FILLET) < 4.0 * concave[0].radius_std + 1e-3 * FILLET
+    assert all(edge.radius == 0.0 for edge in edges if edge is not concave[0])
+
+
+def test_a_ball_decides_about_no_point_that_is_nearer_to_a_sample():
+    """A box with sharp edges, one of which is said to have a radius of half of its height. All
+    samples lie on the surface, within five deviations as all but one of a million do."""
+    body = known_body("box", 40)
+    first, *others = body.faces.edges
+    faces = replace(body.faces, edges=(replace(first, radius=HALF[2], radius_std=NOISE), *others))
+    face = body.faces.faces[first.first]
+    points = body.faces.points[face.samples]
+    near = body.field.trees.away(first.second, points) < HALF[2]
+    assert np.count_nonzero(near) > 20
+    assert np.abs(face_values(faces, points[near]).distance).max() < 5.0 * STD
+
+
+@pytest.mark.slow
+def test_radii_scale_with_the_samples(rounded):
+    """To rounding: no length is absolute."""
+    larger = known_body("rounded", 34, 1000.0).faces.edges
+    pairs = zip(larger, rounded.faces.edges, strict=True)
+    assert all(a.radius == pytest.approx(1000.0 * b.radius, rel=1e-6) for a, b in pairs)
+
+
+def test_the_graph_tells_the_radius_of_an_edge(rounded):
+    graph = as_networkx(rounded.faces)
+    radii = [data["radius"] for *_, data in graph.edges(data=True)]
+    assert radii == [edge.radius for edge in rounded.faces.edges]

@@ -1,0 +1,228 @@
+"""Free-form surfaces: how well overlapping sextics follow samples, and what they say beyond."""
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+from touchatlas.atlas.free_form.fit_free_form import are_on, fit_free_form
+from touchatlas.atlas.free_form.free_form_surface import FreeFormSurface
+from touchatlas.atlas.free_form.packed_covariances import PackedCovariances
+from touchatlas.atlas.free_form.sextic_batch import SexticBatch
+from touchatlas.atlas.free_form.sextic_fits import SexticFits, coefficients_of
+from touchatlas.atlas.free_form.sextic_sites import middles_of, sites_of
+from touchatlas.atlas.pieces.fit_piece import linear_fit
+from touchatlas.atlas.pieces.kinds import Kind
+
+# Radii of a torus, the noise of its samples, and the largest radius of a sextic on it: it turns by
+# a radian.
+LARGE, SMALL, NOISE, RADIUS = 30.0, 12.0, 0.02, 12.0
+
+
+def torus(count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """Points (n, 3) of a torus and its normals (n, 3)."""
+    around, about = np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, (2, count))
+    out = np.stack([np.cos(around), np.sin(around), np.zeros(count)], axis=1)
+    normals = np.cos(about)[:, None] * out + np.sin(about)[:, None] * [0.0, 0.0, 1.0]
+    return LARGE * out + SMALL * normals, normals
+
+
+@pytest.fixture(scope="module")
+def fitted():
+    points, normals = torus(4000, 0)
+    noise = NOISE * np.random.default_rng(1).normal(size=(4000, 1))
+    return fit_free_form(points + noise * normals, normals, NOISE, RADIUS)
+
+
+def test_a_torus_is_known_better_than_its_samples(fitted):
+    """A sextic has 49 parameters and about 300 samples: two fifths of their noise, and less where
+    several are averaged."""
+    values = fitted.values(torus(2000, 2)[0])
+    assert np.sqrt((values[:, 0] ** 2).mean()) < 0.6 * NOISE
+    cosine = (values[:, 1:4] * torus(2000, 2)[1]).sum(axis=1)
+    # The slope of a third of the noise over half of the radius.
+    assert np.arccos(cosine.clip(-1, 1)).max() < 10.0 * NOISE / RADIUS
+
+
+def test_errors_are_as_large_as_predicted(fitted):
+    """Nineteen in twenty lie within 1.96 deviations; more where several sextics are averaged, since
+    the deviation is that of one."""
+    values = fitted.values(torus(2000, 2)[0])
+    assert 0.9 < (np.abs(values[:, 0]) < 1.96 * np.sqrt(values[:, 4])).mean() < 0.995
+
+
+def test_curvatures_of_a_torus_match_closed_form(fitted):
+    """k1 = 1 / r, and k2 = cos v / (R + r cos v) (do Carmo, section 3-3)."""
+    points, normals = torus(500, 2)
+    about = np.arcsin(normals[:, 2])
+    about = np.where(np.hypot(*points[:, :2].T) < LARGE, np.pi - about, about)
+    expected = np.stack([np.full(500, 1 / SMALL), np.cos(about) / (LARGE + SMALL * np.cos(about))])
+    found = np.linalg.eigvalsh(fitted.shape_operators(points))
+    # One eigenvalue is that of the normal, which is 0.
+    order = np.argsort(np.abs(found), axis=1)[:, 1:]
+    found = np.sort(np.take_along_axis(found, order, axis=1), axis=1)
+    off = np.abs(found - np.sort(expected, axis=0).T)
+    assert np.median(off) < 0.05 / SMALL
+
+
+def test_a_surface_moves_turns_and_scales_with_its_samples(fitted):
+    points, normals = torus(1500, 3)
+    turn = np.linalg.qr(np.random.default_rng(4).normal(size=(3, 3)))[0]
+    turn *= np.sign(np.linalg.det(turn))
+    shift, scale = np.array([5.0, -70.0, 11.0]), 1e3
+    here = fit_free_form(points, normals, NOISE, RADIUS)
+    there = fit_free_form(
+        scale * points @ turn.T + shift, normals @ turn.T, scale * NOISE, scale * RADIUS
+    )
+    asked = torus(300, 5)[0] + np.random.default_rng(6).normal(size=(300, 3))
+    one, other = here.values(asked), there.values(scale * asked @ turn.T + shift)
+    assert other[:, 0] == pytest.approx(scale * one[:, 0], abs=1e-6 * scale)
+    assert other[:, 1:4] == pytest.approx(one[:, 1:4] @ turn.T, abs=1e-6)
+    assert other[:, 4] == pytest.approx(scale**2 * one[:, 4], rel=1e-4)
+
+
+def test_the_order_of_points_that_are_asked_changes_nothing(fitted):
+    asked = torus(100, 7)[0]
+    back = fitted.values(asked[::-1])[::-1]
+    assert back == pytest.approx(fitted.values(asked), abs=1e-12)
+    assert fitted.values(asked[:0]).shape == (0, 5)
+
+
+def test_between_two_contours_a_surface_is_less_sure_than_on_them():
+    """Two parallel lines on a plane, a radius apart."""
+    along = np.linspace(-20.0, 20.0, 81)
+    points = np.concatenate([np.stack([along, np.full(81, y), 0 * along], 1) for y in (-6.0, 6.0)])
+    found = fit_free_form(points, np.tile([0.0, 0.0, 1.0], (162, 1)), NOISE, RADIUS)
+    on, between, beyond = found.values(np.array([[0.0, 6.0, 0.0], [0.0, 0.0, 0.0], [0, 15.0, 0]]))
+    assert on[4] < between[4] < beyond[4]
+    assert abs(between[0]) < 1e-6
+
+
+def test_far_beyond_its_samples_a_face_goes_on_as_a_plane():
+    """Of a bent strip; a sextic would come back from below within two of its radii."""
+    x, y = np.random.default_rng(0).uniform(-10.0, 10.0, (2, 600))
+    points = np.stack([x, y, -(x**2) / 40.0], axis=1)
+    normals = np.stack([x / 20.0, 0 * x, np.ones(600)], axis=1)
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    found = fit_free_form(points, normals, NOISE, RADIUS)
+    below = np.array([[0.0, 0.0, -40.0], [5.0, 5.0, -60.0], [0.0, 0.0, -500.0]])
+    assert (found.values(below)[:, 0] < -20.0).all()
+    assert (found.values(below * [1, 1, -1])[:, 0] > 20.0).all()
+
+
+def test_samples_are_on_a_surface_where_it_is_known(fitted):
+    points, normals = torus(50, 8)
+    assert are_on(fitted, points, NOISE).all()
+    assert not are_on(fitted, points + 8.0 * NOISE * normals, NOISE).any()
+    # On the axis the surface is known so badly that any sample would do.
+    assert not are_on(fitted, np.array([[0.0, 0.0, 0.0]]), NOISE).any()
+
+
+def test_without_texture_a_surface_is_that_of_its_sextics(fitted):
+    points = torus(50, 8)[0]
+    assert fitted.values(points, texture=False)[:, :4].tobytes() == fitted.at(points).tobytes()
+
+
+def test_a_surface_before_saves_time_and_changes_nothing():
+    """To the last bit: a loaded atlas has no surface before."""
+    points, normals = torus(1500, 3)
+    noisy = points + NOISE * np.random.default_rng(4).normal(size=(1500, 1)) * normals
+    before = fit_free_form(noisy[:1450], normals[:1450], NOISE, RADIUS)
+    alone = fit_free_form(noisy, normals, NOISE, RADIUS)
+    after = fit_free_form(noisy, normals, NOISE, RADIUS, before)
+    shared = before.fits.kept.keys() & after.fits.kept.keys()
+    assert 0 < len(shared) < len(after.fits.kept)
+    assert all(after.fits.kept[key] is before.fits.kept[key] for key in shared)
+    assert after.values(points).tobytes() == alone.values(points).tobytes()
+    assert after.shape_operators(points).tobytes() == alone.shape_operators(points).tobytes()
+
+
+def test_an_extent_that_grows_a_little_leaves_most_sextics_as_they_are():
+    """Largest radii are powers of one number, so that their samples are the same."""
+    points, normals = torus(1500, 3)
+    before = fit_free_form(points, normals, NOISE, RADIUS)
+    after = fit_free_form(points, normals, NOISE, 1.001 * RADIUS, before)
+    assert before.fits.kept.keys() == after.fits.kept.keys()
+    assert after.values(points).tobytes() == before.values(points).tobytes()
+
+
+@pytest.mark.parametrize("changed", ["points", "normals", "std"])
+def test_a_surface_before_of_other_samples_is_not_used(changed):
+    points, normals = torus(600, 3)
+    other, turned, std = points.copy(), normals.copy(), NOISE
+    if changed == "points":
+        other[0] += 3.0 * NOISE * normals[0]
+    elif changed == "normals":
+        turned[0] = -turned[0]
+    else:
+        std = 2.0 * NOISE
+    before = fit_free_form(other, turned, std, RADIUS)
+    after = fit_free_form(points, normals, NOISE, RADIUS, before)
+    alone = fit_free_form(points, normals, NOISE, RADIUS)
+    shared = before.fits.kept.keys() & after.fits.kept.keys()
+    assert not any(after.fits.kept[key] is before.fits.kept[key] for key in shared)
+    assert after.values(points).tobytes() == alone.values(points).tobytes()
+
+
+def test_many_sextics_are_fitted_as_one_is():
+    """Those of a smooth face are the same as with the fit of a single piece, but for the prior."""
+    points, normals = torus(1500, 3)
+    tree = cKDTree(points)
+    sites = sites_of(tree, normals, middles_of(tree, normals, RADIUS), RADIUS)
+    found = SexticFits(points, normals, NOISE).equations(sites)
+    coefficients = coefficients_of(found)
+    for k in range(0, len(sites.middles), 7):
+        own, middle = points[sites.members[k]], points[sites.middles[k]]
+        one = linear_fit(Kind.SEXTIC, own, middle, sites.axes[k], RADIUS, NOISE)
+        assert coefficients[k] == pytest.approx(one.coefficients, abs=1e-7)
+
+
+def _flat_sextics(coefficients, scale: float) -> SexticBatch:
+    """Sextics about the origin, sure of themselves."""
+    count, size = coefficients.shape
+    sure = PackedCovariances(np.zeros((count, size, size)))
+    middles, axes = np.zeros((count, 3)), np.tile(np.eye(3), (count, 1, 1))
+    return SexticBatch(middles, axes, np.full(len(middles), scale), coefficients, sure)
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e3])
+def test_where_two_sextics_differ_their_mean_is_as_unsure_as_they_are_apart(scale):
+    """Both are sure of themselves, one 0.1 above and one 0.1 below. The variance of two numbers
+    about their mean, with one degree of freedom less, is twice 0.1 squared."""
+    middle, up = np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]])
+    flat = np.zeros((2, 49))
+    flat[:, 0] = 0.1, -0.1
+    both, alone = (
+        FreeFormSurface(_flat_sextics(flat[:count], scale), middle, up).values(middle)[0]
+        for count in (2, 1)
+    )
+    assert both[0] == pytest.approx(0.0, abs=1e-9 * scale)
+    assert np.sqrt(both[4]) == pytest.approx(np.sqrt(2.0) * 0.1 * scale)
+    assert alone[4] == pytest.approx(0.0, abs=1e-12 * scale**2)
+
+
+@pytest.mark.parametrize("std", [NOISE, 0.0])
+def test_samples_that_repeat_each_other_are_fitted(std):
+    """More at each place than are ample for a sextic, however small it is."""
+    points, normals = (np.repeat(x, 300, axis=0) for x in torus(20, 0))
+    surface = fit_free_form(points, normals, std, RADIUS)
+    assert np.abs(surface.values(points[::300])[:, 0]).max() <= max(std, 1e-4 * RADIUS)
+
+
+def test_sextics_become_smaller_where_samples_are_ample():
+    """The largest ones, of a radian, follow the samples as well."""
+    some, many = (fit_free_form(*torus(n, 0), NOISE, RADIUS) for n in (4000, 40000))
+    assert many.radius < 0.8 * some.radius
+
+
+def test_dense_samples_of_few_contours_are_not_ample():
+    """Forty circles about a torus, 1,000 samples on each: smaller sextics would hold one or two of
+    them, and show nothing across them."""
+    around, about = np.meshgrid(
+        np.linspace(0.0, 2.0 * np.pi, 40, endpoint=False),
+        np.linspace(0.0, 2.0 * np.pi, 1000, endpoint=False),
+    )
+    out = np.stack([np.cos(around), np.sin(around), 0.0 * around], axis=-1).reshape(-1, 3)
+    about = about.reshape(-1, 1)
+    normals = np.cos(about) * out + np.sin(about) * [0.0, 0.0, 1.0]
+    surface = fit_free_form(LARGE * out + SMALL * normals, normals, NOISE, RADIUS)
+    assert surface.radius > 0.95 * RADIUS

@@ -1,0 +1,120 @@
+"""Pieces are fitted without bias, and know how sure they are."""
+
+import numpy as np
+import pytest
+
+from tests.truths import random_rotation
+from touchatlas.atlas.pieces.fit_cylinder import refined_cylinder
+from touchatlas.atlas.pieces.fit_piece import fit_piece
+from touchatlas.atlas.pieces.kinds import Kind
+
+NOISE = 0.02
+
+
+def _ball(u, v):
+    direction = np.stack([np.sin(u), np.cos(u) * np.sin(v), np.cos(u) * np.cos(v)], 1)
+    return 9.0 * direction, direction
+
+
+def _tube(u, along):
+    direction = np.stack([np.sin(u), 0 * u, np.cos(u)], 1)
+    return 5.0 * direction + along[:, None] * np.array([0.0, 1.0, 0.0]), direction
+
+
+def _saddle(x, y):
+    normal = np.stack([-0.1 * x, 0.1 * y, 1.0 + 0 * x], 1)
+    points = np.stack([x, y, 0.05 * (x * x - y * y)], 1)
+    return points, normal / np.linalg.norm(normal, axis=1)[:, None]
+
+
+def _wave(x, y):
+    slope = 0.003 * x * x
+    normal = np.stack([-slope, 0 * y, 1.0 + 0 * x], 1)
+    return np.stack([x, y, 0.001 * x**3], 1), normal / np.linalg.norm(normal, axis=1)[:, None]
+
+
+LAWFUL = {
+    Kind.PLANE: lambda a, b: (np.stack([a, b, 0 * a], 1), np.stack([0 * a, 0 * a, 0 * a + 1], 1)),
+    Kind.SPHERE: lambda a, b: _ball(a / 9.0, b / 9.0),
+    Kind.CYLINDER: lambda a, b: _tube(a / 5.0, b),
+    Kind.QUADRIC: _saddle,
+    Kind.QUARTIC: _wave,
+    Kind.SEXTIC: _wave,
+}
+
+
+def drawn(kind: Kind, rng, count: int = 200):
+    """Exact points and normals of a surface of a kind."""
+    return LAWFUL[kind](*rng.uniform(-4.0, 4.0, (2, count)))
+
+
+@pytest.mark.parametrize("kind", list(Kind))
+def test_errors_are_as_large_as_predicted(kind):
+    """Mean square of error over predicted deviation over 60 draws and 200 points. Errors of one
+    draw are of ``parameters`` numbers, so the mean is 1 within 3 sqrt(2 / (60 parameters)). The
+    prior of polynomials holds here, so their errors are smaller."""
+    rng, squares = np.random.default_rng(0), []
+    for _ in range(60):
+        points, normals = drawn(kind, rng)
+        piece = fit_piece(kind, points + NOISE * rng.normal(size=points.shape), normals, NOISE)
+        distance, _, variance = piece.predicted(points)
+        squares.append(np.mean(distance**2 / variance))
+    spread = 3.0 * np.sqrt(2.0 / (60 * kind.parameters))
+    assert np.mean(squares) < 1.0 + spread
+    assert kind >= Kind.QUARTIC or np.mean(squares) > 1.0 - spread
+
+
+@pytest.mark.parametrize("kind", list(Kind))
+def test_normals_and_curvatures_match_finite_differences(kind):
+    rng = np.random.default_rng(1)
+    points, normals = drawn(kind, rng)
+    piece = fit_piece(kind, points, normals, NOISE)
+    at, step = piece.feet(points[:20]), 1e-5
+    shape = piece.shape_operators(at)
+    distance, normal = piece.at(at)
+    assert np.abs((normal * normals[:20]).sum(axis=1) - 1.0).max() < 1e-3
+    for axis in np.eye(3):
+        ahead, behind = piece.at(at + step * axis), piece.at(at - step * axis)
+        slope = (ahead[0] - behind[0]) / (2.0 * step)
+        assert np.abs(slope - normal @ axis).max() < 1e-6
+        turned = (ahead[1] - behind[1]) / (2.0 * step)
+        tangent = axis - (normal @ axis)[:, None] * normal
+        # The derivative along the tangent part; across it normals turn as well.
+        expected = (shape @ tangent[..., None])[..., 0]
+        across = piece.at(at + step * normal)[1] - piece.at(at - step * normal)[1]
+        turned -= (normal @ axis)[:, None] * across / (2.0 * step)
+        assert np.abs(turned - expected).max() < 1e-6
+
+
+@pytest.mark.parametrize("kind", list(Kind))
+def test_a_piece_moves_turns_and_scales_with_its_samples(kind):
+    rng = np.random.default_rng(2)
+    points, normals = drawn(kind, rng)
+    points = points + NOISE * rng.normal(size=points.shape)
+    turn, shift, scale = random_rotation(rng), rng.normal(size=3), 250.0
+    piece = fit_piece(kind, points, normals, NOISE)
+    moved_points = scale * points @ turn.T + shift
+    moved = fit_piece(kind, moved_points, normals @ turn.T, scale * NOISE)
+    distance, normal, variance = piece.predicted(points)
+    other = moved.predicted(moved_points)
+    assert np.allclose(other[0], scale * distance, atol=1e-8 * scale)
+    assert np.allclose(other[1], normal @ turn.T, atol=1e-8)
+    assert np.allclose(other[2], scale**2 * variance, rtol=1e-6)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_boss_and_a_hole_have_the_same_radius(side):
+    rng = np.random.default_rng(3)
+    points, normals = drawn(Kind.CYLINDER, rng)
+    noisy = points + NOISE * rng.normal(size=points.shape)
+    piece = fit_piece(Kind.CYLINDER, noisy, side * normals, NOISE)
+    cylinder = refined_cylinder(piece, noisy, NOISE)
+    assert cylinder.outward == side
+    std = np.sqrt(cylinder.covariance[2, 2])
+    assert abs(cylinder.radius - 5.0) < 3.0 * std < 0.05
+    assert abs(cylinder.axis[1]) > np.cos(0.01)
+
+
+def test_flat_samples_are_no_cylinder():
+    points, normals = drawn(Kind.PLANE, np.random.default_rng(4))
+    assert fit_piece(Kind.CYLINDER, points, normals, NOISE) is None

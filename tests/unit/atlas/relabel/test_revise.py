@@ -1,0 +1,89 @@
+"""Revisions of labels: kinds of fewer parameters, and what is not tried again."""
+
+import numpy as np
+import pytest
+
+from touchatlas.atlas.labels.grow import Evidence
+from touchatlas.atlas.labels.labels import NONE, Labels, is_larger
+from touchatlas.atlas.labels.options import FaceOptions
+from touchatlas.atlas.labels.sample_graph import SampleGraph
+from touchatlas.atlas.labels.samples import ContourSamples, contour_samples
+from touchatlas.atlas.pieces.fit_piece import fit_piece
+from touchatlas.atlas.pieces.kinds import Kind
+from touchatlas.atlas.relabel.revise import refit
+
+STD = 0.02
+ACROSS = np.array([1.0, 0.0, 0.0])
+
+
+def rows_of(height, count: int = 60) -> ContourSamples:
+    """Contours along y over a square of 20, at the heights (m,) of points (m, 2)."""
+    rng, y = np.random.default_rng(0), np.linspace(-10.0, 10.0, 41)
+    points = []
+    for x in np.linspace(-10.0, 10.0, count):
+        flat = np.column_stack([np.full(len(y), x), y])
+        points.append(np.column_stack([flat, height(flat) + STD * rng.normal(size=len(y))]))
+    rows = np.concatenate(points)
+    outward = np.broadcast_to([0.0, 0.0, 1.0], rows.shape)
+    # Planes that differ part one contour from the next.
+    turn = np.repeat(1e-6 * np.arange(count), len(y))
+    planes = ACROSS + turn[:, None] * np.array([0.0, 0.0, 1.0])
+    return contour_samples(rows, outward, planes / np.linalg.norm(planes, axis=1)[:, None], STD)
+
+
+def labels_of(samples: ContourSamples, kind: Kind) -> Labels:
+    """All samples with one label of a kind."""
+    labels = Labels(Evidence(samples, SampleGraph(samples), FaceOptions()))
+    everyone = np.arange(len(samples))
+    labels.add(fit_piece(kind, samples.points, samples.normals, STD), everyone)
+    return labels
+
+
+@pytest.mark.parametrize(
+    ("sagitta", "kind"), [(0.0, Kind.PLANE), (0.01, Kind.PLANE), (0.3, Kind.CYLINDER)]
+)
+def test_a_face_bent_by_less_than_its_samples_show_is_a_plane(sagitta, kind):
+    """A cylinder of sagitta 0.01 is off a plane by 0.003 in root mean square (a parabola of
+    height h by 0.3 h): 0.15 deviations, where 0.25 are borne."""
+    labels = labels_of(rows_of(lambda at: -sagitta * (at[:, 1] / 10.0) ** 2), Kind.QUADRIC)
+    refit(labels)
+    assert labels.pieces[0].kind is kind
+
+
+def test_what_grows_in_small_parts_is_tried_again_after_a_quarter():
+    """From 100 samples to 1,000 a quarter is added ten times."""
+    counts = np.arange(100, 1001, 7)
+    again = sum(is_larger(b, a) for a, b in zip(counts[:-1], counts[1:], strict=True))
+    assert again == pytest.approx(np.log(10.0) / np.log(1.25), abs=1.0)
+    assert not is_larger(100, 100)
+
+
+def test_a_label_that_lost_a_tenth_of_its_samples_is_not_settled():
+    labels = labels_of(rows_of(lambda at: 0.0 * at[:, 0]), Kind.PLANE)
+    labels.resume(labels.pieces, labels.of.copy())
+    members = labels.members(0)
+    assert labels.is_settled(0, members)
+    labels.of[members[: len(members) // 8]] = NONE
+    assert not labels.is_settled(0, labels.members(0))
+
+
+def test_a_refitted_label_stays_settled():
+    """Its piece is another one, but its samples are the same."""
+    labels = labels_of(rows_of(lambda at: 0.0 * at[:, 0]), Kind.PLANE)
+    labels.resume(labels.pieces, labels.of.copy())
+    before = labels.pieces[0]
+    labels.fitted.clear()
+    refit(labels)
+    assert labels.pieces[0] is not before and labels.is_settled(0, labels.members(0))
+
+
+@pytest.mark.parametrize(("rows", "kept"), [(2, True), (0.25, False)])
+def test_a_part_of_many_samples_stays_a_face_where_a_label_falls_apart(rows, kept):
+    """Two contours of 41 samples are 3 in a hundred of all, and a quarter of one is too few."""
+    labels = labels_of(rows_of(lambda at: 0.0 * at[:, 0]), Kind.PLANE)
+    part = np.arange(int(41 * rows))
+    # A band of five contours, over which no link leads.
+    labels.of[len(part) : len(part) + 5 * 41] = NONE
+    labels.separate()
+    assert labels.of[-1] == 0
+    assert (labels.of[part] == (1 if kept else NONE)).all()
