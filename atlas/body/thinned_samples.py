@@ -48,13 +48,18 @@ class ThinnedSamples:
         kept = np.sort(first[explained[first]])
         self.points: np.ndarray = points[kept]
         self.normals: np.ndarray = faces.normals[kept]
+        self._of_faces = faces.of[kept] != NONE
         self._tree = cKDTree(self.points)
 
     def thickness(self) -> float:
         """Least distance of two sides that face away from each other, length: the distance that 98
-        of 100 of their samples exceed; infinite where there are none."""
-        points, normals = self.points, self.normals
-        away, near = self._tree.query(points, k=min(_ABOUT, len(points)))
+        of 100 of their samples exceed; infinite where there are none.
+
+        Samples of roundings do not count: a contour that runs along one does not show its normals.
+        """
+        points, normals = self.points[self._of_faces], self.normals[self._of_faces]
+        count = min(_ABOUT, len(points))
+        away, near = (np.reshape(x, (-1, count)) for x in cKDTree(points).query(points, k=count))
         one, other = np.nonzero(np.einsum("nkj,nj->nk", normals[near], normals) < -0.5)
         away, near = away[one, other], near[one, other]
         through = np.abs(((points[near] - points[one]) * normals[one]).sum(axis=1))
