@@ -158,8 +158,7 @@ class Cells:
         out, rows = distances.copy(), np.arange(len(points))
         for one, faces in enumerate(self._of_one):
             if len(faces) > 1:
-                away = np.stack([self._trees.away(k, points) for k in faces.tolist()])
-                nearest = faces[away.argmin(axis=0)]
+                nearest = self._trees.nearest_of(tuple(faces.tolist()), points)
                 out[:, one] = self._way[nearest] * distances[rows, nearest]
         return out
 

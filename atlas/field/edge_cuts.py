@@ -90,10 +90,12 @@ class SharpEdges:
                 mine = mine[sign * distances[mine, other] > sign * chosen[mine, 0]]
                 if not len(mine):
                     continue
-                theirs = self._trees.away(other, points[mine])
-                beside = theirs < _BESIDE * self._reach
+                theirs = self._trees.away(other, points[mine], _BESIDE * self._reach)
                 if curve is not None:
-                    beside |= curve.query(points[mine])[0] < _BESIDE * away[mine, -1]
+                    far = np.flatnonzero(np.isinf(theirs))
+                    far = far[curve.query(points[mine[far]])[0] < _BESIDE * away[mine[far], -1]]
+                    theirs[far] = self._trees.away(other, points[mine[far]])
+                beside = np.isfinite(theirs)
                 mine, theirs = mine[beside], theirs[beside]
                 taken = (own, other), mine, theirs, points, distances
                 self._cut(sign, *taken, chosen, decides)

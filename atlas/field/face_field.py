@@ -173,12 +173,14 @@ def face_values(faces: Faces, points) -> FaceValues:
 
 
 def _by_face(trees: FaceTrees, points, near) -> np.ndarray:
-    """(f, n, 5) distance, normal and variance of each face at each point (n, 3); NaN where none of
-    its samples is among the nearest (n, k)."""
-    of = trees.faces.of[near]
+    """(f, n, 5) distance, normal and variance of each face at each point (n, 3); NaN where no
+    sample of its surface is among the nearest (n, k)."""
     out = np.full((len(trees.faces), len(points), 5), np.nan)
-    for number in range(len(trees.faces)):
+    of = trees.group_numbers[trees.faces.of[near]]
+    for number, group in enumerate(trees.groups):
         rows = np.flatnonzero((of == number).any(axis=1))
         if len(rows):
-            out[number, rows] = trees.values(number, points[rows])
+            values = trees.values(group[0], points[rows])
+            for face in group:
+                out[face, rows] = values
     return out

@@ -39,11 +39,23 @@ class FaceTrees:
         self.faces = faces
         self.radius = _RADIUS * float(np.linalg.norm(np.ptp(faces.points, axis=0)))
         self._surfaces: dict[tuple[int, ...], FreeFormSurface] = {}
+        # Samples of several faces: the face of each, and their tree.
+        self._together: dict[tuple[int, ...], tuple[np.ndarray, cKDTree]] = {}
         self.trees = [cKDTree(faces.points[face.samples]) for face in faces.faces]
 
-    def away(self, number: int, points) -> np.ndarray:
-        """(n,) distances of points (n, 3) from the samples of a face, length."""
-        return np.asarray(self.trees[number].query(points)[0])
+    def away(self, number: int, points, limit: float = np.inf) -> np.ndarray:
+        """(n,) distances of points (n, 3) from the samples of a face, length; infinite from a limit
+        on."""
+        return np.asarray(self.trees[number].query(points, distance_upper_bound=limit)[0])
+
+    def nearest_of(self, numbers: tuple[int, ...], points) -> np.ndarray:
+        """(n,) which of some faces has the sample nearest to points (n, 3)."""
+        if numbers not in self._together:
+            of = np.repeat(numbers, [self.trees[k].n for k in numbers])
+            data = np.concatenate([self.trees[k].data for k in numbers])
+            self._together[numbers] = of, cKDTree(data)
+        of, tree = self._together[numbers]
+        return np.asarray(of[tree.query(points)[1]])
 
     def nearest(self, number: int, points, count: int) -> tuple[np.ndarray, np.ndarray]:
         """(n, k) which samples of a face are nearest to points (n, 3), ``count`` or all, and how
@@ -72,12 +84,28 @@ class FaceTrees:
         return self.faces.faces[number].pieces[0].at(points)[0]
 
     def all_distances(self, points) -> np.ndarray:
-        """(n, f) signed distances of points (n, 3) from all faces; from planes at once."""
+        """(n, f) signed distances of points (n, 3) from all faces; from planes at once, and from
+        the faces of one surface as well."""
         out = np.empty((len(points), len(self.faces)))
         middle, planes, normals, levels = self.planes
         out[:, planes] = (points - middle) @ normals.T + levels
-        for k in set(range(len(self.faces))) - set(planes):
-            out[:, k] = self.distances(k, points)
+        for group in self.groups:
+            if group[0] not in planes:
+                out[:, group] = self.distances(group[0], points)[:, None]
+        return out
+
+    @cached_property
+    def groups(self) -> list[tuple[int, ...]]:
+        """The faces of each surface: a lawful face alone, and those that a free-form one has."""
+        own = [(face.id,) for face in self.faces.faces if face.id not in self._group_of]
+        return own + list(dict.fromkeys(self._group_of.values()))
+
+    @cached_property
+    def group_numbers(self) -> np.ndarray:
+        """(f,) which of these each face belongs to."""
+        out = np.empty(len(self.faces), int)
+        for number, group in enumerate(self.groups):
+            out[list(group)] = number
         return out
 
     @cached_property
@@ -138,7 +166,7 @@ class FaceTrees:
     @property
     def _all_free_form(self) -> dict[int, FreeFormSurface]:
         """The free-form surfaces, each by the first of its faces."""
-        return {group[0]: self._of_group(group) for group in dict.fromkeys(self._group_of.values())}
+        return {g[0]: self._of_group(g) for g in self.groups if g[0] in self._group_of}
 
     @cached_property
     def _group_of(self) -> dict[int, tuple[int, ...]]:
