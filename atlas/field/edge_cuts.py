@@ -1,6 +1,8 @@
 """Points beside sharp edges: the largest distance of the faces at a convex one, the smallest at a
 concave one."""
 
+from collections import defaultdict
+
 import numpy as np
 
 from touchatlas.atlas.field.face_trees import FaceTrees, curve_tree
@@ -24,6 +26,10 @@ PARALLEL = 0.95
 # Distance to the samples of another step, over that to the nearest one, below which a point may be
 # beside either. Doubled, more points beside low steps are doubted.
 _RIVAL = 2.0
+# Distance of the samples of a face that bounds the one beyond an edge, over that of the samples of
+# this one, up to which it does. Without a limit a face far away left a wall standing in the air.
+# Doubled, more of such stay.
+_BOUNDS = 2.0
 # Noise of a sample beside an edge, in root mean squares of its face. Doubled, faces are cut by the
 # extension of others that lie less than eight of these farther in.
 _NOISE = 4.0
@@ -49,6 +55,11 @@ class SharpEdges:
             if edge.kind.sharp:
                 curve = curve_tree(edge) if edge.curves else None
                 self._edges.append((edge.first, edge.second, edge.kind.sign, curve))
+        # The faces that meet each one in edges of each sign.
+        self._bounds: dict[tuple[int, float], list[int]] = defaultdict(list)
+        for first, second, sign, _ in self._edges:
+            self._bounds[first, sign].append(second)
+            self._bounds[second, sign].append(first)
         self._steps = self._steps_of_stairs()
 
     def _steps_of_stairs(self) -> dict[tuple[int, int], list[int]]:
@@ -110,16 +121,46 @@ class SharpEdges:
         """
         if not len(rows):
             return
-        before = self._near_samples_out(sign, pair, points[rows], away)
+        limit = self._least_out(sign, pair, points[rows], away)
         theirs = self._trees.values(pair[1], points[rows])
-        limit = np.where(before > 0.0, _CROSSED * before, -np.inf)
         wins = sign * theirs[:, 0] > np.maximum(sign * chosen[rows, 0], limit)
-        rows, theirs = rows[wins], theirs[wins]
+        rows, away, limit, theirs = rows[wins], away[wins], limit[wins], theirs[wins]
         if not len(rows):
             return
+        face = self._bound(sign, pair, points[rows], distances[rows], away, theirs)
+        wins = sign * theirs[:, 0] > np.maximum(sign * chosen[rows, 0], limit)
+        rows, theirs, face = rows[wins], theirs[wins], face[wins]
         theirs[:, 4] += self._doubt(pair, rows, away[wins], points, distances)
         wins = np.isfinite(theirs[:, 4])
-        chosen[rows[wins]], decides[rows[wins]] = theirs[wins], pair[1]
+        chosen[rows[wins]], decides[rows[wins]] = theirs[wins], face[wins]
+
+    def _bound(self, sign: float, pair, points, distances, away, values) -> np.ndarray:
+        """(m,) the face that decides for points (m, 3) of the first face of a pair where the second
+        would, whose samples are ``away`` (m,), with ``values`` (m, 5), which change: a face that
+        meets the second in an edge of the other sign bounds it, as the side of a block on the
+        ground does its front."""
+        own, other = pair
+        face = np.full(len(points), other)
+        for third in self._bounds[other, -sign]:
+            rows = np.flatnonzero(sign * distances[:, third] < sign * values[:, 0])
+            if third == own or not len(rows):
+                continue
+            its = self._trees.away(third, points[rows])
+            near = its < _BOUNDS * away[rows]
+            rows, its = rows[near], its[near]
+            if not len(rows):
+                continue
+            limit = self._least_out(-sign, (other, third), points[rows], its)
+            theirs = self._trees.values(third, points[rows])
+            wins = -sign * theirs[:, 0] > np.maximum(-sign * values[rows, 0], limit)
+            values[rows[wins]], face[rows[wins]] = theirs[wins], third
+        return face
+
+    def _least_out(self, sign: float, pair, points, away) -> np.ndarray:
+        """(m,) how far out of the second face of a pair points (m, 3) must lie at least where it
+        decides for those of the first, length."""
+        before = self._near_samples_out(sign, pair, points, away)
+        return np.where(before > 0.0, _CROSSED * before, -np.inf)
 
     def _doubt(self, pair, rows, away, points, distances) -> np.ndarray:
         """(m,) variance of the distance of points of ``rows`` (m,) of the first face of a pair from
