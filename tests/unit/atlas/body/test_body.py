@@ -245,6 +245,23 @@ def test_a_body_is_lawful_where_few_samples_are_left_out(box):
     assert len(sphere) == 1 and not is_lawful(sphere)
 
 
+@pytest.mark.parametrize(
+    "times, left, free, lawful",
+    [(1, 0.05, 0, True), (1, 0.15, 0, False), (4, 0.15, 0, True), (4, 0.25, 0, False)]
+    + [(4, 0.15, 4, False)],
+)
+def test_a_body_of_many_faces_is_lawful_while_some_are_not_known(box, times, left, free, lawful):
+    """The faces of a box, so many times, without a label for a fraction of the samples, and so many
+    of them free-form: one is a sixth of the box."""
+    faces = box.faces
+    many = [replace(face, id=6 * k + face.id) for k in range(times) for face in faces.faces]
+    many[:free] = [replace(face, law=None) for face in many[:free]]
+    of = np.arange(6000) % len(many)
+    of[np.random.default_rng(0).permutation(6000)[: int(6000 * left)]] = -1
+    found = replace(faces, faces=tuple(many), of=of)
+    assert is_lawful(found) is lawful
+
+
 def test_each_sample_has_a_seed_on_its_own_side_of_a_thin_plate_within_a_voxel():
     """A plate a sixth as thick as the edge of the voxels that thin samples out."""
     points, outward, planes = touched_mesh("plate", 60, NOISE)
