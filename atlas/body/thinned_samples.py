@@ -59,6 +59,8 @@ class ThinnedSamples:
         """
         points, normals = self.points[self._of_faces], self.normals[self._of_faces]
         count = min(_ABOUT, len(points))
+        if not count:
+            return np.inf
         away, near = (np.reshape(x, (-1, count)) for x in cKDTree(points).query(points, k=count))
         one, other = np.nonzero(np.einsum("nkj,nj->nk", normals[near], normals) < -0.5)
         away, near = away[one, other], near[one, other]

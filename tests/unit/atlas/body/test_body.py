@@ -23,6 +23,7 @@ from tests.lawful import (
 from tests.touched import touched_samples
 from touchatlas.atlas.body.body import Body
 from touchatlas.atlas.body.explained import is_lawful, lawful_share, share_with_edges
+from touchatlas.atlas.body.thinned_samples import ThinnedSamples
 from touchatlas.atlas.field.face_field import face_values
 
 # Deviation of a sample that is told where there is no noise at all.
@@ -173,6 +174,13 @@ def test_contours_along_a_rounding_do_not_tell_how_thick_a_plate_is():
 def test_a_body_without_near_sides_has_no_thickness(box):
     """The nearest 48 thinned samples do not reach to the other side, 30 away."""
     assert box.thickness == np.inf
+
+
+def test_samples_of_no_face_tell_no_thickness(box):
+    """All of them lie on roundings."""
+    every = np.arange(len(box.faces.of))
+    faces = replace(box.faces, of=np.full(len(every), -1), rounded=every)
+    assert ThinnedSamples(box.faces.points, faces, box.reach).thickness() == np.inf
 
 
 def test_planes_and_cylinders_have_no_gaussian_curvature(noisy_cylinder):
