@@ -90,6 +90,21 @@ def _stands_between(labels: Labels, pair, first: int, second: int) -> bool:
             continue
         _, normals = labels.pieces[label].at(at)
         crosses = np.abs(normals @ way) > _IN_THE_WAY * np.sqrt(square)
-        if (crosses | (normals @ outward > _ALIKE)).any():
+        stands = (crosses | (normals @ outward > _ALIKE)).any()
+        if stands and not _lies_on_larger(labels, label):
             return True
     return False
+
+
+def _lies_on_larger(labels: Labels, label: int) -> bool:
+    """Whether all samples of a label lie on the lawful piece of one with more of them: a contour
+    whose sampling plane touches a face shows none of its normals, and gets a piece across it."""
+    members = labels.all_members()
+    points = labels.evidence.samples.points[members[label]]
+    noise = _NOISE * labels.evidence.samples.std
+    return any(
+        len(mine) > len(points)
+        and labels.pieces[k].kind in _LAWS
+        and bool((np.abs(labels.pieces[k].at(points)[0]) < noise).all())
+        for k, mine in enumerate(members)
+    )
