@@ -90,8 +90,9 @@ class FaceTrees:
         middle, planes, normals, levels = self.planes
         out[:, planes] = (points - middle) @ normals.T + levels
         for group in self.groups:
-            if group[0] not in planes:
-                out[:, group] = self.distances(group[0], points)[:, None]
+            bent = [number for number in group if number not in planes]
+            if bent:
+                out[:, bent] = self.distances(bent[0], points)[:, None]
         return out
 
     @cached_property

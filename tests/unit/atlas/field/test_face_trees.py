@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from tests.lawful import known_body
+from touchatlas.atlas.field.face_trees import FaceTrees
 
 # A box of six planes, a stadium whose rounds touch its planes, and a box with waves on its top.
 BODIES = [("box", 40), ("stadium", 40), ("wavy", 40)]
@@ -24,6 +25,19 @@ def test_distances_from_all_faces_are_those_from_each(trees, points):
     for face in trees.faces.faces:
         # Planes are found by their normals, and others by their gradients: 1e-9 is rounding.
         assert found[:, face.id] == pytest.approx(trees.distances(face.id, points), abs=1e-9)
+
+
+def test_a_plane_that_is_a_part_of_a_free_form_surface_hides_no_distances(points):
+    """The first face of such a surface may be one: the others have distances all the same."""
+    faces = known_body("stadium", 40).faces
+    kinds = [face.kind for face in faces.faces]
+    group = kinds.index("plane"), kinds.index("cylinder")
+    assert group[0] < group[1]
+    trees = FaceTrees(faces)
+    trees.__dict__["_group_of"] = dict.fromkeys(group, group)
+    assert np.array_equal(
+        trees.all_distances(points)[:, group[1]], trees.distances(group[1], points)
+    )
 
 
 def test_each_face_is_in_one_group(trees):
