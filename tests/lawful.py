@@ -57,8 +57,9 @@ TWO_BLOCKS = np.array(
 _TWO_BLOCKS_TRIANGLES = np.array(
     [[0, 1, 8], [0, 8, 9], [1, 2, 3], [1, 3, 8], [8, 3, 6], [8, 6, 7], [3, 4, 5], [3, 5, 6]]
 )
-# Radius of the edges of a rounded box, and of the concave edge of a filleted step.
-BLUNT, FILLET = 2.0, 3.0
+# Radius of the edges of a rounded box, of the concave edge of two filleted steps, and of the
+# upright edges of a column on a slab.
+BLUNT, FILLET, WIDE_FILLET, COLUMN = 2.0, 3.0, 8.0, 6.0
 # Cut of the edges of a bevelled box, along both faces.
 BEVEL = 2.0
 _REACH, _SAMPLES = 16.0, 16
@@ -74,17 +75,39 @@ def _ring(radius: float, height: float) -> np.ndarray:
     )
 
 
-def _filleted() -> trimesh.Trimesh:
-    """A step whose concave edge is rounded by 64 chords, 2e-4 within the circle."""
+def _filleted(radius: float) -> trimesh.Trimesh:
+    """A step whose concave edge is rounded by 64 chords, 1e-4 radii within the circle."""
     angle = np.linspace(0.0, 0.5 * np.pi, 65)[:, None]
-    centre = np.array([30.0 - FILLET, 20.0 + FILLET])
-    arc = centre + FILLET * np.hstack([np.cos(angle), -np.sin(angle)])
+    centre = np.array([30.0 - radius, 20.0 + radius])
+    arc = centre + radius * np.hstack([np.cos(angle), -np.sin(angle)])
     around = np.concatenate([STEP[:5], arc, STEP[6:]])
     following = np.roll(np.arange(len(around)), -1)
     fan = np.stack([np.full(len(around), len(around)), np.arange(len(around)), following], axis=1)
     # All of the profile is seen from the point in the taller block.
     profile = np.concatenate([around, [[45.0, 10.0]]])
     return trimesh.creation.extrude_triangulation(profile, fan, height=30.0)
+
+
+def _column() -> trimesh.Trimesh:
+    """A square column with rounded upright edges, 32 wide and 20 high, on a slab, 60 wide and 15
+    high."""
+    angle = np.linspace(-np.pi, np.pi, 4 * 64, endpoint=False)
+    round_ = np.column_stack([np.cos(angle), np.sin(angle)])
+    inner = COLUMN * round_ + (16.0 - COLUMN) * np.sign(round_ + 1e-9)
+    outer = 30.0 * round_ / np.abs(round_).max(axis=1)[:, None]
+    # From the middle of the bottom up to that of the top: rings of as many points each.
+    rings = [(0.0 * outer, 0.0), (outer, 0.0), (outer, 15.0), (inner, 15.0), (inner, 35.0)]
+    rings.append((0.0 * inner, 35.0))
+    count, faces = len(angle), []
+    for low in range(len(rings) - 1):
+        a = low * count + np.arange(count)
+        b, c = low * count + np.roll(np.arange(count), -1), a + count
+        faces += [np.stack([a, b, c], axis=1), np.stack([b, b + count, c], axis=1)]
+    points = [np.column_stack([ring, np.full(count, height)]) for ring, height in rings]
+    mesh = trimesh.Trimesh(np.concatenate(points), np.concatenate(faces))
+    mesh.merge_vertices()
+    mesh.update_faces(mesh.nondegenerate_faces())
+    return mesh
 
 
 def _swept(offsets) -> trimesh.Trimesh:
@@ -168,7 +191,9 @@ _MESHES = {
     # Chords of an icosphere of four divisions lie 6e-4 radii within the ball.
     "rounded": lambda: _swept(trimesh.creation.icosphere(4, BLUNT).vertices),
     "bevelled": lambda: _swept(BEVEL * np.concatenate([np.eye(3), -np.eye(3)])),
-    "filleted": _filleted,
+    "filleted": lambda: _filleted(FILLET),
+    "widely filleted": lambda: _filleted(WIDE_FILLET),
+    "column": _column,
     "stadium": _stadium,
     "pyramid": _pyramid,
     "wavy": _wavy_box,

@@ -116,13 +116,15 @@ class BoundaryJudge:
 
     def blunt(self, edge: BluntEdge, before: Boundary | None) -> Boundary | None:
         """The boundary of two pieces about a blunt edge: the sharp edge that was rounded."""
+        pair = edge.first, edge.second
         pieces = self.labels.pieces[edge.first], self.labels.pieces[edge.second]
         reach = NEAR * self.step + NEAR * edge.radius
-        at = intersection_points(*pieces, edge.crossings, reach).points
+        # The sharp edge lies away from the samples: what is about it may be of a third piece.
+        beside = self._own(*pair, CurvePoints(edge.crossings, np.zeros(len(edge.crossings))), True)
+        at = intersection_points(*pieces, beside.points, reach).points
         if before is not None:
             at = np.concatenate([at, before.curve.points])
-        # On a short edge most samples beside it may lie on corners, which are explained later.
-        found = self.uncrossed(edge.first, edge.second, at, points=_LEAST_BLUNT, loose=True)
+        found = self.uncrossed(*pair, at, points=_LEAST_BLUNT, own=True)
         return before if found is None else replace(found, blunt=edge)
 
     def uncrossed(
@@ -132,12 +134,14 @@ class BoundaryJudge:
         middles,
         least: float = _UNCROSSED,
         points: int = LEAST_POINTS,
-        loose: bool = False,
+        own: bool = False,
     ) -> Boundary | None:
         """The sharp edge of two pieces about points between their samples, or None where they do
-        not meet at an angle, or in fewer points. Samples of no piece may be ``loose`` about it."""
+        not meet at an angle, or in fewer points. Where these are their ``own`` is known, or asked
+        of the samples about the edge."""
         pieces = self.labels.pieces[a], self.labels.pieces[b]
-        curve = self._own(a, b, intersection_points(*pieces, middles, NEAR * self.step), loose)
+        curve = intersection_points(*pieces, middles, NEAR * self.step)
+        curve = curve if own else self._own(a, b, curve)
         if len(curve.points) < points:
             return None
         angle = float(np.median(angles(*pieces, curve.points)))
@@ -166,7 +170,8 @@ class BoundaryJudge:
 
     def _own(self, a: int, b: int, curve: CurvePoints, loose: bool = False) -> CurvePoints:
         """The points of a curve about which most samples are of the two pieces, or ``loose``:
-        elsewhere these meet beyond a third."""
+        elsewhere these meet beyond a third. On a short blunt edge most samples may lie on corners,
+        which are explained later."""
         if not len(curve.points):
             return curve
         tree = self.evidence.graph.tree

@@ -7,6 +7,7 @@ import numpy as np
 
 from touchatlas.atlas.field.alike_faces import alike_faces
 from touchatlas.atlas.field.face_trees import FaceTrees
+from touchatlas.atlas.field.rounded_edges import are_rounded
 
 # Noise of a sample, in root mean squares of a face: nearer to a face, its side is not known.
 # Doubled, fewer samples vote.
@@ -29,14 +30,17 @@ class Cells:
     cells: the one on the inner side of that face is inside of the body, the one on its outer side
     is outside (the labels of the cells of an arrangement, as in A.-L. Chauve, P. Labatut, J.-P.
     Pons, "Robust piecewise-planar 3D reconstruction", CVPR 2010, but without their graph cut: a
-    cell without votes has no label, unless it is opposite of a known one at a sharp edge).
+    cell without votes has no label, unless it is opposite of a known one at a sharp edge). A sample
+    beside a blunt edge, where the rounding is on another side than the faces, has no vote.
 
     Parameters
     ----------
     trees : FaceTrees
+    reach : float, length
+        Distance from the samples of a face up to which it may bound another.
     """
 
-    def __init__(self, trees: FaceTrees) -> None:
+    def __init__(self, trees: FaceTrees, reach: float) -> None:
         self._trees, faces = trees, trees.faces.faces
         self._noise = _NOISE * np.array([face.deviation for face in faces])
         # Faces of one surface divide space once, as the largest of them does; some face the other
@@ -49,7 +53,7 @@ class Cells:
         # (A. L. Zobrist, 1970). Any distinct numbers serve.
         bits = np.random.default_rng(len(faces)).integers(1, 2**62, len(faces))
         self._bits = np.where(self._one == np.arange(len(faces)), bits, 0)
-        keys, labels, self._contested = self._votes()
+        keys, labels, self._contested = self._votes(reach)
         self._keys, self._labels = self._with_opposite(keys, labels)
 
     @property
@@ -184,21 +188,23 @@ class Cells:
             mine = moved[decides[moved] == k]
             chosen[mine] = self._trees.values(k, points[mine])
 
-    def _votes(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _votes(self, reach: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """The keys of cells, ascending, and their labels: 1 outside, -1 inside, 0 unknown; and the
         keys of those whose votes contradict each other."""
         faces = self._trees.faces
         samples = np.concatenate([face.samples for face in faces.faces])
         own, way = self._one[faces.of[samples]], self._way[faces.of[samples]]
-        distances = np.concatenate(self._trees.between)
-        distances = self._of_surfaces(faces.points[samples], distances)
+        points, distances = faces.points[samples], np.concatenate(self._trees.between)
+        rounded = are_rounded(self._trees, points, distances, reach)
+        distances = self._of_surfaces(points, distances)
         outside, clear = distances > 0.0, np.abs(distances) > self._noise
         rows = np.arange(len(own))
         clear[rows, own] = True
         clear |= self._bits == 0
         outside[rows, own] = way < 0.0
-        inner = self._key(outside)[clear.all(axis=1)]
-        outer = inner ^ self._bits[own[clear.all(axis=1)]]
+        votes = clear.all(axis=1) & ~rounded
+        inner = self._key(outside)[votes]
+        outer = inner ^ self._bits[own[votes]]
         keys, which = np.unique(np.concatenate([inner, outer]), return_inverse=True)
         vote = np.repeat([-1.0, 1.0], len(inner))
         count, total = np.bincount(which, minlength=len(keys)), np.bincount(which, vote, len(keys))

@@ -10,7 +10,7 @@ from touchatlas.atlas.faces.faces import Faces
 from touchatlas.atlas.field.cells import Cells
 from touchatlas.atlas.field.edge_cuts import SharpEdges
 from touchatlas.atlas.field.face_trees import FaceTrees
-from touchatlas.atlas.field.rounded_edges import RoundedEdges
+from touchatlas.atlas.field.rounded_edges import RoundedEdges, faces_of_samples
 from touchatlas.atlas.field.smooth_rims import SmoothRims
 from touchatlas.atlas.labels.labels import NONE
 
@@ -86,10 +86,12 @@ class FaceField:
         if self.is_one:
             self.reach = trees.scale_of(0)
             return
-        self._known = np.flatnonzero(faces.of != NONE)
+        self._of = faces_of_samples(trees)
+        self._known = np.flatnonzero(self._of != NONE)
         self._tree = cKDTree(faces.points[self._known])
         self._sharp, self._rims = SharpEdges(trees, self.reach), SmoothRims(trees)
-        self._cells, self._rounded = Cells(trees), RoundedEdges(trees, self.reach)
+        self._cells = Cells(trees, self.reach)
+        self._rounded = RoundedEdges(trees, self.reach, self._sharp.implied)
 
     @cached_property
     def meet(self) -> np.ndarray:
@@ -136,12 +138,12 @@ class FaceField:
         At a sharp edge the distance is the largest of those of the faces that meet there in
         a convex edge, the smallest in a concave one.
         """
-        faces, count = self.faces, min(_NEAREST, len(self._known))
+        count = min(_NEAREST, len(self._known))
         away, near = self._tree.query(points, k=count)
         away = away.reshape(len(points), count)
         near = self._known[near.reshape(len(points), count)]
-        owner = faces.of[near[:, 0]]
-        columns = _by_face(self.trees, points, near)
+        owner = self._of[near[:, 0]]
+        columns = _by_face(self.trees, points, self._of[near])
         chosen = columns[owner, np.arange(len(points))]
         doubt = self._doubt(columns, owner, away, near)
         self._rims.move(points, away, owner, chosen)
@@ -155,7 +157,7 @@ class FaceField:
     def _doubt(self, columns, owner, away, near) -> np.ndarray:
         """(n,) variance of the distance where a face that does not meet the owner has a sample
         about as near: the square of half of the difference of both, less the farther it is."""
-        of, rows = self.faces.of[near], np.arange(len(owner))
+        of, rows = self._of[near], np.arange(len(owner))
         # At a sample itself every other one is far away.
         least = np.maximum(away[:, :1], np.finfo(float).eps * away[:, -1:])
         ratio = away / np.maximum(least, np.finfo(float).tiny)
@@ -172,11 +174,11 @@ def face_values(faces: Faces, points) -> FaceValues:
     return FaceField(faces).at(points)
 
 
-def _by_face(trees: FaceTrees, points, near) -> np.ndarray:
+def _by_face(trees: FaceTrees, points, of) -> np.ndarray:
     """(f, n, 5) distance, normal and variance of each face at each point (n, 3); NaN where no
-    sample of its surface is among the nearest (n, k)."""
+    sample of its surface is among the nearest, which are of faces (n, k)."""
     out = np.full((len(trees.faces), len(points), 5), np.nan)
-    of = trees.group_numbers[trees.faces.of[near]]
+    of = trees.group_numbers[of]
     for number, group in enumerate(trees.groups):
         rows = np.flatnonzero((of == number).any(axis=1))
         if len(rows):

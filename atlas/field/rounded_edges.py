@@ -6,6 +6,7 @@ from touchatlas.atlas.edges.rolling_ball import radius_slope, rounded_corner, ro
 from touchatlas.atlas.faces.face_corners import FaceCorner
 from touchatlas.atlas.faces.faces import FaceEdge
 from touchatlas.atlas.field.face_trees import FaceTrees
+from touchatlas.atlas.labels.labels import NONE
 
 # Distance from the surface up to which corners are rounded, in radii. Doubled, more points are
 # asked in vain.
@@ -19,8 +20,9 @@ _SAME = 1e-6
 _NOISE = 4.0
 
 
-# A blunt edge or corner, its faces, and rows of points.
-_Asked = tuple[FaceEdge | FaceCorner, tuple[int, ...], np.ndarray]
+# A blunt edge or corner, its faces, rows of points, and which faces end an edge in edges of the
+# other sign.
+_Asked = tuple[FaceEdge | FaceCorner, tuple[int, ...], np.ndarray, np.ndarray]
 
 
 class RoundedEdges:
@@ -32,51 +34,60 @@ class RoundedEdges:
     trees : FaceTrees
     reach : float, length
         Distance from the samples of a face up to which it may bound another.
+    implied : list of (int, int, float)
+        Pairs of faces with an edge that no contour crossed, and its sign.
     """
 
-    def __init__(self, trees: FaceTrees, reach: float) -> None:
+    def __init__(self, trees: FaceTrees, reach: float, implied: list) -> None:
         self._trees, self._reach = trees, reach
-        edges, faces = trees.faces.edges, np.arange(len(trees.faces))
-        # Each with which faces are its own, and which of them end it at an edge of its own sign.
+        sharp = [(*_pair(edge), edge.kind.sign) for edge in trees.faces.edges if edge.kind.sharp]
+        blunt = [edge for edge in trees.faces.edges if edge.radius > 0.0]
+        # Each with which faces are its own, and which of them end it at an edge of its own sign,
+        # and of the other one.
+        ids = np.arange(len(trees.faces))
+        beside = [_beside(edge, sharp + implied) for edge in blunt]
         self._edges = [
-            (edge, np.isin(faces, (edge.first, edge.second)), np.isin(faces, _beside(edges, edge)))
-            for edge in edges
-            if edge.radius > 0.0
+            (edge, np.isin(ids, _pair(edge)), np.isin(ids, alike), np.isin(ids, other))
+            for edge, (alike, other) in zip(blunt, beside, strict=True)
         ]
-        self._corners = [(one, np.isin(faces, one.faces)) for one in trees.faces.corners]
+        self._corners = [(one, np.isin(ids, one.faces)) for one in trees.faces.corners]
 
     def round(self, points, distances, owner, decides, chosen) -> None:
         """Change the distances and normals (n, 5) that were chosen at points (n, 3) to those of
         balls, where these take more of a convex edge or corner away, or fill more of a concave one.
         The points are at distances (n, f) from all faces, of faces ``owner`` (n,), and cut by faces
-        ``decides`` (n,)."""
+        ``decides`` (n,), which change where a face ends an edge."""
         asked = self._asked(distances, owner, decides)
         values = self._values(points, asked)
-        for part, faces, rows in asked:
+        for part, faces, rows, other in asked:
             here = np.stack([values[k][rows] for k in faces], axis=1)
-            if isinstance(part, FaceEdge):
-                self._raise_to_edge(part, here, points, rows, chosen)
-            else:
+            if isinstance(part, FaceCorner):
                 self._raise_to_corner(part, here, points, rows, chosen)
+                continue
+            ends = other[owner[rows]]
+            self._raise_to_edge(part, here[~ends], points, rows[~ends], chosen)
+            taken = here[ends], points, rows[ends], distances, owner, decides, chosen
+            self._end_edge(part, *taken)
 
     def _asked(self, distances, owner, decides) -> list[_Asked]:
         """The edges and corners that may round points, their faces, and the rows (m,) of these."""
         out: list[_Asked] = []
-        for edge, own, ends in self._edges:
-            faces = edge.first, edge.second
-            rows = _near(faces, edge.kind.sign, edge.radius, distances)
-            out.append((edge, faces, rows[own[decides[rows]] & ends[owner[rows]]]))
+        for edge, own, alike, other in self._edges:
+            rows = _near(_pair(edge), edge.kind.sign, edge.radius, distances)
+            its, decided = owner[rows], decides[rows]
+            ended = other[its] & (own[decided] | (decided == its))
+            out.append((edge, _pair(edge), rows[alike[its] & alike[decided] | ended], other))
         for corner, own in self._corners:
             rows = _near(corner.faces, corner.sign, corner.radius, distances)
-            out.append((corner, corner.faces, rows[own[owner[rows]]]))
+            out.append((corner, corner.faces, rows[own[owner[rows]]], own))
         return [one for one in out if len(one[2])]
 
     def _values(self, points, asked) -> dict[int, np.ndarray]:
         """What each face says of the points (n, 3), an array (n, 5), in those rows that are
         asked."""
         out = {}
-        for face in {k for _, faces, _ in asked for k in faces}:
-            rows = np.unique(np.concatenate([rows for _, faces, rows in asked if face in faces]))
+        for face in {k for _, faces, *_ in asked for k in faces}:
+            rows = np.unique(np.concatenate([rows for _, faces, rows, _ in asked if face in faces]))
             out[face] = np.empty((len(points), 5))
             out[face][rows] = self._trees.values(face, points[rows])
         return out
@@ -84,19 +95,28 @@ class RoundedEdges:
     def _raise_to_edge(self, edge: FaceEdge, values, points, rows, chosen) -> None:
         """Change what was chosen for ``rows`` (m,) to the ball of a blunt edge, of whose faces the
         values (m, 2, 5) are given."""
-        sign, mine, theirs = edge.kind.sign, values[:, 0], values[:, 1]
-        cosine = (mine[:, 1:4] * theirs[:, 1:4]).sum(axis=1)
-        found, weights = rounded_edge(sign * mine[:, 0], sign * theirs[:, 0], cosine, edge.radius)
+        sign, distances = edge.kind.sign, edge.kind.sign * values[..., 0]
+        found, weights = _ball(edge, values)
         higher = (weights.min(axis=1) > 0.0) & (found > sign * chosen[rows, 0])
         # Where the face that is farther out was left out, the edge is not there.
-        sharp = np.maximum(sign * mine[:, 0], sign * theirs[:, 0])
-        higher &= sign * chosen[rows, 0] >= sharp - _SAME * edge.radius
-        higher = self._believed((edge.first, edge.second), found, points[rows], higher)
-        weights, mine, theirs, rows = weights[higher], mine[higher], theirs[higher], rows[higher]
-        chosen[rows, 0] = sign * found[higher]
-        chosen[rows, 1:4] = weights[:, :1] * mine[:, 1:4] + weights[:, 1:] * theirs[:, 1:4]
-        variance = np.maximum(mine[:, 4], theirs[:, 4])
-        chosen[rows, 4] = variance + (radius_slope(weights) * edge.radius_std) ** 2
+        higher &= sign * chosen[rows, 0] >= distances.max(axis=1) - _SAME * edge.radius
+        higher = self._believed(_pair(edge), found, points[rows], higher)
+        chosen[rows[higher]] = _on_ball(edge, found[higher], weights[higher], values[higher])
+
+    def _end_edge(self, edge: FaceEdge, values, points, rows, distances, owner, decides, chosen):
+        """Change what was chosen for ``rows`` (m,) of faces that end a blunt edge in edges of the
+        other sign, as the ground ends the rounded edges of a block, and the top those of a pocket:
+        one of the ball and that face decides, whatever its two faces say."""
+        sign, (found, weights) = edge.kind.sign, _ball(edge, values)
+        there = self._believed(_pair(edge), found, points[rows], weights.min(axis=1) > 0.0)
+        rows, found, weights, values = rows[there], found[there], weights[there], values[there]
+        ball = found <= sign * distances[rows, owner[rows]]
+        chosen[rows[ball]] = _on_ball(edge, found[ball], weights[ball], values[ball])
+        rest = rows[~ball]
+        decides[rest] = owner[rest]
+        for face in np.unique(owner[rest]).tolist():
+            mine = rest[owner[rest] == face]
+            chosen[mine] = self._trees.values(face, points[mine])
 
     def _raise_to_corner(self, corner: FaceCorner, values, points, rows, chosen) -> None:
         """Change what was chosen for ``rows`` (m,) to the ball of a corner, of whose faces the
@@ -121,6 +141,46 @@ class RoundedEdges:
         return rows[near & (np.abs(found[rows]) < (away + noise[:, None]).min(axis=0))]
 
 
+def faces_of_samples(trees: FaceTrees) -> np.ndarray:
+    """(n,) the face of each sample, NONE where it has none; of one on a rounding that of its faces
+    which would decide at a sharp edge."""
+    faces, out = trees.faces, trees.faces.of.copy()
+    parts: list[tuple[tuple[int, ...], float, np.ndarray]] = [
+        (_pair(edge), edge.kind.sign, edge.samples) for edge in faces.edges if edge.radius > 0.0
+    ]
+    parts += [(corner.faces, corner.sign, corner.samples) for corner in faces.corners]
+    for own, sign, samples in parts:
+        mine = samples[faces.of[samples] == NONE]
+        out_of = [sign * trees.distances(k, faces.points[mine]) for k in own]
+        out[mine] = np.array(own)[np.argmax(out_of, axis=0)]
+    return out
+
+
+def are_rounded(trees: FaceTrees, points, distances, reach: float) -> np.ndarray:
+    """(n,) whether points (n, 3) at distances (n, f) from all faces lie between the ball of a blunt
+    edge and the sharp edge that it rounds, where both of its faces have samples: there the sides of
+    the faces do not say whether a point lies inside."""
+    out = np.zeros(len(points), bool)
+    for edge in trees.faces.edges:
+        if not edge.radius > 0.0:
+            continue
+        pair, sign = _pair(edge), edge.kind.sign
+        rows = _near(pair, sign, edge.radius, distances)
+        rows = rows[(sign * distances[rows][:, pair] <= 0.0).all(axis=1)]
+        for face in pair:
+            rows = rows[trees.away(face, points[rows]) < _REACH * reach]
+        values = np.stack([trees.values(face, points[rows]) for face in pair], axis=1)
+        noise = _NOISE * max(trees.faces.faces[face].deviation for face in pair)
+        found, _ = _ball(edge, values)
+        out[rows[found > -noise]] = True
+    return out
+
+
+def _pair(edge: FaceEdge) -> tuple[int, int]:
+    """The faces of an edge."""
+    return edge.first, edge.second
+
+
 def _near(faces, sign: float, radius: float, distances) -> np.ndarray:
     """Rows (m,) of the points at distances (n, f) that lie within a radius of all faces, or beyond
     them."""
@@ -128,8 +188,27 @@ def _near(faces, sign: float, radius: float, distances) -> np.ndarray:
     return np.flatnonzero(near.all(axis=1))
 
 
-def _beside(edges, own: FaceEdge) -> list[int]:
-    """The faces of an edge, and those that have an edge of its kind with one of these."""
-    pair = {own.first, own.second}
-    alike = [edge for edge in edges if edge.kind is own.kind]
-    return sorted({k for e in alike if pair & {e.first, e.second} for k in (e.first, e.second)})
+def _ball(edge: FaceEdge, values) -> tuple[np.ndarray, np.ndarray]:
+    """Distances (m,) from a blunt edge, times its sign, and the weights (m, 2) of both normals, by
+    the values (m, 2, 5) of its faces."""
+    one, other = edge.kind.sign * values[..., 0].T
+    cosine = (values[:, 0, 1:4] * values[:, 1, 1:4]).sum(axis=1)
+    return rounded_edge(one, other, cosine, edge.radius)
+
+
+def _on_ball(edge: FaceEdge, found, weights, values) -> np.ndarray:
+    """(m, 5) distance, normal and variance of a blunt edge, from what ``_ball`` says and the values
+    (m, 2, 5) of its faces."""
+    normal = (weights[..., None] * values[..., 1:4]).sum(axis=1)
+    variance = values[..., 4].max(axis=1) + (radius_slope(weights) * edge.radius_std) ** 2
+    return np.column_stack([edge.kind.sign * found, normal, variance])
+
+
+def _beside(own: FaceEdge, sharp) -> tuple[list[int], list[int]]:
+    """The faces of an edge, and those that have an edge of its sign with one of these; and the
+    others that have one of the other sign with one of them; by pairs of faces and signs."""
+    pair, sign = set(_pair(own)), own.kind.sign
+    beside = [({one, other}, its) for one, other, its in sharp if pair & {one, other}]
+    alike = pair.union(*(faces for faces, its in beside if its == sign))
+    others = set().union(*(faces for faces, its in beside if its != sign))
+    return sorted(alike), sorted(others - alike)

@@ -18,6 +18,8 @@ from touchatlas.atlas.field.face_trees import FaceTrees
 
 # No sample is near: the surface may be anywhere.
 FAR = np.inf
+# Distance from samples up to which a rounding is believed: these bodies have none.
+REACH = 10.0
 
 
 @lru_cache
@@ -31,14 +33,14 @@ def settled(faces, points, chosen_face: int):
     decides = np.full(len(points), chosen_face)
     chosen = trees.values(chosen_face, points)
     distances = trees.all_distances(points)
-    doubted, _ = Cells(trees).settle(points, distances, FAR, decides.copy(), decides, chosen)
+    doubted, _ = Cells(trees, REACH).settle(points, distances, FAR, decides.copy(), decides, chosen)
     return chosen[:, 0], decides, doubted
 
 
 def decided(faces, points):
     """What votes alone decide."""
     trees = FaceTrees(faces)
-    return Cells(trees).decide(points, trees.all_distances(points))
+    return Cells(trees, REACH).decide(points, trees.all_distances(points))
 
 
 @pytest.mark.parametrize("scale", [1.0, 1e-3])
@@ -106,7 +108,9 @@ def test_votes_confirm_most_points_on_edges():
         points = front.pieces[0].feet(top.pieces[0].feet(points))
     decides, chosen = np.full(200, top.id), trees.values(top.id, points)
     distances = trees.all_distances(points)
-    _, confirmed = Cells(trees).settle(points, distances, FAR, decides.copy(), decides, chosen)
+    _, confirmed = Cells(trees, REACH).settle(
+        points, distances, FAR, decides.copy(), decides, chosen
+    )
     assert confirmed.mean() > 0.7
 
 
@@ -144,7 +148,7 @@ def test_a_face_without_votes_beyond_it_keeps_points_on_it():
     points = tilted.feet(np.random.default_rng(0).uniform(-0.9, 0.9, (500, 3)) * HALF)
     points = points + 5e-4 * normal
     decides, chosen = np.full(len(points), len(faces)), trees.values(len(faces), points)
-    cells = Cells(trees)
+    cells = Cells(trees, REACH)
     outer = cells._key(trees.all_distances(points + normal) > 0.0)
     cells._labels[np.isin(cells._keys, outer)] = 0.0
     # The nearest samples are of another face.
@@ -197,7 +201,7 @@ def test_where_no_sample_is_clear_of_other_faces_nothing_is_decided():
     points = np.random.default_rng(0).uniform(-HALF, HALF, (200, 3))
     trees = FaceTrees(vague)
     # All are one surface then; each of them alone is none.
-    cells = Cells(trees)
+    cells = Cells(trees, REACH)
     assert (cells.decide(points, trees.all_distances(points))[0] == -1).all()
     decides, chosen = np.zeros(len(points), int), trees.values(0, points)
     cells.settle(points, trees.all_distances(points), FAR, decides.copy(), decides, chosen)

@@ -1,0 +1,135 @@
+"""Rounded edges: the ball that rounds them is known up to the faces that end it, on both sides."""
+
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+from tests.lawful import (
+    COLUMN,
+    FILLET,
+    NOISE,
+    WIDE_FILLET,
+    body_of,
+    lawful_object,
+    samples_of_touches,
+    touched_mesh,
+)
+from touchatlas.atlas.field.cells import Cells
+from touchatlas.atlas.field.face_field import FaceField
+from touchatlas.atlas.field.face_trees import FaceTrees
+from touchatlas.atlas.field.rounded_edges import are_rounded, faces_of_samples
+
+# Errors of planes, radii and positions of some thousandths, between samples: of 12 bodies with
+# other touches the largest was 0.021.
+MOST = 2.0 * NOISE
+WIDE = "widely filleted"
+BODIES = [("filleted", FILLET, 2), (WIDE, WIDE_FILLET, 0), (WIDE, WIDE_FILLET, 1)]
+
+
+@lru_cache
+def body(name: str, seed: int):
+    columns = touched_mesh(name, 44 if name == "column" else 40, NOISE, seed)
+    return body_of(samples_of_touches(columns, np.sqrt(2.0) * NOISE))
+
+
+def on_fillet(radius: float, off: float = 0.0) -> np.ndarray:
+    """Points of the fillet of a step, or so far out of it, from one end to the other."""
+    angle, z = (x.ravel() for x in np.mgrid[0.02 : 0.5 * np.pi - 0.02 : 40j, 0.05:29.95:80j])
+    r = radius - off
+    return np.column_stack(
+        [30.0 - radius + r * np.cos(angle), 20.0 + radius - r * np.sin(angle), z]
+    )
+
+
+def on_column() -> np.ndarray:
+    """Points of the four rounded upright edges of the column, from the slab to the top."""
+    points = lawful_object("column").sample(30000, np.random.default_rng(0))[0]
+    on = (np.abs(points[:, :2]) > 16.0 - COLUMN).all(axis=1) & (points[:, 2] > 15.05)
+    return points[on & (points[:, 2] < 34.95)]
+
+
+def rounded(faces):
+    return [edge for edge in faces.edges if edge.radius > 0.0]
+
+
+@pytest.mark.parametrize(("name", "radius", "seed"), BODIES)
+def test_a_fillet_is_known_up_to_the_faces_that_end_it(name, radius, seed):
+    """These are planes that meet both of its faces in convex edges, and the fillet is concave. At
+    its ends most of the nearest samples are theirs."""
+    assert [round(edge.radius, 1) for edge in rounded(body(name, seed).faces)] == [radius]
+    found, known = body(name, seed).at(on_fillet(radius))
+    assert known.mean() > 0.99
+    assert np.abs(found.distance[known]).max() < MOST
+
+
+@pytest.mark.parametrize(("name", "radius", "seed"), BODIES)
+def test_before_a_fillet_is_air_and_behind_it_the_body(name, radius, seed):
+    """Not where the ends are nearer than the fillet, and no farther than the faces beside it."""
+    for off in (-0.5, 0.5):
+        points = on_fillet(radius, off)
+        points = points[(points[:, 2] > 1.0) & (points[:, 2] < 29.0)]
+        found, known = body(name, seed).at(points)
+        assert np.abs(found.distance[known] - off).max() < MOST
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_the_rounded_edges_of_a_column_reach_from_the_slab_to_the_top(seed):
+    """The slab meets the sides in concave edges, the top in convex ones, as the rounded edges
+    are."""
+    radii = [edge.radius for edge in rounded(body("column", seed).faces)]
+    assert len(radii) == 4 and np.abs(np.array(radii) - COLUMN).max() < 0.1
+    found, known = body("column", seed).at(on_column())
+    assert known.mean() > 0.99
+    assert np.abs(found.distance[known]).max() < MOST
+
+
+def test_samples_over_a_fillet_have_no_vote():
+    """Those of the planes at its ends: by the sides of both faces they would lie in the air."""
+    faces = body(WIDE, 0).faces
+    trees = FaceTrees(faces)
+    distances = trees.all_distances(faces.points)
+    found = are_rounded(trees, faces.points, distances, 13.0)
+    edge = rounded(faces)[0]
+    # Beyond both planes, by ten noises, and a noise within the circle.
+    x, y = 30.0 - faces.points[:, 0], faces.points[:, 1] - 20.0
+    from_centre = np.hypot(WIDE_FILLET - x, WIDE_FILLET - y)
+    over = (np.minimum(x, y) > 10.0 * NOISE) & (np.maximum(x, y) < WIDE_FILLET)
+    over &= from_centre > WIDE_FILLET + NOISE
+    assert over.sum() > 10 and found[over].all()
+    beside = (from_centre < WIDE_FILLET - 10.0 * NOISE) | (np.maximum(x, y) > WIDE_FILLET + 1.0)
+    assert not found[beside].any()
+    cells = Cells(trees, 13.0)
+    air = (30.0 - WIDE_FILLET, 20.0 + WIDE_FILLET, 15.0) + np.zeros((1, 3))
+    label = cells._label(cells._key(trees.all_distances(air) > 0.0))
+    assert label == 1.0 and {edge.first, edge.second} == set(edge_planes(faces))
+
+
+def edge_planes(faces) -> list[int]:
+    """The riser of a step and its lower floor."""
+    levels = [(face.id, face.pieces[0].at(np.array([[30.0, 20.0, 15.0]]))) for face in faces.faces]
+    return [k for k, (distance, normal) in levels if abs(distance[0]) < 0.1 and normal[0, 2] < 0.1]
+
+
+@pytest.mark.parametrize(("name", "radius", "seed"), BODIES)
+def test_samples_on_a_rounding_keep_other_faces_from_it(name, radius, seed):
+    """Where no contour crossed the edges at its ends, the faces there have the nearest samples of
+    faces, and nothing tells that they end the fillet."""
+    faces = body(name, seed).faces
+    alone = replace(faces, edges=tuple(rounded(faces)))
+    samples = faces.points[alone.edges[0].samples]
+    # Five deviations are none of 300 samples.
+    assert np.abs(FaceField(alone).at(samples).distance).max() < 5.0 * faces.std
+
+
+def test_a_sample_on_a_rounding_is_of_the_face_farther_out():
+    faces = body(WIDE, 0).faces
+    of, edge = faces_of_samples(FaceTrees(faces)), rounded(faces)[0]
+    assert set(of[edge.samples].tolist()) == {edge.first, edge.second}
+    planes = [faces.faces[k].pieces[0] for k in (edge.first, edge.second)]
+    # At a concave edge that is the one farther in.
+    out = [-plane.at(faces.points[edge.samples])[0] for plane in planes]
+    assert (of[edge.samples] == np.where(out[0] >= out[1], edge.first, edge.second)).all()
+    others = np.setdiff1d(np.arange(len(of)), edge.samples)
+    assert (of[others] == faces.of[others]).all()
