@@ -36,6 +36,9 @@ _SHORTEST = 1e-3
 # Part of the mean height over its edges by which a vertex is moved out: then it is as far off as
 # the middles of the triangles. Doubled, vertices are twice as far.
 _OUT = 2.0 / 3.0
+# Part of the largest height over its edges that a vertex counts as deviation: 1.96 of these are the
+# height over the middle of a triangle of equal edges. Doubled, deviations are twice as large.
+_CHORD = 2.0 / 3.0
 # Height over an edge by the normals at its ends, in bounds, below which the field is not asked.
 # Doubled, less time, and more triangles are too far where the field has detail.
 _LEVEL = 0.3
@@ -45,7 +48,8 @@ _UNSURE = 0.1
 
 
 def refined(body: Body, surface: Surface, bound: float) -> Surface:
-    """A surface whose triangles are within a bound of a body, without curvatures.
+    """A surface whose triangles are within a bound of a body, without curvatures. Its deviation
+    takes in how far they are.
 
     Parameters
     ----------
@@ -84,10 +88,13 @@ def refined(body: Body, surface: Surface, bound: float) -> Surface:
             surface.faces, middle[sides], np.concatenate([surface.vertices, new.vertices])
         )
         surface = surface.extended([new], faces, np.zeros((0, 3)))
-    if not smooth:
-        return surface
     order = np.argsort(keys)
-    return _moved_out(surface, ends, heights[order][np.searchsorted(keys[order], named)], bound)
+    heights = heights[order][np.searchsorted(keys[order], named)]
+    surface = surface if not smooth else _moved_out(surface, ends, heights, bound)
+    highest = np.zeros(len(surface.vertices))
+    np.maximum.at(highest, ends.T.ravel(), np.tile(np.abs(heights), 2))
+    chord = _CHORD * np.minimum(highest, bound)
+    return replace(surface, deviation=np.hypot(surface.deviation, chord))
 
 
 def _are_far(body: Body, surface: Surface, ends, height, bound: float) -> np.ndarray:
@@ -143,8 +150,4 @@ def _moved_out(surface: Surface, ends, heights, bound: float) -> Surface:
         for each in (heights, np.ones(len(ends)))
     )
     out = np.clip(_OUT * total / np.maximum(times, 1.0), -bound, bound)
-    return replace(
-        surface,
-        vertices=surface.vertices + out[:, None] * surface.normals,
-        deviation=np.hypot(surface.deviation, out),
-    )
+    return replace(surface, vertices=surface.vertices + out[:, None] * surface.normals)

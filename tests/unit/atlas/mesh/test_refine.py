@@ -12,6 +12,7 @@ from touchatlas.atlas.field.face_field import FaceValues
 from touchatlas.atlas.mesh.refine import refined
 from touchatlas.atlas.mesh.split_triangles import edges_of, triangles_beside
 from touchatlas.atlas.records.surface import Surface
+from touchatlas.patch.geometry.normal_error import SURE
 
 AXES = np.array([1.0, 0.7, 0.5])
 
@@ -70,6 +71,32 @@ def test_triangles_are_within_the_bound_of_the_surface(bound):
     assert mesh.is_watertight and mesh.is_winding_consistent and mesh.euler_number == 2
     off = distances(field, found)
     assert np.quantile(off, 0.99) < bound and off.max() < 1.5 * bound
+
+
+def test_the_deviation_takes_in_how_far_triangles_are():
+    """Of triangles about a surface that is known exactly, 95 % lie within 1.96 of it."""
+    field = Ellipsoid()
+    found = refined(field, coarse(field), 4e-3)
+    assert share_within(found, lambda points: field.at(points).distance) > 0.95
+
+
+def test_the_deviation_takes_in_chords_of_bent_faces_with_edges():
+    """Vertices stay on these, and triangles are chords. The planes of the cylinder have none."""
+    body, bound = known_body("cylinder", 20), 0.2
+    found = refined(body, body_surface(body, 4.0), bound)
+    level = np.abs(np.abs(found.normals[:, 2]) - 1.0) < 1e-3
+    predicted = body.field.at(found.vertices).deviation
+    assert np.median(found.deviation[level] / predicted[level]) < 1.1
+    assert np.median(found.deviation[~level]) > 2.0 * np.median(predicted[~level])
+    side = found.only(~level)
+    assert share_within(side, lambda points: body.field.at(points).distance) > 0.95
+
+
+def share_within(surface: Surface, distance) -> float:
+    """Fraction of random points of triangles that are within 1.96 deviations by ``distance``."""
+    points, face = trimesh.sample.sample_surface(as_mesh(surface), 5000, seed=0)
+    deviation = surface.deviation[surface.faces[face]].mean(axis=1)
+    return float((np.abs(distance(points)) <= SURE * deviation).mean())
 
 
 def test_a_quarter_of_the_bound_takes_about_four_times_the_triangles():
