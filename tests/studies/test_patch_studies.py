@@ -20,12 +20,6 @@ def fit_of(scene: Scene, contours=None) -> PatchFit:
     return fit_patch(scene.contact, contours or scene.contours, scene.normal)
 
 
-def on(*names: str, reason: str):
-    """The surfaces, those named with a law that they are known to break."""
-    broken = pytest.mark.xfail(strict=True, reason=reason)
-    return [pytest.param(s, marks=broken) if s in names else s for s in SURFACES]
-
-
 # Patches that turn.
 
 
@@ -214,17 +208,12 @@ def shares_within(cell) -> np.ndarray:
     )
 
 
-@pytest.mark.parametrize(
-    "surface",
-    on(
-        "torus",
-        reason="0.78 to 0.85 of heights: the terms in z that evidence likes best claim to know "
-        "what no section sees",
-    ),
-)
+@pytest.mark.parametrize("surface", SURFACES)
 def test_intervals_hold_as_often_as_they_say(surface):
-    """92 to 98 %, within three standard errors of a mean of 50 draws; points of one patch err
-    together, so the error is that of the draws' shares."""
+    """92 % or more, and of curvatures no more than 98 %, within three standard errors of a mean of
+    50 draws; points of one patch err together, so the error is that of the draws' shares. Heights
+    between sections have the deviation of surfaces as rough as random ones, of which 92 to 98 %
+    hold (``tests/laws/test_patch_closed_forms.py``); these are smoother."""
     held = []
     for noise, tilt in CELLS:
         shares = shares_within((surface, noise, tilt))
@@ -233,7 +222,7 @@ def test_intervals_hold_as_often_as_they_say(surface):
             f"{surface:12} noise {noise}, tilt {tilt:2.0f}: heights {mean[0]:.3f}, "
             f"curvatures {mean[1]:.3f}"
         )
-        held.append((mean >= 0.92 - slack) & (mean <= 0.98 + slack))
+        held.append((mean >= 0.92 - slack) & (mean <= np.array([1.0, 0.98]) + slack))
     assert np.all(held)
 
 
@@ -267,9 +256,6 @@ def test_curvatures_are_better_than_those_of_peers(surface):
 # The torus, where three sections say least.
 
 
-@pytest.mark.xfail(
-    strict=True, reason="up to 6 deviations: as in the intervals, what no section sees"
-)
 def test_three_curves_on_a_torus_err_within_three_deviations():
     """In each of 30 draws, root mean square over the verifying points."""
     ratios = []
