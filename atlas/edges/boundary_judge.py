@@ -52,6 +52,9 @@ _LEAST_BLUNT = 2
 # Samples about a point of a boundary, and the least fraction that is of the two pieces. Doubled,
 # boundaries end farther from corners.
 _ABOUT, _MOST = 8, 1.0
+# The same fraction about the sharp edge that a ball rounds. Doubled, short wide roundings beside
+# other faces are sharp; at 0 a contour on a fillet of a part with 80 faces was a rounding.
+_MOST_BLUNT = 0.5
 # Largest jump of the curvature between a lawful piece and one that may continue it smoothly, over
 # the larger curvature: a law shows no change of it. Doubled, a fillet continues a flat face.
 _LAWFUL_JUMP = 0.5
@@ -119,12 +122,12 @@ class BoundaryJudge:
         pair = edge.first, edge.second
         pieces = self.labels.pieces[edge.first], self.labels.pieces[edge.second]
         reach = NEAR * self.step + NEAR * edge.radius
-        # The sharp edge lies away from the samples: what is about it may be of a third piece.
-        beside = self._own(*pair, CurvePoints(edge.crossings, np.zeros(len(edge.crossings))), True)
+        crossings = CurvePoints(edge.crossings, np.zeros(len(edge.crossings)))
+        beside = self._own(*pair, crossings, loose=True)
         at = intersection_points(*pieces, beside.points, reach).points
         if before is not None:
             at = np.concatenate([at, before.curve.points])
-        found = self.uncrossed(*pair, at, points=_LEAST_BLUNT, own=True)
+        found = self.uncrossed(*pair, at, points=_LEAST_BLUNT, blunt=True)
         return before if found is None else replace(found, blunt=edge)
 
     def uncrossed(
@@ -134,14 +137,14 @@ class BoundaryJudge:
         middles,
         least: float = _UNCROSSED,
         points: int = LEAST_POINTS,
-        own: bool = False,
+        blunt: bool = False,
     ) -> Boundary | None:
         """The sharp edge of two pieces about points between their samples, or None where they do
-        not meet at an angle, or in fewer points. Where these are their ``own`` is known, or asked
-        of the samples about the edge."""
+        not meet at an angle, or in fewer points. A ``blunt`` one lies away from the samples, so
+        that up to half of those about it may be of a third piece."""
         pieces = self.labels.pieces[a], self.labels.pieces[b]
         curve = intersection_points(*pieces, middles, NEAR * self.step)
-        curve = curve if own else self._own(a, b, curve)
+        curve = self._own(a, b, curve, blunt, _MOST_BLUNT if blunt else _MOST)
         if len(curve.points) < points:
             return None
         angle = float(np.median(angles(*pieces, curve.points)))
@@ -168,7 +171,9 @@ class BoundaryJudge:
         limit = _APART * np.sqrt(one + other + self.evidence.samples.std**2)
         return bool(np.median(np.abs(first - second) / limit) > 1.0)
 
-    def _own(self, a: int, b: int, curve: CurvePoints, loose: bool = False) -> CurvePoints:
+    def _own(
+        self, a: int, b: int, curve: CurvePoints, loose: bool = False, most: float = _MOST
+    ) -> CurvePoints:
         """The points of a curve about which most samples are of the two pieces, or ``loose``:
         elsewhere these meet beyond a third. On a short blunt edge most samples may lie on corners,
         which are explained later."""
@@ -178,7 +183,7 @@ class BoundaryJudge:
         _, near = tree.query(curve.points, k=min(_ABOUT, tree.n))
         of = self.labels.of[near.reshape(len(curve.points), -1)]
         others = self.rounded[near.reshape(len(curve.points), -1)] | loose & (of == NONE)
-        own = ((of == a) | (of == b) | others).mean(axis=1) >= _MOST
+        own = ((of == a) | (of == b) | others).mean(axis=1) >= most
         return CurvePoints(curve.points[own], curve.deviation[own])
 
     def _rim_errors(self, label: int, at, across) -> tuple[float, float]:
