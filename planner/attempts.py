@@ -103,7 +103,7 @@ class Attempts:
             beside = None if pending.closer else beside_plan(pending.plan, touch, curves)
             plan = closer_plan(pending.plan, curves) if beside is None else beside
             self._retries.append(replace(pending, plan=plan, closer=pending.closer + 1))
-        elif not met and pending.is_beyond:
+        elif not met and pending.may_miss:
             self._missed.append(pending)
 
     def again(self, atlas: Atlas) -> Pending | None:

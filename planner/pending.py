@@ -43,6 +43,12 @@ class Pending:
         expands = self.plan.reason is Reason.EXPAND
         return expands and self.sought is None and not self.is_guess
 
+    @property
+    def may_miss(self) -> bool:
+        """Whether its contour from a known sample will show why, if it meets nothing: where the
+        surface ends, or the rim of a hole."""
+        return self.is_beyond or (self.plan.reason is Reason.VERIFY and self.sought is None)
+
     def bound(self, atlas: Atlas) -> "Pending":
         """The same, asking an atlas where arms end: a plan from a file has no atlas."""
         if not self.ends_where_known or self.plan.until is not None:

@@ -32,9 +32,10 @@ class Planner:
     """Chooses the reference points and sampling planes that make the surface known to the
     tolerance with few touches.
 
-    Where the surface ends comes first, far from all touches before elsewhere; then places about
-    which its variance is large; small holes come last. None of this depends on the tolerance, so a
-    looser one ends the same sequence of touches earlier, but for holes and guessed edges that
+    Where the surface ends comes first, far from all touches before elsewhere; then, of a part with
+    round holes, places where another one may be hidden; then places about which the variance of the
+    surface is large; small holes of the surface come last. None of this depends on the tolerance,
+    so a looser one ends the same sequence of touches earlier, but for holes and guessed edges that
     matter to it.
 
     Where a probe often ends its contours at edges, what lies behind is guessed and touched first.

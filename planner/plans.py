@@ -46,7 +46,8 @@ _ASIDE = 0.25
 
 
 def plan_at(atlas: Atlas, target: Target, extent: float, options: PlannerOptions) -> ProbePlan:
-    """The plan of a touch at a target, with its first plane across the nearest contour.
+    """The plan of a touch at a target, with its first plane across the nearest contour. Its arms
+    may end where the surface is known, but where that is to be verified.
 
     Its number is 0. ``extent`` is the length that reach and step of the options are fractions of.
     """
@@ -67,7 +68,8 @@ def plan_at(atlas: Atlas, target: Target, extent: float, options: PlannerOptions
         target.reason,
         step_turn=options.step_turn,
     )
-    return ending_where_known(coming_clear(plan, atlas), atlas)
+    plan = coming_clear(plan, atlas)
+    return plan if target.reason is Reason.VERIFY else ending_where_known(plan, atlas)
 
 
 def coming_clear(plan: ProbePlan, atlas: Atlas) -> ProbePlan:

@@ -22,6 +22,7 @@ class Reason(Enum):
     START = "start"
     EXPAND = "expand"
     REFINE = "refine"
+    VERIFY = "verify"
     SEARCH = "search"
 
 

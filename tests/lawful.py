@@ -60,6 +60,8 @@ _TWO_BLOCKS_TRIANGLES = np.array(
 # Radius of the edges of a rounded box, of the concave edge of two filleted steps, and of the
 # upright edges of a column on a slab.
 BLUNT, FILLET, WIDE_FILLET, COLUMN = 2.0, 3.0, 8.0, 6.0
+# Radii of the holes of a drilled plate, and of the bore of a tube.
+HOLE, BORE = 3.5, 8.0
 # Cut of the edges of a bevelled box, along both faces.
 BEVEL = 2.0
 _REACH, _SAMPLES = 16.0, 16
@@ -107,6 +109,37 @@ def _column() -> trimesh.Trimesh:
     mesh = trimesh.Trimesh(np.concatenate(points), np.concatenate(faces))
     mesh.merge_vertices()
     mesh.update_faces(mesh.nondegenerate_faces())
+    return mesh
+
+
+def _drilled() -> trimesh.Trimesh:
+    """A plate of four by two squares of 24, 10 high, with a round hole amid six of them."""
+    angle = np.linspace(-np.pi, np.pi, 64, endpoint=False)
+    circle = np.column_stack([np.cos(angle), np.sin(angle)])
+    square, count = 12.0 * circle / np.abs(circle).max(axis=1)[:, None], len(angle)
+    on, following = np.arange(count), np.roll(np.arange(count), -1)
+    points, faces = [], []
+    for column, row in np.ndindex(4, 2):
+        hole = HOLE if (column, row) not in ((1, 0), (2, 1)) else 0.0
+        # The loops of the bottom and the top, and those of the hole.
+        rings = [(square, 0.0), (hole * circle, 0.0), (hole * circle, 10.0), (square, 10.0)]
+        bands = [(1, 0), (3, 2), *([(2, 1)] if hole else [])]
+        first = sum(len(part) for part in points)
+        middle = 24.0 * np.array([column, row])
+        points += [np.column_stack([ring + middle, np.full(count, z)]) for ring, z in rings]
+        border = np.abs(square + middle - (36.0, 12.0)) > np.array([48.0, 24.0]) - 1e-6
+        outside = (border & border[following]).any(axis=1)
+        for low, high in bands:
+            a, b = first + low * count, first + high * count
+            faces += [np.stack([a + on, a + following, b + on], axis=1)]
+            faces += [np.stack([a + following, b + following, b + on], axis=1)]
+        a, b = first, first + 3 * count
+        faces += [np.stack([a + on, a + following, b + on], axis=1)[outside]]
+        faces += [np.stack([a + following, b + following, b + on], axis=1)[outside]]
+    mesh = trimesh.Trimesh(np.concatenate(points), np.concatenate(faces))
+    mesh.merge_vertices()
+    mesh.update_faces(mesh.nondegenerate_faces())
+    mesh.fix_normals()
     return mesh
 
 
@@ -194,6 +227,8 @@ _MESHES = {
     "filleted": lambda: _filleted(FILLET),
     "widely filleted": lambda: _filleted(WIDE_FILLET),
     "column": _column,
+    "drilled": _drilled,
+    "tube": lambda: trimesh.creation.annulus(BORE, RADIUS, 2.0 * HALF_HEIGHT, sections=256),
     "stadium": _stadium,
     "pyramid": _pyramid,
     "wavy": _wavy_box,

@@ -1,7 +1,8 @@
 """Triangles of an atlas: those of the surface that its faces draw, mended where no law holds.
 
 Between samples a free-form face may have zeros beside the surface, small holes and small handles.
-Faces that obey laws have none.
+Faces that obey laws have no small holes and handles. Amid a hole of a plate their sides may name no
+face, so that a leaf stands there without a sample.
 """
 
 import igl
@@ -38,8 +39,8 @@ _BYTES, _MOST_BYTES = 4e3, 2.0**34
 def extract_surface(state: AtlasState, edge: float | None = None) -> Surface:
     """The surface of the atlas's body as triangles.
 
-    Small holes are closed. Stray pieces and small handles are left out, where not all faces obey
-    laws.
+    Small holes are closed, and stray pieces left out; where not all faces obey laws, small handles
+    as well.
 
     Parameters
     ----------
@@ -57,7 +58,7 @@ def extract_surface(state: AtlasState, edge: float | None = None) -> Surface:
     body, sagitta = _body_of(state), state.options.facets * state.tolerance
     drawn = _drawn(body, sagitta) if edge is None else body_surface(body, _checked(body, edge))
     lawful = body.faces.are_lawful and not is_smooth(body)
-    surface = drawn if lawful else without_stray_pieces(drawn, body.samples.points)
+    surface = without_stray_pieces(drawn, body.samples.points)
     if edge is None:
         surface = refined(body, surface, sagitta)
     surface = with_curvatures(body, surface)

@@ -10,6 +10,7 @@ from scipy.spatial import cKDTree
 
 from touchatlas.atlas.body.guessed_edges import guessed_edges
 from touchatlas.planner.place.choose import APART, APART_HOLES, Target, View, distance_to
+from touchatlas.planner.place.hidden_holes import hidden_hole_target
 from touchatlas.planner.place.places import Places
 from touchatlas.planner.probe_plan import Reason
 
@@ -30,17 +31,20 @@ SUREST = 0.3
 
 
 def tolerance(view: View, places: Places, _: np.random.Generator | None) -> Target | None:
-    """Where the surface ends, far from all touches; else where a touch can take most of the
-    variance; else at a small hole."""
+    """Where the surface ends, far from all touches; else where another hole of the body may be
+    hidden; else where a touch can take most of the variance; else at a small hole of the surface.
+    """
     target = rim_target(view, places, LARGEST_HOLE * view.extent)
+    target = hidden_hole_target(view, places) if target is None else target
     target = weak_target(view, places) if target is None else target
     return rim_target(view, places, 0.0) if target is None else target
 
 
 def left_target(view: View, places: Places) -> Target | None:
     """What is left to touch of a surface that is known to the tolerance elsewhere: a large opening,
-    a rim that is not sure, or an edge that is drawn by a guess."""
+    where a hole may be hidden, a rim that is not sure, or an edge that is drawn by a guess."""
     target = rim_target(view, places, LARGEST_HOLE * view.extent)
+    target = hidden_hole_target(view, places) if target is None else target
     target = unsure_rim_target(view) if target is None else target
     return guessed_edge_target(view) if target is None else target
 
