@@ -36,8 +36,9 @@ _SHORTEST = 1e-3
 # Part of the mean height over its edges by which a vertex is moved out: then it is as far off as
 # the middles of the triangles. Doubled, vertices are twice as far.
 _OUT = 2.0 / 3.0
-# Part of the largest height over its edges that a vertex counts as deviation: 1.96 of these are the
-# height over the middle of a triangle of equal edges. Doubled, deviations are twice as large.
+# Part of the largest height over its edges that a vertex counts as deviation, where vertices stay:
+# 1.96 of these are the height over the middle of a triangle of equal edges. Where they are moved
+# out, half of it, or how far if that is more. Doubled, deviations are twice as large.
 _CHORD = 2.0 / 3.0
 # Height over an edge by the normals at its ends, in bounds, below which the field is not asked.
 # Doubled, less time, and more triangles are too far where the field has detail.
@@ -90,11 +91,17 @@ def refined(body: Body, surface: Surface, bound: float) -> Surface:
         surface = surface.extended([new], faces, np.zeros((0, 3)))
     order = np.argsort(keys)
     heights = heights[order][np.searchsorted(keys[order], named)]
-    surface = surface if not smooth else _moved_out(surface, ends, heights, bound)
     highest = np.zeros(len(surface.vertices))
     np.maximum.at(highest, ends.T.ravel(), np.tile(np.abs(heights), 2))
     chord = _CHORD * np.minimum(highest, bound)
-    return replace(surface, deviation=np.hypot(surface.deviation, chord))
+    if not smooth:
+        return replace(surface, deviation=np.hypot(surface.deviation, chord))
+    out = _outward(surface, ends, heights, bound)
+    return replace(
+        surface,
+        vertices=surface.vertices + out[:, None] * surface.normals,
+        deviation=np.hypot(surface.deviation, np.maximum(np.abs(out), 0.5 * chord)),
+    )
 
 
 def _are_far(body: Body, surface: Surface, ends, height, bound: float) -> np.ndarray:
@@ -141,13 +148,12 @@ def _on_body(surface: Surface, points, found: FaceValues) -> Surface:
     )
 
 
-def _moved_out(surface: Surface, ends, heights, bound: float) -> Surface:
-    """The surface with its vertices moved out, so that triangles are above the body as much as
+def _outward(surface: Surface, ends, heights, bound: float) -> np.ndarray:
+    """(v,) how far vertices are moved out, length, so that triangles are above the body as much as
     below it; ``heights`` (e,), length, are those of the body over edges ``ends`` (e, 2)."""
     count = len(surface.vertices)
     total, times = (
         np.bincount(ends.T.ravel(), np.tile(each, 2), count)
         for each in (heights, np.ones(len(ends)))
     )
-    out = np.clip(_OUT * total / np.maximum(times, 1.0), -bound, bound)
-    return replace(surface, vertices=surface.vertices + out[:, None] * surface.normals)
+    return np.clip(_OUT * total / np.maximum(times, 1.0), -bound, bound)
