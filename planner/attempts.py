@@ -9,7 +9,7 @@ from touchatlas.atlas.records.touch import Touch, TouchStatus
 from touchatlas.planner.pending import Pending
 from touchatlas.planner.place.choose import Target, View
 from touchatlas.planner.plans import beside_plan, closer_plan, coming_clear, known_plan
-from touchatlas.planner.probe_plan import ProbePlan
+from touchatlas.planner.probe_plan import ProbePlan, Reason
 
 # How often contours that were too short for a patch are tried closer. Before any patch nothing is
 # known of the size, so it is tried more often. Doubled, more touches fail in narrow places.
@@ -33,8 +33,9 @@ class Attempts:
     ----------
     pending : dict of int to Pending
         Plans that are not answered yet, by their numbers.
-    asked, answered : int
-        Number of plans that were asked for, and of those that were answered.
+    asked, answered, verified : int
+        Number of plans that were asked for, of those that were answered, and of these that verified
+        what was known: they add nothing where it was right.
     touched, tried, unreachable : list of (3,) float, length, world
         Contacts of touches; reference points of plans that were answered or given up; places that
         the pin does not reach.
@@ -42,7 +43,7 @@ class Attempts:
 
     def __init__(self, start: np.ndarray) -> None:
         self.pending: dict[int, Pending] = {}
-        self.asked, self.answered = 0, 0
+        self.asked, self.answered, self.verified = 0, 0, 0
         self.touched: list[np.ndarray] = []
         self.tried: list[np.ndarray] = []
         self.unreachable: list[np.ndarray] = []
@@ -74,6 +75,7 @@ class Attempts:
         pending = self.pending.pop(touch.number)
         self.tried.append(pending.place)
         self.answered += 1
+        self.verified += pending.plan.reason is Reason.VERIFY
         met = touch.status is TouchStatus.TOUCHED
         if met and not change.refused:
             self.touched.append(touch.contact)

@@ -174,7 +174,8 @@ class Planner:
     def _next_plan(self, atlas: Atlas) -> ProbePlan | Pending | None:
         """A plan behind an edge, else where nothing is known, else where too little is known."""
         self._forget_errors_of_another_body(atlas)
-        places, view, answered = places_of(atlas), self._view(atlas), self._attempts.answered
+        places, view = places_of(atlas), self._view(atlas)
+        answered = self._attempts.answered - self._attempts.verified
         self._known.measure(*self._areas(places, view), self._measured == answered)
         self._measured = answered
         guess = self._guess_behind_edge(atlas, view)

@@ -90,22 +90,28 @@ def _filleted(radius: float) -> trimesh.Trimesh:
     return trimesh.creation.extrude_triangulation(profile, fan, height=30.0)
 
 
-def _column() -> trimesh.Trimesh:
-    """A square column with rounded upright edges, 32 wide and 20 high, on a slab, 60 wide and 15
-    high."""
+def _columns(middles=(0.0,), slab: float = 30.0) -> trimesh.Trimesh:
+    """Square columns with rounded upright edges, 32 wide and 20 high, amid squares of twice
+    ``slab`` of a slab that is 15 high."""
     angle = np.linspace(-np.pi, np.pi, 4 * 64, endpoint=False)
-    round_ = np.column_stack([np.cos(angle), np.sin(angle)])
-    inner = COLUMN * round_ + (16.0 - COLUMN) * np.sign(round_ + 1e-9)
-    outer = 30.0 * round_ / np.abs(round_).max(axis=1)[:, None]
+    circle = np.column_stack([np.cos(angle), np.sin(angle)])
+    inner = COLUMN * circle + (16.0 - COLUMN) * np.sign(circle + 1e-9)
+    outer = slab * circle / np.abs(circle).max(axis=1)[:, None]
     # From the middle of the bottom up to that of the top: rings of as many points each.
     rings = [(0.0 * outer, 0.0), (outer, 0.0), (outer, 15.0), (inner, 15.0), (inner, 35.0)]
     rings.append((0.0 * inner, 35.0))
-    count, faces = len(angle), []
-    for low in range(len(rings) - 1):
-        a = low * count + np.arange(count)
-        b, c = low * count + np.roll(np.arange(count), -1), a + count
-        faces += [np.stack([a, b, c], axis=1), np.stack([b, b + count, c], axis=1)]
-    points = [np.column_stack([ring, np.full(count, height)]) for ring, height in rings]
+    count, points, faces = len(angle), [], []
+    for middle in middles:
+        first = sum(len(part) for part in points)
+        points += [np.column_stack([r + (middle, 0.0), np.full(count, z)]) for r, z in rings]
+        # Between two squares there is no side.
+        apart = np.abs(middle + outer[:, 0]) > 1e-6
+        for low in range(len(rings) - 1):
+            a = first + low * count + np.arange(count)
+            b = first + low * count + np.roll(np.arange(count), -1)
+            kept = apart | np.roll(apart, -1) if low == 1 else np.ones(count, bool)
+            faces.append(np.stack([a, b, a + count], axis=1)[kept])
+            faces.append(np.stack([b, b + count, a + count], axis=1)[kept])
     mesh = trimesh.Trimesh(np.concatenate(points), np.concatenate(faces))
     mesh.merge_vertices()
     mesh.update_faces(mesh.nondegenerate_faces())
@@ -226,7 +232,8 @@ _MESHES = {
     "bevelled": lambda: _swept(BEVEL * np.concatenate([np.eye(3), -np.eye(3)])),
     "filleted": lambda: _filleted(FILLET),
     "widely filleted": lambda: _filleted(WIDE_FILLET),
-    "column": _column,
+    "column": _columns,
+    "two columns": lambda: _columns((-20.0, 20.0), 20.0),
     "drilled": _drilled,
     "tube": lambda: trimesh.creation.annulus(BORE, RADIUS, 2.0 * HALF_HEIGHT, sections=256),
     "stadium": _stadium,

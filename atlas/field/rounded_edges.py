@@ -14,6 +14,9 @@ _NEAR = 2.0
 # Distance from the samples of each face of a corner, over ``reach``. Doubled, corners are rounded
 # where extended faces meet.
 _REACH = 2.0
+# Distance of the samples of a face that ends an edge, over that of the samples of its faces, up to
+# which it does. Doubled, faces are cut at the extension of others.
+_BESIDE = 2.0
 # Difference of two distances that are one, in radii: rounding. Doubled, nothing changes.
 _SAME = 1e-6
 # Noise of a sample, in root mean squares of its face. Doubled, balls are seen farther from samples.
@@ -65,7 +68,8 @@ class RoundedEdges:
                 self._raise_to_corner(part, here, points, rows, chosen)
                 continue
             ends = other[owner[rows]]
-            self._raise_to_edge(part, here[~ends], points, rows[~ends], chosen)
+            left = np.flatnonzero(other)
+            self._raise_to_edge(part, here[~ends], points, rows[~ends], left, distances, chosen)
             taken = here[ends], points, rows[ends], distances, owner, decides, chosen
             self._end_edge(part, *taken)
 
@@ -92,16 +96,27 @@ class RoundedEdges:
             out[face][rows] = self._trees.values(face, points[rows])
         return out
 
-    def _raise_to_edge(self, edge: FaceEdge, values, points, rows, chosen) -> None:
+    def _raise_to_edge(self, edge: FaceEdge, values, points, rows, ends, distances, chosen) -> None:
         """Change what was chosen for ``rows`` (m,) to the ball of a blunt edge, of whose faces the
-        values (m, 2, 5) are given."""
-        sign, distances = edge.kind.sign, edge.kind.sign * values[..., 0]
+        values (m, 2, 5) are given, up to the faces that end it in edges of the other sign."""
+        sign, pair = edge.kind.sign, edge.kind.sign * values[..., 0]
         found, weights = _ball(edge, values)
         higher = (weights.min(axis=1) > 0.0) & (found > sign * chosen[rows, 0])
         # Where the face that is farther out was left out, the edge is not there.
-        higher &= sign * chosen[rows, 0] >= distances.max(axis=1) - _SAME * edge.radius
+        higher &= sign * chosen[rows, 0] >= pair.max(axis=1) - _SAME * edge.radius
         higher = self._believed(_pair(edge), found, points[rows], higher)
-        chosen[rows[higher]] = _on_ball(edge, found[higher], weights[higher], values[higher])
+        before, rows = sign * chosen[rows[higher], 0], rows[higher]
+        chosen[rows] = _on_ball(edge, found[higher], weights[higher], values[higher])
+        for face in ends:
+            level = sign * distances[rows, face]
+            lower = np.flatnonzero((level < sign * chosen[rows, 0]) & (level > before))
+            mine = rows[lower[self._is_beside(face, edge, points[rows[lower]])]]
+            chosen[mine] = self._trees.values(face, points[mine])
+
+    def _is_beside(self, face: int, edge: FaceEdge, points) -> np.ndarray:
+        """(m,) whether a face has samples about as near to points (m, 3) as those of an edge."""
+        away = np.stack([self._trees.away(k, points) for k in _pair(edge)])
+        return np.asarray(self._trees.away(face, points) < _BESIDE * away.min(axis=0))
 
     def _end_edge(self, edge: FaceEdge, values, points, rows, distances, owner, decides, chosen):
         """Change what was chosen for ``rows`` (m,) of faces that end a blunt edge in edges of the
@@ -110,9 +125,12 @@ class RoundedEdges:
         sign, (found, weights) = edge.kind.sign, _ball(edge, values)
         there = self._believed(_pair(edge), found, points[rows], weights.min(axis=1) > 0.0)
         rows, found, weights, values = rows[there], found[there], weights[there], values[there]
-        ball = found <= sign * distances[rows, owner[rows]]
+        # What that face decided another ball may have changed already.
+        its_own = decides[rows] == owner[rows]
+        level = sign * np.where(its_own, chosen[rows, 0], distances[rows, owner[rows]])
+        ball = found <= level
         chosen[rows[ball]] = _on_ball(edge, found[ball], weights[ball], values[ball])
-        rest = rows[~ball]
+        rest = rows[~ball & ~its_own]
         decides[rest] = owner[rest]
         for face in np.unique(owner[rest]).tolist():
             mine = rest[owner[rest] == face]
@@ -171,8 +189,8 @@ def are_rounded(trees: FaceTrees, points, distances, reach: float) -> np.ndarray
             rows = rows[trees.away(face, points[rows]) < _REACH * reach]
         values = np.stack([trees.values(face, points[rows]) for face in pair], axis=1)
         noise = _NOISE * max(trees.faces.faces[face].deviation for face in pair)
-        found, _ = _ball(edge, values)
-        out[rows[found > -noise]] = True
+        found, weights = _ball(edge, values)
+        out[rows[(found > -noise) & (weights.min(axis=1) > 0.0)]] = True
     return out
 
 

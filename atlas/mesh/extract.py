@@ -22,7 +22,7 @@ from touchatlas.atlas.mesh.levels import with_unknown_risers
 from touchatlas.atlas.mesh.refine import refined
 from touchatlas.atlas.mesh.rim_vertices import ended_at_rims
 from touchatlas.atlas.mesh.small_handles import without_small_handles
-from touchatlas.atlas.mesh.stray_pieces import without_stray_pieces
+from touchatlas.atlas.mesh.stray_pieces import LEAST_SIZE, without_stray_pieces
 from touchatlas.atlas.records.surface import Surface
 from touchatlas.atlas.state import AtlasState
 from touchatlas.patch.geometry.arrays import real
@@ -39,8 +39,8 @@ _BYTES, _MOST_BYTES = 4e3, 2.0**34
 def extract_surface(state: AtlasState, edge: float | None = None) -> Surface:
     """The surface of the atlas's body as triangles.
 
-    Small holes are closed, and stray pieces left out; where not all faces obey laws, small handles
-    as well.
+    Small holes are closed, and pieces that no sample supports left out; where not all faces obey
+    laws, small pieces and handles as well.
 
     Parameters
     ----------
@@ -58,7 +58,9 @@ def extract_surface(state: AtlasState, edge: float | None = None) -> Surface:
     body, sagitta = _body_of(state), state.options.facets * state.tolerance
     drawn = _drawn(body, sagitta) if edge is None else body_surface(body, _checked(body, edge))
     lawful = body.faces.are_lawful and not is_smooth(body)
-    surface = without_stray_pieces(drawn, body.samples.points)
+    # What was touched of a lawful body is no leaf, however small.
+    least = 0.0 if lawful else LEAST_SIZE
+    surface = without_stray_pieces(drawn, body.samples.points, least)
     if edge is None:
         surface = refined(body, surface, sagitta)
     surface = with_curvatures(body, surface)

@@ -112,6 +112,8 @@ def test_a_verifying_touch_that_met_nothing_is_tried_once_from_a_known_sample():
     touch = Touch(0, above, target.normal, (), TouchStatus.NO_CONTACT, 0.0, 1.0)
     change = AtlasChange(refused="the probe reported: no contact", touch=0)
     attempts.try_again(attempts.answer(touch, change), touch, change, 3)
+    # It does not count where touches are asked whether they still add something.
+    assert attempts.answered == attempts.verified == 1
     again = attempts.again(atlas)
     assert again.plan.reason is Reason.VERIFY and again.place.tolist() == above.tolist()
     assert np.linalg.norm(again.plan.reference_point) == pytest.approx(33.0, abs=0.1)

@@ -14,6 +14,7 @@ from tests.lawful import (
     body_of,
     lawful_object,
     samples_of_touches,
+    touched,
     touched_mesh,
 )
 from touchatlas.atlas.field.cells import Cells
@@ -133,3 +134,28 @@ def test_a_sample_on_a_rounding_is_of_the_face_farther_out():
     assert (of[edge.samples] == np.where(out[0] >= out[1], edge.first, edge.second)).all()
     others = np.setdiff1d(np.arange(len(of)), edge.samples)
     assert (of[others] == faces.of[others]).all()
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_the_slab_goes_on_up_to_the_rounded_edges_of_a_column(seed):
+    """Between the rounding and the sharp edge it is not as deep as the ball is far."""
+    at = np.linspace(16.0 - COLUMN + 0.2, 15.8, 25)
+    x, y = (grid.ravel() for grid in np.meshgrid(at, at))
+    beside = np.hypot(x - 16.0 + COLUMN, y - 16.0 + COLUMN) > COLUMN + 0.5
+    for height in (-0.5, 0.0, 0.5):
+        for sides in ((1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)):
+            plane = np.column_stack([x[beside], y[beside]]) * sides
+            points = np.column_stack([plane, np.full(len(plane), 15.0 + height)])
+            found, known = body("column", seed).at(points)
+            assert np.abs(found.distance[known] - height).max() < 5.0 * NOISE
+
+
+def test_roundings_that_face_each_other_do_not_take_each_other_for_ends():
+    """Of two columns on one slab: each side across the gap between them lies outside of the
+    other's."""
+    columns = touched(lawful_object("two columns"), 90, NOISE, 2, 16.0, 16)
+    faces = body_of(samples_of_touches(columns, np.sqrt(2.0) * NOISE))
+    points = lawful_object("two columns").sample(60000, np.random.default_rng(0))[0]
+    found, known = faces.at(points)
+    assert known.mean() > 0.99
+    assert np.abs(found.distance[known]).max() < 5.0 * NOISE

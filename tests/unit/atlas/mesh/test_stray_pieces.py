@@ -56,3 +56,10 @@ def test_a_single_piece_and_no_surface_stay_as_they_are():
     assert without_stray_pieces(one, ON_SECOND) is one
     nothing = one.only(np.zeros(len(one.vertices), bool))
     assert without_stray_pieces(nothing, ON_FIRST) is nothing
+
+
+def test_a_small_piece_with_samples_stays_where_none_is_too_small():
+    """As of a lawful body; one without a sample is removed there as well."""
+    two = balls((0.0, 1.0), (3.0, 0.05))
+    assert without_stray_pieces(two, [*ON_FIRST, *ON_SECOND], 0.0) is two
+    assert without_stray_pieces(two, ON_FIRST, 0.0).stray_pieces == 1
