@@ -12,9 +12,10 @@ from touchatlas.planner.probe_plan import Reason
 _LEAST = 0.025
 
 
-def hidden_hole_target(view: View, places: Places) -> Target | None:
+def hidden_hole_target(view: View, places: Places, borne: float = 0.0) -> Target | None:
     """The place farthest from all samples and attempts where another hole like the smallest of the
-    body may be, whose radius is more than the tolerance; None where samples leave no room for one.
+    body may be; None where samples leave no room for one, or its radius is at most what is
+    ``borne``, length.
 
     A law is believed between samples, but a part that has a hole may have others like it.
     """
@@ -22,7 +23,7 @@ def hidden_hole_target(view: View, places: Places) -> Target | None:
     if body is None or body.field.is_one:
         return None
     radius = smallest_hole(body)
-    if not view.atlas.tolerance < radius < np.inf:
+    if not borne < radius < np.inf:
         return None
     away = np.minimum(body.away(places.points), distance_to(view.done, places.points))
     away = np.where(view.is_free(places.points), away, 0.0)

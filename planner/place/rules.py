@@ -42,9 +42,11 @@ def tolerance(view: View, places: Places, _: np.random.Generator | None) -> Targ
 
 def left_target(view: View, places: Places) -> Target | None:
     """What is left to touch of a surface that is known to the tolerance elsewhere: a large opening,
-    where a hole may be hidden, a rim that is not sure, or an edge that is drawn by a guess."""
+    where a hole larger than the tolerance may be hidden, a rim that is not sure, or an edge that is
+    drawn by a guess."""
     target = rim_target(view, places, LARGEST_HOLE * view.extent)
-    target = hidden_hole_target(view, places) if target is None else target
+    if target is None:
+        target = hidden_hole_target(view, places, view.atlas.tolerance)
     target = unsure_rim_target(view) if target is None else target
     return guessed_edge_target(view) if target is None else target
 

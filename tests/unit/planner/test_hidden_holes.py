@@ -25,17 +25,17 @@ AWAY = np.array([1.0, 3.0, 5.0, 2.0])
 EXTENT = 50.0
 
 
-def target(monkeypatch, radius: float, done=NOWHERE, tolerance: float = 0.1, is_one: bool = False):
+def target(monkeypatch, radius: float, done=NOWHERE, borne: float = 0.0, is_one: bool = False):
     body = SimpleNamespace(
         field=SimpleNamespace(is_one=is_one), away=lambda points: AWAY[: len(points)]
     )
     monkeypatch.setattr(hidden_holes, "smallest_hole", lambda body: radius)
-    atlas = SimpleNamespace(body=body, tolerance=tolerance)
+    atlas = SimpleNamespace(body=body)
     view = View(atlas, 1.0, np.zeros((1, 3)), np.reshape(done, (-1, 3)), NOWHERE, NOWHERE, EXTENT)
     four = np.zeros(len(PLACES))
     up, none = np.tile([0.0, 0.0, 1.0], (4, 1)), np.zeros(0)
     places = Places(PLACES, up, four, four + 1.0, NOWHERE, NOWHERE, none, none)
-    return hidden_hole_target(view, places)
+    return hidden_hole_target(view, places, borne)
 
 
 def test_the_place_farthest_from_samples_is_verified(monkeypatch):
@@ -54,10 +54,10 @@ def test_an_attempt_counts_as_a_sample_met_or_not(monkeypatch):
     [
         {"radius": 5.5},
         {"radius": np.inf},
-        {"radius": 2.5, "tolerance": 2.6},
+        {"radius": 2.5, "borne": 2.6},
         {"radius": 2.5, "is_one": True},
     ],
-    ids=["no room", "no hole", "within the tolerance", "free-form"],
+    ids=["no room", "no hole", "borne", "free-form"],
 )
 def test_elsewhere_nothing_is_verified(monkeypatch, other):
     assert target(monkeypatch, **other) is None
@@ -79,7 +79,7 @@ def test_the_smallest_hole_is_the_bore_of_a_tube(scale):
 
 @pytest.mark.parametrize("name", ["box", "cylinder", "widely filleted"])
 def test_a_body_without_a_bore_has_no_hole(name):
-    """A fillet is a quarter of a hollow cylinder."""
+    """The outer side of a cylinder is none, and a fillet is a rounded edge."""
     assert hidden_holes.smallest_hole(known_body(name, 40)) == np.inf
 
 
