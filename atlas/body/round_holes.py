@@ -18,13 +18,17 @@ def smallest_hole(body: Body) -> float:
 def _radius(body: Body, face: Face) -> float:
     """Radius of a face that is a hole, with samples on more than half of all sides of its axis,
     length; infinite of another."""
-    if face.law is None or not face.law.words.startswith("hollow cylinder"):
+    if face.law is None or "axis" not in face.law.numbers:
         return np.inf
-    numbers, normals = face.law.numbers, body.faces.normals[face.samples]
-    radius, axis = float(np.ravel(numbers["radius"])[0]), np.ravel(numbers["axis"])
-    if np.ravel(numbers["radius_std"])[0] > _SURE * radius:
+    numbers = {name: np.asarray(value, float) for name, value in face.law.numbers.items()}
+    if numbers["radius_std"] > _SURE * numbers["radius"]:
+        return np.inf
+    normals, axis = body.faces.normals[face.samples], numbers["axis"]
+    offset = body.faces.points[face.samples] - numbers["point"]
+    # Normals of a hole point to its axis.
+    if np.median((offset * normals).sum(axis=1)) > 0.0:
         return np.inf
     across = normals[0] - (normals[0] @ axis) * axis
     angle = np.sort(np.arctan2(normals @ np.cross(axis, across), normals @ across))
     widest = np.diff(angle, append=angle[:1] + 2.0 * np.pi).max()
-    return radius if widest < np.pi else np.inf
+    return float(numbers["radius"]) if widest < np.pi else np.inf
