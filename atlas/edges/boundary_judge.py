@@ -174,9 +174,9 @@ class BoundaryJudge:
     def _own(
         self, a: int, b: int, curve: CurvePoints, loose: bool = False, most: float = _MOST
     ) -> CurvePoints:
-        """The points of a curve about which most samples are of the two pieces, or ``loose``:
-        elsewhere these meet beyond a third. On a short blunt edge most samples may lie on corners,
-        which are explained later."""
+        """The points of a curve about which a fraction ``most`` of the samples or more is of the
+        two pieces, or ``loose``: elsewhere these meet beyond a third. On a short blunt edge most
+        samples may lie on corners, which are explained later."""
         if not len(curve.points):
             return curve
         tree = self.evidence.graph.tree

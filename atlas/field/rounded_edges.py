@@ -67,10 +67,9 @@ class RoundedEdges:
             if isinstance(part, FaceCorner):
                 self._raise_to_corner(part, here, points, rows, chosen)
                 continue
-            ends = other[owner[rows]]
-            left = np.flatnonzero(other)
-            self._raise_to_edge(part, here[~ends], points, rows[~ends], left, distances, chosen)
-            taken = here[ends], points, rows[ends], distances, owner, decides, chosen
+            ends, inner = np.flatnonzero(other), ~other[owner[rows]]
+            self._raise_to_edge(part, here[inner], points, rows[inner], ends, distances, chosen)
+            taken = here[~inner], points, rows[~inner], distances, owner, decides, chosen
             self._end_edge(part, *taken)
 
     def _asked(self, distances, owner, decides) -> list[_Asked]:
