@@ -16,6 +16,7 @@ from touchatlas.planner.place.rules import (
     RULES,
     farthest,
     guessed_edge_target,
+    left_target,
     random,
     tolerance,
     variance,
@@ -156,3 +157,16 @@ def test_the_nearest_edge_that_is_drawn_by_a_guess_is_touched(monkeypatch):
     assert target.point.tolist() == PLACES[3].tolist()
     assert guessed_edge_target(replace(with_body, done=PLACES[[1, 3]])) is None
     assert guessed_edge_target(view()) is None
+
+
+def test_holes_within_the_tolerance_are_looked_for_until_the_surface_is_known(monkeypatch):
+    """So that touches to a looser tolerance are the first of those to a tighter one."""
+    borne: list[float] = []
+
+    def asked(view, places, most=0.0):
+        borne.append(most)
+
+    monkeypatch.setattr(rules, "hidden_hole_target", asked)
+    tolerance(view(), closed(), None)
+    left_target(view(), closed())
+    assert borne == [0.0, view().atlas.tolerance]
