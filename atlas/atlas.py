@@ -11,6 +11,7 @@ from touchatlas.atlas.check.invariants import violations
 from touchatlas.atlas.faces.faces import Faces
 from touchatlas.atlas.known_surface import blend
 from touchatlas.atlas.learn.learn import learn
+from touchatlas.atlas.mesh.fewer_patches import with_fewer_patches
 from touchatlas.atlas.records.blend import Blend
 from touchatlas.atlas.records.change import AtlasChange
 from touchatlas.atlas.records.touch import Touch
@@ -68,9 +69,12 @@ class Atlas(AtlasState):
         return blend(self, points)
 
     def finish(self) -> None:
-        """Read the faces once more at the end of an exploration. More touches may be added then."""
-        if self.known_body.looked < self.point_count:
-            self.know(look_for_body(self.pool, self.sample_std, self.known_body, last=True))
+        """Read the faces once more at the end of an exploration, and make the patches as few as the
+        tolerance allows. More touches may be added then."""
+        known = self.known_body
+        if known.looked < self.point_count:
+            known = look_for_body(self.pool, self.sample_std, known, last=True)
+        self.know(with_fewer_patches(known, self.tolerance))
 
     def faces(self) -> Faces:
         """The faces of what was touched, each with its kind in words and numbers, and the sharp

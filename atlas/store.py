@@ -6,7 +6,7 @@ The file holds what was learned. The surface that follows from it is computed af
 import io
 import json
 import zipfile
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import Any
 
 import numpy as np
@@ -14,14 +14,15 @@ import numpy as np
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.body.law_arrays import law_arrays, law_of_arrays
 from touchatlas.atlas.files import write_whole
+from touchatlas.atlas.mesh.fewer_patches import with_fewer_patches
 from touchatlas.atlas.records.options import AtlasOptions
 from touchatlas.atlas.samples.lost_ends import LostEnds
 from touchatlas.atlas.samples.sample_pool import NAMES
 from touchatlas.atlas.whole_file import DamagedError, FileKind, load_whole
 
 # The version is that of the file, no unit.
-_FILE = FileKind("atlas", "the atlas.npz of a run", 11, "explore again")
-_LAW = "count", "looked", "std", "edges", "share", "sharp", "is_one"
+_FILE = FileKind("atlas", "the atlas.npz of a run", 12, "explore again")
+_LAW = "count", "looked", "std", "edges", "share", "sharp", "is_one", "is_few"
 
 
 def atlas_bytes(atlas: Atlas) -> bytes:
@@ -93,7 +94,11 @@ def _restored(arrays, header) -> Atlas:
     atlas.pool.add(*(arrays[f"sample_{name}"] for name in NAMES))
     for name in LostEnds.NAMES:
         _fill_column(atlas.rims.ends, name, arrays[f"rims_{name}"])
-    atlas.know(law_of_arrays(arrays, header["law"], atlas.pool))
+    known = law_of_arrays(arrays, header["law"], atlas.pool)
+    is_few = known.is_few is True
+    atlas.know(
+        with_fewer_patches(replace(known, is_few=False), atlas.tolerance) if is_few else known
+    )
     return atlas
 
 

@@ -1,5 +1,6 @@
 """Body: the surface that faces show, and where it is known."""
 
+from copy import copy
 from functools import cached_property
 
 import numpy as np
@@ -9,6 +10,7 @@ from touchatlas.atlas.body.thinned_samples import ThinnedSamples
 from touchatlas.atlas.faces.face_corners import on_ball
 from touchatlas.atlas.faces.faces import Faces
 from touchatlas.atlas.field.face_field import FaceField, FaceValues
+from touchatlas.atlas.free_form.free_form_surface import FreeFormSurface
 from touchatlas.atlas.labels.labels import NONE
 from touchatlas.atlas.labels.samples import ContourSamples
 from touchatlas.atlas.samples.rims import Rims
@@ -75,6 +77,12 @@ class Body:
         self._astray = faces.of == NONE
         left = points[self._astray]
         self._astray[self._astray] = np.abs(self.field.at(left).distance) > _ON_FACE * samples.std
+
+    def with_surface(self, surface: FreeFormSurface) -> "Body":
+        """The same body of one free-form face, with another surface of it."""
+        found = copy(self)
+        found.field = self.field.with_surface(surface)
+        return found
 
     @property
     def seeds(self) -> np.ndarray:

@@ -84,6 +84,8 @@ class KnownBody:
         them.
     body : Body or None
         The surface; None before any touch.
+    is_few : bool
+        Whether its patches are as few as the tolerance allows.
     """
 
     count: int = 0
@@ -95,6 +97,7 @@ class KnownBody:
     is_one: bool = True
     faces: Faces | None = None
     body: Body | None = None
+    is_few: bool = False
 
     @property
     def is_hopeful(self) -> bool:
@@ -137,7 +140,7 @@ def look_for_body(
         return _looked_for(samples_of(pool, len(pool), std), np.asarray(pool.edges), before)
     if before.is_one and len(pool) > before.count:
         body = body_of_one(samples_of(pool, len(pool), std), before.body)
-        return replace(before, count=len(pool), body=body)
+        return replace(before, count=len(pool), is_few=False, body=body)
     return before
 
 

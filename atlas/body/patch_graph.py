@@ -9,12 +9,12 @@ from touchatlas.atlas.faces.faces import FaceEdge
 from touchatlas.atlas.pieces.piece import Piece
 from touchatlas.patch.geometry.frame import DarbouxFrame, any_tangent
 
-# Distance of the middles of two patches of one surface that meet, over the larger radius: their
-# weights overlap. Doubled, patches are linked over others between them.
-_MEET = 1.0
-# Least cosine of the normals of such patches: 60 degrees. Doubled, those on both sides of a bend
-# are not linked.
-_FACING = 0.5
+# Distance of the middles of two patches of one surface that meet, over the larger radius: each has
+# the surface up to 0.6 radii from its middle. Doubled, patches are linked over others between them.
+_MEET = 1.2
+# Least cosine of the normals of such patches: 90 degrees. With 60 degrees those on both sides of a
+# bend of a bottle are not linked; those on both sides of a wall must not be.
+_FACING = 0.0
 
 
 def patch_graph(body: Body) -> nx.Graph:

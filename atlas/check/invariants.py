@@ -1,12 +1,14 @@
 """Invariants: what must hold of every atlas, checked from its parts."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
 from touchatlas.atlas.body.known_body import body_of_one
 from touchatlas.atlas.body.read_faces import samples_of
 from touchatlas.atlas.labels.labels import NONE
+from touchatlas.atlas.mesh.fewer_patches import with_fewer_patches
 from touchatlas.atlas.state import AtlasState
 
 # Largest error of the square of a unit vector, no unit: far above rounding. Doubled, nothing else
@@ -70,10 +72,14 @@ def _body_of_one(state: AtlasState) -> Iterator[str]:
     known = state.known_body
     if not known.is_one or known.body is None:
         return
-    again = body_of_one(samples_of(state.pool, known.count, known.body.samples.std))
+    body = body_of_one(samples_of(state.pool, known.count, known.body.samples.std))
+    again = replace(known, is_few=False, body=body)
+    if known.is_few:
+        again = with_fewer_patches(again, state.tolerance)
+    assert again.body is not None
     some = np.unique(np.linspace(0, known.count - 1, _COMPARED).astype(int))
     points = state.pool.points[some]
-    one, other = known.body.field.at(points), again.field.at(points)
+    one, other = known.body.field.at(points), again.body.field.at(points)
     if not np.allclose(one.distance, other.distance, rtol=0.0, atol=1e-3 * state.sample_std):
         yield "the body is not that of its samples"
 

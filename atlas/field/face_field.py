@@ -1,5 +1,6 @@
 """The field of faces: signed distance, normal and deviation at any point, each face by its own."""
 
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -12,6 +13,7 @@ from touchatlas.atlas.field.edge_cuts import SharpEdges
 from touchatlas.atlas.field.face_trees import FaceTrees
 from touchatlas.atlas.field.rounded_edges import RoundedEdges, faces_of_samples
 from touchatlas.atlas.field.smooth_rims import SmoothRims
+from touchatlas.atlas.free_form.free_form_surface import FreeFormSurface
 from touchatlas.atlas.labels.labels import NONE
 
 # Distance across which a law is believed where no sample is, over the extent: as far as patches
@@ -92,6 +94,12 @@ class FaceField:
         self._sharp, self._rims = SharpEdges(trees, self.reach), SmoothRims(trees)
         self._cells = Cells(trees, self.reach)
         self._rounded = RoundedEdges(trees, self.reach, self._sharp.implied)
+
+    def with_surface(self, surface: FreeFormSurface) -> "FaceField":
+        """The same field, of one free-form face, with another surface of it."""
+        found = copy(self)
+        found.trees = self.trees.with_surface(surface)
+        return found
 
     @cached_property
     def meet(self) -> np.ndarray:

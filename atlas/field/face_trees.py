@@ -1,5 +1,6 @@
 """FaceTrees: the samples of each face by place, and what each face says of points."""
 
+from copy import copy
 from dataclasses import replace
 from functools import cached_property
 
@@ -72,14 +73,14 @@ class FaceTrees:
     def values(self, number: int, points, texture: bool = True) -> np.ndarray:
         """(n, 5) distance, normal and variance of a face at points (n, 3), with or without the
         texture of a free-form one."""
-        if (surface := self._free_form(number)) is not None:
+        if (surface := self.free_form(number)) is not None:
             return surface.values(points, texture)
         return values_of(self.faces.faces[number].pieces[0], points)
 
     def distances(self, number: int, points) -> np.ndarray:
         """(n,) signed distances of points (n, 3) from a face, of a free-form one without its
         texture, which takes as long as all else and is as small as the noise."""
-        if (surface := self._free_form(number)) is not None:
+        if (surface := self.free_form(number)) is not None:
             return surface.at(points)[:, 0]
         return self.faces.faces[number].pieces[0].at(points)[0]
 
@@ -122,7 +123,7 @@ class FaceTrees:
 
     def shape_operators(self, number: int, points) -> np.ndarray:
         """(n, 3, 3) shape operators of a face, 1/length."""
-        if (surface := self._free_form(number)) is not None:
+        if (surface := self.free_form(number)) is not None:
             return surface.shape_operators(points)
         return self.faces.faces[number].pieces[0].shape_operators(points)
 
@@ -147,14 +148,20 @@ class FaceTrees:
 
     def scale_of(self, number: int) -> float:
         """Radius of the patches of a free-form face, length."""
-        surface = self._free_form(number)
+        surface = self.free_form(number)
         return surface.radius if surface else self.radius
+
+    def with_surface(self, surface: FreeFormSurface) -> "FaceTrees":
+        """The same, where all samples are one free-form face, with another surface of it."""
+        found = copy(self)
+        found._surfaces = {(0,): surface}
+        return found
 
     def first_of(self, number: int) -> int:
         """The first of the faces that have one surface with a face."""
         return self._group_of.get(number, (number,))[0]
 
-    def _free_form(self, number: int) -> FreeFormSurface | None:
+    def free_form(self, number: int) -> FreeFormSurface | None:
         """The surface of a free-form face; None of a lawful one."""
         return self._of_group(self._group_of[number]) if number in self._group_of else None
 

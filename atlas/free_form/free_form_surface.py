@@ -18,7 +18,7 @@ from touchatlas.atlas.free_form.sharp_turns import SharpTurns
 _ASKED = 24
 # Distance from its middle at which a sextic no longer weighs, in radii. At 0.8 errors were up to
 # 6 % larger. Doubled, it takes four times as long.
-_WEIGHS = 0.9
+WEIGHS = 0.9
 # Nearest samples among which one may be of another sheet, and its distance over that of the
 # nearest. Doubled, both sides of thicker walls are compared.
 _NEAREST, _AS_NEAR = 12, 4.0
@@ -85,6 +85,18 @@ class FreeFormSurface:
         """(n, 4) distance and normal at points (n, 3), without what the sextics leave out."""
         return self._mean_at(points).values
 
+    def sides(self, points) -> np.ndarray:
+        """(n, 3) normals of the samples nearest to points (n, 3)."""
+        return self.normals[self._samples.query(points)[1]]
+
+    def leading(self, points) -> np.ndarray:
+        """(m,) the sextics that weigh most at some of points (n, 3), ascending."""
+        return np.unique(self._mean_at(points).number)
+
+    def reaching(self, points) -> np.ndarray:
+        """(m,) the sextics that reach some of points (n, 3), ascending."""
+        return np.unique(self._asked(points).number)
+
     def _variance(self, mean: SexticMean, points) -> np.ndarray:
         """(n,) variance, length^2, of what sextics say together of points (n, 3)."""
         return self.sextics.variances(mean.number, points) * mean.stretch**2 + mean.spread
@@ -150,7 +162,7 @@ class FreeFormSurface:
 
     def _of_level(self, points, own, tree: cKDTree) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """The same of the sextics ``own`` (k,) of one radius, with a tree of their middles."""
-        reach = _WEIGHS * self.sextics.radii[own[0]]
+        reach = WEIGHS * self.sextics.radii[own[0]]
         reached = pairs_within(points, tree, reach)
         which = np.repeat(np.arange(len(points)), np.diff(reached.indptr))
         weight = np.maximum(1.0 - (reached.data / reach) ** 2, 0.0) ** 3

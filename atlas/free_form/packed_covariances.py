@@ -48,16 +48,16 @@ class PackedCovariances:
         out = np.empty((len(which), terms.shape[2]))
         for start in range(0, len(which), _AT_ONCE):
             some = slice(start, start + _AT_ONCE)
-            white = self._factors(which[some]) @ terms[some].astype(np.float32)
+            white = self.factors(which[some]) @ terms[some].astype(np.float32)
             out[some] = (white * white).sum(axis=1)
         return out
 
     def covariance(self, which: int) -> np.ndarray:
         """(t, t) one of the covariances."""
-        [factor] = self._factors(np.array([which])).astype(float)
+        [factor] = self.factors(np.array([which])).astype(float)
         return np.asarray(factor.T @ factor)
 
-    def _factors(self, which) -> np.ndarray:
+    def factors(self, which) -> np.ndarray:
         """(g, t, t) upper factors of some covariances."""
         out = np.zeros((len(which), self._size**2), np.float32)
         out[:, self._places] = self._whole[which]

@@ -87,14 +87,17 @@ class ResidualKriging:
         return (toward * solved[..., 0]).sum(axis=1), np.maximum(variance, 0.0)
 
 
-def krige(points, normals, residuals, radius: float, std: float) -> ResidualKriging:
+def krige(
+    points, normals, residuals, radius: float, std: float, least: float = 0.0
+) -> ResidualKriging:
     """The process that residuals (n,) of samples at points (n, 3) with normals (n, 3) show, beside
-    polynomials of a radius; ``std`` is the standard deviation of a sample."""
+    polynomials of a radius; ``std`` is the standard deviation of a sample, and amplitudes of no
+    more than ``least``, length, are left out."""
     tree = cKDTree(points)
     near = nearest_of(tree, np.arange(len(points)))
     square = amplitudes_of(normals[near], residuals[near], std) ** 2
     # It falls to zero steadily: where it ended at once the surface would have a step.
-    amplitudes = np.sqrt(np.maximum(square - (_SLIGHT * std) ** 2, 0.0))
+    amplitudes = np.sqrt(np.maximum(square - max(_SLIGHT * std, least) ** 2, 0.0))
     near = near[np.unique(np.linspace(0, len(points) - 1, _GROUPS).astype(int))]
     faces = np.einsum("nkj,nj->nk", normals[near], normals[near[:, 0]]) > _FACING
     amplitude = np.where(faces, amplitudes[near], 0.0)

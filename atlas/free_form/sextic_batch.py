@@ -43,6 +43,17 @@ class SexticBatch:
     def __len__(self) -> int:
         return len(self.origins)
 
+    def some(self, index) -> "SexticBatch":
+        """Some of them (k,)."""
+        own = self.origins[index], self.axes[index], self.radii[index], self.coefficients[index]
+        return SexticBatch(*own, PackedCovariances(self.factors[index]))
+
+    @property
+    def factors(self) -> np.ndarray:
+        """(p, t, t) upper triangular U of the covariances U' U."""
+        assert self.covariances is not None
+        return self.covariances.factors(np.arange(len(self)))
+
     def piece(self, number: int) -> Piece:
         """One of the sextics."""
         assert self.covariances is not None
@@ -100,6 +111,17 @@ class SexticBatch:
         away[:, 2] -= level
         values[row, 0, place] = (away * upward).sum(axis=1)
         values[row, 1:, place] = upward
+
+
+def joined(batches) -> SexticBatch:
+    """All sextics of batches as one."""
+    return SexticBatch(
+        np.concatenate([one.origins for one in batches]),
+        np.concatenate([one.axes for one in batches]),
+        np.concatenate([one.radii for one in batches]),
+        np.concatenate([one.coefficients for one in batches]),
+        PackedCovariances(np.concatenate([one.factors for one in batches])),
+    )
 
 
 def _lengths(vectors) -> np.ndarray:

@@ -123,7 +123,7 @@ def test_a_look_for_laws_changes_nothing_of_a_body_without_edges():
         some = slice(len(pool), last)
         pool.add(points[some], outward[some], planes[some], False, NOISE)
         known = look_for_body(pool, STD, known)
-        fits.append(known.body.field.trees._free_form(0).fits.kept)
+        fits.append(known.body.field.trees.free_form(0).fits.kept)
         assert known.looked == last
     shared = fits[0].keys() & fits[1].keys()
     assert shared and all(fits[0][key] is fits[1][key] for key in shared)

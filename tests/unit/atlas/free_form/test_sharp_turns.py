@@ -85,7 +85,7 @@ def test_fewer_points_are_on_the_wrong_side_where_both_sides_of_edges_cut_each_o
     off = np.sqrt(tree.squared_distance(mesh.vertices, mesh.faces, points)[0]) > 5.0 * NOISE
     inside = igl.fast_winding_number(mesh.vertices, mesh.faces, points) > 0.5
     samples = touched_at(name, count)
-    surface = body_of_one(samples).field.trees._free_form(0)
+    surface = body_of_one(samples).field.trees.free_form(0)
     wrong = [
         np.mean((replace(surface, pairs=pairs).at(points)[:, 0] < 0.0)[off] != inside[off])
         for pairs in (sharp_turns(samples), NONE)
@@ -98,7 +98,7 @@ def test_where_the_other_side_may_be_the_deviation_counts_it():
     """Points of a step that its own side of an edge has, although the other one is beyond it, but
     not surely: only their deviation differs from that without turns. It should hold 0.95."""
     points = lawful_object("step").sample(20_000, np.random.default_rng(0))[0]
-    surface = body_of_one(touched_at("step", 40)).field.trees._free_form(0)
+    surface = body_of_one(touched_at("step", 40)).field.trees.free_form(0)
     found, alone = surface.values(points), replace(surface, pairs=NONE).values(points)
     doubted = (found[:, 0] == alone[:, 0]) & (found[:, 4] > 1.0001 * alone[:, 4])
     assert doubted.sum() > 100
@@ -129,7 +129,7 @@ def test_folds_of_a_body_with_few_turns_are_no_edges():
     faces = face_of_all(samples)
     assert 0 < share_of_contours(samples, faces.turns) < MANY
     assert not faces.is_sharp
-    assert not len(body_of_one(samples).field.trees._free_form(0).pairs)
+    assert not len(body_of_one(samples).field.trees.free_form(0).pairs)
 
 
 def test_a_box_is_sharp():

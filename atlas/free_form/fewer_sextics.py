@@ -1,0 +1,247 @@
+"""The same surface of fewer sextics: as large as the tolerance allows, fitted to points of it.
+
+Sextics of samples overlap many times, because each alone is unsure between contours: their mean is
+surer. Once that is known, a few sextics that follow it say the same.
+"""
+
+from dataclasses import dataclass, replace
+from heapq import heapify, heappop, heappush
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from touchatlas.atlas.free_form.free_form_surface import WEIGHS, FreeFormSurface
+from touchatlas.atlas.free_form.packed_covariances import PackedCovariances
+from touchatlas.atlas.free_form.residual_kriging import ResidualKriging, krige
+from touchatlas.atlas.free_form.sextic_batch import SexticBatch, joined
+from touchatlas.atlas.free_form.sextic_sites import FACING, SexticSites, pairs_within, sites_of
+from touchatlas.atlas.pieces.kinds import SEXTIC_BASIS, Kind, prior_precision
+from touchatlas.patch.geometry.polynomial import monomials
+
+# How far a sextic may be off the surface where it weighs: in tolerances, and in deviations of the
+# surface if that is more. Doubled, a bottle has a tenth fewer patches, and a larger mean error.
+_BORNE, _SURE = 0.25, 0.5
+# Amplitude of what the sextics leave out of the samples, in tolerances, up to which it is borne:
+# its peaks are twice as high. Doubled, texture of half a tolerance is left out.
+_TEXTURE = 0.125
+# Largest radius, in largest radii of the surface, and the ratio of each to the next. Doubled, more
+# are tried in vain.
+_LARGER, _SHRINK = 1.4, 0.7
+# Distance up to which a sextic has the surface, in radii, and the least cosine of its normal and
+# those of the sides there: 60 degrees. Doubled, sextics meet where they weigh nothing.
+_HAS, _TURNED = 0.6, 0.5
+# Weight at that distance: there no other sextic has a larger share than its weight over this one.
+_WEIGHT = (1.0 - (_HAS / WEIGHS) ** 2) ** 3
+# Distance of points that may be middles, in radii. Halved, it takes longer, for hardly fewer.
+_APART = 0.2
+# Least radius, in distances of the points: fifty lie within. Halved, a sextic was off by six
+# tolerances between its points.
+_LEAST = 4.0
+# Standard deviation of the points, in what is borne. Doubled, nothing changes.
+_STD = 0.05
+# Least of these, in radii: below it rounding shows. Doubled, nothing changes.
+_LEAST_STD = 1e-6
+# That of points beside the surface, in their distance from it. At a fourth of it errors of a bottle
+# were a tenth larger; at four times of it a lemon had openings.
+_BESIDE = 0.4
+# How far the distance of a point beside the surface may be false, over that distance: cubes are
+# drawn by such points. Without it a mouse had a hole at its narrowest bend.
+_FALSE = 0.5
+# Rounds in which middles are chosen for what those before could not have. Doubled, it takes longer.
+_ROUNDS = 4
+_PRECISION = np.diag(prior_precision(Kind.SEXTIC))
+
+
+@dataclass(frozen=True, eq=False)
+class SurfacePoints:
+    """Points all over a surface.
+
+    Parameters
+    ----------
+    points, normals : (n, 3) float, length; unit, world
+    variances : (n,) float, length^2
+        Those of the surface there.
+    bounds : (n,) float, length
+        How far a sextic may be off there; where it is zero, none may weigh.
+    sides : (n, 3) float, unit, world
+        Normals of the nearest samples.
+    spacing : float, length
+        About the distance from one to the next.
+    tree : cKDTree
+    """
+
+    points: np.ndarray
+    normals: np.ndarray
+    variances: np.ndarray
+    bounds: np.ndarray
+    sides: np.ndarray
+    spacing: float
+    tree: cKDTree
+
+
+def fewer_sextics(
+    surface: FreeFormSurface, points, normals, deviations, ends, spacing: float, tolerance: float
+) -> FreeFormSurface:
+    """A surface of fewer sextics that is off by a quarter of a tolerance at most; the given one, if
+    there is none.
+
+    Where a radius allows, those sextics are taken that together have all points (greedy set cover);
+    for the others smaller ones are tried. Where even these do not follow, those of the given
+    surface stay.
+
+    Parameters
+    ----------
+    surface : FreeFormSurface
+        Without sharp turns.
+    points, normals : (n, 3) float, length; unit, world
+        All over the surface.
+    deviations : (n,) float, length
+        Those of the surface there.
+    ends : (n,) bool
+        Whether the surface ends there: then no other sextic may weigh there than those of the
+        surface, which tell where it ends.
+    spacing : float, length
+        About the distance from one to the next.
+    tolerance : float, length
+    """
+    bounds = np.where(ends, 0.0, np.maximum(_BORNE * tolerance, _SURE * deviations))
+    columns = points, normals, deviations**2, bounds, surface.sides(points)
+    on = SurfacePoints(*columns, spacing, cKDTree(points))
+    left, parts, radius = np.ones(len(points), bool), [], _LARGER * surface.radius
+    while left.any() and radius > _LEAST * spacing:
+        parts += _of_radius(on, left, radius)
+        radius *= _SHRINK
+    if left.any():
+        own = surface.leading(points[left])
+        if ends.any():
+            own = np.union1d(own, surface.reaching(points[ends]))
+        parts.append(surface.sextics.some(own))
+    found = replace(surface, sextics=joined(parts), rest=None)
+    if len(found.sextics) >= len(surface.sextics):
+        return surface
+    return replace(found, rest=_texture(found, surface, tolerance))
+
+
+def _texture(
+    found: FreeFormSurface, before: FreeFormSurface, tolerance: float
+) -> ResidualKriging | None:
+    """What fewer sextics leave out of the samples, where it is not to be borne."""
+    if before.rest is None:
+        return None
+    rest, std = found.at(found.points)[:, 0], before.rest.std
+    least = _TEXTURE * tolerance
+    kriging = krige(found.points, found.normals, rest, before.radius, std, least)
+    return kriging if kriging.amplitudes.any() else None
+
+
+def _of_radius(on: SurfacePoints, left, radius: float) -> list[SexticBatch]:
+    """Sextics of a radius that are within the bounds where they weigh. They have points that were
+    ``left`` (n,), which no longer are then."""
+    middles, parts = _spread(on, np.flatnonzero(left), _APART * radius), []
+    sites = sites_of(on.tree, on.normals, middles, radius)
+    near = pairs_within(on.points[middles], on.tree, _HAS * radius)
+    has = [
+        some[on.sides[some] @ axes[2] > _TURNED]
+        for axes, some in zip(sites.axes, np.split(near.indices, near.indptr[1:-1]), strict=True)
+    ]
+    tried = np.zeros(len(middles), bool)
+    for _ in range(_ROUNDS):
+        chosen = _covering(has, left, tried)
+        if not len(chosen):
+            break
+        batch = _fitted(on, sites.some(chosen))
+        good = _most_off(on, batch) <= 1.0
+        tried[chosen] = True
+        for k in chosen[good].tolist():
+            left[has[k]] = False
+        parts.append(batch.some(np.flatnonzero(good)))
+    return parts
+
+
+def _spread(on: SurfacePoints, some, apart: float) -> np.ndarray:
+    """Some of points (k,) that are apart, length, or face apart: one of each cube and side."""
+    axis = np.abs(on.normals[some]).argmax(axis=1)
+    up = on.normals[some, axis] > 0.0
+    cubes = np.floor(on.points[some] / apart).astype(np.int64)
+    keys = np.column_stack([cubes, axis, up])
+    return np.asarray(some[np.sort(np.unique(keys, axis=0, return_index=True)[1])])
+
+
+def _covering(has, left, tried) -> np.ndarray:
+    """(m,) which sets of points, but for those ``tried``, have all that are ``left`` (n,) and can
+    be had: each time the one that has most of them (greedy set cover)."""
+    rest, chosen = left.copy(), []
+    heap = [(-np.count_nonzero(rest[some]), k) for k, some in enumerate(has) if not tried[k]]
+    heapify(heap)
+    while heap:
+        most, k = heappop(heap)
+        count = np.count_nonzero(rest[has[k]])
+        if count and count == -most:
+            chosen.append(k)
+            rest[has[k]] = False
+        elif count:
+            heappush(heap, (-count, k))
+    return np.array(chosen, int)
+
+
+def _fitted(on: SurfacePoints, sites: SexticSites) -> SexticBatch:
+    """Sextics that follow points of a surface, and are as sure as it is."""
+    found = [_followed(on, sites, number) for number in range(len(sites.middles))]
+    coefficients, factors = (np.array(column) for column in zip(*found, strict=True))
+    middles, radii = on.points[sites.middles], np.full(len(sites.middles), sites.radius)
+    return SexticBatch(middles, sites.axes, radii, coefficients, PackedCovariances(factors))
+
+
+def _followed(on: SurfacePoints, sites: SexticSites, number: int) -> tuple[np.ndarray, np.ndarray]:
+    """Coefficients (t,) of one of the sextics, and upper triangular U (t, t) of their covariance
+    U' U, by which it has on average the variance of the surface, and of what it is off.
+
+    On the surface z follows from x and y, so that its points leave terms in z open. Points beside
+    it, at a distance along its normals, show these.
+    """
+    some, radius = sites.members[number], sites.radius
+    level = np.repeat([0.0, on.spacing, -on.spacing], len(some))
+    points = np.tile(on.points[some], (3, 1)) + level[:, None] * np.tile(on.normals[some], (3, 1))
+    local = (points - on.points[sites.middles[number]]) @ (sites.axes[number].T / radius)
+    terms = monomials(SEXTIC_BASIS, *local.T)[: SEXTIC_BASIS.size]
+    height = local[:, 2] - level / radius
+    beside = np.abs(level) * (_BESIDE / radius)
+    std = np.hypot(max(_STD * float(np.median(on.bounds)) / radius, _LEAST_STD), beside)
+    weighted = terms / std**2
+    mean = np.linalg.solve(weighted @ terms.T + _PRECISION, weighted @ height)
+    off = (height - mean @ terms)[: len(some)]
+    variance = on.variances[some] / radius**2 + off**2
+    spread = np.maximum(np.tile(variance, 3) + beside**2, std**2)
+    precision = (terms / spread) @ terms.T + _PRECISION
+    # As in touchatlas.atlas.free_form.sextic_prior.
+    factor = np.linalg.inv(np.linalg.cholesky(precision[::-1, ::-1]))[::-1, ::-1]
+    predicted = ((factor @ terms[:, : len(some)]) ** 2).sum(axis=0)
+    return mean, np.asarray(factor * np.sqrt(np.mean(variance / predicted)))
+
+
+def _most_off(on: SurfacePoints, batch: SexticBatch) -> np.ndarray:
+    """(m,) by how much each sextic is off at most, in the bounds of points where it weighs,
+    times its largest share there; infinite where it is folded amid what it has."""
+    radius = batch.radii[0]
+    near = pairs_within(batch.origins, on.tree, WEIGHS * radius)
+    number, place = np.repeat(np.arange(len(batch)), np.diff(near.indptr)), near.indices
+    cosine = np.einsum("ij,ij->i", batch.axes[number, 2], on.sides[place])
+    faces = (cosine > FACING) & (near.data < WEIGHS * radius)
+    number, place, away = number[faces], place[faces], near.data[faces]
+    weight = (1.0 - (away / (WEIGHS * radius)) ** 2) ** 3
+    weight *= (cosine[faces] - FACING) / (1.0 - FACING)
+    share = np.minimum(weight / _WEIGHT, 1.0)
+    values = batch.values(number, on.points[place])[0]
+    bound = on.bounds[place]
+    off = np.full(len(bound), np.inf)
+    np.divide(np.abs(values[:, 0]), bound, out=off, where=bound > 0.0)
+    # Of every second point the place outside, of the others that inside.
+    level = np.where(place % 2, on.spacing, -on.spacing)
+    beside = on.points[place] + level[:, None] * on.normals[place]
+    far = np.abs(batch.values(number, beside)[0][:, 0] - level) / (_FALSE * on.spacing)
+    off = np.maximum(off, far) * share
+    folded = np.einsum("ij,ij->i", values[:, 1:4], on.sides[place]) <= 0.0
+    off[folded] = np.where(away[folded] < _HAS * radius, np.inf, 0.0)
+    out = np.zeros(len(batch))
+    np.maximum.at(out, number, off)
+    return out

@@ -1,0 +1,155 @@
+"""Fewer sextics: how near they are to the surface that they follow, and how many."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from touchatlas.atlas.free_form.fewer_sextics import fewer_sextics
+from touchatlas.atlas.free_form.fit_free_form import fit_free_form
+
+# Radii of a torus, the noise of its samples, and the largest radius of a sextic on it: it turns by
+# a radian. Points of it are about as far apart as given, and the tolerance is five noises.
+LARGE, SMALL, NOISE, RADIUS, SPACING, TOLERANCE = 30.0, 12.0, 0.02, 12.0, 1.7, 0.1
+
+
+def torus(about, around) -> tuple[np.ndarray, np.ndarray]:
+    """Points (n, 3) of a torus and its normals (n, 3)."""
+    out = np.stack([np.cos(around), np.sin(around), np.zeros(len(around))], axis=1)
+    normals = np.cos(about)[:, None] * out + np.sin(about)[:, None] * [0.0, 0.0, 1.0]
+    return LARGE * out + SMALL * normals, normals
+
+
+def at_random(count: int, seed: int):
+    return torus(*np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, (2, count)))
+
+
+def over_all():
+    """Points (n, 3) of the torus about SPACING apart, and its normals there."""
+    about = np.linspace(0.0, 2.0 * np.pi, 45)[:-1]
+    around = np.linspace(0.0, 2.0 * np.pi, 120)[:-1]
+    return torus(*(angle.ravel() for angle in np.meshgrid(about, around)))
+
+
+def on_surface(surface, scale=1.0):
+    """Points (n, 3) of a surface about SPACING apart, and its values (n, 5) beside them."""
+    points = scale * over_all()[0]
+    values = surface.values(points)
+    return points - values[:, :1] * values[:, 1:4], values
+
+
+def fewer(surface, tolerance=TOLERANCE, ends=None, scale=1.0):
+    feet, values = on_surface(surface, scale)
+    ends = np.zeros(len(feet), bool) if ends is None else ends
+    on = feet, values[:, 1:4], np.sqrt(values[:, 4]), ends
+    return fewer_sextics(surface, *on, scale * SPACING, scale * tolerance)
+
+
+@pytest.fixture(scope="module")
+def fitted():
+    points, normals = at_random(4000, 0)
+    noise = NOISE * np.random.default_rng(1).normal(size=(4000, 1))
+    return fit_free_form(points + noise * normals, normals, NOISE, RADIUS)
+
+
+@pytest.fixture(scope="module")
+def followed(fitted):
+    return fewer(fitted)
+
+
+def test_a_torus_has_a_third_as_many_sextics_at_most(fitted, followed):
+    """In the plane discs of 0.6 radii that cover all are 1.07 a square of a radius, in hexagons.
+    Middles in turn, 0.4 radii apart, are 4.4 (random sequential adsorption, of a coverage of 0.55).
+    """
+    assert 3 * len(followed.sextics) <= len(fitted.sextics)
+
+
+def test_they_are_off_by_a_quarter_of_the_tolerance_at_most(fitted, followed):
+    """A mean of distances that are within a bound is. The bound holds at points 1.7 apart; between
+    them sextics of a radius of 12 bend little."""
+    points = at_random(3000, 2)[0]
+    off = followed.values(points)[:, 0] - fitted.values(points)[:, 0]
+    assert np.abs(off).max() < 0.25 * TOLERANCE
+    cosine = (followed.values(points)[:, 1:4] * fitted.values(points)[:, 1:4]).sum(axis=1)
+    # From one bound to the other over half of the radius.
+    assert cosine.min() > np.cos(0.5 * TOLERANCE / (0.5 * RADIUS))
+
+
+def test_they_err_no_more_than_the_surface_and_the_bound(fitted, followed):
+    points = at_random(3000, 3)[0]
+    before, after = (np.abs(one.values(points)[:, 0]) for one in (fitted, followed))
+    assert after.mean() < np.hypot(before.mean(), 0.1 * TOLERANCE)
+
+
+def test_they_are_as_sure_as_the_surface(fitted, followed):
+    """Their variance is that of the surface on average, with what they are off. Of errors nineteen
+    in twenty are within 1.96 deviations."""
+    points = at_random(3000, 4)[0]
+    before, after = (one.values(points) for one in (fitted, followed))
+    assert 0.7 < np.sqrt(np.mean(after[:, 4]) / np.mean(before[:, 4])) < 1.5
+    assert (np.abs(after[:, 0]) < 1.96 * np.sqrt(after[:, 4])).mean() > 0.93
+
+
+def test_beside_the_surface_their_distances_hold(followed):
+    """Cubes of the spacing are drawn by these: their corners must be on the right side. Off the
+    surface of a torus the distance is exact along its normals."""
+    points, normals = at_random(2000, 5)
+    for level in (-SPACING, SPACING):
+        found = followed.at(points + level * normals)
+        assert np.abs(found[:, 0] - level).max() < 0.5 * SPACING
+        assert ((found[:, 1:4] * normals).sum(axis=1) > 0.5).all()
+
+
+def test_a_looser_tolerance_takes_no_more(fitted):
+    counts = [len(fewer(fitted, factor * TOLERANCE).sextics) for factor in (0.1, 1.0, 10.0, 100.0)]
+    assert counts == sorted(counts, reverse=True) and counts[-1] < counts[0]
+
+
+def test_where_the_surface_ends_its_own_sextics_stay(fitted):
+    """They alone tell how unsure it is beyond."""
+    points = on_surface(fitted)[0]
+    ends = (np.abs(points[:, 0]) < SPACING) & (points[:, 1] > 0.0)
+    found = fewer(fitted, ends=ends)
+    assert len(found.sextics) < len(fitted.sextics)
+    feet = points[ends]
+    its, own = (one.sextics.origins[one.reaching(feet)] for one in (found, fitted))
+    assert {tuple(middle) for middle in its.tolist()} <= {tuple(x) for x in own.tolist()}
+
+
+def test_a_surface_that_no_fewer_sextics_follow_stays(fitted):
+    points, normals = over_all()
+    none = np.zeros(len(points), bool)
+    crooked = normals[::-1]
+    zero = np.zeros(len(points))
+    assert fewer_sextics(fitted, points, crooked, zero, none, SPACING, 1e-9) is fitted
+
+
+def test_texture_that_the_tolerance_asks_for_stays():
+    """A ripple of two tolerances, too short for a sextic, is left to kriging; one of a twentieth is
+    left out."""
+    points, normals = at_random(4000, 0)
+    ripple = np.sin(2.0 * np.pi * points[:, :1] / 6.0)
+    kept = []
+    for height in (2.0 * TOLERANCE, 0.05 * TOLERANCE):
+        bent = points + height * ripple * normals
+        surface = fit_free_form(bent, normals, NOISE, RADIUS)
+        # Large sextics of the surface without the ripple, and kriging of that.
+        plain = fit_free_form(points, normals, NOISE, RADIUS)
+        found = fewer(replace(plain, points=bent, rest=surface.rest))
+        kept.append(found.rest is not None)
+    assert kept == [True, False]
+
+
+def test_the_same_at_another_scale(followed):
+    """Radii are powers of a number in deviations of a sample: scale 2 keeps them to rounding."""
+    scale = 2.0
+    points, normals = at_random(4000, 0)
+    noise = NOISE * np.random.default_rng(1).normal(size=(4000, 1))
+    noisy = scale * (points + noise * normals)
+    large = fit_free_form(noisy, normals, scale * NOISE, scale * RADIUS)
+    found = fewer(large, scale=scale)
+    assert len(found.sextics) == len(followed.sextics)
+    points = at_random(500, 6)[0]
+    one, other = followed.values(points), found.values(scale * points)
+    # Two bytes and rounding: far below a deviation.
+    assert np.abs(other[:, 0] / scale - one[:, 0]).max() < 1e-3 * NOISE

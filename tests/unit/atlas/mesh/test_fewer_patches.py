@@ -1,0 +1,61 @@
+"""The patches of a finished atlas: as few as the tolerance asks, however it is made."""
+
+import numpy as np
+import pytest
+
+from tests.explored import explored, learned
+from touchatlas.atlas import load_atlas, save_atlas
+from touchatlas.atlas.mesh.fewer_patches import with_fewer_patches
+from touchatlas.atlas.store import atlas_bytes
+
+
+@pytest.mark.parametrize("name", ["bottle", "mouse", "blob", "torus"])
+def test_a_smooth_body_has_40_patches_at_most(name):
+    assert len(explored(name).atlas) <= 40
+
+
+def test_a_finished_body_is_off_the_one_before_by_a_quarter_of_the_tolerance_at_most():
+    found = explored("bottle")
+    before = learned(found.touches, found.atlas.tolerance)
+    points = before.pool.points
+    off = found.atlas.body.field.at(points).distance - before.body.field.at(points).distance
+    # At the points of the drawing the bound holds for each sextic; between them nearly.
+    assert np.abs(off).max() < 0.35 * before.tolerance
+    assert len(found.atlas) < len(before) / 2
+
+
+def test_finished_again_nothing_changes():
+    atlas = explored("blob").atlas
+    known = atlas.known_body
+    atlas.finish()
+    assert atlas.known_body is known and known.is_few
+
+
+def test_touches_after_the_end_are_learned_as_before_it():
+    """The samples are the same, and the body is that of the samples."""
+    found = explored("blob")
+    atlas, whole = learned(found.touches[:-1], 0.1), learned(found.touches, 0.1)
+    atlas.finish()
+    assert atlas.known_body.is_few
+    atlas.add(found.touches[-1])
+    assert not atlas.known_body.is_few and len(atlas) == len(whole)
+    points = whole.pool.points
+    one, other = (each.body.field.at(points) for each in (atlas, whole))
+    assert one.distance.tobytes() == other.distance.tobytes()
+
+
+def test_a_finished_atlas_is_loaded_as_it_was_saved(tmp_path):
+    atlas = explored("blob").atlas
+    save_atlas(tmp_path / "atlas.npz", atlas)
+    again = load_atlas(tmp_path / "atlas.npz")
+    assert atlas_bytes(again) == atlas_bytes(atlas) and len(again) == len(atlas)
+    points = atlas.pool.points
+    one, other = (each.body.field.at(points) for each in (atlas, again))
+    assert np.abs(one.distance - other.distance).max() < 1e-6 * atlas.tolerance
+    again.validate()
+
+
+@pytest.mark.parametrize("name", ["sphere", "cube"])
+def test_a_body_of_laws_stays(name):
+    known = explored(name).atlas.known_body
+    assert with_fewer_patches(known, 0.1) is known and not known.is_few
