@@ -241,7 +241,7 @@ def _most_off(on: SurfacePoints, batch: SexticBatch) -> np.ndarray:
     far = np.abs(batch.values(number, beside)[0][:, 0] - level) / (_FALSE * on.spacing)
     off = np.maximum(off, far) * share
     folded = np.einsum("ij,ij->i", values[:, 1:4], on.sides[place]) <= 0.0
-    off[folded] = np.where(away[folded] < _HAS * radius, np.inf, 0.0)
+    off[folded & (away < _HAS * radius)] = np.inf
     out = np.zeros(len(batch))
     np.maximum.at(out, number, off)
     return out
