@@ -68,7 +68,7 @@ class Body:
         self.faces, self.samples = faces, samples
         self.rims: Rims | None = None
         points = samples.points
-        self.extent = float(np.linalg.norm(np.ptp(points, axis=0)))
+        self.extent = samples.extent
         self.field: FaceField = FaceField(faces, None if before is None else before.field.trees)
         self.reach = self.field.reach
         self._thinned = ThinnedSamples(points, faces, self.reach)

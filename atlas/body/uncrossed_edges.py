@@ -23,6 +23,10 @@ _NOISE = 4.0
 _LEAST = 3
 
 
+# The kinds of sharp edges, in the order in which they are tried.
+_KINDS = EdgeKind.SHARP_CONVEX, EdgeKind.SHARP_CONCAVE
+
+
 def with_uncrossed_edges(body: Body) -> Faces:
     """The faces of a body, with the edges that its surface has where no contour crossed them, or
     too few to draw them. The surface beside such an edge is one face on one side, and the other
@@ -30,33 +34,52 @@ def with_uncrossed_edges(body: Body) -> Faces:
     faces, found = body.faces, {}
     known = {(e.first, e.second) for e in faces.edges if e.curves or e.radius > 0.0}
     single = [face.id for face in faces.faces if len(face.pieces) == 1]
-    for pair in combinations(single, 2):
-        edge = None if pair in known else _edge(body, pair)
+    tried = [_Meeting(body, pair) for pair in combinations(single, 2) if pair not in known]
+    tried = [one for one in tried if len(one.curve.points) >= _LEAST]
+    for one, shown in zip(tried, _shown(body, tried), strict=True):
+        edge = one.edge(body, shown)
         if edge is not None:
-            found[pair] = edge
+            found[one.pair] = edge
     kept = [e for e in faces.edges if e.curves or (e.first, e.second) not in found]
     edges = sorted([*kept, *found.values()], key=lambda edge: (edge.first, edge.second))
     return replace(faces, edges=tuple(edges))
 
 
-def _edge(body: Body, pair) -> FaceEdge | None:
-    """The edge of a pair of faces; None where the surface has none."""
-    first, second = (body.faces.faces[k] for k in pair)
-    pieces, reach = (first.pieces[0], second.pieces[0]), _NEAR * body.reach
-    start = [_near(body, *both, reach) for both in ((first, second), (second, first))]
-    curve = intersection_points(*pieces, np.concatenate(start), reach)
-    for kind in (EdgeKind.SHARP_CONVEX, EdgeKind.SHARP_CONCAVE):
-        shown = _is_edge(body, pair, kind.sign, curve.points)
-        if np.count_nonzero(shown) < _LEAST:
-            continue
-        points = CurvePoints(curve.points[shown], curve.deviation[shown])
-        angle = float(np.median(angles(*pieces, points.points)))
-        apart = gap(*pieces, points.points)
-        boundary = Boundary(first.id, second.id, kind, points, angle, apart)
-        edge = face_edge(first.id, second.id, [boundary], float(np.median(body.samples.steps)))
-        if edge.curves:
-            return edge
-    return None
+class _Meeting:
+    """Where the laws of a pair of faces meet, near samples of both."""
+
+    def __init__(self, body: Body, pair: tuple[int, int]) -> None:
+        own = [body.faces.faces[k] for k in pair]
+        reach = _NEAR * body.reach
+        start = [_near(body, *both, reach) for both in (own, own[::-1])]
+        self.pair, self.pieces = pair, [face.pieces[0] for face in own]
+        self.curve = intersection_points(*self.pieces, np.concatenate(start), reach)
+
+    def beside(self, body: Body) -> np.ndarray:
+        """(kinds, 2, n, 3) points beside those of an edge of each kind, on each of both faces; NaN
+        where both normals are one, so that there is no edge."""
+        points = self.curve.points
+        first, second = (body.field.trees.values(k, points)[:, 1:4] for k in self.pair)
+        cosine = (first * second).sum(axis=1)[:, None]
+        along = np.stack([second - cosine * first, first - cosine * second])
+        length = np.linalg.norm(along, axis=2, keepdims=True)
+        along /= np.where(length > 0.0, length, np.nan)
+        step = _BESIDE * float(np.median(body.samples.steps))
+        return np.array([points - kind.sign * step * along for kind in _KINDS])
+
+    def edge(self, body: Body, shown) -> FaceEdge | None:
+        """The edge of the first kind that enough points (kinds, n) show; None where none is."""
+        for kind, some in zip(_KINDS, shown, strict=True):
+            if np.count_nonzero(some) < _LEAST:
+                continue
+            points = CurvePoints(self.curve.points[some], self.curve.deviation[some])
+            angle = float(np.median(angles(*self.pieces, points.points)))
+            apart = gap(*self.pieces, points.points)
+            boundary = Boundary(*self.pair, kind, points, angle, apart)
+            edge = face_edge(*self.pair, [boundary], float(np.median(body.samples.steps)))
+            if edge.curves:
+                return edge
+        return None
 
 
 def _near(body: Body, own: Face, other: Face, reach: float) -> np.ndarray:
@@ -65,21 +88,23 @@ def _near(body: Body, own: Face, other: Face, reach: float) -> np.ndarray:
     return points[body.field.trees.away(other.id, points) < reach]
 
 
-def _is_edge(body: Body, pair, sign: float, points) -> np.ndarray:
-    """(n,) whether the surface beside points (n, 3) of an edge is the one face of a pair on one
-    side, and the other on the other side."""
-    steps = _BESIDE * float(np.median(body.samples.steps))
-    if not len(points):
-        return np.zeros(0, bool)
-    normals = [body.field.trees.values(k, points)[:, 1:4] for k in pair]
-    shown = np.ones(len(points), bool)
-    for own, normal, other in ((pair[0], *normals), (pair[1], *normals[::-1])):
-        along = -sign * (other - (other * normal).sum(axis=1)[:, None] * normal)
-        # Where both normals are one there is no edge.
-        length = np.linalg.norm(along, axis=1)
-        shown &= length > 0.0
-        along /= np.where(length > 0.0, length, 1.0)[:, None]
-        found, known = body.at(points + steps * along)
-        noise = _NOISE * body.faces.faces[own].deviation
-        shown &= known & (found.face == own) & (np.abs(found.distance) < noise)
-    return shown
+def _shown(body: Body, tried: list[_Meeting]) -> list[np.ndarray]:
+    """For each pair (kinds, n) whether the surface beside the points of an edge is the one face on
+    one side, and the other on the other side. All are asked at once: alone they take three times
+    as long."""
+    if not tried:
+        return []
+    beside = [one.beside(body) for one in tried]
+    owners = [
+        np.broadcast_to(np.array(one.pair)[:, None], points.shape[:3])
+        for one, points in zip(tried, beside, strict=True)
+    ]
+    points = np.concatenate([some.reshape(-1, 3) for some in beside])
+    own = np.concatenate([some.ravel() for some in owners])
+    good = ~np.isnan(points[:, 0])
+    found, known = body.at(points[good])
+    noise = _NOISE * np.array([face.deviation for face in body.faces.faces])
+    near = np.abs(found.distance) < noise[own[good]]
+    good[good] = known & (found.face == own[good]) & near
+    parts = np.split(good, np.cumsum([some.size for some in owners])[:-1])
+    return [part.reshape(some.shape).all(axis=1) for part, some in zip(parts, owners, strict=True)]

@@ -94,7 +94,7 @@ def find_crossings(labels: Labels) -> dict[tuple[int, int], Crossings]:
 
 def longest_chord(evidence: Evidence) -> float:
     """Longest chord over the rounding of an edge, length."""
-    return _WIDEST * float(np.linalg.norm(np.ptp(evidence.samples.points, axis=0)))
+    return _WIDEST * evidence.samples.extent
 
 
 def crossed_pairs(labels: Labels, free) -> set[tuple[int, int]]:

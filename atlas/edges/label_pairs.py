@@ -10,11 +10,7 @@ def pairs_across_links(labels: Labels) -> dict[tuple[int, int], np.ndarray]:
     graph, points = labels.graph, labels.evidence.samples.points
     both = np.sort(labels.of[graph.pairs], axis=1)
     apart = np.flatnonzero((both[:, 0] != both[:, 1]) & (both[:, 0] != NONE))
-    order = apart[np.lexsort((both[apart, 1], both[apart, 0]))]
-    middles, both = points[graph.pairs[order]].mean(axis=1), both[order]
-    new = np.flatnonzero((np.diff(both, axis=0, prepend=-1) != 0).any(axis=1))
-    parts = np.split(middles, new)[1:]
-    return {(int(a), int(b)): part for (a, b), part in zip(both[new], parts, strict=True)}
+    return _by_pair(both[apart], points[graph.pairs[apart]].mean(axis=1))
 
 
 def pairs_across_ends(
@@ -44,7 +40,15 @@ def pairs_across_ends(
         off = np.abs(labels.pieces[label].at(samples.points[i[mine]])[0])
         good[mine] = off <= samples.steps[i[mine]]
     i, j = i[good], j[good]
-    middle = 0.5 * (samples.points[i] + samples.points[j])
     both = np.sort(np.stack([of[i], of[j]], axis=1), axis=1)
-    pairs = np.unique(both, axis=0)
-    return {(a, b): middle[(both == (a, b)).all(axis=1)] for a, b in pairs.tolist()}
+    return _by_pair(both, 0.5 * (samples.points[i] + samples.points[j]))
+
+
+def _by_pair(both, middles) -> dict[tuple[int, int], np.ndarray]:
+    """Pairs of labels, mapped to those of middles (m, 3) that are between labels ``both`` (m, 2),
+    the lower first."""
+    order = np.lexsort((both[:, 1], both[:, 0]))
+    both, middles = both[order], middles[order]
+    new = np.flatnonzero((np.diff(both, axis=0, prepend=-1) != 0).any(axis=1))
+    parts = np.split(middles, new)[1:]
+    return {(int(a), int(b)): part for (a, b), part in zip(both[new], parts, strict=True)}

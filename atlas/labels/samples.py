@@ -1,6 +1,7 @@
 """ContourSamples: the samples of contours as arrays, with normals within their sampling planes."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -57,6 +58,11 @@ class ContourSamples:
 
     def __len__(self) -> int:
         return len(self.points)
+
+    @cached_property
+    def extent(self) -> float:
+        """Diagonal of the box about all, length."""
+        return float(np.linalg.norm(np.ptp(self.points, axis=0)))
 
     def are_of_several_contours(self, some) -> bool:
         """Whether some samples (m,) determine more than a curve in a plane."""
