@@ -1,6 +1,7 @@
 """Pairs of labels that may meet: linked across, or where contours end."""
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from touchatlas.atlas.labels.labels import NONE, Labels
 
@@ -23,9 +24,11 @@ def pairs_across_ends(
     new = np.diff(samples.contours, prepend=-1, append=samples.contours[-1] + 1) > 0
     ends = np.flatnonzero(new[:-1] | new[1:])
     ends = ends[of[ends] != NONE]
-    near = labels.graph.tree.query_ball_point(samples.points[ends], farther)
-    i = np.repeat(ends, [len(some) for some in near])
-    j = np.concatenate([np.array(some, int) for some in near]) if len(near) else i
+    if not len(ends):
+        return {}
+    tree = cKDTree(samples.points[ends])
+    near = tree.sparse_distance_matrix(labels.graph.tree, farther, output_type="ndarray")
+    i, j = ends[near["i"]], near["j"]
     apart = (of[i] != of[j]) & (of[j] != NONE)
     i, j = i[apart], j[apart]
     chord = samples.points[i] - samples.points[j]
