@@ -9,7 +9,7 @@ from touchatlas.atlas.free_form.fewer_sextics import fewer_sextics
 from touchatlas.atlas.free_form.fit_free_form import fit_free_form
 
 # Radii of a torus, the noise of its samples, and the largest radius of a sextic on it: it turns by
-# a radian and a half. Points of it are about as far apart as given, and the tolerance is five noises.
+# a radian and a half. Points of it are about as far apart as given; the tolerance is five noises.
 LARGE, SMALL, NOISE, RADIUS, SPACING, TOLERANCE = 30.0, 12.0, 0.02, 18.0, 1.7, 0.1
 
 
