@@ -19,16 +19,16 @@ os.environ.update(dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"), "1"
 
 import numpy as np
 
-from touchatlas.atlas import Atlas, AtlasOptions, extract_surface
+from touchatlas.atlas import Atlas, extract_surface
 from touchatlas.planner import Planner, explore
 from touchatlas.sim import Probe, evaluate_surface, make_object, object_names, truth_of
 from touchatlas.sim.study import surface_peers as others
 from touchatlas.sim.study.tradeoff import timed
 
 FOLDER = os.environ.get("TOUCHATLAS_OBJECTS", Path(__file__).parents[2] / "shared" / "objects")
-# Our triangles are within this fraction of the tolerance of our surface: surfaces are compared, not
-# triangles. At the default of 0.2 triangles alone err by up to the noise.
-FACETS = 0.02
+# Our surface is asked for with this fraction of the object's tolerance, so that neither triangles
+# nor patches are coarser than the touches tell. At 1 triangles alone err by up to the noise.
+FINER = 0.1
 HEAD = "| method | normals | mean | rms | p99 | surface to truth | covered | setting | seconds |"
 
 
@@ -51,7 +51,7 @@ def touch(obj, count: str, noise_std: float, rng) -> list:
 
 def learn(touches, tolerance: float):
     """Our atlas of the touches, and its surface."""
-    atlas = Atlas(tolerance, AtlasOptions(facets=FACETS))
+    atlas = Atlas(FINER * tolerance)
     for one in touches:
         atlas.add(one)
     atlas.finish()

@@ -56,16 +56,10 @@ class _Meeting:
         self.curve = intersection_points(*self.pieces, np.concatenate(start), reach)
 
     def beside(self, body: Body) -> np.ndarray:
-        """(kinds, 2, n, 3) points beside those of an edge of each kind, on each of both faces; NaN
-        where both normals are one, so that there is no edge."""
+        """(kinds, 2, n, 3) points beside those of an edge of each kind, on each of both faces."""
         points = self.curve.points
-        first, second = (body.field.trees.values(k, points)[:, 1:4] for k in self.pair)
-        cosine = (first * second).sum(axis=1)[:, None]
-        along = np.stack([second - cosine * first, first - cosine * second])
-        length = np.linalg.norm(along, axis=2, keepdims=True)
-        along /= np.where(length > 0.0, length, np.nan)
-        step = _BESIDE * float(np.median(body.samples.steps))
-        return np.array([points - kind.sign * step * along for kind in _KINDS])
+        normals = [body.field.trees.values(k, points)[:, 1:4] for k in self.pair]
+        return points_beside(points, *normals, _BESIDE * float(np.median(body.samples.steps)))
 
     def edge(self, body: Body, shown) -> FaceEdge | None:
         """The edge of the first kind that enough points (kinds, n) show; None where none is."""
@@ -80,6 +74,17 @@ class _Meeting:
             if edge.curves:
                 return edge
         return None
+
+
+def points_beside(points, first, second, step: float) -> np.ndarray:
+    """(kinds, 2, n, 3) points that are a step (length) beside points (n, 3) of an edge of each
+    kind, on each of two faces with normals (n, 3); NaN where both are one, so that there is no
+    edge."""
+    cosine = (first * second).sum(axis=1)[:, None]
+    along = np.stack([second - cosine * first, first - cosine * second])
+    length = np.linalg.norm(along, axis=2, keepdims=True)
+    along /= np.where(length > 0.0, length, np.nan)
+    return np.array([points - kind.sign * step * along for kind in _KINDS])
 
 
 def _near(body: Body, own: Face, other: Face, reach: float) -> np.ndarray:

@@ -14,7 +14,7 @@ from tests.lawful import (
     step_distance,
 )
 from touchatlas.atlas.body.body import Body
-from touchatlas.atlas.body.uncrossed_edges import _is_edge, with_uncrossed_edges
+from touchatlas.atlas.body.uncrossed_edges import points_beside, with_uncrossed_edges
 
 DISTANCE = {"box": box_distance, "step": step_distance}
 
@@ -62,7 +62,15 @@ def test_every_point_of_an_edge_of_planes_lies_on_two_of_the_body(name, count, h
 
 
 def test_where_two_faces_have_one_normal_there_is_no_edge():
-    """Two parts of one plane: no way leads from the one to the other, and it was NaN."""
-    body = known_body("box", 40)
-    points = body.faces.points[body.faces.faces[0].samples]
-    assert not _is_edge(body, (0, 0), 1.0, points).any()
+    """Two parts of one plane: no way leads from the one to the other."""
+    points, up = np.zeros((3, 3)), np.tile([0.0, 0.0, 1.0], (3, 1))
+    assert np.isnan(points_beside(points, up, up, 1.0)).all()
+
+
+def test_points_beside_an_edge_lie_on_its_faces():
+    """The top and the right side of a block: beside their convex edge the top goes to the left, and
+    the side down; beside a concave one the floor goes to the right, and the wall up."""
+    points, up, right = np.zeros((1, 3)), np.eye(3)[2:], np.eye(3)[:1]
+    convex, concave = points_beside(points, up, right, 2.0)
+    assert convex[:, 0].tolist() == [[-2.0, 0.0, 0.0], [0.0, 0.0, -2.0]]
+    assert concave[:, 0].tolist() == [[2.0, 0.0, 0.0], [0.0, 0.0, 2.0]]
