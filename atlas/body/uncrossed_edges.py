@@ -49,17 +49,18 @@ class _Meeting:
     """Where the laws of a pair of faces meet, near samples of both."""
 
     def __init__(self, body: Body, pair: tuple[int, int]) -> None:
-        own = [body.faces.faces[k] for k in pair]
+        first, second = (body.faces.faces[k] for k in pair)
         reach = _NEAR * body.reach
-        start = [_near(body, *both, reach) for both in (own, own[::-1])]
-        self.pair, self.pieces = pair, [face.pieces[0] for face in own]
+        start = _near(body, first, second, reach), _near(body, second, first, reach)
+        self.pair, self.pieces = pair, (first.pieces[0], second.pieces[0])
         self.curve = intersection_points(*self.pieces, np.concatenate(start), reach)
 
     def beside(self, body: Body) -> np.ndarray:
         """(kinds, 2, n, 3) points beside those of an edge of each kind, on each of both faces."""
         points = self.curve.points
-        normals = [body.field.trees.values(k, points)[:, 1:4] for k in self.pair]
-        return points_beside(points, *normals, _BESIDE * float(np.median(body.samples.steps)))
+        first, second = (body.field.trees.values(k, points)[:, 1:4] for k in self.pair)
+        step = _BESIDE * float(np.median(body.samples.steps))
+        return points_beside(points, first, second, step)
 
     def edge(self, body: Body, shown) -> FaceEdge | None:
         """The edge of the first kind that enough points (kinds, n) show; None where none is."""
@@ -112,4 +113,7 @@ def _shown(body: Body, tried: list[_Meeting]) -> list[np.ndarray]:
     near = np.abs(found.distance) < noise[own[good]]
     good[good] = known & (found.face == own[good]) & near
     parts = np.split(good, np.cumsum([some.size for some in owners])[:-1])
-    return [part.reshape(some.shape).all(axis=1) for part, some in zip(parts, owners, strict=True)]
+    return [
+        np.asarray(part.reshape(some.shape).all(axis=1))
+        for part, some in zip(parts, owners, strict=True)
+    ]
