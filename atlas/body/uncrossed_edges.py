@@ -96,8 +96,8 @@ def _near(body: Body, own: Face, other: Face, reach: float) -> np.ndarray:
 
 def _shown(body: Body, tried: list[_Meeting]) -> list[np.ndarray]:
     """For each pair (kinds, n) whether the surface beside the points of an edge is the one face on
-    one side, and the other on the other side. All are asked at once: alone they take three times
-    as long."""
+    one side, and the other on the other side. All are asked at once, which takes three
+    fifths of the time."""
     if not tried:
         return []
     beside = [one.beside(body) for one in tried]
