@@ -74,6 +74,8 @@ class Atlas(AtlasState):
         known = self.known_body
         if known.looked < self.point_count:
             known = look_for_body(self.pool, self.sample_std, known, last=True)
+        # The surface ends at the rims of this atlas, which tell where it is drawn.
+        self.know(known)
         self.know(with_fewer_patches(known, self.tolerance))
 
     def faces(self) -> Faces:

@@ -95,10 +95,10 @@ def _restored(arrays, header) -> Atlas:
     for name in LostEnds.NAMES:
         _fill_column(atlas.rims.ends, name, arrays[f"rims_{name}"])
     known = law_of_arrays(arrays, header["law"], atlas.pool)
-    is_few = known.is_few is True
-    atlas.know(
-        with_fewer_patches(replace(known, is_few=False), atlas.tolerance) if is_few else known
-    )
+    # The surface ends at the rims of the atlas, which tell where it is drawn.
+    atlas.know(replace(known, is_few=False))
+    if known.is_few is True:
+        atlas.know(with_fewer_patches(atlas.known_body, atlas.tolerance))
     return atlas
 
 

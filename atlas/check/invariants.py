@@ -73,6 +73,7 @@ def _body_of_one(state: AtlasState) -> Iterator[str]:
     if not known.is_one or known.body is None:
         return
     body = body_of_one(samples_of(state.pool, known.count, known.body.samples.std))
+    body.rims = known.body.rims
     again = replace(known, is_few=False, body=body)
     if known.is_few:
         again = with_fewer_patches(again, state.tolerance)

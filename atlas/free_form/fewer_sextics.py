@@ -82,8 +82,8 @@ class SurfacePoints:
 def fewer_sextics(
     surface: FreeFormSurface, points, normals, deviations, ends, spacing: float, tolerance: float
 ) -> FreeFormSurface:
-    """A surface of fewer sextics that is off by a quarter of a tolerance at most; the given one, if
-    there is none.
+    """A surface of fewer sextics that is mostly off by no more than a quarter of a tolerance; the
+    given one, if there is none. Where sextics of the given surface stay, it may be off by more.
 
     Where a radius allows, those sextics are taken that together have all points (greedy set cover);
     for the others smaller ones are tried. Where even these do not follow, those of the given

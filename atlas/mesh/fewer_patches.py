@@ -18,8 +18,8 @@ _MOST = 160
 
 
 def with_fewer_patches(known: KnownBody, tolerance: float) -> KnownBody:
-    """What is known, with a free-form body of fewer patches that is off by a quarter of a tolerance
-    (length) at most.
+    """What is known, with a free-form body of fewer patches that is mostly off by no more than a
+    quarter of a tolerance (length): see ``fewer_sextics``. The body has its rims already.
 
     Beside openings the patches of samples tell where the surface is no longer known, so that these
     stay. Those of a body with sharp turns cut each other, and stay as well.

@@ -2,11 +2,15 @@
 
 import numpy as np
 import pytest
+import trimesh
 
 from tests.explored import explored, learned
-from touchatlas.atlas import load_atlas, save_atlas
+from touchatlas.atlas import Atlas, load_atlas, save_atlas
 from touchatlas.atlas.mesh.fewer_patches import with_fewer_patches
 from touchatlas.atlas.store import atlas_bytes
+from touchatlas.planner import Planner, explore
+from touchatlas.sim import Probe, make_object
+from touchatlas.sim.world.mesh_object import MeshObject
 
 
 @pytest.mark.parametrize("name", ["bottle", "mouse", "blob", "torus"])
@@ -59,3 +63,24 @@ def test_a_finished_atlas_is_loaded_as_it_was_saved(tmp_path):
 def test_a_body_of_laws_stays(name):
     known = explored(name).atlas.known_body
     assert with_fewer_patches(known, 0.1) is known and not known.is_few
+
+
+def test_a_finished_open_body_is_valid_and_loaded_as_it_was_saved(tmp_path):
+    """Rims, where contact was lost, tell where the surface is drawn."""
+    vertices, faces = make_object("blob").mesh(0.02)
+    mesh = trimesh.Trimesh(vertices, faces)
+    mesh.update_faces(mesh.triangles_center[:, 2] > -15.0)
+    mesh.remove_unreferenced_vertices()
+    obj = MeshObject("open", np.array(mesh.vertices), np.array(mesh.faces))
+    atlas, probe = Atlas(0.1), Probe(obj, 0.02, np.random.default_rng(0))
+    for _ in explore(atlas, Planner(*obj.start()), probe, 14):
+        pass
+    atlas.finish()
+    assert atlas.known_body.is_few and len(atlas.rims.ends.points)
+    atlas.validate()
+    save_atlas(tmp_path / "atlas.npz", atlas)
+    again = load_atlas(tmp_path / "atlas.npz")
+    points = atlas.pool.points
+    one, other = (each.body.field.at(points) for each in (atlas, again))
+    assert len(again) == len(atlas)
+    assert np.abs(one.distance - other.distance).max() < 1e-6 * atlas.tolerance
