@@ -13,7 +13,7 @@ from touchatlas.atlas.free_form.residual_kriging import (
     krige,
     nearest_of,
 )
-from touchatlas.atlas.free_form.sextic_batch import SexticBatch
+from touchatlas.atlas.free_form.sextic_batch import SexticBatch, joined
 from touchatlas.atlas.free_form.sextic_fits import SexticFits, coefficients_of
 from touchatlas.atlas.free_form.sextic_prior import with_common_prior
 from touchatlas.atlas.free_form.sextic_sites import SexticSites, middles_of, sites_of
@@ -92,7 +92,7 @@ def fit_free_form(
     sites, levels = _largest(tree, fits, radius), []
     while True:
         levels.append(_with_prior(fits, sites))
-        found = _surface(fits, levels)
+        found = FreeFormSurface(joined(levels), fits.points, fits.normals)
         values = found.at(points)
         rest, side = values[:, 0], values[:, 1:4]
         rough = amplitudes_of(side[near], rest[near], std) > _FOLLOWS * std
@@ -185,24 +185,11 @@ def _left_out_within(fits: SexticFits, sites: SexticSites) -> np.ndarray:
     return amplitude_of(np.bincount(numbers, square) / counts, fits.std)
 
 
-def _with_prior(fits: SexticFits, sites: SexticSites) -> tuple[SexticBatch, np.ndarray]:
-    """Sextics of one radius with their common prior, and the factors (m, t, t) of their
-    covariances."""
-    found = with_common_prior(fits.equations(sites), fits.std / sites.radius)
-    return _sextics(fits, sites, found[0]), found[1]
-
-
-def _surface(fits: SexticFits, levels: list[tuple[SexticBatch, np.ndarray]]) -> FreeFormSurface:
-    """The surface that sextics of each radius make, with the factors of their covariances."""
-    batches, factors = zip(*levels, strict=True)
-    joined = SexticBatch(
-        np.concatenate([one.origins for one in batches]),
-        np.concatenate([one.axes for one in batches]),
-        np.concatenate([one.radii for one in batches]),
-        np.concatenate([one.coefficients for one in batches]),
-        PackedCovariances(np.concatenate(factors)),
-    )
-    return FreeFormSurface(joined, fits.points, fits.normals)
+def _with_prior(fits: SexticFits, sites: SexticSites) -> SexticBatch:
+    """Sextics of one radius with their common prior."""
+    coefficients, factors = with_common_prior(fits.equations(sites), fits.std / sites.radius)
+    found = _sextics(fits, sites, coefficients)
+    return replace(found, covariances=PackedCovariances(factors))
 
 
 def _sextics(fits: SexticFits, sites: SexticSites, coefficients) -> SexticBatch:

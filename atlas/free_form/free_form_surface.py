@@ -189,7 +189,7 @@ class FreeFormSurface:
     def shape_operators(self, points) -> np.ndarray:
         """(n, 3, 3) shape operators, 1/length, of the sextics whose middles are nearest among those
         that face as the nearest samples do."""
-        out, side = np.empty((len(points), 3, 3)), self.normals[self._samples.query(points)[1]]
+        out, side = np.empty((len(points), 3, 3)), self.sides(points)
         count = min(_ASKED, len(self.sextics))
         near = np.reshape(self._tree.query(points, k=count)[1], (-1, count))
         faces = np.einsum("nkj,nj->nk", self.sextics.axes[near, 2], side) > FACING

@@ -5,6 +5,8 @@ C = U' U (Cholesky). Each number of U is kept as a whole number of two bytes, ti
 column, the deviation of that coefficient, and one of its row.
 """
 
+from copy import copy
+
 import numpy as np
 
 # Factors that are unpacked at once: they fit into the cache. At 1,000 it took four times as long.
@@ -12,6 +14,8 @@ _AT_ONCE = 48
 # Largest whole number of two bytes. On a bottle and a torus variances change by 1e-5 in the median
 # and 5e-3 at most.
 _MOST = 32767
+# What is kept of each covariance.
+_BY_COVARIANCE = "_deviations", "_units", "_whole"
 
 
 class PackedCovariances:
@@ -42,22 +46,37 @@ class PackedCovariances:
         self._whole = whole.clip(-_MOST, _MOST).astype(np.int16)
         self._places = rows * self._size + columns
 
+    def some(self, index) -> "PackedCovariances":
+        """Some of them (k,), as they are packed."""
+        found = copy(self)
+        for name in _BY_COVARIANCE:
+            setattr(found, name, getattr(self, name)[index])
+        return found
+
+    @staticmethod
+    def joined(parts: "list[PackedCovariances]") -> "PackedCovariances":
+        """Those of all parts, as they are packed."""
+        found = copy(parts[0])
+        for name in _BY_COVARIANCE:
+            setattr(found, name, np.concatenate([getattr(part, name) for part in parts]))
+        return found
+
     def variances(self, which, terms) -> np.ndarray:
         """(g, n) variances of combinations ``terms`` (g, t, n) of what each of some covariances,
         ``which`` (g,), is of."""
         out = np.empty((len(which), terms.shape[2]))
         for start in range(0, len(which), _AT_ONCE):
             some = slice(start, start + _AT_ONCE)
-            white = self.factors(which[some]) @ terms[some].astype(np.float32)
+            white = self._factors(which[some]) @ terms[some].astype(np.float32)
             out[some] = (white * white).sum(axis=1)
         return out
 
     def covariance(self, which: int) -> np.ndarray:
         """(t, t) one of the covariances."""
-        [factor] = self.factors(np.array([which])).astype(float)
+        [factor] = self._factors(np.array([which])).astype(float)
         return np.asarray(factor.T @ factor)
 
-    def factors(self, which) -> np.ndarray:
+    def _factors(self, which) -> np.ndarray:
         """(g, t, t) upper factors of some covariances."""
         out = np.zeros((len(which), self._size**2), np.float32)
         out[:, self._places] = self._whole[which]

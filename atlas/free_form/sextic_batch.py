@@ -46,13 +46,7 @@ class SexticBatch:
     def some(self, index) -> "SexticBatch":
         """Some of them (k,)."""
         own = self.origins[index], self.axes[index], self.radii[index], self.coefficients[index]
-        return SexticBatch(*own, PackedCovariances(self.factors[index]))
-
-    @property
-    def factors(self) -> np.ndarray:
-        """(p, t, t) upper triangular U of the covariances U' U."""
-        assert self.covariances is not None
-        return self.covariances.factors(np.arange(len(self)))
+        return SexticBatch(*own, self.covariances and self.covariances.some(index))
 
     def piece(self, number: int) -> Piece:
         """One of the sextics."""
@@ -114,13 +108,13 @@ class SexticBatch:
 
 
 def joined(batches) -> SexticBatch:
-    """All sextics of batches as one."""
+    """All sextics of batches with covariances as one."""
     return SexticBatch(
         np.concatenate([one.origins for one in batches]),
         np.concatenate([one.axes for one in batches]),
         np.concatenate([one.radii for one in batches]),
         np.concatenate([one.coefficients for one in batches]),
-        PackedCovariances(np.concatenate([one.factors for one in batches])),
+        PackedCovariances.joined([one.covariances for one in batches]),
     )
 
 
