@@ -70,7 +70,8 @@ class Atlas(AtlasState):
 
     def finish(self) -> None:
         """Read the faces once more at the end of an exploration, and make the patches as few as the
-        tolerance allows. More touches may be added then."""
+        tolerance allows. More touches may be added then; a planner may ask for one, because fewer
+        patches are a little less sure in places."""
         known = self.known_body
         if known.looked < self.point_count:
             known = look_for_body(self.pool, self.sample_std, known, last=True)

@@ -81,6 +81,9 @@ class Body:
     def with_surface(self, surface: FreeFormSurface) -> "Body":
         """The same body of one free-form face, with another surface of it."""
         found = copy(self)
+        # What was computed from the surface before.
+        for name in "contradicted", "largest_curvature":
+            found.__dict__.pop(name, None)
         found.field = self.field.with_surface(surface)
         return found
 

@@ -25,7 +25,7 @@ _RIM_ROUNDS = 2
 # change: samples that an edge explains no longer bend pieces. Doubled, few bodies change.
 _AGAIN = 5
 # Share of the samples whose labels may still change: on two plates a few in ten thousand change to
-# and fro. At zero it takes three more rounds, a fourth of the time.
+# and fro. At zero it takes two or three more rounds, a sixth of the time.
 _SETTLED = 1e-3
 
 

@@ -21,8 +21,6 @@ _BESIDE = 0.25
 _NOISE = 4.0
 # Points of an edge that are enough to tell it. Doubled, short edges are missed.
 _LEAST = 3
-
-
 # The kinds of sharp edges, in the order in which they are tried.
 _KINDS = EdgeKind.SHARP_CONVEX, EdgeKind.SHARP_CONCAVE
 

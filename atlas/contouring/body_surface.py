@@ -13,7 +13,7 @@ from touchatlas.atlas.records.surface import Surface
 
 # Cubes along the extent of a body: with the first number its shape is drawn for planning, the
 # second is the most, because time and memory grow with its square. Doubled, four times the time.
-_COARSE, _MOST = 32, 160
+_COARSE, MOST = 32, 160
 # Largest edge of a cube over the thinnest wall, so that each side has its own cubes. Doubled, both
 # sides of a wall pass the same cube.
 _WALL = 0.4
@@ -41,7 +41,7 @@ def coarse_edge(body: Body) -> float:
     """Edge of the cubes that show the shape of a body, length."""
     wall = max(body.thickness, _TOLD * body.samples.std)
     edge = min(body.extent / _COARSE, _WALL * wall, WITHIN_REACH * body.reach)
-    return max(edge, body.extent / _MOST)
+    return max(edge, body.extent / MOST)
 
 
 def shape_edge(body: Body) -> float:
@@ -50,7 +50,7 @@ def shape_edge(body: Body) -> float:
     if is_smooth(body):
         return coarse_edge(body)
     bend = _BEND / max(body.largest_curvature, np.finfo(float).tiny)
-    return max(min(coarse_edge(body), bend), body.extent / _MOST)
+    return max(min(coarse_edge(body), bend), body.extent / MOST)
 
 
 def fine_edge(body: Body, sagitta: float) -> float:
@@ -62,7 +62,7 @@ def fine_edge(body: Body, sagitta: float) -> float:
         return coarse_edge(body)
     # Planes alone bend by rounding at most; with zero the quotient overflows.
     bend = np.sqrt(4.0 * sagitta / max(body.largest_curvature, np.finfo(float).eps / body.extent))
-    return max(min(coarse_edge(body), float(bend)), body.extent / _MOST)
+    return max(min(coarse_edge(body), float(bend)), body.extent / MOST)
 
 
 def body_surface(body: Body, edge: float) -> Surface:

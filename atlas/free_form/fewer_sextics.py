@@ -30,7 +30,8 @@ _LARGER, _SHRINK = 1.4, 0.7
 # Distance up to which a sextic has the surface, in radii, and the least cosine of its normal and
 # those of the sides there: 60 degrees. Doubled, sextics meet where they weigh nothing.
 _HAS, _TURNED = 0.6, 0.5
-# Weight at that distance: there no other sextic has a larger share than its weight over this one.
+# Weight at that distance of a sextic that faces as the side does. Another has no larger share there
+# than its weight over this one; where the sextic is turned by 60 degrees, up to 2.7 times this.
 _WEIGHT = (1.0 - (_HAS / WEIGHS) ** 2) ** 3
 # Distance of points that may be middles, in radii. Doubled, fewer places are tried.
 _APART = 0.2
@@ -110,6 +111,8 @@ def fewer_sextics(
     left, parts, radius = np.ones(len(points), bool), [], _LARGER * surface.radius
     while left.any() and radius > _LEAST * spacing:
         parts += _of_radius(on, left, radius)
+        if sum(map(len, parts)) >= len(surface.sextics):
+            return surface
         radius *= _SHRINK
     if left.any():
         own = surface.leading(points[left])

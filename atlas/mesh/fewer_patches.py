@@ -6,15 +6,13 @@ import igl
 import numpy as np
 
 from touchatlas.atlas.body.known_body import KnownBody
-from touchatlas.atlas.contouring.body_surface import body_surface, coarse_edge, is_smooth
+from touchatlas.atlas.contouring.body_surface import MOST, body_surface, coarse_edge, is_smooth
 from touchatlas.atlas.free_form.fewer_sextics import fewer_sextics
 from touchatlas.atlas.mesh.stray_pieces import without_stray_pieces
 
 # Edge of the cubes in which points of the surface are drawn, over the radius of its patches.
 # Doubled, small patches are not told from what they leave out.
 _EDGE = 1.0 / 7.0
-# Most cubes along the extent: time and memory grow with its square.
-_MOST = 160
 
 
 def with_fewer_patches(known: KnownBody, tolerance: float) -> KnownBody:
@@ -30,7 +28,7 @@ def with_fewer_patches(known: KnownBody, tolerance: float) -> KnownBody:
     surface = body.field.trees.free_form(0)
     if surface is None or len(surface.pairs):
         return known
-    edge = max(min(coarse_edge(body), _EDGE * surface.radius), body.extent / _MOST)
+    edge = max(min(coarse_edge(body), _EDGE * surface.radius), body.extent / MOST)
     drawn = without_stray_pieces(body_surface(body, edge), body.samples.points)
     if not len(drawn.faces):
         return known
@@ -38,4 +36,6 @@ def with_fewer_patches(known: KnownBody, tolerance: float) -> KnownBody:
     ends[igl.boundary_facets(drawn.faces)[0].ravel()] = True
     on = drawn.vertices, drawn.normals, drawn.deviation, ends
     fewer = fewer_sextics(surface, *on, edge, tolerance)
+    if fewer is surface:
+        return known
     return replace(known, is_few=True, body=body.with_surface(fewer))

@@ -18,7 +18,7 @@ def test_a_smooth_body_has_40_patches_at_most(name):
     assert len(explored(name).atlas) <= 40
 
 
-def test_a_finished_body_is_off_the_one_before_by_a_quarter_of_the_tolerance_at_most():
+def test_a_finished_body_is_off_the_one_before_by_hardly_more_than_a_quarter_of_the_tolerance():
     found = explored("bottle")
     before = learned(found.touches, found.atlas.tolerance)
     points = before.pool.points
@@ -63,6 +63,13 @@ def test_a_finished_atlas_is_loaded_as_it_was_saved(tmp_path):
 def test_a_body_of_laws_stays(name):
     known = explored(name).atlas.known_body
     assert with_fewer_patches(known, 0.1) is known and not known.is_few
+
+
+def test_a_body_that_no_fewer_patches_follow_stays():
+    """The tolerance is a thousandth of the noise, and seven touches leave most of a bottle open."""
+    atlas = learned(explored("bottle").touches[:7], 2e-5)
+    known = atlas.known_body
+    assert with_fewer_patches(known, atlas.tolerance) is known
 
 
 def test_a_finished_open_body_is_valid_and_loaded_as_it_was_saved(tmp_path):
