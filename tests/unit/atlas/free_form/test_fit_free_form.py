@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
+from tests.explored import learned_at_once, spread_touches
 from touchatlas.atlas.free_form.fit_free_form import are_on, fit_free_form
 from touchatlas.atlas.free_form.free_form_surface import FreeFormSurface
 from touchatlas.atlas.free_form.packed_covariances import PackedCovariances
@@ -12,6 +13,7 @@ from touchatlas.atlas.free_form.sextic_fits import SexticFits, coefficients_of
 from touchatlas.atlas.free_form.sextic_sites import middles_of, sites_of
 from touchatlas.atlas.pieces.fit_piece import linear_fit
 from touchatlas.atlas.pieces.kinds import Kind
+from touchatlas.sim import make_object
 
 # Radii of a torus, the noise of its samples, and the largest radius of a sextic on it: it turns by
 # a radian.
@@ -31,6 +33,20 @@ def fitted():
     points, normals = torus(4000, 0)
     noise = NOISE * np.random.default_rng(1).normal(size=(4000, 1))
     return fit_free_form(points + noise * normals, normals, NOISE, RADIUS)
+
+
+@pytest.mark.parametrize("count", [24, 30])
+def test_a_surface_faces_outward_where_a_sampling_plane_touches_it(count):
+    """The normal of a sample may then be off by more than 75 degrees; a sextic about it that faced
+    inward drew a flap. Elsewhere normals are off by a degree or two."""
+    obj = make_object("torus")
+    atlas = learned_at_once(spread_touches(obj, count, obj.noise_std), obj.tolerance)
+    surface = atlas.body.field.trees.free_form(0)
+    true = obj.normal(obj.project(surface.points))
+    turned = np.einsum("ij,ij->i", surface.fits.normals, true)
+    assert turned.min() < np.cos(np.deg2rad(75.0))
+    faces = np.einsum("ij,ij->i", surface.normals, true)
+    assert faces.min() > np.cos(np.deg2rad(5.0))
 
 
 def test_a_torus_is_known_better_than_its_samples(fitted):
