@@ -14,8 +14,8 @@ from touchatlas.planner.pending import Pending
 from touchatlas.planner.place.choose import Target, View, start_targets
 from touchatlas.planner.place.deviation_ratio import DeviationRatio
 from touchatlas.planner.place.known_area import KnownArea
-from touchatlas.planner.place.places import Places, largest_closed, places_of, planning_edge
-from touchatlas.planner.place.rules import RULES, left_target, rim_target
+from touchatlas.planner.place.places import Places, places_of, planning_edge
+from touchatlas.planner.place.rules import LARGEST_HOLE, RULES, left_target, rim_target
 from touchatlas.planner.plans import first_plan, known_plan, plan_at
 from touchatlas.planner.probe_plan import ProbePlan, Reason, check_answer
 from touchatlas.planner.reach import is_reachable
@@ -150,7 +150,11 @@ class Planner:
         if atlas.body is None:
             return Forecast(0.0, np.zeros((0, 3)))
         places, view = places_of(atlas), self._view(atlas)
-        inside, total, _ = self._areas(places, view)
+        open_ = places.rim_size > LARGEST_HOLE * view.extent
+        if self._known.coverage < self.options.coverage:
+            # Later small holes are looked for in a finer drawing, which has fewer of them.
+            open_ |= places.stay_open(atlas.tolerance, view.extent)
+        inside, total, _ = self._areas(places, view, open_)
         share = inside / total if total > 0.0 else 0.0
         return Forecast(share, places.left(atlas.tolerance, view.extent))
 
@@ -176,7 +180,8 @@ class Planner:
         self._forget_errors_of_another_body(atlas)
         places, view = places_of(atlas), self._view(atlas)
         answered = self._attempts.answered - self._attempts.verified
-        self._known.measure(*self._areas(places, view), self._measured == answered)
+        open_ = places.rim_size > LARGEST_HOLE * view.extent
+        self._known.measure(*self._areas(places, view, open_), self._measured == answered)
         self._measured = answered
         guess = self._guess_behind_edge(atlas, view)
         if guess is not None:
@@ -211,13 +216,13 @@ class Planner:
         edge = fine_edge(atlas.body, atlas.options.facets * atlas.tolerance)
         if edge < planning_edge(atlas):
             places = places_of(atlas, edge)
-        return rim_target(view, places, largest_closed(atlas.tolerance, view.extent))
+        return rim_target(view, places, places.stay_open(atlas.tolerance, view.extent))
 
-    def _areas(self, places: Places, view: View) -> tuple[float, float, float]:
-        """See ``Places.areas``. Holes that are closed within the tolerance do not count."""
-        tolerance = view.atlas.tolerance
-        open_ = places.rim_size > largest_closed(tolerance, view.extent)
-        return places.areas(tolerance, self._ratio, open_ & view.is_untried(places.rim))
+    def _areas(self, places: Places, view: View, open_) -> tuple[float, float, float]:
+        """See ``Places.areas``. The rims of openings, ``open_`` (k,) bool, that were not tried
+        count."""
+        counted = open_ & view.is_untried(places.rim)
+        return places.areas(view.atlas.tolerance, self._ratio, counted)
 
     def _plan_at(self, atlas: Atlas, target: Target, extent: float) -> ProbePlan | Pending:
         """The plan of a target: from a known sample, where approaches beyond samples of a free-form

@@ -5,6 +5,7 @@ import numpy as np
 
 from touchatlas.atlas.records.surface import Surface
 from touchatlas.atlas.samples.rims import Rims
+from touchatlas.patch.geometry.normal_error import SURE
 
 # Largest hole that is closed, as a fraction of the diagonal of the bounding box of its piece: a
 # longer boundary may be a true rim. Doubled, openings of a fifth of the object are closed.
@@ -50,6 +51,28 @@ def diameter(points) -> float:
     return float(np.linalg.norm(np.ptp(points, axis=0)))
 
 
+def error_across(half, sine) -> np.ndarray:
+    """Error of a surface in the middle of a gap, exceeded once in twenty, length: at a distance
+    ``half``, length, from its ends, where the surface meets the gap at an angle of a ``sine``.
+
+    A circle that meets the gap at angles t rises above its middle by half of the gap times
+    tan(t / 2) = sin t / (1 + cos t). Angles are at most right ones, and of any surface a slope of
+    ``SLOPE`` is expected.
+    """
+    sine = np.minimum(np.abs(sine), 1.0)
+    rise = sine / (1.0 + np.sqrt(1.0 - sine * sine))
+    return np.asarray(half * np.maximum(SURE * SLOPE, rise))
+
+
+def slope_of_rim(points, normals) -> float:
+    """Mean sine of the angles at which a surface with normals (n, 3) meets the plane across a hole,
+    at points (n, 3) of its rim: 0 on a plane, 1 at the end of a tube."""
+    offset = points - points.mean(axis=0)
+    away = np.sqrt((offset * offset).sum(axis=1))
+    sines = np.einsum("ij,ij->i", normals, offset) / np.maximum(away, np.finfo(float).tiny)
+    return float(sines.mean())
+
+
 def _middle(surface: Surface, loop) -> Surface:
     """The vertex in the middle of a hole, without triangles."""
     rim, normals = surface.vertices[loop], surface.normals[loop]
@@ -61,11 +84,12 @@ def _middle(surface: Surface, loop) -> Surface:
     slope = np.einsum("ij,ij->i", normals, offset)
     height = 0.5 * (slope / np.maximum(normals @ normal, _UPRIGHT)).mean()
     away = np.sqrt(np.einsum("ij,ij->i", offset, offset).mean())
+    error = error_across(away, slope_of_rim(rim, normals))
     return Surface(
         (centre + height * normal)[None],
         np.zeros((0, 3), int),
         normal[None],
-        np.hypot(surface.deviation[loop].max(keepdims=True), SLOPE * away),
+        np.hypot(surface.deviation[loop].max(keepdims=True), error / SURE),
         surface.patch[loop[:1]],
         surface.gaussian_curvature[loop].mean(keepdims=True),
     )

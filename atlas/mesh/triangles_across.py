@@ -6,8 +6,7 @@ from heapq import heapify, heappop, heappush
 import igl
 import numpy as np
 
-from touchatlas.atlas.mesh.close_holes import SLOPE
-from touchatlas.patch.geometry.normal_error import SURE
+from touchatlas.atlas.mesh.close_holes import error_across
 
 # Least mean cosine between the normals of a hole's triangles and those of its rim: 120 degrees. At
 # the crest of a wall it is 0, about the outer rim of what was touched -1. Doubled, surfaces that
@@ -101,16 +100,10 @@ def _mean_cosine(triangles, normals) -> float:
 
 def _error(ends, normals) -> float:
     """Error of a surface at the middle between two ends (2, 3) of a gap with normals (2, 3),
-    exceeded once in twenty, length.
-
-    A circle that meets the gap at angles t rises above its middle by half of the gap times
-    tan(t / 2) = sin t / (1 + cos t). Angles are at most right ones, and of any surface a slope of
-    ``SLOPE`` is expected.
-    """
+    exceeded once in twenty, length."""
     gap = ends[1] - ends[0]
     length = max(float(np.linalg.norm(gap)), np.finfo(float).tiny)
-    sine = min(float(np.abs(normals @ gap).max()) / length, 1.0)
-    return 0.5 * length * max(SURE * SLOPE, sine / (1.0 + np.sqrt(1.0 - sine * sine)))
+    return float(error_across(0.5 * length, np.abs(normals @ gap).max() / length))
 
 
 def _circumradius(triangle) -> float:

@@ -16,7 +16,7 @@ from touchatlas.atlas.contouring.body_surface import (
     coarse_edge,
     is_smooth,
 )
-from touchatlas.atlas.mesh.close_holes import LARGEST, SLOPE
+from touchatlas.atlas.mesh.close_holes import LARGEST, diameter, error_across, slope_of_rim
 from touchatlas.atlas.mesh.stray_pieces import without_stray_pieces
 from touchatlas.atlas.records.surface import Surface
 from touchatlas.patch.geometry.normal_error import SURE
@@ -55,6 +55,8 @@ class Places:
         Area beside each of them that is taken to be unknown.
     rim_size : (k,) float, length
         Diagonal of the bounding box of the hole or opening that each is of.
+    rim_slope : (k,) float
+        Sine of the angle at which the surface meets the plane across it.
     """
 
     points: np.ndarray
@@ -65,6 +67,7 @@ class Places:
     rim_normals: np.ndarray
     rim_area: np.ndarray
     rim_size: np.ndarray
+    rim_slope: np.ndarray
 
     def areas(self, tolerance: float, ratio: DeviationRatio, counted) -> tuple[float, float, float]:
         """Expected area within a tolerance, all area, and the first by predicted deviations alone,
@@ -80,6 +83,13 @@ class Places:
         weak = self.points[SURE * self.deviation > tolerance]
         return _apart_from_each_other(np.concatenate([self.rim, weak]), extent)
 
+    def stay_open(self, tolerance: float, extent: float) -> np.ndarray:
+        """(k,) whether each rim is of a hole that is not closed within a tolerance: the middle of a
+        hole is half of its size away from what is known. Holes that are larger than a part of the
+        extent stay open."""
+        error = error_across(0.5 * self.rim_size, self.rim_slope)
+        return np.asarray((error > tolerance) | (self.rim_size > LARGEST * extent))
+
 
 def places_of(atlas: Atlas, edge: float | None = None) -> Places:
     """The places of the body of an atlas, from its surface in cubes of an edge, length; a coarse
@@ -90,10 +100,10 @@ def places_of(atlas: Atlas, edge: float | None = None) -> Places:
     body = atlas.body
     if body is None:
         none, no = np.zeros((0, 3)), np.zeros(0)
-        return Places(none, none, no, no, none, none, no, no)
+        return Places(none, none, no, no, none, none, no, no, no)
     drawn = _drawn(body, planning_edge(atlas) if edge is None else edge)
     vertices, faces = drawn.vertices, drawn.faces
-    ends, size = _ends(vertices, faces)
+    ends, size, slope = _ends(drawn)
     length = np.linalg.norm(vertices[ends[:, 0]] - vertices[ends[:, 1]], axis=1)
     outward = drawn.normals[ends].sum(axis=1)
     outward /= np.maximum(np.linalg.norm(outward, axis=1), np.finfo(float).tiny)[:, None]
@@ -116,14 +126,8 @@ def places_of(atlas: Atlas, edge: float | None = None) -> Places:
         outward[left],
         (np.minimum(_STRIP * body.reach, _OF_HOLE * size) * length)[left],
         size[left],
+        slope[left],
     )
-
-
-def largest_closed(tolerance: float, extent: float) -> float:
-    """Size of the largest hole that is closed within a tolerance, length: its middle is half of
-    that away from what is known, and the surface leaves the plane across it by a slope. Larger
-    holes than a part of the extent stay open."""
-    return min(2.0 * tolerance / (SURE * SLOPE), LARGEST * extent)
 
 
 def planning_edge(atlas: Atlas) -> float:
@@ -142,19 +146,22 @@ def _drawn(body: Body, edge: float) -> Surface:
     return without_stray_pieces(drawn, body.samples.points) if is_smooth(body) else drawn
 
 
-def _ends(vertices, faces) -> tuple[np.ndarray, np.ndarray]:
-    """The edges (k, 2) at which triangles (f, 3) end, and the diagonal (k,) of the bounding box of
-    all that hang together, length."""
+def _ends(drawn: Surface) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The edges (k, 2) at which a surface ends, and of all that hang together the diagonal (k,) of
+    their bounding box, length, and the slope (k,) at which the surface ends."""
+    vertices, faces = drawn.vertices, drawn.faces
     ends = igl.boundary_facets(faces)[0] if len(faces) else np.zeros((0, 2), int)
     ends = np.reshape(ends, (-1, 2))
     count = len(vertices)
     graph = coo_array((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), (count, count))
     of = connected_components(graph, directed=False)[1][ends[:, 0]]
-    size = np.zeros(len(ends))
+    size, slope = np.zeros((2, len(ends)))
     for number in np.unique(of).tolist():
         mine = of == number
-        size[mine] = np.linalg.norm(np.ptp(vertices[ends[mine].ravel()], axis=0))
-    return ends, size
+        rim = np.unique(ends[mine])
+        size[mine] = diameter(vertices[rim])
+        slope[mine] = slope_of_rim(vertices[rim], drawn.normals[rim])
+    return ends, size, slope
 
 
 def _apart_from_each_other(points, extent: float) -> np.ndarray:

@@ -34,17 +34,17 @@ def tolerance(view: View, places: Places, _: np.random.Generator | None) -> Targ
     """Where the surface ends, far from all touches; else where another hole of the body may be
     hidden; else where a touch can take most of the variance; else at a small hole of the surface.
     """
-    target = rim_target(view, places, LARGEST_HOLE * view.extent)
+    target = rim_target(view, places, places.rim_size > LARGEST_HOLE * view.extent)
     target = hidden_hole_target(view, places) if target is None else target
     target = weak_target(view, places) if target is None else target
-    return rim_target(view, places, 0.0) if target is None else target
+    return rim_target(view, places, places.rim_size > 0.0) if target is None else target
 
 
 def left_target(view: View, places: Places) -> Target | None:
     """What is left to touch of a surface that is known to the tolerance elsewhere: a large opening,
     where a hole larger than the tolerance may be hidden, a rim that is not sure, or an edge that is
     drawn by a guess."""
-    target = rim_target(view, places, LARGEST_HOLE * view.extent)
+    target = rim_target(view, places, places.rim_size > LARGEST_HOLE * view.extent)
     if target is None:
         target = hidden_hole_target(view, places, view.atlas.tolerance)
     target = unsure_rim_target(view) if target is None else target
@@ -82,15 +82,14 @@ def variance(view: View, places: Places, _: np.random.Generator | None) -> Targe
     return _target(places, len(places.rim) + int(weak.argmax()))
 
 
-def rim_target(view: View, places: Places, size: float) -> Target | None:
-    """The place at the rim of an opening larger than ``size``, length, that teaches most for its
-    cost: the square of its distance to all touches, and attempts in vain, over the way from the
-    last touch. None where all of that is near touches or attempts."""
-    large = places.rim_size > size
-    free = np.flatnonzero(large & view.is_free(places.rim))
+def rim_target(view: View, places: Places, asked) -> Target | None:
+    """The place at some of the rims, ``asked`` (k,) bool, that teaches most for its cost: the
+    square of its distance to all touches, and attempts in vain, over the way from the last touch.
+    None where all of that is near touches or attempts."""
+    free = np.flatnonzero(asked & view.is_free(places.rim))
     if not len(free):
         # What is left of the rims are small holes, which may lie beside a touch.
-        free = np.flatnonzero(large & (view.apart(places.rim) > APART_HOLES * view.extent))
+        free = np.flatnonzero(asked & (view.apart(places.rim) > APART_HOLES * view.extent))
     if not len(free):
         return None
     reached, points = np.concatenate([view.touched, view.in_vain]), places.rim[free]

@@ -34,7 +34,7 @@ def target(monkeypatch, radius: float, done=NOWHERE, borne: float = 0.0, is_one:
     view = View(atlas, 1.0, np.zeros((1, 3)), np.reshape(done, (-1, 3)), NOWHERE, NOWHERE, EXTENT)
     four = np.zeros(len(PLACES))
     up, none = np.tile([0.0, 0.0, 1.0], (4, 1)), np.zeros(0)
-    places = Places(PLACES, up, four, four + 1.0, NOWHERE, NOWHERE, none, none)
+    places = Places(PLACES, up, four, four + 1.0, NOWHERE, NOWHERE, none, none, none)
     return hidden_hole_target(view, places, borne)
 
 

@@ -12,7 +12,7 @@ from touchatlas.atlas.body.known_body import KnownBody
 from touchatlas.planner import Planner
 from touchatlas.planner.place.choose import View
 from touchatlas.planner.place.deviation_ratio import DeviationRatio
-from touchatlas.planner.place.places import Places, largest_closed, places_of
+from touchatlas.planner.place.places import Places, places_of
 from touchatlas.sim import make_object
 from touchatlas.sim.study.stability_atlas.bodies import cup
 
@@ -120,22 +120,37 @@ def test_an_opening_at_which_contact_was_lost_is_no_rim_to_touch():
     assert len(found.rim) < 0.1 * 2.0 * np.pi * 33.0 / (atlas.body.extent / 32)
 
 
-def test_a_hole_is_closed_within_the_tolerance_up_to_a_size():
-    """A tenth of the distance to what is known is its deviation, and 1.96 of that are the
-    tolerance. A hole of more than a tenth of the body stays open."""
-    middle = 0.5 * largest_closed(TOLERANCE, 1e3)
-    assert 1.96 * 0.1 * middle == pytest.approx(TOLERANCE, rel=1e-3)
-    assert largest_closed(TOLERANCE, 2.0) == pytest.approx(0.2)
+def rims(sizes, slopes) -> Places:
+    """Two rims of holes, with an area of 2 and of 3 beside them."""
+    up, none = np.array([[0.0, 0.0, 1.0]]), np.zeros((0, 3))
+    rim, area = np.array([[5.0, 0.0, 0.0], [-5.0, 0.0, 0.0]]), np.array([2.0, 3.0])
+    known = none, none, *np.zeros((2, 0))
+    return Places(*known, rim, np.tile(up, (2, 1)), area, np.array(sizes), np.array(slopes))
+
+
+# A tenth of the distance to what is known is the deviation in the middle of a level hole, and 1.96
+# of that are the tolerance.
+LARGEST_CLOSED = 2.0 * TOLERANCE / (1.96 * 0.1)
+
+
+def test_a_level_hole_is_closed_within_the_tolerance_up_to_a_size():
+    found = rims([0.99 * LARGEST_CLOSED, 1.01 * LARGEST_CLOSED], [0.0, 0.0])
+    assert found.stay_open(TOLERANCE, 1e3).tolist() == [False, True]
+
+
+def test_a_hole_of_more_than_a_tenth_of_the_body_stays_open():
+    assert rims([0.19, 0.21], [0.0, 0.0]).stay_open(TOLERANCE, 2.0).tolist() == [False, True]
+
+
+def test_the_end_of_a_tube_stays_open_unless_it_is_as_narrow_as_the_tolerance():
+    """It may end flat, as half a ball, or beyond: half a ball is as high as the radius."""
+    found = rims([1.98 * TOLERANCE, 2.02 * TOLERANCE], [1.0, 1.0])
+    assert found.stay_open(TOLERANCE, 1e3).tolist() == [False, True]
 
 
 def test_holes_that_are_closed_within_the_tolerance_are_no_unknown_area():
-    """Of two rims one is of an opening of a tenth of the body, the other of a small hole."""
-    atlas, size = Atlas(TOLERANCE), largest_closed(TOLERANCE, 1e3)
-    up, none = np.array([[0.0, 0.0, 1.0]]), np.zeros((0, 3))
-    rim = np.array([[5.0, 0.0, 0.0], [-5.0, 0.0, 0.0]])
-    sizes = np.array([1.01, 0.99]) * size
-    found = Places(
-        none, none, *np.zeros((2, 0)), rim, np.tile(up, (2, 1)), np.array([2.0, 3.0]), sizes
-    )
-    view = View(atlas, 1.0, none, none, none, none, 1e3)
-    assert Planner(np.zeros(3), up[0])._areas(found, view)[1] == 2.0
+    found = rims([1.01 * LARGEST_CLOSED, 0.99 * LARGEST_CLOSED], [0.0, 0.0])
+    none = np.zeros((0, 3))
+    view = View(Atlas(TOLERANCE), 1.0, none, none, none, none, 1e3)
+    planner = Planner(np.zeros(3), np.array([0.0, 0.0, 1.0]))
+    assert planner._areas(found, view, found.stay_open(TOLERANCE, 1e3))[1] == 2.0

@@ -44,6 +44,7 @@ def places(deviation=DEVIATION, rim=RIM, size=SIZE) -> Places:
         np.tile(UP, (ends, 1)),
         np.ones(ends),
         np.asarray(size, float),
+        np.zeros(ends),
     )
 
 

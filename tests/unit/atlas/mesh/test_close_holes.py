@@ -1,9 +1,10 @@
 """Small holes are closed, counted and doubted; true rims stay open."""
 
 import numpy as np
+import pytest
 import trimesh
 
-from touchatlas.atlas.mesh.close_holes import close_holes
+from touchatlas.atlas.mesh.close_holes import close_holes, error_across, slope_of_rim
 from touchatlas.atlas.records.surface import Surface
 from touchatlas.atlas.samples.rims import Rims
 from touchatlas.atlas.samples.sample_pool import SamplePool
@@ -60,3 +61,29 @@ def test_the_size_of_a_hole_is_a_fraction_of_the_surface():
     small = pierced([0.0, 0.0, 1.0], width=5.0)
     whole = close_holes(Surface(*(1e3 * small.vertices, *list(vars(small).values())[1:])), NO_RIMS)
     assert len(whole.closed_holes) == 1
+
+
+def test_the_error_across_a_hole_of_a_ball_is_the_height_of_its_cap():
+    """A cap of angle t over a rim of radius r is r tan(t / 2) high; a slope of a tenth is borne."""
+    around = np.linspace(0.0, 2.0 * np.pi, 64, endpoint=False)
+    for angle in np.deg2rad([5.0, 30.0, 60.0, 90.0]):
+        rim = np.sin(angle) * np.stack([np.cos(around), np.sin(around), 0.0 * around], axis=1)
+        normals = rim + [0.0, 0.0, np.cos(angle)]
+        assert slope_of_rim(rim + 5.0, normals) == pytest.approx(np.sin(angle), rel=1e-12)
+        high = max(1.0 - np.cos(angle), 0.196 * np.sin(angle))
+        # 1.96 stands for the 95th percentile, to 2e-5.
+        assert error_across(np.sin(angle), np.sin(angle)) == pytest.approx(high, rel=1e-4)
+
+
+def test_the_end_of_a_finger_is_closed_with_the_deviation_of_half_a_ball():
+    """What no touch has met may end flat or go on: it is off by its radius at 95 %."""
+    finger = trimesh.creation.capsule(height=100.0, radius=2.0, count=[64, 64])
+    count, sure = len(finger.vertices), 1e-3
+    whole = Surface(
+        *(finger.vertices, finger.faces, finger.vertex_normals, np.full(count, sure)),
+        *(np.zeros(count, int), np.zeros(count)),
+    )
+    without_tip = whole.only(finger.vertices[:, 2] < finger.vertices[:, 2].max() - 1.95)
+    closed = close_holes(without_tip, NO_RIMS)
+    [deviation] = closed.deviation[len(without_tip.vertices) :]
+    assert deviation == pytest.approx(2.0 / 1.96, rel=0.1)
