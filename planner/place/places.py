@@ -35,6 +35,12 @@ _ROUGH, _FINEST = 4.0 / 3.0, 64
 # Distance from a rim at which a surface in cubes ends there, in edges of the cubes. Doubled, more
 # of what no contour crossed counts as the opening.
 _AT_RIM = 2.0
+# Distances beyond the rim of an opening at which the surface is asked for, in edges of the cubes,
+# and share of these places at which it is known, from which the opening is none: cubes are too
+# coarse for a thin wall or a bend there. Of 103 openings of four bodies 33 had such a share: all
+# but one at most 6 % of the unknown surface that their rims stand for; others had up to half of it.
+# At 0.9 it was up to 12 %. With the distances doubled, the other side of narrow openings is met.
+_BEYOND, _KNOWN = (1.0, 1.5, 2.0), 0.95
 # Distance between places that are listed at the end, in extents. Doubled, fewer places are named.
 _LISTED = 0.1
 
@@ -101,20 +107,24 @@ def places_of(atlas: Atlas, edge: float | None = None) -> Places:
     if body is None:
         none, no = np.zeros((0, 3)), np.zeros(0)
         return Places(none, none, no, no, none, none, no, no, no)
-    drawn = _drawn(body, planning_edge(atlas) if edge is None else edge)
+    edge = planning_edge(atlas) if edge is None else edge
+    drawn = _drawn(body, edge)
     vertices, faces = drawn.vertices, drawn.faces
     ends, size, slope = _ends(drawn)
-    length = np.linalg.norm(vertices[ends[:, 0]] - vertices[ends[:, 1]], axis=1)
-    outward = drawn.normals[ends].sum(axis=1)
-    outward /= np.maximum(np.linalg.norm(outward, axis=1), np.finfo(float).tiny)[:, None]
+    chord = vertices[ends[:, 1]] - vertices[ends[:, 0]]
+    length = np.linalg.norm(chord, axis=1)
+    outward = _unit(drawn.normals[ends].sum(axis=1))
     middle = vertices[ends].mean(axis=1)
     left = ~atlas.rims.at(middle, _AT_RIM * planning_edge(atlas))
     left &= ~body.beyond(middle, outward)
+    if is_smooth(body):
+        large = np.flatnonzero(size > LARGEST * body.extent)
+        away = edge * _unit(np.cross(chord[large], outward[large]))
+        left[large] &= _are_open(body, middle[large], away, size[large])
     normals = np.cross(
         vertices[faces[:, 1]] - vertices[faces[:, 0]], vertices[faces[:, 2]] - vertices[faces[:, 0]]
     )
-    double = np.linalg.norm(normals, axis=1)
-    normals /= np.maximum(double, np.finfo(float).tiny)[:, None]
+    double, normals = np.linalg.norm(normals, axis=1), _unit(normals)
     middles = vertices[faces].mean(axis=1)
     within = ~body.beyond(middles, normals)
     return Places(
@@ -162,6 +172,26 @@ def _ends(drawn: Surface) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         size[mine] = diameter(vertices[rim])
         slope[mine] = slope_of_rim(vertices[rim], drawn.normals[rim])
     return ends, size, slope
+
+
+def _are_open(body: Body, rim, away, size) -> np.ndarray:
+    """(k,) whether the openings to which the middles of rims (k, 3) belong, one of each ``size``
+    (k,), length, are real: whether the surface is unknown beyond some of these, at multiples of
+    ``away`` (k, 3), length, along the surface."""
+    known = np.zeros(len(rim))
+    for step in _BEYOND:
+        beside = rim + step * away
+        at = body.field.at(beside, texture=False)
+        known += body.at(beside - at.distance[:, None] * at.normal, texture=False)[1]
+    of = np.unique(size, return_inverse=True)[1]
+    share = np.bincount(of, known / len(_BEYOND)) / np.bincount(of)
+    return np.asarray(share[of] < _KNOWN)
+
+
+def _unit(vectors) -> np.ndarray:
+    """(n, 3) unit vectors along vectors (n, 3), or zero."""
+    length = np.linalg.norm(vectors, axis=1)
+    return np.asarray(vectors / np.maximum(length, np.finfo(float).tiny)[:, None])
 
 
 def _apart_from_each_other(points, extent: float) -> np.ndarray:

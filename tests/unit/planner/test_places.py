@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import igl
 import numpy as np
 import pytest
 
@@ -9,6 +10,7 @@ from tests.explored import learned, spread_touches
 from tests.lawful import HALF, body_of, samples_of_touches, touched_mesh
 from touchatlas.atlas import Atlas
 from touchatlas.atlas.body.known_body import KnownBody
+from touchatlas.atlas.contouring.body_surface import body_surface
 from touchatlas.planner import Planner
 from touchatlas.planner.place.choose import View
 from touchatlas.planner.place.deviation_ratio import DeviationRatio
@@ -118,6 +120,27 @@ def test_an_opening_at_which_contact_was_lost_is_no_rim_to_touch():
     found = places_of(atlas)
     assert len(atlas.rims) and found.area.sum() == pytest.approx(2.0 * np.pi * 33.0**2, rel=0.1)
     assert len(found.rim) < 0.1 * 2.0 * np.pi * 33.0 / (atlas.body.extent / 32)
+
+
+@pytest.fixture(scope="module")
+def touches_of_blob():
+    return spread_touches(make_object("blob"), 16, NOISE)
+
+
+def test_where_cubes_are_too_coarse_for_a_closed_surface_is_no_opening(touches_of_blob):
+    """Corners of cubes of six tenths of the reach are too far from samples to be known."""
+    atlas = learned(touches_of_blob, TOLERANCE)
+    edge = 0.6 * atlas.body.reach
+    open_ = igl.boundary_facets(body_surface(atlas.body, edge).faces)[0]
+    assert len(open_) and not len(places_of(atlas, edge).rim)
+    assert not len(places_of(atlas).rim)
+
+
+def test_where_no_touch_was_is_an_opening(touches_of_blob):
+    atlas = learned([t for t in touches_of_blob if t.contact[2] > 0.0], TOLERANCE)
+    for edge in None, 0.2 * atlas.body.reach:
+        found = places_of(atlas, edge)
+        assert found.rim_size.max() > 0.3 * atlas.body.extent
 
 
 def rims(sizes, slopes) -> Places:
