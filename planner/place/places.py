@@ -110,7 +110,7 @@ def places_of(atlas: Atlas, edge: float | None = None) -> Places:
     edge = planning_edge(atlas) if edge is None else edge
     drawn = _drawn(body, edge)
     vertices, faces = drawn.vertices, drawn.faces
-    ends, size, slope = _ends(drawn)
+    ends, of, size, slope = _ends(drawn)
     chord = vertices[ends[:, 1]] - vertices[ends[:, 0]]
     length = np.linalg.norm(chord, axis=1)
     outward = _unit(drawn.normals[ends].sum(axis=1))
@@ -120,7 +120,7 @@ def places_of(atlas: Atlas, edge: float | None = None) -> Places:
     if is_smooth(body):
         large = np.flatnonzero(size > LARGEST * body.extent)
         away = edge * _unit(np.cross(chord[large], outward[large]))
-        left[large] &= _are_open(body, middle[large], away, size[large])
+        left[large] &= _are_open(body, middle[large], away, of[large])
     normals = np.cross(
         vertices[faces[:, 1]] - vertices[faces[:, 0]], vertices[faces[:, 2]] - vertices[faces[:, 0]]
     )
@@ -156,9 +156,10 @@ def _drawn(body: Body, edge: float) -> Surface:
     return without_stray_pieces(drawn, body.samples.points) if is_smooth(body) else drawn
 
 
-def _ends(drawn: Surface) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The edges (k, 2) at which a surface ends, and of all that hang together the diagonal (k,) of
-    their bounding box, length, and the slope (k,) at which the surface ends."""
+def _ends(drawn: Surface) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """The edges (k, 2) at which a surface ends, and of all that hang together their number (k,),
+    the diagonal (k,) of their bounding box, length, and the slope (k,) at which the surface ends.
+    """
     vertices, faces = drawn.vertices, drawn.faces
     ends = igl.boundary_facets(faces)[0] if len(faces) else np.zeros((0, 2), int)
     ends = np.reshape(ends, (-1, 2))
@@ -171,19 +172,19 @@ def _ends(drawn: Surface) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         rim = np.unique(ends[mine])
         size[mine] = diameter(vertices[rim])
         slope[mine] = slope_of_rim(vertices[rim], drawn.normals[rim])
-    return ends, size, slope
+    return ends, of, size, slope
 
 
-def _are_open(body: Body, rim, away, size) -> np.ndarray:
-    """(k,) whether the openings to which the middles of rims (k, 3) belong, one of each ``size``
-    (k,), length, are real: whether the surface is unknown beyond some of these, at multiples of
-    ``away`` (k, 3), length, along the surface."""
+def _are_open(body: Body, rim, away, of) -> np.ndarray:
+    """(k,) whether the openings ``of`` (k,) int, to which the middles of rims (k, 3) belong, are
+    real: whether the surface is unknown beyond some of these, at multiples of ``away`` (k, 3),
+    length, along the surface."""
     known = np.zeros(len(rim))
     for step in _BEYOND:
         beside = rim + step * away
         at = body.field.at(beside, texture=False)
         known += body.at(beside - at.distance[:, None] * at.normal, texture=False)[1]
-    of = np.unique(size, return_inverse=True)[1]
+    of = np.unique(of, return_inverse=True)[1]
     share = np.bincount(of, known / len(_BEYOND)) / np.bincount(of)
     return np.asarray(share[of] < _KNOWN)
 
