@@ -5,6 +5,7 @@ import numpy as np
 from touchatlas.atlas.atlas import Atlas, AtlasChange
 from touchatlas.atlas.contouring.body_surface import fine_edge
 from touchatlas.atlas.faces.faces import Faces
+from touchatlas.atlas.mesh.close_holes import LARGEST
 from touchatlas.atlas.records.touch import Touch
 from touchatlas.patch.geometry.arrays import check_unit, frozen_array
 from touchatlas.planner.attempts import Attempts
@@ -15,7 +16,7 @@ from touchatlas.planner.place.choose import Target, View, start_targets
 from touchatlas.planner.place.deviation_ratio import DeviationRatio
 from touchatlas.planner.place.known_area import KnownArea
 from touchatlas.planner.place.places import Places, places_of, planning_edge
-from touchatlas.planner.place.rules import LARGEST_HOLE, RULES, left_target, rim_target
+from touchatlas.planner.place.rules import RULES, left_target, rim_target
 from touchatlas.planner.plans import first_plan, known_plan, plan_at
 from touchatlas.planner.probe_plan import ProbePlan, Reason, check_answer
 from touchatlas.planner.reach import is_reachable
@@ -146,13 +147,20 @@ class Planner:
         self._ratio.learn(change.innovations)
 
     def forecast(self, atlas: Atlas) -> Forecast:
-        """What is known of the surface of an atlas, and where too little is."""
+        """What is known of the surface of an atlas, and where too little is.
+
+        Small holes that would not be closed within the tolerance count as unknown, unless the
+        planner ended as known: then none of them is left in the fine drawing.
+        """
+        return self._forecast(atlas, self.stop is not None and self.stop.reason is StopReason.KNOWN)
+
+    def _forecast(self, atlas: Atlas, known: bool) -> Forecast:
+        """The same; whether the planner ended as known is given."""
         if atlas.body is None:
             return Forecast(0.0, np.zeros((0, 3)))
         places, view = places_of(atlas), self._view(atlas)
-        open_ = places.rim_size > LARGEST_HOLE * view.extent
-        if self._known.coverage < self.options.coverage:
-            # Later small holes are looked for in a finer drawing, which has fewer of them.
+        open_ = places.rim_size > LARGEST * view.extent
+        if not known:
             open_ |= places.stay_open(atlas.tolerance, view.extent)
         inside, total, _ = self._areas(places, view, open_)
         share = inside / total if total > 0.0 else 0.0
@@ -180,7 +188,7 @@ class Planner:
         self._forget_errors_of_another_body(atlas)
         places, view = places_of(atlas), self._view(atlas)
         answered = self._attempts.answered - self._attempts.verified
-        open_ = places.rim_size > LARGEST_HOLE * view.extent
+        open_ = places.rim_size > LARGEST * view.extent
         self._known.measure(*self._areas(places, view, open_), self._measured == answered)
         self._measured = answered
         guess = self._guess_behind_edge(atlas, view)
@@ -200,12 +208,19 @@ class Planner:
         """Where to touch next, if anywhere, and whether the surface is known. The surface is drawn
         finely, to find small holes, when it is known and no plan pends."""
         enough = self._known.coverage >= self.options.coverage
-        if self._known.stagnates() or (enough and len(view.pending)):
-            return None, enough
-        if enough:
-            target = left_target(view, places)
-            return (self._hole(view, places) if target is None else target), True
-        return RULES[self.options.name](view, places, self._rng), False
+        if enough and len(view.pending):
+            return None, True
+        left = self._left(view, places) if enough else None
+        if self._known.stagnates():
+            return None, enough and left is None
+        return (
+            (left, True) if enough else (RULES[self.options.name](view, places, self._rng), False)
+        )
+
+    def _left(self, view: View, places: Places) -> Target | None:
+        """What is left to touch when enough of the surface is known."""
+        target = left_target(view, places)
+        return self._hole(view, places) if target is None else target
 
     def _hole(self, view: View, places: Places) -> Target | None:
         """A hole of the surface that is drawn at the end, which would be off by more than the
@@ -219,8 +234,8 @@ class Planner:
         return rim_target(view, places, places.stay_open(atlas.tolerance, view.extent))
 
     def _areas(self, places: Places, view: View, open_) -> tuple[float, float, float]:
-        """See ``Places.areas``. The rims of openings, ``open_`` (k,) bool, that were not tried
-        count."""
+        """See ``Places.areas``: of the rims ``open_`` (k,) bool, those count that no touch or
+        attempt was near."""
         counted = open_ & view.is_untried(places.rim)
         return places.areas(view.atlas.tolerance, self._ratio, counted)
 
@@ -289,7 +304,8 @@ class Planner:
         """No plan: ``stop`` says why, unless a pending one may teach more."""
         if not self._attempts.pending:
             unreachable = np.reshape(self._attempts.unreachable, (-1, 3))
-            self.stop = Stop(reason, self.forecast(atlas), unreachable)
+            forecast = self._forecast(atlas, reason is StopReason.KNOWN)
+            self.stop = Stop(reason, forecast, unreachable)
         return None
 
 

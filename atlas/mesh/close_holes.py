@@ -7,8 +7,9 @@ from touchatlas.atlas.records.surface import Surface
 from touchatlas.atlas.samples.rims import Rims
 from touchatlas.patch.geometry.normal_error import SURE
 
-# Largest hole that is closed, as a fraction of the diagonal of the bounding box of its piece: a
-# longer boundary may be a true rim. Doubled, openings of a fifth of the object are closed.
+# Largest hole that is closed, and that the planner touches last, as a fraction of the diagonal of
+# the bounding box of its piece: a longer boundary may be a true rim. Doubled, openings of a fifth
+# of the object are closed.
 LARGEST = 0.1
 # Expected deviation of an unknown surface, in distances to the known one: a slope of six degrees.
 # Doubled, the surface across a hole says that it may be twice as far off.
@@ -66,7 +67,8 @@ def error_across(half, sine) -> np.ndarray:
 
 def slope_of_rim(points, normals) -> float:
     """Mean sine of the angles at which a surface with normals (n, 3) meets the plane across a hole,
-    at points (n, 3) of its rim: 0 on a plane, 1 at the end of a tube."""
+    at points (n, 3) of its rim: 0 on a plane or a saddle, 1 at the end of a tube, -1 at the bottom
+    of a bore."""
     offset = points - points.mean(axis=0)
     away = np.sqrt((offset * offset).sum(axis=1))
     sines = np.einsum("ij,ij->i", normals, offset) / np.maximum(away, np.finfo(float).tiny)

@@ -76,8 +76,8 @@ class Places:
     rim_slope: np.ndarray
 
     def areas(self, tolerance: float, ratio: DeviationRatio, counted) -> tuple[float, float, float]:
-        """Expected area within a tolerance, all area, and the first by predicted deviations alone,
-        length^2; ``counted`` (k,) are the rims that count."""
+        """Expected area within a tolerance; all area, with that beside the rims ``counted`` (k,)
+        bool; and the first by predicted deviations alone, length^2."""
         limit = tolerance / np.maximum(self.deviation, np.finfo(float).tiny)
         inside = float((self.area * ratio.within(limit)).sum())
         unscaled = float((self.area * erf(limit / np.sqrt(2.0))).sum())
@@ -90,9 +90,9 @@ class Places:
         return _apart_from_each_other(np.concatenate([self.rim, weak]), extent)
 
     def stay_open(self, tolerance: float, extent: float) -> np.ndarray:
-        """(k,) whether each rim is of a hole that is not closed within a tolerance: the middle of a
-        hole is half of its size away from what is known. Holes that are larger than a part of the
-        extent stay open."""
+        """(k,) whether each rim is of a hole that is not closed within a tolerance. The middle of a
+        hole is taken to be half of its size away from what is known: of a round one, by 1.4 of its
+        radius. Holes that are larger than a part of the extent stay open."""
         error = error_across(0.5 * self.rim_size, self.rim_slope)
         return np.asarray((error > tolerance) | (self.rim_size > LARGEST * extent))
 

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from touchatlas.atlas.body.guessed_edges import guessed_edges
+from touchatlas.atlas.mesh.close_holes import LARGEST
 from touchatlas.planner.place.choose import APART, APART_HOLES, Target, View, distance_to
 from touchatlas.planner.place.hidden_holes import hidden_hole_target
 from touchatlas.planner.place.places import Places
@@ -16,9 +17,6 @@ from touchatlas.planner.probe_plan import Reason
 
 Rule = Callable[[View, Places, np.random.Generator | None], Target | None]
 
-# Largest hole that waits until the rest is known, in extents: touches about it may close it.
-# Doubled, openings of a fifth of the body wait.
-LARGEST_HOLE = 0.1
 # Cost of a touch besides the way to it, in extents. With the way, 15 explorations of five bodies
 # tracked and travelled 5 % less. Doubled, touches jump farther.
 _SET_UP = 0.3
@@ -34,7 +32,7 @@ def tolerance(view: View, places: Places, _: np.random.Generator | None) -> Targ
     """Where the surface ends, far from all touches; else where another hole of the body may be
     hidden; else where a touch can take most of the variance; else at a small hole of the surface.
     """
-    target = rim_target(view, places, places.rim_size > LARGEST_HOLE * view.extent)
+    target = rim_target(view, places, places.rim_size > LARGEST * view.extent)
     target = hidden_hole_target(view, places) if target is None else target
     target = weak_target(view, places) if target is None else target
     return rim_target(view, places, places.rim_size > 0.0) if target is None else target
@@ -44,7 +42,7 @@ def left_target(view: View, places: Places) -> Target | None:
     """What is left to touch of a surface that is known to the tolerance elsewhere: a large opening,
     where a hole larger than the tolerance may be hidden, a rim that is not sure, or an edge that is
     drawn by a guess."""
-    target = rim_target(view, places, places.rim_size > LARGEST_HOLE * view.extent)
+    target = rim_target(view, places, places.rim_size > LARGEST * view.extent)
     if target is None:
         target = hidden_hole_target(view, places, view.atlas.tolerance)
     target = unsure_rim_target(view) if target is None else target

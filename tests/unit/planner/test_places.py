@@ -15,6 +15,7 @@ from touchatlas.planner import Planner
 from touchatlas.planner.place.choose import View
 from touchatlas.planner.place.deviation_ratio import DeviationRatio
 from touchatlas.planner.place.places import Places, places_of
+from touchatlas.planner.stop import Forecast, Stop, StopReason
 from touchatlas.sim import make_object
 from touchatlas.sim.study.stability_atlas.bodies import cup
 
@@ -166,7 +167,8 @@ def test_a_hole_of_more_than_a_tenth_of_the_body_stays_open():
 
 
 def test_the_end_of_a_tube_stays_open_unless_it_is_as_narrow_as_the_tolerance():
-    """It may end flat, as half a ball, or beyond: half a ball is as high as the radius."""
+    """It may end flat, as half a ball, or beyond: half a ball is as high as the radius, for which
+    half of the size is taken."""
     found = rims([1.98 * TOLERANCE, 2.02 * TOLERANCE], [1.0, 1.0])
     assert found.stay_open(TOLERANCE, 1e3).tolist() == [False, True]
 
@@ -177,3 +179,19 @@ def test_holes_that_are_closed_within_the_tolerance_are_no_unknown_area():
     view = View(Atlas(TOLERANCE), 1.0, none, none, none, none, 1e3)
     planner = Planner(np.zeros(3), np.array([0.0, 0.0, 1.0]))
     assert planner._areas(found, view, found.stay_open(TOLERANCE, 1e3))[1] == 2.0
+
+
+def test_small_holes_count_in_the_forecast_until_the_planner_ended_as_known(
+    monkeypatch, touches_of_blob
+):
+    """A surface of eight, and a hole of two; another one is closed within the tolerance."""
+    sizes = [1.01 * LARGEST_CLOSED, 0.99 * LARGEST_CLOSED]
+    up = np.array([[0.0, 0.0, 1.0]])
+    sure = {"points": up, "normals": up, "deviation": np.array([1e-9]), "area": np.array([8.0])}
+    found = replace(rims(sizes, [0.0, 0.0]), **sure)
+    monkeypatch.setattr("touchatlas.planner.planner.places_of", lambda atlas: found)
+    atlas, planner = learned(touches_of_blob, TOLERANCE), Planner(np.zeros(3), up[0])
+    assert planner.forecast(atlas).predicted_coverage == pytest.approx(0.8)
+    for reason, share in (StopReason.STAGNATION, 0.8), (StopReason.KNOWN, 1.0):
+        planner.stop = Stop(reason, Forecast(0.0, up), np.zeros((0, 3)))
+        assert planner.forecast(atlas).predicted_coverage == pytest.approx(share)
