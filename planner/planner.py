@@ -3,9 +3,6 @@
 import numpy as np
 
 from touchatlas.atlas.atlas import Atlas, AtlasChange
-from touchatlas.atlas.contouring.body_surface import fine_edge
-from touchatlas.atlas.faces.faces import Faces
-from touchatlas.atlas.mesh.close_holes import LARGEST
 from touchatlas.atlas.records.touch import Touch
 from touchatlas.patch.geometry.arrays import check_unit, frozen_array
 from touchatlas.planner.attempts import Attempts
@@ -13,10 +10,10 @@ from touchatlas.planner.behind_edges import edge_target, unknown_ends
 from touchatlas.planner.options import TOLERANCE, PlannerOptions
 from touchatlas.planner.pending import Pending
 from touchatlas.planner.place.choose import Target, View, start_targets
-from touchatlas.planner.place.deviation_ratio import DeviationRatio
+from touchatlas.planner.place.deviation_ratio import DeviationRatio, structure_of
 from touchatlas.planner.place.known_area import KnownArea
-from touchatlas.planner.place.places import Places, places_of, planning_edge
-from touchatlas.planner.place.rules import RULES, left_target, rim_target
+from touchatlas.planner.place.places import Places, places_of
+from touchatlas.planner.place.rules import RULES, left_target
 from touchatlas.planner.plans import first_plan, known_plan, plan_at
 from touchatlas.planner.probe_plan import ProbePlan, Reason, check_answer
 from touchatlas.planner.reach import is_reachable
@@ -159,7 +156,7 @@ class Planner:
         if atlas.body is None:
             return Forecast(0.0, np.zeros((0, 3)))
         places, view = places_of(atlas), self._view(atlas)
-        open_ = places.rim_size > LARGEST * view.extent
+        open_ = places.are_large(view.extent)
         if not known:
             open_ |= places.stay_open(atlas.tolerance, view.extent)
         inside, total, _ = self._areas(places, view, open_)
@@ -188,8 +185,8 @@ class Planner:
         self._forget_errors_of_another_body(atlas)
         places, view = places_of(atlas), self._view(atlas)
         answered = self._attempts.answered - self._attempts.verified
-        open_ = places.rim_size > LARGEST * view.extent
-        self._known.measure(*self._areas(places, view, open_), self._measured == answered)
+        areas = self._areas(places, view, places.are_large(view.extent))
+        self._known.measure(*areas, self._measured == answered)
         self._measured = answered
         guess = self._guess_behind_edge(atlas, view)
         if guess is not None:
@@ -210,28 +207,12 @@ class Planner:
         enough = self._known.coverage >= self.options.coverage
         if enough and len(view.pending):
             return None, True
-        left = self._left(view, places) if enough else None
+        left = left_target(view, places) if enough else None
         if self._known.stagnates():
             return None, enough and left is None
-        return (
-            (left, True) if enough else (RULES[self.options.name](view, places, self._rng), False)
-        )
-
-    def _left(self, view: View, places: Places) -> Target | None:
-        """What is left to touch when enough of the surface is known."""
-        target = left_target(view, places)
-        return self._hole(view, places) if target is None else target
-
-    def _hole(self, view: View, places: Places) -> Target | None:
-        """A hole of the surface that is drawn at the end, which would be off by more than the
-        tolerance where it is closed."""
-        atlas = view.atlas
-        if atlas.body is None:
-            return None
-        edge = fine_edge(atlas.body, atlas.options.facets * atlas.tolerance)
-        if edge < planning_edge(atlas):
-            places = places_of(atlas, edge)
-        return rim_target(view, places, places.stay_open(atlas.tolerance, view.extent))
+        if enough:
+            return left, True
+        return RULES[self.options.name](view, places, self._rng), False
 
     def _areas(self, places: Places, view: View, open_) -> tuple[float, float, float]:
         """See ``Places.areas``: of the rims ``open_`` (k,) bool, those count that no touch or
@@ -307,10 +288,3 @@ class Planner:
             forecast = self._forecast(atlas, reason is StopReason.KNOWN)
             self.stop = Stop(reason, forecast, unreachable)
         return None
-
-
-def structure_of(faces: Faces) -> tuple[int, int, int, str]:
-    """Numbers of faces, edges and rounded edges, and the kind of a single face: where one changes,
-    so does the surface."""
-    rounded = sum(edge.radius > 0.0 for edge in faces.edges)
-    return len(faces), len(faces.edges), rounded, faces.faces[0].kind if len(faces) == 1 else ""

@@ -3,6 +3,7 @@
 import numpy as np
 from scipy.special import erf, ndtri
 
+from touchatlas.atlas.faces.faces import Faces
 from touchatlas.patch.geometry.normal_error import SURE
 
 # Touches whose samples count. Doubled, the ratio follows later what residuals explain.
@@ -59,3 +60,10 @@ def _ratio(errors) -> float:
     """The factor for deviations whose 95 % intervals hold 95 % of errors (n,) in deviations; 1 at
     least."""
     return max(1.0, float(np.quantile(errors, _HELD)) / SURE)
+
+
+def structure_of(faces: Faces) -> tuple[int, int, int, str]:
+    """Numbers of faces, edges and rounded edges, and the kind of a single face: where one changes,
+    so does the surface."""
+    rounded = sum(edge.radius > 0.0 for edge in faces.edges)
+    return len(faces), len(faces.edges), rounded, faces.faces[0].kind if len(faces) == 1 else ""

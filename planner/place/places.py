@@ -89,12 +89,17 @@ class Places:
         weak = self.points[SURE * self.deviation > tolerance]
         return _apart_from_each_other(np.concatenate([self.rim, weak]), extent)
 
+    def are_large(self, extent: float) -> np.ndarray:
+        """(k,) whether each rim is of an opening that is too large for a body of an extent, length,
+        to be closed across."""
+        return np.asarray(self.rim_size > LARGEST * extent)
+
     def stay_open(self, tolerance: float, extent: float) -> np.ndarray:
         """(k,) whether each rim is of a hole that is not closed within a tolerance. The middle of a
         hole is taken to be half of its size away from what is known: of a round one, by 1.4 of its
-        radius. Holes that are larger than a part of the extent stay open."""
+        radius. Large openings stay open."""
         error = error_across(0.5 * self.rim_size, self.rim_slope)
-        return np.asarray((error > tolerance) | (self.rim_size > LARGEST * extent))
+        return np.asarray((error > tolerance) | self.are_large(extent))
 
 
 def places_of(atlas: Atlas, edge: float | None = None) -> Places:

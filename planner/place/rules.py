@@ -9,10 +9,10 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from touchatlas.atlas.body.guessed_edges import guessed_edges
-from touchatlas.atlas.mesh.close_holes import LARGEST
+from touchatlas.atlas.contouring.body_surface import fine_edge
 from touchatlas.planner.place.choose import APART, APART_HOLES, Target, View, distance_to
 from touchatlas.planner.place.hidden_holes import hidden_hole_target
-from touchatlas.planner.place.places import Places
+from touchatlas.planner.place.places import Places, places_of, planning_edge
 from touchatlas.planner.probe_plan import Reason
 
 Rule = Callable[[View, Places, np.random.Generator | None], Target | None]
@@ -32,7 +32,7 @@ def tolerance(view: View, places: Places, _: np.random.Generator | None) -> Targ
     """Where the surface ends, far from all touches; else where another hole of the body may be
     hidden; else where a touch can take most of the variance; else at a small hole of the surface.
     """
-    target = rim_target(view, places, places.rim_size > LARGEST * view.extent)
+    target = rim_target(view, places, places.are_large(view.extent))
     target = hidden_hole_target(view, places) if target is None else target
     target = weak_target(view, places) if target is None else target
     return rim_target(view, places, places.rim_size > 0.0) if target is None else target
@@ -40,13 +40,14 @@ def tolerance(view: View, places: Places, _: np.random.Generator | None) -> Targ
 
 def left_target(view: View, places: Places) -> Target | None:
     """What is left to touch of a surface that is known to the tolerance elsewhere: a large opening,
-    where a hole larger than the tolerance may be hidden, a rim that is not sure, or an edge that is
-    drawn by a guess."""
-    target = rim_target(view, places, places.rim_size > LARGEST * view.extent)
+    where a hole larger than the tolerance may be hidden, a rim that is not sure, an edge that is
+    drawn by a guess, or a hole of the fine drawing."""
+    target = rim_target(view, places, places.are_large(view.extent))
     if target is None:
         target = hidden_hole_target(view, places, view.atlas.tolerance)
     target = unsure_rim_target(view) if target is None else target
-    return guessed_edge_target(view) if target is None else target
+    target = guessed_edge_target(view) if target is None else target
+    return hole_target(view, places) if target is None else target
 
 
 def random(view: View, places: Places, rng: np.random.Generator | None) -> Target | None:
@@ -94,6 +95,18 @@ def rim_target(view: View, places: Places, asked) -> Target | None:
     away, offset = distance_to(reached, points), points - view.touched[-1]
     travel = np.sqrt((offset * offset).sum(axis=1))
     return _target(places, int(free[(away**2 / (_SET_UP * view.extent + travel)).argmax()]))
+
+
+def hole_target(view: View, places: Places) -> Target | None:
+    """The place at a hole of the surface as it is drawn at the end, finely, which would be off by
+    more than the tolerance where it is closed; None where none is left."""
+    atlas = view.atlas
+    if atlas.body is None:
+        return None
+    edge = fine_edge(atlas.body, atlas.options.facets * atlas.tolerance)
+    if edge < planning_edge(atlas):
+        places = places_of(atlas, edge)
+    return rim_target(view, places, places.stay_open(atlas.tolerance, view.extent))
 
 
 def unsure_rim_target(view: View) -> Target | None:

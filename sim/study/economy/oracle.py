@@ -7,6 +7,7 @@ from touchatlas.planner import Planner, ProbePlan, Reason, StopReason
 from touchatlas.planner.options import PlannerOptions
 from touchatlas.planner.place.choose import Target, distance_to
 from touchatlas.planner.place.places import places_of
+from touchatlas.planner.place.rules import hole_target
 from touchatlas.planner.plans import plan_at
 
 
@@ -38,7 +39,7 @@ class Oracle(Planner):
         error, view = errors(atlas, self._points), self._view(atlas)
         share = float(np.mean(error <= atlas.tolerance))
         if share >= self.options.coverage and np.isfinite(error).all():
-            target, end = self._hole(view, places_of(atlas)), StopReason.KNOWN
+            target, end = hole_target(view, places_of(atlas)), StopReason.KNOWN
         else:
             left = view.is_free(self._points) & (error > atlas.tolerance)
             target, end = self._worst(np.where(left, error, 0.0), view.touched), StopReason.TRIED
