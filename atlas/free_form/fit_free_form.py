@@ -57,8 +57,8 @@ _LEAST_STD = 1e-5
 # Mean cosine of the normals of a sextic and of its samples, below which it faces inward, and the
 # distance of these from its middle, in radii: it was -0.85 to -0.60 of seven that did, and -0.33 or
 # more of 1,800 others. With zero, and samples at any distance, a lemon lost 17 others, and was off
-# by 3 % more. With the second doubled the cosine was as small as -0.3 of others, which fold at
-# their ends, and up to -0.4 of some that did.
+# by 3 % more. At any distance the cosine was as small as -0.3 of others, which fold at their ends,
+# and as large as 0.2 of one that did.
 _INWARD, _NEAR = -0.45, 0.45
 # Deviations up to which a sample without a label is on the surface. Doubled, samples of other
 # features are taken for those of the face.
