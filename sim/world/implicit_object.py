@@ -105,6 +105,9 @@ class ImplicitObject:
     def contact(self, origin, direction, length: float):
         """First point where a segment enters the body, (3,), or None."""
         low, high = 0.0, length
+        if length > 2.0 * np.linalg.norm(self._half_extent):
+            # Steps of a long segment would pass a thin body.
+            low, high = self._near(origin, direction, length)
         for _ in range(3):
             t = np.linspace(low, high, 65)
             inside = self.value(origin + t[:, None] * direction) < 0.0
@@ -119,6 +122,13 @@ class ImplicitObject:
             value, gradient = self.field.first_order((origin + at * direction)[None])
             at = float(np.clip(at - float(value[0] / (gradient[0] @ direction)), low, high))
         return origin + at * direction
+
+    def _near(self, origin, direction, length: float) -> tuple[float, float]:
+        """The part of a segment from ``origin`` on, from and to a length, about the middle of the
+        body: no longer than its diagonal."""
+        middle, half = -float(origin @ direction), float(np.linalg.norm(self._half_extent))
+        low, high = np.clip([middle - half, middle + half], 0.0, length)
+        return float(low), float(high)
 
     def trace_arms(self, point, plane_normals, directions, reach, step, max_turn, step_turn=np.pi):
         """Curves from a surface point in several planes, all advanced step by step together.

@@ -6,6 +6,8 @@ import trimesh
 
 from tests.sharp import sharp_object
 from touchatlas.patch import ContourEnd
+from touchatlas.sim.world.implicit_fields import quadric_with_bumps
+from touchatlas.sim.world.implicit_object import ImplicitObject
 from touchatlas.sim.world.objects import make_object, object_names
 from touchatlas.sim.world.probe import Probe
 
@@ -198,6 +200,15 @@ def test_contact_is_the_first_entry():
     assert torus.contact(np.array([40.0, 0.0, 60.0]), down, 100.0) == pytest.approx([40, 0, 15])
     assert torus.contact(np.array([0.0, 0.0, 60.0]), down, 100.0) is None
     assert torus.contact(np.array([40.0, 0.0, 60.0]), down, 20.0) is None
+
+
+def test_a_long_approach_meets_a_thin_body():
+    """A 64th of the segment is longer than the disc is thick; beside it, there is nothing."""
+    disc = ImplicitObject("disc", "", quadric_with_bumps((60.0, 50.0, 1.0)), (60, 50, 1), 0.02, 0.1)
+    down = np.array([0.0, 0.0, -1.0])
+    assert disc.contact(np.array([0.0, 0.0, 700.0]), down, 1400.0) == pytest.approx([0, 0, 1])
+    assert disc.contact(np.array([0.0, 52.0, 700.0]), down, 1400.0) is None
+    assert disc.contact(np.array([0.0, 0.0, -700.0]), down, 1400.0) is None
 
 
 @pytest.mark.parametrize("noise", [-0.1, np.nan, np.inf])
