@@ -76,10 +76,14 @@ def _overlapping(patches) -> list[tuple[int, int]]:
 
 
 def _along(edge: FaceEdge, faces: tuple[int, int], patches) -> set[tuple[int, int]]:
-    """Pairs of the patches of two faces that are nearest to points of the edge between them."""
-    points, sides = np.concatenate(edge.curves), []
-    for face in faces:
-        own = [k for k, (its, _) in enumerate(patches) if its == face]
-        tree = cKDTree([patches[k][1].origin for k in own])
-        sides.append(np.array(own)[tree.query(points)[1]])
+    """Pairs of the patches of two faces that are nearest to points of the edge between them; of an
+    edge that no contour crossed, which has no points, the pair nearest to each other."""
+    owns = [[k for k, (its, _) in enumerate(patches) if its == face] for face in faces]
+    trees = [cKDTree([patches[k][1].origin for k in own]) for own in owns]
+    if edge.curves:
+        points = np.concatenate(edge.curves)
+    else:
+        away = trees[1].query(trees[0].data)[0]
+        points = trees[0].data[[away.argmin()]]
+    sides = [np.array(own)[tree.query(points)[1]] for own, tree in zip(owns, trees, strict=True)]
     return {(int(a), int(b)) for a, b in zip(*sides, strict=True)}

@@ -1,5 +1,7 @@
 """Patches of a body as a graph, against closed forms."""
 
+from dataclasses import replace
+
 import networkx as nx
 import numpy as np
 import pytest
@@ -7,6 +9,8 @@ import pytest
 from tests.explored import explored
 from tests.sharp import explored_sharp
 from touchatlas.atlas import Atlas
+from touchatlas.atlas.body.body import Body
+from touchatlas.atlas.body.patch_graph import patch_graph
 from touchatlas.sim import make_object
 
 
@@ -43,6 +47,14 @@ def test_patches_of_a_cube_meet_in_twelve_sharp_edges():
     kinds = [kind for *_, kind in graph.edges(data="kind")]
     assert len(kinds) == 12 and len(set(kinds)) == 1
     assert all(degree == 4 for _, degree in graph.degree())
+
+
+def test_patches_meet_in_an_edge_that_no_contour_crossed():
+    """It has no curve. The patches nearest to each other meet in it."""
+    body = explored_sharp("block").atlas.body
+    edges = tuple(replace(edge, curves=()) for edge in body.faces.edges)
+    without = Body(replace(body.faces, edges=edges), body.samples)
+    assert set(patch_graph(without).edges) == set(patch_graph(body).edges)
 
 
 def test_nothing_touched_has_no_patches():
