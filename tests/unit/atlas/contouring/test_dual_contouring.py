@@ -231,6 +231,22 @@ def test_a_face_in_a_plane_of_the_lattice_leaves_no_degenerate_triangle():
     assert mesh.volume == pytest.approx(np.prod(high - low), rel=1e-6)
 
 
+@pytest.mark.parametrize("degrees", [15.0, 20.0, 30.0, 45.0])
+def test_a_thin_wedge_is_drawn_up_to_its_edge(degrees):
+    """Cubes at its edge are wider than it. Its volume is that of a prism, with rounding."""
+    half, turn = np.deg2rad(0.5 * degrees), Rotation.from_euler("z", 0.3).as_matrix()
+    sides = [[-np.sin(half), side * np.cos(half), 0.0] for side in (1.0, -1.0)]
+    normals = np.array([*sides, [1, 0, 0], [0, 0, 1], [0, 0, -1]]) @ turn.T
+
+    def wedge(points):
+        planes = zip(normals, [0.0, 0.0, 1.0, 0.513, 0.517], strict=True)
+        parts = [(points @ n - level, np.tile(n, (len(points), 1))) for n, level in planes]
+        return extreme(parts, np.argmax)
+
+    mesh = mesh_of(wedge, turn[:, 0], 0.05)
+    assert mesh.volume == pytest.approx(np.tan(half) * 1.03, rel=1e-9)
+
+
 def test_a_seed_off_the_surface_finds_nothing():
     """No cube near the seed is crossed: the mesh is empty."""
     vertices, faces = dual_contour(sphere, known(sphere), [[5.0, 0.0, 0.0]], 0.1)
