@@ -18,6 +18,7 @@ from touchatlas.planner.plans import first_plan, known_plan, plan_at
 from touchatlas.planner.probe_plan import ProbePlan, Reason, check_answer
 from touchatlas.planner.reach import is_reachable
 from touchatlas.planner.search import search_plan
+from touchatlas.planner.sharp_bends import sharp_bends, side_target
 from touchatlas.planner.stop import Forecast, Stop, StopReason
 
 # Share of the ends of contours that are at edges from which places behind edges are guessed: on
@@ -86,6 +87,8 @@ class Planner:
         self._structure = (0, 0, 0, "")
         # What is known, and the plans that were answered when that was last measured.
         self._known, self._measured = KnownArea(), -1
+        # Points before sharp bends at which arms ended, and the direction of each arm.
+        self._bends: list[np.ndarray] = []
         # Rays of the search for other parts: a point and the direction of each.
         self._rays: list[np.ndarray] = []
 
@@ -140,6 +143,7 @@ class Planner:
         """
         check_answer(self._attempts.plans, touch, change)
         answered = self._attempts.answer(touch, change)
+        self._bends += sharp_bends(touch, answered.plan)
         self._attempts.try_again(answered, touch, change, self.options.curves)
         self._ratio.learn(change.innovations)
 
@@ -197,7 +201,7 @@ class Planner:
                 plan = self._search_plan(atlas, places, view)
                 return self._end(atlas, self._reason(known)) if plan is None else plan
             if self._reaches(atlas, target):
-                return self._plan_at(atlas, target, view.extent)
+                return self._plan_at(atlas, target, view)
             self._attempts.leave(target)
             view = self._view(atlas)
 
@@ -220,11 +224,14 @@ class Planner:
         counted = open_ & view.is_untried(places.rim)
         return places.areas(view.atlas.tolerance, self._ratio, counted)
 
-    def _plan_at(self, atlas: Atlas, target: Target, extent: float) -> ProbePlan | Pending:
-        """The plan of a target: from a known sample, where approaches beyond samples of a free-form
-        body often miss."""
-        plan = plan_at(atlas, target, extent, self.options)
+    def _plan_at(self, atlas: Atlas, target: Target, view: View) -> ProbePlan | Pending:
+        """The plan of a target: from outside, where arms ended before a sharp bend near it; from a
+        known sample, where approaches beyond samples of a free-form body often miss."""
         beyond = target.reason is Reason.EXPAND and self.options.name == TOLERANCE
+        side = side_target(target, self._bends, view) if beyond else None
+        if side is not None and self._reaches(atlas, side):
+            return plan_at(atlas, side, view.extent, self.options)
+        plan = plan_at(atlas, target, view.extent, self.options)
         if beyond and atlas.known_body.is_one and self._attempts.often_miss:
             known = known_plan(plan, atlas)
             if known is not None:

@@ -28,7 +28,7 @@ from touchatlas.planner.probe_plan import ProbePlan, Reason
 from touchatlas.planner.stop import Forecast, Stop, StopReason
 
 # The version is that of the file, no unit.
-_FILE = FileKind("planner", "one that save_planner wrote", 9, "begin with a new planner")
+_FILE = FileKind("planner", "one that save_planner wrote", 10, "begin with a new planner")
 # Made without their constructors, of all their attributes.
 _MADE = (Planner, Attempts, DeviationRatio, KnownArea)
 _VALUES = (ProbePlan, SamplingPlane, Pending, Target, Stop, Forecast)
