@@ -1,8 +1,9 @@
-"""Meshes with sharp edges to explore: box, cylinder, hexagonal prism, step, slot and tube; and a
-box with waves on its top and a handle with flat ends, whose free-form faces obey no law.
+"""Meshes with sharp edges to explore: box, cylinder, hexagonal prism, step, slot and tube; a box
+with waves on its top and a handle with flat ends, whose free-form faces obey no law; and a wedge of
+20 degrees and a thin disc with a rim of a radius of 0.3, around which no contour turns.
 
-It writes box.ply, cylinder.ply, prism.ply, step.ply, slot.ply, tube.ply, wavy.ply and handle.ply
-into a folder, in millimetres. All are closed; the tube has an Euler characteristic of 0.
+It writes box.ply, cylinder.ply, prism.ply, step.ply, slot.ply, tube.ply, wavy.ply, handle.ply,
+wedge.ply and disc.ply into a folder, in millimetres. All are closed; the tube has an Euler characteristic of 0.
 
     python examples/sharp_bodies.py [FOLDER]
     touchatlas explore cylinder.ply
@@ -27,6 +28,10 @@ SLOT = np.array(
 )
 SLOT_TRIANGLES = np.array([[0, 1, 4], [0, 4, 5], [1, 2, 3], [1, 3, 4], [0, 5, 6], [0, 6, 7]])
 
+# A wedge that is 60 long.
+HALF = 60.0 * np.tan(np.deg2rad(10.0))
+WEDGE = np.array([[0.0, 0.0], [60.0, -HALF], [60.0, HALF]])
+
 
 def wavy_box() -> trimesh.Trimesh:
     """A box of 60 x 40 x 30 with waves of 4 on its top."""
@@ -50,6 +55,13 @@ def handle() -> trimesh.Trimesh:
     return mesh
 
 
+def disc() -> trimesh.Trimesh:
+    """An ellipsoid with half axes of 60, 50 and 4."""
+    mesh = trimesh.creation.icosphere(subdivisions=6)
+    mesh.apply_scale([60.0, 50.0, 4.0])
+    return mesh
+
+
 def bodies() -> dict[str, trimesh.Trimesh]:
     """The meshes by name."""
     return {
@@ -61,6 +73,8 @@ def bodies() -> dict[str, trimesh.Trimesh]:
         "tube": trimesh.creation.annulus(r_min=12.0, r_max=20.0, height=30.0, sections=SECTIONS),
         "wavy": wavy_box(),
         "handle": handle(),
+        "wedge": trimesh.creation.extrude_triangulation(WEDGE, [[0, 1, 2]], height=40.0),
+        "disc": disc(),
     }
 
 
