@@ -19,8 +19,8 @@ _BESIDE = (0.25, 0.05)
 # zero, they are cut off, and at 0.5 one corner in 200 of boxes in any position is.
 _OUTSIDE = 0.7
 # Half of the largest width of a wedge at the cube from which its tip is sought, in edges: both
-# sides pass one cube only where the wedge is no wider. Doubled, nothing changes; at zero, wedges of
-# 20 degrees end up to 2.9 edges before their tips.
+# sides pass one cube only where the wedge is no wider. Doubled, wedges of 12 degrees end less
+# early; at zero, those of 20 degrees end up to 2.9 edges before their tips.
 _TIP = 0.5
 # Largest distance from the surface of such a tip, in edges: others are no edges of it. Doubled,
 # nothing changes.
@@ -95,7 +95,7 @@ def _meeting(at, middle, means, points, normals, sheet, low, edge: float):
         used = counts & (np.arange(3) >= weakest)
         meeting = middle + np.einsum("vij,vj->vi", vectors, np.where(used, along, 0.0))
         excess = np.abs(meeting - low - 0.5 * edge).max(axis=1) - 0.5 * edge
-        # Of two planes that meet at an angle a, the square root is tan(a / 2).
+        # Of two planes that meet at an angle a and have as many crossings, the root is tan(a / 2).
         half_width = excess * np.sqrt(np.maximum(values[:, weakest], 0.0) / values[:, 2])
         tip = np.flatnonzero((excess > _OUTSIDE * edge) & (half_width <= _TIP * edge))
         good = (excess <= _OUTSIDE * edge) & used[:, weakest]

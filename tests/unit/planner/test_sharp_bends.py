@@ -30,11 +30,16 @@ def bends(points, end=ContourEnd.TURNED_AWAY, approach=UP) -> list[np.ndarray]:
     return sharp_bends(touch, plan)
 
 
-def side(bend_points, reason=Reason.EXPAND, done=None) -> Target | None:
-    """The target beside a place at (1, 2, 2.5)."""
+def side(bend_points, reason=Reason.EXPAND, done=None, wall=None) -> Target | None:
+    """The target beside a place at (1, 2, 2.5), with samples of a wall on x = 1.3 that face
+    along ``wall``."""
     none = np.zeros((0, 3))
     done = none if done is None else done
-    view = View(Atlas(0.1), 1.0, np.zeros((1, 3)), done, none, none, EXTENT)
+    atlas = Atlas(0.1)
+    if wall is not None:
+        point = BEND[:1] + [[0.3, 0.0, 0.0]]
+        atlas.pool.add(point, wall[None], SIDE[None], np.zeros(1, bool), np.full(1, 1e-3))
+    view = View(atlas, 1.0, np.zeros((1, 3)), done, none, none, EXTENT)
     return side_target(Target(np.array([1.0, 2.0, 2.5]), UP, reason), bend_points, view)
 
 
@@ -46,10 +51,12 @@ def test_a_flat_arm_that_turned_away_ends_before_a_bend(outward):
     assert point == pytest.approx(FLAT[-1] - STEP / 8.0 * outward)
 
 
-def test_an_arm_that_turned_gradually_ends_before_no_bend():
-    """On a circle of six steps an arm turns by 110 degrees, and might have turned by 120."""
-    angles = np.linspace(-0.5, np.deg2rad(110.0), 40)
-    circle = 6.0 * STEP * np.column_stack([np.sin(angles), 0.0 * angles, np.cos(angles) - 1.0])
+@pytest.mark.parametrize("steps", [1.5, 2.0, 3.0, 4.0, 6.0])
+def test_an_arm_that_turned_gradually_ends_before_no_bend(steps):
+    """On a circle of some steps an arm turns by 105 to 120 degrees, with a sample each 15."""
+    angles = np.linspace(-0.5, np.deg2rad(110.0), int(2.5 * max(steps, 4.0)))
+    angles -= angles[np.abs(angles).argmin()]
+    circle = steps * STEP * np.column_stack([np.sin(angles), 0.0 * angles, np.cos(angles) - 1.0])
     assert not bends(circle)
 
 
@@ -59,8 +66,8 @@ def test_an_arm_that_ended_for_another_reason_tells_of_no_bend():
 
 
 def test_an_arm_of_few_samples_tells_of_no_bend():
-    """Its direction is that of four samples."""
-    assert not bends(FLAT[:11]) and bends(FLAT[:12])
+    """Its two directions are those of four samples each."""
+    assert not bends(FLAT[:14]) and bends(FLAT[:15])
 
 
 def test_a_place_beside_bends_is_touched_at_the_nearest_from_outside():
@@ -81,6 +88,13 @@ def test_a_place_is_touched_as_planned_where_it_is_known_or_the_bends_were_tried
     three = [BEND] * 3
     assert side(three) is not None and side(three, Reason.REFINE) is None
     assert side(three, done=BEND[:1]) is None
+
+
+def test_a_place_is_touched_as_planned_where_a_wall_stands_ahead_of_the_bend():
+    """As at the bottom of a groove. The far side of a rim faces away from the arm."""
+    three = [BEND] * 3
+    assert side(three, wall=-FORWARD) is None
+    assert side(three, wall=FORWARD) is not None and side(three, wall=UP) is not None
 
 
 def test_the_far_side_of_a_thin_disc_is_touched():
