@@ -3,7 +3,8 @@ with waves on its top and a handle with flat ends, whose free-form faces obey no
 20 degrees and a thin disc with a rim of a radius of 0.3, around which no contour turns.
 
 It writes box.ply, cylinder.ply, prism.ply, step.ply, slot.ply, tube.ply, wavy.ply, handle.ply,
-wedge.ply and disc.ply into a folder, in millimetres. All are closed; the tube has an Euler characteristic of 0.
+wedge.ply and disc.ply into a folder, in millimetres. All are closed; the tube has an Euler
+characteristic of 0.
 
     python examples/sharp_bodies.py [FOLDER]
     touchatlas explore cylinder.ply
