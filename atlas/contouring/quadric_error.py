@@ -10,6 +10,9 @@ import numpy as np
 # Least singular value of the tangent planes that counts, over the largest: two planes that meet
 # at less than 11 degrees are one. Doubled, edges of less than 23 degrees are rounded.
 _CUT = 0.1
+# The same at tips: two planes that meet at less than 5 degrees are one there. Doubled, wedges of
+# less than 9 degrees end early.
+_NARROW = 0.04
 # Distance of the points beside a vertex at which the planes are taken anew, over the distance of
 # the crossings, in two rounds. The error of a plane falls with its square: from a twentieth, the
 # error at a curved edge is 1/400 of the first. Doubled, it is four times larger.
@@ -89,7 +92,7 @@ def _meeting(at, middle, means, points, normals, sheet, low, edge: float):
     matrix = np.add.reduceat(normals[:, :, None] * normals[:, None, :], starts)
     right = np.add.reduceat(height[:, None] * normals, starts)
     values, vectors = np.linalg.eigh(matrix)
-    counts = values > _CUT**2 * values[:, 2:]
+    counts, wide = (values > cut**2 * values[:, 2:] for cut in (_NARROW, _CUT))
     along = np.einsum("vij,vi->vj", vectors, right) / np.where(counts, values, 1.0)
     for weakest in (2, 1, 0):
         used = counts & (np.arange(3) >= weakest)
@@ -98,7 +101,7 @@ def _meeting(at, middle, means, points, normals, sheet, low, edge: float):
         # Of two planes that meet at an angle a and have as many crossings, the root is tan(a / 2).
         half_width = excess * np.sqrt(np.maximum(values[:, weakest], 0.0) / values[:, 2])
         tip = np.flatnonzero((excess > _OUTSIDE * edge) & (half_width <= _TIP * edge))
-        good = (excess <= _OUTSIDE * edge) & used[:, weakest]
+        good = (excess <= _OUTSIDE * edge) & wide[:, weakest]
         good[tip] = used[tip, weakest] & (np.abs(seen(at, meeting[tip])[0]) <= _ON * edge)
         place[good], rank[good] = meeting[good], 3 - weakest
     return place, rank

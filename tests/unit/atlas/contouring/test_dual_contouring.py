@@ -2,6 +2,7 @@
 
 from itertools import product
 
+import igl
 import numpy as np
 import pytest
 import trimesh
@@ -231,20 +232,34 @@ def test_a_face_in_a_plane_of_the_lattice_leaves_no_degenerate_triangle():
     assert mesh.volume == pytest.approx(np.prod(high - low), rel=1e-6)
 
 
-@pytest.mark.parametrize("degrees", [15.0, 20.0, 30.0, 45.0])
-def test_a_thin_wedge_is_drawn_up_to_its_edge(degrees):
-    """Cubes at its edge are wider than it. Its volume is that of a prism, with rounding."""
+def thin_wedge(degrees: float):
+    """A wedge of length 1 and height 1.03 about a turned z axis, and its volume."""
     half, turn = np.deg2rad(0.5 * degrees), Rotation.from_euler("z", 0.3).as_matrix()
     sides = [[-np.sin(half), side * np.cos(half), 0.0] for side in (1.0, -1.0)]
     normals = np.array([*sides, [1, 0, 0], [0, 0, 1], [0, 0, -1]]) @ turn.T
 
-    def wedge(points):
+    def body(points):
         planes = zip(normals, [0.0, 0.0, 1.0, 0.513, 0.517], strict=True)
         parts = [(points @ n - level, np.tile(n, (len(points), 1))) for n, level in planes]
         return extreme(parts, np.argmax)
 
-    mesh = mesh_of(wedge, turn[:, 0], 0.05)
-    assert mesh.volume == pytest.approx(np.tan(half) * 1.03, rel=1e-9)
+    return mesh_of(body, turn[:, 0], 0.05), np.tan(half) * 1.03
+
+
+@pytest.mark.parametrize("degrees", [15.0, 20.0, 30.0, 45.0])
+def test_a_thin_wedge_has_its_volume(degrees):
+    """That of a prism, with rounding, though cubes at its edge are wider than it."""
+    mesh, volume = thin_wedge(degrees)
+    assert mesh.volume == pytest.approx(volume, rel=1e-9)
+
+
+@pytest.mark.parametrize("degrees", [6.0, 8.0, 10.0, 20.0])
+def test_a_thin_wedge_is_drawn_up_to_its_edge(degrees):
+    """Points of the edge lie on triangles, with rounding."""
+    mesh, _ = thin_wedge(degrees)
+    edge = np.linspace(-0.51, 0.51, 200)[:, None] * [0.0, 0.0, 1.0]
+    squared = igl.point_mesh_squared_distance(edge, mesh.vertices, mesh.faces.astype(np.int64))[0]
+    assert np.sqrt(squared.max()) < 1e-9
 
 
 def test_a_seed_off_the_surface_finds_nothing():
