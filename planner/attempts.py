@@ -6,9 +6,16 @@ import numpy as np
 
 from touchatlas.atlas.atlas import Atlas, AtlasChange
 from touchatlas.atlas.records.touch import Touch, TouchStatus
+from touchatlas.planner.options import PlannerOptions
 from touchatlas.planner.pending import Pending
 from touchatlas.planner.place.choose import Target, View
-from touchatlas.planner.plans import beside_plan, closer_plan, coming_clear, known_plan
+from touchatlas.planner.plans import (
+    across_plan,
+    beside_plan,
+    closer_plan,
+    coming_clear,
+    known_plan,
+)
 from touchatlas.planner.probe_plan import ProbePlan, Reason
 
 # How often contours that were too short for a patch are tried closer. Before any patch nothing is
@@ -95,15 +102,18 @@ class Attempts:
         """Whether approaches to places beyond what is known often meet nothing, as beside edges."""
         return self._vain_beyond > _MISSES * (self._approached + _FIRST)
 
-    def try_again(self, pending: Pending, touch: Touch, change: AtlasChange, curves: int) -> None:
-        """Keep another attempt at a place, in ``curves`` planes: beside an edge or closer, where
+    def try_again(
+        self, pending: Pending, touch: Touch, change: AtlasChange, options: PlannerOptions
+    ) -> None:
+        """Keep another attempt at a place: beside an edge, across a side of it, or closer, where
         its contours were too short for a patch, and from a known sample, where it met nothing."""
         met, most = touch.status is TouchStatus.TOUCHED, _TIMES_CLOSER_FIRST
         if self.touched:
             most = _TIMES_CLOSER
         if met and change.refused and pending.closer < most:
-            beside = None if pending.closer else beside_plan(pending.plan, touch, curves)
-            plan = closer_plan(pending.plan, curves) if beside is None else beside
+            aside = across_plan if pending.closer else beside_plan
+            beside = aside(pending.plan, touch, options.curves)
+            plan = closer_plan(pending.plan, options) if beside is None else beside
             self._retries.append(replace(pending, plan=plan, closer=pending.closer + 1))
         elif not met and pending.may_miss:
             self._missed.append(pending)

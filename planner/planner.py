@@ -144,7 +144,7 @@ class Planner:
         check_answer(self._attempts.plans, touch, change)
         answered = self._attempts.answer(touch, change)
         self._bends += sharp_bends(touch, answered.plan)
-        self._attempts.try_again(answered, touch, change, self.options.curves)
+        self._attempts.try_again(answered, touch, change, self.options)
         self._ratio.learn(change.innovations)
 
     def forecast(self, atlas: Atlas) -> Forecast:

@@ -34,6 +34,9 @@ _KNOWN = 0.36
 # Sine of the angle between an arc and the approach, no unit, below which the arc is part of the
 # side from which the probe came: 30 degrees from across. Doubled, it may be another side.
 _FACING = 0.5
+# Cosine of the angle between an arc and the approach beyond which the probe came along it: 30
+# degrees. Doubled in angle, sides of blunt edges are approached across.
+_ALONG = np.cos(np.pi / 6.0)
 # Distance from which a probe comes to what is known, in steps: the first approach may have begun
 # behind an opposite wall. Doubled, it begins there in slots of less than four steps.
 _SURELY = 2.0
@@ -83,11 +86,13 @@ def ending_where_known(plan: ProbePlan, atlas: Atlas) -> ProbePlan:
     return replace(plan, until=known_to(atlas, _KNOWN * atlas.scale))
 
 
-def closer_plan(plan: ProbePlan, curves: int) -> ProbePlan:
-    """A plan at the same place with finer steps and shorter arms, in ``curves`` planes."""
+def closer_plan(plan: ProbePlan, options: PlannerOptions) -> ProbePlan:
+    """A plan at the same place with finer steps and shorter arms, which may turn as the options
+    allow: a first contact may be on a sharp edge."""
     heading = cross(plan.planes[0].normal, plan.normal)
-    planes = concurrent_planes(plan.reference_point, plan.normal, heading, curves)
-    return replace(plan, planes=planes, reach=_CLOSER * plan.reach, step=_CLOSER * plan.step)
+    planes = concurrent_planes(plan.reference_point, plan.normal, heading, options.curves)
+    reach, step = _CLOSER * plan.reach, _CLOSER * plan.step
+    return replace(plan, planes=planes, reach=reach, step=step, max_turn=options.max_turn)
 
 
 def beside_plan(plan: ProbePlan, touch: Touch, curves: int) -> ProbePlan | None:
@@ -108,6 +113,26 @@ def beside_plan(plan: ProbePlan, touch: Touch, curves: int) -> ProbePlan | None:
     heading = cross(plan.planes[0].normal, plan.normal)
     planes = concurrent_planes(point, plan.normal, heading, curves)
     return replace(plan, reference_point=point, planes=planes)
+
+
+def across_plan(plan: ProbePlan, touch: Touch, curves: int) -> ProbePlan | None:
+    """A plan beside a contact at a thin edge, in ``curves`` planes: across the longest smooth arc
+    along which the probe came, from the side that rather faces it. None where there is none."""
+    arcs = [arc for contour in touch.contours for arc in _open_arcs(contour)]
+    chords = np.reshape([arc[-1] - arc[0] for arc in arcs], (-1, 3))
+    lengths = np.linalg.norm(chords, axis=1)
+    along = np.abs(chords @ plan.normal) > _ALONG * lengths
+    if not along.any():
+        return None
+    longest = int(np.where(along, lengths, 0.0).argmax())
+    heading = chords[longest] / lengths[longest]
+    outward = plan.normal - (plan.normal @ heading) * heading
+    size = float(np.linalg.norm(outward))
+    if not size > np.sqrt(np.finfo(float).eps):
+        return None
+    point, normal = arcs[longest][len(arcs[longest]) // 2], outward / size
+    planes = concurrent_planes(point, normal, heading, curves)
+    return replace(plan, reference_point=point, normal=normal, planes=planes)
 
 
 def _open_arcs(contour: Contour) -> list[np.ndarray]:

@@ -111,7 +111,7 @@ def test_a_verifying_touch_that_met_nothing_is_tried_once_from_a_known_sample():
     attempts.ask(Pending(plan_at(atlas, target, 66.0, PlannerOptions()), False), atlas, 1.0)
     touch = Touch(0, above, target.normal, (), TouchStatus.NO_CONTACT, 0.0, 1.0)
     change = AtlasChange(refused="the probe reported: no contact", touch=0)
-    attempts.try_again(attempts.answer(touch, change), touch, change, 3)
+    attempts.try_again(attempts.answer(touch, change), touch, change, PlannerOptions())
     # It does not count where touches are asked whether they still add something.
     assert attempts.answered == attempts.verified == 1
     again = attempts.again(atlas)
