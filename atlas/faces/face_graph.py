@@ -21,6 +21,8 @@ def as_networkx(faces: "Faces") -> nx.MultiGraph:
     ``kind``, ``length``, ``angle_deg``, ``gap``, ``deviation``, ``curves``, and the ``radius`` of
     their rounding with its deviation ``radius_std``. Lengths are in the user's unit.
     """
+    if type(faces).__name__ != "Faces":
+        raise ValueError(f"got {type(faces).__name__}; give the Faces that Atlas.faces() returns")
     graph = nx.MultiGraph()
     for face in faces.faces:
         x, y, z = face.middle.tolist()
@@ -66,8 +68,22 @@ def _flat(numbers: dict[str, float | list[float]]) -> dict[str, float]:
 
 
 def write_graphml(faces: "Faces", path) -> None:
-    """Write the graph of faces as GraphML, whole or not at all."""
-    text = "\n".join(nx.generate_graphml(as_networkx(faces), named_key_ids=True)) + "\n"
+    """Write the graph of faces as GraphML, whole or not at all.
+
+    Raises
+    ------
+    ValueError
+        When the argument is no ``Faces``.
+    """
+    graph = as_networkx(faces)
+    # Keys become the ids of edges, which are unique in a file.
+    edges = [
+        (a, b, f"{a} {b} {kind}", data) for a, b, kind, data in graph.edges(keys=True, data=True)
+    ]
+    unique = nx.MultiGraph()
+    unique.add_nodes_from(graph.nodes(data=True))
+    unique.add_edges_from(edges)
+    text = "\n".join(nx.generate_graphml(unique, named_key_ids=True)) + "\n"
     write_whole(path, text.encode())
 
 
@@ -96,5 +112,11 @@ def as_json(faces: "Faces") -> dict[str, Any]:
 
 
 def write_json(faces: "Faces", path) -> None:
-    """Write the graph of faces as JSON, whole or not at all."""
+    """Write the graph of faces as JSON, whole or not at all.
+
+    Raises
+    ------
+    ValueError
+        When the argument is no ``Faces``.
+    """
     write_whole(path, (json.dumps(as_json(faces), indent=1) + "\n").encode())

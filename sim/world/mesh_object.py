@@ -18,6 +18,8 @@ _TOLERANCE_FRACTION = 1e-3
 _RAY_EXTENT = 1e3
 
 # Sides from which an open mesh is approached, in this order: from above, below, and around.
+# Thickness of a flat mesh, over its size: a millionth of the tolerance. Doubled, nothing changes.
+_FLAT = 1e-9
 _SIDES = np.array([[0, 0, 1], [0, 0, -1], [1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]], float)
 # Least cosine of the angle between such a side and the surface that is touched: 60 degrees; and
 # largest distance in front of it at which the probe may meet something else, in diagonals. With the
@@ -50,6 +52,8 @@ class MeshObject:
         # Bodies that touch along an edge have four triangles there, and are closed.
         self.closed = bool((counts % 2 == 0).all())
         self.notes += _notes_on_edges(name, counts)
+        if self.closed:
+            _refuse_flat(name, mesh.vertices[np.unique(faces)])
         if self.closed and mesh.volume < 0:
             faces = np.ascontiguousarray(faces[:, ::-1])
         used = np.unique(faces)
@@ -131,6 +135,16 @@ class MeshObject:
             self._sections.arm(point, normal, direction, reach, step, max_turn, step_turn)
             for normal, direction in zip(plane_normals, directions, strict=True)
         ]
+
+
+def _refuse_flat(name: str, vertices) -> None:
+    """Refuse a closed mesh in one plane: it has no inside."""
+    sizes = np.linalg.svd(vertices - vertices.mean(axis=0), compute_uv=False)
+    if not sizes[2] > _FLAT * sizes[0]:
+        raise ValueError(
+            f"{name} is a closed mesh in one plane, which encloses nothing; give a body, or one "
+            "side of a sheet"
+        )
 
 
 def _wound_alike(name: str, vertices, faces):

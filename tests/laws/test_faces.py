@@ -1,6 +1,7 @@
 """Faces of touched bodies: their kinds, their edges, and their graph."""
 
 import json
+import re
 from functools import lru_cache
 
 import networkx as nx
@@ -98,6 +99,20 @@ def test_the_graph_has_words_and_numbers_that_graphml_and_json_keep(tmp_path):
     again = nx.node_link_graph(data, edges="edges")
     assert sorted(map(sorted, again.edges())) == sorted(map(sorted, read.edges()))
     assert all(len(point) == 3 for edge in data["edges"] for c in edge["points"] for point in c)
+
+
+def test_edges_of_a_graphml_file_have_ids_of_their_own(tmp_path):
+    faces = faces_of("step")
+    write_graphml(faces, tmp_path / "faces.graphml")
+    ids = re.findall(r'<edge [^>]*id="([^"]*)"', (tmp_path / "faces.graphml").read_text())
+    assert len(set(ids)) == len(ids) == len(faces.edges)
+
+
+@pytest.mark.parametrize("write", [write_graphml, write_json])
+def test_what_is_no_faces_is_not_written(tmp_path, write):
+    with pytest.raises(ValueError, match=r"got Atlas; give the Faces that Atlas.faces\(\) returns"):
+        write(Atlas(0.1), tmp_path / "faces")
+    assert not list(tmp_path.iterdir())
 
 
 def test_an_empty_atlas_has_no_faces(tmp_path):

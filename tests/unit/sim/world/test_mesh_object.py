@@ -83,6 +83,16 @@ def test_inside_out_mesh_is_turned():
     assert ((points * normals).sum(axis=1) > 0.9).all()
 
 
+def test_a_closed_mesh_in_one_plane_is_refused():
+    """A sheet of one side is an open mesh, and is not."""
+    mesh = trimesh.creation.box(extents=[3.0, 2.0, 1.0])
+    flat = np.asarray(mesh.vertices) * [1.0, 1.0, 0.0]
+    with pytest.raises(ValueError, match="plate is a closed mesh in one plane"):
+        MeshObject("plate", flat, np.asarray(mesh.faces))
+    above = np.asarray(mesh.faces)[mesh.face_normals[:, 2] > 0.5]
+    assert not MeshObject("sheet", flat, above).closed
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [
