@@ -80,6 +80,8 @@ def _bend(touch: Touch, plan: ProbePlan, contour: Contour, last: bool) -> np.nda
         return None
     chords = np.array([arm[_RUN] - arm[0], arm[-1] - arm[-1 - _RUN]])
     lengths = np.linalg.norm(chords, axis=1)
+    if not lengths.min() > 0.0:
+        return None
     first, ahead = chords / lengths[:, None]
     way = np.linalg.norm(np.diff(arm, axis=0), axis=1).sum()
     # Of an arc the chords leave out the turn of their own mean length.

@@ -54,5 +54,5 @@ def no_surface(result: Result) -> str:
         )
     return (
         f"no touch taught anything, so there is no surface ({result.refusal}); give less --noise "
-        "or a larger --tolerance"
+        "or a larger --tolerance, or turn the object"
     )

@@ -38,6 +38,8 @@ def load_mesh(path):
         vertices, faces = np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int64)
         if vertices.shape[1:] != (3,) or (faces.size and faces.shape[1:] != (3,)):
             raise ValueError
+    except PermissionError:
+        raise
     except Exception:
         # The messages of trimesh and numpy for a broken file do not name the cause.
         raise ValueError(

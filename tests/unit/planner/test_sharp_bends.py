@@ -51,6 +51,11 @@ def test_a_flat_arm_that_turned_away_ends_before_a_bend(outward):
     assert point == pytest.approx(FLAT[-1] - STEP / 8.0 * outward)
 
 
+def test_an_arm_that_came_back_to_its_last_sample_tells_of_no_bend():
+    """Its end has no direction."""
+    assert not bends(np.vstack([FLAT, FLAT[-2:-4:-1], FLAT[-1:]]))
+
+
 @pytest.mark.parametrize("steps", [1.5, 2.0, 3.0, 4.0, 6.0])
 def test_an_arm_that_turned_gradually_ends_before_no_bend(steps):
     """On a circle of some steps an arm turns by 105 to 120 degrees, with a sample each 15."""
