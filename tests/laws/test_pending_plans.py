@@ -212,7 +212,7 @@ def test_what_is_no_planner_file_is_refused_in_one_sentence(tmp_path):
         with pytest.raises(ValueError, match="is no whole planner file.* give another copy"):
             load_planner(path, atlas)
     path.write_bytes(json.dumps(whole | {"format": 99}).encode())
-    with pytest.raises(ValueError, match="has format 99; this version reads 9"):
+    with pytest.raises(ValueError, match="has format 99; this version reads 10"):
         load_planner(path, atlas)
     for no_file, words in ((tmp_path, "is a folder"), (tmp_path / "none", "does not exist")):
         with pytest.raises(ValueError, match=f"{words}.*; give one that save_planner wrote"):
