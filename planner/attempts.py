@@ -113,7 +113,10 @@ class Attempts:
         if met and change.refused and pending.closer < most:
             aside = across_plan if pending.closer else beside_plan
             beside = aside(pending.plan, touch, options.curves)
-            plan = closer_plan(pending.plan, options) if beside is None else beside
+            # The second time arms may turn farther: the contact may be on a sharp edge.
+            turn = options.max_turn if pending.closer else pending.plan.max_turn
+            closer = closer_plan(pending.plan, options.curves, turn)
+            plan = closer if beside is None else beside
             self._retries.append(replace(pending, plan=plan, closer=pending.closer + 1))
         elif not met and pending.may_miss:
             self._missed.append(pending)

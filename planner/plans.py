@@ -86,13 +86,13 @@ def ending_where_known(plan: ProbePlan, atlas: Atlas) -> ProbePlan:
     return replace(plan, until=known_to(atlas, _KNOWN * atlas.scale))
 
 
-def closer_plan(plan: ProbePlan, options: PlannerOptions) -> ProbePlan:
-    """A plan at the same place with finer steps and shorter arms, which may turn as the options
-    allow: a first contact may be on a sharp edge."""
+def closer_plan(plan: ProbePlan, curves: int, turn: float) -> ProbePlan:
+    """A plan at the same place with finer steps and shorter arms, in ``curves`` planes, whose arms
+    may turn by ``turn``, rad."""
     heading = cross(plan.planes[0].normal, plan.normal)
-    planes = concurrent_planes(plan.reference_point, plan.normal, heading, options.curves)
+    planes = concurrent_planes(plan.reference_point, plan.normal, heading, curves)
     reach, step = _CLOSER * plan.reach, _CLOSER * plan.step
-    return replace(plan, planes=planes, reach=reach, step=step, max_turn=options.max_turn)
+    return replace(plan, planes=planes, reach=reach, step=step, max_turn=turn)
 
 
 def beside_plan(plan: ProbePlan, touch: Touch, curves: int) -> ProbePlan | None:

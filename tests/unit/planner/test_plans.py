@@ -7,7 +7,7 @@ import trimesh
 from tests.flat import UP
 from touchatlas.atlas import Atlas, Touch, TouchStatus
 from touchatlas.patch import Contour, ContourEnd, SamplingPlane
-from touchatlas.planner import Planner, PlannerOptions, ProbePlan, Reason, explore
+from touchatlas.planner import Planner, ProbePlan, Reason, explore
 from touchatlas.planner.planes import concurrent_planes
 from touchatlas.planner.plans import across_plan, closer_plan
 from touchatlas.sim import Probe
@@ -33,10 +33,9 @@ def touched(*headings) -> Touch:
     return Touch(0, np.zeros(3), UP, tuple(contours), TouchStatus.TOUCHED, 1.0, 0.0)
 
 
-def test_a_closer_plan_may_turn_as_the_options_allow():
-    options = PlannerOptions()
-    closer = closer_plan(from_above(), options)
-    assert closer.max_turn == options.max_turn > from_above().max_turn
+def test_a_closer_plan_has_finer_steps_and_the_turn_that_it_is_given():
+    closer = closer_plan(from_above(), 4, 2.0)
+    assert closer.max_turn == 2.0 and len(closer.planes) == 4
     assert closer.reach < 1.0 and closer.step < 0.1
 
 
