@@ -70,7 +70,8 @@ def _stands_ahead(pool: SamplePool, point, ahead, reach: float) -> bool:
 
 
 def _bend(touch: Touch, plan: ProbePlan, contour: Contour, last: bool) -> np.ndarray | None:
-    """The bend at the first or last end of a contour, if there is one."""
+    """The bend (2, 3) at the first or last end of a contour, if there is one: a point, length, and
+    the unit direction of the arm there, world."""
     if contour.ends[last] is not ContourEnd.TURNED_AWAY:
         return None
     offset = contour.points - touch.contact

@@ -78,7 +78,7 @@ def vertices_of(at, points, normals, sheet, low, edge: float):
 
 def _meeting(at, middle, means, points, normals, sheet, low, edge: float):
     """Where the planes of each sheet meet, as near to ``middle`` (v, 3) as they allow, and the
-    number (v,) of directions that they fix.
+    number (v,) of directions that they fix; ``at`` as in ``vertices_of``.
 
     Directions are given up, weakest first, until the place lies within the cube or near it, or at
     the tip of a wedge beyond it, which is thinner than the cube.

@@ -17,9 +17,9 @@ _TOLERANCE_FRACTION = 1e-3
 # its double.
 _RAY_EXTENT = 1e3
 
-# Sides from which an open mesh is approached, in this order: from above, below, and around.
 # Thickness of a flat mesh, over its size: a millionth of the tolerance. Doubled, nothing changes.
 _FLAT = 1e-9
+# Sides from which an open mesh is approached, in this order: from above, below, and around.
 _SIDES = np.array([[0, 0, 1], [0, 0, -1], [1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]], float)
 # Least cosine of the angle between such a side and the surface that is touched: 60 degrees; and
 # largest distance in front of it at which the probe may meet something else, in diagonals. With the

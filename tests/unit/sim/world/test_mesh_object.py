@@ -110,6 +110,16 @@ def test_bad_mesh_files_are_refused_in_one_sentence(tmp_path, text, words):
     assert "\n" not in str(caught.value)
 
 
+def test_a_mesh_that_may_not_be_read_is_not_called_damaged(tmp_path, monkeypatch):
+    def refuse(*_, **__):
+        raise PermissionError(13, "Permission denied")
+
+    (tmp_path / "mine.ply").write_text("ply")
+    monkeypatch.setattr(trimesh, "load", refuse)
+    with pytest.raises(PermissionError):
+        load_mesh(tmp_path / "mine.ply")
+
+
 def test_a_number_that_cannot_be_stored_is_not_replaced_by_another(tmp_path):
     """numpy makes the smallest integer of it, and warns; to users warnings are no errors."""
     header = "ply\nformat ascii 1.0\nelement vertex 3\nproperty int x\n"
