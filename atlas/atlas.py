@@ -48,8 +48,8 @@ class Atlas(AtlasState):
         Returns
         -------
         AtlasChange
-            Its ``refused`` says why nothing was changed when the contours are too few or too short,
-            or one of them was learned before.
+            Its ``refused`` says why no samples were entered when the contours are too few or too
+            short, or one of them was learned before. The way of an approach in vain is learned.
 
         Raises
         ------
@@ -59,8 +59,10 @@ class Atlas(AtlasState):
         """
         change = learn(self, touch)
         self.touches += 1
+        known = self.known_body
         if not change.refused:
-            self.know(look_for_body(self.pool, self.sample_std, self.known_body))
+            known = look_for_body(self.pool, self.sample_std, known)
+        self.know(known)
         return replace(change, touch=touch.number)
 
     def blend(self, points) -> Blend:

@@ -1,5 +1,7 @@
 """AtlasState: what an atlas learned, the samples, and the surface that follows from them."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from touchatlas.atlas.body.body import Body
@@ -28,6 +30,8 @@ class AtlasState:
         The samples.
     rims : Rims
         The contour ends at which contact was lost, and the rims of the surface that they show.
+    ways : (m, 2, 3) float, length, world
+        Ends of straight ways through air on which the probe came.
     known_body : KnownBody
         What the samples show: the faces and the body.
     touches : int
@@ -50,6 +54,7 @@ class AtlasState:
         self.options = options
         self.pool = SamplePool()
         self.rims = Rims(self.pool)
+        self.ways = np.zeros((0, 2, 3))
         self.known_body = KnownBody()
         self.touches = 0
 
@@ -70,10 +75,13 @@ class AtlasState:
         return float(np.hypot(noise, self.bias))
 
     def know(self, known: KnownBody) -> None:
-        """Take what the samples show. The surface ends at the rims of this atlas."""
-        self.known_body = known
+        """Take what the samples show. The surface ends at the rims of this atlas, and is
+        not where the probe passed."""
         if known.body is not None:
-            known.body.rims = self.rims
+            body = known.body.with_air(self.ways)
+            body.rims = self.rims
+            known = replace(known, body=body)
+        self.known_body = known
 
     @property
     def body(self) -> Body | None:

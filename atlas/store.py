@@ -21,7 +21,7 @@ from touchatlas.atlas.samples.sample_pool import NAMES
 from touchatlas.atlas.whole_file import DamagedError, FileKind, load_whole
 
 # The version is that of the file, no unit.
-_FILE = FileKind("atlas", "the atlas.npz of a run", 12, "explore again")
+_FILE = FileKind("atlas", "the atlas.npz of a run", 13, "explore again")
 _LAW = "count", "looked", "std", "edges", "share", "sharp", "is_one", "is_few"
 
 
@@ -40,6 +40,7 @@ def atlas_bytes(atlas: Atlas) -> bytes:
         "header": np.frombuffer(json.dumps(header, sort_keys=True).encode(), np.uint8),
         **{f"sample_{name}": getattr(atlas.pool, name) for name in NAMES},
         **{f"rims_{name}": getattr(atlas.rims.ends, name) for name in LostEnds.NAMES},
+        "ways": atlas.ways,
         **law_arrays(atlas.known_body),
     }
     buffer = io.BytesIO()
@@ -94,6 +95,9 @@ def _restored(arrays, header) -> Atlas:
     atlas.pool.add(*(arrays[f"sample_{name}"] for name in NAMES))
     for name in LostEnds.NAMES:
         _fill_column(atlas.rims.ends, name, arrays[f"rims_{name}"])
+    atlas.ways = arrays["ways"]
+    if atlas.ways.shape[1:] != (2, 3) or atlas.ways.dtype != float:
+        raise DamagedError("its ways have another shape or type")
     known = law_of_arrays(arrays, header["law"], atlas.pool)
     # The surface ends at the rims of the atlas, which tell where it is drawn.
     atlas.know(replace(known, is_few=False))

@@ -10,6 +10,7 @@ from touchatlas.atlas.body.thinned_samples import ThinnedSamples
 from touchatlas.atlas.faces.face_corners import on_ball
 from touchatlas.atlas.faces.faces import Faces
 from touchatlas.atlas.field.face_field import FaceField, FaceValues
+from touchatlas.atlas.field.passed_air import air_inside
 from touchatlas.atlas.free_form.free_form_surface import FreeFormSurface
 from touchatlas.atlas.labels.labels import NONE
 from touchatlas.atlas.labels.samples import ContourSamples
@@ -85,6 +86,22 @@ class Body:
         for name in "contradicted", "largest_curvature":
             found.__dict__.pop(name, None)
         found.field = self.field.with_surface(surface)
+        return found
+
+    def with_air(self, ways) -> "Body":
+        """The same body without what is on straight ways (m, 2, 3), length, world, given by their
+        ends: a probe passed there."""
+        found = copy(self)
+        found.field = self.field.with_air(None)
+        found.field = found.field.with_air(
+            air_inside(
+                ways,
+                lambda points: found.field.at(points, False).distance,
+                self.away,
+                self.reach,
+                self.samples.std,
+            )
+        )
         return found
 
     @property

@@ -21,6 +21,13 @@ _FOLDED = 0.2
 # Least cosine of the normal at a point and at a sample of the same part of the surface: 107
 # degrees, for the far side of an edge. Doubled, samples of the other side of a wall count.
 _FACING = -0.3
+# Least cosine of the normal at a point and at a sample that faces as it does, 80 degrees, and
+# largest angle about a point in which there is no such sample, rad, on a body of one face: a little
+# more than half a circle, as on a ridge between two contours that run over it. Without this a cap
+# that sextics put on a finger lies among samples of its sides. Of five explorations of a hand
+# two ended without a finger or were not met; all five are with it. At a cosine of 0.3 in place of
+# both rules a torus takes 20 touches instead of 15.
+_ALIKE, _GAP_ALIKE = 0.17, np.deg2rad(210.0)
 
 
 class ThinnedSamples:
@@ -37,6 +44,7 @@ class ThinnedSamples:
 
     def __init__(self, points, faces: Faces, reach: float) -> None:
         self.reach = reach
+        self._is_one = len(faces) == 1
         voxel = np.floor((points - points[0]) * _PARTS / reach).astype(np.int64)
         # Both sides of a thin wall may lie in one cube.
         sides = np.column_stack([voxel, faces.of])
@@ -73,7 +81,8 @@ class ThinnedSamples:
 
     def surround(self, points, normals) -> np.ndarray:
         """(n,) whether points (n, 3) of the surface, with normals (n, 3), lie among samples within
-        reach: no half circle about such a point is without one."""
+        reach: no half circle about such a point is without one, and, on a body of one face, none
+        much larger without one that faces as it does."""
         out = np.zeros(len(points), bool)
         for count in (_FIRST, _ABOUT):
             rest = np.flatnonzero(~out)
@@ -97,8 +106,18 @@ class ThinnedSamples:
         length = np.sqrt(np.maximum(1.0 - outward[..., 2] ** 2, 0.0))
         fold = np.where(length > _FOLDED, offset[..., 2] / np.maximum(length, _FOLDED), 0.0)
         x, y, _ = np.moveaxis(offset - fold[..., None] * outward, 2, 0)
-        angle = np.where(there, np.arctan2(y, x), -np.pi)
-        # What is not there takes the place of the last one.
-        angle = np.sort(np.where(there, angle, angle.max(axis=1, keepdims=True)), axis=1)
-        widest = np.diff(angle, axis=1, append=angle[:, :1] + 2.0 * np.pi).max(axis=1)
-        return np.asarray(widest < _GAP)
+        angle = np.arctan2(y, x)
+        found = _widest_gap(angle, there) < _GAP
+        if self._is_one:
+            found &= _widest_gap(angle, there & (outward[..., 2] > _ALIKE)) < _GAP_ALIKE
+        return found
+
+
+def _widest_gap(angle, there) -> np.ndarray:
+    """(n,) largest angle between neighbours among angles (n, k), rad, of those that are ``there``
+    (n, k); a full circle where none is."""
+    angle = np.where(there, angle, -np.pi)
+    # What is not there takes the place of the last one.
+    angle = np.sort(np.where(there, angle, angle.max(axis=1, keepdims=True)), axis=1)
+    gap = np.diff(angle, axis=1, append=angle[:, :1] + 2.0 * np.pi)
+    return np.asarray(gap.max(axis=1))

@@ -21,7 +21,7 @@ _COMPARED = 64
 
 def violations(state: AtlasState) -> list[str]:
     """A sentence for each invariant that does not hold; empty for a sound atlas."""
-    found = [*_samples(state), *_lost_ends(state)]
+    found = [*_samples(state), *_lost_ends(state), *_ways(state)]
     # What follows from something is not checked where that is unsound.
     return found or [*_known_body(state)] or [*_body_of_one(state)]
 
@@ -48,6 +48,12 @@ def _lost_ends(state: AtlasState) -> Iterator[str]:
         yield "tangent or normal of an end at which contact was lost is not of unit length"
     if not ((ends.steps > 0) & np.isfinite(ends.steps)).all():
         yield "an end at which contact was lost has no sampling step"
+
+
+def _ways(state: AtlasState) -> Iterator[str]:
+    """Ways on which the probe came have finite ends."""
+    if not np.isfinite(state.ways).all():
+        yield "the end of a way of the probe is not finite"
 
 
 def _known_body(state: AtlasState) -> Iterator[str]:

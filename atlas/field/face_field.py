@@ -1,7 +1,7 @@
 """The field of faces: signed distance, normal and deviation at any point, each face by its own."""
 
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -11,6 +11,7 @@ from touchatlas.atlas.faces.faces import Faces
 from touchatlas.atlas.field.cells import Cells
 from touchatlas.atlas.field.edge_cuts import SharpEdges
 from touchatlas.atlas.field.face_trees import FaceTrees
+from touchatlas.atlas.field.passed_air import PassedAir
 from touchatlas.atlas.field.rounded_edges import RoundedEdges, faces_of_samples
 from touchatlas.atlas.field.smooth_rims import SmoothRims
 from touchatlas.atlas.free_form.free_form_surface import FreeFormSurface
@@ -71,6 +72,8 @@ class FaceField:
     reach : float, length
         Distance across which a face is believed where no sample is, and from its samples up to
         which it may bound another.
+    air : PassedAir or None
+        Where a probe passed through the faces.
 
     Raises
     ------
@@ -82,6 +85,7 @@ class FaceField:
         if not len(faces):
             raise ValueError("there is no face; add touches to the atlas first")
         self.faces = faces
+        self.air: PassedAir | None = None
         self.trees = trees = FaceTrees(faces, before)
         self.reach = _REACH * float(np.linalg.norm(np.ptp(faces.points, axis=0)))
         self.is_one = len(faces) == 1
@@ -99,6 +103,12 @@ class FaceField:
         """The same field, of one free-form face, with another surface of it."""
         found = copy(self)
         found.trees = self.trees.with_surface(surface)
+        return found
+
+    def with_air(self, air: PassedAir | None) -> "FaceField":
+        """The same field, with other air that a probe passed."""
+        found = copy(self)
+        found.air = air
         return found
 
     @cached_property
@@ -123,9 +133,18 @@ class FaceField:
 
         Where samples show on which side of the surface a point lies, and that the nearest face is
         its surface, that face decides. Elsewhere it is the face of the nearest sample, with those
-        that bound it. Rounded edges come last.
+        that bound it. Rounded edges come last, and then the air that a probe passed.
         """
         points = np.asarray(points, float)
+        found = self._of_faces(points, texture)
+        if self.air is None:
+            return found
+        return replace(
+            found, **self.air.moved(points, found.distance, found.normal, found.deviation)
+        )
+
+    def _of_faces(self, points, texture: bool) -> FaceValues:
+        """The same of the faces alone."""
         if self.is_one:
             one, face = self.trees.values(0, points, texture), np.zeros(len(points), int)
             return FaceValues(one[:, 0], one[:, 1:4], np.sqrt(one[:, 4]), face)

@@ -57,7 +57,7 @@ def fit_or_reason(state: AtlasState, touch: Touch, contours) -> tuple[PatchFit |
                 "the probe came nearly along the surface, so that its outer side is not known; "
                 "come along the normal"
             )
-        other = replace(touch, approach=-touch.approach)
+        other = replace(touch, approach=-touch.approach, way=None)
         return (_fit(state, other, contours) if side < 0 else fit), ""
     except UnfitError as error:
         return None, str(error)

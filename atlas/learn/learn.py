@@ -17,10 +17,12 @@ SCALE_NOISE = 5.0
 
 
 def learn(state: AtlasState, touch: Touch) -> AtlasChange:
-    """Enter the samples of one touch, or say why it is refused."""
+    """Enter the samples of one touch, or say why it is refused, and the way on which the probe
+    came."""
     if not isinstance(touch, Touch):
         raise ValueError(f"got {type(touch).__name__}; give a Touch, as a probe returns it")
     if touch.status is not TouchStatus.TOUCHED:
+        _enter_way(state, touch)
         return AtlasChange(refused=f"the probe reported: {touch.status.value}")
     contours = tuple(c for c in touch.contours if len(c.points) >= LEAST_POINTS)
     if not contours:
@@ -38,7 +40,14 @@ def learn(state: AtlasState, touch: Touch) -> AtlasChange:
     outward = touch.approach if fit is None else fit.patch.frame.normal
     news = innovations(state, np.concatenate([contour.points for contour in contours]))
     enter_samples(state, contours, outward, None if fit is None else fit.patch)
+    _enter_way(state, touch)
     return AtlasChange(innovations=news)
+
+
+def _enter_way(state: AtlasState, touch: Touch) -> None:
+    """Enter the way through air on which the probe came, if it is known."""
+    if touch.way is not None:
+        state.ways = np.concatenate([state.ways, touch.way[None]])
 
 
 def _settle_scale(state: AtlasState, noise) -> None:

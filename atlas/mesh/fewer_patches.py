@@ -29,7 +29,9 @@ def with_fewer_patches(known: KnownBody, tolerance: float) -> KnownBody:
     if surface is None or len(surface.pairs):
         return known
     edge = max(min(coarse_edge(body), _EDGE * surface.radius), body.extent / MOST)
-    drawn = without_stray_pieces(body_surface(body, edge), body.samples.points)
+    # Patches follow from samples alone, whenever a probe passed beside them.
+    whole = body.with_air(np.zeros((0, 2, 3)))
+    drawn = without_stray_pieces(body_surface(whole, edge), body.samples.points)
     if not len(drawn.faces):
         return known
     ends = np.zeros(len(drawn.vertices), bool)

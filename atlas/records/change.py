@@ -12,7 +12,7 @@ class AtlasChange:
     Parameters
     ----------
     refused : str
-        Why nothing was changed; empty otherwise.
+        Why no samples were entered; empty where some were.
     touch : int, optional
         Number of the touch that ``Atlas.add`` learned.
     innovations : (k,) float, no unit

@@ -17,6 +17,10 @@ _ASTRAY = 0.25
 # more. Doubled, only very noisy contours are concerned.
 _NOISE = 10.0
 
+# Least cosine of a way and the approach: 10 degrees; and largest distance of the contact from it,
+# over its length. Doubled, ways of other frames pass.
+_STRAIGHT, _BESIDE = 0.985, 0.2
+
 
 class TouchStatus(Enum):
     """How a probe plan ended."""
@@ -44,6 +48,10 @@ class Touch:
     status : TouchStatus
     tracked_length, travel_length : float, length
         Length of the path in contact, and of the path in the air to get there.
+    way : (2, 3) float, length, world, optional
+        Where the straight way through air began on which the probe came, and where it ended: at
+        the contact, or beyond the planned reference point. The atlas learns that no surface is on
+        it; without, it does not.
     """
 
     number: int
@@ -53,6 +61,7 @@ class Touch:
     status: TouchStatus
     tracked_length: float
     travel_length: float
+    way: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "contact", frozen_array(self.contact, (3,), "contact"))
@@ -76,6 +85,9 @@ class Touch:
                 "must be a tuple of Contour"
             )
         object.__setattr__(self, "contours", tuple(self.contours))
+        if self.way is not None:
+            object.__setattr__(self, "way", frozen_array(self.way, (2, 3), "way"))
+            self._check_way()
         self._check_status()
         self._check_contact()
         self._check_order()
@@ -91,6 +103,20 @@ class Touch:
             raise ValueError(
                 f"touch {self.number} has status {self.status.name}, but {len(self.contours)} "
                 "contours; give status TOUCHED, or no contours"
+            )
+
+    def _check_way(self) -> None:
+        """Refuse a way that does not go against the approach, past the contact or to it."""
+        first, last = self.way - self.contact
+        along, length = (first - last) @ self.approach, np.linalg.norm(first - last)
+        beside = np.linalg.norm(first - (first @ self.approach) * self.approach)
+        noise = max((contour.noise_std for contour in self.contours), default=0.0)
+        straight = bool(along >= _STRAIGHT * length > 0.0)
+        if not (straight and beside <= max(_BESIDE * float(length), _NOISE * noise)):
+            raise ValueError(
+                f"the way of touch {self.number} runs from {first} to {last} about its contact; it "
+                "must be a straight one against the approach that ends at the contact, or passes "
+                "the reference point; leave it out where the probe came otherwise"
             )
 
     def _check_contact(self) -> None:

@@ -19,8 +19,9 @@ create table if not exists contour (
     touch integer, place integer, plane_point blob, plane_normal blob, noise_std real,
     first_end text, last_end text, points blob, primary key (touch, place));
 """
-# Apart, because journals of earlier versions lack it.
+# Apart, because journals of earlier versions lack them.
 _SETTINGS = "create table if not exists setting (name text primary key, value text) without rowid;"
+_WAYS = "create table if not exists way (touch integer primary key, ends blob);"
 # Errors that reading an altered journal raises.
 _DAMAGE = (sqlite3.Error, ValueError, TypeError, AttributeError, OverflowError)
 # Letters of another library's message that are passed on. Doubled, sentences are pages.
@@ -149,6 +150,10 @@ class Journal:
                     probe,
                 ),
             )
+            if touch.way is not None:
+                database.execute(_WAYS)
+                way = (touch.number, touch.way.tobytes())
+                database.execute("insert into way values (?, ?)", way)
             database.executemany(
                 "insert into contour values (?, ?, ?, ?, ?, ?, ?, ?)",
                 [
@@ -197,6 +202,7 @@ class Journal:
         ).fetchall()
         if [row[0] for row in rows] != list(range(len(rows))):
             raise ValueError("a touch is missing")
+        ways = self._ways()
         return [
             Entry(
                 reason,
@@ -208,11 +214,19 @@ class Journal:
                     TouchStatus(status),
                     tracked,
                     travel,
+                    ways.get(number),
                 ),
                 str(probe),
             )
             for number, reason, contact, approach, status, tracked, travel, probe in rows
         ]
+
+    def _ways(self) -> dict[int, np.ndarray]:
+        """The ways on which the probe came, by the numbers of their touches."""
+        if ("way",) not in self._tables():
+            return {}
+        rows = self._database.execute("select touch, ends from way").fetchall()
+        return {number: np.frombuffer(ends).reshape(2, 3) for number, ends in rows}
 
     def _contours(self, number: int) -> tuple[Contour, ...]:
         rows = self._database.execute(

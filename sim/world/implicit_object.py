@@ -103,7 +103,7 @@ class ImplicitObject:
         return top_sample(self.sample(4000, np.random.default_rng(0))[0]), np.array([0.0, 0.0, 1.0])
 
     def contact(self, origin, direction, length: float):
-        """First point where a segment enters the body, (3,), or None."""
+        """First point where a segment that does not begin inside enters the body, (3,), or None."""
         low, high = 0.0, length
         if length > 2.0 * np.linalg.norm(self._half_extent):
             # Steps of a long segment would pass a thin body.
@@ -111,8 +111,6 @@ class ImplicitObject:
         for _ in range(3):
             t = np.linspace(low, high, 65)
             inside = self.value(origin + t[:, None] * direction) < 0.0
-            if inside[0] and low == 0.0:
-                return None
             if not inside.any():
                 return None
             first = int(inside.argmax())
@@ -122,6 +120,10 @@ class ImplicitObject:
             value, gradient = self.field.first_order((origin + at * direction)[None])
             at = float(np.clip(at - float(value[0] / (gradient[0] @ direction)), low, high))
         return origin + at * direction
+
+    def is_inside(self, point) -> bool:
+        """Whether a point (3,) lies inside, where no probe can be."""
+        return bool(self.value(np.asarray(point, float)[None])[0] < 0.0)
 
     def _near(self, origin, direction, length: float) -> tuple[float, float]:
         """The part of a segment from ``origin`` on, from and to a length, about the middle of the

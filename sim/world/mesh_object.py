@@ -25,6 +25,9 @@ _SIDES = np.array([[0, 0, 1], [0, 0, -1], [1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, 
 # largest distance in front of it at which the probe may meet something else, in diagonals. With the
 # first doubled, to 1, no side will do; with the second doubled, other parts nearby are met.
 _SEEN, _SEEN_NEAR = 0.5, 0.01
+# Direction of rays that tell whether a point is inside, a unit vector: along no edge of usual
+# parts.
+_SKEW = np.array([0.36, 0.48, 0.8])
 
 
 class MeshObject:
@@ -104,19 +107,25 @@ class MeshObject:
         return top_sample(points), _SIDES[0]
 
     def contact(self, origin, direction, length: float):
-        """First point where a segment meets the mesh, (3,), or None; None, too, for one that begins
-        inside a closed mesh, where no probe can be."""
+        """First point where a segment that does not begin inside meets the mesh, (3,), or None."""
+        met = [distance for distance, _ in self._met(origin, direction) if distance <= length]
+        return origin + min(met) * direction if met else None
+
+    def is_inside(self, point) -> bool:
+        """Whether a point (3,) lies inside of a closed mesh, where no probe can be: the first
+        triangle that a ray from it meets has its outside on the other side."""
+        met = self._met(point, _SKEW) if self.closed else []
+        return bool(met) and not min(met)[1]
+
+    def _met(self, origin, direction) -> list[tuple[float, bool]]:
+        """Where a ray meets the mesh, length, and whether from the outside, in no order."""
         start = (np.asarray(origin) - self._centre) / self._unit
         hits = self._ray_tree.intersect_ray(
             self._ray_vertices, self.faces, start[None], np.array([direction])
         )[0]
         # A hit is (face, distance, u, v).
         met = [self._distance_along(hit[0], origin, direction) for hit in hits]
-        met = [(d, enters) for d, enters in met if 0.0 <= d <= length]
-        if not met:
-            return None
-        distance, enters = min(met)
-        return origin + distance * direction if enters or not self.closed else None
+        return [(distance, enters) for distance, enters in met if distance >= 0.0]
 
     def _distance_along(self, face: int, origin, direction) -> tuple[float, bool]:
         """Where a ray meets the plane of a face, length, and whether from its outside."""

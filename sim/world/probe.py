@@ -41,25 +41,32 @@ class Probe:
         travel = 0.0
         if self._position is not None:
             travel = float(np.linalg.norm(origin - self._position))
-        contact = self._object.contact(origin, -plan.normal, lift + max(lift, plan.usual_approach))
+        if self._object.is_inside(origin):
+            return self._in_vain(plan, TouchStatus.UNREACHABLE, 0.0)
+        length = lift + max(lift, plan.usual_approach)
+        contact = self._object.contact(origin, -plan.normal, length)
         if contact is None:
             self._position = origin
-            return Touch(
-                plan.number,
-                plan.reference_point,
-                plan.normal,
-                (),
-                TouchStatus.NO_CONTACT,
-                0.0,
-                travel,
-            )
+            way = _way(origin, length, plan)
+            return self._in_vain(plan, TouchStatus.NO_CONTACT, travel, way)
         travel += float(np.linalg.norm(contact - origin))
         self._position = contact
         contours, tracked = self._track(contact, plan)
         measured = contact + self._noise * self._rng.normal(size=3)
         return Touch(
-            plan.number, measured, plan.normal, contours, TouchStatus.TOUCHED, tracked, travel
+            plan.number,
+            measured,
+            plan.normal,
+            contours,
+            TouchStatus.TOUCHED,
+            tracked,
+            travel,
+            _way(origin, float((origin - measured) @ plan.normal), plan),
         )
+
+    def _in_vain(self, plan: ProbePlan, status: TouchStatus, travel: float, way=None) -> Touch:
+        """The touch of a plan without contact."""
+        return Touch(plan.number, plan.reference_point, plan.normal, (), status, 0.0, travel, way)
 
     def _track(self, contact, plan: ProbePlan):
         normals = np.array([plane.normal for plane in plan.planes])
@@ -107,6 +114,12 @@ class Probe:
                 f"the probe's state cannot be read ({error!r}); explore again"
             ) from None
         self._position = None if position is None else np.array(position, float)
+
+
+def _way(origin, length: float, plan: ProbePlan) -> np.ndarray | None:
+    """Ends (2, 3) of a way of a length against the planned normal; None of no length: noise may
+    place a contact above where a short approach began."""
+    return np.stack([origin, origin - length * plan.normal]) if length > 0.0 else None
 
 
 def _known_along(arms, plan: ProbePlan) -> list[np.ndarray]:

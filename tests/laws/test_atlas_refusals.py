@@ -260,6 +260,30 @@ def test_what_is_accepted_keeps_an_atlas_sound(kind):
     assert np.isfinite(extract_surface(atlas, 5.0).vertices).all()
 
 
+@pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])
+def test_a_way_that_the_probe_did_not_come_is_refused(scale):
+    """Ways ten lengths long: one along the surface, one from below, one a thousand times as far
+    away, one a third of its length beside the contact, and one of no length."""
+    up, along = scale * np.array(UP), scale * np.array([1.0, 0.0, 0.0])
+    come, nothing = contours(scale=scale), np.zeros(3)
+    for first, last in (
+        (10 * along, nothing),
+        (nothing, 10 * up),
+        (1e4 * (up + along), 1e4 * along),
+        (10 * up + 3 * along, 3 * along),
+        (up, up),
+    ):
+        with pytest.raises(ValueError, match="the way of touch 0 .* leave it out where"):
+            touch(come, way=np.stack([first, last]))
+    with pytest.raises(ValueError, match="way"):
+        touch(come, way=10 * up)
+    with pytest.raises(ValueError, match="way"):
+        touch(come, way=np.stack([np.nan * up, nothing]))
+    # Ten degrees askew, and a tenth of its length beside the contact.
+    touch(come, way=np.stack([10 * up + 1.7 * along, nothing]))
+    touch(come, way=np.stack([10 * up + along, along]))
+
+
 def test_untouched_is_a_value_not_an_error():
     atlas = Atlas(0.1)
     nothing = Touch(0, np.zeros(3), np.array([0, 0, 1.0]), (), TouchStatus.NO_CONTACT, 0.0, 1.0)

@@ -118,6 +118,7 @@ def moved_atlas(name: str, turn, shift, scale: float) -> Atlas:
             contact=scale * turn @ touch.contact + shift,
             approach=turn @ touch.approach,
             contours=moved(touch.contours, turn, shift, scale),
+            way=scale * touch.way @ turn.T + shift,
         )
         for touch in known(name).touches
         if touch.contours

@@ -161,6 +161,18 @@ def test_a_file_whose_ends_have_another_shape_or_type_is_refused(ball, tmp_path,
         load_atlas(path)
 
 
+@pytest.mark.parametrize("ways", [np.zeros((1, 3)), np.zeros((1, 2, 3), int)])
+def test_a_file_whose_ways_have_another_shape_or_type_is_refused(ball, tmp_path, ways):
+    path = tmp_path / "atlas.npz"
+    save_atlas(path, ball)
+    with np.load(path) as file:
+        arrays = {key: file[key] for key in file.files}
+    assert len(arrays["ways"]) == ball.touches
+    np.savez(path, **(arrays | {"ways": ways}))
+    with pytest.raises(ValueError, match="another shape or type"):
+        load_atlas(path)
+
+
 def test_only_files_are_replaced(ball, tmp_path):
     with pytest.raises(OSError, match="give the path of a file"):
         save_atlas(tmp_path, ball)

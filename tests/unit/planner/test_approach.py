@@ -128,7 +128,7 @@ def test_a_probe_that_comes_from_near_meets_a_wall_that_it_would_have_passed():
     both = trimesh.util.concatenate([low, high])
     obj = MeshObject("slabs", both.vertices, both.faces)
     plan = plan_at(np.array([0.0, 0.0, 5.0]))
-    for approach, status in ((8.0, TouchStatus.NO_CONTACT), (2.0, TouchStatus.TOUCHED)):
+    for approach, status in ((8.0, TouchStatus.UNREACHABLE), (2.0, TouchStatus.TOUCHED)):
         touch = Probe(obj, 0.0, np.random.default_rng(0))(replace(plan, approach=approach))
         assert touch.status is status
 

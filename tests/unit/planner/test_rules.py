@@ -8,6 +8,7 @@ import pytest
 
 from touchatlas.atlas import Atlas
 from touchatlas.atlas.body.guessed_edges import GuessedEdges
+from touchatlas.atlas.body.known_body import KnownBody
 from touchatlas.planner import PlannerOptions, Reason
 from touchatlas.planner.place import rules
 from touchatlas.planner.place.choose import View
@@ -151,7 +152,7 @@ def test_the_nearest_edge_that_is_drawn_by_a_guess_is_touched(monkeypatch):
     found = GuessedEdges(PLACES[[3, 1]], np.tile(UP, (2, 1)), 1.0)
     monkeypatch.setattr(rules, "guessed_edges", lambda body, tolerance: found)
     with_body = view()
-    with_body.atlas.know(SimpleNamespace(body=SimpleNamespace()))
+    with_body.atlas.know(KnownBody(body=SimpleNamespace(with_air=lambda ways: SimpleNamespace())))
     target = guessed_edge_target(with_body)
     assert target.point.tolist() == PLACES[1].tolist() and target.normal.tolist() == UP.tolist()
     target = guessed_edge_target(replace(with_body, done=PLACES[1:2]))

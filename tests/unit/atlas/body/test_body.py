@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import trimesh
 from scipy.spatial import cKDTree
 
 from tests.lawful import (
@@ -17,14 +18,17 @@ from tests.lawful import (
     lawful_object,
     samples_of_touches,
     step_distance,
+    touched,
     touched_mesh,
     touched_plate,
 )
 from tests.touched import touched_samples
 from touchatlas.atlas.body.body import Body
 from touchatlas.atlas.body.explained import is_lawful, lawful_share, share_with_edges
+from touchatlas.atlas.body.one_face import face_of_all
 from touchatlas.atlas.body.thinned_samples import ThinnedSamples
 from touchatlas.atlas.field.face_field import face_values
+from touchatlas.sim.world.mesh_object import MeshObject
 
 # Deviation of a sample that is told where there is no noise at all.
 SURE = 1e-6
@@ -282,6 +286,28 @@ def test_each_sample_has_a_seed_on_its_own_side_of_a_thin_plate_within_a_voxel()
         samples = body.samples.points[(body.faces.of >= 0) & (side * body.samples.points[:, 2] > 0)]
         seeds = body.seeds[side * body.seeds[:, 2] > 0.0]
         assert cKDTree(seeds).query(samples)[0].max() <= np.sqrt(3.0) * voxel
+
+
+def test_the_end_of_a_finger_is_not_among_the_samples_of_its_sides():
+    """The pole of a round end, from which no sample is farther than 1.5 radii: all its sides
+    have samples, but none that faces as it does. The sides are among them."""
+    radius = 8.0
+    capsule = trimesh.creation.capsule(height=60.0, radius=radius, count=[64, 64])
+    finger = MeshObject("finger", capsule.vertices, capsule.faces)
+    columns = touched(finger, 40, NOISE, 3, 20.0, 16)
+    end = finger.bounds[1, 2] - radius
+    samples = samples_of_touches(columns, NOISE, np.abs(columns[0][:, 2]) < end)
+    outward = (
+        samples.points * [1.0, 1.0, 0.0] / np.linalg.norm(samples.points[:, :2], axis=1)[:, None]
+    )
+    faces = replace(face_of_all(samples), normals=outward)
+    thinned = ThinnedSamples(samples.points, faces, 2.0 * radius)
+    points, normals = finger.sample(2000, np.random.default_rng(0))
+    tip = normals[:, 2] > 0.99
+    side = np.abs(points[:, 2] - end + 30.0) < 10.0
+    assert cKDTree(samples.points).query(points[tip])[0].max() < 1.5 * radius
+    assert tip.any() and not thinned.surround(points[tip], normals[tip]).any()
+    assert thinned.surround(points[side], normals[side]).mean() > 0.99
 
 
 def test_a_rounding_does_not_go_on_where_one_of_its_faces_is_left_out():

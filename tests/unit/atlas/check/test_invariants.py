@@ -77,6 +77,11 @@ def label(number: int):
     return corrupt
 
 
+def way_lost(atlas):
+    """Corrupts the first way of the probe."""
+    atlas.ways[0] = np.nan
+
+
 CORRUPTIONS = {
     "point": ("smooth", sample("points", lambda v: v * np.nan), "point is not finite"),
     "point, moved": ("smooth", sample("points", lambda v: v + 5.0), "not that of its samples"),
@@ -89,6 +94,7 @@ CORRUPTIONS = {
     "lost end's tangent": ("lost", end("tangents", lambda v: 2.0 * v), "not of unit length"),
     "lost end's normal": ("lost", end("normals", lambda v: np.nan * v), "not of unit length"),
     "lost end's step": ("lost", end("steps", lambda v: -v), "no sampling step"),
+    "way": ("smooth", way_lost, "way of the probe is not finite"),
     "count": ("smooth", known(count=lambda k: k.count + 1), "more samples than there are"),
     "looked": ("smooth", known(looked=lambda k: k.count + 1), "more samples than there are"),
     "body lost": ("smooth", known(body=lambda k: None), "a body without samples"),

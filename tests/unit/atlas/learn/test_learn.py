@@ -34,7 +34,7 @@ def leaning(touch, degrees: float):
     along = np.cross(normal, [0.3, 0.5, 0.8])
     along /= np.linalg.norm(along)
     angle = np.deg2rad(degrees)
-    return replace(touch, approach=np.cos(angle) * normal + np.sin(angle) * along)
+    return replace(touch, approach=np.cos(angle) * normal + np.sin(angle) * along, way=None)
 
 
 @pytest.mark.parametrize("degrees", [80.0, 100.0])
@@ -137,7 +137,7 @@ def test_a_touch_of_one_contour_where_nothing_is_known_is_refused_with_what_to_d
 def test_a_touch_of_one_contour_from_within_the_body_is_refused(touches):
     """Its approach is opposed to the outward normal of the known surface."""
     atlas, last = learned(touches[:-1], TOLERANCE), touches[-1]
-    inside = replace(last, contours=last.contours[:1], approach=-last.approach)
+    inside = replace(last, contours=last.contours[:1], approach=-last.approach, way=None)
     assert atlas.add(inside).refused
 
 

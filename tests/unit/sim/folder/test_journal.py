@@ -71,6 +71,7 @@ def test_a_journal_that_is_closed_or_locked_is_not_called_damaged(tmp_path, monk
         "update touch set approach = null",
         "update contour set points = 'text'",
         "update contour set noise_std = -1.0",
+        "update way set ends = x'00'",
         "drop table contour",
     ],
 )
@@ -90,6 +91,23 @@ def test_an_altered_journal_is_refused(tmp_path, change):
         journal.commit()
     with pytest.raises(ValueError, match="is no whole journal of a run"):
         Journal(path).entries()
+
+
+def test_ways_come_back_and_journals_of_earlier_versions_have_none(tmp_path):
+    ball, path = make_object("sphere"), tmp_path / "journal.sqlite"
+    plan = Planner(*ball.start()).ask(Atlas(0.5))
+    touch = Probe(ball, 0.02, np.random.default_rng(0))(plan)
+    assert touch.way is not None
+    with closing(Journal(path)) as journal:
+        journal.append(plan, touch)
+        journal.append(plan, replace(touch, number=1, way=None))
+        one, other = journal.touches()
+        assert (one.way == touch.way).all() and other.way is None
+    with closing(sqlite3.connect(path)) as journal:
+        journal.execute("drop table way")
+        journal.commit()
+    with closing(Journal(path)) as journal:
+        assert [one.way for one in journal.touches()] == [None, None]
 
 
 def test_the_settings_of_the_touches_are_kept_as_they_are(tmp_path):

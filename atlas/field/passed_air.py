@@ -1,0 +1,88 @@
+"""PassedAir: balls of air where a probe passed through what the faces have as inside."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from touchatlas.atlas.free_form.sextic_sites import pairs_within
+
+# Points of a way that are asked. Doubled, thinner false walls are found.
+_ASKED = 32
+# Depth inside of the faces, over the distance of the nearest sample, from which the faces are
+# wrong there, in standard deviations of a sample besides. Doubled, false sheets stay beside ways.
+_DEEP, _SURE = 0.2, 3.0
+# Radius of a ball of air over the distance of the nearest sample. Doubled, samples lie on balls,
+# and true surface between them is taken away.
+_RADIUS = 0.5
+# Distance from the middle of a ball up to which the surface is moved, in largest radii. Doubled,
+# nothing changes: a ball has no surface there.
+_MOVES = 2.0
+
+
+@dataclass(frozen=True, eq=False)
+class PassedAir:
+    """Balls in which there is air, because a probe passed their middles.
+
+    Parameters
+    ----------
+    middles : (m, 3) float, length, world
+    radii : (m,) float, length
+        Half of the distance from the nearest sample: between them the surface is a guess.
+    """
+
+    middles: np.ndarray
+    radii: np.ndarray
+
+    def moved(self, points, distance, normal, deviation) -> dict[str, np.ndarray]:
+        """Distance (n,), normal (n, 3) and deviation (n,) at points (n, 3) of a body without the
+        balls, by name: the larger one of its distance and of that of the complement of the balls,
+        which is the difference of solids (A. Ricci, "A constructive geometry for computer
+        graphics", The Computer Journal 16, 1973). The deviation is the radius where that changes
+        the distance: so far from a ball the surface may be."""
+        reached = pairs_within(points, cKDTree(self.middles), _MOVES * float(self.radii.max()))
+        rows = np.repeat(np.arange(len(points)), np.diff(reached.indptr))
+        depth = self.radii[reached.indices] - reached.data
+        # The ball in which a point lies deepest comes last among its balls.
+        order = np.lexsort((depth, rows))
+        order = order[np.append(np.diff(rows) > 0, True)] if len(rows) else order
+        rows, ball, depth = rows[order], reached.indices[order], depth[order]
+        outside = depth > distance[rows]
+        rows, ball, depth = rows[outside], ball[outside], depth[outside]
+        distance, normal, deviation = distance.copy(), normal.copy(), deviation.copy()
+        deviation[rows] = np.maximum(deviation[rows], self.radii[ball])
+        distance[rows] = depth
+        inward = points[rows] - self.middles[ball]
+        length = np.linalg.norm(inward, axis=1)
+        off = length > 0.0
+        normal[rows[off]] = -inward[off] / length[off, None]
+        return {"distance": distance, "normal": normal, "deviation": deviation}
+
+
+def air_inside(
+    ways,
+    distance: Callable[[np.ndarray], np.ndarray],
+    away: Callable[[np.ndarray], np.ndarray],
+    reach: float,
+    std: float,
+) -> PassedAir | None:
+    """Balls of air about the points of straight ways that faces have inside; None where none is.
+
+    Parameters
+    ----------
+    ways : (m, 2, 3) float, length, world
+        Ends of straight ways on which a probe passed.
+    distance, away : function from points (n, 3) to (n,) float, length
+        Signed distance from the faces, and distance from the nearest sample.
+    reach : float, length
+        Distance from samples up to which faces are believed.
+    std : float, length
+        Standard deviation of a sample.
+    """
+    along = np.linspace(0.0, 1.0, _ASKED)[:, None, None]
+    points = np.concatenate(ways[:, 0] + along * (ways[:, 1] - ways[:, 0]))
+    clear = away(points)
+    points, clear = points[clear < reach], clear[clear < reach]
+    inside = distance(points) < -(_DEEP * clear + _SURE * std)
+    return PassedAir(points[inside], _RADIUS * clear[inside]) if inside.any() else None
