@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import networkx as nx
 
-from touchatlas.atlas.body.known_body import look_for_body
+from touchatlas.atlas.body.known_body import KnownBody, look_for_body
 from touchatlas.atlas.body.patch_graph import patch_graph
 from touchatlas.atlas.body.read_faces import read_faces
 from touchatlas.atlas.check.invariants import violations
@@ -57,12 +57,14 @@ class Atlas(AtlasState):
             When the argument is no Touch, or its approach is tangent to the surface. Nothing is
             changed then.
         """
+        ways = len(self.ways)
         change = learn(self, touch)
         self.touches += 1
         known = self.known_body
         if not change.refused:
             known = look_for_body(self.pool, self.sample_std, known)
-        self.know(known)
+        if not change.refused or len(self.ways) > ways:
+            self.know(known)
         return replace(change, touch=touch.number)
 
     def blend(self, points) -> Blend:
@@ -76,10 +78,14 @@ class Atlas(AtlasState):
         patches are a little less sure in places."""
         known = self.known_body
         if known.looked < self.point_count:
-            known = look_for_body(self.pool, self.sample_std, known, last=True)
+            self._take(look_for_body(self.pool, self.sample_std, known, last=True))
         # The surface ends at the rims of this atlas, which tell where it is drawn.
-        self.know(known)
-        self.know(with_fewer_patches(known, self.tolerance))
+        self._take(with_fewer_patches(self.known_body, self.tolerance))
+
+    def _take(self, known: KnownBody) -> None:
+        """Take what was found, if it is anything new."""
+        if known is not self.known_body:
+            self.know(known)
 
     def faces(self) -> Faces:
         """The faces of what was touched, each with its kind in words and numbers, and the sharp
@@ -97,8 +103,8 @@ class Atlas(AtlasState):
         return nx.Graph() if self.body is None else patch_graph(self.body)
 
     def validate(self) -> None:
-        """Check all invariants: of the samples, of lost ends, and that the surface follows from
-        them.
+        """Check all invariants: of the samples, of lost ends and ways, and that the surface follows
+        from them.
 
         Raises
         ------

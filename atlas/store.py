@@ -98,6 +98,8 @@ def _restored(arrays, header) -> Atlas:
     atlas.ways = arrays["ways"]
     if atlas.ways.shape[1:] != (2, 3) or atlas.ways.dtype != float:
         raise DamagedError("its ways have another shape or type")
+    if not np.isfinite(atlas.ways).all():
+        raise DamagedError("its ways are not finite")
     known = law_of_arrays(arrays, header["law"], atlas.pool)
     # The surface ends at the rims of the atlas, which tell where it is drawn.
     atlas.know(replace(known, is_few=False))

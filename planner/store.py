@@ -99,8 +99,8 @@ def _fingerprint(atlas: Atlas, count: int) -> str:
     points = atlas.pool.points[:count]
     if len(points) < count:
         return ""
-    ways = json.dumps([atlas.tolerance, atlas.scale, asdict(atlas.options)], sort_keys=True)
-    return hashlib.sha256(ways.encode() + points.astype("<f8").tobytes()).hexdigest()
+    learns = json.dumps([atlas.tolerance, atlas.scale, asdict(atlas.options)], sort_keys=True)
+    return hashlib.sha256(learns.encode() + points.astype("<f8").tobytes()).hexdigest()
 
 
 def _read(data: bytes) -> tuple[Any, Any]:

@@ -84,9 +84,10 @@ def _body_of_one(state: AtlasState) -> Iterator[str]:
     if known.is_few:
         again = with_fewer_patches(again, state.tolerance)
     assert again.body is not None
+    body = again.body.with_air(state.ways)
     some = np.unique(np.linspace(0, known.count - 1, _COMPARED).astype(int))
     points = state.pool.points[some]
-    one, other = known.body.field.at(points), again.body.field.at(points)
+    one, other = known.body.field.at(points), body.field.at(points)
     if not np.allclose(one.distance, other.distance, rtol=0.0, atol=1e-3 * state.sample_std):
         yield "the body is not that of its samples"
 

@@ -29,7 +29,8 @@ class PassedAir:
     ----------
     middles : (m, 3) float, length, world
     radii : (m,) float, length
-        Half of the distance from the nearest sample: between them the surface is a guess.
+        Half of the distance of the middle from the nearest sample: between a ball and that sample
+        the surface is a guess.
     """
 
     middles: np.ndarray
@@ -39,15 +40,9 @@ class PassedAir:
         """Distance (n,), normal (n, 3) and deviation (n,) at points (n, 3) of a body without the
         balls, by name: the larger one of its distance and of that of the complement of the balls,
         which is the difference of solids (A. Ricci, "A constructive geometry for computer
-        graphics", The Computer Journal 16, 1973). The deviation is the radius where that changes
-        the distance: so far from a ball the surface may be."""
-        reached = pairs_within(points, cKDTree(self.middles), _MOVES * float(self.radii.max()))
-        rows = np.repeat(np.arange(len(points)), np.diff(reached.indptr))
-        depth = self.radii[reached.indices] - reached.data
-        # The ball in which a point lies deepest comes last among its balls.
-        order = np.lexsort((depth, rows))
-        order = order[np.append(np.diff(rows) > 0, True)] if len(rows) else order
-        rows, ball, depth = rows[order], reached.indices[order], depth[order]
+        graphics", The Computer Journal 16, 1973). Where that changes the distance,
+        the deviation is the radius: the surface may be so far from the ball."""
+        rows, ball, depth = self._deepest(points)
         outside = depth > distance[rows]
         rows, ball, depth = rows[outside], ball[outside], depth[outside]
         distance, normal, deviation = distance.copy(), normal.copy(), deviation.copy()
@@ -58,6 +53,25 @@ class PassedAir:
         off = length > 0.0
         normal[rows[off]] = -inward[off] / length[off, None]
         return {"distance": distance, "normal": normal, "deviation": deviation}
+
+    def _deepest(self, points) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The points (k,) of points (n, 3) near balls, the ball in which each lies deepest, and how
+        deep, length. Balls are asked by their sizes: large ones reach many points."""
+        size = np.floor(np.log2(self.radii / self.radii.max()))
+        parts = [self._depths(points, np.flatnonzero(size == one)) for one in np.unique(size)]
+        rows, ball, depth = (np.concatenate(column) for column in zip(*parts, strict=True))
+        # The ball in which a point lies deepest comes last among its balls.
+        order = np.lexsort((depth, rows))
+        order = order[np.diff(rows[order], append=-1) != 0]
+        return rows[order], ball[order], depth[order]
+
+    def _depths(self, points, balls) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The same of all pairs of near points and some balls (m,)."""
+        tree = cKDTree(self.middles[balls])
+        reached = pairs_within(points, tree, _MOVES * float(self.radii[balls].max()))
+        rows = np.repeat(np.arange(len(points)), np.diff(reached.indptr))
+        ball = balls[reached.indices]
+        return rows, ball, self.radii[ball] - reached.data
 
 
 def air_inside(

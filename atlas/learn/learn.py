@@ -17,8 +17,8 @@ SCALE_NOISE = 5.0
 
 
 def learn(state: AtlasState, touch: Touch) -> AtlasChange:
-    """Enter the samples of one touch, or say why it is refused, and the way on which the probe
-    came."""
+    """Enter the samples of one touch and the way on which the probe came, or say why the samples
+    are refused. Without contact only the way is entered."""
     if not isinstance(touch, Touch):
         raise ValueError(f"got {type(touch).__name__}; give a Touch, as a probe returns it")
     if touch.status is not TouchStatus.TOUCHED:

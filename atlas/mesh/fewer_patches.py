@@ -29,7 +29,7 @@ def with_fewer_patches(known: KnownBody, tolerance: float) -> KnownBody:
     if surface is None or len(surface.pairs):
         return known
     edge = max(min(coarse_edge(body), _EDGE * surface.radius), body.extent / MOST)
-    # Patches follow from samples alone, whenever a probe passed beside them.
+    # Patches follow from samples alone, whether or not a probe passed through their surface.
     whole = body.with_air(np.zeros((0, 2, 3)))
     drawn = without_stray_pieces(body_surface(whole, edge), body.samples.points)
     if not len(drawn.faces):

@@ -12,7 +12,8 @@ class AtlasChange:
     Parameters
     ----------
     refused : str
-        Why no samples were entered; empty where some were.
+        Why no samples were entered; empty where some were. The way of an approach that met nothing
+        is entered all the same.
     touch : int, optional
         Number of the touch that ``Atlas.add`` learned.
     innovations : (k,) float, no unit

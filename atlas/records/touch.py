@@ -17,9 +17,10 @@ _ASTRAY = 0.25
 # more. Doubled, only very noisy contours are concerned.
 _NOISE = 10.0
 
-# Least cosine of a way and the approach: 10 degrees; and largest distance of the contact from it,
-# over its length. Doubled, ways of other frames pass.
-_STRAIGHT, _BESIDE = 0.985, 0.2
+# Least cosine of a way and the approach: 10 degrees; largest distance of the contact beside it, and
+# error of its end by rounding, over its length. With the first two doubled, ways of other frames
+# pass; with the third, nothing else does.
+_STRAIGHT, _BESIDE, _ROUNDING = 0.985, 0.2, 1e-6
 
 
 class TouchStatus(Enum):
@@ -50,8 +51,8 @@ class Touch:
         Length of the path in contact, and of the path in the air to get there.
     way : (2, 3) float, length, world, optional
         Where the straight way through air began on which the probe came, and where it ended: at
-        the contact, or beyond the planned reference point. The atlas learns that no surface is on
-        it; without, it does not.
+        the contact, or, without one, past the planned reference point, where it gave up. The
+        atlas learns that no surface is on it. None where it is not known, or was not gone.
     """
 
     number: int
@@ -85,10 +86,10 @@ class Touch:
                 "must be a tuple of Contour"
             )
         object.__setattr__(self, "contours", tuple(self.contours))
+        self._check_status()
         if self.way is not None:
             object.__setattr__(self, "way", frozen_array(self.way, (2, 3), "way"))
             self._check_way()
-        self._check_status()
         self._check_contact()
         self._check_order()
 
@@ -106,18 +107,35 @@ class Touch:
             )
 
     def _check_way(self) -> None:
-        """Refuse a way that does not go against the approach, past the contact or to it."""
-        first, last = self.way - self.contact
-        along, length = (first - last) @ self.approach, np.linalg.norm(first - last)
-        beside = np.linalg.norm(first - (first @ self.approach) * self.approach)
-        noise = max((contour.noise_std for contour in self.contours), default=0.0)
-        straight = bool(along >= _STRAIGHT * length > 0.0)
-        if not (straight and beside <= max(_BESIDE * float(length), _NOISE * noise)):
+        """Refuse a way that the probe cannot have come."""
+        assert self.way is not None
+        if wrong := self._wrong_way(*self.way):
             raise ValueError(
-                f"the way of touch {self.number} runs from {first} to {last} about its contact; it "
-                "must be a straight one against the approach that ends at the contact, or passes "
-                "the reference point; leave it out where the probe came otherwise"
+                f"the way of touch {self.number} from {self.way[0]} to {self.way[1]} {wrong}; give "
+                "where the probe began and the contact, or, without contact, where it gave up, in "
+                "the frame and unit of the contact, or leave the way out"
             )
+
+    def _wrong_way(self, first, last) -> str:
+        """What is wrong with a way, its ends being (3,); empty where nothing is."""
+        if self.status is TouchStatus.UNREACHABLE:
+            return "was not gone, because the place is unreachable"
+        with np.errstate(over="ignore", invalid="ignore"):
+            length = float(np.linalg.norm(first - last))
+            along = float((first - last) @ self.approach)
+            above, below = (float((end - self.contact) @ self.approach) for end in (first, last))
+            beside = float(np.linalg.norm(first - self.contact - above * self.approach))
+        noise = _NOISE * max((contour.noise_std for contour in self.contours), default=0.0)
+        off = max(_ROUNDING * length, noise)
+        if not 0.0 < length < np.inf:
+            return "has no length, or too large a one"
+        if along < _STRAIGHT * length:
+            return "does not run against the approach"
+        if beside > max(_BESIDE * length, noise):
+            return f"passes {beside:.4g} beside the contact"
+        if self.contours and abs(below) > off:
+            return f"ends {abs(below):.4g} from the contact"
+        return "" if above >= -off and below <= off else "does not pass the reference point"
 
     def _check_contact(self) -> None:
         """Refuse contours that do not run through the contact."""

@@ -203,6 +203,8 @@ class Journal:
         if [row[0] for row in rows] != list(range(len(rows))):
             raise ValueError("a touch is missing")
         ways = self._ways()
+        if not ways.keys() <= {row[0] for row in rows}:
+            raise ValueError("a way is of no touch")
         return [
             Entry(
                 reason,

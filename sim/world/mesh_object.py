@@ -25,9 +25,10 @@ _SIDES = np.array([[0, 0, 1], [0, 0, -1], [1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, 
 # largest distance in front of it at which the probe may meet something else, in diagonals. With the
 # first doubled, to 1, no side will do; with the second doubled, other parts nearby are met.
 _SEEN, _SEEN_NEAR = 0.5, 0.01
-# Direction of rays that tell whether a point is inside, a unit vector: along no edge of usual
-# parts.
-_SKEW = np.array([0.36, 0.48, 0.8])
+# Direction of rays that tell whether a point is inside, a unit vector: in no plane of usual parts;
+# and distance of two triangles along a ray, in diagonals, at which it meets both at once. The
+# second doubled, nothing changes: it is that of rounding.
+_SKEW, _TIE = np.array([0.36, 0.48, 0.8]), 1e-9
 
 
 class MeshObject:
@@ -112,10 +113,12 @@ class MeshObject:
         return origin + min(met) * direction if met else None
 
     def is_inside(self, point) -> bool:
-        """Whether a point (3,) lies inside of a closed mesh, where no probe can be: the first
-        triangle that a ray from it meets has its outside on the other side."""
+        """Whether a point (3,) lies inside of a closed mesh, where no probe can be: a ray from it
+        first meets triangles from their inner side. Where it enters as well, it only touches an
+        edge of the mesh from outside."""
         met = self._met(point, _SKEW) if self.closed else []
-        return bool(met) and not min(met)[1]
+        first = min(met, default=(0.0, True))[0] + _TIE * self.diagonal
+        return bool(met) and not any(enters for distance, enters in met if distance <= first)
 
     def _met(self, origin, direction) -> list[tuple[float, bool]]:
         """Where a ray meets the mesh, length, and whether from the outside, in no order."""

@@ -1,5 +1,6 @@
 """What a caller gets wrong: one clear sentence, and an atlas that is as it was before."""
 
+import re
 from copy import deepcopy
 from dataclasses import replace
 from functools import lru_cache
@@ -262,26 +263,36 @@ def test_what_is_accepted_keeps_an_atlas_sound(kind):
 
 @pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])
 def test_a_way_that_the_probe_did_not_come_is_refused(scale):
-    """Ways ten lengths long: one along the surface, one from below, one a thousand times as far
-    away, one a third of its length beside the contact, and one of no length."""
+    """And said what is wrong with it. The touch came from above."""
     up, along = scale * np.array(UP), scale * np.array([1.0, 0.0, 0.0])
-    come, nothing = contours(scale=scale), np.zeros(3)
-    for first, last in (
-        (10 * along, nothing),
-        (nothing, 10 * up),
-        (1e4 * (up + along), 1e4 * along),
-        (10 * up + 3 * along, 3 * along),
-        (up, up),
+    nothing, come = np.zeros(3), contours(scale=scale)
+    missed = {"status": TouchStatus.NO_CONTACT, "tracked_length": 0.0}
+    for first, last, words in (
+        (up, up, "has no length"),
+        (1e304 * up, -1e304 * up, "too large"),
+        (10 * along, nothing, "does not run against"),
+        (nothing, 10 * up, "does not run against"),
+        (10 * up + 3 * along, 3 * along, f"passes {3 * scale:.4g} beside the contact"),
+        (10 * up, -3 * up, f"ends {3 * scale:.4g} from the contact"),
+        (10 * up, 5 * up, f"ends {5 * scale:.4g} from the contact"),
+        (1e4 * up, 1e3 * up, f"ends {1e3 * scale:.4g} from the contact"),
+        (-up, -10 * up, f"ends {10 * scale:.4g} from the contact"),
     ):
-        with pytest.raises(ValueError, match="the way of touch 0 .* leave it out where"):
+        with pytest.raises(ValueError, match=f"touch 0 .*{re.escape(words)}.*leave the way out"):
             touch(come, way=np.stack([first, last]))
-    with pytest.raises(ValueError, match="way"):
-        touch(come, way=10 * up)
-    with pytest.raises(ValueError, match="way"):
-        touch(come, way=np.stack([np.nan * up, nothing]))
-    # Ten degrees askew, and a tenth of its length beside the contact.
-    touch(come, way=np.stack([10 * up + 1.7 * along, nothing]))
+    for first, last in ((20 * up, 10 * up), (-10 * up, -20 * up)):
+        with pytest.raises(ValueError, match="does not pass the reference point"):
+            touch((), way=np.stack([first, last]), **missed)
+    with pytest.raises(ValueError, match="was not gone"):
+        never = missed | {"status": TouchStatus.UNREACHABLE}
+        touch((), way=np.stack([up, -up]), **never)
+    for wrong in (10 * up, np.stack([np.nan * up, nothing])):
+        with pytest.raises(ValueError, match="way"):
+            touch(come, way=wrong)
+    # Nine degrees askew, and a tenth of its length beside the contact.
+    touch(come, way=np.stack([10 * up + 1.5 * along, nothing]))
     touch(come, way=np.stack([10 * up + along, along]))
+    touch((), way=np.stack([10 * up, -10 * up]), **missed)
 
 
 def test_untouched_is_a_value_not_an_error():
@@ -330,6 +341,7 @@ def test_a_touch_in_another_unit_is_refused(factor):
     scaled = replace(
         again,
         contact=factor * again.contact,
+        way=factor * again.way,
         contours=tuple(
             replace(
                 c,

@@ -47,14 +47,23 @@ class RandomChanges(RuleBasedStateMachine):
         assert self.atlas.point_count == before + points
 
     @rule()
-    @precondition(lambda self: self.told)
+    @precondition(lambda self: self.told and (self.told[-1].contours or self.told[-1].way is None))
     def repeat(self):
         self.refused(self.told[-1])
 
     @rule()
     def lose(self):
-        lost = replace(self.touches[-1], contours=(), status=TouchStatus.NO_CONTACT)
+        lost = replace(self.touches[-1], contours=(), status=TouchStatus.NO_CONTACT, way=None)
         self.refused(lost)
+
+    @rule()
+    def miss(self):
+        """A way through where the next touch has its contact takes nothing but surface away."""
+        before, touch = self.atlas.point_count, self.touches[-1]
+        beyond = touch.way + 2.0 * (touch.way[1] - touch.way[0]) * [[0.0], [1.0]]
+        missed = replace(touch, contours=(), status=TouchStatus.NO_CONTACT, way=beyond)
+        assert self.atlas.add(missed).refused and self.atlas.point_count == before
+        self.told.append(missed)
 
     @rule()
     def save_and_load(self):

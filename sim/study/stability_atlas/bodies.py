@@ -62,6 +62,10 @@ class Placed:
         found = self.body.contact(start, direction, length / self.scale)
         return None if found is None else self.scale * found + self.shift
 
+    def is_inside(self, point) -> bool:
+        """As of ImplicitObject."""
+        return self.body.is_inside((point - self.shift) / self.scale)
+
     def trace_arms(self, point, plane_normals, directions, reach, step, max_turn, step_turn=np.pi):
         """As of ImplicitObject."""
         start, unit = (point - self.shift) / self.scale, self.scale

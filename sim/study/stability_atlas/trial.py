@@ -108,4 +108,5 @@ def shifted(touch: Touch, shift) -> Touch:
         )
         for contour in touch.contours
     )
-    return replace(touch, contact=touch.contact + shift, contours=contours)
+    way = None if touch.way is None else touch.way + shift
+    return replace(touch, contact=touch.contact + shift, contours=contours, way=way)

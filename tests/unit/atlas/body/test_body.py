@@ -308,6 +308,9 @@ def test_the_end_of_a_finger_is_not_among_the_samples_of_its_sides():
     assert cKDTree(samples.points).query(points[tip])[0].max() < 1.5 * radius
     assert tip.any() and not thinned.surround(points[tip], normals[tip]).any()
     assert thinned.surround(points[side], normals[side]).mean() > 0.99
+    # At a sharp edge the far side does not face alike, and counts.
+    sharp = ThinnedSamples(samples.points, replace(faces, is_sharp=True), 2.0 * radius)
+    assert sharp.surround(points[tip], normals[tip]).all()
 
 
 def test_a_rounding_does_not_go_on_where_one_of_its_faces_is_left_out():

@@ -21,7 +21,7 @@ def half_space(points):
 
 
 def test_a_body_with_air_is_the_difference_of_solids():
-    """Within twice the radius of a ball the distance is the larger one of -z and of the radius less
+    """Within twice the radius of a ball the distance is the larger one of z and of the radius less
     the distance from the nearest middle, for balls of one radius; farther away nothing changes."""
     air = PassedAir(np.array([[0.0, 0.0, -2.0], [1.5, 0.0, -2.0]]), np.array([1.0, 1.0]))
     points = RNG.uniform([-4, -4, -6], [6, 4, 2], (4000, 3))

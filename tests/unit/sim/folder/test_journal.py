@@ -72,6 +72,7 @@ def test_a_journal_that_is_closed_or_locked_is_not_called_damaged(tmp_path, monk
         "update contour set points = 'text'",
         "update contour set noise_std = -1.0",
         "update way set ends = x'00'",
+        "update way set touch = 99 where touch = 1",
         "drop table contour",
     ],
 )

@@ -63,6 +63,17 @@ def test_only_a_closed_mesh_has_an_inside():
     assert not half.closed and not half.is_inside(np.zeros(3))
 
 
+def test_points_from_which_a_ray_grazes_an_edge_are_outside():
+    """A ray toward (0.36, 0.48, 0.8) from each meets a vertical edge of a box from outside."""
+    box = trimesh.creation.box((60.0, 40.0, 30.0))
+    obj = MeshObject("box", box.vertices, box.faces)
+    edge = np.array([30.0, -20.0, 0.0]) + np.linspace(-14.0, 14.0, 200)[:, None] * np.eye(3)[2]
+    outside = edge - 25.0 * np.array([0.36, 0.48, 0.8])
+    assert not any(obj.is_inside(point) for point in outside)
+    inside = np.random.default_rng(0).uniform([-30, -20, -15], [30, 20, 15], (200, 3))
+    assert all(obj.is_inside(point) for point in inside)
+
+
 def test_open_mesh_loses_contact_at_its_rim():
     vertices = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
     obj = MeshObject("square", vertices, np.array([[0, 1, 2], [0, 2, 3]]))
