@@ -26,6 +26,8 @@ class Atlas(AtlasState):
     tolerance : float, length
         Wanted accuracy of the surface.
     options : AtlasOptions
+    scale : float, length, optional
+        Unit of the options of the fits: see ``AtlasState``.
 
     Notes
     -----

@@ -10,8 +10,8 @@ from touchatlas.atlas.free_form.sextic_sites import pairs_within
 
 # Points of a way that are asked. Doubled, thinner false walls are found.
 _ASKED = 32
-# Depth inside of the faces, over the distance of the nearest sample, from which the faces are
-# wrong there, in standard deviations of a sample besides. Doubled, false sheets stay beside ways.
+# Depth inside of the faces at which these are wrong: so much of the distance of the nearest sample,
+# and so many standard deviations of a sample. Doubled, false sheets stay beside ways.
 _DEEP, _SURE = 0.2, 3.0
 # Radius of a ball of air over the distance of the nearest sample. Doubled, samples lie on balls,
 # and true surface between them is taken away.
@@ -97,6 +97,8 @@ def air_inside(
     along = np.linspace(0.0, 1.0, _ASKED)[:, None, None]
     points = np.concatenate(ways[:, 0] + along * (ways[:, 1] - ways[:, 0]))
     clear = away(points)
-    points, clear = points[clear < reach], clear[clear < reach]
+    # A sample on a way has no room for air, whatever the faces make of it.
+    some = (clear > 0.0) & (clear < reach)
+    points, clear = points[some], clear[some]
     inside = distance(points) < -(_DEEP * clear + _SURE * std)
     return PassedAir(points[inside], _RADIUS * clear[inside]) if inside.any() else None

@@ -80,7 +80,12 @@ def test_where_a_way_runs_inside_there_are_balls_up_to_half_way_to_the_samples()
     air = air_of([4, 0, 5], [4, 0, -5])
     assert (air.middles[:, 2] < -0.2 * 4.0).all() and (air.middles[:, 0] == 4.0).all()
     assert air.radii == pytest.approx(0.5 * np.linalg.norm(air.middles, axis=1))
-    # As deep as noise, and where no face is believed.
+    # A sample on the way, as deep as noise, and where no face is believed.
+    assert (air_of([0, 0, 31], [0, 0, -31]).radii > 0.0).all()
+    assert (
+        air_inside(np.zeros((1, 2, 3)), lambda points: -1.0 + 0.0 * first(points), first, 1, 0.0)
+        is None
+    )
     assert air_of([4, 0, 5], [4, 0, -5], std=2.0) is None
     assert air_of([40, 0, 5], [40, 0, -5]) is None
 
