@@ -62,11 +62,10 @@ class Atlas(AtlasState):
         ways = len(self.ways)
         change = learn(self, touch)
         self.touches += 1
-        known = self.known_body
         if not change.refused:
-            known = look_for_body(self.pool, self.sample_std, known)
-        if not change.refused or len(self.ways) > ways:
-            self.know(known)
+            self.know(look_for_body(self.pool, self.sample_std, self.known_body))
+        elif len(self.ways) > ways:
+            self.know(self.known_body)
         return replace(change, touch=touch.number)
 
     def blend(self, points) -> Blend:
