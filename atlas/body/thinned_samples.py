@@ -25,7 +25,7 @@ _FACING = -0.3
 # largest angle about a point in which there is no such sample, rad, on a body without sharp edges:
 # a little more than half a circle, as on a ridge between two contours that run over it. Without
 # this a cap that sextics put on a finger lies among samples of its sides: of five explorations of
-# a hand one ended without a finger, and one was not met; all five are with it. On a part with
+# a hand one ended as known without a finger; all five have all fingers with it. On a part with
 # sharp edges (featuretype) 0.93 instead of 0.95 of the surface that claims half a tolerance after
 # eight touches would be within three. With the cosine doubled, and no other rule, a torus takes
 # more touches.
