@@ -6,12 +6,12 @@ Another rule is one more function here, from a View, Places and a generator to a
 from collections.abc import Callable
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from touchatlas.atlas.body.guessed_edges import guessed_edges
 from touchatlas.atlas.contouring.body_surface import fine_edge
 from touchatlas.planner.place.choose import APART, APART_HOLES, Target, View, distance_to
 from touchatlas.planner.place.hidden_holes import hidden_hole_target
+from touchatlas.planner.place.largest_sum import largest_sum_about
 from touchatlas.planner.place.places import Places, places_of, planning_edge
 from touchatlas.planner.probe_plan import Reason
 
@@ -145,9 +145,8 @@ def weak_target(view: View, places: Places) -> Target | None:
     asked = np.flatnonzero((gain > 0.0) & view.is_free(places.points))
     if not len(asked):
         return None
-    near = cKDTree(places.points).query_ball_point(places.points[asked], _ABOUT * view.extent)
-    sums = [gain[some].sum() for some in near]
-    return _target(places, len(places.rim) + int(asked[int(np.argmax(sums))]))
+    best = largest_sum_about(places.points, gain, asked, _ABOUT * view.extent)
+    return _target(places, len(places.rim) + best)
 
 
 def _all_places(places: Places) -> tuple[np.ndarray, np.ndarray]:
