@@ -4,6 +4,17 @@ import os
 from pathlib import Path
 
 
+def check_path(path, wanted: str = "the path of a file") -> None:
+    """ValueError for what names no file.
+
+    >>> check_path(None)
+    Traceback (most recent call last):
+    ValueError: got NoneType for the path; give the path of a file
+    """
+    if not isinstance(path, str | os.PathLike):
+        raise ValueError(f"got {type(path).__name__} for the path; give {wanted}")
+
+
 def write_whole(path, data: bytes) -> None:
     """Write a file so that a crash or a full disk leaves either the old one or the new one.
 
@@ -11,9 +22,12 @@ def write_whole(path, data: bytes) -> None:
 
     Raises
     ------
+    ValueError
+        If the path is none.
     OSError
-        If the path is no file, or it cannot be written. Its ``filename`` is the path.
+        If it is that of no file, or the file cannot be written. Its ``filename`` is the path.
     """
+    check_path(path)
     path = Path(path)
     if path.exists() and not path.is_file():
         raise OSError(f"{path} is a folder or a device; give the path of a file")

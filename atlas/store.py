@@ -13,7 +13,7 @@ import numpy as np
 
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.body.law_arrays import law_arrays, law_of_arrays
-from touchatlas.atlas.files import write_whole
+from touchatlas.atlas.files import check_path, write_whole
 from touchatlas.atlas.mesh.fewer_patches import with_fewer_patches
 from touchatlas.atlas.records.options import AtlasOptions
 from touchatlas.atlas.samples.lost_ends import LostEnds
@@ -60,7 +60,7 @@ def save_atlas(path, atlas: Atlas) -> None:
     """
     if not isinstance(atlas, Atlas):
         raise ValueError(f"got {type(atlas).__name__} for the atlas; call save_atlas(path, atlas)")
-    _FILE.check_path(path)
+    check_path(path)
     write_whole(path, atlas_bytes(atlas))
 
 

@@ -1,6 +1,5 @@
 """Reading a file of this library: it is given back whole, or refused in one sentence."""
 
-import os
 import tokenize
 import zipfile
 import zlib
@@ -8,6 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
+
+from touchatlas.atlas.files import check_path
 
 _Read = TypeVar("_Read")
 _Made = TypeVar("_Made")
@@ -53,11 +54,6 @@ class FileKind:
     number: int
     instead: str
 
-    def check_path(self, path) -> None:
-        """ValueError for what names no file."""
-        if not isinstance(path, str | os.PathLike):
-            raise ValueError(f"got {type(path).__name__} for the path; give {self.wanted}")
-
 
 def load_whole(
     path,
@@ -80,7 +76,7 @@ def load_whole(
         When the path is none, or the file is missing, unreadable, cut off, altered, or of another
         format.
     """
-    kind.check_path(path)
+    check_path(path, kind.wanted)
     if not Path(path).is_file():
         found = "is a folder or device" if Path(path).exists() else "does not exist"
         raise ValueError(f"{path} {found}; give {kind.wanted}")

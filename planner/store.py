@@ -6,7 +6,7 @@ here alone, so that reading one runs no code of others.
 
 import hashlib
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from enum import Enum
 from typing import Any
@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from touchatlas.atlas.atlas import Atlas
-from touchatlas.atlas.files import write_whole
+from touchatlas.atlas.files import check_path, write_whole
 from touchatlas.atlas.whole_file import DamagedError, FileKind, load_whole
 from touchatlas.patch.geometry.contour import SamplingPlane
 from touchatlas.planner.attempts import Attempts
@@ -28,7 +28,7 @@ from touchatlas.planner.probe_plan import ProbePlan, Reason
 from touchatlas.planner.stop import Forecast, Stop, StopReason
 
 # The version is that of the file, no unit.
-_FILE = FileKind("planner", "one that save_planner wrote", 10, "begin with a new planner")
+_FILE = FileKind("planner", "one that save_planner wrote", 11, "begin with a new planner")
 # Made without their constructors, of all their attributes.
 _MADE = (Planner, Attempts, DeviationRatio, KnownArea)
 _VALUES = (ProbePlan, SamplingPlane, Pending, Target, Stop, Forecast)
@@ -38,7 +38,8 @@ _GENERATORS = ("MT19937", "PCG64", "PCG64DXSM", "Philox", "SFC64")
 
 def save_planner(path, planner: Planner, atlas: Atlas) -> None:
     """Write a planner to a file, with its pending plans and its random numbers, and by which
-    samples the atlas of its touches is known again. If that fails, the file stays as it was.
+    samples and ways the atlas of its touches is known again. If that fails, the file stays as it
+    was.
 
     Save the atlas (``save_atlas``) before it: the loaded planner with the loaded atlas plans what
     these two would have planned. After a crash between the two, the last plan is still pending.
@@ -55,11 +56,11 @@ def save_planner(path, planner: Planner, atlas: Atlas) -> None:
             f"got {type(planner).__name__} for the planner; call save_planner(path, planner, atlas)"
         )
     _check_atlas(atlas)
-    _FILE.check_path(path)
+    check_path(path)
     state = json.dumps(_encoded(planner))
     digest = hashlib.sha256(state.encode()).hexdigest()
-    count = atlas.point_count
-    known = {"samples": count, "sha256": _fingerprint(atlas, count)}
+    counts = atlas.point_count, len(atlas.ways)
+    known = {"counts": counts, "sha256": _fingerprint(atlas, counts)}
     whole = {"format": _FILE.number, "atlas": known, "sha256": digest, "planner": state}
     write_whole(path, json.dumps(whole).encode())
 
@@ -77,9 +78,9 @@ def load_planner(path, atlas: Atlas) -> Planner:
     """
     _check_atlas(atlas)
     known, planner = load_whole(path, _FILE, _read, _checked)
-    if _fingerprint(atlas, known["samples"]) != known["sha256"]:
+    if _fingerprint(atlas, known["counts"]) != known["sha256"]:
         raise ValueError(
-            f"{path} was saved with another atlas than this one, which has other samples, "
+            f"{path} was saved with another atlas than this one, which has other samples, ways, "
             "tolerance or options; load the atlas that was saved with it, or begin with a new "
             "planner"
         )
@@ -91,16 +92,18 @@ def _check_atlas(atlas) -> None:
         raise ValueError(f"got {type(atlas).__name__} for the atlas; give the one of the planner")
 
 
-def _fingerprint(atlas: Atlas, count: int) -> str:
-    """Digest of the first samples of an atlas and of how it learns; empty where it has fewer.
+def _fingerprint(atlas: Atlas, counts: Sequence[int]) -> str:
+    """Digest of the first samples and ways of an atlas, so many of each, and of how it learns;
+    empty where it has fewer.
 
-    The index of a sample never changes, so an atlas that learns more keeps it.
+    The index of a sample or way never changes, so an atlas that learns more keeps it.
     """
-    points = atlas.pool.points[:count]
-    if len(points) < count:
+    first = [array[:n] for array, n in zip((atlas.pool.points, atlas.ways), counts, strict=True)]
+    if [len(array) for array in first] != list(counts):
         return ""
     learns = json.dumps([atlas.tolerance, atlas.scale, asdict(atlas.options)], sort_keys=True)
-    return hashlib.sha256(learns.encode() + points.astype("<f8").tobytes()).hexdigest()
+    learned = b"".join(array.astype("<f8").tobytes() for array in first)
+    return hashlib.sha256(learns.encode() + learned).hexdigest()
 
 
 def _read(data: bytes) -> tuple[Any, Any]:
@@ -112,7 +115,8 @@ def _read(data: bytes) -> tuple[Any, Any]:
 def _checked(whole: Any) -> tuple[dict[str, Any], Planner]:
     """What is said of the atlas in a file, and its planner, whose digest is that of its state."""
     known = whole["atlas"]
-    if type(known["samples"]) is not int or known["samples"] < 0 or not known["sha256"]:
+    counts = known["counts"]
+    if [type(n) for n in counts] != [int, int] or min(counts) < 0 or not known["sha256"]:
         raise DamagedError("it says nothing of its atlas")
     if hashlib.sha256(whole["planner"].encode()).hexdigest() != whole["sha256"]:
         raise DamagedError("its digest is that of other bytes")

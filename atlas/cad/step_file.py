@@ -18,7 +18,7 @@ from touchatlas.atlas.cad.not_written import NotWritten
 from touchatlas.atlas.cad.occ_kernel import is_solid, need_kernel, step_bytes
 from touchatlas.atlas.cad.occ_triangles import triangle_shapes
 from touchatlas.atlas.contouring.body_surface import is_smooth
-from touchatlas.atlas.files import write_whole
+from touchatlas.atlas.files import check_path, write_whole
 from touchatlas.atlas.mesh.extract import extract_surface
 from touchatlas.atlas.records.surface import Surface
 from touchatlas.atlas.state import AtlasState
@@ -94,10 +94,12 @@ def save_step(state: AtlasState, path) -> StepReport:
     Raises
     ------
     ValueError
-        When nothing of the surface is known, or the extra ``cad`` is not installed.
+        When the path is none, nothing of the surface is known, or the extra ``cad`` is not
+        installed.
     OSError
         When the file cannot be written; an old one is left as it was.
     """
+    check_path(path)
     need_kernel()
     if state.body is None:
         raise ValueError(_NOTHING)

@@ -28,7 +28,7 @@ class Triangles(Protocol):
 
 
 def surface_doubts(surface: Triangles | None, atlas: AtlasState) -> list[Doubt]:
-    """Pieces, holes, closed or not, and an odd Euler characteristic of the triangles."""
+    """Pieces, holes, closed or not, an odd Euler characteristic and the side of the triangles."""
     if surface is None or not len(surface.faces):
         return [Doubt("no surface", "Nowhere is the surface known.", NOWHERE)]
     return [*_pieces(surface), *_closed_holes(surface, atlas), *_openings(surface, atlas)]
@@ -59,7 +59,8 @@ def _closed_holes(surface: Triangles, atlas: AtlasState) -> list[Doubt]:
 
 
 def _openings(surface: Triangles, atlas: AtlasState) -> list[Doubt]:
-    """One doubt where the surface is open though no rim is known there, or no closed surface."""
+    """One doubt where the surface is open though no rim is known there, no closed surface, or
+    inside out."""
     mesh = trimesh.Trimesh(surface.vertices, surface.faces, process=False)
     rim = trimesh.grouping.group_rows(mesh.edges_sorted, require_count=1)
     if len(rim):
@@ -69,9 +70,20 @@ def _openings(surface: Triangles, atlas: AtlasState) -> list[Doubt]:
         places = some_apart(middle, extent_of(surface.vertices))
         return [Doubt("holes", words, places)] if len(middle) else []
     if mesh.is_watertight and mesh.euler_number % 2 == 0:
-        return []
+        return _inside_out(mesh)
     words = (
         f"The triangles do not make a closed surface (Euler characteristic {mesh.euler_number}"
         "); extract it with a shorter edge."
     )
     return [Doubt("topology", words, NOWHERE)]
+
+
+def _inside_out(mesh: trimesh.Trimesh) -> list[Doubt]:
+    """One doubt where a closed surface encloses air: its volume is negative."""
+    if mesh.volume >= 0.0:
+        return []
+    words = (
+        "The surface is inside out: it encloses air. The approach of a touch must point from the "
+        "surface to where the probe came from; turn it round, unless the probe was in a hollow."
+    )
+    return [Doubt("inside out", words, NOWHERE)]

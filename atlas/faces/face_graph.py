@@ -73,7 +73,7 @@ def write_graphml(faces: "Faces", path) -> None:
     Raises
     ------
     ValueError
-        When the argument is no ``Faces``.
+        When the arguments are no ``Faces`` and no path.
     """
     graph = as_networkx(faces)
     # Keys become the ids of edges, which are unique in a file.
@@ -117,6 +117,6 @@ def write_json(faces: "Faces", path) -> None:
     Raises
     ------
     ValueError
-        When the argument is no ``Faces``.
+        When the arguments are no ``Faces`` and no path.
     """
     write_whole(path, (json.dumps(as_json(faces), indent=1) + "\n").encode())

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from touchatlas.atlas import Touch, TouchStatus
+from touchatlas.atlas.files import check_path
 from touchatlas.patch import Contour, ContourEnd, SamplingPlane
 from touchatlas.planner import ProbePlan
 
@@ -52,12 +53,13 @@ class Journal:
     Raises
     ------
     ValueError
-        When the path holds something else than a journal.
+        When the path is none, or holds something else than a journal.
     sqlite3.Error
         When another program has it locked, or the disk is full.
     """
 
     def __init__(self, path) -> None:
+        check_path(path, "the journal.sqlite of a run")
         self._path = Path(path)
         if self._path.exists() and not self._path.is_file():
             raise ValueError(f"{path} is no file; give the journal.sqlite of a run")

@@ -112,6 +112,8 @@ def test_edges_of_a_graphml_file_have_ids_of_their_own(tmp_path):
 def test_what_is_no_faces_is_not_written(tmp_path, write):
     with pytest.raises(ValueError, match=r"got Atlas; give the Faces that Atlas.faces\(\) returns"):
         write(Atlas(0.1), tmp_path / "faces")
+    with pytest.raises(ValueError, match="got NoneType for the path; give the path of a file"):
+        write(Atlas(0.1).faces(), None)
     assert not list(tmp_path.iterdir())
 
 

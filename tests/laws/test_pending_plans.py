@@ -212,7 +212,7 @@ def test_what_is_no_planner_file_is_refused_in_one_sentence(tmp_path):
         with pytest.raises(ValueError, match="is no whole planner file.* give another copy"):
             load_planner(path, atlas)
     path.write_bytes(json.dumps(whole | {"format": 99}).encode())
-    with pytest.raises(ValueError, match="has format 99; this version reads 10"):
+    with pytest.raises(ValueError, match="has format 99; this version reads 11"):
         load_planner(path, atlas)
     for no_file, words in ((tmp_path, "is a folder"), (tmp_path / "none", "does not exist")):
         with pytest.raises(ValueError, match=f"{words}.*; give one that save_planner wrote"):
@@ -225,8 +225,8 @@ def test_what_is_no_planner_file_is_refused_in_one_sentence(tmp_path):
 
 
 def test_a_planner_is_refused_beside_another_atlas(tmp_path):
-    """Of other touches, of fewer, or of the same with another tolerance; not of more, as after a
-    crash between saving the atlas and saving the planner."""
+    """Of other touches, of fewer, or of the same with another tolerance or without their ways; not
+    of more, as after a crash between saving the atlas and saving the planner."""
     path = tmp_path / "planner.json"
     atlas, planner, probe = begun()
     touches = [probe(planner.ask(atlas))]
@@ -237,11 +237,12 @@ def test_a_planner_is_refused_beside_another_atlas(tmp_path):
     touches.append(probe(planner.ask(atlas)))
     told(atlas, planner, touches[1])
     save_planner(path, planner, atlas)
-    looser, other = begun(tolerance=0.3)[0], begun("sphere")
+    looser, other, wayless = begun(tolerance=0.3)[0], begun("sphere"), begun()[0]
     for touch in touches:
         looser.add(touch)
+        wayless.add(replace(touch, way=None))
     advance(*other, 3)
-    for wrong in (few, looser, other[0], begun()[0]):
+    for wrong in (few, looser, other[0], wayless, begun()[0]):
         with pytest.raises(ValueError, match="was saved with another atlas .* begin with a new"):
             load_planner(path, wrong)
     lost = probe(planner.ask(atlas))

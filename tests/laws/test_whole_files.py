@@ -101,11 +101,11 @@ def test_a_damaged_planner_is_refused_in_plain_words(state, tmp_path):
         hashlib.sha256(state.encode()).hexdigest(),
     )
     for whole in (
-        {"format": 10, "atlas": known, "sha256": digest, "planner": state},
-        {"format": 10, "atlas": state, "sha256": digest, "planner": state},
-        {"format": 10, "atlas": {"samples": state}, "sha256": digest, "planner": state},
+        {"format": 11, "atlas": known, "sha256": digest, "planner": state},
+        {"format": 11, "atlas": state, "sha256": digest, "planner": state},
+        {"format": 11, "atlas": {"counts": state}, "sha256": digest, "planner": state},
         {"format": state, "sha256": "", "planner": None},
-        {"format": 10, "planner": None},
+        {"format": 11, "planner": None},
         [state],
     ):
         path.write_text(json.dumps(whole))

@@ -162,3 +162,8 @@ def test_half_a_ball_is_no_sphere(kernel, tmp_path):
     assert [face.kind for face in half.faces().faces] == ["sphere"]
     report = save_step(half, tmp_path / "half.step")
     assert report.spheres == report.solids == 0 and report.triangles == report.faces > 0
+
+
+def test_what_is_no_path_is_refused_before_anything_is_computed(whole):
+    with pytest.raises(ValueError, match="got NoneType for the path; give the path of a file"):
+        save_step(whole, None)

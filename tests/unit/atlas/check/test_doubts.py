@@ -162,6 +162,14 @@ def test_a_hole_is_told_with_its_place():
     assert found[0].places[:, 2] == pytest.approx(30.0, abs=1.0)
 
 
+def test_approaches_that_point_inward_are_told():
+    """They turn the ball inside out; the ways, which would tell each of them, are not known."""
+    touches = [replace(t, approach=-t.approach, way=None) for t in touches_of_ball()]
+    atlas = learned_at_once(touches, 0.1)
+    found = doubts(atlas, extract_surface(atlas))
+    assert names(found) == ["inside out"] and "approach of a touch must point" in found[0].words
+
+
 def test_pieces_are_counted():
     height = surface().vertices[:, 2]
     found = doubts(ball(), surface().only(np.abs(height) > 5.0))

@@ -30,6 +30,8 @@ def test_what_is_no_journal_is_refused(tmp_path):
         Journal(tmp_path)
     with pytest.raises(ValueError, match="nowhere is no folder"):
         Journal(tmp_path / "nowhere" / "journal.sqlite")
+    with pytest.raises(ValueError, match="got NoneType for the path; give the journal.sqlite"):
+        Journal(None)
 
 
 def test_only_the_next_touch_is_written(tmp_path):
