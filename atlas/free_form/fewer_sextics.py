@@ -81,7 +81,14 @@ class SurfacePoints:
 
 
 def fewer_sextics(
-    surface: FreeFormSurface, points, normals, deviations, ends, spacing: float, tolerance: float
+    surface: FreeFormSurface,
+    points,
+    normals,
+    deviations,
+    ends,
+    drawn: int,
+    spacing: float,
+    tolerance: float,
 ) -> FreeFormSurface:
     """A surface of fewer sextics that is mostly off by no more than a quarter of a tolerance; the
     given one, if there is none. Where sextics of the given surface stay, it may be off by more.
@@ -95,20 +102,23 @@ def fewer_sextics(
     surface : FreeFormSurface
         Without sharp turns.
     points, normals : (n, 3) float, length; unit, world
-        All over the surface.
+        On the surface.
     deviations : (n,) float, length
         Those of the surface there.
     ends : (n,) bool
         Whether the surface ends there: then no other sextic may weigh there than those of the
         surface, which tell where it ends.
+    drawn : int
+        So many of the first points are all over the surface: one of the sextics has each of them.
+        The others, feet of samples, show narrow bends between these.
     spacing : float, length
-        About the distance from one to the next.
+        About the distance from one of the first to the next.
     tolerance : float, length
     """
     bounds = np.where(ends, 0.0, np.maximum(_BORNE * tolerance, _SURE * deviations))
     columns = points, normals, deviations**2, bounds, surface.sides(points)
     on = SurfacePoints(*columns, spacing, cKDTree(points))
-    left, parts, radius = np.ones(len(points), bool), [], _LARGER * surface.radius
+    left, parts, radius = np.arange(len(points)) < drawn, [], _LARGER * surface.radius
     while left.any() and radius > _LEAST * spacing:
         parts += _of_radius(on, left, radius)
         if sum(map(len, parts)) >= len(surface.sextics):

@@ -42,7 +42,7 @@ def fewer(surface, tolerance=TOLERANCE, ends=None, scale=1.0):
     feet, values = on_surface(surface, scale)
     ends = np.zeros(len(feet), bool) if ends is None else ends
     on = feet, values[:, 1:4], np.sqrt(values[:, 4]), ends
-    return fewer_sextics(surface, *on, scale * SPACING, scale * tolerance)
+    return fewer_sextics(surface, *on, len(feet), scale * SPACING, scale * tolerance)
 
 
 @pytest.fixture(scope="module")
@@ -124,7 +124,8 @@ def test_a_surface_that_no_fewer_sextics_follow_stays(fitted):
     none = np.zeros(len(points), bool)
     crooked = normals[::-1]
     zero = np.zeros(len(points))
-    assert fewer_sextics(fitted, points, crooked, zero, none, SPACING, 1e-9) is fitted
+    on = points, crooked, zero, none, len(points)
+    assert fewer_sextics(fitted, *on, SPACING, 1e-9) is fitted
 
 
 def test_texture_that_the_tolerance_asks_for_stays():

@@ -23,13 +23,15 @@ def test_a_smooth_body_has_40_patches_at_most(name):
     assert len(explored(name).atlas) <= 40
 
 
-def test_a_finished_body_is_off_the_one_before_by_hardly_more_than_a_quarter_of_the_tolerance():
-    found = explored("bottle")
+@pytest.mark.parametrize("name", ["bottle", "mouse", "blob", "torus"])
+def test_a_finished_body_is_off_the_one_before_by_hardly_more_than_a_quarter_of_the_tolerance(name):
+    found = explored(name)
     before = learned(found.touches, found.atlas.tolerance)
     points = before.pool.points
     off = found.atlas.body.field.at(points).distance - before.body.field.at(points).distance
-    # At the points of the drawing the bound holds for each sextic; between them nearly.
-    assert np.abs(off).max() < 0.35 * before.tolerance
+    # At the points of the drawing, and at one sample of each cube, the bound holds for each sextic;
+    # between them nearly.
+    assert np.abs(off).max() < 0.3 * before.tolerance
     assert len(found.atlas) < len(before) / 2
 
 

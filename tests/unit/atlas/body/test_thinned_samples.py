@@ -1,0 +1,87 @@
+"""Which places lie among samples: those on the same part of the surface as these, and no others."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+
+from touchatlas.atlas.body.thinned_samples import ThinnedSamples, _on_one_arc
+
+REACH = 1.0
+
+
+@dataclass
+class OneFace:
+    """All samples are those of one face, with or without sharp edges."""
+
+    normals: np.ndarray
+    is_sharp: bool
+    rounded: np.ndarray = field(default_factory=lambda: np.zeros(0, int))
+
+    @property
+    def of(self) -> np.ndarray:
+        return np.zeros(len(self.normals), int)
+
+    def __len__(self) -> int:
+        return 1
+
+
+def among(points, normals, at, along, is_sharp=False):
+    thinned = ThinnedSamples(points, OneFace(normals, is_sharp), REACH)
+    return thinned.surround(at, along)
+
+
+def plane(seed: int = 0):
+    """Samples (900, 3) all over a square of six reaches, and their normals."""
+    points = np.random.default_rng(seed).uniform(-3.0, 3.0, (900, 3)) * [1.0, 1.0, 0.0]
+    return points, np.tile([0.0, 0.0, 1.0], (900, 1))
+
+
+@pytest.mark.parametrize("is_sharp", [False, True])
+def test_places_below_a_plane_do_not_lie_among_its_samples(is_sharp):
+    """Down to a tenth of the reach a surface may bend to these; from a third on it cannot."""
+    points, normals = plane()
+    at = np.stack([np.zeros(12), np.zeros(12), -np.linspace(0.0, 0.9, 12)], axis=1)
+    for side in (1.0, -1.0):
+        found = among(points, normals, at, side * normals[:12], is_sharp)
+        assert not found[at[:, 2] < -0.33].any()
+        assert found[0] == (side > 0.0)
+
+
+@pytest.mark.parametrize("is_sharp", [False, True])
+def test_places_of_a_ball_lie_among_its_samples(is_sharp):
+    """Also where the samples within reach are turned by 60 degrees."""
+    rng = np.random.default_rng(1)
+    normals = rng.normal(size=(2000, 3))
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    for radius in (1.0, 3.0):
+        found = among(radius * normals[:1500], normals[:1500], radius * normals, normals, is_sharp)
+        assert found.mean() > 0.99
+
+
+@pytest.mark.parametrize("turn", [30.0, 60.0, 90.0, -60.0, -90.0])
+def test_places_beside_an_edge_lie_among_the_samples_of_both_sides(turn):
+    """Two planes meet at the y axis, convex or concave; the places are close to it."""
+    points, normals = plane(2)
+    cosine, sine = np.cos(np.deg2rad(turn)), np.sin(np.deg2rad(turn))
+    bend = np.array([[cosine, 0.0, -sine], [0.0, 1.0, 0.0], [sine, 0.0, cosine]])
+    far = points[:, 0] > 0.0
+    points[far], normals[far] = points[far] @ bend, normals[far] @ bend
+    at = np.stack([np.full(20, -0.02), np.linspace(-1.0, 1.0, 20), np.zeros(20)], axis=1)
+    assert among(points, normals, at, np.tile([0.0, 0.0, 1.0], (20, 1)), is_sharp=True).all()
+
+
+def test_any_two_places_of_an_arc_or_of_two_planes_are_on_one():
+    """The law has no slack there: chords of arcs are off by nothing, those over an edge by no more
+    than half of its turn."""
+    rng = np.random.default_rng(3)
+    turn = rng.uniform(0.05, 1.8, 500)
+    zero = np.zeros(500)
+    outward = np.stack([np.sin(turn), zero, np.cos(turn)], axis=1)
+    arc = np.stack([np.sin(turn), zero, np.cos(turn) - 1.0], axis=1)
+    near, far = rng.uniform(0.0, 1.0, (2, 500))
+    edge = np.stack([near + far * np.cos(turn), zero, -far * np.sin(turn)], axis=1)
+    for offset in (arc, edge):
+        assert _on_one_arc(offset[:, None], outward[:, None]).all()
+    above = np.array([[[0.1, 0.0, 1.0]]])
+    assert not _on_one_arc(above, np.array([[[0.0, 0.0, 1.0]]])).any()
