@@ -26,17 +26,16 @@ def pairs_across_ends(
     ends = ends[of[ends] != NONE]
     if not len(ends):
         return {}
-    tree = cKDTree(samples.points[ends])
-    near = tree.sparse_distance_matrix(labels.graph.tree, farther, output_type="ndarray")
-    i, j = ends[near["i"]], near["j"]
-    apart = (of[i] != of[j]) & (of[j] != NONE)
-    i, j = i[apart], j[apart]
-    chord = samples.points[i] - samples.points[j]
-    length = np.sqrt((chord * chord).sum(axis=1))
-    order = np.lexsort((length, of[j], i))
+    found = []
+    for label, members in enumerate(labels.all_members()):
+        others = ends[of[ends] != label]
+        tree = cKDTree(samples.points[members])
+        length, nearest = tree.query(samples.points[others], distance_upper_bound=farther)
+        there = nearest < len(members)
+        found.append((others[there], members[nearest[there]], length[there]))
+    i, j, length = (np.concatenate(column) for column in zip(*found, strict=True))
+    order = np.argsort(i, kind="stable")
     i, j, length = i[order], j[order], length[order]
-    first = np.append(True, (i[1:] != i[:-1]) | (of[j[1:]] != of[j[:-1]]))[: len(i)]
-    i, j, length = i[first], j[first], length[first]
     good = length <= reach
     for label in np.unique(of[j[~good]]).tolist():
         mine = np.flatnonzero(~good & (of[j] == label))
