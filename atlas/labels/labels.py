@@ -170,31 +170,35 @@ class Labels:
         """Give each sample the label that costs least beside its neighbours', until none changes.
 
         Even samples change first, then odd ones: neighbours on a contour never change together.
+        After the first two sweeps only neighbours of samples that changed are looked at.
         """
         movable = self._movable()
         sample, label, cost = self._candidates(movable)
         if not len(movable):
             return
-        begin = np.searchsorted(sample, movable)
-        counts = np.diff(begin, append=len(sample))
         graph, price = self.graph, self.evidence.options.boundary
         of, still = np.append(self.of, -2), 0
         entry, column = np.nonzero(graph.neighbours[sample] < graph.size)
         around = graph.neighbours[sample[entry], column]
-        weights, wanted = graph.neighbour_weights[sample[entry], column], label[entry]
+        weights = graph.neighbour_weights[sample[entry], column]
+        stirred = np.ones(len(of), bool)
         for sweep in range(2 * _SWEEPS):
-            same = of[around] == wanted
-            energy = cost - price * np.bincount(entry, weights * same, len(sample))
+            turn = stirred[sample] & (sample % 2 == sweep % 2)
+            rows, some = np.flatnonzero(turn), np.flatnonzero(turn[entry])
+            at = (np.cumsum(turn) - 1)[entry[some]]
+            own, name = sample[rows], label[rows]
+            same = of[around[some]] == name[at]
+            energy = cost[rows] - price * np.bincount(at, weights[some] * same, len(rows))
             # A label spreads from neighbour to neighbour.
-            alone = np.bincount(entry, same, len(sample)) == 0
-            energy[alone & (label != NONE) & (label != of[sample])] = np.inf
-            least = np.repeat(np.minimum.reduceat(energy, begin), counts)
-            best = np.flatnonzero(energy == least)
+            alone = np.bincount(at, same, len(rows)) == 0
+            energy[alone & (name != NONE) & (name != of[own])] = np.inf
             # The first of equals, by label.
-            new = label[best[np.searchsorted(best, begin)]]
-            changed = (new != of[movable]) & (movable % 2 == sweep % 2)
-            of[movable[changed]] = new[changed]
-            still = 0 if changed.any() else still + 1
+            best = rows[_first_least(energy, own)]
+            changed = best[label[best] != of[sample[best]]]
+            of[sample[changed]] = label[changed]
+            stirred[own] = False
+            stirred[graph.neighbours[sample[changed]]] = True
+            still = 0 if len(changed) else still + 1
             if still == 2:
                 break
         self.of = of[:-1]
@@ -291,3 +295,13 @@ class Labels:
         cost += self.loose_costs[self.of == NONE].sum()
         pairs = zip(self.pieces, self.all_members(), strict=True)
         return float(cost) + sum(self.energy(piece, m) for piece, m in pairs if len(m))
+
+
+def _first_least(values, owner) -> np.ndarray:
+    """(k,) place of the first least of the values (m,) of each owner, these being ascending."""
+    begin = np.flatnonzero(np.diff(owner, prepend=-1))
+    if not len(begin):
+        return begin
+    counts = np.diff(begin, append=len(owner))
+    best = np.flatnonzero(values == np.repeat(np.minimum.reduceat(values, begin), counts))
+    return np.asarray(best[np.searchsorted(best, begin)])
