@@ -6,6 +6,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from touchatlas.atlas.free_form.sextic_sites import FACING
+from touchatlas.patch.geometry.arrays import first_largest
 
 # Weight of a sextic that faces away from the side of a point: it counts where no other one does.
 # That of one that is folded there is the square of it. Squared, nothing changes.
@@ -97,8 +98,7 @@ class AskedSextics:
             none = np.empty(0)
             return SexticMean(np.empty((0, 4)), first[:0], none, none, none, none > 0.0)
         share, faces = self._shares(sides, others)
-        most = np.flatnonzero(share == np.maximum.reduceat(share, first[:-1])[which])
-        lead = most[np.searchsorted(which[most], np.arange(count))]
+        lead = first_largest(share, first[:-1])
         share /= np.add.reduceat(share, first[:-1])[which]
         mean = csr_array((share, np.arange(len(which)), first), (count, len(which))) @ self.found
         spread, alone = _spread(share, self.found[:, 0] - mean[which, 0], first[:-1])

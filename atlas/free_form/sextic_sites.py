@@ -7,7 +7,7 @@ from scipy.sparse import coo_array, csr_array
 from scipy.spatial import cKDTree
 
 from touchatlas.atlas.labels.grow import evenly
-from touchatlas.patch.geometry.arrays import cross
+from touchatlas.patch.geometry.arrays import cross, first_largest
 from touchatlas.patch.geometry.frame import any_tangent
 
 # Distance from the middle of a sextic within which no other one has its middle, in radii. At 0.5 it
@@ -64,7 +64,7 @@ def sites_of(tree: cKDTree, normals, middles, radius: float) -> SexticSites:
     owner, samples, away = owner[faces], samples[faces], away[faces]
     first = np.searchsorted(owner, np.arange(len(middles)))
     members = [evenly(some, _FITTED) for some in np.split(samples, first[1:])]
-    farthest = samples[_largest(away, owner, first)]
+    farthest = samples[first_largest(away, first)]
     tangents = tree.data[farthest] - tree.data[middles]
     return SexticSites(
         radius, middles, _axes(np.add.reduceat(normals[samples], first), tangents), members
@@ -92,12 +92,6 @@ def middles_of(tree: cKDTree, normals, radius: float) -> np.ndarray:
             left[near[normals[near] @ normals[sample] > _TURNED]] = False
             out.append(sample)
     return np.array(out)
-
-
-def _largest(values, owner, first) -> np.ndarray:
-    """(m,) first place of the largest of each owner's values (k,), that begin at ``first`` (m,)."""
-    places = np.flatnonzero(values == np.maximum.reduceat(values, first)[owner])
-    return places[np.searchsorted(owner[places], np.arange(len(first)))]
 
 
 def _axes(normals, tangents) -> np.ndarray:

@@ -6,6 +6,7 @@ from scipy.sparse.csgraph import connected_components
 
 from touchatlas.atlas.labels.grow import Evidence
 from touchatlas.atlas.pieces.piece import Piece
+from touchatlas.patch.geometry.arrays import first_largest
 
 NONE = -1
 # Links over which a piece may take samples from its neighbours in one run of sweeps. Doubled, twice
@@ -193,7 +194,7 @@ class Labels:
             alone = np.bincount(at, same, len(rows)) == 0
             energy[alone & (name != NONE) & (name != of[own])] = np.inf
             # The first of equals, by label.
-            best = rows[_first_least(energy, own)]
+            best = rows[first_largest(-energy, np.flatnonzero(np.diff(own, prepend=-1)))]
             changed = best[label[best] != of[sample[best]]]
             of[sample[changed]] = label[changed]
             stirred[own] = False
@@ -295,13 +296,3 @@ class Labels:
         cost += self.loose_costs[self.of == NONE].sum()
         pairs = zip(self.pieces, self.all_members(), strict=True)
         return float(cost) + sum(self.energy(piece, m) for piece, m in pairs if len(m))
-
-
-def _first_least(values, owner) -> np.ndarray:
-    """(k,) place of the first least of the values (m,) of each owner, these being ascending."""
-    begin = np.flatnonzero(np.diff(owner, prepend=-1))
-    if not len(begin):
-        return begin
-    counts = np.diff(begin, append=len(owner))
-    best = np.flatnonzero(values == np.repeat(np.minimum.reduceat(values, begin), counts))
-    return np.asarray(best[np.searchsorted(best, begin)])

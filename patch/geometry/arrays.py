@@ -76,3 +76,17 @@ def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     out[..., 1] = a3 * b1 - a1 * b3
     out[..., 2] = a1 * b2 - a2 * b1
     return out
+
+
+def first_largest(values, begin) -> np.ndarray:
+    """(k,) place of the first largest value of each of the rows of values (m,) that begin at
+    ``begin`` (k,), ascending, none of them empty.
+
+    >>> first_largest(np.array([1.0, 3.0, 3.0, 2.0]), np.array([0, 3])).tolist()
+    [1, 3]
+    """
+    if not len(begin):
+        return np.zeros(0, int)
+    counts = np.diff(begin, append=len(values))
+    best = np.flatnonzero(values == np.repeat(np.maximum.reduceat(values, begin), counts))
+    return best[np.searchsorted(best, begin)]
