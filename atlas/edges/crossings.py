@@ -82,9 +82,10 @@ class Crossings:
 
 def find_crossings(labels: Labels) -> dict[tuple[int, int], Crossings]:
     """Pairs of lawful labels, the lower first, mapped to the crossings between them."""
-    rows = _rows(labels)
-    over = _over(labels, *rows)
-    on_balls = _on_balls(labels, *rows, [low for spans in over.values() for low, _ in spans])
+    bounds, lawful, widest = _rows(labels)
+    over = _over(labels, bounds, lawful, widest)
+    crossed = [low for spans in over.values() for low, _ in spans]
+    on_balls = _on_balls(labels, bounds, widest, crossed)
     points = labels.evidence.samples.points
     return {
         pair: _crossings(points, over.get(pair, []), on_balls.get(pair, []))
@@ -146,20 +147,16 @@ def runs_of(labels: Labels, label: int) -> Crossings:
     return _crossings(labels.evidence.samples.points, [], spans)
 
 
-def _on_balls(labels: Labels, bounds, lawful, widest: float, crossed) -> _Spans:
+def _on_balls(labels: Labels, bounds, widest: float, crossed) -> _Spans:
     """Pairs of labels, mapped to the spans (2,) of samples without a label that lie on a ball which
     touches both; but for those that begin where contours have ``crossed``."""
     samples, of = labels.evidence.samples, labels.of
     found: _Spans = {}
-    known = np.flatnonzero(np.repeat(lawful, np.diff(bounds)))
     low, high = bounds[:-1], bounds[1:]
     loose = (of[low] == NONE) & (high - low >= _LOOSE) & ~np.isin(low, crossed)
-    if not (len(known) and loose.any()):
-        return {}
-    tree = cKDTree(samples.points[known])
-    for begin, end in zip(low[loose].tolist(), high[loose].tolist(), strict=True):
-        middle = samples.points[(begin + end) // 2]
-        near = np.unique(of[known[tree.query_ball_point(middle, widest)]]).tolist()
+    low, high = low[loose], high[loose]
+    around = _lawful_labels_near(labels, samples.points[(low + high) // 2], widest)
+    for begin, end, near in zip(low.tolist(), high.tolist(), around, strict=True):
         if len(near) < 2:
             continue
         touched = partial(_touched, labels, near, np.arange(begin, end))
@@ -170,6 +167,18 @@ def _on_balls(labels: Labels, bounds, lawful, widest: float, crossed) -> _Spans:
             two = near[pair[0]], near[pair[1]]
             found.setdefault(two, []).append((int(on_ball[0]), int(on_ball[-1]) + 1))
     return found
+
+
+def _lawful_labels_near(labels: Labels, points, reach: float) -> list[list[int]]:
+    """The lawful labels, ascending, that have samples within reach, length, of each of points
+    (n, 3)."""
+    out: list[list[int]] = [[] for _ in points]
+    for label, members in enumerate(labels.all_members()):
+        if labels.pieces[label].kind.lawful and len(points):
+            tree = cKDTree(labels.evidence.samples.points[members])
+            for place in np.flatnonzero(tree.query(points, distance_upper_bound=reach)[0] < np.inf):
+                out[place].append(label)
+    return out
 
 
 def _touched(labels: Labels, near: list[int], run) -> tuple[tuple[int, int], np.ndarray]:
