@@ -23,7 +23,7 @@ _FOLDED = 0.2
 _FACING = -0.3
 # Sine of the angle by which the chord from a point to a sample may be off that of an arc or an edge
 # between them, as of a surface that bends to and fro: 14 degrees. Without this, a place inside of a
-# solid lies among the samples above it: of three explorations of a wing nut one ended as known with
+# solid lies among the samples above it: of seven explorations of a wing nut one ended as known with
 # five false pockets. Doubled, such pockets stay where they are flat.
 _TO_AND_FRO = 0.25
 # Least cosine of the normal at a point and at a sample that faces as it does, 80 degrees, and
