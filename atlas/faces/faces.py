@@ -99,7 +99,7 @@ class FaceEdge:
     samples: np.ndarray = field(default_factory=lambda: np.zeros(0, int))
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Faces:
     """The faces of what was touched, and their edges.
 
@@ -147,6 +147,12 @@ class Faces:
 
     def __len__(self) -> int:
         return len(self.faces)
+
+    def __repr__(self) -> str:
+        """Their numbers alone: arrays of all samples would fill pages."""
+        faces, edges = len(self.faces), len(self.edges)
+        of_samples = f"{self.unexplained:.1%} of {len(self.of)} samples unexplained"
+        return f"<Faces: {faces} faces, {edges} edges, {of_samples}>"
 
     @cached_property
     def unexplained(self) -> float:

@@ -117,6 +117,13 @@ def test_what_is_no_faces_is_not_written(tmp_path, write):
     assert not list(tmp_path.iterdir())
 
 
+def test_faces_are_shown_in_one_line():
+    faces = faces_of("step")
+    count = len(faces.points)
+    shown = rf"<Faces: 8 faces, {len(faces.edges)} edges, \d+\.\d% of {count} samples unexplained>"
+    assert re.fullmatch(shown, repr(faces))
+
+
 def test_an_empty_atlas_has_no_faces(tmp_path):
     faces = Atlas(0.1).faces()
     assert len(faces) == 0 and faces.unexplained == 0.0
