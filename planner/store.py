@@ -58,9 +58,9 @@ def save_planner(path, planner: Planner, atlas: Atlas) -> None:
     _check_atlas(atlas)
     check_path(path)
     state = json.dumps(_encoded(planner))
-    digest = hashlib.sha256(state.encode()).hexdigest()
-    counts = atlas.point_count, len(atlas.ways)
+    counts = [atlas.point_count, len(atlas.ways)]
     known = {"counts": counts, "sha256": _fingerprint(atlas, counts)}
+    digest = _digest(known, state)
     whole = {"format": _FILE.number, "atlas": known, "sha256": digest, "planner": state}
     write_whole(path, json.dumps(whole).encode())
 
@@ -106,6 +106,12 @@ def _fingerprint(atlas: Atlas, counts: Sequence[int]) -> str:
     return hashlib.sha256(learns.encode() + learned).hexdigest()
 
 
+def _digest(known: dict[str, Any], state: str) -> str:
+    """Digest of what is said of the atlas, and of the planner."""
+    both = json.dumps([known, state], sort_keys=True)
+    return hashlib.sha256(both.encode()).hexdigest()
+
+
 def _read(data: bytes) -> tuple[Any, Any]:
     """The number of the format of a file, and all it holds."""
     whole = json.loads(data)
@@ -113,12 +119,12 @@ def _read(data: bytes) -> tuple[Any, Any]:
 
 
 def _checked(whole: Any) -> tuple[dict[str, Any], Planner]:
-    """What is said of the atlas in a file, and its planner, whose digest is that of its state."""
+    """What is said of the atlas in a file, and its planner, after the digest of both."""
     known = whole["atlas"]
     counts = known["counts"]
     if [type(n) for n in counts] != [int, int] or min(counts) < 0 or not known["sha256"]:
         raise DamagedError("it says nothing of its atlas")
-    if hashlib.sha256(whole["planner"].encode()).hexdigest() != whole["sha256"]:
+    if _digest(known, whole["planner"]) != whole["sha256"]:
         raise DamagedError("its digest is that of other bytes")
     return known, _planner(json.loads(whole["planner"]))
 

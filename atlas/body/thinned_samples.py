@@ -21,10 +21,12 @@ _FOLDED = 0.2
 # Least cosine of the normal at a point and at a sample of the same part of the surface: 107
 # degrees, for the far side of an edge. Doubled, samples of the other side of a wall count.
 _FACING = -0.3
-# Sine of the angle by which the chord from a point to a sample may be off that of an arc or an edge
-# between them, as of a surface that bends to and fro: 14 degrees. Without this, a place inside of a
-# solid lies among the samples above it: of seven explorations of a wing nut one ended as known with
-# five false pockets. Doubled, such pockets stay where they are flat.
+# What is added to the sine of half of the turn between a point and a sample, by which the chord
+# between them may be off that of an arc, for surfaces that bend to and fro: 14 degrees where both
+# face alike; where they differ by 97 degrees or more, any chord passes. Without this, a place
+# inside of a solid that faces as the samples above it do lies among these: of seven explorations of
+# a wing nut one ended as known with five false pockets. Doubled, such pockets stay where they are
+# flat.
 _TO_AND_FRO = 0.25
 # Least cosine of the normal at a point and at a sample that faces as it does, 80 degrees, and
 # largest angle about a point in which there is no such sample, rad, on a body without sharp edges:
@@ -88,8 +90,9 @@ class ThinnedSamples:
 
     def surround(self, points, normals) -> np.ndarray:
         """(n,) whether points (n, 3) of the surface, with normals (n, 3), lie among samples within
-        reach: no half circle about such a point is without one, and, on a body without sharp
-        edges, none much larger without one that faces as it does."""
+        reach to which a surface may bend from there: no half circle about such a point is without
+        one, and, on a body without sharp edges, none much larger without one that faces as it
+        does."""
         out = np.zeros(len(points), bool)
         for count in (_FIRST, _ABOUT):
             rest = np.flatnonzero(~out)
@@ -125,8 +128,8 @@ def _on_one_arc(offset, outward) -> np.ndarray:
     """(n, k) whether a surface of normal z may bend from the origin to samples at ``offset``
     (n, k, 3) with normals ``outward`` (n, k, 3) without turning to and fro.
 
-    On an arc the chord is at right angles to the sum of the normals at its ends; over an edge by
-    which two planes turn by an angle t it is off that by asin(sin(t / 2)) at most.
+    On an arc the chord is at right angles to the sum of the normals at its ends. Over an edge by
+    which two planes turn by an angle t it is off that by t / 2 at most.
     """
     both = outward + [0.0, 0.0, 1.0]
     square = (both * both).sum(axis=2)

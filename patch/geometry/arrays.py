@@ -80,7 +80,7 @@ def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 def first_largest(values, begin) -> np.ndarray:
     """(k,) place of the first largest value of each of the rows of values (m,) that begin at
-    ``begin`` (k,), ascending, none of them empty.
+    ``begin`` (k,), ascending, none of them empty, and without NaN.
 
     >>> first_largest(np.array([1.0, 3.0, 3.0, 2.0]), np.array([0, 3])).tolist()
     [1, 3]

@@ -96,14 +96,17 @@ def test_a_damaged_planner_is_refused_in_plain_words(state, tmp_path):
     """Its digest is right, so that what it holds is read."""
     path = tmp_path / "planner"
     write_planner(path)
-    known, digest = (
-        json.loads(path.read_text())["atlas"],
-        hashlib.sha256(state.encode()).hexdigest(),
-    )
+    good = json.loads(path.read_text())
+    known = good["atlas"]
+    both = json.dumps([known, state], sort_keys=True)
+    digest = hashlib.sha256(both.encode()).hexdigest()
     for whole in (
         {"format": 11, "atlas": known, "sha256": digest, "planner": state},
         {"format": 11, "atlas": state, "sha256": digest, "planner": state},
         {"format": 11, "atlas": {"counts": state}, "sha256": digest, "planner": state},
+        good | {"atlas": known | {"counts": [1, 0]}},
+        good | {"atlas": known | {"counts": [10**400, 3]}},
+        good | {"atlas": known | {"sha256": "x"}},
         {"format": state, "sha256": "", "planner": None},
         {"format": 11, "planner": None},
         [state],

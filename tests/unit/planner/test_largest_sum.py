@@ -24,6 +24,17 @@ def test_largest_sum_is_that_of_all_sums(seed):
     assert largest_sum_about(points, values, asked, 0.2) == asked[sums.argmax()]
 
 
+@pytest.mark.parametrize("scale", [3.0, 25.4, 1e-3])
+def test_largest_sum_of_a_lattice_stays_where_it_is_when_lengths_are_scaled(scale):
+    """No place lies on a wall of the cubes, which are as wide as two places are apart."""
+    axis = 0.05 * np.arange(21)
+    points = np.array([(x, y, z) for x in axis for y in axis for z in (0.0, 0.05)])
+    values = 1.0 + 0.05 * points[:, 0] + np.random.default_rng(0).uniform(0.0, 0.02, len(points))
+    asked = np.arange(len(points))
+    found = largest_sum_about(points, values, asked, 0.29)
+    assert largest_sum_about(scale * points, values, asked, scale * 0.29) == found
+
+
 def test_largest_sum_stays_where_it_is_when_lengths_are_scaled():
     points, values = places(0)
     asked = np.arange(2000)

@@ -71,6 +71,22 @@ def test_places_beside_an_edge_lie_among_the_samples_of_both_sides(turn):
     assert among(points, normals, at, np.tile([0.0, 0.0, 1.0], (20, 1)), is_sharp=True).all()
 
 
+def test_a_shallow_wave_between_lines_of_samples_is_known():
+    """Its slope is 0.35 at most, and lines are half a wave apart: the chord from one to the next is
+    off that of an arc by as much as the slope where they lie on its flanks."""
+    rng = np.random.default_rng(4)
+    lines = np.repeat(np.arange(-4.0, 4.1, 0.7) + 0.2, 150)
+
+    def wave(x, y):
+        turn = 2.0 * np.pi / 1.4
+        up = np.stack([-0.35 * np.cos(turn * x), np.zeros_like(x), np.ones_like(x)], axis=1)
+        points = np.stack([x, y, 0.35 / turn * np.sin(turn * x)], axis=1)
+        return points, up / np.linalg.norm(up, axis=1)[:, None]
+
+    at = wave(rng.uniform(-2.0, 2.0, 300), rng.uniform(-1.5, 1.5, 300))
+    assert among(*wave(lines, rng.uniform(-3.0, 3.0, len(lines))), *at).mean() > 0.98
+
+
 def test_any_two_places_of_an_arc_or_of_two_planes_are_on_one():
     """The law has no slack there: chords of arcs are off by nothing, those over an edge by no more
     than half of its turn."""
