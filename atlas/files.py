@@ -31,6 +31,8 @@ def write_whole(path, data: bytes) -> None:
     path = Path(path)
     if path.exists() and not path.is_file():
         raise OSError(f"{path} is a folder or a device; give the path of a file")
+    if not path.parent.is_dir():
+        raise FileNotFoundError(f"{path.parent} is no folder; make it, or give another path")
     part = path.with_name(path.name + ".part")
     try:
         with open(part, "wb") as file:

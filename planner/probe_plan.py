@@ -97,7 +97,7 @@ def check_answer(pending: Sequence[ProbePlan], touch: Touch, change: AtlasChange
     ------
     ValueError
         No plan is open, the arguments are no Touch and no AtlasChange, the touch answers another
-        plan, or the change is that of another touch.
+        plan, or came from inside of the surface, or the change is that of another touch.
     """
     if not pending:
         raise ValueError("no plan is open: call ask before tell")
@@ -111,6 +111,11 @@ def check_answer(pending: Sequence[ProbePlan], touch: Touch, change: AtlasChange
         numbers = ", ".join(str(plan.number) for plan in pending)
         is_open = f"plan {numbers} is open" if len(pending) == 1 else f"plans {numbers} are open"
         raise ValueError(f"the touch answers plan {touch.number}, but {is_open}")
+    if touch.approach @ plan.normal < 0.0:
+        raise ValueError(
+            f"the approach of touch {touch.number} points into the surface that its plan expects; "
+            "give the direction from the surface to where the probe came from"
+        )
     if change.touch not in (None, touch.number):
         raise ValueError(f"the change is that of touch {change.touch}, not of {touch.number}")
     return plan

@@ -94,11 +94,13 @@ def save_step(state: AtlasState, path) -> StepReport:
     Raises
     ------
     ValueError
-        When the path is none, nothing of the surface is known, or the extra ``cad`` is not
-        installed.
+        When the arguments are no Atlas and no path, nothing of the surface is known, or the extra
+        ``cad`` is not installed.
     OSError
         When the file cannot be written; an old one is left as it was.
     """
+    if not isinstance(state, AtlasState):
+        raise ValueError(f"got {type(state).__name__} for the atlas; call save_step(atlas, path)")
     check_path(path)
     need_kernel()
     if state.body is None:

@@ -38,7 +38,19 @@ def doubts(
     -------
     tuple of Doubt
         In the order of how much they say.
+
+    Raises
+    ------
+    ValueError
+        When the first arguments are no Atlas and no Surface.
     """
+    if not isinstance(atlas, AtlasState):
+        raise ValueError(f"got {type(atlas).__name__} for the atlas; call doubts(atlas, surface)")
+    if surface is not None and not isinstance(surface, Triangles):
+        raise ValueError(
+            f"got {type(surface).__name__} for the surface; give the Surface that extract_surface "
+            "returns, or leave it out"
+        )
     return (
         *stop_doubts(stopped, open_places, unreachable),
         *sample_doubts(atlas),

@@ -1,6 +1,6 @@
 """Doubts about the triangles of an atlas: pieces, holes, and a surface that is not closed."""
 
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 import trimesh
@@ -13,6 +13,7 @@ from touchatlas.atlas.state import AtlasState
 from touchatlas.patch.geometry.normal_error import SURE
 
 
+@runtime_checkable
 class Triangles(Protocol):
     """Vertices (v, 3), length, with deviations (v,), faces (f, 3), and middles (h, 3) of closed
     holes of a Surface."""

@@ -16,6 +16,7 @@ from touchatlas.atlas.field.rounded_edges import RoundedEdges, faces_of_samples
 from touchatlas.atlas.field.smooth_rims import SmoothRims
 from touchatlas.atlas.free_form.free_form_surface import FreeFormSurface
 from touchatlas.atlas.labels.labels import NONE
+from touchatlas.patch.geometry.arrays import frozen_array
 
 # Distance across which a law is believed where no sample is, over the extent: as far as patches
 # reach between the touches of a ball. Doubled, holes of a fifth of the extent are missed.
@@ -197,8 +198,16 @@ class FaceField:
 
 
 def face_values(faces: Faces, points) -> FaceValues:
-    """Signed distance, normal, deviation and face at points (n, 3): see ``FaceField.at``."""
-    return FaceField(faces).at(points)
+    """Signed distance, normal, deviation and face at points (n, 3): see ``FaceField.at``.
+
+    Raises
+    ------
+    ValueError
+        When the arguments are no Faces and no finite points, or there is no face.
+    """
+    if not isinstance(faces, Faces):
+        raise ValueError(f"got {type(faces).__name__}; give the Faces that Atlas.faces() returns")
+    return FaceField(faces).at(frozen_array(points, (None, 3), "points"))
 
 
 def _by_face(trees: FaceTrees, points, of) -> np.ndarray:

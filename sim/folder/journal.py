@@ -126,13 +126,19 @@ class Journal:
         Raises
         ------
         ValueError
-            When the arguments are no plan and no touch, or the touch is not the next one.
+            When the arguments are no plan and no touch, the touch answers another plan, or is not
+            the next one.
         sqlite3.Error
             When it cannot be written. The touches before it are kept.
         """
         if not (isinstance(plan, ProbePlan) and isinstance(touch, Touch)):
             got = f"{type(plan).__name__} and {type(touch).__name__}"
             raise ValueError(f"got {got}; give a ProbePlan and the Touch that answers it")
+        if plan.number != touch.number:
+            raise ValueError(
+                f"touch {touch.number} does not answer plan {plan.number}; give the ProbePlan of "
+                "its number"
+            )
         if touch.number != (count := len(self)):
             raise ValueError(
                 f"touch {touch.number} is not the next one of {self._path}, which holds {count}; "

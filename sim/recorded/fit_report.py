@@ -10,6 +10,7 @@ import numpy as np
 from touchatlas.atlas.files import write_whole
 from touchatlas.patch import Diagnosis, Patch, diagnose
 from touchatlas.patch.fit.advice import advice_on
+from touchatlas.sim.folder.out_folder import make_out_folder
 from touchatlas.sim.folder.ply import ply_bytes
 from touchatlas.sim.judge.number_meanings import LENGTH
 from touchatlas.sim.recorded.fit_picture import patch_surface, png_bytes
@@ -157,7 +158,7 @@ class FitReport:
             ply_bytes(surface, float(surface.deviation.max()) or self.patch.radius),
             png_bytes(self.recording, self.patch, surface, title),
         )
-        folder.mkdir(parents=True, exist_ok=True)
+        make_out_folder(folder)
         for name, content in zip(FILES, contents, strict=True):
             write_whole(folder / name, content)
 

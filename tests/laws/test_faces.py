@@ -117,6 +117,14 @@ def test_what_is_no_faces_is_not_written(tmp_path, write):
     assert not list(tmp_path.iterdir())
 
 
+def test_values_of_no_faces_and_at_no_points_are_refused():
+    with pytest.raises(ValueError, match=r"got Atlas; give the Faces that Atlas.faces\(\) returns"):
+        face_values(Atlas(0.1), np.zeros((1, 3)))
+    for wrong in ([1.0, 2.0, 3.0], [[1.0, 2.0, np.nan]]):
+        with pytest.raises(ValueError, match="points"):
+            face_values(faces_of("step"), wrong)
+
+
 def test_faces_are_shown_in_one_line():
     faces = faces_of("step")
     count = len(faces.points)

@@ -198,6 +198,16 @@ def test_a_retry_and_the_end_come_back_from_a_file(tmp_path):
     assert stop.forecast.predicted_coverage == planner.stop.forecast.predicted_coverage
 
 
+def test_an_approach_that_points_into_the_surface_is_refused():
+    """The loop ends there, and does not explore a body that is partly inside out."""
+    atlas, planner, probe = begun()
+    touch = probe(planner.ask(atlas))
+    inward = replace(touch, approach=-touch.approach, way=None)
+    with pytest.raises(ValueError, match="approach of touch 0 points into the surface .* give the"):
+        planner.tell(inward, Atlas(0.1).add(inward))
+    told(atlas, planner, touch)
+
+
 def test_what_is_no_planner_file_is_refused_in_one_sentence(tmp_path):
     atlas, planner, probe = begun()
     advance(atlas, planner, probe, 2)

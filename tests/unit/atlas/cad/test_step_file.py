@@ -164,6 +164,8 @@ def test_half_a_ball_is_no_sphere(kernel, tmp_path):
     assert report.spheres == report.solids == 0 and report.triangles == report.faces > 0
 
 
-def test_what_is_no_path_is_refused_before_anything_is_computed(whole):
+def test_what_is_no_atlas_or_path_is_refused_before_anything_is_computed(whole, tmp_path):
+    with pytest.raises(ValueError, match=r"got Faces for the atlas; call save_step\(atlas, path\)"):
+        save_step(whole.faces(), tmp_path / "x.step")
     with pytest.raises(ValueError, match="got NoneType for the path; give the path of a file"):
         save_step(whole, None)

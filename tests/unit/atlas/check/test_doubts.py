@@ -170,6 +170,14 @@ def test_approaches_that_point_inward_are_told():
     assert names(found) == ["inside out"] and "approach of a touch must point" in found[0].words
 
 
+def test_what_is_no_atlas_and_no_surface_is_refused():
+    for swapped in (None, surface()):
+        with pytest.raises(ValueError, match=r"for the atlas; call doubts\(atlas, surface\)"):
+            doubts(swapped, ball())
+    with pytest.raises(ValueError, match="got int for the surface; give the Surface that"):
+        doubts(ball(), 3)
+
+
 def test_pieces_are_counted():
     height = surface().vertices[:, 2]
     found = doubts(ball(), surface().only(np.abs(height) > 5.0))

@@ -44,7 +44,9 @@ def test_only_the_next_touch_is_written(tmp_path):
             with pytest.raises(ValueError, match="give a ProbePlan and the Touch"):
                 journal.append(*wrong)
         with pytest.raises(ValueError, match=r"touch 1 is not the next one .* which holds 0"):
-            journal.append(plan, replace(touch, number=1))
+            journal.append(replace(plan, number=1), replace(touch, number=1))
+        with pytest.raises(ValueError, match="touch 0 does not answer plan 1; give the ProbePlan"):
+            journal.append(replace(plan, number=1), touch)
         journal.append(plan, touch)
         with pytest.raises(ValueError, match=r"touch 0 is not the next one .* go on with number 1"):
             journal.append(plan, touch)
@@ -103,7 +105,7 @@ def test_ways_come_back_and_journals_of_earlier_versions_have_none(tmp_path):
     assert touch.way is not None
     with closing(Journal(path)) as journal:
         journal.append(plan, touch)
-        journal.append(plan, replace(touch, number=1, way=None))
+        journal.append(replace(plan, number=1), replace(touch, number=1, way=None))
         one, other = journal.touches()
         assert (one.way == touch.way).all() and other.way is None
     with closing(sqlite3.connect(path)) as journal:
