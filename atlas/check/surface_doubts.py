@@ -2,6 +2,7 @@
 
 from typing import Protocol, runtime_checkable
 
+import igl
 import numpy as np
 import trimesh
 from scipy.sparse import coo_matrix
@@ -71,7 +72,7 @@ def _openings(surface: Triangles, atlas: AtlasState) -> list[Doubt]:
         places = some_apart(middle, extent_of(surface.vertices))
         return [Doubt("holes", words, places)] if len(middle) else []
     if mesh.is_watertight and mesh.euler_number % 2 == 0:
-        return _inside_out(mesh)
+        return _inside_out(surface.vertices, surface.faces)
     words = (
         f"The triangles do not make a closed surface (Euler characteristic {mesh.euler_number}"
         "); extract it with a shorter edge."
@@ -79,12 +80,22 @@ def _openings(surface: Triangles, atlas: AtlasState) -> list[Doubt]:
     return [Doubt("topology", words, NOWHERE)]
 
 
-def _inside_out(mesh: trimesh.Trimesh) -> list[Doubt]:
-    """One doubt where a closed surface encloses air: its volume is negative."""
-    if mesh.volume >= 0.0:
+def _inside_out(vertices, faces) -> list[Doubt]:
+    """One doubt where pieces of a closed surface enclose air: their volume is negative, and no
+    other piece is about them, as about a cavity."""
+    corners, piece = vertices[faces] - vertices[0], igl.vertex_components(faces)[faces[:, 0]]
+    # Six times the volume of the tetrahedron from one point to each triangle.
+    six = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2]))
+    inverted = np.flatnonzero(np.bincount(piece, six) < 0.0)
+    solid = faces[~np.isin(piece, inverted)]
+    at = vertices[[faces[(piece == k).argmax(), 0] for k in inverted]]
+    if len(solid):
+        at = at[igl.fast_winding_number(vertices, solid, at) < 0.5]
+    if not len(at):
         return []
     words = (
-        "The surface is inside out: it encloses air. The approach of a touch must point from the "
-        "surface to where the probe came from; turn it round, unless the probe was in a hollow."
+        "The surface, or a piece of it, is inside out: it encloses air. The approach of a touch "
+        "must point from the surface to where the probe came from; turn it round, unless the probe "
+        "was in a hollow."
     )
-    return [Doubt("inside out", words, NOWHERE)]
+    return [Doubt("inside out", words, at)]

@@ -8,7 +8,7 @@ import pytest
 import trimesh
 
 from tests.explored import entered, learned_at_once, spread_touches
-from touchatlas.atlas import Atlas, doubts, extract_surface
+from touchatlas.atlas import Atlas, Surface, doubts, extract_surface
 from touchatlas.atlas.check.moved import shift_of_object
 from touchatlas.planner.stop import Forecast, Stop, StopReason
 from touchatlas.sim import make_object
@@ -168,6 +168,34 @@ def test_approaches_that_point_inward_are_told():
     atlas = learned_at_once(touches, 0.1)
     found = doubts(atlas, extract_surface(atlas))
     assert names(found) == ["inside out"] and "approach of a touch must point" in found[0].words
+
+
+def joined(*meshes):
+    """A Surface of the triangles of meshes."""
+    mesh = trimesh.util.concatenate(meshes)
+    none = np.zeros(len(mesh.vertices))
+    own = np.asarray(mesh.vertices), np.asarray(mesh.faces), np.asarray(mesh.vertex_normals)
+    return Surface(*own, none, none.astype(int), none)
+
+
+@pytest.mark.parametrize(
+    ("apart", "one", "other", "told"),
+    [
+        (20.0, False, True, True),
+        (20.0, True, False, True),
+        (20.0, True, True, True),
+        (20.0, False, False, False),
+        (0.0, False, True, False),
+    ],
+)
+def test_each_piece_that_is_inside_out_is_told_but_no_cavity(apart, one, other, told):
+    """A large ball and a small one, beside it or within, either inverted or not."""
+    large, small = (trimesh.creation.icosphere(2, radius) for radius in (10.0, 5.0))
+    small.apply_translation([apart, 0.0, 0.0])
+    for mesh, inverted in ((large, one), (small, other)):
+        if inverted:
+            mesh.invert()
+    assert ("inside out" in names(doubts(ball(), joined(large, small)))) == told
 
 
 def test_what_is_no_atlas_and_no_surface_is_refused():
