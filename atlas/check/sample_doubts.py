@@ -10,6 +10,10 @@ from touchatlas.atlas.state import AtlasState
 # Fraction of the samples that may contradict: good explorations have none. Doubled, one bad
 # contact in five hundred is no doubt.
 _FEW = 1e-3
+# Fraction of the samples that must lie beside the surface where the object moved: it was a sixth or
+# more wherever it did. Doubled, nothing changes; at the one above, one false sample in a touch was
+# a move.
+_MOVED = 0.02
 # Distance of a sample from the surface that contradicts it, in deviations of both: chance gives one
 # in two million. Doubled, only gross errors are doubted.
 _FAR = 5.0
@@ -37,7 +41,7 @@ def sample_doubts(atlas: AtlasState) -> list[Doubt]:
 def _moved(atlas: AtlasState, found, extent: float) -> list[Doubt]:
     """One doubt where a move of the object explains how samples of before and after differ."""
     shift, off = shift_of_object(atlas, found)
-    if off.sum() <= _FEW * len(off):
+    if off.mean() <= _MOVED:
         return []
     words = (
         f"{off.mean():.1%} of the samples lie beside the surface as if the object had moved by "
