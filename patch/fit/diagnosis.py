@@ -8,7 +8,7 @@ from touchatlas.patch.fit.advice import advice_on
 from touchatlas.patch.fit.crossings import MISSED, crossings, displaced_curves
 from touchatlas.patch.fit.curve_tests import excess_scatter
 from touchatlas.patch.fit.residual_tests import residual_tests
-from touchatlas.patch.geometry.contour import Contour
+from touchatlas.patch.geometry.contour import Contour, check_contours
 from touchatlas.patch.geometry.patch import Patch
 from touchatlas.patch.geometry.polynomial import (
     SECOND_ORDER,
@@ -128,6 +128,11 @@ def diagnose(patch: Patch, contours: tuple[Contour, ...]) -> Diagnosis:
     contours : tuple of Contour
         Those it was fitted to, or others. Only samples within the patch radius are compared.
 
+    Raises
+    ------
+    ValueError
+        When the arguments are no Patch and no contours.
+
     Notes
     -----
     Each test fails for about one good patch in a thousand.
@@ -151,6 +156,11 @@ def diagnose(patch: Patch, contours: tuple[Contour, ...]) -> Diagnosis:
     >>> "off plane" in diagnose(fit_patch(np.zeros(3), curves, up).patch, curves).doubts
     True
     """
+    if not isinstance(patch, Patch):
+        raise ValueError(
+            f"got {type(patch).__name__} for the patch; give a Patch, as the patch of a PatchFit is"
+        )
+    check_contours(contours)
     noise = max(patch.noise_std, _ROUNDING * patch.radius)
     core, tests = patch.core * patch.radius, residual_tests(patch, contours)
     direction, deviation = _weakest(patch)

@@ -163,7 +163,7 @@ def fit_patch(
     UnfitError
         Contours too short, too few, or in fewer than three directions.
     ValueError
-        Another argument is not finite or of a wrong shape or sign, or ``outward`` is tangent.
+        Another argument is not finite or of a wrong type, shape or sign, or ``outward`` is tangent.
 
     Notes
     -----
@@ -171,6 +171,9 @@ def fit_patch(
     orders takes the place of equation (5), in the frame that the polynomial itself defines.
     """
     _check_lengths(bias, detail, radius_limit, radius_floor)
+    if not (isinstance(prior, SmoothnessPrior) and isinstance(options, FitOptions)):
+        got = f"{type(prior).__name__} and {type(options).__name__}"
+        raise ValueError(f"got {got}; give a SmoothnessPrior and FitOptions, or leave both out")
     stack = start_stack(point, contours, outward)
     reach = min(max(float(stack.reach[0]), radius_floor), radius_limit)
     stack = replace(stack, reach=np.array([reach]))

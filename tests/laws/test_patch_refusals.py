@@ -16,6 +16,7 @@ from touchatlas.patch import (
     Penalty,
     SamplingPlane,
     UnfitError,
+    diagnose,
     fit_paper,
     fit_patch,
 )
@@ -75,6 +76,20 @@ def test_what_are_no_contours_is_refused_by_both_fits(contours, kind):
     for fit in (fit_patch, lambda *a: fit_paper(*a, Penalty.NONE)):
         with pytest.raises(ValueError, match=f"got {kind} among the contours.*give a tuple"):
             fit(ORIGIN, contours, UP)
+
+
+def test_a_diagnosis_is_of_a_patch_and_contours():
+    fitted = fit_patch(ORIGIN, bowl(), UP)
+    with pytest.raises(ValueError, match="got PatchFit for the patch; give a Patch"):
+        diagnose(fitted, bowl())
+    with pytest.raises(ValueError, match="got NoneType among the contours.*give a tuple"):
+        diagnose(fitted.patch, None)
+
+
+@pytest.mark.parametrize("wrong", [{"options": 3}, {"prior": None}])
+def test_options_of_a_fit_are_records(wrong):
+    with pytest.raises(ValueError, match="give a SmoothnessPrior and FitOptions, or leave both"):
+        fit_patch(ORIGIN, bowl(), UP, **wrong)
 
 
 @pytest.mark.parametrize(
