@@ -25,7 +25,8 @@ def write_whole(path, data: bytes) -> None:
     ValueError
         If the path is none.
     OSError
-        If it is that of no file, or the file cannot be written. Its ``filename`` is the path.
+        If it is that of no file, or its folder is not there, or the file cannot be written. Where
+        the system says so, ``filename`` is the path.
     """
     check_path(path)
     path = Path(path)

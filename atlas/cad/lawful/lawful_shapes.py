@@ -37,7 +37,8 @@ _EXACT = 5e-2
 # Largest distance of a shape from the body, in tolerances. Doubled, worse bodies are written by
 # laws.
 _WORST = 1.0
-# The same of a sample, in standard deviations besides. Doubled, nothing changes.
+# The same of a sample, in standard deviations besides: noise exceeds it in one of 400. Doubled,
+# parts that a solid misses by less than six of them are not seen.
 _NOISE = 3.0
 # Largest part of the area of a shape that is unknown or farther from the body, and of the samples
 # that are farther from the shape: what explorations leave unknown by default, and wrong labels.
