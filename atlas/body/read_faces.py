@@ -7,7 +7,8 @@ from touchatlas.atlas.body.explained import determined, is_lawful
 from touchatlas.atlas.body.uncrossed_edges import with_uncrossed_edges
 from touchatlas.atlas.edges.boundaries import find_boundaries
 from touchatlas.atlas.edges.rim_labels import move_to_rims
-from touchatlas.atlas.faces.faces import Faces, join_faces
+from touchatlas.atlas.faces.faces import Faces
+from touchatlas.atlas.faces.join_faces import join_faces
 from touchatlas.atlas.labels.labels import Labels
 from touchatlas.atlas.labels.options import FaceOptions
 from touchatlas.atlas.labels.samples import ContourSamples, contour_samples

@@ -8,14 +8,15 @@ import numpy as np
 from touchatlas.atlas.body.body import Body
 from touchatlas.atlas.edges.boundary import Boundary, EdgeKind
 from touchatlas.atlas.edges.edge_curves import CurvePoints, angles, gap, intersection_points
-from touchatlas.atlas.faces.faces import Face, FaceEdge, Faces, face_edge
+from touchatlas.atlas.faces.faces import Face, FaceEdge, Faces
+from touchatlas.atlas.faces.join_faces import face_edge
 
 # Distance from samples of a face up to which its edge is sought, over ``reach``. Doubled, it takes
 # longer.
 _NEAR = 2.0
 # Cubes in which one point of an edge is asked, in steps: each sample near both faces leads to one,
 # and to ask all of them took a sixth of the time of a plate. At 0.5, edges of thin plates were a
-# tenth shorter, and one in 29 was lost.
+# seventh shorter, and one in 29 was lost.
 _EVERY = 0.2
 # Distance from an edge, in steps, at which the faces on both sides are the surface. Doubled, edges
 # of narrower faces are missed.

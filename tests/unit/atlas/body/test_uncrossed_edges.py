@@ -21,7 +21,7 @@ from touchatlas.atlas.body.uncrossed_edges import (
     with_uncrossed_edges,
 )
 from touchatlas.atlas.edges.edge_curves import CurvePoints
-from touchatlas.atlas.faces.faces import _SPACING
+from touchatlas.atlas.faces.join_faces import _SPACING
 
 DISTANCE = {"box": box_distance, "step": step_distance}
 

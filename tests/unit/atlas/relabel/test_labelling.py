@@ -8,7 +8,7 @@ import pytest
 from tests.sharp import sharp_object
 from tests.touched import BORNE, touched, touched_samples
 from tests.truths import random_rotation
-from touchatlas.atlas.faces.faces import join_faces
+from touchatlas.atlas.faces.join_faces import join_faces
 from touchatlas.atlas.labels.labels import NONE
 from touchatlas.atlas.labels.options import FaceOptions
 from touchatlas.atlas.labels.samples import contour_samples

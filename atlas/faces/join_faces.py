@@ -1,0 +1,139 @@
+"""Join faces: pieces are joined where nothing but the reach of one polynomial lies between them."""
+
+import networkx as nx
+import numpy as np
+
+from touchatlas.atlas.edges.blunt_edges import BluntEdge
+from touchatlas.atlas.edges.boundary import Boundary, EdgeKind
+from touchatlas.atlas.faces.face_corners import find_corners
+from touchatlas.atlas.faces.faces import Face, FaceEdge, Faces
+from touchatlas.atlas.faces.polylines import polylines
+from touchatlas.atlas.labels.labels import NONE, Labels
+from touchatlas.atlas.pieces.laws import law_of
+
+# Least distance of the points of an edge, and longest gap in it, in steps of the contours. Doubled,
+# edges are coarser, and bridge wider gaps between touches.
+_SPACING, _LONGEST_GAP = 0.5, 8.0
+
+
+def join_faces(labels: Labels, boundaries: list[Boundary]) -> Faces:
+    """Faces of a labelling, the largest first, and the edges between them.
+
+    Pieces with an artificial boundary between them are of one face, but one that a single contour
+    met: it may be of any.
+    """
+    group = _groups(labels, boundaries)
+    sizes = np.bincount(group, [len(m) for m in labels.all_members()])
+    rank = np.argsort(np.argsort(-sizes, kind="stable"), kind="stable")
+    face_of_label = rank[group]
+    of = np.where(labels.of == NONE, NONE, face_of_label[labels.of])
+    faces = [_face(labels, k, np.flatnonzero(face_of_label == k), of) for k in range(len(sizes))]
+    edges = _edges(labels, boundaries, face_of_label)
+    samples = labels.evidence.samples
+    points, normals = _frozen(samples.points), _frozen(_normals(labels))
+    corners = find_corners(tuple(faces), edges, points, np.flatnonzero(of == NONE), samples.std)
+    balls = [edge.samples for edge in edges] + [corner.samples for corner in corners]
+    rounded = np.unique(np.concatenate([np.zeros(0, int), *balls]))
+    own = of, labels.of.copy(), rounded, samples.std, corners
+    kept = labels.evidence.graph, labels.evidence.recall
+    return Faces(tuple(faces), edges, points, normals, *own, *kept)
+
+
+def _frozen(array) -> np.ndarray:
+    """A copy that cannot be changed."""
+    out = np.array(array)
+    out.flags.writeable = False
+    return out
+
+
+def _normals(labels: Labels) -> np.ndarray:
+    """(n, 3) normals of the samples by their pieces, or estimates where they have none."""
+    samples = labels.evidence.samples
+    out = samples.outward.copy()
+    for piece, members in zip(labels.pieces, labels.all_members(), strict=True):
+        out[members] = piece.at(samples.points[members])[1]
+    return out
+
+
+def _groups(labels: Labels, boundaries: list[Boundary]) -> np.ndarray:
+    """(p,) number of the face of each of p labels."""
+    graph, samples = nx.Graph(), labels.evidence.samples
+    graph.add_nodes_from(range(len(labels.pieces)))
+    sure = [samples.are_of_several_contours(members) for members in labels.all_members()]
+    artificial = [(b.first, b.second) for b in boundaries if b.kind is EdgeKind.ARTIFICIAL]
+    graph.add_edges_from(pair for pair in artificial if all(sure[k] for k in pair))
+    group = np.zeros(len(sure), int)
+    for number, part in enumerate(nx.connected_components(graph)):
+        group[list(part)] = number
+    return group
+
+
+def _face(labels: Labels, number: int, own, of) -> Face:
+    """The face of a number with its own labels."""
+    samples, pieces = labels.evidence.samples, tuple(labels.pieces[k] for k in own)
+    members = np.flatnonzero(of == number)
+    distance = np.empty(len(members))
+    for k in own:
+        mine = labels.of[members] == k
+        distance[mine] = labels.pieces[k].at(samples.points[members[mine]])[0]
+    law = None
+    if len(pieces) == 1 and pieces[0].kind.lawful:
+        law = law_of(pieces[0], samples.points[members], samples.std)
+    kind = pieces[0].kind.name.lower() if law else "free-form"
+    patches = f"{len(pieces)} patch" + ("" if len(pieces) == 1 else "es")
+    offset = samples.points[members] - samples.points[members].mean(axis=0)
+    return Face(
+        number,
+        law.words if law else f"free-form, {patches}",
+        kind,
+        law,
+        pieces,
+        tuple(own.tolist()),
+        members,
+        float((np.abs(distance) <= 3.0 * samples.std).mean()),
+        float(np.sqrt((distance * distance).mean())),
+        samples.points[members[(offset * offset).sum(axis=1).argmin()]],
+    )
+
+
+def _edges(labels: Labels, boundaries: list[Boundary], face_of_label) -> tuple[FaceEdge, ...]:
+    """The edges between faces: one for each pair and kind."""
+    groups: dict[tuple[int, int, str], list[Boundary]] = {}
+    for b in boundaries:
+        low, high = sorted((int(face_of_label[b.first]), int(face_of_label[b.second])))
+        if low != high:
+            groups.setdefault((low, high, b.kind.value), []).append(b)
+    step = float(np.median(labels.evidence.samples.steps))
+    return tuple(face_edge(*key[:2], parts, step) for key, parts in sorted(groups.items()))
+
+
+def face_edge(first: int, second: int, parts: list[Boundary], step: float) -> FaceEdge:
+    """One edge from the boundaries between the pieces of two faces; ``step`` is that of contours,
+    length."""
+    points = np.concatenate([b.curve.points for b in parts])
+    deviation = np.concatenate([b.curve.deviation for b in parts])
+    lines = polylines(points, deviation, _SPACING * step, _LONGEST_GAP * step)
+    curves = tuple(points[line] for line in lines)
+    weights = np.array([len(b.curve.points) for b in parts], float)
+    blunt = [b.blunt for b in parts if b.blunt is not None]
+    return FaceEdge(
+        first,
+        second,
+        parts[0].kind,
+        curves,
+        float(sum(np.linalg.norm(np.diff(c, axis=0), axis=1).sum() for c in curves)),
+        float(np.median(deviation)),
+        float(np.average([b.angle for b in parts], weights=weights)),
+        float(np.sqrt(np.average([b.gap**2 for b in parts], weights=weights))),
+        *_radius(blunt),
+        np.unique(np.concatenate([np.zeros(0, int), *(edge.samples for edge in blunt)])),
+    )
+
+
+def _radius(blunt: list[BluntEdge]) -> tuple[float, float]:
+    """Mean radius of blunt edges by their variances, and its standard deviation; zeros of none."""
+    if not blunt:
+        return 0.0, 0.0
+    weights = np.array([edge.deviation**-2 for edge in blunt])
+    mean = np.average([edge.radius for edge in blunt], weights=weights)
+    return float(mean), float(weights.sum() ** -0.5)
