@@ -131,19 +131,7 @@ class Journal:
         sqlite3.Error
             When it cannot be written. The touches before it are kept.
         """
-        if not (isinstance(plan, ProbePlan) and isinstance(touch, Touch)):
-            got = f"{type(plan).__name__} and {type(touch).__name__}"
-            raise ValueError(f"got {got}; give a ProbePlan and the Touch that answers it")
-        if plan.number != touch.number:
-            raise ValueError(
-                f"touch {touch.number} does not answer plan {plan.number}; give the ProbePlan of "
-                "its number"
-            )
-        if touch.number != (count := len(self)):
-            raise ValueError(
-                f"touch {touch.number} is not the next one of {self._path}, which holds {count}; "
-                f"repeat those and go on with number {count}, or begin another journal"
-            )
+        self._check_next(plan, touch)
         with self._database as database:
             database.execute(
                 "insert into touch values (?, ?, ?, ?, ?, ?, ?, ?)",
@@ -163,20 +151,23 @@ class Journal:
                 way = (touch.number, touch.way.tobytes())
                 database.execute("insert into way values (?, ?)", way)
             database.executemany(
-                "insert into contour values (?, ?, ?, ?, ?, ?, ?, ?)",
-                [
-                    (
-                        touch.number,
-                        place,
-                        contour.plane.point.tobytes(),
-                        contour.plane.normal.tobytes(),
-                        contour.noise_std,
-                        contour.ends[0].value,
-                        contour.ends[1].value,
-                        contour.points.tobytes(),
-                    )
-                    for place, contour in enumerate(touch.contours)
-                ],
+                "insert into contour values (?, ?, ?, ?, ?, ?, ?, ?)", _contour_rows(touch)
+            )
+
+    def _check_next(self, plan: ProbePlan, touch: Touch) -> None:
+        """ValueError for what is no plan and the touch that answers it, or not the next one."""
+        if not (isinstance(plan, ProbePlan) and isinstance(touch, Touch)):
+            got = f"{type(plan).__name__} and {type(touch).__name__}"
+            raise ValueError(f"got {got}; give a ProbePlan and the Touch that answers it")
+        if plan.number != touch.number:
+            raise ValueError(
+                f"touch {touch.number} does not answer plan {plan.number}; give the ProbePlan of "
+                "its number"
+            )
+        if touch.number != (count := len(self)):
+            raise ValueError(
+                f"touch {touch.number} is not the next one of {self._path}, which holds {count}; "
+                f"repeat those and go on with number {count}, or begin another journal"
             )
 
     def __len__(self) -> int:
@@ -264,6 +255,23 @@ class Journal:
     def close(self) -> None:
         """Close the file."""
         self._database.close()
+
+
+def _contour_rows(touch: Touch) -> list[tuple]:
+    """The rows of the contours of a touch."""
+    return [
+        (
+            touch.number,
+            place,
+            contour.plane.point.tobytes(),
+            contour.plane.normal.tobytes(),
+            contour.noise_std,
+            contour.ends[0].value,
+            contour.ends[1].value,
+            contour.points.tobytes(),
+        )
+        for place, contour in enumerate(touch.contours)
+    ]
 
 
 def _is_no_damage(error: Exception) -> bool:
