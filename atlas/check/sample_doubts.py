@@ -11,7 +11,7 @@ from touchatlas.atlas.state import AtlasState
 # contact in five hundred is no doubt.
 _FEW = 1e-3
 # Fraction of the samples that must lie beside the surface where the object moved: it was a sixth or
-# more wherever it did. Doubled, nothing changes; at the one above, one false sample in a touch was
+# more wherever it did. Doubled, nothing changes; at the fraction above, one false sample of 506 was
 # a move.
 _MOVED = 0.02
 # Distance of a sample from the surface that contradicts it, in deviations of both: chance gives one

@@ -116,5 +116,5 @@ def _solve(kind: Kind, terms, heights, weight) -> tuple[np.ndarray, np.ndarray]:
     mean = inverse @ (weighted @ heights)
     if kind is Kind.SPHERE:
         return _SPHERE @ mean, _SPHERE @ inverse @ _SPHERE.T
-    # np.pad takes as long as all else here.
+    # np.pad takes about as long as the inverse.
     return np.append(mean, np.zeros(kind.terms - size)), inverse
