@@ -91,17 +91,16 @@ class Body:
     def with_air(self, ways) -> "Body":
         """The same body without what is on straight ways (m, 2, 3), length, world, given by their
         ends: a probe passed there."""
-        found = copy(self)
-        found.field = self.field.with_air(None)
-        found.field = found.field.with_air(
-            air_inside(
-                ways,
-                lambda points: found.field.at(points, False).distance,
-                self.away,
-                self.reach,
-                self.samples.std,
-            )
+        bare = self.field.with_air(None)
+        air = air_inside(
+            ways,
+            lambda points: bare.at(points, False).distance,
+            self.away,
+            self.reach,
+            self.samples.std,
         )
+        found = copy(self)
+        found.field = bare.with_air(air)
         return found
 
     @property
