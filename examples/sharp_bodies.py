@@ -1,10 +1,12 @@
-"""Meshes with sharp edges to explore: box, cylinder, hexagonal prism, step, slot and tube; a box
-with waves on its top and a handle with flat ends, whose free-form faces obey no law; and a wedge of
-20 degrees and a thin disc with a rim of a radius of 0.3, around which no contour turns.
+"""Meshes with sharp edges or rims to explore.
 
-It writes box.ply, cylinder.ply, prism.ply, step.ply, slot.ply, tube.ply, wavy.ply, handle.ply,
-wedge.ply and disc.ply into a folder, in millimetres. All are closed; the tube has an Euler
-characteristic of 0.
+They are a box, a cylinder, a hexagonal prism, a step, a slot, a T-slot, two fingers and a tube; a
+box with waves on its top and a handle with flat ends, whose free-form faces obey no law; a wedge of
+20 degrees and a thin disc with a rim of a radius of 0.3, around which no contour turns; and half a
+ball and a ball with five round holes, which are open. The tube has an Euler characteristic of 0,
+the ball with holes one of -3.
+
+It writes each as a PLY file of its name into a folder, in millimetres.
 
     python examples/sharp_bodies.py [FOLDER]
     touchatlas explore cylinder.ply
@@ -28,6 +30,25 @@ SLOT = np.array(
     [[-30, 0], [30, 0], [30, 25], [6, 25], [6, 10], [-6, 10], [-6, 25], [-30, 25]], float
 )
 SLOT_TRIANGLES = np.array([[0, 1, 4], [0, 4, 5], [1, 2, 3], [1, 3, 4], [0, 5, 6], [0, 6, 7]])
+# A block with a T-slot, as a machine table has.
+TSLOT = np.array(
+    [[-30, 0], [30, 0], [30, 34], [6, 34], [6, 22], [16, 22], [16, 12]]
+    + [[-16, 12], [-16, 22], [-6, 22], [-6, 34], [-30, 34]],
+    float,
+)
+TSLOT_TRIANGLES = np.array(
+    [[0, 1, 6], [0, 6, 7], [1, 2, 5], [1, 5, 6], [2, 3, 4], [2, 4, 5]]
+    + [[0, 7, 8], [0, 8, 11], [11, 8, 9], [11, 9, 10]]
+)
+# Two fingers of 20 and 19 with a gap of 4 between them.
+FINGERS = np.array(
+    [[-30, 0], [30, 0], [30, 34], [2, 34], [2, 10], [-2, 10], [-2, 35], [-30, 35]], float
+)
+# Axes and half angles, in degrees, of the holes of a ball.
+HOLES = [
+    *(((0, 0, -1), 25.0), ((1, 0, 0), 15.0), ((-1, 1, 0), 20.0)),
+    *(((0, -1, 1), 12.0), ((-1, -1, 1), 18.0)),
+]
 
 # A wedge that is 60 long.
 HALF = 60.0 * np.tan(np.deg2rad(10.0))
@@ -63,6 +84,18 @@ def disc() -> trimesh.Trimesh:
     return mesh
 
 
+def ball_without(caps) -> trimesh.Trimesh:
+    """A ball of radius 30 without caps: axes and half angles in degrees."""
+    mesh = trimesh.creation.icosphere(subdivisions=6, radius=30.0)
+    kept = np.ones(len(mesh.faces), bool)
+    for axis, angle in caps:
+        along = mesh.triangles_center @ (np.asarray(axis) / np.linalg.norm(axis)) / 30.0
+        kept &= along < np.cos(np.deg2rad(angle))
+    mesh.update_faces(kept)
+    mesh.remove_unreferenced_vertices()
+    return mesh
+
+
 def bodies() -> dict[str, trimesh.Trimesh]:
     """The meshes by name."""
     return {
@@ -71,11 +104,15 @@ def bodies() -> dict[str, trimesh.Trimesh]:
         "prism": trimesh.creation.cylinder(radius=25.0, height=40.0, sections=6),
         "step": trimesh.creation.extrude_triangulation(PROFILE, TRIANGLES, height=30.0),
         "slot": trimesh.creation.extrude_triangulation(SLOT, SLOT_TRIANGLES, height=40.0),
+        "T-slot": trimesh.creation.extrude_triangulation(TSLOT, TSLOT_TRIANGLES, height=40.0),
+        "fingers": trimesh.creation.extrude_triangulation(FINGERS, SLOT_TRIANGLES, height=30.0),
         "tube": trimesh.creation.annulus(r_min=12.0, r_max=20.0, height=30.0, sections=SECTIONS),
         "wavy": wavy_box(),
         "handle": handle(),
         "wedge": trimesh.creation.extrude_triangulation(WEDGE, [[0, 1, 2]], height=40.0),
         "disc": disc(),
+        "half_ball": ball_without([([0, 0, -1], 90.0)]),
+        "holed_ball": ball_without(HOLES),
     }
 
 

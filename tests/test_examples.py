@@ -27,6 +27,7 @@ ARGUMENTS = {
     "faces.py": ["wall", "12"],
     "faces_beside_cgal.py": ["cube:12"],
     "fuzz_files.py": ["10"],
+    "guard.py": ["--only", "sphere", "--seeds", "1", "--renew", "--kept", "guard.csv"],
     "half_touched.py": ["sphere"],
     "kill_and_resume.py": ["kills", "1", "1", "cap.ply:4"],
     "same_bytes.py": ["ellipsoid_paper:1"],
