@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from touchatlas.atlas.mesh.extract import Surface, extract_surface
     from touchatlas.atlas.records.blend import Blend
     from touchatlas.atlas.records.change import AtlasChange
-    from touchatlas.atlas.records.options import AtlasOptions
+    from touchatlas.atlas.records.options import AtlasOptions, Levels
     from touchatlas.atlas.records.touch import Touch, TouchStatus
     from touchatlas.atlas.store import load_atlas, save_atlas
 
@@ -31,6 +31,7 @@ __all__ = [
     "FaceEdge",
     "FaceValues",
     "Faces",
+    "Levels",
     "StepReport",
     "Surface",
     "Touch",
@@ -58,6 +59,7 @@ __getattr__ = lazy_names(
         "face_values": "touchatlas.atlas.field.face_field",
         "Faces": "touchatlas.atlas.faces.faces",
         "StepReport": "touchatlas.atlas.cad.step_file",
+        "Levels": "touchatlas.atlas.records.options",
         "Surface": "touchatlas.atlas.mesh.extract",
         "Touch": "touchatlas.atlas.records.touch",
         "TouchStatus": "touchatlas.atlas.records.touch",

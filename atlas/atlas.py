@@ -63,7 +63,7 @@ class Atlas(AtlasState):
         change = learn(self, touch)
         self.touches += 1
         if not change.refused:
-            self.know(look_for_body(self.pool, self.sample_std, self.known_body))
+            self.know(look_for_body(self.pool, self.sample_std, self.known_body, self.levels))
         elif len(self.ways) > ways:
             self.know(self.known_body)
         return replace(change, touch=touch.number)
@@ -79,7 +79,7 @@ class Atlas(AtlasState):
         patches are a little less sure in places."""
         known = self.known_body
         if known.looked < self.point_count:
-            self._take(look_for_body(self.pool, self.sample_std, known, last=True))
+            self._take(look_for_body(self.pool, self.sample_std, known, self.levels, last=True))
         # The surface ends at the rims of this atlas, which tell where it is drawn.
         self._take(with_fewer_patches(self.known_body, self.tolerance))
 
@@ -94,7 +94,7 @@ class Atlas(AtlasState):
         if self.body is not None and self.known_body.is_one and self.body.faces.are_lawful:
             return self.body.faces
         before = self.known_body.faces if self.known_body.is_hopeful else None
-        return read_faces(self.pool, self.sample_std, before)
+        return read_faces(self.pool, self.sample_std, self.levels, before)
 
     @property
     def graph(self) -> nx.Graph:

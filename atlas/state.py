@@ -6,7 +6,7 @@ import numpy as np
 
 from touchatlas.atlas.body.body import Body
 from touchatlas.atlas.body.known_body import KnownBody
-from touchatlas.atlas.records.options import AtlasOptions, check_tolerance
+from touchatlas.atlas.records.options import AtlasOptions, Levels, check_tolerance
 from touchatlas.atlas.samples.rims import Rims
 from touchatlas.atlas.samples.sample_pool import SamplePool
 
@@ -61,6 +61,11 @@ class AtlasState:
     def __len__(self) -> int:
         """Number of patches: those of the faces that the surface is drawn from."""
         return 0 if self.body is None else self.body.patch_count
+
+    @property
+    def levels(self) -> Levels:
+        """What is enough to decide."""
+        return self.options.levels
 
     @property
     def bias(self) -> float:

@@ -15,13 +15,13 @@ from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.body.law_arrays import law_arrays, law_of_arrays
 from touchatlas.atlas.files import check_path, write_whole
 from touchatlas.atlas.mesh.fewer_patches import with_fewer_patches
-from touchatlas.atlas.records.options import AtlasOptions
+from touchatlas.atlas.records.options import AtlasOptions, Levels
 from touchatlas.atlas.samples.lost_ends import LostEnds
 from touchatlas.atlas.samples.sample_pool import NAMES
 from touchatlas.atlas.whole_file import DamagedError, FileKind, load_whole
 
 # The version is that of the file, no unit.
-_FILE = FileKind("atlas", "the atlas.npz of a run", 13, "explore again")
+_FILE = FileKind("atlas", "the atlas.npz of a run", 14, "explore again")
 _LAW = "count", "looked", "std", "edges", "share", "sharp", "is_one", "is_few"
 
 
@@ -88,7 +88,9 @@ def _read(data: bytes) -> tuple[Any, tuple[dict[str, np.ndarray], Any]]:
 
 def _restored(arrays, header) -> Atlas:
     """The atlas from the arrays and the header of a file."""
-    atlas = Atlas(header["tolerance"], AtlasOptions(**header["options"]), header["scale"])
+    levels = Levels(**header["options"].pop("levels"))
+    options = AtlasOptions(**header["options"], levels=levels)
+    atlas = Atlas(header["tolerance"], options, header["scale"])
     atlas.scale_is_given = header["scale_is_given"] is True
     _check_lengths(arrays)
     atlas.touches = header["touches"]
@@ -100,7 +102,7 @@ def _restored(arrays, header) -> Atlas:
         raise DamagedError("its ways have another shape or type")
     if not np.isfinite(atlas.ways).all():
         raise DamagedError("its ways are not finite")
-    known = law_of_arrays(arrays, header["law"], atlas.pool)
+    known = law_of_arrays(arrays, header["law"], atlas.pool, levels)
     # The surface ends at the rims of the atlas, which tell where it is drawn.
     atlas.know(replace(known, is_few=False))
     if known.is_few is True:

@@ -18,6 +18,7 @@ from touchatlas.atlas.body.read_faces import faces_of_revised, faces_of_samples,
 from touchatlas.atlas.faces.faces import Faces
 from touchatlas.atlas.free_form.sharp_turns import MANY
 from touchatlas.atlas.labels.samples import ContourSamples
+from touchatlas.atlas.records.options import Levels
 from touchatlas.atlas.relabel.labelling import first_labels, revise_all
 from touchatlas.atlas.samples.sample_pool import SamplePool
 
@@ -129,7 +130,11 @@ class KnownBody:
 
 
 def look_for_body(
-    pool: SamplePool, std: float, before: KnownBody = KnownBody(), last: bool = False
+    pool: SamplePool,
+    std: float,
+    before: KnownBody = KnownBody(),
+    levels: Levels = Levels(),
+    last: bool = False,
 ) -> KnownBody:
     """What the samples of a pool show; ``std`` is that of a sample, length.
 
@@ -137,9 +142,9 @@ def look_for_body(
     ``last`` time where they may be found. Else a body of one free-form face learns the new samples.
     """
     if before.is_due(len(pool)) or (last and before.is_hopeful):
-        return _looked_for(samples_of(pool, len(pool), std), np.asarray(pool.edges), before)
+        return _looked_for(samples_of(pool, len(pool), std, levels), np.asarray(pool.edges), before)
     if before.is_one and len(pool) > before.count:
-        body = body_of_one(samples_of(pool, len(pool), std), before.body)
+        body = body_of_one(samples_of(pool, len(pool), std, levels), before.body)
         return replace(before, count=len(pool), is_few=False, body=body)
     return before
 

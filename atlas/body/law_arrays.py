@@ -16,6 +16,7 @@ from touchatlas.atlas.labels.options import FaceOptions
 from touchatlas.atlas.labels.sample_graph import SampleGraph
 from touchatlas.atlas.pieces.kinds import Kind
 from touchatlas.atlas.pieces.piece import Piece
+from touchatlas.atlas.records.options import Levels
 from touchatlas.atlas.samples.sample_pool import SamplePool
 from touchatlas.atlas.whole_file import DamagedError
 
@@ -37,7 +38,9 @@ def law_arrays(known: KnownBody) -> dict[str, np.ndarray]:
     }
 
 
-def law_of_arrays(arrays, header: dict[str, Any], pool: SamplePool) -> KnownBody:
+def law_of_arrays(
+    arrays, header: dict[str, Any], pool: SamplePool, levels: Levels = Levels()
+) -> KnownBody:
     """What a file knows of the samples of a pool.
 
     Raises
@@ -53,13 +56,13 @@ def law_of_arrays(arrays, header: dict[str, Any], pool: SamplePool) -> KnownBody
         raise DamagedError("it says nothing of the samples that obey laws")
     found = KnownBody(**header)
     if len(pieces):
-        samples = samples_of(pool, looked, header["std"])
+        samples = samples_of(pool, looked, header["std"], levels)
         labels = Labels(Evidence(samples, SampleGraph(samples), FaceOptions()))
         labels.resume(pieces, of)
         read = known_from_faces(faces_of_labels(labels), samples, header["sharp"])
         found = replace(found, faces=read.faces, body=read.body)
     if found.is_one and count:
-        found = replace(found, body=body_of_one(samples_of(pool, count, header["std"])))
+        found = replace(found, body=body_of_one(samples_of(pool, count, header["std"], levels)))
     return found
 
 

@@ -12,6 +12,7 @@ from touchatlas.atlas.faces.join_faces import join_faces
 from touchatlas.atlas.labels.labels import Labels
 from touchatlas.atlas.labels.options import FaceOptions
 from touchatlas.atlas.labels.samples import ContourSamples, contour_samples
+from touchatlas.atlas.records.options import Levels
 from touchatlas.atlas.relabel.absorb import absorb
 from touchatlas.atlas.relabel.crossed_links import cut_crossed_links
 from touchatlas.atlas.relabel.labelling import label_samples, relabel
@@ -30,7 +31,9 @@ _AGAIN = 5
 _SETTLED = 1e-3
 
 
-def read_faces(pool: SamplePool, std: float, before: Faces | None = None) -> Faces:
+def read_faces(
+    pool: SamplePool, std: float, levels: Levels = Levels(), before: Faces | None = None
+) -> Faces:
     """The faces of the samples of a pool, without those that one contour alone has met.
 
     Parameters
@@ -38,13 +41,14 @@ def read_faces(pool: SamplePool, std: float, before: Faces | None = None) -> Fac
     pool : SamplePool
     std : float, length
         Standard deviation of a sample: of its noise, and the lack of fit that is borne.
+    levels : Levels
     before : Faces, optional
         Those of the first of the samples.
     """
     if not len(pool):
         none = np.zeros(0, int)
         return Faces((), (), np.zeros((0, 3)), np.zeros((0, 3)), none, none, none, std)
-    samples = samples_of(pool, len(pool), std)
+    samples = samples_of(pool, len(pool), std, levels)
     found = determined(faces_of_samples(samples, before=before), samples)
     return with_uncrossed_edges(Body(found, samples)) if is_lawful(found) else found
 
@@ -101,9 +105,11 @@ def faces_of_labels(labels: Labels) -> Faces:
     return join_faces(labels, find_boundaries(labels))
 
 
-def samples_of(pool: SamplePool, count: int, std: float) -> ContourSamples:
+def samples_of(
+    pool: SamplePool, count: int, std: float, levels: Levels = Levels()
+) -> ContourSamples:
     """The first ``count`` samples of a pool, with contours and normals."""
     points, normals, across = (
         column[:count].copy() for column in (pool.points, pool.normals, pool.across)
     )
-    return contour_samples(points, normals, across, std)
+    return contour_samples(points, normals, across, std, levels)

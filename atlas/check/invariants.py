@@ -78,7 +78,7 @@ def _body_of_one(state: AtlasState) -> Iterator[str]:
     known = state.known_body
     if not known.is_one or known.body is None:
         return
-    body = body_of_one(samples_of(state.pool, known.count, known.body.samples.std))
+    body = body_of_one(samples_of(state.pool, known.count, known.body.samples.std, state.levels))
     body.rims = known.body.rims
     again = replace(known, is_few=False, body=body)
     if known.is_few:

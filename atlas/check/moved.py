@@ -78,7 +78,7 @@ def _beside(atlas: AtlasState, of) -> _Beside:
     pool, others = atlas.pool, np.flatnonzero(~of)
     std, count = atlas.sample_std, len(pool)
     distance, normal = np.zeros(count), np.zeros((count, 3))
-    half = contour_samples(pool.points[of], pool.normals[of], pool.across[of], std)
+    half = contour_samples(pool.points[of], pool.normals[of], pool.across[of], std, atlas.levels)
     found, known = body_of_one(half).at(pool.points[others])
     # Where the half says much less than a sample does, it tells nothing.
     known &= found.deviation <= _VAGUE * std

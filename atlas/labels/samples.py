@@ -5,6 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
+from touchatlas.atlas.records.options import Levels
 from touchatlas.patch.geometry.arrays import cross
 
 # Samples of a window that gives a normal: a quadratic leaves two degrees of freedom. Doubled,
@@ -45,6 +46,8 @@ class ContourSamples:
     std : float, length
         Standard deviation of a sample's distance from the surface: noise, and the lack of fit that
         is borne.
+    levels : Levels
+        What is enough to decide about them.
     """
 
     points: np.ndarray
@@ -55,6 +58,7 @@ class ContourSamples:
     touches: np.ndarray
     steps: np.ndarray
     std: float
+    levels: Levels = Levels()
 
     def __len__(self) -> int:
         return len(self.points)
@@ -70,7 +74,9 @@ class ContourSamples:
         return bool(len(some) - counts.max(initial=0) >= _OTHERS)
 
 
-def contour_samples(points, outward, planes, std: float) -> ContourSamples:
+def contour_samples(
+    points, outward, planes, std: float, levels: Levels = Levels()
+) -> ContourSamples:
     """Samples with contours and normals, from the columns of a sample pool.
 
     Parameters
@@ -82,6 +88,7 @@ def contour_samples(points, outward, planes, std: float) -> ContourSamples:
     planes : (n, 3) float, unit, world
         Normals of the sampling planes. Where the plane changes, a new contour begins.
     std : float, length, > 0
+    levels : Levels
     """
     contours, steps = split_contours(points, planes)
     normals = plane_normals(points, planes, contours, std)
@@ -90,7 +97,8 @@ def contour_samples(points, outward, planes, std: float) -> ContourSamples:
     votes = np.bincount(contours, side, contours[-1] + 1)
     normals = normals * np.where(votes < 0.0, -1.0, 1.0)[contours][:, None]
     touches = group_contours(points, contours, steps)
-    return ContourSamples(points, normals, outward, planes, contours, touches, steps, float(std))
+    numbers = contours, touches, steps, float(std), levels
+    return ContourSamples(points, normals, outward, planes, *numbers)
 
 
 def split_contours(points, planes) -> tuple[np.ndarray, np.ndarray]:

@@ -1,6 +1,8 @@
-"""AtlasOptions: how an atlas fits its patches, and how finely it draws them."""
+"""AtlasOptions: how an atlas fits its patches, draws them, and decides; Levels: what is enough."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+
+import numpy as np
 
 from touchatlas.patch.geometry.arrays import real
 
@@ -16,8 +18,51 @@ _SMALLEST = 1e-50
 
 
 @dataclass(frozen=True)
+class Levels:
+    """What is enough to decide: one level for each kind of question.
+
+    Parameters
+    ----------
+    sure : float
+        A sample is on a surface, and two values agree, up to this difference, in standard
+        deviations of the difference. 4 are passed by chance once in 16,000.
+    same_side : float, rad
+        Largest angle of two normals that face the same side.
+    believed : float
+        Distance from its samples up to which a surface is believed, over the extent of all samples.
+    alpha : float
+        Chance with which a test refuses what is true.
+
+    Examples
+    --------
+    >>> round(Levels().facing, 3)
+    0.5
+    """
+
+    sure: float = 4.0
+    same_side: float = np.pi / 3.0
+    believed: float = 0.15
+    alpha: float = 1e-3
+
+    def __post_init__(self) -> None:
+        most = {"sure": np.inf, "same_side": 0.5 * np.pi, "believed": 1.0, "alpha": 1.0}
+        for level in fields(self):
+            value = real(getattr(self, level.name))
+            if not 0.0 < value < most[level.name]:
+                raise ValueError(
+                    f"level {level.name} is {getattr(self, level.name)!r}; it must be a number > 0 "
+                    f"and < {most[level.name]:.4g}"
+                )
+
+    @property
+    def facing(self) -> float:
+        """Least cosine of two normals that face the same side."""
+        return float(np.cos(self.same_side))
+
+
+@dataclass(frozen=True)
 class AtlasOptions:
-    """How an atlas fits its patches, and how finely it draws them.
+    """How an atlas fits its patches, how finely it draws them, and what it takes as enough.
 
     Parameters
     ----------
@@ -26,12 +71,16 @@ class AtlasOptions:
     facets : float
         Largest distance of the triangles from the surface, in tolerances. Half of it makes about
         twice as many triangles.
+    levels : Levels
     """
 
     bias: float = 0.2
     facets: float = 0.2
+    levels: Levels = Levels()
 
     def __post_init__(self) -> None:
+        if not isinstance(self.levels, Levels):
+            raise ValueError(f"levels are {self.levels!r}; they must be Levels")
         if not _FINEST <= real(self.facets) <= _MOST:
             raise ValueError(
                 f"facets is {self.facets!r}; it must be a number of tolerances, {_FINEST:g} to "

@@ -14,6 +14,7 @@ from tests.truths import BALL_RADIUS, ball_height, graph_contours
 from touchatlas.atlas import (
     Atlas,
     AtlasOptions,
+    Levels,
     Touch,
     TouchStatus,
     extract_surface,
@@ -206,6 +207,7 @@ def test_tolerances_that_cannot_work_are_refused(tolerance):
         {"bias": 1e300},
         {"facets": 0.0},
         {"facets": None},
+        {"levels": {"sure": 4.0}},
     ],
 )
 def test_options_that_cannot_work_are_refused(wrong):
@@ -314,6 +316,15 @@ def test_surface_of_nothing_is_refused():
         extract_surface(Atlas(0.1))
     with pytest.raises(ValueError, match="got NoneType; a surface is drawn of an Atlas"):
         extract_surface(None)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [{"sure": 0.0}, {"sure": None}, {"same_side": 1.6}, {"believed": 1.0}, {"alpha": np.nan}],
+)
+def test_levels_that_cannot_work_are_refused(wrong):
+    with pytest.raises(ValueError, match=f"level {next(iter(wrong))} is .* must be a number > 0"):
+        Levels(**wrong)
 
 
 @pytest.mark.parametrize("wrong", [{"facets": -1.0}, {"facets": np.nan}, {"bias": -1.0}])

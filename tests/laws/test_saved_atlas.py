@@ -9,7 +9,7 @@ import pytest
 
 from tests.explored import explored, learned, spread_touches
 from tests.sharp import explored_sharp
-from touchatlas.atlas import Atlas, AtlasOptions, load_atlas, save_atlas
+from touchatlas.atlas import Atlas, AtlasOptions, Levels, load_atlas, save_atlas
 from touchatlas.atlas.samples.lost_ends import LostEnds
 from touchatlas.sim.study.stability_atlas.bodies import cup
 
@@ -70,7 +70,7 @@ def test_loaded_atlas_goes_on_learning(name, before, tmp_path):
 
 
 def test_the_options_of_an_atlas_are_saved(tmp_path):
-    atlas = Atlas(0.3, AtlasOptions(bias=0.1, facets=0.5), scale=0.2)
+    atlas = Atlas(0.3, AtlasOptions(bias=0.1, facets=0.5, levels=Levels(sure=3.0)), scale=0.2)
     save_atlas(tmp_path / "atlas.npz", atlas)
     again = load_atlas(tmp_path / "atlas.npz")
     assert (again.tolerance, again.scale, again.options) == (0.3, 0.2, atlas.options)
