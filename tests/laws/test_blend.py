@@ -1,15 +1,12 @@
 """The blend: the signed distance, the normal and the deviation that an atlas gives at points."""
 
-from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 import pytest
 
-from tests.explored import Explored, explored, learned, learned_at_once
+from tests.explored import Explored, explored, learned
 from tests.sharp import explored_sharp, sharp_object
-from tests.truths import moved, random_rotation
-from touchatlas.atlas import Atlas
 
 BALL = 33.0
 
@@ -103,65 +100,6 @@ def test_the_curvature_of_a_ball_is_that_of_its_radius():
     found = known("sphere").atlas.blend(BALL * directions(300))
     bends = found.gaussian_curvature[found.known]
     assert bends * BALL**2 == pytest.approx(1.0, abs=4e-4)
-
-
-@lru_cache
-def still(name: str) -> Atlas:
-    return moved_atlas(name, np.eye(3), np.zeros(3), 1.0)
-
-
-def moved_atlas(name: str, turn, shift, scale: float) -> Atlas:
-    """The atlas of the touches of a body after x -> scale (turn x) + shift."""
-    touches = [
-        replace(
-            touch,
-            contact=scale * turn @ touch.contact + shift,
-            approach=turn @ touch.approach,
-            contours=moved(touch.contours, turn, shift, scale),
-            way=scale * touch.way @ turn.T + shift,
-        )
-        for touch in known(name).touches
-        if touch.contours
-    ]
-    return learned_at_once(touches, 0.1 * scale)
-
-
-@pytest.mark.parametrize("name", ["sphere", "bottle"])
-@pytest.mark.parametrize("scale", [1e-3, 1e3])
-def test_the_blend_shifts_and_scales_with_the_touches(name, scale):
-    """Rounding of 1e-16, which the condition of the fits, 1e6 at most, and the search for their
-    radius enlarge."""
-    shift = scale * np.array([20.0, -30.0, 10.0])
-    points, _ = near(name, 0.05, 200)
-    here = still(name).blend(points)
-    there = moved_atlas(name, np.eye(3), shift, scale).blend(scale * points + shift)
-    assert np.array_equal(here.known, there.known) and here.known.any()
-    some = here.known
-    assert there.distance[some] / scale == pytest.approx(here.distance[some], abs=1e-6)
-    assert there.deviation[some] / scale == pytest.approx(here.deviation[some], abs=1e-6)
-    assert there.normal[some] == pytest.approx(here.normal[some], abs=1e-6)
-
-
-@pytest.mark.parametrize("name", ["sphere", "bottle"])
-def test_the_blend_turns_with_the_touches(name):
-    """The radius of the sextics and the cubes in which samples are thinned out follow the bounding
-    box, which turns differently: so that the same samples are fitted in other groups. What that
-    changes is less than half of a deviation in the median, and two in 19 of 20 places."""
-    turn = random_rotation(np.random.default_rng(4))
-    points, _ = near(name, 0.05, 500)
-    here = still(name).blend(points)
-    there = moved_atlas(name, turn, np.zeros(3), 1.0).blend(points @ turn.T)
-    assert (here.known == there.known).mean() > 0.97
-    some = here.known & there.known
-    apart = np.abs(here.distance - there.distance)[some]
-    deviations = apart / np.maximum(here.deviation, there.deviation)[some]
-    assert np.median(deviations) < 0.5 and np.quantile(deviations, 0.95) < 2.0
-
-
-@pytest.mark.parametrize("points", [np.full((1, 3), np.nan), np.zeros(3), np.zeros((2, 2))])
-def test_what_is_no_array_of_points_is_refused(points):
-    with pytest.raises(ValueError, match="points"):
-        known("sphere").atlas.blend(points)
 
 
 def test_no_points_are_no_answers():

@@ -12,6 +12,7 @@ from tests.truths import (
     random_rotation,
 )
 from touchatlas.patch import Penalty, fit_paper
+from touchatlas.patch.paper.fit_paper import MULTIPLIER_FRACTION
 
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -131,3 +132,7 @@ def test_what_no_curve_sees_is_uncertain():
 def test_too_few_directions_are_refused(angles, words):
     with pytest.raises(ValueError, match=words):
         fit_paper(np.zeros(3), contours_of(ball_height, angles=angles), UP, Penalty.NONE)
+
+
+def test_the_default_multiplier_is_the_papers_at_a_radius_of_20():
+    assert pytest.approx(0.3) == MULTIPLIER_FRACTION * 20.0**2

@@ -8,7 +8,6 @@ import pytest
 from tests.laws.patch_scenes import NOISE, SMOOTH_SURFACES, UP, contours_of, fit_of, scene_of
 from tests.truths import (
     ball_height,
-    quadric_height,
 )
 from touchatlas.patch import Contour, PatchFit, SamplingPlane, fit_patch
 from touchatlas.sim.study.scenes import Scene
@@ -85,12 +84,14 @@ def test_error_stays_within_three_deviations_with_more_curves(surface, sections)
         assert error_in_deviations(fit_of(scene), scene) < 3.0
 
 
-def test_a_contact_far_out_at_the_middle_of_a_curve_is_left_out():
-    """Fifty deviations off, beside the reference point, where neighbours outvote it."""
+@pytest.mark.parametrize("place", [0, 1, 5, 9, 18])
+def test_one_bad_contact_is_left_out_wherever_it_is(place):
+    """Fifty deviations off: the last point of a curve of degree 6 is predicted to about seven; at
+    the reference point, the ninth, neighbours outvote it."""
     contours = contours_of(ball_height, 15.0, 3, NOISE, points=19)
     points = contours[1].points.copy()
-    points[9, 2] += 50.0 * NOISE
-    spoilt = (contours[0], Contour(points, contours[1].plane, NOISE, contours[1].ends), contours[2])
+    points[place, 2] += 50.0 * NOISE
+    spoilt = (contours[0], replace(contours[1], points=points), contours[2])
     clean, fit = fit_patch(np.zeros(3), contours, UP), fit_patch(np.zeros(3), spoilt, UP)
     assert (clean.outliers, fit.outliers) == (0, 1)
     # One of 57 samples less moves the patch by less than the noise of one.
@@ -99,17 +100,16 @@ def test_a_contact_far_out_at_the_middle_of_a_curve_is_left_out():
     assert np.abs(moved_by).max() < NOISE
 
 
-def test_patch_counts_its_outlier_and_does_not_follow_it():
-    height = quadric_height(0.02, -0.03, 0.3)
-    clean = contours_of(height, 15.0, 3, NOISE, points=19)
-    points = clean[0].points.copy()
-    points[17, 2] += 50.0 * NOISE
-    bad = (replace(clean[0], points=points), *clean[1:])
-    one, two = fit_patch(np.zeros(3), clean, UP), fit_patch(np.zeros(3), bad, UP)
-    assert one.outliers == 0 and two.outliers == 1
-    xy = np.random.default_rng(0).uniform(-8, 8, size=(100, 2))
-    points = np.column_stack([xy, height(*xy.T)])
-    # One sample of 57 less.
-    assert np.abs(two.patch.signed_distance(points)).mean() < 1.5 * max(
-        np.abs(one.patch.signed_distance(points)).mean(), 0.005
+def test_good_contacts_are_kept():
+    """Five deviations, of Student's law with 11 degrees of freedom at worst: 4e-4 a sample. Of
+    3,420 samples one or two may go; five would be one chance in a hundred."""
+    fits = (
+        fit_patch(np.zeros(3), contours_of(ball_height, 15.0, 3, NOISE, seed, 19), UP)
+        for seed in range(60)
     )
+    assert sum(fit.outliers for fit in fits) < 5
+
+
+def test_exact_curves_that_no_polynomial_holds_are_kept():
+    contours = contours_of(lambda x, y: 0.5 * np.sin(x / 3.0) + 0.0 * y, 15.0, 3, points=19)
+    assert fit_patch(np.zeros(3), contours, UP).outliers == 0

@@ -48,6 +48,9 @@ def test_motion_unit_and_reflection_leave_a_patch_the_same(surface, draw, seed, 
     points = scale * scene.verifying @ turn.T + shift
     assert heights_differ_by(one, two, scene.verifying, points, scale) < ROUNDING
     assert two.curvatures.k1 * scale == pytest.approx(one.curvatures.k1, rel=1e-4, abs=1e-9)
+    assert two.radius == pytest.approx(scale * one.radius, rel=ROUNDING)
+    assert two.residual_rms == pytest.approx(scale * one.residual_rms, rel=ROUNDING)
+    assert two.normal(points) == pytest.approx(one.normal(scene.verifying) @ turn.T, abs=ROUNDING)
 
 
 @FEW

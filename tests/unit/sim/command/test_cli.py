@@ -3,14 +3,11 @@
 import json
 import shlex
 import shutil
-import signal
 import subprocess
 import sys
-import time
 from contextlib import closing
 from types import SimpleNamespace
 
-import numpy as np
 import pytest
 import trimesh
 
@@ -22,7 +19,6 @@ from tests.command import (
     touchatlas,
     touchatlas_process,
 )
-from touchatlas.atlas import load_atlas
 from touchatlas.sim import make_object
 from touchatlas.sim.command import run_end
 from touchatlas.sim.folder.journal import Journal
@@ -70,28 +66,6 @@ def test_one_seed_gives_byte_identical_runs_in_any_process(whole_run, tmp_path):
         assert again == (whole_run[0] / name).read_bytes(), name
 
 
-@pytest.mark.usefixtures("no_pictures", "few_judged")
-def test_another_seed_gives_another_journal(whole_run, tmp_path):
-    done = touchatlas(*WHOLE_RUN, "--seed", 1, "--max-touches", 1, "--out", "b", cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
-    first, other = (kept(folder)[0] for folder in (whole_run[0], tmp_path / "b"))
-    # The same plan, other noise.
-    assert (first.approach == other.approach).all()
-    assert (first.contact != other.contact).all()
-
-
-def test_loaded_atlas_answers_as_the_saved_one(whole_run):
-    folder, numbers = whole_run[0], json.loads(whole_run[1])
-    atlas = load_atlas(folder / "atlas.npz")
-    assert len(atlas) == numbers["patches"]
-    assert len(atlas.body.faces) == numbers["faces"]
-    points = np.random.default_rng(0).normal(size=(200, 3))
-    points *= 33.0 / np.linalg.norm(points, axis=1)[:, None]
-    seen = atlas.blend(points)
-    assert seen.known.all()
-    assert np.abs(seen.distance).max() < numbers["tolerance"]
-
-
 def test_evaluate_compares_any_two_meshes(tmp_path):
     trimesh.creation.icosphere(subdivisions=4, radius=1.0).export(tmp_path / "a.stl")
     trimesh.creation.icosphere(subdivisions=4, radius=1.1).export(tmp_path / "b.ply")
@@ -123,30 +97,6 @@ def test_existing_run_is_refused_unless_forced(whole_run):
     assert (folder / "atlas.npz").read_bytes() == before
 
 
-@pytest.mark.usefixtures("few_judged")
-@pytest.mark.slow
-def test_a_surface_of_too_noisy_a_probe_is_drawn_and_doubted(tmp_path):
-    """Noise of ten tolerances leaves nothing known to the tolerance, and the run says so."""
-    numbers = ["--noise", "2", "--tolerance", "0.2", "--max-touches", "5"]
-    done = touchatlas("explore", "sphere", *numbers, "--out", "a", cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
-    numbers = json.loads((tmp_path / "a" / "evaluation.json").read_text())
-    assert not numbers["met"] and numbers["doubts"]
-    assert (tmp_path / "a" / "atlas.npz").is_file()
-
-
-@pytest.mark.usefixtures("no_pictures", "few_judged")
-def test_force_replaces_the_run_and_nothing_else(whole_run):
-    folder, printed = whole_run
-    (folder / "notes.txt").write_text("mine")
-    assert len(kept(folder)) == json.loads(printed)["touches"] > 2
-    few = (*WHOLE_RUN, "--out", folder, "--force", "--max-touches", 2)
-    done = touchatlas(*few, cwd=folder)
-    assert done.returncode == 0, done.stderr
-    assert len(kept(folder)) == json.loads(done.stdout)["touches"] == 2
-    assert (folder / "notes.txt").read_text() == "mine"
-
-
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
@@ -161,6 +111,7 @@ def test_force_replaces_the_run_and_nothing_else(whole_run):
         (["explore", "/dev/null"], "'/dev/null' is a device or a pipe"),
         (["evaluate", "/dev/null", "--truth", "sphere"], "/dev/null is a device or a pipe"),
         (["explore", "point.off"], "all its vertices are at one point"),
+        (["explore", "sphere", "--out", "tetra.off"], "is a file"),
         (["explore", "sphere", "--out", "tetra.off/r"], "no folder can be made at tetra.off/r"),
         (["explore", "sphere", "--out", "/proc/none/r"], "no folder can be made at /proc/none/r"),
         (["chart", "--out", "tetra.off/r"], "no folder can be made at tetra.off/r"),
@@ -281,24 +232,6 @@ def test_streams_that_nobody_reads_change_no_exit_code(tmp_path, command, code):
     assert done.stdout == ""
 
 
-def test_out_that_is_a_file_is_refused(tmp_path):
-    (tmp_path / "r").write_text("")
-    assert_refused(touchatlas("explore", "sphere", "--out", "r", cwd=tmp_path), 2, "is a file")
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="a limit of the shell's")
-def test_a_disk_that_fills_up_keeps_what_is_there_and_names_the_file(tmp_path):
-    """No file may be larger than 60 kB: the journal and the atlas of three touches are smaller, and
-    the surface is not."""
-    command = " ".join(map(shlex.quote, PROCESS))
-    script = f"ulimit -f 60; {command} explore sphere --max-touches 3 --out r"
-    done = subprocess.run(["bash", "-c", script], cwd=tmp_path, capture_output=True, text=True)
-    assert_refused(done, 1, "r/surface.ply: File too large; see that there is space")
-    names = {path.name for path in (tmp_path / "r").iterdir()}
-    assert names == {"run.toml", "journal.sqlite", "steps.csv", "atlas.npz"}
-    assert len(kept(tmp_path / "r")) == 3
-
-
 @pytest.mark.parametrize(
     "command",
     ["objects", "explore", "resume", "evaluate", "compare", "export", "fit", "chart", "paper"],
@@ -397,26 +330,6 @@ def test_a_run_whose_mesh_is_gone_shows_what_was_measured_at_its_end(mesh_run):
     # Another tolerance needs the truth.
     done = touchatlas("evaluate", "[r]", "--tolerance", 1, cwd=folder)
     assert_refused(done, 2, "there is no file '/gone/ball.ply'")
-
-
-def test_interrupt_ends_with_results_so_far(mesh_run, tmp_path):
-    mesh = str(mesh_run[0] / "a[red]b.ply")
-    explore = [*PROCESS, "explore", mesh, "--tolerance", "0.3", "--out", "r", "--json"]
-    with subprocess.Popen(
-        explore, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    ) as process:
-        journal = tmp_path / "r" / "journal.sqlite"
-        # Five pages hold the settings and the empty tables: more means a touch.
-        while process.poll() is None and not (journal.exists() and journal.stat().st_size > 20_480):
-            time.sleep(0.001)
-        process.send_signal(signal.SIGINT)
-        out, errors = process.communicate(timeout=60)
-    assert process.returncode == 130, errors
-    assert "Traceback" not in errors
-    count = len(kept(tmp_path / "r"))
-    assert count > 0 and "touchatlas resume r goes on" in errors
-    # On a busy machine the four seconds may not be enough for the judge.
-    assert json.loads(out)["touches"] == count if out else "this was left" in errors
 
 
 def kept(folder):

@@ -77,8 +77,3 @@ def test_a_full_disk_is_a_failure(runs):
     done = subprocess.run(command, cwd=runs, capture_output=True, text=True)
     assert done.returncode == 1 and "File too large" in done.stderr
     assert [p.name for p in runs.glob("x.step*")] == []
-
-
-def test_help_names_the_arguments(runs):
-    done = touchatlas("export", "--help", cwd=runs)
-    assert done.returncode == 0 and "RUN" in done.stdout and "FILE" in done.stdout

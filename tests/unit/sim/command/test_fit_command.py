@@ -208,14 +208,6 @@ def test_unscaled_terms_are_the_quadric_they_were_made_from(folder):
     assert all(k == 0 and i + j <= 4 for i, j, k in found["terms"])
 
 
-def test_ball_is_umbilic_and_bulges_outward(folder):
-    found = fit_file(folder / "ball.csv", noise=0.02).as_dict()
-    assert found["umbilic"] and {"umbilic", "outward side assumed"} <= set(found["flags"])
-    # Six deviations: the umbilic bias is two of them, and k1 is the larger by definition.
-    assert found["k1"] == pytest.approx(-1.0 / BALL_RADIUS, abs=6.0 * found["k1_std"])
-    assert found["k2"] == pytest.approx(-1.0 / BALL_RADIUS, abs=6.0 * found["k2_std"])
-
-
 @pytest.mark.parametrize("method", METHODS)
 def test_scaling_the_input_scales_the_answer(folder, method):
     one = fit_file(folder / "noisy.csv", method).as_dict()
@@ -261,25 +253,11 @@ def test_curves_may_have_different_numbers_of_points(folder, tmp_path, method):
     assert (curvatures.k1, curvatures.k2) == pytest.approx((K1, K2), abs=1e-6)
 
 
-def test_patch_is_smaller_where_the_surface_is_wavy(tmp_path):
-    rng = np.random.default_rng(6)
-    contours = graph_contours(lambda x, y: 0.5 * np.sin(x / 2.0), 20.0, 61, 0.02, rng)
-    report = fit_file(write_csv(tmp_path / "w.csv", contours))
-    assert report.patch.radius < 0.6 * 20.0
-    # A lack of fit as large as the noise is borne.
-    assert report.residual_rms < 2.0 * 0.02
-
-
 def test_near_sections_are_flagged_as_poorly_conditioned(tmp_path):
     angles = np.deg2rad([0.0, 12.0, 24.0])
     contours = graph_contours(ball_height, 12.0, 41, 0.02, np.random.default_rng(3), angles)
     report = fit_file(write_csv(tmp_path / "n.csv", contours), noise=0.02)
     assert report.patch.condition > 10.0 and "poorly conditioned sections" in report.flags
-
-
-def test_noise_stated_too_small_is_flagged(folder):
-    report = fit_file(folder / "noisy.csv", "monge", noise=0.001)
-    assert "residuals exceed noise" in report.flags
 
 
 def test_json_is_strict_and_as_the_contract_says(folder):
@@ -337,6 +315,7 @@ def test_out_holds_numbers_surface_and_picture(folder, tmp_path):
         (["ball.csv", "--point", "-1,2,3"], "away from all curves"),
         (["ball.csv", "--outward", "0,0,0"], "tells no side"),
         (["ball.csv", "--out", "nan.csv"], "is a file"),
+        (["ball.csv", "--out", "/proc/none"], "be made at /proc/none; choose another --out"),
     ],
 )
 def test_the_users_mistakes_are_one_sentence_and_exit_two(folder, arguments, words):
@@ -368,12 +347,6 @@ def test_a_curve_that_turns_beside_the_point_leaves_too_few_points(tmp_path):
     path = write_csv(tmp_path / "e.csv", [turned, *contours[1:]])
     with pytest.raises(ValueError, match="points lie within .* of the reference point"):
         fit_file(path, noise=0.0, point=np.zeros(3))
-
-
-def test_an_out_where_no_folder_can_be_is_the_users_mistake(folder):
-    """As of the other commands: another name helps."""
-    found = touchatlas("fit", "ball.csv", "--out", "/proc/none", cwd=folder)
-    assert_refused(found, 2, "no folder can be made at /proc/none; choose another --out")
 
 
 @pytest.mark.parametrize("text", ["1,2", "1,2,x", "1,2,inf", "", "1 2 3"])

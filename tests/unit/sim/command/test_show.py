@@ -56,12 +56,6 @@ def test_an_interrupt_says_what_was_left(hasty):
     assert stop.value.__notes__ == ["this was left, and all that comes after it: comparing"]
 
 
-def test_counts_are_noted():
-    lines = PlainLines()
-    lines.count("cells")(3, 12)
-    assert lines._note == "3 of 12 cells"
-
-
 def test_a_bar_has_a_line_for_each_phase():
     console = Console(file=io.StringIO(), force_terminal=True, width=100)
     with show.Progress(*show.Progress.get_default_columns(), console=console) as progress:

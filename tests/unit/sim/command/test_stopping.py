@@ -142,12 +142,6 @@ def test_a_disk_that_fills_up_keeps_the_touches_and_the_run_is_resumed(tmp_path)
     assert json.loads(done.stdout)["touches"] == touches_in(tmp_path / "r") == count + 1
 
 
-def test_a_folder_that_cannot_be_written_is_one_sentence(tmp_path):
-    """/proc takes no folder of anybody, root neither: another one must be named."""
-    words = "no folder can be made at /proc/r; choose another --out"
-    assert_refused(touchatlas(*RUN[:-1], "/proc/r", cwd=tmp_path), 2, words)
-
-
 def test_a_run_that_is_read_only_is_left_as_it_is(whole_run, monkeypatch):
     """Root may write anywhere: the refusal of the file system stands in for a real one."""
 

@@ -12,7 +12,7 @@ import pytest
 import trimesh
 
 from tests.command import assert_refused, touchatlas
-from touchatlas.atlas import Surface, files
+from touchatlas.atlas import Surface
 from touchatlas.sim.folder.ply import ply_bytes, stored
 from touchatlas.sim.judge.comparison import Comparison
 from touchatlas.sim.judge.number_meanings import COLUMNS, NUMBERS
@@ -26,19 +26,6 @@ def ball_surface(scale=1.0, shift=0.0):
     deviation = scale * np.linspace(0.0, 0.02, len(vertices))
     zeros = np.zeros(len(vertices))
     return Surface(vertices + shift, faces, vertices / scale, deviation, zeros.astype(int), zeros)
-
-
-def test_a_write_that_is_interrupted_leaves_the_old_file_and_nothing_beside_it(
-    tmp_path, monkeypatch
-):
-    def interrupted(_number):
-        raise KeyboardInterrupt
-
-    files.write_whole(tmp_path / "a.ply", b"old")
-    monkeypatch.setattr(files.os, "fsync", interrupted)
-    with pytest.raises(KeyboardInterrupt):
-        files.write_whole(tmp_path / "a.ply", b"new")
-    assert [(path.name, path.read_bytes()) for path in tmp_path.iterdir()] == [("a.ply", b"old")]
 
 
 @pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from tests.command import progress_lines
+from tests.command import assert_refused
 from touchatlas.atlas import Atlas
 from touchatlas.atlas.learn import learn
 from touchatlas.sim.folder.journal import Journal
@@ -229,27 +229,31 @@ def test_streams_of_one_seed_are_their_own(tmp_path):
 
 FULL_DISK = """
 import resource, sys
-resource.setrlimit(resource.RLIMIT_FSIZE, (34_000, 34_000))
+limit = int(sys.argv.pop())
+resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
 from touchatlas.sim.command.entry import main
 main()
 """
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no file size limit to play a full disk")
-def test_a_full_disk_is_one_sentence_and_keeps_what_was_committed(ball, tmp_path):
+@pytest.mark.parametrize(
+    ("limit", "touches", "words"),
+    [(34_000, 100, "touches, which are kept"), (61_440, 3, "r/surface.ply: File too large; see")],
+    ids=["journal", "surface"],
+)
+def test_a_full_disk_is_one_sentence_and_keeps_what_was_committed(
+    ball, tmp_path, limit, touches, words
+):
+    """Of three touches journal and atlas are smaller than 60 kB, and the surface is not."""
     trimesh.Trimesh(ball.vertices, ball.faces).export(tmp_path / "ball.ply")
+    few = ["explore", "ball.ply", "--out", "r", "--max-touches", str(touches), str(limit)]
     done = subprocess.run(
-        [sys.executable, "-c", FULL_DISK, "explore", "ball.ply", "--out", "r"],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
+        [sys.executable, "-c", FULL_DISK, *few], cwd=tmp_path, capture_output=True, text=True
     )
-    assert done.returncode == 1
-    lines = done.stderr.strip().splitlines()
-    assert len(lines) - len(progress_lines(done.stderr)) == 1, done.stderr
+    assert_refused(done, 1, words)
     count = len(kept_touches(tmp_path / "r"))
-    assert count > 1 and f"after {count} touches, which are kept" in done.stderr
-    assert len(steps_of(tmp_path / "r")) == count
+    assert 1 < count <= touches and len(steps_of(tmp_path / "r")) == count
     # Whole or not at all: nothing half written is left.
     assert not list((tmp_path / "r").glob("*.part"))
 
@@ -285,9 +289,3 @@ def test_the_judge_wants_a_tolerance(ball):
 def test_a_name_is_no_object(tmp_path):
     with pytest.raises(ValueError, match="got 'sphere' for the object; give what make_object"):
         run_exploration("sphere", tmp_path / "r")
-
-
-def test_bad_options_are_refused():
-    for name, value in (("noise", np.inf), ("max_length", 0.0), ("max_touches", 0), ("seed", -1)):
-        with pytest.raises(ValueError, match=name.replace("_", "-")):
-            RunOptions(**{name: value})

@@ -9,12 +9,9 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-import numpy as np
 import pytest
 import trimesh
 
-from touchatlas.atlas import Atlas
-from touchatlas.planner import Planner
 from touchatlas.sim.folder.journal import Journal
 from touchatlas.sim.folder.recorder import Recorder
 from touchatlas.sim.folder.run_options import RunOptions
@@ -409,18 +406,3 @@ def test_a_run_is_not_resumed_to_a_looser_tolerance(whole):
     with pytest.raises(ValueError, match="tolerance is 9, looser than the .* give one below"):
         resume_exploration(whole, tolerance=9.0)
     assert {path.name: path.read_bytes() for path in whole.iterdir()} == files
-
-
-def test_the_probe_goes_on_from_its_state():
-    obj, rng = make_object("sphere"), np.random.default_rng(5)
-    probe = work.Probe(obj, 0.02, rng)
-    plan = Planner(*obj.start()).ask(Atlas(0.1))
-    probe(plan)
-    state, expected = probe.state(), probe(plan)
-    other = work.Probe(obj, 0.02, np.random.default_rng(0))
-    other.restore(state)
-    found = other(plan)
-    assert (found.contact == expected.contact).all()
-    assert found.travel_length == expected.travel_length
-    with pytest.raises(ValueError, match="the probe's state cannot be read"):
-        other.restore("{}")

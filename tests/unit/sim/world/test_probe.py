@@ -48,3 +48,8 @@ def test_a_contact_that_noise_places_above_the_beginning_has_no_way():
     rng = np.random.default_rng(0)
     ways = [Probe(BALL, 0.1, rng)(replace(PLAN, approach=1e-3)).way for _ in range(20)]
     assert 5 < sum(way is None for way in ways) < 15
+
+
+def test_a_state_that_is_none_is_refused():
+    with pytest.raises(ValueError, match="the probe's state cannot be read"):
+        Probe(BALL, 0.1, np.random.default_rng(0)).restore("{}")
