@@ -8,11 +8,9 @@ from tests.kept import kept_once
 from touchatlas.atlas import Atlas, Touch
 from touchatlas.atlas.body.known_body import look_for_body
 from touchatlas.atlas.learn.learn import learn
-from touchatlas.planner import Planner, Stop, explore
+from touchatlas.planner import Planner, PlannerOptions, Stop, explore
 from touchatlas.sim import Probe, make_object
 from touchatlas.sim.study.surface_peers import spread_plans
-from touchatlas.sim.world.implicit_fields import quadric_with_bumps
-from touchatlas.sim.world.implicit_object import ImplicitObject
 
 # Touches of an exploration, at most: the built-in bodies take 7 to 20.
 MOST = 40
@@ -28,29 +26,21 @@ class Explored:
     stop: Stop | None
 
 
-def object_at(name: str, scale: float):
-    """A built-in object; the ball also at another scale, noise and tolerance along with it."""
-    if scale == 1.0:
-        return make_object(name)
-    assert name == "sphere"
-    radius = 33.0 * scale
-    field = quadric_with_bumps((radius,) * 3)
-    return ImplicitObject("ball", "", field, (radius,) * 3, 0.02 * scale, 0.1 * scale)
-
-
-def explored(name: str, scale: float = 1.0, max_touches: int = MOST) -> Explored:
+def explored(name: str, max_touches: int = MOST) -> Explored:
     """A copy of an exploration with seed 0."""
-    return _explored(name, float(scale), max_touches)
+    return _explored(name, max_touches)
 
 
 @kept_once
-def _explored(name: str, scale: float, max_touches: int) -> Explored:
-    return explore_body(object_at(name, scale), max_touches)
+def _explored(name: str, max_touches: int) -> Explored:
+    return explore_body(make_object(name), max_touches)
 
 
-def explore_body(obj, max_touches: int, seed: int = 0) -> Explored:
+def explore_body(
+    obj, max_touches: int, seed: int = 0, options: PlannerOptions | None = None
+) -> Explored:
     """An exploration of a body by the planner, to the tolerance and with the noise of the body."""
-    atlas, planner = Atlas(obj.tolerance), Planner(*obj.start())
+    atlas, planner = Atlas(obj.tolerance), Planner(*obj.start(), options or PlannerOptions())
     probe = Probe(obj, obj.noise_std, np.random.default_rng(seed))
     touches = [step.touch for step in explore(atlas, planner, probe, max_touches)]
     atlas.finish()

@@ -262,8 +262,9 @@ def touched_plate(count: int, noise: float, seed: int):
     return touched(make_object("plate"), count, noise, seed, 30.0, 18)
 
 
-def touched(obj, count: int, noise: float, seed: int, reach: float, samples: int):
-    """The same of an object, by contours of a reach and so many steps each way."""
+def touched(obj, count: int, noise: float, seed: int, reach: float, samples: int, turn=np.pi):
+    """The same of an object, by contours of a reach and so many steps each way, which turn by an
+    angle at most."""
     rng = np.random.default_rng(seed)
     probe = Probe(obj, noise, rng)
     # Points within the faces: a random sample is never on an edge.
@@ -272,7 +273,7 @@ def touched(obj, count: int, noise: float, seed: int, reach: float, samples: int
     for i in spread(places, count):
         planes = concurrent_planes(places[i], normals[i], rng.normal(size=3), 3)
         plan = ProbePlan(
-            0, places[i], normals[i], planes, reach, reach / samples, np.pi, Reason.START
+            0, places[i], normals[i], planes, reach, reach / samples, turn, Reason.START
         )
         contours += [(c, normals[i]) for c in probe(plan).contours if len(c.points) >= 5]
     points = np.concatenate([c.points_in_plane for c, _ in contours])

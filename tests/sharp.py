@@ -2,11 +2,10 @@
 
 import numpy as np
 
-from tests.explored import Explored
+from tests.explored import Explored, explore_body
 from tests.kept import kept_once
-from touchatlas.atlas import Atlas
-from touchatlas.planner import Planner, PlannerOptions, explore
-from touchatlas.sim import Probe, make_object
+from touchatlas.planner import PlannerOptions
+from touchatlas.sim import make_object
 from touchatlas.sim.world.implicit_fields import polyhedron, union
 from touchatlas.sim.world.implicit_object import ImplicitObject
 
@@ -74,10 +73,5 @@ def explored_faces(name: str, max_turn: float, max_touches: int = 100) -> Explor
 
 @kept_once
 def _explored(name: str, max_turn: float, max_touches: int) -> Explored:
-    obj, rng = sharp_object(name), np.random.default_rng(0)
-    atlas = Atlas(obj.tolerance)
-    planner = Planner(*obj.start(), PlannerOptions(max_turn=max_turn))
-    steps = explore(atlas, planner, Probe(obj, 0.02, rng), max_touches)
-    touches = [step.touch for step in steps]
-    atlas.finish()
-    return Explored(atlas, touches, planner.stop)
+    options = PlannerOptions(max_turn=max_turn)
+    return explore_body(sharp_object(name), max_touches, options=options)

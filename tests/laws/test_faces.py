@@ -15,7 +15,6 @@ from touchatlas.atlas import (
     EdgeKind,
     Faces,
     face_values,
-    save_atlas,
     write_graphml,
     write_json,
 )
@@ -137,15 +136,6 @@ def test_an_empty_atlas_has_no_faces(tmp_path):
     assert len(faces) == 0 and faces.unexplained == 0.0
     write_graphml(faces, tmp_path / "faces.graphml")
     assert len(nx.read_graphml(tmp_path / "faces.graphml")) == 0
-
-
-def test_reading_faces_changes_no_byte_of_the_atlas(tmp_path):
-    atlas = atlas_of("block")
-    save_atlas(tmp_path / "before.npz", atlas)
-    atlas.faces()
-    save_atlas(tmp_path / "after.npz", atlas)
-    assert (tmp_path / "after.npz").read_bytes() == (tmp_path / "before.npz").read_bytes()
-    atlas.validate()
 
 
 def test_samples_of_faces_and_those_without_are_all_samples():

@@ -8,7 +8,7 @@ import trimesh
 
 from tests.explored import explore_body
 from tests.lawful import lawful_object
-from touchatlas.atlas import Atlas, extract_surface, load_atlas, save_atlas, save_step
+from touchatlas.atlas import Atlas, extract_surface, save_step
 from touchatlas.planner import Planner, PlannerOptions, Reason, StopReason, explore
 from touchatlas.sim import Probe
 from touchatlas.sim.world.mesh_object import MeshObject
@@ -84,39 +84,6 @@ def test_the_blend_of_a_lawful_body_is_that_of_its_faces():
     assert found.gaussian_curvature == pytest.approx(0.0, abs=1e-12)
 
 
-def test_a_saved_lawful_body_comes_back(tmp_path):
-    """The file keeps the pieces of its faces and the labels of its samples."""
-    atlas, _, _ = explored("cylinder")
-    save_atlas(tmp_path / "atlas.npz", atlas)
-    again = load_atlas(tmp_path / "atlas.npz")
-    points = np.random.default_rng(3).uniform(-30.0, 30.0, (1000, 3))
-    found, known = atlas.body.at(points)
-    found_again, known_again = again.body.at(points)
-    assert np.array_equal(known_again, known)
-    for name, column in vars(found).items():
-        assert np.array_equal(getattr(found_again, name), column), name
-    assert again.known_body.share == atlas.known_body.share
-    save_atlas(tmp_path / "again.npz", again)
-    assert (tmp_path / "again.npz").read_bytes() == (tmp_path / "atlas.npz").read_bytes()
-
-
-def test_a_loaded_lawful_body_learns_as_one_that_was_never_saved(tmp_path):
-    """Faces are read touch by touch, from those that the file keeps."""
-    obj, rng = body("cylinder"), np.random.default_rng(1)
-    atlas, planner = Atlas(TOLERANCE), Planner(*obj.start())
-    steps = explore(atlas, planner, Probe(obj, NOISE, rng), 9)
-    for _ in range(7):
-        next(steps)
-    save_atlas(tmp_path / "atlas.npz", atlas)
-    again = load_atlas(tmp_path / "atlas.npz")
-    for step in steps:
-        again.add(step.touch)
-    assert not again.known_body.is_one
-    for name, one in (("a", atlas), ("b", again)):
-        save_atlas(tmp_path / name, one)
-    assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()
-
-
 def test_cad_and_people_read_the_faces_of_a_lawful_body(tmp_path):
     """A cylinder is three faces and two edges in a STEP file, and in the graph of faces."""
     pytest.importorskip("OCP.STEPControl", reason="needs the extra cad")
@@ -133,34 +100,6 @@ def test_cad_and_people_read_the_faces_of_a_lawful_body(tmp_path):
         "plane",
     ]
     assert [kind for *_, kind in graph.edges(data="kind")] == ["sharp convex"] * 2
-
-
-def test_equal_seeds_give_equal_plans_by_laws():
-    """Faces are lawful before the last of eight touches."""
-    _, _, plans = explored("cylinder")
-    atlas, _, again = exploration("cylinder", 8)
-    assert not atlas.known_body.is_one
-    assert len(again) == 8
-    for one, other in zip(again, plans[:8], strict=True):
-        assert one.reference_point.tobytes() == other.reference_point.tobytes()
-        assert one.normal.tobytes() == other.normal.tobytes()
-        assert (one.reason, one.known) == (other.reason, other.known)
-
-
-def test_plans_by_laws_do_not_depend_on_the_unit():
-    """A thousand times larger, with noise and tolerance: the same touches, up to rounding that fits
-    and searches enlarge, and that each touch takes over from those before: within a twentieth of
-    the noise. Cubes of the forecast, a 32nd of the extent, are known or not by rounding."""
-    _, _, plans = explored("cylinder")
-    atlas, _, large = exploration("cylinder", 8, 1000.0)
-    assert not atlas.known_body.is_one
-    for one, other in zip(large, plans[:8], strict=True):
-        assert one.reference_point / 1000.0 == pytest.approx(
-            other.reference_point, abs=0.05 * NOISE
-        )
-        assert one.normal == pytest.approx(other.normal, abs=1e-4)
-        assert one.reason is other.reason
-        assert one.known == pytest.approx(other.known, abs=0.01)
 
 
 @pytest.mark.slow

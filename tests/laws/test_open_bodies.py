@@ -8,7 +8,7 @@ import pytest
 import trimesh
 
 from tests.flat import flat_touch
-from touchatlas.atlas import Atlas, Surface, Touch, extract_surface, load_atlas, save_atlas
+from touchatlas.atlas import Atlas, Surface, Touch, extract_surface
 from touchatlas.patch import ContourEnd
 from touchatlas.planner import Planner, ProbePlan, StopReason, explore
 from touchatlas.sim import make_object
@@ -75,14 +75,6 @@ def test_nothing_is_known_beyond_the_rim():
         points = np.stack([flat * np.cos(angles), flat * np.sin(angles), 0 * angles + height], 1)
         found = atlas.blend(points)
         assert (found.known == known).all() and (np.isfinite(found.distance) == known).all()
-
-
-def test_a_saved_atlas_keeps_its_rims(tmp_path):
-    atlas, surface, _ = bowl()
-    save_atlas(tmp_path / "atlas.npz", atlas)
-    again = extract_surface(load_atlas(tmp_path / "atlas.npz"))
-    assert np.array_equal(again.vertices, surface.vertices)
-    assert np.array_equal(again.faces, surface.faces)
 
 
 def test_a_slip_that_was_passed_leaves_the_surface_as_without_it():

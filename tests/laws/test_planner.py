@@ -15,8 +15,6 @@ from touchatlas.planner import (
     Reason,
     StopReason,
     explore,
-    load_planner,
-    save_planner,
 )
 from touchatlas.sim import Probe, make_object
 
@@ -43,6 +41,8 @@ def test_a_first_touch_that_meets_nothing_is_tried_elsewhere_and_then_given_up()
     points = np.array([step.plan.reference_point for step in steps])
     assert len(np.unique(points.round(6), axis=0)) == len(points) == 24
     assert len(atlas) == 0 and p.stop.reason is StopReason.NO_PATCH
+    # Until there is a patch one plan is pending, however many are wanted.
+    assert len(Planner([0, 0, 33], [0, 0, 1]).ask_several(empty(0.1), 2)) == 1
 
 
 @pytest.mark.parametrize("name", ["sphere", "bottle"])
@@ -61,18 +61,6 @@ def test_the_surface_is_known_to_the_tolerance_at_the_end(name):
     surface = extract_surface(found.atlas)
     mesh = trimesh.Trimesh(surface.vertices, surface.faces, process=False)
     assert mesh.is_watertight and mesh.euler_number == 2
-
-
-# Touches that were needed, and a quarter more: 8, 9, 14 and 14.
-MOST_TOUCHES = {"sphere": 10, "ellipsoid": 12, "bottle": 18, "torus": 20}
-
-
-@pytest.mark.parametrize("name", MOST_TOUCHES)
-def test_bodies_need_no_more_touches_than_before(name):
-    """An upper bound with slack, which other noise may need: no law, but a record."""
-    found = known(name)
-    assert found.stop.reason is StopReason.KNOWN
-    assert len(found.touches) <= MOST_TOUCHES[name]
 
 
 def test_a_looser_tolerance_ends_the_same_touches_earlier():
@@ -145,18 +133,6 @@ def test_several_pending_plans_have_planes_of_their_own_after_misses():
     assert len(plans) == len(ways) == 4
 
 
-def test_a_retry_after_a_miss_comes_back_from_a_file_with_its_end(tmp_path):
-    p, atlas, probe = planner_that_misses(1)
-    save_planner(tmp_path / "planner", p, atlas)
-    plans = [q.ask(atlas) for q in (p, load_planner(tmp_path / "planner", atlas))]
-    state = probe.state()
-    lengths = []
-    for plan in plans:
-        probe.restore(state)
-        lengths.append(probe(plan).tracked_length)
-    assert lengths[0] == lengths[1]
-
-
 def test_arms_end_where_the_surface_is_known():
     """The last touch, amid others, tracks less than one that may not end so, by a tenth or more."""
     obj = make_object("ellipsoid")
@@ -176,6 +152,11 @@ def test_arms_end_where_the_surface_is_known():
         ({"step": 0.5}, "step"),
         ({"reach": 0.01}, "reach"),
         ({"max_turn": np.nan}, "max_turn"),
+        ({"name": "gpis"}, "tolerance, random, farthest, variance"),
+        ({"pin_radius": -1.0}, "pin_"),
+        ({"pin_length": np.nan}, "pin_"),
+        ({"pin_length": 5.0}, "pin_"),
+        ({"pin_radius": 1.0}, "pin_"),
     ],
 )
 def test_options_that_plan_nothing_are_refused_by_name(options, word):

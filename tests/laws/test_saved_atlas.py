@@ -1,7 +1,6 @@
 """Saved atlases: what comes back, and which files are refused."""
 
 import io
-import json
 import zipfile
 
 import numpy as np
@@ -76,19 +75,6 @@ def test_the_options_of_an_atlas_are_saved(tmp_path):
     assert (again.tolerance, again.scale, again.options) == (0.3, 0.2, atlas.options)
 
 
-def test_file_of_another_format_is_refused_with_what_to_do(ball, tmp_path):
-    save_atlas(tmp_path / "a.npz", ball)
-    with np.load(tmp_path / "a.npz") as file:
-        arrays = {name: file[name] for name in file.files}
-    header = json.loads(arrays["header"].tobytes())
-    for number in (1, 99):
-        text = json.dumps({**header, "format": number}).encode()
-        with open(tmp_path / "b.npz", "wb") as file:
-            np.savez(file, **{**arrays, "header": np.frombuffer(text, np.uint8)})
-        with pytest.raises(ValueError, match=f"has format {number}; .* explore again"):
-            load_atlas(tmp_path / "b.npz")
-
-
 def test_an_open_bracket_in_a_header_is_damage(ball, tmp_path):
     """An array says its shape in a line of Python, which numpy reads by Python's own tokenizer."""
     save_atlas(tmp_path / "a.npz", ball)
@@ -104,21 +90,11 @@ def test_an_open_bracket_in_a_header_is_damage(ball, tmp_path):
         load_atlas(tmp_path / "bad.npz")
 
 
-@pytest.mark.parametrize("path", ["/dev/zero", "."])
-def test_what_is_no_file_is_not_read(path):
-    with pytest.raises(ValueError, match="folder or device"):
-        load_atlas(path)
-
-
-@pytest.mark.parametrize("damage", ["cut", "flip"])
-def test_damaged_file_is_refused(ball, tmp_path, damage):
+def test_a_file_with_one_other_byte_is_refused(ball, tmp_path):
     path = tmp_path / "atlas.npz"
     save_atlas(path, ball)
     data = bytearray(path.read_bytes())
-    if damage == "cut":
-        data = data[: len(data) // 2]
-    else:
-        data[len(data) // 2] ^= 0xFF
+    data[len(data) // 2] ^= 0xFF
     path.write_bytes(bytes(data))
     with pytest.raises(ValueError, match="cut off or altered"):
         load_atlas(path)
@@ -149,26 +125,21 @@ def test_file_with_other_arrays_is_refused(tmp_path, kind, name):
 
 @pytest.mark.parametrize(
     ("name", "column"),
-    [("points", np.zeros((0, 2))), ("steps", np.zeros((0, 3))), ("normals", np.zeros((0, 3), int))],
+    [
+        ("rims_points", np.zeros((0, 2))),
+        ("rims_steps", np.zeros((0, 3))),
+        ("rims_normals", np.zeros((0, 3), int)),
+        ("ways", np.zeros((1, 3))),
+        ("ways", np.zeros((1, 2, 3), int)),
+    ],
 )
-def test_a_file_whose_ends_have_another_shape_or_type_is_refused(ball, tmp_path, name, column):
+def test_a_file_with_columns_of_another_shape_or_type_is_refused(ball, tmp_path, name, column):
     path = tmp_path / "atlas.npz"
     save_atlas(path, ball)
     with np.load(path) as file:
         arrays = {key: file[key] for key in file.files}
-    np.savez(path, **(arrays | {f"rims_{name}": column}))
-    with pytest.raises(ValueError, match="another shape or type"):
-        load_atlas(path)
-
-
-@pytest.mark.parametrize("ways", [np.zeros((1, 3)), np.zeros((1, 2, 3), int)])
-def test_a_file_whose_ways_have_another_shape_or_type_is_refused(ball, tmp_path, ways):
-    path = tmp_path / "atlas.npz"
-    save_atlas(path, ball)
-    with np.load(path) as file:
-        arrays = {key: file[key] for key in file.files}
-    assert len(arrays["ways"]) == ball.touches
-    np.savez(path, **(arrays | {"ways": ways}))
+    assert name in arrays
+    np.savez(path, **(arrays | {name: column}))
     with pytest.raises(ValueError, match="another shape or type"):
         load_atlas(path)
 
