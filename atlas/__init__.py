@@ -6,7 +6,8 @@ from touchatlas.patch.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from touchatlas.atlas.atlas import Atlas
-    from touchatlas.atlas.cad.step_file import StepReport, save_step
+    from touchatlas.atlas.cad.lawful import LawfulOptions
+    from touchatlas.atlas.cad.step import StepReport, save_step
     from touchatlas.atlas.check.doubt import Doubt
     from touchatlas.atlas.check.doubts import doubts
     from touchatlas.atlas.edges.boundary import EdgeKind
@@ -31,6 +32,7 @@ __all__ = [
     "FaceEdge",
     "FaceValues",
     "Faces",
+    "LawfulOptions",
     "Levels",
     "StepReport",
     "Surface",
@@ -58,8 +60,9 @@ __getattr__ = lazy_names(
         "FaceValues": "touchatlas.atlas.field.face_field",
         "face_values": "touchatlas.atlas.field.face_field",
         "Faces": "touchatlas.atlas.faces.faces",
-        "StepReport": "touchatlas.atlas.cad.step_file",
+        "LawfulOptions": "touchatlas.atlas.cad.lawful",
         "Levels": "touchatlas.atlas.records.options",
+        "StepReport": "touchatlas.atlas.cad.step",
         "Surface": "touchatlas.atlas.mesh.extract",
         "Touch": "touchatlas.atlas.records.touch",
         "TouchStatus": "touchatlas.atlas.records.touch",
@@ -67,7 +70,7 @@ __getattr__ = lazy_names(
         "extract_surface": "touchatlas.atlas.mesh.extract",
         "load_atlas": "touchatlas.atlas.store",
         "save_atlas": "touchatlas.atlas.store",
-        "save_step": "touchatlas.atlas.cad.step_file",
+        "save_step": "touchatlas.atlas.cad.step",
         "write_graphml": "touchatlas.atlas.faces.face_graph",
         "write_json": "touchatlas.atlas.faces.face_graph",
     }

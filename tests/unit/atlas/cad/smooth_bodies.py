@@ -1,4 +1,4 @@
-"""Smooth surfaces of known distance, and meshes as surfaces, for tests without a CAD kernel."""
+"""Smooth surfaces of known distance, meshes as surfaces, and volumes of shapes of the kernel."""
 
 import numpy as np
 import trimesh
@@ -8,33 +8,25 @@ from touchatlas.atlas.records.surface import Surface
 RADIUS = 10.0
 
 
-def ball(points):
-    """Distance (n,) and normal (n, 3) of a ball of ``RADIUS`` about the origin."""
-    away = np.linalg.norm(points, axis=1)
-    return away - RADIUS, points / away[:, None]
-
-
 def ball_of(radius: float):
-    """The same of another radius."""
-    scale = radius / RADIUS
+    """Distance (n,) and normal (n, 3) of a ball about the origin."""
 
     def at(points):
-        distance, normal = ball(points / scale)
-        return scale * distance, normal
+        away = np.linalg.norm(points, axis=1)
+        return away - radius, points / away[:, None]
 
     return at
 
 
-def cube_quads(radius: float = RADIUS):
-    """The corners (8, 3) of a cube in a ball, and its sides (6, 4), counter-clockwise as seen from
-    outside."""
+ball = ball_of(RADIUS)
+
+
+def cube_quads():
+    """The corners (8, 3) of a cube in a ball of ``RADIUS``, and its sides (6, 4), counter-clockwise
+    as seen from outside."""
     corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
     quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
-    return radius / np.sqrt(3.0) * corners, np.array(quads)
-
-
-def torus_mesh() -> trimesh.Trimesh:
-    return trimesh.creation.torus(30.0, 10.0, major_sections=96, minor_sections=48)
+    return RADIUS / np.sqrt(3.0) * corners, np.array(quads)
 
 
 def surface_of(mesh: trimesh.Trimesh) -> Surface:
@@ -48,3 +40,13 @@ def surface_of(mesh: trimesh.Trimesh) -> Surface:
         np.zeros(count, int),
         np.zeros(count),
     )
+
+
+def volume(shape) -> float:
+    """Volume of a shape of the kernel."""
+    from OCP.BRepGProp import BRepGProp
+    from OCP.GProp import GProp_GProps
+
+    found = GProp_GProps()
+    BRepGProp.VolumeProperties_s(shape, found)
+    return float(found.Mass())

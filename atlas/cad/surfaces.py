@@ -3,9 +3,10 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.optimize import least_squares
 
-from touchatlas.atlas.cad.lawful.fit_cone import fit_cone
 from touchatlas.atlas.faces.faces import Face
+from touchatlas.atlas.pieces.piece import Piece
 from touchatlas.patch.geometry.arrays import cross
 from touchatlas.patch.geometry.frame import any_tangent
 
@@ -60,7 +61,7 @@ def law_surface(face: Face, points) -> LawSurface | None:
     if face.kind == "plane":
         normal, middle = np.array(numbers["normal"]), points.mean(axis=0)
         foot = middle + (numbers["level"] - normal @ middle) * normal
-        return LawSurface("plane", foot, _frame(normal))
+        return LawSurface("plane", foot, frame_about(normal))
     bare = _round_surface(face, points, numbers)
     if bare is None:
         return None
@@ -71,18 +72,12 @@ def law_surface(face: Face, points) -> LawSurface | None:
 def _round_surface(face: Face, points, numbers) -> LawSurface | None:
     """The cylinder, cone or sphere of a face, its normal away from axis or centre."""
     if face.kind == "cylinder" and "axis" in numbers:
-        frame = _frame(np.array(numbers["axis"]))
-        return LawSurface("cylinder", np.array(numbers["point"]), frame, float(numbers["radius"]))
+        axes, radius = frame_about(np.array(numbers["axis"])), float(numbers["radius"])
+        return LawSurface("cylinder", np.array(numbers["point"]), axes, radius)
     if face.kind == "sphere":
         centre = np.array(numbers["centre"])
         return LawSurface("sphere", centre, np.eye(3), float(numbers["radius"]))
-    cone = fit_cone(face.pieces[0], points, face.deviation) if face.kind == "quadric" else None
-    if cone is None:
-        return None
-    height = float(((points - cone.apex) @ cone.axis).mean())
-    radius = height * float(np.tan(cone.half_angle))
-    origin = cone.apex + height * cone.axis
-    return LawSurface("cone", origin, _frame(cone.axis), radius, half_angle=cone.half_angle)
+    return fit_cone(face.pieces[0], points, face.deviation) if face.kind == "quadric" else None
 
 
 def _seamed(surface: LawSurface, points) -> LawSurface:
@@ -93,7 +88,7 @@ def _seamed(surface: LawSurface, points) -> LawSurface:
         middle = offset.mean(axis=0)
         middle = middle / max(float(np.linalg.norm(middle)), np.finfo(float).tiny)
         if (offset @ middle).min() < 0.0:
-            return replace(surface, axes=_frame(middle))
+            return replace(surface, axes=frame_about(middle))
         across = any_tangent(middle)
         return replace(surface, axes=np.stack([-middle, cross(middle, across), across]))
     x, y, axis = surface.axes
@@ -105,7 +100,71 @@ def _seamed(surface: LawSurface, points) -> LawSurface:
     return replace(surface, axes=np.stack([turned, cross(axis, turned), axis]))
 
 
-def _frame(axis) -> np.ndarray:
+def frame_about(axis) -> np.ndarray:
     """(3, 3) a right-handed frame whose third axis is a unit vector (3,)."""
     x = any_tangent(axis)
     return np.stack([x, cross(axis, x), axis])
+
+
+def fit_cone(piece: Piece, points, deviation: float) -> LawSurface | None:
+    """The circular cone that fits samples of a quadric face.
+
+    Parameters
+    ----------
+    piece : Piece
+        The quadric, from which the fit starts.
+    points : (n, 3) float, length, world
+    deviation : float, length
+        Root mean square of the distances of the points from the quadric.
+
+    Returns
+    -------
+    LawSurface or None
+        The cone, its origin at the mean height of the points. None where its distances are larger
+        by a fifth than those of the quadric, which has three parameters more, or where it is a
+        plane or a cylinder to within a degree.
+    """
+    start = _osculating(piece, points)
+    if start is None:
+        return None
+    scale = float(np.linalg.norm(points - start.origin, axis=1).mean())
+
+    def cone(change) -> LawSurface:
+        axis = start.axes[2] + change[3:5] @ start.axes[:2]
+        return replace(
+            start,
+            origin=start.origin + scale * change[:3],
+            axes=frame_about(axis / np.sqrt(axis @ axis)),
+            half_angle=start.half_angle + float(change[5]),
+        )
+
+    found = least_squares(lambda change: cone(change).at(points)[0] / scale, np.zeros(6))
+    fitted, error = cone(found.x), scale * float(np.sqrt((found.fun**2).mean()))
+    if error > 1.2 * deviation or not 1.0 < np.degrees(fitted.half_angle) < 89.0:
+        return None
+    height = float(((points - fitted.origin) @ fitted.axes[2]).mean())
+    return replace(
+        fitted,
+        origin=fitted.origin + height * fitted.axes[2],
+        radius=height * float(np.tan(fitted.half_angle)),
+    )
+
+
+def _osculating(piece: Piece, points) -> LawSurface | None:
+    """The cone nearest to a quadric, its origin at the apex: the centre of the quadric, and the
+    axis whose eigenvalue has the sign that the other two have not."""
+    _, x, y, xx, xy, yy, xz, yz, zz = piece.coefficients
+    second = np.array([[2.0 * xx, xy, xz], [xy, 2.0 * yy, yz], [xz, yz, 2.0 * zz]])
+    values, vectors = np.linalg.eigh(second)
+    sign = np.sign(values)
+    if abs(sign.sum()) != 1.0:
+        return None
+    odd = int(np.flatnonzero(sign == -sign.sum())[0])
+    others = np.delete(values, odd)
+    # The gradient of the implicit quadric is zero at its centre.
+    centre = np.linalg.solve(second, np.array([-x, -y, 1.0]))
+    apex = piece.origin + piece.scale * centre @ piece.axes
+    axis = vectors[:, odd] @ piece.axes
+    axis = axis * np.sign((points.mean(axis=0) - apex) @ axis)
+    half_angle = float(np.arctan(np.sqrt(-values[odd] / others.mean())))
+    return LawSurface("cone", apex, frame_about(axis), half_angle=half_angle)

@@ -9,7 +9,7 @@ import pytest
 from tests.lawful import body_of, lawful_object, samples_of_touches, touched_mesh
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.body.known_body import KnownBody
-from touchatlas.atlas.cad.step_file import save_step
+from touchatlas.atlas.cad.step import save_step
 from touchatlas.atlas.records.options import AtlasOptions
 
 NOISE, TOLERANCE = 0.02, 0.2

@@ -1,17 +1,20 @@
-"""STEP files of smooth faces and of triangles, read back by another program: gmsh, with its own
-build of the CAD kernel."""
+"""STEP files of smooth faces and of triangles, read back by another program, gmsh, with its own
+build of the CAD kernel; and triangles against those that they stand for."""
 
 import subprocess
 import sys
 
+import igl
 import numpy as np
 import pytest
+import trimesh
 
 from tests.explored import learned, spread_touches
 from tests.lawful import HALF, body_of, samples_of_touches, touched_mesh
+from tests.unit.atlas.cad.smooth_bodies import RADIUS, surface_of, volume
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.body.known_body import KnownBody, body_of_one
-from touchatlas.atlas.cad.step_file import save_step
+from touchatlas.atlas.cad.step import fewer_triangles, save_step, triangle_shapes
 from touchatlas.sim import make_object
 
 NOISE, TOLERANCE = 0.02, 0.2
@@ -125,7 +128,7 @@ def test_missing_extra_is_named(half, monkeypatch, tmp_path):
 
 
 def test_kernel_is_imported_only_when_it_is_needed():
-    script = "import sys, touchatlas.atlas.cad.step_file; sys.exit('OCP' in sys.modules)"
+    script = "import sys, touchatlas.atlas.cad.step; sys.exit('OCP' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", script]).returncode == 0
 
 
@@ -169,3 +172,51 @@ def test_what_is_no_atlas_or_path_is_refused_before_anything_is_computed(whole, 
         save_step(whole.faces(), tmp_path / "x.step")
     with pytest.raises(ValueError, match="got NoneType for the path; give the path of a file"):
         save_step(whole, None)
+
+
+def test_triangles_of_a_ball_are_few_and_within_the_bound_of_it():
+    """Their number is inverse to the sagitta: a factor of five, of which a step of 0.7 may lack.
+    The triangles of the ball itself are 0.014 within it."""
+    ball, counts = surface_of(trimesh.creation.icosphere(4, RADIUS)), []
+    for bound in (0.1, 0.5):
+        found = fewer_triangles(ball, bound)
+        off = np.linalg.norm(found.vertices[found.faces].mean(axis=1), axis=1) - RADIUS
+        assert np.abs(off).max() < bound + 0.014
+        assert not len(igl.boundary_facets(found.faces)[0])
+        counts.append(len(found.faces))
+    assert counts[0] / counts[1] == pytest.approx(5.0, rel=0.5)
+    assert counts[0] < 0.5 * len(ball.faces)
+
+
+def box(is_open: bool) -> trimesh.Trimesh:
+    """A box of fine triangles, which may lack its top."""
+    out = trimesh.creation.box([40.0, 30.0, 20.0]).subdivide().subdivide().subdivide()
+    if is_open:
+        out.update_faces(out.triangles_center[:, 2] < 9.9)
+        out.remove_unreferenced_vertices()
+    return out
+
+
+def test_sides_of_a_box_are_two_triangles_each_and_a_rim_stays():
+    found = fewer_triangles(surface_of(box(is_open=False)), 1e-6)
+    assert len(found.faces) == 12
+    assert np.abs(found.vertices) == pytest.approx(np.tile([20.0, 15.0, 10.0], (8, 1)), abs=1e-6)
+    mesh = box(is_open=True)
+    found = fewer_triangles(surface_of(mesh), 1e-6)
+    assert len(found.faces) < 0.1 * len(mesh.faces)
+    rim = found.vertices[np.unique(igl.boundary_facets(found.faces)[0])]
+    assert rim[:, 2] == pytest.approx(10.0, abs=1e-6)
+
+
+def test_a_closed_body_is_a_solid_of_its_volume_and_an_open_one_a_shell(kernel):
+    """Each vertex keeps the face that it was of. Nothing stays nothing."""
+    other = box(is_open=True).apply_translation([50.0, 0.0, 0.0])
+    whole = surface_of(trimesh.util.concatenate([box(is_open=False), other]))
+    whole.patch[whole.vertices[:, 0] > 25.0] = 1
+    found = fewer_triangles(whole, 1e-6)
+    assert (found.patch == (found.vertices[:, 0] > 25.0)).all()
+    shapes = triangle_shapes(found)
+    assert [one.is_solid for one in shapes] == [True, False]
+    assert volume(shapes[0].shape) == pytest.approx(40.0 * 30.0 * 20.0, rel=1e-6)
+    empty = fewer_triangles(whole.only(np.zeros(len(whole.vertices), bool)), 1.0)
+    assert not len(empty.faces) and not triangle_shapes(empty)

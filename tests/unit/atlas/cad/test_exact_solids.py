@@ -1,11 +1,17 @@
 """Bodies of exact surfaces with known volume: seams, poles, holes and smooth rims."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
-from touchatlas.atlas.cad.lawful.law_surfaces import LawSurface
-from touchatlas.atlas.cad.lawful.tangent_rims import Rim, made_tangent, rim_plane
-from touchatlas.atlas.cad.not_written import NotWritten
+from tests.unit.atlas.cad.smooth_bodies import volume
+from touchatlas.atlas.cad.cells import large_faces, make_circles, solids_inside
+from touchatlas.atlas.cad.kernel import NotWritten, is_valid, largest_tolerance, listed
+from touchatlas.atlas.cad.rims import Rim, made_tangent, rim_plane
+from touchatlas.atlas.cad.surfaces import LawSurface, law_surface
+from touchatlas.atlas.pieces.fit_piece import fit_piece
+from touchatlas.atlas.pieces.kinds import Kind
 
 UP, DOWN = np.eye(3), np.diag([1.0, -1.0, -1.0])
 EXTENT = 2.0
@@ -79,9 +85,6 @@ BODIES = {
 def solids(surfaces, rims=(), samples=None):
     """The solids of the points that are inside of all surfaces."""
     pytest.importorskip("OCP.STEPControl", reason="needs the extra cad")
-    from touchatlas.atlas.cad.lawful.occ_cells import solids_inside
-    from touchatlas.atlas.cad.lawful.occ_surfaces import large_faces
-
     corners = np.array([[-1.0, -1.0, -1.0], [1.0, 1.0, 1.0]])
     samples = samples or dict.fromkeys(range(len(surfaces)), corners)
     large = large_faces(dict(enumerate(surfaces)), list(rims), samples, EXTENT)
@@ -92,24 +95,13 @@ def solids(surfaces, rims=(), samples=None):
     return solids_inside(large, distances, 0.0, EXTENT)
 
 
-def volume_of(one) -> float:
-    from OCP.BRepGProp import BRepGProp
-    from OCP.GProp import GProp_GProps
-
-    found = GProp_GProps()
-    BRepGProp.VolumeProperties_s(one.shape, found)
-    return float(found.Mass())
-
-
 @pytest.mark.parametrize("name", BODIES)
 def test_a_body_of_exact_surfaces_is_one_valid_solid_of_its_volume(name):
     """The kernel integrates surfaces by Gauss's rule; 1e-9 is its error on circles."""
-    surfaces, volume = BODIES[name]
+    surfaces, wanted = BODIES[name]
     (one,) = solids(surfaces)
-    from touchatlas.atlas.cad.occ_parts import is_valid, largest_tolerance
-
     assert is_valid(one.shape) and sorted(one.numbers) == list(range(len(surfaces)))
-    assert volume_of(one) == pytest.approx(volume, rel=1e-9)
+    assert volume(one.shape) == pytest.approx(wanted, rel=1e-9)
     assert largest_tolerance(one.shape) < 1e-6
 
 
@@ -121,9 +113,6 @@ def test_an_edge_across_a_leaning_axis_is_a_circle_within_the_difference_of_its_
     (one,) = solids([LawSurface("cylinder", np.zeros(3), lean, 0.5), plane(0.0, DOWN), plane(1.0)])
     from OCP.BRepAdaptor import BRepAdaptor_Curve
     from OCP.GeomAbs import GeomAbs_Circle
-
-    from touchatlas.atlas.cad.lawful.occ_circles import make_circles
-    from touchatlas.atlas.cad.occ_parts import is_valid, largest_tolerance, listed
 
     off = 0.5 * (1.0 / cosine - 1.0)
     for allowed, count in ((0.9 * off, 0), (1.1 * off, 2)):
@@ -185,7 +174,7 @@ def test_surfaces_that_are_nearly_tangent_become_tangent(error):
 
 def test_tangent_faces_end_at_their_rims():
     """Two half cylinders with planes between them, of which samples lie on one side of each rim."""
-    surfaces, volume = stadium(1e-3)
+    surfaces, wanted = stadium(1e-3)
     rims = stadium_rims()
     found = made_tangent(dict(enumerate(surfaces)), rims, EXTENT)
     angle = np.linspace(-1.5, 1.5, 40)
@@ -194,11 +183,9 @@ def test_tangent_faces_end_at_their_rims():
     turn = np.array([-1.0, -1.0, 1.0])
     flat = np.array([[-0.6, -0.4, 0.0], [0.6, 0.4, 0.5]])
     samples = {0: line, 1: turn * line, 2: arc, 3: turn * arc, 4: flat, 5: flat}
-    from touchatlas.atlas.cad.occ_parts import is_valid
-
     (one,) = solids(list(found.values()), rims, samples)
     assert is_valid(one.shape) and sorted(one.numbers) == list(range(6))
-    assert volume_of(one) == pytest.approx(volume, rel=5e-3)
+    assert volume(one.shape) == pytest.approx(wanted, rel=5e-3)
 
 
 def test_surfaces_touch_in_a_plane_with_an_axis_or_across_it():
@@ -227,3 +214,69 @@ def test_a_ball_touches_a_cone_where_their_normals_agree():
     point = np.array([[away, 0.0, height]])
     assert cone.at(point)[0] == pytest.approx(0.0, abs=1e-12)
     assert cone.at(point)[1] == pytest.approx(ball.at(point)[1], abs=1e-12)
+
+
+TURNED = np.array([[0.0, 0.6, 0.8], [1.0, 0.0, 0.0], [0.0, 0.8, -0.6]])
+
+
+@pytest.mark.parametrize("kind", ["plane", "cylinder", "cone", "sphere"])
+def test_the_normal_is_the_way_in_which_the_distance_grows(kind):
+    for outward in (1.0, -1.0) if kind != "plane" else (1.0,):
+        angle = 0.4 if kind == "cone" else 0.0
+        surface = LawSurface(kind, np.array([3.0, -1.0, 2.0]), TURNED, 2.0, outward, angle)
+        points = surface.origin + np.random.default_rng(0).uniform(0.5, 1.5, (50, 3)) @ TURNED
+        distance, normal = surface.at(points)
+        moved, same = surface.at(points + 0.01 * normal)
+        assert moved - distance == pytest.approx(0.01, abs=1e-12)
+        assert same == pytest.approx(normal, abs=1e-12)
+
+
+def face(kind, numbers, at, deviation=0.0):
+    """A face of a law, whose piece has distances and normals."""
+    piece = SimpleNamespace(at=at)
+    law = SimpleNamespace(numbers=numbers)
+    return SimpleNamespace(kind=kind, law=law, pieces=[piece], deviation=deviation)
+
+
+def test_the_seam_of_a_cylinder_is_amid_the_widest_gap_of_its_samples():
+    """A quarter is missing about an angle of 2."""
+    angle = 2.0 + np.linspace(0.25, 1.75, 50) * np.pi
+    away = np.column_stack([np.cos(angle), np.sin(angle), 0.0 * angle])
+    numbers = {"axis": [0.0, 0.0, 1.0], "point": [1.0, 0.0, 0.0], "radius": 2.0}
+    points = np.array([1.0, 0.0, 0.0]) + 2.0 * away
+    found = law_surface(face("cylinder", numbers, lambda _: (0.0 * angle, -away)), points)
+    assert found is not None and found.outward == -1.0
+    assert found.axes[0] == pytest.approx([np.cos(2.0), np.sin(2.0), 0.0], abs=1e-12)
+    assert np.linalg.det(found.axes) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("lowest", [0.1, -0.5])
+def test_the_seam_of_a_sphere_is_opposite_of_a_cap_or_through_its_pole(lowest):
+    """A cap of less than half of a sphere has no seam at all."""
+    angle, height = np.meshgrid(np.arange(12) / 6.0 * np.pi, np.linspace(lowest, 0.95, 6))
+    away = np.sqrt(1.0 - height**2)
+    columns = (away * np.cos(angle), away * np.sin(angle), height)
+    points = np.column_stack([column.ravel() for column in columns])
+    numbers = {"centre": [0.0, 0.0, 0.0], "radius": 1.0}
+    found = law_surface(face("sphere", numbers, lambda p: (0.0 * p[:, 0], p)), points)
+    assert found is not None
+    pole = 2 if lowest < 0.0 else 0
+    assert np.abs(found.axes[pole]) == pytest.approx([0.0, 0.0, 1.0], abs=1e-9)
+
+
+@pytest.mark.parametrize("flat", [1.0, 0.5])
+def test_a_quadric_on_a_circular_cone_is_that_cone_and_on_an_elliptic_one_none(flat):
+    """Samples without error, all around and from a third of the height on."""
+    cone = LawSurface("cone", np.array([3.0, -1.0, 2.0]), TURNED, half_angle=0.4)
+    angle, height = (x.ravel() for x in np.meshgrid(np.arange(24) / 12.0 * np.pi, [1.0, 2.0, 3.0]))
+    away = np.column_stack([np.cos(angle), flat * np.sin(angle)]) * np.tan(0.4) * height[:, None]
+    points = cone.origin + np.column_stack([away, height]) @ TURNED
+    piece = fit_piece(Kind.QUADRIC, points, cone.at(points)[1], 1e-6)
+    assert piece is not None
+    quadric = SimpleNamespace(kind="quadric", law=None, pieces=[piece], deviation=1e-6)
+    found = law_surface(quadric, points)
+    assert (found is None) == (flat < 1.0)
+    if found is not None:
+        assert (found.kind, found.outward) == ("cone", 1.0)
+        assert found.half_angle == pytest.approx(0.4, abs=1e-4)
+        assert found.at(points)[0] == pytest.approx(0.0, abs=1e-4)

@@ -1,4 +1,4 @@
-"""Smooth rims: surfaces that meet there are made tangent, and end there.
+"""Smooth rims: surfaces that meet there are made tangent.
 
 Measured surfaces are tangent within their errors only. Then they intersect in two curves or in
 none, and no CAD kernel finds where one passes into the other.
@@ -12,30 +12,11 @@ import numpy as np
 from scipy.optimize import approx_fprime
 from scipy.spatial.transform import Rotation
 
-from touchatlas.atlas.cad.lawful.law_surfaces import LawSurface
-from touchatlas.atlas.cad.not_written import NotWritten
+from touchatlas.atlas.cad.kernel import NotWritten
+from touchatlas.atlas.cad.surfaces import LawSurface, frame_about
 from touchatlas.atlas.edges.boundary import EdgeKind
 from touchatlas.atlas.faces.faces import Faces
 from touchatlas.patch.geometry.arrays import cross
-from touchatlas.patch.geometry.frame import any_tangent
-
-# Points of a rim at which both surfaces shall be one: two fix a line, three a circle. Doubled,
-# nothing changes.
-_POINTS = 12
-# Steps that move such a point onto both surfaces; each about squares its error. Doubled, nothing
-# changes.
-_STEPS = 3
-# Largest distance of surfaces that are tangent, over the extent: a hundredth of the 1e-7 up to
-# which the CAD kernel takes points of a body of size 1 for one. Doubled, nothing changes.
-_TANGENT = 1e-9
-# Numbers that move a surface: shift, rotation, and growth of the radius.
-_NUMBERS = 7
-# Newton steps that make surfaces tangent; each about squares the error. Doubled, nothing changes.
-_ROUNDS = 6
-# Change of these numbers by which slopes are found, and least singular value of the slopes, over
-# the largest, both no unit: rounding makes 1e-10 of none, and two parallel planes that touch the
-# same two cylinders 4e-6. Doubled, nothing changes.
-_CHANGE, _LEAST_SLOPE = 1e-7, 1e-7
 
 
 class Rim(NamedTuple):
@@ -71,7 +52,8 @@ def smooth_rims(faces: Faces, same, surfaces: Mapping[int, LawSurface]) -> list[
             continue
         if rim_plane(*(surfaces[k] for k in pair)) is not None:
             points = np.concatenate(edge.curves)
-            out.append(Rim(*pair, points[:: max(1, len(points) // _POINTS)]))
+            # Two points fix a line, three a circle.
+            out.append(Rim(*pair, points[:: max(1, len(points) // 12)]))
     return out
 
 
@@ -86,9 +68,8 @@ def rim_plane(first: LawSurface, second: LawSurface) -> RimPlane | None:
         return None
     axis = one.axes[2]
     if other.kind == "sphere":
-        along, x = other.radius * np.sin(one.half_angle), any_tangent(axis)
-        circle = np.stack([x, cross(axis, x), axis])
-        return RimPlane(LawSurface("plane", other.origin - along * axis, circle), False)
+        centre = other.origin - other.radius * np.sin(one.half_angle) * axis
+        return RimPlane(LawSurface("plane", centre, frame_about(axis)), False)
     toward = other.axes[2] if other.kind == "plane" else other.origin - one.origin
     x = toward - (toward @ axis) * axis
     length = float(np.linalg.norm(x))
@@ -104,6 +85,8 @@ def made_tangent(
     surfaces: Mapping[int, LawSurface], rims: list[Rim], extent: float
 ) -> dict[int, LawSurface]:
     """Surfaces moved by as little as makes them tangent at their rims.
+
+    Gauss-Newton steps of least norm, each of which about squares the error.
 
     Parameters
     ----------
@@ -122,19 +105,21 @@ def made_tangent(
         return dict(surfaces)
 
     def moved(change) -> dict[int, LawSurface]:
-        rows = zip(numbers, change.reshape(-1, _NUMBERS), strict=True)
+        rows = zip(numbers, change.reshape(len(numbers), -1), strict=True)
         return {**surfaces, **{k: _moved(surfaces[k], row, extent) for k, row in rows}}
 
     def gaps(change) -> np.ndarray:
         now = moved(change)
         return np.concatenate([_gaps(now[r.first], now[r.second], r.points) for r in rims]) / extent
 
-    # Steps of least length lead to a solution near the smallest.
-    change = np.zeros(_NUMBERS * len(numbers))
-    for _ in range(_ROUNDS):
-        slopes = approx_fprime(change, gaps, _CHANGE)
-        change = change - np.linalg.lstsq(slopes, gaps(change), rcond=_LEAST_SLOPE)[0]
-    if not np.abs(gaps(change)).max() <= _TANGENT:
+    change = np.zeros(7 * len(numbers))
+    for _ in range(6):
+        slopes = approx_fprime(change, gaps, 1e-7)
+        # Rounding leaves singular values of 1e-10 where surfaces may move freely; the least of
+        # a stadium's is 4e-6.
+        change = change - np.linalg.lstsq(slopes, gaps(change), rcond=1e-7)[0]
+    # The kernel takes points within 1e-7 of a body of size 1 for one: a hundredth of that.
+    if not np.abs(gaps(change)).max() <= 1e-9:
         raise NotWritten("faces beside smooth rims cannot all be tangent")
     return moved(change)
 
@@ -156,7 +141,8 @@ def _gaps(first: LawSurface, second: LawSurface, points) -> np.ndarray:
     plane = rim_plane(first, second)
     if plane is None:
         return np.zeros(len(points))
-    for _ in range(_STEPS):
+    # Each round of projections about squares the distance from all three.
+    for _ in range(3):
         for surface in (first, second, plane.surface):
             distance, normal = surface.at(points)
             points = points - distance[:, None] * normal

@@ -10,45 +10,45 @@ import numpy as np
 import trimesh
 
 from touchatlas.atlas.body.body import Body
-from touchatlas.atlas.cad.lawful.fillets import blunt_edges, fillet_radii
-from touchatlas.atlas.cad.lawful.law_surfaces import LawSurface, law_surface
-from touchatlas.atlas.cad.lawful.occ_cells import LawfulSolid, solids_inside
-from touchatlas.atlas.cad.lawful.occ_circles import make_circles
-from touchatlas.atlas.cad.lawful.occ_fillets import solid_edges, with_fillets
-from touchatlas.atlas.cad.lawful.occ_surfaces import large_faces
-from touchatlas.atlas.cad.lawful.tangent_rims import made_tangent, smooth_rims
-from touchatlas.atlas.cad.not_written import NoName, NotWritten
-from touchatlas.atlas.cad.occ_kernel import NamedShape, refusals
-from touchatlas.atlas.cad.occ_parts import (
+from touchatlas.atlas.cad.cells import LawfulSolid, large_faces, make_circles, solids_inside
+from touchatlas.atlas.cad.fillets import blunt_edges, fillet_radii, solid_edges, with_fillets
+from touchatlas.atlas.cad.kernel import (
+    NamedShape,
+    NotWritten,
     is_valid,
     largest_tolerance,
     listed,
     points_along,
+    refusals,
     triangles_of,
 )
+from touchatlas.atlas.cad.rims import made_tangent, smooth_rims
+from touchatlas.atlas.cad.surfaces import LawSurface, law_surface
 
-# Distance up to which corners are one where exact ones leave edges shorter than a tolerance, in
-# tolerances: where four faces meet within their errors there are two corners. Doubled, faces
-# narrower than half a tolerance are lost.
-_ONE_CORNER = 0.25
-# Distance of an edge from its faces, in tolerances, up to which it is a circle: less than a
-# measured face errs. Doubled, some more edges are circles.
-_EXACT = 5e-2
-# Largest distance of a shape from the body, in tolerances. Doubled, worse bodies are written by
-# laws.
-_WORST = 1.0
-# The same of a sample, in standard deviations besides: noise exceeds it in one of 400. Doubled,
-# parts that a solid misses by less than six of them are not seen.
-_NOISE = 3.0
-# Largest part of the area of a shape that is unknown or farther from the body, and of the samples
-# that are farther from the shape: what explorations leave unknown by default, and wrong labels.
-# Doubled, bodies with larger holes are written as solids.
-_OPEN, _ASTRAY = 0.005, 0.01
-# Distance of triangles from the shape while it is compared with the body, in tolerances. Doubled,
-# distances are off by as much.
-_SAGITTA = 0.1
-# Points of a shape that are compared with the body. Doubled, parts half as large are found.
-_COMPARED = 4000
+
+@dataclass(frozen=True)
+class LawfulOptions:
+    """How far the solid of a lawful body may be from the body.
+
+    Parameters
+    ----------
+    worst : float, tolerances
+        Largest distance of the solid from the body, and of its fillets and blunt edges.
+    unknown : float, from 0 to 1
+        Largest part of the area of the solid that is unknown or farther from the body.
+    outliers : float, from 0 to 1
+        Largest part of the samples that are farther from the solid by more than noise.
+    one_corner : float, tolerances
+        Corners nearer than that are one, where otherwise some edge is shorter than a tolerance.
+    circle : float, tolerances
+        An ellipse whose half axes differ by less is a circle.
+    """
+
+    worst: float = 1.0
+    unknown: float = 0.005
+    outliers: float = 0.01
+    one_corner: float = 0.25
+    circle: float = 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +77,7 @@ class LawfulShapes:
         return sum(len(one.faces) for one in self.shapes) - self.kinds.total()
 
 
-def lawful_shapes(body: Body, tolerance: float) -> LawfulShapes:
+def lawful_shapes(body: Body, tolerance: float, options: LawfulOptions) -> LawfulShapes:
     """Solids of a body.
 
     Parameters
@@ -85,25 +85,26 @@ def lawful_shapes(body: Body, tolerance: float) -> LawfulShapes:
     body : Body
     tolerance : float, length
         Wanted accuracy of the surface.
+    options : LawfulOptions
 
     Raises
     ------
     NotWritten
         A face or an edge could not be made, or the body is open, in words.
     """
-    same = body.field.same_surface
+    same, worst = body.field.same_surface, options.worst * tolerance
     surfaces = {k: _surface(body, k) for k in np.unique(same).tolist()}
     with refusals():
-        solids = _solids(body, same, surfaces, tolerance)
+        solids = _solids(body, same, surfaces, tolerance, options)
         edges = [solid_edges(one) for one in solids]
     words, note = [face.words for face in body.faces.faces], ""
     shapes = [NamedShape(s.shape, s.faces, [words[k] for k in s.numbers]) for s in solids]
     try:
         with refusals():
-            shapes = _rounded(body, same, shapes, edges, _WORST * tolerance)
+            shapes = _rounded(body, same, shapes, edges, worst)
     except NotWritten as reason:
-        note = _why_sharp(body, same, edges, reason, _WORST * tolerance)
-    _compare(body, shapes, tolerance)
+        note = _why_sharp(body, same, edges, reason, worst)
+    _compare(body, shapes, tolerance, options)
     kinds = Counter(surfaces[k].kind for one in solids for k in one.numbers)
     gap = max(largest_tolerance(one.shape) for one in shapes)
     return LawfulShapes(shapes, kinds, gap, note)
@@ -113,11 +114,11 @@ def _surface(body: Body, number: int) -> LawSurface:
     face = body.faces.faces[number]
     found = law_surface(face, body.samples.points[face.samples])
     if found is None:
-        raise NoName(f"face {number} is a {face.kind} face, which has no name in STEP")
+        raise NotWritten(f"face {number} is a {face.kind} face, which has no name in STEP")
     return found
 
 
-def _solids(body: Body, same, surfaces, tolerance: float) -> list[LawfulSolid]:
+def _solids(body: Body, same, surfaces, tolerance: float, options) -> list[LawfulSolid]:
     """The solids that surfaces bound: exact ones, or those with fewer corners where exact ones have
     edges shorter than a tolerance."""
     rims = smooth_rims(body.faces, same, surfaces)
@@ -129,18 +130,18 @@ def _solids(body: Body, same, surfaces, tolerance: float) -> list[LawfulSolid]:
     def distances(points):
         return body.field.at(points).distance
 
-    solids, exact = solids_inside(large, distances, 0.0, body.extent), _EXACT * tolerance
+    solids, circle = solids_inside(large, distances, 0.0, body.extent), options.circle * tolerance
     if min(map(_shortest_edge, solids)) < tolerance:
         with suppress(NotWritten), refusals():
-            fuzzy = _ONE_CORNER * tolerance
-            return _valid(solids_inside(large, distances, fuzzy, body.extent), exact)
-    return _valid(solids, exact)
+            fuzzy = options.one_corner * tolerance
+            return _valid(solids_inside(large, distances, fuzzy, body.extent), circle)
+    return _valid(solids, circle)
 
 
-def _valid(solids: list[LawfulSolid], exact: float) -> list[LawfulSolid]:
+def _valid(solids: list[LawfulSolid], circle: float) -> list[LawfulSolid]:
     """The solids with circles for edges, if the kernel finds nothing wrong with them."""
     for one in solids:
-        make_circles(one.shape, exact)
+        make_circles(one.shape, circle)
     if not all(is_valid(one.shape) for one in solids):
         raise NotWritten("the CAD kernel finds the shape invalid")
     return solids
@@ -154,8 +155,8 @@ def _shortest_edge(one: LawfulSolid) -> float:
 
 def _rounded(body: Body, same, sharp: list[NamedShape], edges, worst: float) -> list[NamedShape]:
     """Shapes whose blunt edges are fillets; ``edges`` are those of each."""
-    pairs = zip(sharp, edges, strict=True)
-    shapes = [with_fillets(one, own, fillet_radii(body.faces, same, own)) for one, own in pairs]
+    radii = (fillet_radii(body.faces, same, own, body.samples.levels.sure) for own in edges)
+    shapes = [with_fillets(*one) for one in zip(sharp, edges, radii, strict=True)]
     new = zip(sharp, shapes, strict=True)
     fillets = [face for old, one in new for face in one.faces[len(old.faces) :]]
     rims = [
@@ -182,17 +183,19 @@ def _off(body: Body, points) -> np.ndarray:
     return np.abs(body.field.at(points).distance)
 
 
-def _compare(body: Body, shapes: list[NamedShape], tolerance: float) -> None:
-    """Compare shapes with what is known of the body, and samples of its faces, which are off by
-    noise besides, with the shapes."""
-    sagitta, worst = _SAGITTA * tolerance, (_WORST + _SAGITTA) * tolerance
+def _compare(body: Body, shapes: list[NamedShape], tolerance: float, options) -> None:
+    """Compare shapes with what is known of the body, and samples of its faces with the shapes."""
+    sagitta = 0.1 * tolerance
+    worst = options.worst * tolerance + sagitta
     vertices, triangles = triangles_of([one.shape for one in shapes], sagitta)
     mesh = trimesh.Trimesh(vertices, triangles, process=False)
-    found, known = body.at(np.asarray(trimesh.sample.sample_surface(mesh, _COMPARED, seed=0)[0]))
-    open_part = float((~known | (np.abs(found.distance) > worst)).mean())
-    if open_part > _OPEN:
-        raise NotWritten(f"{open_part:.2%} of the surface of the solid is unknown or elsewhere")
+    # Of 4,000 points the standard error of a part of 0.005 is 0.001.
+    found, known = body.at(np.asarray(trimesh.sample.sample_surface(mesh, 4000, seed=0)[0]))
+    unknown = float((~known | (np.abs(found.distance) > worst)).mean())
+    if unknown > options.unknown:
+        raise NotWritten(f"{unknown:.2%} of the surface of the solid is unknown or elsewhere")
     samples = body.samples.points[body.faces.of >= 0]
     square = igl.point_mesh_squared_distance(samples, vertices, triangles)[0]
-    if (square > (worst + _NOISE * body.samples.std) ** 2).mean() > _ASTRAY:
+    far = square > (worst + body.samples.levels.sure * body.samples.std) ** 2
+    if far.mean() > options.outliers:
         raise NotWritten("the solid misses parts of the surface")

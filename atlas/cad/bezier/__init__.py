@@ -1,1 +1,0 @@
-"""Smooth bodies as Bezier faces for STEP."""

@@ -1,1 +1,0 @@
-"""Lawful bodies as planes, spheres, cylinders and fillets for STEP."""
