@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
-from matplotlib.figure import Figure
 
 from tests.command import assert_refused, touchatlas
 from tests.truths import (
@@ -22,7 +21,6 @@ from touchatlas.patch.geometry.arrays import cross
 from touchatlas.sim.recorded.fit_file import METHODS, fit_file, parse_vector
 from touchatlas.sim.recorded.fit_flags import MEANING
 from touchatlas.sim.recorded.fit_meanings import DIAGNOSIS_NUMBERS, FIT_NUMBERS
-from touchatlas.sim.recorded.fit_picture import _draw_patch, patch_surface
 from touchatlas.sim.recorded.fit_report import FILES
 
 K1, K2, ANGLE = -0.017, -0.042, 0.4
@@ -194,9 +192,6 @@ def test_many_contacts_do_not_doubt_the_noise_of_few_curves(tmp_path):
         path = write_csv(tmp_path / f"{seed}.csv", curves, contacts=contacts)
         report = fit_file(path)
         assert "residuals exceed noise" not in report.flags
-    axes = Figure().add_subplot(projection="3d")
-    _draw_patch(axes.figure, axes, report.recording, report.patch, patch_surface(report.patch))
-    assert len(axes.lines[-1].get_data_3d()[0]) == 300
 
 
 def test_unscaled_terms_are_the_quadric_they_were_made_from(folder):

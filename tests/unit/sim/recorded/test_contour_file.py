@@ -1,20 +1,15 @@
 """Files of contours: what is read, what is refused, and what is made of the curves."""
 
-from functools import cache
-from itertools import product
-
 import numpy as np
 import pytest
 
 from tests.truths import BALL_RADIUS, ball_height, graph_contours
 from touchatlas.patch import ContourEnd
 from touchatlas.sim.recorded.arcs import near_arc
-from touchatlas.sim.recorded.contour_file import Curve, _once, read_curves
-from touchatlas.sim.recorded.kinks import smooth_part
+from touchatlas.sim.recorded.contour_file import Curve, read_curves
 from touchatlas.sim.recorded.noise_estimate import estimate_noise
 from touchatlas.sim.recorded.recording import prepare
 from touchatlas.sim.recorded.reference_point import meeting_point
-from touchatlas.sim.study.scenes import SURFACES, draw_scene
 
 LINES = [f"{c},{x},{k},{x * x}" for k, c in enumerate("abc") for x in range(6)]
 HEADER = "curve,x,y,z"
@@ -187,14 +182,6 @@ def test_a_contour_that_was_written_twice_counts_once(file):
     )
 
 
-def test_curves_that_share_the_point_where_they_cross_are_two():
-    line = np.arange(-3.0, 4.0)[:, None]
-    kept = _once(
-        [Curve("a", line * [1, 0, 0], None), Curve("b", line * [0, 1, 0], None)], said := []
-    )
-    assert [len(curve.points) for curve in kept] == [7, 7] and not said
-
-
 def test_columns_that_are_not_used_are_said(file):
     lines = [f"{k},{line},ok" for k, line in enumerate(LINES)]
     found = read_curves(file("id,Kurve,x,y,z,remark", *lines))
@@ -293,24 +280,6 @@ def test_a_curve_that_starts_at_the_point_is_flagged_and_does_not_end_the_patch(
     assert len(arc) == 21 and ends == (ContourEnd.UNREACHABLE, ContourEnd.LENGTH_REACHED)
     curves = [Curve("h", points, None), *ball_curves()[1:], *ball_curves(angles=[0.5])]
     assert "one-sided curves" in prepare(curves).flags
-
-
-@cache
-def exact_scene(surface, draw, points):
-    """A scene without noise, which is dear to draw."""
-    rng = np.random.default_rng([9, draw])
-    return draw_scene(surface, 0.0, 0.3 * (draw % 2), rng, points=points)
-
-
-@pytest.mark.parametrize("noise", [0.0, 1e-4, 0.02, 0.1])
-@pytest.mark.parametrize("surface", SURFACES)
-def test_smooth_curves_have_no_kinks(surface, noise):
-    for draw, points in product(range(2), (5, 9, 30)):
-        scene, rng = exact_scene(surface, draw, points), np.random.default_rng([8, draw])
-        contact = scene.point + noise * rng.normal(size=3)
-        for c in scene.contours:
-            noisy = c.points + noise * rng.normal(size=c.points.shape)
-            assert smooth_part(noisy, c.plane.normal, noise, contact) == (0, len(noisy) - 1)
 
 
 def test_curves_that_miss_each_other_are_flagged():

@@ -113,44 +113,41 @@ def test_traced_points_lie_on_surface_and_plane_at_equal_steps(name, samples):
         assert (chords <= step * (1 + 1e-4)).all() and (chords >= step * (1 - 0.8**2 / 24)).all()
 
 
-@pytest.mark.parametrize("name", ["cube", "box.ply"])
-def test_contour_that_may_turn_by_a_right_angle_runs_over_the_edge(name, tmp_path):
-    """Its steps of 2.3 along the surface lead to 16 below the edge, 46 from the start. Chords are
-    shorter by what the curve cuts off at the edge: two 256ths of a step on the cube."""
-    ((points, end),) = cube_as(name, tmp_path).trace_arms(
-        np.array([0.0, 0.0, 30.0]),
-        np.array([[0.0, 1.0, 0.0]]),
-        np.array([[1.0, 0.0, 0.0]]),
-        46.0,
-        2.3,
-        2.0,
-    )
-    assert end is ContourEnd.LENGTH_REACHED and len(points) == 20
-    assert points[-1] == pytest.approx([30.0, 0.0, 14.0], abs=2.3 * 2.0 / 256.0)
-    chords = np.linalg.norm(np.diff(points, axis=0), axis=1)
-    assert (np.abs(chords - 2.3) < 1e-9).sum() == 18
-
-
-def cube_as(name: str, tmp_path):
-    """The cube of 60, or a mesh of it."""
-    if name == "cube":
-        return make_object("cube")
+def body_of(name: str, tmp_path):
+    """A built-in object, or a mesh of the cube of 60."""
+    if name != "box.ply":
+        return make_object(name)
     trimesh.creation.box((60.0, 60.0, 60.0)).export(tmp_path / name)
     return make_object(str(tmp_path / name))
 
 
-def test_contour_that_may_not_turn_by_a_right_angle_ends_at_the_edge():
-    cube = make_object("cube")
-    ((points, end),) = cube.trace_arms(
-        np.array([0.0, 0.0, 30.0]),
-        np.array([[0.0, 1.0, 0.0]]),
-        np.array([[1.0, 0.0, 0.0]]),
-        50.0,
-        2.3,
-        0.8,
-    )
-    assert end is ContourEnd.EDGE
-    assert points[-1] == pytest.approx([29.9, 0.0, 30.0])
+RIGHT = 0.5 * np.pi
+ENDS = [
+    # Over the edge, by steps of 2.3 along the surface: 16 below it, 46 from the start. Chords are
+    # shorter by what the curve cuts off at the edge: two 256ths of a step on the cube.
+    ("cube", 46.0, 2.3, 2.0, ContourEnd.LENGTH_REACHED, 20, [30.0, 0.0, 14.0]),
+    ("box.ply", 46.0, 2.3, 2.0, ContourEnd.LENGTH_REACHED, 20, [30.0, 0.0, 14.0]),
+    ("cube", 50.0, 2.3, 0.8, ContourEnd.EDGE, 13, [29.9, 0.0, 30.0]),
+    ("sphere", 60.0, 1.0, 0.5 * RIGHT, ContourEnd.TURNED_AWAY, 25, None),
+    ("sphere", 300.0, 1.0, 2.0 * RIGHT + 1.0, ContourEnd.CLOSED_LOOP, 206, None),
+]
+
+
+@pytest.mark.parametrize(("name", "reach", "step", "turn", "end", "count", "last"), ENDS)
+def test_a_contour_from_the_top_ends_where_it_must(
+    name, reach, step, turn, end, count, last, tmp_path
+):
+    """An eighth of a turn about the ball of radius 33 is 25.9 steps, and a great circle 207.3;
+    the last sample of the closed loop lies within a step of the start."""
+    obj = body_of(name, tmp_path)
+    top = np.array([[0.0, 0.0, 33.0 if name == "sphere" else 30.0]])
+    ((points, found),) = obj.trace_arms(top[0], np.eye(3)[1:2], np.eye(3)[:1], reach, step, turn)
+    assert found is end and len(points) == pytest.approx(count, abs=end is ContourEnd.CLOSED_LOOP)
+    if last is not None:
+        assert points[-1] == pytest.approx(last, abs=2.0 * step / 256.0)
+        chords = np.linalg.norm(np.diff(points, axis=0), axis=1)
+        # All but the one across the edge are whole.
+        assert (np.abs(chords - step) < 1e-9).sum() >= len(chords) - 1
 
 
 @pytest.mark.parametrize("below", [0.34, 3.0])
@@ -164,34 +161,6 @@ def test_contour_beside_a_notch_ends_at_the_edge_of_its_face(below):
     assert end is ContourEnd.EDGE
     assert len(points) == int(below / arc)
     assert (points[:, 1] == -20.0).all() and (points[:, 2] < 0.0).all()
-
-
-def test_contour_on_a_small_ball_turns_away():
-    ball = make_object("sphere")
-    ((points, end),) = ball.trace_arms(
-        np.array([0.0, 0.0, 33.0]),
-        np.array([[0.0, 1.0, 0.0]]),
-        np.array([[1.0, 0.0, 0.0]]),
-        60.0,
-        1.0,
-        np.pi / 4,
-    )
-    assert end is ContourEnd.TURNED_AWAY
-    assert len(points) == int(33.0 * np.pi / 4)
-
-
-def test_a_curve_that_comes_home_is_a_closed_loop():
-    ball = make_object("sphere")
-    ((points, end),) = ball.trace_arms(
-        np.array([0.0, 0.0, 33.0]),
-        np.array([[0.0, 1.0, 0.0]]),
-        np.array([[1.0, 0.0, 0.0]]),
-        300.0,
-        1.0,
-        np.pi + 1.0,
-    )
-    assert end is ContourEnd.CLOSED_LOOP
-    assert len(points) == pytest.approx(2 * np.pi * 33 - 1, abs=1)
 
 
 def test_contact_is_the_first_entry():
