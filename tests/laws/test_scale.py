@@ -79,6 +79,8 @@ def test_a_power_of_two_scales_every_digit_of_the_answer(name):
         assert (POWER * one.contact).tobytes() == other.contact.tobytes()
         assert one.approach.tobytes() == other.approach.tobytes()
         assert POWER * one.tracked_length == other.tracked_length
+        assert POWER * one.travel_length == other.travel_length
+        assert (POWER * one.way).tobytes() == other.way.tobytes()
     kinds, large_kinds = ([f.kind for f in a.body.faces.faces] for a in (atlas, large_atlas))
     assert kinds == large_kinds
     for column, power in (("vertices", 1), ("deviation", 1), ("normals", 0), ("faces", 0)):
