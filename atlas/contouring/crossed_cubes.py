@@ -2,14 +2,14 @@
 
 from dataclasses import dataclass
 
-import igl
 import numpy as np
 
 from touchatlas.atlas.contouring.cube_flood import Nodes, edge_keys, flood
 from touchatlas.atlas.contouring.cube_lattice import EDGES
 from touchatlas.atlas.contouring.cube_sheets import edge_ends, sheets_of
 from touchatlas.atlas.contouring.quadric_error import seen
-from touchatlas.atlas.contouring.weld import weld
+from touchatlas.atlas.contouring.weld import collapsed
+from touchatlas.atlas.records.surface import manifold
 
 # Distance below which two vertices are one, in edges. Doubled, nothing changes.
 _SAME = 1e-6
@@ -89,10 +89,8 @@ def across_of(corners):
     return across, np.linalg.norm(across, axis=-1) < _THIN * longest
 
 
-def manifold(vertices, faces, edge: float):
-    """The mesh without triangles of no extent, and with a vertex for each fan of triangles."""
-    faces, kept = weld(vertices, faces, _SAME * edge)
-    if not len(faces):
-        return np.zeros((0, 3)), np.zeros((0, 3), int)
-    faces, index = igl.split_nonmanifold(faces)
-    return vertices[kept[index]], faces
+def joined(vertices, faces, edge: float):
+    """The manifold of triangles, of which edges of no extent are collapsed."""
+    group = collapsed(vertices, faces, _SAME * edge)
+    faces, index = manifold(group[faces])
+    return vertices[index], faces

@@ -6,7 +6,7 @@ lattice edge that the surface crosses gets a quadrilateral between the four cube
 
 import numpy as np
 
-from touchatlas.atlas.contouring.crossed_cubes import across_of, crossed_cubes, manifold
+from touchatlas.atlas.contouring.crossed_cubes import across_of, crossed_cubes, joined
 from touchatlas.atlas.contouring.cube_flood import Nodes
 from touchatlas.atlas.contouring.cube_lattice import ends_of
 from touchatlas.atlas.contouring.quadric_error import seen, vertices_of
@@ -66,7 +66,7 @@ def dual_contour(at, at_corners, seeds, edge: float) -> tuple[np.ndarray, np.nda
     vertices, sharp = vertices_of(
         at, points[mine], normals[mine], found.sheet[order], found.low, edge
     )
-    return manifold(vertices, _halved(at, vertices, found.quads, sharp, edge), edge)
+    return joined(vertices, _halved(at, vertices, found.quads, sharp, edge), edge)
 
 
 def _crossings(at, nodes: Nodes, edges):

@@ -6,7 +6,7 @@ contouring also asks at each crossing and in each quadrilateral.
 
 import numpy as np
 
-from touchatlas.atlas.contouring.crossed_cubes import across_of, crossed_cubes, manifold
+from touchatlas.atlas.contouring.crossed_cubes import across_of, crossed_cubes, joined
 from touchatlas.atlas.contouring.cube_flood import Nodes
 from touchatlas.atlas.contouring.cube_lattice import ends_of
 from touchatlas.atlas.contouring.quadric_error import projected
@@ -43,7 +43,7 @@ def smooth_contour(at, at_corners, seeds, edge: float) -> tuple[np.ndarray, np.n
     sums = np.stack([np.bincount(found.sheet, column) for column in points.T], axis=1)
     means = sums / np.bincount(found.sheet)[:, None]
     vertices, normals = projected(at, means, edge, 1)
-    return manifold(vertices, _halved(vertices, normals, found.quads, edge), edge)
+    return joined(vertices, _halved(vertices, normals, found.quads, edge), edge)
 
 
 def _crossings(nodes: Nodes, edges) -> np.ndarray:

@@ -1,37 +1,16 @@
-"""Weld: vertices of one place become one."""
+"""Edge collapse: the ends of edges of no extent become one vertex."""
 
 import numpy as np
-from scipy.sparse import coo_matrix
+from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 
-def weld(points, faces, tolerance: float):
-    """Unite vertices of one place, those within ``tolerance`` of each other.
-
-    Parameters
-    ----------
-    points : (v, 3) float, length
-    faces : (f, 3) int
-    tolerance : float, length
-
-    Returns
-    -------
-    faces : (g, 3) int
-        Without triangles that have become edges, and without pairs that lie on each other.
-    kept : (w,) int
-        Index of each vertex of the new faces among the old ones.
-    """
-    near = cKDTree(points).query_pairs(tolerance, output_type="ndarray")
-    graph = coo_matrix((np.ones(len(near)), near.T), (len(points), len(points)))
-    _, group = connected_components(graph, directed=False)
-    faces = np.unique(group, return_index=True)[1][group][faces]
-    one, two, three = faces.T
-    faces = faces[(one != two) & (two != three) & (three != one)]
-    # Two triangles of the same vertices lie on each other and enclose nothing.
-    corners = np.sort(faces)
-    order = np.lexsort(corners.T)
-    place = np.cumsum((np.diff(corners[order], axis=0, prepend=-1) != 0).any(axis=1))
-    faces = faces[np.sort(order[np.bincount(place)[place] == 1])]
-    kept, faces = np.unique(faces, return_inverse=True)
-    return faces.reshape(-1, 3), kept
+def collapsed(points, faces, least: float) -> np.ndarray:
+    """(v,) the vertex that each becomes when edges shorter than ``least`` (length) of triangles
+    (f, 3) between points (v, 3) are collapsed: the first of those that become one."""
+    ends = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    square = ((points[ends[:, 1]] - points[ends[:, 0]]) ** 2).sum(axis=1)
+    first, second = ends[square < least * least].T
+    graph = coo_array((np.ones(len(first)), (first, second)), (len(points), len(points)))
+    group = connected_components(graph, directed=False)[1]
+    return np.asarray(np.unique(group, return_index=True)[1][group])

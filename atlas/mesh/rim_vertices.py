@@ -22,5 +22,4 @@ def ended_at_rims(surface: Surface, body: Body) -> Surface:
     found = body.field.at(onto)
     points = points.copy()
     points[moved] = onto - found.distance[:, None] * found.normal
-    used, index = np.unique(faces[across], return_inverse=True)
-    return replace(surface, vertices=points).taken(used, index.reshape(-1, 3))
+    return replace(surface, vertices=points).of(faces[across])

@@ -14,7 +14,7 @@ from scipy.sparse.csgraph import connected_components
 
 from touchatlas.atlas.mesh.close_holes import LARGEST, close_holes, diameter
 from touchatlas.atlas.mesh.short_loops import loops_within
-from touchatlas.atlas.records.surface import Surface
+from touchatlas.atlas.records.surface import Surface, manifold
 from touchatlas.atlas.samples.rims import Rims
 
 # Largest loop of a handle, and largest region that is closed across, in sizes of the smallest
@@ -96,9 +96,7 @@ def _closed(surface: Surface, left_out: list[np.ndarray], rims: Rims) -> Surface
     """A surface without some regions, closed across."""
     kept = np.ones(len(surface.faces), bool)
     kept[np.concatenate([np.zeros(0, int), *left_out])] = False
-    _, faces, _, used = igl.remove_unreferenced(surface.vertices, surface.faces[kept])
-    faces, index = igl.split_nonmanifold(faces)
-    return close_holes(surface.taken(used[index], faces), rims)
+    return close_holes(surface.of(surface.faces[kept]), rims)
 
 
 class _Regions:
@@ -172,7 +170,7 @@ class _Regions:
             return 0
         corners = np.zeros(len(self._points), bool)
         corners[self._faces[region]] = True
-        faces, index = igl.split_nonmanifold(self._faces[beside])
+        faces, index = manifold(self._faces[beside])
         return sum(bool(corners[index[loop]].all()) for loop in igl.boundary_loop_all(faces))
 
 
@@ -180,7 +178,7 @@ def _characteristic(faces) -> int:
     """V - E + F of triangles (f, 3), each fan of them at a vertex with a vertex of its own."""
     if not len(faces):
         return 0
-    faces, index = igl.split_nonmanifold(faces)
+    faces, index = manifold(faces)
     return len(index) - len(igl.edges(faces)) + len(faces)
 
 

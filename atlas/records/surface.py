@@ -47,10 +47,13 @@ class Surface:
         return float(areas @ self.gaussian_curvature[self.faces].mean(axis=1))
 
     def only(self, known) -> "Surface":
-        """The triangles whose vertices are all ``known`` (v,), and their vertices."""
-        faces = self.faces[known[self.faces].all(axis=1)]
-        _, faces, _, used = igl.remove_unreferenced(self.vertices, faces)
-        return self.taken(used, faces)
+        """The triangles whose vertices are all ``known`` (v,)."""
+        return self.of(self.faces[known[self.faces].all(axis=1)])
+
+    def of(self, faces) -> "Surface":
+        """The manifold of any triangles (f, 3) between the vertices, and their vertices."""
+        faces, index = manifold(faces)
+        return self.taken(index, faces)
 
     def taken(self, index, faces) -> "Surface":
         """The vertices of indices (w,) with other triangles (f, 3) between them."""
@@ -75,3 +78,55 @@ class Surface:
             self.stray_pieces,
             np.concatenate([self.closed_holes, closed_holes]),
         )
+
+
+def manifold(faces) -> tuple[np.ndarray, np.ndarray]:
+    """The manifold of any triangles: no triangle names a vertex twice, an edge has two triangles of
+    one orientation at most, and the triangles at a vertex are one fan.
+
+    Triangles that name a vertex twice are left out. Of triangles of the same three vertices, those
+    of opposed orientation enclose nothing and cancel, and one is left of those that do not. At
+    edges of more triangles and at vertices of more fans the surface is cut: these vertices are
+    doubled.
+
+    Parameters
+    ----------
+    faces : (f, 3) int
+        Vertices of triangles.
+
+    Returns
+    -------
+    faces : (g, 3) int
+        In the order of the first ones.
+    index : (w,) int
+        The old vertex of each new one, ascending. Vertices without triangles are left out.
+
+    Examples
+    --------
+    Two triangles that touch in a vertex have a vertex each there:
+
+    >>> faces, index = manifold([[0, 1, 2], [2, 3, 4], [1, 1, 4]])
+    >>> faces.tolist(), index.tolist()
+    ([[0, 1, 2], [3, 4, 5]], [0, 1, 2, 2, 3, 4])
+    """
+    faces = np.reshape(np.asarray(faces, np.int64), (-1, 3))
+    one, two, three = faces.T
+    # igl reads memory that was never set where a triangle names a vertex twice.
+    faces = _once(faces[(one != two) & (two != three) & (three != one)])
+    if not len(faces):
+        return faces, np.zeros(0, np.int64)
+    faces, index = igl.split_nonmanifold(faces)
+    order = np.argsort(index, kind="stable")
+    return np.argsort(order)[faces], np.asarray(index)[order]
+
+
+def _once(faces) -> np.ndarray:
+    """Triangles (g, 3), one of each three vertices, of those (f, 3) that do not cancel."""
+    one, two, three = faces.T
+    side = 2 * ((one < two).astype(int) + (two < three) + (three < one)) - 3
+    corners = np.sort(faces)
+    order = np.lexsort(corners.T)
+    group = np.zeros(len(faces), int)
+    group[order] = np.cumsum((np.diff(corners[order], axis=0, prepend=-1) != 0).any(axis=1)) - 1
+    left = np.flatnonzero(side * np.bincount(group, side)[group] > 0.0)
+    return np.asarray(faces[np.sort(left[np.unique(group[left], return_index=True)[1]])])
