@@ -1,0 +1,57 @@
+"""The documents: what they name is there, and their tables are those of the kept files."""
+
+import re
+import runpy
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+DOCUMENTS = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])
+# Where code that a document names by its path may be.
+FOLDERS = ("patch", "atlas", "planner", "sim", "tests", "examples", "docs")
+
+
+def anchors(text: str) -> set[str]:
+    """Anchors of the headings, as GitHub makes them."""
+    found = set()
+    for heading in re.findall(r"^#+ (.*)$", text, re.MULTILINE):
+        words = re.sub(r"[^\w\- ]", "", re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", heading).lower())
+        found.add(words.strip().replace(" ", "-"))
+    return found
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda p: str(p.relative_to(ROOT)))
+def test_every_link_leads_somewhere(document):
+    text = document.read_text()
+    for target in re.findall(r"\]\(([^)\s]+)\)", text):
+        if target.startswith(("http://", "https://", "mailto:")):
+            continue
+        name, _, anchor = target.partition("#")
+        path = (document.parent / name).resolve() if name else document
+        assert path.exists(), f"{target} is not there"
+        if anchor:
+            assert anchor in anchors(path.read_text()), f"{target}: there is no such heading"
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda p: str(p.relative_to(ROOT)))
+def test_every_path_that_is_named_is_there(document):
+    """A path begins with a folder of the project and ends with a file or with a slash."""
+    folders = "|".join(FOLDERS)
+    named = re.findall(rf"`[^`\n]*?\b((?:{folders})/[\w./-]*)", document.read_text())
+    for name in named:
+        assert (ROOT / name.rstrip(".")).exists(), f"{name} is not there"
+
+
+def test_tables_are_those_of_the_kept_files():
+    measurements = runpy.run_path(str(ROOT / "examples" / "measurements.py"))
+    for document in (ROOT / "docs").glob("*.md"):
+        text = document.read_text()
+        words = f"{document.name}: run python examples/measurements.py"
+        assert measurements["filled"](text) == text, words
+
+
+def test_pictures_of_the_method_are_drawn_by_their_script():
+    drawn = runpy.run_path(str(ROOT / "examples" / "method_pictures.py"))["PICTURES"]
+    named = re.findall(r"\(method/(\w+)\.svg\)", (ROOT / "docs" / "method.md").read_text())
+    assert named == [one.__name__ for one in drawn]
