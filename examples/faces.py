@@ -18,7 +18,7 @@ from scipy.optimize import linear_sum_assignment
 
 from touchatlas.atlas import Atlas, Faces, extract_surface, face_values
 from touchatlas.planner import ProbePlan, Reason, explore
-from touchatlas.planner.planes import concurrent_planes
+from touchatlas.planner.plans import concurrent_planes
 from touchatlas.sim import Probe, RunOptions, make_object
 from touchatlas.sim.run.work import begin, random_streams
 from touchatlas.sim.study.surface_peers import spread

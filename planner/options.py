@@ -1,14 +1,64 @@
-"""PlannerOptions: what a planner is asked for, and how it touches."""
+"""PlannerOptions: what a planner is asked for, how it touches, and the levels it decides by."""
 
 from dataclasses import dataclass, fields
 
 import numpy as np
 
 from touchatlas.patch.geometry.arrays import real
-from touchatlas.planner.place.rules import RULES
 
-# The planner by default.
+# How the next place is chosen: ours, and baselines to compare with.
 TOLERANCE = "tolerance"
+NAMES = (TOLERANCE, "random", "farthest", "variance")
+
+
+@dataclass(frozen=True)
+class PlannerLevels:
+    """Levels that a planner decides by. Each keeps its meaning on a body of any size.
+
+    Parameters
+    ----------
+    apart : float
+        Distance from a touch or attempt within which no other is made, in extents of what is
+        touched so far: every exploration ends. Twice as much leaves narrow features out.
+    about : float
+        Distance about a place that one touch makes known, in extents.
+    set_up : float
+        Cost of a touch besides the way to it, in extents of way.
+    surest : float
+        Deviation of a place that needs no touch, in deviations of a sample: about a dozen samples
+        give it.
+    known : float
+        Deviation at which arms may end, in scales of the atlas.
+    closer : float
+        Factor by which arms and steps shrink where contours were too short.
+    hidden_hole : float
+        Radius of the smallest hole that is looked for between samples, in extents.
+    patience : int
+        Touches, or a quarter of all if that is more, without growth after which the exploration
+        stagnates.
+    growth : float
+        Least fraction of the surface that is worth a touch.
+    """
+
+    apart: float = 0.02
+    about: float = 0.1
+    set_up: float = 0.3
+    surest: float = 0.3
+    known: float = 0.36
+    closer: float = 0.35
+    hidden_hole: float = 0.025
+    patience: int = 16
+    growth: float = 1.25e-4
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if not 0.0 < real(value) < np.inf:
+                raise ValueError(f"{field.name} is {value!r}; it must be a number > 0")
+        if not isinstance(self.patience, int | np.integer):
+            raise ValueError(f"patience is {self.patience!r}; it must be a whole number of touches")
+        if not self.closer < 1.0:
+            raise ValueError(f"closer is {self.closer!r}; it must be less than 1")
 
 
 @dataclass(frozen=True)
@@ -40,6 +90,8 @@ class PlannerOptions:
         it would pass through what is known, no touch is planned.
     pin_length : float, length
         Length of the pin, more than its radius; given together with it.
+    levels : PlannerLevels
+        Levels that it decides by.
     """
 
     name: str = TOLERANCE
@@ -52,16 +104,18 @@ class PlannerOptions:
     search: int = 0
     pin_radius: float = 0.0
     pin_length: float = 0.0
+    levels: PlannerLevels = PlannerLevels()
 
     def __post_init__(self) -> None:
-        if self.name not in RULES:
-            raise ValueError(f"the planner is {self.name!r}; it must be one of {', '.join(RULES)}")
-        whole = isinstance(self.curves, int | np.integer) and not isinstance(self.curves, bool)
-        if not (whole and 3 <= self.curves <= 36):
-            raise ValueError(f"curves is {self.curves!r}; it must be a whole number from 3 to 36")
-        whole = isinstance(self.search, int | np.integer) and not isinstance(self.search, bool)
-        if not (whole and 0 <= self.search <= 1000):
-            raise ValueError(f"search is {self.search!r}; it must be a whole number from 0 to 1000")
+        if self.name not in NAMES:
+            raise ValueError(f"the planner is {self.name!r}; it must be one of {', '.join(NAMES)}")
+        for name, least, most in (("curves", 3, 36), ("search", 0, 1000)):
+            value = getattr(self, name)
+            whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
+            if not (whole and least <= value <= most):
+                raise ValueError(
+                    f"{name} is {value!r}; it must be a whole number from {least} to {most}"
+                )
         for name in ("pin_radius", "pin_length"):
             if not 0.0 <= real(getattr(self, name)) < np.inf:
                 raise ValueError(f"{name} is {getattr(self, name)!r}; it must be a length >= 0")
@@ -72,15 +126,16 @@ class PlannerOptions:
                 f"pin_radius, pin_length are {self.pin_radius}, {self.pin_length}; give both, the "
                 "length more than the radius"
             )
-        limits = {"coverage": 1.0, "reach": 10.0, "step": 0.2}
-        limits |= dict.fromkeys(("max_turn", "step_turn"), np.pi)
-        for field in fields(self):
-            value, most = getattr(self, field.name), limits.get(field.name)
-            if most is not None and not 0.0 < real(value) < most:
+        limits = {"coverage": 1.0, "reach": 10.0, "step": 0.2, "max_turn": np.pi}
+        for name, most in {**limits, "step_turn": np.pi}.items():
+            value = getattr(self, name)
+            if not 0.0 < real(value) < most:
                 raise ValueError(
-                    f"{field.name} is {value!r}; it must be greater than 0 and less than {most:.4g}"
+                    f"{name} is {value!r}; it must be greater than 0 and less than {most:.4g}"
                 )
         if not 4.0 * self.step <= self.reach:
             raise ValueError(
                 f"step, reach are {self.step}, {self.reach}; an arm must have four steps or more"
             )
+        if not isinstance(self.levels, PlannerLevels):
+            raise ValueError(f"levels are {self.levels!r}; they must be PlannerLevels")

@@ -1,43 +1,34 @@
 """Planner: it touches where least is known, until that is known to the tolerance."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from touchatlas.atlas.atlas import Atlas, AtlasChange
 from touchatlas.atlas.records.touch import Touch
 from touchatlas.patch.geometry.arrays import check_unit, frozen_array
-from touchatlas.planner.attempts import Attempts
-from touchatlas.planner.behind_edges import edge_target, unknown_ends
+from touchatlas.planner.attempts import Attempts, Target
+from touchatlas.planner.clearance import is_reachable
+from touchatlas.planner.known import DeviationRatio, KnownArea, structure_of
 from touchatlas.planner.options import TOLERANCE, PlannerOptions
-from touchatlas.planner.pending import Pending
-from touchatlas.planner.place.choose import Target, View, start_targets
-from touchatlas.planner.place.deviation_ratio import DeviationRatio, structure_of
-from touchatlas.planner.place.known_area import KnownArea
-from touchatlas.planner.place.places import Places, places_of
-from touchatlas.planner.place.rules import RULES, left_target
-from touchatlas.planner.plans import first_plan, known_plan, plan_at
-from touchatlas.planner.probe_plan import ProbePlan, Reason, check_answer
-from touchatlas.planner.reach import is_reachable
-from touchatlas.planner.search import search_plan
-from touchatlas.planner.sharp_bends import sharp_bends, side_target
+from touchatlas.planner.places import Places, places_of
+from touchatlas.planner.plans import ending_where_known, plan_at
+from touchatlas.planner.probe_plan import ProbePlan, check_answer
+from touchatlas.planner.sources import next_target
 from touchatlas.planner.stop import Forecast, Stop, StopReason
-
-# Share of the ends of contours that are at edges from which places behind edges are guessed: on
-# cubes it is 0.5 where contours stop at edges, and 0.1 where they run over all but the sharpest.
-# Doubled, probes that stop at edges miss faces.
-_OFTEN = 0.25
+from touchatlas.planner.view import Phase, View
 
 
 class Planner:
     """Chooses the reference points and sampling planes that make the surface known to the
     tolerance with few touches.
 
-    Where the surface ends comes first, far from all touches before elsewhere; then, of a part with
-    round holes, places where another one may be hidden; then places about which the variance of the
-    surface is large; small holes of the surface come last. None of this depends on the tolerance,
-    so a looser one ends the same sequence of touches earlier, but for holes and guessed edges that
-    matter to it.
-
-    Where a probe often ends its contours at edges, what lies behind is guessed and touched first.
+    The next target is that of the first source that has one, in the order of ``SOURCES``: what is
+    to be tried again; behind edges, where a probe often ends its contours at edges; where the
+    surface ends, far from all touches before elsewhere; of a part with round holes, places where
+    another one may be hidden; places about which the variance of the surface is large; small holes
+    of the surface. None of this depends on the tolerance, so a looser one ends the same sequence of
+    touches earlier, but for holes and guessed edges that matter to it.
 
     Parameters
     ----------
@@ -47,7 +38,7 @@ class Planner:
         Direction from the object to the free space from which ``start`` is approached.
     options : PlannerOptions
     rng : numpy.random.Generator, optional
-        For the rule "random" only.
+        For the baseline "random" only.
 
     Attributes
     ----------
@@ -74,23 +65,17 @@ class Planner:
             raise ValueError(f"options are {options!r}; they must be PlannerOptions")
         if not (rng is None or isinstance(rng, np.random.Generator)):
             raise ValueError(f"rng is {rng!r}; it must be a numpy.random.Generator")
-        self._start = frozen_array(start, (3,), "start point")
-        self._outward = check_unit(outward, "outward direction")
+        if options.name == "random" and rng is None:
+            raise ValueError("the planner random needs rng, a numpy.random.Generator; pass one")
+        start = frozen_array(start, (3,), "start point")
         self.options, self._rng = options, rng
         self.stop: Stop | None = None
-        self._attempts = Attempts(self._start)
-        self._starts = list(start_targets(self._start, self._outward))
-        # Ends of contours behind which was guessed.
-        self._tried_ends: list[np.ndarray] = []
+        self._attempts = Attempts(start, check_unit(outward, "outward direction"))
         self._ratio = DeviationRatio()
         # Numbers of faces, edges and rounded edges of the body that the last plan went by.
-        self._structure = (0, 0, 0, "")
-        # What is known, and the plans that were answered when that was last measured.
+        self._structure = structure_of(None)
+        # What is known, and the answers that it was last measured after.
         self._known, self._measured = KnownArea(), -1
-        # Points before sharp bends at which arms ended, and the direction of each arm.
-        self._bends: list[np.ndarray] = []
-        # Rays of the search for other parts: a point and the direction of each.
-        self._rays: list[np.ndarray] = []
 
     def ask(self, atlas: Atlas) -> ProbePlan | None:
         """The next plan; None at the end, and ``stop`` says why.
@@ -124,13 +109,13 @@ class Planner:
         if not (whole and count >= 1):
             raise ValueError(f"count is {count!r}; it must be a whole number >= 1")
         attempts = self._attempts
-        attempts.bind(atlas)
+        attempts.bind(lambda plan: ending_where_known(plan, atlas, self.options))
         while len(attempts.pending) < count:
             self.stop = None
-            found = self._further(atlas)
-            if found is None:
+            target = self._further(atlas)
+            if target is None:
                 break
-            attempts.ask(found, atlas, self._known.coverage)
+            attempts.ask(target, plan_at(atlas, target, self.options), self._known.coverage)
         return attempts.plans
 
     def tell(self, touch: Touch, change: AtlasChange) -> None:
@@ -142,9 +127,7 @@ class Planner:
             See ``check_answer``.
         """
         check_answer(self._attempts.plans, touch, change)
-        answered = self._attempts.answer(touch, change)
-        self._bends += sharp_bends(touch, answered.plan)
-        self._attempts.try_again(answered, touch, change, self.options)
+        self._attempts.answer(touch, change)
         self._ratio.learn(change.innovations)
 
     def forecast(self, atlas: Atlas) -> Forecast:
@@ -164,59 +147,44 @@ class Planner:
         if not known:
             open_ |= places.stay_open(atlas.tolerance, view.extent)
         inside, total, _ = self._areas(places, view, open_)
-        share = inside / total if total > 0.0 else 0.0
-        return Forecast(share, places.left(atlas.tolerance, view.extent))
+        left = places.left(atlas.tolerance, self.options.levels.about * view.extent)
+        return Forecast(inside / total if total > 0.0 else 0.0, left)
 
-    def _further(self, atlas: Atlas) -> Pending | None:
-        """One more plan, besides those that are pending; None where there is none."""
-        again = self._attempts.again(atlas)
-        if again is not None:
-            return again
-        found = self._start_plan(atlas) if atlas.body is None else self._next_plan(atlas)
-        if found is None or isinstance(found, Pending):
-            return found
-        return Pending(found, found.until is not None)
-
-    def _start_plan(self, atlas: Atlas) -> ProbePlan | None:
-        """The next attempt at a first touch, with short arms: nothing is known of the size."""
-        if self._attempts.pending or not self._starts:
-            return self._end(atlas, StopReason.NO_PATCH)
-        offset = self._starts.pop(0)
-        return first_plan(self._start, self._outward, offset, atlas.scale, self.options)
-
-    def _next_plan(self, atlas: Atlas) -> ProbePlan | Pending | None:
-        """A plan behind an edge, else where nothing is known, else where too little is known."""
-        self._forget_errors_of_another_body(atlas)
-        places, view = places_of(atlas), self._view(atlas)
-        answered = self._attempts.answered - self._attempts.verified
-        areas = self._areas(places, view, places.are_large(view.extent))
-        self._known.measure(*areas, self._measured == answered)
-        self._measured = answered
-        guess = self._guess_behind_edge(atlas, view)
-        if guess is not None:
-            return guess
+    def _further(self, atlas: Atlas) -> Target | None:
+        """One more target, besides those of pending plans; None where there is none. Places that
+        the pin does not reach are given up."""
+        places, draws = self._measure(atlas), self.options.name == "random"
         while True:
-            target, known = self._target(places, view)
+            draw = self._rng.random() if draws and self._rng is not None else 0.0
+            view = self._view(atlas, draw)
+            target = self._target(view, places)
             if target is None:
-                plan = self._search_plan(atlas, places, view)
-                return self._end(atlas, self._reason(known)) if plan is None else plan
-            if self._reaches(atlas, target):
-                return self._plan_at(atlas, target, view)
+                return self._end(view, places)
+            if is_reachable(atlas, target.point, target.normal, self.options):
+                return target
             self._attempts.leave(target)
-            view = self._view(atlas)
 
-    def _target(self, places: Places, view: View) -> tuple[Target | None, bool]:
-        """Where to touch next, if anywhere, and whether the surface is known. The surface is drawn
-        finely, to find small holes, when it is known and no plan pends."""
-        enough = self._known.coverage >= self.options.coverage
-        if enough and len(view.pending):
-            return None, True
-        left = left_target(view, places) if enough else None
-        if self._known.stagnates():
-            return None, enough and left is None
-        if enough:
-            return left, True
-        return RULES[self.options.name](view, places, self._rng), False
+    def _target(self, view: View, places: Places) -> Target | None:
+        """Where to touch next, see ``next_target``. Another planner has another choice here."""
+        return next_target(view, places)
+
+    def _measure(self, atlas: Atlas) -> Places:
+        """The places of an atlas, after its area within the tolerance is measured. What was learned
+        of errors is forgotten when the number of faces, edges or rounded edges, or the law of a
+        single face changes: they were those of another surface."""
+        places, learned = places_of(atlas), self._attempts.learned
+        if atlas.body is None:
+            return places
+        found = structure_of(atlas.body.faces)
+        if found != self._structure:
+            if (found[0] == 1) != (self._structure[0] == 1):
+                self._known = KnownArea()
+            self._structure, self._ratio = found, DeviationRatio()
+        view = self._view(atlas)
+        areas = self._areas(places, view, places.are_large(view.extent))
+        self._known.measure(*areas, self._measured == learned)
+        self._measured = learned
+        return places
 
     def _areas(self, places: Places, view: View, open_) -> tuple[float, float, float]:
         """See ``Places.areas``: of the rims ``open_`` (k,) bool, those count that no touch or
@@ -224,74 +192,41 @@ class Planner:
         counted = open_ & view.is_untried(places.rim)
         return places.areas(view.atlas.tolerance, self._ratio, counted)
 
-    def _plan_at(self, atlas: Atlas, target: Target, view: View) -> ProbePlan | Pending:
-        """The plan of a target: from outside, where arms ended before a sharp bend near it; from a
-        known sample, where approaches beyond samples of a free-form body often miss."""
-        beyond = target.reason is Reason.EXPAND and self.options.name == TOLERANCE
-        side = side_target(target, self._bends, view) if beyond else None
-        if side is not None and self._reaches(atlas, side):
-            return plan_at(atlas, side, view.extent, self.options)
-        plan = plan_at(atlas, target, view.extent, self.options)
-        if beyond and atlas.known_body.is_one and self._attempts.often_miss:
-            known = known_plan(plan, atlas)
-            if known is not None:
-                return Pending(known, known.until is not None, sought=target.point)
-        return plan
+    def _view(self, atlas: Atlas, draw: float = 0.0) -> View:
+        """What the choice of a target depends on, with a number from 0 to 1."""
+        return View(atlas, self.options, self._attempts, self._phase(atlas), draw)
 
-    def _forget_errors_of_another_body(self, atlas: Atlas) -> None:
-        """Forget what was learned of errors when the number of faces, edges or rounded edges, or
-        the law of a single face changes: they were those of another surface."""
-        body = atlas.body
-        found = (0, 0, 0, "") if body is None else structure_of(body.faces)
-        if found != self._structure:
-            if (found[0] == 1) != (self._structure[0] == 1):
-                self._known = KnownArea()
-            self._structure, self._ratio = found, DeviationRatio()
+    @property
+    def _is_known(self) -> bool:
+        """Whether enough of the surface is expected within the tolerance."""
+        return self._known.coverage >= self.options.coverage
 
-    def _view(self, atlas: Atlas) -> View:
-        """What the choice of a place depends on."""
-        return self._attempts.view(atlas, self._ratio.value)
+    def _phase(self, atlas: Atlas) -> Phase:
+        """How far the exploration is. The surface is drawn finely, to find what is left, when it is
+        known and no plan is pending."""
+        if atlas.body is None:
+            return Phase.FIRST
+        stagnates = self._known.stagnates(self.options.levels)
+        if stagnates or (self._is_known and self._attempts.pending):
+            return Phase.END
+        if self._is_known:
+            return Phase.FINISH
+        return Phase.GROW if self.options.name == TOLERANCE else Phase.COMPARE
 
-    def _reaches(self, atlas: Atlas, target: Target) -> bool:
-        """Whether the pin of the options reaches a target."""
-        pin = self.options.pin_radius, self.options.pin_length
-        return is_reachable(atlas, target.point, target.normal, *pin)
+    def _end(self, view: View, places: Places) -> None:
+        """No target: ``stop`` says why, unless a pending plan may teach more."""
+        if not self._attempts.pending:
+            reason, unreachable = self._reason(view, places), self._attempts.unreachable
+            forecast = self._forecast(view.atlas, reason is StopReason.KNOWN)
+            self.stop = Stop(reason, forecast, np.reshape(unreachable, (-1, 3)))
 
-    def _guess_behind_edge(self, atlas: Atlas, view: View) -> Pending | None:
-        """A plan behind an edge, where contours often end at edges and what lies behind some is
-        unknown; None elsewhere, when all guesses were made, or a guess is pending. Where most
-        contours run over edges, places behind the others are found as others are."""
-        ends = 2 * self.options.curves * atlas.touches
-        if atlas.pool.edges.sum() <= _OFTEN * ends or self._attempts.guesses:
-            return None
-        reach = self.options.reach * view.extent
-        found = unknown_ends(atlas)
-        target = edge_target(found, view.touched[-1], self._tried_ends, atlas.scale, reach)
-        if target is None:
-            return None
-        return Pending(plan_at(atlas, target, view.extent, self.options), True, is_guess=True)
-
-    def _search_plan(self, atlas: Atlas, places: Places, view: View) -> ProbePlan | None:
-        """The next approach in search of other parts; None where no more are asked for."""
-        if len(self._rays) >= self.options.search:
-            return None
-        plan = search_plan(atlas, places, self._rays, view.extent, self.options)
-        if plan is not None:
-            self._rays.append(np.stack([plan.reference_point, plan.normal]))
-        return plan
-
-    def _reason(self, known: bool) -> StopReason:
-        """Why there is no further place."""
-        if known:
+    def _reason(self, view: View, places: Places) -> StopReason:
+        """Why there is no further target."""
+        if view.phase is Phase.FIRST:
+            return StopReason.NO_PATCH
+        finish = replace(view, phase=Phase.FINISH)
+        if view.phase is Phase.FINISH or (self._is_known and next_target(finish, places) is None):
             return StopReason.KNOWN
-        if self._known.stagnates():
+        if self._known.stagnates(self.options.levels):
             return StopReason.STAGNATION
         return StopReason.UNREACHABLE if self._attempts.unreachable else StopReason.TRIED
-
-    def _end(self, atlas: Atlas, reason: StopReason) -> ProbePlan | None:
-        """No plan: ``stop`` says why, unless a pending one may teach more."""
-        if not self._attempts.pending:
-            unreachable = np.reshape(self._attempts.unreachable, (-1, 3))
-            forecast = self._forecast(atlas, reason is StopReason.KNOWN)
-            self.stop = Stop(reason, forecast, unreachable)
-        return None

@@ -11,10 +11,6 @@ from touchatlas.atlas.records.touch import Touch
 from touchatlas.patch.geometry.arrays import check_unit, frozen_array
 from touchatlas.patch.geometry.contour import SamplingPlane
 
-# Distance from which a probe comes as a rule: in reaches, or in steps if that is less. Doubled, it
-# travels farther and finds places that were predicted less well.
-_REACHES, _STEPS = 0.5, 10.0
-
 
 class Reason(Enum):
     """Why a place was chosen."""
@@ -87,7 +83,7 @@ class ProbePlan:
     @property
     def usual_approach(self) -> float:
         """Distance above and below the reference point in which the surface is expected, length."""
-        return min(_REACHES * self.reach, _STEPS * self.step)
+        return min(0.5 * self.reach, 10.0 * self.step)
 
 
 def check_answer(pending: Sequence[ProbePlan], touch: Touch, change: AtlasChange) -> ProbePlan:

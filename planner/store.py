@@ -17,22 +17,19 @@ from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.files import check_path, write_whole
 from touchatlas.atlas.whole_file import DamagedError, FileKind, load_whole
 from touchatlas.patch.geometry.contour import SamplingPlane
-from touchatlas.planner.attempts import Attempts
-from touchatlas.planner.options import PlannerOptions
-from touchatlas.planner.pending import Pending
-from touchatlas.planner.place.choose import Target
-from touchatlas.planner.place.deviation_ratio import DeviationRatio
-from touchatlas.planner.place.known_area import KnownArea
+from touchatlas.planner.attempts import Attempts, Pending, Target
+from touchatlas.planner.known import DeviationRatio, KnownArea
+from touchatlas.planner.options import PlannerLevels, PlannerOptions
 from touchatlas.planner.planner import Planner
 from touchatlas.planner.probe_plan import ProbePlan, Reason
 from touchatlas.planner.stop import Forecast, Stop, StopReason
 
 # The version is that of the file, no unit.
-_FILE = FileKind("planner", "one that save_planner wrote", 11, "begin with a new planner")
+_FILE = FileKind("planner", "one that save_planner wrote", 12, "begin with a new planner")
 # Made without their constructors, of all their attributes.
 _MADE = (Planner, Attempts, DeviationRatio, KnownArea)
-_VALUES = (ProbePlan, SamplingPlane, Pending, Target, Stop, Forecast)
-_RECORDS: dict[str, type] = {kind.__name__: kind for kind in (*_MADE, *_VALUES, PlannerOptions)}
+_VALUES = (ProbePlan, SamplingPlane, Pending, Target, Stop, Forecast, PlannerOptions, PlannerLevels)
+_RECORDS: dict[str, type] = {kind.__name__: kind for kind in (*_MADE, *_VALUES)}
 _GENERATORS = ("MT19937", "PCG64", "PCG64DXSM", "Philox", "SFC64")
 
 

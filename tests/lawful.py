@@ -14,7 +14,7 @@ from touchatlas.atlas.faces.faces import Faces
 from touchatlas.atlas.labels.samples import ContourSamples, contour_samples
 from touchatlas.patch.geometry.section import contour_normals
 from touchatlas.planner import ProbePlan, Reason
-from touchatlas.planner.planes import concurrent_planes
+from touchatlas.planner.plans import concurrent_planes
 from touchatlas.sim import Probe, make_object
 from touchatlas.sim.study.surface_peers import spread
 from touchatlas.sim.world.mesh_object import MeshObject

@@ -9,7 +9,6 @@ import numpy as np
 from touchatlas.atlas import AtlasOptions
 from touchatlas.atlas.learn.learn import SCALE_NOISE
 from touchatlas.planner import PlannerOptions
-from touchatlas.planner.place.rules import SUREST
 
 # Largest noise, in tolerances: the grid of a surface that is spread over more of them would not fit
 # into memory. Twice as much needs a grid twice as fine for the same spread.
@@ -117,12 +116,12 @@ def check_end(options: RunOptions, noise: float, tolerance: float, diagonal: flo
     """ValueError for a run without a budget to a tolerance that most of the surface cannot meet.
 
     A sample is as good as its noise and what fits leave out, and a place is no surer than
-    ``SUREST`` of that.
+    the planner's level ``surest`` of that.
     """
     if options.max_touches is not None or options.max_length is not None:
         return
     sample = np.hypot(noise, options.atlas.bias * fit_scale(noise, diagonal))
-    least = SUREST * sample * NormalDist().inv_cdf(0.5 + 0.5 * _LEAST_SHARE)
+    least = options.planner.levels.surest * sample * NormalDist().inv_cdf(0.5 + 0.5 * _LEAST_SHARE)
     if tolerance < least:
         raise ValueError(
             f"tolerance is {tolerance:g}, but with samples that are good to {sample:.2g} less than "

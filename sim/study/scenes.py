@@ -7,7 +7,7 @@ import numpy as np
 
 from touchatlas.patch import Contour, ContourEnd, SamplingPlane
 from touchatlas.patch.geometry.arrays import cross
-from touchatlas.planner.planes import concurrent_planes
+from touchatlas.planner.plans import concurrent_planes
 from touchatlas.sim.world.implicit_fields import Field
 from touchatlas.sim.world.implicit_object import ImplicitObject
 from touchatlas.sim.world.objects import make_object

@@ -16,7 +16,7 @@ from scipy.spatial import cKDTree
 from touchatlas.atlas import Atlas
 from touchatlas.patch.geometry.frame import any_tangent
 from touchatlas.planner import ProbePlan, Reason
-from touchatlas.planner.planes import concurrent_planes
+from touchatlas.planner.plans import concurrent_planes
 from touchatlas.sim.study.tradeoff import timed
 from touchatlas.sim.world.implicit_object import ImplicitObject
 

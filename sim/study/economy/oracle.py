@@ -3,12 +3,12 @@
 import numpy as np
 
 from touchatlas.atlas import Atlas
-from touchatlas.planner import Planner, ProbePlan, Reason, StopReason
+from touchatlas.planner import Planner, Reason, StopReason
+from touchatlas.planner.attempts import Target
 from touchatlas.planner.options import PlannerOptions
-from touchatlas.planner.place.choose import Target, distance_to
-from touchatlas.planner.place.places import places_of
-from touchatlas.planner.place.rules import hole_target
-from touchatlas.planner.plans import plan_at
+from touchatlas.planner.places import Places
+from touchatlas.planner.sources import closer, first, from_known, hole_in_fine_surface
+from touchatlas.planner.view import View, distance_to
 
 
 class Oracle(Planner):
@@ -34,18 +34,28 @@ class Oracle(Planner):
         super().__init__(start, outward, options)
         self._points, self._normals = np.asarray(points, float), np.asarray(normals, float)
 
-    def _next_plan(self, atlas: Atlas) -> ProbePlan | None:
-        """A plan at the place of largest error."""
-        error, view = errors(atlas, self._points), self._view(atlas)
+    def _target(self, view: View, places: Places) -> Target | None:
+        """What is to be tried again; else the place of largest error, or a hole at the end."""
+        again = closer(view, places) or from_known(view, places)
+        if again is not None or view.atlas.body is None:
+            return again or first(view, places)
+        if self._is_met(view.atlas):
+            return hole_in_fine_surface(view, places)
+        error = errors(view.atlas, self._points)
+        left = view.is_free(self._points) & (error > view.atlas.tolerance)
+        return self._worst(np.where(left, error, 0.0), view.touched)
+
+    def _reason(self, view: View, places: Places) -> StopReason:
+        """Why there is no further target."""
+        if view.atlas.body is None:
+            return StopReason.NO_PATCH
+        return StopReason.KNOWN if self._is_met(view.atlas) else StopReason.TRIED
+
+    def _is_met(self, atlas: Atlas) -> bool:
+        """Whether enough of the truth is within the tolerance, and all of it is known."""
+        error = errors(atlas, self._points)
         share = float(np.mean(error <= atlas.tolerance))
-        if share >= self.options.coverage and np.isfinite(error).all():
-            target, end = hole_target(view, places_of(atlas)), StopReason.KNOWN
-        else:
-            left = view.is_free(self._points) & (error > atlas.tolerance)
-            target, end = self._worst(np.where(left, error, 0.0), view.touched), StopReason.TRIED
-        if target is None:
-            return self._end(atlas, end)
-        return plan_at(atlas, target, view.extent, self.options)
+        return share >= self.options.coverage and bool(np.isfinite(error).all())
 
     def _worst(self, error, touched) -> Target | None:
         """The true point of largest error (n,), see ``worst``; None where all are zero."""

@@ -9,7 +9,7 @@ import trimesh
 
 from touchatlas.atlas import Atlas, Touch, extract_surface
 from touchatlas.planner import PlannerOptions, ProbePlan, explore
-from touchatlas.planner.place.rules import RULES
+from touchatlas.planner.options import NAMES
 from touchatlas.sim.folder.run_options import RunOptions
 from touchatlas.sim.run.work import begin, random_streams
 from touchatlas.sim.study.economy.oracle import Oracle, errors
@@ -24,7 +24,7 @@ from touchatlas.sim.world.probe import Probe
 from touchatlas.sim.world.triangles import sample_triangles
 
 OURS, ORACLE = "tolerance", "oracle"
-PLANNERS = (*RULES, ORACLE)
+PLANNERS = (*NAMES, ORACLE)
 # Surfaces by others from the touches of our planner, where their package is present.
 OTHERS = ("APSS", "RIMLS", "Poisson")
 COLUMNS = (

@@ -8,7 +8,7 @@ import numpy as np
 from touchatlas.atlas import Touch
 from touchatlas.patch.geometry.arrays import cross
 from touchatlas.planner import ProbePlan, Reason
-from touchatlas.planner.planes import concurrent_planes
+from touchatlas.planner.plans import concurrent_planes
 from touchatlas.sim.study.scenes import POINTS_PER_ARM, REACH
 from touchatlas.sim.world.implicit_object import ImplicitObject
 from touchatlas.sim.world.objects import make_object

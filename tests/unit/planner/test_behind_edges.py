@@ -7,8 +7,12 @@ from tests.flat import UP
 from tests.sharp import explored_faces
 from touchatlas.atlas import Atlas, Touch, TouchStatus
 from touchatlas.patch import Contour, ContourEnd, SamplingPlane
-from touchatlas.planner import Reason, StopReason
-from touchatlas.planner.behind_edges import EdgeEnds, edge_target, unknown_ends
+from touchatlas.planner import PlannerOptions, Reason, StopReason
+from touchatlas.planner import behind_edges as module
+from touchatlas.planner.attempts import Attempts
+from touchatlas.planner.behind_edges import EdgeEnds, behind_edge, unknown_ends
+from touchatlas.planner.places import places_of
+from touchatlas.planner.view import View
 
 STEP, REACH = 1.0 / 7.0, 3.0
 ANGLES = np.pi / 4.0 * np.array([-1.0, 0.0, 1.0])
@@ -46,12 +50,24 @@ def test_an_atlas_without_a_touch_has_no_ends():
     assert not len(unknown_ends(Atlas(0.1)).points)
 
 
-def test_guesses_are_below_a_convex_edge_then_above_a_concave_one_far_and_near():
+def guesses(monkeypatch, ends: EdgeEnds, position, count: int):
+    """So many guesses in turn behind ends, from a probe at a position, and the end of each."""
+    atlas = at_edge()
+    atlas.touches = 0
+    attempts, found = Attempts(np.zeros(3), UP, touched=[position]), []
+    monkeypatch.setattr(module, "unknown_ends", lambda atlas: ends)
+    options = PlannerOptions(reach=REACH / atlas.pool.extent)
+    for _ in range(count):
+        found.append(behind_edge(View(atlas, options, attempts), places_of(Atlas(0.1))))
+        attempts.ends += [] if found[-1] is None else [found[-1].end]
+    return found
+
+
+def test_guesses_are_below_a_convex_edge_then_above_a_concave_one_far_and_near(monkeypatch):
     """By 0.3 and 0.08 reaches from the edge, which is half a step ahead of the end; behind a convex
     edge the place is as far beyond it again."""
-    tried: list[np.ndarray] = []
-    found = [edge_target(one_end(), np.zeros(3), tried, 0.01, REACH) for _ in range(5)]
-    assert found[4] is None and len(tried) == 4
+    found = guesses(monkeypatch, one_end(), np.zeros(3), 5)
+    assert found[4] is None
     edge = 1.0 + 0.5 * STEP
     expected = [
         ([edge + 0.5 * STEP, 0.0, -0.3 * REACH], 1.0),
@@ -65,14 +81,11 @@ def test_guesses_are_below_a_convex_edge_then_above_a_concave_one_far_and_near()
         assert target.reason is Reason.EXPAND
 
 
-def test_ends_with_fewest_guesses_and_nearest_to_the_probe_come_first():
+def test_ends_with_fewest_guesses_and_nearest_to_the_probe_come_first(monkeypatch):
     points = np.array([[1.0, 0, 0], [5.0, 0, 0], [9.0, 0, 0]])
     ends = EdgeEnds(points, np.tile(np.eye(3)[0], (3, 1)), np.tile(UP, (3, 1)), np.full(3, STEP))
-    tried: list[np.ndarray] = []
-    order = [points[2], points[1], points[0], points[2]]
-    for expected in order:
-        assert edge_target(ends, np.array([9.0, 1, 0]), tried, 0.01, REACH) is not None
-        assert tried[-1].tolist() == expected.tolist()
+    found = guesses(monkeypatch, ends, np.array([9.0, 1, 0]), 4)
+    assert [target.end.tolist() for target in found] == points[[2, 1, 0, 2]].tolist()
 
 
 def test_a_probe_that_stops_at_edges_finds_all_faces_of_a_cube():

@@ -7,7 +7,7 @@ from tests.explored import learned as learned_from
 from tests.explored import spread_touches
 from touchatlas.atlas import Atlas
 from touchatlas.atlas.learn.innovations import innovations
-from touchatlas.planner.place.deviation_ratio import DeviationRatio
+from touchatlas.planner.known import DeviationRatio
 from touchatlas.sim import make_object
 
 

@@ -2,10 +2,12 @@
 
 import pytest
 
-from touchatlas.planner.place.known_area import KnownArea
+from touchatlas.planner.known import KnownArea
+from touchatlas.planner.options import PlannerLevels
 
+LEVELS = PlannerLevels()
 # Least part of the surface that is worth a touch.
-LEAST_SHARE = 1.25e-4
+LEAST_SHARE = LEVELS.growth
 
 
 def measured(areas, totals):
@@ -16,13 +18,13 @@ def measured(areas, totals):
 
 
 def test_what_does_not_grow_in_sixteen_touches_stagnates():
-    assert not measured([1.0] * 16, [2.0] * 16).stagnates()
-    assert measured([1.0] * 17, [2.0] * 17).stagnates()
+    assert not measured([1.0] * 16, [2.0] * 16).stagnates(LEVELS)
+    assert measured([1.0] * 17, [2.0] * 17).stagnates(LEVELS)
 
 
 def test_new_surface_is_growth_though_its_share_falls():
     areas = [1.0 + 0.01 * k for k in range(40)]
-    assert not measured(areas, [1.0 + 0.05 * k for k in range(40)]).stagnates()
+    assert not measured(areas, [1.0 + 0.05 * k for k in range(40)]).stagnates(LEVELS)
 
 
 def test_a_growing_share_is_growth_though_cells_are_measured_smaller():
@@ -31,26 +33,26 @@ def test_a_growing_share_is_growth_though_cells_are_measured_smaller():
     totals = [1.0 - 0.05 * k / 40 if k > 10 else 2.0 for k in range(40)]
     areas = [share * total for share, total in zip(shares, totals, strict=True)]
     assert max(areas[24:]) < max(areas[:24])
-    assert not measured(areas, totals).stagnates()
+    assert not measured(areas, totals).stagnates(LEVELS)
 
 
 @pytest.mark.parametrize(("factor", "stagnates"), [(0.9, True), (1.1, False)])
 def test_growth_is_the_least_share_a_touch(factor, stagnates):
     areas = [1.0] * 16 + [1.0 + factor * 16 * LEAST_SHARE] * 16
-    assert measured(areas, [2.0] * 32).stagnates() is stagnates
+    assert measured(areas, [2.0] * 32).stagnates(LEVELS) is stagnates
 
 
 def test_of_many_touches_a_quarter_may_pass_without_growth():
     areas = [float(k) for k in range(1, 101)]
-    assert not measured([*areas, *[100.0] * 25], [200.0] * 125).stagnates()
-    assert measured([*areas, *[100.0] * 35], [200.0] * 135).stagnates()
+    assert not measured([*areas, *[100.0] * 25], [200.0] * 125).stagnates(LEVELS)
+    assert measured([*areas, *[100.0] * 35], [200.0] * 135).stagnates(LEVELS)
 
 
 def test_a_measure_without_a_touch_between_changes_the_share_alone():
     known = KnownArea()
     for _ in range(40):
         known.measure(1.0, 2.0, 1.0, again=bool(known.coverage))
-    assert known.coverage == 0.5 and not known.stagnates()
+    assert known.coverage == 0.5 and not known.stagnates(LEVELS)
 
 
 @pytest.mark.parametrize(("left", "stagnates"), [(0.95, True), (0.85, False)])
@@ -58,7 +60,7 @@ def test_near_the_end_it_is_growth_when_a_tenth_of_what_is_missing_is_found(left
     """Of a hundredth that is missing a tenth is less than 16 least shares."""
     assert 16 * LEAST_SHARE > 0.1 * 0.01
     areas = [0.99] * 16 + [1.0 - 0.01 * left] * 16
-    assert measured(areas, [1.0] * 32).stagnates() is stagnates
+    assert measured(areas, [1.0] * 32).stagnates(LEVELS) is stagnates
 
 
 def test_a_ratio_that_rises_is_no_stagnation():
@@ -67,8 +69,8 @@ def test_a_ratio_that_rises_is_no_stagnation():
     for k in range(40):
         scale = 1.0 if k < 16 else 0.7
         known.measure(scale * (1.0 + 0.01 * k), 2.0 + 0.02 * k, 1.0 + 0.01 * k, again=False)
-    assert not known.stagnates()
+    assert not known.stagnates(LEVELS)
 
 
 def test_what_is_known_whole_no_longer_grows():
-    assert measured([1.0] * 17, [1.0] * 17).stagnates()
+    assert measured([1.0] * 17, [1.0] * 17).stagnates(LEVELS)

@@ -12,9 +12,8 @@ from touchatlas.atlas import Atlas
 from touchatlas.atlas.body.known_body import KnownBody
 from touchatlas.atlas.contouring.body_surface import body_surface
 from touchatlas.planner import Planner
-from touchatlas.planner.place.choose import View
-from touchatlas.planner.place.deviation_ratio import DeviationRatio
-from touchatlas.planner.place.places import Places, places_of
+from touchatlas.planner.known import DeviationRatio
+from touchatlas.planner.places import Places, places_of
 from touchatlas.planner.stop import Forecast, Stop, StopReason
 from touchatlas.sim import make_object
 from touchatlas.sim.study.stability_atlas.bodies import cup
@@ -61,7 +60,7 @@ def test_the_areas_of_a_closed_body_are_that_of_the_body(whole):
     assert total == pytest.approx(AREA, rel=1e-3)
     # The tolerance is more than twenty deviations.
     assert inside == pytest.approx(total, rel=1e-9) and unscaled == pytest.approx(total, rel=1e-9)
-    assert not len(whole.left(TOLERANCE, 2.0 * float(np.linalg.norm(HALF))))
+    assert not len(whole.left(TOLERANCE, 0.2 * float(np.linalg.norm(HALF))))
     assert np.linalg.norm(whole.normals, axis=1) == pytest.approx(1.0, abs=1e-12)
 
 
@@ -89,7 +88,7 @@ def test_areas_follow_the_predicted_deviation(whole):
     assert unscaled / total == pytest.approx(0.6827, abs=1e-4)
     # Places that are listed are a tenth of the extent apart.
     extent = 2.0 * float(np.linalg.norm(HALF))
-    left = unsure.left(TOLERANCE, extent)
+    left = unsure.left(TOLERANCE, 0.1 * extent)
     apart = np.linalg.norm(left[:, None] - left, axis=2) + extent * np.eye(len(left))
     assert len(left) > 10 and apart.min() > 0.1 * extent
 
@@ -175,10 +174,7 @@ def test_the_end_of_a_tube_stays_open_unless_it_is_as_narrow_as_the_tolerance():
 
 def test_holes_that_are_closed_within_the_tolerance_are_no_unknown_area():
     found = rims([1.01 * LARGEST_CLOSED, 0.99 * LARGEST_CLOSED], [0.0, 0.0])
-    none = np.zeros((0, 3))
-    view = View(Atlas(TOLERANCE), 1.0, none, none, none, none, 1e3)
-    planner = Planner(np.zeros(3), np.array([0.0, 0.0, 1.0]))
-    assert planner._areas(found, view, found.stay_open(TOLERANCE, 1e3))[1] == 2.0
+    assert found.areas(TOLERANCE, DeviationRatio(), found.stay_open(TOLERANCE, 1e3))[1] == 2.0
 
 
 def test_small_holes_count_in_the_forecast_until_the_planner_ended_as_known(

@@ -1,16 +1,22 @@
-"""A pin reaches what its straight way leads to, and no more."""
+"""Clearance: a pin reaches what its straight way leads to; an approach begins between walls."""
 
 import numpy as np
 import pytest
 
 from tests.explored import explored
+from tests.flat import UP
 from touchatlas.atlas import Atlas
 from touchatlas.planner import Planner, PlannerOptions, StopReason
-from touchatlas.planner.reach import is_reachable
+from touchatlas.planner.clearance import approach_within
+from touchatlas.planner.clearance import is_reachable as is_clear
 from touchatlas.sim import Probe, make_object
 
 # The torus has a tube of radius 15 about a circle of radius 40: its hole is 50 wide.
 HOLE = 50.0
+
+
+def is_reachable(atlas, point, normal, radius: float, length: float) -> bool:
+    return is_clear(atlas, point, normal, PlannerOptions(pin_radius=radius, pin_length=length))
 
 
 @pytest.fixture(scope="module")
@@ -87,3 +93,35 @@ def test_an_exploration_works_around_what_its_pin_cannot_reach():
 def test_a_pin_that_is_none_is_refused(pin):
     with pytest.raises(ValueError, match="pin_"):
         PlannerOptions(**pin)
+
+
+def walls(gap: float) -> Atlas:
+    """A floor at z = 0 that faces up, and a ceiling over it that faces down."""
+    atlas = Atlas(0.1)
+    pool = atlas.pool
+    grid = np.stack(np.meshgrid(np.linspace(-5, 5, 11), np.linspace(-5, 5, 11)), -1).reshape(-1, 2)
+    for height, side in ((0.0, 1.0), (gap, -1.0)):
+        points = np.column_stack([grid, np.full(len(grid), height)])
+        normals = np.broadcast_to(side * UP, points.shape)
+        pool.add(points, normals, np.zeros(points.shape), False, 0.0)
+    return atlas
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e-3, 1e3])
+def test_an_approach_between_walls_begins_half_way(unit):
+    atlas = walls(4.0)
+    atlas.pool.points[:] *= unit
+    at = np.array([0.3, -0.2, 0.0]) * unit
+    assert approach_within(atlas, at, UP, 10.0 * unit) == pytest.approx(2.0 * unit, rel=1e-12)
+
+
+def test_walls_far_apart_leave_the_approach_to_the_probe():
+    """An approach from 1.9 begins on this side of the middle of 4."""
+    assert approach_within(walls(4.0), np.zeros(3), UP, 1.9) == 0.0
+
+
+def test_the_back_of_a_thin_wall_is_not_in_the_way():
+    """Seen from above, the ceiling faces away from a probe that comes from above it."""
+    assert approach_within(walls(4.0), np.array([0.0, 0.0, 4.0]), -UP, 10.0) == pytest.approx(2.0)
+    thin = walls(-0.5)
+    assert approach_within(thin, np.zeros(3), UP, 10.0) == 0.0

@@ -20,29 +20,7 @@ from touchatlas.atlas.mesh.close_holes import LARGEST, diameter, error_across, s
 from touchatlas.atlas.mesh.stray_pieces import without_stray_pieces
 from touchatlas.atlas.records.surface import Surface
 from touchatlas.patch.geometry.normal_error import SURE
-from touchatlas.planner.place.deviation_ratio import DeviationRatio
-
-# Width of the unknown strip that an open rim stands for, over the distance across which laws are
-# believed. Doubled, a surface with small holes counts as less known.
-_STRIP = 0.5
-# Area of a round hole over the product of its rim and its diameter. Doubled, small holes count
-# twice.
-_OF_HOLE = 0.25
-# Edge of the cubes of a free-form body over those that show its shape, and most cubes along its
-# extent. The first doubled, planning takes a fourth of the time, and small holes are found late;
-# the second, it takes four times as long, and both sides of thinner walls are seen.
-_ROUGH, _FINEST = 4.0 / 3.0, 64
-# Distance from a rim at which a surface in cubes ends there, in edges of the cubes. Doubled, more
-# of what no contour crossed counts as the opening.
-_AT_RIM = 2.0
-# Distances beyond the rim of an opening at which the surface is asked for, in edges of the cubes,
-# and share of these places at which it is known, from which the opening is none: cubes are too
-# coarse for a thin wall or a bend there. Of 103 openings of four bodies 33 had such a share: all
-# but one at most 6 % of the unknown surface that their rims stand for; others had up to half of it.
-# At 0.9 it was up to 12 %. With the distances doubled, the other side of narrow openings is met.
-_BEYOND, _KNOWN = (1.0, 1.5, 2.0), 0.95
-# Distance between places that are listed at the end, in extents. Doubled, fewer places are named.
-_LISTED = 0.1
+from touchatlas.planner.known import DeviationRatio
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,11 +61,23 @@ class Places:
         unscaled = float((self.area * erf(limit / np.sqrt(2.0))).sum())
         return inside, float(self.area.sum() + self.rim_area[counted].sum()), unscaled
 
-    def left(self, tolerance: float, extent: float) -> np.ndarray:
-        """(m, 3) places that are open or not known to a tolerance, far apart from each other for a
-        body of an extent, length, world."""
-        weak = self.points[SURE * self.deviation > tolerance]
-        return _apart_from_each_other(np.concatenate([self.rim, weak]), extent)
+    @property
+    def all(self) -> tuple[np.ndarray, np.ndarray]:
+        """Middles (n, 3) of rims, then of triangles, length, and their normals (n, 3)."""
+        return (
+            np.concatenate([self.rim, self.points]),
+            np.concatenate([self.rim_normals, self.normals]),
+        )
+
+    def left(self, tolerance: float, apart: float) -> np.ndarray:
+        """(m, 3) places that are open or not known to a tolerance, farther from each other than
+        ``apart``, length, world."""
+        vague = self.points[SURE * self.deviation > tolerance]
+        kept: list[np.ndarray] = []
+        for point in np.concatenate([self.rim, vague]):
+            if all(((point - other) ** 2).sum() > apart**2 for other in kept):
+                kept.append(point)
+        return np.reshape(kept, (-1, 3))
 
     def are_large(self, extent: float) -> np.ndarray:
         """(k,) whether each rim is of an opening that is too large for a body of an extent, length,
@@ -120,7 +110,8 @@ def places_of(atlas: Atlas, edge: float | None = None) -> Places:
     length = np.linalg.norm(chord, axis=1)
     outward = _unit(drawn.normals[ends].sum(axis=1))
     middle = vertices[ends].mean(axis=1)
-    left = ~atlas.rims.at(middle, _AT_RIM * planning_edge(atlas))
+    # A surface in cubes ends within two of their edges of its rim.
+    left = ~atlas.rims.at(middle, 2.0 * planning_edge(atlas))
     left &= ~body.beyond(middle, outward)
     if is_smooth(body):
         large = np.flatnonzero(size > LARGEST * body.extent)
@@ -132,6 +123,8 @@ def places_of(atlas: Atlas, edge: float | None = None) -> Places:
     double, normals = np.linalg.norm(normals, axis=1), _unit(normals)
     middles = vertices[faces].mean(axis=1)
     within = ~body.beyond(middles, normals)
+    # Half of what is believed across, or the part of a round hole: a fourth of rim times diameter.
+    strip = np.minimum(0.5 * body.reach, 0.25 * size) * length
     return Places(
         middles[within],
         normals[within],
@@ -139,20 +132,21 @@ def places_of(atlas: Atlas, edge: float | None = None) -> Places:
         0.5 * double[within],
         middle[left],
         outward[left],
-        (np.minimum(_STRIP * body.reach, _OF_HOLE * size) * length)[left],
+        strip[left],
         size[left],
         slope[left],
     )
 
 
 def planning_edge(atlas: Atlas) -> float:
-    """Edge of the cubes that show where the body of an atlas is known, length."""
+    """Edge of the cubes that show where the body of an atlas is known, length. A free-form body is
+    drawn with a half of the cubes that show its shape, and at most 64 along its extent."""
     if atlas.body is None:
         raise ValueError("the atlas has no body; add a touch first")
     body, edge = atlas.body, coarse_edge(atlas.body)
     if not atlas.known_body.is_one:
         return edge
-    return max(min(_ROUGH * edge, WITHIN_REACH * body.reach), body.extent / _FINEST)
+    return max(min(4.0 / 3.0 * edge, WITHIN_REACH * body.reach), body.extent / 64)
 
 
 def _drawn(body: Body, edge: float) -> Surface:
@@ -182,28 +176,19 @@ def _ends(drawn: Surface) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarra
 
 def _are_open(body: Body, rim, away, of) -> np.ndarray:
     """(k,) whether the openings ``of`` (k,) int, to which the middles of rims (k, 3) belong, are
-    real: whether the surface is unknown beyond some of these, at multiples of ``away`` (k, 3),
-    length, along the surface."""
+    real: whether the surface is unknown at more than a twentieth of the places beyond them, at
+    multiples of ``away`` (k, 3), length, along the surface. Cubes are too coarse for a thin wall
+    or a bend elsewhere."""
     known = np.zeros(len(rim))
-    for step in _BEYOND:
-        beside = rim + step * away
-        at = body.field.at(beside, texture=False)
-        known += body.at(beside - at.distance[:, None] * at.normal, texture=False)[1]
+    for step in (1.0, 1.5, 2.0):
+        beyond = rim + step * away
+        at = body.field.at(beyond, texture=False)
+        known += body.at(beyond - at.distance[:, None] * at.normal, texture=False)[1] / 3.0
     of = np.unique(of, return_inverse=True)[1]
-    share = np.bincount(of, known / len(_BEYOND)) / np.bincount(of)
-    return np.asarray(share[of] < _KNOWN)
+    return np.asarray((np.bincount(of, known) / np.bincount(of))[of] < 0.95)
 
 
 def _unit(vectors) -> np.ndarray:
     """(n, 3) unit vectors along vectors (n, 3), or zero."""
     length = np.linalg.norm(vectors, axis=1)
     return np.asarray(vectors / np.maximum(length, np.finfo(float).tiny)[:, None])
-
-
-def _apart_from_each_other(points, extent: float) -> np.ndarray:
-    """(k, 3) the first of points (n, 3) that are far from each other."""
-    kept: list[np.ndarray] = []
-    for point in points:
-        if all(((point - other) ** 2).sum() > (_LISTED * extent) ** 2 for other in kept):
-            kept.append(point)
-    return np.array(kept).reshape(-1, 3)

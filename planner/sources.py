@@ -1,0 +1,251 @@
+"""Sources: where to touch next comes from the first source in ``SOURCES`` that has a target.
+
+A source is a pure function from a View and Places to a Target or None. Another idea of where to
+touch is one more function, and one more line of the list.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from touchatlas.atlas.body.guessed_edges import guessed_edges
+from touchatlas.atlas.body.round_holes import smallest_hole
+from touchatlas.atlas.contouring.body_surface import fine_edge
+from touchatlas.patch.geometry.frame import any_tangent
+from touchatlas.planner.attempts import Target
+from touchatlas.planner.behind_edges import behind_edge
+from touchatlas.planner.places import Places, places_of, planning_edge
+from touchatlas.planner.probe_plan import Reason
+from touchatlas.planner.search import GOLDEN, other_part
+from touchatlas.planner.view import Phase, View, distance_to
+
+Source = Callable[[View, Places], Target | None]
+
+
+def next_target(view: View, places: Places) -> Target | None:
+    """Where to touch next: the target of the first source that has one in the view's phase."""
+    for source, phases in SOURCES:
+        target = source(view, places) if view.phase in phases else None
+        if target is not None:
+            return target
+    return None
+
+
+def closer(view: View, _: Places) -> Target | None:
+    """The place of a touch whose contours were too short for a patch, with shorter arms."""
+    return next(iter(view.attempts.closer), None)
+
+
+def from_known(view: View, _: Places) -> Target | None:
+    """The known sample nearest to a place that the probe missed, with a plane through that place:
+    the contour shows how the surface bends away or ends. None where no sample faces as it does."""
+    pool = view.atlas.pool
+    for missed in view.attempts.missed:
+        facing = np.flatnonzero(pool.normals @ missed.normal > 0.0)
+        if not len(facing):
+            continue
+        offset = missed.point - pool.points[facing]
+        nearest = int((offset * offset).sum(axis=1).argmin())
+        point, normal = pool.points[facing[nearest]], pool.normals[facing[nearest]]
+        away = offset[nearest] - (offset[nearest] @ normal) * normal
+        if away @ away > 0.0:
+            # The first approach may have begun behind an opposite wall.
+            near = 2.0 * view.options.step * view.extent
+            return Target(point, normal, missed.reason, away, near, sought=missed.point)
+    return None
+
+
+def first(view: View, _: Places) -> Target | None:
+    """The start, then 23 places on a spiral about it, across the approach; the golden angle between
+    two leaves no direction out. None while one is not answered."""
+    attempts = view.attempts
+    k, count = attempts.starts, 24
+    if attempts.pending or k == count:
+        return None
+    e1 = any_tangent(attempts.outward)
+    e2 = np.cross(attempts.outward, e1)
+    # Nothing is known of the size. With a scale of five deviations of the noise, 500 scales are
+    # half the extent of a body to which the probe is good to 1/5000.
+    radius, angle = 500.0 * view.atlas.scale * np.sqrt(k / count), GOLDEN * k
+    offset = radius * (np.cos(angle) * e1 + np.sin(angle) * e2)
+    return Target(attempts.start + offset, attempts.outward, Reason.START)
+
+
+def large_opening(view: View, places: Places) -> Target | None:
+    """The rim of an opening that is too large to be closed across, far from all touches."""
+    return _rim(view, places, places.are_large(view.extent))
+
+
+def hidden_hole(view: View, places: Places) -> Target | None:
+    """The place farthest from all samples and attempts where another hole like the smallest of the
+    body may be. None where samples leave no room for one, and on a free-form body.
+
+    A law is believed between samples, but a part that has a hole may have others like it. At the
+    end, holes whose radius is within the tolerance do not matter.
+    """
+    if view.atlas.known_body.is_one or view.atlas.body is None:
+        return None
+    radius = smallest_hole(view.atlas.body)
+    least = view.atlas.tolerance if view.phase is Phase.FINISH else 0.0
+    if not least < radius < np.inf:
+        return None
+    points = places.points
+    away = np.minimum(view.atlas.body.away(points), distance_to(view.done, points))
+    away = np.where(view.is_free(points), away, 0.0)
+    if not away.max(initial=0.0) > max(radius, view.options.levels.hidden_hole * view.extent):
+        return None
+    best = int(away.argmax())
+    return Target(points[best], places.normals[best], Reason.VERIFY)
+
+
+def vague_surface(view: View, places: Places) -> Target | None:
+    """The place about which a touch can take most of the variance: of its integral over the surface
+    about it. None where all places are near touches or attempts, or much surer than a sample."""
+    levels = view.options.levels
+    least = levels.surest * view.atlas.sample_std
+    gain = places.area * np.maximum(places.deviation**2 - least**2, 0.0)
+    free = np.flatnonzero((gain > 0.0) & view.is_free(places.points))
+    if not len(free):
+        return None
+    best = largest_sum_about(places.points, gain, free, levels.about * view.extent)
+    return Target(places.points[best], places.normals[best], Reason.REFINE)
+
+
+def small_hole(view: View, places: Places) -> Target | None:
+    """The rim of any opening, large or small."""
+    return _rim(view, places, np.ones(len(places.rim), bool))
+
+
+def baseline(view: View, places: Places) -> Target | None:
+    """The place that the baseline of the options' name chooses."""
+    return BASELINES[view.options.name](view, places)
+
+
+def unsure_rim(view: View, _: Places) -> Target | None:
+    """The place half-way between two ends of contours at a rim where the rim is least sure; None
+    where none is left that is less sure than the tolerance, and than touches are apart."""
+    limit = max(view.atlas.tolerance, view.options.levels.apart * view.extent)
+    points, normals, apart = view.atlas.rims.unsure(limit)
+    apart = np.where(view.is_free(points), apart, 0.0)
+    if not apart.max(initial=0.0) > 0.0:
+        return None
+    best = int(apart.argmax())
+    return Target(points[best], normals[best], Reason.REFINE)
+
+
+def guessed_edge(view: View, _: Places) -> Target | None:
+    """The middle of an edge that is drawn sharp by a guess, the one nearest to the last touch."""
+    if view.atlas.body is None:
+        return None
+    edges = guessed_edges(view.atlas.body, view.atlas.tolerance)
+    free = np.flatnonzero(view.is_free(edges.points))
+    if not len(free):
+        return None
+    nearest = free[view.nearest(edges.points[free])]
+    return Target(edges.points[nearest], edges.normals[nearest], Reason.REFINE)
+
+
+def hole_in_fine_surface(view: View, places: Places) -> Target | None:
+    """The rim of a hole of the surface as it is drawn at the end, finely, which would be off by
+    more than the tolerance where it is closed."""
+    atlas = view.atlas
+    if atlas.body is None:
+        return None
+    edge = fine_edge(atlas.body, atlas.options.facets * atlas.tolerance)
+    if edge < planning_edge(atlas):
+        places = places_of(atlas, edge)
+    return _rim(view, places, places.stay_open(atlas.tolerance, view.extent))
+
+
+def random(view: View, places: Places) -> Target | None:
+    """Baseline: a place at random, each with its share of the area."""
+    points, _ = places.all
+    share = np.cumsum(np.concatenate([places.rim_area, places.area]) * view.is_free(points))
+    if not len(share) or not share[-1] > 0.0:
+        return None
+    return _at(places, int(np.searchsorted(share, view.draw * share[-1], side="right")))
+
+
+def farthest(view: View, places: Places) -> Target | None:
+    """Baseline: the place farthest from all touches, whether anything is known there or not."""
+    points, _ = places.all
+    away = np.where(view.is_free(points), distance_to(view.touched, points), 0.0)
+    return _at(places, int(away.argmax())) if away.max(initial=0.0) > 0.0 else None
+
+
+def variance(view: View, places: Places) -> Target | None:
+    """Baseline: the place of largest predicted variance; first where nothing is known, next to the
+    last touch."""
+    free = np.flatnonzero(view.is_free(places.rim))
+    if len(free):
+        return _at(places, int(free[view.nearest(places.rim[free])]))
+    vague = np.where(view.is_free(places.points), places.deviation, 0.0)
+    if not vague.max(initial=0.0) > 0.0:
+        return None
+    return _at(places, len(places.rim) + int(vague.argmax()))
+
+
+def largest_sum_about(points, values, asked, radius: float) -> int:
+    """Of the places ``asked`` (k,) int about which the sum of values (n,) at points (n, 3) within a
+    radius, length, is largest. The largest value in each cube of that edge is compared.
+
+    Examples
+    --------
+    >>> points = np.array([[0.0, 0, 0], [4, 0, 0], [5, 0, 0]])
+    >>> largest_sum_about(points, np.array([1.5, 1, 1]), np.arange(3), 2.0)
+    1
+    """
+    # No wall of the cubes passes places on a lattice.
+    offset = np.array([0.31, 0.43, 0.37])
+    cube = np.floor((points[asked] - points.min(axis=0)) / radius + offset).astype(np.int64)
+    order = np.lexsort((-values[asked], *cube.T))
+    new = np.append(True, (np.diff(cube[order], axis=0) != 0).any(axis=1))
+    compared = np.sort(asked[order[new]])
+    near = cKDTree(points).query_ball_point(points[compared], radius)
+    return int(compared[np.argmax([values[some].sum() for some in near])])
+
+
+def _rim(view: View, places: Places, some) -> Target | None:
+    """The place at ``some`` (k,) bool of the rims that teaches most for its cost: the square of its
+    distance to all touches, and attempts in vain, over the way from the last touch. None where all
+    of them are near touches or attempts."""
+    levels, extent = view.options.levels, view.extent
+    free = np.flatnonzero(some & view.is_free(places.rim))
+    if not len(free):
+        # What is left of the rims are small holes, which may lie next to a touch.
+        free = np.flatnonzero(some & (view.apart(places.rim) > 0.25 * levels.apart * extent))
+    if not len(free):
+        return None
+    points, in_vain = places.rim[free], np.reshape(view.attempts.in_vain, (-1, 3))
+    away = distance_to(np.concatenate([view.touched, in_vain]), points)
+    travel = np.linalg.norm(points - view.touched[-1], axis=1)
+    return _at(places, int(free[(away**2 / (levels.set_up * extent + travel)).argmax()]))
+
+
+def _at(places: Places, number: int) -> Target:
+    """The target at one of all places, rims first."""
+    points, normals = places.all
+    reason = Reason.EXPAND if number < len(places.rim) else Reason.REFINE
+    return Target(points[number], normals[number], reason)
+
+
+BASELINES: dict[str, Source] = {rule.__name__: rule for rule in (random, farthest, variance)}
+
+_KNOWN_BODY = (Phase.GROW, Phase.COMPARE, Phase.FINISH, Phase.END)
+# The order in which sources have their say, and the phases in which each has one.
+SOURCES: tuple[tuple[Source, tuple[Phase, ...]], ...] = (
+    (closer, tuple(Phase)),
+    (from_known, tuple(Phase)),
+    (first, (Phase.FIRST,)),
+    (behind_edge, _KNOWN_BODY),
+    (large_opening, (Phase.GROW, Phase.FINISH)),
+    (hidden_hole, (Phase.GROW, Phase.FINISH)),
+    (vague_surface, (Phase.GROW,)),
+    (small_hole, (Phase.GROW,)),
+    (baseline, (Phase.COMPARE,)),
+    (unsure_rim, (Phase.FINISH,)),
+    (guessed_edge, (Phase.FINISH,)),
+    (hole_in_fine_surface, (Phase.FINISH,)),
+    (other_part, _KNOWN_BODY),
+)

@@ -1,0 +1,317 @@
+"""Sources: which of some places is touched next, on places made by hand."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.spatial.distance import cdist
+
+from tests.explored import explored
+from tests.lawful import BORE, known_body
+from touchatlas.atlas import Atlas
+from touchatlas.atlas.body.guessed_edges import GuessedEdges
+from touchatlas.atlas.body.known_body import KnownBody
+from touchatlas.atlas.body.round_holes import smallest_hole
+from touchatlas.planner import Planner, PlannerOptions, Reason
+from touchatlas.planner import sources as listed
+from touchatlas.planner.attempts import Attempts, Pending, Target
+from touchatlas.planner.places import Places, places_of
+from touchatlas.planner.sources import (
+    SOURCES,
+    guessed_edge,
+    hidden_hole,
+    largest_sum_about,
+    next_target,
+)
+from touchatlas.planner.view import Phase, View
+
+UP = np.array([0.0, 0.0, 1.0])
+NOWHERE = np.zeros((0, 3))
+EXTENT = 10.0
+# Places along x, known to 1 to 5 hundredths; the last two are next to each other.
+PLACES = np.array([[0.0, 0, 0], [2.0, 0, 0], [4.0, 0, 0], [6.0, 0, 0], [6.1, 0, 0]])
+DEVIATION = np.array([0.01, 0.05, 0.03, 0.04, 0.04])
+# Middles of the rim of a large opening, and of a hole of a fiftieth of the extent.
+RIM = np.array([[9.0, 1, 0], [9.0, 4, 0], [3.0, 0, 0]])
+SIZE = np.array([5.0, 5.0, 0.2])
+
+
+def places(deviation=DEVIATION, rim=RIM, size=SIZE) -> Places:
+    count, ends = len(deviation), len(rim)
+    return Places(
+        PLACES[:count],
+        np.tile(UP, (count, 1)),
+        np.asarray(deviation, float),
+        np.ones(count),
+        np.reshape(rim, (-1, 3)),
+        np.tile(UP, (ends, 1)),
+        np.ones(ends),
+        np.asarray(size, float),
+        np.zeros(ends),
+    )
+
+
+class Sized(View):
+    """A view of a body whose extent is given, not measured from samples."""
+
+    extent = EXTENT
+
+
+def view(touched=((0.0, 0.0, 0.0),), pending=(), in_vain=(), phase=Phase.GROW, **options) -> View:
+    attempts = Attempts(np.zeros(3), UP)
+    attempts.touched = [np.asarray(point, float) for point in touched]
+    attempts.in_vain = [np.asarray(point, float) for point in in_vain]
+    attempts.tried = list(attempts.in_vain)
+    for number, point in enumerate(pending):
+        attempts.pending[number] = Pending(None, Target(np.array(point), UP, Reason.REFINE))
+    return Sized(Atlas(0.1), PlannerOptions(**options), attempts, phase)
+
+
+def baseline(name: str, seen: View, places: Places) -> Target | None:
+    options = PlannerOptions(name=name)
+    return next_target(replace(seen, phase=Phase.COMPARE, options=options), places)
+
+
+def closed(deviation=DEVIATION) -> Places:
+    return places(deviation, NOWHERE, np.zeros(0))
+
+
+def test_a_large_opening_is_touched_first_and_far_from_touches():
+    """Of two middles of its rim the farther one: the square of the distance grows faster than the
+    way to it."""
+    target = next_target(view(), places())
+    assert target.reason is Reason.EXPAND
+    assert target.point.tolist() == RIM[1].tolist() and target.normal.tolist() == UP.tolist()
+
+
+def test_an_opening_that_was_reached_in_vain_is_touched_elsewhere():
+    """Attempts in vain count as reached: the other middle is farther from all of them then."""
+    target = next_target(view(in_vain=[RIM[1]]), places())
+    assert target.point.tolist() == RIM[0].tolist()
+
+
+def test_where_the_surface_is_closed_a_touch_takes_most_of_the_variance():
+    """Two places of 0.04 next to each other hold 0.0032, more than one of 0.05 with 0.0025. What a
+    few samples would know is taken off: three tenths of a sample's deviation, 0.006, at each."""
+    target = next_target(view(), closed())
+    assert target.reason is Reason.REFINE
+    assert target.point.tolist() in PLACES[3:].tolist()
+
+
+def test_places_that_are_surer_than_samples_need_no_touch():
+    """A sample's deviation is 0.02 without noise, the lack of fit that is borne; three tenths of it
+    are 0.006."""
+    assert view().atlas.sample_std == pytest.approx(0.02)
+    assert next_target(view(), closed(np.full(5, 0.0059))) is None
+    assert next_target(view(), closed(np.full(5, 0.0061))) is not None
+
+
+def test_small_holes_come_last():
+    """A hole of a fiftieth of the extent waits until all else is known."""
+    one_hole = RIM[2:], SIZE[2:]
+    assert next_target(view(), places(DEVIATION, *one_hole)).reason is Reason.REFINE
+    target = next_target(view(), places(np.full(5, 0.001), *one_hole))
+    assert target.reason is Reason.EXPAND and target.point.tolist() == RIM[2].tolist()
+
+
+def test_where_all_was_tried_there_is_no_target():
+    everywhere = view(np.concatenate([PLACES, RIM]))
+    for phase in Phase.GROW, Phase.FINISH, Phase.END:
+        assert next_target(replace(everywhere, phase=phase), places()) is None
+    for name in "random", "farthest", "variance":
+        assert baseline(name, everywhere, places()) is None
+
+
+def test_pending_plans_keep_others_ten_times_as_far_away():
+    """2 % of the extent is 0.2, and a tenth of the distance to a pending plan counts: places within
+    2 of it are not free."""
+    target = next_target(view(pending=[[5.0, 0.0, 0.0]]), closed())
+    assert target.point.tolist() == PLACES[1].tolist()
+
+
+def test_random_touches_each_place_by_its_share_of_the_area():
+    """A place of half the area is drawn half of the time: 400 even draws are off by one at most."""
+    some = replace(closed(), area=np.array([1.0, 1.0, 1.0, 1.0, 4.0]))
+    draws, far = (np.arange(400) + 0.5) / 400, view([[0.0, 50.0, 0.0]])
+    drawn = [baseline("random", replace(far, draw=draw), some).point.tolist() for draw in draws]
+    assert abs(drawn.count(PLACES[4].tolist()) - 200) <= 1
+    # Places that were touched are not drawn.
+    drawn = [baseline("random", replace(view(), draw=d), closed()).point.tolist() for d in draws]
+    assert PLACES[0].tolist() not in drawn and PLACES[1].tolist() in drawn
+    with pytest.raises(ValueError, match="the planner random needs rng"):
+        Planner(np.zeros(3), UP, PlannerOptions(name="random"))
+
+
+def test_farthest_is_the_place_farthest_from_all_touches():
+    """Of rims and known places alike."""
+    assert baseline("farthest", view(), places()).point.tolist() == RIM[1].tolist()
+    target = baseline("farthest", view(), closed())
+    assert target.point.tolist() == PLACES[4].tolist() and target.reason is Reason.REFINE
+
+
+def test_variance_is_the_rim_next_to_the_last_touch_and_else_the_least_sure_place():
+    last = view([[0.0, 0.0, 0.0], [8.0, 2.0, 0.0]])
+    assert baseline("variance", last, places()).point.tolist() == RIM[0].tolist()
+    target = baseline("variance", view(), closed())
+    assert target.point.tolist() == PLACES[1].tolist() and target.reason is Reason.REFINE
+
+
+def test_a_rule_that_is_none_is_refused_with_those_that_are():
+    with pytest.raises(ValueError, match="tolerance, random, farthest, variance"):
+        PlannerOptions(name="gpis")
+
+
+def test_the_nearest_edge_that_is_drawn_by_a_guess_is_touched(monkeypatch):
+    """Until it is touched, or was tried in vain; then the next one."""
+    found = GuessedEdges(PLACES[[3, 1]], np.tile(UP, (2, 1)), 1.0)
+    monkeypatch.setattr(listed, "guessed_edges", lambda body, tolerance: found)
+    body = KnownBody(body=SimpleNamespace(with_air=lambda ways: SimpleNamespace()))
+
+    def target(*touched):
+        seen = view([[0.0, 0.0, 0.0], *touched])
+        seen.atlas.know(body)
+        return guessed_edge(seen, closed())
+
+    assert target().point.tolist() == PLACES[1].tolist()
+    assert target().normal.tolist() == UP.tolist()
+    assert target(PLACES[1]).point.tolist() == PLACES[3].tolist()
+    assert target(PLACES[1], PLACES[3]) is None
+    assert guessed_edge(view(), closed()) is None
+
+
+# Distances of the first four places from samples.
+AWAY = np.array([0.2, 0.6, 1.0, 0.4])
+
+
+def verified(monkeypatch, radius: float, tried=(), is_one: bool = False, phase=Phase.GROW):
+    """The target of ``hidden_hole`` on a body whose smallest hole has a radius."""
+    monkeypatch.setattr(listed, "smallest_hole", lambda body: radius)
+    seen = view([[0.0, 50.0, 0.0]], in_vain=tried, phase=phase)
+    body = SimpleNamespace(away=lambda points: AWAY[: len(points)])
+    atlas = SimpleNamespace(
+        body=body, known_body=SimpleNamespace(is_one=is_one), tolerance=seen.atlas.tolerance
+    )
+    return hidden_hole(replace(seen, atlas=atlas), closed(DEVIATION[:4]))
+
+
+def test_where_a_hole_may_be_hidden_the_place_farthest_from_samples_is_verified(monkeypatch):
+    found = verified(monkeypatch, 0.5)
+    assert found.reason is Reason.VERIFY and found.point.tolist() == PLACES[2].tolist()
+
+
+def test_an_attempt_counts_as_a_sample_met_or_not(monkeypatch):
+    """One that is 0.48 away from the farthest place leaves no room for a hole of 0.5 there."""
+    found = verified(monkeypatch, 0.5, tried=[[4.0, 0.48, 0.0]])
+    assert found.point.tolist() == PLACES[1].tolist()
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        {"radius": 1.1},
+        {"radius": np.inf},
+        {"radius": 0.09, "phase": Phase.FINISH},
+        {"radius": 0.5, "is_one": True},
+    ],
+    ids=["no room", "no hole", "within the tolerance at the end", "free-form"],
+)
+def test_elsewhere_nothing_is_verified(monkeypatch, other):
+    assert verified(monkeypatch, **other) is None
+
+
+def test_holes_within_the_tolerance_are_looked_for_until_the_surface_is_known(monkeypatch):
+    """So that touches to a looser tolerance are the first of those to a tighter one."""
+    assert verified(monkeypatch, 0.09).point.tolist() == PLACES[2].tolist()
+
+
+def test_holes_below_a_fortieth_of_the_extent_are_looked_for_as_if_they_were_larger(monkeypatch):
+    """0.25 of 10: a place 0.2 away from samples is not verified, one 0.4 away is."""
+    assert verified(monkeypatch, 0.1, PLACES[1:]) is None
+    assert verified(monkeypatch, 0.1, PLACES[1:3]).point.tolist() == PLACES[3].tolist()
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e-3])
+def test_the_smallest_hole_is_the_bore_of_a_tube(scale):
+    """Its outer side is no hole."""
+    assert smallest_hole(known_body("tube", 40, scale)) == pytest.approx(scale * BORE, rel=0.02)
+
+
+@pytest.mark.parametrize("name", ["box", "cylinder", "widely filleted"])
+def test_a_body_without_a_bore_has_no_hole(name):
+    """The outer side of a cylinder is none, and a fillet is a rounded edge."""
+    assert smallest_hole(known_body(name, 40)) == np.inf
+
+
+def test_half_of_a_bore_is_no_hole():
+    body = known_body("tube", 40)
+    faces = body.faces
+    bore = next(f for f in faces.faces if f.law and f.law.words.startswith("hollow"))
+    half = bore.samples[faces.normals[bore.samples, 0] > 0.0]
+    others = [replace(f, samples=half) if f is bore else f for f in faces.faces]
+    cut = SimpleNamespace(faces=replace(faces, faces=tuple(others)))
+    assert smallest_hole(cut) == np.inf
+
+
+def vague_places(seed: int):
+    """Places (2000, 3) on two sides of a wall, with values that grow towards some of them."""
+    rng = np.random.default_rng(seed)
+    points = rng.uniform(-1.0, 1.0, (2000, 3)) * [1.0, 1.0, 0.0]
+    points[::2, 2] = 0.05
+    vague = rng.uniform(-1.0, 1.0, (5, 3))
+    return points, np.exp(-4.0 * cdist(points, vague).min(axis=1)) * rng.uniform(0.5, 1.5, 2000)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_sum_about_a_place_is_nearly_the_largest(seed):
+    """One place in each cube of a radius is compared, so that some place compared is within a
+    diagonal of the best: with values that fall by e in 1.25 radii, at least 0.8 of its sum."""
+    points, values = vague_places(seed)
+    asked = np.flatnonzero(points[:, 0] < 0.7)
+    sums = (cdist(points[asked], points) <= 0.2) @ values
+    found = largest_sum_about(points, values, asked, 0.2)
+    assert sums[asked == found] >= 0.8 * sums.max()
+
+
+@pytest.mark.parametrize("scale", [3.0, 25.4, 1e-3, 1024.0])
+def test_the_largest_sum_stays_where_it_is_when_lengths_are_scaled(scale):
+    """No place of a lattice lies on a wall of the cubes."""
+    axis = 0.05 * np.arange(21)
+    points = np.array([(x, y, z) for x in axis for y in axis for z in (0.0, 0.05)])
+    values = 1.0 + 0.05 * points[:, 0] + np.random.default_rng(0).uniform(0.0, 0.02, len(points))
+    asked = np.arange(len(points))
+    found = largest_sum_about(points, values, asked, 0.29)
+    assert largest_sum_about(scale * points, values, asked, scale * 0.29) == found
+
+
+def test_the_order_is_one_list_without_repeats():
+    sources = [source for source, _ in SOURCES]
+    assert isinstance(SOURCES, tuple) and len(set(sources)) == len(sources)
+    assert {phase for _, phases in SOURCES for phase in phases} == set(Phase)
+
+
+@pytest.mark.parametrize("phase", list(Phase))
+def test_a_source_gives_the_same_target_of_the_same_view_and_changes_nothing(phase):
+    """Each source alone, on a bottle: twice the same target, from arrays that may not be written,
+    and the target of the list is that of its first source that has one."""
+    found = explored("bottle")
+    attempts = Attempts(np.array([0.0, 0.0, 90.0]), UP)
+    attempts.touched = [touch.contact for touch in found.touches[:4]]
+    attempts.missed = [Target(np.array([0.0, 90.0, 0.0]), np.array([0.0, 1.0, 0.0]), Reason.EXPAND)]
+    places = places_of(found.atlas)
+    for array in vars(places).values():
+        array.flags.writeable = False
+    options = PlannerOptions(name="random" if phase is Phase.COMPARE else "tolerance", search=1)
+    before, seen = repr(attempts), View(found.atlas, options, attempts, phase, 0.5)
+    targets = [source(seen, places) for source, phases in SOURCES if phase in phases]
+    again = [source(seen, places) for source, phases in SOURCES if phase in phases]
+    for one, other in zip(targets, again, strict=True):
+        assert (one is None) == (other is None)
+        assert one is None or _numbers(one) == _numbers(other)
+    first = next(target for target in targets if target is not None)
+    assert _numbers(next_target(seen, places)) == _numbers(first)
+    assert repr(attempts) == before
+
+
+def _numbers(target: Target) -> list:
+    return [np.asarray(value).tolist() for value in vars(target).values() if value is not None]
