@@ -93,6 +93,8 @@ class Attempts:
         What is to be touched again with shorter arms, and from a known sample.
     ends : list of (3,) float, length, world
         Ends of contours at edges, once for each guess behind them.
+    bends : list of (2, 3) float
+        Points before sharp bends at which arms ended, length, and the directions of the arms.
     rays : list of (2, 3) float
         Point, length, and direction, unit, of each approach in search of other parts.
     """
@@ -110,6 +112,7 @@ class Attempts:
     closer: list[Target] = field(default_factory=list)
     missed: list[Target] = field(default_factory=list)
     ends: list[np.ndarray] = field(default_factory=list)
+    bends: list[np.ndarray] = field(default_factory=list)
     rays: list[np.ndarray] = field(default_factory=list)
 
     @property

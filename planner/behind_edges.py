@@ -1,14 +1,18 @@
-"""Behind edges: guesses where the face behind the end of a contour at an edge may be touched."""
+"""Behind edges and bends: where contours end there, the surface beyond is touched from outside."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from touchatlas.atlas.atlas import Atlas
+from touchatlas.atlas.records.touch import Touch
 from touchatlas.atlas.samples.sample_pool import SamplePool
+from touchatlas.patch.geometry.arrays import cross
+from touchatlas.patch.geometry.contour import Contour, ContourEnd
 from touchatlas.planner.attempts import Target
+from touchatlas.planner.clearance import approach_within
 from touchatlas.planner.places import Places
-from touchatlas.planner.probe_plan import Reason
+from touchatlas.planner.probe_plan import ProbePlan, Reason
 from touchatlas.planner.view import View
 
 # Guesses in turn: whether the edge is convex, and how far from it to touch, in reaches. The near
@@ -100,3 +104,49 @@ def _end(pool: SamplePool, i: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, 
     if not size > 0.0:
         return None
     return point, tangent / size, normal, float(away[before[-1]]) / len(before)
+
+
+def bend_near(target: Target, view: View) -> Target:
+    """A target where the surface ends; instead of it the nearest sharp bend, from outside, where
+    three arms or more ended before one: arms of a touch there would end before the bend, too.
+
+    A bend in an oblique plane may be that of its contour alone. What faces the bend, as at the
+    bottom of a groove, stands in the way from outside.
+    """
+    bends = np.reshape(view.attempts.bends, (-1, 2, 3))
+    away = np.linalg.norm(bends[:, 0] - target.point, axis=1)
+    near = away <= view.options.levels.about * view.extent
+    free = np.flatnonzero(near & view.is_free(bends[:, 0]))
+    if np.count_nonzero(near) < 3 or not len(free):
+        return target
+    point, ahead = bends[free[away[free].argmin()]]
+    if approach_within(view.atlas, point, ahead, view.options.levels.about * view.extent) > 0.0:
+        return target
+    return Target(point, ahead, Reason.EXPAND)
+
+
+def sharp_bends(touch: Touch, plan: ProbePlan) -> list[np.ndarray]:
+    """Points before sharp bends at the ends of the contours of a touch, and the directions of the
+    arms there: (2, 3) each, length and unit, world."""
+    found = (_bend(touch, plan, one, last) for one in touch.contours for last in (False, True))
+    return [bend for bend in found if bend is not None]
+
+
+def _bend(touch: Touch, plan: ProbePlan, contour: Contour, last: bool) -> np.ndarray | None:
+    """The bend (2, 3) at the first or last end of a contour: an arm that turned away though it had
+    turned by 45 degrees less than it may would have turned as far within one step."""
+    contact = int(((contour.points - touch.contact) ** 2).sum(axis=1).argmin())
+    arm = contour.points[contact:] if last else contour.points[contact::-1]
+    if contour.ends[last] is not ContourEnd.TURNED_AWAY or len(arm) < 3:
+        return None
+    chords = np.array([arm[1] - arm[0], arm[-1] - arm[-2]])
+    lengths = np.linalg.norm(chords, axis=1)
+    if not lengths.min() > 0.0:
+        return None
+    first, ahead = chords / lengths[:, None]
+    if np.arccos(np.clip(first @ ahead, -1.0, 1.0)) > plan.max_turn - np.pi / 4.0:
+        return None
+    outward = cross(contour.plane.normal, np.array([first, ahead]))
+    outward *= 1.0 if outward[0] @ touch.approach > 0.0 else -1.0
+    # An eighth of a step inside the surface before the bend, the probe meets the bend itself.
+    return np.array([arm[-1] - plan.step / 8.0 * outward[1], ahead])

@@ -127,11 +127,11 @@ class PlannerOptions:
                 "length more than the radius"
             )
         limits = {"coverage": 1.0, "reach": 10.0, "step": 0.2, "max_turn": np.pi}
-        for name, most in {**limits, "step_turn": np.pi}.items():
+        for name, limit in {**limits, "step_turn": np.pi}.items():
             value = getattr(self, name)
-            if not 0.0 < real(value) < most:
+            if not 0.0 < real(value) < limit:
                 raise ValueError(
-                    f"{name} is {value!r}; it must be greater than 0 and less than {most:.4g}"
+                    f"{name} is {value!r}; it must be greater than 0 and less than {limit:.4g}"
                 )
         if not 4.0 * self.step <= self.reach:
             raise ValueError(

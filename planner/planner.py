@@ -8,6 +8,7 @@ from touchatlas.atlas.atlas import Atlas, AtlasChange
 from touchatlas.atlas.records.touch import Touch
 from touchatlas.patch.geometry.arrays import check_unit, frozen_array
 from touchatlas.planner.attempts import Attempts, Target
+from touchatlas.planner.behind_edges import sharp_bends
 from touchatlas.planner.clearance import is_reachable
 from touchatlas.planner.known import DeviationRatio, KnownArea, structure_of
 from touchatlas.planner.options import TOLERANCE, PlannerOptions
@@ -126,7 +127,8 @@ class Planner:
         ValueError
             See ``check_answer``.
         """
-        check_answer(self._attempts.plans, touch, change)
+        plan = check_answer(self._attempts.plans, touch, change)
+        self._attempts.bends += sharp_bends(touch, plan)
         self._attempts.answer(touch, change)
         self._ratio.learn(change.innovations)
 
@@ -159,7 +161,8 @@ class Planner:
             view = self._view(atlas, draw)
             target = self._target(view, places)
             if target is None:
-                return self._end(view, places)
+                self._end(view, places)
+                return None
             if is_reachable(atlas, target.point, target.normal, self.options):
                 return target
             self._attempts.leave(target)

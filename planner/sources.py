@@ -14,7 +14,7 @@ from touchatlas.atlas.body.round_holes import smallest_hole
 from touchatlas.atlas.contouring.body_surface import fine_edge
 from touchatlas.patch.geometry.frame import any_tangent
 from touchatlas.planner.attempts import Target
-from touchatlas.planner.behind_edges import behind_edge
+from touchatlas.planner.behind_edges import behind_edge, bend_near
 from touchatlas.planner.places import Places, places_of, planning_edge
 from touchatlas.planner.probe_plan import Reason
 from touchatlas.planner.search import GOLDEN, other_part
@@ -73,8 +73,10 @@ def first(view: View, _: Places) -> Target | None:
 
 
 def large_opening(view: View, places: Places) -> Target | None:
-    """The rim of an opening that is too large to be closed across, far from all touches."""
-    return _rim(view, places, places.are_large(view.extent))
+    """The rim of an opening that is too large to be closed across, far from all touches; the bend
+    there, from outside, where arms ended before a sharp one."""
+    target = _rim(view, places, places.are_large(view.extent))
+    return None if target is None else bend_near(target, view)
 
 
 def hidden_hole(view: View, places: Places) -> Target | None:

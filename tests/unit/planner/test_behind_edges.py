@@ -1,4 +1,4 @@
-"""Behind edges: what lies behind the ends of contours that stop there is guessed, and found."""
+"""Behind edges and bends: what lies behind the ends of contours is found from outside."""
 
 import numpy as np
 import pytest
@@ -7,10 +7,16 @@ from tests.flat import UP
 from tests.sharp import explored_faces
 from touchatlas.atlas import Atlas, Touch, TouchStatus
 from touchatlas.patch import Contour, ContourEnd, SamplingPlane
-from touchatlas.planner import PlannerOptions, Reason, StopReason
+from touchatlas.planner import PlannerOptions, ProbePlan, Reason, StopReason
 from touchatlas.planner import behind_edges as module
-from touchatlas.planner.attempts import Attempts
-from touchatlas.planner.behind_edges import EdgeEnds, behind_edge, unknown_ends
+from touchatlas.planner.attempts import Attempts, Target
+from touchatlas.planner.behind_edges import (
+    EdgeEnds,
+    behind_edge,
+    bend_near,
+    sharp_bends,
+    unknown_ends,
+)
 from touchatlas.planner.places import places_of
 from touchatlas.planner.view import View
 
@@ -100,3 +106,65 @@ def test_a_probe_that_stops_at_edges_finds_all_faces_of_a_cube():
     assert len(sides) == 6
     assert found.atlas.pool.edges.sum() > len(found.touches)
     assert not len(unknown_ends(found.atlas).points)
+
+
+FORWARD, SIDE, STEP_LENGTH = np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]), 0.1
+FLAT = STEP_LENGTH * np.arange(-8, 9)[:, None] * FORWARD
+
+
+def bends(points, end=ContourEnd.TURNED_AWAY, approach=UP) -> list[np.ndarray]:
+    """The bends at the end of a contour through the origin, in the plane y = 0."""
+    plane = SamplingPlane(np.zeros(3), SIDE)
+    contour = Contour(points, plane, 1e-3, (ContourEnd.LENGTH_REACHED, end))
+    touch = Touch(0, np.zeros(3), approach, (contour,), TouchStatus.TOUCHED, 1.0, 0.0)
+    turn = 2.0 * np.pi / 3.0
+    plan = ProbePlan(0, np.zeros(3), UP, (plane,), 1.0, STEP_LENGTH, turn, Reason.EXPAND)
+    return sharp_bends(touch, plan)
+
+
+@pytest.mark.parametrize("outward", [UP, -UP])
+def test_a_flat_arm_that_turned_away_ends_before_a_bend(outward):
+    """An eighth of a step inside the last sample, on either side of a plate."""
+    ((point, ahead),) = bends(FLAT, approach=outward)
+    assert ahead == pytest.approx(FORWARD)
+    assert point == pytest.approx(FLAT[-1] - STEP_LENGTH / 8.0 * outward)
+
+
+@pytest.mark.parametrize("steps", [1.5, 2.0, 3.0, 4.0, 6.0])
+def test_an_arm_that_turned_gradually_ends_before_no_bend(steps):
+    """On a circle of some steps an arm turns by 110 degrees, with a sample each 15 or less."""
+    angles = np.linspace(-0.5, np.deg2rad(110.0), int(2.5 * max(steps, 4.0)))
+    angles -= angles[np.abs(angles).argmin()]
+    circle = np.column_stack([np.sin(angles), 0.0 * angles, np.cos(angles) - 1.0])
+    assert not bends(steps * STEP_LENGTH * circle)
+
+
+def test_an_arm_that_ended_for_another_reason_shows_no_bend():
+    for end in ContourEnd:
+        assert len(bends(FLAT, end)) == (end is ContourEnd.TURNED_AWAY)
+
+
+def near_bends(count: int, wall=None, tried=()) -> Target:
+    """The target for a rim at (1, 0, 0) next to so many bends ahead of it along x; a ``wall`` of
+    samples at x = 1.1 has that normal."""
+    atlas = at_edge()
+    if wall is not None:
+        atlas.pool.add(np.array([[1.1, 0, 0]]), wall[None], SIDE[None], False, 1e-3)
+    attempts = Attempts(np.zeros(3), UP, tried=list(tried))
+    attempts.bends = [np.array([[1.0 + 0.02 * k, 0, 0], FORWARD]) for k in range(count)]
+    target = Target(np.array([1.0, 0.0, 0.0]), UP, Reason.EXPAND)
+    return bend_near(target, View(atlas, PlannerOptions(), attempts))
+
+
+def test_a_rim_at_three_sharp_bends_is_touched_from_outside():
+    """At the nearest of them, against the way of its arm; at two it is touched from above."""
+    assert near_bends(3).normal == pytest.approx(FORWARD)
+    assert near_bends(3).point == pytest.approx(FORWARD)
+    assert near_bends(2).normal == pytest.approx(UP)
+
+
+def test_a_rim_is_touched_from_above_where_all_bends_were_tried_or_a_wall_stands_ahead():
+    """As at the bottom of a groove. The far side of a rim faces away from the arm."""
+    assert near_bends(3, tried=[FORWARD]).normal == pytest.approx(UP)
+    assert near_bends(3, wall=-FORWARD).normal == pytest.approx(UP)
+    assert near_bends(3, wall=FORWARD).normal == pytest.approx(FORWARD)
