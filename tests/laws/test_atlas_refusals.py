@@ -220,9 +220,8 @@ def test_options_that_cannot_work_are_refused(wrong):
     [
         {"degree": 4.0},
         {"degree": None},
-        {"degree": 50},
-        {"core": "x"},
-        {"core": None},
+        *({"degree": degree} for degree in (-1, 0, 1, 2.5, 7, 50)),
+        *({"core": core} for core in ("x", None, 0.0, -1.0, 2.0, np.nan)),
         {"height_only": "no"},
         {"adaptive": 1},
     ],

@@ -6,13 +6,11 @@ import numpy as np
 import pytest
 
 from tests.truths import (
-    ball_height,
     graph_contours,
 )
 from touchatlas.patch import (
     Contour,
     ContourEnd,
-    FitOptions,
     Penalty,
     SamplingPlane,
     UnfitError,
@@ -125,18 +123,6 @@ def test_local_points_are_rows_of_two_finite_numbers(points, words):
         assert len(method(np.zeros((0, 2)))) == 0
 
 
-@pytest.mark.parametrize("degree", [-1, 0, 1, 2.5, 7])
-def test_a_degree_without_curvature_or_with_more_terms_than_samples_is_refused(degree):
-    with pytest.raises(ValueError, match="integer from 2 to 6"):
-        FitOptions(degree)
-
-
-@pytest.mark.parametrize("core", [0.0, -1.0, 2.0, np.nan])
-def test_a_core_that_is_no_fraction_is_refused(core):
-    with pytest.raises(ValueError, match="fraction"):
-        FitOptions(core=core)
-
-
 def test_contours_that_go_nowhere_are_refused():
     still = tuple(replace(c, points=np.zeros((9, 3))) for c in bowl())
     for point in (ORIGIN, np.array([0.1, 0.0, 0.0])):
@@ -159,11 +145,20 @@ def test_a_radius_limit_below_the_sampling_is_refused():
         fit_patch(points, bowl(), UP, radius_limit=1e-3)
 
 
-def test_two_directions_of_many_sections_are_too_few():
-    """Singular but for rounding, which overflowed."""
-    for angles in ([0.0, 0.0, np.pi / 2], [0.0, np.pi / 2, 0.0, np.pi / 2, 0.0]):
-        with pytest.raises(UnfitError, match="directions"):
-            fit_patch(ORIGIN, bowl(0.0, angles=angles), UP)
+@pytest.mark.parametrize(
+    ("angles", "words"),
+    [
+        # Singular but for rounding, which overflowed.
+        ([0.0, 0.0, np.pi / 2], "directions"),
+        ([0.0, np.pi / 2, 0.0, np.pi / 2, 0.0], "directions"),
+        ([0.0, 0.0, 0.0], "same tangent|distinct directions"),
+        ([0.0, 1.0], "2 sections"),
+    ],
+)
+def test_sections_of_too_few_directions_are_refused(angles, words):
+    for noise in (0.0, 1e-3):
+        with pytest.raises(ValueError, match=words):
+            fit_patch(ORIGIN, bowl(noise, angles=angles), UP)
 
 
 def bump_of_nearly_parallel_sections(noise_std):
@@ -216,19 +211,3 @@ def test_the_paper_fit_names_what_is_missing():
         fit_paper(ORIGIN, (), UP, Penalty.NONE)
     with pytest.raises(ValueError, match="NaN"):
         fit_paper(np.full(3, np.nan), bowl(), UP, Penalty.NONE)
-
-
-def test_fit_refuses_parallel_sections():
-    contours = graph_contours(
-        ball_height, 10.0, 19, 0.02, np.random.default_rng(7), angles=[0.0, 0.0, 0.0]
-    )
-    with pytest.raises(ValueError, match="same tangent|distinct directions"):
-        fit_patch(np.zeros(3), contours, UP)
-
-
-def test_fit_refuses_two_sections():
-    contours = graph_contours(
-        ball_height, 10.0, 19, 0.02, np.random.default_rng(8), angles=[0.0, 1.0]
-    )
-    with pytest.raises(ValueError, match="2 sections"):
-        fit_patch(np.zeros(3), contours, UP)

@@ -203,49 +203,12 @@ def test_unscaled_terms_are_the_quadric_they_were_made_from(folder):
     assert all(k == 0 and i + j <= 4 for i, j, k in found["terms"])
 
 
-@pytest.mark.parametrize("method", METHODS)
-def test_scaling_the_input_scales_the_answer(folder, method):
-    one = fit_file(folder / "noisy.csv", method).as_dict()
-    many = fit_file(folder / "large.csv", method).as_dict()
-    for name, power in (("radius", 1), ("residual_rms", 1), ("noise_std", 1), ("k1", -1)):
-        assert many[name] == pytest.approx(1000.0**power * one[name], rel=1e-5), name
-    orders = 1.0 - np.array(one["terms"]).sum(axis=1)
-    for name in ("coefficients_std", "coefficients"):
-        scaled = np.array(one[name]) * 1000.0**orders
-        unit = one["radius"] ** -orders
-        assert many[name] * unit == pytest.approx(scaled * unit, rel=1e-4, abs=1e-4)
-    assert many["normal_std"] == pytest.approx(one["normal_std"], rel=1e-5)
-    assert many["terms"] == one["terms"] and many["flags"] == one["flags"]
-
-
 def test_outward_turns_the_patch_over(folder):
     up = fit_file(folder / "exact.csv", noise=0.0, outward=ROTATION[:, 2])
     down = fit_file(folder / "exact.csv", noise=0.0, outward=-ROTATION[:, 2])
     assert up.flags == down.flags == ()
     assert down.patch.curvatures.k1 == pytest.approx(-up.patch.curvatures.k2, abs=1e-8)
     assert down.patch.frame.normal == pytest.approx(-up.patch.frame.normal, abs=1e-6)
-
-
-def test_scattered_contacts_help(tmp_path):
-    rng = np.random.default_rng(2)
-    height = quadric_height(K1, K2, ANGLE)
-    contours = graph_contours(height, 12.0, 25, 0.02, rng)
-    x, y = 5.0 * rng.normal(size=(2, 60))
-    contacts = np.column_stack([x, y, height(x, y) + 0.02 * rng.normal(size=60)])
-    near = contacts[(contacts**2).sum(axis=1) < 100.0]
-    alone = fit_file(write_csv(tmp_path / "a.csv", contours), noise=0.02)
-    helped = fit_file(write_csv(tmp_path / "b.csv", contours, contacts=near.tolist()), noise=0.02)
-    assert helped.patch.count == alone.patch.count + len(near)
-    where = np.array([[4.0, 7.0, height(4.0, 7.0)]])
-    assert helped.patch.deviation(where) < alone.patch.deviation(where)
-
-
-@pytest.mark.parametrize("method", METHODS)
-def test_curves_may_have_different_numbers_of_points(folder, tmp_path, method):
-    lines = (folder / "exact.csv").read_text().splitlines()
-    (tmp_path / "u.csv").write_text("\n".join([*lines[:20], *lines[26:74]]) + "\n")
-    curvatures = fit_file(tmp_path / "u.csv", method, 0.0).patch.curvatures
-    assert (curvatures.k1, curvatures.k2) == pytest.approx((K1, K2), abs=1e-6)
 
 
 def test_near_sections_are_flagged_as_poorly_conditioned(tmp_path):
