@@ -19,7 +19,7 @@ from touchatlas.atlas import Atlas, extract_surface
 from touchatlas.planner import Planner, explore
 from touchatlas.sim import Probe, make_object
 from touchatlas.sim.folder.run_options import fit_scale
-from touchatlas.sim.study.economy.trial import judged
+from touchatlas.sim.study.economy import judged
 
 # Points at which the surface is compared with the truth: the standard error of a share of 0.99
 # is 0.001. Four times as many halve it.

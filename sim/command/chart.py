@@ -1,20 +1,16 @@
 """touchatlas chart: the command."""
 
 import json
+import math
 from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
 from rich.console import Console
 
-from touchatlas.sim.command.atlas_chart import chart_atlas
 from touchatlas.sim.command.numbers import Json
 from touchatlas.sim.command.option_flags import Whole
 from touchatlas.sim.command.show import shown
-from touchatlas.sim.command.stability import chart_stability
-from touchatlas.sim.study.paper.tables import check_options
-from touchatlas.sim.study.tradeoff import measure, overall
-from touchatlas.sim.study.tradeoff_chart import known, make_folder, overall_table, write_chart
 
 
 def chart(
@@ -28,6 +24,8 @@ def chart(
 ) -> int:
     """Chart accuracy against speed of one patch: our methods, the paper's, peers'.
 
+    A chart that was interrupted goes on where it was.
+
     Parameters
     ----------
     names
@@ -37,7 +35,7 @@ def chart(
     atlas
         Chart the error of whole surfaces against touches, lengths and time instead: our planner,
         others by name, one that knows the truth, and peers' surfaces where they are installed. A
-        few minutes an object. A chart that was interrupted goes on where it was.
+        few minutes an object.
     stability
         Chart where the methods fail instead: families of ever harder cases.
     out
@@ -52,24 +50,43 @@ def chart(
     """
     if atlas and stability:
         raise ValueError("got --atlas and --stability; give one of them")
-    if atlas:
-        return chart_atlas(names, out, draws, seed, json_)
-    if stability:
-        return chart_stability(names, out, draws, seed, json_)
-    if names:
+    if names and not (atlas or stability):
         raise ValueError(
             f"got {names[0]!r} without --stability or --atlas; names are families of the one or "
             "objects of the other: give one of the two, or no name"
         )
-    draws = 50 if draws is None else draws
-    check_options(draws, seed)
-    make_folder(out)
-    with shown("charting") as watcher:
-        rows = measure(draws=draws, seed=seed, watch=watcher.count("cells"))
-    write_chart(out, rows)
+    studies = _studies(names, atlas, stability)
+    from touchatlas.sim.study.study import chart as charted
+
+    rows: list = []
+    summed: list = []
+    with shown(studies[0][0].words[0]) as watcher:
+        for study, own in studies:
+            watch = watcher.count(study.words[1])
+            more, numbers = charted(study, out, own, draws, seed, watch)
+            rows, summed = rows + more, summed + numbers
     if json_:
-        found = [{n: v if known(v) else None for n, v in row.items()} for row in overall(rows)]
-        print(json.dumps(found, indent=2))
+        print(json.dumps([{k: _known(v) for k, v in row.items()} for row in summed], indent=2))
     else:
-        Console().print(overall_table(rows))
+        Console().print(studies[0][0].table(rows, summed))
     return 0
+
+
+def _studies(names: tuple[str, ...], atlas: bool, stability: bool):
+    """The studies that are asked for, each with its own names."""
+    if stability:
+        from touchatlas.sim.study.stability import studies_of
+
+        return studies_of(names)
+    if atlas:
+        from touchatlas.sim.study.economy import ECONOMY
+
+        return [(ECONOMY, names)]
+    from touchatlas.sim.study.tradeoff import TRADEOFF
+
+    return [(TRADEOFF, ())]
+
+
+def _known(value):
+    """A value as JSON has it, which has no NaN."""
+    return None if isinstance(value, float) and math.isnan(value) else value

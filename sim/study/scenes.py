@@ -12,11 +12,8 @@ from touchatlas.sim.world.implicit_fields import Field
 from touchatlas.sim.world.implicit_object import ImplicitObject
 from touchatlas.sim.world.objects import make_object
 
-REACH = 20.0
-POINTS_PER_ARM = 9
-_VERIFYING = 9
-# Steps in which the length of the arms is found.
-_FINE = 80
+# Longest arm of a touch, and points of an arm, the reference point not counted: the paper's.
+REACH, POINTS_PER_ARM = 20.0, 9
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,6 +60,7 @@ def draw_scene(
     turn: float = np.pi / 4.0,
     reach: float = REACH,
     points: int = POINTS_PER_ARM,
+    verifying: int = 9,
 ) -> Scene:
     """A scene at a random reference point and heading.
 
@@ -73,8 +71,8 @@ def draw_scene(
     noise_std : float, length
     tilt : float, rad
         Each sampling plane is turned out of the normal by up to this much.
-    sections : int
-        Curves to fit.
+    sections, verifying : int
+        Curves to fit, and others.
     turn : float, rad
         All arms are as long as the first to turn by this much,
     reach : float, length
@@ -92,43 +90,45 @@ def draw_scene(
         _tilted(plane, normal, tilt * rng.uniform(-1.0, 1.0))
         for plane in concurrent_planes(point, normal, rng.normal(size=3), sections)
     ]
-    others = concurrent_planes(point, normal, rng.normal(size=3), _VERIFYING)
-    curves, length = _curves(obj, point, normal, [*planes, *others], turn, reach, points)
+    others = concurrent_planes(point, normal, rng.normal(size=3), verifying)
+    length = arm_length(obj, point, normal, [*planes, *others], reach, turn)
+    # One step in a hundred more: the last point must not be lost to rounding.
+    ahead, behind = _arms(
+        obj, point, normal, [*planes, *others], 1.01 * length, length / points, np.pi
+    )
+    curves = [
+        np.concatenate([back[::-1], point[None], front])
+        for front, back in zip(ahead, behind, strict=True)
+    ]
     k1, k2, _ = obj.principal_curvatures(point[None])
     return Scene(
-        obj,
-        point,
-        normal,
-        point + noise_std * rng.normal(size=3),
-        float(k1[0]),
-        float(k2[0]),
+        *(obj, point, normal, point + noise_std * rng.normal(size=3), float(k1[0]), float(k2[0])),
         tuple(_tracked(c, p, noise_std, rng) for c, p in zip(curves, planes, strict=False)),
-        np.concatenate(curves[sections:]),
-        length,
-        noise_std,
+        *(np.concatenate(curves[sections:]), length, noise_std),
     )
+
+
+def arm_length(obj, point, normal, planes, reach: float, turn: float, steps: int = 80) -> float:
+    """Length of the arms both ways in some planes: all are as long as the first to turn by an
+    angle, and no longer than the reach, of which it is a whole number of ``steps``."""
+    arms = _arms(obj, point, normal, planes, reach, reach / steps, turn)
+    return reach / steps * min(len(path) for side in arms for path in side)
+
+
+def _arms(obj, point, normal, planes, reach: float, step: float, turn: float):
+    """Points (n, 3) of the arms ahead in each plane, and of those behind."""
+    normals = np.array([plane.normal for plane in planes])
+    ahead = cross(normal[None], normals)
+    traced = obj.trace_arms(
+        point, np.tile(normals, (2, 1)), np.concatenate([ahead, -ahead]), reach, step, turn
+    )
+    paths = [path for path, _ in traced]
+    return paths[: len(planes)], paths[len(planes) :]
 
 
 def _tilted(plane: SamplingPlane, normal, angle: float) -> SamplingPlane:
     """The plane turned about its own tangent through its point."""
     return SamplingPlane(plane.point, np.cos(angle) * plane.normal + np.sin(angle) * normal)
-
-
-def _curves(obj, point, normal, planes, turn: float, reach: float, points: int):
-    """Even points (2 points + 1, 3) of the curve in each plane, and the length of their arms."""
-    normals = np.array([plane.normal for plane in planes])
-    forward = cross(normal[None], normals)
-    normals, directions = np.concatenate([normals, normals]), np.concatenate([forward, -forward])
-    fine = obj.trace_arms(point, normals, directions, reach, reach / _FINE, turn)
-    length = reach / _FINE * min(len(path) for path, _ in fine)
-    # One step in a hundred more: the last point must not be lost to rounding.
-    even = obj.trace_arms(point, normals, directions, 1.01 * length, length / points, np.pi)
-    ahead, behind = even[: len(planes)], even[len(planes) :]
-    curves = [
-        np.concatenate([back[0][::-1], point[None], front[0]])
-        for front, back in zip(ahead, behind, strict=True)
-    ]
-    return curves, length
 
 
 def _tracked(curve, plane: SamplingPlane, noise_std: float, rng) -> Contour:
@@ -142,11 +142,8 @@ def monkey_saddle(size: float = 4000.0) -> ImplicitObject:
 
     def first_order(points):
         x, y, z = points.T
-        value = z - (x**3 - 3.0 * x * y * y) / size
-        gradient = np.stack(
-            [-3.0 * (x * x - y * y) / size, 6.0 * x * y / size, np.ones_like(x)], axis=1
-        )
-        return value, gradient
+        slopes = [-3.0 * (x * x - y * y) / size, 6.0 * x * y / size, np.ones_like(x)]
+        return z - (x**3 - 3.0 * x * y * y) / size, np.stack(slopes, axis=1)
 
     def hessian(points):
         x, y, _ = points.T
@@ -174,6 +171,7 @@ def _near_origin(obj, rng):
     return obj.project(np.array([[*rng.uniform(-10.0, 10.0, 2), 0.0]]))[0]
 
 
+# Name of the object, and how a reference point is drawn.
 SURFACES = {
     "ball": ("sphere", _anywhere),
     "ellipsoid": ("ellipsoid", _anywhere),

@@ -13,7 +13,7 @@ from touchatlas.patch import ContourEnd
 from touchatlas.planner import Planner, ProbePlan, StopReason, explore
 from touchatlas.sim import make_object
 from touchatlas.sim.folder.run_options import fit_scale
-from touchatlas.sim.study.stability_atlas.bodies import cup
+from touchatlas.sim.study.bodies import cup
 from touchatlas.sim.world.probe import Probe
 
 TOLERANCE, NOISE, RADIUS = 0.1, 0.02, 33.0

@@ -10,7 +10,7 @@ from tests.explored import explored, learned, spread_touches
 from tests.sharp import explored_sharp
 from touchatlas.atlas import Atlas, AtlasOptions, Levels, load_atlas, save_atlas
 from touchatlas.atlas.samples.lost_ends import LostEnds
-from touchatlas.sim.study.stability_atlas.bodies import cup
+from touchatlas.sim.study.bodies import cup
 
 
 @pytest.fixture(scope="module")

@@ -7,9 +7,9 @@ of the family. What is good, flagged or refused is defined by ``verdict``, with 
 import numpy as np
 import pytest
 
-from touchatlas.sim.study.stability.families import FAMILIES
-from touchatlas.sim.study.stability.methods import METHODS
-from touchatlas.sim.study.stability.outcome import Outcome, verdict
+from touchatlas.sim.study.families import FAMILIES
+from touchatlas.sim.study.one_patch import METHODS, verdict
+from touchatlas.sim.study.outcome import Outcome
 
 GIVEN = {Outcome.GOOD, Outcome.FLAGGED}
 MEANING = {

@@ -7,7 +7,7 @@ import pytest
 
 from touchatlas.patch import Contour, FitOptions, Patch, PatchFit, fit_patch
 from touchatlas.patch.geometry.curvature import UMBILIC_FALSE_ALARM
-from touchatlas.sim.study.peers import fit_jet, mesh_around, mesh_curvatures
+from touchatlas.sim.study.fits import fit_jet, mesh_around, mesh_curvatures
 from touchatlas.sim.study.scenes import Scene, draw_scene
 
 pytestmark = pytest.mark.slow

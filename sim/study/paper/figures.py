@@ -7,6 +7,7 @@ import numpy as np
 
 from touchatlas.atlas import Touch
 from touchatlas.patch import Patch
+from touchatlas.sim.study.fits import height_error
 from touchatlas.sim.study.paper.fits import (
     CURVES,
     DESCENT,
@@ -38,7 +39,6 @@ from touchatlas.sim.study.paper.sheets import (
     lit,
     sheet_of,
 )
-from touchatlas.sim.study.tradeoff_methods import height_error
 
 _PATCH, _SADDLE, _BOWL = "#5b9bd5", "#4878cf", "#ee854a"
 # Elevation and azimuth of the eye, degrees.

@@ -9,7 +9,7 @@ from touchatlas.patch import Contour, Patch, Penalty, fit_paper, fit_patch
 from touchatlas.patch.paper.curvature_on_grid import convex_hull
 from touchatlas.patch.paper.steepest_descent import sign_frozen_descent
 from touchatlas.patch.paper.total_curvature import FoldProblem, fold_problem, objective
-from touchatlas.sim.study.tradeoff_methods import PAPER_MULTIPLIER, height_error
+from touchatlas.sim.study.fits import PAPER_MULTIPLIER, height_error
 
 # Of twelve curves, 15 degrees apart: those to fit, and those of the third row of table 1.
 CURVES = 12

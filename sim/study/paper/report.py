@@ -12,7 +12,8 @@ from rich.table import Table
 from touchatlas.atlas.files import write_whole
 from touchatlas.sim.folder.out_folder import make_out_folder
 from touchatlas.sim.study.paper.figures import figures
-from touchatlas.sim.study.paper.tables import check_options, paper_tables
+from touchatlas.sim.study.paper.tables import paper_tables
+from touchatlas.sim.study.study import check_options
 
 _ERRORS = {"data": "data curves", "verifying": "nine others", "inside": "within D"}
 _MEASURES = ("k1", "k2", *_ERRORS)

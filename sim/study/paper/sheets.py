@@ -7,7 +7,7 @@ import numpy as np
 
 from touchatlas.patch import Patch
 from touchatlas.patch.paper.curvature_on_grid import convex_hull
-from touchatlas.sim.study.tradeoff_methods import height_error
+from touchatlas.sim.study.fits import height_error
 from touchatlas.sim.world.implicit_object import ImplicitObject
 from touchatlas.sim.world.triangles import disc_faces
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from touchatlas.sim.study.fits import PAPER_MULTIPLIER
 from touchatlas.sim.study.paper.curvatures import ellipsoid, sphere
 from touchatlas.sim.study.paper.fits import (
     CURVES,
@@ -24,7 +25,7 @@ from touchatlas.sim.study.paper.fits import (
 )
 from touchatlas.sim.study.paper.gauss_maps import gauss_maps
 from touchatlas.sim.study.paper.scenes import NOISE, neck, plan_at, touches
-from touchatlas.sim.study.tradeoff_methods import PAPER_MULTIPLIER
+from touchatlas.sim.study.study import check_options
 
 # The paper does not say how far its patches reach. Long arms may turn by so much.
 REACHES, _WIDE_TURN = (8.0, 12.0, 16.0, 20.0), 0.5 * np.pi
@@ -98,13 +99,6 @@ TABLES: dict[str, Callable] = {
     "ellipsoid": ellipsoid,
     "sphere": sphere,
 }
-
-
-def check_options(draws: int, seed: int) -> None:
-    """ValueError where there is nothing to draw."""
-    for name, value, least in (("draws", draws, 1), ("seed", seed, 0)):
-        if value < least:
-            raise ValueError(f"{name} is {value}; it must be >= {least}")
 
 
 def paper_tables(

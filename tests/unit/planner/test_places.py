@@ -16,7 +16,7 @@ from touchatlas.planner.known import DeviationRatio
 from touchatlas.planner.places import Places, places_of
 from touchatlas.planner.stop import Forecast, Stop, StopReason
 from touchatlas.sim import make_object
-from touchatlas.sim.study.stability_atlas.bodies import cup
+from touchatlas.sim.study.bodies import cup
 
 NOISE, TOLERANCE = 0.02, 0.1
 # An equal share of the variance is borne for lack of fit.

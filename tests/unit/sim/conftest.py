@@ -15,8 +15,7 @@ from tests.kept import kept_once
 from touchatlas.sim.judge.truth import EvaluateOptions
 from touchatlas.sim.run import conclusion
 from touchatlas.sim.run.progress import Progress
-from touchatlas.sim.study.economy import sweep as economy_sweep
-from touchatlas.sim.study.stability import sweep as stability_sweep
+from touchatlas.sim.study import study
 
 
 @pytest.fixture(autouse=True)
@@ -57,8 +56,7 @@ class _Here:
 def no_processes():
     """Sweeps work in this process: others would import everything first."""
     with pytest.MonkeyPatch.context() as patch:
-        for module in (stability_sweep, economy_sweep):
-            patch.setattr(module, "workers", lambda most: nullcontext(_Here()))
+        patch.setattr(study, "workers", lambda most: nullcontext(_Here()))
         yield
 
 

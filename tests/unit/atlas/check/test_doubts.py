@@ -13,8 +13,8 @@ from touchatlas.atlas.check import sample_doubts
 from touchatlas.atlas.check.moved import shift_of_object
 from touchatlas.planner.stop import Forecast, Stop, StopReason
 from touchatlas.sim import make_object
-from touchatlas.sim.study.stability_atlas.bodies import cup, slab
-from touchatlas.sim.study.stability_atlas.trial import shifted
+from touchatlas.sim.study.bodies import cup, slab
+from touchatlas.sim.study.explorations import shifted
 from touchatlas.sim.world.mesh_object import MeshObject
 
 # Ten tolerances, fifty deviations of the noise.

@@ -3,7 +3,7 @@
 import numpy as np
 
 from tests.lawful import NOISE, body_of, samples_of_touches, touched
-from touchatlas.sim.study.stability_atlas.bodies import slab
+from touchatlas.sim.study.bodies import slab
 
 
 def test_the_far_side_of_a_rounded_rim_is_no_surface_inside_of_a_plate():

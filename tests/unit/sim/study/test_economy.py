@@ -10,12 +10,22 @@ from touchatlas.atlas import Atlas
 from touchatlas.planner import StopReason, explore
 from touchatlas.sim import Probe, make_object
 from touchatlas.sim.folder.run_options import fit_scale
-from touchatlas.sim.study.economy.oracle import Oracle, errors, worst
-from touchatlas.sim.study.economy.pictures import STYLES, overview_picture
-from touchatlas.sim.study.economy.report import draw
-from touchatlas.sim.study.economy.summary import COSTS, gap_closed, summary
-from touchatlas.sim.study.economy.sweep import TOLERANCES, jobs_of, sweep
-from touchatlas.sim.study.economy.trial import COLUMNS, MOST, OTHERS, PLANNERS, judged
+from touchatlas.sim.study.economy import (
+    COLUMNS,
+    COSTS,
+    ECONOMY,
+    OPTIONS,
+    OTHERS,
+    PLANNERS,
+    STYLES,
+    EconomyOptions,
+    gap_closed,
+    jobs_of,
+    judged,
+    summary,
+)
+from touchatlas.sim.study.oracle import Oracle, errors, worst
+from touchatlas.sim.study.study import image_bytes, run
 
 pytestmark = pytest.mark.usefixtures("no_processes")
 METHODS = ("tolerance", "oracle")
@@ -28,8 +38,9 @@ def swept(tmp_path_factory, no_processes):
     return folder, swept_again(folder)
 
 
-def swept_again(folder, **how):
-    return sweep(folder / "atlas.csv", ("sphere",), tolerances=(1e-2,), methods=METHODS, **how)
+def swept_again(folder, watch=lambda done, total: None):
+    options = EconomyOptions(tolerances=(1e-2,))
+    return run(ECONOMY, jobs_of(("sphere",), 1, 0, METHODS, options), folder, watch)
 
 
 def row(method, seed, length, met="yes"):
@@ -43,7 +54,7 @@ def test_the_oracle_touches_the_true_point_of_largest_error():
     atlas = Atlas(2e-3 * obj.diagonal, scale=fit_scale(obj.noise_std, obj.diagonal))
     planner = Oracle(*obj.start(), points, normals)
     probe, touched = Probe(obj, obj.noise_std, np.random.default_rng(2)), []
-    for _ in range(MOST):
+    for _ in range(OPTIONS.most):
         before = errors(atlas, points)
         plan = planner.ask(atlas)
         if plan is None or np.mean(before <= atlas.tolerance) >= planner.options.coverage:
@@ -60,7 +71,7 @@ def test_the_oracle_touches_the_true_point_of_largest_error():
         touch = probe(plan)
         planner.tell(touch, atlas.add(touch))
         touched.append(touch.contact)
-    assert len(touched) < MOST
+    assert len(touched) < OPTIONS.most
     assert np.mean(errors(atlas, points) <= atlas.tolerance) >= planner.options.coverage
 
 
@@ -105,12 +116,9 @@ def test_a_sweep_goes_on_where_it_was(swept):
 
 def test_tolerances_below_two_noises_are_left_out():
     # The blob's noise is 1.7e-4 of its diagonal, the ellipsoid's 1.0e-4.
-    found = {
-        (job.obj, job.tolerance)
-        for job in jobs_of(("blob", "ellipsoid"), TOLERANCES, *[("tolerance",), (0,)])
-    }
+    found = {job.given[:2] for job in jobs_of(("blob", "ellipsoid"), 1, 0)}
     assert ("ellipsoid", 3e-4) in found and ("blob", 3e-4) not in found
-    assert len(found) == 2 * len(TOLERANCES) - 1
+    assert len(found) == 2 * len(OPTIONS.tolerances) - 1
 
 
 def test_a_surface_that_is_no_surface_is_not_met():
@@ -134,12 +142,10 @@ def test_every_method_has_its_own_colour_and_marker():
 
 
 @pytest.mark.slow
-def test_pictures_are_drawn_and_the_same_rows_give_the_same_bytes(swept, tmp_path):
-    draw(tmp_path, swept[1])
-    files = sorted(path.name for path in tmp_path.iterdir())
-    assert files == ["atlas.png", "atlas.svg", "sphere.png", "sphere.svg"]
-    for suffix, data in overview_picture(swept[1]).items():
-        assert (tmp_path / f"atlas.{suffix}").read_bytes() == data
+def test_a_picture_of_each_object_and_one_of_all_is_drawn(swept):
+    drawn = ECONOMY.pictures(swept[1], [])
+    assert [*drawn] == ["sphere", "atlas"]
+    assert all(image_bytes(figure).startswith(b"\x89PNG") for figure in drawn.values())
 
 
 def test_the_command_says_what_is_no_object_and_what_does_not_go_together(tmp_path):

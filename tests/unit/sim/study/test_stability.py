@@ -1,25 +1,17 @@
-"""The law of the outcomes, the sweep that goes on, its tables and pictures, and the command."""
+"""The law of the outcomes, its tables and pictures, and the advice of a diagnosis."""
 
-import csv
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from touchatlas.sim.study.stability.advice import follow
-from touchatlas.sim.study.stability.case import moved
-from touchatlas.sim.study.stability.families import FAMILIES
-from touchatlas.sim.study.stability.family import smooth
-from touchatlas.sim.study.stability.methods import METHODS
-from touchatlas.sim.study.stability.outcome import Outcome, judge, verdict
-from touchatlas.sim.study.stability.pictures import family_picture, overview_picture
-from touchatlas.sim.study.stability.report import stability_chart, studies_of
-from touchatlas.sim.study.stability.summary import held, median_error, summary
-from touchatlas.sim.study.stability.surfaces import ball_truth, graph_shape, quadric
-from touchatlas.sim.study.stability.sweep import ONE_PATCH, sweep
-from touchatlas.sim.study.stability.tracking import random_rotation
-
-pytestmark = pytest.mark.usefixtures("no_processes")
+from touchatlas.patch import diagnose, fit_patch
+from touchatlas.sim.study.cases import ball_truth, graph_shape, quadric, random_rotation
+from touchatlas.sim.study.families import FAMILIES, smooth
+from touchatlas.sim.study.one_patch import METHODS, judge, verdict
+from touchatlas.sim.study.outcome import Outcome
+from touchatlas.sim.study.stability import ONE_PATCH, studies_of
+from touchatlas.sim.study.study import chart, image_bytes
 
 
 @pytest.fixture(scope="module")
@@ -77,7 +69,7 @@ def test_only_our_own_sentences_are_refusals(case):
 
 
 def test_no_motion_changes_a_verdict(case):
-    turned = moved(case, random_rotation(np.random.default_rng(3)), 7.0, np.array([5.0, 0.0, 1.0]))
+    turned = case.moved(random_rotation(np.random.default_rng(3)), 7.0, np.array([5.0, 0.0, 1.0]))
     here, there = verdict(METHODS["map"], case), verdict(METHODS["map"], turned)
     # A frame may stop half a deviation of the mean off.
     assert here.outcome is there.outcome and here.error == pytest.approx(there.error, rel=0.1)
@@ -107,52 +99,61 @@ def test_equal_seeds_draw_equal_cases_and_severities_ascend_or_descend(name):
     assert len(set(family.severities)) == len(family.severities)
 
 
-def test_a_sweep_goes_on_where_it_was_and_its_files_are_the_same(tmp_path, monkeypatch):
-    whole, broken = tmp_path / "whole", tmp_path / "broken"
-    for folder in (whole, broken):
-        folder.mkdir()
-    rows = sweep(ONE_PATCH, whole, ("still_curve",), draws=1)
-    kept = (whole / "still_curve-0.csv").read_text().splitlines(keepends=True)
-    (broken / "still_curve-0.csv").write_text("".join(kept[: 1 + len(METHODS)]))
-    asked = []
-    again = sweep(
-        ONE_PATCH, broken, ("still_curve",), 1, 0, lambda done, total: asked.append((done, total))
-    )
-    assert again == rows and asked[0] == (1, 4) and asked[-1] == (4, 4)
-
-
-def test_a_chart_writes_tables_and_pictures(tmp_path):
-    summed = stability_chart(tmp_path, ("still_curve",), draws=1)
+@pytest.mark.usefixtures("no_processes")
+def test_a_chart_has_a_row_and_a_picture_of_each_family(tmp_path):
+    rows, summed = chart(ONE_PATCH, tmp_path, ("still_curve",), draws=1)
+    assert len(rows) == len(METHODS) * len(FAMILIES["still_curve"].severities)
     names = {path.name for path in tmp_path.iterdir()}
     assert names == {
-        "still_curve-0.csv",
+        *("still_curve-0.csv", "stability.csv"),
         *(f"{n}.{s}" for n in ("still_curve", "stability") for s in ("png", "svg")),
-        "stability.csv",
     }
-    assert (tmp_path / "stability.png").read_bytes().startswith(b"\x89PNG")
-    with open(tmp_path / "stability.csv") as file:
-        assert [r["family"] for r in csv.DictReader(file)] == [r["family"] for r in summed]
-    shares = [float(summed[0][outcome.value]) for outcome in Outcome]
+    assert {row["family"] for row in summed} == {"still_curve", "all"}
+    shares = [summed[0][outcome.value] for outcome in Outcome]
     assert sum(shares) == pytest.approx(1.0)
 
 
-def test_pictures_of_equal_rows_have_equal_bytes():
+def test_rows_without_an_answer_have_no_error_and_are_drawn():
+    blank = {"draw": "0", "method": "map", "outcome": "refused", "error": "nan", "held": ""}
     rows = [
-        {"family": "noise", "severity": repr(s), "method": "map", "outcome": "good"}
-        | {"error": "nan", "held": "nan", "doubts": ""}
+        {"family": "noise", "severity": repr(s), "doubts": ""} | blank
         for s in FAMILIES["noise"].severities
     ]
-    assert family_picture(ONE_PATCH, "noise", rows) == family_picture(ONE_PATCH, "noise", rows)
-    assert np.isnan(median_error(rows)) and np.isnan(held(rows))
-    assert (
-        overview_picture(ONE_PATCH, summary(rows))["svg"]
-        == overview_picture(ONE_PATCH, summary(rows))["svg"]
-    )
+    summed = ONE_PATCH.summary(rows)
+    assert np.isnan(summed[0]["error"]) and np.isnan(summed[0]["held"])
+    assert summed[0]["refused"] == 1.0 and summed[0]["three noises"] == 0.0
+    for figure in ONE_PATCH.pictures(rows, summed).values():
+        assert image_bytes(figure).startswith(b"\x89PNG")
 
 
 def test_a_family_that_is_none_is_named():
     with pytest.raises(ValueError, match="no family 'noises'; choose from umbilic"):
         studies_of(("noises",))
+
+
+def acted(case, again: bool):
+    """The case after one action that its diagnosis advises: one more curve in the weakest
+    direction, the same curves once more, or curves of half the length."""
+    contours = case.contours()
+    patch = fit_patch(case.point, contours, case.outward).patch
+    diagnosis = diagnose(patch, contours)
+    doubts = set(diagnosis.doubts)
+    if doubts and doubts <= {"poor sections", "uncertain"}:
+        more = case.probe(diagnosis.weakest_direction, case.reach)
+        return replace(case, tracks=(*case.tracks, more))
+    recorded = {"contradiction", "off plane", "unlike curves", "bad contacts", "small"}
+    reach = case.reach if doubts & recorded and not again else 0.5 * case.reach
+    along = [np.cross(track.normal, patch.frame.normal) for track in case.tracks]
+    return replace(case, tracks=tuple(case.probe(way, reach) for way in along), reach=reach)
+
+
+def followed(case) -> list[Outcome]:
+    """Outcomes of a case at first and after each of up to four actions, until it is good."""
+    found = [verdict(METHODS["map"], case).outcome]
+    while found[-1] is Outcome.FLAGGED and len(found) <= 4:
+        case = acted(case, len(found) > 1)
+        found.append(verdict(METHODS["map"], case).outcome)
+    return found
 
 
 @pytest.mark.parametrize("family", ["drift", "bad_contacts", "other_frame", "wrong_plane"])
@@ -161,7 +162,7 @@ def test_tracking_again_turns_flagged_cases_into_good_ones(family):
     ends = []
     for draw in range(8):
         rng = np.random.default_rng([11, draw])
-        ends.append(follow(FAMILIES[family].draw(FAMILIES[family].severities[-1], rng)))
+        ends.append(followed(FAMILIES[family].draw(FAMILIES[family].severities[-1], rng)))
     flagged = [found for found in ends if found[0] is Outcome.FLAGGED]
     assert len(flagged) >= 4
     assert sum(found[-1] is Outcome.GOOD for found in flagged) >= 0.75 * len(flagged)

@@ -1,21 +1,21 @@
 """Peers on whole surfaces: each knows a ball; helpers keep what they promise."""
 
+import os
+import runpy
+from pathlib import Path
+from unittest.mock import patch
+
 import numpy as np
 import pytest
 
-from touchatlas.sim.study.surface_peers import (
-    PEERS,
-    Peer,
-    best_surface,
-    distances,
-    exact_normals,
-    pca_normals,
-    spread,
-    spread_plans,
-    zero_set,
-)
+from touchatlas.sim.study.surface_peers import Peer, best_surface, distances, spread, spread_plans
 from touchatlas.sim.world.objects import make_object
 
+EXAMPLE = Path(__file__).parents[4] / "examples" / "surface_peers.py"
+with patch.dict(os.environ):
+    NAMES = runpy.run_path(str(EXAMPLE))
+PEERS, zero_set = NAMES["METHODS"], NAMES["zero_set"]
+exact_normals, pca_normals = NAMES["exact_normals"], NAMES["pca_normals"]
 RADIUS = 33.0
 
 

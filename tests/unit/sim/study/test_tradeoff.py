@@ -1,116 +1,65 @@
 """The study of accuracy against speed: what it measures, how, and that seeds settle it."""
 
-import csv
-import io
-import time
-from multiprocessing import active_children
-
 import numpy as np
 import pytest
 
 from tests.command import touchatlas
 from tests.truths import BALL_RADIUS, graph_contours
 from touchatlas.patch import fit_patch
-from touchatlas.sim.study.peers import fit_jet, mesh_around, mesh_curvatures
+from touchatlas.sim.study.fits import PAPER, fit_jet, height_error, mesh_around, mesh_curvatures
 from touchatlas.sim.study.scenes import draw_scene
+from touchatlas.sim.study.study import number, run
 from touchatlas.sim.study.tradeoff import (
-    CELLS,
-    Cell,
-    measure,
+    METHODS,
+    TRADEOFF,
+    jobs,
     measure_cell,
-    middle,
-    overall,
+    middles,
+    pareto_front,
     timed,
-    workers,
 )
-from touchatlas.sim.study.tradeoff_chart import csv_bytes, make_folder, pareto_front, write_chart
-from touchatlas.sim.study.tradeoff_methods import METHODS, PAPER, height_error
 
-TWO_CELLS = (Cell("ball", 0.02, False), Cell("torus", 0.0, True))
+CELLS = (("ball", 0.02, "normal"), ("torus", 0.0, "tilted"))
 
 
 @pytest.fixture(scope="module")
-def measured():
-    """Rows of both cells, measured by two processes, and what was told while they worked."""
-    told = []
-    rows = measure(TWO_CELLS, draws=1, watch=lambda done, total: told.append((done, total)))
-    return tuple(rows), told
+def rows(tmp_path_factory):
+    """Rows of both cells, measured by two processes."""
+    chosen = [job for job in jobs(("ball", "torus"), 1, 0) if job.given[:3] in CELLS]
+    return run(TRADEOFF, chosen, tmp_path_factory.mktemp("chart"), lambda done, total: None)
 
 
-@pytest.fixture
-def rows(measured):
-    return [dict(row) for row in measured[0]]
-
-
-def table_of(data: bytes) -> list[dict]:
-    return list(csv.DictReader(io.StringIO(data.decode())))
-
-
-def without_times(data: bytes) -> list[dict]:
-    return [{k: v for k, v in row.items() if k != "time_ratio"} for row in table_of(data)]
+def without_times(rows) -> list[dict]:
+    return [{k: v for k, v in row.items() if k != "time_ratio"} for row in rows]
 
 
 def test_every_method_has_a_row_in_every_cell(rows):
-    assert len(rows) == len(METHODS) * len(TWO_CELLS)
+    assert len(rows) == len(METHODS) * len(CELLS)
     for row in rows:
-        assert row["time_ratio"] > 0.0 and row["curvature_error"] >= 0.0
-    ours = [row for row in rows if row["method"] == "map"]
-    assert all(
-        0.0 <= row["within"] <= 1.0 and row["max_error"] >= row["mean_error"] for row in ours
-    )
+        assert number(row["time_ratio"]) > 0.0 and number(row["curvature_error"]) >= 0.0
+    for row in [row for row in rows if row["method"] == "map"]:
+        assert 0.0 <= number(row["within"]) <= 1.0
+        assert number(row["max_error"]) >= number(row["mean_error"])
 
 
-def test_one_seed_gives_the_same_table_but_for_times(rows):
-    # Whatever the other cells are, in whatever order and process they are measured.
-    last, first = (measure_cell(cell, 1, 0) for cell in TWO_CELLS[::-1])
-    assert without_times(csv_bytes([*first, *last])) == without_times(csv_bytes(rows))
-
-
-def test_another_seed_gives_other_scenes(rows):
-    other = measure_cell(TWO_CELLS[0], 1, 1)
+def test_one_seed_gives_the_same_rows_but_for_times(rows):
+    """Whatever the other cells are, in whatever order and process they are measured."""
+    last, first = (measure_cell(*cell, 1, 0) for cell in CELLS[::-1])
+    assert without_times([*first, *last]) == without_times(rows)
+    other = measure_cell(*CELLS[0], 1, 1)
     assert other[0]["mean_error"] != rows[0]["mean_error"]
 
 
 def test_overall_has_one_row_a_method_and_ratios_to_the_paper(rows):
-    found = {row["method"]: row for row in overall(rows)}
+    found = {row["method"]: row for row in TRADEOFF.summary(rows)}
     assert list(found) == list(METHODS)
     assert found[PAPER]["error_to_paper"] == found[PAPER]["time_to_paper"] == 1.0
     assert found["map"]["error_to_paper"] < 1.0 and found["map"]["time_to_paper"] < 1.0
     assert np.isnan(found["igl_mesh"]["error_to_paper"])
 
 
-def test_every_cell_is_told_when_it_is_done(measured):
-    assert measured[1] == [(1, 2), (2, 2)]
-
-
 def test_the_full_study_has_all_surfaces_noises_and_planes():
-    assert len(CELLS) == len(set(CELLS)) == 36
-
-
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [({"draws": 0}, "draws is 0; it must be >= 1"), ({"seed": -1}, "seed is -1; it must be >= 0")],
-)
-def test_mistakes_are_refused(options, words):
-    with pytest.raises(ValueError, match=words):
-        measure(TWO_CELLS, **options)
-
-
-def test_files_are_written(rows, tmp_path):
-    make_folder(tmp_path / "a" / "b")
-    write_chart(tmp_path / "a" / "b", rows)
-    assert {p.name for p in (tmp_path / "a" / "b").iterdir()} == {"tradeoff.csv", "tradeoff.png"}
-    table = table_of((tmp_path / "a" / "b" / "tradeoff.csv").read_bytes())
-    assert [row["method"] for row in table] == [*METHODS, *METHODS]
-    mesh = next(row for row in table if row["method"] == "igl_mesh")
-    assert mesh["mean_error"] == "" and float(mesh["curvature_error"]) > 0.0
-    assert (tmp_path / "a" / "b" / "tradeoff.png").read_bytes().startswith(b"\x89PNG")
-
-
-def test_a_file_in_place_of_the_folder_is_refused(tmp_path):
-    (tmp_path / "a").write_text("")
-    with pytest.raises(ValueError, match="is a file"):
-        make_folder(tmp_path / "a")
+    assert len({job.given for job in jobs((), 50, 0)}) == 36
 
 
 def test_the_command_refuses_in_one_sentence(tmp_path):
@@ -121,7 +70,7 @@ def test_the_command_refuses_in_one_sentence(tmp_path):
 
 def test_medians_of_errors_and_means_of_fractions():
     rows = [{"mean_error": e, "within": w} for e, w in ((1.0, 0.0), (2.0, 1.0), (9.0, 1.0))]
-    found = middle(rows)
+    found = middles(rows)
     assert found["mean_error"] == 2.0 and found["within"] == pytest.approx(2.0 / 3.0)
     assert np.isnan(found["max_error"])
 
@@ -177,21 +126,9 @@ def test_jet_curvatures_follow_the_outward_side(outward):
 def test_mesh_is_as_dense_as_the_contours():
     scene = draw_scene("ball", 0.0, 0.0, np.random.default_rng(0))
     vertices, faces = mesh_around(scene, np.random.default_rng(1))
-    assert len(vertices) == METHODS["igl_mesh"].count
+    assert len(vertices) == 271
     assert vertices[0] == pytest.approx(scene.point)
     edges = np.linalg.norm(vertices[faces] - vertices[np.roll(faces, 1, axis=1)], axis=2)
     assert edges.mean() == pytest.approx(scene.reach / 9, rel=1e-3)
     # A quadric through five rings: their half angle of 20 degrees squared.
     assert mesh_curvatures(vertices, faces)[0] == pytest.approx(-1.0 / BALL_RADIUS, rel=0.05)
-
-
-def test_what_stops_a_study_ends_its_processes():
-    """They are not waited for: a minute of work would be left."""
-    begun = time.monotonic()
-    with pytest.raises(KeyboardInterrupt), workers(1) as pool:
-        future = pool.submit(time.sleep, 60.0)
-        while not future.running():
-            time.sleep(0.01)
-        raise KeyboardInterrupt
-    assert time.monotonic() - begun < 30.0
-    assert not active_children()

@@ -12,18 +12,14 @@ from touchatlas.sim.world.mesh_object import MeshObject
 
 # Tolerance of bodies where it is not the severity, mm, and noise over the tolerance.
 TOLERANCE, NOISE = 0.1, 0.2
-# Steps of first and second central differences, mm: truncation and rounding are then both below
-# 1e-8, and 1e-6.
-_STEP, _WIDE = 1e-4, 1e-3
-# Width of the smooth joint of two bodies, mm.
-_JOINT = 4.0
 
 Distance = Callable[[np.ndarray], np.ndarray]
 
 
 @dataclass(frozen=True, eq=False)
 class Placed:
-    """A body after x -> scale x + shift, with what the probe and the judge ask of it."""
+    """A body after x -> scale x + shift, with what the probe and the judge ask of it: each method
+    is that of ImplicitObject."""
 
     body: ImplicitObject
     scale: float
@@ -34,45 +30,46 @@ class Placed:
         return self.body.closed
 
     @property
-    def diagonal(self) -> float:
-        return self.scale * self.body.diagonal
-
-    @property
     def euler_characteristic(self) -> int:
         return self.body.euler_characteristic
 
+    def _there(self, points):
+        return self.scale * points + self.shift
+
+    def _back(self, points):
+        return (points - self.shift) / self.scale
+
+    @property
+    def diagonal(self) -> float:
+        return self.scale * self.body.diagonal
+
     def start(self):
-        """As of ImplicitObject."""
         point, outward = self.body.start()
-        return self.scale * point + self.shift, outward
+        return self._there(point), outward
 
     def sample(self, count: int, rng):
-        """As of ImplicitObject."""
         points, normals = self.body.sample(count, rng)
-        return self.scale * points + self.shift, normals
+        return self._there(points), normals
 
     def mesh(self, sagitta: float):
-        """As of ImplicitObject."""
         vertices, faces = self.body.mesh(sagitta / self.scale)
-        return self.scale * vertices + self.shift, faces
+        return self._there(vertices), faces
 
     def contact(self, origin, direction, length: float):
-        """As of ImplicitObject."""
-        start = (origin - self.shift) / self.scale
-        found = self.body.contact(start, direction, length / self.scale)
-        return None if found is None else self.scale * found + self.shift
+        found = self.body.contact(self._back(origin), direction, length / self.scale)
+        return None if found is None else self._there(found)
 
     def is_inside(self, point) -> bool:
-        """As of ImplicitObject."""
-        return self.body.is_inside((point - self.shift) / self.scale)
+        return self.body.is_inside(self._back(point))
 
     def trace_arms(self, point, plane_normals, directions, reach, step, max_turn, step_turn=np.pi):
-        """As of ImplicitObject."""
-        start, unit = (point - self.shift) / self.scale, self.scale
-        arms = self.body.trace_arms(
-            start, plane_normals, directions, reach / unit, step / unit, max_turn, step_turn
-        )
-        return [(unit * points + self.shift, end) for points, end in arms]
+        lengths = reach / self.scale, step / self.scale
+        planes = plane_normals, directions
+        arms = self.body.trace_arms(self._back(point), *planes, *lengths, max_turn, step_turn)
+        return [(self._there(points), end) for points, end in arms]
+
+
+Body = ImplicitObject | MeshObject | Placed
 
 
 def implicit(name: str, field: Field, half_extent, euler: int = 2) -> ImplicitObject:
@@ -81,24 +78,29 @@ def implicit(name: str, field: Field, half_extent, euler: int = 2) -> ImplicitOb
     return ImplicitObject(name, name, field, size, NOISE * TOLERANCE, TOLERANCE, euler)
 
 
-def numeric(distance: Distance) -> Field:
-    """A field of a smooth function, with its derivatives by central differences."""
+def numeric(distance: Distance, step: float = 1e-4, wide: float = 1e-3) -> Field:
+    """A field of a smooth function, with its derivatives by central differences.
+
+    With these steps (mm) truncation and rounding are below 1e-8 in first derivatives, and below
+    1e-6 in second ones.
+    """
+
+    def moved(points, by: float):
+        return np.concatenate([points + by * s * axis for axis in np.eye(3) for s in (1.0, -1.0)])
 
     def first_order(points):
-        moved = [points + _STEP * sign * axis for axis in np.eye(3) for sign in (1.0, -1.0)]
-        every = distance(np.concatenate([points, *moved])).reshape(7, -1)
-        gradient = (every[1::2] - every[2::2]) / (2.0 * _STEP)
+        every = distance(np.concatenate([points, moved(points, step)])).reshape(7, -1)
+        gradient = (every[1::2] - every[2::2]) / (2.0 * step)
         return every[0], np.ascontiguousarray(gradient.T)
 
     def hessian(points):
-        moved = [points + _WIDE * sign * axis for axis in np.eye(3) for sign in (1.0, -1.0)]
-        every = first_order(np.concatenate(moved))[1].reshape(6, -1, 3)
-        return ((every[::2] - every[1::2]) / (2.0 * _WIDE)).transpose(1, 0, 2)
+        every = first_order(moved(points, wide))[1].reshape(6, -1, 3)
+        return ((every[::2] - every[1::2]) / (2.0 * wide)).transpose(1, 0, 2)
 
     return Field(first_order, hessian)
 
 
-def joined(first, second, width: float = _JOINT) -> np.ndarray:
+def joined(first, second, width: float = 4.0) -> np.ndarray:
     """(n,) smooth minimum of two distances (Quilez, Smooth minimum, 2013, cubic)."""
     overlap = np.maximum(width - np.abs(first - second), 0.0) / width
     return np.minimum(first, second) - overlap**3 * width / 6.0
@@ -123,11 +125,10 @@ def fork(gap: float) -> ImplicitObject:
     """A block with a slot that is open on three sides, its bottom and rims round."""
     block = rounded_box((35.0, 16.0, 18.0), 6.0)
     slot = rounded_box((35.0, 60.0, 0.5 * gap), 0.49 * gap)
-    shift = np.array([20.0, 0.0, 0.0])
 
     def distance(points):
-        inside = -slot.first_order(points - shift)[0]
-        return -joined(-block.first_order(points)[0], -inside, min(_JOINT, gap))
+        inside = -slot.first_order(points - np.array([20.0, 0.0, 0.0]))[0]
+        return -joined(-block.first_order(points)[0], -inside, min(4.0, gap))
 
     return implicit("fork", numeric(distance), (35.01, 16.01, 18.01))
 
@@ -145,21 +146,17 @@ def spike(radius: float) -> ImplicitObject:
 
     def distance(points):
         x, z = points[:, 0] + 0.5 * height - 10.0, np.hypot(points[:, 1], points[:, 2])
-        along = a * x - b * z
-        side = b * x + a * z - large
-        end = np.hypot(x - height, z) - radius
-        return np.where(
-            along < 0.0, np.hypot(x, z) - large, np.where(along > a * height, end, side)
-        )
+        along, side = a * x - b * z, b * x + a * z - large
+        tip = np.where(along > a * height, np.hypot(x - height, z) - radius, side)
+        return np.where(along < 0.0, np.hypot(x, z) - large, tip)
 
     return implicit("spike", numeric(distance), (37.5 + radius, 22.01, 22.01))
 
 
 def dimpled(width: float) -> ImplicitObject:
     """A ball with a dent 0.7 widths deep at its side."""
-    depth = [1.4 * width / 33.0]
-    field = quadric_with_bumps((33.0,) * 3, [[33.0, 0.0, 0.0]], [width], depth)
-    return implicit("dimpled", field, (33.01,) * 3)
+    dent = [[33.0, 0.0, 0.0]], [width], [1.4 * width / 33.0]
+    return implicit("dimpled", quadric_with_bumps((33.0,) * 3, *dent), (33.01,) * 3)
 
 
 def handles(genus: int) -> ImplicitObject:
@@ -177,21 +174,16 @@ def handles(genus: int) -> ImplicitObject:
         return found
 
     # Where two rings cross, the smooth minimum is a sixth of its width thicker.
-    size = (27.2 + centres[-1], 27.2, 8.2 + _JOINT / 6.0)
+    size = (27.2 + centres[-1], 27.2, 8.2 + 4.0 / 6.0)
     return implicit("handles", numeric(distance), size, 2 - 2 * genus)
 
 
 def two_balls(gap: float) -> ImplicitObject:
     """Two balls of radius 20."""
-    shift = np.array([20.0 + 0.5 * gap, 0.0, 0.0])
+    away = np.array([20.0 + 0.5 * gap, 0.0, 0.0])
 
     def distance(points):
-        return (
-            np.minimum(
-                np.linalg.norm(points - shift, axis=1), np.linalg.norm(points + shift, axis=1)
-            )
-            - 20.0
-        )
+        return np.min([np.linalg.norm(points - x, axis=1) for x in (away, -away)], axis=0) - 20.0
 
     return implicit("two balls", numeric(distance), (40.01 + 0.5 * gap, 20.01, 20.01), 4)
 

@@ -1,5 +1,6 @@
-"""What others do with the same samples: osculating jets, and curvatures of a triangle mesh."""
+"""Fits of one patch by name: ours, the paper's, and what others do with the same samples."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -7,8 +8,16 @@ import igl
 import numpy as np
 from scipy.spatial import Delaunay
 
+from touchatlas.patch import Contour, FitOptions, Patch, Penalty, fit_paper, fit_patch
 from touchatlas.patch.geometry.frame import any_tangent, axes_from_normal
+from touchatlas.patch.paper.newton import newton_minimum
+from touchatlas.patch.paper.steepest_descent import sign_frozen_descent
 from touchatlas.sim.study.scenes import POINTS_PER_ARM, Scene
+
+# The paper's multiplier of (5), length^2, in millimetres as its objects are.
+PAPER_MULTIPLIER = 0.3
+# The paper's (5) by the paper's own solver.
+PAPER = "steepest_descent"
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +47,67 @@ class Jet:
         """(n,) height of world points over the jet, length."""
         x, y, z = self.axes @ (points - self.origin).T
         return z - self.coefficients @ _terms(self.degree, x, y)
+
+
+# Reference point, contours, and a vector on the outer side to a surface about the point.
+Fit = Callable[[np.ndarray, tuple[Contour, ...], np.ndarray], Patch | Jet]
+
+
+def ours(options: FitOptions) -> Fit:
+    """The default of the project, or one with other options."""
+    return lambda point, contours, outward: (
+        fit_patch(point, contours, outward, options=options).patch
+    )
+
+
+def papers(penalty: Penalty, multiplier: float | None = PAPER_MULTIPLIER, solver=newton_minimum):
+    """A fit of the paper; the multiplier None is free of units."""
+    return lambda point, contours, outward: fit_paper(
+        point, contours, outward, penalty, multiplier, solver
+    )
+
+
+def jet(degree: int) -> Fit:
+    """An osculating jet."""
+
+    def fit(point, contours, outward) -> Jet:
+        return fit_jet(point, np.concatenate([c.points for c in contours]), outward, degree)
+
+    return fit
+
+
+FITS: dict[str, Fit] = {
+    "map": ours(FitOptions()),
+    "monge": ours(FitOptions(height_only=True, adaptive=False)),
+    "least_squares": papers(Penalty.NONE),
+    "total_curvature": papers(Penalty.TOTAL_CURVATURE),
+    PAPER: papers(Penalty.TOTAL_CURVATURE, solver=sign_frozen_descent),
+    "excess_curvature": papers(Penalty.EXCESS_CURVATURE),
+    "jet_2": jet(2),
+    "jet_4": jet(4),
+}
+
+
+def height_error(found: Patch | Jet, points, steps: int = 20) -> np.ndarray:
+    """(n,) heights of world points over a patch along its normal, length.
+
+    The height z(x, y) is where the signed distance along the normal through each point vanishes,
+    found by secants; infinite where they do not meet the patch.
+    """
+    if isinstance(found, Jet):
+        return found.height_error(points)
+    far, near, before = 1e3 * found.radius, 1e-12 * found.radius, np.zeros(len(points))
+    height = -found.signed_distance(points)
+    value = -height
+    for _ in range(steps):
+        ahead = found.signed_distance(points + height[:, None] * found.frame.normal)
+        slope = ahead - value
+        # Where it is found already, what is left of the slope is rounding.
+        going = (np.abs(ahead) > near) & (slope != 0.0)
+        step = (height - before) / np.where(going, slope, 1.0)
+        before, value = height, ahead
+        height = np.clip(np.where(going, height - ahead * step, height), -far, far)
+    return np.where(np.abs(value) <= 1e3 * near, -height, np.inf)
 
 
 def fit_jet(point, samples, outward, degree: int) -> Jet:
@@ -99,8 +169,7 @@ def mesh_around(scene: Scene, rng: np.random.Generator):
     """
     lattice, faces = _lattice(POINTS_PER_ARM)
     axes = axes_from_normal(scene.normal, any_tangent(scene.normal))[:2]
-    step = scene.reach / POINTS_PER_ARM
-    wanted = step
+    wanted = step = scene.reach / POINTS_PER_ARM
     # On the surface the edges come out longer or shorter than in the tangent plane.
     for _ in range(6):
         vertices = scene.surface.project(scene.point + step * lattice @ axes)

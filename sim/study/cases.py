@@ -1,0 +1,358 @@
+"""One case: tracked curves of a known surface, as a method gets them, and the exact answer.
+
+Surfaces are graphs z = height(x, y) about the origin, or a ball that folds; the unit is the reach.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from touchatlas.patch import Contour, ContourEnd, SamplingPlane
+from touchatlas.patch.geometry.frame import any_tangent
+
+Height = Callable[[np.ndarray, np.ndarray], np.ndarray]
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """The surface at one point: outward unit normal (3,) and principal curvatures k1 >= k2."""
+
+    normal: np.ndarray
+    k1: float
+    k2: float
+
+
+@dataclass(frozen=True, eq=False)
+class Truth:
+    """The exact surface about the reference point, world.
+
+    Parameters
+    ----------
+    around : callable
+        (point (3,), distance) to points (n, 3) of the surface within that distance of the point.
+    at : callable
+        Point (3,) near the surface to the Shape at its foot.
+    """
+
+    around: Callable[[np.ndarray, float], np.ndarray]
+    at: Callable[[np.ndarray], Shape]
+
+
+@dataclass(frozen=True, eq=False)
+class Track:
+    """A recorded curve that no record has checked yet.
+
+    Parameters
+    ----------
+    points : (n, 3) float, length, world
+    through, normal : (3,) float, world
+        A point of the sampling plane, and its unit normal.
+    noise_std : float, length
+        As the probe states it.
+    """
+
+    points: np.ndarray
+    through: np.ndarray
+    normal: np.ndarray
+    noise_std: float
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """What a method gets, and what it should find.
+
+    Parameters
+    ----------
+    point, outward : (3,) float, world
+        Reference point as a probe reports it, and a vector on the outer side.
+    tracks : tuple of Track
+    truth : Truth
+    noise_std : float, length
+        The true standard deviation of each coordinate of a good sample.
+    reach : float, length
+        How far a contour of full length runs from the reference point.
+    probe : callable, optional
+        (direction (3,), arm) to the Track of one more curve through the reference point, of good
+        contacts. None where the case cannot be touched again.
+    """
+
+    point: np.ndarray
+    outward: np.ndarray
+    tracks: tuple[Track, ...]
+    truth: Truth
+    noise_std: float
+    reach: float
+    probe: Callable[[np.ndarray, float], Track] | None = None
+
+    def contours(self) -> tuple[Contour, ...]:
+        """The tracks as records. ValueError where a record refuses them."""
+        ends = (ContourEnd.LENGTH_REACHED, ContourEnd.LENGTH_REACHED)
+        return tuple(
+            Contour(t.points, SamplingPlane(t.through, t.normal), t.noise_std, ends)
+            for t in self.tracks
+        )
+
+    def with_points(self, change: Callable[[int, np.ndarray], np.ndarray]) -> "Case":
+        """The case with other points: ``change`` maps number and points (n, 3) of each track."""
+        tracks = [replace(t, points=change(i, t.points)) for i, t in enumerate(self.tracks)]
+        return replace(self, tracks=tuple(tracks))
+
+    def moved(self, rotation, scale: float, shift) -> "Case":
+        """The case after x -> scale (rotation x) + shift."""
+        old, again = self.truth, self.probe
+
+        def back(point):
+            return ((point - shift) / scale) @ rotation
+
+        def there(points):
+            return scale * points @ rotation.T + shift
+
+        def around(point, distance: float):
+            return there(old.around(back(point), distance / scale))
+
+        def at(point) -> Shape:
+            shape = old.at(back(point))
+            return Shape(rotation @ shape.normal, shape.k1 / scale, shape.k2 / scale)
+
+        def track(t: Track) -> Track:
+            normal = rotation @ t.normal
+            return Track(there(t.points), there(t.through), normal, scale * t.noise_std)
+
+        return Case(
+            *(there(self.point), rotation @ self.outward, tuple(map(track, self.tracks))),
+            *(Truth(around, at), scale * self.noise_std, scale * self.reach),
+            again and (lambda direction, arm: track(again(direction @ rotation, arm / scale))),
+        )
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How the curves of a touch run; lengths in reaches. A good touch has the noise and the count
+    of samples of the paper's.
+
+    Parameters
+    ----------
+    angles, tilts : tuple of float, rad
+        Directions of the curves in the tangent plane, and leans of their planes from the normal.
+    arms : tuple of pairs of float
+        Lengths before and after the reference point.
+    counts : tuple of int
+        Samples of each curve.
+    misses : tuple of float
+        How far each plane misses the reference point.
+    noise, stated : float
+        Standard deviation of each coordinate, true and as the probe states it.
+    """
+
+    angles: tuple[float, ...]
+    tilts: tuple[float, ...] = (0.0, 0.0, 0.0)
+    arms: tuple[tuple[float, float], ...] = ((1.0, 1.0),) * 3
+    counts: tuple[int, ...] = (19,) * 3
+    misses: tuple[float, ...] = (0.0, 0.0, 0.0)
+    noise: float = 1e-3
+    stated: float | None = None
+
+    def curves(self):
+        """Angle, tilt, arms, count and miss of each curve."""
+        parts = (self.angles, self.tilts, self.arms, self.counts, self.misses)
+        return zip(*parts, strict=True)
+
+
+def even_plan(rng: np.random.Generator, lean: float = np.pi / 18.0, **changes) -> Plan:
+    """Three curves 60 degrees apart, their planes up to ``lean`` from upright."""
+    tilts, start = tuple(lean * rng.uniform(-1.0, 1.0, 3)), rng.uniform(0.0, np.pi)
+    angles = tuple(start + np.pi / 3.0 * i for i in range(3))
+    return Plan(**({"angles": angles, "tilts": tilts} | changes))
+
+
+def placed(case: Case, rng: np.random.Generator) -> Case:
+    """The case turned and somewhere in the world, in millimetres."""
+    return case.moved(random_rotation(rng), 20.0, 100.0 * rng.normal(size=3))
+
+
+def random_rotation(rng: np.random.Generator) -> np.ndarray:
+    """(3, 3) rotation, uniform."""
+    q, r = np.linalg.qr(rng.normal(size=(3, 3)))
+    q = q * np.sign(np.diag(r))
+    return q if np.linalg.det(q) > 0 else q[:, ::-1]
+
+
+def touch_graph(height: Height, plan: Plan, rng: np.random.Generator) -> Case:
+    """A touch of the graph z = height(x, y) at the origin."""
+    curves = [_graph_curve(height, *parts) for parts in plan.curves()]
+    origin = np.array([0.0, 0.0, float(height(*np.zeros((2, 1)))[0])])
+
+    def probe(direction, arm: float) -> Track:
+        angle = float(np.arctan2(direction[1], direction[0]))
+        curve = _graph_curve(height, angle, 0.0, (arm, arm), Plan.counts[0], 0.0)
+        return _track(curve, plan.noise, plan.noise, rng)
+
+    return replace(_case(curves, graph_truth(height), origin, plan, rng), probe=probe)
+
+
+def touch_ball(radius: float, plan: Plan, rng: np.random.Generator) -> Case:
+    """A touch of a ball at its highest point; arms are arc lengths and may pass the equator."""
+    curves = [_ball_curve(radius, *parts) for parts in plan.curves()]
+    return _case(curves, ball_truth(radius), np.zeros(3), plan, rng)
+
+
+def _case(curves, truth, point, plan: Plan, rng) -> Case:
+    stated = plan.noise if plan.stated is None else plan.stated
+    tracks = tuple(_track(curve, plan.noise, stated, rng) for curve in curves)
+    contact = point + plan.noise * rng.normal(size=3)
+    return Case(contact, np.array([0.0, 0.0, 1.0]), tracks, truth, plan.noise, 1.0)
+
+
+def _track(curve, noise: float, stated: float, rng) -> Track:
+    """What a probe reports of exact points on a plane."""
+    points, through, normal = curve
+    return Track(points + noise * rng.normal(size=points.shape), through, normal, stated)
+
+
+def _axes(angle: float, tilt: float):
+    """Direction, side and the upward axis of a sampling plane."""
+    c, s = np.cos(angle), np.sin(angle)
+    direction, side = np.array([c, s, 0.0]), np.array([-s, c, 0.0])
+    return direction, side, np.cos(tilt) * np.array([0.0, 0.0, 1.0]) + np.sin(tilt) * side
+
+
+def _graph_curve(height: Height, angle, tilt, arms, count, miss):
+    """Exact points (n, 3) and plane of one curve, even along its direction.
+
+    Newton's method along the upward axis; the curve ends where there is no root.
+    """
+    direction, side, up = _axes(angle, tilt)
+    s = np.linspace(-arms[0], arms[1], count)
+    start, step = s[:, None] * direction + miss * side, 1e-6
+
+    def above(t):
+        x, y, z = (start + t[:, None] * up).T
+        return z - height(x, y)
+
+    t = np.zeros(count)
+    for _ in range(60):
+        value = above(t)
+        slope = (above(t + step) - value) / step
+        t = t - np.clip(value / np.where(np.abs(slope) > 1e-3, slope, 1e-3), -0.1, 0.1)
+    first, last = _run(np.abs(above(t)) < 1e-11, int(np.abs(s).argmin()))
+    return start[first:last] + t[first:last, None] * up, miss * side, np.cross(direction, up)
+
+
+def _run(found, middle: int):
+    """First and end of the unbroken run of True about the middle."""
+    lost = np.flatnonzero(~found)
+    first = int(max(lost[lost <= middle], default=-1)) + 1
+    last = int(min(lost[lost > middle], default=len(found)))
+    return (first, last) if last > first else (middle, middle + 1)
+
+
+def _ball_curve(radius, angle, tilt, arms, count, miss):
+    """Exact points and plane of a circle on the ball, even in arc length."""
+    direction, side, up = _axes(angle, tilt)
+    normal = np.cross(direction, up)
+    centre = np.array([0.0, 0.0, -radius])
+    off = (miss * side - centre) @ normal
+    circle = np.sqrt(max(radius**2 - off**2, 0.0))
+    s = np.linspace(-arms[0], arms[1], count) / circle
+    around = np.outer(np.sin(s), direction) + np.outer(np.cos(s), up)
+    return centre + off * normal + circle * around, miss * side, normal
+
+
+def _disc(count: int = 300):
+    """Radii and angles (n,) of even points of the unit disc, by the golden angle."""
+    number = np.arange(count)
+    return np.sqrt((number + 0.5) / count), number * np.pi * (3.0 - np.sqrt(5.0))
+
+
+def graph_truth(height: Height) -> Truth:
+    """The graph z = height(x, y) over the plane."""
+
+    def around(point, distance: float):
+        radii, angles = _disc()
+        x = point[0] + distance * radii * np.cos(angles)
+        y = point[1] + distance * radii * np.sin(angles)
+        points = np.column_stack([x, y, height(x, y)])
+        near = ((points - point) ** 2).sum(axis=1) <= distance**2
+        # Over a steep place all points may be farther: the nearest one stands for them.
+        return points[near] if near.any() else points[:1]
+
+    return Truth(around, lambda point: graph_shape(height, point[0], point[1]))
+
+
+def graph_shape(height: Height, x: float, y: float, step: float = 5e-3) -> Shape:
+    """Normal and principal curvatures of a graph: do Carmo, section 3-3, example 5.
+
+    Derivatives are central differences of fourth order, whose truncation and rounding both are
+    below 1e-7 with this step.
+    """
+    offsets = step * np.arange(-2.0, 3.0)
+    d1 = np.array([1.0, -8.0, 0.0, 8.0, -1.0]) / (12.0 * step)
+    d2 = np.array([-1.0, 16.0, -30.0, 16.0, -1.0]) / (12.0 * step**2)
+    z = height(x + offsets[:, None], y + offsets[None, :])
+    fx, fy = d1 @ z[:, 2], z[2] @ d1
+    fxx, fyy, fxy = d2 @ z[:, 2], z[2] @ d2, d1 @ z @ d1
+    first = np.array([[1.0 + fx * fx, fx * fy], [fx * fy, 1.0 + fy * fy]])
+    length = np.sqrt(1.0 + fx * fx + fy * fy)
+    root = np.linalg.inv(np.linalg.cholesky(first))
+    second = np.array([[fxx, fxy], [fxy, fyy]]) / length
+    k2, k1 = np.linalg.eigvalsh(root @ second @ root.T)
+    return Shape(np.array([-fx, -fy, 1.0]) / length, float(k1), float(k2))
+
+
+def ball_truth(radius: float) -> Truth:
+    """The ball whose highest point is the origin, all of it."""
+    centre = np.array([0.0, 0.0, -radius])
+
+    def outward(point):
+        return (point - centre) / np.linalg.norm(point - centre)
+
+    def around(point, distance: float):
+        radii, angles = _disc()
+        normal = outward(point)
+        # A chord c spans the height c^2 / (2 radius): even in area by Archimedes.
+        chord = min(distance, 2.0 * radius) * radii
+        drop = chord**2 / (2.0 * radius)
+        across = np.sqrt(np.maximum(chord**2 - drop**2, 0.0))
+        side = any_tangent(normal)
+        flat = np.outer(across * np.cos(angles), side)
+        flat += np.outer(across * np.sin(angles), np.cross(normal, side))
+        return centre + flat + np.outer(radius - drop, normal)
+
+    return Truth(around, lambda point: Shape(outward(point), -1.0 / radius, -1.0 / radius))
+
+
+def quadric(k1: float, k2: float, angle: float = 0.0) -> Height:
+    """z = (k1 u^2 + k2 v^2)/2 with u at an angle from x."""
+    c, s = np.cos(angle), np.sin(angle)
+    return lambda x, y: 0.5 * (k1 * (c * x + s * y) ** 2 + k2 * (c * y - s * x) ** 2)
+
+
+def wavy(rng: np.random.Generator, length: float = 2.5, bend: float = 0.4) -> Height:
+    """Sum of five sines less their tangent plane at the origin: smooth, and no polynomial.
+
+    ``length`` is the inverse of the waves' typical wave number, ``bend`` the typical curvature
+    at the origin, both in reaches.
+    """
+    waves = rng.normal(size=(5, 2)) / length
+    phase = rng.uniform(0.0, 2.0 * np.pi, 5)
+    size = bend * length**2 * rng.normal(size=5) / np.sqrt(5.0)
+    sine, cosine = np.sin(phase), np.cos(phase)
+
+    def height(x, y):
+        along = np.multiply.outer(x, waves[:, 0]) + np.multiply.outer(y, waves[:, 1])
+        return (np.sin(along + phase) - sine - cosine * along) @ size
+
+    # Arrays broadcast first, because the outer product would not.
+    return lambda x, y: height(*np.broadcast_arrays(x, y))
+
+
+def crease(distance: float, angle: float, direction: float) -> Height:
+    """A plane that falls by an angle (rad) beyond a straight edge at a distance from the origin."""
+    c, s, slope = np.cos(direction), np.sin(direction), np.tan(angle)
+    return lambda x, y: -slope * np.maximum(c * x + s * y - distance, 0.0)
+
+
+def total(*heights: Height) -> Height:
+    """The sum of heights."""
+    return lambda x, y: sum((h(x, y) for h in heights), np.zeros(np.broadcast(x, y).shape))

@@ -1,1 +1,0 @@
-"""What touches, lengths and time a tolerance takes: our planner, baselines, and peers."""
