@@ -87,14 +87,6 @@ def test_an_exploration_works_around_what_its_pin_cannot_reach():
     assert len(places) and np.median(np.hypot(places[:, 0], places[:, 1])) < 40.0
 
 
-@pytest.mark.parametrize(
-    "pin", [{"pin_radius": -1.0}, {"pin_length": np.nan}, {"pin_length": 5.0}, {"pin_radius": 1.0}]
-)
-def test_a_pin_that_is_none_is_refused(pin):
-    with pytest.raises(ValueError, match="pin_"):
-        PlannerOptions(**pin)
-
-
 def walls(gap: float) -> Atlas:
     """A floor at z = 0 that faces up, and a ceiling over it that faces down."""
     atlas = Atlas(0.1)

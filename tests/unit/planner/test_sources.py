@@ -157,11 +157,6 @@ def test_variance_is_the_rim_next_to_the_last_touch_and_else_the_least_sure_plac
     assert target.point.tolist() == PLACES[1].tolist() and target.reason is Reason.REFINE
 
 
-def test_a_rule_that_is_none_is_refused_with_those_that_are():
-    with pytest.raises(ValueError, match="tolerance, random, farthest, variance"):
-        PlannerOptions(name="gpis")
-
-
 def test_the_nearest_edge_that_is_drawn_by_a_guess_is_touched(monkeypatch):
     """Until it is touched, or was tried in vain; then the next one."""
     found = GuessedEdges(PLACES[[3, 1]], np.tile(UP, (2, 1)), 1.0)

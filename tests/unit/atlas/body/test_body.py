@@ -24,10 +24,9 @@ from tests.lawful import (
 )
 from tests.touched import touched_samples
 from touchatlas.atlas.body.body import Body
-from touchatlas.atlas.body.explained import is_lawful, lawful_share, share_with_edges
+from touchatlas.atlas.body.explained import is_lawful, lawful_share
 from touchatlas.atlas.body.one_face import face_of_all
 from touchatlas.atlas.body.thinned_samples import ThinnedSamples
-from touchatlas.atlas.field.face_field import face_values
 from touchatlas.sim.world.mesh_object import MeshObject
 
 # Deviation of a sample that is told where there is no noise at all.
@@ -73,13 +72,6 @@ def test_the_surface_of_a_box_is_the_largest_of_six_distances(box, surface):
     axis = (np.abs(off) - HALF).argmax(axis=1)
     outward = np.sign(off) * (np.arange(3) == axis[:, None])
     assert np.abs(found.normal - outward)[~wrong].max() < 1e-9
-
-
-def test_the_values_of_faces_are_those_of_the_body(box, surface):
-    """An edge bounds its faces wherever it was crossed: between contours 2.4 % of a cube's points
-    had the distance from the other face."""
-    values = face_values(box.faces, surface)
-    assert values.distance.tobytes() == box.at(surface)[0].distance.tobytes()
 
 
 def test_an_edge_without_a_curve_bounds_its_faces(box, surface):
@@ -180,13 +172,6 @@ def test_a_body_without_near_sides_has_no_thickness(box):
     assert box.thickness == np.inf
 
 
-def test_samples_of_no_face_tell_no_thickness(box):
-    """All of them lie on roundings."""
-    every = np.arange(len(box.faces.of))
-    faces = replace(box.faces, of=np.full(len(every), -1), rounded=every)
-    assert ThinnedSamples(box.faces.points, faces, box.reach).thickness() == np.inf
-
-
 def test_planes_and_cylinders_have_no_gaussian_curvature(noisy_cylinder):
     """One principal curvature is 0; the other is 1 / r, squared 2.5e-3. Rounding is left."""
     body = noisy_cylinder
@@ -212,66 +197,11 @@ def test_a_sphere_has_the_square_of_its_curvature():
     assert body.largest_curvature == pytest.approx(1.0 / 33.0, rel=3.0 * 6e-4 / 4.0)
 
 
-def test_answers_scale_with_the_body(box, surface):
-    """By a power of two, so that nothing is rounded otherwise."""
-    scale = 2.0**10
-    large = exact_box(scale=scale)
-    assert (large.extent, large.reach) == (scale * box.extent, scale * box.reach)
-    points = surface + 0.5
-    found, known = box.at(points)
-    again, known_again = large.at(scale * points)
-    assert np.array_equal(known_again, known)
-    assert np.array_equal(again.face, found.face)
-    # The pieces are solved in scaled coordinates, which are equal; rounding of the scale is left.
-    assert again.distance == pytest.approx(scale * found.distance, abs=1e-12 * scale)
-    assert again.normal == pytest.approx(found.normal, abs=1e-12)
-    assert again.deviation == pytest.approx(scale * found.deviation, rel=1e-9)
-    assert not large.largest_curvature and large.thickness == box.thickness == np.inf
-
-
-def test_contours_of_a_box_run_over_edges_and_those_of_an_ellipsoid_over_none():
-    """The ellipsoid of half axes 30, 20 and 15 bends by 8 steps of 1 over radii of 7.5 at least,
-    more than half of that as a cubic."""
-    box = samples_of_touches(touched_mesh("box", 30, NOISE), NOISE)
-    nothing = np.zeros(len(box), bool)
-    assert share_with_edges(box, nothing) > 0.5
-    smooth = samples_of_touches(touched_mesh("ellipsoid", 30, NOISE), NOISE)
-    nothing = np.zeros(len(smooth), bool)
-    assert share_with_edges(smooth, nothing) == 0.0
-
-
-def test_a_contour_that_ended_at_an_edge_counts_as_one_that_runs_over_it():
-    """Of 90 contours five, and six."""
-    samples = samples_of_touches(touched_mesh("ellipsoid", 30, NOISE), NOISE)
-    last = np.flatnonzero(np.diff(samples.contours, append=-1))
-    assert len(last) == 90
-    for count in (5, 6):
-        ends = np.isin(np.arange(len(samples)), last[:count])
-        assert share_with_edges(samples, ends) == pytest.approx(count / 90, abs=1e-12)
-
-
 def test_a_body_is_lawful_where_few_samples_are_left_out(box):
     """A single face is no body with edges; unexplained samples count."""
     assert lawful_share(box.faces) == pytest.approx(1.0 - box.faces.unexplained, abs=1e-12)
     sphere = body_of(touched_samples("sphere", 30)).faces
     assert len(sphere) == 1 and not is_lawful(sphere)
-
-
-@pytest.mark.parametrize(
-    "times, left, free, lawful",
-    [(1, 0.05, 0, True), (1, 0.15, 0, False), (4, 0.15, 0, True), (4, 0.25, 0, False)]
-    + [(4, 0.15, 4, False)],
-)
-def test_a_body_of_many_faces_is_lawful_while_some_are_not_known(box, times, left, free, lawful):
-    """The faces of a box, so many times, without a label for a fraction of the samples, and so many
-    of them free-form: one is a sixth of the box."""
-    faces = box.faces
-    many = [replace(face, id=6 * k + face.id) for k in range(times) for face in faces.faces]
-    many[:free] = [replace(face, law=None) for face in many[:free]]
-    of = np.arange(6000) % len(many)
-    of[np.random.default_rng(0).permutation(6000)[: int(6000 * left)]] = -1
-    found = replace(faces, faces=tuple(many), of=of)
-    assert is_lawful(found) is lawful
 
 
 def test_each_sample_has_a_seed_on_its_own_side_of_a_thin_plate_within_a_voxel():

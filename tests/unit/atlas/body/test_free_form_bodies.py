@@ -6,9 +6,8 @@ import igl
 import numpy as np
 import pytest
 
-from tests.lawful import HALF, lawful_object, samples_of_touches, touched_mesh
+from tests.lawful import HALF, lawful_object, touched_mesh
 from touchatlas.atlas.body.body import Body
-from touchatlas.atlas.body.explained import share_over_sharp_edges
 from touchatlas.atlas.body.known_body import KnownBody, known_from_faces, look_for_body
 from touchatlas.atlas.samples.sample_pool import SamplePool
 
@@ -29,19 +28,6 @@ def test_a_box_with_a_free_form_top_is_a_body(known):
     kinds = [face.kind for face in known.body.faces.faces]
     assert "free-form" in kinds
     assert kinds.count("plane") >= 5
-
-
-def test_without_many_sharp_edges_it_is_one_face(known):
-    found = known_from_faces(known.faces, known.body.samples, False)
-    assert found.is_one and [face.kind for face in found.body.faces.faces] == ["free-form"]
-
-
-def test_a_body_with_unexplained_samples_is_one_face(known):
-    """A fifth of them; a tenth may be."""
-    of = known.faces.of.copy()
-    of[::5] = -1
-    patchy = replace(known.faces, of=of, rounded=known.faces.rounded[:0])
-    assert known_from_faces(patchy, known.body.samples, True).is_one
 
 
 def test_a_body_whose_surface_passes_beside_its_samples_is_one_face(known):
@@ -75,21 +61,3 @@ def test_what_is_inside_of_it_is_inside(known):
     inside = igl.fast_winding_number(mesh.vertices, mesh.faces, points) > 0.5
     wrong = (known.body.at(points)[0].distance < 0.0) != inside
     assert wrong[away > 0.5].mean() < 5e-3
-
-
-def test_small_faces_within_a_free_form_one_are_parts_of_its_surface(known):
-    """What smooth rims join to it; the sides of the box, with sharp edges, are none."""
-    faces, trees = known.body.faces, known.body.field.trees
-    for face in faces.faces:
-        sharp = [e for e in faces.edges if face.id in (e.first, e.second) and e.kind.sharp]
-        if face.kind == "plane" and len(face.samples) > 200:
-            assert sharp
-            assert not trees.is_free_form(face.id)
-        if face.law is None:
-            assert trees.is_free_form(face.id)
-
-
-def test_scans_and_smooth_bodies_have_few_sharp_edges():
-    samples = samples_of_touches(touched_mesh("ellipsoid", 20, NOISE), NOISE)
-    assert share_over_sharp_edges(samples) < 0.05
-    assert share_over_sharp_edges(samples_of_touches(touched_mesh("box", 20, NOISE), NOISE)) > 0.45

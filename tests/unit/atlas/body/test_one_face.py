@@ -67,14 +67,6 @@ def test_one_contour_beside_a_ball_refuses_its_law():
     assert kind_of((moved, outward, planes)) == "free-form"
 
 
-def test_the_law_scales_with_the_samples():
-    points, outward, planes = touched_ball()
-    one = law_of_all(samples_of_touches((points, outward, planes), NOISE))
-    large = law_of_all(samples_of_touches((points, outward, planes), NOISE, scale=1e3))
-    assert one.kind is large.kind
-    assert large.at(1e3 * points)[0] / 1e3 == pytest.approx(one.at(points)[0], abs=1e-9)
-
-
 def test_few_samples_show_no_law():
     points, outward, planes = (column[:3] for column in touched_ball())
     assert law_of_all(samples_of_touches((points, outward, planes), NOISE)) is None

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from touchatlas.atlas.body.thinned_samples import ThinnedSamples, _on_one_arc
+from touchatlas.atlas.body.thinned_samples import ThinnedSamples
 
 REACH = 1.0
 
@@ -85,19 +85,3 @@ def test_a_shallow_wave_between_lines_of_samples_is_known():
 
     at = wave(rng.uniform(-2.0, 2.0, 300), rng.uniform(-1.5, 1.5, 300))
     assert among(*wave(lines, rng.uniform(-3.0, 3.0, len(lines))), *at).mean() > 0.98
-
-
-def test_any_two_places_of_an_arc_or_of_two_planes_are_on_one():
-    """The law has no slack there: chords of arcs are off by nothing, those over an edge by no more
-    than half of its turn."""
-    rng = np.random.default_rng(3)
-    turn = rng.uniform(0.05, 1.8, 500)
-    zero = np.zeros(500)
-    outward = np.stack([np.sin(turn), zero, np.cos(turn)], axis=1)
-    arc = np.stack([np.sin(turn), zero, np.cos(turn) - 1.0], axis=1)
-    near, far = rng.uniform(0.0, 1.0, (2, 500))
-    edge = np.stack([near + far * np.cos(turn), zero, -far * np.sin(turn)], axis=1)
-    for offset in (arc, edge):
-        assert _on_one_arc(offset[:, None], outward[:, None]).all()
-    above = np.array([[[0.1, 0.0, 1.0]]])
-    assert not _on_one_arc(above, np.array([[[0.0, 0.0, 1.0]]])).any()

@@ -15,13 +15,9 @@ from tests.lawful import (
 )
 from touchatlas.atlas.body.body import Body
 from touchatlas.atlas.body.uncrossed_edges import (
-    _EVERY,
-    _thinned,
     points_beside,
     with_uncrossed_edges,
 )
-from touchatlas.atlas.edges.edge_curves import CurvePoints
-from touchatlas.atlas.faces.join_faces import _SPACING
 
 DISTANCE = {"box": box_distance, "step": step_distance}
 
@@ -66,33 +62,6 @@ def test_every_point_of_an_edge_of_planes_lies_on_two_of_the_body(name, count, h
     points = np.concatenate([curve for edge in between for curve in edge.curves])
     off = np.sort(np.abs(np.abs(points) - half), axis=1)
     assert off[:, 1].max() < 5.0 * NOISE
-
-
-@pytest.mark.parametrize("scale", [1.0, 25.4, 1e-3])
-def test_an_edge_along_an_axis_has_one_point_in_each_cube(scale):
-    """Its points differ across it by rounding alone, and are the same ones at any scale."""
-    rng = np.random.default_rng(0)
-    along = np.sort(rng.uniform(0.0, 10.0, 400))
-    points = np.column_stack([along, np.full(400, 5.0), np.full(400, 7.0)])
-    points += 5e-15 * rng.normal(size=points.shape)
-    deviation = rng.uniform(1.0, 2.0, 400)
-    kept = _thinned(CurvePoints(scale * points, scale * deviation), 0.5 * scale)
-    assert len(kept.points) == 21
-    # Farthest apart at opposite ends of neighbouring cubes.
-    assert np.diff(kept.points[:, 0]).max() < 2.0 * 0.5 * scale
-    cube = np.floor((along - along[0]) / 0.5 + 0.5)
-    least = [deviation[cube == k].min() for k in range(21)]
-    assert kept.deviation == pytest.approx(scale * np.array(least))
-
-
-def test_no_points_are_thinned_to_none():
-    none = CurvePoints(np.zeros((0, 3)), np.zeros(0))
-    assert not len(_thinned(none, 1.0).points)
-
-
-def test_points_are_asked_closer_than_edges_are_drawn():
-    """Half as far apart, so that a point of an edge is the surest of two or more."""
-    assert 2.0 * _EVERY < _SPACING
 
 
 def test_where_two_faces_have_one_normal_there_is_no_edge():

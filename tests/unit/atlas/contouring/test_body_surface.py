@@ -1,7 +1,6 @@
 """The surface of lawful faces: closed, sharp, and as near as is asked for."""
 
 from itertools import product
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -23,7 +22,6 @@ from touchatlas.atlas.contouring.body_surface import (
     body_surface,
     coarse_edge,
     fine_edge,
-    shape_edge,
     with_curvatures,
 )
 
@@ -111,27 +109,3 @@ def test_the_total_curvature_of_a_rounded_box_is_that_of_a_ball():
     surface = with_curvatures(body, body_surface(body, 0.5 * BLUNT))
     assert mesh_of(surface).euler_number == 2
     assert surface.total_curvature() == pytest.approx(4.0 * np.pi, rel=0.02)
-
-
-@pytest.mark.parametrize(("radius", "edge"), [(2.0, 1.0), (50.0, 100.0 / 32), (0.1, 100.0 / 160)])
-def test_a_narrow_bend_passes_some_cubes(radius, edge):
-    """Cubes have half of its radius, but are no larger than for the shape, and no more than 160."""
-    body = SimpleNamespace(
-        extent=100.0,
-        reach=27.0,
-        thickness=np.inf,
-        samples=SimpleNamespace(std=0.02),
-        field=SimpleNamespace(is_one=False),
-        largest_curvature=1.0 / radius,
-    )
-    assert shape_edge(body) == pytest.approx(edge)
-
-
-@pytest.mark.parametrize(("std", "edge"), [(0.02, 0.4 * 2.0), (2.0, 100.0 / 32)])
-def test_scatter_of_samples_is_no_thin_wall(std, edge):
-    """Where normals of noisy contours turn up and down, samples some thousandths apart seem to face
-    away from each other. Cubes of that size made 540,000 triangles of twelve touches."""
-    body = SimpleNamespace(
-        extent=100.0, reach=27.0, thickness=2.0, samples=SimpleNamespace(std=std)
-    )
-    assert coarse_edge(body) == pytest.approx(edge)

@@ -1,6 +1,5 @@
 """Blunt edges: a radius for each edge that is rounded, found from contours that run over it."""
 
-from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -20,10 +19,7 @@ from touchatlas.atlas.body.explained import is_lawful, lawful_share
 from touchatlas.atlas.body.thinned_samples import ThinnedSamples
 from touchatlas.atlas.edges.boundary import EdgeKind
 from touchatlas.atlas.faces.face_graph import as_networkx
-from touchatlas.atlas.field.face_field import face_values
 from touchatlas.atlas.relabel.labelling import relabel
-
-STD = np.sqrt(2.0) * NOISE
 
 
 @pytest.fixture(scope="module")
@@ -119,27 +115,6 @@ def test_a_concave_edge_has_a_radius_too():
     assert len(concave) == 1
     assert abs(concave[0].radius - FILLET) < 4.0 * concave[0].radius_std + 1e-3 * FILLET
     assert all(edge.radius == 0.0 for edge in edges if edge is not concave[0])
-
-
-def test_a_ball_decides_about_no_point_that_is_nearer_to_a_sample():
-    """A box with sharp edges, one of which is said to have a radius of half of its height. All
-    samples lie on the surface, within five deviations as all but one of a million do."""
-    body = known_body("box", 40)
-    first, *others = body.faces.edges
-    faces = replace(body.faces, edges=(replace(first, radius=HALF[2], radius_std=NOISE), *others))
-    face = body.faces.faces[first.first]
-    points = body.faces.points[face.samples]
-    near = body.field.trees.away(first.second, points) < HALF[2]
-    assert np.count_nonzero(near) > 20
-    assert np.abs(face_values(faces, points[near]).distance).max() < 5.0 * STD
-
-
-@pytest.mark.slow
-def test_radii_scale_with_the_samples(rounded):
-    """To rounding: no length is absolute."""
-    larger = known_body("rounded", 34, 1000.0).faces.edges
-    pairs = zip(larger, rounded.faces.edges, strict=True)
-    assert all(a.radius == pytest.approx(1000.0 * b.radius, rel=1e-6) for a, b in pairs)
 
 
 def test_the_graph_tells_the_radius_of_an_edge(rounded):

@@ -77,14 +77,6 @@ def test_the_corners_of_a_rounded_box_have_the_curvature_of_a_ball():
     assert total == pytest.approx(4.0 * np.pi, rel=0.1)
 
 
-@pytest.mark.slow
-def test_corners_scale_with_the_samples():
-    large = {corner.faces: corner for corner in rounded(1000.0).faces.corners}
-    for corner in rounded().faces.corners:
-        assert large[corner.faces].radius == pytest.approx(1000.0 * corner.radius, rel=1e-6)
-        assert large[corner.faces].centre == pytest.approx(1000.0 * corner.centre, rel=1e-6)
-
-
 def test_the_graph_names_the_faces_of_each_corner():
     data = as_json(rounded().faces)
     assert len(data["corners"]) == 8

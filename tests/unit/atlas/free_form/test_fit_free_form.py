@@ -96,13 +96,6 @@ def test_a_surface_moves_turns_and_scales_with_its_samples(fitted):
     assert other[:, 4] == pytest.approx(scale**2 * one[:, 4], rel=1e-4)
 
 
-def test_the_order_of_points_that_are_asked_changes_nothing(fitted):
-    asked = torus(100, 7)[0]
-    back = fitted.values(asked[::-1])[::-1]
-    assert back == pytest.approx(fitted.values(asked), abs=1e-12)
-    assert fitted.values(asked[:0]).shape == (0, 5)
-
-
 def test_between_two_contours_a_surface_is_less_sure_than_on_them():
     """Two parallel lines on a plane, a radius apart."""
     along = np.linspace(-20.0, 20.0, 81)

@@ -82,16 +82,6 @@ def test_amplitudes_are_those_of_the_place():
     assert (found[points[:, 0] < -2.0] == 0.0).all()
 
 
-def test_residuals_scale_with_lengths():
-    points, normals = plane(500, 0)
-    here = krige(points, normals, texture(points), RADIUS, STD)
-    scale = 1e-6
-    there = krige(scale * points, normals, scale * texture(points), scale * RADIUS, scale * STD)
-    asked = plane(100, 3)[0]
-    expected = corrected(here, asked) * [scale, 1.0, 1.0, 1.0, scale**2]
-    assert corrected(there, scale * asked) == pytest.approx(expected, rel=1e-9, abs=1e-20)
-
-
 @pytest.mark.parametrize("count", [1, 2, 30])
 def test_few_and_coincident_samples_are_kriged(count):
     points, normals = (np.repeat(x, count, axis=0) for x in plane(1, 0))

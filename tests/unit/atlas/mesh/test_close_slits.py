@@ -2,11 +2,10 @@
 
 import igl
 import numpy as np
-import pytest
 import trimesh
 
 from tests.unit.atlas.mesh.test_close_holes import NO_RIMS, RADIUS, ball, euler_number
-from touchatlas.atlas.mesh.close_slits import _normals_of_edges, close_slits
+from touchatlas.atlas.mesh.close_slits import close_slits
 from touchatlas.atlas.mesh.triangles_across import triangles_across
 from touchatlas.atlas.records.surface import Surface
 
@@ -58,19 +57,6 @@ def test_a_slit_that_is_wider_than_a_tenth_of_the_surface_stays_open():
     """The diagonal is 173: edges of 17 are too long for a band that is 20 wide."""
     wide = slit_ball(20.0)
     assert close_slits(wide, NO_RIMS) is wide
-
-
-@pytest.mark.parametrize("scale", [2.0**-10, 32.0])
-def test_slits_are_closed_alike_at_all_scales(scale):
-    """Powers of two, as by the symmetry of the ball circles tie, and rounding would choose."""
-    open_ball = slit_ball()
-    large = Surface(
-        *(scale * open_ball.vertices, open_ball.faces, open_ball.normals),
-        *(scale * open_ball.deviation, open_ball.patch, open_ball.gaussian_curvature / scale**2),
-    )
-    one, other = close_slits(open_ball, NO_RIMS), close_slits(large, NO_RIMS)
-    np.testing.assert_array_equal(one.faces, other.faces)
-    np.testing.assert_allclose(scale * one.deviation, other.deviation)
 
 
 def test_the_crest_of_a_wall_rises_by_half_of_its_thickness():
@@ -126,17 +112,6 @@ def test_corners_that_point_into_a_slit_are_cut_last():
     areas = 0.5 * np.cross(b - a, c - a)[:, 2]
     np.testing.assert_allclose(areas.sum(), 6.0 * 40.0)
     assert np.abs(areas[areas < 0.0]).sum() < 0.02 * 6.0 * 40.0
-
-
-def test_vertices_at_the_crest_of_a_wall_face_upward():
-    """The normals of its sides add to nothing, or to a little downward where they lean apart."""
-    x, none = np.arange(20.0), np.zeros(20)
-    sides = np.concatenate(
-        [np.stack([x, none, none]), np.stack([x[::-1], none + 1.0, none])], axis=1
-    )
-    rim = sides.T
-    across = triangles_across(rim, np.zeros((40, 3)), NONE)
-    np.testing.assert_allclose(np.abs(_normals_of_edges(rim, across)), [[0.0, 0.0, 1.0]] * 37)
 
 
 def test_a_rim_of_three_points_has_no_new_edge():

@@ -108,30 +108,6 @@ def test_a_half_of_a_body_is_open_and_drawn_where_it_was_touched():
     assert mesh.vertices[:, 2].min() > lowest
 
 
-def test_the_same_body_gives_the_same_triangles(torus, drawn):
-    once, again = drawn(0.8), extract_surface(Known(torus, 0.8))
-    for name in ("vertices", "faces", "normals", "deviation", "patch", "gaussian_curvature"):
-        assert getattr(once, name).tobytes() == getattr(again, name).tobytes()
-
-
-def test_what_is_no_atlas_or_has_no_body_is_refused():
-    with pytest.raises(ValueError, match="drawn of an Atlas"):
-        extract_surface("atlas")  # type: ignore[arg-type]
-    with pytest.raises(ValueError, match="no surface"):
-        extract_surface(Known(None))
-
-
-@pytest.mark.parametrize("edge", [0.0, -1.0, np.nan, np.inf, 1e3, "a"])
-def test_an_edge_that_is_no_length_of_the_body_is_refused(torus, edge):
-    with pytest.raises(ValueError, match="must be a length"):
-        extract_surface(Known(torus), edge)
-
-
-def test_triangles_that_would_fill_the_memory_are_refused(torus):
-    with pytest.raises(ValueError, match="memory"):
-        extract_surface(Known(torus), 1e-3)
-
-
 def test_a_small_hole_of_a_lawful_body_is_closed_and_counted(monkeypatch):
     """A drawing of a box without one triangle."""
     body = known_body("box", 40)

@@ -1,16 +1,11 @@
 """The patches of a finished atlas: as few as the tolerance asks, however it is made."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 import trimesh
 
 from tests.explored import explored, learned
 from touchatlas.atlas import Atlas, load_atlas, save_atlas
-from touchatlas.atlas import atlas as atlas_module
-from touchatlas.atlas.body.known_body import body_of_one
-from touchatlas.atlas.body.read_faces import samples_of
 from touchatlas.atlas.mesh.fewer_patches import with_fewer_patches
 from touchatlas.atlas.store import atlas_bytes
 from touchatlas.planner import Planner, explore
@@ -40,23 +35,6 @@ def test_finished_again_nothing_changes():
     known = atlas.known_body
     atlas.finish()
     assert atlas.known_body is known and known.is_few
-
-
-def test_patches_become_few_of_a_body_that_has_the_rims_of_its_atlas(monkeypatch):
-    """As when faces are looked for once more at the end: they tell where the surface is drawn."""
-    atlas, seen = explored("blob").atlas, []
-    known = atlas.known_body
-
-    def looked_for(pool, std, before, last):
-        return replace(before, body=body_of_one(samples_of(pool, len(pool), std)), is_few=False)
-
-    monkeypatch.setattr(atlas_module, "look_for_body", looked_for)
-    monkeypatch.setattr(
-        atlas_module, "with_fewer_patches", lambda known, tolerance: seen.append(known) or known
-    )
-    atlas.known_body = replace(known, looked=0)
-    atlas.finish()
-    assert [one.body.rims for one in seen] == [atlas.rims]
 
 
 def test_touches_after_the_end_are_learned_as_before_it():

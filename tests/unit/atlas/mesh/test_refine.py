@@ -136,24 +136,6 @@ def test_what_is_near_enough_stays_as_it_is():
     assert 0.0 < np.abs(found.vertices - surface.vertices).max() < 0.05
 
 
-def test_the_field_is_asked_about_four_times_a_vertex():
-    """Edges are thrice as many as vertices; twice at new vertices. Those that normals tell to be
-    low are not asked."""
-    field = Ellipsoid()
-    surface = coarse(field)
-    field.asked = 0
-    found = refined(field, surface, 1e-3)
-    assert field.asked < 5 * len(found.vertices)
-
-
-@pytest.mark.parametrize("scale", [1e-3, 1e3])
-def test_triangles_scale_with_the_unit(scale):
-    one, other = Ellipsoid(), Ellipsoid(scale)
-    first, second = (refined(f, coarse(f), 1e-3 * f.scale) for f in (one, other))
-    np.testing.assert_array_equal(first.faces, second.faces)
-    np.testing.assert_allclose(scale * first.vertices, second.vertices, atol=1e-9 * scale)
-
-
 def test_the_circles_at_the_ends_of_a_cylinder_are_refined_with_its_side():
     """The field is zero all over the end: only both faces together tell that a chord of the circle
     is off. In cubes of an eighth of the radius chords are off by 2e-3 radii, 16 bounds."""

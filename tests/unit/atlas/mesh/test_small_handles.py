@@ -53,12 +53,6 @@ def ball_with_rings(*radii: float) -> Surface:
     return surface_of(vertices, faces)
 
 
-@lru_cache
-def ball_without_ring() -> Surface:
-    """A ball of which one small ring was cut."""
-    return without_small_handles(ball_with_rings(0.15), NO_RIMS, 0.15)
-
-
 def euler_number(surface: Surface) -> int:
     return int(trimesh.Trimesh(surface.vertices, surface.faces, process=False).euler_number)
 
@@ -126,14 +120,6 @@ def test_a_handle_of_an_open_surface_is_cut_and_its_opening_stays():
     found = without_small_handles(open_body, NO_RIMS, 0.15)
     assert euler_number(found) == 1
     assert len(igl.boundary_loop_all(found.faces)) == 1
-
-
-@pytest.mark.parametrize("scale", [1e-3, 1e3])
-def test_handles_scale_with_the_unit(scale):
-    body = ball_with_rings(0.15)
-    small = surface_of(scale * body.vertices, body.faces)
-    found = without_small_handles(small, NO_RIMS, scale * 0.15)
-    assert (found.faces == ball_without_ring().faces).all()
 
 
 def test_a_torus_has_the_loops_around_its_tube_and_its_hole():

@@ -49,24 +49,6 @@ def test_a_ball_is_one_sphere():
     assert (labels.of == 0).mean() > 0.999
 
 
-@pytest.mark.slow
-def test_most_samples_of_a_smooth_body_are_explained_within_their_noise():
-    labels = labelled("torus", 24)
-    # 24 touches leave gaps, over which samples of one contour are alone.
-    assert (labels.of == NONE).mean() < 0.1
-    for piece, members in zip(labels.pieces, labels.all_members(), strict=True):
-        distance = labels.evidence.compare(piece, members)[0]
-        # One of the two halves of the variance is borne for lack of fit.
-        assert np.sqrt((distance**2).mean()) < 1.1
-
-
-def test_equal_samples_give_equal_labels():
-    again, once = label_samples(touched_samples("step", 40)), labelled("step", 40)
-    assert again.of.tobytes() == once.of.tobytes()
-    for one, other in zip(again.pieces, once.pieces, strict=True):
-        assert one.coefficients.tobytes() == other.coefficients.tobytes()
-
-
 def relabelled(name: str, bounds):
     """Labels of a body after samples up to each of some touches, each from those before."""
     points, outward, planes, noise = touched(name, TOUCHES[name])
@@ -107,22 +89,6 @@ def test_touches_elsewhere_leave_labels_and_pieces_as_they_are():
     assert (after.of[: len(points)] == before.of).all()
     assert [piece.kind for piece in after.pieces] == [Kind.SPHERE, Kind.SPHERE]
     assert (after.of[len(points) :] == 1).mean() > 0.999
-
-
-def test_the_same_samples_are_labelled_as_they_were():
-    before = labelled("step", 40)
-    after = relabel(touched_samples("step", 40), join_faces(before, []))
-    assert all(a is b for a, b in zip(after.pieces, before.pieces, strict=True))
-    assert after.of.tobytes() == before.of.tobytes()
-
-
-@pytest.mark.parametrize(("name", "count"), [("block", 40), ("sphere", 30)])
-@pytest.mark.parametrize("scale", [2.0**-20])
-def test_labels_do_not_depend_on_the_unit(name, count, scale):
-    """By powers of two, so that nothing is rounded otherwise."""
-    points, outward, planes, noise = touched(name, count)
-    samples = contour_samples(scale * points, outward, planes, scale * BORNE * noise)
-    assert (label_samples(samples).of == labelled(name, count).of).all()
 
 
 def test_labels_move_with_the_body():

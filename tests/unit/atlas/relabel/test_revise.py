@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from touchatlas.atlas.labels.grow import Evidence
-from touchatlas.atlas.labels.labels import NONE, Labels, is_larger
+from touchatlas.atlas.labels.labels import NONE, Labels
 from touchatlas.atlas.labels.options import FaceOptions
 from touchatlas.atlas.labels.sample_graph import SampleGraph
 from touchatlas.atlas.labels.samples import ContourSamples, contour_samples
@@ -48,33 +48,6 @@ def test_a_face_bent_by_less_than_its_samples_show_is_a_plane(sagitta, kind):
     labels = labels_of(rows_of(lambda at: -sagitta * (at[:, 1] / 10.0) ** 2), Kind.QUADRIC)
     refit(labels)
     assert labels.pieces[0].kind is kind
-
-
-def test_what_grows_in_small_parts_is_tried_again_after_a_quarter():
-    """From 100 samples to 1,000 a quarter is added ten times."""
-    counts = np.arange(100, 1001, 7)
-    again = sum(is_larger(b, a) for a, b in zip(counts[:-1], counts[1:], strict=True))
-    assert again == pytest.approx(np.log(10.0) / np.log(1.25), abs=1.0)
-    assert not is_larger(100, 100)
-
-
-def test_a_label_that_lost_a_tenth_of_its_samples_is_not_settled():
-    labels = labels_of(rows_of(lambda at: 0.0 * at[:, 0]), Kind.PLANE)
-    labels.resume(labels.pieces, labels.of.copy())
-    members = labels.members(0)
-    assert labels.is_settled(0, members)
-    labels.of[members[: len(members) // 8]] = NONE
-    assert not labels.is_settled(0, labels.members(0))
-
-
-def test_a_refitted_label_stays_settled():
-    """Its piece is another one, but its samples are the same."""
-    labels = labels_of(rows_of(lambda at: 0.0 * at[:, 0]), Kind.PLANE)
-    labels.resume(labels.pieces, labels.of.copy())
-    before = labels.pieces[0]
-    labels.fitted.clear()
-    refit(labels)
-    assert labels.pieces[0] is not before and labels.is_settled(0, labels.members(0))
 
 
 @pytest.mark.parametrize(("rows", "kept"), [(2, True), (0.25, False)])

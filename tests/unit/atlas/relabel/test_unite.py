@@ -4,14 +4,7 @@ import numpy as np
 import pytest
 
 from touchatlas.atlas.body.read_faces import faces_of_samples
-from touchatlas.atlas.labels.grow import Evidence
-from touchatlas.atlas.labels.labels import Labels
-from touchatlas.atlas.labels.options import FaceOptions
-from touchatlas.atlas.labels.sample_graph import SampleGraph
 from touchatlas.atlas.labels.samples import contour_samples
-from touchatlas.atlas.pieces.kinds import Kind
-from touchatlas.atlas.pieces.piece import Piece
-from touchatlas.atlas.relabel.unite import unite
 
 STD = 0.02
 UP, ACROSS = np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])
@@ -74,46 +67,3 @@ def test_the_nearest_parts_of_a_plane_are_joined_before_far_ones():
     wall = strip(3.0 * ACROSS - 12.0 * UP, forward, UP, ACROSS, rng)
     found = faces_of(left, middle, right, wall)
     assert len(found) == 2
-
-
-@pytest.mark.parametrize(("height", "united"), [(0.0, True), (-2.0, False)])
-def test_a_label_on_the_plane_of_two_parts_does_not_part_them(height, united):
-    """One contour across the gap has a piece that crosses the way: a curve in a plane lies on many
-    faces. Below the plane of both parts such samples are of a wall."""
-    rng, forward = np.random.default_rng(0), np.cross(UP, ACROSS)
-    between = strip(height * UP, forward, UP if height else ACROSS, ACROSS, rng)
-    parts = [*tops(0.0, 4.0, rng), between if height else tuple(c[5:6] for c in between)]
-    labels = labels_of(parts, (UP, UP, ACROSS))
-    unite(labels)
-    assert (labels.of[0] == labels.of[parts[0][0].size // 3]) == united
-
-
-@pytest.mark.parametrize(("inward", "united"), [(0.0, True), (1.0, False)])
-def test_a_label_on_a_larger_face_does_not_part_others(inward, united):
-    """A contour on the side below two parts of a top, whose sampling plane touches this side, has
-    a piece that crosses the way from one part to the other. Farther in it is of the wall of a
-    slot."""
-    rng, forward = np.random.default_rng(0), np.cross(UP, ACROSS)
-    ends = [tuple(column[:, -4:] for column in top) for top in tops(0.0, 4.0, rng)]
-    side = 5.2 * forward - 6.0 * UP
-    wall = strip(side - inward * forward, UP, forward, ACROSS, rng)
-    parts = [*ends, tuple(c[5:6] for c in wall), strip(side, UP, ACROSS, forward, rng)]
-    labels = labels_of(parts, (UP, UP, ACROSS, forward))
-    unite(labels)
-    assert (labels.of[0] == labels.of[parts[0][0].size // 3]) == united
-
-
-def labels_of(parts, outward) -> Labels:
-    """Labels of parts, each with a plane that faces ``outward``."""
-    columns = [np.concatenate([part[k].reshape(-1, 3) for part in parts]) for k in range(3)]
-    samples = contour_samples(*columns, STD)
-    labels, begin = Labels(Evidence(samples, SampleGraph(samples), FaceOptions())), 0
-    for part, normal in zip(parts, outward, strict=True):
-        members = begin + np.arange(part[0].size // 3)
-        first = ACROSS if normal is not ACROSS else UP
-        frame = np.stack([first, np.cross(normal, first), normal])
-        middle = samples.points[members].mean(axis=0)
-        none = np.zeros(3), np.zeros((3, 3))
-        labels.add(Piece(Kind.PLANE, middle, frame, 10.0, *none), members)
-        begin += len(members)
-    return labels

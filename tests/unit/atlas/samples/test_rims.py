@@ -147,14 +147,6 @@ def test_a_rim_that_is_known_needs_no_touch():
     assert ((size > 0.5) & (size < 1.0)).all()
 
 
-def test_rims_scale_with_the_unit():
-    ends, starts = circle(0.8, ANGLES), circle(0.3, ANGLES)
-    every = circle(1.0, EVERY) * np.linspace(0.7, 0.9, 50)[:, None]
-    small = rims_of(ends, starts, flat).beyond(every, flat(every))
-    large = rims_of(1e3 * ends, 1e3 * starts, flat, 1e3 * STEP).beyond(1e3 * every, flat(every))
-    assert small.tolist() == large.tolist() and small.any() and not small.all()
-
-
 def test_a_probe_that_stands_still_as_it_loses_contact_has_the_direction_in_which_it_came():
     """It reports the last place three times, off its plane by noise alone; so do the others. A
     probe that never moved has no direction, and shows no rim."""
