@@ -217,11 +217,16 @@ def main(arguments: argparse.Namespace) -> None:
         for body in arguments.bodies:
             rows.append(explored(fault, body, arguments.seed))
             print(", ".join(f"{key} {value}" for key, value in rows[-1].items()), flush=True)
-    if arguments.out:
-        with open(arguments.out, "w", newline="", encoding="utf-8") as file:
-            writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
-            writer.writeheader()
-            writer.writerows(rows)
+            if arguments.out:
+                write(arguments.out, rows)
+
+
+def write(path: Path, rows: list[dict[str, str]]) -> None:
+    """Write the rows so far."""
+    with open(path, "w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
 
 
 if __name__ == "__main__":
