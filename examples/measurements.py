@@ -136,7 +136,17 @@ def methods(rows: list[Row]) -> str:
 
 
 def patches(rows: list[Row]) -> str:
-    """One row a method: medians over the kinds of scenes."""
+    """One row a method: medians over the kinds of scenes, of which each has a row a method."""
+    scene = ("surface", "noise", "planes")
+    paper = {
+        tuple(row[key] for key in scene): float(row["mean_error"])
+        for row in rows
+        if row["method"] == "steepest_descent" and "surface" in row and row["mean_error"]
+    }
+    rows = [
+        {"error_to_paper": _ratio(row, paper.get(tuple(row.get(key, "") for key in scene)))} | row
+        for row in rows
+    ]
     keys = "mean_error", "max_error", "curvature_error", "time_ratio", "within", "error_to_paper"
     headers = ["method", "mean error", "largest error", "curvature error", "time", "within"]
     cells = [
@@ -144,6 +154,11 @@ def patches(rows: list[Row]) -> str:
         for name, own in grouped(rows, "method")
     ]
     return table([*headers, "over the paper's"], cells)
+
+
+def _ratio(row: Row, other: float | None) -> str:
+    """Mean error of a row over another one; blank where either is not known."""
+    return f"{float(row['mean_error']) / other}" if other and row["mean_error"] else ""
 
 
 def planners(rows: list[Row]) -> str:

@@ -43,6 +43,16 @@ def test_every_path_that_is_named_is_there(document):
         assert (ROOT / name.rstrip(".")).exists(), f"{name} is not there"
 
 
+def test_every_name_in_the_life_of_a_sample_is_defined():
+    text = (ROOT / "docs" / "architecture.md").read_text()
+    life = text.split("## The life of a sample")[1].split("\n## ")[0]
+    named = re.findall(r"`([\w.]+)` \||`([\w.]+)`, ", life)
+    code = "".join(p.read_text() for folder in FOLDERS[:4] for p in (ROOT / folder).rglob("*.py"))
+    assert len(named) > 15
+    for name in ("".join(pair).split(".")[-1] for pair in named):
+        assert re.search(rf"^ *(def|class) {name}\b|^{name}\b.*=", code, re.MULTILINE), name
+
+
 def test_tables_are_those_of_the_kept_files():
     measurements = runpy.run_path(str(ROOT / "examples" / "measurements.py"))
     for document in (ROOT / "docs").glob("*.md"):
