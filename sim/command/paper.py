@@ -7,7 +7,7 @@ from rich.console import Console
 from touchatlas.sim.command.numbers import Json
 from touchatlas.sim.command.option_flags import Whole
 from touchatlas.sim.command.show import shown
-from touchatlas.sim.study.paper.report import json_text, repeat_paper, terminal_tables
+from touchatlas.sim.study.paper_report import json_text, repeat_paper, terminal_tables
 
 
 def paper(

@@ -9,43 +9,36 @@ import pytest
 from rich.console import Console
 
 from tests.command import touchatlas
-from touchatlas.sim.study.paper.curvatures import QUADRANT_POINTS, section_curvatures
-from touchatlas.sim.study.paper.fits import (
+from touchatlas.sim.study.paper import (
     CURVES,
     DATA,
     DESCENT,
     FAST,
-    FITS,
     OTHERS,
+    PAPERS_FITS,
     PLAIN,
-    contours_of,
-    data_points,
-    fitted,
+    ROWS,
+    TABLES,
+    Visit,
     judged,
-    spread,
-    verifying_points,
-)
-from touchatlas.sim.study.paper.gauss_maps import gauss_map_of, true_areas
-from touchatlas.sim.study.paper.report import csv_bytes, repeat_paper, terminal_tables
-from touchatlas.sim.study.paper.scenes import (
-    TURN,
-    ball,
-    mouse_back,
-    neck,
-    plan_at,
+    paper_tables,
+    place,
     quadrant,
-    shoulder,
-    touches,
+    section_curvatures,
+    spread,
+    table1,
+    true_areas,
 )
-from touchatlas.sim.study.paper.sheets import before_patch, sheet_of
-from touchatlas.sim.study.paper.tables import ROWS, TABLES, paper_tables, table1
+from touchatlas.sim.study.paper_figures import before_patch, sheet_of
+from touchatlas.sim.study.paper_report import repeat_paper, table1_csv, terminal_tables
 
 FILES = {"paper.json", "table1.csv", "figure4.png", "figure5.png", "figure6.png", "figure8.png"}
 BALL_RADIUS = 33.0
 
 
-def visit(place, planes=CURVES, noise=0.02, seed=0):
-    return next(touches(place, plan_at(place, planes), 1, np.random.default_rng(seed), noise))
+def visit(name, planes=CURVES, noise=0.02, seed=0):
+    spot = place(name)
+    return next(spot.visits(spot.plan(planes), 1, np.random.default_rng(seed), noise))
 
 
 @pytest.fixture(scope="module")
@@ -61,8 +54,8 @@ def numbers(folder):
 
 
 @pytest.fixture(scope="module")
-def touch():
-    return visit(neck())
+def neck():
+    return visit("neck")
 
 
 @pytest.mark.slow
@@ -83,20 +76,20 @@ def test_penalty_trades_data_for_verifying_curves(numbers):
     assert ours["verifying"]["median"] < descent["verifying"]["median"]
 
 
-def test_third_row_verifies_on_the_first_three_curves(touch):
-    points = verifying_points(touch, OTHERS)
-    first = touch.contours[DATA[0]].points
+def test_third_row_verifies_on_the_first_three_curves(neck):
+    points = Visit(neck.touch, OTHERS).verifying
+    first = neck.touch.contours[DATA[0]].points
     assert all((points == point).all(axis=1).any() for point in first)
-    assert not (points == touch.contours[OTHERS[0]].points[0]).all(axis=1).any()
+    assert not (points == neck.touch.contours[OTHERS[0]].points[0]).all(axis=1).any()
 
 
-def test_both_solvers_lower_the_papers_objective(touch):
-    found = {fit: judged(fit, touch)["objective"] for fit in (PLAIN, DESCENT, FAST)}
+def test_both_solvers_lower_the_papers_objective(neck):
+    found = {fit: judged(fit, neck)["objective"] for fit in (PLAIN, DESCENT, FAST)}
     assert found[FAST] <= found[DESCENT] < found[PLAIN]
 
 
-def test_points_over_the_domain_err_less_than_all(touch):
-    found = judged(PLAIN, touch)
+def test_points_over_the_domain_err_less_than_all(neck):
+    found = judged(PLAIN, neck)
     assert found["data"] < found["inside"] < found["verifying"]
 
 
@@ -107,32 +100,30 @@ def test_longer_arms_err_more(numbers):
 
 
 def test_arms_end_where_the_first_has_turned():
-    place = neck()
-    plan = plan_at(place, CURVES)
-    curve = next(touches(place, plan, 1, np.random.default_rng(0), 0.0)).contours
+    curve = visit("neck", noise=0.0).touch.contours
     chords = [np.diff(c.points, axis=0)[[0, -1]] for c in curve]
     turned = [np.arccos((a @ b) / np.linalg.norm(a) / np.linalg.norm(b)) for a, b in chords]
     # From one end to the other a curve may turn twice as far as each arm.
-    assert 1.6 * TURN < max(turned) <= 2.0 * TURN
-    assert plan_at(ball(), CURVES).reach == 20.0
+    assert 0.4 * np.pi < max(turned) <= 0.5 * np.pi
+    assert place("ball").plan(CURVES).reach == 20.0
 
 
 def test_places_are_what_they_are_called():
-    assert neck().k1 > 0.0 > neck().k2
-    for place in (shoulder(), mouse_back(), ball()):
-        assert place.k2 <= place.k1 < 0.0
-    assert ball().k1 == pytest.approx(-1.0 / BALL_RADIUS)
+    assert place("neck").k1 > 0.0 > place("neck").k2
+    for spot in map(place, ("shoulder", "mouse", "ball")):
+        assert spot.k2 <= spot.k1 < 0.0
+    assert place("ball").k1 == pytest.approx(-1.0 / BALL_RADIUS)
 
 
 def test_quadrant_has_the_closed_forms_of_an_ellipsoid():
     squares = np.array([64.0, 25.0, 9.0])
-    for place in quadrant(5):
-        x = place.point
+    for spot in quadrant(5):
+        x = spot.point
         weight = (x * x / squares**2).sum()
         gauss = 1.0 / (squares.prod() * weight**2)
         mean = (x @ x - squares.sum()) / (2.0 * squares.prod() * weight**1.5)
-        assert place.k1 * place.k2 == pytest.approx(gauss, rel=1e-9)
-        assert 0.5 * (place.k1 + place.k2) == pytest.approx(mean, rel=1e-9)
+        assert spot.k1 * spot.k2 == pytest.approx(gauss, rel=1e-9)
+        assert 0.5 * (spot.k1 + spot.k2) == pytest.approx(mean, rel=1e-9)
     ends = [quadrant(5)[0].point, quadrant(5)[-1].point]
     expected = [[0.0, 1.0, 1.2 * np.sqrt(6.0)], [3.2 * np.sqrt(6.0), 1.0, 0.0]]
     np.testing.assert_allclose(ends, expected, atol=1e-9)
@@ -141,7 +132,7 @@ def test_quadrant_has_the_closed_forms_of_an_ellipsoid():
 @pytest.mark.slow
 def test_curvatures_along_the_quadrant_are_near(numbers):
     fine = [row for row in numbers["ellipsoid"] if row["noise_std"] == 0.002]
-    assert len(fine) == QUADRANT_POINTS
+    assert len(fine) == 9
     for row in fine:
         for name, exact in row["exact"].items():
             assert row["sections"][name]["median"] == pytest.approx(exact, rel=0.1)
@@ -149,8 +140,7 @@ def test_curvatures_along_the_quadrant_are_near(numbers):
 
 
 def test_sections_of_a_ball_without_noise_find_its_radius():
-    touch = visit(ball(), noise=0.0)
-    normal_curvatures, k1, k2 = section_curvatures(touch)
+    normal_curvatures, k1, k2 = section_curvatures(visit("ball", noise=0.0))
     assert len(normal_curvatures) == 3
     # What the narrowest window of a quadratic leaves of a circle.
     np.testing.assert_allclose([*normal_curvatures, k1, k2], -1.0 / BALL_RADIUS, rtol=0.02)
@@ -173,11 +163,10 @@ def test_gauss_map_shrinks_under_the_penalty(numbers):
 
 
 def test_true_area_on_a_ball_is_a_solid_angle():
-    place = ball()
-    contours = contours_of(visit(place))
-    patch = fitted(PLAIN, visit(place))
-    found = true_areas(place, patch, contours)
-    points = gauss_map_of(patch, contours).points_local
+    ball = visit("ball")
+    patch = ball.patch(PLAIN)
+    found = true_areas(place("ball"), patch, ball)
+    points = ball.gauss_map(patch).points_local
     # D is a hexagon whose corners lie on a circle: its part of that circle's cap.
     radius = np.sqrt((points[:, :2] ** 2).sum(axis=1).max()) / BALL_RADIUS
     cap = 2.0 * np.pi * (1.0 - np.sqrt(1.0 - radius**2))
@@ -209,9 +198,9 @@ def test_spread_has_no_word_for_infinity():
     assert (known["mean"], known["std"]) == pytest.approx((values.mean(), values.std()))
 
 
-def test_sheet_lies_on_the_patch_over_the_hull(touch):
-    for fit in FITS:
-        patch, points = fitted(fit, touch), data_points(touch)
+def test_sheet_lies_on_the_patch_over_the_hull(neck):
+    for fit in PAPERS_FITS:
+        patch, points = neck.patch(fit), neck.data
         sheet = sheet_of(patch, points)
         assert np.abs(patch.signed_distance(sheet.vertices)).max() < 1e-9 * patch.radius
         flat = patch.frame.to_local(points)[:, :2]
@@ -221,15 +210,15 @@ def test_sheet_lies_on_the_patch_over_the_hull(touch):
         assert sheet.faces.max() < len(sheet.vertices)
 
 
-def test_points_under_a_patch_are_not_seen(touch):
-    patch = fitted(DESCENT, touch)
+def test_points_under_a_patch_are_not_seen(neck):
+    patch = neck.patch(DESCENT)
     points = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, -3.0], [0.0, 0.0, 0.0]])
     assert before_patch(patch, points, np.array([0.0, 0.0, 1.0])).tolist() == [True, False, True]
 
 
 @pytest.mark.slow
 def test_csv_is_the_table(numbers):
-    rows = list(csv.DictReader(io.StringIO(csv_bytes(numbers["table1"]).decode())))
+    rows = list(csv.DictReader(io.StringIO(table1_csv(numbers["table1"]).decode())))
     assert [row["fit"] for row in rows] == [row.fit for row in ROWS]
     assert float(rows[0]["verifying_paper"]) == 11.8753 and rows[-1]["verifying_paper"] == ""
     known = numbers["table1"]["rows"][1]["data"]
