@@ -16,9 +16,11 @@ import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import igl
 import numpy as np
+import trimesh
 
 from touchatlas.atlas import Atlas, Touch, doubts, extract_surface
 from touchatlas.patch import Contour, ContourEnd
@@ -80,22 +82,19 @@ def moved(tolerances: float, size: float):
     return fault
 
 
-def tip(radius: float):
-    """Points are centres of a ball tip: beside the surface by its radius, within their planes."""
-
-    def change(contour, touch, rng):
-        along = np.gradient(contour.points, axis=0)
-        across = np.cross(along, contour.plane.normal)
-        across /= np.linalg.norm(across, axis=1)[:, None]
-        at = ((contour.points - touch.contact) ** 2).sum(axis=1).argmin()
-        across *= np.sign(across[at] @ touch.approach)
-        return replace(contour, points=contour.points + radius * across)
+def tip(obj, radius: float):
+    """Points are centres of a ball tip, which is held in the plane: those of the offset surface."""
+    offset: list[Probe] = []
 
     def fault(probe, plan, rng):
-        touch = of_contours(change)(probe, plan, rng)
-        up = radius * touch.approach
-        way = None if touch.way is None else touch.way + up
-        return replace(touch, contact=touch.contact + up, way=way)
+        if not offset:
+            mesh = trimesh.Trimesh(*obj.mesh(0.02 * obj.tolerance), process=False)
+            mesh.vertices = mesh.vertices + radius * mesh.vertex_normals
+            with TemporaryDirectory() as folder:
+                mesh.export(f"{folder}/offset.ply")
+                larger = make_object(f"{folder}/offset.ply")
+            offset.append(Probe(larger, obj.noise_std, rng))
+        return offset[0](plan)
 
     return fault
 
@@ -111,7 +110,7 @@ def displaced(length: float):
 
 
 def turned(degrees: float):
-    """The sampling plane is another one than is told, about its own axis."""
+    """The sampling plane is another one than is stated."""
 
     def change(contour, touch, rng):
         angle, normal = np.deg2rad(degrees), contour.plane.normal
@@ -157,11 +156,12 @@ def stated(factor: float):
     return of_contours(lambda contour, touch, rng: replace(contour, noise_std=factor * 0.02))
 
 
-def faults(tolerance: float) -> dict[str, Callable]:
-    """The faults by name."""
+def faults(obj) -> dict[str, Callable]:
+    """The faults of touches of an object, by name."""
+    tolerance = obj.tolerance
     return {
         "none": lambda probe, plan, rng: probe(plan),
-        "tip radius of 2 mm not taken off": tip(2.0),
+        "tip radius of 2 mm not taken off": tip(obj, 2.0),
         "moved by 1 tolerance after 5 touches": moved(1.0, tolerance),
         "moved by 5 tolerances after 5 touches": moved(5.0, tolerance),
         "each curve displaced by 0.2 tolerances": displaced(0.2 * tolerance),
@@ -180,7 +180,7 @@ def explored(fault: str, body: str, seed: int) -> dict[str, str]:
     atlas = Atlas(tolerance, scale=5.0 * obj.noise_std)
     planner = Planner(*obj.start())
     probe = Probe(obj, obj.noise_std, np.random.default_rng(seed))
-    rng, change = np.random.default_rng(seed + 1), faults(tolerance)[fault]
+    rng, change = np.random.default_rng(seed + 1), faults(obj)[fault]
     row = dict.fromkeys(COLUMNS, "–") | {"fault": fault, "body": body, "seed": str(seed)}
     try:
         steps = list(explore(atlas, planner, lambda plan: change(probe, plan, rng), MOST))
@@ -209,9 +209,10 @@ def explored(fault: str, body: str, seed: int) -> dict[str, str]:
 
 
 def main(arguments: argparse.Namespace) -> None:
-    chosen = arguments.fault or list(faults(1.0))
-    if unknown := [name for name in chosen if name not in faults(1.0)]:
-        sys.exit(f"{unknown[0]!r} is no fault; choose from: {'; '.join(faults(1.0))}")
+    names = list(faults(make_object("sphere")))
+    chosen = arguments.fault or names
+    if unknown := [name for name in chosen if name not in names]:
+        sys.exit(f"{unknown[0]!r} is no fault; choose from: {'; '.join(names)}")
     rows = []
     for fault in chosen:
         for body in arguments.bodies:

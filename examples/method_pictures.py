@@ -74,7 +74,7 @@ def slope(x, y):
 
 
 def distance() -> Figure:
-    """Lines of equal F, and of equal first-order distance F / |grad F|, beside a parabola."""
+    """Lines of equal F, and of equal first-order distance F / |grad F|, about a parabola."""
     figure, axes = panels(2)
     x, z = np.meshgrid(np.linspace(-1.6, 1.6, 97), np.linspace(-1.6, 0.9, 76))
     value = z + 0.6 * x**2
@@ -131,7 +131,7 @@ L_SHAPE = [
 
 
 def votes() -> Figure:
-    """Faces, extended without end, divide space into cells; samples vote for those beside them."""
+    """Faces, extended without end, divide space into cells; samples vote for the two at their face."""
     figure, axes = panels(2, 2.6)
     xs, ys = [-0.6, 0.0, 1.2, 3.0, 3.6], [-0.6, 0.0, 1.0, 2.2, 2.8]
     inside = np.zeros((4, 4), int)
