@@ -131,7 +131,7 @@ L_SHAPE = [
 
 
 def votes() -> Figure:
-    """Faces, extended without end, divide space into cells; samples vote for the two at their face."""
+    """Extended faces divide space into cells; samples vote for the two cells at their face."""
     figure, axes = panels(2, 2.6)
     xs, ys = [-0.6, 0.0, 1.2, 3.0, 3.6], [-0.6, 0.0, 1.0, 2.2, 2.8]
     inside = np.zeros((4, 4), int)

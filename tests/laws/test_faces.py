@@ -146,24 +146,6 @@ def test_samples_of_faces_and_those_without_are_all_samples():
         assert (faces.of[face.samples] == face.id).all()
 
 
-def test_the_field_of_a_polyhedron_is_that_of_its_half_spaces():
-    """A cube of 40: signed distance of the nearest face inside, of the farthest beyond an edge. The
-    planes are known to some thousandths; so near to an edge a sample may be on either side."""
-    faces = faces_of("block")
-    rng = np.random.default_rng(0)
-    points = rng.uniform(-20.0, 20.0, (2000, 3))
-    points[np.arange(2000), rng.integers(0, 3, 2000)] = rng.choice([-20.3, -19.7, 19.7, 20.3], 2000)
-    exact = np.abs(points).max(axis=1) - 20.0
-    values = face_values(faces, points)
-    assert np.quantile(np.abs(values.distance - exact), 0.99) < 0.02
-    assert values.deviation.max() < 0.02
-    assert np.abs(np.linalg.norm(values.normal, axis=1) - 1.0).max() < 1e-12
-    side = np.abs(points).argmax(axis=1)
-    clear = np.sort(np.abs(points), axis=1)[:, 1] < 19.0
-    out = values.normal[np.arange(2000), side] * np.sign(points[np.arange(2000), side])
-    assert (out[clear] > 0.999).all()
-
-
 def test_the_field_of_no_face_is_refused():
     with pytest.raises(ValueError, match="there is no face; add touches"):
         face_values(Atlas(0.1).faces(), np.zeros((1, 3)))

@@ -5,7 +5,7 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from tests.lawful import body_of, samples_of_touches, touched_mesh, touched_plate
+from tests.lawful import samples_of_touches, touched_plate
 from touchatlas.atlas.body.body import Body
 from touchatlas.atlas.body.explained import determined
 from touchatlas.atlas.body.read_faces import faces_of_samples
@@ -49,10 +49,3 @@ def test_points_on_a_plane_are_surface_whichever_way_they_are_rounded(plate):
             found, _ = body.at(foot + shift)
             # Two steps of a contour: beside an edge the other face may decide.
             assert np.abs(found.distance).max() < 2.0 * np.median(samples.steps)
-
-
-def test_samples_of_one_contour_join_no_face():
-    """A contour across the back of stairs was explained by a plane parallel to their bottom, and
-    both were one free-form face, by which 2 of 1,000 points were on the wrong side."""
-    samples = samples_of_touches(touched_mesh("stairs", 40, NOISE), NOISE)
-    assert all(face.law is not None for face in body_of(samples).faces.faces)

@@ -8,13 +8,10 @@ import trimesh
 
 from tests.unit.atlas.cad.smooth_bodies import RADIUS, ball, ball_of, cube_quads, surface_of, volume
 from touchatlas.atlas.cad.bezier import (
-    bernstein,
-    coons,
     curve_points,
     face_normals,
     face_points,
     fit_curves,
-    halves,
 )
 from touchatlas.atlas.cad.bezier_fit import NearSurface, bezier_faces, coarse_triangles
 from touchatlas.atlas.cad.bezier_shapes import bezier_shapes
@@ -27,11 +24,6 @@ BOUND = 0.02
 
 
 @pytest.fixture
-def rng():
-    return np.random.default_rng(0)
-
-
-@pytest.fixture
 def kernel():
     pytest.importorskip("OCP.STEPControl", reason="needs the extra cad")
 
@@ -39,35 +31,6 @@ def kernel():
 def off(tree) -> np.ndarray:
     """Distances of all faces from the ball of ``RADIUS``."""
     return np.abs(ball(face_points(np.array(tree.controls), U, V).reshape(-1, 3))[0])
-
-
-def test_bernstein_polynomials_sum_to_one():
-    assert bernstein(3, T).sum(axis=1) == pytest.approx(1.0, abs=1e-14)
-
-
-def test_normals_are_across_differences_of_points(rng):
-    control, step = rng.normal(size=(4, 4, 3)), 1e-6
-    u, v = np.array([0.3, 0.7]), np.array([0.2, 0.9])
-    normal = face_normals(control, u, v)
-    for du, dv in ((step, 0.0), (0.0, step)):
-        along = face_points(control, u + du, v + dv) - face_points(control, u - du, v - dv)
-        assert (normal * along).sum(axis=1) == pytest.approx(0.0, abs=1e-7 * step)
-
-
-def test_halves_are_the_same_curve(rng):
-    control = rng.normal(size=(4, 3))
-    first, second = halves(control)
-    assert curve_points(first, T) == pytest.approx(curve_points(control, 0.5 * T), abs=1e-13)
-    assert curve_points(second, T) == pytest.approx(curve_points(control, 0.5 + 0.5 * T), abs=1e-13)
-
-
-def test_a_coons_face_has_the_sides_that_it_is_made_of(rng):
-    corners, sides = rng.normal(size=(4, 3)), rng.normal(size=(4, 4, 3))
-    sides[:, 0], sides[:, -1] = corners, np.roll(corners, -1, axis=0)
-    face, zero = coons(sides), np.zeros(len(T))
-    ways = [(T, zero), (zero + 1.0, T), (1.0 - T, zero + 1.0), (zero, 1.0 - T)]
-    for side, way in zip(sides, ways, strict=True):
-        assert face_points(face, *way) == pytest.approx(curve_points(side, T), abs=1e-13)
 
 
 def test_a_quarter_of_a_circle_errs_as_little_as_a_cubic_can():

@@ -17,10 +17,7 @@ from tests.lawful import (
     touched,
     touched_mesh,
 )
-from touchatlas.atlas.field.cells import Cells
 from touchatlas.atlas.field.face_field import FaceField
-from touchatlas.atlas.field.face_trees import FaceTrees
-from touchatlas.atlas.field.rounded_edges import are_rounded, faces_of_samples
 
 # Errors of planes, radii and positions of some thousandths, between samples: of 12 bodies with
 # other touches the largest was 0.021.
@@ -86,33 +83,6 @@ def test_the_rounded_edges_of_a_column_reach_from_the_slab_to_the_top(seed):
     assert np.abs(found.distance[known]).max() < MOST
 
 
-def test_samples_over_a_fillet_have_no_vote():
-    """Those of the planes at its ends: by the sides of both faces they would lie in the air."""
-    faces = body(WIDE, 0).faces
-    trees = FaceTrees(faces)
-    distances = trees.all_distances(faces.points)
-    found = are_rounded(trees, faces.points, distances, 13.0)
-    edge = rounded(faces)[0]
-    # Beyond both planes, by ten noises, and a noise within the circle.
-    x, y = 30.0 - faces.points[:, 0], faces.points[:, 1] - 20.0
-    from_centre = np.hypot(WIDE_FILLET - x, WIDE_FILLET - y)
-    over = (np.minimum(x, y) > 10.0 * NOISE) & (np.maximum(x, y) < WIDE_FILLET)
-    over &= from_centre > WIDE_FILLET + NOISE
-    assert over.sum() > 10 and found[over].all()
-    beside = (from_centre < WIDE_FILLET - 10.0 * NOISE) | (np.maximum(x, y) > WIDE_FILLET + 1.0)
-    assert not found[beside].any()
-    cells = Cells(trees, 13.0)
-    air = (30.0 - WIDE_FILLET, 20.0 + WIDE_FILLET, 15.0) + np.zeros((1, 3))
-    label = cells._label(cells._key(trees.all_distances(air) > 0.0))
-    assert label == 1.0 and {edge.first, edge.second} == set(edge_planes(faces))
-
-
-def edge_planes(faces) -> list[int]:
-    """The riser of a step and its lower floor."""
-    levels = [(face.id, face.pieces[0].at(np.array([[30.0, 20.0, 15.0]]))) for face in faces.faces]
-    return [k for k, (distance, normal) in levels if abs(distance[0]) < 0.1 and normal[0, 2] < 0.1]
-
-
 @pytest.mark.parametrize(("name", "radius", "seed"), BODIES)
 def test_samples_on_a_rounding_keep_other_faces_from_it(name, radius, seed):
     """Where no contour crossed the edges at its ends, the faces there have the nearest samples of
@@ -122,18 +92,6 @@ def test_samples_on_a_rounding_keep_other_faces_from_it(name, radius, seed):
     samples = faces.points[alone.edges[0].samples]
     # Five deviations are none of 300 samples.
     assert np.abs(FaceField(alone).at(samples).distance).max() < 5.0 * faces.std
-
-
-def test_a_sample_on_a_rounding_is_of_the_face_farther_out():
-    faces = body(WIDE, 0).faces
-    of, edge = faces_of_samples(FaceTrees(faces)), rounded(faces)[0]
-    assert set(of[edge.samples].tolist()) == {edge.first, edge.second}
-    planes = [faces.faces[k].pieces[0] for k in (edge.first, edge.second)]
-    # At a concave edge that is the one farther in.
-    out = [-plane.at(faces.points[edge.samples])[0] for plane in planes]
-    assert (of[edge.samples] == np.where(out[0] >= out[1], edge.first, edge.second)).all()
-    others = np.setdiff1d(np.arange(len(of)), edge.samples)
-    assert (of[others] == faces.of[others]).all()
 
 
 @pytest.mark.parametrize("seed", [1, 2])

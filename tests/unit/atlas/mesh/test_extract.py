@@ -1,6 +1,5 @@
 """The surface of an atlas: that of its body, as fine as is asked for."""
 
-from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -12,7 +11,6 @@ from touchatlas.atlas import AtlasOptions, extract_surface
 from touchatlas.atlas.body.body import Body
 from touchatlas.atlas.body.one_face import face_of_all
 from touchatlas.atlas.contouring.body_surface import body_surface, shape_edge
-from touchatlas.atlas.mesh import extract
 from touchatlas.atlas.samples.rims import Rims
 from touchatlas.atlas.samples.sample_pool import SamplePool
 from touchatlas.atlas.state import AtlasState
@@ -106,17 +104,3 @@ def test_a_half_of_a_body_is_open_and_drawn_where_it_was_touched():
     assert not mesh.is_watertight and mesh.is_winding_consistent
     lowest = -1.5 * half.samples.steps.max() - half.extent / 32
     assert mesh.vertices[:, 2].min() > lowest
-
-
-def test_a_small_hole_of_a_lawful_body_is_closed_and_counted(monkeypatch):
-    """A drawing of a box without one triangle."""
-    body = known_body("box", 40)
-
-    def pierced(body, sagitta):
-        whole = body_surface(body, shape_edge(body))
-        return replace(whole, faces=whole.faces[1:])
-
-    monkeypatch.setattr(extract, "_drawn", pierced)
-    surface = extract_surface(Known(body))
-    assert len(surface.closed_holes) == 1
-    assert as_mesh(surface).is_watertight

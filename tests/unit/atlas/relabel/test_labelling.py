@@ -5,9 +5,7 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from tests.sharp import sharp_object
 from tests.touched import BORNE, touched, touched_samples
-from tests.truths import random_rotation
 from touchatlas.atlas.faces.join_faces import join_faces
 from touchatlas.atlas.labels.labels import NONE
 from touchatlas.atlas.labels.options import FaceOptions
@@ -22,31 +20,6 @@ TOUCHES = {"block": 40, "step": 40, "roof": 40, "wall": 50}
 @lru_cache
 def labelled(name: str, count: int):
     return label_samples(touched_samples(name, count))
-
-
-def rows_of_planes(name: str, count: int) -> np.ndarray:
-    """(n,) number of the true plane of each sample."""
-    obj = sharp_object(name)
-    points = obj.project(touched(name, count)[0])
-    normals = obj.normal(points)
-    keys = np.column_stack([normals, (points * normals).sum(axis=1)]).round(2)
-    return np.unique(keys, axis=0, return_inverse=True)[1].ravel()
-
-
-@pytest.mark.parametrize(("name", "planes"), [("block", 6), ("step", 8), ("roof", 7), ("wall", 6)])
-def test_every_plane_of_a_polyhedron_is_one_piece(name, planes):
-    """At an edge a sample is within its noise of both planes: some per mille are on the other."""
-    count = TOUCHES[name]
-    labels, truth = labelled(name, count), rows_of_planes(name, count)
-    assert [piece.kind for piece in labels.pieces] == planes * [Kind.PLANE]
-    right = sum(np.bincount(truth[labels.of == k]).max() for k in range(planes))
-    assert right > 0.99 * len(truth)
-
-
-def test_a_ball_is_one_sphere():
-    labels = labelled("sphere", 30)
-    assert [piece.kind for piece in labels.pieces] == [Kind.SPHERE]
-    assert (labels.of == 0).mean() > 0.999
 
 
 def relabelled(name: str, bounds):
@@ -89,22 +62,6 @@ def test_touches_elsewhere_leave_labels_and_pieces_as_they_are():
     assert (after.of[: len(points)] == before.of).all()
     assert [piece.kind for piece in after.pieces] == [Kind.SPHERE, Kind.SPHERE]
     assert (after.of[len(points) :] == 1).mean() > 0.999
-
-
-def test_labels_move_with_the_body():
-    """Samples that are within their noise of two planes may change over."""
-    rng = np.random.default_rng(0)
-    turn, shift = random_rotation(rng), 100.0 * rng.normal(size=3)
-    points, outward, planes, noise = touched("step", 40)
-    samples = contour_samples(
-        points @ turn.T + shift, outward @ turn.T, planes @ turn.T, BORNE * noise
-    )
-    moved, still = label_samples(samples), labelled("step", 40)
-    assert len(moved.pieces) == len(still.pieces)
-    table = np.zeros((8, 8))
-    both = (moved.of != NONE) & (still.of != NONE)
-    np.add.at(table, (moved.of[both], still.of[both]), 1)
-    assert table.max(axis=1).sum() > 0.998 * len(points)
 
 
 def test_samples_that_nothing_explains_keep_no_label():

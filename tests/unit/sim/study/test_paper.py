@@ -11,17 +11,12 @@ from rich.console import Console
 from tests.command import touchatlas
 from touchatlas.sim.study.paper import (
     CURVES,
-    DATA,
     DESCENT,
     FAST,
-    OTHERS,
     PAPERS_FITS,
     PLAIN,
     ROWS,
-    TABLES,
-    Visit,
     judged,
-    paper_tables,
     place,
     quadrant,
     section_curvatures,
@@ -29,7 +24,7 @@ from touchatlas.sim.study.paper import (
     table1,
     true_areas,
 )
-from touchatlas.sim.study.paper_figures import before_patch, sheet_of
+from touchatlas.sim.study.paper_figures import sheet_of
 from touchatlas.sim.study.paper_report import repeat_paper, table1_csv, terminal_tables
 
 FILES = {"paper.json", "table1.csv", "figure4.png", "figure5.png", "figure6.png", "figure8.png"}
@@ -74,13 +69,6 @@ def test_penalty_trades_data_for_verifying_curves(numbers):
         assert row["verifying"]["median"] < 0.5 * plain["verifying"]["median"]
         assert row["k1"] == plain["k1"] and row["k2"] == plain["k2"]
     assert ours["verifying"]["median"] < descent["verifying"]["median"]
-
-
-def test_third_row_verifies_on_the_first_three_curves(neck):
-    points = Visit(neck.touch, OTHERS).verifying
-    first = neck.touch.contours[DATA[0]].points
-    assert all((points == point).all(axis=1).any() for point in first)
-    assert not (points == neck.touch.contours[OTHERS[0]].points[0]).all(axis=1).any()
 
 
 def test_both_solvers_lower_the_papers_objective(neck):
@@ -179,15 +167,6 @@ def test_one_seed_gives_the_same_numbers():
     assert one == two != other
 
 
-def test_tables_are_watched(monkeypatch):
-    for name in TABLES:
-        monkeypatch.setitem(TABLES, name, lambda draws, rng: draws)
-    seen = []
-    found = paper_tables(3, watch=lambda done, total: seen.append((done, total)))
-    assert seen == [(n, len(TABLES)) for n in range(1, len(TABLES) + 1)]
-    assert found["table1"] == 3
-
-
 def test_spread_has_no_word_for_infinity():
     known = spread([1.0, 2.0, np.inf])
     assert known["median"] == 2.0 and known["lower"] == 1.5
@@ -208,12 +187,6 @@ def test_sheet_lies_on_the_patch_over_the_hull(neck):
         ways = np.random.default_rng(0).normal(size=(20, 2))
         assert ((reach @ ways.T).max(axis=0) <= (flat @ ways.T).max(axis=0) + 1e-9).all()
         assert sheet.faces.max() < len(sheet.vertices)
-
-
-def test_points_under_a_patch_are_not_seen(neck):
-    patch = neck.patch(DESCENT)
-    points = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, -3.0], [0.0, 0.0, 0.0]])
-    assert before_patch(patch, points, np.array([0.0, 0.0, 1.0])).tolist() == [True, False, True]
 
 
 @pytest.mark.slow
