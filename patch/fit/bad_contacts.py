@@ -6,18 +6,8 @@ import numpy as np
 
 from touchatlas.patch.geometry.contour import Contour
 
-# Degree of the polynomial along a contour: it follows an arc of 90 degrees to 2e-4 of its radius.
-# Doubled, contours of 19 points leave too few degrees of freedom to find a bad contact.
-_DEGREE = 6
 # Least distance of a bad contact, in standard deviations: one in 1.7 million good ones is as far.
-# Doubled, bad contacts of five to ten deviations stay in the fit.
 OUTLIER = 5.0
-# Largest fraction of a contour's points that may be bad. Doubled, an edge in a contour would be
-# removed as bad contacts instead of being seen.
-_LARGEST_FRACTION = 0.25
-# Fewest degrees of freedom of the residual. Doubled, contours of fewer than 17 points keep all
-# their contacts.
-_LEAST_FREEDOM = 5
 
 
 def without_bad_contacts(contour: Contour) -> Contour:
@@ -51,7 +41,8 @@ def without_bad_contacts(contour: Contour) -> Contour:
         return contour
     coordinates = _plane_coordinates(contour)
     keep = np.arange(len(contour.points))
-    least = max(_DEGREE + 1 + _LEAST_FREEDOM, len(keep) * (1.0 - _LARGEST_FRACTION))
+    # Five degrees of freedom are left. An edge in a contour makes more than a quarter bad.
+    least = max(12, 0.75 * len(keep))
     while len(keep) > least:
         along, across = coordinates[:, keep]
         residuals = _deletion_residuals(along, across, contour.noise_std)
@@ -74,12 +65,13 @@ def _plane_coordinates(contour: Contour) -> np.ndarray:
 
 def _deletion_residuals(along, across, noise_std: float) -> np.ndarray:
     """(n,) distance of each sample from the curve of the others, in standard deviations."""
-    design = np.polynomial.legendre.legvander(along, _DEGREE)
+    # Degree 6 follows an arc of 90 degrees to 2e-4 of its radius.
+    design = np.polynomial.legendre.legvander(along, 6)
     q, _ = np.linalg.qr(design)
     residual = across - q @ (q.T @ across)
     # One minus the leverage: the variance of a residual over that of the noise.
     ratio = np.maximum(1.0 - (q * q).sum(axis=1), np.finfo(float).eps)
     sum_of_squares = residual @ residual - residual * residual / ratio
-    variance = np.maximum(sum_of_squares, 0.0) / (len(along) - _DEGREE - 2)
+    variance = np.maximum(sum_of_squares, 0.0) / (len(along) - 8)
     spread = np.maximum(np.sqrt(variance), max(noise_std, np.finfo(float).eps))
     return np.abs(residual) / (np.sqrt(ratio) * spread)

@@ -9,20 +9,6 @@ from touchatlas.patch.fit.bad_contacts import without_bad_contacts
 from touchatlas.patch.geometry.arrays import cross
 from touchatlas.patch.geometry.contour import Contour
 
-# Degree of a curve near a crossing, and the fraction of its longer arm that is near: an arc of 90
-# degrees is followed to 2e-4 of its radius. With the fraction doubled, the ends count, where the
-# curve may turn back.
-_DEGREE, _NEAR = 4, 0.7
-# Least sine of the angle of two planes that cross: 10 degrees. Doubled, planes 20 degrees apart
-# are compared no longer.
-_LEAST_SINE = 0.17
-# Distance of two curves at a crossing that noise does not explain, in deviations: one of 5,000
-# touches of three curves has it. Doubled, curves of four to ten noises beside the others pass.
-MISSED = 4.0
-# Least difference of squared deviations by which one curve is told from another: a likelihood ratio
-# of 250. Doubled, curves that lie five noises beside the others are not named.
-_TOLD = 11.0
-
 
 class Crossing(NamedTuple):
     """Two curves, by index, and their distance along the line of their planes, in deviations."""
@@ -59,7 +45,7 @@ def crossings(contours: tuple[Contour, ...], origin, noise_floor: float) -> tupl
     ...     return Contour(points, plane, 0.01, (ContourEnd.LENGTH_REACHED,) * 2)
     >>> curves = curve(0.0, 0.0), curve(1.0, 0.1), curve(2.0, 0.0)
     >>> found = crossings(curves, np.zeros(3), 0.0)
-    >>> [crossing.miss > MISSED for crossing in found], displaced_curves(found, 3)
+    >>> [crossing.miss > 4.0 for crossing in found], displaced_curves(found, 3, 4.0)
     ([True, False, True], (1,))
     """
     cleaned = [without_bad_contacts(contour) for contour in contours]
@@ -67,7 +53,8 @@ def crossings(contours: tuple[Contour, ...], origin, noise_floor: float) -> tupl
     for (i, one), (j, other) in combinations(enumerate(cleaned), 2):
         line = cross(one.plane.normal, other.plane.normal)
         sine = float(np.sqrt(line @ line))
-        if sine < _LEAST_SINE:
+        # Planes within 10 degrees of each other have no crossing.
+        if sine < 0.17:
             continue
         line /= sine
         place = _common_point(one, other, line, origin)
@@ -94,17 +81,19 @@ def _height(contour: Contour, place, line, noise_floor: float) -> tuple[float, f
     if not len(turns):
         return None
     middle = int(turns[np.abs(height[turns]).argmin()])
-    far = np.flatnonzero(np.abs(along) > _NEAR * np.abs(along).max())
+    # At the ends of the longer arm the curve may turn back.
+    far = np.flatnonzero(np.abs(along) > 0.7 * np.abs(along).max())
     near = slice(
         int(far[far <= middle].max(initial=-1)) + 1,
         int(far[far > middle].min(initial=len(along))),
     )
     along, height = along[near], height[near]
-    freedom = len(along) - _DEGREE - 1
+    freedom = len(along) - 5
     if freedom < 1:
         return None
     scale = float(np.abs(along).max())
-    design = (along[:, None] / scale) ** np.arange(_DEGREE + 1.0)
+    # Degree 4 follows an arc of 90 degrees to 2e-4 of its radius.
+    design = (along[:, None] / scale) ** np.arange(5.0)
     inverse = np.linalg.pinv(design)
     found = inverse @ height
     rest = height - design @ found
@@ -114,7 +103,7 @@ def _height(contour: Contour, place, line, noise_floor: float) -> tuple[float, f
     return float(found[0]), float(inverse[0] @ inverse[0]) * variance
 
 
-def displaced_curves(found: tuple[Crossing, ...], count: int) -> tuple[int, ...]:
+def displaced_curves(found: tuple[Crossing, ...], count: int, largest: float) -> tuple[int, ...]:
     """Indices of the curves that lie beside the others; empty where that cannot be told.
 
     The curve is left out without which the others miss each other least, until they all meet. It
@@ -125,14 +114,17 @@ def displaced_curves(found: tuple[Crossing, ...], count: int) -> tuple[int, ...]
     found : tuple of Crossing
     count : int
         Of the curves.
+    largest : float
+        Miss that noise explains, in deviations.
     """
     out: list[int] = []
-    while _worst(found) > MISSED:
+    while _worst(found) > largest:
         if len(out) >= (count - 1) // 2:
             return ()
         left = [i for i in range(count) if i not in out]
         least, next_least = sorted((_worst(_without(found, i)), i) for i in left)[:2]
-        if next_least[0] ** 2 - least[0] ** 2 < _TOLD:
+        # A likelihood ratio of 250 tells one curve from another.
+        if next_least[0] ** 2 - least[0] ** 2 < 11.0:
             return ()
         out.append(least[1])
         found = _without(found, least[1])

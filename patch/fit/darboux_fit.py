@@ -5,12 +5,13 @@ from typing import TypeVar
 
 import numpy as np
 
-from touchatlas.patch.fit.linear_system import LinearSystem, map_coefficients
 from touchatlas.patch.fit.reframe import reframed
 from touchatlas.patch.fit.smoothness import (
+    LinearSystem,
     NormalEquations,
     coefficient_precision,
     effective_parameters,
+    map_coefficients,
     posterior,
     scaled_noise,
 )
@@ -18,27 +19,6 @@ from touchatlas.patch.fit.start import Stack
 from touchatlas.patch.geometry.polynomial import Basis
 
 Record = TypeVar("Record")
-
-# Largest slope at the origin of a finished frame, in standard deviations of the samples' mean.
-# Doubled, frames are tilted by up to one such deviation.
-_SLOPE_TOLERANCE = 0.5
-# Least slope tolerance, rad: rounding of exact contacts. Doubled, heights of exact contacts change
-# by 2e-9 of the radius when the object is rotated.
-_ROUNDING = 1e-9
-# Most frames of one fit. 1 % of random shapes need more than twelve, none of 2,000 needed sixty.
-# Doubled, a fit that does not converge takes twice as long.
-_MOST_FRAMES = 60
-# Frames that rotate by the whole angle; where these do not converge they overshoot. Doubled, such
-# fits take twelve frames more.
-_FULL_STEPS = 12
-# Fraction of the rotation after that. Doubled, frames overshoot for ever.
-_DAMPED_STEP = 0.5
-# Largest move of a frame that has not diverged: the cosine of 60 degrees, and half the radius.
-# Doubled, the cosine refuses every tilt, and origins may leave the patch.
-_LARGEST_TILT_COSINE, _LARGEST_SHIFT = 0.5, 0.5
-# Indices of the coefficients of x, y and x y, which vanish in the Darboux frame, and their
-# tolerances relative to each other: that of x y is about ten times less certain.
-_VANISHING, _RELATIVE_TOLERANCE = [1, 2, 4], np.array([1.0, 1.0, 10.0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,17 +79,21 @@ def solve_in_darboux_frame(
     precision = coefficient_precision(basis, length_ratio, z_scale)
     noise = scaled_noise(stack.noise, stack.reach)
     count = np.maximum(np.count_nonzero(weight, axis=1), 1)
-    tolerance = np.maximum(_ROUNDING, _SLOPE_TOLERANCE * noise / np.sqrt(count))
+    # Half a standard deviation of the samples' mean, or the rounding of exact contacts, rad.
+    tolerance = np.maximum(1e-9, 0.5 * noise / np.sqrt(count))
     rows, parts, solutions, first = np.arange(len(length_ratio)), [], [], stack
-    for number in range(_MOST_FRAMES):
-        fraction = 1.0 if number < _FULL_STEPS else _DAMPED_STEP
+    # 1 % of random shapes need more than twelve frames, none of 2,000 needed sixty. Where full
+    # rotations do not converge they overshoot: half of them do.
+    for number in range(60):
+        fraction = 1.0 if number < 12 else 0.5
         stack, samples = reframed(stack, basis, mean, fraction)
         system = samples.system(basis, weight[rows])
         equations = system.equations()
         mean = map_coefficients(equations, noise[rows], precision[rows])
-        slopes = np.abs(mean[:, _VANISHING] / _RELATIVE_TOLERANCE).max(axis=1)
+        # The terms x, y and x y; that of x y is about ten times less certain.
+        slopes = np.abs(mean[:, [1, 2, 4]] / np.array([1.0, 1.0, 10.0])).max(axis=1)
         # A fit ends as soon as it converges, so that its result does not depend on the others.
-        done = (slopes < tolerance[rows]) | (number == _MOST_FRAMES - 1)
+        done = (slopes < tolerance[rows]) | (number == 60 - 1)
         done |= diverged(first[rows], stack)
         if done.any():
             ended = slice(None) if done.all() else done
@@ -131,9 +115,9 @@ def diverged(before: Stack, after: Stack) -> np.ndarray:
     """(m,) whether frames moved by 60 degrees, or half a radius, from the first polynomial."""
     shift = after.origin - before.origin
     upright = np.einsum("mi,mi->m", before.axes[:, 2], after.axes[:, 2])
-    near = (shift * shift).sum(axis=1) < (_LARGEST_SHIFT * before.reach) ** 2
+    near = (shift * shift).sum(axis=1) < (0.5 * before.reach) ** 2
     # The comparisons are false for NaN, which therefore counts as diverged.
-    return ~((upright > _LARGEST_TILT_COSINE) & near)
+    return ~((upright > 0.5) & near)
 
 
 def joined(rows: list[np.ndarray], records: list[Record]) -> Record:

@@ -5,9 +5,9 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from touchatlas.patch.fit.advice import advice_on
-from touchatlas.patch.fit.crossings import MISSED, crossings, displaced_curves
-from touchatlas.patch.fit.curve_tests import excess_scatter
-from touchatlas.patch.fit.residual_tests import residual_tests
+from touchatlas.patch.fit.crossings import crossings, displaced_curves
+from touchatlas.patch.fit.residual_tests import excess_scatter, residual_tests
+from touchatlas.patch.fit.smoothness import scaled_noise
 from touchatlas.patch.geometry.contour import Contour, check_contours
 from touchatlas.patch.geometry.patch import Patch
 from touchatlas.patch.geometry.polynomial import (
@@ -18,38 +18,48 @@ from touchatlas.patch.geometry.polynomial import (
     scaled_height,
 )
 
-# Condition of the sections above which curvatures are doubtful: 1.4 for planes 60 degrees apart,
-# 30 for planes within 15 degrees. Below, predicted deviations hold what it does. Doubled, planes
-# within 11 degrees pass.
-_POOR_CONDITION = 30.0
-# Largest fraction of outliers that a patch bears. Doubled, one bad contact in ten is no doubt.
-_OUTLIERS = 0.05
-# Tests at this many standard deviations: one false alarm in a thousand good patches. Doubled, only
-# gross misfits are doubted.
-_LIMIT = 3.3
-# Largest serial correlation. A fit leaves residuals that alternate, by one deviation: the limit is
-# about 3.5 deviations above what good patches have. Doubled, drift passes twice as far.
-_WAVES = 2.3
-# Least core over the reach of the longest curve. Doubled, a core of a tenth is doubted.
-_SMALL = 0.05
-# Residuals below this fraction of the noise: it is not the noise of these points. Doubled, good
-# fits of many terms are doubted.
-_TOO_NOISY = 1.0 / 3.0
-# Largest deviation at the core's rim over the core radius: a slope of 3.4 degrees. Doubled,
-# patches pass that hardly know more than their tangent plane.
-_UNCERTAIN = 0.06
-# Rounding of exact contacts over the radius: the fit takes noise to be no less.
-_ROUNDING = 1e-6
-# Largest root mean square distance of a curve from its plane, in noises, and over its size where
-# there is less noise than that. Doubled, planes off by twice the angle pass.
-_OFF_PLANE, _OFF_PLANE_FRACTION = 2.0, 1e-3
-# Largest ratio of the spacings of two curves' samples. Doubled, a curve in a unit eight times as
-# large passes.
-_UNLIKE = 5.0
-# Directions of the rim that are compared, 7.5 degrees apart.
-_RIM = np.pi / 24.0 * np.arange(48)
-# Radii of the grid on which the sign of K is read, over the core radius.
-_RINGS = np.array([0.25, 0.5, 0.75, 1.0])
+
+@dataclass(frozen=True)
+class DiagnosisLimits:
+    """Numbers of a patch beyond which it is doubted: each by one good patch in a thousand.
+
+    Parameters
+    ----------
+    condition : float
+        Largest condition of the sections: 1.4 for planes 60 degrees apart, 30 for planes within 15
+        degrees. Below, predicted deviations hold.
+    outliers : float
+        Largest fraction of outliers.
+    sure : float
+        Largest test statistic, in standard deviations.
+    miss : float
+        Largest distance of two curves at a crossing, in standard deviations: one of 5,000 touches
+        of three curves has it.
+    serial : float
+        Largest serial correlation. A fit leaves residuals that alternate, by one deviation: the
+        limit is about 3.5 deviations above what good patches have.
+    core : float
+        Least core over the reach of the longest curve.
+    residual_ratio : float
+        Least residuals over the noise: below, it is not the noise of these points.
+    deviation : float
+        Largest deviation at the core's rim over the core radius: a slope of 3.4 degrees.
+    off_plane : float
+        Largest root mean square distance of a curve from its plane, in its noise.
+    unlike : float
+        Largest ratio of the spacings of two curves' samples.
+    """
+
+    condition: float = 30.0
+    outliers: float = 0.05
+    sure: float = 3.3
+    miss: float = 4.0
+    serial: float = 2.3
+    core: float = 0.05
+    residual_ratio: float = 1.0 / 3.0
+    deviation: float = 0.06
+    off_plane: float = 2.0
+    unlike: float = 5.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +129,9 @@ class Diagnosis:
         return plain | lists
 
 
-def diagnose(patch: Patch, contours: tuple[Contour, ...]) -> Diagnosis:
+def diagnose(
+    patch: Patch, contours: tuple[Contour, ...], limits: DiagnosisLimits = DiagnosisLimits()
+) -> Diagnosis:
     """The diagnosis of a patch against contours of its surface.
 
     Parameters
@@ -127,15 +139,12 @@ def diagnose(patch: Patch, contours: tuple[Contour, ...]) -> Diagnosis:
     patch : Patch
     contours : tuple of Contour
         Those it was fitted to, or others. Only samples within the patch radius are compared.
+    limits : DiagnosisLimits
 
     Raises
     ------
     ValueError
         When the arguments are no Patch and no contours.
-
-    Notes
-    -----
-    Each test fails for about one good patch in a thousand.
 
     Examples
     --------
@@ -161,27 +170,28 @@ def diagnose(patch: Patch, contours: tuple[Contour, ...]) -> Diagnosis:
             f"got {type(patch).__name__} for the patch; give a Patch, as the patch of a PatchFit is"
         )
     check_contours(contours)
-    noise = max(patch.noise_std, _ROUNDING * patch.radius)
+    scaled = scaled_noise(patch.noise_std, patch.radius)
+    noise = scaled * patch.radius
     core, tests = patch.core * patch.radius, residual_tests(patch, contours)
     direction, deviation = _weakest(patch)
     scatter = excess_scatter(contours)
     off_plane, unlike = max(_off_plane(contour) for contour in contours), _spacing_ratio(contours)
-    found = crossings(contours, patch.frame.origin, _ROUNDING * patch.radius)
+    found = crossings(contours, patch.frame.origin, scaled_noise(0.0, patch.radius) * patch.radius)
     miss = max((crossing.miss for crossing in found), default=0.0)
-    contradicts = tests.disagreement > _LIMIT or miss > MISSED or tests.left_out
+    contradicts = tests.disagreement > limits.sure or miss > limits.miss or tests.left_out
     # Without noise the residuals are what the patch leaves out, and have no law.
-    noisy = noise > 10.0 * _ROUNDING * patch.radius
+    noisy = scaled > 1e-5
     failed = {
-        "poor sections": patch.condition > _POOR_CONDITION,
-        "uncertain": deviation > _UNCERTAIN * core,
-        "small": core < _SMALL * _longest_reach(patch, contours),
-        "misfit": tests.excess > _LIMIT,
-        "waves": tests.serial > _WAVES and noisy,
+        "poor sections": patch.condition > limits.condition,
+        "uncertain": deviation > limits.deviation * core,
+        "small": core < limits.core * _longest_reach(patch, contours),
+        "misfit": tests.excess > limits.sure,
+        "waves": tests.serial > limits.serial and noisy,
         "contradiction": contradicts and noisy,
-        "off plane": off_plane > _OFF_PLANE,
-        "unlike curves": unlike > _UNLIKE or (scatter > _LIMIT and noisy),
-        "bad contacts": tests.outliers > _OUTLIERS,
-        "noise overstated": tests.ratio < _TOO_NOISY and noisy,
+        "off plane": off_plane > limits.off_plane,
+        "unlike curves": unlike > limits.unlike or (scatter > limits.sure and noisy),
+        "bad contacts": tests.outliers > limits.outliers,
+        "noise overstated": tests.ratio < limits.residual_ratio and noisy,
     }
     return Diagnosis(
         doubts=tuple(name for name, holds in failed.items() if holds),
@@ -193,7 +203,7 @@ def diagnose(patch: Patch, contours: tuple[Contour, ...]) -> Diagnosis:
         serial=tests.serial,
         disagreement=tests.disagreement,
         miss=miss,
-        displaced=displaced_curves(found, len(contours)) if noisy else (),
+        displaced=displaced_curves(found, len(contours), limits.miss) if noisy else (),
         sign_changes=_sign_changes(patch),
         outliers=tests.outliers,
         off_plane=off_plane,
@@ -209,7 +219,7 @@ def _off_plane(contour: Contour) -> float:
     """
     off = np.abs((contour.points - contour.plane.point) @ contour.plane.normal)
     size = float(np.ptp(contour.points, axis=0).max())
-    return 1.48 * float(np.median(off)) / max(contour.noise_std, _OFF_PLANE_FRACTION * size, 1e-300)
+    return 1.48 * float(np.median(off)) / max(contour.noise_std, 1e-3 * size, 1e-300)
 
 
 def _longest_reach(patch: Patch, contours) -> float:
@@ -227,19 +237,19 @@ def _spacing_ratio(contours) -> float:
 
 def _weakest(patch: Patch) -> tuple[np.ndarray, float]:
     """Direction (3,), world, in which the core's rim is least certain, and the deviation there."""
-    flat = patch.core * patch.radius * np.stack([np.cos(_RIM), np.sin(_RIM)], axis=1)
+    rim = np.linspace(0.0, 2.0 * np.pi, 48, endpoint=False)
+    around = np.stack([np.cos(rim), np.sin(rim)], axis=1)
+    flat = patch.core * patch.radius * around
     height = np.nan_to_num(patch.polynomial.height(flat))
     deviation = patch.deviation(patch.frame.to_world(np.column_stack([flat, height])))
     worst = int(deviation.argmax())
-    direction = (
-        np.cos(_RIM[worst]) * patch.frame.axes[0] + np.sin(_RIM[worst]) * patch.frame.axes[1]
-    )
-    return direction, float(deviation[worst])
+    return around[worst] @ patch.frame.axes[:2], float(deviation[worst])
 
 
 def _sign_changes(patch: Patch) -> float:
     """Fraction of the core where K has another sign than at the origin."""
-    r, angle = np.meshgrid(patch.core * np.sqrt(_RINGS), _RIM)
+    rings = patch.core * np.sqrt([0.25, 0.5, 0.75, 1.0])
+    r, angle = np.meshgrid(rings, np.linspace(0.0, 2.0 * np.pi, 48, endpoint=False))
     x, y = np.append(0.0, r * np.cos(angle)), np.append(0.0, r * np.sin(angle))
     basis, coefficients = patch.polynomial.basis, patch.polynomial.coefficients
     z = np.nan_to_num(scaled_height(basis, coefficients, x, y))

@@ -7,22 +7,12 @@ import numpy as np
 from touchatlas.patch.fit.bad_contacts import without_bad_contacts
 from touchatlas.patch.fit.estimate import FIT_REACH
 from touchatlas.patch.fit.fit_patch import FitOptions, PatchFit, fit_patch, unsolvable_is_unfit
-from touchatlas.patch.fit.smoothness import coefficient_precision
+from touchatlas.patch.fit.smoothness import coefficient_precision, scaled_noise
 from touchatlas.patch.fit.start import UnfitError
 from touchatlas.patch.geometry.contour import Contour, SamplingPlane
 from touchatlas.patch.geometry.patch import Patch
 from touchatlas.patch.geometry.polynomial import GRADIENT, derivative_coefficients, monomials
 
-# Fits of surface and displacements in turn: at first the displacements count as noise, so that the
-# surface does not follow them, and from step to step this fraction of it, down to a thousandth.
-# Half as many steps of a quarter each let one of three fits of displacements of a third of the
-# radius diverge.
-_STEPS, _LESS = 10, 0.5
-# Rounding of exact contacts over the radius: the fit takes noise to be no less.
-_ROUNDING = 1e-6
-# Least gradient within a sampling plane that a distance is divided by, no unit. Doubled, samples
-# of curves nearly along the surface count half.
-_LEAST_GRADIENT = 0.2
 _FIXED_TERMS = FitOptions(adaptive=False)
 
 
@@ -65,7 +55,8 @@ def estimate_displacements(
     """
     contours = tuple(without_bad_contacts(c) for c in contours)
     shifts, least = np.zeros((len(contours), 3)), np.inf
-    for blur in spread * _LESS ** np.arange(_STEPS):
+    # At first the displacements count as noise, so that the surface does not follow them.
+    for blur in spread * 0.5 ** np.arange(10):
         current = tuple(
             replace(c, noise_std=float(np.hypot(c.noise_std, blur)))
             for c in displaced(contours, -shifts)
@@ -159,8 +150,9 @@ def _linearised(patch: Patch, contour: Contour):
     gradient = np.stack([-px, -py, 1.0 - pz], axis=1)
     across = patch.frame.axes @ contour.plane.normal
     within = gradient - (gradient @ across)[:, None] * across
-    length = np.maximum(np.sqrt((within * within).sum(axis=1)), _LEAST_GRADIENT)
-    std = np.maximum(contour.noise_std / patch.radius, _ROUNDING) * length
+    # Samples of curves nearly along the surface keep a finite distance.
+    length = np.maximum(np.sqrt((within * within).sum(axis=1)), 0.2)
+    std = scaled_noise(contour.noise_std, patch.radius) * length
     beyond = patch.leftover**2 * (local[:, :2] ** 2).sum(axis=1) ** (basis.degree + 1)
     std = np.sqrt(std**2 + beyond)
     return (

@@ -6,7 +6,6 @@ from functools import lru_cache
 import numpy as np
 
 from touchatlas.patch.fit.darboux_fit import Solution, diverged, joined, solve_in_darboux_frame
-from touchatlas.patch.fit.linear_system import map_coefficients
 from touchatlas.patch.fit.reframe import raw_system, reframed
 from touchatlas.patch.fit.smoothness import (
     NormalEquations,
@@ -15,6 +14,7 @@ from touchatlas.patch.fit.smoothness import (
     leftover,
     log_evidence,
     log_prior,
+    map_coefficients,
     scaled_noise,
     smoothness_grid,
 )
@@ -22,26 +22,10 @@ from touchatlas.patch.fit.start import Stack, UnfitError
 from touchatlas.patch.fit.term_choice import Choice, candidates_of, choose_terms
 from touchatlas.patch.geometry.polynomial import Basis, monge_basis
 
-# Chi-square per sample above which noise is taken to be larger than stated. Doubled, misfits of up
-# to 1.6 times the noise are taken for evidence of terms in z.
-_LARGE_CHI_SQUARE = 1.3
-# Length ratio and z scale of the first frame, and of fits that diverged: a height polynomial of
-# moderate smoothness. Doubled, the first polynomial follows noise more between the curves.
-_FIRST_LENGTH_RATIO, _FIRST_Z_SCALE = 0.5, 0.02
 # Largest distance of a sample in a fit, over the patch radius: samples just outside still help at
-# the rim. Doubled, the polynomial must fit four times the area of the patch.
+# the rim.
 FIT_REACH = 1.25
-# Least excess of chi-square that makes a choice doubtful, in its standard deviations: one good fit
-# in forty. Doubled, misfits twice as large stay in the first choice.
-_DOUBTFUL_EXCESS = 2.0
-# Least size of the orders above the degree at the rim that makes a choice doubtful, in deviations
-# of the noise. Doubled, patches keep a model error of up to ten deviations there.
-_DOUBTFUL_LEFTOVER = 5.0
-# Residuals above which no terms fit, over the radius and over the noise; both must be exceeded.
-# Doubled, a patch follows steps twice as high instead of becoming smaller.
-_LARGE_RESIDUAL, _LARGE_RESIDUAL_NOISE = 3e-3, 3.0
-# Radii that are tried one after the other, over the first radius: steps of 0.8. With the last one
-# doubled, a patch that does not fit at 0.8 becomes no smaller.
+# Radii that are tried one after the other, over the first radius: steps of 0.8.
 _RADIUS_LEVELS = (0.8, 0.64, 0.5, 0.4)
 
 # What is said of a fit that diverges.
@@ -102,10 +86,11 @@ def first_choices(
     best = log_posterior.argmax(axis=1)
     allowed = (bias / (noise * stack.reach)) ** 2 if np.isfinite(bias) else 0.0
     count = equations.count
-    doubtful = chi_square > count * (1.0 + allowed) + _DOUBTFUL_EXCESS * np.sqrt(2.0 * count)
+    # One good fit in forty exceeds two standard deviations.
+    doubtful = chi_square > count * (1.0 + allowed) + 2.0 * np.sqrt(2.0 * count)
     mean = map_coefficients(equations, noise, precisions[best])
     if strict:
-        doubtful |= leftover(basis, length_ratios[best]) > _DOUBTFUL_LEFTOVER * noise
+        doubtful |= leftover(basis, length_ratios[best]) > 5.0 * noise
     return Choices(
         *(stack, mean, length_ratios[best], z_scales[best], doubtful, log_posterior),
     )
@@ -146,7 +131,8 @@ def _log_posterior(equations: NormalEquations, basis: Basis, noise, reach, prior
     best = found.argmax(axis=1)
     chi_square = chi_square[np.arange(len(best)), best]
     per_sample = chi_square / equations.count
-    large = per_sample > _LARGE_CHI_SQUARE
+    # Noise is taken to be larger than stated.
+    large = per_sample > 1.3
     if large.any():
         spread = (noise * np.sqrt(per_sample))[large]
         evidence, _ = log_evidence(equations[large][:, None], spread[:, None], precisions)
@@ -158,8 +144,8 @@ def _log_posterior(equations: NormalEquations, basis: Basis, noise, reach, prior
 
 @lru_cache
 def _first_precision(basis: Basis) -> np.ndarray:
-    """(1, t) prior precision of the first polynomial."""
-    return coefficient_precision(basis, [_FIRST_LENGTH_RATIO], [_FIRST_Z_SCALE])
+    """(1, t) prior precision of the first polynomial: a height of moderate smoothness."""
+    return coefficient_precision(basis, [0.5], [0.02])
 
 
 def solve_choices(choices: Choices, basis: Basis) -> Solution:
@@ -180,7 +166,7 @@ def solve_choices(choices: Choices, basis: Basis) -> Solution:
     again, rest = np.flatnonzero(lost), np.flatnonzero(~lost)
     heights = solve_in_darboux_frame(
         *(stack[again], basis, 0.0 * choices.mean[again], stack.weight[again]),
-        *(np.full(len(again), _FIRST_LENGTH_RATIO), np.full(len(again), _FIRST_Z_SCALE)),
+        *(np.full(len(again), 0.5), np.full(len(again), 0.02)),
     )
     if diverged(stack[again], heights.stack).any():
         raise UnfitError(BENT)
@@ -209,7 +195,9 @@ def with_terms_chosen(
     for level in (*_RADIUS_LEVELS, None):
         chosen, choice = _chosen(choices, basis, prior, candidates)
         noise = float(scaled_noise(choices.stack.noise, choices.stack.reach)[0])
-        large = choice.residual_rms > max(_LARGE_RESIDUAL_NOISE * noise, _LARGE_RESIDUAL)
+        # Residuals above three deviations of the noise and 3e-3 of the radius are explained by no
+        # terms.
+        large = choice.residual_rms > max(3.0 * noise, 3e-3)
         if not large or level is None:
             break
         # Terms in z would follow such fine detail, and oscillate between the curves.

@@ -29,10 +29,6 @@ from touchatlas.patch.geometry.frame import DarbouxFrame
 from touchatlas.patch.geometry.patch import Patch
 from touchatlas.patch.geometry.polynomial import Basis, LocalPolynomial, graded_basis, monge_basis
 
-# Fraction of the allowed model error that is added to the noise of samples. Doubled, the fit trusts
-# exact samples half as much, and predicted deviations grow.
-_BIAS_NOISE_FRACTION = 0.25
-
 
 @dataclass(frozen=True)
 class FitOptions:
@@ -182,7 +178,7 @@ def fit_patch(
     has_bias = bool(np.isfinite(bias))
     if has_bias:
         # Exact samples with a model error would make the fit oscillate between the curves.
-        stack = replace(stack, noise=np.hypot(stack.noise, _BIAS_NOISE_FRACTION * bias))
+        stack = replace(stack, noise=np.hypot(stack.noise, 0.25 * bias))
     choices = first_choices(stack, options.basis, bias, prior, strict=not has_bias)
     if not choices.doubtful[0]:
         return _solved(choices, options.basis, options)

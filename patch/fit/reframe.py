@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from touchatlas.patch.fit.linear_system import LinearSystem
+from touchatlas.patch.fit.smoothness import LinearSystem
 from touchatlas.patch.fit.start import Stack
 from touchatlas.patch.geometry.arrays import cross
 from touchatlas.patch.geometry.polynomial import (
@@ -14,13 +14,6 @@ from touchatlas.patch.geometry.polynomial import (
     graph_derivatives,
     monomials,
 )
-
-# Least (k1 - k2) R, no unit: below it rounding would choose the directions. Doubled, umbilics are
-# recognised at twice the difference.
-_NO_DIRECTION = 1e-7
-# Least squared gradient of F within a sampling plane, no unit: it limits a foot to 4.5 times the
-# distance. Doubled, feet on surfaces nearly in their sampling plane are nearer.
-_LEAST_SQUARED_GRADIENT = 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,7 +93,8 @@ def _linearised(stack: Stack, basis: Basis, mean, terms) -> Samples:
     across = stack.across @ stack.axes.transpose(0, 2, 1)
     gradient -= np.einsum("mni,mni->mn", gradient, across)[..., None] * across
     square = np.einsum("mni,mni->mn", gradient, gradient)
-    square = np.maximum(square, _LEAST_SQUARED_GRADIENT)
+    # This limits a foot to 4.5 times the distance.
+    square = np.maximum(square, 0.05)
     feet = scaled - (value / square)[..., None] * gradient
     return Samples(feet, value, square)
 
@@ -114,7 +108,8 @@ def _darboux_axes(basis: Basis, mean, fraction: float):
     fx, fy, fxx, fxy, fyy = graph_derivatives(*derivatives)
     # The angle is exact only where the slopes vanish, as they do when the frames converge.
     angle = (0.5 * fraction) * np.arctan2(2.0 * fxy, fxx - fyy)
-    angle = np.where(np.abs(fxx - fyy) + np.abs(2.0 * fxy) > _NO_DIRECTION, angle, 0.0)
+    # Below a difference of 1e-7 rounding would choose the directions.
+    angle = np.where(np.abs(fxx - fyy) + np.abs(2.0 * fxy) > 1e-7, angle, 0.0)
     gx, gy = fraction * fx, fraction * fy
     c, s = np.cos(angle), np.sin(angle)
     local = np.empty((len(mean), 3, 3))

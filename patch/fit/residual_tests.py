@@ -3,23 +3,14 @@
 from typing import NamedTuple
 
 import numpy as np
+from numpy.polynomial.legendre import legvander
+from scipy.linalg import block_diag
 
-from touchatlas.patch.fit.curve_tests import disagreement
+from touchatlas.patch.fit.bad_contacts import OUTLIER
+from touchatlas.patch.fit.smoothness import scaled_noise
 from touchatlas.patch.geometry.contour import Contour
 from touchatlas.patch.geometry.patch import Patch
 from touchatlas.patch.geometry.polynomial import GRADIENT, derivative_coefficients, monomials
-
-# Distance of an outlier in deviations. Doubled, bad contacts of five to ten deviations count as
-# lack of fit.
-_OUTLIER = 5.0
-# Rounding of exact contacts over the radius: the fit takes noise to be no less.
-_ROUNDING = 1e-6
-# Least gradient within a sampling plane that a distance is divided by, no unit. Doubled, residuals
-# on curves nearly along the surface count half.
-_LEAST_GRADIENT = 0.2
-# Least singular value of the design over the largest: a combination of terms below it is not seen.
-# Doubled, one combination in twenty more is not.
-_LEAST_VALUE = 1e-3
 
 
 class ResidualTests(NamedTuple):
@@ -52,8 +43,8 @@ def residual_tests(patch: Patch, contours: tuple[Contour, ...]) -> ResidualTests
     parts = [_distances(patch, contour) for contour in contours]
     residuals, designs, freedom = _standardised(patch, parts)
     joined = np.concatenate(residuals)
-    outliers = float((np.abs(joined) > _OUTLIER).sum()) / max(len(joined), 1)
-    good = [np.abs(r) <= _OUTLIER for r in residuals]
+    outliers = float((np.abs(joined) > OUTLIER).sum()) / max(len(joined), 1)
+    good = [np.abs(r) <= OUTLIER for r in residuals]
     inliers = [r[keep] for r, keep in zip(residuals, good, strict=True)]
     count, freedom = max(sum(len(r) for r in inliers), 1), max(freedom * (1.0 - outliers), 1.0)
     square = sum(float(r @ r) for r in inliers)
@@ -92,7 +83,8 @@ def _standardised(patch: Patch, parts):
     """
     design = np.concatenate([terms / std for _, std, _, terms, _ in parts])
     left, values, _ = np.linalg.svd(design, full_matrices=False)
-    left = left[:, values > _LEAST_VALUE * values.max(initial=0.0)]
+    # A combination of terms with a singular value below a thousandth of the largest is not seen.
+    left = left[:, values > 1e-3 * values.max(initial=0.0)]
     explained = ((design @ patch.covariance) * design).sum(axis=1)
     freedom = float((1.0 - np.minimum((left * left).sum(axis=1), explained)).sum())
     whole = [np.sqrt(std[:, 0] ** 2 + beyond) for _, std, beyond, _, _ in parts]
@@ -113,9 +105,101 @@ def _distances(patch: Patch, contour: Contour):
     gradient = np.stack([-px, -py, 1.0 - pz], axis=1)
     across = patch.frame.axes @ contour.plane.normal
     gradient -= (gradient @ across)[:, None] * across
-    length = np.maximum(np.sqrt((gradient * gradient).sum(axis=1)), _LEAST_GRADIENT)
-    std = max(contour.noise_std, _ROUNDING * patch.radius) / patch.radius * length
+    # Samples of curves nearly along the surface keep a finite distance.
+    length = np.maximum(np.sqrt((gradient * gradient).sum(axis=1)), 0.2)
+    std = scaled_noise(contour.noise_std, patch.radius) * length
     beyond = patch.leftover**2 * (local[:, :2] ** 2).sum(axis=1) ** (basis.degree + 1)
     chord = patch.frame.axes @ (contour.points[-1] - contour.points[0])
     along = local @ chord / max(np.sqrt(chord @ chord), np.finfo(float).tiny)
     return local[:, 2] - phi, std[:, None], beyond, terms[: basis.size].T, along
+
+
+def normal_deviate(chi_square, freedom):
+    """The standard normal deviate that is as probable as a chi-square.
+
+    Notes
+    -----
+    Wilson and Hilferty, The distribution of chi-square, 1931. It errs by 0.05 at three degrees of
+    freedom and three deviations.
+
+    Examples
+    --------
+    One of a thousand chi-squares of three degrees of freedom exceeds 16.27, and one of a thousand
+    normal numbers 3.09:
+
+    >>> round(float(normal_deviate(16.27, 3)), 1)
+    3.1
+    """
+    variance = 2.0 / (9.0 * freedom)
+    return ((chi_square / freedom) ** (1.0 / 3.0) - 1.0 + variance) / np.sqrt(variance)
+
+
+def disagreement(residuals, designs, places, covariance) -> float:
+    """How far curves disagree on the surface where they cross, in standard deviations.
+
+    A patch with many terms follows a curve that lies beside the others, and the sum of all squares
+    hardly shows it. The smooth part of the residuals does: cubics along each curve.
+
+    Parameters
+    ----------
+    residuals : list of (n,) float
+        Of each curve, over their deviations.
+    designs : list of (n, t) float
+        Terms at the samples, over the same deviations.
+    places : list of (n,) float
+        Of the samples along their curve, in any unit.
+    covariance : (t, t) float
+        Of the coefficients.
+
+    Notes
+    -----
+    Residuals of a fit have the covariance I - H with H = J C J^t. Projected on cubics along the
+    curves, in the directions that the fit leaves, their squares sum to a chi-square: Cook and
+    Weisberg, Residuals and Influence in Regression, section 2.1.
+    """
+    kept = [i for i, r in enumerate(residuals) if len(r) > 3]
+    if not kept:
+        return 0.0
+    lines = block_diag(*[_cubics(places[i]) for i in kept])
+    seen = lines.T @ np.concatenate([designs[i] for i in kept])
+    left, vectors = np.linalg.eigh(np.eye(lines.shape[1]) - seen @ covariance @ seen.T)
+    # Directions of which the fit leaves less than a fifth of the variance count for nothing.
+    free = left > 0.2
+    if not free.any():
+        return 0.0
+    part = (lines.T @ np.concatenate([residuals[i] for i in kept])) @ vectors[:, free]
+    return float(normal_deviate((part * part / left[free]).sum(), free.sum()))
+
+
+def _cubics(place) -> np.ndarray:
+    """(n, 4) orthonormal polynomials of degree 3 at places (n,)."""
+    middle, half = 0.5 * (place.max() + place.min()), 0.5 * np.ptp(place)
+    return np.linalg.qr(legvander((place - middle) / max(half, np.finfo(float).tiny), 3))[0]
+
+
+def excess_scatter(contours: tuple[Contour, ...]) -> float:
+    """How much more one curve scatters across its own plane than the others, in deviations.
+
+    Across the plane of a curve there is noise alone. In another unit it is larger or smaller by
+    the ratio of the units. The plane is that of the points, so that it may be stated wrongly.
+
+    Notes
+    -----
+    The scatter over the noise is compared with that of the other curves, or with one where theirs
+    is less: curves of points that were put on their planes tell nothing.
+    """
+    noise = [max(c.noise_std, 1e-6 * float(np.ptp(c.points, axis=0).max())) for c in contours]
+    sums = np.array([_off_plane(c) / s**2 for c, s in zip(contours, noise, strict=True)])
+    freedom = np.array([len(c.points) - 3.0 for c in contours])
+    enough = freedom > 0
+    sums, freedom = sums[enough], freedom[enough]
+    if len(sums) < 2:
+        return 0.0
+    others = (sums.sum() - sums) / (freedom.sum() - freedom)
+    return float(normal_deviate(sums / np.maximum(others, 1.0), freedom).max())
+
+
+def _off_plane(contour: Contour) -> float:
+    """Sum of the squared distances of a curve's points from their best plane."""
+    centred = contour.points - contour.points.mean(axis=0)
+    return float(np.linalg.svd(centred, compute_uv=False)[-1] ** 2) if len(centred) > 3 else 0.0

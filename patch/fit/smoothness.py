@@ -19,27 +19,10 @@ import numpy as np
 from touchatlas.patch.geometry.polynomial import Basis
 
 # Standard deviation of an order-3 coefficient at length ratio 1, scaled. It and DECAY are chosen so
-# that intervals hold on the smooth surfaces of tests/studies. Doubled, the evidence chooses length
-# ratios 0.7 times as large.
+# that intervals hold on the smooth surfaces of tests/studies.
 AMPLITUDE = 0.5
-# Ratio of the standard deviations of successive orders, no unit. Doubled, orders hardly decay, and
-# patches are less certain between their curves.
+# Ratio of the standard deviations of successive orders, no unit.
 DECAY = 0.4
-# Standard deviation of height, slope and curvature, scaled: one patch radius, 45 degrees, one over
-# the radius. The data determine them. Doubled, nothing changes but for steep patches.
-LOOSE_STD = 1.0
-# Least noise over the patch radius: exact contacts stay solvable in floating point. Doubled,
-# exact contacts are followed half as closely.
-_LEAST_NOISE = 1e-6
-# Fraction of the terms of order d + 1 that the orders up to d cannot imitate on a disc. Doubled,
-# patches are doubtful at 0.8 of the radius.
-_LEFTOVER = 0.3
-# Length ratios that the evidence chooses from: 0.12 is a quadric but for 1 % of the radius, 2 has
-# detail of half the radius. Doubled, flat patches are expected to be rougher than they are.
-_LENGTH_RATIOS = np.geomspace(0.12, 2.0, 6)
-# z scales that the evidence chooses from: a height polynomial, a quadric's, and more. Doubled, the
-# first and last still decide between the same two cases.
-_Z_SCALES = np.array([0.02, 1.0, 4.0])
 
 
 @dataclass(frozen=True)
@@ -93,6 +76,41 @@ class NormalEquations:
         )
 
 
+@dataclass(frozen=True, eq=False)
+class LinearSystem:
+    """m weighted least-squares problems: coefficients (t,) @ phi = heights.
+
+    Parameters
+    ----------
+    phi : (m, t, n) float
+        Monomials at the samples.
+    heights : (m, n) float, scaled
+    weight : (m, n) float
+    """
+
+    phi: np.ndarray
+    heights: np.ndarray
+    weight: np.ndarray
+
+    def __getitem__(self, rows) -> "LinearSystem":
+        """Some of the problems."""
+        return LinearSystem(self.phi[rows], self.heights[rows], self.weight[rows])
+
+    def equations(self) -> NormalEquations:
+        """Normal equations (m, ...)."""
+        weighted = self.phi * self.weight[:, None]
+        return NormalEquations(
+            weighted @ self.phi.transpose(0, 2, 1),
+            (weighted @ self.heights[..., None])[..., 0],
+            np.einsum("mn,mn,mn->m", self.weight, self.heights, self.heights),
+            np.count_nonzero(self.weight, axis=1).astype(float),
+        )
+
+    def residuals(self, mean) -> np.ndarray:
+        """(m, n) heights less those of coefficients (m, t)."""
+        return self.heights - (mean[:, None] @ self.phi)[:, 0]
+
+
 def coefficient_precision(basis: Basis, length_ratio, z_scale) -> np.ndarray:
     """(..., t) prior precision of scaled coefficients, for length ratios and z scales (...)."""
     length_ratio, z_scale = (
@@ -101,24 +119,26 @@ def coefficient_precision(basis: Basis, length_ratio, z_scale) -> np.ndarray:
     )
     orders, powers = basis.orders, basis.exponents[:, 2]
     std = AMPLITUDE * length_ratio**2 * DECAY ** (orders - 3.0) * z_scale**powers
-    # No coefficient is less certain than slope and curvature: scaled coefficients are about one.
-    std = np.where((orders >= 3) | (powers > 0), np.minimum(std, LOOSE_STD), LOOSE_STD)
+    # Height, slope and curvature, which the data determine, have a deviation of one patch radius,
+    # 45 degrees and one over the radius. No coefficient is less certain.
+    std = np.where((orders >= 3) | (powers > 0), np.minimum(std, 1.0), 1.0)
     return 1.0 / (std * std)
 
 
 @lru_cache
 def smoothness_grid(basis: Basis) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Length ratios (g,), z scales (g,) and prior precisions (g, t) to choose from."""
-    z_scales = _Z_SCALES if basis.has_z else np.ones(1)
-    length_ratio, z_scale = (
-        a.ravel() for a in np.meshgrid(_LENGTH_RATIOS, z_scales, indexing="ij")
-    )
+    # A ratio of 0.12 is a quadric but for 1 % of the radius; with 2 there is detail of half of it.
+    # A z scale of 0.02 makes a height polynomial, one of 1 a quadric.
+    length_ratios = np.geomspace(0.12, 2.0, 6)
+    z_scales = np.array([0.02, 1.0, 4.0]) if basis.has_z else np.ones(1)
+    length_ratio, z_scale = (a.ravel() for a in np.meshgrid(length_ratios, z_scales, indexing="ij"))
     return length_ratio, z_scale, coefficient_precision(basis, length_ratio, z_scale)
 
 
 def scaled_noise(noise_std, radius):
-    """Noise over patch radius, kept above the rounding of the solver."""
-    return np.maximum(noise_std / radius, _LEAST_NOISE)
+    """Noise over patch radius, at least 1e-6: exact contacts stay solvable in floating point."""
+    return np.maximum(noise_std / radius, 1e-6)
 
 
 def log_evidence(equations: NormalEquations, noise, prior_precision):
@@ -164,10 +184,11 @@ def log_evidence(equations: NormalEquations, noise, prior_precision):
 def leftover(basis: Basis, length_ratio) -> np.ndarray:
     """(...) standard deviation of the orders above the degree at distance R, scaled.
 
-    It is that of the prior's next order, times the fraction that lower orders cannot imitate. At
+    It is that of the prior's next order, times 0.3: the fraction that lower orders cannot imitate
+    on a disc. At
     distance r it is smaller by the factor (r/R)^(degree + 1).
     """
-    return _LEFTOVER * AMPLITUDE * np.square(length_ratio) * DECAY ** (basis.degree - 2.0)
+    return 0.3 * AMPLITUDE * np.square(length_ratio) * DECAY ** (basis.degree - 2.0)
 
 
 def log_prior(prior: SmoothnessPrior, length_ratio, radius):
@@ -175,6 +196,14 @@ def log_prior(prior: SmoothnessPrior, length_ratio, radius):
     if not np.isfinite(prior.log_std):
         return np.zeros(1)
     return -0.5 * ((np.log(radius / length_ratio) - prior.log_length) / prior.log_std) ** 2
+
+
+def map_coefficients(equations: NormalEquations, noise, precision):
+    """Maximum-a-posteriori coefficients (m, t) for noise (m,) and prior precision (m, t)."""
+    matrix = equations.gram.copy()
+    diagonal = np.einsum("...ii->...i", matrix)
+    diagonal += precision * (noise * noise)[:, None]
+    return np.linalg.solve(matrix, equations.rhs[..., None])[..., 0]
 
 
 def posterior(gram, rhs, noise, prior_precision):

@@ -6,22 +6,11 @@ import numpy as np
 
 from touchatlas.patch.geometry.arrays import cross, frozen_array
 from touchatlas.patch.geometry.contour import Contour, ContourEnd, check_contours
-from touchatlas.patch.geometry.curvature import LEAST_OUTWARD_COSINE, WORST_CONDITION
+from touchatlas.patch.geometry.curvature import LEAST_ANGLE, WORST_CONDITION
 from touchatlas.patch.geometry.section import LEAST_POINTS
 
 # Hard ends: the surface was seen to stop or to break there, so they do not limit the patch.
 _HARD_ENDS = frozenset({ContourEnd.EDGE, ContourEnd.LOST_CONTACT, ContourEnd.UNREACHABLE})
-# Least ratio of the second to the largest eigenvalue of sum T T^t, no unit: sections within
-# about 3e-5 rad (its square root) are parallel. Doubled, 1.4 times that angle is refused.
-_PARALLEL = 1e-9
-# Least variance of a contour's noise over the largest: an exact contour among noisy ones would make
-# the normal equations singular. Doubled, such a contour has half the weight.
-_LEAST_VARIANCE = 1e-6
-# Distance of a contour's end from the reference point, in deviations of the noise, below which the
-# probe may not have moved; and least distance of the ends of a curve over its length that shows
-# that it did. A straight curve has 1, an arc of 180 degrees 0.6, 19 samples of noise 0.1. Doubled,
-# the first tests longer curves, the second refuses arcs.
-_LEAST_REACH, _LEAST_CHORD = 5.0, 0.3
 # Rounding of one number, relative.
 _ROUNDING = np.finfo(float).eps
 
@@ -93,7 +82,8 @@ def start_stack(point, contours: tuple[Contour, ...], outward) -> Stack:
     axes, condition = _first_axes(tangents, outward)
     normals = np.array([c.plane.normal for c in contours])
     stds = [c.noise_std for c in contours]
-    if reach < _LEAST_REACH * min(stds):
+    # Nearer than five deviations the probe may not have moved.
+    if reach < 5.0 * min(stds):
         _check_that_it_moved(offsets, reach)
     # Contours are padded to one length: rounding of all later sums follows from this order.
     index = np.arange(max(len(o) for o in offsets))
@@ -120,7 +110,8 @@ def _check_that_it_moved(offsets, reach: float) -> None:
         steps = points[1:] - points[:-1]
         path = np.sqrt((steps * steps).sum(axis=1)).sum()
         chord = points[-1] - points[0]
-        if np.sqrt(chord @ chord) < _LEAST_CHORD * path:
+        # An arc of 180 degrees has 0.6, 19 samples of noise have 0.1.
+        if np.sqrt(chord @ chord) < 0.3 * path:
             raise UnfitError(
                 f"a contour ends {reach:.3g} from the reference point and wanders about it, so it "
                 "shows noise alone; track further to both sides"
@@ -135,7 +126,8 @@ def _noise_and_weights(stds) -> tuple[float, np.ndarray | None]:
     variance = stds * stds
     if (variance == variance[0]).all():
         return float(np.sqrt(variance.sum() / len(stds))), None
-    variance = np.maximum(variance, _LEAST_VARIANCE * variance.max())
+    # An exact contour among noisy ones would make the normal equations singular.
+    variance = np.maximum(variance, 1e-6 * variance.max())
     joint = 1.0 / np.mean(1.0 / variance)
     return float(np.sqrt(joint)), joint / variance
 
@@ -191,7 +183,7 @@ def _first_axes(tangents, outward) -> tuple[np.ndarray, float]:
     tangent, because rounding would choose among the eigenvectors of evenly spread ones.
     """
     values, vectors = np.linalg.eigh(tangents.T @ tangents)
-    if values[1] <= _PARALLEL * values[2]:
+    if values[1] <= LEAST_ANGLE * values[2]:
         raise UnfitError(
             "all sections have the same tangent; track at least two more in other planes"
         )
@@ -203,7 +195,7 @@ def _first_axes(tangents, outward) -> tuple[np.ndarray, float]:
     e2 = cross(normal, e1)
     x, y = np.stack([e1, e2]) @ tangents.T
     condition = _condition_of_sections(x, y)
-    if abs(side) <= LEAST_OUTWARD_COSINE * np.abs(outward).max():
+    if abs(side) <= LEAST_ANGLE * np.abs(outward).max():
         raise ValueError(
             "outward is zero or tangent to the surface and tells no side; give one that points out"
         )

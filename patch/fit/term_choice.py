@@ -27,19 +27,8 @@ from touchatlas.patch.geometry.polynomial import (
 )
 
 # Degrees that the evidence chooses from. Degree 6 has 28 terms in x and y, 57 samples of a touch
-# hardly more. With the largest doubled, it has 91 terms, more than the samples.
+# hardly more.
 DEGREES = (2, 3, 4, 5, 6)
-# Length ratio and z scale with which bad contacts are found first: the middle of their ranges.
-# Doubled, the polynomial follows bad contacts more.
-_FIRST_SMOOTHNESS = (0.5, 1.0)
-# Number of reweighted fits; the last two cut instead of weighting. Doubled, doubtful patches take
-# twice as long and coefficients change by far less than their deviations.
-_REWEIGHTINGS = 5
-# Scale of Cauchy's weights, in standard deviations: 95 % efficiency for normal noise (Holland and
-# Welsch 1977). Doubled, a bad contact has up to four times the weight.
-_CAUCHY = 2.4
-# Standard deviation of normal noise over the median of its absolute value: 1/Phi^-1(3/4).
-_MEDIAN_TO_STD = 1.4826
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,9 +87,9 @@ def choose_terms(
     terms = {b: monomials(b, *feet.T) for b in candidates}
     z, distance = feet[:, 2] + value, np.sqrt((feet[:, :2] ** 2).sum(axis=1))
     basis = min(candidates, key=lambda b: abs(b.degree - DEGREES[2]))
-    _, keep, spread = _robust(
-        basis, terms[basis], z, weight, np.full(len(z), noise**2), *_FIRST_SMOOTHNESS
-    )
+    # Bad contacts are first found with the middle of the length ratios and of the z scales.
+    variance = np.full(len(z), noise**2)
+    _, keep, spread = _robust(basis, terms[basis], z, weight, variance, 0.5, 1.0)
     sigmas = np.unique([noise, max(noise, 0.5 * spread), max(noise, spread)])
     for _ in range(2):
         # The second pass is without outliers, and for the best basis alone.
@@ -154,14 +143,16 @@ def _robust(basis, terms, z, weight, variance, length_ratio, z_scale):
     precision = coefficient_precision(basis, length_ratio, z_scale)
     phi = terms[: basis.size]
     keep = weight
-    for step in range(_REWEIGHTINGS):
+    # Cauchy's weights have 95 % efficiency at 2.4 deviations (Holland and Welsch 1977); 1.4826
+    # medians of normal noise are its deviation.
+    for step in range(5):
         weighted = keep / variance * phi
         mean = np.linalg.solve(weighted @ phi.T + np.diag(precision), weighted @ z)
         distance = np.abs(z - mean @ phi) * np.sqrt(weight)
         u = distance / np.sqrt(variance)
         if step == 0 and u.max() <= OUTLIER:
             break
-        u /= max(1.0, _MEDIAN_TO_STD * float(np.median(u[weight > 0])))
-        soft = 1.0 / (1.0 + (u / _CAUCHY) ** 2) if step < _REWEIGHTINGS - 2 else u <= OUTLIER
+        u /= max(1.0, 1.4826 * float(np.median(u[weight > 0])))
+        soft = 1.0 / (1.0 + (u / 2.4) ** 2) if step < 3 else u <= OUTLIER
         keep = weight * soft
     return mean, keep, float(np.sqrt(np.mean(distance[keep > 0] ** 2)))

@@ -5,10 +5,6 @@ from numbers import Real
 
 import numpy as np
 
-# Largest difference of a unit vector's length from 1, no unit. Vectors that were stored as 32-bit
-# floats differ by 1e-7. Doubled, it accepts twice the error of every length measured along them.
-_UNIT_TOLERANCE = 1e-6
-
 
 def real(value) -> float:
     """One real number as a float, or NaN for anything else: no comparison with NaN is true.
@@ -62,7 +58,8 @@ def check_unit(values, name: str) -> np.ndarray:
     """Read-only (3,) copy of a unit vector. ValueError for a vector of another length."""
     vector = frozen_array(values, (3,), name)
     length = float(np.sqrt(vector @ vector))
-    if abs(length - 1.0) > _UNIT_TOLERANCE:
+    # Vectors that were stored as 32-bit floats differ from length 1 by 1e-7.
+    if abs(length - 1.0) > 1e-6:
         raise ValueError(f"{name} has length {length:.6g}; it must be a unit vector")
     return vector
 

@@ -8,17 +8,6 @@ import numpy as np
 
 from touchatlas.patch.geometry.arrays import check_points, check_unit, frozen_array, real
 
-# Largest median distance of points from their plane, over their median distance from their
-# middle: the sine of 30 degrees. A straight curve at a wider angle is nearer to the next of three
-# planes 60 degrees apart. Doubled, it accepts a curve that is perpendicular to its plane.
-_OFF_PLANE_RATIO = 0.5
-# Largest median distance in deviations of the noise; a median of noise alone is 0.67. Doubled, it
-# accepts a wrong plane if the curve is no longer than ten deviations.
-_OFF_PLANE_DEVIATIONS = 5.0
-# Rounding of the distance over the largest coordinate: some thousand units of the last digit.
-# Doubled, nothing changes but for curves of that length.
-_ROUNDING = 1e-12
-
 
 class ContourEnd(Enum):
     """Why tracking stopped at one end of a contour."""
@@ -93,8 +82,10 @@ class Contour:
         off = float(np.median(np.abs(offset @ self.plane.normal)))
         from_middle = self.points - np.median(self.points, axis=0)
         size = float(np.median(np.sqrt((from_middle * from_middle).sum(axis=1))))
-        rounding = _ROUNDING * max(np.abs(self.points).max(), np.abs(self.plane.point).max())
-        if off > max(_OFF_PLANE_RATIO * size, _OFF_PLANE_DEVIATIONS * self.noise_std) + rounding:
+        # The sine of 30 degrees: a curve at a wider angle is nearer to the next of three planes 60
+        # degrees apart. A median of noise alone is 0.67 deviations.
+        rounding = 1e-12 * max(np.abs(self.points).max(), np.abs(self.plane.point).max())
+        if off > max(0.5 * size, 5.0 * self.noise_std) + rounding:
             raise ValueError(
                 f"half of the contour points are {off:.4g} or more off their sampling plane, but "
                 f"no more than {size:.4g} from their middle; give the plane that they were tracked "

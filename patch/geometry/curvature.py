@@ -4,20 +4,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-# Probability that a true umbilic is not recognised. Doubled, twice as many umbilics get directions
-# that noise chose.
+# Probability that a true umbilic is not recognised.
 UMBILIC_FALSE_ALARM = 0.05
 # The limit of chi-square with two degrees of freedom at that probability.
 UMBILIC_LIMIT = -2.0 * np.log(UMBILIC_FALSE_ALARM)
-# Least ratio of singular values for which sections count as distinct directions, rad: rounding
-# of coordinates far from the origin. Doubled, sections twice as far apart are refused.
-_ANGLE_TOLERANCE = 1e-9
+# Angle below which rounding of coordinates far from the origin decides, rad.
+LEAST_ANGLE = 1e-9
 # Largest condition number of sections that a fit accepts: they lie within about 2 degrees of
-# fewer than three directions. Doubled, half that angle is accepted.
+# fewer than three directions.
 WORST_CONDITION = 1e3
-# Least cosine between the normal and ``outward``: below it rounding would decide the outer side.
-# Doubled, an outward twice as far from tangent is refused.
-LEAST_OUTWARD_COSINE = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +74,7 @@ def normal_from_tangents(tangents, outward) -> np.ndarray:
     array([0., 0., 1.])
     """
     values, vectors = np.linalg.eigh(tangents.T @ tangents)
-    if values[1] < _ANGLE_TOLERANCE * values[2]:
+    if values[1] < LEAST_ANGLE * values[2]:
         raise ValueError(
             "all sections have the same tangent; track at least two more in other planes"
         )
@@ -169,7 +164,7 @@ def curvatures_from_sections(normal_curvatures, angles, stds):
         raise ValueError(f"{len(angles)} sections were given; principal curvatures need 3 or more")
     design = np.stack([np.ones(len(angles)), np.cos(2 * angles), np.sin(2 * angles)], axis=1)
     singular = np.linalg.svd(design, compute_uv=False)
-    if singular[2] < _ANGLE_TOLERANCE * singular[0]:
+    if singular[2] < LEAST_ANGLE * singular[0]:
         raise ValueError(
             "the sections have fewer than three distinct directions, so the principal curvatures "
             "are not determined; choose sampling planes about 60 degrees apart"

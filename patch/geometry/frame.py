@@ -6,11 +6,6 @@ import numpy as np
 
 from touchatlas.patch.geometry.arrays import frozen_array
 
-# Largest entry of (axes axes^t - identity), no unit: rounding of a product of many rotations.
-# Doubled, it accepts axes that are twice as far from orthogonal.
-_ORTHONORMAL_TOLERANCE = 1e-8
-_IDENTITY = np.eye(3)
-
 
 @dataclass(frozen=True, eq=False)
 class DarbouxFrame:
@@ -36,8 +31,9 @@ class DarbouxFrame:
     def __post_init__(self) -> None:
         object.__setattr__(self, "origin", frozen_array(self.origin, (3,), "frame origin"))
         axes = frozen_array(self.axes, (3, 3), "frame axes")
-        off = np.abs(axes @ axes.T - _IDENTITY).max()
-        if off > _ORTHONORMAL_TOLERANCE or _triple_product(*axes.tolist()) < 0.0:
+        off = np.abs(axes @ axes.T - np.eye(3)).max()
+        # A product of many rotations is orthonormal to 1e-8.
+        if off > 1e-8 or _triple_product(*axes.tolist()) < 0.0:
             raise ValueError("frame axes are not a right-handed orthonormal triple e1, e2, n")
         object.__setattr__(self, "axes", axes)
 

@@ -4,24 +4,23 @@ import numpy as np
 
 from touchatlas.patch.geometry.arrays import cross
 
-# Samples on either side of a possible kink, and the fewest near an end. With twice as many,
-# curvature is taken for a kink.
-SIDE, _LEAST_SIDE = 8, 3
-# A kink turns by more than 5 degrees, and by more than so many of its standard deviations. Twice
-# the angle lets curves run over blunt edges.
-_LEAST_TURN, _DEVIATIONS = np.tan(np.deg2rad(5.0)), 8.0
-# Terms of the model: a hinge and a cubic.
-_TERMS = 5
+# Samples on either side of a possible kink.
+SIDE = 8
 
 
 def kinks(
-    points, normal, noise: float, stride: int = 1, least_turn: float = _LEAST_TURN
+    points,
+    normal,
+    noise: float,
+    stride: int = 1,
+    least_turn: float = 0.0875,
+    deviations: float = 8.0,
 ) -> np.ndarray:
     """(k,) indices of the samples nearest to the kinks of a curve, ascending.
 
     A cubic and a hinge, in the plane of the curve, are fitted to eight strides on either side of
-    each sample. There is a kink where the hinge exceeds ``least_turn`` and eight deviations of the
-    noise or of what cubic and hinge leave, whichever is more.
+    each sample. There is a kink where the hinge exceeds ``least_turn`` and so many deviations of
+    the noise or of what cubic and hinge leave, whichever is more.
 
     Parameters
     ----------
@@ -33,7 +32,9 @@ def kinks(
     stride : int
         Every so many samples of a dense curve are tested.
     least_turn : float, no unit
-        Least difference of the slopes on both sides.
+        Least difference of the slopes on both sides: by default the tangent of 5 degrees.
+    deviations : float
+        Least difference over its standard deviation.
 
     Examples
     --------
@@ -42,11 +43,11 @@ def kinks(
     >>> kinks(roof, np.array([0.0, 1.0, 0.0]), 1e-3).tolist()
     [12]
     """
-    places = np.arange(_LEAST_SIDE, len(points) - _LEAST_SIDE, stride)
+    places = np.arange(3, len(points) - 3, stride)
     if not len(places):
         return np.zeros(0, int)
     turn, deviation = _hinges(points, places, SIDE * stride, normal, noise)
-    turn = np.where(turn > np.maximum(least_turn, _DEVIATIONS * deviation), turn, 0.0)
+    turn = np.where(turn > np.maximum(least_turn, deviations * deviation), turn, 0.0)
     # Hinges beside a kink see it too: the largest nearby is the kink.
     around = np.concatenate([np.zeros(SIDE), turn, np.zeros(SIDE)])
     around = np.lib.stride_tricks.sliding_window_view(around, 2 * SIDE + 1).max(axis=1)
@@ -70,7 +71,7 @@ def _hinges(points, places, side: int, normal, noise):
     inverse = np.linalg.pinv(design.transpose(0, 2, 1) @ design)
     coefficients = np.einsum("mij,mwj,mw->mi", inverse, design, h)
     left = h - np.einsum("mwi,mi->mw", design, coefficients)
-    free = (inside.sum(axis=1) - _TERMS).clip(1)
+    free = (inside.sum(axis=1) - design.shape[2]).clip(1)
     spread = np.maximum(noise, np.sqrt((left * left).sum(axis=1) / free))
     scale = 2.0 / reach
     deviation = scale * spread * np.sqrt(inverse[:, 0, 0].clip(0.0))

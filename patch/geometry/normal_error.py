@@ -1,5 +1,4 @@
 """Errors with a normal distribution."""
 
-# Standard deviations that hold 95 % of normal errors, no unit. Doubled, every prediction is called
-# good.
+# Standard deviations that hold 95 % of normal errors, no unit.
 SURE = 1.96

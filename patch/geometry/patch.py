@@ -117,16 +117,6 @@ class Patch:
         return z - phi, np.stack([-px, -py, 1.0 - pz]), terms
 
 
-# Points of an outline, 15 degrees apart: a chord misses a circle by 0.9 % of its radius. Doubled,
-# the chord misses by a quarter of that and each outline takes twice the memory and time.
-OUTLINE_COUNT = 24
-# Fixed-point steps for the height of an outline. Each multiplies the error by half the squared
-# slope: on a quadric of slope 0.6, 2e-4 of the radius is left. Doubled, 2e-7 is left.
-_OUTLINE_STEPS = 4
-_OUTLINE_ANGLES = np.linspace(0.0, 2.0 * np.pi, OUTLINE_COUNT, endpoint=False)
-_OUTLINE = np.stack([np.cos(_OUTLINE_ANGLES), np.sin(_OUTLINE_ANGLES)])
-
-
 def curvatures_from_polynomial(patch: Patch) -> PrincipalCurvatures:
     """Principal curvatures at the origin of a patch's frame, with their standard deviations."""
     basis, mean = patch.polynomial.basis, patch.polynomial.coefficients
@@ -159,14 +149,19 @@ def curvatures_from_polynomial(patch: Patch) -> PrincipalCurvatures:
 
 
 def outlines(basis: Basis, means, distance: float) -> np.ndarray:
-    """(m, 24, 3) local points of polynomials (m, t) at a distance from the origin, scaled."""
-    shape = (len(means), OUTLINE_COUNT)
-    x, y = (np.broadcast_to(distance * a, shape) for a in _OUTLINE)
+    """(m, 24, 3) local points of polynomials (m, t) at a distance from the origin, scaled.
+
+    Each fixed-point step multiplies the error of the height by half the squared slope: on a quadric
+    of slope 0.6, 2e-4 of the radius is left.
+    """
+    angle = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
+    circle, shape = np.stack([np.cos(angle), np.sin(angle)]), (len(means), 24)
+    x, y = (np.broadcast_to(distance * a, shape) for a in circle)
     height = np.zeros(shape)
-    for _ in range(_OUTLINE_STEPS):
+    for _ in range(4):
         # A point at that distance is no higher. Without the limit the steps may diverge.
         value = evaluate_batch(basis, means, monomials(basis, x, y, height))[0]
         height = np.clip(value, -distance, distance)
         flat = np.sqrt(np.maximum(distance**2 - height**2, 0.25 * distance**2))
-        x, y = flat * _OUTLINE[0], flat * _OUTLINE[1]
+        x, y = flat * circle[0], flat * circle[1]
     return np.stack([x, y, height], axis=-1)

@@ -14,9 +14,7 @@ import numpy as np
 
 from touchatlas.patch.geometry.arrays import frozen_array
 
-VALUE, X, Y, XX, XY, YY, Z, XZ, YZ, ZZ = range(10)
-GRADIENT = (VALUE, X, Y, Z)
-SECOND_ORDER = (X, Y, XX, XY, YY, Z, XZ, YZ, ZZ)
+# Orders of d/dx, d/dy and d/dz.
 _DERIVATIVES = (
     (0, 0, 0),
     (1, 0, 0),
@@ -29,15 +27,9 @@ _DERIVATIVES = (
     (0, 1, 1),
     (0, 0, 2),
 )
-# Newton steps for the height at a point; each doubles the digits, and the first steps are limited
-# to half a radius. Doubled, points where no height exists take twice as long to be found out.
-_NEWTON_STEPS = 20
-# Largest last step that counts as convergence, scaled; its square is below rounding. Doubled,
-# nothing changes: a converging step is either far above or far below.
-_CONVERGED = 1e-9
-# Least dF/dz that a Newton step divides by, no unit: the surface there is within 3 degrees of the
-# normal direction. Doubled, steps near such places are shorter.
-_LEAST_SLOPE_OF_F = 0.05
+VALUE, X, Y, XX, XY, YY, Z, XZ, YZ, ZZ = range(len(_DERIVATIVES))
+GRADIENT = (VALUE, X, Y, Z)
+SECOND_ORDER = (X, Y, XX, XY, YY, Z, XZ, YZ, ZZ)
 
 
 @dataclass(frozen=True, eq=False)
@@ -280,8 +272,10 @@ def scaled_height(basis: Basis, coefficients, x, y) -> np.ndarray:
     rows = derivative_coefficients(basis, coefficients, [VALUE, Z])
     if not basis.has_z:
         return rows[0] @ monomials(basis, x, y, z)
-    for _ in range(_NEWTON_STEPS):
+    # Each step doubles the digits; the first are limited to half a radius. Where dF/dz is below
+    # 0.05 the surface is within 3 degrees of the normal direction.
+    for _ in range(20):
         phi, phi_z = rows @ monomials(basis, x, y, z)
-        step = (z - phi) / np.maximum(1.0 - phi_z, _LEAST_SLOPE_OF_F)
+        step = (z - phi) / np.maximum(1.0 - phi_z, 0.05)
         z = z - np.clip(step, -0.5, 0.5)
-    return np.where((np.abs(step) < _CONVERGED) & (phi_z < 1.0), z, np.nan)
+    return np.where((np.abs(step) < 1e-9) & (phi_z < 1.0), z, np.nan)

@@ -7,23 +7,8 @@ import numpy as np
 
 from touchatlas.patch.geometry.arrays import cross
 
-# Half widths of the windows over the reach of a contour, no unit; the scatter of curvature grows
-# as the width to -5/2, so each step costs a factor of about 2.4. With all of them doubled, two
-# would be the whole contour.
-_WINDOWS = np.array([1.0, 0.7, 0.5, 0.35])
-# Fewest points of a window: a quadratic leaves two degrees of freedom for its residual. Doubled,
-# contours of 19 points lose their narrowest windows.
+# Fewest points of a window: a quadratic leaves two degrees of freedom for its residual.
 LEAST_POINTS = 5
-# Probability of leaving a window although noise explains it. It is small because the narrowest
-# window has fourteen times the scatter of the widest. Doubled, twice as many are left.
-_FALSE_ALARM = 1e-3
-# The limit of chi-square with two degrees of freedom at that probability.
-_LARGEST_GAIN = -2.0 * np.log(_FALSE_ALARM)
-# Largest excess of the squared residuals, in standard deviations of chi-square. Doubled, a
-# window of 13 points is kept up to residuals of 2.3 deviations of the noise instead of 1.8.
-_LARGEST_EXCESS = 5.0
-# Indices i + j of the power sums in the normal matrix of five powers.
-_HANKEL = np.add.outer(np.arange(5), np.arange(5))
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,7 +148,8 @@ def _windowed_quadratics(s, h, inside) -> _Quadratics:
     distance = np.where(inside > 0, np.abs(s), np.inf)
     nearest = np.sort(distance, axis=1)[:, LEAST_POINTS - 1]
     reach = np.abs(s).max(axis=1)
-    width = np.maximum(_WINDOWS * reach[:, None], nearest[:, None])
+    # The scatter of curvature grows as the width to -5/2: each step costs a factor of about 2.4.
+    width = np.maximum(np.array([1.0, 0.7, 0.5, 0.35]) * reach[:, None], nearest[:, None])
     mask = (distance[:, None, :] <= width[:, :, None] * (1 + 1e-9)).astype(float)
     # Scaled by the reach so that the normal matrix is well conditioned in any unit.
     t = s / reach[:, None]
@@ -171,7 +157,7 @@ def _windowed_quadratics(s, h, inside) -> _Quadratics:
     powers[..., 0] = 1.0
     for k in range(8):
         np.multiply(powers[..., k], t, out=powers[..., k + 1])
-    normal_matrix = (mask @ powers)[:, :, _HANKEL]
+    normal_matrix = (mask @ powers)[:, :, np.add.outer(np.arange(5), np.arange(5))]
     rhs = mask @ (powers[:, :, :5] * h[:, :, None])
     inverse = np.linalg.inv(normal_matrix[..., :3, :3])
     scaled = (inverse @ rhs[..., :3, None])[..., 0]
@@ -201,8 +187,11 @@ def _gain_of_higher_orders(normal_matrix, rhs, quadratic, inverse):
 def _widest_consistent_window(quadratics: _Quadratics, noise_std):
     """(m,) index of the widest window that noise explains, or of the narrowest if none is."""
     freedom = np.maximum(quadratics.counts - 3.0, 1.0)
-    limit = noise_std * np.sqrt(1.0 + _LARGEST_EXCESS * np.sqrt(2.0 / freedom))
-    consistent = (quadratics.rms <= limit) & (quadratics.gain <= _LARGEST_GAIN * noise_std**2)
+    limit = noise_std * np.sqrt(1.0 + 5.0 * np.sqrt(2.0 / freedom))
+    # Chi-square of two degrees of freedom: noise exceeds it in one of a thousand windows. The
+    # narrowest window has fourteen times the scatter of the widest.
+    largest_gain = -2.0 * np.log(1e-3) * noise_std**2
+    consistent = (quadratics.rms <= limit) & (quadratics.gain <= largest_gain)
     consistent[:, -1] = True
     return consistent.argmax(axis=1)
 

@@ -11,7 +11,7 @@ from scipy.spatial import ConvexHull, QhullError
 
 from touchatlas.patch.geometry.polynomial import monge_basis
 
-# Degree of the polynomial in the paper. Doubled, it has 39 unknowns and 57 samples.
+# Degree of the polynomial in the paper.
 DEGREE = 4
 # Orders of d/dx and d/dy of p, q, r, s, t.
 _ORDERS = ((1, 0), (0, 1), (2, 0), (1, 1), (0, 2))

@@ -6,11 +6,11 @@ from enum import Enum
 import numpy as np
 
 from touchatlas.patch.fit.fit_patch import FitOptions
-from touchatlas.patch.fit.smoothness import LOOSE_STD, scaled_noise
+from touchatlas.patch.fit.smoothness import scaled_noise
 from touchatlas.patch.geometry.arrays import frozen_array
 from touchatlas.patch.geometry.contour import Contour, check_contours
 from touchatlas.patch.geometry.curvature import (
-    LEAST_OUTWARD_COSINE,
+    LEAST_ANGLE,
     WORST_CONDITION,
     curvatures_from_sections,
     normal_curvature,
@@ -31,14 +31,8 @@ from touchatlas.patch.paper.total_curvature import (
     squared_error,
 )
 
-# Default lam over the squared patch radius: the paper's 0.3 mm^2 at a radius of 20 mm. Doubled,
-# patches are flatter between the curves and residuals larger.
+# Default lam over the squared patch radius: the paper's 0.3 mm^2 at a radius of 20 mm.
 MULTIPLIER_FRACTION = 7.5e-4
-# Least standard deviation of a section, over the largest: an exact section among noisy ones would
-# leave the system singular. Doubled, such a section has a quarter of the weight.
-_LEAST_STD_RATIO = 1e-4
-# Indices of the coefficients of order 0 and 1, and of x^2 and y^2.
-_CONSTANT, _SLOPES, _SQUARES = 0, slice(1, 3), [3, 5]
 
 
 class Penalty(Enum):
@@ -141,7 +135,7 @@ def _darboux(point, contours, outward, noise):
     tangents = np.array([s.tangent for s in sections])
     outward = frozen_array(outward, (3,), "outward")
     normal = normal_from_tangents(tangents, outward)
-    if abs(normal @ outward) <= LEAST_OUTWARD_COSINE * np.abs(outward).max():
+    if abs(normal @ outward) <= LEAST_ANGLE * np.abs(outward).max():
         raise ValueError(
             "outward is zero or tangent to the surface and tells no side; give one that points out"
         )
@@ -165,7 +159,8 @@ def _slope_covariance(sections, tangents, axes) -> np.ndarray:
     """(2, 2) covariance of the slopes along e1 and e2, from the deviations of the tangents."""
     design = tangents @ axes[:2].T
     stds = np.array([s.tangent_std for s in sections])
-    weight = np.maximum(stds, max(_LEAST_STD_RATIO * stds.max(), np.finfo(float).eps)) ** -2.0
+    # An exact section among noisy ones would leave the system singular.
+    weight = np.maximum(stds, max(1e-4 * stds.max(), np.finfo(float).eps)) ** -2.0
     return np.linalg.inv((design * weight[:, None]).T @ design)
 
 
@@ -178,11 +173,11 @@ def _covariance(problem: FoldProblem, section_covariance, noise) -> np.ndarray:
     orders = monge_basis(DEGREE).orders
     free = np.flatnonzero(orders >= 3)
     out = np.zeros((len(orders), len(orders)))
-    out[_CONSTANT, _CONSTANT] = noise**2
-    out[_SLOPES, _SLOPES] = slopes
-    out[np.ix_(_SQUARES, _SQUARES)] = curvatures * (0.5 * problem.radius) ** 2
+    out[0, 0] = noise**2
+    out[1:3, 1:3] = slopes
+    out[np.ix_([3, 5], [3, 5])] = curvatures * (0.5 * problem.radius) ** 2
     values, vectors = np.linalg.eigh(problem.design.T @ problem.design)
-    precision = np.maximum(values, 0.0) / noise**2 + LOOSE_STD**-2.0
+    precision = np.maximum(values, 0.0) / noise**2 + 1.0
     out[np.ix_(free, free)] = (vectors / precision) @ vectors.T
     # Rounding leaves the computed inverse slightly asymmetric.
     return 0.5 * (out + out.T)

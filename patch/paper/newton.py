@@ -20,37 +20,9 @@ from touchatlas.patch.paper.curvature_on_grid import GridCurvature, curvature_de
 from touchatlas.patch.paper.steepest_descent import LIMIT, Descent
 from touchatlas.patch.paper.total_curvature import FoldProblem
 
-# Fraction of the linear fall that a step must reach: Armijo's rule (Nocedal & Wright, section 3.1).
-# Doubled, hardly any step is shorter.
-_SUFFICIENT = 1e-4
-# Least fraction of a Newton step: below it the search stays where it is. Doubled, it gives up one
-# halving earlier.
-_LEAST_FRACTION = 1e-8
-# Largest change of a slope on the grid in one step: beyond steep folds (5) falls without end.
-# Doubled, searches may cross such folds.
-_LARGEST_SLOPE_CHANGE = 0.5
-# First smoothing eps over the mean |K| of the start, for a search from zeros and for one that goes
-# on. Doubled, a search takes about one step more, because eps falls with the duality gap.
-_FIRST_EPS, _FINISH_EPS = 10.0, 0.3
-# Fraction to which eps falls at most in one step. Doubled, a search takes a few steps more.
-_FALL_OF_EPS = 0.1
-# Short searches: first eps as above, tolerance, largest number of steps. With the steps doubled,
-# they take half of the whole time and seldom choose another minimum.
-_SHORT = (1.0, 0.1, 6)
-# The last searches: relative tolerance of the duality gap and of the predicted fall, and largest
-# number of steps. Doubled, objectives err by 2e-7.
-_TOLERANCE, _LIMIT = 1e-7, 60
-# Short searches that end within this fraction of the lowest are finished, too, unless they are
-# within this relative distance of it. Doubled, more searches are finished.
-_SIMILAR, _DISTINCT = 0.03, 0.3
-# Largest eigenvalue, over the largest of all, of a direction that the curves do not determine.
-# Doubled, hardly any direction is added: eigenvalues of three curves have a gap there.
-_UNDETERMINED = 1e-3
-# Number of cubic coefficients; they come first.
-_CUBICS = 4
-# Least eigenvalue of an indefinite Hessian over its largest, a number that keeps quotients finite,
-# and relative rounding of (5). Doubled, nothing changes but in the last digits.
-_LEAST_EIGENVALUE, _TINY, _ROUNDING = 1e-12, 1e-300, 1e-15
+# What keeps quotients finite.
+_TINY = np.finfo(float).tiny
+
 
 SMALL_GAP = "the duality gap is below the tolerance"
 
@@ -80,13 +52,15 @@ def newton_minimum(problem: FoldProblem) -> Descent:
     >>> newton_minimum(fold_problem(np.concatenate(lines), 0.0, 0.0, 0.3)).objective
     0.0
     """
-    starts, runs, eps = [np.zeros(problem.size)], [], _FIRST_EPS
+    # eps is first ten times the mean |K| of the start, and 0.3 times that where a search goes on.
+    # It falls with the duality gap.
+    starts, runs, eps = [np.zeros(problem.size)], [], 10.0
     side = _undetermined_fold(problem)
     coarse = problem.coarse
     if side.any() and coarse and len(coarse.grid) and problem.weight > 0.0:
-        runs = [_search(coarse, sign * side, *_SHORT) for sign in (0.0, 1.0, -1.0)]
-        starts, eps = _distinct(runs), _FINISH_EPS
-    ends = [_search(problem, start, eps, _TOLERANCE, _LIMIT) for start in starts]
+        runs = [_search(coarse, sign * side, 1.0, 0.1, 6) for sign in (0.0, 1.0, -1.0)]
+        starts, eps = _distinct(runs), 0.3
+    ends = [_search(problem, start, eps, 1e-7, 60) for start in starts]
     best = min(ends, key=lambda run: run.objective)
     runs += ends
     return Descent(
@@ -107,7 +81,7 @@ def _distinct(runs) -> list[np.ndarray]:
         apart = min(
             np.linalg.norm(run.coefficients - c) / (np.linalg.norm(c) + _TINY) for c in kept
         )
-        if run.objective <= (1.0 + _SIMILAR) * runs[0].objective and apart > _DISTINCT:
+        if run.objective <= 1.03 * runs[0].objective and apart > 0.3:
             kept.append(run.coefficients)
     return kept
 
@@ -118,10 +92,11 @@ def _undetermined_fold(problem: FoldProblem) -> np.ndarray:
     On three lines through the origin they are the product of the lines, a monkey saddle.
     """
     values, vectors = np.linalg.eigh(problem.design.T @ problem.design)
-    undetermined = vectors[:, values < _UNDETERMINED * values[-1]]
+    # Eigenvalues of three curves have a gap there.
+    undetermined = vectors[:, values < 1e-3 * values[-1]]
     if undetermined.shape[1] == 0:
         return np.zeros(problem.size)
-    _, _, mix = np.linalg.svd(undetermined[:_CUBICS])
+    _, _, mix = np.linalg.svd(undetermined[:4])
     size = 2.0 * np.abs(problem.points_local[:, 2]).max() / problem.radius
     return size * (undetermined @ mix[0])
 
@@ -172,7 +147,7 @@ def _search(problem: FoldProblem, a, first_eps: float, tolerance: float, limit: 
         gap = weight * (np.abs(k).sum() - dual @ k)
         if max(gap, -rate) <= tolerance * state.exact and fraction > 0.9:
             reason = SMALL_GAP
-        eps = min(eps, max(_FALL_OF_EPS * eps, gap / (weight * len(k) + _TINY)))
+        eps = min(eps, max(0.1 * eps, gap / (weight * len(k) + _TINY)))
     value = float(best.exact) * problem.radius**2
     return Descent(best.a, value, steps, evaluations, reason == SMALL_GAP, reason)
 
@@ -191,11 +166,12 @@ def _newton_step(problem: FoldProblem, state: _State, dual, eps: float):
     if indefinite:
         values, vectors = np.linalg.eigh(hessian)
         values = np.abs(values)
-        values = np.maximum(values, _LEAST_EIGENVALUE * values.max() + _TINY)
+        values = np.maximum(values, 1e-12 * values.max() + _TINY)
         step = -vectors @ ((gradient @ vectors) / values)
     change = np.abs(step @ problem.derivatives[:, : 2 * len(k)]).max()
-    if change > _LARGEST_SLOPE_CHANGE:
-        step *= _LARGEST_SLOPE_CHANGE / change
+    # Beyond steep folds (5) falls without end.
+    if change > 0.5:
+        step *= 0.5 / change
     return step, gradient @ step, smooth_sign + second * (step @ slopes)
 
 
@@ -203,9 +179,10 @@ def _line_search(problem: FoldProblem, state: _State, direction, rate: float, ep
     """The state after 1, 1/2, 1/4, ... of the step: the first that lowers the smoothed (5)."""
     weight = problem.weight
     value, fraction, tried = state.smooth(weight, eps), 1.0, 0
-    while fraction > _LEAST_FRACTION:
+    while fraction > 1e-8:
         new, tried = _evaluate(problem, state.a + fraction * direction), tried + 1
-        if new.smooth(weight, eps) <= value * (1.0 + _ROUNDING) + _SUFFICIENT * fraction * rate:
+        # Armijo's rule (Nocedal and Wright, section 3.1), up to the rounding of (5).
+        if new.smooth(weight, eps) <= value * (1.0 + 1e-15) + 1e-4 * fraction * rate:
             return new, tried
         fraction *= 0.5
     return state, tried

@@ -17,16 +17,6 @@ from touchatlas.patch.paper.total_curvature import (
     signs,
 )
 
-# Fraction of the linear fall that a step must reach: Armijo's rule (Nocedal & Wright, section 3.1).
-# Doubled, steps are shorter and a descent takes a little longer.
-_SUFFICIENT = 0.05
-# Most halvings of one step: it becomes 1e-18 times as long. Doubled, a descent that cannot go on
-# takes twice as long to say so.
-_HALVINGS = 60
-# Relative fall of (5) in one step below which the descent ends. Doubled, it ends earlier, less than
-# 1e-6 higher.
-_TOLERANCE = 1e-10
-
 SETTLED = "no sign changed"
 STUCK = "no step falls"
 LIMIT = "the iteration limit was reached"
@@ -98,14 +88,14 @@ def sign_frozen_descent(problem: FoldProblem, limit: int = 20_000) -> Descent:
             break
         found = _line_search(problem, a, here, step)
         if found is None:
-            reason, evaluations = STUCK, evaluations + _HALVINGS
+            reason, evaluations = STUCK, evaluations + 60
             break
         step, there, tried = found
         a, steps, evaluations = a - step * here[1], steps + 1, evaluations + tried
         fall = here[0] - there[0]
         same_signs = np.array_equal(signs(there[2]), signs(here[2]))
         here, step = there, 2.0 * step
-        if same_signs and fall <= _TOLERANCE * abs(here[0]):
+        if same_signs and fall <= 1e-10 * abs(here[0]):
             reason = SETTLED
             break
     value = objective(problem, a)
@@ -116,9 +106,10 @@ def _line_search(problem: FoldProblem, a, here, step: float):
     """A step by Armijo's rule, (5) with its gradient there, and the trials; None if none falls."""
     value, gradient, _ = here
     slope = gradient @ gradient
-    for tried in range(1, _HALVINGS + 1):
+    for tried in range(1, 60 + 1):
         there = objective_and_gradient(problem, a - step * gradient)
-        if there[0] <= value - _SUFFICIENT * step * slope:
+        # Armijo's rule (Nocedal and Wright, section 3.1).
+        if there[0] <= value - 0.05 * step * slope:
             return step, there, tried
         step *= 0.5
     return None

@@ -30,12 +30,8 @@ from touchatlas.patch.paper.curvature_on_grid import (
     weighted_slopes,
 )
 
-# Number of grid points in the hull: a fold of a quartic is about five cells wide. Doubled, a solver
-# takes twice as long and the sum changes by about one per cent.
+# Number of grid points in the hull: a fold of a quartic is about five cells wide.
 GRID_POINTS = 400
-# Least area of the hull over the squared radius: curves about one degree apart. A narrower hull has
-# too few rows of grid points, in a lattice of too many. Doubled, two degrees are refused.
-_LEAST_AREA = 0.04
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,7 +144,8 @@ def fold_problem(points_local, k1, k2, multiplier, *, reference_curvature=0.0) -
     radius = domain_radius(points)
     hull = convex_hull(points[:, :2])
     # ``volume`` is the area of a hull in the plane.
-    if hull.volume < _LEAST_AREA * radius**2:
+    # Curves about one degree apart: a narrower hull has too few rows of grid points.
+    if hull.volume < 0.04 * radius**2:
         raise ValueError(
             f"the hull of the points has an area of {hull.volume:.4g} at a radius of {radius:.4g}, "
             "too narrow for a grid; give curves in two or more directions"

@@ -13,7 +13,6 @@ from touchatlas.patch.fit.displacement import (
     estimate_displacements,
     prior_of,
 )
-from touchatlas.patch.fit.smoothness import LOOSE_STD
 from touchatlas.sim.judge.number_meanings import LENGTH
 from touchatlas.sim.recorded.contour_file import read_curves
 from touchatlas.sim.recorded.fit_flags import fit_flags, residual_rms
@@ -124,7 +123,7 @@ def _fit(method: str, recording: Recording, outward) -> tuple[Patch, int]:
         contours = displaced(contours, -estimate_displacements(point, contours, outward, spread))
     if method in _PAPER:
         patch, outliers = fit_paper(point, contours, outward, _PAPER[method]), 0
-        prior = np.full(len(patch.covariance), LOOSE_STD**-2.0)
+        prior = np.ones(len(patch.covariance))
     else:
         shared, options = recording.scattered, _MAPS[method]
         fit = fit_patch(point, contours, outward, shared=shared, options=options)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from touchatlas.patch.fit.angular_waves import phase_excess, waves
+from touchatlas.patch.fit.averaging import phase_excess, waves
 from touchatlas.patch.fit.smoothness import coefficient_precision
 from touchatlas.patch.geometry.polynomial import graded_basis, monomials
 

@@ -6,7 +6,7 @@ from scipy.stats import chi2, kstest, norm
 
 from tests.truths import graph_contours, quadric_height
 from touchatlas.patch import Contour, SamplingPlane
-from touchatlas.patch.fit.curve_tests import disagreement, excess_scatter, normal_deviate
+from touchatlas.patch.fit.residual_tests import disagreement, excess_scatter, normal_deviate
 
 NOISE, COUNT, CURVES = 1e-3, 15, 3
 HEIGHT = quadric_height(-0.2, -0.4)
