@@ -19,9 +19,6 @@ from touchatlas.sim.world.objects import make_object
 
 # Options that are a budget, which another run may have in the same folder.
 _BUDGET = ("max_touches", "max_length", "seed")
-# Longest name of a folder that is made from options, in letters: most file systems take 255.
-# Doubled, names of folders fill two lines.
-_LONGEST = 120
 
 
 @with_options(RunOptions(), NO_OPTIONS)
@@ -64,6 +61,7 @@ def default_folder(name: str, options: RunOptions) -> Path:
     other = differences(options, RunOptions())
     words = [f"{key}={value}" for key, value in other.items() if key not in _BUDGET]
     text = "-".join([name, str(options.seed), *(re.sub(r"[^\w.=+-]", "_", w) for w in words)])
-    if len(text) > _LONGEST:
-        text = f"{text[: _LONGEST - 9]}-{sha256(text.encode()).hexdigest()[:8]}"
+    # Most file systems take 255 letters, and a terminal some more than a hundred.
+    if len(text) > 120:
+        text = f"{text[:111]}-{sha256(text.encode()).hexdigest()[:8]}"
     return Path("runs") / text

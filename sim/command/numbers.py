@@ -24,10 +24,6 @@ Json = Annotated[
         show_default=False,
     ),
 ]
-# Letters of a terminal in which the meanings fit beside the numbers. Doubled, few see them.
-_WIDE = 130
-# Places of a doubt that are said; evaluation.json holds five. Doubled, sentences fill two lines.
-_SAID = 2
 
 
 def print_numbers(numbers: dict, title: str, as_json: bool) -> None:
@@ -50,7 +46,8 @@ def _print_table(numbers: dict, title: str) -> None:
     table.add_column("unit", no_wrap=True)
     table.add_column("good")
     console = Console()
-    if wide := console.width >= _WIDE:
+    # In so many letters the meanings fit beside the numbers.
+    if wide := console.width >= 130:
         table.add_column("what")
     for name, value in numbers.items():
         about = NUMBERS[name]
@@ -116,7 +113,7 @@ def allowed_places(numbers: dict) -> str | None:
 
 def _doubt(doubt: dict) -> str:
     """A doubt as one sentence with its first places."""
-    places = "; ".join(written(place) for place in doubt["places"][:_SAID])
+    places = "; ".join(written(place) for place in doubt["places"][:2])
     words = doubt["words"].rstrip(".")
     return f"{words} (near {places})" if places else words
 

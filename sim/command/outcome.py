@@ -5,12 +5,22 @@ import os
 import sys
 from collections.abc import Callable
 from contextlib import suppress
+from enum import IntEnum
 
 from cyclopts import CycloptsError, UnknownCommandError, UnknownOptionError, UnusedCliTokensError
 
 from touchatlas.sim.run.interrupt import Terminated
 
-USER, FAILURE, INTERRUPTED, TERMINATED = 2, 1, 130, 143
+
+class ExitCode(IntEnum):
+    """How a command ended, for the shell; signals count from 128."""
+
+    FAILURE = 1
+    USER = 2
+    INTERRUPTED = 130
+    TERMINATED = 143
+
+
 _ADVICE = {
     **dict.fromkeys((errno.EACCES, errno.EPERM, errno.EROFS), "see who may read and write there"),
     **dict.fromkeys((errno.ENOSPC, errno.EDQUOT, errno.EFBIG), "see that there is space"),
@@ -26,23 +36,25 @@ def exit_code(command: Callable[[], int | None]) -> int:
             sys.stdout.flush()
     except CycloptsError as error:
         command_line = " ".join(("touchatlas", *(error.command_chain or ())))
-        code = complain(f"{_misused(error, command_line)}; see {command_line} --help", USER)
+        code = complain(
+            f"{_misused(error, command_line)}; see {command_line} --help", ExitCode.USER
+        )
     except ValueError as error:
-        code = complain(str(error), USER)
+        code = complain(str(error), ExitCode.USER)
     except BrokenPipeError:
         # The reader has closed the pipe: the rest of the buffer must go nowhere, or Python would
         # raise again at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        code = FAILURE
+        code = ExitCode.FAILURE
     except OSError as error:
-        code = complain(_trouble(error), FAILURE)
+        code = complain(_trouble(error), ExitCode.FAILURE)
     except MemoryError:
-        code = complain("out of memory; try a smaller mesh or a larger tolerance", FAILURE)
+        code = complain("out of memory; try a smaller mesh or a larger tolerance", ExitCode.FAILURE)
     except KeyboardInterrupt as stop:
-        code = TERMINATED if isinstance(stop, Terminated) else INTERRUPTED
+        code = ExitCode.TERMINATED if isinstance(stop, Terminated) else ExitCode.INTERRUPTED
         complain("; ".join(["stopped", *getattr(stop, "__notes__", [])]), code)
     except Exception as error:
-        code = complain(f"internal error, please report it: {error!r}", FAILURE)
+        code = complain(f"internal error, please report it: {error!r}", ExitCode.FAILURE)
     return code
 
 

@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from touchatlas.sim.command.numbers import print_numbers
-from touchatlas.sim.command.outcome import FAILURE, complain
+from touchatlas.sim.command.outcome import ExitCode, complain
 from touchatlas.sim.folder.run_folder import is_run
 from touchatlas.sim.run.work import Result
 
@@ -40,8 +40,8 @@ def end_of(result: Result, obj, as_json: bool) -> int:
         kept = f"stopped after {numbers['touches']} touches, which are kept"
         return complain(f"{kept}; touchatlas resume {folder} goes on", 128 + result.signal)
     if result.surface is None:
-        return complain(no_surface(result), FAILURE)
-    return 0 if len(result.surface.faces) else complain(_UNSURE, FAILURE)
+        return complain(no_surface(result), ExitCode.FAILURE)
+    return 0 if len(result.surface.faces) else complain(_UNSURE, ExitCode.FAILURE)
 
 
 def no_surface(result: Result) -> str:

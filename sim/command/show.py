@@ -13,12 +13,6 @@ from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedCo
 from touchatlas.sim.command.outcome import say
 from touchatlas.sim.run.watcher import Watcher
 
-# Seconds after which a phase shows itself in a plain line, and between its further lines. Doubled,
-# users wait longer without a word.
-_FIRST, _THEN = 2.0, 10.0
-# Seconds between two looks at the atlas for a note. Doubled, notes are older.
-_LOOK = 0.5
-
 
 class Shown(Watcher):
     """A watcher that remembers what is being done, with a note of how far it is."""
@@ -38,7 +32,7 @@ class Shown(Watcher):
     def touched(self, step, atlas) -> None:
         """A touch was learned."""
         self._tracked += step.touch.tracked_length
-        if time.monotonic() - self._looked > _LOOK:
+        if time.monotonic() - self._looked > 0.5:
             known = step.plan.known
             self.note(
                 f"touch {step.plan.number + 1}, known to the tolerance {known:.1%}, "
@@ -75,7 +69,7 @@ class PlainLines(Shown):
         self.end()
         super().begins(words)
         self._since = time.monotonic()
-        self._wait(_FIRST)
+        self._wait(2.0)
 
     def end(self) -> None:
         """No more lines."""
@@ -94,7 +88,7 @@ class PlainLines(Shown):
             # In one piece: another thread may write as well.
             sys.stderr.write(line + "\n")
             sys.stderr.flush()
-        self._wait(_THEN)
+        self._wait(10.0)
 
 
 class Bar(Shown):

@@ -25,8 +25,6 @@ _SETTINGS = "create table if not exists setting (name text primary key, value te
 _WAYS = "create table if not exists way (touch integer primary key, ends blob);"
 # Errors that reading an altered journal raises.
 _DAMAGE = (sqlite3.Error, ValueError, TypeError, AttributeError, OverflowError)
-# Letters of another library's message that are passed on. Doubled, sentences are pages.
-_LONGEST = 200
 
 
 @dataclass(frozen=True, eq=False)
@@ -246,7 +244,7 @@ class Journal:
         )
 
     def _damaged(self, error: Exception) -> ValueError:
-        words = " ".join(str(error).split())[:_LONGEST]
+        words = " ".join(str(error).split())[:200]
         return ValueError(
             f"{self._path} is no whole journal of a run ({words}); give another copy, or explore "
             "again"

@@ -8,7 +8,6 @@ from touchatlas.sim.folder.run_options import RunOptions
 # What a run may be gone on with: its budget, and other versions, which are said. The path of a mesh
 # may change as well, as long as its digest does not.
 _FREE = ("max_touches", "max_length")
-_SHOWN = 3
 
 
 def kept_settings(settings: dict) -> dict[str, Any]:
@@ -60,6 +59,6 @@ def check_settings(folder, settings: dict, held: dict) -> None:
 
 def _words(settings: dict, names: list[str]) -> str:
     """A few settings as they stand in a file."""
-    words = [f"{n} = {settings[n]!r}" if n in settings else f"no {n}" for n in names[:_SHOWN]]
-    more = len(names) - _SHOWN
+    words = [f"{n} = {settings[n]!r}" if n in settings else f"no {n}" for n in names[:3]]
+    more = len(names) - 3
     return ", ".join(words) + (f" and {more} more" if more > 0 else "")

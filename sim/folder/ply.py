@@ -10,9 +10,6 @@ _NUMBERS = ("x", "y", "z", "nx", "ny", "nz", "deviation")
 _COLOURS = ("red", "green", "blue")
 _FACE = np.dtype([("count", "u1"), ("indices", "<i4", (3,))])
 _WORDS = {"<f4": "float", "<f8": "double"}
-# Rounding of a coordinate, as a fraction of the tolerance, up to which single precision is enough.
-# Doubled, meshes far from their origin lose a few more digits.
-_ROUNDING = 0.01
 
 
 def stored(surface: Surface, tolerance: float) -> Surface:
@@ -63,4 +60,4 @@ def deviation_colours(deviation, tolerance: float) -> np.ndarray:
 def _kind(surface: Surface, tolerance: float) -> str:
     """Single precision, or double where that rounds too much."""
     largest = float(np.abs(surface.vertices).max(initial=0.0))
-    return "<f4" if largest * np.finfo("f4").epsneg <= _ROUNDING * tolerance else "<f8"
+    return "<f4" if largest * np.finfo("f4").epsneg <= 0.01 * tolerance else "<f8"

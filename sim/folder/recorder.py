@@ -10,10 +10,6 @@ from touchatlas.planner import ProbePlan
 from touchatlas.sim.folder.journal import Entry, Journal
 from touchatlas.sim.world.probe import Probe
 
-# Rounding by which versions of the libraries may differ, as a fraction of the largest coordinate.
-# Ten times as much would take noise of a millionth of an object for rounding.
-_LAST_DIGITS = 1e-7
-
 
 @dataclass
 class Recorder:
@@ -76,7 +72,9 @@ class Recorder:
         found, kept = ([t.contact, *(c.points for c in t.contours)] for t in (touch, held))
         same = [len(p) for p in found[1:]] == [len(p) for p in kept[1:]]
         if not same or any(
-            np.abs(a - b).max() > _LAST_DIGITS * size for a, b in zip(found, kept, strict=True)
+            # Rounding by which versions of the libraries may differ, over the largest coordinate.
+            np.abs(a - b).max() > 1e-7 * size
+            for a, b in zip(found, kept, strict=True)
         ):
             raise ValueError(
                 "the object, seed or noise of run.toml does not give the first touch of the "

@@ -10,22 +10,6 @@ from touchatlas.atlas import AtlasOptions
 from touchatlas.atlas.learn.learn import SCALE_NOISE
 from touchatlas.planner import PlannerOptions
 
-# Largest noise, in tolerances: the grid of a surface that is spread over more of them would not fit
-# into memory. Twice as much needs a grid twice as fine for the same spread.
-_NOISIEST = 1000
-# Smallest tolerance, as a fraction of an object's diagonal: the rounding of its points, with three
-# digits of slack. Twice as much would refuse nothing that anyone can measure.
-_FINEST = 1e-12
-# Least share of the surface that can be known to a tolerance, for a run without a budget. Doubled,
-# only tolerances that all of the surface can meet are taken.
-_LEAST_SHARE = 0.5
-# Most samples of one touch, no unit: of so many a fit takes a second. Twice as many take twice as
-# long.
-_MOST_SAMPLES = 10_000
-# Least scale of the fits in diagonals of the object. Doubled, surfaces are less accurate where
-# there is hardly any noise.
-_SCALE_DIAGONAL = 2e-4
-
 
 @dataclass(frozen=True)
 class RunOptions:
@@ -94,10 +78,11 @@ def check_tolerance(tolerance: float, diagonal: float) -> None:
             f"tolerance is {tolerance:g}, but the object is only {diagonal:.4g} across; "
             "give a smaller --tolerance, in the same unit"
         )
-    if tolerance < _FINEST * diagonal:
+    # The rounding of points, with three digits of slack.
+    if tolerance < 1e-12 * diagonal:
         raise ValueError(
             f"tolerance is {tolerance:g}, but an object {diagonal:.4g} across has coordinates that "
-            f"are rounded; give a --tolerance of {_FINEST * diagonal:.2g} or more"
+            f"are rounded; give a --tolerance of {1e-12 * diagonal:.2g} or more"
         )
 
 
@@ -105,9 +90,10 @@ def check_scale(noise: float, tolerance: float, diagonal: float) -> None:
     """ValueError for a noise and tolerance from which no surface can result; no file is written
     before."""
     check_tolerance(tolerance, diagonal)
-    if noise > _NOISIEST * tolerance:
+    # The grid of a surface that is spread over more tolerances does not fit into memory.
+    if noise > 1000 * tolerance:
         raise ValueError(
-            f"noise is {noise:g}, more than {_NOISIEST} times the tolerance {tolerance:g}; "
+            f"noise is {noise:g}, more than 1000 times the tolerance {tolerance:g}; "
             "give a smaller --noise or a larger --tolerance"
         )
 
@@ -121,11 +107,11 @@ def check_end(options: RunOptions, noise: float, tolerance: float, diagonal: flo
     if options.max_touches is not None or options.max_length is not None:
         return
     sample = np.hypot(noise, options.atlas.bias * fit_scale(noise, diagonal))
-    least = options.planner.levels.surest * sample * NormalDist().inv_cdf(0.5 + 0.5 * _LEAST_SHARE)
+    least = options.planner.levels.surest * sample * NormalDist().inv_cdf(0.75)
     if tolerance < least:
         raise ValueError(
             f"tolerance is {tolerance:g}, but with samples that are good to {sample:.2g} less than "
-            f"{_LEAST_SHARE:.0%} of the surface can be known to it, so that the run would not end; "
+            f"half of the surface can be known to it, so that the run would not end; "
             f"give a --tolerance of {least:.2g} or more, or a budget with --max-touches"
         )
 
@@ -133,11 +119,12 @@ def check_end(options: RunOptions, noise: float, tolerance: float, diagonal: flo
 def check_effort(options: PlannerOptions) -> None:
     """ValueError for a touch of so many samples that its fit would take seconds."""
     samples = 2 * options.curves * int(options.reach / options.step)
-    if samples > _MOST_SAMPLES:
+    # Of so many samples a fit takes a second.
+    if samples > 10_000:
         raise ValueError(
             f"planner.curves, planner.reach, planner.step are {options.curves}, {options.reach}, "
             f"{options.step}, which makes {samples:.2g} samples a touch; give fewer, "
-            f"{_MOST_SAMPLES} in all at most"
+            f"10000 in all at most"
         )
 
 
@@ -147,4 +134,4 @@ def fit_scale(noise: float, diagonal: float) -> float:
 
     It does not depend on the tolerance, so a looser one ends the same touches earlier.
     """
-    return max(SCALE_NOISE * noise, _SCALE_DIAGONAL * diagonal)
+    return max(SCALE_NOISE * noise, 2e-4 * diagonal)

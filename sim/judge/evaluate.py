@@ -14,16 +14,7 @@ from touchatlas.sim.judge.truth import EvaluateOptions, Truth
 from touchatlas.sim.judge.truth_parts import hidden_area
 from touchatlas.sim.world.triangles import sample_triangles
 
-# Distance, in tolerances, within which the truth counts as covered. Doubled, surface that is wrong
-# counts as coverage.
-_COVERED = 3.0
-# Cosine of the angle, 20 degrees, between the normals of a vertex and of a triangle there beyond
-# which the vertex is on an edge. At 40 degrees the edges of a cube would be called smooth where
-# they are cut by short triangles.
-_EDGE_COSINE = np.cos(np.deg2rad(20.0))
 _BY_AREA = igl.PER_VERTEX_NORMALS_WEIGHTING_TYPE_AREA
-# What stands for the normal of a degenerate triangle.
-_NO_NORMAL = np.zeros(3)
 
 
 @dataclass(frozen=True)
@@ -135,7 +126,7 @@ def evaluate_surface(
     predicted = None
     if deviation is not None:
         predicted = _interpolated(deviation[faces], vertices, faces, owners, sampled)
-    covered, parts = completeness <= _COVERED * tolerance, truth.parts
+    covered, parts = completeness <= 3.0 * tolerance, truth.parts
     angles = _angles_deg(normals[covered], truth.normals[covered])
     mesh = trimesh.Trimesh(vertices, faces, process=False)
     return Evaluation(
@@ -186,11 +177,12 @@ def _statistics(distance) -> tuple[float, float, float, float]:
 def _corner_normals(vertices, faces) -> np.ndarray:
     """(f, 3, 3) normals at the corners of triangles: the vertex normal, except at a vertex on an
     edge of the surface, where it is the triangle's own."""
-    flat = igl.per_face_normals(vertices, faces, _NO_NORMAL)[:, None]
+    flat = igl.per_face_normals(vertices, faces, np.zeros(3))[:, None]
     smooth = igl.per_vertex_normals(vertices, faces, _BY_AREA)[faces]
     on_edge = np.zeros(len(vertices), bool)
     # A vertex of degenerate triangles alone has no normal: NaN is not above the limit.
-    on_edge[faces[~((smooth * flat).sum(axis=2) >= _EDGE_COSINE)]] = True
+    # Normals of a vertex and of its triangles that differ by 20 degrees are at an edge.
+    on_edge[faces[~((smooth * flat).sum(axis=2) >= np.cos(np.deg2rad(20.0)))]] = True
     return np.where(on_edge[faces][..., None], flat, smooth)
 
 

@@ -1,9 +1,5 @@
 """What the judge's numbers come to: whether the tolerance is met, and what was not reached."""
 
-# Coverage above which nothing is said of what was not reached. Doubled distance from one: half a
-# percent more may be missing without a word.
-_WHOLE = 0.995
-
 
 def is_met(numbers: dict) -> bool:
     """Whether a surface is as good as the tolerance asks; False without a surface.
@@ -78,6 +74,6 @@ def truth_warnings(numbers: dict) -> list[str]:
         )
     if hidden := numbers["hidden_area"]:
         found.append(f"{hidden:.1%} of the true surface lies inside, where no touch can reach it")
-    if numbers["coverage"] < _WHOLE:
+    if numbers["coverage"] < 0.995:
         found.append(f"{1.0 - numbers['coverage']:.1%} of the true surface was not reached")
     return found

@@ -1,10 +1,5 @@
 """Why numbers may not mean what they seem to: other units, other objects, other versions."""
 
-# Ratios of common units of length (millimetre, centimetre, inch, foot, metre), and how near to one
-# of them the sizes of two bodies may be by chance, as a fraction of it. Doubled, twice as many
-# pairs of bodies are called so without reason.
-_UNITS, _NEAR = (10.0, 25.4, 100.0, 304.8, 1000.0, 12.0, 39.37), 0.03
-
 
 def differ_as_units(size: float, other: float) -> bool:
     """Whether two sizes differ as they do when one is in another unit of length.
@@ -13,7 +8,9 @@ def differ_as_units(size: float, other: float) -> bool:
     (True, False)
     """
     larger = max(size / other, other / size)
-    return any(abs(larger / unit - 1.0) < _NEAR for unit in _UNITS)
+    # Ratios of millimetre, centimetre, inch, foot and metre, up to 3 %.
+    units = (10.0, 25.4, 100.0, 304.8, 1000.0, 12.0, 39.37)
+    return any(abs(larger / unit - 1.0) < 0.03 for unit in units)
 
 
 def mismatches_of(settings, numbers) -> list[str]:

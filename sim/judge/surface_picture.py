@@ -8,17 +8,6 @@ import numpy as np
 
 # Views as azimuth and elevation, degrees.
 _VIEWS = ((35.0, 25.0), (125.0, 25.0), (215.0, -25.0), (305.0, 25.0))
-# Pixels of the side of a view. Doubled, drawing takes four times as long.
-_PIXELS = 200
-# Diagonal of the body in the frame in which rays are traced: the tree's rays are in single
-# precision. Doubled, nothing changes.
-_EXTENT = 1e3
-# Half the side of a view over the largest half extent that is seen. Doubled, bodies are drawn half
-# as large.
-_MARGIN = 1.05
-# Direction to the light: right, up, toward the eye.
-_LIGHT = np.array([-0.35, 0.45, 0.82])
-_GREY = np.array([0.72, 0.74, 0.78])
 
 
 def surface_picture(title: str, surface, error, truth, tolerance: float) -> bytes:
@@ -44,12 +33,12 @@ def surface_picture(title: str, surface, error, truth, tolerance: float) -> byte
     axes = figure.add_subplot()
     scale = ScalarMappable(Normalize(0.0, tolerance), "viridis")
     box = np.array([truth[0].min(axis=0), truth[0].max(axis=0)])
-    grey = np.tile(_GREY, (len(truth[0]), 1))
+    grey = np.tile(np.array([0.72, 0.74, 0.78]), (len(truth[0]), 1))
     rows = ((surface, scale.to_rgba(error)[:, :3]), (truth, grey))
-    half = _MARGIN * max(_half_extent(truth[0], view, box.mean(axis=0)) for view in _VIEWS)
+    half = 1.05 * max(_half_extent(truth[0], view, box.mean(axis=0)) for view in _VIEWS)
     images = [np.hstack(_views(b[0], b[1], colours, box, half)) for b, colours in rows]
     axes.imshow(np.vstack(images), interpolation="bilinear")
-    middles = [0.5 * _PIXELS, 1.5 * _PIXELS]
+    middles = [100.0, 300.0]
     axes.set(xticks=[])
     axes.set_yticks(middles, ["surface", "truth"], rotation=90, va="center")
     axes.tick_params(length=0)
@@ -72,25 +61,29 @@ def _half_extent(vertices, view, centre) -> float:
 
 
 def _views(vertices, faces, colours, box, half: float) -> list[np.ndarray]:
-    """Images (p, p, 3) of triangles by parallel rays, one for each view."""
-    unit = max(float(np.sqrt(((box[1] - box[0]) ** 2).sum())), np.finfo(float).tiny) / _EXTENT
+    """Images (200, 200, 3) of triangles by parallel rays, one for each view."""
+    # Rays of the tree are in single precision, which suits a diagonal of a thousand.
+    diagonal = 1e3
+    unit = max(float(np.sqrt(((box[1] - box[0]) ** 2).sum())), np.finfo(float).tiny) / diagonal
+    # To the right, up and toward the eye.
+    to_light = np.array([-0.35, 0.45, 0.82])
     scaled = np.ascontiguousarray((vertices - box.mean(axis=0)) / unit)
     tree = igl.AABB()
     tree.init(scaled, faces)
-    side = half / unit * np.linspace(-1.0, 1.0, _PIXELS)
+    side = half / unit * np.linspace(-1.0, 1.0, 200)
     across, upward = (x.reshape(-1, 1) for x in np.meshgrid(side, -side))
     images = []
     for azimuth, elevation in _VIEWS:
         right, up, toward = _camera(azimuth, elevation)
-        eyes = across * right + upward * up + _EXTENT * toward
+        eyes = across * right + upward * up + diagonal * toward
         away = np.tile(-toward, (len(eyes), 1))
         face, _, (u, v) = _first_hits(tree, scaled, faces, eyes, away)
         image, hit = np.ones((len(eyes), 3)), np.flatnonzero(face >= 0)
         corners = faces[face[hit]]
         weights = np.stack([1.0 - u[hit] - v[hit], u[hit], v[hit]], axis=1)
-        light = _shade(scaled[corners], _LIGHT @ np.array([right, up, toward]))
+        light = _shade(scaled[corners], to_light @ np.array([right, up, toward]))
         image[hit] = light[:, None] * (weights[:, :, None] * colours[corners]).sum(axis=1)
-        images.append(np.clip(image, 0.0, 1.0).reshape(_PIXELS, _PIXELS, 3))
+        images.append(np.clip(image, 0.0, 1.0).reshape(200, 200, 3))
     return images
 
 

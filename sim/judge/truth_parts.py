@@ -6,13 +6,6 @@ from scipy.sparse.csgraph import connected_components
 
 from touchatlas.sim.world.triangles import areas_of
 
-# Winding number beyond which a point counts as shut in: openings of a tenth of all directions are
-# left. With twice as much the inside of a deep bowl would count as unreachable.
-_SHUT_IN = 0.9
-# Vertices of a part at which the winding number is asked. Doubled, parts that cross are told from
-# hidden ones a little more often.
-_ASKED = 16
-
 
 def part_of_faces(faces) -> np.ndarray:
     """(f,) for each triangle, the number of the connected part that it belongs to."""
@@ -54,8 +47,9 @@ def hidden_area(vertices, faces) -> float:
     for outer, part in enumerate(parts):
         within = (low > low[outer]).all(axis=1) & (high < high[outer]).all(axis=1)
         for inner in np.flatnonzero(within & ~hidden):
-            asked = corners[inner][:: len(corners[inner]) // _ASKED + 1]
+            asked = corners[inner][:: len(corners[inner]) // 16 + 1]
             turns = igl.fast_winding_number(vertices, part, asked)
-            hidden[inner] = bool((np.abs(turns) > _SHUT_IN).all())
+            # Openings of a tenth of all directions are left; the inside of a deep bowl has more.
+            hidden[inner] = bool((np.abs(turns) > 0.9).all())
     areas = areas_of(vertices, faces)
     return float(areas[hidden[labels]].sum() / areas.sum())

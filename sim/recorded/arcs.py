@@ -3,16 +3,9 @@
 import numpy as np
 
 from touchatlas.patch import ContourEnd
-from touchatlas.sim.recorded.contour_file import LEAST_POINTS
-from touchatlas.sim.recorded.kinks import smooth_part
+from touchatlas.patch.geometry.kinks import SIDE, kinks
+from touchatlas.patch.geometry.section import LEAST_POINTS
 
-# Tangent of the angle, 22.5 degrees, under which the chord of an arc lies that has turned by 45
-# degrees, the limit of a touch. At twice the angle arcs would run to the horizon of their patch.
-_TURNED = np.sqrt(2.0) - 1.0
-# The shorter arm of a curve limits the radius of the patch only if it is at least the first
-# fraction of the curve's length and the second fraction of the median arm. Twice as much ignores
-# more short arms, and the patch may reach beyond the data on one side.
-_SHORT_SIDE, _SHORT_ARM = 0.1, 0.5
 _FREE_ENDS = (ContourEnd.UNREACHABLE, ContourEnd.LENGTH_REACHED)
 
 
@@ -43,12 +36,13 @@ def near_arc(points, point):
     offset = points - points[nearest]
     along = (offset @ chord) * np.sign(np.arange(len(points)) - nearest)
     across = np.sqrt(np.maximum((offset * offset).sum(axis=1) - along**2, 0.0))
-    turned = _not_alone(across > _TURNED * along)
+    turned = _not_alone(across > np.tan(np.deg2rad(22.5)) * along)
     before, after = turned[turned < low], turned[turned > high]
     first = before[-1] + 1 if len(before) else 0
     last = after[0] - 1 if len(after) else len(points) - 1
     sides = np.sqrt((offset[[first, last]] ** 2).sum(axis=1))
-    soft = sides >= _SHORT_SIDE * sides.sum()
+    # An arm of less than a tenth of the curve does not limit the patch.
+    soft = sides >= 0.1 * sides.sum()
     ends = tuple(
         ContourEnd.TURNED_AWAY if cut else _FREE_ENDS[int(long)]
         for cut, long in zip((len(before), len(after)), soft, strict=True)
@@ -64,10 +58,39 @@ def this_side(points, normal, noise: float, point, ends):
     return points[first : last + 1], ends
 
 
+def smooth_part(points, normal, noise: float, point):
+    """(first, last) samples of a curve around a point between which it has no kink.
+
+    Parameters
+    ----------
+    points : (n, 3) float, length, world
+        In order of travel.
+    normal : (3,) float, unit
+        Of the curve's plane.
+    noise : float, length
+    point : (3,) float, length, world
+
+    Examples
+    --------
+    >>> x = np.linspace(-1.0, 1.0, 21)
+    >>> roof = np.stack([x, 0.0 * x, -np.abs(x - 0.2)], axis=1)
+    >>> smooth_part(roof, np.array([0.0, 1.0, 0.0]), 1e-3, np.zeros(3))
+    (0, 12)
+    """
+    # Of a dense curve the samples on either side of a possible kink are a twelfth.
+    stride = max(SIDE, len(points) // 12) // SIDE
+    found = kinks(points, normal, noise, stride)
+    nearest = int(((points - point) ** 2).sum(axis=1).argmin())
+    # The kink itself is of both sides, but known to a stride only.
+    before, after = found[found <= nearest] + (stride - 1), found[found > nearest] - (stride - 1)
+    return int(before.max(initial=0)), int(after.min(initial=len(points) - 1))
+
+
 def binding_ends(point, points, ends):
     """Ends of arcs. Free ends much nearer than most become UNREACHABLE, which limits no patch."""
     sides = np.array([((p[[0, -1]] - point) ** 2).sum(axis=1) for p in points])
-    near = sides < _SHORT_ARM**2 * np.median(sides)
+    # Squares: arms shorter than half of the median one.
+    near = sides < 0.25 * np.median(sides)
     free = ContourEnd.LENGTH_REACHED
     return [
         tuple(ContourEnd.UNREACHABLE if n and e is free else e for n, e in zip(*both, strict=True))

@@ -6,17 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from touchatlas.patch.geometry.arrays import has_powers
+from touchatlas.patch.geometry.section import LEAST_POINTS
 from touchatlas.sim.recorded.column_names import COORDINATES, NORMAL, WANTED, name_columns
 from touchatlas.sim.recorded.table_file import Table, read_table
-
-# Fewest points of a curve that can be fitted: a section has up to five coefficients. With twice as
-# many, sparse recordings would be refused.
-LEAST_POINTS = 5
-# Cosine of the largest angle, 2 degrees, between the normals that the lines of one curve give.
-# Twice the angle would accept files that mix two planes.
-_SAME_PLANE = np.cos(np.deg2rad(2.0))
-# Bounds of the coordinates, in any unit: beyond them their sixth powers leave double precision.
-_SMALLEST, _LARGEST = 1e-50, 1e50
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +58,7 @@ def read_curves(path) -> Curves:
     span = np.ptp(everything, axis=0).max()
     if span == 0.0:
         raise ValueError(f"{path} has one point only, all others repeat it; record curves")
-    if not (span > _SMALLEST and np.abs(everything).max() < _LARGEST):
+    if not has_powers(span, np.abs(everything).max()):
         raise ValueError(
             f"{path} has points that span {span:.3g}; that is no size that double precision can "
             "take powers of: use another unit"
@@ -160,7 +153,8 @@ def _plane_normal(path, name: str, given) -> np.ndarray | None:
         return None
     length = np.sqrt((given**2).sum(axis=1, keepdims=True))
     unit = given / np.where(length > 0.0, length, 1.0)
-    if not (np.abs(unit @ unit[0]) > _SAME_PLANE).all():
+    # Lines of one plane differ by less than 2 degrees.
+    if not (np.abs(unit @ unit[0]) > np.cos(np.deg2rad(2.0))).all():
         raise ValueError(
             f"{path}: nx, ny, nz of curve {name!r} are zero or differ from line to line; give one "
             "plane a curve, or leave them out"

@@ -27,10 +27,6 @@ _PAPER = {
     "least_squares": Penalty.NONE,
 }
 METHODS = (*_MAPS, *_PAPER)
-# Cosine to the normal below which a direction tells no side.
-_SIDEWAYS = 0.05
-# Fewest points of a fit: a quadric has six coefficients.
-_LEAST_COUNT = 6
 
 
 def fit_file(path, method="map", noise=None, point=None, outward=None) -> FitReport:
@@ -86,13 +82,14 @@ def _fitted(method: str, curves, noise, point, outward) -> tuple[Recording, Patc
     recording = prepare(curves, noise, point)
     side = _outer_side(recording) if outward is None else _shortened(outward)
     patch, outliers = _fit(method, recording, side)
-    if patch.count < _LEAST_COUNT:
+    # A quadric has six coefficients.
+    if patch.count < 6:
         raise ValueError(
             f"only {patch.count} points lie within {patch.radius:.3g} of the reference point, "
             "where the nearest curve ends; give a point farther from the ends, or track further"
         )
     cosine = float(patch.frame.normal @ side) / max(float(np.sqrt(side @ side)), 1e-300)
-    if cosine < _SIDEWAYS:
+    if cosine < 0.05:
         raise ValueError(
             f"outward {','.join(f'{x:g}' for x in side)} lies within 3 degrees of the tangent "
             "plane and tells no side; give a direction that points out of the body"

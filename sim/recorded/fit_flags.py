@@ -3,16 +3,10 @@
 import numpy as np
 
 from touchatlas.patch import Patch
+from touchatlas.patch.fit.bad_contacts import OUTLIER
+from touchatlas.patch.fit.diagnosis import DiagnosisLimits
 from touchatlas.sim.recorded.recording import Recording
 
-# Of the sections: 60 degrees apart it is 1.4, within about 20 degrees of each other 10.
-_POOR_CONDITION = 10.0
-# Relative variance of the estimated noise, times the number of contour points.
-_ESTIMATED = 1.1
-# Residuals below this fraction of the noise show that the noise is not that of these points. Twice
-# as much would doubt the noise of good fits with many terms.
-_TOO_NOISY = 1.0 / 3.0
-_OUTLIER, _MEDIAN_TO_STD = 5.0, 1.4826
 MEANING = {
     "repeated points": "Points that a curve repeats exactly were counted once.",
     "noise estimated": "Without --noise, the standard deviation of each coordinate of a point was "
@@ -48,8 +42,8 @@ def residual_rms(patch: Patch, recording: Recording) -> float:
     points = recording.all_points
     away = ((points - patch.frame.origin) ** 2).sum(axis=1)
     distance = np.abs(patch.signed_distance(points[away <= patch.radius**2]))
-    typical = max(_MEDIAN_TO_STD * float(np.median(distance)), patch.noise_std)
-    return float(np.sqrt(np.mean(distance[distance <= _OUTLIER * typical] ** 2)))
+    typical = max(1.4826 * float(np.median(distance)), patch.noise_std)
+    return float(np.sqrt(np.mean(distance[distance <= OUTLIER * typical] ** 2)))
 
 
 def fit_flags(
@@ -57,16 +51,19 @@ def fit_flags(
 ) -> list[str]:
     """What is doubtful about a patch fitted to a recording, as keys of ``MEANING``."""
     size = sum(len(contour.points) for contour in recording.contours)
-    variance = 0.5 / patch.count + (_ESTIMATED / size if estimated else 0.0)
+    # Relative variances: of the residual, and of the estimated noise.
+    variance = 0.5 / patch.count + (1.1 / size if estimated else 0.0)
     expected = patch.noise_std * np.exp(3.0 * np.sqrt(variance))
     expected = float(np.hypot(expected, recording.displacement_std))
+    least = DiagnosisLimits().residual_ratio * recording.noise_std
     # Rounding leaves residuals of this size where there is no noise.
     rounding = 1e-6 * patch.radius
     found = {
         "umbilic": patch.curvatures.umbilic,
-        "poorly conditioned sections": patch.condition > _POOR_CONDITION,
+        # 60 degrees apart the condition is 1.4, within about 20 degrees of each other 10.
+        "poorly conditioned sections": patch.condition > 10.0,
         "residuals exceed noise": residual > max(expected, rounding),
-        "noise exceeds residuals": not estimated and residual < _TOO_NOISY * recording.noise_std,
+        "noise exceeds residuals": not estimated and residual < least,
         "outliers": outliers > 0,
     }
     return [flag for flag, holds in found.items() if holds]

@@ -10,37 +10,28 @@ from touchatlas.patch.geometry.arrays import cross
 from touchatlas.sim.recorded.recording import Recording
 from touchatlas.sim.world.triangles import disc_faces
 
-_CIRCLES, _SPOKES = 24, 72
-# Largest distance of a vertex from the surface, in radii: beyond it Newton's method has failed.
-# Twice as much keeps the same triangles.
-_LOST = 1e-3
-_LEAST_HEIGHT = 0.3
-_MOST_NAMES = 8
-# Most scattered contacts that are drawn; twice as many hide the patch.
-_MOST_CROSSES = 300
-_LIGHT = np.array([-0.6, -0.3, 0.74])
 
-
-def patch_surface(patch: Patch) -> Surface:
+def patch_surface(patch: Patch, count: int = 24, spokes: int = 72) -> Surface:
     """Triangles of a patch within its radius, measured along the surface from its origin.
 
     Each spoke goes out from the origin in short steps along the tangent plane, and back onto the
-    surface along the normal. Where that fails the triangles end.
+    surface along the normal. Where that fails the triangles end. There are ``count`` circles.
     """
-    angles = 2.0 * np.pi * np.arange(_SPOKES) / _SPOKES
+    angles = 2.0 * np.pi * np.arange(spokes) / spokes
     side = np.stack([-np.sin(angles), np.cos(angles)], axis=1) @ patch.frame.axes[:2]
     centre = _onto(patch, patch.frame.origin[None])
-    circle = np.repeat(centre, _SPOKES, axis=0)
+    circle = np.repeat(centre, spokes, axis=0)
     circles = [centre]
-    for _ in range(_CIRCLES):
+    for _ in range(count):
         ahead = cross(side, patch.normal(circle))
         length = np.sqrt((ahead**2).sum(axis=1, keepdims=True))
         ahead /= np.maximum(length, np.finfo(float).tiny)
-        circle = _onto(patch, circle + patch.radius / _CIRCLES * ahead)
+        circle = _onto(patch, circle + patch.radius / count * ahead)
         circles.append(circle)
     vertices = np.concatenate(circles)
-    found = np.abs(patch.signed_distance(vertices)) < _LOST * patch.radius
-    faces = disc_faces(_CIRCLES, _SPOKES)
+    # Beyond that Newton's method has failed.
+    found = np.abs(patch.signed_distance(vertices)) < 1e-3 * patch.radius
+    faces = disc_faces(count, spokes)
     faces = faces[found[faces].all(axis=1)]
     used, faces = np.unique(faces, return_inverse=True)
     vertices = vertices[used]
@@ -88,7 +79,8 @@ def _draw_patch(figure, axes, recording: Recording, patch: Patch, surface: Surfa
     deviation = surface.deviation[surface.faces].mean(axis=1)
     scale = ScalarMappable(Normalize(0.0, float(deviation.max()) or 1.0), "viridis")
     colours = scale.to_rgba(deviation)
-    lit = (surface.normals @ patch.frame.axes.T @ _LIGHT)[surface.faces].mean(axis=1)
+    light = np.array([-0.6, -0.3, 0.74]) @ patch.frame.axes
+    lit = (surface.normals @ light)[surface.faces].mean(axis=1)
     colours[:, :3] *= 0.55 + 0.45 * np.clip(lit, 0.0, 1.0)[:, None]
     axes.computed_zorder = False
     sheet = axes.plot_trisurf(*local.T, triangles=surface.faces, linewidth=0, antialiased=False)
@@ -98,12 +90,12 @@ def _draw_patch(figure, axes, recording: Recording, patch: Patch, surface: Surfa
         points = patch.frame.to_local(contour.points)
         axes.plot(*points.T, "o-", ms=2.5, lw=1, color=f"C{number % 10}", zorder=2)
     if len(recording.scattered):
-        every = -(-len(recording.scattered) // _MOST_CROSSES)
+        every = -(-len(recording.scattered) // 300)
         points = patch.frame.to_local(recording.scattered[::every])
         axes.plot(*points.T, "kx", ms=4, zorder=2)
     low, high = np.array([axes.get_xlim3d(), axes.get_ylim3d(), axes.get_zlim3d()]).T
     size = (high - low) / max(high[:2] - low[:2])
-    stretch = max(1.0, _LEAST_HEIGHT / size[2])
+    stretch = max(1.0, 0.3 / size[2])
     axes.set_box_aspect((size[0], size[1], stretch * size[2]), zoom=1.1)
     axes.locator_params(nbins=5)
     digits = ".2g" if stretch < 10.0 else ".0f"
@@ -124,7 +116,7 @@ def _draw_residuals(axes, recording: Recording, patch: Patch) -> None:
         place = np.concatenate([[0.0], np.cumsum(step)])
         place -= place[away.argmin()]
         residual = np.where(away <= patch.radius, patch.signed_distance(contour.points), np.nan)
-        label = name.replace("$", r"\$") if number < _MOST_NAMES else None
+        label = name.replace("$", r"\$") if number < 8 else None
         axes.plot(place, residual, "o-", ms=3, lw=0.8, color=f"C{number % 10}", label=label)
     axes.set(xlabel="along the contour from the reference point")
     axes.set(ylabel="residual, within the patch radius")

@@ -7,22 +7,16 @@ import numpy as np
 from touchatlas.patch import Contour, ContourEnd, SamplingPlane
 from touchatlas.patch.geometry.arrays import cross
 from touchatlas.patch.geometry.curvature import normal_from_tangents
+from touchatlas.patch.geometry.section import LEAST_POINTS
 from touchatlas.sim.recorded.arcs import binding_ends, near_arc, this_side
-from touchatlas.sim.recorded.contour_file import LEAST_POINTS, Curve
-from touchatlas.sim.recorded.curve_offsets import check_order, miss_deviation, offset_deviation
-from touchatlas.sim.recorded.noise_estimate import estimate_noise
+from touchatlas.sim.recorded.contour_file import Curve
+from touchatlas.sim.recorded.curve_errors import (
+    check_order,
+    estimate_noise,
+    miss_deviation,
+    offset_deviation,
+)
 from touchatlas.sim.recorded.reference_point import checked_point, common_point, foot, written
-
-# Least ratio of the second to the first eigenvalue of the scatter of directions: below it they
-# lie within about 5 degrees of each other. Twice as much refuses curves within about 7 degrees.
-_PARALLEL = 0.01
-# Span of one coordinate over the next, above which it may have another unit. Doubled, one that is
-# in another unit by a factor of 30 is called parallel curves alone.
-_STRETCHED = 30.0
-# Curves are flagged that miss the point, or their plane, by more than so many deviations of the
-# noise and more than this fraction of their size. Twice as much flags only gross errors.
-_MANY_DEVIATIONS = 4.0
-_SMALL_FRACTION = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,7 +155,8 @@ def _plane_normals(points, given) -> np.ndarray:
     parts = [np.linalg.svd(p - p.mean(axis=0), full_matrices=False)[1:] for p in points]
     directions = np.array([vectors[0] for _, vectors in parts])
     spread = np.linalg.eigvalsh(directions.T @ directions)
-    if spread[1] < _PARALLEL * spread[2]:
+    # Eigenvalues: directions within about 5 degrees of each other.
+    if spread[1] < 0.01 * spread[2]:
         raise ValueError(
             "all curves run in nearly one direction; record at least two more in planes about "
             f"60 degrees apart{_stretched(np.concatenate(points))}"
@@ -180,7 +175,7 @@ def _stretched(points) -> str:
     """What else may be wrong: one coordinate spans far more than both others."""
     span = np.ptp(points, axis=0)
     low, middle, high = np.argsort(span)
-    if span[high] < _STRETCHED * span[middle]:
+    if span[high] < 30.0 * span[middle]:
         return ""
     times = span[high] / span[middle]
     return (
@@ -194,7 +189,8 @@ def _flags(point, contours) -> list[str]:
     flags = []
     reach = max(float(np.ptp(c.points, axis=0).max()) for c in contours)
     noise = contours[0].noise_std
-    slack = max(_MANY_DEVIATIONS * noise, _SMALL_FRACTION * reach)
+    # What noise, or one percent of the longest curve, explains.
+    slack = max(4.0 * noise, 0.01 * reach)
     if any(np.sqrt(((foot(c.points, point)[0] - point) ** 2).sum()) > slack for c in contours):
         flags.append("curves do not meet")
     # Medians, which single bad contacts hardly change.

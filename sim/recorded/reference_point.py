@@ -6,14 +6,8 @@ from scipy.spatial import cKDTree
 from touchatlas.sim.recorded.contour_file import Curve
 
 # A curve that misses the reference point by more than this fraction of its size does not run
-# through it. Twice as much accepts curves of another place.
+# through it.
 _ASTRAY = 0.25
-# Without the curve that is astray, the others miss each other by less than this fraction of what
-# they do without any other. Doubled, one of two suspects is blamed.
-_TOGETHER = 0.25
-# Samples of each curve, at most, among which the start of the meeting point is sought. Doubled, the
-# search takes twice as long and starts half as far from the point.
-_STARTS = 1000
 
 
 def meeting_point(curves) -> np.ndarray:
@@ -26,7 +20,8 @@ def meeting_point(curves) -> np.ndarray:
     >>> meeting_point(curves).round(6) + 0.0
     array([0. , 0. , 0.1])
     """
-    samples = np.concatenate([curve[:: 1 + len(curve) // _STARTS] for curve in curves])
+    # A thousand samples of each curve are starts enough.
+    samples = np.concatenate([curve[:: 1 + len(curve) // 1000] for curve in curves])
     total = sum(cKDTree(curve).query(samples)[0] ** 2 for curve in curves)
     point, best, least = samples[np.argmin(total)], samples[np.argmin(total)], np.inf
     for _ in range(20):
@@ -90,7 +85,7 @@ def _astray(curves: list[Curve]) -> str:
         point = meeting_point([curve.points for curve in others])
         left.append(max(_misses(others, point)) / size)
     order = np.argsort(left)
-    if left[order[0]] > _TOGETHER * left[order[1]] or left[order[0]] > _ASTRAY:
+    if left[order[0]] > 0.25 * left[order[1]] or left[order[0]] > _ASTRAY:
         return "leaving out no single curve mends that; record curves through one point"
     name = curves[order[0]].name
     return (

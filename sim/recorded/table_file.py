@@ -12,11 +12,6 @@ _SEPARATORS = {"\t": "tabs", ";": "semicolons", "|": "bars", ",": "commas"}
 _COMMENTS = ("#", "%", "//")
 _NUMBER = re.compile(r"[+-]?(\d+([.,]\d*)?|[.,]\d+)([eE][+-]?\d+)?|[+-]?(nan|inf|infinity)", re.I)
 _TOLD = re.compile(r'"?sep=(\\t|[\t;|,])"?', re.I)
-# Fraction of the lines that must have a separator often enough. Doubled is all of them: then one
-# bad line would hide what separates the others.
-_MOST = 0.8
-# Lines looked at for separators. Doubled, nothing changes but for files that change midway.
-_SAMPLE = 500
 
 
 @dataclass
@@ -72,7 +67,7 @@ def read_table(path: Path) -> Table:
     comments = {i: line for i, line in enumerate(lines) if line.lstrip().startswith(_COMMENTS)}
     kept = ["" if i in comments else line for i, line in enumerate(lines)]
     told_separator = {"\\t": "\t"}.get(told[1], told[1]) if told else None
-    separator = told_separator or _separator([line for line in kept if line.strip()][:_SAMPLE])
+    separator = told_separator or _separator([line for line in kept if line.strip()][:500])
     rows = _cells(path, kept, separator, set(comments))
     table = Table(None, rows, assumed)
     if separator != ",":
@@ -121,7 +116,8 @@ def _separator(lines: list[str]) -> str | None:
 
 
 def _often(found: list[bool]) -> bool:
-    return sum(found) >= _MOST * len(found) and any(found)
+    # One bad line must not hide what separates the others.
+    return sum(found) >= 0.8 * len(found) and any(found)
 
 
 def _cells(path: Path, lines, separator, comments) -> list[tuple[int, int, list[str]]]:

@@ -6,16 +6,12 @@ from typing import NamedTuple
 import numpy as np
 
 from touchatlas.patch import Patch
-from touchatlas.sim.recorded.contour_file import LEAST_POINTS, Curve
+from touchatlas.patch.geometry.section import LEAST_POINTS
+from touchatlas.sim.recorded.contour_file import Curve
 
 # Ratios of units of length that people mix: um, mm, cm, m, inch, and mm to foot. Others lie so near
 # to one of these that lengths of curves can't tell them.
 _RATIOS = np.array([2.54, 10.0, 25.4, 100.0, 304.8, 1000.0, 1e6])
-# Largest factor by which spacing and length of a curve differ from a ratio of units: recordings of
-# one surface vary as much. Doubled, curves of another speed are doubted that are half as long.
-_NEAR = 1.3
-# Scatter over length below which it is rounding, and tells nothing of the unit.
-_ROUNDING = 1e-5
 
 
 class OtherUnit(NamedTuple):
@@ -61,9 +57,11 @@ def other_unit(curves: list[Curve]) -> OtherUnit | None:
             continue
         nearest = int(np.abs(np.log(_RATIOS) - np.abs(gap[:2]).mean()).argmin())
         factor = float(_RATIOS[nearest])
-        if np.abs(np.abs(gap[:2]) - np.log(factor)).max() > np.log(_NEAR):
+        # Recordings of one surface vary by as much.
+        if np.abs(np.abs(gap[:2]) - np.log(factor)).max() > np.log(1.3):
             continue
-        known = np.exp(sizes[:, 2] - sizes[:, 1]).min() > _ROUNDING
+        # Scatter below 1e-5 of the length is rounding.
+        known = np.exp(sizes[:, 2] - sizes[:, 1]).min() > 1e-5
         if known and gap[2] * np.sign(gap[0]) < 0.5 * np.log(factor):
             continue
         return OtherUnit(curve.name, factor if gap[0] > 0.0 else 1.0 / factor)

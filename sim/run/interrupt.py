@@ -11,9 +11,6 @@ from types import FrameType
 # that are promised, for what cannot be cut short. Doubled, more results are written of long runs.
 GRACE = 4.0
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
-# Seconds after which an interrupt that would be lost is tried again. Doubled, Ctrl-C ends 0.05 s
-# later.
-_AGAIN = 0.05
 # Callbacks of weak references, each by its module. Python prints what is raised in them, and goes
 # on.
 _CALLBACKS = {
@@ -101,7 +98,8 @@ def raise_interrupt(number, frame) -> None:
     if not hasattr(signal, "setitimer") or not _is_lost(frame):
         raise interrupt_of(number)
     signal.signal(signal.SIGALRM, lambda _alarm, later: raise_interrupt(number, later))
-    signal.setitimer(signal.ITIMER_REAL, _AGAIN)
+    # An interrupt that would be lost is tried again.
+    signal.setitimer(signal.ITIMER_REAL, 0.05)
 
 
 def _is_lost(frame: FrameType | None) -> bool:

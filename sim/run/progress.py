@@ -29,9 +29,6 @@ _COLUMNS = (
     "seconds_sim",
     "predicted_coverage",
 )
-# Touches from one measurement of the true progress to the next. Twice as many save half of its
-# time, and the curve in progress.png has half as many points.
-_MEASURE_EVERY = 5
 # Columns that a process that goes on with a run takes from the one before it.
 SECONDS = ("seconds_plan", "seconds_fit", "seconds_sim")
 
@@ -77,7 +74,7 @@ class Progress:
             step.plan.known,
         )
         self.rows.append(dict(zip(_COLUMNS, values, strict=True)))
-        if step.plan.number % _MEASURE_EVERY == 0:
+        if step.plan.number % 5 == 0:
             self.measure()
 
     def measure(self) -> None:

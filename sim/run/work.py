@@ -27,9 +27,6 @@ from touchatlas.sim.world.implicit_object import ImplicitObject
 from touchatlas.sim.world.mesh_object import MeshObject
 from touchatlas.sim.world.probe import Probe
 
-# Points of the true surface at which the true progress is measured. Four times as many halve the
-# standard error of the coverage, about 1 %.
-_PROGRESS_POINTS = 2000
 # What to try where the touches of a journal are not those that would be made now.
 _OTHER_VERSION = "resume with the versions that run.toml names, or explore again"
 _OTHER_TOLERANCE = "explore again to that tolerance, into another folder"
@@ -109,7 +106,8 @@ class Work:
         self.atlas, self.planner = begin(options, self.obj, planner_rng)
         self.probe = Probe(self.obj, options.noise, probe_rng)
         with self.phases("start", "sampling the truth"):
-            points = self.obj.sample(_PROGRESS_POINTS, progress_rng)[0]
+            # The standard error of the coverage is about 1 %.
+            points = self.obj.sample(2000, progress_rng)[0]
         self.progress = Progress(self.atlas, points)
         self.old_seconds = read_seconds(self.folder / "steps.csv")[: len(self.kept)]
 

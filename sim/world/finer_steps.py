@@ -8,14 +8,12 @@ from touchatlas.patch.geometry.arrays import cross
 
 # How often a step is halved at most. Doubled, bends of an eighth of the radius are followed.
 _HALVINGS = 3
-# Rounding of an arc length, in steps: a curve of a whole number of steps has its last one. Doubled,
-# nothing changes.
-_ROUNDING = 1e-9
 
 
 def whole_steps(length: float) -> int:
     """Number of whole steps in a curve of so many steps."""
-    return int(length + _ROUNDING)
+    # A curve of a whole number of steps has its last one.
+    return int(length + 1e-9)
 
 
 def last_steps(length: float) -> np.ndarray:

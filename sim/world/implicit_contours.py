@@ -7,24 +7,6 @@ from touchatlas.patch.geometry.arrays import cross
 from touchatlas.sim.world.finer_steps import finer_steps
 from touchatlas.sim.world.implicit_fields import Field
 
-# A normal that turns by more than this angle, in rad, within 1/256 of a step turns at an edge.
-# At twice the angle a curve cuts the corners of blunt edges off.
-_EDGE_TURN = np.deg2rad(15.0)
-# Longest step, in arc lengths. A chord is never longer than its arc; but beyond an edge a face may
-# be nearly perpendicular to the plane of the curve, and Newton's method ends anywhere on it. With
-# twice as much some of these steps would pass for steps on the same face.
-_LONGEST_CHORD = 1.5
-# Shortest step before an edge, in steps. Doubled, a curve cuts corners off that are twice as large.
-_ACROSS = 1.0 / 256.0
-# Lengths of a step across an edge that are tried, each twice as long as the one before. Doubled,
-# nothing changes: the last is half a step.
-_LONGER = 7
-# Least turn of a contour with which a probe runs over edges, rad: a right angle, that of most.
-# Contours that may turn by less end there. Doubled, none runs over an edge.
-_OVER_EDGES = 0.5 * np.pi
-# Rounding of a cosine; twice as much changes nothing.
-_ROUNDING = 1e-12
-
 
 def trace_arms(
     field: Field, point, plane_normals, directions, reach, step, max_turn, step_turn=np.pi
@@ -47,7 +29,7 @@ def trace_arms(
         offset = ahead - point
         home = (number > 2) & ((offset * offset).sum(axis=1) < (0.5 * step) ** 2)
         for arm in np.flatnonzero(
-            active & ((cosine < np.cos(min(max_turn, np.pi)) - _ROUNDING) | home)
+            active & ((cosine < np.cos(min(max_turn, np.pi)) - 1e-12) | home)
         ):
             active[arm] = False
             ends[arm] = (
@@ -103,7 +85,7 @@ def _step_over_edges(field: Field, x, normal, step) -> np.ndarray:
     """(3,) point one step of arc length from x (1, 3) along a curve: up to each edge in shorter
     and shorter steps, and across it in two of the shortest."""
     # An edge is known to lie within ``most`` ahead: longer steps need not be tried.
-    left, shortest, most = step, _ACROSS * step, np.inf
+    left, shortest, most = step, step / 256.0, np.inf
     while left > shortest:
         way = left
         while way > max(most, shortest):
@@ -124,7 +106,8 @@ def _across(field: Field, x, normal, way) -> tuple[np.ndarray, float]:
     """A point (1, 3) across an edge, and how far ahead of x (1, 3) it is: at least ``way``, and as
     much more as it takes until Newton's method ends there. A face that is nearly parallel to the
     plane of the curve may lead it astray."""
-    for longer in way * 2.0 ** np.arange(_LONGER):
+    # Each step is twice as long as the one before; the last is half a step.
+    for longer in way * 2.0 ** np.arange(7):
         ahead = _advance(field, x, normal, longer)
         if not _is_far(x, ahead, longer)[0]:
             return ahead, float(longer)
@@ -134,7 +117,7 @@ def _across(field: Field, x, normal, way) -> tuple[np.ndarray, float]:
 def _end_ahead(field: Field, x, normal, step, max_turn) -> ContourEnd:
     """EDGE where the tangent ahead of x turns too much at a point, TURNED_AWAY where it turns
     too much in all, or may turn by a right angle."""
-    if max_turn >= _OVER_EDGES:
+    if max_turn >= 0.5 * np.pi:
         return ContourEnd.TURNED_AWAY
     x, normal = x[None], normal[None]
     for _ in range(8):
@@ -182,11 +165,14 @@ def normals_at(field: Field, points) -> np.ndarray:
 def _breaks(x, ahead, before, after, step) -> np.ndarray:
     """(m,) whether steps from points x (m, 3) with normals ``before`` left their smooth face: the
     normal turned at an edge, or the step is too long."""
-    turned = (before * after).sum(axis=1) < np.cos(_EDGE_TURN)
+    # A normal that turns by 15 degrees within 1/256 of a step turns at an edge.
+    turned = (before * after).sum(axis=1) < np.cos(np.deg2rad(15.0))
     return np.asarray(turned | _is_far(x, ahead, step))
 
 
 def _is_far(x, ahead, step) -> np.ndarray:
     """(m,) whether steps from points x (m, 3) are too long."""
     chord = ahead - x
-    return np.asarray((chord * chord).sum(axis=1) > (_LONGEST_CHORD * step) ** 2)
+    # A chord is never longer than its arc; but beyond an edge a face may be nearly perpendicular to
+    # the plane of the curve, and Newton's method ends anywhere on it.
+    return np.asarray((chord * chord).sum(axis=1) > (1.5 * step) ** 2)

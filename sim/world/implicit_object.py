@@ -10,9 +10,6 @@ from touchatlas.sim.world.implicit_fields import Field
 from touchatlas.sim.world.level_set import level_set_mesh, newton_projection
 from touchatlas.sim.world.triangles import areas_of, sample_triangles, top_sample
 
-# Most cells along the longest side of the grid: twice as many take four times as long.
-_GRID_LIMIT = 320
-
 
 class ImplicitObject:
     """A body f < 0 with the surface f = 0.
@@ -167,7 +164,8 @@ class ImplicitObject:
             return self._triangles
         if sagitta not in self._meshes:
             edge = np.sqrt(8.0 * sagitta * 0.2 * self._half_extent.min())
-            edge = max(edge, 2.0 * self._half_extent.max() / _GRID_LIMIT)
+            # Twice as many cells along a side take four times as long.
+            edge = max(edge, 2.0 * self._half_extent.max() / 320)
             self._meshes[sagitta] = level_set_mesh(self.field, self._half_extent, edge)
         return self._meshes[sagitta]
 

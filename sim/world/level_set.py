@@ -10,15 +10,6 @@ import numpy as np
 
 from touchatlas.sim.world.implicit_fields import Field
 
-# Newton steps onto the surface. The error is squared by each: after 6 it is rounding, and twice
-# as many change nothing but the time.
-_NEWTON_STEPS = 6
-# Longest side of a first block, as a fraction of the thinnest half extent of the body: the Taylor
-# polynomial of second order holds within it. With twice as much, a bump could be passed over.
-_BLOCK_SIDE = 0.125
-# Points evaluated at once, so that a field's temporary arrays stay in the processor's cache. Twice
-# as many take about as long; a million at once take three times as long.
-_BATCH = 4096
 # The corners of a cell in the order of igl.marching_cubes.
 _CORNERS = np.array(
     [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]]
@@ -48,7 +39,8 @@ def level_set_mesh(field: Field, half_extent, edge: float):
     grid gives, in the same order.
     """
     axes = [np.arange(-h - 1.5 * edge, h + 2.5 * edge, edge) for h in half_extent]
-    start = max(int(_BLOCK_SIDE * min(half_extent) / edge), 1)
+    # The Taylor polynomial of second order holds within an eighth of the thinnest half extent.
+    start = max(int(0.125 * min(half_extent) / edge), 1)
     cells = _cells_near_surface(field, axes, edge, 1 << (start.bit_length() - 1))
     counts = np.array([len(axis) for axis in axes])
     # Grid points are numbered with x running fastest, as igl.marching_cubes goes through them.
@@ -68,7 +60,8 @@ def newton_projection(field: Field, points) -> np.ndarray:
     """(n, 3) points moved onto f = 0 along the gradient, by Newton's method."""
 
     def project(points):
-        for _ in range(_NEWTON_STEPS):
+        # Each step squares the error: six leave rounding.
+        for _ in range(6):
             value, gradient = field.first_order(points)
             points = points - (value / (gradient**2).sum(axis=1))[:, None] * gradient
         return points
@@ -108,7 +101,8 @@ def _may_cross(field: Field, centres, radius: float) -> np.ndarray:
 
 def _in_batches(function, points) -> np.ndarray:
     """What a function of points (n, 3) gives, a batch at a time."""
-    if len(points) <= _BATCH:
+    # A field's temporary arrays of 4,096 points stay in the processor's cache.
+    if len(points) <= 4096:
         return function(points)
-    parts = [points[i : i + _BATCH] for i in range(0, len(points), _BATCH)]
+    parts = [points[i : i + 4096] for i in range(0, len(points), 4096)]
     return np.concatenate([function(part) for part in parts])

@@ -7,16 +7,8 @@ from pathlib import Path
 import numpy as np
 import trimesh
 
+from touchatlas.patch.geometry.arrays import has_powers
 from touchatlas.sim.world.triangles import areas_of
-
-# Lines of an OFF file, comments included, in which its counts must stand.
-_HEADER = 50
-# Bounds of the coordinates, in any unit: beyond them their sixth powers leave the range of double
-# precision.
-_SMALLEST, _LARGEST = 1e-50, 1e50
-# Largest coordinate after scaling. Then trimesh merges vertices that differ by less than 1e-8;
-# with twice as much it would merge those of half the distance.
-_USUAL_SPAN = 64.0
 
 
 def load_mesh(path):
@@ -86,7 +78,7 @@ def _declared_in_off(path: Path) -> int:
     if path.suffix.lower() != ".off":
         return 0
     with open(path, errors="replace") as file:
-        lines = list(islice(file, _HEADER))
+        lines = list(islice(file, 50))
     words = " ".join(line.partition("#")[0] for line in lines).split()
     return int(words[2]) if len(words) > 2 and words[2].isdigit() else 0
 
@@ -96,13 +88,14 @@ def _merged(path: Path, vertices, faces):
     span = float(np.abs(vertices[faces].reshape(-1, 3)).max())
     if span == 0.0:
         raise ValueError(f"{path} has no extent: all its vertices are at one point")
-    if not _SMALLEST < span < _LARGEST:
+    if not has_powers(span, span):
         raise ValueError(
             f"{path} has coordinates up to {span:.3g}; that is no size that double precision can "
             "take powers of: use another unit"
         )
-    # By a power of two, which rounds nothing; 1 for hand-sized objects in millimetres.
-    unit = 2.0 ** np.round(np.log2(span / _USUAL_SPAN))
+    # By a power of two, which rounds nothing; 1 for hand-sized objects in millimetres. trimesh
+    # merges vertices that differ by less than 1e-8.
+    unit = 2.0 ** np.round(np.log2(span / 64.0))
     mesh = trimesh.Trimesh(vertices / unit, faces, process=False)
     mesh.merge_vertices(merge_norm=True, merge_tex=True)
     return unit * np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int64)

@@ -9,26 +9,8 @@ import trimesh
 from touchatlas.sim.world.mesh_sections import PlaneSections
 from touchatlas.sim.world.triangles import areas_of, edge_keys, sample_triangles, top_sample
 
-# Default noise and tolerance, as fractions of the diagonal: what a touch probe reaches on an object
-# of the size of a hand. With twice as much fewer touches are needed.
-_NOISE_FRACTION = 2e-4
-_TOLERANCE_FRACTION = 1e-3
-# Diagonal of the mesh in the frame in which rays are traced; single precision suits it as well as
-# its double.
-_RAY_EXTENT = 1e3
-
-# Thickness of a flat mesh, over its size: a millionth of the tolerance. Doubled, nothing changes.
-_FLAT = 1e-9
 # Sides from which an open mesh is approached, in this order: from above, below, and around.
 _SIDES = np.array([[0, 0, 1], [0, 0, -1], [1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]], float)
-# Least cosine of the angle between such a side and the surface that is touched: 60 degrees; and
-# largest distance in front of it at which the probe may meet something else, in diagonals. With the
-# first doubled, to 1, no side will do; with the second doubled, other parts nearby are met.
-_SEEN, _SEEN_NEAR = 0.5, 0.01
-# Direction of rays that tell whether a point is inside, a unit vector: in no plane of usual parts;
-# and distance of two triangles along a ray, in diagonals, at which it meets both at once. The
-# second doubled, nothing changes: it is that of rounding.
-_SKEW, _TIE = np.array([0.36, 0.48, 0.8]), 1e-9
 
 
 class MeshObject:
@@ -65,12 +47,14 @@ class MeshObject:
         self.vertices, self.faces = np.asarray(vertices, float), np.asarray(faces, np.int64)
         self.bounds = np.array([self.vertices[used].min(axis=0), self.vertices[used].max(axis=0)])
         self.diagonal = float(np.linalg.norm(self.bounds[1] - self.bounds[0]))
-        self.noise_std = _NOISE_FRACTION * self.diagonal
-        self.tolerance = _TOLERANCE_FRACTION * self.diagonal
+        # What a touch probe reaches on an object of the size of a hand.
+        self.noise_std = 2e-4 * self.diagonal
+        self.tolerance = 1e-3 * self.diagonal
         self.euler_characteristic = int(mesh.euler_number)
         # The tree's rays are in single precision with an absolute threshold for slivers: rays are
         # asked in a frame of fixed size, and the point found again on the triangle named.
-        self._centre, self._unit = self.bounds.mean(axis=0), self.diagonal / _RAY_EXTENT
+        # Rays are traced in single precision, at a diagonal of a thousand.
+        self._centre, self._unit = self.bounds.mean(axis=0), self.diagonal / 1e3
         self._ray_vertices = (self.vertices - self._centre) / self._unit
         self._ray_tree = igl.AABB()
         self._ray_tree.init(self._ray_vertices, self.faces)
@@ -98,12 +82,13 @@ class MeshObject:
         """
         points, normals = self.sample(4000, np.random.default_rng(0))
         for side in _SIDES if not self.closed else ():
-            seen = points[normals @ side > _SEEN]
+            # Within 60 degrees.
+            seen = points[normals @ side > 0.5]
             if not len(seen):
                 continue
             top = top_sample(seen, side)
             met = self.contact(top + self.diagonal * side, -side, 2.0 * self.diagonal)
-            if met is not None and (met - top) @ side < _SEEN_NEAR * self.diagonal:
+            if met is not None and (met - top) @ side < 0.01 * self.diagonal:
                 return top, side
         return top_sample(points), _SIDES[0]
 
@@ -116,8 +101,10 @@ class MeshObject:
         """Whether a point (3,) lies inside of a closed mesh, where no probe can be: a ray from it
         first meets triangles from their inner side. Where it enters as well, it only touches an
         edge of the mesh from outside."""
-        met = self._met(point, _SKEW) if self.closed else []
-        first = min(met, default=(0.0, True))[0] + _TIE * self.diagonal
+        # The direction is in no plane of usual parts. Triangles nearer than a billionth of the
+        # diagonal along a ray are met at once.
+        met = self._met(point, np.array([0.36, 0.48, 0.8])) if self.closed else []
+        first = min(met, default=(0.0, True))[0] + 1e-9 * self.diagonal
         return bool(met) and not any(enters for distance, enters in met if distance <= first)
 
     def _met(self, origin, direction) -> list[tuple[float, bool]]:
@@ -152,7 +139,8 @@ class MeshObject:
 def _refuse_flat(name: str, vertices) -> None:
     """Refuse a closed mesh in one plane: it has no inside."""
     sizes = np.linalg.svd(vertices - vertices.mean(axis=0), compute_uv=False)
-    if not sizes[2] > _FLAT * sizes[0]:
+    # A millionth of the tolerance is flat.
+    if not sizes[2] > 1e-9 * sizes[0]:
         raise ValueError(
             f"{name} is a closed mesh in one plane, which encloses nothing; give a body, or one "
             "side of a sheet"

@@ -11,11 +11,6 @@ from touchatlas.planner import ProbePlan
 from touchatlas.sim.world.implicit_object import ImplicitObject
 from touchatlas.sim.world.mesh_object import MeshObject
 
-# An arm ends where the surface has been known from one sample to another that is so many steps on,
-# both at least so many from the contact. The halves keep clear of whole numbers of steps. Doubled,
-# arms run on over what is known.
-_KNOWN_FOR, _LEAST = 3.5, 4.5
-
 
 class Probe:
     """A probe with Gaussian position noise.
@@ -140,11 +135,12 @@ def _ended(contact, points, end: ContourEnd, known, step: float):
     if end is ContourEnd.CLOSED_LOOP or not len(points):
         return points, end
     steps = _lengths(contact, points) / step
-    known = known & (steps > _LEAST)
+    # The halves keep clear of whole numbers of steps.
+    known = known & (steps > 4.5)
     # The last sample before each that is not known.
     before = np.maximum.accumulate(np.where(known, -1, np.arange(len(steps))))
     began = steps[np.minimum(before + 1, len(steps) - 1)]
-    stop = np.flatnonzero(known & (steps - began > _KNOWN_FOR))
+    stop = np.flatnonzero(known & (steps - began > 3.5))
     if not len(stop):
         return points, end
     return points[: stop[0] + 1], ContourEnd.LENGTH_REACHED

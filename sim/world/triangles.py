@@ -4,10 +4,6 @@ import numpy as np
 
 from touchatlas.patch.geometry.arrays import cross
 
-# Samples within this fraction of the height of the highest one are called highest. Twice as much
-# lets the first touch of a tilted plate move farther from its highest corner.
-_TOP = 2e-3
-
 
 def areas_of(vertices, faces) -> np.ndarray:
     """(f,) areas of triangles, half the length of the cross product of two sides.
@@ -46,7 +42,8 @@ def top_sample(points, up=(0.0, 0.0, 1.0)) -> np.ndarray:
     """The sample near the highest ones, along a direction (3,), that lies most centrally among
     them."""
     height = points @ np.asarray(up)
-    top = points[height >= height.max() - _TOP * np.ptp(height)]
+    # The first touch of a tilted plate stays near its highest corner.
+    top = points[height >= height.max() - 2e-3 * np.ptp(height)]
     offset = top - top.mean(axis=0)
     return top[(offset**2).sum(axis=1).argmin()]
 

@@ -1,26 +1,51 @@
-"""Do recorded curves lie on one surface: how far apart they pass over their common point."""
+"""Errors of recorded curves: the noise of their points, how far whole curves are displaced, and
+points out of order."""
 
 import numpy as np
+from scipy.special import gammaincinv
 from scipy.stats import chi2, norm, t
 
 from touchatlas.atlas.records.order_of_points import out_of_order
+from touchatlas.patch.geometry.arrays import cross
 from touchatlas.patch.geometry.curvature import normal_from_tangents
-from touchatlas.sim.recorded.contour_file import LEAST_POINTS
+from touchatlas.patch.geometry.section import LEAST_POINTS
 from touchatlas.sim.recorded.reference_point import foot, meeting_point
 
-# Fraction of a curve's longer arm within which its height over the common point is fitted by a
-# cubic. Doubled, the shape of the surface counts as an offset.
-_NEAR = 0.5
-# Probability of calling curves displaced that are not. Doubled, one in 500 good files is flagged.
-_ERROR = 1e-3
-# Least offset that counts, as a fraction of the longest curve: what a cubic leaves of the shape.
-# Doubled, smaller displacements pass.
-_LEAST = 5e-4
-# Probability beyond either side of an interval of 95 %. Doubled, intervals hold 90 %.
-_TAIL = 0.025
-# A step turns back if its cosine with the one before is below this, 120 degrees, and if both are
-# longer than this number of deviations. Doubled, swapped neighbours of short steps pass.
-_BACK, _SURE = -0.5, 6.0
+
+def estimate_noise(points, normals) -> float:
+    """Noise of curves from the residuals of short section fits, robust to outliers.
+
+    Quadratics through seven successive points (of a hundred along a curve that has more), five
+    or six where there are no more, within each curve's plane; the median of their
+    residual squares over its expected value.
+
+    Parameters
+    ----------
+    points : sequence of (n, 3) float, length, world
+    normals : (c, 3) float, unit
+        Of the curves' planes.
+
+    Returns
+    -------
+    float, length
+        Of each coordinate; what a quadratic does not follow of the shape counts as noise.
+    """
+    variances = []
+    for curve, normal in zip(points, normals, strict=True):
+        size = min(7, len(curve))
+        # Points closer together than the noise tell no direction.
+        stride = max(1, len(curve) // 100)
+        index = np.arange(len(curve) - stride * (size - 1))[:, None] + stride * np.arange(size)
+        window = curve[index] - curve[index].mean(axis=1, keepdims=True)
+        along = window[:, -1] - window[:, 0]
+        across = cross(np.broadcast_to(normal, along.shape), along)
+        across /= np.sqrt(np.maximum((across**2).sum(axis=1, keepdims=True), np.finfo(float).tiny))
+        s, h = ((window @ axis[:, :, None])[..., 0] for axis in (along, across))
+        s = s / np.maximum(np.abs(s).max(axis=1, keepdims=True), np.finfo(float).tiny)
+        powers, _ = np.linalg.qr(s[..., None] ** np.arange(3.0))
+        rest = h - (powers @ (powers.transpose(0, 2, 1) @ h[..., None]))[..., 0]
+        variances.append((rest**2).sum(axis=1) / (2.0 * gammaincinv(0.5 * (size - 3), 0.5)))
+    return float(np.sqrt(np.median(np.concatenate(variances))))
 
 
 def offset_deviation(point, contours, noise: float) -> float:
@@ -47,7 +72,9 @@ def offset_deviation(point, contours, noise: float) -> float:
     variance = float(np.mean(factors)) * noise**2
     square, freedom = float(((heights - heights.mean()) ** 2).sum()), len(heights) - 1
     reach = max(float(np.ptp(c.points, axis=0).max()) for c in contours)
-    limit = max(chi2.isf(_ERROR, freedom) * variance, freedom * (_LEAST * reach) ** 2)
+    # One in a thousand good files exceeds it. A cubic leaves 5e-4 of the longest curve of the
+    # shape.
+    limit = max(chi2.isf(1e-3, freedom) * variance, freedom * (5e-4 * reach) ** 2)
     return _of_few(square / freedom - variance, freedom) if square > limit else 0.0
 
 
@@ -70,7 +97,7 @@ def _of_few(variance: float, freedom: int) -> float:
     The quantile of Student's t takes the place of the normal one: Guide to the expression of
     uncertainty in measurement (GUM), G.3. With two degrees of freedom it is 2.2 times as large.
     """
-    return float(np.sqrt(variance) * t.isf(_TAIL, freedom) / norm.isf(_TAIL))
+    return float(np.sqrt(variance) * t.isf(0.025, freedom) / norm.isf(0.025))
 
 
 def _height(offset, tangent, normal) -> tuple[float, float]:
@@ -78,7 +105,8 @@ def _height(offset, tangent, normal) -> tuple[float, float]:
     along = offset @ (tangent - (tangent @ normal) * normal)
     scale = float(np.abs(along).max())
     order = np.argsort(np.abs(along))
-    near = order[: max(LEAST_POINTS, int((np.abs(along) <= _NEAR * scale).sum()))]
+    # Farther than half of the longer arm the shape of the surface counts.
+    near = order[: max(LEAST_POINTS, int((np.abs(along) <= 0.5 * scale).sum()))]
     design = (along[near, None] / scale) ** np.arange(4.0)
     inverse = np.linalg.pinv(design.T @ design)
     coefficients = inverse @ (design.T @ (offset[near] @ normal))
@@ -101,7 +129,8 @@ def check_order(name: str, points, noise: float) -> None:
     step = np.diff(points, axis=0)
     length = np.sqrt((step * step).sum(axis=1))
     cosine = (step[1:] * step[:-1]).sum(axis=1) / np.maximum(length[1:] * length[:-1], 1e-300)
-    back = (cosine < _BACK) & (np.minimum(length[1:], length[:-1]) > _SURE * noise)
+    # A turn of more than 120 degrees, between steps that noise does not explain.
+    back = (cosine < -0.5) & (np.minimum(length[1:], length[:-1]) > 6.0 * noise)
     # A jump back to the contact turns once, a bad contact is off to the side.
     swapped = np.flatnonzero(back[1:] & back[:-1])
     if len(swapped):
