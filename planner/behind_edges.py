@@ -1,6 +1,6 @@
 """Behind edges and bends: where contours end there, the surface beyond is touched from outside."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from touchatlas.atlas.samples.sample_pool import SamplePool
 from touchatlas.patch.geometry.arrays import cross
 from touchatlas.patch.geometry.contour import Contour, ContourEnd
 from touchatlas.planner.attempts import Target
-from touchatlas.planner.clearance import approach_within
+from touchatlas.planner.clearance import clear_height
 from touchatlas.planner.places import Places
 from touchatlas.planner.probe_plan import ProbePlan, Reason
 from touchatlas.planner.view import View
@@ -20,28 +20,15 @@ from touchatlas.planner.view import View
 _GUESSES = ((True, 0.3), (False, 0.3), (True, 0.08), (False, 0.08))
 
 
-@dataclass(frozen=True, eq=False)
-class EdgeEnds:
-    """The k ends of contours at edges, as arrays.
-
-    Parameters
-    ----------
-    points : (k, 3) float, length, world
-        The last sample before the edge.
-    tangents, normals : (k, 3) float, unit, world
-        Direction of travel at the end, and outward normal of the face.
-    steps : (k,) float, length
-        Distance between samples.
-    """
+class EdgeEnds(NamedTuple):
+    """The k ends of contours at edges: the last samples (k, 3) before the edges, length, world; the
+    directions of travel and the outward normals (k, 3) there, unit; and the distances (k,) between
+    samples, length."""
 
     points: np.ndarray
     tangents: np.ndarray
     normals: np.ndarray
     steps: np.ndarray
-
-    def some(self, index) -> "EdgeEnds":
-        """Those of an index or mask."""
-        return EdgeEnds(*(column[index] for column in vars(self).values()))
 
 
 def behind_edge(view: View, _: Places) -> Target | None:
@@ -78,20 +65,18 @@ def unknown_ends(atlas: Atlas) -> EdgeEnds:
     ahead, its normal would differ by more than 20 degrees."""
     pool = atlas.pool
     found = [_end(pool, i) for i in np.flatnonzero(pool.edges).tolist()]
-    columns = zip(*(one for one in found if one is not None), strict=True)
-    shapes = (-1, 3), (-1, 3), (-1, 3), (-1,)
-    arrays = list(columns) or [()] * 4
-    ends = EdgeEnds(*(np.reshape(a, s) for a, s in zip(arrays, shapes, strict=True)))
+    table = np.reshape([one for one in found if one is not None], (-1, 10))
+    ends = EdgeEnds(table[:, :3], table[:, 3:6], table[:, 6:9], table[:, 9])
     if atlas.body is None or not len(ends.points):
         return ends
     ahead, known = atlas.body.at(ends.points + ends.steps[:, None] * ends.tangents)
     other = (ahead.normal * ends.normals).sum(axis=1) < np.cos(np.deg2rad(20.0))
-    return ends.some(~(known & other))
+    return EdgeEnds(*(column[~(known & other)] for column in ends))
 
 
-def _end(pool: SamplePool, i: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, float] | None:
-    """Point, direction of travel, normal and step at the last sample ``i`` of a contour, from the
-    three samples of its plane that are nearest; None where none is apart from it."""
+def _end(pool: SamplePool, i: int) -> np.ndarray | None:
+    """Point, direction of travel, normal and step (10,) at the last sample ``i`` of a contour, from
+    the three samples of its plane that are nearest; None where none is apart from it."""
     point, normal = pool.points[i], pool.normals[i]
     same = pool.points[(pool.across == pool.across[i]).all(axis=1)]
     away = np.linalg.norm(same - point, axis=1)
@@ -101,9 +86,8 @@ def _end(pool: SamplePool, i: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, 
     chord = point - same[before[-1]]
     tangent = chord - (chord @ normal) * normal
     size = float(np.linalg.norm(tangent))
-    if not size > 0.0:
-        return None
-    return point, tangent / size, normal, float(away[before[-1]]) / len(before)
+    step = away[before[-1]] / len(before)
+    return np.array([*point, *(tangent / size), *normal, step]) if size > 0.0 else None
 
 
 def bend_near(target: Target, view: View) -> Target:
@@ -120,7 +104,7 @@ def bend_near(target: Target, view: View) -> Target:
     if np.count_nonzero(near) < 3 or not len(free):
         return target
     point, ahead = bends[free[away[free].argmin()]]
-    if approach_within(view.atlas, point, ahead, view.options.levels.about * view.extent) > 0.0:
+    if clear_height(view.atlas, point, ahead, view.options.levels.about * view.extent) > 0.0:
         return target
     return Target(point, ahead, Reason.EXPAND)
 

@@ -6,8 +6,8 @@ from touchatlas.atlas.atlas import Atlas
 from touchatlas.planner.options import PlannerOptions
 
 
-def approach_within(atlas: Atlas, point, normal, usual: float) -> float:
-    """Distance above a point from which the probe shall come: half-way to the nearest surface that
+def clear_height(atlas: Atlas, point, normal, usual: float) -> float:
+    """Height above a point from which the probe shall come: half-way to the nearest surface that
     faces the point, where an approach from a ``usual`` distance would begin behind it; else 0.
 
     Parameters
@@ -35,7 +35,7 @@ def approach_within(atlas: Atlas, point, normal, usual: float) -> float:
     return 0.5 * nearest if nearest < 2.0 * usual else 0.0
 
 
-def is_reachable(atlas: Atlas, point, normal, options: PlannerOptions) -> bool:
+def pin_is_clear(atlas: Atlas, point, normal, options: PlannerOptions) -> bool:
     """Whether the straight pin of the options, with a round tip, along the outward normal of its
     contact, is clear of the known surface.
 

@@ -1,5 +1,7 @@
 """How much of the surface is known: errors over predicted deviations, and growth touch by touch."""
 
+from dataclasses import dataclass, field
+
 import numpy as np
 from scipy.special import erf, ndtri
 
@@ -8,27 +10,21 @@ from touchatlas.patch.geometry.normal_error import SURE
 from touchatlas.planner.options import PlannerLevels
 
 
+@dataclass
 class DeviationRatio:
-    """The ratio of errors to predicted deviations, from the innovations of the last touches."""
+    """The ratio of errors to predicted deviations, from the innovations of the last touches.
 
-    def __init__(self) -> None:
-        self._latest: list[np.ndarray] = []
+    It is such that intervals hold 95 % of new samples, and 1 at least. Quantiles do not depend on
+    the few samples where a patch is wrong. Contours are so few that a ratio below 1 may be chance.
+    """
+
+    latest: list[np.ndarray] = field(default_factory=list)
 
     def learn(self, innovations) -> None:
         """Take the innovations (k,) of a touch; see ``AtlasChange``. Those of eight touches
         count."""
         if len(innovations):
-            self._latest = [*self._latest, np.abs(innovations)][-8:]
-
-    @property
-    def value(self) -> float:
-        """By what predicted deviations are multiplied, so that intervals hold 95 % of new samples;
-        1 at least.
-
-        Quantiles do not depend on the few samples where a patch is wrong. Contours are so few that
-        a ratio below 1 may be chance: with it a bottle was 0.989 known where 0.997 was predicted.
-        """
-        return _ratio(self._errors())
+            self.latest = [*self.latest, np.abs(innovations)][-8:]
 
     def within(self, deviations) -> np.ndarray:
         """Chance that an error is less than so many predicted deviations, as an array of the same
@@ -38,16 +34,13 @@ class DeviationRatio:
         at a thin rim that they round off, and the others are right. The likelier law counts. Chance
         makes one error in 500 million larger than six deviations.
         """
-        deviations, errors = np.asarray(deviations) / np.sqrt(2.0), self._errors()
+        # 150 errors of right predictions, evenly spread over a normal distribution, come first.
+        before = ndtri(0.5 + (np.arange(150) + 0.5) / 300)
+        deviations = np.asarray(deviations) / np.sqrt(2.0)
+        errors = np.concatenate([before, *self.latest])
         right = errors[errors <= 6.0]
         part = len(right) / len(errors) * erf(deviations / _ratio(right))
         return np.asarray(np.maximum(erf(deviations / _ratio(errors)), part))
-
-    def _errors(self) -> np.ndarray:
-        """Errors in deviations; 150 of right predictions, evenly spread over a normal distribution,
-        are thought to have come first."""
-        before = ndtri(0.5 + (np.arange(150) + 0.5) / 300)
-        return np.concatenate([before, *self._latest])
 
 
 def _ratio(errors) -> float:
@@ -65,14 +58,14 @@ def structure_of(faces: Faces | None) -> tuple[int, int, int, str]:
     return len(faces), len(faces.edges), rounded, faces.faces[0].kind if len(faces) == 1 else ""
 
 
+@dataclass
 class KnownArea:
     """The area within the tolerance after each touch, by predicted deviations alone, and its share
     of the surface, by what new samples show of these."""
 
-    def __init__(self) -> None:
-        self.coverage = 0.0
-        self._areas: list[float] = []
-        self._shares: list[float] = []
+    coverage: float = 0.0
+    areas: list[float] = field(default_factory=list)
+    shares: list[float] = field(default_factory=list)
 
     def measure(self, inside: float, total: float, unscaled: float, again: bool) -> None:
         """Take the area within the tolerance, all area, and the first by predicted deviations
@@ -81,8 +74,8 @@ class KnownArea:
         if not again:
             # The ratio of errors to deviations rises where touches meet a thin rim, and what was
             # known before would count for less.
-            self._areas.append(unscaled)
-            self._shares.append(self.coverage)
+            self.areas.append(unscaled)
+            self.shares.append(self.coverage)
 
     def stagnates(self, levels: PlannerLevels) -> bool:
         """Whether too little has been added for long.
@@ -91,8 +84,8 @@ class KnownArea:
         measured again. Near the end the share grows slowly, but a tenth of what is missing may
         still be found.
         """
-        area, area_before = self._best(self._areas, levels.patience)
-        share, share_before = self._best(self._shares, levels.patience)
+        area, area_before = self._best(self.areas, levels.patience)
+        share, share_before = self._best(self.shares, levels.patience)
         least = 1.0 + levels.patience * levels.growth
         return not (
             area >= least * area_before

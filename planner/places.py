@@ -92,9 +92,9 @@ class Places:
         return np.asarray((error > tolerance) | self.are_large(extent))
 
 
-def places_of(atlas: Atlas, edge: float | None = None) -> Places:
-    """The places of the body of an atlas, from its surface in cubes of an edge, length; a coarse
-    one, if none is given. Finer ones show smaller holes.
+def places_of(atlas: Atlas, cube: float | None = None) -> Places:
+    """The places of the body of an atlas, from its surface in cubes of a size, length; coarse ones,
+    if none is given. Finer ones show smaller holes.
 
     Openings of the body at which contact was lost are no rims that are left to touch.
     """
@@ -102,20 +102,23 @@ def places_of(atlas: Atlas, edge: float | None = None) -> Places:
     if body is None:
         none, no = np.zeros((0, 3)), np.zeros(0)
         return Places(none, none, no, no, none, none, no, no, no)
-    edge = planning_edge(atlas) if edge is None else edge
-    drawn = _drawn(body, edge)
+    coarse = planning_cube(atlas)
+    cube = coarse if cube is None else cube
+    drawn = body_surface(body, cube)
+    if is_smooth(body):
+        drawn = without_stray_pieces(drawn, body.samples.points)
     vertices, faces = drawn.vertices, drawn.faces
     ends, of, size, slope = _ends(drawn)
     chord = vertices[ends[:, 1]] - vertices[ends[:, 0]]
     length = np.linalg.norm(chord, axis=1)
     outward = _unit(drawn.normals[ends].sum(axis=1))
     middle = vertices[ends].mean(axis=1)
-    # A surface in cubes ends within two of their edges of its rim.
-    left = ~atlas.rims.at(middle, 2.0 * planning_edge(atlas))
+    # A surface in cubes ends within two of them of its rim.
+    left = ~atlas.rims.at(middle, 2.0 * coarse)
     left &= ~body.beyond(middle, outward)
     if is_smooth(body):
         large = np.flatnonzero(size > LARGEST * body.extent)
-        away = edge * _unit(np.cross(chord[large], outward[large]))
+        away = cube * _unit(np.cross(chord[large], outward[large]))
         left[large] &= _are_open(body, middle[large], away, of[large])
     normals = np.cross(
         vertices[faces[:, 1]] - vertices[faces[:, 0]], vertices[faces[:, 2]] - vertices[faces[:, 0]]
@@ -138,21 +141,15 @@ def places_of(atlas: Atlas, edge: float | None = None) -> Places:
     )
 
 
-def planning_edge(atlas: Atlas) -> float:
-    """Edge of the cubes that show where the body of an atlas is known, length. A free-form body is
-    drawn with a half of the cubes that show its shape, and at most 64 along its extent."""
+def planning_cube(atlas: Atlas) -> float:
+    """Size of the cubes that show where the body of an atlas is known, length. Those of a free-form
+    body are by a third larger than those that show its shape, and at most 64 along its extent."""
     if atlas.body is None:
         raise ValueError("the atlas has no body; add a touch first")
-    body, edge = atlas.body, coarse_edge(atlas.body)
-    if not atlas.known_body.is_one:
-        return edge
-    return max(min(4.0 / 3.0 * edge, WITHIN_REACH * body.reach), body.extent / 64)
-
-
-def _drawn(body: Body, edge: float) -> Surface:
-    """The surface of a body in cubes of an edge, length, without stray pieces and curvatures."""
-    drawn = body_surface(body, edge)
-    return without_stray_pieces(drawn, body.samples.points) if is_smooth(body) else drawn
+    body, cube = atlas.body, coarse_edge(atlas.body)
+    if not is_smooth(body):
+        return cube
+    return max(min(4.0 / 3.0 * cube, WITHIN_REACH * body.reach), body.extent / 64)
 
 
 def _ends(drawn: Surface) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

@@ -9,7 +9,7 @@ from touchatlas.atlas.records.touch import Touch
 from touchatlas.patch.geometry.arrays import check_unit, frozen_array
 from touchatlas.planner.attempts import Attempts, Target
 from touchatlas.planner.behind_edges import sharp_bends
-from touchatlas.planner.clearance import is_reachable
+from touchatlas.planner.clearance import pin_is_clear
 from touchatlas.planner.known import DeviationRatio, KnownArea, structure_of
 from touchatlas.planner.options import TOLERANCE, PlannerOptions
 from touchatlas.planner.places import Places, places_of
@@ -163,7 +163,7 @@ class Planner:
             if target is None:
                 self._end(view, places)
                 return None
-            if is_reachable(atlas, target.point, target.normal, self.options):
+            if pin_is_clear(atlas, target.point, target.normal, self.options):
                 return target
             self._attempts.leave(target)
 

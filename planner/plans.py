@@ -10,7 +10,7 @@ from touchatlas.patch.geometry.arrays import cross
 from touchatlas.patch.geometry.contour import SamplingPlane
 from touchatlas.patch.geometry.frame import any_tangent, axes_from_normal
 from touchatlas.planner.attempts import Target
-from touchatlas.planner.clearance import approach_within
+from touchatlas.planner.clearance import clear_height
 from touchatlas.planner.options import PlannerOptions
 from touchatlas.planner.probe_plan import ProbePlan, Reason
 
@@ -64,7 +64,7 @@ def plan_at(atlas: Atlas, target: Target, options: PlannerOptions) -> ProbePlan:
         approach=target.approach,
     )
     if target.reason is not Reason.SEARCH:
-        within = approach_within(atlas, point, normal, plan.usual_approach)
+        within = clear_height(atlas, point, normal, plan.usual_approach)
         nearer = [one for one in (within, target.approach) if one > 0.0]
         plan = replace(plan, approach=min(nearer, default=0.0))
     return ending_where_known(plan, atlas, options)

@@ -15,7 +15,7 @@ from touchatlas.atlas.contouring.body_surface import fine_edge
 from touchatlas.patch.geometry.frame import any_tangent
 from touchatlas.planner.attempts import Target
 from touchatlas.planner.behind_edges import behind_edge, bend_near
-from touchatlas.planner.places import Places, places_of, planning_edge
+from touchatlas.planner.places import Places, places_of, planning_cube
 from touchatlas.planner.probe_plan import Reason
 from touchatlas.planner.search import GOLDEN, other_part
 from touchatlas.planner.view import Phase, View, distance_to
@@ -154,9 +154,9 @@ def hole_in_fine_surface(view: View, places: Places) -> Target | None:
     atlas = view.atlas
     if atlas.body is None:
         return None
-    edge = fine_edge(atlas.body, atlas.options.facets * atlas.tolerance)
-    if edge < planning_edge(atlas):
-        places = places_of(atlas, edge)
+    cube = fine_edge(atlas.body, atlas.options.facets * atlas.tolerance)
+    if cube < planning_cube(atlas):
+        places = places_of(atlas, cube)
     return _rim(view, places, places.stay_open(atlas.tolerance, view.extent))
 
 

@@ -8,7 +8,6 @@ import hashlib
 import json
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
-from enum import Enum
 from typing import Any
 
 import numpy as np
@@ -26,10 +25,11 @@ from touchatlas.planner.stop import Forecast, Stop, StopReason
 
 # The version is that of the file, no unit.
 _FILE = FileKind("planner", "one that save_planner wrote", 12, "begin with a new planner")
-# Made without their constructors, of all their attributes.
-_MADE = (Planner, Attempts, DeviationRatio, KnownArea)
-_VALUES = (ProbePlan, SamplingPlane, Pending, Target, Stop, Forecast, PlannerOptions, PlannerLevels)
-_RECORDS: dict[str, type] = {kind.__name__: kind for kind in (*_MADE, *_VALUES)}
+# What a planner is made of; constructors check values.
+_PARTS = (Attempts, DeviationRatio, KnownArea, ProbePlan, SamplingPlane, Pending, Target, Stop)
+_RECORDS: dict[str, type] = {
+    kind.__name__: kind for kind in (Planner, *_PARTS, Forecast, PlannerOptions, PlannerLevels)
+}
 _GENERATORS = ("MT19937", "PCG64", "PCG64DXSM", "Philox", "SFC64")
 
 
@@ -131,17 +131,9 @@ def _planner(state: Any) -> Planner:
     planner = _decoded(state)
     if not isinstance(planner, Planner):
         raise DamagedError("it holds no planner")
-    if not _is_alike(planner, Planner((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))):
+    if vars(planner).keys() != vars(Planner((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))).keys():
         raise DamagedError("it is that of another version")
     return planner
-
-
-def _is_alike(one: Any, new: Any) -> bool:
-    """Whether a planner, or a part, has the attributes of a new one, and so have its parts."""
-    if type(one) is not type(new) or vars(one).keys() != vars(new).keys():
-        return False
-    parts = {name: part for name, part in vars(new).items() if isinstance(part, _MADE)}
-    return all(_is_alike(vars(one)[name], part) for name, part in parts.items())
 
 
 def _encoded(value: Any) -> Any:
@@ -153,44 +145,27 @@ def _encoded(value: Any) -> Any:
     if callable(value):
         # Where arms end is asked of the atlas, to which a pending plan is bound again.
         return None
-    return {type(value).__name__: _parts(value)}
-
-
-def _parts(value: Any) -> list[Any]:
-    """What a value is made of."""
-    if isinstance(value, np.ndarray):
-        return [value.dtype.str, list(value.shape), value.ravel().tolist()]
-    if isinstance(value, Enum):
-        return [value.value]
-    if isinstance(value, np.random.Generator):
-        return [_encoded(value.bit_generator.state)]
-    if isinstance(value, dict):
-        return [[_encoded(key), _encoded(one)] for key, one in value.items()]
-    if isinstance(value, list | tuple | set):
-        return [_encoded(one) for one in value]
+    for name, (kind, parts, _) in _KINDS.items():
+        if isinstance(value, kind):
+            return {name: parts(value)}
     if type(value).__name__ not in _RECORDS:
         raise TypeError(f"a planner with a {type(value).__name__} cannot be saved")
-    return [[name, _encoded(one)] for name, one in vars(value).items()]
+    return {type(value).__name__: [[name, _encoded(one)] for name, one in vars(value).items()]}
 
 
 def _decoded(value: Any) -> Any:
     """The value that ``_encoded`` made JSON of."""
     if not isinstance(value, dict):
         return value
-    ((kind, parts),) = value.items()
-    if kind in _MAKERS:
-        return _MAKERS[kind](parts)
-    record, attributes = _RECORDS[kind], {name: _decoded(one) for name, one in parts}
-    if record in _MADE:
-        made = object.__new__(record)
-        vars(made).update(attributes)
-        return made
-    # Constructors check values.
-    return record(**attributes)
-
-
-def _mapping(parts: list[Any]) -> dict[Any, Any]:
-    return {_decoded(key): _decoded(one) for key, one in parts}
+    ((name, parts),) = value.items()
+    if name in _KINDS:
+        return _KINDS[name][2](parts)
+    record, attributes = _RECORDS[name], {key: _decoded(one) for key, one in parts}
+    if record is not Planner:
+        return record(**attributes)
+    planner = object.__new__(Planner)
+    vars(planner).update(attributes)
+    return planner
 
 
 def _generator(parts: list[Any]) -> np.random.Generator:
@@ -202,13 +177,25 @@ def _generator(parts: list[Any]) -> np.random.Generator:
     return np.random.Generator(bits)
 
 
-_MAKERS: dict[str, Callable[[list[Any]], Any]] = {
-    "ndarray": lambda parts: np.array(parts[2], np.dtype(parts[0])).reshape(parts[1]),
-    "Generator": _generator,
-    "dict": _mapping,
-    "list": lambda parts: [_decoded(one) for one in parts],
-    "tuple": lambda parts: tuple(map(_decoded, parts)),
-    "set": lambda parts: set(map(_decoded, parts)),
-    "Reason": lambda parts: Reason(*parts),
-    "StopReason": lambda parts: StopReason(*parts),
+def _each(values) -> list[Any]:
+    return [_encoded(one) for one in values]
+
+
+# The parts of a value of each class, and the value of these parts.
+_KINDS: dict[str, tuple[type, Callable[[Any], list[Any]], Callable[[list[Any]], Any]]] = {
+    "ndarray": (
+        np.ndarray,
+        lambda array: [array.dtype.str, list(array.shape), array.ravel().tolist()],
+        lambda parts: np.array(parts[2], np.dtype(parts[0])).reshape(parts[1]),
+    ),
+    "Generator": (np.random.Generator, lambda rng: _each([rng.bit_generator.state]), _generator),
+    "dict": (
+        dict,
+        lambda mapping: [_each(pair) for pair in mapping.items()],
+        lambda parts: {_decoded(key): _decoded(one) for key, one in parts},
+    ),
+    "list": (list, _each, lambda parts: [_decoded(one) for one in parts]),
+    "tuple": (tuple, _each, lambda parts: tuple(map(_decoded, parts))),
+    "Reason": (Reason, lambda reason: [reason.value], lambda parts: Reason(*parts)),
+    "StopReason": (StopReason, lambda reason: [reason.value], lambda parts: StopReason(*parts)),
 }

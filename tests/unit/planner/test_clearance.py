@@ -7,15 +7,15 @@ from tests.explored import explored
 from tests.flat import UP
 from touchatlas.atlas import Atlas
 from touchatlas.planner import Planner, PlannerOptions, StopReason
-from touchatlas.planner.clearance import approach_within
-from touchatlas.planner.clearance import is_reachable as is_clear
+from touchatlas.planner.clearance import clear_height
+from touchatlas.planner.clearance import pin_is_clear as is_clear
 from touchatlas.sim import Probe, make_object
 
 # The torus has a tube of radius 15 about a circle of radius 40: its hole is 50 wide.
 HOLE = 50.0
 
 
-def is_reachable(atlas, point, normal, radius: float, length: float) -> bool:
+def pin_is_clear(atlas, point, normal, radius: float, length: float) -> bool:
     return is_clear(atlas, point, normal, PlannerOptions(pin_radius=radius, pin_length=length))
 
 
@@ -28,16 +28,16 @@ def torus():
 def test_a_pin_longer_than_the_hole_does_not_reach_its_wall(torus, angle):
     outward = np.array([np.cos(angle), np.sin(angle), 0.0])
     inner, outer = 25.0 * outward, 55.0 * outward
-    assert is_reachable(torus, inner, -outward, 1.0, HOLE - 5.0)
-    assert not is_reachable(torus, inner, -outward, 1.0, HOLE + 5.0)
-    assert is_reachable(torus, outer, outward, 1.0, 10.0 * HOLE)
+    assert pin_is_clear(torus, inner, -outward, 1.0, HOLE - 5.0)
+    assert not pin_is_clear(torus, inner, -outward, 1.0, HOLE + 5.0)
+    assert pin_is_clear(torus, outer, outward, 1.0, 10.0 * HOLE)
 
 
 def test_a_thick_pin_does_not_enter_the_hole(torus):
     """The centre of a tip of radius 20 is 30 from the opposite wall, that of one of 30 is 20."""
     inner, normal = np.array([25.0, 0.0, 0.0]), np.array([-1.0, 0.0, 0.0])
-    assert is_reachable(torus, inner, normal, 20.0, 21.0)
-    assert not is_reachable(torus, inner, normal, 30.0, 31.0)
+    assert pin_is_clear(torus, inner, normal, 20.0, 21.0)
+    assert not pin_is_clear(torus, inner, normal, 30.0, 31.0)
 
 
 @pytest.mark.parametrize("length", [1e6, 1e17, 1e300, 1.7e308])
@@ -47,8 +47,8 @@ def test_a_pin_of_any_length_does_not_reach_the_wall_of_the_hole(torus, radius, 
     goes on behind it."""
     inner, outer = np.array([25.0, 0.0, 0.0]), np.array([55.0, 0.0, 0.0])
     outward = np.array([1.0, 0.0, 0.0])
-    assert is_reachable(torus, outer, outward, radius, length)
-    assert not is_reachable(torus, inner, -outward, radius, length)
+    assert pin_is_clear(torus, outer, outward, radius, length)
+    assert not pin_is_clear(torus, inner, -outward, radius, length)
 
 
 @pytest.mark.parametrize("radius", [1e3, 1e9, 1e300, 8e307])
@@ -56,13 +56,13 @@ def test_a_pin_far_thicker_than_the_body_has_a_flat_end(torus, radius):
     """It rests on the outside and on the top of a torus, whose tangent planes meet nothing else,
     and does not enter the hole."""
     out, up = np.eye(3)[0], np.eye(3)[2]
-    assert is_reachable(torus, 55.0 * out, out, radius, 2.0 * radius)
-    assert is_reachable(torus, 40.0 * out + 15.0 * up, up, radius, 2.0 * radius)
-    assert not is_reachable(torus, 25.0 * out, -out, radius, 2.0 * radius)
+    assert pin_is_clear(torus, 55.0 * out, out, radius, 2.0 * radius)
+    assert pin_is_clear(torus, 40.0 * out + 15.0 * up, up, radius, 2.0 * radius)
+    assert not pin_is_clear(torus, 25.0 * out, -out, radius, 2.0 * radius)
 
 
 def test_a_pin_of_no_length_reaches_everything(torus):
-    assert is_reachable(torus, [25.0, 0.0, 0.0], np.array([-1.0, 0.0, 0.0]), 0.0, 0.0)
+    assert pin_is_clear(torus, [25.0, 0.0, 0.0], np.array([-1.0, 0.0, 0.0]), 0.0, 0.0)
 
 
 @pytest.mark.slow
@@ -76,7 +76,7 @@ def test_an_exploration_works_around_what_its_pin_cannot_reach():
     closer = False
     while (plan := planner.ask(atlas)) is not None:
         if len(atlas) and not closer:
-            assert is_reachable(atlas, plan.reference_point, plan.normal, 1.0, HOLE + 10.0)
+            assert pin_is_clear(atlas, plan.reference_point, plan.normal, 1.0, HOLE + 10.0)
         touch = probe(plan)
         change = atlas.add(touch)
         planner.tell(touch, change)
@@ -104,16 +104,16 @@ def test_an_approach_between_walls_begins_half_way(unit):
     atlas = walls(4.0)
     atlas.pool.points[:] *= unit
     at = np.array([0.3, -0.2, 0.0]) * unit
-    assert approach_within(atlas, at, UP, 10.0 * unit) == pytest.approx(2.0 * unit, rel=1e-12)
+    assert clear_height(atlas, at, UP, 10.0 * unit) == pytest.approx(2.0 * unit, rel=1e-12)
 
 
 def test_walls_far_apart_leave_the_approach_to_the_probe():
     """An approach from 1.9 begins on this side of the middle of 4."""
-    assert approach_within(walls(4.0), np.zeros(3), UP, 1.9) == 0.0
+    assert clear_height(walls(4.0), np.zeros(3), UP, 1.9) == 0.0
 
 
 def test_the_back_of_a_thin_wall_is_not_in_the_way():
     """Seen from above, the ceiling faces away from a probe that comes from above it."""
-    assert approach_within(walls(4.0), np.array([0.0, 0.0, 4.0]), -UP, 10.0) == pytest.approx(2.0)
+    assert clear_height(walls(4.0), np.array([0.0, 0.0, 4.0]), -UP, 10.0) == pytest.approx(2.0)
     thin = walls(-0.5)
-    assert approach_within(thin, np.zeros(3), UP, 10.0) == 0.0
+    assert clear_height(thin, np.zeros(3), UP, 10.0) == 0.0
