@@ -204,20 +204,6 @@ def test_a_body_is_lawful_where_few_samples_are_left_out(box):
     assert len(sphere) == 1 and not is_lawful(sphere)
 
 
-def test_each_sample_has_a_seed_on_its_own_side_of_a_thin_plate_within_a_voxel():
-    """A plate a sixth as thick as the edge of the voxels that thin samples out."""
-    points, outward, planes = touched_mesh("plate", 60, NOISE)
-    within = (np.abs(np.abs(points[:, 2]) - PLATE[2]) < 5.0 * NOISE) & (np.abs(outward[:, 2]) > 0.9)
-    height = np.sign(points[:, 2]) * (0.1 * PLATE[2] + np.abs(points[:, 2]) - PLATE[2])
-    columns = np.column_stack([points[:, :2], height]), outward, planes
-    body = body_of(samples_of_touches(columns, NOISE, within))
-    voxel = body.reach / 6.0
-    for side in (-1.0, 1.0):
-        samples = body.samples.points[(body.faces.of >= 0) & (side * body.samples.points[:, 2] > 0)]
-        seeds = body.seeds[side * body.seeds[:, 2] > 0.0]
-        assert cKDTree(seeds).query(samples)[0].max() <= np.sqrt(3.0) * voxel
-
-
 def test_the_end_of_a_finger_is_not_among_the_samples_of_its_sides():
     """The pole of a round end, from which no sample is farther than 1.5 radii: all its sides
     have samples, but none that faces as it does. The sides are among them."""

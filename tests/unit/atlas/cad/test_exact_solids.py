@@ -231,39 +231,6 @@ def test_the_normal_is_the_way_in_which_the_distance_grows(kind):
         assert same == pytest.approx(normal, abs=1e-12)
 
 
-def face(kind, numbers, at, deviation=0.0):
-    """A face of a law, whose piece has distances and normals."""
-    piece = SimpleNamespace(at=at)
-    law = SimpleNamespace(numbers=numbers)
-    return SimpleNamespace(kind=kind, law=law, pieces=[piece], deviation=deviation)
-
-
-def test_the_seam_of_a_cylinder_is_amid_the_widest_gap_of_its_samples():
-    """A quarter is missing about an angle of 2."""
-    angle = 2.0 + np.linspace(0.25, 1.75, 50) * np.pi
-    away = np.column_stack([np.cos(angle), np.sin(angle), 0.0 * angle])
-    numbers = {"axis": [0.0, 0.0, 1.0], "point": [1.0, 0.0, 0.0], "radius": 2.0}
-    points = np.array([1.0, 0.0, 0.0]) + 2.0 * away
-    found = law_surface(face("cylinder", numbers, lambda _: (0.0 * angle, -away)), points)
-    assert found is not None and found.outward == -1.0
-    assert found.axes[0] == pytest.approx([np.cos(2.0), np.sin(2.0), 0.0], abs=1e-12)
-    assert np.linalg.det(found.axes) == pytest.approx(1.0)
-
-
-@pytest.mark.parametrize("lowest", [0.1, -0.5])
-def test_the_seam_of_a_sphere_is_opposite_of_a_cap_or_through_its_pole(lowest):
-    """A cap of less than half of a sphere has no seam at all."""
-    angle, height = np.meshgrid(np.arange(12) / 6.0 * np.pi, np.linspace(lowest, 0.95, 6))
-    away = np.sqrt(1.0 - height**2)
-    columns = (away * np.cos(angle), away * np.sin(angle), height)
-    points = np.column_stack([column.ravel() for column in columns])
-    numbers = {"centre": [0.0, 0.0, 0.0], "radius": 1.0}
-    found = law_surface(face("sphere", numbers, lambda p: (0.0 * p[:, 0], p)), points)
-    assert found is not None
-    pole = 2 if lowest < 0.0 else 0
-    assert np.abs(found.axes[pole]) == pytest.approx([0.0, 0.0, 1.0], abs=1e-9)
-
-
 @pytest.mark.parametrize("flat", [1.0, 0.5])
 def test_a_quadric_on_a_circular_cone_is_that_cone_and_on_an_elliptic_one_none(flat):
     """Samples without error, all around and from a third of the height on."""

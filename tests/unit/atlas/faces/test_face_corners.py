@@ -1,12 +1,9 @@
 """Rounded corners: the ball that touches three faces whose edges have one radius."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from tests.lawful import BLUNT, HALF, known_body
-from touchatlas.atlas.faces.face_corners import find_corners, on_ball
 from touchatlas.atlas.faces.face_graph import as_json
 
 SIGNS = np.stack(np.meshgrid([-1, 1], [-1, 1], [-1, 1]), -1).reshape(-1, 3)
@@ -37,30 +34,6 @@ def test_samples_of_a_corner_lie_on_its_ball_and_are_explained():
         assert np.abs(off).max(initial=0.0) < 0.3
         assert np.isin(corner.samples, faces.rounded).all()
         assert (faces.of[corner.samples] == -1).all()
-
-
-def test_a_corner_needs_no_curve_of_each_of_its_edges():
-    """An edge that one contour crossed has a radius and no curve. The balls stay where they were,
-    to the rounding of numbers."""
-    faces = rounded().faces
-    first, *others = faces.edges
-    own = np.flatnonzero(faces.of < 0)
-    found = [
-        find_corners(faces.faces, (edge, *others), faces.points, own, faces.std)
-        for edge in (first, replace(first, curves=()))
-    ]
-    centres = [np.array([corner.centre for corner in corners]) for corners in found]
-    assert len(centres[0]) == 8
-    assert centres[1] == pytest.approx(centres[0], abs=1e-9)
-
-
-def test_a_point_beside_a_corner_is_not_on_its_ball():
-    faces = rounded().faces
-    corner = faces.corners[0]
-    out = np.sign(corner.centre)
-    diagonal = corner.centre + BLUNT * out / np.sqrt(3.0)
-    along = corner.centre + BLUNT * out * [np.sqrt(0.5), np.sqrt(0.5), 0.0] - out * [0, 0, 5.0]
-    assert on_ball(corner, faces.faces, np.array([diagonal, along]), 0.3).tolist() == [True, False]
 
 
 def test_the_corners_of_a_rounded_box_have_the_curvature_of_a_ball():

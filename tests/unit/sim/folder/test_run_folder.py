@@ -143,12 +143,6 @@ def test_a_broken_link_is_refused(tmp_path):
         taken(tmp_path / "link", force=False)
 
 
-def test_a_folder_in_a_file_is_the_users_mistake(tmp_path):
-    (tmp_path / "file").write_text("")
-    with pytest.raises(ValueError, match=r"no folder can be made at .*file.run"):
-        taken(tmp_path / "file" / "run", force=False)
-
-
 def test_settings_come_back_with_the_versions(run):
     settings = read_settings(run)
     assert settings | GOOD == settings
