@@ -10,7 +10,7 @@ from touchatlas.atlas.body.read_faces import read_faces
 from touchatlas.atlas.check.invariants import violations
 from touchatlas.atlas.faces.faces import Faces
 from touchatlas.atlas.known_surface import blend
-from touchatlas.atlas.learn.learn import learn
+from touchatlas.atlas.learn import learn
 from touchatlas.atlas.mesh.fewer_patches import with_fewer_patches
 from touchatlas.atlas.records.blend import Blend
 from touchatlas.atlas.records.change import AtlasChange

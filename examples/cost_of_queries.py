@@ -19,7 +19,7 @@ os.environ.update(dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"), "1"
 
 import numpy as np
 
-from touchatlas.atlas.free_form.fit_free_form import fit_free_form
+from touchatlas.atlas.surfaces.fit_free_form import fit_free_form
 from touchatlas.sim.command.outcome import exit_code
 
 # Samples for each square of the number of ripples: about a hundred in a patch.

@@ -179,8 +179,8 @@ def _are_open(body: Body, rim, away, of) -> np.ndarray:
     known = np.zeros(len(rim))
     for step in (1.0, 1.5, 2.0):
         beyond = rim + step * away
-        at = body.field.at(beyond, texture=False)
-        known += body.at(beyond - at.distance[:, None] * at.normal, texture=False)[1] / 3.0
+        at = body.field.at(beyond)
+        known += body.at(beyond - at.distance[:, None] * at.normal)[1] / 3.0
     of = np.unique(of, return_inverse=True)[1]
     return np.asarray((np.bincount(of, known) / np.bincount(of))[of] < 0.95)
 

@@ -11,10 +11,10 @@ from touchatlas.atlas.faces.face_corners import on_ball
 from touchatlas.atlas.faces.faces import Faces
 from touchatlas.atlas.field.face_field import FaceField, FaceValues
 from touchatlas.atlas.field.passed_air import air_inside
-from touchatlas.atlas.free_form.free_form_surface import FreeFormSurface
 from touchatlas.atlas.labels.labels import NONE
 from touchatlas.atlas.labels.samples import ContourSamples
 from touchatlas.atlas.samples.rims import Rims
+from touchatlas.atlas.surfaces.free_form import FreeFormSurface
 
 # Distance beyond the samples up to which a face is known, in steps of its contours. Doubled, faces
 # go on beyond edges that no contour crossed.
@@ -94,7 +94,7 @@ class Body:
         bare = self.field.with_air(None)
         air = air_inside(
             ways,
-            lambda points: bare.at(points, False).distance,
+            lambda points: bare.at(points).distance,
             self.away,
             self.reach,
             self.samples.std,
@@ -139,16 +139,16 @@ class Body:
         """(n,) distances of points (n, 3) from the nearest sample, length."""
         return np.asarray(self._tree.query(points)[0])
 
-    def at(self, points, texture: bool = True) -> tuple[FaceValues, np.ndarray]:
+    def at(self, points) -> tuple[FaceValues, np.ndarray]:
         """What the faces say of points (n, 3), and whether (n,) the surface is known there: among
-        samples, where it is not vague. See ``FaceField.at`` for ``texture``."""
-        found, known = self._among(points, texture)
+        samples, where it is not vague."""
+        found, known = self._among(points)
         # Beside the surface a polynomial is less sure than on it.
         doubt = np.flatnonzero(known & self._is_vague(found.deviation))
         at, feet = found.some(doubt), points[doubt]
         for _ in range(_TO_FOOT):
             feet = feet - at.distance[:, None] * at.normal
-            at = self.field.at(feet, False)
+            at = self.field.at(feet)
         known[doubt] = ~self._is_vague(at.deviation)
         return found, known
 
@@ -157,11 +157,11 @@ class Body:
         larger than that of a sample."""
         return np.asarray(deviation > max(_VAGUE * self.extent, self.samples.std))
 
-    def _among(self, points, texture: bool = True) -> tuple[FaceValues, np.ndarray]:
+    def _among(self, points) -> tuple[FaceValues, np.ndarray]:
         """What the faces say of points (n, 3), and whether (n,) they lie among samples: none of
         these are farther than ``reach``, and no half circle about the foot is without one; or a
         little beyond a rim."""
-        found = self.field.at(points, texture)
+        found = self.field.at(points)
         away, nearest = self._tree.query(points)
         steps = self.samples.steps[nearest]
         height = np.clip(found.distance, -_OFF * self.reach, _OFF * self.reach)

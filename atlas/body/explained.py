@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 
 from touchatlas.atlas.faces.faces import Face, Faces
-from touchatlas.atlas.free_form.sharp_turns import share_of_contours, sharp_turns
 from touchatlas.atlas.labels.grow import evenly
 from touchatlas.atlas.labels.labels import NONE
 from touchatlas.atlas.labels.samples import ContourSamples
 from touchatlas.atlas.pieces.fit_piece import fit_piece
 from touchatlas.atlas.pieces.kinds import Kind
+from touchatlas.atlas.surfaces.sharp_turns import share_of_contours, sharp_turns
 from touchatlas.patch.geometry.kinks import kinks
 
 # Least fraction of the samples with a face that lawful ones explain. With twice the rest left out,

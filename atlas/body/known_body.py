@@ -16,11 +16,11 @@ from touchatlas.atlas.body.explained import (
 from touchatlas.atlas.body.one_face import face_of_all
 from touchatlas.atlas.body.read_faces import faces_of_revised, faces_of_samples, samples_of
 from touchatlas.atlas.faces.faces import Faces
-from touchatlas.atlas.free_form.sharp_turns import MANY
 from touchatlas.atlas.labels.samples import ContourSamples
 from touchatlas.atlas.records.options import Levels
 from touchatlas.atlas.relabel.labelling import first_labels, revise_all
 from touchatlas.atlas.samples.sample_pool import SamplePool
+from touchatlas.atlas.surfaces.sharp_turns import MANY
 
 # Number of samples up to which faces that may become lawful are looked for at each touch: then it
 # takes about a second. Doubled, some bodies take fewer touches and more time.

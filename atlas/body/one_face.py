@@ -6,14 +6,14 @@ import numpy as np
 from scipy.special import chdtrc
 
 from touchatlas.atlas.faces.faces import Face, Faces
-from touchatlas.atlas.free_form.residual_kriging import amplitude_of
-from touchatlas.atlas.free_form.sharp_turns import MANY, share_of_contours, sharp_turns
 from touchatlas.atlas.labels.labels import NONE
 from touchatlas.atlas.labels.samples import ContourSamples
 from touchatlas.atlas.pieces.fit_piece import fit_piece
 from touchatlas.atlas.pieces.kinds import Kind
 from touchatlas.atlas.pieces.laws import law_of
 from touchatlas.atlas.pieces.piece import Piece
+from touchatlas.atlas.surfaces.fit_free_form import amplitude_of
+from touchatlas.atlas.surfaces.sharp_turns import MANY, share_of_contours, sharp_turns
 from touchatlas.patch.geometry.arrays import frozen_array
 
 # Chance with which the samples of a true law refuse it. Doubled, a sphere is free-form after one

@@ -70,7 +70,7 @@ def _contours_beside(atlas: AtlasState) -> np.ndarray:
     if body is None or not atlas.known_body.is_one:
         return np.zeros(atlas.point_count, bool)
     # The polynomials bend toward the contour, and are unsure there.
-    smooth = body.field.at(atlas.pool.points, texture=False)
+    smooth = body.field.at(atlas.pool.points)
     off = np.abs(smooth.distance) > _FAR * atlas.sample_std
     contours = split_contours(atlas.pool.points, atlas.pool.across)[0]
     beside = np.bincount(contours, off) > _MOST * np.bincount(contours)

@@ -84,7 +84,7 @@ def with_curvatures(body: Body, surface: Surface) -> Surface:
         curvature = body.gaussian_curvature(vertices, surface.patch)
     else:
         # At vertices a tenth of that of a plate was missing.
-        found = body.field.at(vertices[faces].mean(axis=1), texture=False)
+        found = body.field.at(vertices[faces].mean(axis=1))
         weights = _inner_weights(_PARTS)
         points = (weights @ vertices[faces]).reshape(-1, 3)
         inside = body.gaussian_curvature(points, np.repeat(found.face, len(weights)))
@@ -109,14 +109,14 @@ def _inner_weights(parts: int) -> np.ndarray:
 
 def body_triangles(body: Body, edge: float) -> tuple[np.ndarray, np.ndarray, FaceValues]:
     """The vertices (v, 3) and triangles (f, 3) of that surface, and what the faces say of the
-    vertices. Texture, which is far smaller than the cubes, counts at vertices alone."""
+    vertices."""
 
     def at(points):
-        found = body.field.at(points, texture=False)
+        found = body.field.at(points)
         return found.distance, found.normal
 
     def at_corners(points):
-        found, known = body.at(points, texture=False)
+        found, known = body.at(points)
         return found.distance, found.normal, known
 
     contour = smooth_contour if is_smooth(body) else dual_contour

@@ -14,8 +14,8 @@ from touchatlas.atlas.field.face_trees import FaceTrees
 from touchatlas.atlas.field.passed_air import PassedAir
 from touchatlas.atlas.field.rounded_edges import RoundedEdges, faces_of_samples
 from touchatlas.atlas.field.smooth_rims import SmoothRims
-from touchatlas.atlas.free_form.free_form_surface import FreeFormSurface
 from touchatlas.atlas.labels.labels import NONE
+from touchatlas.atlas.surfaces.free_form import FreeFormSurface
 from touchatlas.patch.geometry.arrays import frozen_array
 
 # Distance across which a law is believed where no sample is, over the extent: as far as patches
@@ -128,26 +128,25 @@ class FaceField:
         """(f,) the first face that is one surface with each face."""
         return np.zeros(1, int) if self.is_one else self._cells.same_surface
 
-    def at(self, points, texture: bool = True) -> FaceValues:
-        """Signed distance, normal, deviation and face at points (n, 3), length, world; of a body
-        without edges with or without its texture.
+    def at(self, points) -> FaceValues:
+        """Signed distance, normal, deviation and face at points (n, 3), length, world.
 
         Where samples show on which side of the surface a point lies, and that the nearest face is
         its surface, that face decides. Elsewhere it is the face of the nearest sample, with those
         that bound it. Rounded edges come last, and then the air that a probe passed.
         """
         points = np.asarray(points, float)
-        found = self._of_faces(points, texture)
+        found = self._of_faces(points)
         if self.air is None:
             return found
         return replace(
             found, **self.air.moved(points, found.distance, found.normal, found.deviation)
         )
 
-    def _of_faces(self, points, texture: bool) -> FaceValues:
+    def _of_faces(self, points) -> FaceValues:
         """The same of the faces alone."""
         if self.is_one:
-            one, face = self.trees.values(0, points, texture), np.zeros(len(points), int)
+            one, face = self.trees.values(0, points), np.zeros(len(points), int)
             return FaceValues(one[:, 0], one[:, 1:4], np.sqrt(one[:, 4]), face)
         distances = self.trees.all_distances(points)
         decides, chosen = self._cells.decide(points, distances)

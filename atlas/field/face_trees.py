@@ -10,11 +10,11 @@ from scipy.spatial import cKDTree
 
 from touchatlas.atlas.edges.boundary import EdgeKind
 from touchatlas.atlas.faces.faces import Face, FaceEdge, Faces
-from touchatlas.atlas.free_form.fit_free_form import are_on, fit_free_form
-from touchatlas.atlas.free_form.free_form_surface import FreeFormSurface
 from touchatlas.atlas.labels.labels import NONE
 from touchatlas.atlas.pieces.kinds import Kind
 from touchatlas.atlas.pieces.piece import Piece
+from touchatlas.atlas.surfaces.fit_free_form import are_on, fit_free_form
+from touchatlas.atlas.surfaces.free_form import FreeFormSurface
 
 # Points of a curve that distances are measured to, per point of the edge. Doubled, nothing changes.
 _FINER = 8
@@ -70,16 +70,14 @@ class FaceTrees:
         """Of each face, the signed distances (m, f) of its samples from all faces, length."""
         return [self.all_distances(self.faces.points[face.samples]) for face in self.faces.faces]
 
-    def values(self, number: int, points, texture: bool = True) -> np.ndarray:
-        """(n, 5) distance, normal and variance of a face at points (n, 3), with or without the
-        texture of a free-form one."""
+    def values(self, number: int, points) -> np.ndarray:
+        """(n, 5) distance, normal and variance of a face at points (n, 3)."""
         if (surface := self.free_form(number)) is not None:
-            return surface.values(points, texture)
+            return surface.values(points)
         return values_of(self.faces.faces[number].pieces[0], points)
 
     def distances(self, number: int, points) -> np.ndarray:
-        """(n,) signed distances of points (n, 3) from a face, of a free-form one without its
-        texture, which takes as long as all else and is as small as the noise."""
+        """(n,) signed distances of points (n, 3) from a face."""
         if (surface := self.free_form(number)) is not None:
             return surface.at(points)[:, 0]
         return self.faces.faces[number].pieces[0].at(points)[0]

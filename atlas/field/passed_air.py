@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from touchatlas.atlas.free_form.sextic_sites import pairs_within
+from touchatlas.atlas.surfaces.sextic_sites import pairs_within
 
 # Points of a way that are asked. Doubled, thinner false walls are found.
 _ASKED = 32

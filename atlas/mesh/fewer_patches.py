@@ -7,8 +7,8 @@ import numpy as np
 
 from touchatlas.atlas.body.known_body import KnownBody
 from touchatlas.atlas.contouring.body_surface import MOST, body_surface, coarse_edge, is_smooth
-from touchatlas.atlas.free_form.fewer_sextics import fewer_sextics
 from touchatlas.atlas.mesh.stray_pieces import without_stray_pieces
+from touchatlas.atlas.surfaces.fewer import fewer_sextics
 
 # Edge of the cubes in which points of the surface are drawn, over the radius of its patches.
 # Doubled, small patches are not told from what they leave out.

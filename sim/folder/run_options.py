@@ -7,7 +7,7 @@ from statistics import NormalDist
 import numpy as np
 
 from touchatlas.atlas import AtlasOptions
-from touchatlas.atlas.learn.learn import SCALE_NOISE
+from touchatlas.atlas.learn import SCALE_NOISE
 from touchatlas.planner import PlannerOptions
 
 

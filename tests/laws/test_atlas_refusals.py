@@ -21,7 +21,7 @@ from touchatlas.atlas import (
     load_atlas,
     save_atlas,
 )
-from touchatlas.atlas.learn.repeated_contours import learned_before
+from touchatlas.atlas.learn import learned_before
 from touchatlas.patch import Contour, ContourEnd, FitOptions, SamplingPlane
 
 UP, REACH, NOISE = [0.0, 0.0, 1.0], 10.0, 0.02

@@ -7,7 +7,7 @@ from scipy.special import erfinv
 from tests.explored import learned as learned_from
 from tests.explored import spread_touches
 from touchatlas.atlas import Atlas
-from touchatlas.atlas.learn.innovations import innovations
+from touchatlas.atlas.learn import innovations
 from touchatlas.planner.known import DeviationRatio
 from touchatlas.sim import make_object
 

@@ -14,8 +14,7 @@ import pytest
 import trimesh
 
 from tests.command import assert_refused
-from touchatlas.atlas import Atlas
-from touchatlas.atlas.learn import learn
+from touchatlas.atlas import Atlas, learn
 from touchatlas.sim.folder.journal import Journal
 from touchatlas.sim.folder.run_folder import RUN_FILES, read_settings
 from touchatlas.sim.folder.run_options import RunOptions

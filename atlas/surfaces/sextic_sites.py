@@ -10,19 +10,12 @@ from touchatlas.atlas.labels.grow import evenly
 from touchatlas.patch.geometry.arrays import cross, first_largest
 from touchatlas.patch.geometry.frame import any_tangent
 
-# Distance from the middle of a sextic within which no other one has its middle, in radii. At 0.5 it
-# took a fifth less time, and a hundredth less of scans was within the tolerance; at 0.3 no more
-# was. Doubled, sextics meet where they are least sure.
-_APART = 0.4
-# Cosine of the normals of two samples below which both may be the middles of sextics however near
-# they are: 60 degrees. Doubled, tubes have twice as many.
-_TURNED = 0.5
-# Least cosine of the normal of a sample and of a sextic that is fitted to it, and weighs where it
-# is nearest: 78 degrees. Doubled, sextics end before sharp bends.
+# Least cosine of the normal of a sample and of a sextic that follows it, and that weighs where it
+# is nearest: 78 degrees, so that sextics reach over sharp bends.
 FACING = 0.2
-# Least square of the sine of a tangent and the normal. Doubled, nothing changes.
-_LEAST_TANGENT = 1e-6
-# Most samples of a fit. Doubled, it takes longer.
+# Least distance of the middles of two sextics that face alike, in radii.
+_APART = 0.4
+# Most samples of a fit.
 _FITTED = 400
 
 
@@ -66,9 +59,8 @@ def sites_of(tree: cKDTree, normals, middles, radius: float) -> SexticSites:
     members = [evenly(some, _FITTED) for some in np.split(samples, first[1:])]
     farthest = samples[first_largest(away, first)]
     tangents = tree.data[farthest] - tree.data[middles]
-    return SexticSites(
-        radius, middles, _axes(np.add.reduceat(normals[samples], first), tangents), members
-    )
+    axes = _axes(np.add.reduceat(normals[samples], first), tangents)
+    return SexticSites(radius, middles, axes, members)
 
 
 def pairs_within(points, tree: cKDTree, radius: float) -> csr_array:
@@ -82,14 +74,14 @@ def pairs_within(points, tree: cKDTree, radius: float) -> csr_array:
     return coo_array((found["v"], (found["i"], found["j"])), shape).tocsc().tocsr()
 
 
-def middles_of(tree: cKDTree, normals, radius: float) -> np.ndarray:
-    """(m,) samples in turn, each apart from the ones before or turned from them: middles of
-    sextics of a radius."""
+def middles_of(tree: cKDTree, normals, radius: float, facing: float) -> np.ndarray:
+    """(m,) samples in turn, each apart from the ones before or turned from them by an angle whose
+    cosine is ``facing``: middles of sextics of a radius."""
     left, out = np.ones(tree.n, bool), []
     for sample in range(tree.n):
         if left[sample]:
             near = np.array(tree.query_ball_point(tree.data[sample], _APART * radius))
-            left[near[normals[near] @ normals[sample] > _TURNED]] = False
+            left[near[normals[near] @ normals[sample] > facing]] = False
             out.append(sample)
     return np.array(out)
 
@@ -99,9 +91,7 @@ def _axes(normals, tangents) -> np.ndarray:
     normals = normals / np.sqrt((normals * normals).sum(axis=1))[:, None]
     across = tangents - (tangents * normals).sum(axis=1)[:, None] * normals
     square = (across * across).sum(axis=1)
-    for k in np.flatnonzero(
-        ~(square > _LEAST_TANGENT * (tangents * tangents).sum(axis=1))
-    ).tolist():
+    for k in np.flatnonzero(~(square > 1e-6 * (tangents * tangents).sum(axis=1))).tolist():
         across[k], square[k] = any_tangent(normals[k]), 1.0
     across /= np.sqrt(square)[:, None]
     return np.stack([across, cross(normals, across), normals], axis=1)

@@ -1,12 +1,10 @@
 """Fewer sextics: how near they are to the surface that they follow, and how many."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from touchatlas.atlas.free_form.fewer_sextics import fewer_sextics
-from touchatlas.atlas.free_form.fit_free_form import fit_free_form
+from touchatlas.atlas.surfaces.fewer import fewer_sextics
+from touchatlas.atlas.surfaces.fit_free_form import fit_free_form
 
 # Radii of a torus, the noise of its samples, and the largest radius of a sextic on it: it turns by
 # a radian and a half. Points of it are about as far apart as given; the tolerance is five noises.
@@ -120,19 +118,3 @@ def test_a_surface_that_no_fewer_sextics_follow_stays(fitted):
     zero = np.zeros(len(points))
     on = points, crooked, zero, none, len(points)
     assert fewer_sextics(fitted, *on, SPACING, 1e-9) is fitted
-
-
-def test_texture_that_the_tolerance_asks_for_stays():
-    """A ripple of two tolerances, too short for a sextic, is left to kriging; one of a twentieth is
-    left out."""
-    points, normals = at_random(4000, 0)
-    ripple = np.sin(2.0 * np.pi * points[:, :1] / 6.0)
-    kept = []
-    for height in (2.0 * TOLERANCE, 0.05 * TOLERANCE):
-        bent = points + height * ripple * normals
-        surface = fit_free_form(bent, normals, NOISE, RADIUS)
-        # Large sextics of the surface without the ripple, and kriging of that.
-        plain = fit_free_form(points, normals, NOISE, RADIUS)
-        found = fewer(replace(plain, points=bent, rest=surface.rest))
-        kept.append(found.rest is not None)
-    assert kept == [True, False]

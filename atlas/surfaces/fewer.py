@@ -10,46 +10,25 @@ from heapq import heapify, heappop, heappush
 import numpy as np
 from scipy.spatial import cKDTree
 
-from touchatlas.atlas.free_form.free_form_surface import WEIGHS, FreeFormSurface
-from touchatlas.atlas.free_form.packed_covariances import PackedCovariances
-from touchatlas.atlas.free_form.residual_kriging import ResidualKriging, krige
-from touchatlas.atlas.free_form.sextic_batch import SexticBatch, joined
-from touchatlas.atlas.free_form.sextic_sites import FACING, SexticSites, pairs_within, sites_of
 from touchatlas.atlas.pieces.kinds import SEXTIC_BASIS, Kind, prior_precision
+from touchatlas.atlas.records.options import Levels
+from touchatlas.atlas.surfaces.free_form import WEIGHS, FreeFormSurface
+from touchatlas.atlas.surfaces.sextic_sites import FACING, SexticSites, pairs_within, sites_of
+from touchatlas.atlas.surfaces.sextics import Sextics, joined
 from touchatlas.patch.geometry.polynomial import monomials
 
 # How far a sextic may be off the surface where it weighs: in tolerances, and in deviations of the
-# surface if that is more. At 0.17 eight smooth bodies have 254 patches for 223.
+# surface if that is more.
 _BORNE, _SURE = 0.25, 0.5
-# Amplitude of what the sextics leave out of the samples, in tolerances, up to which it is borne:
-# its peaks are twice as high. Doubled, texture of half a tolerance is left out.
-_TEXTURE = 0.125
-# Largest radius, in largest radii of the surface, and the ratio of each to the next. Doubled, more
-# are tried in vain.
-_LARGER, _SHRINK = 1.4, 0.7
-# Distance up to which a sextic has the surface, in radii, and the least cosine of its normal and
-# those of the sides there: 60 degrees. Doubled, sextics meet where they weigh nothing.
-_HAS, _TURNED = 0.6, 0.5
+# Distance up to which a sextic has the surface, in radii.
+_HAS = 0.6
 # Weight at that distance of a sextic that faces as the side does. Another has no larger share there
-# than its weight over this one; where the sextic is turned by 60 degrees, up to 2.7 times this.
+# than its weight over this one.
 _WEIGHT = (1.0 - (_HAS / WEIGHS) ** 2) ** 3
-# Distance of points that may be middles, in radii. Doubled, fewer places are tried.
-_APART = 0.2
-# Least radius, in distances of the points: fifty lie within. At 2.5 a sextic was off by six
-# tolerances between its points.
+# Largest radius, in largest radii of the surface, and the ratio of each to the next.
+_LARGER, _SHRINK = 1.4, 0.7
+# Least radius, in distances of the points: fifty lie within.
 _LEAST = 4.0
-# Standard deviation of the points, in what is borne. Doubled, sextics are smoother.
-_STD = 0.05
-# Least of these, in radii: below it rounding shows. Doubled, nothing changes.
-_LEAST_STD = 1e-6
-# That of points beside the surface, in their distance from it. At a fourth of it errors of a bottle
-# were a tenth larger; at four times of it a lemon had openings.
-_BESIDE = 0.4
-# How far the distance of a point beside the surface may be false, over that distance: cubes are
-# drawn by such points. Without it a mouse had a hole at its narrowest bend.
-_FALSE = 0.5
-# Rounds in which middles are chosen for what those before could not have. Doubled, it takes longer.
-_ROUNDS = 4
 _PRECISION = np.diag(prior_precision(Kind.SEXTIC))
 
 
@@ -89,6 +68,7 @@ def fewer_sextics(
     drawn: int,
     spacing: float,
     tolerance: float,
+    levels: Levels = Levels(),
 ) -> FreeFormSurface:
     """A surface of fewer sextics that is mostly off by no more than a quarter of a tolerance; the
     given one, if there is none. Where sextics of the given surface stay, it may be off by more.
@@ -114,51 +94,38 @@ def fewer_sextics(
     spacing : float, length
         About the distance from one of the first to the next.
     tolerance : float, length
+    levels : Levels
     """
     bounds = np.where(ends, 0.0, np.maximum(_BORNE * tolerance, _SURE * deviations))
     columns = points, normals, deviations**2, bounds, surface.sides(points)
     on = SurfacePoints(*columns, spacing, cKDTree(points))
     left, parts, radius = np.arange(len(points)) < drawn, [], _LARGER * surface.radius
     while left.any() and radius > _LEAST * spacing:
-        parts += _of_radius(on, left, radius)
+        parts += _of_radius(on, left, radius, levels.facing)
         if sum(map(len, parts)) >= len(surface.sextics):
             return surface
         radius *= _SHRINK
     if left.any():
-        own = surface.leading(points[left])
+        own = np.unique(surface.leading(points[left]))
         if ends.any():
             own = np.union1d(own, surface.reaching(points[ends]))
         parts.append(surface.sextics.some(own))
-    found = replace(surface, sextics=joined(parts), rest=None)
-    if len(found.sextics) >= len(surface.sextics):
-        return surface
-    return replace(found, rest=_texture(found, surface, tolerance))
+    found = replace(surface, sextics=joined(parts))
+    return found if len(found.sextics) < len(surface.sextics) else surface
 
 
-def _texture(
-    found: FreeFormSurface, before: FreeFormSurface, tolerance: float
-) -> ResidualKriging | None:
-    """What fewer sextics leave out of the samples, where it is not to be borne."""
-    if before.rest is None:
-        return None
-    rest, std = found.at(found.points)[:, 0], before.rest.std
-    least = _TEXTURE * tolerance
-    kriging = krige(found.points, found.normals, rest, before.radius, std, least)
-    return kriging if kriging.amplitudes.any() else None
-
-
-def _of_radius(on: SurfacePoints, left, radius: float) -> list[SexticBatch]:
+def _of_radius(on: SurfacePoints, left, radius: float, facing: float) -> list[Sextics]:
     """Sextics of a radius that are within the bounds where they weigh. They have points that were
     ``left`` (n,), which no longer are then."""
-    middles, parts = _spread(on, np.flatnonzero(left), _APART * radius), []
+    middles, parts = _spread(on, np.flatnonzero(left), 0.2 * radius), []
     sites = sites_of(on.tree, on.normals, middles, radius)
     near = pairs_within(on.points[middles], on.tree, _HAS * radius)
     has = [
-        some[on.sides[some] @ axes[2] > _TURNED]
+        some[on.sides[some] @ axes[2] > facing]
         for axes, some in zip(sites.axes, np.split(near.indices, near.indptr[1:-1]), strict=True)
     ]
     tried = np.zeros(len(middles), bool)
-    for _ in range(_ROUNDS):
+    for _ in range(4):
         chosen = _covering(has, left, tried)
         if not len(chosen):
             break
@@ -197,12 +164,12 @@ def _covering(has, left, tried) -> np.ndarray:
     return np.array(chosen, int)
 
 
-def _fitted(on: SurfacePoints, sites: SexticSites) -> SexticBatch:
+def _fitted(on: SurfacePoints, sites: SexticSites) -> Sextics:
     """Sextics that follow points of a surface, and are as sure as it is."""
     found = [_followed(on, sites, number) for number in range(len(sites.middles))]
     coefficients, factors = (np.array(column) for column in zip(*found, strict=True))
     middles, radii = on.points[sites.middles], np.full(len(sites.middles), sites.radius)
-    return SexticBatch(middles, sites.axes, radii, coefficients, PackedCovariances(factors))
+    return Sextics(middles, sites.axes, radii, coefficients, factors.astype(np.float32))
 
 
 def _followed(on: SurfacePoints, sites: SexticSites, number: int) -> tuple[np.ndarray, np.ndarray]:
@@ -218,21 +185,21 @@ def _followed(on: SurfacePoints, sites: SexticSites, number: int) -> tuple[np.nd
     local = (points - on.points[sites.middles[number]]) @ (sites.axes[number].T / radius)
     terms = monomials(SEXTIC_BASIS, *local.T)[: SEXTIC_BASIS.size]
     height = local[:, 2] - level / radius
-    beside = np.abs(level) * (_BESIDE / radius)
-    std = np.hypot(max(_STD * float(np.median(on.bounds)) / radius, _LEAST_STD), beside)
+    beside = np.abs(level) * (0.4 / radius)
+    std = np.hypot(max(0.05 * float(np.median(on.bounds)) / radius, 1e-6), beside)
     weighted = terms / std**2
     mean = np.linalg.solve(weighted @ terms.T + _PRECISION, weighted @ height)
     off = (height - mean @ terms)[: len(some)]
     variance = on.variances[some] / radius**2 + off**2
     spread = np.maximum(np.tile(variance, 3) + beside**2, std**2)
     precision = (terms / spread) @ terms.T + _PRECISION
-    # As in touchatlas.atlas.free_form.sextic_prior.
+    # As in touchatlas.atlas.surfaces.sextic_fit.
     factor = np.linalg.inv(np.linalg.cholesky(precision[::-1, ::-1]))[::-1, ::-1]
     predicted = ((factor @ terms[:, : len(some)]) ** 2).sum(axis=0)
     return mean, np.asarray(factor * np.sqrt(np.mean(variance / predicted)))
 
 
-def _most_off(on: SurfacePoints, batch: SexticBatch) -> np.ndarray:
+def _most_off(on: SurfacePoints, batch: Sextics) -> np.ndarray:
     """(m,) by how much each sextic is off at most, in the bounds of points where it weighs,
     times its largest share there; infinite where it is folded amid what it has."""
     radius = batch.radii[0]
@@ -251,7 +218,7 @@ def _most_off(on: SurfacePoints, batch: SexticBatch) -> np.ndarray:
     # Of every second point the place outside, of the others that inside.
     level = np.where(place % 2, on.spacing, -on.spacing)
     beside = on.points[place] + level[:, None] * on.normals[place]
-    far = np.abs(batch.values(number, beside)[0][:, 0] - level) / (_FALSE * on.spacing)
+    far = np.abs(batch.values(number, beside)[0][:, 0] - level) / (0.5 * on.spacing)
     off = np.maximum(off, far) * share
     folded = np.einsum("ij,ij->i", values[:, 1:4], on.sides[place]) <= 0.0
     off[folded & (away < _HAS * radius)] = np.inf

@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from touchatlas.atlas.free_form.sextic_fits import Equations
-from touchatlas.atlas.free_form.sextic_prior import with_common_prior
 from touchatlas.atlas.pieces.kinds import SEXTIC_BASIS
+from touchatlas.atlas.surfaces.sextic_fit import Equations, with_common_prior
 
 # Standard deviation to which coefficients are measured; and of those of order three and others.
 MEASURED, THIRD, OTHERS = 0.01, 0.03, 0.2

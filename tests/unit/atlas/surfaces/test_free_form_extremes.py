@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from touchatlas.atlas.free_form.fit_free_form import fit_free_form
+from touchatlas.atlas.surfaces.fit_free_form import fit_free_form
 
 # Radius of a ball, the noise of its samples, and the largest radius of a sextic on it.
 BALL, NOISE, RADIUS = 10.0, 0.02, 5.0

@@ -1,25 +1,20 @@
-"""SexticBatch: what many sextics say of many points, each of some of them."""
+"""Sextics: many polynomial patches as arrays, evaluated at many points at once."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
-from touchatlas.atlas.free_form.packed_covariances import PackedCovariances
 from touchatlas.atlas.pieces.kinds import SEXTIC_BASIS, Kind
 from touchatlas.atlas.pieces.piece import Piece
 from touchatlas.patch.geometry.polynomial import GRADIENT, derivative_coefficients, monomials
 
-# Most points of a row: each row belongs to one sextic. Doubled, more places of rows are empty.
-_ROW = 32
-# Points that are evaluated at once: their monomials fit into the cache. Doubled, nothing changes.
-_AT_ONCE = 1536
 _TINY = float(np.finfo(float).tiny)
 
 
 @dataclass(frozen=True, eq=False)
-class SexticBatch:
-    """Sextics as arrays, for points that ask each of them.
+class Sextics:
+    """Sextics as arrays.
 
     Parameters
     ----------
@@ -30,34 +25,38 @@ class SexticBatch:
     radii : (p,) float, length
         Units of their scaled coordinates.
     coefficients : (p, t) float, no unit
-    covariances : PackedCovariances, optional
-        Those of the coefficients.
+    factors : (p, t, t) float, no unit, optional
+        Upper triangular U; U' U are the covariances of the coefficients.
     """
 
     origins: np.ndarray
     axes: np.ndarray
     radii: np.ndarray
     coefficients: np.ndarray
-    covariances: PackedCovariances | None = None
+    factors: np.ndarray | None = None
 
     def __len__(self) -> int:
         return len(self.origins)
 
-    def some(self, index) -> "SexticBatch":
+    def some(self, index) -> "Sextics":
         """Some of them (k,)."""
         own = self.origins[index], self.axes[index], self.radii[index], self.coefficients[index]
-        return SexticBatch(*own, self.covariances and self.covariances.some(index))
+        return Sextics(*own, None if self.factors is None else self.factors[index])
 
     def piece(self, number: int) -> Piece:
         """One of the sextics."""
-        assert self.covariances is not None
-        own = self.coefficients[number], self.covariances.covariance(number)
+        assert self.factors is not None
+        factor = self.factors[number].astype(float)
         frame = self.origins[number], self.axes[number], float(self.radii[number])
-        return Piece(Kind.SEXTIC, *frame, *own)
+        return Piece(Kind.SEXTIC, *frame, self.coefficients[number], factor.T @ factor)
 
     def values(self, numbers, points) -> tuple[np.ndarray, np.ndarray]:
         """(m, 4) distances and unit normals of sextics ``numbers`` (m,) at points (m, 3), and the
-        lengths (m,) by which the deviations of scaled heights there are multiplied."""
+        lengths (m,) by which the deviations of scaled heights there are multiplied.
+
+        The distance is that of first order (Taubin 1991). Beyond its radius a sextic goes on as
+        the plane that touches it in its middle.
+        """
         out, stretch = np.empty((len(numbers), 4)), np.empty(len(numbers))
         for piece, places, filled in _rows_of(numbers):
             scaled, beyond, terms = self._inside(piece, points[places])
@@ -77,12 +76,14 @@ class SexticBatch:
         return out, stretch
 
     def variances(self, numbers, points) -> np.ndarray:
-        """(m,) variances of the scaled heights of sextics ``numbers`` (m,) at points (m, 3)."""
-        assert self.covariances is not None
+        """(m,) variances of the scaled heights of sextics ``numbers`` (m,) at points (m, 3):
+        |U t|^2 with the monomials t."""
+        assert self.factors is not None
         out = np.empty(len(numbers))
         for piece, places, filled in _rows_of(numbers):
-            own = self._inside(piece, points[places])[2][:, : SEXTIC_BASIS.size]
-            out[places[filled]] = self.covariances.variances(piece, own)[filled]
+            terms = self._inside(piece, points[places])[2][:, : SEXTIC_BASIS.size]
+            white = self.factors[piece] @ terms.astype(np.float32)
+            out[places[filled]] = (white * white).sum(axis=1)[filled]
         return out
 
     def _inside(self, piece, points) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -96,8 +97,7 @@ class SexticBatch:
         return scaled, beyond, monomials(SEXTIC_BASIS, x, y, z).transpose(1, 0, 2)
 
     def _go_on(self, piece, scaled, beyond, values) -> None:
-        """Beyond its scale a sextic goes on as the plane that touches it in its middle: value and
-        gradient there, of ``values`` (g, 4, n)."""
+        """Put value and gradient of the plane into ``values`` (g, 4, n) beyond the scale."""
         row, place = np.nonzero(beyond > 1.0)
         level, by_x, by_y = self.coefficients[piece[row], :3].T
         upward = np.stack([-by_x, -by_y, np.ones(len(row))], axis=1)
@@ -107,15 +107,10 @@ class SexticBatch:
         values[row, 1:, place] = upward
 
 
-def joined(batches) -> SexticBatch:
-    """All sextics of batches with covariances as one."""
-    return SexticBatch(
-        np.concatenate([one.origins for one in batches]),
-        np.concatenate([one.axes for one in batches]),
-        np.concatenate([one.radii for one in batches]),
-        np.concatenate([one.coefficients for one in batches]),
-        PackedCovariances.joined([one.covariances for one in batches]),
-    )
+def joined(parts: list[Sextics]) -> Sextics:
+    """All sextics of parts with factors as one."""
+    columns = zip(*(vars(part).values() for part in parts), strict=True)
+    return Sextics(*(np.concatenate(column) for column in columns))
 
 
 def _lengths(vectors) -> np.ndarray:
@@ -125,20 +120,22 @@ def _lengths(vectors) -> np.ndarray:
 
 
 def _rows_of(numbers) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """Rows of places in ``numbers`` that have the same number, so many at once: the number (g,) of
-    each, the places (g, n), and which of them are filled (g, n); the others repeat the first."""
+    """Rows of up to 32 places in ``numbers`` that have the same number: the number (g,) of each,
+    the places (g, n), and which of them are filled (g, n); the others repeat the first. So many
+    rows come at once that their monomials fit into the cache of a processor."""
     # Of small integers the order is found by their digits, in a tenth of the time.
     small = np.min_scalar_type(numbers.max(initial=0))
     order = np.argsort(numbers.astype(small), kind="stable")
     counts = np.bincount(numbers)
-    asked = max(int(np.count_nonzero(counts)), 1)
-    width = min(1 << (-(-max(len(numbers), 1) // asked) - 1).bit_length(), _ROW)
+    own = max(int(np.count_nonzero(counts)), 1)
+    width = min(1 << (-(-max(len(numbers), 1) // own) - 1).bit_length(), 32)
     rows = -(-counts // width)
     of_row = np.repeat(np.arange(len(counts)), rows)
     within = np.arange(len(of_row)) - np.repeat(np.cumsum(rows) - rows, rows)
     first = (np.cumsum(counts) - counts)[of_row] + within * width
     size = np.minimum(counts[of_row] - within * width, width)
-    for start in range(0, len(of_row), _AT_ONCE // width):
-        some = slice(start, start + _AT_ONCE // width)
+    step = 1536 // width
+    for start in range(0, len(of_row), step):
+        some = slice(start, start + step)
         filled = np.arange(width) < size[some, None]
         yield of_row[some], order[first[some, None] + filled * np.arange(width)], filled

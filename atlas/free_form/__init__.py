@@ -1,1 +1,0 @@
-"""Surfaces of free-form faces: overlapping sextics with a common prior, and kriged texture."""

@@ -1,0 +1,272 @@
+"""Learn: the samples of a touch are checked, oriented and entered."""
+
+import numpy as np
+
+from touchatlas.atlas.pieces.fit_piece import fit_piece
+from touchatlas.atlas.pieces.kinds import Kind
+from touchatlas.atlas.pieces.piece import Piece, in_plane_cosines
+from touchatlas.atlas.records.change import AtlasChange
+from touchatlas.atlas.records.touch import LEAST_POINTS, Touch, TouchStatus, extent_of
+from touchatlas.atlas.samples.sample_pool import SamplePool
+from touchatlas.atlas.state import AtlasState
+from touchatlas.patch.geometry.contour import Contour, ContourEnd
+from touchatlas.patch.geometry.frame import any_tangent
+from touchatlas.patch.geometry.kinks import kinks
+from touchatlas.patch.geometry.section import contour_normals
+
+# Unit of the fits in standard deviations of the noise, where no other is given.
+SCALE_NOISE = 5.0
+# Largest angle between a contour and its direction at the contact on a near arc, rad: a height
+# function is accurate up to some 50 degrees.
+MOST_TURN = np.deg2rad(50.0)
+# Largest standard deviation of the angle of a normal that orients a touch, rad.
+_MOST_TILT = np.deg2rad(15.0)
+
+
+def learn(state: AtlasState, touch: Touch) -> AtlasChange:
+    """Enter the samples of one touch and the way on which the probe came, or say why the samples
+    are refused. Without contact only the way is entered."""
+    if not isinstance(touch, Touch):
+        raise ValueError(f"got {type(touch).__name__}; give a Touch, as a probe returns it")
+    if touch.status is not TouchStatus.TOUCHED:
+        _enter_way(state, touch)
+        return AtlasChange(refused=f"the probe reported: {touch.status.value}")
+    contours = tuple(c for c in touch.contours if len(c.points) >= LEAST_POINTS)
+    if not contours:
+        return AtlasChange(refused=_few_contours(0))
+    check_unit_of_length(state, touch, contours)
+    if learned_before(state.pool, contours):
+        return AtlasChange(
+            refused=f"a contour of touch {touch.number} was learned before, point for point; give "
+            "each once, because a repeated contour holds no new measurement"
+        )
+    _settle_scale(state, [contour.noise_std for contour in contours])
+    quadric = quadric_of_touch(state, touch, contours)
+    outward, reason = outer_side(state, touch, contours, quadric)
+    if outward is None:
+        return AtlasChange(refused=reason)
+    news = innovations(state, np.concatenate([contour.points for contour in contours]))
+    enter_samples(state, contours, _normals(state, touch.contact, contours, outward, quadric))
+    _enter_way(state, touch)
+    return AtlasChange(innovations=news)
+
+
+def check_unit_of_length(state: AtlasState, touch: Touch, contours) -> None:
+    """Refuse a touch that is out of all proportion to what was touched so far.
+
+    Raises
+    ------
+    ValueError
+        When its longest contour is 300 times smaller or larger: in metres among millimetres it
+        is 1000 times. The first three touches are small.
+    """
+    if state.touches < 3 or not len(state.pool):
+        return
+    length = max(extent_of(contour.points) for contour in contours)
+    seen = extent_of(state.pool.points)
+    if not seen <= 300.0 * length <= 300.0**2 * seen:
+        raise ValueError(
+            f"the contours of touch {touch.number} are {length:.3g} long, but what was touched so "
+            f"far measures {seen:.3g}; give all touches in the same unit"
+        )
+
+
+def learned_before(pool: SamplePool, contours: tuple[Contour, ...]) -> bool:
+    """Whether the points of any contour are samples already, bit for bit.
+
+    Noise repeats no point, so equal points are the same measurement. The pool keeps the samples of
+    a contour in order, so its first point tells where the others must be.
+    """
+    for path in (contour.points_in_plane for contour in contours):
+        for start in np.flatnonzero(pool.points[:, 0] == path[0, 0]).tolist():
+            if np.array_equal(pool.points[start : start + len(path)], path):
+                return True
+    return False
+
+
+def _settle_scale(state: AtlasState, noise) -> None:
+    """Take the scale from the standard deviations (k,) of the noise of the first contours, length,
+    where none was given. Without noise it stays the tolerance."""
+    if not (state.scale_is_given or len(state.pool)) and np.max(noise) > 0.0:
+        state.scale = SCALE_NOISE * float(np.median(noise))
+
+
+def quadric_of_touch(state: AtlasState, touch: Touch, contours) -> Piece | None:
+    """The quadric that fits the near arcs of a touch, its normal at the contact toward the
+    approach; None where they leave that normal open: they are too few, too short or in parallel
+    planes."""
+    arcs = [near_arc(contour, touch.contact) for contour in contours]
+    points = np.concatenate([c.points[arc] for c, arc in zip(contours, arcs, strict=True)])
+    normals = np.concatenate(
+        [contour_normals(c, touch.approach)[arc] for c, arc in zip(contours, arcs, strict=True)]
+    )
+    noise = max(contour.noise_std for contour in contours)
+    std = float(np.hypot(noise, state.bias)) or 1e-6 * extent_of(points)
+    if len(points) < Kind.QUADRIC.parameters or not std > 0.0:
+        return None
+    quadric = fit_piece(Kind.QUADRIC, points, normals, std)
+    if quadric is None:
+        return None
+    [normal] = quadric.at(touch.contact[None])[1]
+    first = any_tangent(normal)
+    across = np.stack([first, np.cross(normal, first)])
+    tilt = quadric.slope_variance(np.tile(touch.contact, (2, 1)), across)
+    return quadric if tilt.max() <= _MOST_TILT**2 else None
+
+
+def outer_side(
+    state: AtlasState, touch: Touch, contours, quadric: Piece | None
+) -> tuple[np.ndarray | None, str]:
+    """The outward normal (3,) at the contact, as far as contours need it to be turned; None where
+    the side is not known, and why.
+
+    The approach tells the side where it is steep, and so does the known surface about the
+    contours. Without a quadric each contour needs one of both.
+    """
+    if quadric is None:
+        known = state.body is not None and all(_faces_approach(state, touch, c) for c in contours)
+        return (touch.approach, "") if known else (None, _few_contours(len(contours)))
+    [normal] = quadric.at(touch.contact[None])[1]
+    facing = normal @ touch.approach
+    if facing < 0.0:
+        normal, facing = -normal, -facing
+    side = 0 if facing >= state.levels.facing else _known_side(state, normal, contours)
+    # Within 15 degrees of the tangent plane the normal may be turned inside out by its error.
+    if side == 0 and facing < np.sin(_MOST_TILT):
+        return None, (
+            "the probe came nearly along the surface, so that its outer side is not known; "
+            "come along the normal"
+        )
+    return (-normal if side < 0 else normal), ""
+
+
+def _few_contours(count: int) -> str:
+    """Why so many contours that are long enough leave the normal open."""
+    return (
+        f"contours of {LEAST_POINTS} points or more: {count}; they do not show the normal of the "
+        "surface: track more planes, longer contours, or sample more finely"
+    )
+
+
+def _faces_approach(state: AtlasState, touch: Touch, contour: Contour) -> bool:
+    """Whether one contour faces the approach as the known surface does, or steeply where too
+    little of that is known."""
+    if side := _known_side(state, touch.approach, (contour,)):
+        return side > 0
+    offset = contour.points - touch.contact
+    contact = (offset * offset).sum(axis=1).argmin()
+    normal = contour_normals(contour, touch.approach)[contact]
+    return bool(normal @ touch.approach >= state.levels.facing)
+
+
+def _known_side(state: AtlasState, outward, contours) -> int:
+    """1 where the known surface faces as contours do that are turned ``outward`` (3,) at their
+    contact, -1 where it faces the other way, and 0 where too little is known: less than half a
+    sample, or a quarter of the samples, more on one side than on the other. Each sample on the
+    known surface counts by how sure that is: about the contact it may be a guess."""
+    if state.body is None:
+        return 0
+    points = np.concatenate([contour.points for contour in contours])
+    normals = np.concatenate([contour_normals(c, outward) for c in contours])
+    found, known = state.body.at(points)
+    variance, own = found.deviation**2, state.sample_std**2
+    on = known & (found.distance**2 <= state.levels.sure**2 * (variance + own))
+    cosine = (found.normal * normals).sum(axis=1)
+    weight = np.where(on & (np.abs(cosine) >= np.sin(_MOST_TILT)), own / (own + variance), 0.0)
+    says = float(weight @ np.sign(cosine))
+    return int(np.sign(says)) if abs(says) >= 0.5 * max(weight.sum(), 1.0) else 0
+
+
+def _normals(
+    state: AtlasState, contact, contours, outward, quadric: Piece | None
+) -> list[np.ndarray]:
+    """Outward normals (k, 3) at the points of each contour: those of the contour in its plane,
+    and those of the quadric on near arcs where it is known how that leans across the plane."""
+    found = [contour_normals(contour, outward) for contour in contours]
+    if quadric is None:
+        return found
+    for contour, normals in zip(contours, found, strict=True):
+        arc = near_arc(contour, contact)
+        own = quadric.at(contour.points[arc])[1]
+        across = np.tile(contour.plane.normal, (len(arc), 1))
+        cosine = in_plane_cosines(own, normals[arc], across)
+        own *= np.sign(cosine)[:, None]
+        faces = np.abs(cosine) >= state.levels.facing
+        faces &= quadric.slope_variance(contour.points[arc], across) <= _MOST_TILT**2
+        normals[arc[faces]] = own[faces]
+    return found
+
+
+def near_arc(contour: Contour, contact) -> np.ndarray:
+    """(k,) indices of the points of a contour around the contact, in order of travel, up to a sharp
+    edge or until it has turned by ``MOST_TURN`` either way. A closed contour is opened opposite
+    the contact."""
+    index = np.arange(len(contour.points))
+    at = int(((contour.points - contact) ** 2).sum(axis=1).argmin())
+    if ContourEnd.CLOSED_LOOP in contour.ends:
+        half = len(index) // 2
+        index, at = np.roll(index, half - at), half
+    points = contour.points[index]
+    sharp = kinks(points, contour.plane.normal, contour.noise_std)
+    first = max(sharp[sharp < at], default=-1) + 1
+    last = min(sharp[sharp > at], default=len(points))
+    ahead, behind = _before_turn(points[at:last]), _before_turn(points[first : at + 1][::-1])
+    return np.asarray(index[at + 1 - behind : at + ahead])
+
+
+def _before_turn(points) -> int:
+    """Number of points of an arm (n, 3) before it has turned by ``MOST_TURN``; its direction is
+    that of two chords, which halves the noise of one."""
+    chords = np.diff(points, axis=0)
+    if len(chords) <= 2:
+        return len(points)
+    runs = chords[1:] + chords[:-1]
+    first = runs[0]
+    length = np.sqrt(np.einsum("ij,ij->i", runs, runs) * (first @ first))
+    turned = np.flatnonzero(runs @ first < np.cos(MOST_TURN) * length)
+    return len(points) if not len(turned) else max(2, int(turned[0])) + 1
+
+
+def innovations(state: AtlasState, points) -> np.ndarray:
+    """(k,) distances of new samples (n, 3) from the surface that was predicted before them, in
+    standard deviations (no unit), of those k samples that tell how good the prediction was.
+
+    The standard deviation is that of the surface and of the sample together. Where a body is made
+    of laws, these are so much surer than a sample that all samples tell whether they hold. On
+    free-form faces samples whose noise is larger than the predicted deviation tell nothing. If
+    predictions are right, the squares have a mean of 1 (Bar-Shalom, Li, Kirubarajan: Estimation
+    with Applications to Tracking and Navigation, 2001, section 5.4).
+    """
+    if state.body is None:
+        return np.zeros(0)
+    found, some = state.body.at(points)
+    # Farther from all samples polynomials tell nothing.
+    some = some & (found.deviation <= state.levels.sure * state.scale)
+    if state.known_body.is_one and not state.body.faces.are_lawful:
+        some &= found.deviation >= state.sample_std
+    off = found.distance[some] / np.hypot(found.deviation[some], state.sample_std)
+    return np.asarray(off)
+
+
+def enter_samples(state: AtlasState, contours: tuple[Contour, ...], normals) -> None:
+    """Add the samples of contours, with the normals (k, 3) of each, to the pool, and the ends at
+    which contact was lost to the rims."""
+    points = np.concatenate([c.points_in_plane for c in contours])
+    across = np.concatenate([np.tile(c.plane.normal, (len(c.points), 1)) for c in contours])
+    edges = np.concatenate([_is_at_edge(c) for c in contours])
+    noise = np.concatenate([np.full(len(c.points), c.noise_std) for c in contours])
+    state.rims.ends.extend(contours, normals)
+    state.pool.add(points, np.concatenate(normals), across, edges, noise)
+
+
+def _is_at_edge(contour: Contour) -> np.ndarray:
+    """(n,) whether each point of a contour is the last one before an edge."""
+    out = np.zeros(len(contour.points), bool)
+    out[0], out[-1] = (end is ContourEnd.EDGE for end in contour.ends)
+    return out
+
+
+def _enter_way(state: AtlasState, touch: Touch) -> None:
+    """Enter the way through air on which the probe came, if it is known."""
+    if touch.way is not None:
+        state.ways = np.concatenate([state.ways, touch.way[None]])

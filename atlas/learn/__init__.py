@@ -1,1 +1,0 @@
-"""Learn: what a touch adds to an atlas."""

@@ -1,0 +1,1 @@
+"""Surfaces of free-form faces: overlapping sextics with a common prior."""

@@ -1,0 +1,129 @@
+"""Fit a free-form face: overlapping sextics as large as the samples allow."""
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from touchatlas.atlas.labels.grow import evenly
+from touchatlas.atlas.records.options import Levels
+from touchatlas.atlas.surfaces.free_form import FreeFormSurface
+from touchatlas.atlas.surfaces.sextic_fit import (
+    equations_of,
+    with_common_prior,
+    with_factors,
+)
+from touchatlas.atlas.surfaces.sextic_sites import FACING, SexticSites, middles_of, sites_of
+from touchatlas.atlas.surfaces.sextics import Sextics
+
+# Radii are powers of this in deviations of a sample, so that the extent, which grows a little with
+# most touches, seldom changes them.
+_RUNG = np.sqrt(2.0)
+# Least number of samples of a sextic, in the median of all: twice its parameters.
+_LEAST = 98
+# Sextics follow the samples where the residuals about half of them have an amplitude of no more
+# than this, in deviations of a sample.
+_FOLLOWS = 1.4
+
+
+def fit_free_form(
+    points,
+    normals,
+    std: float,
+    radius: float,
+    before: FreeFormSurface | None = None,
+    levels: Levels = Levels(),
+) -> FreeFormSurface:
+    """The surface of a face from its samples: sextics of the largest radius with which they follow
+    the samples, or of the least radius with which these are enough.
+
+    Parameters
+    ----------
+    points : (n, 3) float, length, world
+    normals : (n, 3) float, unit, world
+        Outward.
+    std : float, length
+        Standard deviation of a sample's distance.
+    radius : float, length
+        Largest radius of a sextic, about.
+    before : FreeFormSurface, optional
+        A surface of the first of the samples. It saves time and changes nothing: what is taken
+        from it was found from the same samples.
+    levels : Levels
+    """
+    radius = max(radius, std) or 1.0
+    # Below it rounding shows.
+    std = max(std, 1e-5 * radius)
+    radius = std * _RUNG ** np.round(np.log(radius / std) / np.log(_RUNG))
+    tree, known = cKDTree(points), {} if before is None else before.kept
+    groups = _neighbours(tree, evenly(np.arange(tree.n), 40))
+    kept: dict = {}
+    while True:
+        middles = middles_of(tree, normals, radius, levels.facing)
+        sites = sites_of(tree, normals, middles, radius)
+        equations = equations_of(sites, points, std, known, kept)
+        counts = tree.query_ball_point(points[middles], radius / _RUNG, return_length=True)
+        if np.median(counts) < _LEAST:
+            break
+        found = FreeFormSurface(_sextics(sites, points, with_factors(equations)), points, normals)
+        if _left_out(found, groups, std) <= _FOLLOWS * std:
+            break
+        radius /= _RUNG
+    sextics = _sextics(sites, points, with_common_prior(equations, std / radius))
+    faces = _face_samples(sites, sextics, points, normals)
+    found = FreeFormSurface(sextics.some(np.flatnonzero(faces)), points, normals, kept)
+    return replace(found, normals=found.at(points)[:, 1:4])
+
+
+def _sextics(sites: SexticSites, points, fitted) -> Sextics:
+    """Sextics at sites, of fitted coefficients (m, t) and factors (m, t, t)."""
+    coefficients, factors = fitted
+    radii = np.full(len(sites.middles), sites.radius)
+    frame = points[sites.middles], sites.axes, radii
+    return Sextics(*frame, coefficients, factors.astype(np.float32))
+
+
+def _face_samples(sites: SexticSites, sextics: Sextics, points, normals) -> np.ndarray:
+    """(m,) whether sextics face on average as their samples within half of a radius do; all where
+    none does. Where a sampling plane touches the surface, the normal of a sample may be off by
+    more than 80 degrees: a sextic about it may follow the surface with the inside out."""
+    numbers = np.repeat(np.arange(len(sextics)), [len(some) for some in sites.members])
+    samples = np.concatenate(sites.members)
+    off = points[samples] - sextics.origins[numbers]
+    near = (off * off).sum(axis=1) < (0.5 * sites.radius) ** 2
+    numbers, samples = numbers[near], samples[near]
+    own = sextics.values(numbers, points[samples])[0][:, 1:4]
+    sums = np.bincount(numbers, (own * normals[samples]).sum(axis=1), len(sextics))
+    return np.asarray(sums > 0.0) if (sums > 0.0).any() else np.ones(len(sextics), bool)
+
+
+def _neighbours(tree: cKDTree, samples) -> np.ndarray:
+    """(m, k) the thirty samples about samples (m,), these first."""
+    near = tree.query(tree.data[samples], k=min(30, tree.n))[1].reshape(len(samples), -1)
+    # Of coincident samples another one may be the first.
+    moved = np.where(near[:, 1:] == samples[:, None], near[:, :1], near[:, 1:])
+    return np.column_stack([samples, moved])
+
+
+def _left_out(surface: FreeFormSurface, groups, std: float) -> float:
+    """Median amplitude of what a surface leaves out in groups of neighbours (g, k), length."""
+    some, place = np.unique(groups, return_inverse=True)
+    values = surface.at(surface.points[some])[np.reshape(place, groups.shape)]
+    normals, rest = values[..., 1:4], values[..., 0]
+    faces = np.einsum("gkj,gj->gk", normals, normals[:, 0]) > FACING
+    square = (rest**2 * faces).sum(axis=1) / np.maximum(faces.sum(axis=1), 1)
+    return float(np.median(amplitude_of(square, std)))
+
+
+def amplitude_of(square, std: float) -> np.ndarray:
+    """(m,) standard deviation of residuals of mean squares (m,), length^2, without the noise of a
+    sample: three fifths of its variance. The rest is a lack of fit, which residuals show."""
+    return np.asarray(np.sqrt(np.maximum(square - 0.6 * std**2, 0.0)))
+
+
+def are_on(surface: FreeFormSurface, points, std: float, levels: Levels = Levels()) -> np.ndarray:
+    """(n,) whether samples at points (n, 3) lie on a surface within the deviations of both, where
+    the surface is known well enough to tell: to so many deviations of a sample."""
+    values, sure = surface.values(points), levels.sure**2
+    on = values[:, 0] ** 2 <= sure * (values[:, 4] + std**2)
+    return np.asarray(on & (values[:, 4] <= sure * std**2))

@@ -1,0 +1,287 @@
+"""FreeFormSurface: overlapping sextics of a free-form face, averaged by a partition of unity."""
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from scipy.sparse import csr_array
+from scipy.spatial import cKDTree
+
+from touchatlas.atlas.surfaces.sextic_sites import FACING, pairs_within
+from touchatlas.atlas.surfaces.sextics import Sextics
+from touchatlas.atlas.surfaces.sharp_turns import SharpTurns
+from touchatlas.patch.geometry.arrays import first_largest
+
+# Distance from its middle at which a sextic no longer weighs, in radii.
+WEIGHS = 0.9
+# Largest cosine of the normals of two sheets: opposite sides of a wall or of a slot.
+_OPPOSITE = -0.3
+# Weight of a sextic that faces away from the side of a point: it counts where no other one does.
+# That of one that is folded there is the square of it.
+_SLIGHT = 1e-50
+
+
+@dataclass(frozen=True, eq=False)
+class _Mean:
+    """What sextics say of n points together.
+
+    Parameters
+    ----------
+    values : (n, 4) float
+        Distance, length, and unit normal, world.
+    number : (n,) int
+        The sextic that weighs most, whose deviation holds.
+    stretch : (n,) float
+        Length of a unit of its heights.
+    spread : (n,) float, length^2
+        Variance of the distances of the sextics.
+    alone : (n,) float
+        Sum of the squares of their weights: 1 where one has a point alone.
+    faces : (n,) bool
+        Whether it faces as the side of the point does.
+    """
+
+    values: np.ndarray
+    number: np.ndarray
+    stretch: np.ndarray
+    spread: np.ndarray
+    alone: np.ndarray
+    faces: np.ndarray
+
+    def replaced(self, rows, other: "_Mean", some) -> "_Mean":
+        """The same with ``some`` (k,) of another one at its points, which are ``rows`` (k,)."""
+        columns = [column.copy() for column in vars(self).values()]
+        for column, its in zip(columns, vars(other).values(), strict=True):
+            column[rows] = its[some]
+        return _Mean(*columns)
+
+
+@dataclass(frozen=True, eq=False)
+class _Evaluated:
+    """What sextics say of points, each for itself.
+
+    Parameters
+    ----------
+    which : (m,) int
+        Points, ascending, each at least once.
+    number : (m,) int
+        The sextic that is evaluated.
+    weight : (m,) float
+        By the distance from its middle.
+    upward : (m, 3) float, unit, world
+        Its normal.
+    found : (m, 4) float
+        Distance, length, and unit normal.
+    stretch : (m,) float
+        Length of a unit of its heights.
+    """
+
+    which: np.ndarray
+    number: np.ndarray
+    weight: np.ndarray
+    upward: np.ndarray
+    found: np.ndarray
+    stretch: np.ndarray
+
+    def some(self, rows) -> "_Evaluated":
+        """The same of some of the points (k,), ascending, which are counted anew."""
+        own = np.flatnonzero(np.isin(self.which, rows))
+        which, *others = (column[own] for column in vars(self).values())
+        return _Evaluated(np.searchsorted(rows, which), *others)
+
+    def mean(self, sides, others=None) -> _Mean:
+        """The mean of the sextics that face as ``sides`` (n, 3) do at each of n points, by weights
+        that fall with the distance and the angle to their normals. Where ``others`` (n, 3) are
+        given, sextics that rather face as these do are left out."""
+        which, count = self.which, len(sides)
+        first = np.searchsorted(which, np.arange(count + 1))
+        if not count:
+            none = np.empty(0)
+            return _Mean(np.empty((0, 4)), first[:0], none, none, none, none > 0.0)
+        side = sides[which]
+        folded = np.einsum("ij,ij->i", self.found[:, 1:4], side) <= 0.0
+        cosine = np.einsum("ij,ij->i", self.upward, side)
+        turned = np.maximum(cosine - FACING, _SLIGHT)
+        if others is not None:
+            turned[np.einsum("ij,ij->i", self.upward, others[which]) > cosine] = _SLIGHT
+        share = np.where(folded, _SLIGHT**2, turned) * self.weight
+        lead = first_largest(share, first[:-1])
+        share /= np.add.reduceat(share, first[:-1])[which]
+        mean = csr_array((share, np.arange(len(which)), first), (count, len(which))) @ self.found
+        spread, alone = _spread(share, self.found[:, 0] - mean[which, 0], first[:-1])
+        length = np.sqrt((mean[:, 1:4] ** 2).sum(axis=1))
+        mean[:, 1:4] /= np.maximum(length, np.finfo(float).tiny)[:, None]
+        faces = (~folded & (turned > _SLIGHT))[lead]
+        return _Mean(mean, self.number[lead], self.stretch[lead], spread, alone, faces)
+
+
+def _spread(share, off, starts) -> tuple[np.ndarray, np.ndarray]:
+    """Variance (n,) of sextics about their mean, which they are ``off`` (m,), with shares (m,) of 1
+    in all for each point; those of a point begin at ``starts`` (n,). And the sum (n,) of the
+    squares of the shares.
+
+    Sextics are less sure where they weigh less: squares of weights count. The variance of n alike
+    sextics about their own mean is too small by (n - 1) / n; that of fewer than two is taken twice.
+    """
+    square = share * share
+    alone = np.add.reduceat(square, starts)
+    few = np.add.reduceat(square * square, starts) / alone**2
+    spread = np.add.reduceat(square * off**2, starts) / (alone * np.maximum(1.0 - few, 0.5))
+    return spread, alone
+
+
+@dataclass(frozen=True, eq=False)
+class FreeFormSurface:
+    """Overlapping sextics, averaged at each point with weights that fall to zero with the distance
+    from their middles and with the angle to their normals: the partition of unity of Y. Ohtake,
+    A. Belyaev, M. Alexa, G. Turk, H.-P. Seidel, "Multi-level partition of unity implicits",
+    SIGGRAPH 2003.
+
+    Of two sides of a wall the nearer one has a point. Only sextics that face as the samples of a
+    side do are averaged. Where contours run over a sharp edge, both sides cut each other.
+
+    Parameters
+    ----------
+    sextics : Sextics
+        Each fitted within its radius about its middle.
+    points, normals : (n, 3) float, length; unit, world
+        The samples, and outward normals that tell the sides.
+    kept : dict
+        Normal equations of sextics by the samples that they follow from, for the next fit.
+    pairs : (k, 2) int
+        Samples on both sides of the places at which contours run over a sharp edge.
+    """
+
+    sextics: Sextics
+    points: np.ndarray
+    normals: np.ndarray
+    kept: dict = field(default_factory=dict)
+    pairs: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), int))
+
+    def values(self, points) -> np.ndarray:
+        """(n, 5) distance, normal and variance at points (n, 3). Beyond its scale a sextic goes on
+        as the plane that touches it in its middle; its deviation grows as it does.
+
+        The variance is that of the sextic that weighs most, and that of the sextics about their
+        mean (the law of total variance): its coefficients say nothing of a shape that no sextic
+        has, as at an edge or a tip that no contour met, but there sextics differ.
+        """
+        mean = self._mean_at(points)
+        return np.column_stack([mean.values, self._variance(mean, points)])
+
+    def at(self, points) -> np.ndarray:
+        """(n, 4) distance and normal at points (n, 3)."""
+        return self._mean_at(points).values
+
+    def sides(self, points) -> np.ndarray:
+        """(n, 3) normals of the samples nearest to points (n, 3)."""
+        return self.normals[self._samples.query(points)[1]]
+
+    def leading(self, points) -> np.ndarray:
+        """(n,) the sextic that weighs most at each of points (n, 3)."""
+        return self._mean_at(points).number
+
+    def reaching(self, points) -> np.ndarray:
+        """(m,) the sextics that reach some of points (n, 3) and face as samples do there."""
+        evaluated = self._evaluated(points)
+        side = self.sides(points)[evaluated.which]
+        faces = np.einsum("ij,ij->i", evaluated.upward, side) > FACING
+        return np.unique(evaluated.number[faces])
+
+    def shape_operators(self, points) -> np.ndarray:
+        """(n, 3, 3) shape operators, 1/length, of the sextics that weigh most at points (n, 3)."""
+        out, leading = np.empty((len(points), 3, 3)), self.leading(points)
+        for k in np.unique(leading).tolist():
+            mine = leading == k
+            out[mine] = self.sextics.piece(k).shape_operators(points[mine])
+        return out
+
+    @cached_property
+    def radius(self) -> float:
+        """Largest radius of a sextic, length."""
+        return float(self.sextics.radii.max())
+
+    def _variance(self, mean: _Mean, points) -> np.ndarray:
+        """(n,) variance, length^2, of what sextics say together of points (n, 3)."""
+        return self.sextics.variances(mean.number, points) * mean.stretch**2 + mean.spread
+
+    def _mean_at(self, points) -> _Mean:
+        """What sextics say of points (n, 3) together: those of the nearer side of a wall, cut by
+        the other side of a sharp edge."""
+        evaluated = self._evaluated(points)
+        first, second, rows = self._sides(points)
+        mean = evaluated.mean(first)
+        if len(rows):
+            other = evaluated.some(rows).mean(second[rows])
+            # No other sextic confirms a side that one alone shows: either side may be there.
+            half = 0.5 * (other.values[:, 0] - mean.values[rows, 0])
+            doubt = np.maximum(2.0 * other.alone - 1.0, 0.0) * half**2
+            other = replace(other, spread=other.spread + doubt)
+            nearer = np.abs(other.values[:, 0]) < np.abs(mean.values[rows, 0])
+            mean = mean.replaced(rows[nearer], other, nearer)
+        return self._cut(mean, evaluated, points, first) if len(self.pairs) else mean
+
+    def _cut(self, mean: _Mean, evaluated: _Evaluated, points, sides) -> _Mean:
+        """What is said of points (n, 3) up to a radius beside sharp turns, with the normals
+        ``sides`` (n, 3) of the nearest samples. The sextics of the own side of a turn have a point
+        up to the other side: at a convex edge the distance is the larger one of both, at a concave
+        edge the smaller one, as in the piecewise quadrics of Ohtake and others (2003). Where the
+        other side is much less sure than the own one, it must be surely beyond that."""
+        beside = self._turns.beside(points, sides, self.radius)
+        rows = beside.rows
+        evaluated, points = evaluated.some(rows), points[rows]
+        own = evaluated.mean(beside.own, beside.other)
+        other = evaluated.mean(beside.other, beside.own)
+        at = np.where(own.faces, own.values[:, 0], mean.values[rows, 0])
+        gap = beside.sign * (other.values[:, 0] - at)
+        beyond, unsure = other.faces & (gap > 0.0), self._variance(other, points)
+        surely = unsure <= (gap / 2.0) ** 2
+        cuts = beyond & (surely | (unsure <= 3.0**2 * self._variance(own, points)))
+        # Either side may be there: half of the time the one that is not taken.
+        doubt = np.where(beyond & ~surely, 0.5 * gap**2, 0.0)
+        own, other = (replace(one, spread=one.spread + doubt) for one in (own, other))
+        mean = mean.replaced(rows[own.faces], own, own.faces)
+        return mean.replaced(rows[cuts], other, cuts)
+
+    def _evaluated(self, points) -> _Evaluated:
+        """What the sextics say that reach points (n, 3), or the nearest one."""
+        reach = WEIGHS * self.radius
+        reached = pairs_within(points, self._middles, reach)
+        which = np.repeat(np.arange(len(points)), np.diff(reached.indptr))
+        number = reached.indices
+        weight = np.maximum(1.0 - (reached.data / (WEIGHS * self.sextics.radii[number])) ** 2, 0.0)
+        real = weight > 0.0
+        which, number, weight = which[real], number[real], weight[real] ** 3
+        alone = np.flatnonzero(np.bincount(which, minlength=len(points)) == 0)
+        if len(alone):
+            number = np.append(number, self._middles.query(points[alone])[1])
+            weight = np.append(weight, np.ones(len(alone)))
+            which = np.append(which, alone)
+            order = np.argsort(which, kind="stable")
+            which, number, weight = which[order], number[order], weight[order]
+        found, stretch = self.sextics.values(number, points[which])
+        return _Evaluated(which, number, weight, self.sextics.axes[number, 2], found, stretch)
+
+    def _sides(self, points) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Normals (n, 3) of the samples nearest to points (n, 3), and of the nearest of twelve that
+        face the other way; and the points (m,) that have such samples no more than four times as
+        far away."""
+        count = min(12, len(self.points))
+        away, near = (np.reshape(x, (-1, count)) for x in self._samples.query(points, k=count))
+        normals = self.normals[near]
+        other = np.einsum("nkj,nj->nk", normals, normals[:, 0]) < _OPPOSITE
+        other &= away <= 4.0 * away[:, :1]
+        second = normals[np.arange(len(points)), other.argmax(axis=1)]
+        return normals[:, 0], second, np.flatnonzero(other.any(axis=1))
+
+    @cached_property
+    def _turns(self) -> SharpTurns:
+        return SharpTurns(self.pairs, self.points, self.normals)
+
+    @cached_property
+    def _middles(self) -> cKDTree:
+        return cKDTree(self.sextics.origins)
+
+    @cached_property
+    def _samples(self) -> cKDTree:
+        return cKDTree(self.points)
