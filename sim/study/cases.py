@@ -1,6 +1,6 @@
 """One case: tracked curves of a known surface, as a method gets them, and the exact answer.
 
-Surfaces are graphs z = height(x, y) about the origin, or a ball that folds; the unit is the reach.
+Surfaces are graphs z = height(x, y) about the origin; the unit is the reach.
 """
 
 from collections.abc import Callable
@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from touchatlas.patch import Contour, ContourEnd, SamplingPlane
-from touchatlas.patch.geometry.frame import any_tangent
 
 Height = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
@@ -180,28 +179,19 @@ def random_rotation(rng: np.random.Generator) -> np.ndarray:
 
 def touch_graph(height: Height, plan: Plan, rng: np.random.Generator) -> Case:
     """A touch of the graph z = height(x, y) at the origin."""
+    stated = plan.noise if plan.stated is None else plan.stated
     curves = [_graph_curve(height, *parts) for parts in plan.curves()]
+    tracks = tuple(_track(curve, plan.noise, stated, rng) for curve in curves)
     origin = np.array([0.0, 0.0, float(height(*np.zeros((2, 1)))[0])])
+    contact = origin + plan.noise * rng.normal(size=3)
 
     def probe(direction, arm: float) -> Track:
         angle = float(np.arctan2(direction[1], direction[0]))
         curve = _graph_curve(height, angle, 0.0, (arm, arm), Plan.counts[0], 0.0)
         return _track(curve, plan.noise, plan.noise, rng)
 
-    return replace(_case(curves, graph_truth(height), origin, plan, rng), probe=probe)
-
-
-def touch_ball(radius: float, plan: Plan, rng: np.random.Generator) -> Case:
-    """A touch of a ball at its highest point; arms are arc lengths and may pass the equator."""
-    curves = [_ball_curve(radius, *parts) for parts in plan.curves()]
-    return _case(curves, ball_truth(radius), np.zeros(3), plan, rng)
-
-
-def _case(curves, truth, point, plan: Plan, rng) -> Case:
-    stated = plan.noise if plan.stated is None else plan.stated
-    tracks = tuple(_track(curve, plan.noise, stated, rng) for curve in curves)
-    contact = point + plan.noise * rng.normal(size=3)
-    return Case(contact, np.array([0.0, 0.0, 1.0]), tracks, truth, plan.noise, 1.0)
+    up = np.array([0.0, 0.0, 1.0])
+    return Case(contact, up, tracks, graph_truth(height), plan.noise, 1.0, probe)
 
 
 def _track(curve, noise: float, stated: float, rng) -> Track:
@@ -210,19 +200,14 @@ def _track(curve, noise: float, stated: float, rng) -> Track:
     return Track(points + noise * rng.normal(size=points.shape), through, normal, stated)
 
 
-def _axes(angle: float, tilt: float):
-    """Direction, side and the upward axis of a sampling plane."""
-    c, s = np.cos(angle), np.sin(angle)
-    direction, side = np.array([c, s, 0.0]), np.array([-s, c, 0.0])
-    return direction, side, np.cos(tilt) * np.array([0.0, 0.0, 1.0]) + np.sin(tilt) * side
-
-
 def _graph_curve(height: Height, angle, tilt, arms, count, miss):
     """Exact points (n, 3) and plane of one curve, even along its direction.
 
     Newton's method along the upward axis; the curve ends where there is no root.
     """
-    direction, side, up = _axes(angle, tilt)
+    direction = np.array([np.cos(angle), np.sin(angle), 0.0])
+    side = np.array([-np.sin(angle), np.cos(angle), 0.0])
+    up = np.cos(tilt) * np.array([0.0, 0.0, 1.0]) + np.sin(tilt) * side
     s = np.linspace(-arms[0], arms[1], count)
     start, step = s[:, None] * direction + miss * side, 1e-6
 
@@ -247,29 +232,13 @@ def _run(found, middle: int):
     return (first, last) if last > first else (middle, middle + 1)
 
 
-def _ball_curve(radius, angle, tilt, arms, count, miss):
-    """Exact points and plane of a circle on the ball, even in arc length."""
-    direction, side, up = _axes(angle, tilt)
-    normal = np.cross(direction, up)
-    centre = np.array([0.0, 0.0, -radius])
-    off = (miss * side - centre) @ normal
-    circle = np.sqrt(max(radius**2 - off**2, 0.0))
-    s = np.linspace(-arms[0], arms[1], count) / circle
-    around = np.outer(np.sin(s), direction) + np.outer(np.cos(s), up)
-    return centre + off * normal + circle * around, miss * side, normal
-
-
-def _disc(count: int = 300):
-    """Radii and angles (n,) of even points of the unit disc, by the golden angle."""
-    number = np.arange(count)
-    return np.sqrt((number + 0.5) / count), number * np.pi * (3.0 - np.sqrt(5.0))
-
-
 def graph_truth(height: Height) -> Truth:
     """The graph z = height(x, y) over the plane."""
 
     def around(point, distance: float):
-        radii, angles = _disc()
+        # Even in a disc, by the golden angle.
+        number = np.arange(300)
+        radii, angles = np.sqrt((number + 0.5) / 300), number * np.pi * (3.0 - np.sqrt(5.0))
         x = point[0] + distance * radii * np.cos(angles)
         y = point[1] + distance * radii * np.sin(angles)
         points = np.column_stack([x, y, height(x, y)])
@@ -298,28 +267,6 @@ def graph_shape(height: Height, x: float, y: float, step: float = 5e-3) -> Shape
     second = np.array([[fxx, fxy], [fxy, fyy]]) / length
     k2, k1 = np.linalg.eigvalsh(root @ second @ root.T)
     return Shape(np.array([-fx, -fy, 1.0]) / length, float(k1), float(k2))
-
-
-def ball_truth(radius: float) -> Truth:
-    """The ball whose highest point is the origin, all of it."""
-    centre = np.array([0.0, 0.0, -radius])
-
-    def outward(point):
-        return (point - centre) / np.linalg.norm(point - centre)
-
-    def around(point, distance: float):
-        radii, angles = _disc()
-        normal = outward(point)
-        # A chord c spans the height c^2 / (2 radius): even in area by Archimedes.
-        chord = min(distance, 2.0 * radius) * radii
-        drop = chord**2 / (2.0 * radius)
-        across = np.sqrt(np.maximum(chord**2 - drop**2, 0.0))
-        side = any_tangent(normal)
-        flat = np.outer(across * np.cos(angles), side)
-        flat += np.outer(across * np.sin(angles), np.cross(normal, side))
-        return centre + flat + np.outer(radius - drop, normal)
-
-    return Truth(around, lambda point: Shape(outward(point), -1.0 / radius, -1.0 / radius))
 
 
 def quadric(k1: float, k2: float, angle: float = 0.0) -> Height:

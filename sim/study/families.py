@@ -19,7 +19,6 @@ from touchatlas.sim.study.cases import (
     placed,
     quadric,
     total,
-    touch_ball,
     touch_graph,
     wavy,
 )
@@ -143,9 +142,19 @@ def unseen_cubic(size: float, rng) -> Case:
 
 @family("arms over the tube's radius", 0.2, 0.4, 0.6, 0.8, 1.0, 1.2, 1.5, 1.8)
 def torus(reach: float, rng) -> Case:
-    """Anywhere on a torus with a tube of radius 15, whose curves may turn by 170 degrees."""
-    arm = 15.0 * reach
-    scene = draw_scene("torus", NOISE * arm, np.pi / 18.0, rng, turn=3.0, reach=arm)
+    """Anywhere on a torus with a tube of radius 15."""
+    return _on_object("torus", 15.0 * reach, rng)
+
+
+@family("arc of an arm of a ball, rad", 0.2, 0.5, 0.8, 1.1, 1.4, 1.7, 2.0, 2.5)
+def fold(arc: float, rng) -> Case:
+    """A ball of radius 33: a height ends at 1.57."""
+    return _on_object("ball", 33.0 * arc, rng)
+
+
+def _on_object(surface: str, arm: float, rng) -> Case:
+    """A touch of an object; its curves may turn by 170 degrees."""
+    scene = draw_scene(surface, NOISE * arm, np.pi / 18.0, rng, turn=3.0, reach=arm)
     verifying = scene.verifying
 
     def around(point, distance: float):
@@ -161,12 +170,6 @@ def torus(reach: float, rng) -> Case:
     tracks = [Track(c.points, c.plane.point, c.plane.normal, c.noise_std) for c in scene.contours]
     truth, noise = Truth(around, at), scene.noise_std
     return Case(scene.contact, scene.normal, tuple(tracks), truth, noise, scene.reach)
-
-
-@family("arc of an arm of a ball, rad", 0.2, 0.5, 0.8, 1.1, 1.4, 1.7, 2.0, 2.5)
-def fold(arc: float, rng) -> Case:
-    """A ball: arms of this arc length over its radius; a height ends at 1.57."""
-    return placed(touch_ball(1.0 / arc, even_plan(rng), rng), rng)
 
 
 @family("distance of an edge of 60 degrees over R", 1.0, 0.8, 0.6, 0.4, 0.3, 0.2, 0.1, 0.05)

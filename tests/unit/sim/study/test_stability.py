@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from touchatlas.patch import diagnose, fit_patch
-from touchatlas.sim.study.cases import ball_truth, graph_shape, quadric, random_rotation
+from touchatlas.sim.study.cases import graph_shape, quadric, random_rotation
 from touchatlas.sim.study.families import FAMILIES, smooth
 from touchatlas.sim.study.one_patch import METHODS, judge, verdict
 from touchatlas.sim.study.outcome import Outcome
@@ -82,13 +82,6 @@ def test_the_truth_has_the_curvatures_of_closed_forms():
     assert (shape.k1, shape.k2) == pytest.approx((0.3, -0.4), abs=1e-7)
     ball = graph_shape(lambda x, y: np.sqrt(4.0 - x * x - y * y) - 2.0, 0.5, 0.3)
     assert (ball.k1, ball.k2) == pytest.approx((-0.5, -0.5), abs=1e-7)
-
-
-def test_points_of_a_ball_lie_on_it_within_their_distance():
-    point = np.array([0.0, 2.0, -2.0])
-    points = ball_truth(2.0).around(point, 3.0)
-    assert np.linalg.norm(points - [0.0, 0.0, -2.0], axis=1) == pytest.approx(np.full(300, 2.0))
-    assert np.linalg.norm(points - point, axis=1).max() <= 3.0
 
 
 @pytest.mark.parametrize("name", FAMILIES)
