@@ -64,7 +64,7 @@ def test_a_lawful_body_is_known_from_few_touches_and_closed(name):
 
 
 def test_other_parts_are_searched_for_beside_a_lawful_body():
-    """A planner that has told no touch yet."""
+    """A planner without an answered touch."""
     atlas, _, _ = explored("cylinder")
     planner = Planner(*body("cylinder").start(), PlannerOptions(search=1))
     assert planner.ask(atlas).reason is Reason.SEARCH

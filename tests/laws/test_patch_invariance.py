@@ -62,7 +62,7 @@ def odd_contours(seed):
 )
 def test_linear_and_cross_terms_vanish_to_the_noise(seed, options):
     """To half of what noise of so many samples leaves uncertain of a mean; exact contacts to
-    the same of the least noise that is told from none."""
+    the same of the least noise that differs from none."""
     patch = fit_patch(ORIGIN, odd_contours(seed), UP, options=options).patch
     rest = np.abs(patch.polynomial.coefficients[VANISHING]) / TOLERANCES
     noise = max(patch.noise_std / patch.radius, 1e-6)

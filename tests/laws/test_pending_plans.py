@@ -1,4 +1,4 @@
-"""Several pending plans, told in any order or lost, and planners that come back from a file."""
+"""Several pending plans, answered in any order or lost, and planners that come back from a file."""
 
 from dataclasses import replace
 
@@ -29,17 +29,17 @@ def short(touch):
     return replace(touch, contours=tuple(replace(c, points=c.points[:2]) for c in touch.contours))
 
 
-def told(atlas, planner, touch):
+def answered(atlas, planner, touch):
     change = atlas.add(touch)
     planner.tell(touch, change)
     return change
 
 
 def advance(atlas, planner, probe, count):
-    """The numbers, places and directions of the next plans, each told before the next is asked."""
+    """The numbers, places and directions of the next plans, each answered before the next."""
     out = []
     while len(out) < count and (plan := planner.ask(atlas)) is not None:
-        told(atlas, planner, probe(plan))
+        answered(atlas, planner, probe(plan))
         planes = [plane.normal.tolist() for plane in plan.planes]
         until = plan.until is None
         out.append([plan.number, plan.reference_point.tolist(), planes, plan.reach, until])
@@ -64,7 +64,7 @@ def test_plans_told_in_any_order_lead_to_a_known_surface(name, tolerance):
             assert plan in planner.ask_several(atlas, 4)
             continue
         touch = missed(plan) if fate == 1 else probe(plan)
-        change = told(atlas, planner, short(touch) if fate == 2 else touch)
+        change = answered(atlas, planner, short(touch) if fate == 2 else touch)
         assert change.refused or fate not in (1, 2)
         assert made < 150
     assert planner.stop.reason is StopReason.KNOWN and lost > 0
@@ -83,7 +83,7 @@ def test_pending_plans_have_places_of_their_own():
     points = atlas.pool.points
     assert apart.min() > 0.1 * np.linalg.norm(np.ptp(points, axis=0))
     assert planner.ask_several(atlas, 4) == plans and planner.ask_several(atlas, 2) == plans
-    told(atlas, planner, probe(plans[2]))
+    answered(atlas, planner, probe(plans[2]))
     left = planner.ask_several(atlas, 3)
     assert left == (plans[0], plans[1], plans[3])
 
@@ -94,21 +94,21 @@ def test_one_plan_at_a_time_is_the_sequence_of_ask():
     for number, place, *_ in asked:
         (plan,) = planner.ask_several(atlas, 1)
         assert (plan.number, plan.reference_point.tolist()) == (number, place)
-        told(atlas, planner, probe(plan))
+        answered(atlas, planner, probe(plan))
 
 
 def test_guesses_behind_edges_are_made_one_at_a_time():
     """The next guess depends on the last touch; another arm touches elsewhere meanwhile."""
     atlas, planner, probe = begun("cube", max_turn=0.8)
     (plan,) = planner.ask_several(atlas, 2)
-    told(atlas, planner, probe(plan))
+    answered(atlas, planner, probe(plan))
     guesses = []
     for _ in range(6):
         plans = planner.ask_several(atlas, 2)
         assert len(plans) == 2
         pending = planner._attempts.pending
         guesses.append(sum(pending[one.number].target.end is not None for one in plans))
-        told(atlas, planner, probe(plans[0]))
+        answered(atlas, planner, probe(plans[0]))
     assert max(guesses) == 1 and guesses.count(1) >= 3
 
 
@@ -117,7 +117,7 @@ def test_a_touch_is_told_once_and_by_a_number_that_is_pending():
     advance(atlas, planner, probe, 2)
     first, second = planner.ask_several(atlas, 2)
     touch = probe(second)
-    change = told(atlas, planner, touch)
+    change = answered(atlas, planner, touch)
     with pytest.raises(ValueError, match="the touch answers plan 3, but plan 2 is open"):
         planner.tell(touch, change)
     third = planner.ask_several(atlas, 2)[1]
@@ -175,7 +175,7 @@ def test_a_loaded_planner_goes_on_as_the_one_that_was_never_saved(
 def test_a_retry_and_the_end_come_back_from_a_file(tmp_path):
     path = tmp_path / "planner.json"
     atlas, planner, probe = begun("sphere", tolerance=0.3)
-    told(atlas, planner, short(probe(planner.ask(atlas))))
+    answered(atlas, planner, short(probe(planner.ask(atlas))))
     save_planner(path, planner, atlas)
     closer, again = planner.ask(atlas), load_planner(path, atlas).ask(atlas)
     assert again.reach == closer.reach and again.number == closer.number == 1
@@ -193,7 +193,7 @@ def test_an_approach_that_points_into_the_surface_is_refused():
     inward = replace(touch, approach=-touch.approach, way=None)
     with pytest.raises(ValueError, match="approach of touch 0 points into the surface .* give the"):
         planner.tell(inward, Atlas(0.1).add(inward))
-    told(atlas, planner, touch)
+    answered(atlas, planner, touch)
 
 
 def test_a_planner_is_refused_beside_another_atlas(tmp_path):
@@ -207,7 +207,7 @@ def test_a_planner_is_refused_beside_another_atlas(tmp_path):
         change = one.add(touches[0])
     planner.tell(touches[0], change)
     touches.append(probe(planner.ask(atlas)))
-    told(atlas, planner, touches[1])
+    answered(atlas, planner, touches[1])
     save_planner(path, planner, atlas)
     looser, other, wayless = begun(tolerance=0.3)[0], begun("sphere"), begun()[0]
     for touch in touches:
@@ -234,7 +234,7 @@ def test_a_finished_atlas_or_one_that_learned_the_touches_again_is_the_same(tmp_
     for _ in range(3):
         touch = probe(planner.ask(atlas))
         again.add(touch)
-        told(atlas, planner, touch)
+        answered(atlas, planner, touch)
     save_planner(path, planner, atlas)
     atlas.finish()
     for right in (atlas, again):

@@ -35,21 +35,23 @@ class RandomChanges(RuleBasedStateMachine):
         whole, rng = BODIES[name](), np.random.default_rng(seed)
         self.touches = [*whole.touches, *(touched_again(touch, rng) for touch in whole.touches)]
         rng.shuffle(self.touches)
-        self.atlas, self.told, self.finished = Atlas(whole.atlas.tolerance), [], False
+        self.atlas, self.learned, self.finished = Atlas(whole.atlas.tolerance), [], False
 
     @rule()
-    @precondition(lambda self: len(self.told) < MOST)
+    @precondition(lambda self: len(self.learned) < MOST)
     def add(self):
         before, touch = self.atlas.point_count, self.touches.pop()
         change = self.atlas.add(touch)
-        self.told.append(touch)
+        self.learned.append(touch)
         points = 0 if change.refused else sum(len(c.points) for c in touch.contours)
         assert self.atlas.point_count == before + points
 
     @rule()
-    @precondition(lambda self: self.told and (self.told[-1].contours or self.told[-1].way is None))
+    @precondition(
+        lambda self: self.learned and (self.learned[-1].contours or self.learned[-1].way is None)
+    )
     def repeat(self):
-        self.refused(self.told[-1])
+        self.refused(self.learned[-1])
 
     @rule()
     def lose(self):
@@ -63,7 +65,7 @@ class RandomChanges(RuleBasedStateMachine):
         beyond = touch.way + 2.0 * (touch.way[1] - touch.way[0]) * [[0.0], [1.0]]
         missed = replace(touch, contours=(), status=TouchStatus.NO_CONTACT, way=beyond)
         assert self.atlas.add(missed).refused and self.atlas.point_count == before
-        self.told.append(missed)
+        self.learned.append(missed)
 
     @rule()
     def save_and_load(self):
@@ -82,13 +84,13 @@ class RandomChanges(RuleBasedStateMachine):
         before = self.atlas.point_count, self.atlas.known_body
         assert self.atlas.add(touch).refused
         assert (self.atlas.point_count, self.atlas.known_body) == before
-        self.told.append(touch)
+        self.learned.append(touch)
 
     def teardown(self):
         self.atlas.validate()
-        assert self.atlas.touches == len(self.told)
+        assert self.atlas.touches == len(self.learned)
         if not self.finished:
-            again = learned(self.told, self.atlas.tolerance)
+            again = learned(self.learned, self.atlas.tolerance)
             one = saved(self.atlas, self.folder / "one.npz")
             assert saved(again, self.folder / "other.npz") == one
 

@@ -68,8 +68,8 @@ def test_samples_that_nothing_explains_keep_no_label():
     """Three contours of noise beside a ball: no law holds them, and none is dropped."""
     points, outward, planes, noise = touched("sphere", 30)
     rng = np.random.default_rng(0)
-    astray = np.array([80.0, 0.0, 0.0]) + 5.0 * rng.normal(size=(45, 3))
-    points = np.concatenate([points, astray])
+    away = np.array([80.0, 0.0, 0.0]) + 5.0 * rng.normal(size=(45, 3))
+    points = np.concatenate([points, away])
     outward = np.concatenate([outward, np.tile([1.0, 0.0, 0.0], (45, 1))])
     planes = np.concatenate([planes, np.repeat(np.eye(3), 15, axis=0)])
     labels = label_samples(contour_samples(points, outward, planes, BORNE * noise))

@@ -240,9 +240,9 @@ def test_a_single_bad_contact_does_not_cut_a_curve():
 
 def test_a_curve_that_misses_the_point_is_refused():
     curves = ball_curves()
-    astray = Curve("far", curves[2].points + [0.0, 60.0, 0.0], None)
+    away = Curve("far", curves[2].points + [0.0, 60.0, 0.0], None)
     with pytest.raises(ValueError, match="one passes .* away from .* without curve 'far'"):
-        prepare([*curves[:2], astray])
+        prepare([*curves[:2], away])
 
 
 def test_fitted_planes_are_the_sampling_planes():

@@ -109,9 +109,9 @@ def test_our_planner_meets_the_tolerance_on_a_sphere(swept):
 
 def test_a_sweep_goes_on_where_it_was(swept):
     folder, rows = swept
-    told = []
-    again = swept_again(folder, watch=lambda done, total: told.append((done, total)))
-    assert again == rows and told == [(2, 2)]
+    seen = []
+    again = swept_again(folder, watch=lambda done, total: seen.append((done, total)))
+    assert again == rows and seen == [(2, 2)]
 
 
 def test_tolerances_below_two_noises_are_left_out():

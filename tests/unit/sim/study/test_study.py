@@ -38,12 +38,12 @@ STUDY = Study(
 )
 
 
-def watched(told):
-    return lambda done, total: told.append((done, total))
+def watched(seen):
+    return lambda done, total: seen.append((done, total))
 
 
-def measured(folder, names=(), draws=2, seed=0, told=None):
-    return run(STUDY, jobs(names, draws, seed), folder, watched([] if told is None else told))
+def measured(folder, names=(), draws=2, seed=0, seen=None):
+    return run(STUDY, jobs(names, draws, seed), folder, watched([] if seen is None else seen))
 
 
 @pytest.mark.usefixtures("no_processes")
@@ -72,9 +72,9 @@ def test_an_interrupted_study_goes_on_and_ends_as_one_that_was_not(tmp_path):
         run(STUDY, jobs(numbers, 2, 0), broken, stop)
     with open(broken / "t.csv") as file:
         assert len({row["number"] for row in csv.DictReader(file)}) == 2
-    told = []
-    assert measured(broken, numbers, told=told) == rows
-    assert told == [(2, 4), (3, 4), (4, 4)]
+    seen = []
+    assert measured(broken, numbers, seen=seen) == rows
+    assert seen == [(2, 4), (3, 4), (4, 4)]
     assert (broken / "t.csv").read_bytes() == (whole / "t.csv").read_bytes()
 
 
@@ -90,9 +90,9 @@ def test_a_job_that_fails_is_a_row(tmp_path):
 def test_rows_of_other_draws_or_seeds_are_measured_again_and_other_jobs_are_kept(tmp_path):
     measured(tmp_path, ("0", "1"))
     for how in ({"draws": 3}, {"seed": 1}):
-        told = []
-        rows = measured(tmp_path, ("0",), **how, told=told)
-        assert told == [(0, 1), (1, 1)]
+        seen = []
+        rows = measured(tmp_path, ("0",), **how, seen=seen)
+        assert seen == [(0, 1), (1, 1)]
     with open(tmp_path / "t.csv") as file:
         kept = list(csv.DictReader(file))
     assert kept[:2] == rows and {row["number"] for row in kept[2:]} == {"1"}
