@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import networkx as nx
 
-from touchatlas.atlas.body.known_body import KnownBody, look_for_body
+from touchatlas.atlas.body.choose import KnownBody, look_for_body
 from touchatlas.atlas.body.patch_graph import patch_graph
 from touchatlas.atlas.body.read_faces import read_faces
 from touchatlas.atlas.check.invariants import violations
@@ -91,10 +91,10 @@ class Atlas(AtlasState):
     def faces(self) -> Faces:
         """The faces of what was touched, each with its kind in words and numbers, and the sharp
         edges and smooth rims between them; read from the samples."""
-        if self.body is not None and self.known_body.is_one and self.body.faces.are_lawful:
-            return self.body.faces
-        before = self.known_body.faces if self.known_body.is_hopeful else None
-        return read_faces(self.pool, self.sample_std, self.levels, before)
+        body = self.body
+        if body is not None and body.field.is_one and body.faces.are_lawful:
+            return body.faces
+        return read_faces(self.pool, self.sample_std, self.levels, self.known_body.faces)
 
     @property
     def graph(self) -> nx.Graph:

@@ -242,7 +242,7 @@ def innovations(state: AtlasState, points) -> np.ndarray:
     found, some = state.body.at(points)
     # Farther from all samples polynomials tell nothing.
     some = some & (found.deviation <= state.levels.sure * state.scale)
-    if state.known_body.is_one and not state.body.faces.are_lawful:
+    if state.body.field.is_one and not state.body.faces.are_lawful:
         some &= found.deviation >= state.sample_std
     off = found.distance[some] / np.hypot(found.deviation[some], state.sample_std)
     return np.asarray(off)

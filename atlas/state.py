@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from touchatlas.atlas.body.body import Body
-from touchatlas.atlas.body.known_body import KnownBody
+from touchatlas.atlas.body.choose import KnownBody
 from touchatlas.atlas.records.options import AtlasOptions, Levels, check_tolerance
 from touchatlas.atlas.samples.rims import Rims
 from touchatlas.atlas.samples.sample_pool import SamplePool

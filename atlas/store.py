@@ -21,8 +21,8 @@ from touchatlas.atlas.samples.sample_pool import NAMES
 from touchatlas.atlas.whole_file import DamagedError, FileKind, load_whole
 
 # The version is that of the file, no unit.
-_FILE = FileKind("atlas", "the atlas.npz of a run", 14, "explore again")
-_LAW = "count", "looked", "std", "edges", "share", "sharp", "is_one", "is_few"
+_FILE = FileKind("atlas", "the atlas.npz of a run", 15, "explore again")
+_LAW = "count", "looked", "std", "is_few"
 
 
 def atlas_bytes(atlas: Atlas) -> bytes:
@@ -34,7 +34,8 @@ def atlas_bytes(atlas: Atlas) -> bytes:
         "scale_is_given": atlas.scale_is_given,
         "touches": atlas.touches,
         "options": asdict(atlas.options),
-        "law": {name: getattr(atlas.known_body, name) for name in _LAW},
+        "law": {name: getattr(atlas.known_body, name) for name in _LAW}
+        | {"is_of_faces": atlas.known_body.is_of_faces},
     }
     arrays = {
         "header": np.frombuffer(json.dumps(header, sort_keys=True).encode(), np.uint8),

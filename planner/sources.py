@@ -86,7 +86,7 @@ def hidden_hole(view: View, places: Places) -> Target | None:
     A law is believed between samples, but a part that has a hole may have others like it. At the
     end, holes whose radius is within the tolerance do not matter.
     """
-    if view.atlas.known_body.is_one or view.atlas.body is None:
+    if not view.atlas.known_body.is_of_faces:
         return None
     radius = smallest_hole(view.atlas.body)
     least = view.atlas.tolerance if view.phase is Phase.FINISH else 0.0

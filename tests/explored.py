@@ -6,7 +6,7 @@ import numpy as np
 
 from tests.kept import kept_once
 from touchatlas.atlas import Atlas, Touch
-from touchatlas.atlas.body.known_body import look_for_body
+from touchatlas.atlas.body.choose import look_for_body
 from touchatlas.atlas.learn import learn
 from touchatlas.planner import Planner, PlannerOptions, Stop, explore
 from touchatlas.sim import Probe, make_object

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from touchatlas.atlas.body.known_body import KnownBody, body_of_one, known_from_faces
+from touchatlas.atlas.body.choose import KnownBody, body_of_faces, body_of_one
 from touchatlas.atlas.body.read_faces import faces_of_labels, samples_of
 from touchatlas.atlas.labels.grow import Evidence
 from touchatlas.atlas.labels.labels import NONE, Labels
@@ -28,6 +28,7 @@ def law_arrays(known: KnownBody) -> dict[str, np.ndarray]:
     pieces = known.faces.pieces if known.faces else []
     of = known.faces.patch_of if known.faces else np.zeros(0, int)
     return {
+        "faces_std": np.array(known.faces.std if known.faces else 0.0),
         "label_of": of.astype(np.int32),
         "piece_kind": np.array([piece.kind for piece in pieces], np.int8),
         "piece_origin": np.array([piece.origin for piece in pieces]).reshape(-1, 3),
@@ -48,22 +49,24 @@ def law_of_arrays(
     DamagedError
         Its parts do not agree.
     """
-    count, looked, of = header["count"], header["looked"], arrays["label_of"].astype(int)
-    pieces = _pieces(arrays)
+    known, of, pieces = dict(header), arrays["label_of"].astype(int), _pieces(arrays)
+    is_of_faces, count, looked = known.pop("is_of_faces"), known["count"], known["looked"]
     sound = all(type(x) is int for x in (count, looked)) and 0 <= looked <= count <= len(pool)
-    sound = sound and len(of) in (0, looked)
+    sound = sound and len(of) <= count and (len(of) == count or is_of_faces is False)
     if not (sound and of.min(initial=NONE) >= NONE and of.max(initial=NONE) < len(pieces)):
         raise DamagedError("it says nothing of the samples that obey laws")
-    found = KnownBody(**header)
-    if len(pieces):
-        samples = samples_of(pool, looked, header["std"], levels)
+    found = KnownBody(**known)
+    if len(of):
+        samples = samples_of(pool, len(of), float(arrays["faces_std"]), levels)
         labels = Labels(Evidence(samples, SampleGraph(samples), FaceOptions()))
         labels.resume(pieces, of)
-        read = known_from_faces(faces_of_labels(labels), samples, header["sharp"])
-        found = replace(found, faces=read.faces, body=read.body)
-    if found.is_one and count:
-        found = replace(found, body=body_of_one(samples_of(pool, count, header["std"], levels)))
-    return found
+        found = replace(found, faces=faces_of_labels(labels))
+    if not count:
+        return found
+    samples, body = samples_of(pool, count, header["std"], levels), None
+    if is_of_faces and found.faces is not None:
+        body = body_of_faces(found.faces, samples)
+    return replace(found, body=body_of_one(samples) if body is None else body)
 
 
 def _pieces(arrays) -> list[Piece]:

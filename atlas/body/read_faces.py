@@ -3,7 +3,7 @@
 import numpy as np
 
 from touchatlas.atlas.body.body import Body
-from touchatlas.atlas.body.explained import determined, is_lawful
+from touchatlas.atlas.body.explained import determined
 from touchatlas.atlas.body.uncrossed_edges import with_uncrossed_edges
 from touchatlas.atlas.edges.boundaries import find_boundaries
 from touchatlas.atlas.edges.rim_labels import move_to_rims
@@ -50,7 +50,7 @@ def read_faces(
         return Faces((), (), np.zeros((0, 3)), np.zeros((0, 3)), none, none, none, std)
     samples = samples_of(pool, len(pool), std, levels)
     found = determined(faces_of_samples(samples, before=before), samples)
-    return with_uncrossed_edges(Body(found, samples)) if is_lawful(found) else found
+    return with_uncrossed_edges(Body(found, samples)) if len(found) > 1 else found
 
 
 def faces_of_samples(

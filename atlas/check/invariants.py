@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from touchatlas.atlas.body.known_body import body_of_one
+from touchatlas.atlas.body.choose import body_of_one
 from touchatlas.atlas.body.read_faces import samples_of
 from touchatlas.atlas.labels.labels import NONE
 from touchatlas.atlas.mesh.fewer_patches import with_fewer_patches
@@ -64,19 +64,19 @@ def _known_body(state: AtlasState) -> Iterator[str]:
     if (known.body is None) != (known.count == 0):
         yield "there is a body without samples, or none of them"
     faces = known.faces
-    if faces is not None and len(faces.of) != known.looked:
-        yield "faces have other samples than were looked at"
+    if faces is not None and len(faces.of) > known.count:
+        yield "faces have more samples than the body"
     elif faces is not None:
         if not ((faces.of >= NONE) & (faces.of < len(faces))).all():
             yield "a sample is of a face that is not there"
-        if not np.array_equal(faces.points, state.pool.points[: known.looked]):
+        if not np.array_equal(faces.points, state.pool.points[: len(faces.of)]):
             yield "the samples of the faces are not those of the pool"
 
 
 def _body_of_one(state: AtlasState) -> Iterator[str]:
     """A body of one face is the one that its samples give when it is fitted again."""
     known = state.known_body
-    if not known.is_one or known.body is None:
+    if known.is_of_faces or known.body is None:
         return
     body = body_of_one(samples_of(state.pool, known.count, known.body.samples.std, state.levels))
     body.rims = known.body.rims

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from touchatlas.atlas.body.known_body import body_of_one
+from touchatlas.atlas.body.choose import body_of_one
 from touchatlas.atlas.labels.samples import contour_samples
 from touchatlas.atlas.state import AtlasState
 
@@ -50,7 +50,7 @@ def shift_of_object(atlas: AtlasState, found) -> tuple[np.ndarray, np.ndarray]:
     """
     count, std = len(found.distance), atlas.sample_std
     order, none = np.arange(count) / count, np.zeros(count, bool)
-    if not atlas.known_body.is_one:
+    if atlas.known_body.is_of_faces:
         all_of_them = _Beside(found.distance / std, found.normal / std)
         shift, explained = _shift(all_of_them, order, -0.5, 0.5, _MOMENTS)
         off = np.abs(found.distance) > std

@@ -2,7 +2,6 @@
 
 from copy import copy
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -24,9 +23,6 @@ _REACH = 0.15
 # Nearest samples that say which patches reach a point. Doubled, free-form patches are blended
 # farther, and faces are cut beyond the ends of their edges.
 _NEAREST = 16
-# Distance to a sample of another face, over that to the nearest sample, below which a point may
-# belong to that face. Doubled, more points between two faces are doubted.
-_RIVAL = 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +94,7 @@ class FaceField:
         self._tree = cKDTree(faces.points[self._known])
         self._sharp, self._rims = SharpEdges(trees, self.reach), SmoothRims(trees)
         self._cells = Cells(trees, self.reach)
-        self._rounded = RoundedEdges(trees, self.reach, self._sharp.implied)
+        self._rounded = RoundedEdges(trees, self.reach)
 
     def with_surface(self, surface: FreeFormSurface) -> "FaceField":
         """The same field, of one free-form face, with another surface of it."""
@@ -111,17 +107,6 @@ class FaceField:
         found = copy(self)
         found.air = air
         return found
-
-    @cached_property
-    def meet(self) -> np.ndarray:
-        """(f, f) whether two faces have an edge or rim in common, are opposite sides, or one: then
-        it is known which of them has a point."""
-        out = np.eye(len(self.faces), dtype=bool)
-        for edge in self.faces.edges:
-            out[edge.first, edge.second] = out[edge.second, edge.first] = True
-        for one, other, _ in self._sharp.implied:
-            out[one, other] = out[other, one] = True
-        return out
 
     @property
     def same_surface(self) -> np.ndarray:
@@ -172,28 +157,11 @@ class FaceField:
         owner = self._of[near[:, 0]]
         columns = _by_face(self.trees, points, self._of[near])
         chosen = columns[owner, np.arange(len(points))]
-        doubt = self._doubt(columns, owner, away, near)
         self._rims.move(points, away, owner, chosen)
         decides = self._sharp.cut(points, distances, away, owner, chosen)
-        settled = self._cells.settle(points, distances, away[:, 0], owner, decides, chosen)
-        doubted, confirmed = settled
-        chosen[:, 4] += np.where((decides == owner) & ~confirmed, doubt, 0.0)
+        doubted, _ = self._cells.settle(points, distances, away[:, 0], owner, decides, chosen)
         chosen[doubted, 4] = np.maximum(chosen[doubted, 4], chosen[doubted, 0] ** 2)
         return owner, decides, chosen
-
-    def _doubt(self, columns, owner, away, near) -> np.ndarray:
-        """(n,) variance of the distance where a face that does not meet the owner has a sample
-        about as near: the square of half of the difference of both, less the farther it is."""
-        of, rows = self._of[near], np.arange(len(owner))
-        # At a sample itself every other one is far away.
-        least = np.maximum(away[:, :1], np.finfo(float).eps * away[:, -1:])
-        ratio = away / np.maximum(least, np.finfo(float).tiny)
-        rival = (ratio < _RIVAL) & ~self.meet[owner[:, None], of]
-        first = rival.argmax(axis=1)
-        other = of[rows, first]
-        apart = 0.5 * (columns[other, rows, 0] - columns[owner, rows, 0])
-        fade = _RIVAL - ratio[rows, first]
-        return np.where(rival.any(axis=1), (fade * apart) ** 2, 0.0)
 
 
 def face_values(faces: Faces, points) -> FaceValues:

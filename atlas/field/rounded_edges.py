@@ -37,18 +37,16 @@ class RoundedEdges:
     trees : FaceTrees
     reach : float, length
         Distance from the samples of a face up to which it may bound another.
-    implied : list of (int, int, float)
-        Pairs of faces with an edge that no contour crossed, and its sign.
     """
 
-    def __init__(self, trees: FaceTrees, reach: float, implied: list) -> None:
+    def __init__(self, trees: FaceTrees, reach: float) -> None:
         self._trees, self._reach = trees, reach
         sharp = [(*_pair(edge), edge.kind.sign) for edge in trees.faces.edges if edge.kind.sharp]
         blunt = [edge for edge in trees.faces.edges if edge.radius > 0.0]
         # Each with which faces are its own, and which of them end it at an edge of its own sign,
         # and of the other one.
         ids = np.arange(len(trees.faces))
-        beside = [_beside(edge, sharp + implied) for edge in blunt]
+        beside = [_beside(edge, sharp) for edge in blunt]
         self._edges = [
             (edge, np.isin(ids, _pair(edge)), np.isin(ids, alike), np.isin(ids, other))
             for edge, (alike, other) in zip(blunt, beside, strict=True)

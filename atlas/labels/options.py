@@ -25,6 +25,9 @@ class FaceOptions:
         Predicted deviation up to which a growing piece claims samples, in deviations of a sample.
     better : float
         How many times as much a kind of more parameters must explain.
+    lawful : float
+        Least fraction of the samples that laws explain in the first labelling for faces to be read;
+        with fewer the body is treated as free-form.
     rounds : int
         Most rounds of labels, drops, refits, splits and merges.
     """
@@ -34,10 +37,11 @@ class FaceOptions:
     gate: float = 3.0
     doubt: float = 1.5
     better: float = 1.25
+    lawful: float = 0.25
     rounds: int = 4
 
     def __post_init__(self) -> None:
-        for name in ("unexplained", "boundary", "gate", "doubt", "better"):
+        for name in ("unexplained", "boundary", "gate", "doubt", "better", "lawful"):
             if not 0.0 < real(getattr(self, name)) < float("inf"):
                 raise ValueError(f"{name} is {getattr(self, name)!r}; it must be a number > 0")
         if not (isinstance(self.rounds, int) and self.rounds >= 1):

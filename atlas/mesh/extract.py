@@ -18,7 +18,6 @@ from touchatlas.atlas.contouring.body_surface import (
 )
 from touchatlas.atlas.mesh.close_holes import close_holes
 from touchatlas.atlas.mesh.close_slits import close_slits
-from touchatlas.atlas.mesh.levels import with_unknown_risers
 from touchatlas.atlas.mesh.refine import refined
 from touchatlas.atlas.mesh.rim_vertices import ended_at_rims
 from touchatlas.atlas.mesh.small_handles import without_small_handles
@@ -65,7 +64,7 @@ def extract_surface(state: AtlasState, edge: float | None = None) -> Surface:
         surface = refined(body, surface, sagitta)
     surface = with_curvatures(body, surface)
     if lawful:
-        return close_holes(with_unknown_risers(body, surface), state.rims)
+        return close_holes(surface, state.rims)
     surface = ended_at_rims(surface, body)
     surface = close_slits(close_holes(surface, state.rims), state.rims)
     if not len(surface.faces) or SURE * float(np.median(surface.deviation)) > state.tolerance:

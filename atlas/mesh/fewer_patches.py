@@ -5,7 +5,7 @@ from dataclasses import replace
 import igl
 import numpy as np
 
-from touchatlas.atlas.body.known_body import KnownBody
+from touchatlas.atlas.body.choose import KnownBody
 from touchatlas.atlas.contouring.body_surface import MOST, body_surface, coarse_edge, is_smooth
 from touchatlas.atlas.mesh.stray_pieces import without_stray_pieces
 from touchatlas.atlas.surfaces.fewer import fewer_sextics

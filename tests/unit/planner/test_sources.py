@@ -10,8 +10,8 @@ from scipy.spatial.distance import cdist
 from tests.explored import explored
 from tests.lawful import BORE, known_body
 from touchatlas.atlas import Atlas
+from touchatlas.atlas.body.choose import KnownBody
 from touchatlas.atlas.body.guessed_edges import GuessedEdges
-from touchatlas.atlas.body.known_body import KnownBody
 from touchatlas.atlas.body.round_holes import smallest_hole
 from touchatlas.planner import Planner, PlannerOptions, Reason
 from touchatlas.planner import sources as listed

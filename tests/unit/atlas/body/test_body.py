@@ -24,7 +24,7 @@ from tests.lawful import (
 )
 from tests.touched import touched_samples
 from touchatlas.atlas.body.body import Body
-from touchatlas.atlas.body.explained import is_lawful, lawful_share
+from touchatlas.atlas.body.choose import has_edges
 from touchatlas.atlas.body.one_face import face_of_all
 from touchatlas.atlas.body.thinned_samples import ThinnedSamples
 from touchatlas.sim.world.mesh_object import MeshObject
@@ -60,7 +60,7 @@ def noisy_cylinder():
 def test_the_surface_of_a_box_is_the_largest_of_six_distances(box, surface):
     """Planes through samples without noise leave rounding of 1e-14 extents. Near an edge that few
     samples show, a point off the surface may be given to one plane alone: 2 of 2,000 are."""
-    assert len(box.faces) == 6 and is_lawful(box.faces)
+    assert len(box.faces) == 6 and box.faces.are_lawful
     found, known = box.at(surface)
     assert np.abs(found.distance).max() < 1e-12
     assert known.mean() > 0.98
@@ -109,7 +109,7 @@ def test_a_step_is_two_blocks_even_where_a_concave_edge_meets_two_convex_ones():
     show, a point off the surface may be given to one plane alone: 2 per mille are. A plane through
     100 samples or more is right to half of their deviation within its own extent."""
     body = known_body("step", 40)
-    assert len(body.faces) == 8 and is_lawful(body.faces)
+    assert len(body.faces) == 8 and body.faces.are_lawful
     rng = np.random.default_rng(1)
     corners = np.array([[30.0, 20.0, 0.0], [30.0, 20.0, 30.0]])
     along = np.array([30.0, 20.0, 0.0]) + rng.uniform(0.0, 30.0, (600, 1)) * [0.0, 0.0, 1.0]
@@ -197,11 +197,23 @@ def test_a_sphere_has_the_square_of_its_curvature():
     assert body.largest_curvature == pytest.approx(1.0 / 33.0, rel=3.0 * 6e-4 / 4.0)
 
 
-def test_a_body_is_lawful_where_few_samples_are_left_out(box):
-    """A single face is no body with edges; unexplained samples count."""
-    assert lawful_share(box.faces) == pytest.approx(1.0 - box.faces.unexplained, abs=1e-12)
-    sphere = body_of(touched_samples("sphere", 30)).faces
-    assert len(sphere) == 1 and not is_lawful(sphere)
+def test_contours_of_a_box_run_over_edges_and_those_of_an_ellipsoid_over_none():
+    """The ellipsoid of half axes 30, 20 and 15 bends by 8 steps of 1 over radii of 7.5 at least,
+    more than half of that as a cubic."""
+    box = samples_of_touches(touched_mesh("box", 30, NOISE), NOISE)
+    assert has_edges(box, np.zeros(len(box), bool))
+    smooth = samples_of_touches(touched_mesh("ellipsoid", 30, NOISE), NOISE)
+    assert not has_edges(smooth, np.zeros(len(smooth), bool))
+
+
+@pytest.mark.parametrize(("count", "found"), [(5, False), (6, False), (8, True), (9, True)])
+def test_more_contours_that_end_at_edges_than_by_chance_show_edges(count, found):
+    """Of 90 contours, in two of a hundred of which noise makes one: by the binomial distribution 8
+    or more come with a chance of 5e-4, 7 or more with one of 2.3e-3."""
+    samples = samples_of_touches(touched_mesh("ellipsoid", 30, NOISE), NOISE)
+    last = np.flatnonzero(np.diff(samples.contours, append=-1))
+    assert len(last) == 90
+    assert has_edges(samples, np.isin(np.arange(len(samples)), last[:count])) is found
 
 
 def test_the_end_of_a_finger_is_not_among_the_samples_of_its_sides():

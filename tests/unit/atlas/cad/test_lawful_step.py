@@ -8,7 +8,7 @@ import pytest
 
 from tests.lawful import body_of, lawful_object, samples_of_touches, touched_mesh
 from touchatlas.atlas.atlas import Atlas
-from touchatlas.atlas.body.known_body import KnownBody
+from touchatlas.atlas.body.choose import KnownBody
 from touchatlas.atlas.cad.step import save_step
 from touchatlas.atlas.records.options import AtlasOptions
 
@@ -29,7 +29,7 @@ def atlas_of(name: str, touches: int, scale: float = 1.0, **options) -> Atlas:
     samples = samples_of_touches(touched_mesh(name, touches, NOISE), 1.5 * NOISE, scale=scale)
     atlas = Atlas(scale * TOLERANCE, AtlasOptions(**options))
     body = body_of(samples)
-    atlas.known_body = KnownBody(is_one=False, faces=body.faces, body=body)
+    atlas.known_body = KnownBody(faces=body.faces, body=body)
     return atlas
 
 
@@ -113,7 +113,7 @@ def test_a_body_that_is_known_in_part_is_written_as_triangles(gmsh, tmp_path):
     x, y, z = columns[0].T
     samples = samples_of_touches(columns, 1.5 * NOISE, (x < 0.0) | (y < -5.0) | (z < 14.0))
     atlas, body = Atlas(TOLERANCE), body_of(samples)
-    atlas.known_body = KnownBody(is_one=False, faces=body.faces, body=body)
+    atlas.known_body = KnownBody(faces=body.faces, body=body)
     report = save_step(atlas, tmp_path / "a.step")
     assert (report.solids, report.planes) == (0, 0) and report.triangles > 0
     assert "of the surface of the solid is unknown" in report.note

@@ -13,7 +13,7 @@ from tests.explored import learned, spread_touches
 from tests.lawful import HALF, body_of, samples_of_touches, touched_mesh
 from tests.unit.atlas.cad.smooth_bodies import RADIUS, surface_of, volume
 from touchatlas.atlas.atlas import Atlas
-from touchatlas.atlas.body.known_body import KnownBody, body_of_one
+from touchatlas.atlas.body.choose import KnownBody, body_of_one
 from touchatlas.atlas.cad.step import fewer_triangles, save_step, triangle_shapes
 from touchatlas.sim import make_object
 

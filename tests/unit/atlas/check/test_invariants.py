@@ -106,7 +106,7 @@ CORRUPTIONS = {
     ),
     "face that is not there": ("edges", label(1000), "a face that is not there"),
     "face below none": ("edges", label(-2), "a face that is not there"),
-    "faces of fewer samples": ("edges", known(looked=lambda k: k.looked - 1), "other samples than"),
+    "faces of fewer samples": ("edges", known(count=lambda k: k.count - 1), "more samples than"),
     "faces' sample": ("edges", sample("points", lambda v: v + 5.0), "not those of the pool"),
 }
 

@@ -15,7 +15,6 @@ from tests.lawful import (
     lawful_object,
     rounded_box_distance,
 )
-from touchatlas.atlas.body.explained import is_lawful, lawful_share
 from touchatlas.atlas.body.thinned_samples import ThinnedSamples
 from touchatlas.atlas.edges.boundary import EdgeKind
 from touchatlas.atlas.faces.face_graph import as_networkx
@@ -40,9 +39,8 @@ def test_a_rounded_box_is_six_planes_and_one_radius_for_each_edge(rounded):
 
 def test_samples_on_rounded_edges_are_explained(rounded):
     """All but those of corners that no three edges with a radius explain, 1 of 100."""
-    assert is_lawful(rounded.faces)
+    assert rounded.faces.are_lawful
     assert rounded.faces.unexplained < 0.02
-    assert lawful_share(rounded.faces) == pytest.approx(1.0 - rounded.faces.unexplained)
 
 
 def test_samples_on_rounded_edges_and_corners_count_as_the_surface(rounded):

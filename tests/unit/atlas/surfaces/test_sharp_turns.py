@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.lawful import HALF, NOISE, STEP, lawful_object, samples_of_touches, touched_mesh
-from touchatlas.atlas.body.known_body import body_of_one
+from touchatlas.atlas.body.choose import body_of_one
 from touchatlas.atlas.body.one_face import face_of_all
 from touchatlas.atlas.labels.samples import ContourSamples
 from touchatlas.atlas.surfaces.sharp_turns import MANY, SharpTurns, share_of_contours, sharp_turns

@@ -1,0 +1,161 @@
+"""KnownBody: the body that samples show, one face or many, by the shorter description."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.special import bdtrc
+
+from touchatlas.atlas.body.body import Body
+from touchatlas.atlas.body.explained import determined
+from touchatlas.atlas.body.one_face import face_of_all
+from touchatlas.atlas.body.read_faces import faces_of_revised, faces_of_samples, samples_of
+from touchatlas.atlas.faces.faces import Faces
+from touchatlas.atlas.labels.labels import is_larger
+from touchatlas.atlas.labels.options import FaceOptions
+from touchatlas.atlas.labels.samples import ContourSamples
+from touchatlas.atlas.records.options import Levels
+from touchatlas.atlas.relabel.labelling import first_labels, revise_all
+from touchatlas.atlas.samples.sample_pool import SamplePool
+from touchatlas.patch.geometry.kinks import kinks
+
+
+@dataclass(frozen=True, eq=False)
+class KnownBody:
+    """What samples show.
+
+    Parameters
+    ----------
+    count : int
+        Number of samples that the body was made of.
+    looked : int
+        Number of samples when one face and many were last compared.
+    std : float, length
+        Standard deviation of a sample then.
+    faces : Faces or None
+        The faces that were last read; the next reading goes on from them.
+    body : Body or None
+        The surface; None before any touch.
+    is_few : bool
+        Whether its patches are as few as the tolerance allows.
+    """
+
+    count: int = 0
+    looked: int = 0
+    std: float = 0.0
+    faces: Faces | None = None
+    body: Body | None = None
+    is_few: bool = False
+
+    @property
+    def is_of_faces(self) -> bool:
+        """Whether the body is drawn from several faces."""
+        return self.body is not None and not self.body.field.is_one
+
+
+def look_for_body(
+    pool: SamplePool,
+    std: float,
+    before: KnownBody = KnownBody(),
+    levels: Levels = Levels(),
+    last: bool = False,
+) -> KnownBody:
+    """What the samples of a pool show.
+
+    One face and many are compared where the number of samples has passed the next power of a
+    growth since the comparison ``before``, and the ``last`` time. In between the new samples join
+    the body that was chosen.
+
+    Parameters
+    ----------
+    pool : SamplePool
+    std : float, length
+        Standard deviation of a sample.
+    before : KnownBody
+    levels : Levels
+    last : bool
+        Whether no samples follow.
+    """
+    count = len(pool)
+    if is_larger(count, before.looked) or (last and before.looked < count):
+        samples = samples_of(pool, count, std, levels)
+        return _chosen(samples, np.asarray(pool.edges), before)
+    if count == before.count:
+        return before
+    samples = samples_of(pool, count, std, levels)
+    found = replace(before, count=count, std=std, is_few=False)
+    if before.is_of_faces:
+        faces = faces_of_samples(samples, before=before.faces)
+        body = body_of_faces(faces, samples)
+        if body is not None:
+            return replace(found, faces=faces, body=body)
+    return replace(found, body=body_of_one(samples, before.body))
+
+
+def _chosen(samples: ContourSamples, ends_at_edge, before: KnownBody) -> KnownBody:
+    """The body of the shortest description: all samples as one face, faces that go on from those
+    read ``before``, or faces that are read anew."""
+    one = body_of_one(samples, before.body)
+    found = KnownBody(len(samples), len(samples), samples.std, None, one)
+    if before.faces is None and not has_edges(samples, ends_at_edge):
+        return found
+    shortest = description_length(one)
+    read = [] if before.faces is None else [faces_of_samples(samples, before=before.faces)]
+    for faces in [*read, None]:
+        if found.is_of_faces:
+            break
+        again = _read_anew(samples) if faces is None else faces
+        body = None if again is None else body_of_faces(again, samples)
+        if again is not None:
+            found = replace(found, faces=again)
+        if body is not None and description_length(body) < shortest:
+            found = replace(found, body=body)
+    return found
+
+
+def _read_anew(samples: ContourSamples) -> Faces | None:
+    """The faces of samples; None where laws explain too few of them at first."""
+    labels = first_labels(samples)
+    if labels.lawful_share < labels.evidence.options.lawful:
+        return None
+    revise_all(labels)
+    return faces_of_revised(labels)
+
+
+def description_length(body: Body, options: FaceOptions = FaceOptions()) -> float:
+    """Nats in which a body describes its samples (Rissanen 1978, Schwarz 1978).
+
+    A sample takes half its squared distance from the surface over its variance, and no more than
+    an unexplained one. A parameter takes half the logarithm of the number of samples. The number of
+    parameters that samples determine is the trace of the smoother: the sum of the variances of the
+    surface at the samples over that of a sample (Hastie, Tibshirani, Friedman, The Elements of
+    Statistical Learning, 2009, section 5.4.1).
+    """
+    samples = body.samples
+    found = body.field.at(samples.points)
+    misfit = np.minimum(0.5 * (found.distance / samples.std) ** 2, options.unexplained)
+    freedom = np.minimum((found.deviation / samples.std) ** 2, 1.0)
+    return float(misfit.sum() + 0.5 * np.log(len(samples)) * freedom.sum())
+
+
+def has_edges(samples: ContourSamples, ends_at_edge) -> bool:
+    """Whether more contours run over a sharp edge, or have a sample (n,) that is the last before
+    one, than noise makes by chance; it makes a kink in two of a hundred contours."""
+    bounds = np.append(np.flatnonzero(np.diff(samples.contours, prepend=-1)), len(samples))
+    count = sum(
+        bool(ends_at_edge[a:b].any())
+        or len(kinks(samples.points[a:b], samples.planes[a], samples.std)) > 0
+        for a, b in zip(bounds[:-1].tolist(), bounds[1:].tolist(), strict=True)
+    )
+    return count > 0 and bool(bdtrc(count - 1, len(bounds) - 1, 0.02) < samples.levels.alpha)
+
+
+def body_of_one(samples: ContourSamples, before: Body | None = None) -> Body:
+    """All samples as one face; ``before`` may be the body of the first of them."""
+    faces = face_of_all(samples, before.faces if before and before.field.is_one else None)
+    return Body(faces, samples, before)
+
+
+def body_of_faces(faces: Faces, samples: ContourSamples) -> Body | None:
+    """The body of those faces that contours determine; None where these are one or none."""
+    known = determined(faces, samples)
+    return Body(known, samples) if len(known) > 1 else None

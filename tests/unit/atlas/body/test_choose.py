@@ -1,0 +1,150 @@
+"""KnownBody: when one face and many are compared, and which describes the samples shorter."""
+
+import numpy as np
+import pytest
+
+from tests.lawful import touched_mesh
+from touchatlas.atlas.body import choose
+from touchatlas.atlas.body.body import Body
+from touchatlas.atlas.body.choose import (
+    KnownBody,
+    body_of_faces,
+    body_of_one,
+    description_length,
+    look_for_body,
+)
+from touchatlas.atlas.body.read_faces import faces_of_samples, samples_of
+from touchatlas.atlas.labels.samples import contour_samples
+from touchatlas.atlas.samples.sample_pool import SamplePool
+
+NOISE = 0.02
+# An equal share of the variance is lack of fit.
+STD = np.sqrt(2.0) * NOISE
+
+
+def pool_of(name: str, count: int, ends=False) -> SamplePool:
+    pool = SamplePool()
+    pool.add(*touched_mesh(name, count, NOISE), ends, NOISE)
+    return pool
+
+
+@pytest.fixture(scope="module")
+def box():
+    return look_for_body(pool_of("box", 30), STD)
+
+
+def test_a_plane_is_described_by_its_misfit_and_three_parameters():
+    """Of n samples with white noise the misfit is half of a chi-square of n - 3 degrees of freedom,
+    and three parameters take 3/2 log n nats; within 4 deviations, sqrt(n / 2) each."""
+    rng = np.random.default_rng(0)
+    x, y = np.meshgrid(np.linspace(-20.0, 20.0, 40), np.linspace(-20.0, 20.0, 10))
+    points = np.column_stack([x.ravel(), y.ravel(), STD * rng.normal(size=x.size)])
+    outward, planes = np.tile([0.0, 0.0, 1.0], (400, 1)), np.tile([0.0, 1.0, 0.0], (400, 1))
+    planes[(np.arange(400) // 40) % 2 == 1] *= -1.0
+    samples = contour_samples(points, outward, planes, STD)
+    body = Body(faces_of_samples(samples), samples)
+    assert body.faces.faces[0].kind == "plane"
+    expected = 0.5 * (400 - 3) + 1.5 * np.log(400)
+    assert description_length(body) == pytest.approx(expected, abs=4.0 * np.sqrt(200.0))
+
+
+def test_six_planes_describe_a_box_shorter_than_one_free_form_face(box):
+    assert (box.count, box.looked, box.std) == (2970, 2970, STD)
+    assert box.is_of_faces
+    assert [face.kind for face in box.body.faces.faces] == ["plane"] * 6
+    one = description_length(body_of_one(box.body.samples))
+    assert description_length(box.body) < 0.5 * one
+
+
+def test_a_box_with_a_free_form_top_is_of_faces():
+    known = look_for_body(pool_of("wavy", 30), STD)
+    kinds = [face.kind for face in known.body.faces.faces]
+    assert "free-form" in kinds and kinds.count("plane") >= 5
+    assert description_length(known.body) < description_length(body_of_one(known.body.samples))
+
+
+def test_samples_beside_the_faces_make_their_description_longer(box):
+    """One side is moved by ten deviations at every fourth sample: each of them takes the price of
+    an unexplained sample instead of half a nat."""
+    samples, side = box.body.samples, box.body.faces.faces[1]
+    moved = side.samples[::4]
+    points = samples.points.copy()
+    points[moved] += 10.0 * STD * side.pieces[0].axes[2]
+    columns = points, samples.outward, samples.planes, STD
+    longer = body_of_faces(box.faces, contour_samples(*columns))
+    more = description_length(longer) - description_length(box.body)
+    assert more > 5.0 * len(moved)
+
+
+def test_one_face_learns_each_touch_and_is_compared_by_growth():
+    """An egg: the body is that of all samples, whatever was known of the first of them."""
+    points, outward, planes = touched_mesh("egg", 12, NOISE)
+    pool, known, looks = SamplePool(), KnownBody(), []
+    for last in (1020, 1030, 1188):
+        some = slice(len(pool), last)
+        pool.add(points[some], outward[some], planes[some], False, NOISE)
+        known = look_for_body(pool, STD, known)
+        looks.append(known.looked)
+        assert not known.is_of_faces and known.count == len(pool)
+    # Powers of 1.25 are 1009.7 and 1262.2.
+    assert looks == [1020, 1020, 1020]
+    found = known.body.field.at(points)
+    again = body_of_one(samples_of(pool, len(pool), STD)).field.at(points)
+    assert np.array_equal(found.distance, again.distance)
+    # A deviation of a sample is STD; the surface passes among all samples, the new ones too.
+    assert np.sqrt(np.mean(found.distance[1020:] ** 2)) < 1.5 * STD
+
+
+def test_faces_learn_each_touch(box):
+    """Between two comparisons as well: the faces are those that a reading of all samples gives."""
+    points, outward, planes = touched_mesh("box", 30, NOISE)
+    pool, known = SamplePool(), KnownBody()
+    for last in (2871, 2970):
+        some = slice(len(pool), last)
+        pool.add(points[some], outward[some], planes[some], False, NOISE)
+        known = look_for_body(pool, STD, known)
+    assert (known.count, known.looked) == (2970, 2871)
+    assert len(known.body.faces.of) == 2970
+    assert [face.words for face in known.body.faces.faces] == [
+        face.words for face in box.body.faces.faces
+    ]
+
+
+def test_without_a_new_sample_nothing_is_done(monkeypatch):
+    def fit(samples):
+        raise AssertionError("a body is fitted again")
+
+    pool = pool_of("ellipsoid", 12)
+    known = look_for_body(pool, STD)
+    monkeypatch.setattr(choose, "body_of_one", fit)
+    assert look_for_body(pool, STD, known) is known
+    assert look_for_body(pool, STD, known, last=True) is known
+    assert look_for_body(SamplePool(), STD).body is None
+
+
+def test_equal_samples_give_equal_faces(box):
+    again = look_for_body(pool_of("box", 30), STD)
+    assert again.body.faces.of.tobytes() == box.body.faces.of.tobytes()
+    for one, other in zip(again.body.faces.faces, box.body.faces.faces, strict=True):
+        assert one.words == other.words
+        assert one.pieces[0].coefficients.tobytes() == other.pieces[0].coefficients.tobytes()
+
+
+def test_faces_of_a_smooth_body_are_never_read(monkeypatch):
+    def read(samples, *, before=None):
+        raise AssertionError("faces of a smooth body are read")
+
+    monkeypatch.setattr(choose, "faces_of_samples", read)
+    known = look_for_body(pool_of("egg", 30), STD)
+    assert known.faces is None
+    assert [face.kind for face in known.body.faces.faces] == ["free-form"]
+
+
+def test_ends_at_edges_are_edges():
+    """All contours of a smooth body end at edges, as a probe says: its faces are read."""
+    planes = touched_mesh("ellipsoid", 12, NOISE)[2]
+    pool = pool_of("ellipsoid", 12, np.append((planes[1:] != planes[:-1]).any(axis=1), True))
+    samples = samples_of(pool, len(pool), STD)
+    assert choose.has_edges(samples, np.asarray(pool.edges))
+    assert not choose.has_edges(samples, np.zeros(len(pool), bool))
+    assert len(faces_of_samples(samples)) >= 1
