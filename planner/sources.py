@@ -86,7 +86,8 @@ def hidden_hole(view: View, places: Places) -> Target | None:
     A law is believed between samples, but a part that has a hole may have others like it. At the
     end, holes whose radius is within the tolerance do not matter.
     """
-    if not view.atlas.known_body.is_of_faces:
+    body = view.atlas.body
+    if body is None or body.field.is_one:
         return None
     radius = smallest_hole(view.atlas.body)
     least = view.atlas.tolerance if view.phase is Phase.FINISH else 0.0

@@ -38,9 +38,6 @@ _ROUNDED = 0.1
 # Distance from the faces at which a sample without a label lies on them, in standard deviations.
 # Doubled, less is left out where a small part of another shape is touched.
 _ON_FACE = 3.0
-# Distance from the surface at which a sample contradicts it, in standard deviations. Doubled, a
-# wing nut is drawn from faces that leave 42 handles.
-_BESIDE_SURFACE = 5.0
 
 
 class Body:
@@ -83,8 +80,7 @@ class Body:
         """The same body of one free-form face, with another surface of it."""
         found = copy(self)
         # What was computed from the surface before.
-        for name in "contradicted", "largest_curvature":
-            found.__dict__.pop(name, None)
+        found.__dict__.pop("largest_curvature", None)
         found.field = self.field.with_surface(surface)
         return found
 
@@ -112,13 +108,6 @@ class Body:
     def patch_count(self) -> int:
         """Number of patches: the pieces of lawful faces, and the sextics of free-form ones."""
         return self.field.trees.patch_count
-
-    @cached_property
-    def contradicted(self) -> float:
-        """Fraction of the samples of faces beside which the surface passes, by more than five
-        standard deviations."""
-        off = np.abs(self.field.at(self.seeds).distance)
-        return float((off > _BESIDE_SURFACE * self.samples.std).mean())
 
     @cached_property
     def largest_curvature(self) -> float:
