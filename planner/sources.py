@@ -87,14 +87,14 @@ def hidden_hole(view: View, places: Places) -> Target | None:
     end, holes whose radius is within the tolerance do not matter.
     """
     body = view.atlas.body
-    if body is None or body.field.is_one:
+    if body is None or not view.atlas.known_body.is_of_faces:
         return None
-    radius = smallest_hole(view.atlas.body)
+    radius = smallest_hole(body)
     least = view.atlas.tolerance if view.phase is Phase.FINISH else 0.0
     if not least < radius < np.inf:
         return None
     points = places.points
-    away = np.minimum(view.atlas.body.away(points), distance_to(view.done, points))
+    away = np.minimum(body.away(points), distance_to(view.done, points))
     away = np.where(view.is_free(points), away, 0.0)
     if not away.max(initial=0.0) > max(radius, view.options.levels.hidden_hole * view.extent):
         return None
