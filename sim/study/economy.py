@@ -348,10 +348,10 @@ def object_picture(name: str, rows: list[Row]):
 
     figure = canvas(15.0, 10.5)
     grid = figure.subplots(len(_ERRORS), len(_CHARTED), sharex="col", sharey="row")
-    for line, (title, error) in zip(grid, _ERRORS.items(), strict=True):
+    for place, (line, (title, error)) in enumerate(zip(grid, _ERRORS.items(), strict=True)):
         for axes, cost in zip(line, _CHARTED, strict=True):
             # Shares are within different tolerances, so no line joins them.
-            _panel(axes, rows, COSTS[cost], error, joined=line is not grid[-1])
+            _panel(axes, rows, COSTS[cost], error, joined=place < len(grid) - 1)
         line[0].set_ylabel(title)
     for axes, label in zip(grid[-1], _CHARTED.values(), strict=True):
         axes.set_xlabel(label)
