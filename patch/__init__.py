@@ -18,7 +18,7 @@ Folders
 ``geometry`` holds the records (Contour, DarbouxFrame, Patch) and the formulas of differential
 geometry; it knows no estimator. ``fit`` is the default estimator: ``fit_patch`` gives the most
 probable polynomial in x, y and z. ``paper`` is the paper's own estimator: ``fit_paper`` with its
-penalty on folds. To add an estimator, make a folder beside ``fit`` that imports ``geometry`` only.
+penalty on folds. To add an estimator, make a folder next to ``fit`` that imports ``geometry`` only.
 Its function takes a point, contours and an outward vector, and returns a PatchFit. The laws in
 ``tests/laws`` say what its patch must satisfy.
 """
@@ -28,7 +28,7 @@ from typing import TYPE_CHECKING
 from touchatlas.patch.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from touchatlas.patch.fit.diagnosis import Diagnosis, diagnose
+    from touchatlas.patch.fit.diagnosis import Diagnosis, DiagnosisLimits, diagnose
     from touchatlas.patch.fit.fit_patch import FitOptions, PatchFit, fit_patch
     from touchatlas.patch.fit.start import UnfitError
     from touchatlas.patch.geometry.contour import Contour, ContourEnd, SamplingPlane
@@ -41,6 +41,7 @@ __all__ = [
     "ContourEnd",
     "DarbouxFrame",
     "Diagnosis",
+    "DiagnosisLimits",
     "FitOptions",
     "Patch",
     "PatchFit",
@@ -57,6 +58,7 @@ __getattr__ = lazy_names(
         "ContourEnd": "touchatlas.patch.geometry.contour",
         "DarbouxFrame": "touchatlas.patch.geometry.frame",
         "Diagnosis": "touchatlas.patch.fit.diagnosis",
+        "DiagnosisLimits": "touchatlas.patch.fit.diagnosis",
         "FitOptions": "touchatlas.patch.fit.fit_patch",
         "Patch": "touchatlas.patch.geometry.patch",
         "PatchFit": "touchatlas.patch.fit.fit_patch",

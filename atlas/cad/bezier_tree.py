@@ -1,6 +1,6 @@
 """BezierTree: bicubic Bezier faces between cubic sides that neighbours share, perhaps by halves.
 
-A face beside a longer one shares a half of its side. Both are the same curve, so that no gap opens.
+A face next to a larger one shares a half of its side: the same curve, so that no gap opens.
 """
 
 from dataclasses import dataclass, field, replace

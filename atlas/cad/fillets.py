@@ -41,7 +41,7 @@ class SolidEdge(NamedTuple):
     shape: Any
     points: np.ndarray
     ends: tuple[int, int]
-    beside: set[int]
+    numbers: set[int]
 
 
 def fillet_radii(faces: Faces, same, edges: list[SolidEdge], sure: float) -> dict[int, Radius]:
@@ -78,8 +78,8 @@ def blunt_edges(faces: Faces, same, edges: list[SolidEdge]) -> dict[int, int]:
         pair = frozenset(same[[edge.first, edge.second]].tolist())
         between.setdefault(pair, []).append(place)
     out = {}
-    for number, (_, points, _, beside) in enumerate(edges):
-        found = between.get(frozenset(beside), []) if len(beside) == 2 else []
+    for number, (_, points, _, numbers) in enumerate(edges):
+        found = between.get(frozenset(numbers), []) if len(numbers) == 2 else []
         if not len(points) or not any(faces.edges[place].radius > 0.0 for place in found):
             continue
         nearest = min(found, key=lambda place: _distance(faces.edges[place], points))
@@ -113,15 +113,15 @@ def solid_edges(one: LawfulSolid) -> list[SolidEdge]:
     from OCP.TopExp import TopExp
 
     place_of, vertices = parts_of(one.shape, "Edge"), parts_of(one.shape, "Vertex")
-    beside: dict[int, set[int]] = {}
+    numbers: dict[int, set[int]] = {}
     for face, number in zip(one.faces, one.numbers, strict=True):
         for edge in listed(face, "Edge"):
-            beside.setdefault(place_of.FindIndex(edge), set()).add(number)
+            numbers.setdefault(place_of.FindIndex(edge), set()).add(number)
     out = []
     for place, edge in enumerate(listed(one.shape, "Edge"), start=1):
         ends = TopExp.FirstVertex_s(edge), TopExp.LastVertex_s(edge)
         first, last = (vertices.FindIndex(vertex) for vertex in ends)
-        out.append(SolidEdge(edge, points_along(edge), (first, last), beside[place]))
+        out.append(SolidEdge(edge, points_along(edge), (first, last), numbers[place]))
     return out
 
 

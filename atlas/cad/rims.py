@@ -120,7 +120,7 @@ def made_tangent(
         change = change - np.linalg.lstsq(slopes, gaps(change), rcond=1e-7)[0]
     # The kernel takes points within 1e-7 of a body of size 1 for one: a hundredth of that.
     if not np.abs(gaps(change)).max() <= 1e-9:
-        raise NotWritten("faces beside smooth rims cannot all be tangent")
+        raise NotWritten("faces at smooth rims cannot all be tangent")
     return moved(change)
 
 

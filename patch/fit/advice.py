@@ -10,7 +10,7 @@ ADVICE = {
     "waves": "The residuals run in waves: detail, an edge or drift that the patch does not follow; "
     "track shorter curves.",
     "contradiction": "The curves do not cross on one surface; track them again: the object may "
-    "have moved, or one curve be of another frame or unit. It cannot be told which one.",
+    "have moved, or one curve be of another frame or unit. The curves do not show which one.",
     "off plane": "A curve leaves its sampling plane; give the plane it was tracked in.",
     "unlike curves": "The samples of one curve lie much closer together than those of another, or "
     "scatter much less across its plane; see that all curves have one unit.",
@@ -21,8 +21,8 @@ ADVICE = {
 
 # What is said of a contradiction where the curve is known, and the doubts that it explains.
 _DISPLACED = (
-    "Curve {} lies beside the others; leave it out where three others are left, or track it again: "
-    "the object may have moved, or the curve be of another frame."
+    "Curve {} is displaced from the others; leave it out where three others are left, or track it "
+    "again: the object may have moved, or the curve be of another frame."
 )
 _EXPLAINED = frozenset(
     {"contradiction", "uncertain", "misfit", "waves", "bad contacts", "noise overstated"}
@@ -32,20 +32,20 @@ _EXPLAINED = frozenset(
 def advice_on(doubts: tuple[str, ...], displaced: tuple[str, ...]) -> tuple[str, ...]:
     """What to do about doubts, a sentence each.
 
-    Where curves are known to lie beside the others, doubts that they explain need no advice of
-    their own: one more curve, or shorter ones, would not mend them.
+    Doubts that displaced curves explain get no advice: one more curve, or shorter ones, would not
+    mend them.
 
     Parameters
     ----------
     doubts : tuple of str
         Keys of ADVICE.
     displaced : tuple of str
-        Names of the curves that lie beside the others.
+        Names of the curves that are displaced from the others.
 
     Examples
     --------
-    >>> advice_on(("uncertain", "contradiction"), ("b",))[0][:30]
-    'Curve b lies beside the others'
+    >>> advice_on(("uncertain", "contradiction"), ("b",))[0][:36]
+    'Curve b is displaced from the others'
     """
     explained = _EXPLAINED if displaced else frozenset()
     named = tuple(_DISPLACED.format(name) for name in displaced)

@@ -1,4 +1,4 @@
-"""Which curve lies beside the others: two curves meet where their planes cross on a surface."""
+"""The displaced curve: two curves of a surface meet where their planes cross."""
 
 from itertools import combinations
 from typing import NamedTuple
@@ -104,10 +104,10 @@ def _height(contour: Contour, place, line, noise_floor: float) -> tuple[float, f
 
 
 def displaced_curves(found: tuple[Crossing, ...], count: int, largest: float) -> tuple[int, ...]:
-    """Indices of the curves that lie beside the others; empty where that cannot be told.
+    """Indices of the displaced curves; empty where the misses do not show which they are.
 
     The curve is left out without which the others miss each other least, until they all meet. It
-    must be told from the next best one, and most of the curves must remain.
+    must be more probable than the next best one by far, and most of the curves must remain.
 
     Parameters
     ----------

@@ -87,7 +87,7 @@ class Diagnosis:
     miss : float
         Largest distance of two curves where their planes cross, in standard deviations.
     displaced : tuple of int
-        Indices of the curves that lie beside the others; empty where it cannot be told which do.
+        Indices of the displaced curves; empty where the misses do not show which they are.
     sign_changes : float
         Fraction of the core where the Gaussian curvature has another sign than at the origin.
     outliers : float

@@ -67,7 +67,7 @@ def residual_tests(patch: Patch, contours: tuple[Contour, ...]) -> ResidualTests
 def _left_out(good) -> bool:
     """Whether most samples of some curve are no inliers, but not of most curves.
 
-    It need not be the curve that lies beside the others: a fit may follow that one.
+    It need not be the curve that is displaced from the others: a fit may follow that one.
     """
     out = sum(2 * keep.sum() < len(keep) for keep in good)
     return bool(0 < 2 * out < len(good))
@@ -137,8 +137,8 @@ def normal_deviate(chi_square, freedom):
 def disagreement(residuals, designs, places, covariance) -> float:
     """How far curves disagree on the surface where they cross, in standard deviations.
 
-    A patch with many terms follows a curve that lies beside the others, and the sum of all squares
-    hardly shows it. The smooth part of the residuals does: cubics along each curve.
+    A patch with many terms follows a displaced curve, and the sum of all squares hardly shows it.
+    The smooth part of the residuals does: cubics along each curve.
 
     Parameters
     ----------

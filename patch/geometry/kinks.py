@@ -48,7 +48,7 @@ def kinks(
         return np.zeros(0, int)
     turn, deviation = _hinges(points, places, SIDE * stride, normal, noise)
     turn = np.where(turn > np.maximum(least_turn, deviations * deviation), turn, 0.0)
-    # Hinges beside a kink see it too: the largest nearby is the kink.
+    # Hinges near a kink are large too: the largest nearby is the kink.
     around = np.concatenate([np.zeros(SIDE), turn, np.zeros(SIDE)])
     around = np.lib.stride_tricks.sliding_window_view(around, 2 * SIDE + 1).max(axis=1)
     return places[(turn > 0.0) & (turn == around)]

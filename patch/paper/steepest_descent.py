@@ -60,7 +60,7 @@ def sign_frozen_descent(problem: FoldProblem, limit: int = 20_000) -> Descent:
     Returns
     -------
     Descent
-        It has converged when (5) no longer falls and no sign has changed: the paper's rule.
+        It has converged when (5) stops falling and no sign changes: the paper's rule.
         Otherwise ``reason`` says that no step falls, or that the limit is reached.
 
     Notes

@@ -45,18 +45,18 @@ def evaluate(
     if run is not None and truth is None and tolerance is None and not _is_found(run["object"]):
         return _stored(surface, run["object"], json_)
     if run is None:
-        asked = _of_file(surface, truth, tolerance)
+        request = _of_file(surface, truth, tolerance)
     else:
-        asked = _of_run(surface, run, truth, tolerance)
-    obj, size, numbers = _compared(asked)
+        request = _of_run(surface, run, truth, tolerance)
+    obj, size, numbers = _compared(request)
     if hint := unit_hint(size, obj.diagonal):
         say(hint)
-    print_numbers(numbers, f"{asked.surface} against {obj.name}", json_)
+    print_numbers(numbers, f"{request.surface} against {obj.name}", json_)
     return 0
 
 
 @dataclass(frozen=True)
-class _Asked:
+class _Request:
     """What is compared: a surface file with a truth, by name or path.
 
     Parameters
@@ -77,15 +77,15 @@ class _Asked:
     digest: str | None = None
 
 
-def _of_run(folder: Path, run: dict, truth: str | None, tolerance: float | None) -> _Asked:
+def _of_run(folder: Path, run: dict, truth: str | None, tolerance: float | None) -> _Request:
     """What is compared of a run, by default with its own object and tolerance."""
     digest = run.get("digest") if truth is None else None
     truth = run["object"] if truth is None else truth
     tolerance = run["tolerance"] if tolerance is None else tolerance
-    return _Asked(folder / "surface.ply", truth, tolerance, run["seed"], digest)
+    return _Request(folder / "surface.ply", truth, tolerance, run["seed"], digest)
 
 
-def _of_file(surface: Path, truth: str | None, tolerance: float | None) -> _Asked:
+def _of_file(surface: Path, truth: str | None, tolerance: float | None) -> _Request:
     """What is compared of a mesh file, whose truth must be named."""
     if not surface.is_file():
         what = f"there is no file {surface}"
@@ -94,7 +94,7 @@ def _of_file(surface: Path, truth: str | None, tolerance: float | None) -> _Aske
         raise ValueError(f"{what}; give a mesh file, or the folder of a run")
     if truth is None:
         raise ValueError("no truth was given; name a mesh file or built-in object with --truth")
-    return _Asked(surface, truth, tolerance)
+    return _Request(surface, truth, tolerance)
 
 
 def _is_found(truth: str) -> bool:
@@ -102,16 +102,16 @@ def _is_found(truth: str) -> bool:
     return truth in object_names() or Path(truth).exists()
 
 
-def _compared(asked: _Asked) -> tuple[ImplicitObject | MeshObject, float, dict]:
+def _compared(request: _Request) -> tuple[ImplicitObject | MeshObject, float, dict]:
     """The object of the truth, the size of the surface, length, and the numbers of the
     comparison."""
-    with shown(f"reading {asked.surface}") as watcher:
-        vertices, faces, deviation = load_surface(asked.surface)
-        watcher.begins(f"preparing {asked.truth}")
-        obj = _truth_object(asked)
-        tolerance = obj.tolerance if asked.tolerance is None else asked.tolerance
+    with shown(f"reading {request.surface}") as watcher:
+        vertices, faces, deviation = load_surface(request.surface)
+        watcher.begins(f"preparing {request.truth}")
+        obj = _truth_object(request)
+        tolerance = obj.tolerance if request.tolerance is None else request.tolerance
         check_tolerance(tolerance, obj.diagonal)
-        rng = random_streams(asked.seed)[1]
+        rng = random_streams(request.seed)[1]
         known = truth_of(obj, tolerance, rng)
         watcher.begins("comparing the surface with the truth")
         found = evaluate_surface(vertices, faces, known, tolerance, rng, deviation)
@@ -119,12 +119,12 @@ def _compared(asked: _Asked) -> tuple[ImplicitObject | MeshObject, float, dict]:
     return obj, size, found.as_dict() | {"unit": unit_of(obj)}
 
 
-def _truth_object(asked: _Asked) -> ImplicitObject | MeshObject:
+def _truth_object(request: _Request) -> ImplicitObject | MeshObject:
     """The object of the truth, the one that the run was made with."""
-    obj = make_object(asked.truth, asked.seed)
-    if asked.digest is not None and digest_of(obj) != asked.digest:
+    obj = make_object(request.truth, request.seed)
+    if request.digest is not None and digest_of(obj) != request.digest:
         raise ValueError(
-            f"{asked.truth} has changed since the run was made; put the old one back, or name a "
+            f"{request.truth} has changed since the run was made; put the old one back, or name a "
             "truth with --truth"
         )
     return obj

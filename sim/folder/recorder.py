@@ -28,7 +28,7 @@ class Recorder:
     remedy : str
         What to try where these touches answer other plans.
     seconds : float, s
-        Time taken by the journal, not yet asked for.
+        Time taken by the journal, not yet reported.
     """
 
     probe: Probe
@@ -61,7 +61,7 @@ class Recorder:
         return touch
 
     def take_seconds(self) -> float:
-        """Seconds that the journal took since this was last asked."""
+        """Seconds that the journal took since the last call."""
         seconds, self.seconds = self.seconds, 0.0
         return seconds
 
@@ -82,10 +82,10 @@ class Recorder:
             )
 
     def _check(self, plan: ProbePlan, entry: Entry) -> None:
-        # What the probe was told of the plan, as far as the touch shows it.
-        told = np.array([plan.normal, *(plane.normal for plane in plan.planes)])
+        # What the probe was given of the plan, as far as the touch shows it.
+        planned = np.array([plan.normal, *(plane.normal for plane in plan.planes)])
         held = np.array([entry.touch.approach, *(c.plane.normal for c in entry.touch.contours)])
-        same = (told[: len(held)] == held).all() if len(held) in (1, len(told)) else False
+        same = (planned[: len(held)] == held).all() if len(held) in (1, len(planned)) else False
         if plan.reason.value != entry.reason or not same:
             raise ValueError(
                 f"touch {entry.touch.number} of the journal answers another plan than is made now; "

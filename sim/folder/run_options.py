@@ -1,4 +1,4 @@
-"""RunOptions: what is asked of one exploration, checked against its object."""
+"""RunOptions: the settings of one exploration, checked against its object."""
 
 from dataclasses import dataclass
 from numbers import Integral, Real
@@ -13,7 +13,7 @@ from touchatlas.planner import PlannerOptions
 
 @dataclass(frozen=True)
 class RunOptions:
-    """What is asked of one exploration.
+    """Settings of one exploration.
 
     Parameters
     ----------

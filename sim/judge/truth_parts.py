@@ -47,8 +47,8 @@ def hidden_area(vertices, faces) -> float:
     for outer, part in enumerate(parts):
         within = (low > low[outer]).all(axis=1) & (high < high[outer]).all(axis=1)
         for inner in np.flatnonzero(within & ~hidden):
-            asked = corners[inner][:: len(corners[inner]) // 16 + 1]
-            turns = igl.fast_winding_number(vertices, part, asked)
+            some = corners[inner][:: len(corners[inner]) // 16 + 1]
+            turns = igl.fast_winding_number(vertices, part, some)
             # Openings of a tenth of all directions are left; the inside of a deep bowl has more.
             hidden[inner] = bool((np.abs(turns) > 0.9).all())
     areas = areas_of(vertices, faces)

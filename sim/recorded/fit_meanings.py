@@ -80,7 +80,7 @@ DIAGNOSIS_NUMBERS: dict[str, Meaning] = {
         "largest distance of two curves where their planes cross, in standard deviations",
         good="below 4",
     ),
-    "displaced": Meaning("names of the curves that lie beside the others", good="none"),
+    "displaced": Meaning("names of the curves that are displaced from the others", good="none"),
     "sign_changes": Meaning(
         "fraction of the core where the Gaussian curvature has another sign than at the origin",
         good="0, unless the surface has such",

@@ -65,7 +65,7 @@ class FitReport:
 
     @property
     def displaced(self) -> tuple[str, ...]:
-        """Names of the curves that lie beside the others."""
+        """Names of the curves that are displaced from the others."""
         return tuple(self.recording.names[i] for i in self.diagnosis.displaced)
 
     @property

@@ -100,7 +100,7 @@ def prepare(curves: list[Curve], noise: float | None = None, point=None) -> Reco
         flags.append("curves do not meet")
     if "curves do not meet" in flags:
         spread = max(spread, miss_deviation(contours))
-    # A curve that starts beside the point only to run over an edge is not of this face.
+    # A curve that runs over an edge near the point is not of this face.
     seen = [curve for curve, *_ in arcs]
     rest = [curve.points for curve in curves if curve not in seen]
     scattered = _near_contacts(point, contours, rest)

@@ -7,7 +7,7 @@ from touchatlas.sim.recorded.contour_file import Curve
 
 # A curve that misses the reference point by more than this fraction of its size does not run
 # through it.
-_ASTRAY = 0.25
+_FAR = 0.25
 
 
 def meeting_point(curves) -> np.ndarray:
@@ -50,7 +50,7 @@ def checked_point(point, curves: list[Curve]) -> np.ndarray:
     # np.hypot does not overflow for the largest numbers allowed.
     away = float(np.hypot.reduce(samples - point, axis=1).min())
     size = min(float(np.ptp(curve.points, axis=0).max()) for curve in curves)
-    if not away <= _ASTRAY * size:
+    if not away <= _FAR * size:
         raise ValueError(
             f"the point {written(point)} is {away:.4g} away from all curves; give a point on "
             "them, or leave it out"
@@ -63,10 +63,10 @@ def common_point(curves: list[Curve]) -> np.ndarray:
     point = meeting_point([curve.points for curve in curves])
     size = max(float(np.ptp(curve.points, axis=0).max()) for curve in curves)
     away = max(_misses(curves, point))
-    if away > _ASTRAY * size:
+    if away > _FAR * size:
         raise ValueError(
             f"the curves meet nowhere: one passes {away:.4g} away from {written(point)}, the point "
-            f"nearest to all; {_astray(curves)}"
+            f"nearest to all; {_displaced(curves)}"
         )
     return point
 
@@ -76,7 +76,7 @@ def _misses(curves: list[Curve], point) -> list[float]:
     return [float(np.hypot.reduce(foot(curve.points, point)[0] - point)) for curve in curves]
 
 
-def _astray(curves: list[Curve]) -> str:
+def _displaced(curves: list[Curve]) -> str:
     """What to do: leave out the curve without which the others meet, if there is one."""
     left = []
     for i in range(len(curves)):
@@ -85,7 +85,7 @@ def _astray(curves: list[Curve]) -> str:
         point = meeting_point([curve.points for curve in others])
         left.append(max(_misses(others, point)) / size)
     order = np.argsort(left)
-    if left[order[0]] > 0.25 * left[order[1]] or left[order[0]] > _ASTRAY:
+    if left[order[0]] > 0.25 * left[order[1]] or left[order[0]] > _FAR:
         return "leaving out no single curve mends that; record curves through one point"
     name = curves[order[0]].name
     return (

@@ -11,7 +11,7 @@ from pathlib import Path
 _SEPARATORS = {"\t": "tabs", ";": "semicolons", "|": "bars", ",": "commas"}
 _COMMENTS = ("#", "%", "//")
 _NUMBER = re.compile(r"[+-]?(\d+([.,]\d*)?|[.,]\d+)([eE][+-]?\d+)?|[+-]?(nan|inf|infinity)", re.I)
-_TOLD = re.compile(r'"?sep=(\\t|[\t;|,])"?', re.I)
+_NAMED = re.compile(r'"?sep=(\\t|[\t;|,])"?', re.I)
 
 
 @dataclass
@@ -62,12 +62,12 @@ def read_table(path: Path) -> Table:
     assumed: list[str] = []
     lines = _text(path, assumed).splitlines()
     # Excel's own first line.
-    told = _TOLD.fullmatch(lines[0].strip(" ")) if lines else None
-    lines[:1] = [""] if told else lines[:1]
+    named = _NAMED.fullmatch(lines[0].strip(" ")) if lines else None
+    lines[:1] = [""] if named else lines[:1]
     comments = {i: line for i, line in enumerate(lines) if line.lstrip().startswith(_COMMENTS)}
     kept = ["" if i in comments else line for i, line in enumerate(lines)]
-    told_separator = {"\\t": "\t"}.get(told[1], told[1]) if told else None
-    separator = told_separator or _separator([line for line in kept if line.strip()][:500])
+    named_separator = {"\\t": "\t"}.get(named[1], named[1]) if named else None
+    separator = named_separator or _separator([line for line in kept if line.strip()][:500])
     rows = _cells(path, kept, separator, set(comments))
     table = Table(None, rows, assumed)
     if separator != ",":

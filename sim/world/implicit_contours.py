@@ -105,7 +105,7 @@ def _step_over_edges(field: Field, x, normal, step) -> np.ndarray:
 def _across(field: Field, x, normal, way) -> tuple[np.ndarray, float]:
     """A point (1, 3) across an edge, and how far ahead of x (1, 3) it is: at least ``way``, and as
     much more as it takes until Newton's method ends there. A face that is nearly parallel to the
-    plane of the curve may lead it astray."""
+    plane of the curve may lead it to another face."""
     # Each step is twice as long as the one before; the last is half a step.
     for longer in way * 2.0 ** np.arange(7):
         ahead = _advance(field, x, normal, longer)

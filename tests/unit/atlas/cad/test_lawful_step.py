@@ -9,6 +9,7 @@ import pytest
 from tests.lawful import body_of, lawful_object, samples_of_touches, touched_mesh
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.body.choose import KnownBody
+from touchatlas.atlas.cad.lawful import LawfulOptions
 from touchatlas.atlas.cad.step import save_step
 from touchatlas.atlas.records.options import AtlasOptions
 
@@ -108,7 +109,7 @@ def test_the_file_does_not_depend_on_the_unit(gmsh, tmp_path):
 
 
 def test_a_body_that_is_known_in_part_is_written_as_triangles(gmsh, tmp_path):
-    """Of a box one corner of the top was not touched: its planes would close it."""
+    """Of a box one corner of the top was not touched: its planes close it if they may."""
     columns = touched_mesh("box", 60, NOISE)
     x, y, z = columns[0].T
     samples = samples_of_touches(columns, 1.5 * NOISE, (x < 0.0) | (y < -5.0) | (z < 14.0))
@@ -119,6 +120,8 @@ def test_a_body_that_is_known_in_part_is_written_as_triangles(gmsh, tmp_path):
     assert "of the surface of the solid is unknown" in report.note
     _, volumes = read(gmsh, tmp_path / "a.step")
     assert not volumes
+    report = save_step(atlas, tmp_path / "b.step", LawfulOptions(unknown=0.2))
+    assert (report.solids, report.planes, report.triangles) == (1, 6, 0)
 
 
 def test_planes_that_nearly_meet_in_a_point_have_one_corner(tmp_path):

@@ -22,7 +22,7 @@ def test_a_chi_square_becomes_a_normal_number_of_the_same_probability(freedom):
 
 def fitted(rng, offset: float = 0.0):
     """Residuals, designs, places and covariance of random coefficients that are fitted with their
-    own prior; the first curve lies beside the others by an offset in noises."""
+    own prior; the first curve is displaced from the others by an offset in noises."""
     place = np.linspace(-1.0, 1.0, COUNT)
     angles = np.pi / CURVES * np.arange(CURVES)
     x, y = np.outer(np.cos(angles), place).ravel(), np.outer(np.sin(angles), place).ravel()

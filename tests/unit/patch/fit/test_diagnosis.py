@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.truths import graph_contours, moved, quadric_height, random_rotation
-from touchatlas.patch import Contour, SamplingPlane, diagnose, fit_patch
+from touchatlas.patch import Contour, DiagnosisLimits, SamplingPlane, diagnose, fit_patch
 from touchatlas.patch.fit.advice import ADVICE
 
 UP, ORIGIN, NOISE = np.array([0.0, 0.0, 1.0]), np.zeros(3), 1e-3
@@ -29,6 +29,24 @@ def shifted(contour, off):
 def test_good_touches_are_not_doubted():
     """One false alarm in a thousand for each of ten tests: at most two in sixty touches."""
     assert sum(bool(diagnosed(touch(seed)).doubts) for seed in range(60)) <= 2
+
+
+@pytest.mark.parametrize(
+    ("limit", "number", "doubt"),
+    [
+        ("condition", "condition", "poor sections"),
+        ("miss", "miss", "contradiction"),
+        ("off_plane", "off_plane", "off plane"),
+        ("unlike", "unlike", "unlike curves"),
+    ],
+)
+def test_a_patch_is_doubted_where_a_number_exceeds_its_limit(limit, number, doubt):
+    contours = touch()
+    patch = fit_patch(ORIGIN, contours, UP).patch
+    found = getattr(diagnose(patch, contours), number)
+    for factor, doubts in ((0.99, {doubt}), (1.01, set())):
+        limits = DiagnosisLimits(**{limit: factor * found})
+        assert {doubt} & set(diagnose(patch, contours, limits).doubts) == doubts
 
 
 def test_a_curve_beside_the_others_is_doubted():

@@ -154,7 +154,7 @@ def test_a_displaced_curve_is_named_and_not_blamed_on_the_noise(tmp_path, count,
     diagnosis = found["diagnosis"]
     assert "contradiction" in diagnosis["doubts"]
     assert "noise overstated" not in diagnosis["doubts"]
-    assert diagnosis["displaced"] == ["b"] and "Curve b lies beside" in diagnosis["advice"][0]
+    assert diagnosis["displaced"] == ["b"] and "Curve b is displaced" in diagnosis["advice"][0]
     given = "0.02 of each point, stated" if noise else "of each point, estimated"
     assert given in report.summary()["noise"] and "displacement" in report.summary()["noise"]
     if count > 3:
@@ -177,7 +177,7 @@ def test_the_advice_of_doubts_is_printed_without_json(tmp_path):
         for name in ("good.csv", "beside.csv")
     )
     assert "advice:" not in good
-    assert "advice: Curve a lies beside the others" in bad
+    assert "advice: Curve a is displaced from the others" in bad
 
 
 def test_many_contacts_do_not_doubt_the_noise_of_few_curves(tmp_path):
