@@ -113,6 +113,8 @@ def faults(rows: list[Row]) -> str:
     keys = ["fault", "body", "touches", "ended", "predicted", "within", "p95", "largest"]
     keys += ["calibration", "doubts"]
     headers = ["fault", "body", "touches", "ended", "predicted", "true share", "95 %", "largest"]
+    for row in rows:
+        row |= {key: short(float(row[key])) for key in ("p95", "largest") if row[key] != "–"}
     return table([*headers, "calibration", "doubts"], [[row[key] for key in keys] for row in rows])
 
 
