@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from touchatlas.atlas.faces.face_graph import write_graphml, write_json
     from touchatlas.atlas.faces.faces import Face, FaceEdge, Faces
     from touchatlas.atlas.field.face_field import FaceValues, face_values
-    from touchatlas.atlas.mesh.extract import Surface, extract_surface
+    from touchatlas.atlas.mesh.surface import Surface, extract_surface
     from touchatlas.atlas.records.blend import Blend
     from touchatlas.atlas.records.change import AtlasChange
     from touchatlas.atlas.records.options import AtlasOptions, Levels
@@ -63,11 +63,11 @@ __getattr__ = lazy_names(
         "LawfulOptions": "touchatlas.atlas.cad.lawful",
         "Levels": "touchatlas.atlas.records.options",
         "StepReport": "touchatlas.atlas.cad.step",
-        "Surface": "touchatlas.atlas.mesh.extract",
+        "Surface": "touchatlas.atlas.mesh.surface",
         "Touch": "touchatlas.atlas.records.touch",
         "TouchStatus": "touchatlas.atlas.records.touch",
         "doubts": "touchatlas.atlas.check.doubts",
-        "extract_surface": "touchatlas.atlas.mesh.extract",
+        "extract_surface": "touchatlas.atlas.mesh.surface",
         "load_atlas": "touchatlas.atlas.store",
         "save_atlas": "touchatlas.atlas.store",
         "save_step": "touchatlas.atlas.cad.step",

@@ -11,7 +11,7 @@ from touchatlas.atlas.check.invariants import violations
 from touchatlas.atlas.faces.faces import Faces
 from touchatlas.atlas.known_surface import blend
 from touchatlas.atlas.learn import learn
-from touchatlas.atlas.mesh.fewer_patches import with_fewer_patches
+from touchatlas.atlas.mesh.surface import with_fewer_patches
 from touchatlas.atlas.records.blend import Blend
 from touchatlas.atlas.records.change import AtlasChange
 from touchatlas.atlas.records.touch import Touch

@@ -14,7 +14,7 @@ import numpy as np
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.body.law_arrays import law_arrays, law_of_arrays
 from touchatlas.atlas.files import check_path, write_whole
-from touchatlas.atlas.mesh.fewer_patches import with_fewer_patches
+from touchatlas.atlas.mesh.surface import with_fewer_patches
 from touchatlas.atlas.records.options import AtlasOptions, Levels
 from touchatlas.atlas.samples.lost_ends import LostEnds
 from touchatlas.atlas.samples.sample_pool import NAMES

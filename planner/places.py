@@ -10,14 +10,19 @@ from scipy.special import erf
 
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.body.body import Body
-from touchatlas.atlas.contouring.body_surface import (
+from touchatlas.atlas.mesh.mend import (
+    LARGEST,
+    diameter,
+    error_across,
+    slope_of_rim,
+    without_stray_pieces,
+)
+from touchatlas.atlas.mesh.surface import (
     WITHIN_REACH,
     body_surface,
     coarse_edge,
     is_smooth,
 )
-from touchatlas.atlas.mesh.close_holes import LARGEST, diameter, error_across, slope_of_rim
-from touchatlas.atlas.mesh.stray_pieces import without_stray_pieces
 from touchatlas.atlas.records.surface import Surface
 from touchatlas.patch.geometry.normal_error import SURE
 from touchatlas.planner.known import DeviationRatio

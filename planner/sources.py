@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 
 from touchatlas.atlas.body.guessed_edges import guessed_edges
 from touchatlas.atlas.body.round_holes import smallest_hole
-from touchatlas.atlas.contouring.body_surface import fine_edge
+from touchatlas.atlas.mesh.surface import fine_edge
 from touchatlas.patch.geometry.frame import any_tangent
 from touchatlas.planner.attempts import Target
 from touchatlas.planner.behind_edges import behind_edge, bend_near

@@ -11,7 +11,7 @@ from touchatlas.atlas.cad.bezier import At, face_normals, face_points
 from touchatlas.atlas.cad.bezier_tree import BezierTree, first_tree, with_halved
 from touchatlas.atlas.cad.kernel import NotWritten
 from touchatlas.atlas.field.face_field import FaceField
-from touchatlas.atlas.mesh.split_triangles import edges_of
+from touchatlas.atlas.mesh.refine import edges_of
 from touchatlas.atlas.records.surface import Surface
 
 

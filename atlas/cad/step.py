@@ -26,9 +26,8 @@ from touchatlas.atlas.cad.kernel import (
     step_bytes,
 )
 from touchatlas.atlas.cad.lawful import LawfulOptions, lawful_shapes
-from touchatlas.atlas.contouring.body_surface import is_smooth
 from touchatlas.atlas.files import check_path, write_whole
-from touchatlas.atlas.mesh.extract import extract_surface
+from touchatlas.atlas.mesh.surface import extract_surface, is_smooth
 from touchatlas.atlas.records.surface import Surface
 from touchatlas.atlas.state import AtlasState
 

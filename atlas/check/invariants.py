@@ -8,7 +8,7 @@ import numpy as np
 from touchatlas.atlas.body.choose import body_of_one
 from touchatlas.atlas.body.read_faces import samples_of
 from touchatlas.atlas.labels.labels import NONE
-from touchatlas.atlas.mesh.fewer_patches import with_fewer_patches
+from touchatlas.atlas.mesh.surface import with_fewer_patches
 from touchatlas.atlas.state import AtlasState
 
 # Largest error of the square of a unit vector, no unit: far above rounding. Doubled, nothing else

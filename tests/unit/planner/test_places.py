@@ -10,7 +10,7 @@ from tests.explored import learned, spread_touches
 from tests.lawful import HALF, body_of, samples_of_touches, touched_mesh
 from touchatlas.atlas import Atlas
 from touchatlas.atlas.body.choose import KnownBody
-from touchatlas.atlas.contouring.body_surface import body_surface
+from touchatlas.atlas.mesh.surface import body_surface
 from touchatlas.planner import Planner
 from touchatlas.planner.known import DeviationRatio
 from touchatlas.planner.places import Places, places_of

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from touchatlas.atlas.mesh.close_holes import close_holes, error_across, slope_of_rim
+from touchatlas.atlas.mesh.mend import close_holes, error_across, slope_of_rim
 from touchatlas.atlas.records.surface import Surface
 from touchatlas.atlas.samples.rims import Rims
 from touchatlas.atlas.samples.sample_pool import SamplePool

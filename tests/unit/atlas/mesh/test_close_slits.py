@@ -5,8 +5,7 @@ import numpy as np
 import trimesh
 
 from tests.unit.atlas.mesh.test_close_holes import NO_RIMS, RADIUS, ball, euler_number
-from touchatlas.atlas.mesh.close_slits import close_slits
-from touchatlas.atlas.mesh.triangles_across import triangles_across
+from touchatlas.atlas.mesh.mend import close_holes, triangles_across
 from touchatlas.atlas.records.surface import Surface
 
 WIDTH = 4.0
@@ -29,7 +28,7 @@ def test_a_long_slit_is_closed_on_the_sphere():
     l^4 / (128 R^3). The centre of a triangle of edges l / 2 is off by (l / 2)^2 / (6 R)."""
     open_ball = slit_ball()
     assert euler_number(open_ball) == 1
-    closed = close_slits(open_ball, NO_RIMS)
+    closed = close_holes(open_ball, NO_RIMS)
     mesh = as_mesh(closed)
     assert mesh.is_watertight and mesh.is_winding_consistent and mesh.euler_number == 2
     # The rim is jagged by the edges of the ball, which are 2 long: edges across are 4 + 2 x 2 at
@@ -46,7 +45,7 @@ def test_a_long_slit_is_closed_on_the_sphere():
 def test_what_is_across_a_slit_is_less_sure_than_its_rim():
     """A slope of a tenth over half of its width, which the edges of the ball add 2 or 4 to."""
     open_ball = slit_ball()
-    closed = close_slits(open_ball, NO_RIMS)
+    closed = close_holes(open_ball, NO_RIMS)
     count = len(open_ball.vertices)
     np.testing.assert_array_equal(closed.deviation[:count], open_ball.deviation)
     assert 0.1 * 0.5 * WIDTH < closed.deviation[count:].max() < 0.1 * 0.5 * (WIDTH + 4.0)
@@ -56,7 +55,7 @@ def test_what_is_across_a_slit_is_less_sure_than_its_rim():
 def test_a_slit_that_is_wider_than_a_tenth_of_the_surface_stays_open():
     """The diagonal is 173: edges of 17 are too long for a band that is 20 wide."""
     wide = slit_ball(20.0)
-    assert close_slits(wide, NO_RIMS) is wide
+    assert close_holes(wide, NO_RIMS) is wide
 
 
 def test_the_crest_of_a_wall_rises_by_half_of_its_thickness():
@@ -95,7 +94,7 @@ def test_a_cap_is_not_closed_by_its_own_back():
         rim = np.array(igl.boundary_loop_all(part.faces)[0])
         across = triangles_across(part.vertices[rim], part.normals[rim], NONE)
         assert (across is not None) == is_closed
-    assert close_slits(cap, NO_RIMS) is cap
+    assert close_holes(cap, NO_RIMS) is cap
 
 
 def test_corners_that_point_into_a_slit_are_cut_last():
@@ -120,6 +119,6 @@ def test_a_rim_of_three_points_has_no_new_edge():
         *(whole.vertices, whole.faces[1:], np.asarray(whole.vertices), np.full(12, 1e-3)),
         *(np.zeros(12, int), np.ones(12)),
     )
-    closed = close_slits(part, NO_RIMS)
+    closed = close_holes(part, NO_RIMS)
     assert len(closed.vertices) == 12 and as_mesh(closed).is_watertight
     np.testing.assert_allclose(closed.closed_holes[0], whole.vertices[whole.faces[0]].mean(axis=0))

@@ -10,7 +10,7 @@ from tests.lawful import NOISE, known_body, samples_of_touches, touched
 from touchatlas.atlas import AtlasOptions, extract_surface
 from touchatlas.atlas.body.body import Body
 from touchatlas.atlas.body.one_face import face_of_all
-from touchatlas.atlas.contouring.body_surface import body_surface, shape_edge
+from touchatlas.atlas.mesh.surface import body_surface, shape_edge
 from touchatlas.atlas.samples.rims import Rims
 from touchatlas.atlas.samples.sample_pool import SamplePool
 from touchatlas.atlas.state import AtlasState

@@ -6,7 +6,7 @@ import trimesh
 
 from tests.explored import explored, learned
 from touchatlas.atlas import Atlas, load_atlas, save_atlas
-from touchatlas.atlas.mesh.fewer_patches import with_fewer_patches
+from touchatlas.atlas.mesh.surface import with_fewer_patches
 from touchatlas.atlas.store import atlas_bytes
 from touchatlas.planner import Planner, explore
 from touchatlas.sim import Probe, make_object

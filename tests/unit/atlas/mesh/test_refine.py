@@ -7,10 +7,9 @@ import pytest
 import trimesh
 
 from tests.lawful import BLUNT, RADIUS, known_body, rounded_box_distance
-from touchatlas.atlas.contouring.body_surface import body_surface, with_curvatures
 from touchatlas.atlas.field.face_field import FaceValues
-from touchatlas.atlas.mesh.refine import refined
-from touchatlas.atlas.mesh.split_triangles import edges_of, triangles_beside
+from touchatlas.atlas.mesh.refine import edges_of, refined, triangles_beside
+from touchatlas.atlas.mesh.surface import body_surface, with_curvatures
 from touchatlas.atlas.records.surface import Surface
 from touchatlas.patch.geometry.normal_error import SURE
 

@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from touchatlas.atlas.mesh.close_holes import diameter
-from touchatlas.atlas.mesh.short_loops import short_loops
-from touchatlas.atlas.mesh.small_handles import _handles, without_small_handles
+from touchatlas.atlas.mesh.handles import handle_count, short_loops, without_small_handles
+from touchatlas.atlas.mesh.mend import diameter
 from touchatlas.atlas.records.surface import Surface
 from touchatlas.atlas.samples.rims import Rims
 from touchatlas.atlas.samples.sample_pool import SamplePool
@@ -61,9 +60,9 @@ def test_small_handles_are_cut_and_large_ones_stay():
     """A loop round the tube of a ring of radius 0.15 is 0.1 wide: its box has a diagonal of 0.15
     with edges of 0.034. One round that of a ring of 0.45 is 0.3 wide."""
     body = ball_with_rings(0.15, 0.45)
-    assert _handles(body) == 2 and euler_number(body) == -2
+    assert handle_count(body) == 2 and euler_number(body) == -2
     mended = without_small_handles(body, NO_RIMS, 0.15)
-    assert _handles(mended) == 1 and euler_number(mended) == 0
+    assert handle_count(mended) == 1 and euler_number(mended) == 0
     assert len(mended.closed_holes) == 2
     mesh = trimesh.Trimesh(mended.vertices, mended.faces, process=False)
     assert mesh.is_watertight and mesh.is_winding_consistent and mesh.body_count == 1
@@ -84,7 +83,7 @@ def test_a_handle_that_would_stay_open_leaves_others_to_be_cut():
     """Holes of a tenth of the body at most are closed. A loop round the larger ring is wider."""
     found = without_small_handles(ball_with_rings(0.15, 0.45), NO_RIMS, 10.0)
     assert trimesh.Trimesh(found.vertices, found.faces, process=False).is_watertight
-    assert _handles(found) == 1
+    assert handle_count(found) == 1
 
 
 def beside(first: Surface, second: Surface) -> Surface:
@@ -100,7 +99,7 @@ def test_a_small_body_beside_leaves_others_to_be_cut():
     body = ball_with_rings(0.15)
     small = surface_of(0.2 * body.vertices + np.array([4.0, 0.0, 0.0]), body.faces)
     found = without_small_handles(beside(body, small), NO_RIMS, 0.15)
-    assert _handles(found) < 2
+    assert handle_count(found) < 2
     assert trimesh.Trimesh(found.vertices, found.faces, process=False).is_watertight
 
 
@@ -109,7 +108,7 @@ def test_a_small_open_piece_is_looked_through_once():
     ring = trimesh.creation.torus(0.06, 0.02, major_sections=24, minor_sections=12)
     piece = surface_of(np.array(ring.vertices) + [4.0, 0.0, 0.0], np.array(ring.faces)[1:])
     both = beside(ball_with_rings(), piece)
-    assert _handles(without_small_handles(both, NO_RIMS, 0.1)) <= 1
+    assert handle_count(without_small_handles(both, NO_RIMS, 0.1)) <= 1
 
 
 def test_a_handle_of_an_open_surface_is_cut_and_its_opening_stays():
@@ -139,5 +138,5 @@ def test_a_handle_whose_cut_would_stay_open_is_not_cut():
     """A torus with a tube as thick as its hole: the two ends are too wide to be closed."""
     mesh = trimesh.creation.torus(2.0, 1.0, major_sections=60, minor_sections=40)
     body = surface_of(np.array(mesh.vertices), np.array(mesh.faces))
-    assert _handles(body) == 1
+    assert handle_count(body) == 1
     assert without_small_handles(body, NO_RIMS, 10.0) is body

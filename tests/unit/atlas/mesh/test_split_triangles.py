@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from touchatlas.atlas.mesh.split_triangles import edges_of, split
+from touchatlas.atlas.mesh.refine import edges_of, split
 
 
 def with_middles(points, faces, chosen):

@@ -3,7 +3,7 @@
 import numpy as np
 import trimesh
 
-from touchatlas.atlas.mesh.stray_pieces import without_stray_pieces
+from touchatlas.atlas.mesh.mend import without_stray_pieces
 from touchatlas.atlas.records.surface import Surface
 
 

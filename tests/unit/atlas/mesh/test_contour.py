@@ -8,9 +8,8 @@ import pytest
 import trimesh
 from scipy.spatial.transform import Rotation
 
-from touchatlas.atlas.contouring.cube_lattice import EDGES, corners_of, key
-from touchatlas.atlas.contouring.cube_sheets import sheets_of
-from touchatlas.atlas.contouring.dual_contouring import dual_contour
+from touchatlas.atlas.mesh.contour import dual_contour
+from touchatlas.atlas.mesh.cubes import EDGES, corners_of, key, sheets_of
 
 _HALF = np.array([1.0, 0.7, 0.5])
 # A position in which no plane or axis is parallel to the lattice.

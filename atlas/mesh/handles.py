@@ -1,17 +1,109 @@
-"""Short loops: closed paths along the edges of triangles that cut no piece in two."""
+"""Small handles: those that no contour could show are cut along short loops, and closed across.
+
+At a thin wall or a sharp edge of a free-form face triangles of both sheets may join in a tunnel or
+a curl. It changes the Euler characteristic of a surface that is right elsewhere (Guskov and
+Wood, Topological noise removal, 2001).
+"""
 
 from collections.abc import Iterator
 
+import igl
 import numpy as np
 from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import connected_components, dijkstra, minimum_spanning_tree
 from scipy.spatial import cKDTree
 
-from touchatlas.atlas.mesh.close_holes import diameter
+from touchatlas.atlas.mesh.mend import close_holes, diameter
+from touchatlas.atlas.records.surface import Surface
+from touchatlas.atlas.samples.rims import Rims
 
-# Radius in which shorter loops are looked for, in sizes: a handle of that size is within. Doubled,
-# four times as many triangles are looked at.
-_ABOUT = 3.0
+
+def without_small_handles(surface: Surface, rims: Rims, size: float) -> Surface:
+    """The surface without the triangles about the short loops of its handles, closed across
+    (``close_holes``).
+
+    What would not leave fewer handles, and as many pieces and rims, is not done.
+
+    Parameters
+    ----------
+    surface : Surface
+    rims : Rims
+        Holes beyond these stay open.
+    size : float, length
+        Half of the largest loop of a handle that is left out.
+    """
+    # Handles beside a closed one are seen in the next round, and curls take several rings.
+    for rings in (1, 1, 2, 2, 3, 3):
+        regions = _regions(surface, size, rings) if handle_count(surface) else []
+        if not regions:
+            break
+        surface = _mended(surface, rims, size, regions)
+    return surface
+
+
+def handle_count(surface: Surface) -> int:
+    """Number of handles of all pieces: V - E + F + rims = 2 (pieces - handles)."""
+    # igl counts no edges of no triangles.
+    if not len(surface.faces):
+        return 0
+    characteristic = len(surface.vertices) - len(igl.edges(surface.faces)) + len(surface.faces)
+    pieces, rims = _ends(surface)
+    return pieces - (characteristic + rims) // 2
+
+
+def _ends(surface: Surface) -> tuple[int, int]:
+    """Numbers of connected pieces and of open rims."""
+    pieces = int(igl.vertex_components(surface.faces).max(initial=-1)) + 1
+    return pieces, len(igl.boundary_loop_all(surface.faces))
+
+
+def _mended(surface: Surface, rims: Rims, size: float, regions: list[np.ndarray]) -> Surface:
+    """The surface without some regions about its short loops, closed again: all at once or else
+    those one by one that leave fewer handles, and as many pieces and rims."""
+    left, ends = handle_count(surface), _ends(surface)
+    mended, kept = surface, list[np.ndarray]()
+    for some in [regions, *([region] for region in regions)]:
+        trial = _closed(surface, [*kept, *some], rims, size)
+        if len(trial.faces) and _ends(trial) == ends and handle_count(trial) < left:
+            mended, left = trial, handle_count(trial)
+            if some is regions:
+                break
+            kept.extend(some)
+    return mended
+
+
+def _regions(surface: Surface, size: float, rings: int) -> list[np.ndarray]:
+    """Triangles (r,) in so many rings about short loops of a surface, apart from each other."""
+    faces, count = surface.faces, len(surface.faces)
+    where = faces.ravel(), np.repeat(np.arange(count), 3)
+    at = csr_array((np.ones(3 * count, bool), where), shape=(len(surface.vertices), count))
+    taken, found = np.zeros(count, bool), list[np.ndarray]()
+    for loop in loops_within(surface.vertices, faces, 2.0 * size):
+        region = np.unique(at[loop].indices)
+        for _ in range(rings - 1):
+            region = np.unique(at[np.unique(faces[region])].indices)
+        beside = np.unique(at[np.unique(faces[region])].indices)
+        if not taken[beside].any():
+            taken[region] = True
+            found.append(region)
+    return found
+
+
+def _closed(surface: Surface, left_out: list[np.ndarray], rims: Rims, size: float) -> Surface:
+    """A surface without some regions and the small pieces that these cut off, closed across."""
+    out = np.concatenate(left_out)
+    kept = np.ones(len(surface.faces), bool)
+    kept[out] = False
+    rest = surface.of(surface.faces[kept])
+    if not len(rest.faces):
+        return rest
+    piece = igl.vertex_components(rest.faces)
+    sizes = np.array([diameter(rest.vertices[piece == k]) for k in range(piece.max() + 1)])
+    # A piece that was there before is no smaller than a hole that stays open.
+    small = (sizes <= 2.5 * size) & (sizes < sizes.max())
+    if small.any():
+        rest = rest.only(~small[piece])
+    return close_holes(rest, rims)
 
 
 def loops_within(points, faces, size: float) -> Iterator[np.ndarray]:
@@ -28,7 +120,7 @@ def loops_within(points, faces, size: float) -> Iterator[np.ndarray]:
             if (((seen - place) ** 2).sum(axis=1) < (0.25 * size) ** 2).any():
                 continue
             seen = np.concatenate([seen, place[None]])
-            about = faces[tree.query_ball_point(place, _ABOUT * size)]
+            about = faces[tree.query_ball_point(place, 3.0 * size)]
             used, index = np.unique(about, return_inverse=True)
             if not len(used):
                 continue

@@ -18,7 +18,7 @@ from tests.lawful import (
     samples_of_touches,
     touched_mesh,
 )
-from touchatlas.atlas.contouring.body_surface import (
+from touchatlas.atlas.mesh.surface import (
     body_surface,
     coarse_edge,
     fine_edge,

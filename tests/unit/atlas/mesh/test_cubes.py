@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from touchatlas.atlas.contouring.cube_lattice import key, unkey
+from touchatlas.atlas.mesh.cubes import key, unkey
 
 
 def test_keys_name_lattice_indices_and_ascend_with_them():

@@ -1,1 +1,0 @@
-"""Contouring: cubes of space that the surface of a body passes, and the triangles in them."""
