@@ -13,7 +13,7 @@ from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import connected_components, dijkstra, minimum_spanning_tree
 from scipy.spatial import cKDTree
 
-from touchatlas.atlas.mesh.mend import close_holes, diameter
+from touchatlas.atlas.mesh.mend import LARGEST, close_holes, diameter
 from touchatlas.atlas.records.surface import Surface
 from touchatlas.atlas.samples.rims import Rims
 
@@ -78,7 +78,9 @@ def _regions(surface: Surface, size: float, rings: int) -> list[np.ndarray]:
     where = faces.ravel(), np.repeat(np.arange(count), 3)
     at = csr_array((np.ones(3 * count, bool), where), shape=(len(surface.vertices), count))
     taken, found = np.zeros(count, bool), list[np.ndarray]()
-    for loop in loops_within(surface.vertices, faces, 2.0 * size):
+    # Larger holes stay open.
+    most = min(2.0 * size, LARGEST * diameter(surface.vertices))
+    for loop in loops_within(surface.vertices, faces, most):
         region = np.unique(at[loop].indices)
         for _ in range(rings - 1):
             region = np.unique(at[np.unique(faces[region])].indices)
