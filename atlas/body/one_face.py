@@ -12,7 +12,7 @@ from touchatlas.atlas.pieces.fit_piece import fit_piece
 from touchatlas.atlas.pieces.kinds import Kind
 from touchatlas.atlas.pieces.laws import law_of
 from touchatlas.atlas.pieces.piece import Piece
-from touchatlas.atlas.surfaces.fit_free_form import amplitude_of
+from touchatlas.atlas.surfaces.fit_free_form import beyond_noise
 from touchatlas.atlas.surfaces.sharp_turns import MANY, share_of_contours, sharp_turns
 from touchatlas.patch.geometry.arrays import frozen_array
 
@@ -101,7 +101,7 @@ def _with_misfit(piece: Piece, samples: ContourSamples) -> Piece:
     of fit is borne, and a law knows nothing of it."""
     square = np.mean(piece.at(samples.points)[0] ** 2)
     covariance = piece.covariance.copy()
-    covariance[0, 0] += (amplitude_of(square, samples.std) / piece.scale) ** 2
+    covariance[0, 0] += beyond_noise(square, samples.std) / piece.scale**2
     return replace(piece, covariance=covariance)
 
 

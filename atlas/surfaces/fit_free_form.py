@@ -56,7 +56,7 @@ def fit_free_form(
     std = max(std, 1e-5 * radius)
     radius = std * _RUNG ** np.round(np.log(radius / std) / np.log(_RUNG))
     tree, known = cKDTree(points), {} if before is None else before.kept
-    groups = _neighbours(tree, evenly(np.arange(tree.n), 40))
+    some = _neighbours(tree, evenly(np.arange(tree.n), 40))
     kept: dict = {}
     while True:
         middles = middles_of(tree, normals, radius, levels.facing)
@@ -66,13 +66,14 @@ def fit_free_form(
         if np.median(counts) < _LEAST:
             break
         found = FreeFormSurface(_sextics(sites, points, with_factors(equations)), points, normals)
-        if _left_out(found, groups, std) <= _FOLLOWS * std:
+        if np.median(_left_out(found, some, std)) <= (_FOLLOWS * std) ** 2:
             break
         radius /= _RUNG
     sextics = _sextics(sites, points, with_common_prior(equations, std / radius))
     faces = _face_samples(sites, sextics, points, normals)
-    found = FreeFormSurface(sextics.some(np.flatnonzero(faces)), points, normals, kept)
-    return replace(found, normals=found.at(points)[:, 1:4])
+    found = FreeFormSurface(sextics.some(np.flatnonzero(faces)), points, normals, kept=kept)
+    every = _left_out(found, _neighbours(tree, np.arange(tree.n)), std)
+    return replace(found, normals=found.at(points)[:, 1:4], left_out=every)
 
 
 def _sextics(sites: SexticSites, points, fitted) -> Sextics:
@@ -105,20 +106,21 @@ def _neighbours(tree: cKDTree, samples) -> np.ndarray:
     return np.column_stack([samples, moved])
 
 
-def _left_out(surface: FreeFormSurface, groups, std: float) -> float:
-    """Median amplitude of what a surface leaves out in groups of neighbours (g, k), length."""
+def _left_out(surface: FreeFormSurface, groups, std: float) -> np.ndarray:
+    """(g,) variance, length^2, of what a surface leaves out in groups of neighbours (g, k), beyond
+    the noise of a sample."""
     some, place = np.unique(groups, return_inverse=True)
     values = surface.at(surface.points[some])[np.reshape(place, groups.shape)]
     normals, rest = values[..., 1:4], values[..., 0]
     faces = np.einsum("gkj,gj->gk", normals, normals[:, 0]) > FACING
     square = (rest**2 * faces).sum(axis=1) / np.maximum(faces.sum(axis=1), 1)
-    return float(np.median(amplitude_of(square, std)))
+    return beyond_noise(square, std)
 
 
-def amplitude_of(square, std: float) -> np.ndarray:
-    """(m,) standard deviation of residuals of mean squares (m,), length^2, without the noise of a
-    sample: three fifths of its variance. The rest is a lack of fit, which residuals show."""
-    return np.asarray(np.sqrt(np.maximum(square - 0.6 * std**2, 0.0)))
+def beyond_noise(square, std: float) -> np.ndarray:
+    """(m,) what mean squares of residuals (m,), length^2, have beyond the noise of a sample: three
+    fifths of its variance. The rest of that is a lack of fit, which residuals show."""
+    return np.maximum(square - 0.6 * std**2, 0.0)
 
 
 def are_on(surface: FreeFormSurface, points, std: float, levels: Levels = Levels()) -> np.ndarray:

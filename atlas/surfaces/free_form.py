@@ -146,6 +146,8 @@ class FreeFormSurface:
         Each fitted within its radius about its middle.
     points, normals : (n, 3) float, length; unit, world
         The samples, and outward normals that tell the sides.
+    left_out : (n,) float, length^2, optional
+        Variance of what the sextics leave out about each sample, beyond its noise.
     kept : dict
         Normal equations of sextics by the samples that they follow from, for the next fit.
     pairs : (k, 2) int
@@ -155,6 +157,7 @@ class FreeFormSurface:
     sextics: Sextics
     points: np.ndarray
     normals: np.ndarray
+    left_out: np.ndarray | None = None
     kept: dict = field(default_factory=dict)
     pairs: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), int))
 
@@ -162,12 +165,16 @@ class FreeFormSurface:
         """(n, 5) distance, normal and variance at points (n, 3). Beyond its scale a sextic goes on
         as the plane that touches it in its middle; its deviation grows as it does.
 
-        The variance is that of the sextic that weighs most, and that of the sextics about their
-        mean (the law of total variance): its coefficients say nothing of a shape that no sextic
-        has, as at an edge or a tip that no contour met, but there sextics differ.
+        The variance is that of the sextic that weighs most, that of the sextics about their mean
+        (the law of total variance), and that of what they leave out about the nearest sample: the
+        coefficients say nothing of a shape that no sextic has. At an edge or a tip that no contour
+        met sextics differ, and on a rough surface all of them leave the same out.
         """
         mean = self._mean_at(points)
-        return np.column_stack([mean.values, self._variance(mean, points)])
+        found = np.column_stack([mean.values, self._variance(mean, points)])
+        if self.left_out is not None:
+            found[:, 4] += self.left_out[self._samples.query(points)[1]]
+        return found
 
     def at(self, points) -> np.ndarray:
         """(n, 4) distance and normal at points (n, 3)."""
