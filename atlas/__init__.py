@@ -16,9 +16,8 @@ if TYPE_CHECKING:
     from touchatlas.atlas.field.face_field import FaceValues, face_values
     from touchatlas.atlas.mesh.surface import Surface, extract_surface
     from touchatlas.atlas.records.blend import Blend
-    from touchatlas.atlas.records.change import AtlasChange
     from touchatlas.atlas.records.options import AtlasOptions, Levels
-    from touchatlas.atlas.records.touch import Touch, TouchStatus
+    from touchatlas.atlas.records.touch import AtlasChange, Touch, TouchStatus
     from touchatlas.atlas.store import load_atlas, save_atlas
 
 __all__ = [
@@ -50,7 +49,7 @@ __all__ = [
 __getattr__ = lazy_names(
     {
         "Atlas": "touchatlas.atlas.atlas",
-        "AtlasChange": "touchatlas.atlas.records.change",
+        "AtlasChange": "touchatlas.atlas.records.touch",
         "AtlasOptions": "touchatlas.atlas.records.options",
         "Blend": "touchatlas.atlas.records.blend",
         "Doubt": "touchatlas.atlas.check.doubt",

@@ -13,8 +13,7 @@ from touchatlas.atlas.known_surface import blend
 from touchatlas.atlas.learn import learn
 from touchatlas.atlas.mesh.surface import with_fewer_patches
 from touchatlas.atlas.records.blend import Blend
-from touchatlas.atlas.records.change import AtlasChange
-from touchatlas.atlas.records.touch import Touch
+from touchatlas.atlas.records.touch import AtlasChange, Touch
 from touchatlas.atlas.state import AtlasState
 
 

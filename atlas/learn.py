@@ -5,8 +5,7 @@ import numpy as np
 from touchatlas.atlas.pieces.fit_piece import fit_piece
 from touchatlas.atlas.pieces.kinds import Kind
 from touchatlas.atlas.pieces.piece import Piece, in_plane_cosines
-from touchatlas.atlas.records.change import AtlasChange
-from touchatlas.atlas.records.touch import LEAST_POINTS, Touch, TouchStatus, extent_of
+from touchatlas.atlas.records.touch import LEAST_POINTS, AtlasChange, Touch, TouchStatus, extent_of
 from touchatlas.atlas.samples.sample_pool import SamplePool
 from touchatlas.atlas.state import AtlasState
 from touchatlas.patch.geometry.contour import Contour, ContourEnd

@@ -6,8 +6,7 @@ from enum import Enum
 
 import numpy as np
 
-from touchatlas.atlas.records.change import AtlasChange
-from touchatlas.atlas.records.touch import Touch
+from touchatlas.atlas.records.touch import AtlasChange, Touch
 from touchatlas.patch.geometry.arrays import check_unit, frozen_array
 from touchatlas.patch.geometry.contour import SamplingPlane
 

@@ -1,6 +1,9 @@
-"""Doubt: something that speaks against an atlas, and where."""
+"""Doubt: something that speaks against an atlas, and where; doubts of a planner's end."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from enum import Enum
+from typing import Protocol
 
 import numpy as np
 
@@ -53,3 +56,83 @@ def some_apart(points, extent: float) -> np.ndarray:
         if len(kept) == MOST:
             break
     return np.reshape(kept, (-1, 3))
+
+
+# The reason of a planner that has reached its end.
+_KNOWN = "known to the tolerance"
+
+
+class Forecast(Protocol):
+    """What a planner's Stop expects of the surface, as far as it is read here."""
+
+    @property
+    def predicted_coverage(self) -> float: ...
+    @property
+    def open_places(self) -> np.ndarray: ...
+
+
+class Stopped(Protocol):
+    """A planner's Stop, as far as it is read here; its ``reason`` is an Enum of words."""
+
+    @property
+    def reason(self) -> Enum: ...
+    @property
+    def forecast(self) -> Forecast: ...
+    @property
+    def unreachable(self) -> np.ndarray: ...
+
+
+def stop_doubts(
+    stopped: str | Stopped | None,
+    open_places: Sequence | np.ndarray,
+    unreachable: Sequence | np.ndarray,
+) -> list[Doubt]:
+    """What speaks against an exploration that ended so: see ``doubts``."""
+    if stopped is not None and not isinstance(stopped, str):
+        stopped, open_places, unreachable = _of_stop(stopped, open_places, unreachable)
+    found = []
+    if stopped and stopped != _KNOWN:
+        found.append(Doubt("unfinished", f"The exploration ended early: {stopped}.", NOWHERE))
+    return [*found, *_open_places(_points(open_places)), *_unreachable(_points(unreachable))]
+
+
+def ended_early(reason: str, share: float) -> str:
+    """Why an exploration ended, with the expected fraction of the surface about its touches that is
+    known to the tolerance: what lies farther off no forecast counts."""
+    return f"{reason}, with {share:.1%} of the surface about its touches {_KNOWN}"
+
+
+def _points(places: Sequence | np.ndarray) -> np.ndarray:
+    """Places as an array (k, 3)."""
+    return np.reshape(np.asarray(places, float), (-1, 3))
+
+
+def _of_stop(stop: Stopped, open_places, unreachable):
+    """Words of a planner's Stop, and its places where no others are given."""
+    words = str(stop.reason.value)
+    if not len(unreachable):
+        unreachable = stop.unreachable
+    if words == _KNOWN:
+        return words, open_places, unreachable
+    share = stop.forecast.predicted_coverage
+    if not len(open_places):
+        open_places = stop.forecast.open_places
+    return ended_early(words, share), open_places, unreachable
+
+
+def _open_places(places) -> list[Doubt]:
+    """One doubt about places (k, 3) of which too little is known."""
+    count = count_of(len(places), "place is", "places are")
+    words = f"{count} not known to the tolerance; touch there."
+    return [Doubt("open places", words, places[:MOST])] if len(places) else []
+
+
+def _unreachable(places) -> list[Doubt]:
+    """One doubt about places (k, 3) that the pin did not reach."""
+    words = (
+        f"{count_of(len(places), 'place was', 'places were')} not touched, because the pin would "
+        "have passed through what is known; lean it, or take a thinner one."
+    )
+    return (
+        [Doubt("unreachable", words, some_apart(places, extent_of(places)))] if len(places) else []
+    )

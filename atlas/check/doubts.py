@@ -4,10 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from touchatlas.atlas.check.doubt import Doubt
-from touchatlas.atlas.check.edge_doubts import edge_doubts
-from touchatlas.atlas.check.sample_doubts import sample_doubts
-from touchatlas.atlas.check.stop_doubts import Stopped, stop_doubts
+from touchatlas.atlas.check.doubt import Doubt, Stopped, stop_doubts
+from touchatlas.atlas.check.sample_doubts import edge_doubts, sample_doubts
 from touchatlas.atlas.check.surface_doubts import Triangles, surface_doubts
 from touchatlas.atlas.state import AtlasState
 

@@ -1,7 +1,8 @@
-"""Doubts that samples raise: what they say against the surface and its rims."""
+"""Doubts that samples raise: what they say against the surface, its rims and its edges."""
 
 import numpy as np
 
+from touchatlas.atlas.body.guessed_edges import guessed_edges
 from touchatlas.atlas.check.doubt import Doubt, count_of, extent_of, some_apart
 from touchatlas.atlas.check.moved import shift_of_object
 from touchatlas.atlas.labels.samples import split_contours
@@ -102,3 +103,18 @@ def _lost_contact(atlas: AtlasState, extent: float) -> list[Doubt]:
     if len(places):
         words += " The rim is not known to the tolerance everywhere."
     return [Doubt("lost contact", words, some_apart(places, extent))]
+
+
+def edge_doubts(atlas: AtlasState) -> list[Doubt]:
+    """One doubt where edges are drawn sharp by a guess."""
+    if atlas.body is None:
+        return []
+    guessed = guessed_edges(atlas.body, atlas.tolerance)
+    if not len(guessed.points):
+        return []
+    words = (
+        f"{count_of(len(guessed.points), 'edge is', 'edges are')} drawn sharp that no contour "
+        f"crossed, though most are rounded, by {guessed.radius:.3g} in the median; touch there."
+    )
+    places = some_apart(guessed.points, extent_of(atlas.pool.points))
+    return [Doubt("guessed edges", words, places)]

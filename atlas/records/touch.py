@@ -1,11 +1,10 @@
-"""Touch: everything that one visit of the probe measured."""
+"""Touch: everything that one visit of the probe measured; AtlasChange: what an atlas made of it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 
 import numpy as np
 
-from touchatlas.atlas.records.order_of_points import out_of_order
 from touchatlas.patch.geometry.arrays import check_unit, frozen_array, real
 from touchatlas.patch.geometry.contour import Contour
 from touchatlas.patch.geometry.section import LEAST_POINTS
@@ -166,3 +165,48 @@ def extent_of(points) -> float:
     """Twice the largest distance of points (n, 3) from their mean."""
     offset = points - points.mean(axis=0)
     return 2.0 * float(np.sqrt((offset * offset).sum(axis=1).max()))
+
+
+def von_neumann_ratio(points) -> float:
+    """Sum of squared successive differences over that of squared deviations from the mean.
+
+    It is small for points (n, 3) along a curve, and about 2 for the same points in random order
+    (von Neumann, Distribution of the ratio of the mean square successive difference to the
+    variance, 1941). 0 for points that are all the same.
+
+    >>> line = np.arange(10.0)[:, None] * [1.0, 0.0, 0.0]
+    >>> round(von_neumann_ratio(line), 3), round(von_neumann_ratio(line[[0, 5, 1, 6, 2, 7]]), 3)
+    (0.109, 2.578)
+    """
+    points = np.asarray(points, float)
+    offset = points - points.mean(axis=0)
+    spread = float((offset * offset).sum())
+    step = np.diff(points, axis=0)
+    return float((step * step).sum()) / spread if spread > 0.0 else 0.0
+
+
+def out_of_order(points) -> bool:
+    """Whether points (n, 3) are in no order of travel along a curve: in order the ratio of von
+    Neumann is 12 / n^2, and 3 / n more with one jump back to the middle."""
+    return von_neumann_ratio(points) > 0.5 + 4.0 / len(points)
+
+
+@dataclass(frozen=True)
+class AtlasChange:
+    """What an atlas made of a touch.
+
+    Parameters
+    ----------
+    refused : str
+        Why no samples were entered; empty where some were. The way of an approach that met nothing
+        is entered all the same.
+    touch : int, optional
+        Number of the touch that ``Atlas.add`` learned.
+    innovations : (k,) float, no unit
+        How far samples of the touch were from the surface that was predicted before them, in
+        predicted standard deviations; of those that tell how good the prediction was.
+    """
+
+    refused: str = ""
+    touch: int | None = None
+    innovations: np.ndarray = field(default_factory=lambda: np.zeros(0), compare=False, repr=False)

@@ -3,13 +3,8 @@
 import numpy as np
 from scipy.spatial import cKDTree
 
-from touchatlas.atlas.samples.growing_array import grown
-
-# Number of samples that a new pool has room for. Doubled, it takes 20 kB more.
+# Number of samples that a new pool has room for.
 _ROOM = 256
-# Fraction of the samples of a tree that may be added before it is built again. Doubled, trees are
-# built less often and queries take longer.
-_LATER = 0.125
 _VECTORS = "points", "normals", "across"
 NAMES = *_VECTORS, "edges", "noise"
 
@@ -58,7 +53,7 @@ class SamplePool:
         first, last = self._size, self._size + len(points)
         values = points, normals, across, edges, noise
         for name, value in zip(NAMES, values, strict=True):
-            self._columns[name] = grown(self._columns[name], last)
+            self._columns[name] = _grown(self._columns[name], last)
             self._columns[name][first:last] = value
         self._size = last
         if last > first:
@@ -74,7 +69,7 @@ class SamplePool:
     def nearest(self, point) -> int:
         """Index of the sample nearest to a point (3,), length, world."""
         count = 0 if self._tree is None else self._tree.n
-        if self._size > count + max(_ROOM, _LATER * count):
+        if self._size > count + max(_ROOM, count // 8):
             self._tree, count = cKDTree(self.points), self._size
         later = self.points[count:] - point
         found = (later * later).sum(axis=1)
@@ -83,3 +78,12 @@ class SamplePool:
         if not len(found) or (offset * offset).sum() <= found.min():
             return int(first)
         return count + int(found.argmin())
+
+
+def _grown(array: np.ndarray, rows: int) -> np.ndarray:
+    """The array, or a copy of it that has room for a number of rows, and for an eighth more than
+    before at least, so that many small steps copy each row few times."""
+    if rows <= len(array):
+        return array
+    added = max(rows, len(array) * 9 // 8) - len(array)
+    return np.concatenate([array, np.zeros((added, *array.shape[1:]), array.dtype)])

@@ -25,10 +25,6 @@ _HAS = 0.6
 # Weight at that distance of a sextic that faces as the side does. Another has no larger share there
 # than its weight over this one.
 _WEIGHT = (1.0 - (_HAS / WEIGHS) ** 2) ** 3
-# Largest radius, in largest radii of the surface, and the ratio of each to the next.
-_LARGER, _SHRINK = 1.4, 0.7
-# Least radius, in distances of the points: fifty lie within.
-_LEAST = 4.0
 _PRECISION = np.diag(prior_precision(Kind.SEXTIC))
 
 
@@ -99,12 +95,13 @@ def fewer_sextics(
     bounds = np.where(ends, 0.0, np.maximum(_BORNE * tolerance, _SURE * deviations))
     columns = points, normals, deviations**2, bounds, surface.sides(points)
     on = SurfacePoints(*columns, spacing, cKDTree(points))
-    left, parts, radius = np.arange(len(points)) < drawn, [], _LARGER * surface.radius
-    while left.any() and radius > _LEAST * spacing:
+    left, parts, radius = np.arange(len(points)) < drawn, [], np.sqrt(2.0) * surface.radius
+    # Within four distances fifty points lie.
+    while left.any() and radius > 4.0 * spacing:
         parts += _of_radius(on, left, radius, levels.facing)
         if sum(map(len, parts)) >= len(surface.sextics):
             return surface
-        radius *= _SHRINK
+        radius /= np.sqrt(2.0)
     if left.any():
         own = np.unique(surface.leading(points[left]))
         if ends.any():

@@ -10,9 +10,6 @@ from touchatlas.atlas.pieces.kinds import SEXTIC_BASIS, Kind, prior_precision
 from touchatlas.atlas.surfaces.sextic_sites import SexticSites
 from touchatlas.patch.geometry.polynomial import GRADIENT, derivative_coefficients, monomials
 
-# Distance from which a sample weighs less the farther it is, in standard deviations (P. J. Huber,
-# 1964): of noise one in 80 does.
-_ROBUST = 2.5
 # Order of the height z(x, y) that each coefficient makes.
 _HEIGHTS = SEXTIC_BASIS.exponents @ np.array([1, 1, 2])
 # Orders whose coefficients have a common size: slopes depend on the frame.
@@ -75,8 +72,9 @@ def _fitted(scaled, real, noise: float) -> Equations:
         at, steep, distance, far = _feet(mean, scaled, terms, noise)
         heights = at[..., 2] + steep * distance
         own = _monomials(at)[:, : len(_FLAT)]
-        # From the paraboloid all that bends otherwise is far.
-        robust = _ROBUST / np.maximum(far, _ROBUST) if turn else 1.0
+        # P. J. Huber 1964: of noise one in 80 weighs less. From the paraboloid all that bends
+        # otherwise is far.
+        robust = 2.5 / np.maximum(far, 2.5) if turn else 1.0
         found = _equations(own, heights, weight * robust / steep**2)
         mean = coefficients_of(found)
     return found

@@ -15,8 +15,6 @@ from touchatlas.patch.geometry.frame import any_tangent
 FACING = 0.2
 # Least distance of the middles of two sextics that face alike, in radii.
 _APART = 0.4
-# Most samples of a fit.
-_FITTED = 400
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +54,8 @@ def sites_of(tree: cKDTree, normals, middles, radius: float) -> SexticSites:
     faces |= samples == middles[owner]
     owner, samples, away = owner[faces], samples[faces], away[faces]
     first = np.searchsorted(owner, np.arange(len(middles)))
-    members = [evenly(some, _FITTED) for some in np.split(samples, first[1:])]
+    # More take longer, and change little.
+    members = [evenly(some, 400) for some in np.split(samples, first[1:])]
     farthest = samples[first_largest(away, first)]
     tangents = tree.data[farthest] - tree.data[middles]
     axes = _axes(np.add.reduceat(normals[samples], first), tangents)

@@ -15,18 +15,10 @@ _SHARP = 2.0 * np.tan(np.deg2rad(17.5))
 # it falls to 0.44, on a wing nut to 0.62; it was 0.38 or less on scans. Doubled, no body has edges.
 # Where it was not asked, folds of a lemon cut its surface: it took 22 touches instead of 15.
 MANY = 0.45
-# Samples from a turn to those that tell its sides: the normals of nearer ones may be of either.
-# Doubled, sides are those of the surface farther from narrow edges.
-_ASIDE = 2
-# Turns among which the nearest one is sought that has a side as a point does. Doubled, nothing
-# changes.
-_ASKED = 8
 # Least cosine of the normals at a point and on its side of a turn: 45 degrees; farther turned it
-# lies on another sheet, as on the far side of a thin wall. Doubled in angle, such points are cut.
-_SAME_SIDE = 0.7
-# Largest cosine of the normals at a point and on the other side: 26 degrees. Doubled in angle, only
-# edges of 52 degrees are sharp.
-_OTHER_SIDE = 0.9
+# lies on another sheet, as on the far side of a thin wall. And largest cosine of those at a point
+# and on the other side: 26 degrees.
+_SAME_SIDE, _OTHER_SIDE = 0.7, 0.9
 
 
 def sharp_turns(samples: ContourSamples, start: int = 0) -> np.ndarray:
@@ -38,7 +30,7 @@ def sharp_turns(samples: ContourSamples, start: int = 0) -> np.ndarray:
     for a, b in zip(bounds[:-1].tolist(), bounds[1:].tolist(), strict=True):
         own = kinks(samples.points[a:b], samples.planes[a], samples.std, least_turn=_SHARP)
         found.append(a + own)
-    return np.concatenate(found)[:, None] + np.array([-_ASIDE, _ASIDE])
+    return np.concatenate(found)[:, None] + np.array([-2, 2])
 
 
 def share_of_contours(samples: ContourSamples, turns) -> float:
@@ -101,7 +93,7 @@ class SharpTurns:
     def beside(self, points, sides, reach: float) -> BesideTurns:
         """Which of points (n, 3), with normals ``sides`` (n, 3) of the nearest samples, have a turn
         within ``reach``, length, one side of which faces as they do; and the nearest such turn."""
-        count = min(_ASKED, self._tree.n)
+        count = min(8, self._tree.n)
         if not count:
             none = np.zeros((0, 3))
             return BesideTurns(np.zeros(0, int), none, none, np.zeros(0))

@@ -5,7 +5,7 @@ import numpy as np
 from scipy.special import gammaincinv
 from scipy.stats import chi2, norm, t
 
-from touchatlas.atlas.records.order_of_points import out_of_order
+from touchatlas.atlas.records.touch import out_of_order
 from touchatlas.patch.geometry.arrays import cross
 from touchatlas.patch.geometry.curvature import normal_from_tangents
 from touchatlas.patch.geometry.section import LEAST_POINTS

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from touchatlas.atlas import Atlas, Surface, doubts, extract_surface, save_atlas
-from touchatlas.atlas.check.stop_doubts import ended_early
+from touchatlas.atlas.check.doubt import ended_early
 from touchatlas.atlas.files import write_whole
 from touchatlas.planner import StopReason
 from touchatlas.sim.folder.ply import ply_bytes, stored

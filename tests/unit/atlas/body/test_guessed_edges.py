@@ -7,7 +7,7 @@ import pytest
 
 from touchatlas.atlas.body import guessed_edges as module
 from touchatlas.atlas.body.guessed_edges import guessed_edges
-from touchatlas.atlas.check.edge_doubts import edge_doubts
+from touchatlas.atlas.check.sample_doubts import edge_doubts
 from touchatlas.atlas.edges.boundary import EdgeKind
 from touchatlas.atlas.faces.faces import FaceEdge
 
