@@ -16,29 +16,6 @@ from touchatlas.atlas.labels.samples import ContourSamples
 from touchatlas.atlas.samples.rims import Rims
 from touchatlas.atlas.surfaces.free_form import FreeFormSurface
 
-# Distance beyond the samples up to which a face is known, in steps of its contours. Doubled, faces
-# go on beyond edges that no contour crossed.
-_STEPS = 1.5
-# Steps from a point to its foot, where a polynomial bends. Doubled, it takes longer
-# where much is vague.
-_TO_FOOT = 3
-# Deviation over the extent beyond which a surface shows nothing: between samples far apart
-# polynomials have zeros anywhere. At 0.025 more of such was drawn after eight touches of three real
-# meshes; at a tenth of the reach a scanned lemon took 33 touches instead of 20.
-_VAGUE = 0.015
-# Distance from a rim within which the surface is known although samples lie on one side alone,
-# over ``reach``. Doubled, more of what no contour crossed counts as known.
-_AT_RIM = 0.25
-# Distance from the surface up to which it is asked what is known at the foot, over ``reach``: cubes
-# are smaller. Doubled, the sides of thin walls are confused.
-_OFF = 0.4
-# Distance from the ball of a corner at which a point is on it, in radii. Doubled, nothing changes:
-# points of the surface are asked.
-_ROUNDED = 0.1
-# Distance from the faces at which a sample without a label lies on them, in standard deviations.
-# Doubled, less is left out where a small part of another shape is touched.
-_ON_FACE = 3.0
-
 
 class Body:
     """The surface of a body, drawn from faces of any kind.
@@ -73,8 +50,8 @@ class Body:
         self._tree = cKDTree(points)
         # A contour oblique to its face has no normal to be labelled by, but may well lie on it.
         self._astray = faces.of == NONE
-        left = points[self._astray]
-        self._astray[self._astray] = np.abs(self.field.at(left).distance) > _ON_FACE * samples.std
+        left, sure = points[self._astray], samples.levels.sure * samples.std
+        self._astray[self._astray] = np.abs(self.field.at(left).distance) > sure
 
     def with_surface(self, surface: FreeFormSurface) -> "Body":
         """The same body of one free-form face, with another surface of it."""
@@ -94,6 +71,7 @@ class Body:
             self.away,
             self.reach,
             self.samples.std,
+            self.samples.levels.sure,
         )
         found = copy(self)
         found.field = bare.with_air(air)
@@ -135,33 +113,36 @@ class Body:
         # Beside the surface a polynomial is less sure than on it.
         doubt = np.flatnonzero(known & self._is_vague(found.deviation))
         at, feet = found.some(doubt), points[doubt]
-        for _ in range(_TO_FOOT):
+        for _ in range(3):
             feet = feet - at.distance[:, None] * at.normal
             at = self.field.at(feet)
         known[doubt] = ~self._is_vague(at.deviation)
         return found, known
 
     def _is_vague(self, deviation) -> np.ndarray:
-        """(n,) whether deviations (n,), length, are so large that a surface shows nothing, and
-        larger than that of a sample."""
-        return np.asarray(deviation > max(_VAGUE * self.extent, self.samples.std))
+        """(n,) whether deviations (n,), length, are so large that a surface shows nothing: a
+        tenth of the distance across which it is believed, and more than that of a sample. Between
+        samples far apart polynomials have zeros anywhere."""
+        return np.asarray(
+            deviation > max(0.1 * self.samples.levels.believed * self.extent, self.samples.std)
+        )
 
     def _among(self, points) -> tuple[FaceValues, np.ndarray]:
         """What the faces say of points (n, 3), and whether (n,) they lie among samples: none of
-        these are farther than ``reach``, and no half circle about the foot is without one; or a
-        little beyond a rim."""
+        these are farther than ``reach``, and no half circle about the foot is without one; or up to
+        a fourth of ``reach`` beyond a rim. A face is known a step and a half beyond its samples."""
         found = self.field.at(points)
         away, nearest = self._tree.query(points)
         steps = self.samples.steps[nearest]
-        height = np.clip(found.distance, -_OFF * self.reach, _OFF * self.reach)
+        height = np.clip(found.distance, -0.4 * self.reach, 0.4 * self.reach)
         off = np.abs(height)
-        known = away <= _STEPS * steps + off
+        known = away <= 1.5 * steps + off
         doubt = np.flatnonzero(~known & (away < self.reach))
         normals = found.normal[doubt]
         feet = points[doubt] - height[doubt, None] * normals
         known[doubt] = self._thinned.surround(feet, normals)
         if self.rims:
-            known |= (away < self.reach) & self.rims.at(points, _AT_RIM * self.reach)
+            known |= (away < self.reach) & self.rims.at(points, 0.25 * self.reach)
         # What nothing explains is not known.
         known &= ~self._astray[nearest] | (away < steps + off)
         return found, known
@@ -189,7 +170,7 @@ class Body:
             trace = np.trace(shape, axis1=1, axis2=2)
             out[mine] = 0.5 * (trace**2 - np.einsum("nij,nji->n", shape, shape))
         for corner in self.faces.corners:
-            square, off = ((points - corner.centre) ** 2).sum(axis=1), _ROUNDED * corner.radius
+            square, off = ((points - corner.centre) ** 2).sum(axis=1), 0.1 * corner.radius
             near = np.flatnonzero(square < (corner.radius + 2.0 * off) ** 2)
             near = near[on_ball(corner, self.faces.faces, points[near], off)]
             out[near] = 1.0 / square[near]

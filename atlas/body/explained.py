@@ -11,16 +11,6 @@ from touchatlas.atlas.labels.samples import ContourSamples
 from touchatlas.atlas.pieces.fit_piece import fit_piece
 from touchatlas.atlas.pieces.kinds import Kind
 
-# Most samples by which a plane is fitted without one contour: a mean of so many is within a
-# twentieth of a deviation. Doubled, it takes longer.
-_FITTED = 400
-# Largest predicted deviation where a contour tests a plane, in deviations of a sample: what labels
-# bear. Doubled, a line and a few samples beside it pass for two lines.
-_DOUBT = 3.0
-# Largest distance of a sample from where it is predicted, in deviations of the difference. Doubled,
-# a contour that is off by a lack of fit tests a plane, too.
-_GATE = 3.0
-
 
 def determined(faces: Faces, samples: ContourSamples) -> Faces:
     """The same without the faces that contours do not determine: planes that no contour tests, and
@@ -60,13 +50,14 @@ def _is_tested(members, samples: ContourSamples) -> bool:
     """
     contours = samples.contours[members]
     largest = contours == np.bincount(contours).argmax()
-    others = evenly(members[~largest], _FITTED)
+    others = evenly(members[~largest], 400)
     if len(others) < Kind.PLANE.parameters:
         return False
     plane = fit_piece(Kind.PLANE, samples.points[others], samples.normals[others], samples.std)
     if plane is None:
         return False
     distance, _, variance = plane.predicted(samples.points[members[largest]])
-    sure = variance < (_DOUBT * samples.std) ** 2
-    met = np.abs(distance) < _GATE * np.sqrt(variance + samples.std**2)
-    return bool(np.mean(sure & met) > 0.5)
+    sure = samples.levels.sure
+    told = variance < (sure * samples.std) ** 2
+    met = np.abs(distance) < sure * np.sqrt(variance + samples.std**2)
+    return bool(np.mean(told & met) > 0.5)

@@ -16,13 +16,6 @@ from touchatlas.atlas.surfaces.fit_free_form import beyond_noise
 from touchatlas.atlas.surfaces.sharp_turns import MANY, share_of_contours, sharp_turns
 from touchatlas.patch.geometry.arrays import frozen_array
 
-# Chance with which the samples of a true law refuse it. Doubled, a sphere is free-form after one
-# touch in 50 instead of one in 100.
-_CHANCE = 0.01
-# Distance up to which a piece explains a sample, in deviations: as for other faces. Doubled, all
-# are explained.
-_EXPLAINED = 3.0
-
 
 def face_of_all(samples: ContourSamples, before: Faces | None = None) -> Faces:
     """All samples as one face: of the simplest law that explains all of them, else free-form. If
@@ -34,7 +27,9 @@ def face_of_all(samples: ContourSamples, before: Faces | None = None) -> Faces:
     normals = samples.outward if piece is None else piece.at(points)[1]
     normals, none = frozen_array(normals, (None, 3), "normals"), np.zeros(0, int)
     patch_of = np.full(len(samples), NONE if piece is None else 0)
-    found = Faces((face,), (), points, normals, 0 * every, patch_of, none, samples.std)
+    found = Faces(
+        (face,), (), points, normals, 0 * every, patch_of, none, samples.std, levels=samples.levels
+    )
     if piece is not None:
         return found
     turns = _turns(samples, before)
@@ -62,7 +57,7 @@ def _lawful(piece: Piece, samples: ContourSamples) -> Face:
     """The face of samples that lie on a piece."""
     law = law_of(piece, samples.points, samples.std)
     off = piece.at(samples.points)[0]
-    explained = float((np.abs(off) <= _EXPLAINED * samples.std).mean())
+    explained = float((np.abs(off) <= samples.levels.sure * samples.std).mean())
     own = np.arange(len(samples)), explained, float(np.sqrt((off * off).mean())), _middle(samples)
     return Face(0, law.words, piece.kind.name.lower(), law, (piece,), (0,), *own)
 
@@ -109,7 +104,7 @@ def _is_sure(piece: Piece, samples: ContourSamples) -> bool:
     """Whether a piece is surer of each sample than the sample is, and faces as they do."""
     _, normals, variance = piece.predicted(samples.points)
     against = (normals * samples.normals).sum(axis=1) <= 0.0
-    return bool((variance <= samples.std**2).all() and np.mean(against) <= _CHANCE)
+    return bool((variance <= samples.std**2).all() and np.mean(against) <= samples.levels.alpha)
 
 
 def _passes_by(piece: Piece, samples: ContourSamples) -> bool:
@@ -121,4 +116,4 @@ def _passes_by(piece: Piece, samples: ContourSamples) -> bool:
     # The survival function of chi-square: scipy.stats, whose chi2.sf it is, takes a third of the
     # time in which this library is imported.
     by_chance = np.append(chdtrc(counts, sums), chdtrc(freedom, square.sum()))
-    return bool(by_chance.min() * len(by_chance) > _CHANCE)
+    return bool(by_chance.min() * len(by_chance) > samples.levels.alpha)

@@ -9,13 +9,6 @@ from touchatlas.atlas.faces.faces import FaceEdge
 from touchatlas.atlas.pieces.piece import Piece
 from touchatlas.patch.geometry.frame import DarbouxFrame, any_tangent
 
-# Distance of the middles of two patches of one surface that meet, over the larger radius: each has
-# the surface up to 0.6 radii from its middle. Doubled, patches are linked over others between them.
-_MEET = 1.2
-# Least cosine of the normals of such patches: 90 degrees. With 60 degrees those on both sides of a
-# bend of a bottle are not linked; those on both sides of a wall must not be.
-_FACING = 0.0
-
 
 def patch_graph(body: Body) -> nx.Graph:
     """The patches as nodes, and where two of them meet as edges.
@@ -62,15 +55,16 @@ def _node(piece: Piece) -> dict:
 
 
 def _overlapping(patches) -> list[tuple[int, int]]:
-    """Pairs of patches of one face whose weights overlap, and that face alike."""
+    """Pairs of patches of one face whose middles are within 1.2 radii of each other, so that their
+    weights overlap, and whose normals differ by less than a right angle."""
     found = []
     for face in dict.fromkeys(face for face, _ in patches):
         own = [k for k, (its, _) in enumerate(patches) if its == face]
         tree = cKDTree([patches[k][1].origin for k in own])
-        for i, j in sorted(tree.query_pairs(_MEET * max(patches[k][1].scale for k in own))):
+        for i, j in sorted(tree.query_pairs(1.2 * max(patches[k][1].scale for k in own))):
             a, b = patches[own[i]][1], patches[own[j]][1]
-            near = np.linalg.norm(a.origin - b.origin) < _MEET * max(a.scale, b.scale)
-            if near and a.axes[2] @ b.axes[2] > _FACING:
+            near = np.linalg.norm(a.origin - b.origin) < 1.2 * max(a.scale, b.scale)
+            if near and a.axes[2] @ b.axes[2] > 0.0:
                 found.append((own[i], own[j]))
     return found
 

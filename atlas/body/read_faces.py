@@ -20,16 +20,6 @@ from touchatlas.atlas.relabel.revise import refit
 from touchatlas.atlas.relabel.unite import unite
 from touchatlas.atlas.samples.sample_pool import SamplePool
 
-# Rounds of labels by the sides of rims, and fits of the pieces; the second changes 2 per mille of
-# the labels of a plate. Doubled, it takes twice as long.
-_RIM_ROUNDS = 2
-# How often faces with rounded edges are read again from their own labels at most, while these
-# change: samples that an edge explains no longer bend pieces. Doubled, few bodies change.
-_AGAIN = 5
-# Share of the samples whose labels may still change: on two plates a few in ten thousand change to
-# and fro. At zero it takes two or three more rounds, a sixth of the time.
-_SETTLED = 1e-3
-
 
 def read_faces(
     pool: SamplePool, std: float, levels: Levels = Levels(), before: Faces | None = None
@@ -66,15 +56,15 @@ def faces_of_samples(
 
 def _read_again(samples: ContourSamples, options: FaceOptions, found: Faces) -> Faces:
     """The faces of samples, read again from those that were found, until their labels stay."""
-    for _ in range(_AGAIN if len(found.rounded) else 0):
+    for _ in range(5 if len(found.rounded) else 0):
         before, found = found, faces_of_samples(samples, options, found)
         changed = np.count_nonzero(found.patch_of != before.patch_of)
-        if len(found.pieces) == len(before.pieces) and changed <= _SETTLED * len(samples):
+        if len(found.pieces) == len(before.pieces) and changed <= 1e-3 * len(samples):
             break
     return found
 
 
-def faces_of_revised(labels: Labels, rounds: int = _RIM_ROUNDS) -> Faces:
+def faces_of_revised(labels: Labels, rounds: int = 2) -> Faces:
     """The faces of a labelling that was revised: blunt edges absorb samples, and labels move to the
     sides of rims that they are on, in so many rounds."""
     # An edge beside one part of a face must not absorb another part.

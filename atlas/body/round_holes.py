@@ -5,10 +5,6 @@ import numpy as np
 from touchatlas.atlas.body.body import Body
 from touchatlas.atlas.faces.faces import Face
 
-# Largest standard deviation of the radius of a hole, over the radius. Doubled, a few samples on two
-# sides of a bent wall are a hole.
-_SURE = 0.02
-
 
 def smallest_hole(body: Body) -> float:
     """Radius of the smallest round hole of a body, length; infinite where none is known."""
@@ -21,7 +17,7 @@ def _radius(body: Body, face: Face) -> float:
     if face.law is None or "axis" not in face.law.numbers:
         return np.inf
     numbers = {name: np.asarray(value, float) for name, value in face.law.numbers.items()}
-    if numbers["radius_std"] > _SURE * numbers["radius"]:
+    if numbers["radius_std"] > 0.02 * numbers["radius"]:
         return np.inf
     normals, axis = body.faces.normals[face.samples], numbers["axis"]
     offset = body.faces.points[face.samples] - numbers["point"]

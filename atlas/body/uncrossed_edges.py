@@ -11,21 +11,6 @@ from touchatlas.atlas.edges.edge_curves import CurvePoints, angles, gap, interse
 from touchatlas.atlas.faces.faces import Face, FaceEdge, Faces
 from touchatlas.atlas.faces.join_faces import face_edge
 
-# Distance from samples of a face up to which its edge is sought, over ``reach``. Doubled, it takes
-# longer.
-_NEAR = 2.0
-# Cubes in which one point of an edge is asked, in steps: each sample near both faces leads to one,
-# and to ask all of them took a sixth of the time of a plate. At 0.5, edges of thin plates were a
-# seventh shorter, and one in 29 was lost.
-_EVERY = 0.2
-# Distance from an edge, in steps, at which the faces on both sides are the surface. Doubled, edges
-# of narrower faces are missed.
-_BESIDE = 0.25
-# Distance of the surface from a face that it is, in root mean squares of the face. Doubled, nothing
-# changes: others are steps away.
-_NOISE = 4.0
-# Points of an edge that are enough to tell it. Doubled, short edges are missed.
-_LEAST = 3
 # The kinds of sharp edges, in the order in which they are tried.
 _KINDS = EdgeKind.SHARP_CONVEX, EdgeKind.SHARP_CONCAVE
 
@@ -38,7 +23,7 @@ def with_uncrossed_edges(body: Body) -> Faces:
     known = {(e.first, e.second) for e in faces.edges if e.curves or e.radius > 0.0}
     single = [face.id for face in faces.faces if len(face.pieces) == 1]
     tried = [_Meeting(body, pair) for pair in combinations(single, 2) if pair not in known]
-    tried = [one for one in tried if len(one.curve.points) >= _LEAST]
+    tried = [one for one in tried if len(one.curve.points) >= 3]
     for one, shown in zip(tried, _shown(body, tried), strict=True):
         edge = one.edge(body, shown)
         if edge is not None:
@@ -53,23 +38,23 @@ class _Meeting:
 
     def __init__(self, body: Body, pair: tuple[int, int]) -> None:
         first, second = (body.faces.faces[k] for k in pair)
-        reach = _NEAR * body.reach
+        reach = 2.0 * body.reach
         start = _near(body, first, second, reach), _near(body, second, first, reach)
         self.pair, self.pieces = pair, (first.pieces[0], second.pieces[0])
         curve = intersection_points(*self.pieces, np.concatenate(start), reach)
-        self.curve = _thinned(curve, _EVERY * float(np.median(body.samples.steps)))
+        self.curve = _thinned(curve, 0.2 * float(np.median(body.samples.steps)))
 
     def beside(self, body: Body) -> np.ndarray:
         """(kinds, 2, n, 3) points beside those of an edge of each kind, on each of both faces."""
         points = self.curve.points
         first, second = (body.field.trees.values(k, points)[:, 1:4] for k in self.pair)
-        step = _BESIDE * float(np.median(body.samples.steps))
+        step = 0.25 * float(np.median(body.samples.steps))
         return points_beside(points, first, second, step)
 
     def edge(self, body: Body, shown) -> FaceEdge | None:
         """The edge of the first kind that enough points (kinds, n) show; None where none is."""
         for kind, some in zip(_KINDS, shown, strict=True):
-            if np.count_nonzero(some) < _LEAST:
+            if np.count_nonzero(some) < 3:
                 continue
             points = CurvePoints(self.curve.points[some], self.curve.deviation[some])
             angle = float(np.median(angles(*self.pieces, points.points)))
@@ -122,7 +107,7 @@ def _shown(body: Body, tried: list[_Meeting]) -> list[np.ndarray]:
     own = np.concatenate([some.ravel() for some in owners])
     good = ~np.isnan(points[:, 0])
     found, known = body.at(points[good])
-    noise = _NOISE * np.array([face.deviation for face in body.faces.faces])
+    noise = body.samples.levels.sure * np.array([face.deviation for face in body.faces.faces])
     near = np.abs(found.distance) < noise[own[good]]
     good[good] = known & (found.face == own[good]) & near
     parts = np.split(good, np.cumsum([some.size for some in owners])[:-1])

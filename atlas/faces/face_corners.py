@@ -12,15 +12,6 @@ from touchatlas.atlas.edges.rolling_ball import rounded_corner
 if TYPE_CHECKING:
     from touchatlas.atlas.faces.faces import Face, FaceEdge
 
-# Newton steps to the centre of the ball. Doubled, nothing changes: planes need one.
-_STEPS = 8
-# Least determinant of the normals of the three faces, no unit: they have a corner where it is one
-# for a cube's. Doubled, nothing changes.
-_LEAST = 0.05
-# Distance from the ball of the samples that it explains, in standard deviations of a sample: as
-# far as any face explains them. Doubled, samples beside the corner count.
-_ON_BALL = 3.5
-
 
 @dataclass(frozen=True, eq=False)
 class FaceCorner:
@@ -48,7 +39,7 @@ class FaceCorner:
 
 
 def find_corners(
-    faces: "tuple[Face, ...]", edges: "tuple[FaceEdge, ...]", points, loose, std: float
+    faces: "tuple[Face, ...]", edges: "tuple[FaceEdge, ...]", points, loose, std: float, sure: float
 ) -> tuple[FaceCorner, ...]:
     """The rounded corners of faces, in order of their faces.
 
@@ -60,6 +51,8 @@ def find_corners(
         Those of no face, ascending.
     std : float, length
         Standard deviation of a sample.
+    sure : float
+        Distance from the ball of the samples that it explains, in such deviations.
     """
     found = []
     for three, rounded in _triples(edges):
@@ -70,7 +63,7 @@ def find_corners(
         centre = _centre([faces[k].pieces[0] for k in three], sign * radius, np.concatenate(curves))
         if centre is not None:
             corner = FaceCorner(three, sign, radius, centre, loose[:0])
-            members = loose[on_ball(corner, faces, points[loose], _ON_BALL * std)]
+            members = loose[on_ball(corner, faces, points[loose], sure * std)]
             found.append(replace(corner, samples=members))
     return tuple(found)
 
@@ -107,10 +100,10 @@ def _centre(pieces, depth: float, ends) -> np.ndarray | None:
     that is nearest to all; None where they have no corner there."""
     away = np.max([np.abs(piece.at(ends)[0]) for piece in pieces], axis=0)
     point = ends[away.argmin()]
-    for _ in range(_STEPS):
+    for _ in range(8):
         values = [piece.at(point[None]) for piece in pieces]
         normals = np.concatenate([normal for _, normal in values])
-        if abs(np.linalg.det(normals)) < _LEAST:
+        if abs(np.linalg.det(normals)) < 0.05:
             return None
         distances = np.concatenate([distance for distance, _ in values])
         point = point - np.linalg.solve(normals, distances + depth)

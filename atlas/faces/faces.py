@@ -13,6 +13,7 @@ from touchatlas.atlas.labels.recall import Recall
 from touchatlas.atlas.labels.sample_graph import SampleGraph
 from touchatlas.atlas.pieces.laws import Law
 from touchatlas.atlas.pieces.piece import Piece
+from touchatlas.atlas.records.options import Levels
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,6 +119,8 @@ class Faces:
         Those of all samples, from which the next reading goes on.
     recall : Recall, optional
         What was found on the way, likewise.
+    levels : Levels
+        What is enough to decide; those of the samples.
     turns : (k, 2) int
         Where all is one free-form face: samples on both sides of the places at which contours run
         over a sharp edge.
@@ -136,6 +139,7 @@ class Faces:
     corners: tuple[FaceCorner, ...] = ()
     links: SampleGraph | None = None
     recall: Recall | None = None
+    levels: Levels = Levels()
     turns: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), int))
     is_sharp: bool = False
 

@@ -11,10 +11,6 @@ from touchatlas.atlas.faces.polylines import polylines
 from touchatlas.atlas.labels.labels import NONE, Labels
 from touchatlas.atlas.pieces.laws import law_of
 
-# Least distance of the points of an edge, and longest gap in it, in steps of the contours. Doubled,
-# edges are coarser, and bridge wider gaps between touches.
-_SPACING, _LONGEST_GAP = 0.5, 8.0
-
 
 def join_faces(labels: Labels, boundaries: list[Boundary]) -> Faces:
     """Faces of a labelling, the largest first, and the edges between them.
@@ -31,11 +27,12 @@ def join_faces(labels: Labels, boundaries: list[Boundary]) -> Faces:
     edges = _edges(labels, boundaries, face_of_label)
     samples = labels.evidence.samples
     points, normals = _frozen(samples.points), _frozen(_normals(labels))
-    corners = find_corners(tuple(faces), edges, points, np.flatnonzero(of == NONE), samples.std)
+    loose, sure = np.flatnonzero(of == NONE), samples.levels.sure
+    corners = find_corners(tuple(faces), edges, points, loose, samples.std, sure)
     balls = [edge.samples for edge in edges] + [corner.samples for corner in corners]
     rounded = np.unique(np.concatenate([np.zeros(0, int), *balls]))
     own = of, labels.of.copy(), rounded, samples.std, corners
-    kept = labels.evidence.graph, labels.evidence.recall
+    kept = labels.evidence.graph, labels.evidence.recall, samples.levels
     return Faces(tuple(faces), edges, points, normals, *own, *kept)
 
 
@@ -109,10 +106,10 @@ def _edges(labels: Labels, boundaries: list[Boundary], face_of_label) -> tuple[F
 
 def face_edge(first: int, second: int, parts: list[Boundary], step: float) -> FaceEdge:
     """One edge from the boundaries between the pieces of two faces; ``step`` is that of contours,
-    length."""
+    length. Its points are half a step apart at least, and no gap in it is longer than 8 steps."""
     points = np.concatenate([b.curve.points for b in parts])
     deviation = np.concatenate([b.curve.deviation for b in parts])
-    lines = polylines(points, deviation, _SPACING * step, _LONGEST_GAP * step)
+    lines = polylines(points, deviation, 0.5 * step, 8.0 * step)
     curves = tuple(points[line] for line in lines)
     weights = np.array([len(b.curve.points) for b in parts], float)
     blunt = [b.blunt for b in parts if b.blunt is not None]

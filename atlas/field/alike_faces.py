@@ -4,12 +4,6 @@ import numpy as np
 
 from touchatlas.atlas.field.face_trees import FaceTrees
 
-# Cosine of the normals of two faces that are one surface within the noise. Nearer to 1, tilted ones
-# are two.
-_ALIKE = 0.99
-# Samples of a face that tell whether it is one surface with another. Doubled, it takes longer.
-_ASKED = 64
-
 
 def alike_faces(trees: FaceTrees, noise) -> tuple[np.ndarray, np.ndarray]:
     """(f,) the first face that is one surface with each: most samples of the later one lie on it
@@ -18,13 +12,13 @@ def alike_faces(trees: FaceTrees, noise) -> tuple[np.ndarray, np.ndarray]:
     one, way = np.arange(len(faces)), np.ones(len(faces))
     for later in range(len(faces)):
         samples = faces[later].samples
-        points = trees.faces.points[samples[:: max(1, len(samples) // _ASKED)]]
+        points = trees.faces.points[samples[:: max(1, len(samples) // 64)]]
         normals = trees.values(later, points)[:, 1:4]
         for first in range(later):
             values = trees.values(first, points)
             cosine = (values[:, 1:4] * normals).sum(axis=1)
             on = np.abs(values[:, 0]) < noise[first] + noise[later]
-            on &= np.abs(cosine) > _ALIKE
+            on &= np.abs(cosine) > 0.99
             if on.mean() > 0.5:
                 one[later], way[later] = one[first], way[first] * np.sign(np.median(cosine))
                 break

@@ -9,19 +9,6 @@ from touchatlas.atlas.field.alike_faces import alike_faces
 from touchatlas.atlas.field.face_trees import FaceTrees
 from touchatlas.atlas.field.rounded_edges import are_rounded
 
-# Noise of a sample, in root mean squares of a face: nearer to a face, its side is not known.
-# Doubled, fewer samples vote.
-_NOISE = 4.0
-# Least number of votes of a cell. Doubled, fewer cells are known; at 1 a wrong label decides.
-_LEAST = 3
-# Largest number and fraction of contrary votes, from wrong labels, of which either is enough. A
-# cell that a smooth rim divides has more: those of the few samples of a small rounding. Doubled,
-# smaller roundings are cut off.
-_CONTRARY, _WRONG = 1, 0.001
-# Nearest faces that may bound a point, and most of them between which it lies in an edge or corner.
-# Doubled, it takes longer.
-_NEAREST, _MEET = 6, 3
-
 
 class Cells:
     """The parts into which the faces, extended without end, divide space.
@@ -42,7 +29,7 @@ class Cells:
 
     def __init__(self, trees: FaceTrees, reach: float) -> None:
         self._trees, faces = trees, trees.faces.faces
-        self._noise = _NOISE * np.array([face.deviation for face in faces])
+        self._noise = trees.faces.levels.sure * np.array([face.deviation for face in faces])
         # Faces of one surface divide space once, as the largest of them does; some face the other
         # way.
         self._one, self._way = alike_faces(trees, self._noise)
@@ -112,7 +99,7 @@ class Cells:
         label, before = self._label(cell), _side(chosen[:, 0])
         shown, label = label != 0.0, np.where(label == 0.0, before, label)
         order = np.abs(np.where(self._bits == 0, np.inf, distances)).argsort(axis=1, kind="stable")
-        order = order[:, : min(_NEAREST, np.count_nonzero(self._bits))]
+        order = order[:, : min(6, np.count_nonzero(self._bits))]
         # On the face itself either side may be told: that of another face of its surface.
         clear = np.abs(chosen[:, 0]) > self._noise[decides]
         wrong = (before != label) & clear
@@ -208,9 +195,10 @@ class Cells:
         keys, which = np.unique(np.concatenate([inner, outer]), return_inverse=True)
         vote = np.repeat([-1.0, 1.0], len(inner))
         count, total = np.bincount(which, minlength=len(keys)), np.bincount(which, vote, len(keys))
+        # Wrong labels cast a contrary vote now and then, and one of three may decide.
         contrary = 0.5 * (count - np.abs(total))
-        agreed = (contrary <= np.maximum(_CONTRARY, _WRONG * count)) & (total != 0.0)
-        labels = np.where(agreed & (count >= _LEAST), np.sign(total), 0.0)
+        agreed = (contrary <= np.maximum(1, 1e-3 * count)) & (total != 0.0)
+        labels = np.where(agreed & (count >= 3), np.sign(total), 0.0)
         return keys, labels, keys[~agreed]
 
     def _with_opposite(self, keys, labels) -> tuple[np.ndarray, np.ndarray]:
@@ -253,7 +241,7 @@ def _side(distance) -> np.ndarray:
 def _subsets(count: int) -> np.ndarray:
     """(s, 3) sets of up to three of so many nearest faces, the farthest first, padded with -1: by
     the farthest of them, then by their number. They are crossed at once at an edge or a corner."""
-    sizes = range(1, _MEET + 1)
+    sizes = range(1, 4)
     found = [some for size in sizes for some in combinations(range(count), size)]
     found.sort(key=lambda some: (some[-1], len(some), some))
-    return np.array([(*some[::-1], *[-1] * (_MEET - len(some))) for some in found])
+    return np.array([(*some[::-1], *[-1] * (3 - len(some))) for some in found])

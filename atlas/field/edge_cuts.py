@@ -5,26 +5,9 @@ import numpy as np
 
 from touchatlas.atlas.field.face_trees import FaceTrees, curve_tree
 
-# Distance from a sharp edge up to which the face beyond it is asked, over that of the last of the
-# nearest samples, and from the samples of that face, over ``reach``. Doubled, faces are cut by the
-# extension of others.
-_BESIDE = 2.0
-# How far outside of the face beyond an edge a point must lie, over the least of so many nearest
-# samples of its own face: one may have a wrong label. Doubled, points far from samples are not cut,
-# or slits run on beyond edges.
-_CROSSED, _NEAR = 2.0, 3
-# Nearest samples of a face that may show that it goes on, and their distance over that of the
-# nearest one of the face beyond the edge, up to which none of them has a wrong label. Doubled,
-# faces go on beside edges whose other face has few samples.
-_ABOUT, _CLEAR = 8, 0.5
-# Noise of a sample beside an edge, in root mean squares of its face. Doubled, faces are cut by the
-# extension of others that lie less than eight of these farther in.
-_NOISE = 4.0
-
 
 class SharpEdges:
-    """The sharp edges between faces, those that contours crossed and those that the sides of the
-    samples imply.
+    """The sharp edges between faces that contours crossed.
 
     Parameters
     ----------
@@ -65,10 +48,10 @@ class SharpEdges:
                 mine = mine[sign * distances[mine, other] > sign * chosen[mine, 0]]
                 if not len(mine):
                     continue
-                theirs = self._trees.away(other, points[mine], _BESIDE * self._reach)
+                theirs = self._trees.away(other, points[mine], 2.0 * self._reach)
                 if curve is not None:
                     far = np.flatnonzero(np.isinf(theirs))
-                    far = far[curve.query(points[mine[far]])[0] < _BESIDE * away[mine[far], -1]]
+                    far = far[curve.query(points[mine[far]])[0] < 2.0 * away[mine[far], -1]]
                     theirs[far] = self._trees.away(other, points[mine[far]])
                 beside = np.isfinite(theirs)
                 mine, theirs = mine[beside], theirs[beside]
@@ -92,9 +75,9 @@ class SharpEdges:
 
     def _least_out(self, sign: float, pair, points, away) -> np.ndarray:
         """(m,) how far out of the second face of a pair points (m, 3) must lie at least where it
-        decides for those of the first, length."""
+        decides for those of the first, length: twice as far as the samples about them."""
         before = self._near_samples_out(sign, pair, points, away)
-        return np.where(before > 0.0, _CROSSED * before, -np.inf)
+        return np.where(before > 0.0, 2.0 * before, -np.inf)
 
     def _near_samples_out(self, sign: float, pair, points, away) -> np.ndarray:
         """(m,) how far the samples of the first face of a pair that are nearest to points (m, 3)
@@ -102,9 +85,9 @@ class SharpEdges:
         may have wrong labels. Infinite where one is out and the second face, whose samples are
         ``away`` (m,), has none about a point: the first goes on there."""
         own, other = pair
-        near, off = self._trees.nearest(own, points, _ABOUT)
+        near, off = self._trees.nearest(own, points, 8)
         out = sign * self._trees.between[own][near, other]
-        clear = off < _CLEAR * away[:, None]
-        noise = _NOISE * self._faces[other].deviation
+        clear = off < 0.5 * away[:, None]
+        noise = self._trees.faces.levels.sure * self._faces[other].deviation
         goes_on = (clear & (out > noise)).any(axis=1)
-        return np.asarray(np.where(goes_on, np.inf, out[:, :_NEAR].min(axis=1) - noise))
+        return np.asarray(np.where(goes_on, np.inf, out[:, :3].min(axis=1) - noise))

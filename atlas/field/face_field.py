@@ -17,13 +17,6 @@ from touchatlas.atlas.labels.labels import NONE
 from touchatlas.atlas.surfaces.free_form import FreeFormSurface
 from touchatlas.patch.geometry.arrays import frozen_array
 
-# Distance across which a law is believed where no sample is, over the extent: as far as patches
-# reach between the touches of a ball. Doubled, holes of a fifth of the extent are missed.
-_REACH = 0.15
-# Nearest samples that say which patches reach a point. Doubled, free-form patches are blended
-# farther, and faces are cut beyond the ends of their edges.
-_NEAREST = 16
-
 
 @dataclass(frozen=True, eq=False)
 class FaceValues:
@@ -84,7 +77,7 @@ class FaceField:
         self.faces = faces
         self.air: PassedAir | None = None
         self.trees = trees = FaceTrees(faces, before)
-        self.reach = _REACH * float(np.linalg.norm(np.ptp(faces.points, axis=0)))
+        self.reach = faces.levels.believed * float(np.linalg.norm(np.ptp(faces.points, axis=0)))
         self.is_one = len(faces) == 1
         if self.is_one:
             self.reach = trees.scale_of(0)
@@ -150,7 +143,7 @@ class FaceField:
         At a sharp edge the distance is the largest of those of the faces that meet there in
         a convex edge, the smallest in a concave one.
         """
-        count = min(_NEAREST, len(self._known))
+        count = min(16, len(self._known))
         away, near = self._tree.query(points, k=count)
         away = away.reshape(len(points), count)
         near = self._known[near.reshape(len(points), count)]

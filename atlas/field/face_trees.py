@@ -16,12 +16,6 @@ from touchatlas.atlas.pieces.piece import Piece
 from touchatlas.atlas.surfaces.fit_free_form import are_on, fit_free_form
 from touchatlas.atlas.surfaces.free_form import FreeFormSurface
 
-# Points of a curve that distances are measured to, per point of the edge. Doubled, nothing changes.
-_FINER = 8
-# Largest radius of a sextic of a free-form face, over the extent. Doubled, bends between touches
-# are missed.
-_RADIUS = 0.25
-
 
 class FaceTrees:
     """The samples of each face by place.
@@ -38,7 +32,7 @@ class FaceTrees:
         # The surface of the first of the samples, where all are one face.
         self._before = before._surfaces.get((0,)) if before and len(faces) == 1 else None
         self.faces = faces
-        self.radius = _RADIUS * float(np.linalg.norm(np.ptp(faces.points, axis=0)))
+        self.radius = 0.25 * float(np.linalg.norm(np.ptp(faces.points, axis=0)))
         self._surfaces: dict[tuple[int, ...], FreeFormSurface] = {}
         # Samples of several faces: the face of each, and their tree.
         self._together: dict[tuple[int, ...], tuple[np.ndarray, cKDTree]] = {}
@@ -224,6 +218,6 @@ def values_of(piece: Piece, points) -> np.ndarray:
 
 def _finer(curve) -> np.ndarray:
     """(k, 3) points along the straight lines between those of a curve."""
-    at = np.linspace(0.0, len(curve) - 1.0, _FINER * len(curve))
+    at = np.linspace(0.0, len(curve) - 1.0, 8 * len(curve))
     steps = np.arange(len(curve))
     return np.stack([np.interp(at, steps, column) for column in curve.T], axis=1)

@@ -8,18 +8,6 @@ from scipy.spatial import cKDTree
 
 from touchatlas.atlas.surfaces.sextic_sites import pairs_within
 
-# Points of a way that are asked. Doubled, thinner false walls are found.
-_ASKED = 32
-# Depth inside of the faces at which these are wrong: so much of the distance of the nearest sample,
-# and so many standard deviations of a sample. Doubled, false sheets stay beside ways.
-_DEEP, _SURE = 0.2, 3.0
-# Radius of a ball of air over the distance of the nearest sample. Doubled, samples lie on balls,
-# and true surface between them is taken away.
-_RADIUS = 0.5
-# Distance from the middle of a ball up to which the surface is moved, in largest radii. Doubled,
-# nothing changes: a ball has no surface there.
-_MOVES = 2.0
-
 
 @dataclass(frozen=True, eq=False)
 class PassedAir:
@@ -68,7 +56,7 @@ class PassedAir:
     def _depths(self, points, balls) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """The same of all pairs of near points and some balls (m,)."""
         tree = cKDTree(self.middles[balls])
-        reached = pairs_within(points, tree, _MOVES * float(self.radii[balls].max()))
+        reached = pairs_within(points, tree, 2.0 * float(self.radii[balls].max()))
         rows = np.repeat(np.arange(len(points)), np.diff(reached.indptr))
         ball = balls[reached.indices]
         return rows, ball, self.radii[ball] - reached.data
@@ -80,6 +68,7 @@ def air_inside(
     away: Callable[[np.ndarray], np.ndarray],
     reach: float,
     std: float,
+    sure: float,
 ) -> PassedAir | None:
     """Balls of air about the points of straight ways that faces have inside; None where none is.
 
@@ -93,12 +82,15 @@ def air_inside(
         Distance from samples up to which faces are believed.
     std : float, length
         Standard deviation of a sample.
+    sure : float
+        Depth inside of the faces at which these are wrong, in such deviations, beyond a fifth of
+        the distance of the nearest sample.
     """
-    along = np.linspace(0.0, 1.0, _ASKED)[:, None, None]
+    along = np.linspace(0.0, 1.0, 32)[:, None, None]
     points = np.concatenate(ways[:, 0] + along * (ways[:, 1] - ways[:, 0]))
     clear = away(points)
     # A sample on a way has no room for air, whatever the faces make of it.
     some = (clear > 0.0) & (clear < reach)
     points, clear = points[some], clear[some]
-    inside = distance(points) < -(_DEEP * clear + _SURE * std)
-    return PassedAir(points[inside], _RADIUS * clear[inside]) if inside.any() else None
+    inside = distance(points) < -(0.2 * clear + sure * std)
+    return PassedAir(points[inside], 0.5 * clear[inside]) if inside.any() else None

@@ -8,21 +8,6 @@ from touchatlas.atlas.faces.faces import FaceEdge
 from touchatlas.atlas.field.face_trees import FaceTrees
 from touchatlas.atlas.labels.labels import NONE
 
-# Distance from the surface up to which corners are rounded, in radii. Doubled, more points are
-# asked in vain.
-_NEAR = 2.0
-# Distance from the samples of each face of a corner, over ``reach``. Doubled, corners are rounded
-# where extended faces meet.
-_REACH = 2.0
-# Distance of the samples of a face that ends an edge, over that of the samples of its faces, up to
-# which it does. Doubled, faces are cut at the extension of others.
-_BESIDE = 2.0
-# Difference of two distances that are one, in radii: rounding. Doubled, nothing changes.
-_SAME = 1e-6
-# Noise of a sample, in root mean squares of its face. Doubled, balls are seen farther from samples.
-_NOISE = 4.0
-
-
 # A blunt edge or corner, its faces, rows of points, and which faces end an edge in edges of the
 # other sign.
 _Asked = tuple[FaceEdge | FaceCorner, tuple[int, ...], np.ndarray, np.ndarray]
@@ -99,8 +84,8 @@ class RoundedEdges:
         sign, pair = edge.kind.sign, edge.kind.sign * values[..., 0]
         found, weights = _ball(edge, values)
         higher = (weights.min(axis=1) > 0.0) & (found > sign * chosen[rows, 0])
-        # Where the face that is farther out was left out, the edge is not there.
-        higher &= sign * chosen[rows, 0] >= pair.max(axis=1) - _SAME * edge.radius
+        # Where the face that is farther out was left out, the edge is not there; but for rounding.
+        higher &= sign * chosen[rows, 0] >= pair.max(axis=1) - 1e-6 * edge.radius
         higher = self._believed(_pair(edge), found, points[rows], higher)
         before, rows = sign * chosen[rows[higher], 0], rows[higher]
         chosen[rows] = _on_ball(edge, found[higher], weights[higher], values[higher])
@@ -113,7 +98,7 @@ class RoundedEdges:
     def _is_beside(self, face: int, edge: FaceEdge, points) -> np.ndarray:
         """(m,) whether a face has samples about as near to points (m, 3) as those of an edge."""
         away = np.stack([self._trees.away(k, points) for k in _pair(edge)])
-        return np.asarray(self._trees.away(face, points) < _BESIDE * away.min(axis=0))
+        return np.asarray(self._trees.away(face, points) < 2.0 * away.min(axis=0))
 
     def _end_edge(self, edge: FaceEdge, values, points, rows, distances, owner, decides, chosen):
         """Change what was chosen for ``rows`` (m,) of faces that end a blunt edge in edges of the
@@ -139,7 +124,7 @@ class RoundedEdges:
         sign, radius = corner.sign, np.full(len(rows), corner.radius)
         found, normal, ball = rounded_corner(sign * values[..., 0], values[..., 1:4], radius)
         before = chosen[rows, 0]
-        higher = ball & (found > sign * before) & (np.abs(before) < _NEAR * corner.radius)
+        higher = ball & (found > sign * before) & (np.abs(before) < 2.0 * corner.radius)
         higher = self._believed(corner.faces, found, points[rows], higher)
         chosen[rows[higher], 0] = sign * found[higher]
         chosen[rows[higher], 1:4] = normal[higher]
@@ -151,8 +136,10 @@ class RoundedEdges:
         if not len(rows):
             return rows
         away = np.stack([self._trees.away(k, points[rows]) for k in faces])
-        noise = _NOISE * np.array([self._trees.faces.faces[k].deviation for k in faces])
-        near = away.max(axis=0) < _REACH * self._reach
+        noise = self._trees.faces.levels.sure * np.array(
+            [self._trees.faces.faces[k].deviation for k in faces]
+        )
+        near = away.max(axis=0) < 2.0 * self._reach
         return rows[near & (np.abs(found[rows]) < (away + noise[:, None]).min(axis=0))]
 
 
@@ -183,9 +170,9 @@ def are_rounded(trees: FaceTrees, points, distances, reach: float) -> np.ndarray
         rows = _near(pair, sign, edge.radius, distances)
         rows = rows[(sign * distances[rows][:, pair] <= 0.0).all(axis=1)]
         for face in pair:
-            rows = rows[trees.away(face, points[rows]) < _REACH * reach]
+            rows = rows[trees.away(face, points[rows]) < 2.0 * reach]
         values = np.stack([trees.values(face, points[rows]) for face in pair], axis=1)
-        noise = _NOISE * max(trees.faces.faces[face].deviation for face in pair)
+        noise = trees.faces.levels.sure * max(trees.faces.faces[face].deviation for face in pair)
         found, weights = _ball(edge, values)
         out[rows[(found > -noise) & (weights.min(axis=1) > 0.0)]] = True
     return out

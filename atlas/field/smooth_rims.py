@@ -6,13 +6,6 @@ from touchatlas.atlas.edges.boundary import EdgeKind
 from touchatlas.atlas.edges.edge_curves import rim_distances
 from touchatlas.atlas.field.face_trees import FaceTrees, curve_tree
 
-# Distance to a sample of the face beyond a smooth rim, over that to the nearest sample, below which
-# the rim says of which face a point is. Doubled, rims are asked far from where they are known.
-_BESIDE_RIM = 3.0
-# Samples of either face that say on which side of a rim it lies. Doubled, narrow faces have wrong
-# sides.
-_SIDE = 6
-
 
 class SmoothRims:
     """The smooth rims between lawful faces.
@@ -48,7 +41,7 @@ class SmoothRims:
         for edge, curve in self._rims:
             pair = edge.first, edge.second
             rows = np.flatnonzero((owner == pair[0]) | (owner == pair[1]))
-            limit = np.maximum(_BESIDE_RIM * away[rows, 0], away[rows, -1])
+            limit = np.maximum(3.0 * away[rows, 0], away[rows, -1])
             # Curves end where contours do: it is asked a little farther than points are moved.
             near = curve.query(points[rows])[0] < 2.0 * limit
             rows, limit = rows[near], limit[near]
@@ -73,5 +66,5 @@ class SmoothRims:
     def _mean_near(self, columns, number: int, points) -> np.ndarray:
         """(n, 3) mean of ``columns`` (m, 3) of the samples of a face that are nearest to points
         (n, 3)."""
-        near = self._faces[number].samples[self._trees.nearest(number, points, _SIDE)[0]]
+        near = self._faces[number].samples[self._trees.nearest(number, points, 6)[0]]
         return np.asarray(columns[near].mean(axis=1))

@@ -33,7 +33,7 @@ def made(radius_of, std, name="box") -> LawfulShapes:
         for edge in faces.edges
     )
     samples = sharp_body(name).samples
-    corners = find_corners(faces.faces, edges, faces.points, faces.rounded, samples.std)
+    corners = find_corners(faces.faces, edges, faces.points, faces.rounded, samples.std, 4.0)
     body = Body(replace(faces, edges=edges, corners=corners), samples)
     return lawful_shapes(body, TOLERANCE, LawfulOptions())
 
