@@ -67,13 +67,14 @@ def air_of(*ends, reach: float = 10.0, std: float = 0.0) -> PassedAir | None:
         lambda points: np.linalg.norm(points, axis=1),
         reach,
         std,
+        4.0,
     )
 
 
 def test_ways_outside_and_ways_to_the_surface_change_nothing():
     assert air_of([0, 0, 5], [0, 0, 0]) is None
     assert air_of([4, 0, 5], [4, 0, -0.5]) is None
-    assert air_inside(np.zeros((0, 2, 3)), first, first, 1.0, 0.0) is None
+    assert air_inside(np.zeros((0, 2, 3)), first, first, 1.0, 0.0, 4.0) is None
 
 
 def test_where_a_way_runs_inside_there_are_balls_up_to_half_way_to_the_samples():
@@ -83,7 +84,9 @@ def test_where_a_way_runs_inside_there_are_balls_up_to_half_way_to_the_samples()
     # A sample on the way, as deep as noise, and where no face is believed.
     assert (air_of([0, 0, 31], [0, 0, -31]).radii > 0.0).all()
     assert (
-        air_inside(np.zeros((1, 2, 3)), lambda points: -1.0 + 0.0 * first(points), first, 1, 0.0)
+        air_inside(
+            np.zeros((1, 2, 3)), lambda points: -1.0 + 0.0 * first(points), first, 1, 0.0, 4.0
+        )
         is None
     )
     assert air_of([4, 0, 5], [4, 0, -5], std=2.0) is None
@@ -108,7 +111,7 @@ def test_an_approach_in_vain_takes_surface_away_that_it_passed(name):
     pool, size = known.atlas.pool, known.atlas.pool.extent
     sample, inward = pool.points[0], -pool.normals[0]
     along = np.cross(inward, np.eye(3)[np.abs(inward).argmin()])
-    middle = (sample + 0.5 * body.reach * inward)[None]
+    middle = (sample + 0.25 * body.reach * inward)[None]
     touch = in_vain(middle[0] + 0.25 * size * along, middle[0] - 0.25 * size * along)
     before = body.field.at(middle)
     assert before.distance[0] < 0.0
