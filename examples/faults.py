@@ -83,7 +83,7 @@ def moved(tolerances: float, size: float):
 
 
 def tip(obj, radius: float):
-    """Points are centres of a ball tip, which is held in the plane: those of the offset surface."""
+    """Points are centres of a ball tip: those of the offset surface of a smooth body."""
     offset: list[Probe] = []
 
     def fault(probe, plan, rng):
