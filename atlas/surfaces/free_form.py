@@ -244,9 +244,6 @@ class FreeFormSurface:
         beyond, unsure = other.faces & (gap > 0.0), self._variance(other, points)
         surely = unsure <= (gap / 2.0) ** 2
         cuts = beyond & (surely | (unsure <= 3.0**2 * self._variance(own, points)))
-        # Either side may be there: half of the time the one that is not taken.
-        doubt = np.where(beyond & ~surely, 0.5 * gap**2, 0.0)
-        own, other = (replace(one, spread=one.spread + doubt) for one in (own, other))
         mean = mean.replaced(rows[own.faces], own, own.faces)
         return mean.replaced(rows[cuts], other, cuts)
 

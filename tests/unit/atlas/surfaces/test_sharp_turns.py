@@ -94,22 +94,6 @@ def test_fewer_points_are_on_the_wrong_side_where_both_sides_of_edges_cut_each_o
     assert wrong[1] > 0.01
 
 
-def test_where_the_other_side_may_be_the_deviation_counts_it():
-    """Points of a step that its own side of an edge has, although the other one is beyond it, but
-    not surely: only their deviation differs from that without turns. It should hold 0.95."""
-    points = lawful_object("step").sample(20_000, np.random.default_rng(0))[0]
-    surface = body_of_one(touched_at("step", 40)).field.trees.free_form(0)
-    found, alone = surface.values(points), replace(surface, pairs=NONE).values(points)
-    doubted = (found[:, 0] == alone[:, 0]) & (found[:, 4] > 1.0001 * alone[:, 4])
-    assert doubted.sum() > 100
-    held = [
-        np.mean(np.abs(values[doubted, 0]) < 1.96 * np.sqrt(values[doubted, 4]))
-        for values in (found, alone)
-    ]
-    assert held[0] > 0.95
-    assert held[1] < 0.9
-
-
 def test_without_turns_nothing_lies_beside_them():
     turns = SharpTurns(NONE, np.zeros((1, 3)), np.ones((1, 3)))
     assert not len(turns.beside(np.zeros((3, 3)), np.ones((3, 3)), 1.0).rows)
