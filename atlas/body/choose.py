@@ -8,7 +8,7 @@ from scipy.special import bdtrc
 from touchatlas.atlas.body.body import Body
 from touchatlas.atlas.body.explained import determined
 from touchatlas.atlas.body.one_face import face_of_all
-from touchatlas.atlas.body.read_faces import faces_of_revised, faces_of_samples, samples_of
+from touchatlas.atlas.body.read_faces import faces_of_labels, faces_of_samples, samples_of
 from touchatlas.atlas.faces.faces import Faces
 from touchatlas.atlas.labels.labels import is_larger
 from touchatlas.atlas.labels.options import FaceOptions
@@ -118,7 +118,7 @@ def _read_anew(samples: ContourSamples) -> Faces | None:
     if labels.lawful_share < labels.evidence.options.lawful:
         return None
     revise_all(labels)
-    return faces_of_revised(labels)
+    return faces_of_labels(labels)
 
 
 def description_length(body: Body, options: FaceOptions = FaceOptions()) -> float:

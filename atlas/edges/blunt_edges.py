@@ -4,32 +4,29 @@ The rounding of an edge is often narrower than the distance of contours, so that
 are many, uncertain, and end where contours do. One radius holds for the whole edge.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property, partial
-from itertools import combinations
 
 import numpy as np
 
-from touchatlas.atlas.edges.crossings import Crossings, find_crossings, longest_chord
-from touchatlas.atlas.edges.rolling_ball import ball_chord, rounded_corner
-from touchatlas.atlas.edges.rounded_pair import RoundedPair
-from touchatlas.atlas.labels.grow import evenly
+from touchatlas.atlas.edges.rolling_ball import (
+    ball_chord,
+    ball_radius,
+    radius_slope,
+    rounded_corner,
+    rounded_edge,
+)
+from touchatlas.atlas.labels.grow import Evidence
 from touchatlas.atlas.labels.labels import NONE, Labels
 from touchatlas.atlas.pieces.kinds import Kind
 
-# Radius that is none, in its standard deviations: of 24 edges that are looked at after each of 40
-# touches, 0.03 have a larger one by chance. Doubled, edges of one tolerance are sharp.
-_SHARP = 4.0
-# Nats that a blunt edge must save: odds of 400. Doubled, edges of one tolerance are sharp.
-_BETTER = 6.0
-# Samples of a label that are compared with an edge first. Doubled, it takes longer.
-_FIRST = 60
-# Links from samples to labels that may round them with a pair. Doubled, a body of many faces takes
-# longer.
-_LINKS = 6
-
-# Distances (m,) and normals (m, 3) of a label at samples.
-_Values = tuple[np.ndarray, np.ndarray]
+# Longest chord over a rounding, over the extent of the samples: wider ones are faces of their own.
+_WIDEST = 0.2
+# Samples of a contour in a row on a piece; so many beside a crossing must agree with a radius.
+_ROW = 3
+# Largest cosine of the normals of two faces with an edge: 20 degrees; and least, where a rounded
+# edge is half of a tube.
+_EDGE = np.cos(np.deg2rad(20.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,8 +45,6 @@ class BluntEdge:
         Those without a label that it explains, ascending.
     crossings : (k, 3) float, length
         A point beside the edge for each contour that runs over it.
-    saved : float
-        Nats that it saves.
     """
 
     first: int
@@ -59,195 +54,215 @@ class BluntEdge:
     deviation: float
     samples: np.ndarray
     crossings: np.ndarray
-    saved: float
 
 
-class Rounding:
-    """What edges that are rounded say of the samples of a labelling.
+class RoundedPair:
+    """Signed distances of samples (m,) from two labels, times the sign of their edge, and the
+    cosines of their normals."""
 
-    Parameters
-    ----------
-    labels : Labels
-    """
+    def __init__(self, labels: Labels, pair, sign: float, samples) -> None:
+        self.evidence: Evidence = labels.evidence
+        self.std, points = self.evidence.samples.std, self.evidence.samples.points[samples]
+        (first, one), (second, other) = (labels.pieces[k].at(points) for k in pair)
+        self.first, self.second = sign * first, sign * second
+        self.cosine = (one * other).sum(axis=1)
 
-    def __init__(self, labels: Labels) -> None:
-        self.labels, self.evidence = labels, labels.evidence
-        self.crossings = dict(sorted(find_crossings(labels).items()))
+    def at(self, radius) -> tuple[np.ndarray, np.ndarray]:
+        """Distances (m,) from the edge that is rounded with a radius, and the weights (m, 2) of
+        both normals there."""
+        return rounded_edge(self.first, self.second, self.cosine, radius)
 
-    @cached_property
-    def edges(self) -> list[BluntEdge]:
-        """The edges whose radius differs from zero, in order of their labels."""
-        found = [self.edge(*pair, some) for pair, some in self.crossings.items()]
-        return [edge for edge in found if edge is not None]
+    def nats(self, radius) -> np.ndarray:
+        """(m,) nats of the distances from the rounded edge."""
+        return self.evidence.misfit(self.at(radius)[0] / self.std)
 
-    def edge(self, first: int, second: int, crossings: Crossings, given=()) -> BluntEdge | None:
-        """The rounded edge of two labels, or None where none is shorter to describe.
+    def ball_nats(self, radius: float) -> np.ndarray:
+        """(m,) nats of the distances from the ball; beside it those of unexplained samples."""
+        distance, weights = self.at(radius)
+        nats = self.evidence.misfit(distance / self.std)
+        return np.where(weights.min(axis=1) > 0.0, nats, self.evidence.options.unexplained)
 
-        Only those crossings count between which no sample has another label, but labels that are
-        ``given`` up. Where none is, the radius differs from zero.
-        """
-        labels, pair, given = self.labels, (first, second), sorted(given)
-        crossings = crossings.only(np.isin(labels.of, [NONE, *pair, *given]))
-        if not len(crossings):
+    def radius(self) -> tuple[float, float] | None:
+        """The radius that explains the samples best, by Gauss-Newton steps from the best of those
+        of single samples, and its standard deviation; None where none lies inside of both faces,
+        or these are no edge."""
+        radii = ball_radius(self.first, self.second, self.cosine)
+        radii = radii[np.isfinite(radii)]
+        if not len(radii) or not -_EDGE < np.median(self.cosine) < _EDGE:
             return None
-        members = np.flatnonzero(np.isin(labels.of, given))
-        samples = np.unique(np.concatenate([crossings.samples, crossings.beside, members]))
-        thirds = self._thirds(pair, given, samples)
-        own, which = np.unique(labels.of[samples], return_inverse=True)
-        arrays = crossings.spans, crossings.whole, samples, which
-        pieces = (labels.pieces_of(some) for some in (pair, given, thirds, own.tolist()))
-        recall, depends = self.evidence.recall, (*pieces, *arrays)
-        ball = recall.get(partial(self._ball, pair, crossings, given, samples), "ball", *depends)
-        # Balls as wide as the body touch most of its faces.
-        if ball is None or ball[3] > longest_chord(self.evidence):
-            return None
-        sign, radius, deviation, _ = ball
-        saves = partial(self._saved, pair, sign, radius, crossings, given, thirds, samples)
-        saved = recall.get(saves, "edge", *depends)
-        if saved is None:
-            return None
-        on = self._on_ball(pair, sign, radius)
-        return BluntEdge(first, second, sign, radius, deviation, on, crossings.points, saved)
-
-    def _ball(
-        self, pair, crossings: Crossings, given, samples
-    ) -> tuple[float, float, float, float] | None:
-        """Sign, radius, its deviation, and median chord of the ball that rounds the edge of two
-        labels, from the samples (m,) of its crossings and of labels that are given up; None where
-        there is none."""
-        sign = crossings.side(self.evidence, *(self.labels.pieces[k] for k in pair))
-        across = self._pair(pair, sign, samples)
-        if sign == 0.0 or not across.is_edge:
-            return None
-        found = across.radius()
-        if found is None or not (len(given) or found[0] > _SHARP * found[1]):
-            return None
-        return sign, *found, float(np.median(ball_chord(found[0], across.cosine)))
-
-    def _saved(
-        self, pair, sign: float, radius: float, crossings: Crossings, given, thirds, samples
-    ) -> float | None:
-        """Nats that the rounded edge of two labels saves; None where it is no shorter."""
-        labels, across = self.labels, self._pair(pair, sign, samples)
-        # A sample whose normal no piece shares may lie at a sharp edge.
-        sharp = np.where(labels.of[samples] == NONE, across.misfit(0.0), np.inf)
-        members = np.isin(labels.of[samples], given)
-        crossing = ~members | np.isin(samples, crossings.samples)
-        # Most labels between are faces: a few of their samples show it.
-        some = evenly(samples[crossing], _FIRST)
-        if not self._are_near(self._after(pair, sign, radius, some, thirds)):
-            return None
-        after = self._after(pair, sign, radius, samples, thirds)
-        saved = (np.minimum(self._now(samples), sharp) - after).sum()
-        saved -= 0.5 * np.log(len(samples)) - sum(self._price(k) for k in given)
-        near = self._are_near(after[crossing])
-        if saved <= _BETTER or not near or self._is_bevel(samples, after):
-            return None
-        return float(saved)
-
-    def _are_near(self, nats) -> bool:
-        """Whether samples of so many nats (m,) are no farther off than chi-square allows."""
-        return self.evidence.is_good(self.evidence.options.unexplained - nats)
-
-    def _is_bevel(self, samples, after) -> bool:
-        """Whether a plane explains those samples (m,) that have no label for less than a rounded
-        edge does, nats (m,). They remain without one, until more of them show the plane."""
-        loose = self.labels.of[samples] == NONE
-        between, evidence = samples[loose], self.evidence
-        piece = evidence.fit(Kind.PLANE, between) if len(between) > Kind.PLANE.parameters else None
-        if piece is None:
-            return False
-        flat = evidence.misfit(evidence.compare(piece, between)[0]).sum()
-        flat += evidence.price(Kind.PLANE, len(between)) + _BETTER
-        return bool(flat < after[loose].sum())
-
-    def _after(self, pair, sign: float, radius: float, samples, thirds) -> np.ndarray:
-        """(m,) nats of samples by a rounded edge of two labels, and by the roundings at its ends:
-        the edges and corners that these have with third labels, with the same radius."""
-        values = [self._values(k, samples) for k in (*pair, *thirds)]
-        out = RoundedPair(self.evidence, values[0], values[1], sign).misfit(radius)
-        distances = sign * np.stack([distance for distance, _ in values])
-        normals = np.stack([normal for _, normal in values])
-        # A sample on a ball is not outside of the pieces that the ball touches.
-        most = np.sqrt(2.0 * self.evidence.options.unexplained) * self.evidence.samples.std
-        near = (distances > -radius) & (distances < min(radius, most))
-        labels, rows = _together(near, 2)
-        first, second = ((distances[k, rows], normals[k, rows]) for k in labels.T)
-        nats = RoundedPair(self.evidence, first, second, 1.0).ball_misfit(radius)
-        np.minimum.at(out, rows, nats)
-        labels, rows = _together(near, 3)
-        three = labels, rows[:, None]
-        found, _, ball = rounded_corner(
-            distances[three], normals[three], np.full(len(rows), radius)
-        )
-        nats = self.evidence.misfit(found / self.evidence.samples.std)
-        np.minimum.at(out, rows[ball], nats[ball])
-        return out
-
-    def saved_by(self, edge: BluntEdge, label: int) -> float:
-        """Nats that are saved where all samples of a label are given to a rounded edge; minus
-        infinity where some of them alone cost more than all do now."""
-        members, pair = self.labels.members(label), (edge.first, edge.second)
-        now = self._now(members).sum() + self._price(label)
-        thirds = self._thirds(pair, {label}, members)
-        first = [evenly(members, _FIRST)] if len(members) > _FIRST else []
-        for some in (*first, members):
-            after = self._after(pair, edge.sign, edge.radius, some, thirds).sum()
-            if after >= now:
-                return -np.inf
-        return float(now - after)
-
-    def give(self, edge: BluntEdge, label: int) -> None:
-        """Give the samples of a label to the pieces of a rounded edge, and to none those on its
-        rounding or far from all."""
-        members, far = self.labels.members(label), self.evidence.options.unexplained
-        pair = self._pair((edge.first, edge.second), edge.sign, members)
-        weights = pair.at(edge.radius)[1]
-        loose = (weights.min(axis=1) > 0.0) | (pair.misfit(edge.radius) >= far)
-        side = np.where(weights[:, 0] > 0.0, edge.first, edge.second)
-        self.labels.of[members] = np.where(loose, NONE, side)
-
-    def _values(self, label: int, samples) -> _Values:
-        """Distances (m,) and normals (m, 3) of a label at samples (m,)."""
-        return self.labels.pieces[label].at(self.evidence.samples.points[samples])
-
-    def _pair(self, pair, sign: float, samples) -> RoundedPair:
-        first, second = (self._values(k, samples) for k in pair)
-        return RoundedPair(self.evidence, first, second, sign)
-
-    def _on_ball(self, pair, sign: float, radius: float) -> np.ndarray:
-        """(m,) samples without a label that lie on the rounding of an edge."""
-        loose = np.flatnonzero(self.labels.of == NONE)
-        across = self._pair(pair, sign, loose)
-        return loose[across.ball_misfit(radius) < self.evidence.options.unexplained]
-
-    def _now(self, samples) -> np.ndarray:
-        """(m,) nats of samples by their own labels, or by none."""
-        of = self.labels.of[samples]
-        out = np.full(len(samples), self.evidence.options.unexplained)
-        for label in np.unique(of[of != NONE]).tolist():
-            mine = of == label
-            distance = self.evidence.compare(self.labels.pieces[label], samples[mine])[0]
-            out[mine] = self.evidence.misfit(distance)
-        return out
-
-    def _price(self, label: int) -> float:
-        """Nats for the parameters of a label."""
-        kind, count = self.labels.pieces[label].kind, len(self.labels.members(label))
-        return self.evidence.price(kind, count)
-
-    def _thirds(self, pair, given, samples) -> list[int]:
-        """The labels about samples (m,), none of those ``given`` up, to which contours run from one
-        of a pair."""
-        around = np.unique(self.labels.of[self.labels.graph.around(samples, _LINKS)]).tolist()
-        ends = [k for k in around if k not in (NONE, *pair, *given)]
-        return [k for k in ends if any((min(k, p), max(k, p)) in self.crossings for p in pair)]
+        tried = np.unique(np.quantile(radii, np.linspace(0.0, 1.0, 15)))
+        radius, square = float(tried[self.nats(tried[:, None]).sum(axis=1).argmin()]), 0.0
+        for _ in range(5):
+            distance, weights = self.at(radius)
+            good = self.evidence.misfit(distance / self.std) < self.evidence.options.unexplained
+            slope = radius_slope(weights)[good]
+            square = float((slope**2).sum())
+            if square <= 0.0:
+                return None
+            radius = max(radius - float((slope * distance[good]).sum()) / square, 0.0)
+        return radius, self.std / float(np.sqrt(square))
 
 
-def _together(near, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Labels (k, count) and samples (k,), for each sample all sets of labels that are ``near`` it
-    (labels, m)."""
-    some = list(combinations(np.flatnonzero(near.any(axis=1)).tolist(), count))
-    together = np.array(some, int).reshape(-1, count)
-    which, samples = np.nonzero(near[together].all(axis=1))
-    return together[which], samples
+@dataclass(frozen=True, eq=False)
+class Crossings:
+    """The places where contours run from one label over few samples to another: spans (k, 2) of the
+    first sample between and the first one beyond, and points (k, 3) half-way, length."""
+
+    spans: np.ndarray
+    points: np.ndarray
+
+    @property
+    def samples(self) -> np.ndarray:
+        """(m,) samples between the labels, ascending."""
+        return _ranges(*self.spans.T)
+
+    @property
+    def beside(self) -> np.ndarray:
+        """(m,) samples of both labels next to those between them."""
+        low, high = self.spans.T
+        return _ranges(np.append(low - _ROW, high), np.append(low, high + _ROW))
+
+    def only(self, free) -> "Crossings":
+        """Those between which all samples are ``free`` (n,)."""
+        whole = np.array([bool(free[low:high].all()) for low, high in self.spans], bool)
+        return Crossings(self.spans[whole], self.points[whole])
+
+
+def find_crossings(labels: Labels) -> dict[tuple[int, int], Crossings]:
+    """Pairs of lawful labels, the lower first, mapped to the crossings between them."""
+    samples, of = labels.evidence.samples, labels.of
+    change = (np.diff(of, prepend=-2) != 0) | (np.diff(samples.contours, prepend=-1) != 0)
+    bounds = np.append(np.flatnonzero(change), len(of))
+    lawful = np.array([k != NONE and labels.pieces[k].kind.lawful for k in of[bounds[:-1]]], bool)
+    rows = np.flatnonzero(lawful & (np.diff(bounds) >= _ROW))
+    found: dict[tuple[int, int], list[tuple[int, int]]] = {}
+    for place, one in enumerate(rows.tolist()):
+        last, seen = bounds[one + 1] - 1, set()
+        for first in bounds[rows[place + 1 :]].tolist():
+            way = samples.points[first] - samples.points[last]
+            other_contour = samples.contours[first] != samples.contours[last]
+            # From a later row of the same label it is shorter.
+            if other_contour or of[first] == of[last] or way @ way > _widest(labels) ** 2:
+                break
+            if of[first] not in seen:
+                seen.add(of[first])
+                low, high = sorted((int(of[first]), int(of[last])))
+                found.setdefault((low, high), []).append((int(last) + 1, int(first)))
+    return {pair: _crossings(samples.points, spans) for pair, spans in sorted(found.items())}
+
+
+def blunt_edges(labels: Labels) -> list[BluntEdge]:
+    """The edges whose radius differs from zero, in order of their labels."""
+    found = [blunt_edge(labels, pair, some) for pair, some in find_crossings(labels).items()]
+    return [edge for edge in found if edge is not None]
+
+
+def needless_labels(labels: Labels) -> Iterator[tuple[BluntEdge, int]]:
+    """Rounded edges, and a label that each may make needless: one between its faces, from whose
+    samples its radius is known, too, or one beside it."""
+    linked = labels.pairs()
+    for pair, some in find_crossings(labels).items():
+        for label in sorted(set(labels.of[some.samples].tolist()) - {NONE, *pair}):
+            edge = blunt_edge(labels, pair, some, (label,))
+            if edge is not None:
+                yield edge, label
+        edge = blunt_edge(labels, pair, some)
+        if edge is not None:
+            around = set(labels.of[labels.evidence.graph.around(edge.samples, 1)].tolist())
+            around |= {k for two in linked if set(two) & set(pair) for k in two}
+            for label in sorted(around - {NONE, *pair}):
+                yield edge, label
+
+
+def rounding_nats(labels: Labels, edge: BluntEdge, samples, given=()) -> np.ndarray:
+    """(m,) nats of samples by the ball of an edge, and where it goes on at its ends: by the edges
+    of its faces with a third one, not ``given`` up, and by the corner of all three."""
+    evidence, pair = labels.evidence, (edge.first, edge.second)
+    around = labels.of[evidence.graph.around(np.union1d(samples, edge.samples), 6)]
+    thirds = set(around.tolist()) - {NONE, *pair, *given}
+    nats = RoundedPair(labels, pair, edge.sign, samples).ball_nats(edge.radius)
+    points, radius = evidence.samples.points[samples], np.full(len(samples), edge.radius)
+    for third in sorted(k for k in thirds if labels.pieces[k].kind.lawful):
+        for one in pair:
+            along = RoundedPair(labels, (one, third), edge.sign, samples)
+            nats = np.minimum(nats, along.ball_nats(edge.radius))
+        values = [labels.pieces[k].at(points) for k in (*pair, third)]
+        distances = edge.sign * np.stack([value[0] for value in values], axis=1)
+        normals = np.stack([value[1] for value in values], axis=1)
+        off, _, ball = rounded_corner(distances, normals, radius)
+        corner = evidence.misfit(off / evidence.samples.std)
+        nats = np.where(ball, np.minimum(nats, corner), nats)
+    return nats
+
+
+def blunt_edge(
+    labels: Labels, pair: tuple[int, int], crossings: Crossings, given=()
+) -> BluntEdge | None:
+    """The rounded edge of two labels, or None where a sharp edge or a bevel is shorter. Only those
+    crossings count between which no sample has another label, but those ``given`` up."""
+    crossings = crossings.only(np.isin(labels.of, [NONE, *pair, *given]))
+    if not len(crossings.spans):
+        return None
+    evidence, members = labels.evidence, np.flatnonzero(np.isin(labels.of, [*given]))
+    samples = np.unique(np.concatenate([crossings.samples, crossings.beside, members]))
+    sign = _sign(labels, pair, crossings.beside)
+    across = RoundedPair(labels, pair, sign, samples)
+    found = across.radius() if sign else None
+    if found is None or not found[0] > evidence.sure * found[1]:
+        return None
+    radius, deviation = found
+    if np.median(ball_chord(radius, across.cosine)) > _widest(labels):
+        return None
+    nats = across.nats(radius)
+    low, high = np.searchsorted(samples, crossings.spans.T + [[-_ROW], [_ROW]])
+    good = [evidence.is_good(nats[a:b]) for a, b in zip(low, high, strict=True)]
+    saved = float((across.nats(0.0) - nats).sum()) - 0.5 * float(np.log(len(samples)))
+    # Contours over a corner leave the edge.
+    if np.mean(good) <= 0.5 or saved <= 0.5 * evidence.sure**2:
+        return None
+    loose = labels.of[samples] == NONE
+    if _is_bevel(evidence, samples[loose], float(nats[loose].sum())):
+        return None
+    loose = np.flatnonzero(np.isin(labels.of, [NONE, *given]))
+    on_ball = RoundedPair(labels, pair, sign, loose).ball_nats(radius)
+    on_ball = loose[on_ball < evidence.options.unexplained]
+    return BluntEdge(*pair, sign, radius, deviation, on_ball, crossings.points)
+
+
+def _sign(labels: Labels, pair, samples) -> float:
+    """1 where most samples (m,) of each label lie inside of the other's piece, as beside a convex
+    edge; -1 where they lie outside, 0 otherwise."""
+    evidence = labels.evidence
+    points, of = evidence.samples.points[samples], labels.of[samples]
+    heights = np.where(of == pair[0], *(labels.pieces[k].at(points)[0] for k in pair[::-1]))
+    sides = np.sign(heights[np.abs(heights) > evidence.sure * evidence.samples.std])
+    mean = float(sides.mean()) if len(sides) else 0.0
+    return -float(np.sign(mean)) if abs(mean) > evidence.facing else 0.0
+
+
+def _is_bevel(evidence: Evidence, samples, nats: float) -> bool:
+    """Whether a plane explains samples (m,) without a label for less than a rounded edge does."""
+    piece = evidence.fit(Kind.PLANE, samples) if len(samples) > Kind.PLANE.parameters else None
+    if piece is None:
+        return False
+    flat = evidence.nats(piece, samples).sum() + evidence.price(Kind.PLANE, len(samples))
+    return bool(flat < nats)
+
+
+def _widest(labels: Labels) -> float:
+    """Longest chord over the rounding of an edge, length."""
+    return _WIDEST * labels.evidence.samples.extent
+
+
+def _crossings(points, spans) -> Crossings:
+    low, high = np.array(spans).T
+    return Crossings(np.array(spans), 0.5 * (points[low - 1] + points[high]))
+
+
+def _ranges(low, high) -> np.ndarray:
+    """(m,) the whole numbers from each of ``low`` (k,) up to, but not with, each of ``high`` (k,),
+    ascending and without repetition."""
+    inside = np.zeros(max(high, default=0), bool)
+    for a, b in zip(low, high, strict=True):
+        inside[a:b] = True
+    return np.flatnonzero(inside)

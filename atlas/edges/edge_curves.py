@@ -8,14 +8,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from touchatlas.atlas.pieces.kinds import Kind
 from touchatlas.atlas.pieces.piece import Piece
 from touchatlas.patch.geometry.arrays import cross
 
-# Newton steps; each about squares the error. Doubled, nothing changes.
+# Newton steps; each about squares the error.
 _STEPS = 5
-# Least sine of the angle of two surfaces that intersect. Doubled, blunt edges have no curve.
+# Least sine of the angle of two surfaces that intersect.
 _LEAST_SINE = 0.05
-# Least jump of the curvature times the search distance, rad. Doubled, slight rims have no valley.
+# Least jump of the curvature times the search distance, rad.
 _LEAST_JUMP = 1e-3
 
 
@@ -56,11 +57,6 @@ def curvature_jump(first: Piece, second: Piece, points) -> tuple[np.ndarray, flo
     that difference, 1/length."""
     vectors, values = _strongest(first, second, points)
     return vectors, float(np.median(np.abs(values)))
-
-
-def largest_curvature(first: Piece, second: Piece, points) -> float:
-    """Median over points (m, 3) of the largest principal curvature of two pieces, 1/length."""
-    return float(np.median(np.maximum(first.bends(points), second.bends(points))))
 
 
 def _strongest(first: Piece, second: Piece, points) -> tuple[np.ndarray, np.ndarray]:
@@ -147,3 +143,17 @@ def half_extent(samples, points, across, piece: Piece, width: float) -> float:
     low = np.where(strip, along, np.inf).min(axis=0, initial=np.inf)
     extents = (high - low)[strip.sum(axis=0) > 1]
     return 0.5 * float(np.median(extents)) if len(extents) else 0.0
+
+
+def rim_slope(kind: Kind, misfit: float, half_length: float) -> float:
+    """Largest error of the slope, rad, at the rim of a piece with a lack of fit.
+
+    At the end of the half-length r the first Legendre polynomial that a kind leaves out, of degree
+    n, has the slope P'(1) = n (n + 1) / 2 over its root mean square 1 / sqrt(2 n + 1): n = 2 of a
+    plane, 5 of a quartic, 3 of others. At a corner the errors of both directions add.
+
+    >>> round(rim_slope(Kind.PLANE, 0.01, 10.0), 4)
+    0.0134
+    """
+    n = {Kind.PLANE: 2, Kind.QUARTIC: 5}.get(kind, 3)
+    return float(misfit * np.sqrt(2 * n + 1) * n * (n + 1) / half_length)

@@ -30,7 +30,8 @@ def join_faces(labels: Labels, boundaries: list[Boundary]) -> Faces:
     loose, sure = np.flatnonzero(of == NONE), samples.levels.sure
     corners = find_corners(tuple(faces), edges, points, loose, samples.std, sure)
     balls = [edge.samples for edge in edges] + [corner.samples for corner in corners]
-    rounded = np.unique(np.concatenate([np.zeros(0, int), *balls]))
+    on_balls = np.flatnonzero(labels.rounded & (labels.of == NONE))
+    rounded = np.unique(np.concatenate([on_balls, *balls]))
     own = of, labels.of.copy(), rounded, samples.std, corners
     kept = labels.evidence.graph, labels.evidence.recall, samples.levels
     return Faces(tuple(faces), edges, points, normals, *own, *kept)

@@ -19,8 +19,6 @@ class FaceOptions:
         Price of a sample that no piece explains. 6 is that of a sample 3.5 deviations off.
     boundary : float
         Price of two neighbouring samples with different labels (Potts model).
-    gate : float
-        Distance up to which a growing piece claims samples, in standard deviations.
     doubt : float
         Predicted deviation up to which a growing piece claims samples, in deviations of a sample.
     better : float
@@ -29,19 +27,18 @@ class FaceOptions:
         Least fraction of the samples that laws explain in the first labelling for faces to be read;
         with fewer the body is treated as free-form.
     rounds : int
-        Most rounds of labels, drops, refits, splits and merges.
+        Most rounds of labels, fits and moves.
     """
 
     unexplained: float = 6.0
     boundary: float = 0.5
-    gate: float = 3.0
     doubt: float = 1.5
     better: float = 1.25
     lawful: float = 0.25
-    rounds: int = 4
+    rounds: int = 10
 
     def __post_init__(self) -> None:
-        for name in ("unexplained", "boundary", "gate", "doubt", "better", "lawful"):
+        for name in ("unexplained", "boundary", "doubt", "better", "lawful"):
             if not 0.0 < real(getattr(self, name)) < float("inf"):
                 raise ValueError(f"{name} is {getattr(self, name)!r}; it must be a number > 0")
         if not (isinstance(self.rounds, int) and self.rounds >= 1):

@@ -1,8 +1,5 @@
 """SampleGraph: which samples are next to each other on the surface."""
 
-from copy import copy
-from functools import cached_property
-
 import numpy as np
 from scipy.spatial import cKDTree
 
@@ -24,11 +21,6 @@ _COSINE = 0.4
 _OFF_TANGENT, _OFF_ARC = 0.5, 0.35
 # Noise of a chord's height in standard deviations of a sample.
 _NOISE = 4.0
-# Length of a link, in steps of its contour, from which it may pass over a face. Doubled, the tops
-# beside a slot of two steps are one face.
-_LONG = 2.5
-# Samples about the middle of such a link that may stand in its way. Doubled, nothing changes.
-_BETWEEN = 32
 
 
 class SampleGraph:
@@ -89,26 +81,6 @@ class SampleGraph:
         away = cKDTree(new).query(self._samples.points)[0] if len(new) else np.inf
         stays[: self.size] = away > self._looked
         return stays
-
-    @cached_property
-    def long_links(self) -> tuple[np.ndarray, np.ndarray]:
-        """Links (m,) that are many steps long, and the samples (m, k) nearest to their middles; -1
-        stands for those that are farther from these than the link is long."""
-        first, second = self._samples.points[self.pairs].transpose(1, 0, 2)
-        length = np.linalg.norm(second - first, axis=1)
-        links = np.flatnonzero(length > _LONG * self._samples.steps[self.pairs[:, 0]])
-        count = min(_BETWEEN, self.size)
-        away, near = self.tree.query(0.5 * (first + second)[links], k=count)
-        away, near = away.reshape(-1, count), near.reshape(-1, count)
-        return links, np.where(away < length[links, None], near, -1)
-
-    def without(self, links) -> "SampleGraph":
-        """The same without links (m,), indices of ``pairs``."""
-        out = copy(self)
-        out.__dict__.pop("long_links", None)
-        out.pairs, out.weights = (np.delete(x, links, axis=0) for x in (self.pairs, self.weights))
-        out.neighbours, out.neighbour_weights = _padded(out.pairs, out.weights, self.size)
-        return out
 
     def mask(self, members) -> np.ndarray:
         """(n + 1,) whether each sample is a member; the last, for no sample, is true."""

@@ -5,9 +5,7 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from tests.lawful import samples_of_touches, touched_plate
-from touchatlas.atlas.body.body import Body
-from touchatlas.atlas.body.explained import determined
+from tests.lawful import known_body, samples_of_touches, touched_plate
 from touchatlas.atlas.body.read_faces import faces_of_samples
 
 NOISE = 0.02
@@ -16,7 +14,7 @@ STD = np.sqrt(2.0) * NOISE
 
 @pytest.fixture(scope="module")
 def plate():
-    """Samples of a plate, and their faces; two of its corners are rounded with balls."""
+    """Samples of a plate with rounded edges, and their faces."""
     samples = samples_of_touches(touched_plate(16, NOISE, 6), STD)
     return samples, faces_of_samples(samples)
 
@@ -34,18 +32,17 @@ def test_samples_that_are_read_again_keep_their_faces_and_edges(plate):
     assert np.count_nonzero(again.of < 0) == pytest.approx(np.count_nonzero(faces.of < 0), rel=0.05)
 
 
-def test_points_on_a_plane_are_surface_whichever_way_they_are_rounded(plate):
+def test_points_on_a_plane_are_surface_whichever_way_they_are_rounded():
     """The ball that rounds a corner says that what lies inside of all planes is outside of it. That
     is no reason to give a point of a plane to a ball that is far away."""
-    samples, faces = plate
-    body = Body(determined(faces, samples), samples)
+    body = known_body("rounded", 34)
     assert body.faces.corners
     planes = [face for face in body.faces.faces if face.kind == "plane"]
     assert len(planes) == 6
     for face in planes:
         foot = face.pieces[0].feet(face.pieces[0].feet(body.faces.points[face.samples]))
-        # The last digits of numbers up to 50.
+        # The last digits of numbers up to 30.
         for shift in (-1e-14, 0.0, 1e-14):
             found, _ = body.at(foot + shift)
             # Two steps of a contour: beside an edge the other face may decide.
-            assert np.abs(found.distance).max() < 2.0 * np.median(samples.steps)
+            assert np.abs(found.distance).max() < 2.0 * np.median(body.samples.steps)

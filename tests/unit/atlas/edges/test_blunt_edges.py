@@ -16,6 +16,7 @@ from tests.lawful import (
     rounded_box_distance,
 )
 from touchatlas.atlas.body.thinned_samples import ThinnedSamples
+from touchatlas.atlas.body.uncrossed_edges import with_uncrossed_edges
 from touchatlas.atlas.edges.boundary import EdgeKind
 from touchatlas.atlas.faces.face_graph import as_networkx
 from touchatlas.atlas.relabel.labelling import relabel
@@ -94,7 +95,7 @@ def test_roundings_go_on_to_corners_where_a_third_face_has_the_nearest_sample(ro
 
 
 def test_the_edges_of_a_sharp_box_have_no_radius():
-    edges = known_body("box", 40).faces.edges
+    edges = with_uncrossed_edges(known_body("box", 40)).edges
     assert len(edges) == 12 and all(edge.radius == 0.0 for edge in edges)
 
 

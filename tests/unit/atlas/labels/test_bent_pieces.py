@@ -6,8 +6,11 @@ import pytest
 from touchatlas.atlas.labels.grow import is_edge
 from touchatlas.atlas.pieces.fit_piece import fit_piece
 from touchatlas.atlas.pieces.kinds import Kind
+from touchatlas.atlas.records.options import Levels
 
 STD = 0.02
+# Half of the level above which normals face other sides.
+TURN = 0.5 * Levels().same_side
 
 
 def two_planes(radius: float) -> tuple[np.ndarray, np.ndarray]:
@@ -44,11 +47,11 @@ def test_a_quadric_of_two_planes_and_their_rounding_is_an_edge(radius, scale):
     some 0.08 over their length, and it turns by a right angle in all."""
     points, normals = two_planes(radius)
     piece = fit_piece(Kind.QUADRIC, scale * points, normals, scale * STD)
-    assert is_edge(piece, scale * points)
+    assert is_edge(piece, scale * points, TURN)
 
 
 @pytest.mark.parametrize("height", [5.0, 15.0, 30.0])
 def test_a_dome_is_no_edge(height):
     points, normals = dome(height)
     piece = fit_piece(Kind.QUADRIC, points, normals, STD)
-    assert not is_edge(piece, points)
+    assert not is_edge(piece, points, TURN)

@@ -10,7 +10,7 @@ from touchatlas.atlas.labels.sample_graph import SampleGraph
 from touchatlas.atlas.labels.samples import ContourSamples, contour_samples
 from touchatlas.atlas.pieces.fit_piece import fit_piece
 from touchatlas.atlas.pieces.kinds import Kind
-from touchatlas.atlas.relabel.revise import refit
+from touchatlas.atlas.relabel.moves import refit
 
 STD = 0.02
 ACROSS = np.array([1.0, 0.0, 0.0])

@@ -1,0 +1,246 @@
+"""Moves: propose pieces for some samples, label these again, keep what is shorter to describe.
+
+Proposals drop a label, join two, split one, grow one at a seed, or give one to a rounded edge.
+"""
+
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from touchatlas.atlas.edges.blunt_edges import blunt_edges, needless_labels, rounding_nats
+from touchatlas.atlas.labels.grow import Evidence, evenly, growths
+from touchatlas.atlas.labels.labels import NONE, Labels, is_larger
+from touchatlas.atlas.pieces.kinds import LABEL_KINDS, Kind
+from touchatlas.atlas.pieces.piece import Piece
+
+# Root mean square by which a kind of more parameters must follow the samples of a label more
+# closely, in deviations of a sample: errors of neighbouring samples are alike.
+_BORNE = 0.25
+# Least number of samples without a label that hang together for a new seed; samples for each seed.
+_CLUSTER, _A_SEED = 6, 40
+# Samples of a label from which one of a kind that fits is not tried apart.
+_LARGE = 1000
+_LAWS = Kind.PLANE, Kind.SPHERE, Kind.CYLINDER
+
+
+def attempt(
+    labels: Labels, members, pieces: Iterable[Piece] = (), some: Iterable[int] = ()
+) -> bool:
+    """Give samples (m,) new pieces or ``some`` other labels, whichever cost least beside their
+    neighbours', or none; keep that where the description becomes shorter."""
+    before, known = labels.of, list(labels.pieces)
+    labels.pieces = [*known, *pieces]
+    names = [*some, *range(len(known), len(labels.pieces))]
+    own = np.ones(len(members), bool)
+    costs = [labels.costs(labels.pieces[k], members, own) for k in names]
+    least = np.argmin([labels.loose[members], *costs], axis=0)
+    labels.of = before.copy()
+    labels.of[members] = np.array([NONE, *names])[least]
+    labels.settle(members, dict.fromkeys(names, members))
+    about = set(before[members].tolist()) | set(labels.of[members].tolist())
+    after, now = labels.length(members, about - {NONE}), labels.of
+    labels.of = before
+    if not after < labels.length(members, about - {NONE}):
+        labels.pieces = known
+        return False
+    labels.of = now
+    return True
+
+
+def shortest(evidence: Evidence, members, kinds: Iterable[Kind]) -> Piece | None:
+    """The piece of least description for samples (m,) among some kinds, ascending; None where there
+    are too few samples for any."""
+    best, least = None, np.inf
+    for kind in kinds:
+        core = evidence.fitting_core(kind, members)
+        piece = evidence.fit(kind, core) if len(core) >= kind.parameters + 2 else None
+        if piece is None:
+            continue
+        cost = float(evidence.nats(piece, core).mean()) * len(members)
+        cost += evidence.price(kind, len(members))
+        borne = 0.0 if best is None else 0.5 * _BORNE**2 * len(members)
+        if cost < least - borne:
+            best, least = piece, cost
+    return best
+
+
+def refit(labels: Labels) -> None:
+    """Fit each label again to its interior, by the kind of least description up to its own."""
+    for label, members in enumerate(labels.all_members()):
+        own = labels.pieces[label]
+        kinds = [kind for kind in LABEL_KINDS if kind <= own.kind]
+        labels.pieces[label] = shortest(labels.evidence, members, kinds) or own
+
+
+def drop(labels: Labels) -> int:
+    """Give the samples of labels to their neighbours', the smallest first; returns how many labels
+    were dropped."""
+    graph, dropped = labels.evidence.graph, 0
+    for label in np.argsort([len(mine) for mine in labels.all_members()], kind="stable").tolist():
+        members = labels.members(label)
+        if len(members) and not labels.is_settled(members):
+            around = np.append(labels.of, NONE)[graph.neighbours[members]]
+            others = sorted(set(around.ravel().tolist()) - {NONE, label})
+            dropped += attempt(labels, members, some=others)
+    return dropped
+
+
+def join(labels: Labels) -> int:
+    """Join linked labels; returns how many."""
+    joined = 0
+    for a, b in labels.pairs():
+        first, second = labels.members(a), labels.members(b)
+        if not (len(first) and len(second)) or labels.are_settled(first, second):
+            continue
+        joined += _join(labels, first, second, LABEL_KINDS)
+    return joined
+
+
+def _join(labels: Labels, first, second, kinds: Iterable[Kind]) -> bool:
+    """Whether one piece explains the samples of two labels, (m,) and (k,), which is kept."""
+    evidence, both = labels.evidence, np.sort(np.concatenate([first, second]))
+    piece = shortest(evidence, both, kinds)
+    if piece is None or not evidence.is_good(evidence.nats(piece, both)):
+        return False
+    return attempt(labels, both, [piece])
+
+
+def join_parts(labels: Labels) -> int:
+    """Join parts of one lawful face between which no contour ran and no other face stands, the
+    largest first; returns how many."""
+    joined = 0
+    order = np.argsort([-len(mine) for mine in labels.all_members()], kind="stable").tolist()
+    parts = [label for label in order if labels.pieces[label].kind in _LAWS]
+    while parts:
+        own = parts.pop(0)
+        other = next((k for k in parts if _join_part(labels, own, k)), None)
+        if other is not None:
+            joined += 1
+            parts.remove(other)
+            parts.insert(0, len(labels.pieces) - 1)
+    return joined
+
+
+def _join_part(labels: Labels, a: int, b: int) -> bool:
+    """Whether two labels are parts of one face, which are joined then."""
+    if labels.pieces[a].kind is not labels.pieces[b].kind:
+        return False
+    first, second, samples = labels.members(a), labels.members(b), labels.evidence.samples
+    if not (len(first) and len(second) and _continues(labels, a, second)):
+        return False
+    # Each part is believed up to a share of the extent.
+    reach = 2.0 * samples.levels.believed * samples.extent
+    tree = cKDTree(samples.points[first])
+    away, near = tree.query(samples.points[second], distance_upper_bound=reach)
+    at = int(away.argmin())
+    if away[at] >= reach or _stands_between(labels, a, b, first[near[at]], second[at]):
+        return False
+    return _join(labels, first, second, _LAWS)
+
+
+def _continues(labels: Labels, label: int, members) -> bool:
+    """Whether the piece of a label may go on to samples (m,), as sure as it is there."""
+    evidence = labels.evidence
+    distance, _, variance = evidence.compare(labels.pieces[label], evenly(members, 100))
+    return bool(np.median(distance**2 / (1.0 + variance)) < evidence.sure**2)
+
+
+def _stands_between(labels: Labels, a: int, b: int, first: int, second: int) -> bool:
+    """Whether a sample between two others, no farther from the way than they are from each other,
+    is of another face that crosses the way or faces as the first does, and lies off it."""
+    samples, facing = labels.evidence.samples, labels.evidence.facing
+    noise = labels.evidence.sure * samples.std
+    way, offset = (
+        samples.points[second] - samples.points[first],
+        samples.points - samples.points[first],
+    )
+    length = float(np.sqrt(way @ way)) + float(np.finfo(float).tiny)
+    along = offset @ way / length
+    beside = (offset * offset).sum(axis=1) - along**2
+    inside = (along > -noise) & (along < length + noise) & (beside < length**2)
+    inside &= ~np.isin(labels.of, [NONE, a, b])
+    own = labels.pieces[a]
+    outward = own.at(samples.points[[first]])[1][0]
+    for label in np.unique(labels.of[inside]).tolist():
+        at = samples.points[inside & (labels.of == label)]
+        if (np.abs(own.at(at)[0]) < noise).all():
+            continue
+        normals = labels.pieces[label].at(at)[1]
+        if ((np.abs(normals @ way) > facing * length) | (normals @ outward > facing)).any():
+            return True
+    return False
+
+
+def split(labels: Labels) -> int:
+    """Split labels that do not fit, or of so many parameters that fewer may do, into growths inside
+    them; returns how many."""
+    evidence, done = labels.evidence, 0
+    for label, members in enumerate(labels.all_members()):
+        piece = labels.pieces[label]
+        if len(members) < 30 or labels.is_settled(members):
+            continue
+        good = evidence.is_good(evidence.nats(piece, members))
+        if good and (piece.kind < Kind.QUADRIC or len(members) > _LARGE):
+            continue
+        most = Kind(min(piece.kind, Kind.CYLINDER)) if good else piece.kind
+        inside = evidence.graph.mask(members)[:-1]
+        found = growths(evidence, evenly(members, 10), inside, most, inside)
+        if len(found) > 1:
+            done += attempt(labels, members, [growth.piece for growth in found])
+    return done
+
+
+def grow(labels: Labels) -> int:
+    """New labels that grow from unexplained samples that hang together, where these are densest
+    first; returns how many."""
+    found, loose = 0, (labels.of == NONE) & ~labels.rounded
+    for cluster in _clusters(labels, loose):
+        seeds = cluster[:: max(1, _A_SEED // 2)][: 2 + len(cluster) // _A_SEED]
+        for growth in growths(labels.evidence, seeds, loose):
+            free = growth.members[labels.of[growth.members] == NONE]
+            if len(free) >= growth.piece.kind.parameters + 4:
+                found += attempt(labels, free, [growth.piece])
+    return found
+
+
+def _clusters(labels: Labels, loose) -> Iterator[np.ndarray]:
+    """Loose samples (n,) that hang together, of each cluster (m,) those first to which most ways
+    of two links lead over loose ones; not those that were as many when seeds were last tried."""
+    graph, size = labels.evidence.graph, len(loose)
+    low, high = graph.pairs[loose[graph.pairs].all(axis=1)].T
+    links = coo_matrix((np.ones(len(low)), (low, high)), shape=(size, size))
+    _, part = connected_components(links, directed=False)
+    once = np.append(loose, False)[graph.neighbours].sum(axis=1) * loose
+    amid = np.append(once, 0)[graph.neighbours].sum(axis=1)
+    for number in np.flatnonzero(np.bincount(part[loose], minlength=1) >= _CLUSTER):
+        members = np.flatnonzero(loose & (part == number))
+        before = int(np.count_nonzero(labels.before[members] == NONE))
+        if before < _CLUSTER or is_larger(len(members), before):
+            yield members[np.argsort(-amid[members], kind="stable")]
+
+
+def give_to_roundings(labels: Labels) -> int:
+    """Give the samples of labels to edges that are rounded; returns how many labels were given."""
+    given = 0
+    for edge, label in needless_labels(labels):
+        members, known = labels.members(label), labels.loose.copy()
+        if not len(members):
+            continue
+        labels.round(members, rounding_nats(labels, edge, members, (label,)))
+        if attempt(labels, members, some=(edge.first, edge.second)):
+            given += 1
+        else:
+            labels.loose = known
+    return given
+
+
+def find_roundings(labels: Labels) -> int:
+    """Say which samples the roundings of edges explain; returns for how many that is new."""
+    before, loose = labels.rounded, np.flatnonzero(labels.of == NONE)
+    labels.loose = np.full(len(labels.of), labels.evidence.options.unexplained)
+    for edge in blunt_edges(labels):
+        labels.round(loose, rounding_nats(labels, edge, loose))
+    return int(np.count_nonzero(labels.rounded & ~before))
