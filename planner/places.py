@@ -18,6 +18,7 @@ from touchatlas.atlas.mesh.mend import (
     without_stray_pieces,
 )
 from touchatlas.atlas.mesh.surface import (
+    MOST,
     WITHIN_REACH,
     body_surface,
     coarse_edge,
@@ -109,9 +110,7 @@ def places_of(atlas: Atlas, cube: float | None = None) -> Places:
         return Places(none, none, no, no, none, none, no, no, no)
     coarse = planning_cube(atlas)
     cube = coarse if cube is None else cube
-    drawn = body_surface(body, cube)
-    if is_smooth(body):
-        drawn = without_stray_pieces(drawn, body.samples.points)
+    drawn = _drawn(body, cube)
     vertices, faces = drawn.vertices, drawn.faces
     ends, of, size, slope = _ends(drawn)
     chord = vertices[ends[:, 1]] - vertices[ends[:, 0]]
@@ -144,6 +143,16 @@ def places_of(atlas: Atlas, cube: float | None = None) -> Places:
         size[left],
         slope[left],
     )
+
+
+def _drawn(body: Body, cube: float) -> Surface:
+    """The surface of a body in cubes of a size, length, without stray pieces. Where nothing is
+    drawn, as of a strip that is narrower than the cubes, these are halved."""
+    drawn = body_surface(body, cube)
+    while not len(drawn.faces) and cube > body.extent / MOST:
+        cube *= 0.5
+        drawn = body_surface(body, cube)
+    return without_stray_pieces(drawn, body.samples.points) if is_smooth(body) else drawn
 
 
 def planning_cube(atlas: Atlas) -> float:
