@@ -14,7 +14,7 @@ from scipy.sparse.csgraph import connected_components, dijkstra, minimum_spannin
 from scipy.spatial import cKDTree
 
 from touchatlas.atlas.mesh.mend import LARGEST, close_holes, diameter
-from touchatlas.atlas.records.surface import Surface
+from touchatlas.atlas.records.surface import Surface, manifold
 from touchatlas.atlas.samples.rims import Rims
 
 
@@ -32,12 +32,13 @@ def without_small_handles(surface: Surface, rims: Rims, size: float) -> Surface:
     size : float, length
         Half of the largest loop of a handle that is left out.
     """
-    # Handles beside a closed one are seen in the next round, and curls take several rings.
-    for rings in (1, 1, 2, 2, 3, 3):
-        regions = _regions(surface, size, rings) if handle_count(surface) else []
-        if not regions:
+    # Handles beside a closed one are seen in the next round.
+    for _ in range(8):
+        regions = _regions(surface, size) if handle_count(surface) else []
+        mended = _mended(surface, rims, size, regions) if regions else surface
+        if mended is surface:
             break
-        surface = _mended(surface, rims, size, regions)
+        surface = mended
     return surface
 
 
@@ -72,23 +73,47 @@ def _mended(surface: Surface, rims: Rims, size: float, regions: list[np.ndarray]
     return mended
 
 
-def _regions(surface: Surface, size: float, rings: int) -> list[np.ndarray]:
-    """Triangles (r,) in so many rings about short loops of a surface, apart from each other."""
+def _regions(surface: Surface, size: float) -> list[np.ndarray]:
+    """Triangles (r,) about short loops of a surface that hold handles, apart from each other; each
+    grows ring by ring until it holds one."""
     faces, count = surface.faces, len(surface.faces)
     where = faces.ravel(), np.repeat(np.arange(count), 3)
     at = csr_array((np.ones(3 * count, bool), where), shape=(len(surface.vertices), count))
+    is_open = np.zeros(len(surface.vertices), bool)
+    is_open[igl.boundary_facets(faces)[0].ravel()] = True
     taken, found = np.zeros(count, bool), list[np.ndarray]()
     # Larger holes stay open.
-    most = min(2.0 * size, LARGEST * diameter(surface.vertices))
-    for loop in loops_within(surface.vertices, faces, most):
+    largest = LARGEST * diameter(surface.vertices)
+    for loop in loops_within(surface.vertices, faces, min(2.0 * size, largest)):
         region = np.unique(at[loop].indices)
-        for _ in range(rings - 1):
-            region = np.unique(at[np.unique(faces[region])].indices)
-        beside = np.unique(at[np.unique(faces[region])].indices)
-        if not taken[beside].any():
-            taken[region] = True
-            found.append(region)
+        while diameter(surface.vertices[faces[region]].reshape(-1, 3)) <= min(2.5 * size, largest):
+            about = np.unique(at[np.unique(faces[region])].indices)
+            if taken[about].any() or is_open[faces[region]].any() or len(about) == len(region):
+                break
+            if _gain(faces, about, region) > 0:
+                taken[region] = True
+                found.append(region)
+                break
+            region = about
     return found
+
+
+def _gain(faces, about, region) -> int:
+    """By how much the Euler characteristic of the triangles ``about`` (a,) a region grows where
+    discs replace the region (r,), one for each of its rims."""
+    beside = faces[np.setdiff1d(about, region)]
+    if not len(beside):
+        return 0
+    rest, index = manifold(beside)
+    inner = np.isin(index, faces[region])
+    discs = sum(bool(inner[loop].all()) for loop in igl.boundary_loop_all(rest))
+    return discs + _characteristic(beside) - _characteristic(faces[about])
+
+
+def _characteristic(faces) -> int:
+    """V - E + F of the manifold of triangles (f, 3)."""
+    faces, index = manifold(faces)
+    return len(index) - len(igl.edges(faces)) + len(faces)
 
 
 def _closed(surface: Surface, left_out: list[np.ndarray], rims: Rims, size: float) -> Surface:
