@@ -3,7 +3,6 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.special import bdtrc
 
 from touchatlas.atlas.body.body import Body
 from touchatlas.atlas.body.explained import determined
@@ -137,16 +136,16 @@ def description_length(body: Body, options: FaceOptions = FaceOptions()) -> floa
     return float(misfit.sum() + 0.5 * np.log(len(samples)) * freedom.sum())
 
 
-def has_edges(samples: ContourSamples, ends_at_edge) -> bool:
-    """Whether more contours run over a sharp edge, or have a sample (n,) that is the last before
-    one, than noise makes by chance; it makes a kink in two of a hundred contours."""
+def has_edges(samples: ContourSamples, ends_at_edge, options: FaceOptions = FaceOptions()) -> bool:
+    """Whether enough of the contours run over a sharp edge, or have a sample (n,) that is the last
+    before one."""
     bounds = np.append(np.flatnonzero(np.diff(samples.contours, prepend=-1)), len(samples))
     count = sum(
         bool(ends_at_edge[a:b].any())
         or len(kinks(samples.points[a:b], samples.planes[a], samples.std)) > 0
         for a, b in zip(bounds[:-1].tolist(), bounds[1:].tolist(), strict=True)
     )
-    return count > 0 and bool(bdtrc(count - 1, len(bounds) - 1, 0.02) < samples.levels.alpha)
+    return count >= options.kinked * (len(bounds) - 1)
 
 
 def body_of_one(samples: ContourSamples, before: Body | None = None) -> Body:
