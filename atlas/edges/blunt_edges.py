@@ -6,8 +6,10 @@ are many, uncertain, and end where contours do. One radius holds for the whole e
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from touchatlas.atlas.edges.rolling_ball import (
     ball_chord,
@@ -154,7 +156,50 @@ def find_crossings(labels: Labels) -> dict[tuple[int, int], Crossings]:
 def blunt_edges(labels: Labels) -> list[BluntEdge]:
     """The edges whose radius differs from zero, in order of their labels."""
     found = [blunt_edge(labels, pair, some) for pair, some in find_crossings(labels).items()]
-    return [edge for edge in found if edge is not None]
+    crossed = [edge for edge in found if edge is not None]
+    edges = [*crossed, *_uncrossed_edges(labels, crossed)]
+    return sorted(edges, key=lambda edge: (edge.first, edge.second))
+
+
+def _uncrossed_edges(labels: Labels, crossed: list[BluntEdge]) -> Iterator[BluntEdge]:
+    """Rounded edges over which no contour runs across: samples without a label lie on the ball that
+    rounds the edges of both faces with a third one."""
+    of, known = labels.of.copy(), {(edge.first, edge.second) for edge in crossed}
+    for edge in crossed:
+        # Samples on known roundings show no others.
+        of[edge.samples] = len(labels.pieces)
+    loose, tried = np.flatnonzero(of == NONE), set()
+    for one, two in combinations(crossed, 2):
+        pair = tuple(sorted({one.first, one.second} ^ {two.first, two.second}))
+        if len(pair) != 2 or one.sign != two.sign or pair in known | tried:
+            continue
+        tried.add(pair)
+        edge = _uncrossed_edge(labels, pair, one.sign, 0.5 * (one.radius + two.radius), loose)
+        if edge is not None:
+            yield edge
+
+
+def _uncrossed_edge(labels: Labels, pair, sign: float, radius: float, loose) -> BluntEdge | None:
+    """The edge of two labels by samples (m,) without a label on a ball of a radius; None where too
+    few lie on one."""
+    evidence, samples = labels.evidence, labels.evidence.samples
+    for label in pair:
+        away = cKDTree(samples.points[labels.members(label)]).query(samples.points[loose])[0]
+        loose = loose[away < _widest(labels)]
+    on_ball = RoundedPair(labels, pair, sign, loose).ball_nats(radius)
+    members = loose[on_ball < evidence.options.unexplained]
+    if len(members) < 2 * _ROW:
+        return None
+    across = RoundedPair(labels, pair, sign, members)
+    found = across.radius()
+    if found is None or not abs(found[0] - radius) < evidence.sure * found[1]:
+        return None
+    nats = across.ball_nats(found[0])
+    saved = evidence.options.unexplained * len(members) - nats.sum() - 0.5 * np.log(len(members))
+    if not evidence.is_good(nats) or saved <= 0.5 * evidence.sure**2:
+        return None
+    first = np.unique(samples.contours[members], return_index=True)[1]
+    return BluntEdge(*pair, sign, *found, members, samples.points[members[first]])
 
 
 def needless_labels(labels: Labels) -> Iterator[tuple[BluntEdge, int]]:
@@ -218,7 +263,7 @@ def blunt_edge(
     good = [evidence.is_good(nats[a:b]) for a, b in zip(low, high, strict=True)]
     saved = float((across.nats(0.0) - nats).sum()) - 0.5 * float(np.log(len(samples)))
     # Contours over a corner leave the edge.
-    if np.mean(good) <= 0.5 or saved <= 0.5 * evidence.sure**2:
+    if np.mean(good) < 0.5 or saved <= 0.5 * evidence.sure**2:
         return None
     loose = labels.of[samples] == NONE
     if _is_bevel(evidence, samples[loose], float(nats[loose].sum())):
