@@ -2,6 +2,7 @@
 
 from copy import copy
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -100,6 +101,14 @@ class FaceField:
         found = copy(self)
         found.air = air
         return found
+
+    @cached_property
+    def meet(self) -> np.ndarray:
+        """(f, f) whether two faces have an edge or rim in common, or are one."""
+        out = np.eye(len(self.faces), dtype=bool)
+        for edge in self.faces.edges:
+            out[edge.first, edge.second] = out[edge.second, edge.first] = True
+        return out
 
     @property
     def same_surface(self) -> np.ndarray:

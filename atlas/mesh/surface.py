@@ -15,7 +15,7 @@ from touchatlas.atlas.body.choose import KnownBody
 from touchatlas.atlas.mesh.contour import dual_contour
 from touchatlas.atlas.mesh.handles import without_small_handles
 from touchatlas.atlas.mesh.mend import LARGEST, close_holes, ended_at_rims, without_stray_pieces
-from touchatlas.atlas.mesh.refine import refined
+from touchatlas.atlas.mesh.refine import edges_of, refined
 from touchatlas.atlas.records.surface import Surface
 from touchatlas.atlas.state import AtlasState
 from touchatlas.atlas.surfaces.fewer import fewer_sextics
@@ -90,6 +90,26 @@ def body_surface(body: Body, edge: float) -> Surface:
     return Surface(vertices, faces, found.normal, deviation, found.face, np.zeros(len(vertices)))
 
 
+def _with_unknown_risers(body: Body, surface: Surface) -> Surface:
+    """A surface whose deviation is at least half of the height between two levels, at the ends of
+    edges of triangles that lead from one face to a parallel one without an edge in common: the
+    surface may go over from one to the other anywhere between their samples."""
+    ends = edges_of(surface.faces)[0]
+    of, normals = surface.patch[ends], surface.normals[ends]
+    across = ~body.field.meet[of[:, 0], of[:, 1]]
+    across &= (normals[:, 0] * normals[:, 1]).sum(axis=1) > 0.95
+    ends, of = ends[across], of[across]
+    height = np.full(len(ends), np.inf)
+    for own, other in ((0, 1), (1, 0)):
+        for face in np.unique(of[:, own]).tolist():
+            mine = of[:, own] == face
+            off = body.field.trees.distances(face, surface.vertices[ends[mine, other]])
+            height[mine] = np.minimum(height[mine], np.abs(off))
+    deviation = surface.deviation.copy()
+    np.maximum.at(deviation, ends.ravel(), np.repeat(0.5 * height, 2))
+    return replace(surface, deviation=deviation)
+
+
 def with_curvatures(body: Body, surface: Surface) -> Surface:
     """A surface with the Gaussian curvature of the body at its vertices; where that jumps at rims,
     the mean about each vertex."""
@@ -159,6 +179,8 @@ def extract_surface(state: AtlasState, edge: float | None = None) -> Surface:
     surface = with_curvatures(body, surface)
     if not lawful:
         surface = ended_at_rims(surface, body)
+    if not is_smooth(body):
+        surface = _with_unknown_risers(body, surface)
     surface = close_holes(surface, state.rims)
     unsure = SURE * float(np.median(surface.deviation)) if len(surface.faces) else np.inf
     # Handles of a surface that is hardly known are not told from others.
