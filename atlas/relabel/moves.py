@@ -185,7 +185,7 @@ def split(labels: Labels) -> int:
         good = evidence.is_good(evidence.nats(piece, members))
         if good and (piece.kind < Kind.QUADRIC or len(members) > _LARGE):
             continue
-        most = Kind(min(piece.kind, Kind.CYLINDER)) if good else piece.kind
+        most = Kind(piece.kind - 1) if good else piece.kind
         inside = evidence.graph.mask(members)[:-1]
         found = growths(evidence, evenly(members, 10), inside, most, inside)
         if len(found) > 1:
