@@ -15,20 +15,20 @@ from touchatlas.atlas.mesh.refine import edges_of
 from touchatlas.atlas.records.surface import Surface
 
 
-def coarse_triangles(surface: Surface) -> tuple[np.ndarray, np.ndarray]:
+def coarse_triangles(surface: Surface, least: int = 32) -> tuple[np.ndarray, np.ndarray]:
     """Vertices (v, 3) on a surface and triangles (f, 3) of about equal sides between them, as few
     as have normals within 78 degrees of those of the surface, whose cosine is 0.2.
 
-    The shortest edges are collapsed first, which keeps the topology. There are 32 triangles or
-    more.
+    The shortest edges are collapsed first, which keeps the topology. There are ``least``
+    triangles or more.
 
     Raises
     ------
     NotWritten
         A tenth of the triangles of the surface would not do.
     """
-    count = 32
-    while count <= max(32, len(surface.faces) // 10):
+    count = least
+    while count <= max(least, len(surface.faces) // 10):
         vertices, faces, _, _ = igl.decimate(surface.vertices, surface.faces, count)
         if 0 < len(faces) <= count + 1:
             _, _, on = igl.point_mesh_squared_distance(vertices, surface.vertices, surface.faces)

@@ -58,8 +58,11 @@ def bezier_shapes(body: Body, surface: Surface, bound: float) -> BezierShapes:
     if not len(surface.faces) or len(igl.boundary_facets(surface.faces)[0]):
         raise NotWritten("the surface is open")
     at = NearSurface(body.field, surface, bound).at
-    quads = three_quads(*coarse_triangles(surface))
-    tree, errors = bezier_faces(*quads, at, bound)
+    # A narrow triangle makes folded faces, and more triangles others.
+    for least in (32, 64, 128):
+        tree, errors = bezier_faces(*three_quads(*coarse_triangles(surface, least)), at, bound)
+        if np.isfinite(errors).all():
+            break
     worst, words = float(np.max(errors)), body.faces.faces[0].words
     # Where the field jumps faces are farther than the bound; by four of them a surface is torn.
     if worst > 4.0 * bound:
