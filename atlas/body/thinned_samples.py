@@ -108,6 +108,7 @@ class ThinnedSamples:
         there = near < len(self.points)
         near = np.where(there, near, 0)
         east = cross(normals, np.eye(3)[np.abs(normals).argmin(axis=1)])
+        east /= np.linalg.norm(east, axis=1)[:, None]
         frames = np.stack([east, cross(normals, east), normals], axis=2)
         outward = self.normals[near] @ frames
         offset = (self.points[near] - points[:, None]) @ frames

@@ -20,7 +20,6 @@ from tests.lawful import (
     step_distance,
     touched,
     touched_mesh,
-    touched_plate,
 )
 from tests.touched import touched_samples
 from touchatlas.atlas.body.body import Body
@@ -156,15 +155,6 @@ def test_the_thickness_of_a_plate_is_that_between_its_faces():
     body = body_of(samples_of_touches(touched_mesh("plate", 40, 0.0), SURE))
     # Without noise rounding is left.
     assert body.thickness == pytest.approx(2.0 * PLATE[2], abs=1e-9)
-
-
-def test_contours_along_a_rounding_do_not_tell_how_thick_a_plate_is():
-    """Normals of a contour lie within its plane: along a rounding they face any way. The plate is
-    20 thick; its faces and the normals of samples on them, up to 0.1 rad off, change that by less
-    than a hundredth."""
-    body = body_of(samples_of_touches(touched_plate(20, NOISE, 2), NOISE))
-    assert len(body.faces.rounded)
-    assert body.thickness == pytest.approx(20.0, rel=0.01)
 
 
 def test_a_body_without_near_sides_has_no_thickness(box):
