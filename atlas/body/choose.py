@@ -99,15 +99,15 @@ def _chosen(samples: ContourSamples, ends_at_edge, before: KnownBody) -> KnownBo
         return found
     shortest = description_length(one)
     read = [] if before.faces is None else [faces_of_samples(samples, before=before.faces)]
-    for faces in [*read, None]:
-        if found.is_of_faces:
-            break
-        again = _read_anew(samples) if faces is None else faces
-        body = None if again is None else body_of_faces(again, samples)
-        if again is not None:
-            found = replace(found, faces=again)
-        if body is not None and description_length(body) < shortest:
-            found = replace(found, body=body)
+    for faces in [*read, _read_anew(samples)]:
+        if faces is None:
+            continue
+        body = body_of_faces(faces, samples)
+        length = np.inf if body is None else description_length(body)
+        if body is not None and length < shortest:
+            shortest, found = length, replace(found, faces=faces, body=body)
+        elif found.faces is None:
+            found = replace(found, faces=faces)
     return found
 
 

@@ -164,22 +164,25 @@ def blunt_edges(labels: Labels) -> list[BluntEdge]:
 def _uncrossed_edges(labels: Labels, crossed: list[BluntEdge]) -> Iterator[BluntEdge]:
     """Rounded edges over which no contour runs across: samples without a label lie on the ball that
     rounds the edges of both faces with a third one."""
-    of, known = labels.of.copy(), {(edge.first, edge.second) for edge in crossed}
+    of, tried = labels.of.copy(), {(edge.first, edge.second) for edge in crossed}
     for edge in crossed:
         # Samples on known roundings show no others.
         of[edge.samples] = len(labels.pieces)
-    loose, tried = np.flatnonzero(of == NONE), set()
+    loose = np.flatnonzero(of == NONE)
     for one, two in combinations(crossed, 2):
-        pair = tuple(sorted({one.first, one.second} ^ {two.first, two.second}))
-        if len(pair) != 2 or one.sign != two.sign or pair in known | tried:
+        own = sorted({one.first, one.second} ^ {two.first, two.second})
+        if len(own) != 2 or one.sign != two.sign or (own[0], own[1]) in tried:
             continue
+        pair, radius = (own[0], own[1]), 0.5 * (one.radius + two.radius)
         tried.add(pair)
-        edge = _uncrossed_edge(labels, pair, one.sign, 0.5 * (one.radius + two.radius), loose)
-        if edge is not None:
-            yield edge
+        uncrossed = _uncrossed_edge(labels, pair, one.sign, radius, loose)
+        if uncrossed is not None:
+            yield uncrossed
 
 
-def _uncrossed_edge(labels: Labels, pair, sign: float, radius: float, loose) -> BluntEdge | None:
+def _uncrossed_edge(
+    labels: Labels, pair: tuple[int, int], sign: float, radius: float, loose
+) -> BluntEdge | None:
     """The edge of two labels by samples (m,) without a label on a ball of a radius; None where too
     few lie on one."""
     evidence, samples = labels.evidence, labels.evidence.samples
@@ -199,7 +202,8 @@ def _uncrossed_edge(labels: Labels, pair, sign: float, radius: float, loose) -> 
     if not evidence.is_good(nats) or saved <= 0.5 * evidence.sure**2:
         return None
     first = np.unique(samples.contours[members], return_index=True)[1]
-    return BluntEdge(*pair, sign, *found, members, samples.points[members[first]])
+    points = samples.points[members[first]]
+    return BluntEdge(*pair, sign, *found, samples=members, crossings=points)
 
 
 def needless_labels(labels: Labels) -> Iterator[tuple[BluntEdge, int]]:

@@ -89,7 +89,7 @@ class _Judge:
     def blunt(self, edge: BluntEdge, before: Boundary | None) -> Boundary | None:
         """The boundary of two pieces about a blunt edge: the sharp edge that was rounded."""
         reach = self.step + edge.radius
-        at = edge.crossings
+        at = np.concatenate([edge.crossings, self.evidence.samples.points[edge.samples]])
         if before is not None:
             at = np.concatenate([at, before.curve.points])
         found = self.sharp(edge.first, edge.second, at, _NEAR * reach, blunt=True)
