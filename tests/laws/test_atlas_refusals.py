@@ -243,7 +243,7 @@ EXTREMES = {
     "larger than the ball": (1e3, {}),
     "as large as can be": (1e50, {}),
     "no lack of fit accepted": (0.1, {"bias": 0.0}),
-    "any lack of fit accepted": (0.1, {"bias": 1e3}),
+    "much lack of fit accepted": (0.1, {"bias": 2.0}),
     "coarse triangles": (0.1, {"facets": 1e3}),
 }
 

@@ -23,6 +23,9 @@ from touchatlas.atlas.field.face_field import FaceField
 # other touches the largest was 0.021.
 MOST = 2.0 * NOISE
 WIDE = "widely filleted"
+# An edge is sharp where too few contours cross its rounding.
+UNROUNDED = "roundings that one contour crosses may be missed: docs/limits.md"
+MISSED = pytest.mark.xfail(strict=True, reason=UNROUNDED)
 BODIES = [("filleted", FILLET, 2), (WIDE, WIDE_FILLET, 0), (WIDE, WIDE_FILLET, 1)]
 
 
@@ -52,7 +55,10 @@ def rounded(faces):
     return [edge for edge in faces.edges if edge.radius > 0.0]
 
 
-@pytest.mark.parametrize(("name", "radius", "seed"), BODIES)
+@pytest.mark.parametrize(
+    ("name", "radius", "seed"),
+    [BODIES[0], pytest.param(*BODIES[1], marks=MISSED), BODIES[2]],
+)
 def test_a_fillet_is_known_up_to_the_faces_that_end_it(name, radius, seed):
     """These are planes that meet both of its faces in convex edges, and the fillet is concave. At
     its ends most of the nearest samples are theirs."""
@@ -72,7 +78,7 @@ def test_before_a_fillet_is_air_and_behind_it_the_body(name, radius, seed):
         assert np.abs(found.distance[known] - off).max() < MOST
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=MISSED)])
 def test_the_rounded_edges_of_a_column_reach_from_the_slab_to_the_top(seed):
     """The slab meets the sides in concave edges, the top in convex ones, as the rounded edges
     are."""
@@ -80,8 +86,7 @@ def test_the_rounded_edges_of_a_column_reach_from_the_slab_to_the_top(seed):
     assert len(radii) == 4 and np.abs(np.array(radii) - COLUMN).max() < 0.1
     found, known = body("column", seed).at(on_column())
     assert known.mean() > 0.99
-    # Where no contour crossed the edge of slab and side: six in a thousand of seed 2.
-    assert np.mean(np.abs(found.distance[known]) > MOST) < 0.01
+    assert np.abs(found.distance[known]).max() < MOST
 
 
 @pytest.mark.parametrize(("name", "radius", "seed"), BODIES)
@@ -95,7 +100,7 @@ def test_samples_on_a_rounding_keep_other_faces_from_it(name, radius, seed):
     assert np.abs(FaceField(alone).at(samples).distance).max() < 5.0 * faces.std
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=MISSED)])
 def test_the_slab_goes_on_up_to_the_rounded_edges_of_a_column(seed):
     """Between the rounding and the sharp edge it is not as deep as the ball is far."""
     at = np.linspace(16.0 - COLUMN + 0.2, 15.8, 25)
@@ -109,6 +114,7 @@ def test_the_slab_goes_on_up_to_the_rounded_edges_of_a_column(seed):
             assert np.abs(found.distance[known] - height).max() < 5.0 * NOISE
 
 
+@MISSED
 def test_roundings_that_face_each_other_do_not_take_each_other_for_ends():
     """Of two columns on one slab: each side across the gap between them lies outside of the
     other's."""

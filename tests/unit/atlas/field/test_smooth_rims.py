@@ -1,11 +1,13 @@
 """Smooth rims between lawful faces: what they say of points inside of a body."""
 
 import numpy as np
+import pytest
 
 from tests.lawful import NOISE, body_of, samples_of_touches, touched
 from touchatlas.sim.study.bodies import slab
 
 
+@pytest.mark.xfail(strict=True, reason="labels beside rims are of either face: docs/limits.md")
 def test_the_far_side_of_a_rounded_rim_is_no_surface_inside_of_a_plate():
     """The rims of a plate of 70 x 50 x 10 are half cylinders of radius 4.9, whose far sides pass
     its middle. Points there were outside of them, and the surface had pieces inside of the body,

@@ -14,9 +14,9 @@ from touchatlas.sim.command.show import Bar, PlainLines, shown
 
 @pytest.fixture
 def hasty(monkeypatch):
-    """Phases show themselves after a tenth of a second instead of two seconds."""
-    monkeypatch.setattr(show, "_FIRST", 0.1)
-    monkeypatch.setattr(show, "_THEN", 0.2)
+    """Phases show themselves after a twentieth of the time."""
+    wait = PlainLines._wait
+    monkeypatch.setattr(PlainLines, "_wait", lambda self, seconds: wait(self, seconds / 20.0))
 
 
 def test_slow_phases_show_themselves_in_plain_lines_and_quick_ones_do_not(hasty, capsys):
