@@ -103,12 +103,20 @@ def _chosen(samples: ContourSamples, ends_at_edge, before: KnownBody) -> KnownBo
         if faces is None:
             continue
         body = body_of_faces(faces, samples)
-        length = np.inf if body is None else description_length(body)
-        if body is not None and length < shortest:
+        if body is None or not (one.faces.is_sharp or are_mostly_lawful(body.faces)):
+            continue
+        length = description_length(body)
+        if length < shortest:
             shortest, found = length, replace(found, faces=faces, body=body)
-        elif found.faces is None:
-            found = replace(found, faces=faces)
     return found
+
+
+def are_mostly_lawful(faces: Faces, options: FaceOptions = FaceOptions()) -> bool:
+    """Whether laws and the rounding of edges explain nearly all samples that have a face: beside
+    smooth rims free-form faces are no surer than one face is."""
+    lawful = [face.id for face in faces.faces if face.law is not None]
+    explained = np.count_nonzero(np.isin(faces.of, lawful)) + len(faces.rounded)
+    return bool(explained >= options.explained * (1.0 - faces.unexplained) * len(faces.of))
 
 
 def _read_anew(samples: ContourSamples) -> Faces | None:
