@@ -58,6 +58,6 @@ def _is_tested(members, samples: ContourSamples) -> bool:
         return False
     distance, _, variance = plane.predicted(samples.points[members[largest]])
     sure = samples.levels.sure
-    told = variance < (sure * samples.std) ** 2
+    known = variance < (sure * samples.std) ** 2
     met = np.abs(distance) < sure * np.sqrt(variance + samples.std**2)
-    return bool(np.mean(told & met) > 0.5)
+    return bool(np.mean(known & met) > 0.5)
