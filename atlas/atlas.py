@@ -1,6 +1,8 @@
 """Atlas: what was touched, and the faces and patches that show its surface, touch by touch."""
 
+from collections import Counter
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import networkx as nx
 
@@ -11,10 +13,13 @@ from touchatlas.atlas.check.invariants import violations
 from touchatlas.atlas.faces.faces import Faces
 from touchatlas.atlas.known_surface import blend
 from touchatlas.atlas.learn import learn
-from touchatlas.atlas.mesh.surface import with_fewer_patches
+from touchatlas.atlas.mesh.surface import extract_surface, with_fewer_patches
 from touchatlas.atlas.records.blend import Blend
 from touchatlas.atlas.records.touch import AtlasChange, Touch
 from touchatlas.atlas.state import AtlasState
+
+if TYPE_CHECKING:
+    from trimesh import Trimesh
 
 
 class Atlas(AtlasState):
@@ -101,6 +106,24 @@ class Atlas(AtlasState):
         as edges: see ``touchatlas.atlas.body.patch_graph``. That of faces is
         ``faces().graph()``."""
         return nx.Graph() if self.body is None else patch_graph(self.body)
+
+    def to_networkx(self) -> nx.MultiGraph:
+        """The graph of faces, ``faces().graph()``: see ``touchatlas.atlas.faces.face_graph``."""
+        return self.faces().graph()
+
+    def to_trimesh(self, edge: float | None = None) -> "Trimesh":
+        """The surface as a ``trimesh.Trimesh``: see ``extract_surface`` and
+        ``Surface.to_trimesh``."""
+        return extract_surface(self, edge).to_trimesh()
+
+    def __repr__(self) -> str:
+        """One line: what was touched, and what it shows."""
+        words = f"{self.touches} touches, {self.point_count:,} samples"
+        if self.body is not None:
+            kinds = Counter(face.kind for face in self.body.faces.faces)
+            faces = ", ".join(f"{count} {kind}" for kind, count in kinds.most_common())
+            words += f", faces: {faces}, {len(self)} patches"
+        return f"<Atlas: {words}, tolerance {self.tolerance:.4g}>"
 
     def validate(self) -> None:
         """Check all invariants: of the samples, of lost ends and ways, and that the surface follows

@@ -177,3 +177,8 @@ class Faces:
         from touchatlas.atlas.faces.face_graph import as_networkx
 
         return as_networkx(self)
+
+    def table(self) -> list[dict[str, float | str]]:
+        """A row for each face, with the numbers and words of the nodes of ``graph``; for
+        ``pandas.DataFrame``, or to be printed."""
+        return [{"face": face} | numbers for face, numbers in self.graph().nodes(data=True)]

@@ -1,12 +1,16 @@
 """Surface: the triangles of an atlas, with normal and predicted deviation at each vertex."""
 
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 import igl
 import numpy as np
 
+if TYPE_CHECKING:
+    from trimesh import Trimesh
 
-@dataclass(frozen=True, eq=False)
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Surface:
     """The triangles of an atlas, with the values of the field at each vertex.
 
@@ -36,6 +40,25 @@ class Surface:
     gaussian_curvature: np.ndarray
     stray_pieces: int = 0
     closed_holes: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+
+    def __repr__(self) -> str:
+        """One line: arrays of all vertices would fill pages."""
+        ends = len(igl.boundary_facets(self.faces)[0]) if len(self.faces) else 0
+        words = f"{len(self.faces):,} triangles of {len(np.unique(self.patch))} faces"
+        return f"<Surface: {words}, {'open' if ends or not len(self.faces) else 'closed'}>"
+
+    def to_trimesh(self) -> "Trimesh":
+        """The triangles as a ``trimesh.Trimesh`` with their normals, and ``deviation`` and
+        ``patch`` among its ``vertex_attributes``."""
+        from trimesh import Trimesh
+
+        return Trimesh(
+            self.vertices,
+            self.faces,
+            vertex_normals=self.normals,
+            vertex_attributes={"deviation": self.deviation, "patch": self.patch},
+            process=False,
+        )
 
     def total_curvature(self) -> float:
         """Integral of the faces' Gaussian curvature over the triangles, no unit.
