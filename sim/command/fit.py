@@ -19,6 +19,8 @@ def fit(
     method: str = "map",
     point: Vector = None,
     outward: Vector = None,
+    columns: str = "",
+    unit: str = "",
     out: Path | None = None,
     force: Annotated[bool, Parameter(negative="")] = False,
     json_: Annotated[bool, Parameter(name="--json", negative="")] = False,
@@ -28,8 +30,9 @@ def fit(
     Parameters
     ----------
     contours
-        A CSV file with the columns curve, x, y, z, and nx, ny, nz of the sampling planes if known;
-        other separators, decimal commas, units and usual names are found out, and said.
+        A file with a line for each point: the columns curve, x, y, z, and nx, ny, nz of the
+        sampling planes or of the surface if known. Separators, names, units and what parts the
+        curves are found out, and said; docs/files.md lists what machines write.
     noise
         Standard deviation of each coordinate of a point, in the file's unit. By default it is
         estimated from how far points scatter about smooth arcs along each curve.
@@ -39,7 +42,13 @@ def fit(
     point
         Reference point, as X,Y,Z; where the curves meet by default.
     outward
-        A direction out of the body, as X,Y,Z; by default the side to which the surface bulges.
+        A direction out of the body, as X,Y,Z; by default what normals or approach directions of
+        the file tell, else the side to which the surface bulges.
+    columns
+        Which column is what, as x=3,y=4,z=5,curve=1: numbers from 1, or names of the header; also
+        nx, ny, nz, flag (1 where a point is good) and time. By default it is found out.
+    unit
+        Of the lengths: mm, m, in, cm or um; by default what the file says.
     out
         Folder for patch.json, patch.ply and patch.png; without, no file is written.
     force
@@ -47,6 +56,7 @@ def fit(
     json_
         Print numbers as JSON on standard output.
     """
+    from touchatlas.sim.recorded.contour_file import ReadOptions
     from touchatlas.sim.recorded.fit_file import fit_file, parse_vector
     from touchatlas.sim.recorded.fit_flags import MEANING
     from touchatlas.sim.recorded.fit_report import check_folder
@@ -54,7 +64,7 @@ def fit(
     at = None if point is None else parse_vector(point, "--point")
     side = None if outward is None else parse_vector(outward, "--outward")
     folder = None if out is None else check_folder(out, force)
-    report = fit_file(contours, method, noise, at, side)
+    report = fit_file(contours, method, noise, at, side, ReadOptions(columns, unit))
     if folder is not None:
         report.write(folder)
     if json_:
@@ -67,8 +77,7 @@ def fit(
     console.print(table)
     for sentence in report.warnings:
         console.print(f"warning: {sentence}", markup=False, highlight=False)
-    for sentence in report.assumed:
-        console.print(f"assumed: {sentence}", markup=False, highlight=False)
+    console.print(f"read: {'; '.join(report.assumed)}", markup=False, highlight=False)
     for flag in report.flags:
         console.print(f"{flag}: {MEANING[flag]}", markup=False, highlight=False)
     for sentence in report.advice:

@@ -1,182 +1,269 @@
-"""Names of columns as people write them, and the units in them."""
+"""Which column is what, by its name: as people, machines and robots write it, with its unit.
+
+Coordinates are three names that differ by x, y, z in one place, or by three successive numbers.
+"""
 
 import re
+import unicodedata
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
 
 from touchatlas.sim.recorded.table_file import Table
+from touchatlas.sim.recorded.units import unit_of
 
-COORDINATES, NORMAL = ("x", "y", "z"), ("nx", "ny", "nz")
+COORDINATES = ("x", "y", "z")
+VECTOR = ("nx", "ny", "nz")
 WANTED = "the columns curve, x, y, z (and nx, ny, nz if known)"
-_CURVE = [
-    "curve",
-    "contour",
-    "line",
-    "scan",
-    "section",
-    "profile",
-    "track",
-    "trace",
-    "path",
-    "polyline",
-    "segment",
-    "group",
-    "kurve",
-    "bahn",
-    "kontur",
-    "linie",
-    "spur",
-    "profil",
-    "id",
-    "name",
-]
-_UNITS = ("nm", "um", "µm", "μm", "mm", "cm", "dm", "m", "inch", "in", "ft", "mil", "micron")
-_IN_BRACKETS = re.compile(r"[\[({<]\s*([^\])}>]*?)\s*[\])}>]")
-_TAIL = re.compile(rf"[\s_/.-]({'|'.join(_UNITS)})$", re.IGNORECASE)
+# Words of the names of columns: English, German, French, Italian, Spanish, Japanese.
+CURVE_WORDS = re.findall(
+    r"\w+",
+    "curve contour line scan section profile track trace path polyline segment group stroke "
+    "element feature cloud layer slice level "
+    "kurve bahn kontur linie spur profil schnitt courbe ligne coupe trajet trajectoire curva linea "
+    "profilo sezione percorso traiettoria contorno perfil seccion trayectoria "
+    "曲線 輪郭 線 断面 要素 軌跡 id name",
+)
+_FLAG_WORDS = (
+    "trigger(ed)?|valid|ok|hit|contact|touch(ed)?|state|status|success|good|probed?|tripped|"
+    "gultig|gueltig|beruhrt|kontakt|valide|valido|contatto|contacto|有効|接触"
+)
+_FAIL_WORDS = "err(or)?|fail(ed|ure)?|miss(ed)?|bad|outlier|fehler|erreur|errore|エラー"
+_TIME_WORDS = (
+    "time|timestamp|stamp|sec|secs|nsec|nanosec|nsecs|zeit|zeitstempel|temps|tempo|tiempo|"
+    "時間|時刻|t"
+)
+# Kinds of coordinates, by words in their names without x, y, z; the first that is found counts.
+_NO_PLACE = (
+    r"quat\w*|orient\w*|rot\w*|euler|rpy|vel\w*|speed|acc\w*|force|torque|ft|wrench|moment|gyro\w*|"
+    r"mag|imu|joint\w*|angular|effort|twist|std|sigma|cov\w*|var|dev\w*|abw\w*|ecart|scarto|"
+    r"desviacion|err\w*|diff|delta|residual|colou?r|rgb|scale|current|offset|偏差"
+)
+_NOMINAL = (
+    "nom|nominal|nominale|soll|sollwert|target|theo|theor|theoretical|ideal|desired|command|"
+    "commanded|cmd|goal|ref|reference|cad|consigne|teorico|nominel|nennwert|設計|公称|目標"
+)
+_ACTUAL = (
+    "act|actual|meas|measured|ist|istwert|gemessen|messwert|mes|mesure|mis|misurato|med|medido|"
+    "effettivo|real|reel|実測|測定"
+)
+_PLACE = (
+    "|pos|position|p|pt|point|punkt|punto|coord|coordinate|coordinates|koordinate|coordonnee|"
+    "coordinata|coordenada|contact|t|translation|trans|loc|location|pose|tcp|ee|eef|flange|tool|"
+    "tip|probe|xyz|center|centre|mittelpunkt|座標|位置"
+)
+_VECTOR = (
+    "n|normal|normals|normale|normalen|planenormal|planen|plane|ebene|vec|vector|vektor|ijk|dir|"
+    "direction|richtung|approach|antast|antastrichtung|法線|方向"
+)
 
 
-def name_columns(path, table: Table) -> dict[str, int]:
-    """The places of the columns curve, x, y, z, and nx, ny, nz where they are known.
+@dataclass
+class Columns:
+    """The places of columns, the unit that their names hold, and what the curves are named by.
 
-    ``curve`` is left out where empty lines separate the curves. What was assumed is added to the
-    table.
+    ``flag`` holds the place of a flag of points and whether 1 means good.
+    """
+
+    xyz: tuple[int, ...]
+    vector: tuple[int, ...] = ()
+    curve: int | None = None
+    flag: tuple[int, bool] | None = None
+    time: int | None = None
+    unit: str = ""
+    names: list[str] = field(default_factory=list)
+    poses: bool = False
+
+
+@dataclass(frozen=True)
+class Triple:
+    """Three columns whose names differ by x, y, z: their places, and their name without these."""
+
+    places: tuple[int, ...]
+    words: str
+
+    @property
+    def kind(self) -> str:
+        """vector, none, nominal, actual, place, or other."""
+        words = re.findall(r"[a-z]+|[\u3040-\u30ff\u4e00-\u9fff]+", self.words)
+        kinds = (
+            ("vector", _VECTOR),
+            ("none", _NO_PLACE + "|q|v|f|r|w|a|m|d|s"),
+            ("nominal", _NOMINAL),
+            ("actual", _ACTUAL),
+            ("place", _PLACE),
+        )
+        if not words:
+            return "plain"
+        for kind, known in kinds:
+            every = all if kind in ("vector", "place") else any
+            if every(re.fullmatch(known, word) for word in words):
+                return kind
+        return "other"
+
+
+def columns_by_name(path, table: Table) -> Columns | None:
+    """Which column is what by the row of names above the points; None where there is no such row.
 
     Raises
     ------
     ValueError
-        In one sentence: a column is missing or there twice, or units differ.
+        In one sentence: a coordinate is missing or there twice, or coordinates differ in unit.
     """
-    if table.header is None:
-        return _by_count(path, table)
-    parts = [_without_unit(name) for name in table.header]
-    counted = [_counts_lines(table, i) and name != "curve" for i, (name, _) in enumerate(parts)]
-    names = [name for name, _ in parts]
-    places = {}
-    for wanted in ("curve", *COORDINATES, *NORMAL):
-        for known in _spellings(wanted):
-            found = [i for i, name in enumerate(names) if name == known]
-            if wanted == "curve":
-                found = [i for i in found if not counted[i]]
-            if len(found) > 1:
-                raise ValueError(f"{path} has the column {wanted} twice; rename one of them")
-            if found:
-                places[wanted] = found[0]
-                break
-    _check(path, table, names, places)
-    renamed = [f"{table.header[i]} as {name}" for name, i in places.items() if names[i] != name]
-    if renamed:
-        table.assumed.append(f"columns were read: {', '.join(renamed)}")
-    if unused := [name for i, name in enumerate(table.header) if i not in places.values() and name]:
-        hint = "" if "curve" in places else "; call the one that names the curves `curve`"
-        table.assumed.append(f"columns were ignored: {', '.join(unused)}{hint}")
-    _note_unit(path, table, _units(table, parts, places))
-    if "curve" in places:
-        _compare_with_blocks(table, places["curve"])
-    return places
+    rows = [row for row in table.above if not _are_units(row)]
+    if not rows:
+        return None
+    below = [row for row in table.above[: table.above.index(rows[0])]]
+    names, cleaned, units = _read_row(rows[0])
+    found = _triples(cleaned)
+    if not _best(found) and len(rows) > 1:
+        # The names may be in rows under each other, as of markers and their coordinates.
+        joined = [" ".join(filter(None, parts)) for parts in zip(*rows[::-1], strict=True)]
+        if _best(_triples(_read_row(joined)[1])):
+            names, cleaned, units = _read_row(joined)
+            found = _triples(cleaned)
+    triple = _best(found)
+    if triple is None:
+        _refuse_missing(path, table, names, cleaned)
+        return None
+    for place in triple.places:
+        if cleaned.count(cleaned[place]) > 1:
+            raise ValueError(f"{path} has the column {names[place]} twice; rename one of them")
+    vectors = [t for t in found if t.kind == "vector"]
+    columns = Columns(triple.places, vectors[0].places if vectors else (), names=names)
+    columns.unit = _unit(path, [units[i] for i in triple.places], [r for r in below], triple)
+    columns.poses = any(re.search(r"(^|[^a-z])q[_ ]?w$|orientation.*w$", c) for c in cleaned)
+    columns.poses |= "tcp" in triple.words or "pose" in triple.words
+    _others(table, columns, cleaned)
+    if not vectors:
+        _refuse_part_of_a_vector(path, cleaned)
+    return columns
 
 
-def _counts_lines(table: Table, place: int) -> bool:
-    """Whether a column differs from line to line, as a number of points does and no curve."""
-    return 2 * _few(table, place) > len(table.rows) > 1
+def _read_row(row: Sequence[str]) -> tuple[list[str], list[str], list[str]]:
+    """Names as they are, in small letters without accents and units, and the units."""
+    names, units = zip(*(unit_of(name) for name in row), strict=True)
+    return list(row), [_cleaned(name) for name in names], list(units)
 
 
-def _compare_with_blocks(table: Table, place: int) -> None:
-    """Warn of empty lines that part the file otherwise than the names of the curves do."""
-    pairs = {(block, cells[place]) for _, block, cells in table.rows if place < len(cells)}
-    blocks, names = {block for block, _ in pairs}, {name for _, name in pairs}
-    if len(blocks) > 1 and not len(pairs) == len(blocks) == len(names):
-        table.warnings.append(
-            f"empty lines make {len(blocks)} blocks, but the names {len(names)} curves, and not "
-            "the same; the names were taken"
-        )
+def _cleaned(name: str) -> str:
+    """A name in small letters without accents; words that are written together are parted."""
+    name = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name.strip())
+    plain = unicodedata.normalize("NFKD", name.lower())
+    return "".join(c for c in plain if not unicodedata.combining(c))
 
 
-def _spellings(wanted: str) -> list[str]:
-    """How a column may be called, the best name first."""
-    if wanted == "curve":
-        return [f"{name}{tail}" for tail in ("", "id", "no", "nr", "number") for name in _CURVE]
-    axis = wanted[-1]
-    shapes: tuple[str, ...]
-    if wanted in NORMAL:
-        shapes = ("n{}", "normal{}", "{}normal", "planenormal{}", "planen{}", "plane{}")
-    else:
-        shapes = ("{}", "p{}", "pos{}", "{}pos", "position{}", "point{}", "coord{}", "{}coord")
-        shapes += ("{}coordinate", "coordinate{}", "{}position", "contact{}", "{}koordinate")
-    return [shape.format(axis) for shape in shapes]
+def _triples(names: list[str]) -> list[Triple]:
+    """Columns whose names differ by x, y, z, or i, j, k, in one place, or by successive numbers."""
+    places = {name: i for i, name in reversed(list(enumerate(names)))}
+    found: dict[tuple[int, ...], Triple] = {}
+    for i, name in enumerate(names):
+        for others, rest in _variants(name):
+            if places.get(name) == i and all(other in places for other in others):
+                triple = Triple((i, *(places[other] for other in others)), rest)
+                found.setdefault(triple.places, triple)
+    return list(found.values())
 
 
-def _without_unit(name: str) -> tuple[str, str]:
-    """A name in small letters and digits, and the unit written with it."""
-    unit = ""
-    if match := _IN_BRACKETS.search(name):
-        unit, name = match[1], name[: match.start()] + name[match.end() :]
-    elif match := _TAIL.search(name):
-        unit, name = match[1], name[: match.start()]
-    return re.sub(r"[^a-z0-9]", "", name.lower()), unit.lower()
+def _variants(name: str) -> Iterator[tuple[tuple[str, str], str]]:
+    """What the second and third name of a triple are whose first is this one."""
+    for match in re.finditer("x", name):
+        head, tail = name[: match.start()], name[match.end() :]
+        yield (f"{head}y{tail}", f"{head}z{tail}"), f"{head} {tail}"
+    if name in ("i", "u"):
+        yield ("jk" if name == "i" else "vw"), "ijk"  # type: ignore[misc]
+    for match in re.finditer(r"\d+", name):
+        head, tail, k = name[: match.start()], name[match.end() :], int(match[0])
+        # Transforms of a robot have sixteen numbers, column by column.
+        full = re.search(r"o ?[_ ]?t[_ ]?ee", head) is not None
+        if k == 12 if full else k in (0, 1) and re.search("pos|tcp|xyz|coord|ee|trans", head):
+            if k == 1 and re.search(r"\b0\b", head):
+                continue
+            yield (f"{head}{k + 1}{tail}", f"{head}{k + 2}{tail}"), f"{head} {tail}"
 
 
-def _check(path, table: Table, names, places) -> None:
-    blocks = len({block for _, block, _ in table.rows})
-    missing = [name for name in ("curve", *COORDINATES) if name not in places]
-    if missing == ["curve"] and blocks > 1:
-        table.assumed.append("empty lines separate the curves")
-        missing = []
-    if missing:
+def _best(triples: list[Triple]) -> Triple | None:
+    """The coordinates: actual ones before plain ones, and these before others."""
+    order = ("actual", "plain", "place", "other", "nominal")
+    usable = [triple for triple in triples if triple.kind in order]
+    return min(usable, key=lambda triple: order.index(triple.kind), default=None)
+
+
+def _refuse_missing(path, table: Table, names: list[str], cleaned: list[str]) -> None:
+    """Refuse names of which some, but not all, are coordinates."""
+    missing = [axis for axis in COORDINATES if not any(re.search(axis, c) for c in cleaned)]
+    numbers = sum(bool((table.numbers(i) == table.numbers(i)).any()) for i in range(len(names)))
+    if len(missing) < 3 or numbers < 3:
         raise ValueError(
-            f"{path} has no column {', '.join(missing)} among {', '.join(table.header or [])}; "
-            f"give a CSV file with {WANTED} in its first line{_also_called(missing)}"
+            f"{path} has no column {', '.join(missing or COORDINATES)} among "
+            f"{', '.join(filter(None, names))}; name the coordinates x, y, z in the first line, or "
+            "say which they are, as in --columns x=3,y=4,z=5,curve=1"
         )
-    known = [name for name in NORMAL if name in places]
-    if known and len(known) < 3:
-        raise ValueError(f"{path} has {', '.join(known)} only; give all of nx, ny, nz or none")
 
 
-def _units(table: Table, parts, places) -> set[str]:
-    """Units of x, y, z: with their names, or in a line of units below them, which is taken off."""
-    written = {parts[places[name]][1] for name in COORDINATES}
-    cells = table.rows[0][2]
-    below = [cells[places[name]] if places[name] < len(cells) else "" for name in COORDINATES]
-    units = {cell.strip("[](){} ").lower() for cell in below}
-    if written != {""} or len(table.rows) == 1 or not units.issubset(_UNITS):
-        return written
-    table.rows.pop(0)
-    return units
+def _refuse_part_of_a_vector(path, cleaned: list[str]) -> None:
+    part = [name for name in VECTOR if name in cleaned]
+    if part and len(part) < 3:
+        raise ValueError(f"{path} has {', '.join(part)} only; give all of nx, ny, nz or none")
 
 
-def _also_called(missing: list[str]) -> str:
-    """Which other names of the curve are understood, where that is what is missing."""
-    return f"; curve may also be {', '.join(_CURVE[1:])}" if missing == ["curve"] else ""
+def _are_units(row: list[str]) -> bool:
+    """Whether each cell is a unit, or empty."""
+    cells = [cell.strip("[](){} ") for cell in row if cell]
+    return bool(cells) and all(unit_of(f"[{cell}]")[1] for cell in cells)
 
 
-def _note_unit(path, table: Table, units: set[str]) -> None:
+def _unit(path, named: list[str], below: list[list[str]], triple: Triple) -> str:
+    """The unit in the names of the coordinates, or in the row of units below them."""
+    units = set(named)
+    if units == {""} and below:
+        units = {unit_of(f"[{below[0][i].strip('[](){} ')}]")[1] for i in triple.places}
     if len(units) > 1:
         raise ValueError(
             f"{path} has x, y, z in different units "
             f"({', '.join(unit or 'none' for unit in sorted(units))}); write all in one"
         )
-    table.unit = units.pop()
-    if table.unit:
-        table.assumed.append(f"lengths are in {table.unit}, as the file says")
+    return units.pop()
 
 
-def _by_count(path, table: Table) -> dict[str, int]:
-    """The columns of a file without names, by their number."""
-    count = max((len(cells) for _, _, cells in table.rows), default=0)
-    blocks = len({block for _, block, _ in table.rows})
-    if count in (3, 6) and blocks > 1:
-        order = [*COORDINATES, *NORMAL][:count]
-        table.assumed.append("empty lines separate the curves")
-    elif count in (4, 7):
-        order = ["curve", *COORDINATES, *NORMAL][:count]
-        if count == 4 and _few(table, 3) < _few(table, 0):
-            order = [*COORDINATES, "curve"]
-    else:
-        raise ValueError(
-            f"{path} names no columns in its first line, and it has {count}; give a CSV file with "
-            f"{WANTED}"
-        )
-    table.assumed.append(f"columns without names were read as {', '.join(order)}")
-    return {name: i for i, name in enumerate(order)}
+def _others(table: Table, columns: Columns, cleaned: list[str]) -> None:
+    """Places of the curve, of a flag of points, and of the time."""
+    free = [i for i in range(len(cleaned)) if i not in (*columns.xyz, *columns.vector)]
+    ranked = []
+    for i in free:
+        words = re.findall(r"[a-z]+|[\u3040-\u30ff\u4e00-\u9fff]+", cleaned[i])
+        if columns.time is None and any(re.fullmatch(_TIME_WORDS, word) for word in words):
+            columns.time = i
+            continue
+        good = any(re.fullmatch(_FLAG_WORDS, word) for word in words)
+        bad = any(re.fullmatch(_FAIL_WORDS, word) for word in words)
+        if columns.flag is None and (good or bad) and flags(table.columns[i]) is not None:
+            columns.flag = (i, not bad)
+            continue
+        rank = [CURVE_WORDS.index(w) for w in words if w in CURVE_WORDS]
+        rank += [k for k, known in enumerate(CURVE_WORDS) if words and words[0] in (f"{known}id",)]
+        if not rank and words:
+            rank = [k + 100 for k, w in enumerate(CURVE_WORDS) if len(w) > 4 and w in cleaned[i]]
+        # One name for all, as of a frame, is no name of a curve, unless its column says so.
+        if rank and (min(rank) < CURVE_WORDS.index("element") or len(set(table.columns[i])) > 1):
+            ranked.append((min(rank), i))
+    if ranked:
+        usable = [(rank, i) for rank, i in ranked if not counts_lines(table, i)]
+        columns.curve = min(usable or ranked)[1]
 
 
-def _few(table: Table, place: int) -> int:
-    """How many different cells a column has."""
-    return len({cells[place] for _, _, cells in table.rows if place < len(cells)})
+_GOOD = {"1", "true", "ok", "yes", "ja", "oui", "si", "hit", "valid", "good", "y", "t", "pass"}
+_GOOD |= {"touched", "tracked", "1.0", "contact", "i.o.", "io", "gut", "合格"}
+_BAD = {"0", "false", "no", "nein", "non", "miss", "missed", "missing", "fail", "failed", "n", "f"}
+_BAD |= {"invalid", "bad", "lost", "error", "ng", "0.0", "", "none", "no contact", "n.i.o.", "nio"}
+
+
+def flags(cells: list[str]) -> list[bool] | None:
+    """Which cells of a flag say yes; None where one is no flag."""
+    words = [cell.strip("\"' ").lower() for cell in cells]
+    return [w in _GOOD for w in words] if set(words) <= _GOOD | _BAD else None
+
+
+def counts_lines(table: Table, place: int) -> bool:
+    """Whether a column differs from line to line, as a number of points does and no curve."""
+    cells = table.columns[place]
+    return 2 * len(set(cells)) > len(cells) > 1

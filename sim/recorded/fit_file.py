@@ -14,7 +14,7 @@ from touchatlas.patch.fit.displacement import (
     prior_of,
 )
 from touchatlas.sim.judge.number_meanings import LENGTH
-from touchatlas.sim.recorded.contour_file import read_curves
+from touchatlas.sim.recorded.contour_file import ReadOptions, read_curves
 from touchatlas.sim.recorded.fit_flags import fit_flags, residual_rms
 from touchatlas.sim.recorded.fit_report import FitReport
 from touchatlas.sim.recorded.recording import Recording, prepare
@@ -29,13 +29,15 @@ _PAPER = {
 METHODS = (*_MAPS, *_PAPER)
 
 
-def fit_file(path, method="map", noise=None, point=None, outward=None) -> FitReport:
-    """Patch from a CSV file of contours.
+def fit_file(
+    path, method="map", noise=None, point=None, outward=None, options: ReadOptions = ReadOptions()
+) -> FitReport:
+    """Patch from a file of contours.
 
     Parameters
     ----------
     path : path-like
-        Columns curve, x, y, z and, if known, nx, ny, nz.
+        Columns curve, x, y, z and, if known, nx, ny, nz; other files as ``read_curves`` says.
     method : str
         One of METHODS.
     noise : float, length, optional
@@ -43,7 +45,10 @@ def fit_file(path, method="map", noise=None, point=None, outward=None) -> FitRep
     point : (3,) float, length, optional
         Reference point; where the curves meet where None.
     outward : (3,) float, optional
-        Any vector on the outer side; where None, the side to which the surface bulges.
+        Any vector on the outer side; where None, the side that the file's vectors tell, else the
+        one to which the surface bulges.
+    options : ReadOptions
+        What the file does not say itself.
 
     Raises
     ------
@@ -54,15 +59,15 @@ def fit_file(path, method="map", noise=None, point=None, outward=None) -> FitRep
         near = difflib.get_close_matches(method, METHODS, 1)
         hint = f"did you mean {near[0]}?" if near else f"choose from {', '.join(METHODS)}"
         raise ValueError(f"there is no method {method!r}; {hint}")
-    file = read_curves(path)
+    file = read_curves(path, options)
+    outward = _told_side(file.curves) if outward is None else outward
     suspect = other_unit(file.curves)
     other = suspect and _readable(method, file.curves, suspect, noise, point, outward)
     try:
         recording, patch, outliers = _fitted(method, file.curves, noise, point, outward)
-    except ValueError:
-        if suspect and other:
-            raise ValueError(f"{suspect.words}, or leave it out") from None
-        raise
+    except ValueError as error:
+        words = f"{suspect.words}, or leave it out" if suspect and other else str(error)
+        raise ValueError(f"{words}; {Path(path).name} was read so: {file.how}") from None
     warnings = list(file.warnings)
     if suspect and other:
         patch = holding(patch, other)
@@ -95,6 +100,12 @@ def _fitted(method: str, curves, noise, point, outward) -> tuple[Recording, Patc
             "plane and tells no side; give a direction that points out of the body"
         )
     return recording, patch, outliers
+
+
+def _told_side(curves) -> np.ndarray | None:
+    """(3,) mean of the outward vectors beside the points; None where the file holds none."""
+    told = [curve.outward for curve in curves if curve.outward is not None]
+    return np.nanmean(np.concatenate(told), axis=0) if told else None
 
 
 def _readable(method: str, curves, suspect: OtherUnit, noise, point, outward) -> Patch | None:

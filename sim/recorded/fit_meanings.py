@@ -52,7 +52,7 @@ FIT_NUMBERS: dict[str, Meaning] = {
     "outliers": Meaning("points that were left out as bad contacts", good="0"),
     "warnings": Meaning("what is probably wrong with the file", good="none"),
     "flags": Meaning("what is to be known of the fit", good="few"),
-    "assumed": Meaning("what was found out about the file"),
+    "assumed": Meaning("how the file was read"),
     "diagnosis": Meaning("tests of the patch against the curves, below"),
 }
 DIAGNOSIS_NUMBERS: dict[str, Meaning] = {

@@ -40,7 +40,7 @@ class FitReport:
         Root mean square distance of the points within the radius from the patch, bad contacts
         left out.
     assumed : tuple of str
-        What was found out about the file, in sentences.
+        How the file was read, in phrases.
     warnings : tuple of str
         What is probably wrong with the file, in sentences.
     unit : str

@@ -263,7 +263,7 @@ def test_out_holds_numbers_surface_and_picture(folder, tmp_path):
     ("arguments", "words"),
     [
         (["missing.csv"], "missing.csv is no file"),
-        (["nan.csv"], "line 2: z is 'nan'"),
+        (["nan.csv"], "nan.csv was read so: cells"),
         (["two.csv"], "only 2 curves"),
         (["raster.csv"], "nearly one direction"),
         (["ball.csv", "--method", "mong"], "did you mean monge?"),

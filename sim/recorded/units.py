@@ -1,0 +1,56 @@
+"""Units of length as files write them."""
+
+import re
+
+_NAMES = {
+    "nm": "nm nanometer nanometers nanometre",
+    "um": "um µm μm micron microns micrometer micrometers micrometre",
+    "mm": "mm millimeter millimeters millimetre millimetres millimètres metric metrisch ミリ",
+    "cm": "cm centimeter centimeters centimetre centimetres",
+    "dm": "dm decimeter decimetre",
+    "m": "m meter meters metre metres mètre mètres metro metri metros メートル",
+    "in": "in inch inches zoll pouce pouces pollici pulgada pulgadas english インチ",
+    "ft": "ft foot feet",
+    "mil": "mil mils thou",
+}
+UNITS = {name: unit for unit, names in _NAMES.items() for name in names.split()}
+_SHORT = "nm|um|µm|μm|mm|cm|dm|m|inch|in|ft|mil|micron"
+_IN_BRACKETS = re.compile(r"[\[({<]\s*([^\])}>]*?)\s*[\])}>]")
+_TAIL = re.compile(rf"[\s_/.-]({_SHORT})$", re.IGNORECASE)
+_SAID = re.compile(
+    r"(?:\b(?:length[ _]?)?units?\b|\beinheit(?:en)?\b|\bunit[éeà]s?\b|\bunità\b|\bunidad(?:es)?\b|"
+    r"単位|\blengths?\s+(?:are\s+)?in\b)\W*(?:are\W+|is\W+|in\W+)?([^\W\d_]+)",
+    re.IGNORECASE,
+)
+
+
+def unit_of(name: str) -> tuple[str, str]:
+    """A name of a column without its unit, and the unit, "" where it has none.
+
+    >>> unit_of("x [Millimeter]"), unit_of("pos_x_m"), unit_of("pos[0]")
+    (('x ', 'mm'), ('pos_x', 'm'), ('pos[0]', ''))
+    """
+    match = _IN_BRACKETS.search(name)
+    if match and (unit := UNITS.get(match[1].lower())):
+        return name[: match.start()] + name[match.end() :], unit
+    match = _TAIL.search(name)
+    if match:
+        return name[: match.start()], UNITS[match[1].lower()]
+    return name, ""
+
+
+def said_unit(lines: list[str]) -> str:
+    """The unit that lines of words name, "" where none does.
+
+    >>> said_unit(["UNITS/MM,ANGDEC"]), said_unit(["# lengths in metres"]), said_unit(["G20"])
+    ('mm', 'm', 'in')
+    """
+    for line in lines:
+        for match in _SAID.finditer(line):
+            if unit := UNITS.get(match[1].lower()):
+                return unit
+        if re.search(r"\b(METRIC|G21)\b", line):
+            return "mm"
+        if re.search(r"\b(ENGLISH|INCH|G20)\b", line):
+            return "in"
+    return ""
