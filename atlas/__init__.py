@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from touchatlas.atlas.mesh.surface import Surface, extract_surface
     from touchatlas.atlas.records.blend import Blend
     from touchatlas.atlas.records.options import AtlasOptions, Levels
+    from touchatlas.atlas.records.scan import Scan
     from touchatlas.atlas.records.touch import AtlasChange, Touch, TouchStatus
     from touchatlas.atlas.store import load_atlas, save_atlas
 
@@ -33,6 +34,7 @@ __all__ = [
     "Faces",
     "LawfulOptions",
     "Levels",
+    "Scan",
     "StepReport",
     "Surface",
     "Touch",
@@ -61,6 +63,7 @@ __getattr__ = lazy_names(
         "Faces": "touchatlas.atlas.faces.faces",
         "LawfulOptions": "touchatlas.atlas.cad.lawful",
         "Levels": "touchatlas.atlas.records.options",
+        "Scan": "touchatlas.atlas.records.scan",
         "StepReport": "touchatlas.atlas.cad.step",
         "Surface": "touchatlas.atlas.mesh.surface",
         "Touch": "touchatlas.atlas.records.touch",

@@ -13,8 +13,10 @@ from touchatlas.atlas.check.invariants import violations
 from touchatlas.atlas.faces.faces import Faces
 from touchatlas.atlas.known_surface import blend
 from touchatlas.atlas.learn import learn
+from touchatlas.atlas.learn_scan import learn_scan
 from touchatlas.atlas.mesh.surface import extract_surface, with_fewer_patches
 from touchatlas.atlas.records.blend import Blend
+from touchatlas.atlas.records.scan import Scan
 from touchatlas.atlas.records.touch import AtlasChange, Touch
 from touchatlas.atlas.state import AtlasState
 
@@ -48,29 +50,34 @@ class Atlas(AtlasState):
         atlas.finish()
     """
 
-    def add(self, touch: Touch) -> AtlasChange:
-        """Learn one touch: its samples, and the surface that they show with all others.
+    def add(self, measured: Touch | Scan) -> AtlasChange:
+        """Learn one touch, or a scan of curves and points: the samples, and the surface that they
+        show with all others.
 
         Returns
         -------
         AtlasChange
             Its ``refused`` says why no samples were entered when the contours are too few or too
-            short, or one of them was learned before. The way of an approach in vain is learned.
+            short, or one of them was learned before, or nothing tells the outer side of a scan. The
+            way of an approach in vain is learned.
 
         Raises
         ------
         ValueError
-            When the argument is no Touch, or its approach is tangent to the surface. Nothing is
-            changed then.
+            When the argument is no Touch and no Scan, or its unit is another. Nothing is changed
+            then.
         """
         ways = len(self.ways)
-        change = learn(self, touch)
-        self.touches += 1
+        if isinstance(measured, Scan):
+            change = learn_scan(self, measured)
+        else:
+            change = replace(learn(self, measured), touch=measured.number)
+            self.touches += 1
         if not change.refused:
             self.know(look_for_body(self.pool, self.sample_std, self.known_body, self.levels))
         elif len(self.ways) > ways:
             self.know(self.known_body)
-        return replace(change, touch=touch.number)
+        return change
 
     def blend(self, points) -> Blend:
         """Signed distance, normal, deviation and curvature at points (n, 3), length, world; unknown

@@ -39,12 +39,13 @@ def learn(state: AtlasState, touch: Touch) -> AtlasChange:
             refused=f"a contour of touch {touch.number} was learned before, point for point; give "
             "each once, because a repeated contour holds no new measurement"
         )
-    _settle_scale(state, [contour.noise_std for contour in contours])
+    settle_scale(state, [contour.noise_std for contour in contours])
     quadric = quadric_of_touch(state, touch, contours)
     outward, reason = outer_side(state, touch, contours, quadric)
     if outward is None:
         return AtlasChange(refused=reason)
-    news = innovations(state, np.concatenate([contour.points for contour in contours]))
+    points = np.concatenate([contour.points for contour in contours])
+    news = innovations(state, points, stds_of(state, contours))
     enter_samples(state, contours, _normals(state, touch.contact, contours, outward, quadric))
     _enter_way(state, touch)
     return AtlasChange(innovations=news)
@@ -83,11 +84,11 @@ def learned_before(pool: SamplePool, contours: tuple[Contour, ...]) -> bool:
     return False
 
 
-def _settle_scale(state: AtlasState, noise) -> None:
-    """Take the scale from the standard deviations (k,) of the noise of the first contours, length,
-    where none was given. Without noise it stays the tolerance."""
+def settle_scale(state: AtlasState, noise, most: float = np.inf) -> None:
+    """Take the scale, ``most`` of them, from the standard deviations (k,) of the noise of the first
+    contours, length, where none was given. Without noise it stays the tolerance."""
     if not (state.scale_is_given or len(state.pool)) and np.max(noise) > 0.0:
-        state.scale = SCALE_NOISE * float(np.median(noise))
+        state.scale = min(SCALE_NOISE * float(np.median(noise)), most)
 
 
 def quadric_of_touch(state: AtlasState, touch: Touch, contours) -> Piece | None:
@@ -168,12 +169,19 @@ def _known_side(state: AtlasState, outward, contours) -> int:
     points = np.concatenate([contour.points for contour in contours])
     normals = np.concatenate([contour_normals(c, outward) for c in contours])
     found, known = state.body.at(points)
-    variance, own = found.deviation**2, state.sample_std**2
+    variance, own = found.deviation**2, stds_of(state, contours) ** 2
     on = known & (found.distance**2 <= state.levels.sure**2 * (variance + own))
     cosine = (found.normal * normals).sum(axis=1)
     weight = np.where(on & (np.abs(cosine) >= np.sin(_MOST_TILT)), own / (own + variance), 0.0)
     says = float(weight @ np.sign(cosine))
     return int(np.sign(says)) if abs(says) >= 0.5 * max(weight.sum(), 1.0) else 0
+
+
+def stds_of(state: AtlasState, contours) -> np.ndarray:
+    """(n,) standard deviations of the distances of the points of contours from the surface,
+    length."""
+    counts, noise = [len(c.points) for c in contours], [c.noise_std for c in contours]
+    return np.repeat(np.hypot(noise, state.bias), counts)
 
 
 def _normals(
@@ -226,9 +234,10 @@ def _before_turn(points) -> int:
     return len(points) if not len(turned) else max(2, int(turned[0])) + 1
 
 
-def innovations(state: AtlasState, points) -> np.ndarray:
-    """(k,) distances of new samples (n, 3) from the surface that was predicted before them, in
-    standard deviations (no unit), of those k samples that tell how good the prediction was.
+def innovations(state: AtlasState, points, stds) -> np.ndarray:
+    """(k,) distances of new samples (n, 3), of deviations (n,), from the surface that was predicted
+    before them, in standard deviations (no unit), of those k samples that tell how good the
+    prediction was.
 
     The standard deviation is that of the surface and of the sample together. Where a body is made
     of laws, these are so much surer than a sample that all samples tell whether they hold. On
@@ -242,8 +251,8 @@ def innovations(state: AtlasState, points) -> np.ndarray:
     # Farther from all samples polynomials tell nothing.
     some = some & (found.deviation <= state.levels.sure * state.scale)
     if state.body.field.is_one and not state.body.faces.are_lawful:
-        some &= found.deviation >= state.sample_std
-    off = found.distance[some] / np.hypot(found.deviation[some], state.sample_std)
+        some &= found.deviation >= stds
+    off = found.distance[some] / np.hypot(found.deviation[some], stds[some])
     return np.asarray(off)
 
 
@@ -253,9 +262,11 @@ def enter_samples(state: AtlasState, contours: tuple[Contour, ...], normals) -> 
     points = np.concatenate([c.points_in_plane for c in contours])
     across = np.concatenate([np.tile(c.plane.normal, (len(c.points), 1)) for c in contours])
     edges = np.concatenate([_is_at_edge(c) for c in contours])
-    noise = np.concatenate([np.full(len(c.points), c.noise_std) for c in contours])
+    counts = [len(c.points) for c in contours]
+    noise = np.repeat([c.noise_std for c in contours], counts)
+    numbers = np.repeat(np.arange(len(contours)), counts)
     state.rims.ends.extend(contours, normals)
-    state.pool.add(points, np.concatenate(normals), across, edges, noise)
+    state.pool.add(points, np.concatenate(normals), across, edges, noise, numbers)
 
 
 def _is_at_edge(contour: Contour) -> np.ndarray:

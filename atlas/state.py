@@ -74,10 +74,15 @@ class AtlasState:
 
     @property
     def sample_std(self) -> float:
-        """Standard deviation of a sample's distance from the surface: the root mean square of the
+        """Standard deviation of the distance of the surest samples from the surface: the least
         noise that contours state, and the lack of fit that is borne, length."""
-        noise = float(np.sqrt((self.pool.noise**2).mean())) if len(self.pool) else 0.0
+        noise = self.pool.noise.min() if len(self.pool) else 0.0
         return float(np.hypot(noise, self.bias))
+
+    @property
+    def sample_stds(self) -> np.ndarray:
+        """(n,) standard deviation of the distance of each sample from the surface, length."""
+        return np.hypot(self.pool.noise, self.bias)
 
     def know(self, known: KnownBody) -> None:
         """Take what the samples show. The surface ends at the rims of this atlas, and is

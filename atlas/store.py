@@ -21,7 +21,7 @@ from touchatlas.atlas.samples.sample_pool import NAMES
 from touchatlas.atlas.whole_file import DamagedError, FileKind, load_whole
 
 # The version is that of the file, no unit.
-_FILE = FileKind("atlas", "the atlas.npz of a run", 15, "explore again")
+_FILE = FileKind("atlas", "the atlas.npz of a run", 16, "explore again")
 _LAW = "count", "looked", "std", "is_few"
 
 

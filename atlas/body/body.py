@@ -50,7 +50,7 @@ class Body:
         self._tree = cKDTree(points)
         # A contour oblique to its face has no normal to be labelled by, but may well lie on it.
         self._astray = faces.of == NONE
-        left, sure = points[self._astray], samples.levels.sure * samples.std
+        left, sure = points[self._astray], samples.levels.sure * samples.stds[self._astray]
         self._astray[self._astray] = np.abs(self.field.at(left).distance) > sure
 
     def with_surface(self, surface: FreeFormSurface) -> "Body":

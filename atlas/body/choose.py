@@ -139,8 +139,8 @@ def description_length(body: Body, options: FaceOptions = FaceOptions()) -> floa
     """
     samples = body.samples
     found = body.field.at(samples.points)
-    misfit = np.minimum(0.5 * (found.distance / samples.std) ** 2, options.unexplained)
-    freedom = np.minimum((found.deviation / samples.std) ** 2, 1.0)
+    misfit = np.minimum(0.5 * (found.distance / samples.stds) ** 2, options.unexplained)
+    freedom = np.minimum((found.deviation / samples.stds) ** 2, 1.0)
     return float(misfit.sum() + 0.5 * np.log(len(samples)) * freedom.sum())
 
 
@@ -150,7 +150,7 @@ def has_edges(samples: ContourSamples, ends_at_edge, options: FaceOptions = Face
     bounds = np.append(np.flatnonzero(np.diff(samples.contours, prepend=-1)), len(samples))
     count = sum(
         bool(ends_at_edge[a:b].any())
-        or len(kinks(samples.points[a:b], samples.planes[a], samples.std)) > 0
+        or len(kinks(samples.points[a:b], samples.planes[a], samples.stds[a])) > 0
         for a, b in zip(bounds[:-1].tolist(), bounds[1:].tolist(), strict=True)
     )
     return count >= options.kinked * (len(bounds) - 1)

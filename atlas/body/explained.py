@@ -53,11 +53,13 @@ def _is_tested(members, samples: ContourSamples) -> bool:
     others = evenly(members[~largest], 400)
     if len(others) < Kind.PLANE.parameters:
         return False
-    plane = fit_piece(Kind.PLANE, samples.points[others], samples.normals[others], samples.std)
+    plane = fit_piece(
+        Kind.PLANE, samples.points[others], samples.normals[others], samples.std_of(others)
+    )
     if plane is None:
         return False
     distance, _, variance = plane.predicted(samples.points[members[largest]])
-    sure = samples.levels.sure
-    known = variance < (sure * samples.std) ** 2
-    met = np.abs(distance) < sure * np.sqrt(variance + samples.std**2)
+    sure, std = samples.levels.sure, samples.std_of(members[largest])
+    known = variance < (sure * std) ** 2
+    met = np.abs(distance) < sure * np.sqrt(variance + std**2)
     return bool(np.mean(known & met) > 0.5)

@@ -28,7 +28,16 @@ def face_of_all(samples: ContourSamples, before: Faces | None = None) -> Faces:
     normals, none = frozen_array(normals, (None, 3), "normals"), np.zeros(0, int)
     patch_of = np.full(len(samples), NONE if piece is None else 0)
     found = Faces(
-        (face,), (), points, normals, 0 * every, patch_of, none, samples.std, levels=samples.levels
+        (face,),
+        (),
+        points,
+        normals,
+        0 * every,
+        patch_of,
+        none,
+        samples.std,
+        levels=samples.levels,
+        stds=samples.stds,
     )
     if piece is not None:
         return found
@@ -55,9 +64,9 @@ def _free_form(samples: ContourSamples) -> Face:
 
 def _lawful(piece: Piece, samples: ContourSamples) -> Face:
     """The face of samples that lie on a piece."""
-    law = law_of(piece, samples.points, samples.std)
+    law = law_of(piece, samples.points, samples.stds)
     off = piece.at(samples.points)[0]
-    explained = float((np.abs(off) <= samples.levels.sure * samples.std).mean())
+    explained = float((np.abs(off) <= samples.levels.sure * samples.stds).mean())
     own = np.arange(len(samples)), explained, float(np.sqrt((off * off).mean())), _middle(samples)
     return Face(0, law.words, piece.kind.name.lower(), law, (piece,), (0,), *own)
 
@@ -77,7 +86,7 @@ def law_of_all(samples: ContourSamples) -> Piece | None:
     a sample, have a chi-square distribution of n - p degrees of freedom, and those of a contour of
     m samples one of m at most.
     """
-    columns = samples.points, samples.outward, samples.std
+    columns = samples.points, samples.outward, samples.std_of(np.arange(len(samples)))
     if len(samples) <= Kind.QUADRIC.parameters:
         return None
     # Each of the others is a quadric, too: most bodies obey no law, and are told by one fit.
@@ -94,9 +103,10 @@ def law_of_all(samples: ContourSamples) -> Piece | None:
 def _with_misfit(piece: Piece, samples: ContourSamples) -> Piece:
     """A piece whose deviation counts by how much it is off on average, beyond noise: so much lack
     of fit is borne, and a law knows nothing of it."""
-    square = np.mean(piece.at(samples.points)[0] ** 2)
+    weight = (samples.std / samples.stds) ** 2
+    square = np.mean(weight * piece.at(samples.points)[0] ** 2) / weight.mean()
     covariance = piece.covariance.copy()
-    covariance[0, 0] += beyond_noise(square, samples.std) / piece.scale**2
+    covariance[0, 0] += beyond_noise(square, samples.std / np.sqrt(weight.mean())) / piece.scale**2
     return replace(piece, covariance=covariance)
 
 
@@ -104,13 +114,13 @@ def _is_sure(piece: Piece, samples: ContourSamples) -> bool:
     """Whether a piece is surer of each sample than the sample is, and faces as they do."""
     _, normals, variance = piece.predicted(samples.points)
     against = (normals * samples.normals).sum(axis=1) <= 0.0
-    return bool((variance <= samples.std**2).all() and np.mean(against) <= samples.levels.alpha)
+    return bool((variance <= samples.stds**2).all() and np.mean(against) <= samples.levels.alpha)
 
 
 def _passes_by(piece: Piece, samples: ContourSamples) -> bool:
     """Whether a piece passes by each contour and by all samples no farther than noise does."""
     distance = piece.at(samples.points)[0]
-    square = (distance / samples.std) ** 2
+    square = (distance / samples.stds) ** 2
     sums, counts = np.bincount(samples.contours, square), np.bincount(samples.contours)
     freedom = len(samples) - piece.kind.parameters
     # The survival function of chi-square: scipy.stats, whose chi2.sf it is, takes a third of the

@@ -26,7 +26,7 @@ def read_faces(
     ----------
     pool : SamplePool
     std : float, length
-        Standard deviation of a sample: of its noise, and the lack of fit that is borne.
+        Standard deviation of the surest samples: of noise, and the lack of fit that is borne.
     levels : Levels
     before : Faces, optional
         Those of the first of the samples.
@@ -59,8 +59,10 @@ def faces_of_labels(labels: Labels) -> Faces:
 def samples_of(
     pool: SamplePool, count: int, std: float, levels: Levels = Levels()
 ) -> ContourSamples:
-    """The first ``count`` samples of a pool, with contours and normals."""
-    points, normals, across = (
-        column[:count].copy() for column in (pool.points, pool.normals, pool.across)
-    )
-    return contour_samples(points, normals, across, std, levels)
+    """The first ``count`` samples of a pool, with contours and normals; the surest of them have the
+    standard deviation ``std``, length."""
+    columns = pool.points, pool.normals, pool.across, pool.noise, pool.contours
+    points, normals, across, noise, numbers = (column[:count].copy() for column in columns)
+    # All have one lack of fit, beside the noise of each.
+    stds = np.sqrt(std**2 + (noise**2 - noise.min() ** 2))
+    return contour_samples(points, normals, across, std, levels, stds, numbers)

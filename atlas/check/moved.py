@@ -48,12 +48,12 @@ def shift_of_object(atlas: AtlasState, found) -> tuple[np.ndarray, np.ndarray]:
     by n . t / 2 with the move t, an earlier one by -n . t / 2. A free-form surface bends to follow
     all of them, so that each half of the samples is compared with the surface of the other half.
     """
-    count, std = len(found.distance), atlas.sample_std
+    count, std, stds = len(found.distance), atlas.sample_std, atlas.sample_stds
     order, none = np.arange(count) / count, np.zeros(count, bool)
     if atlas.known_body.is_of_faces:
-        all_of_them = _Beside(found.distance / std, found.normal / std)
+        all_of_them = _Beside(found.distance / stds, found.normal / stds[:, None])
         shift, explained = _shift(all_of_them, order, -0.5, 0.5, _MOMENTS)
-        off = np.abs(found.distance) > std
+        off = np.abs(found.distance) > stds
         return (shift, off) if _is_move(shift, explained, std) else (shift, none)
     early = order < 0.5
     later, before = _beside(atlas, early), _beside(atlas, ~early)
@@ -78,11 +78,13 @@ def _beside(atlas: AtlasState, of) -> _Beside:
     pool, others = atlas.pool, np.flatnonzero(~of)
     std, count = atlas.sample_std, len(pool)
     distance, normal = np.zeros(count), np.zeros((count, 3))
-    half = contour_samples(pool.points[of], pool.normals[of], pool.across[of], std, atlas.levels)
+    columns = pool.points[of], pool.normals[of], pool.across[of]
+    stds = atlas.sample_stds
+    half = contour_samples(*columns, stds[of].min(), atlas.levels, stds[of], pool.contours[of])
     found, known = body_of_one(half).at(pool.points[others])
     # Where the half says much less than a sample does, it tells nothing.
     known &= found.deviation <= _VAGUE * std
-    deviation = np.hypot(found.deviation, std)[known]
+    deviation = np.hypot(found.deviation, stds[others])[known]
     distance[others[known]] = found.distance[known] / deviation
     normal[others[known]] = found.normal[known] / deviation[:, None]
     return _Beside(distance, normal)

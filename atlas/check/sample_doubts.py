@@ -53,7 +53,7 @@ def _moved(atlas: AtlasState, found, extent: float) -> list[Doubt]:
 
 def _contradictions(atlas: AtlasState, found, extent: float) -> list[Doubt]:
     """One doubt where samples lie beside the surface."""
-    off = np.abs(found.distance) > _FAR * np.hypot(atlas.sample_std, found.deviation)
+    off = np.abs(found.distance) > _FAR * np.hypot(atlas.sample_stds, found.deviation)
     off |= _contours_beside(atlas)
     if off.sum() <= _FEW * len(off):
         return []
@@ -72,8 +72,8 @@ def _contours_beside(atlas: AtlasState) -> np.ndarray:
         return np.zeros(atlas.point_count, bool)
     # The polynomials bend toward the contour, and are unsure there.
     smooth = body.field.at(atlas.pool.points)
-    off = np.abs(smooth.distance) > _FAR * atlas.sample_std
-    contours = split_contours(atlas.pool.points, atlas.pool.across)[0]
+    off = np.abs(smooth.distance) > _FAR * atlas.sample_stds
+    contours = split_contours(atlas.pool.points, atlas.pool.contours)[0]
     beside = np.bincount(contours, off) > _MOST * np.bincount(contours)
     return beside[contours] if beside.mean() <= _FEW_CONTOURS else np.zeros(len(off), bool)
 

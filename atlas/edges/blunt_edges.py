@@ -64,7 +64,8 @@ class RoundedPair:
 
     def __init__(self, labels: Labels, pair, sign: float, samples) -> None:
         self.evidence: Evidence = labels.evidence
-        self.std, points = self.evidence.samples.std, self.evidence.samples.points[samples]
+        self.std = self.evidence.samples.std_of(samples)
+        points = self.evidence.samples.points[samples]
         (first, one), (second, other) = (labels.pieces[k].at(points) for k in pair)
         self.first, self.second = sign * first, sign * second
         self.cosine = (one * other).sum(axis=1)
@@ -97,12 +98,18 @@ class RoundedPair:
         for _ in range(5):
             distance, weights = self.at(radius)
             good = self.evidence.misfit(distance / self.std) < self.evidence.options.unexplained
-            slope = radius_slope(weights)[good]
+            slope = (radius_slope(weights) / self._relative)[good]
             square = float((slope**2).sum())
             if square <= 0.0:
                 return None
-            radius = max(radius - float((slope * distance[good]).sum()) / square, 0.0)
-        return radius, self.std / float(np.sqrt(square))
+            off = (distance / self._relative)[good]
+            radius = max(radius - float((slope * off).sum()) / square, 0.0)
+        return radius, float(np.min(self.std) / np.sqrt(square))
+
+    @property
+    def _relative(self) -> float | np.ndarray:
+        """Deviations of the samples over the least of them (m,), or 1 where they are alike."""
+        return self.std / np.min(self.std)
 
 
 @dataclass(frozen=True, eq=False)
@@ -239,7 +246,7 @@ def rounding_nats(labels: Labels, edge: BluntEdge, samples, given=()) -> np.ndar
         distances = edge.sign * np.stack([value[0] for value in values], axis=1)
         normals = np.stack([value[1] for value in values], axis=1)
         off, _, ball = rounded_corner(distances, normals, radius)
-        corner = evidence.misfit(off / evidence.samples.std)
+        corner = evidence.misfit(off / evidence.samples.std_of(samples))
         nats = np.where(ball, np.minimum(nats, corner), nats)
     return nats
 
@@ -284,7 +291,8 @@ def _sign(labels: Labels, pair, samples) -> float:
     evidence = labels.evidence
     points, of = evidence.samples.points[samples], labels.of[samples]
     heights = np.where(of == pair[0], *(labels.pieces[k].at(points)[0] for k in pair[::-1]))
-    sides = np.sign(heights[np.abs(heights) > evidence.sure * evidence.samples.std])
+    clear = np.abs(heights) > evidence.sure * evidence.samples.std_of(samples)
+    sides = np.sign(heights[clear])
     mean = float(sides.mean()) if len(sides) else 0.0
     return -float(np.sign(mean)) if abs(mean) > evidence.facing else 0.0
 

@@ -138,7 +138,7 @@ class _Judge:
         )
         square = 2.0 * float(self.evidence.nats(piece, members).mean())
         unseen = min(1.0, self.evidence.sure * np.sqrt(2.0 / len(members)))
-        misfit = self.evidence.samples.std * float(np.sqrt(square * unseen))
+        misfit = float(np.sqrt(square * unseen) * np.median(self.evidence.samples.stds[members]))
         return rim_slope(piece.kind, misfit, max(half, self.step))
 
     def _one_holds(self, a: int, b: int, middles) -> bool:
@@ -162,16 +162,18 @@ class _Judge:
         below the other, or above. None where they lie on both sides, so that a piece goes on."""
         sides = []
         for one, other in ((a, b), (b, a)):
-            points = self.evidence.samples.points[self.members[other]]
+            members = self.members[other]
+            points = self.evidence.samples.points[members]
             _, near = cKDTree(points).query(at, k=min(_ABOUT, len(points)))
-            offset = points[near.reshape(len(at), -1)] - at[:, None]
+            near = near.reshape(len(at), -1)
+            offset, std = points[near] - at[:, None], self.evidence.samples.stds[members][near]
             normals = self.labels.pieces[one].at(at)[1]
             edge = cross(normals, self.labels.pieces[other].at(at)[1])[:, None]
             along = (offset * edge).sum(axis=2) ** 2
             square = (offset * offset).sum(axis=2) * (edge * edge).sum(axis=2)
             height = (offset * normals[:, None]).sum(axis=2)
             # Those along the edge may lie beyond its end.
-            clear = np.abs(height) > self.evidence.sure * self.evidence.samples.std
+            clear = np.abs(height) > self.evidence.sure * std
             far = height[(along < 0.25 * square) & clear]
             sides.append(float(np.sign(far).mean()) if len(far) else 0.0)
         if max(sides) < -self.evidence.facing:

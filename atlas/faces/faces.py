@@ -112,7 +112,7 @@ class Faces:
     rounded : (k,) int
         Samples of no face that lie on rounded edges or corners, ascending.
     std : float, length
-        Standard deviation of a sample's distance from its face.
+        Standard deviation of the distance of the surest samples from their face.
     corners : tuple of FaceCorner
         Corners of three faces that are rounded with one ball.
     links : SampleGraph, optional
@@ -126,6 +126,8 @@ class Faces:
         over a sharp edge.
     is_sharp : bool
         Whether so many contours do that the face has sharp edges there.
+    stds : (n,) float, length, optional
+        Standard deviation of each sample; all are alike without.
     """
 
     faces: tuple[Face, ...]
@@ -142,6 +144,7 @@ class Faces:
     levels: Levels = Levels()
     turns: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), int))
     is_sharp: bool = False
+    stds: np.ndarray | None = None
 
     def __len__(self) -> int:
         return len(self.faces)

@@ -34,7 +34,7 @@ def join_faces(labels: Labels, boundaries: list[Boundary]) -> Faces:
     rounded = np.unique(np.concatenate([on_balls, *balls]))
     own = of, labels.of.copy(), rounded, samples.std, corners
     kept = labels.evidence.graph, labels.evidence.recall, samples.levels
-    return Faces(tuple(faces), edges, points, normals, *own, *kept)
+    return Faces(tuple(faces), edges, points, normals, *own, *kept, stds=samples.stds)
 
 
 def _frozen(array) -> np.ndarray:
@@ -76,7 +76,7 @@ def _face(labels: Labels, number: int, own, of) -> Face:
         distance[mine] = labels.pieces[k].at(samples.points[members[mine]])[0]
     law = None
     if len(pieces) == 1 and pieces[0].kind.lawful:
-        law = law_of(pieces[0], samples.points[members], samples.std)
+        law = law_of(pieces[0], samples.points[members], samples.std_of(members))
     kind = pieces[0].kind.name.lower() if law else "free-form"
     patches = f"{len(pieces)} patch" + ("" if len(pieces) == 1 else "es")
     offset = samples.points[members] - samples.points[members].mean(axis=0)
@@ -88,7 +88,7 @@ def _face(labels: Labels, number: int, own, of) -> Face:
         pieces,
         tuple(own.tolist()),
         members,
-        float((np.abs(distance) <= 3.0 * samples.std).mean()),
+        float((np.abs(distance) <= 3.0 * samples.std_of(members)).mean()),
         float(np.sqrt((distance * distance).mean())),
         samples.points[members[(offset * offset).sum(axis=1).argmin()]],
     )

@@ -71,18 +71,19 @@ class Evidence:
 
     def _fit(self, kind: Kind, s) -> Piece | None:
         points = self.samples.points[s]
-        piece = fit_piece(kind, points, self.samples.normals[s], self.samples.std)
+        piece = fit_piece(kind, points, self.samples.normals[s], self.samples.std_of(s))
         if piece is None or kind not in (Kind.QUADRIC, Kind.QUARTIC):
             return piece
         return None if is_edge(piece, points, 0.5 * self.samples.levels.same_side) else piece
 
     def compare(self, piece: Piece, members) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Distances over the deviation of a sample (m,), cosines of the normals (m,), and predicted
-        variances over that of a sample (m,)."""
+        """Distances over the deviation of each sample (m,), cosines of the normals (m,), and
+        predicted variances over that of each (m,)."""
         samples = self.samples
         distance, normals, variance = piece.predicted(samples.points[members])
         cosines = in_plane_cosines(normals, samples.normals[members], samples.planes[members])
-        return distance / samples.std, cosines, variance / samples.std**2
+        std = samples.std_of(members)
+        return distance / std, cosines, variance / std**2
 
     def price(self, kind: Kind, count: int) -> float:
         """Nats for the parameters of a piece that explains ``count`` samples (Schwarz 1978)."""
@@ -94,7 +95,8 @@ class Evidence:
 
     def nats(self, piece: Piece, members) -> np.ndarray:
         """(m,) nats of samples that a piece explains."""
-        return self.misfit(piece.at(self.samples.points[members])[0] / self.samples.std)
+        distance = piece.at(self.samples.points[members])[0]
+        return self.misfit(distance / self.samples.std_of(members))
 
     def is_good(self, nats) -> bool:
         """Whether samples of so many nats (m,) are no farther off than chi-square allows."""

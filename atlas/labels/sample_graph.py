@@ -70,7 +70,7 @@ class SampleGraph:
 
     def _is_of_first(self, samples: ContourSamples) -> bool:
         """Whether the first of some samples are those of this graph."""
-        names = "points", "normals", "outward", "contours", "touches", "steps"
+        names = "points", "normals", "outward", "contours", "touches", "steps", "stds"
         known = self._samples
         pairs = [(getattr(known, name), getattr(samples, name)[: self.size]) for name in names]
         return known.std == samples.std and all(np.array_equal(*pair) for pair in pairs)
@@ -166,13 +166,14 @@ def _fitting_links(samples: ContourSamples, tree, some, count: int):
     """Samples (m,), near ones (m,) of other contours whose chords fit both normals, and their
     distances (m,), for some samples; and how far from each of these one was looked for, infinite
     where all samples were looked at."""
-    points, normals, noise = samples.points, samples.normals, _NOISE * samples.std
+    points, normals = samples.points, samples.normals
     length, near = tree.query(points[some], k=np.arange(1, min(count, len(points)) + 1))
     looked = length[:, -1] if count < len(points) else np.full(len(some), np.inf)
     i, j = np.repeat(some, near.shape[1]), near.ravel()
     length = length.ravel()
     other = samples.contours[i] != samples.contours[j]
     i, j, length = i[other], j[other], length[other]
+    noise = _NOISE * np.maximum(samples.stds[i], samples.stds[j])
     chord = points[j] - points[i]
     rise, fall = _dot(chord, normals[i]), _dot(chord, normals[j])
     fits = _cosines(samples, i, j) > _COSINE

@@ -4,8 +4,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from touchatlas.atlas.records.options import Levels
+from touchatlas.atlas.samples.sample_pool import contours_of_planes
 from touchatlas.patch.geometry.arrays import cross
 
 # Samples of a window that gives a normal: a quadratic leaves two degrees of freedom. Doubled,
@@ -36,16 +38,19 @@ class ContourSamples:
     outward : (n, 3) float, unit, world
         Estimates of the surface normal itself. They say which samples are next to each other.
     planes : (n, 3) float, unit, world
-        Normal of the sampling plane.
+        Normal of the sampling plane; zero for a point of no curve.
     contours : (n,) int
         Number of the contour, ascending.
     touches : (n,) int
         Number of the group of contours that were tracked from one contact, ascending.
     steps : (n,) float, length
-        Median step of the sample's contour.
+        Median step of the sample's contour; the distance to the nearest other one for a point of
+        no curve.
     std : float, length
-        Standard deviation of a sample's distance from the surface: noise, and the lack of fit that
-        is borne.
+        Standard deviation of the distance of the surest samples from the surface: noise, and the
+        lack of fit that is borne.
+    stds : (n,) float, length
+        That of each sample.
     levels : Levels
         What is enough to decide about them.
     """
@@ -58,6 +63,7 @@ class ContourSamples:
     touches: np.ndarray
     steps: np.ndarray
     std: float
+    stds: np.ndarray
     levels: Levels = Levels()
 
     def __len__(self) -> int:
@@ -68,6 +74,14 @@ class ContourSamples:
         """Diagonal of the box about all, length."""
         return float(np.linalg.norm(np.ptp(self.points, axis=0)))
 
+    def std_of(self, some) -> float | np.ndarray:
+        """Standard deviations (m,) of some samples (m,), length; one where all are alike."""
+        return self.std if self._are_alike else self.stds[some]
+
+    @cached_property
+    def _are_alike(self) -> bool:
+        return bool((self.stds == self.std).all())
+
     def are_of_several_contours(self, some) -> bool:
         """Whether some samples (m,) determine more than a curve in a plane."""
         counts = np.bincount(self.contours[some])
@@ -75,7 +89,13 @@ class ContourSamples:
 
 
 def contour_samples(
-    points, outward, planes, std: float, levels: Levels = Levels()
+    points,
+    outward,
+    planes,
+    std: float,
+    levels: Levels = Levels(),
+    stds=None,
+    numbers=None,
 ) -> ContourSamples:
     """Samples with contours and normals, from the columns of a sample pool.
 
@@ -86,31 +106,49 @@ def contour_samples(
     outward : (n, 3) float, unit, world
         Estimates of the surface normals.
     planes : (n, 3) float, unit, world
-        Normals of the sampling planes. Where the plane changes, a new contour begins.
+        Normals of the sampling planes; zero for points of no curve.
     std : float, length, > 0
+        Of the surest samples.
     levels : Levels
+    stds : (n,) float, length, > 0, optional
+        Of each sample; all are alike without.
+    numbers : (n,) int, optional
+        Of the contours, ascending. Without, one begins where the plane changes.
     """
-    contours, steps = split_contours(points, planes)
-    normals = plane_normals(points, planes, contours, std)
+    stds = np.full(len(points), float(std)) if stds is None else stds
+    numbers = contours_of_planes(planes) if numbers is None else numbers
+    contours, steps = split_contours(points, numbers)
+    loose = np.flatnonzero(~planes.any(axis=1))
+    steps[loose] = _spacings(points[loose])
+    normals = plane_normals(points, planes, contours, stds)
+    normals[loose] = outward[loose]
     side = np.where((normals * outward).sum(axis=1) < 0.0, -1.0, 1.0)
     # The probe stays on one side, so one sign holds for a whole contour.
     votes = np.bincount(contours, side, contours[-1] + 1)
     normals = normals * np.where(votes < 0.0, -1.0, 1.0)[contours][:, None]
     touches = group_contours(points, contours, steps)
-    numbers = contours, touches, steps, float(std), levels
-    return ContourSamples(points, normals, outward, planes, *numbers)
+    own = contours, touches, steps, float(std), stds, levels
+    return ContourSamples(points, normals, outward, planes, *own)
 
 
-def split_contours(points, planes) -> tuple[np.ndarray, np.ndarray]:
-    """Number of the contour (n,) and its median step (n,) of samples in order of travel."""
+def split_contours(points, numbers) -> tuple[np.ndarray, np.ndarray]:
+    """Number of the contour (n,) and its median step (n,) of samples in order of travel, with
+    ``numbers`` (n,) that change where another one was begun."""
     step = np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1))
-    new_plane = (planes[1:] != planes[:-1]).any(axis=1)
-    numbers = np.concatenate([[0], np.cumsum(new_plane)])
-    within = _medians(step[~new_plane], numbers[1:][~new_plane], numbers[-1] + 1)
+    new = numbers[1:] != numbers[:-1]
+    numbers = np.concatenate([[0], np.cumsum(new)])
+    within = _medians(step[~new], numbers[1:][~new], numbers[-1] + 1)
     far = step > _LONGEST_STEP * within[numbers[1:]]
-    numbers = np.concatenate([[0], np.cumsum(new_plane | far)])
+    numbers = np.concatenate([[0], np.cumsum(new | far)])
     inside = numbers[1:] == numbers[:-1]
     return numbers, _medians(step[inside], numbers[1:][inside], numbers[-1] + 1)[numbers]
+
+
+def _spacings(points) -> np.ndarray:
+    """(n,) distances of points (n, 3) to the nearest other one; zero of one alone."""
+    if len(points) < 2:
+        return np.zeros(len(points))
+    return np.asarray(cKDTree(points).query(points, k=2)[0][:, 1])
 
 
 def group_contours(points, contours, steps) -> np.ndarray:
@@ -137,8 +175,9 @@ def _medians(values, groups, count: int) -> np.ndarray:
     return np.asarray(values[order][middle][np.maximum(last, 0)])
 
 
-def plane_normals(points, planes, contours, std: float) -> np.ndarray:
-    """(n, 3) unit normals within the sampling planes, of either sign from contour to contour.
+def plane_normals(points, planes, contours, std) -> np.ndarray:
+    """(n, 3) unit normals within the sampling planes, of either sign from contour to contour, of
+    samples with deviations (n,), length.
 
     Each is perpendicular to the tangent of a parabola through five samples. Of the window about
     the sample and those to either side the one that fits is taken, so that normals beside an edge

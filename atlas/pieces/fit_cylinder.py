@@ -61,22 +61,24 @@ class Cylinder:
         return Cylinder(point, axis, self.radius + change[2], self.outward, self.covariance)
 
 
-def fit_cylinder(start: Piece, points, std: float) -> Piece | None:
+def fit_cylinder(start: Piece, points, std) -> Piece | None:
     """The cylinder that fits points (n, 3) best, as a piece, or None where the samples bend too
     little, or too much both ways."""
     cylinder = refined_cylinder(start, points, std)
     return None if cylinder is None else cylinder_piece(cylinder, start)
 
 
-def refined_cylinder(start: Piece, points, std: float) -> Cylinder | None:
+def refined_cylinder(start: Piece, points, std) -> Cylinder | None:
     """The cylinder itself, by Gauss-Newton steps from the curvature of a piece."""
-    cylinder = _osculating(start)
+    cylinder, least = _osculating(start), float(np.min(std))
     if cylinder is None:
         return None
+    # Deviations of the samples (n, 1) over the least of them.
+    relative = np.reshape(std / least, (-1, 1))
     for _ in range(_STEPS):
         distance, jacobian = _distances(cylinder, points)
         unit = np.array([1.0, 1.0, 1.0, 1.0 / start.scale, 1.0 / start.scale])
-        jacobian = jacobian * unit
+        distance, jacobian = distance / relative[:, 0], jacobian * unit / relative
         gram = jacobian.T @ jacobian + 1e-9 * len(points) * np.eye(5)
         inverse = np.linalg.inv(gram)
         change = -unit * (inverse @ (jacobian.T @ distance))
@@ -89,7 +91,7 @@ def refined_cylinder(start: Piece, points, std: float) -> Cylinder | None:
             break
         if not 0.0 < cylinder.radius * _LEAST_BEND < start.scale:
             return None
-    covariance = inverse * std**2 * unit[:, None] * unit
+    covariance = inverse * least**2 * unit[:, None] * unit
     return Cylinder(cylinder.point, cylinder.axis, cylinder.radius, cylinder.outward, covariance)
 
 

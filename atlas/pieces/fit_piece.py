@@ -29,7 +29,7 @@ _PRECISIONS = {kind: np.diag(prior_precision(kind)) for kind in Kind}
 _PRECISIONS[Kind.SPHERE] = (_SPHERE.T * prior_precision(Kind.SPHERE)) @ _SPHERE
 
 
-def fit_piece(kind: Kind, points, normals, std: float) -> Piece | None:
+def fit_piece(kind: Kind, points, normals, std) -> Piece | None:
     """The piece of a kind that fits samples best, or None where there is none.
 
     Parameters
@@ -39,8 +39,8 @@ def fit_piece(kind: Kind, points, normals, std: float) -> Piece | None:
         As many as the kind has parameters, or more.
     normals : (n, 3) float, unit, world
         Outward, for the frame alone.
-    std : float, length
-        Standard deviation of a sample's distance.
+    std : float or (n,) float, length
+        Standard deviation of a sample's distance, or that of each.
 
     Notes
     -----
@@ -80,7 +80,7 @@ def _frame(points, normals):
     return origin, axes_from_normal(normal, tangent), scale
 
 
-def linear_fit(kind: Kind, points, origin, axes, scale: float, std: float) -> Piece:
+def linear_fit(kind: Kind, points, origin, axes, scale: float, std) -> Piece:
     """The piece in a frame by linear least squares with a prior, first of distances along z."""
     scaled = (points - origin) @ (axes.T / scale)
     noise = std / scale

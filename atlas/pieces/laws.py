@@ -31,8 +31,9 @@ class Law:
     numbers: dict[str, float | list[float]]
 
 
-def law_of(piece: Piece, points, std: float) -> Law:
-    """The law of a lawful piece of samples (n, 3) with a standard deviation.
+def law_of(piece: Piece, points, std) -> Law:
+    """The law of a lawful piece of samples (n, 3) with a standard deviation, or
+    one of each.
 
     Raises
     ------
@@ -89,7 +90,7 @@ def _sphere(piece: Piece) -> Law:
     return Law(words, numbers | {"centre_std": centre_std})
 
 
-def _cylinder(piece: Piece, points, std: float) -> Law:
+def _cylinder(piece: Piece, points, std) -> Law:
     cylinder = refined_cylinder(piece, points, std)
     if cylinder is None:
         return _quadric(piece, points)

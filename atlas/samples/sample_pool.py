@@ -6,7 +6,7 @@ from scipy.spatial import cKDTree
 # Number of samples that a new pool has room for.
 _ROOM = 256
 _VECTORS = "points", "normals", "across"
-NAMES = *_VECTORS, "edges", "noise"
+NAMES = *_VECTORS, "edges", "noise", "contours"
 
 
 class SamplePool:
@@ -18,11 +18,14 @@ class SamplePool:
     normals : (n, 3) float, unit, world
         Outward surface normals, as fitted to the sample's own touch.
     across : (n, 3) float, unit, world
-        Normal of the sampling plane; the noise of a sample lies in that plane. Zero where unknown.
+        Normal of the sampling plane; the noise of a sample lies in that plane. Zero for a point
+        that no curve was tracked through.
     edges : (n,) bool
         Whether the sample is the last of a contour that ended at an edge.
     noise : (n,) float, length
         Standard deviation of the sample's noise, as its contour states it.
+    contours : (n,) int
+        Number of the contour, ascending; a point that is of no curve has a number of its own.
     """
 
     points: np.ndarray
@@ -30,11 +33,13 @@ class SamplePool:
     across: np.ndarray
     edges: np.ndarray
     noise: np.ndarray
+    contours: np.ndarray
 
     def __init__(self) -> None:
         self._size = 0
         self._columns: dict[str, np.ndarray] = {name: np.zeros((_ROOM, 3)) for name in _VECTORS}
         self._columns |= {"edges": np.zeros(_ROOM, bool), "noise": np.zeros(_ROOM)}
+        self._columns["contours"] = np.zeros(_ROOM, np.int32)
         self._low, self._high = np.full(3, np.inf), np.full(3, -np.inf)
         # Tree of the samples that there were when it was built.
         self._tree: cKDTree | None = None
@@ -47,11 +52,14 @@ class SamplePool:
             raise AttributeError(name)
         return self._columns[name][: self._size]
 
-    def add(self, points, normals, across, edges, noise) -> np.ndarray:
-        """Append samples: vectors (n, 3), flags (n,) and lengths (n,). Returns their indices
+    def add(self, points, normals, across, edges, noise, contours=None) -> np.ndarray:
+        """Append samples: vectors (n, 3), flags (n,), lengths (n,), and numbers (n,) of contours
+        from 0 on, a new one with each plane where they are not given. Returns their indices
         (n,)."""
         first, last = self._size, self._size + len(points)
-        values = points, normals, across, edges, noise
+        own = contours_of_planes(across) if contours is None else np.asarray(contours)
+        start = int(self.contours[-1]) + 1 if first else 0
+        values = points, normals, across, edges, noise, start + own
         for name, value in zip(NAMES, values, strict=True):
             self._columns[name] = _grown(self._columns[name], last)
             self._columns[name][first:last] = value
@@ -78,6 +86,14 @@ class SamplePool:
         if not len(found) or (offset * offset).sum() <= found.min():
             return int(first)
         return count + int(found.argmin())
+
+
+def contours_of_planes(planes) -> np.ndarray:
+    """(n,) numbers of contours of samples with the normals of their planes (n, 3): a new one begins
+    where the plane changes, and with each sample of none."""
+    planes = np.asarray(planes)
+    new = (planes[1:] != planes[:-1]).any(axis=1) | ~planes[1:].any(axis=1)
+    return np.concatenate([np.zeros(min(len(planes), 1), int), np.cumsum(new)])
 
 
 def _grown(array: np.ndarray, rows: int) -> np.ndarray:

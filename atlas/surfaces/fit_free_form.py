@@ -33,6 +33,7 @@ def fit_free_form(
     radius: float,
     before: FreeFormSurface | None = None,
     levels: Levels = Levels(),
+    stds=None,
 ) -> FreeFormSurface:
     """The surface of a face from its samples: sextics of the largest radius with which they follow
     the samples, or of the least radius with which these are enough.
@@ -43,17 +44,20 @@ def fit_free_form(
     normals : (n, 3) float, unit, world
         Outward.
     std : float, length
-        Standard deviation of a sample's distance.
+        Standard deviation of the distance of the surest samples.
     radius : float, length
         Largest radius of a sextic, about.
     before : FreeFormSurface, optional
         A surface of the first of the samples. It saves time and changes nothing: what is taken
         from it was found from the same samples.
     levels : Levels
+    stds : (n,) float, length, optional
+        Of each sample; all are alike without.
     """
     radius = max(radius, std) or 1.0
     # Below it rounding shows.
     std = max(std, 1e-5 * radius)
+    stds = np.full(len(points), std) if stds is None else np.maximum(stds, std)
     radius = std * _RUNG ** np.round(np.log(radius / std) / np.log(_RUNG))
     tree, known = cKDTree(points), {} if before is None else before.kept
     some = _neighbours(tree, evenly(np.arange(tree.n), 40))
@@ -61,18 +65,18 @@ def fit_free_form(
     while True:
         middles = middles_of(tree, normals, radius, levels.facing)
         sites = sites_of(tree, normals, middles, radius)
-        equations = equations_of(sites, points, std, known, kept)
+        equations = equations_of(sites, points, stds, known, kept)
         counts = tree.query_ball_point(points[middles], radius / _RUNG, return_length=True)
         if np.median(counts) < _LEAST:
             break
         found = FreeFormSurface(_sextics(sites, points, with_factors(equations)), points, normals)
-        if np.median(_left_out(found, some, std)) <= (_FOLLOWS * std) ** 2:
+        if _follows(found, some, stds):
             break
         radius /= _RUNG
     sextics = _sextics(sites, points, with_common_prior(equations, std / radius))
     faces = _face_samples(sites, sextics, points, normals)
     found = FreeFormSurface(sextics.some(np.flatnonzero(faces)), points, normals, kept=kept)
-    every = _left_out(found, _neighbours(tree, np.arange(tree.n)), std)
+    every = _left_out(found, _neighbours(tree, np.arange(tree.n)), stds)
     return replace(found, normals=found.at(points)[:, 1:4], left_out=every)
 
 
@@ -106,18 +110,28 @@ def _neighbours(tree: cKDTree, samples) -> np.ndarray:
     return np.column_stack([samples, moved])
 
 
-def _left_out(surface: FreeFormSurface, groups, std: float) -> np.ndarray:
+def _follows(surface: FreeFormSurface, groups, stds) -> bool:
+    """Whether a surface follows samples of deviations (n,) in half of groups of neighbours (g, k):
+    residuals have an amplitude of no more than ``_FOLLOWS`` deviations."""
+    limit = (_FOLLOWS * np.median(stds[groups], axis=1)) ** 2
+    return bool(np.median(_left_out(surface, groups, stds) / limit) <= 1.0)
+
+
+def _left_out(surface: FreeFormSurface, groups, stds) -> np.ndarray:
     """(g,) variance, length^2, of what a surface leaves out in groups of neighbours (g, k), beyond
-    the noise of a sample."""
+    the noise of samples of deviations (n,): a mean with the inverse variances as weights."""
     some, place = np.unique(groups, return_inverse=True)
     values = surface.at(surface.points[some])[np.reshape(place, groups.shape)]
     normals, rest = values[..., 1:4], values[..., 0]
     faces = np.einsum("gkj,gj->gk", normals, normals[:, 0]) > FACING
-    square = (rest**2 * faces).sum(axis=1) / np.maximum(faces.sum(axis=1), 1)
-    return beyond_noise(square, std)
+    least = stds[groups].min(axis=1)
+    weight = faces * (least[:, None] / stds[groups]) ** 2
+    sum_of_weights = np.maximum(weight.sum(axis=1), np.finfo(float).tiny)
+    square = (rest**2 * weight).sum(axis=1) / sum_of_weights
+    return beyond_noise(square, least * np.sqrt(faces.sum(axis=1) / sum_of_weights))
 
 
-def beyond_noise(square, std: float) -> np.ndarray:
+def beyond_noise(square, std) -> np.ndarray:
     """(m,) what mean squares of residuals (m,), length^2, have beyond the noise of a sample: three
     fifths of its variance. The rest of that is a lack of fit, which residuals show."""
     return np.maximum(square - 0.6 * std**2, 0.0)

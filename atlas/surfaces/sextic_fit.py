@@ -34,14 +34,15 @@ class Equations(NamedTuple):
     right: np.ndarray
 
 
-def equations_of(sites: SexticSites, points, std: float, before: dict, kept: dict) -> Equations:
-    """The normal equations of sextics from samples (n, 3) of a standard deviation, length. They
+def equations_of(sites: SexticSites, points, stds, before: dict, kept: dict) -> Equations:
+    """The normal equations of sextics from samples (n, 3) of standard deviations (n,), length. They
     are ``kept`` by the content that they follow from, and taken from those kept ``before``."""
-    noise, local = std / sites.radius, []
+    noise, local = np.broadcast_to(np.asarray(stds) / sites.radius, len(points)), []
     for middle, axes, some in zip(sites.middles, sites.axes, sites.members, strict=True):
         local.append((points[some] - points[middle]) @ (axes.T / sites.radius))
     keys = [
-        hashlib.blake2b(rows.tobytes() + np.float64(noise).tobytes()).digest() for rows in local
+        hashlib.blake2b(rows.tobytes() + noise[some].tobytes()).digest()
+        for rows, some in zip(local, sites.members, strict=True)
     ]
     kept |= {key: before[key] for key in keys if key in before}
     new = list(dict((key, k) for k, key in enumerate(keys) if key not in kept).values())
@@ -52,18 +53,20 @@ def equations_of(sites: SexticSites, points, std: float, before: dict, kept: dic
         for start in range(0, len(alike), 8):
             group = alike[start : start + 8]
             scaled, real = np.zeros((len(group), size, 3)), np.zeros((len(group), size), bool)
+            own = np.ones((len(group), size))
             for row, k in enumerate(group):
                 scaled[row, : len(local[k])], real[row, : len(local[k])] = local[k], True
-            found = _fitted(scaled, real, noise)
+                own[row, : len(local[k])] = noise[sites.members[k]]
+            found = _fitted(scaled, real, own)
             for row, k in enumerate(group):
                 kept[keys[k]] = found.information[row].copy(), found.right[row].copy()
     return Equations(*(np.array(x) for x in zip(*(kept[key] for key in keys), strict=True)))
 
 
-def _fitted(scaled, real, noise: float) -> Equations:
-    """Equations of sextics at scaled local points (m, n, 3) that are real or not (m, n), of a
-    standard deviation: of distances from them at the feet of the fit before, three times; see
-    ``touchatlas.atlas.pieces.fit_piece``."""
+def _fitted(scaled, real, noise) -> Equations:
+    """Equations of sextics at scaled local points (m, n, 3) that are real or not (m, n), of
+    standard deviations (m, n): of distances from them at the feet of the fit before, three times;
+    see ``touchatlas.atlas.pieces.fit_piece``."""
     terms = _monomials(scaled)
     weight = real / noise**2
     start = _equations(terms[:, :_PARABOLOID], scaled[..., 2], weight)
@@ -87,7 +90,7 @@ def coefficients_of(equations: Equations) -> np.ndarray:
     return np.asarray(np.linalg.solve(information, equations.right[..., None])[..., 0])
 
 
-def _feet(mean, scaled, terms, noise: float):
+def _feet(mean, scaled, terms, noise):
     """Feet (m, n, 3) of scaled points on sextics with coefficients (m, t), gradients there (m, n),
     distances of no more than five deviations (m, n), and all of them in deviations (m, n)."""
     values = derivative_coefficients(SEXTIC_BASIS, mean, list(GRADIENT)) @ terms

@@ -71,7 +71,7 @@ def test_a_guess_about_the_contact_does_not_tell_the_outer_side(touches):
     """Samples away from it are on surface that is known, and they do."""
     touch = leaning(touches[0], 95.0)
     body = GuessedAboutTheContact(touch)
-    state = SimpleNamespace(body=body, bias=0.02, sample_std=0.03, levels=Levels())
+    state = SimpleNamespace(body=body, bias=0.02, levels=Levels())
     quadric = quadric_of_touch(state, touch, touch.contours)
     outward, reason = outer_side(state, touch, touch.contours, quadric)
     assert not reason
@@ -84,7 +84,7 @@ def test_a_guess_about_the_contact_does_not_turn_contours_without_a_normal(touch
     out by it, and touches no longer improved what was known."""
     touch = leaning(touches[0], lean)
     body = GuessedAboutTheContact(touch)
-    state = SimpleNamespace(body=body, sample_std=0.03, levels=Levels())
+    state = SimpleNamespace(body=body, bias=0.02, levels=Levels())
     outward, reason = outer_side(state, touch, touch.contours[:2], None)
     assert (outward is not None) is outside and bool(reason) is not outside
 
@@ -99,7 +99,7 @@ def test_a_contour_without_a_normal_far_from_known_surface_needs_a_steep_approac
 
     for lean, outside in ((50.0, True), (70.0, False)):
         touch = leaning(touches[0], lean)
-        state = SimpleNamespace(body=Unsure(touch), sample_std=0.03, levels=Levels())
+        state = SimpleNamespace(body=Unsure(touch), bias=0.02, levels=Levels())
         assert (outer_side(state, touch, touch.contours[:1], None)[0] is not None) is outside
 
 
@@ -151,14 +151,17 @@ def test_contours_too_short_to_have_a_direction_are_refused_on_known_surface_too
 
 
 def test_samples_have_the_noise_that_their_contours_state(touches):
-    """The root mean square of them counts, and the lack of fit that is borne."""
+    """Each counts for itself, with the lack of fit that is borne; that of the surest is the
+    reference."""
     atlas = Atlas(TOLERANCE, scale=0.1)
     for noise, touch in zip((0.02, 0.04), touches[:2], strict=True):
         stated = tuple(replace(c, noise_std=noise) for c in touch.contours)
         atlas.add(replace(touch, contours=stated))
     assert set(atlas.pool.noise.tolist()) == {0.02, 0.04}
-    square = (atlas.pool.noise**2).mean() + (0.2 * 0.1) ** 2
-    assert atlas.sample_std == pytest.approx(np.sqrt(square), rel=1e-12)
+    wanted = np.hypot(atlas.pool.noise, 0.2 * 0.1)
+    assert atlas.sample_stds == pytest.approx(wanted, rel=1e-12)
+    assert atlas.body.samples.stds == pytest.approx(wanted, rel=1e-12)
+    assert atlas.sample_std == pytest.approx(np.hypot(0.02, 0.2 * 0.1), rel=1e-12)
 
 
 def test_a_touch_beside_an_edge_with_coarse_steps_has_the_normal_of_its_face(tmp_path):
