@@ -21,6 +21,7 @@ def fit(
     outward: Vector = None,
     columns: str = "",
     unit: str = "",
+    tip_radius: float = 0.0,
     out: Path | None = None,
     force: Annotated[bool, Parameter(negative="")] = False,
     json_: Annotated[bool, Parameter(name="--json", negative="")] = False,
@@ -49,6 +50,9 @@ def fit(
         nx, ny, nz, flag (1 where a point is good) and time. By default it is found out.
     unit
         Of the lengths: mm, m, in, cm or um; by default what the file says.
+    tip_radius
+        Of the ball at the tip, where the file holds its centres, as it does of most machines; it is
+        taken off along the normals. Say --outward if the surface does not bulge.
     out
         Folder for patch.json, patch.ply and patch.png; without, no file is written.
     force
@@ -64,7 +68,7 @@ def fit(
     at = None if point is None else parse_vector(point, "--point")
     side = None if outward is None else parse_vector(outward, "--outward")
     folder = None if out is None else check_folder(out, force)
-    report = fit_file(contours, method, noise, at, side, ReadOptions(columns, unit))
+    report = fit_file(contours, method, noise, at, side, ReadOptions(columns, unit, tip_radius))
     if folder is not None:
         report.write(folder)
     if json_:

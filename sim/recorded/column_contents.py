@@ -51,9 +51,14 @@ def columns_by_content(path, table: Table) -> Columns:
         few = [len(np.unique(numbers[i])) for i in left]
         if few[0] < min(few[1:4]) and _whole(numbers[left[0]]):
             columns.curve, left = left[0], left[1:]
-        elif len(left) in (4, 7) and few[-1] < few[0] and _whole(numbers[left[-1]]):
+        elif len(left) in (4, 7) and 1 < few[-1] < few[0] and _whole(numbers[left[-1]]):
             columns.curve, left = left[-1], left[:-1]
     columns.xyz = tuple(left[:3])
+    if len(table.columns) == 9 and len(left) == 9:
+        table.warnings.append(
+            "nine columns are as LinuxCNC's PROBEOPEN writes them; such a file says neither its "
+            "unit nor its work system, and a G38.3 that met nothing looks like a hit: see to these"
+        )
     named = columns.curve
     if named is not None and named not in words and _are_flags(table.columns[named]):
         columns.flag, columns.curve = (named, True), None

@@ -34,7 +34,7 @@ _TIME_WORDS = (
 )
 # Kinds of coordinates, by words in their names without x, y, z; the first that is found counts.
 _NO_PLACE = (
-    r"quat\w*|orient\w*|rot\w*|euler|rpy|vel\w*|speed|acc\w*|force|torque|ft|wrench|moment|gyro\w*|"
+    r"q|quat\w*|orient\w*|rot\w*|euler|rpy|vel\w*|speed|acc\w*|force|torque|ft|wrench|moment|gyro\w*|"
     r"mag|imu|joint\w*|angular|effort|twist|std|sigma|cov\w*|var|dev\w*|abw\w*|ecart|scarto|"
     r"desviacion|err\w*|diff|delta|residual|colou?r|rgb|scale|current|offset|偏差"
 )
@@ -87,7 +87,7 @@ class Triple:
         words = re.findall(r"[a-z]+|[\u3040-\u30ff\u4e00-\u9fff]+", self.words)
         kinds = (
             ("vector", _VECTOR),
-            ("none", _NO_PLACE + "|q|v|f|r|w|a|m|d|s"),
+            ("none", _NO_PLACE + ("|v|f|r|w|a|m|d|s" if len(words) == 1 else "")),
             ("nominal", _NOMINAL),
             ("actual", _ACTUAL),
             ("place", _PLACE),
@@ -112,15 +112,11 @@ def columns_by_name(path, table: Table) -> Columns | None:
     rows = [row for row in table.above if not _are_units(row)]
     if not rows:
         return None
-    below = [row for row in table.above[: table.above.index(rows[0])]]
-    names, cleaned, units = _read_row(rows[0])
+    # Names may be in rows under each other, as of markers and their coordinates.
+    joined = [" ".join(filter(None, parts)) for parts in zip(*rows[::-1], strict=True)]
+    held = [row for row in (*rows, joined) if _best(_triples(_read_row(row)[1]))]
+    names, cleaned, units = _read_row(held[0] if held else rows[0])
     found = _triples(cleaned)
-    if not _best(found) and len(rows) > 1:
-        # The names may be in rows under each other, as of markers and their coordinates.
-        joined = [" ".join(filter(None, parts)) for parts in zip(*rows[::-1], strict=True)]
-        if _best(_triples(_read_row(joined)[1])):
-            names, cleaned, units = _read_row(joined)
-            found = _triples(cleaned)
     triple = _best(found)
     if triple is None:
         _refuse_missing(path, table, names, cleaned)
@@ -130,9 +126,9 @@ def columns_by_name(path, table: Table) -> Columns | None:
             raise ValueError(f"{path} has the column {names[place]} twice; rename one of them")
     vectors = [t for t in found if t.kind == "vector"]
     columns = Columns(triple.places, vectors[0].places if vectors else (), names=names)
-    columns.unit = _unit(path, [units[i] for i in triple.places], [r for r in below], triple)
+    columns.unit = _unit(path, [units[i] for i in triple.places], table.above, triple)
     columns.poses = any(re.search(r"(^|[^a-z])q[_ ]?w$|orientation.*w$", c) for c in cleaned)
-    columns.poses |= "tcp" in triple.words or "pose" in triple.words
+    columns.poses |= bool(re.search(r"tcp|pose|t_ee", triple.words))
     _others(table, columns, cleaned)
     if not vectors:
         _refuse_part_of_a_vector(path, cleaned)
@@ -212,11 +208,14 @@ def _are_units(row: list[str]) -> bool:
     return bool(cells) and all(unit_of(f"[{cell}]")[1] for cell in cells)
 
 
-def _unit(path, named: list[str], below: list[list[str]], triple: Triple) -> str:
-    """The unit in the names of the coordinates, or in the row of units below them."""
+def _unit(path, named: list[str], above: list[list[str]], triple: Triple) -> str:
+    """The unit in the names of the coordinates, or in a row of units below them."""
     units = set(named)
-    if units == {""} and below:
-        units = {unit_of(f"[{below[0][i].strip('[](){} ')}]")[1] for i in triple.places}
+    for row in above if units == {""} else ():
+        cells = [row[i] for i in triple.places]
+        if _are_units(cells):
+            units = {unit_of(f"[{cell.strip('[](){} ')}]")[1] for cell in cells}
+            break
     if len(units) > 1:
         raise ValueError(
             f"{path} has x, y, z in different units "

@@ -59,6 +59,9 @@ class ReadOptions:
         As ``x=3,y=4,z=5,curve=1``: numbers of columns, from 1, or their names.
     unit : str
         Of the lengths; where it is empty the file's own is taken.
+    tip_radius : float, length
+        Of the ball whose centres the points are; 0 where they are contacts. Points with normals of
+        the surface are moved inward by it as they are read.
     gap : float
         A curve ends where the next point is as many steps away, in space or in time, of those
         that three in four are shorter than; where nothing else parts curves.
@@ -66,11 +69,14 @@ class ReadOptions:
 
     columns: str = ""
     unit: str = ""
+    tip_radius: float = 0.0
     gap: float = 6.0
 
     def __post_init__(self) -> None:
         if self.unit and self.unit not in UNITS:
             raise ValueError(f"there is no unit {self.unit!r}; give mm, m, in, cm or um")
+        if not 0.0 <= self.tip_radius < np.inf:
+            raise ValueError(f"tip_radius is {self.tip_radius}; give a length >= 0")
         if not self.gap > 1.0:
             raise ValueError(f"gap is {self.gap}; give a number of steps above 1")
 
@@ -228,6 +234,11 @@ def _checked(path: Path, groups, unit: str, options: ReadOptions, assumed, warni
     """Curves of groups of points; refused, with how they were read, where they are none."""
     unit = UNITS[options.unit] if options.unit else unit
     groups = [(name, points, _unit_vectors(vectors)) for name, points, vectors in groups]
+    kind = what_vectors_are(groups)
+    if options.tip_radius and kind == "normals" and _all_known(groups):
+        off = options.tip_radius
+        groups = [(name, points - off * vectors, vectors) for name, points, vectors in groups]
+        assumed = [*assumed, f"a tip of radius {off:g} was taken off along the normals"]
     everything = np.concatenate([np.zeros((0, 3)), *(points for _, points, _ in groups)])
     count = len({name for name, *_ in groups} - {""})
     many = f"{count} curve{'s' * (count != 1)}" if count else "no curve"
@@ -245,7 +256,6 @@ def _checked(path: Path, groups, unit: str, options: ReadOptions, assumed, warni
         )
     curves: list[Curve] = []
     repeated = False
-    kind = what_vectors_are(groups)
     for name, points, vectors in groups:
         keep = _without_repeats(points, bool(name))
         repeated |= len(keep) < len(points)
@@ -260,6 +270,11 @@ def _checked(path: Path, groups, unit: str, options: ReadOptions, assumed, warni
         assumed.append(f"the vectors are {_KINDS[kind]}")
     curves = _once(curves, warnings)
     return Curves(curves, repeated, tuple(assumed), tuple(warnings), unit)
+
+
+def _all_known(groups) -> bool:
+    """Whether each point has its vector."""
+    return all(np.isfinite(vectors).all() for *_, vectors in groups)
 
 
 _KINDS = {

@@ -14,7 +14,7 @@ from touchatlas.patch.fit.displacement import (
     prior_of,
 )
 from touchatlas.sim.judge.number_meanings import LENGTH
-from touchatlas.sim.recorded.contour_file import ReadOptions, read_curves
+from touchatlas.sim.recorded.contour_file import Curve, ReadOptions, read_curves
 from touchatlas.sim.recorded.fit_flags import fit_flags, residual_rms
 from touchatlas.sim.recorded.fit_report import FitReport
 from touchatlas.sim.recorded.recording import Recording, prepare
@@ -65,6 +65,11 @@ def fit_file(
     other = suspect and _readable(method, file.curves, suspect, noise, point, outward)
     try:
         recording, patch, outliers = _fitted(method, file.curves, noise, point, outward)
+        if options.tip_radius and not all(curve.exact for curve in file.curves):
+            moved = _off_tip(recording, patch, options.tip_radius)
+            at = None if point is None else point - options.tip_radius * patch.frame.normal
+            side = patch.frame.normal
+            recording, patch, outliers = _fitted(method, moved, noise, at, side)
     except ValueError as error:
         words = f"{suspect.words}, or leave it out" if suspect and other else str(error)
         raise ValueError(f"{words}; {Path(path).name} was read so: {file.how}") from None
@@ -100,6 +105,19 @@ def _fitted(method: str, curves, noise, point, outward) -> tuple[Recording, Patc
             "plane and tells no side; give a direction that points out of the body"
         )
     return recording, patch, outliers
+
+
+def _off_tip(recording: Recording, patch: Patch, radius: float) -> list[Curve]:
+    """Curves of contacts from those of centres of a ball: a radius inward along the normals.
+
+    The surface of the centres is parallel to that of the body, and so has the same normals.
+    """
+    named = zip(recording.names, (c.points for c in recording.contours), strict=True)
+    return [
+        Curve(name, points - radius * patch.normal(points), None)
+        for name, points in (*named, ("", recording.scattered))
+        if len(points)
+    ]
 
 
 def _told_side(curves) -> np.ndarray | None:

@@ -15,7 +15,7 @@ import numpy as np
 from touchatlas.sim.recorded.text_file import NUMBER, read_lines
 
 _SEPARATORS = {"\t": "tabs", ";": "semicolons", "|": "bars", ",": "commas", None: "spaces"}
-_COMMENT = re.compile(r"\s*\"?(#+|%+|//+|\$\$|!|\()\s*")
+_COMMENT = re.compile(r"^\s*\"?(#+|%+|//+|\$\$|!|\((?=\s*[A-Za-z]))\s*")
 _NUMBER = re.compile(rf"{NUMBER}|[+-]?(?:nan(?:\(ind\))?|inf|infinity)", re.IGNORECASE)
 _EXCEL = re.compile(r'"?sep=(\\t|[\t;|,])"?', re.I)
 

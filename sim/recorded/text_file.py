@@ -13,6 +13,7 @@ _MINUS = str.maketrans(dict.fromkeys("\u2212\u2010\u2011\u2013\uff0d", "-") | {"
 _KANJI = re.compile(r"[\u3040-\u30ff\u4e00-\u9fff\uff01-\uff5e\u3000-\u303f]*")
 _PROBED = re.compile(r"\[PRB:([^:\]]*):([01])\]")
 _NAMED = re.compile(r'"?\b([xyz])"?\s*[:=]\s*(-?[\d.]+(?:[eE][+-]?\d+)?)', re.IGNORECASE)
+_ENCLOSED = re.compile(r"\s*[\[({](\s*[-+.\d][^\[\](){}]*)[\])}][,;]?\s*")
 _CODE = re.compile(r"([A-Z])\s*([+-]?(?:\d+\.?\d*|\.\d+))", re.IGNORECASE)
 _ECHOED = re.compile(
     r"\s*\n\s*".join(rf"\b{axis}:\s*({NUMBER}|\.?nan)" for axis in "xyz") + r"(?!\S|\s*\n\s*w:)"
@@ -48,6 +49,10 @@ def read_lines(path: Path) -> Lines:
         found = (_PROBED.search(line) for line in lines)
         told = [f"{m[1]},{m[2]}" if m else w for m, w in zip(found, lines, strict=True)]
         return Lines(told, ["x", "y", "z", "hit"], assumed)
+    if any(re.match(r"\s*ACTL/", line) for line in lines):
+        assumed.append("ACTL/ are points, as measured")
+        return Lines([_actual(line) for line in lines], None, assumed)
+    lines = [m[1] if (m := _ENCLOSED.fullmatch(line)) else line for line in lines]
     full = [line for line in lines[:500] if line.strip()]
     if 2 * sum(len(_NAMED.findall(line)) >= 3 for line in full) > len(full):
         assumed.append("numbers after x, y, z are coordinates")
@@ -79,6 +84,12 @@ def _text(path: Path, assumed: list[str]) -> str:
             assumed.append(f"the text is not UTF-8; it was read as {encoding}")
         return text
     raise ValueError(f"{path} is no text; save it as CSV in UTF-8")
+
+
+def _actual(line: str) -> str:
+    """x,y,z,i,j,k of a line of PC-DMIS that holds what was measured; others as a comment."""
+    found = re.match(r"\s*ACTL/(.*)", line)
+    return found[1].replace("<", "").replace(">", "") if found else f"# {line}" if line else line
 
 
 def _named(line: str) -> str:
