@@ -21,6 +21,7 @@ from touchatlas.atlas.records.touch import AtlasChange, Touch
 from touchatlas.atlas.state import AtlasState
 
 if TYPE_CHECKING:
+    from k3d.plot import Plot
     from trimesh import Trimesh
 
 
@@ -114,6 +115,22 @@ class Atlas(AtlasState):
         ``faces().graph()``."""
         return nx.Graph() if self.body is None else patch_graph(self.body)
 
+    def plot(self, colour: str = "deviation", unit: str = "") -> "Plot":
+        """The surface and its samples in three dimensions, for a notebook; the surface is coloured
+        by its ``deviation``, up to the tolerance, or by ``face``.
+
+        Returns
+        -------
+        k3d.plot.Plot
+        """
+        from touchatlas.atlas.scene import TOUCHED, add_points, add_surface, new_plot
+
+        plot = new_plot(unit)
+        if self.body is not None:
+            add_surface(plot, extract_surface(self), colour, self.tolerance)
+            add_points(plot, self.pool.points, 0.005 * self.body.extent, "samples", TOUCHED)
+        return plot
+
     def to_networkx(self) -> nx.MultiGraph:
         """The graph of faces, ``faces().graph()``: see ``touchatlas.atlas.faces.face_graph``."""
         return self.faces().graph()
@@ -131,6 +148,14 @@ class Atlas(AtlasState):
             faces = ", ".join(f"{count} {kind}" for kind, count in kinds.most_common())
             words += f", faces: {faces}, {len(self)} patches"
         return f"<Atlas: {words}, tolerance {self.tolerance:.4g}>"
+
+    def _repr_html_(self) -> str:
+        """What is held, with a row for each face."""
+        rows = [] if self.body is None else self.body.faces.faces
+        cells = "".join(f"<tr><td>{f.id}</td><td>{f.words}</td></tr>" for f in rows[:20])
+        more = f"<tr><td></td><td>and {len(rows) - 20} more</td></tr>" if len(rows) > 20 else ""
+        line = repr(self)[1:-1]
+        return f"<div>{line}</div><table><tr><th>face</th><th>what</th></tr>{cells}{more}</table>"
 
     def validate(self) -> None:
         """Check all invariants: of the samples, of lost ends and ways, and that the surface follows

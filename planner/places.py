@@ -47,6 +47,8 @@ class Places:
         Diagonal of the bounding box of the hole or opening that each is of.
     rim_slope : (k,) float
         Sine of the angle at which the surface meets the plane across it.
+    surface : Surface or None
+        The triangles; None before the first touch that taught anything.
     """
 
     points: np.ndarray
@@ -58,6 +60,7 @@ class Places:
     rim_area: np.ndarray
     rim_size: np.ndarray
     rim_slope: np.ndarray
+    surface: Surface | None = None
 
     def areas(self, tolerance: float, ratio: DeviationRatio, counted) -> tuple[float, float, float]:
         """Expected area within a tolerance; all area, with that beside the rims ``counted`` (k,)
@@ -142,6 +145,7 @@ def places_of(atlas: Atlas, cube: float | None = None) -> Places:
         strip[left],
         size[left],
         slope[left],
+        drawn,
     )
 
 

@@ -1,6 +1,7 @@
 """Planner: it touches where least is known, until that is known to the tolerance."""
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,6 +19,9 @@ from touchatlas.planner.probe_plan import ProbePlan, check_answer
 from touchatlas.planner.sources import next_target
 from touchatlas.planner.stop import Forecast, Stop, StopReason
 from touchatlas.planner.view import Phase, View
+
+if TYPE_CHECKING:
+    from k3d.plot import Plot
 
 
 class Planner:
@@ -45,6 +49,9 @@ class Planner:
     ----------
     stop : Stop or None
         Why there is no further plan, and what is left; None before the end.
+    places : Places or None
+        The places of the surface, and the surface, by which the last plan was made; None before
+        the first. For pictures.
 
     Examples
     --------
@@ -71,6 +78,7 @@ class Planner:
         start = frozen_array(start, (3,), "start point")
         self.options, self._rng = options, rng
         self.stop: Stop | None = None
+        self.places: Places | None = None
         self._attempts = Attempts(start, check_unit(outward, "outward direction"))
         self._ratio = DeviationRatio()
         # Numbers of faces, edges and rounded edges of the body that the last plan went by.
@@ -140,6 +148,29 @@ class Planner:
         """
         return self._forecast(atlas, self.stop is not None and self.stop.reason is StopReason.KNOWN)
 
+    def plot(self, atlas: Atlas, unit: str = "") -> "Plot":
+        """What the planner knows and wants, in three dimensions, for a notebook: the surface by its
+        deviation, contacts, open places, and the planes of the plans that are pending.
+
+        Returns
+        -------
+        k3d.plot.Plot
+        """
+        from touchatlas.planner.scene import planner_plot
+
+        return planner_plot(self._attempts, places_of(atlas), atlas.tolerance, unit)
+
+    def __repr__(self) -> str:
+        """One line: what is known, and what comes next."""
+        touched, pending = len(self._attempts.touched), self._attempts.plans
+        words = f"{touched} touches, {self._known.coverage:.1%} known to the tolerance"
+        if self.stop is not None:
+            words += f", ended: {self.stop.reason.value}"
+        elif pending:
+            x, y, z = pending[0].reference_point
+            words += f", next: {pending[0].reason.value} at ({x:.4g}, {y:.4g}, {z:.4g})"
+        return f"<Planner: {words}>"
+
     def _forecast(self, atlas: Atlas, known: bool) -> Forecast:
         """The same; whether the planner ended as known is given."""
         if atlas.body is None:
@@ -175,7 +206,8 @@ class Planner:
         """The places of an atlas, after its area within the tolerance is measured. What was learned
         of errors is forgotten when the number of faces, edges or rounded edges, or the law of a
         single face changes: they were those of another surface."""
-        places, learned = places_of(atlas), self._attempts.learned
+        self.places = places = places_of(atlas)
+        learned = self._attempts.learned
         if atlas.body is None:
             return places
         found = structure_of(atlas.body.faces)

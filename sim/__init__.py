@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from touchatlas.sim.judge.truth import EvaluateOptions, Truth
     from touchatlas.sim.run.conclusion import truth_of
     from touchatlas.sim.run.exploration import resume_exploration, run_exploration
+    from touchatlas.sim.run.run import Run, explore, load_run
     from touchatlas.sim.run.watcher import Watcher
     from touchatlas.sim.run.work import Result
     from touchatlas.sim.world.objects import make_object, object_names
@@ -22,10 +23,13 @@ __all__ = [
     "Journal",
     "Probe",
     "Result",
+    "Run",
     "RunOptions",
     "Truth",
     "Watcher",
     "evaluate_surface",
+    "explore",
+    "load_run",
     "make_object",
     "object_names",
     "resume_exploration",
@@ -39,10 +43,13 @@ __getattr__ = lazy_names(
         "Journal": "touchatlas.sim.folder.journal",
         "Probe": "touchatlas.sim.world.probe",
         "Result": "touchatlas.sim.run.work",
+        "Run": "touchatlas.sim.run.run",
         "RunOptions": "touchatlas.sim.folder.run_options",
         "Watcher": "touchatlas.sim.run.watcher",
         "Truth": "touchatlas.sim.judge.truth",
         "evaluate_surface": "touchatlas.sim.judge.evaluate",
+        "explore": "touchatlas.sim.run.run",
+        "load_run": "touchatlas.sim.run.run",
         "make_object": "touchatlas.sim.world.objects",
         "object_names": "touchatlas.sim.world.objects",
         "resume_exploration": "touchatlas.sim.run.exploration",

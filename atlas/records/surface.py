@@ -7,6 +7,7 @@ import igl
 import numpy as np
 
 if TYPE_CHECKING:
+    from k3d.plot import Plot
     from trimesh import Trimesh
 
 
@@ -46,6 +47,19 @@ class Surface:
         ends = len(igl.boundary_facets(self.faces)[0]) if len(self.faces) else 0
         words = f"{len(self.faces):,} triangles of {len(np.unique(self.patch))} faces"
         return f"<Surface: {words}, {'open' if ends or not len(self.faces) else 'closed'}>"
+
+    def plot(self, colour: str = "deviation", unit: str = "") -> "Plot":
+        """The surface in three dimensions, for a notebook, coloured by ``deviation`` or ``face``.
+
+        Returns
+        -------
+        k3d.plot.Plot
+        """
+        from touchatlas.atlas.scene import add_surface, new_plot
+
+        plot = new_plot(unit)
+        add_surface(plot, self, colour)
+        return plot
 
     def to_trimesh(self) -> "Trimesh":
         """The triangles as a ``trimesh.Trimesh`` with their normals, and ``deviation`` and

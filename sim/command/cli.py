@@ -39,6 +39,7 @@ for _name, _help in (
         "Go on with a stopped run, or with a finished one to more touches or a finer tolerance.",
     ),
     ("evaluate", "Compare a surface with the ground truth, both ways."),
+    ("view", "Open the replay of a run in a browser."),
     ("compare", "Compare runs: a table of their numbers, and a chart."),
     ("fit", "Fit a patch to recorded contours: three or more curves through one point."),
     ("export", "Write the atlas of a run as a STEP file for CAD, or the graph of its faces."),

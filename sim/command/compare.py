@@ -11,7 +11,7 @@ from rich.table import Table
 
 from touchatlas.sim.command.numbers import Json
 from touchatlas.sim.command.outcome import say
-from touchatlas.sim.judge.comparison import compare_runs
+from touchatlas.sim.judge.comparison import Comparison, compare_runs
 
 
 def compare(
@@ -35,12 +35,25 @@ def compare(
     if json_:
         print(json.dumps(comparison.table, indent=2))
         return 0
-    table = Table("")
-    for name in comparison.names:
-        # Names of runs differ at their end, which must not be cut off.
-        table.add_column(escape(name), overflow="fold")
-    for quantity, values in comparison.rows():
-        table.add_row(escape(quantity), *(escape(value) for value in values))
-    Console().print(table)
+    _print_table(comparison)
     print(f"compare.csv and compare.png are in {out}")
     return 0
+
+
+def _print_table(comparison: Comparison) -> None:
+    """A column for each run, under its name where there is room for the names, else under a number
+    that stands before the name above."""
+    console, rows = Console(), comparison.rows()
+    names = list(comparison.names)
+    # A column has a margin of two letters and a line.
+    cells = [max(len(name), 8) + 3 for name in names]
+    if max(len(quantity) for quantity, _ in rows) + 4 + sum(cells) > console.width:
+        for number, name in enumerate(names, 1):
+            console.print(f"{number}  {name}", markup=False, highlight=False, soft_wrap=True)
+        names = [str(number) for number in range(1, len(names) + 1)]
+    table = Table("")
+    for name in names:
+        table.add_column(escape(name), overflow="fold")
+    for quantity, values in rows:
+        table.add_row(escape(quantity), *(escape(value) for value in values))
+    console.print(table)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from touchatlas.sim.command.numbers import Json, print_numbers, unit_hint
+from touchatlas.sim.command.numbers import All, Json, print_numbers, unit_hint
 from touchatlas.sim.command.outcome import say
 from touchatlas.sim.command.show import shown
 from touchatlas.sim.folder.run_folder import read_finished
@@ -26,6 +26,7 @@ def evaluate(
     *,
     truth: str | None = None,
     tolerance: float | None = None,
+    all_: All = False,
     json_: Json = False,
 ) -> int:
     """Compare a surface with the ground truth, both ways.
@@ -43,7 +44,7 @@ def evaluate(
     """
     run = read_finished(surface) if surface.is_dir() else None
     if run is not None and truth is None and tolerance is None and not _is_found(run["object"]):
-        return _stored(surface, run["object"], json_)
+        return _stored(surface, run["object"], json_, all_)
     if run is None:
         request = _of_file(surface, truth, tolerance)
     else:
@@ -51,7 +52,7 @@ def evaluate(
     obj, size, numbers = _compared(request)
     if hint := unit_hint(size, obj.diagonal):
         say(hint)
-    print_numbers(numbers, f"{request.surface} against {obj.name}", json_)
+    print_numbers(numbers, f"{request.surface} against {obj.name}", json_, all_)
     return 0
 
 
@@ -130,12 +131,12 @@ def _truth_object(request: _Request) -> ImplicitObject | MeshObject:
     return obj
 
 
-def _stored(run: Path, truth: str, as_json: bool) -> int:
+def _stored(run: Path, truth: str, as_json: bool, every: bool) -> int:
     """Print what was measured at the end of a run, whose truth is gone."""
     numbers = stored_numbers(run)
     say(
         f"there is no file {truth} any more, so nothing was measured again: these are the numbers "
         "of the end of the run; name another truth with --truth"
     )
-    print_numbers(numbers, f"{run} against {truth}", as_json)
+    print_numbers(numbers, f"{run} against {truth}", as_json, every)
     return 0

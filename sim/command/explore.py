@@ -1,24 +1,20 @@
 """touchatlas explore: the command."""
 
-import re
-from hashlib import sha256
 from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
 
-from touchatlas.sim.command.numbers import Json
+from touchatlas.sim.command.numbers import All, Json
 from touchatlas.sim.command.option_flags import with_options
 from touchatlas.sim.command.outcome import say
 from touchatlas.sim.command.run_end import end_of, resumable
 from touchatlas.sim.command.show import shown
-from touchatlas.sim.folder.option_tables import differences
+from touchatlas.sim.command.view import show_page
+from touchatlas.sim.folder.out_folder import default_folder
 from touchatlas.sim.folder.run_options import RunOptions
 from touchatlas.sim.run.exploration import NO_OPTIONS, run_exploration
 from touchatlas.sim.world.objects import make_object
-
-# Options that are a budget, which another run may have in the same folder.
-_BUDGET = ("max_touches", "max_length", "seed")
 
 
 @with_options(RunOptions(), NO_OPTIONS)
@@ -29,6 +25,8 @@ def explore(
     options: RunOptions,
     out: Path | None = None,
     force: Annotated[bool, Parameter(negative="", show_default=False)] = False,
+    view: Annotated[bool, Parameter(negative="", show_default=False)] = False,
+    all_: All = False,
     json_: Json = False,
 ) -> int:
     """Explore an object by simulated touch, build its atlas and judge it.
@@ -44,24 +42,17 @@ def explore(
         theirs.
     force
         Replace the run that the folder holds, when the new one is whole.
+    view
+        Show the run in a browser while it goes on, and its replay at the end.
     """
     with shown(f"preparing {name}") as watcher:
+        watcher.is_viewed = view
         obj = make_object(name, options.seed)
         for sentence in getattr(obj, "notes", ()):
             say(sentence)
         out = default_folder(obj.name, options) if out is None else out
         with resumable(out):
             result = run_exploration(obj, out, options, force, watcher)
-    return end_of(result, obj, json_)
-
-
-def default_folder(name: str, options: RunOptions) -> Path:
-    """runs/OBJECT-SEED, followed by the options that are not the default: two runs of different
-    options have different folders."""
-    other = differences(options, RunOptions())
-    words = [f"{key}={value}" for key, value in other.items() if key not in _BUDGET]
-    text = "-".join([name, str(options.seed), *(re.sub(r"[^\w.=+-]", "_", w) for w in words)])
-    # Most file systems take 255 letters, and a terminal some more than a hundred.
-    if len(text) > 120:
-        text = f"{text[:111]}-{sha256(text.encode()).hexdigest()[:8]}"
-    return Path("runs") / text
+    if view:
+        show_page(result.folder)
+    return end_of(result, obj, json_, all_)

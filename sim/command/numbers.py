@@ -5,16 +5,19 @@ from typing import Annotated
 
 from cyclopts import Parameter
 from rich.console import Console
-from rich.markup import escape
 from rich.table import Table
 
 from touchatlas.atlas.check.doubt import count_of
 from touchatlas.planner import StopReason
 from touchatlas.sim.command.outcome import say
-from touchatlas.sim.judge.judgement import is_met, largest_errors, truth_warnings, written
+from touchatlas.sim.judge.judgement import TEN, largest_errors, truth_warnings, verdict, written
 from touchatlas.sim.judge.mismatches import differ_as_units
 from touchatlas.sim.judge.number_meanings import LENGTH, NUMBERS
 
+All = Annotated[
+    bool,
+    Parameter(name="--all", negative="", help="Print every number.", show_default=False),
+]
 Json = Annotated[
     bool,
     Parameter(
@@ -26,39 +29,43 @@ Json = Annotated[
 ]
 
 
-def print_numbers(numbers: dict, title: str, as_json: bool) -> None:
-    """Print numbers with their units and meanings, and say what must be known of them."""
+def print_numbers(numbers: dict, title: str, as_json: bool, every: bool = False) -> None:
+    """Print the verdict and ten numbers, or ``every`` one, with their units and meanings, and say
+    what must be known of them."""
     if as_json:
         print(json.dumps(numbers, indent=2))
     else:
-        _print_table(numbers, title)
+        _print_table(numbers, title, every)
     for sentence in sentences(numbers):
         say(sentence)
 
 
-def _print_table(numbers: dict, title: str) -> None:
-    """Print numbers as a table, and below it whether the tolerance is met."""
-    unit = numbers.get("unit", LENGTH)
-    table = Table(title=escape(title))
+def _print_table(numbers: dict, title: str, every: bool) -> None:
+    """Print whether the tolerance is met, and numbers as a table."""
+    console, unit = Console(), numbers.get("unit", LENGTH)
+    for words in (title, ending(numbers), verdict(numbers), allowed_places(numbers)):
+        if words:
+            console.print(words, markup=False, highlight=False)
+    table = Table()
     table.add_column("quantity", no_wrap=True)
     # Long values fold, as places do: names, units and meanings need their width.
     table.add_column("value")
     table.add_column("unit", no_wrap=True)
     table.add_column("good")
-    console = Console()
     # In so many letters the meanings fit beside the numbers.
     if wide := console.width >= 130:
         table.add_column("what")
     for name, value in numbers.items():
+        if not (every or name in TEN):
+            continue
         about = NUMBERS[name]
         in_unit = unit if about.unit == LENGTH else about.unit
         table.add_row(
             name, _shown(name, value, numbers), in_unit, about.good, *([about.what] if wide else [])
         )
     console.print(table)
-    for words in (verdict(numbers), allowed_places(numbers)):
-        if words:
-            console.print(words, markup=False, highlight=False)
+    if not every:
+        console.print("--all prints every number.")
     if not wide:
         console.print("touchatlas evaluate --help says what each number is.")
 
@@ -72,7 +79,7 @@ def _shown(name: str, value, numbers: dict) -> str:
     if name.endswith("_max_place") and value:
         return written(value)
     if isinstance(value, list):
-        return count_of(len(value), "place", "places")
+        return "; ".join(f"({written(place)})" for place in value) or "none"
     return f"{value:.5g}" if isinstance(value, float) else str(value)
 
 
@@ -84,18 +91,11 @@ def sentences(numbers: dict) -> list[str]:
     return found + [_doubt(doubt) for doubt in numbers.get("doubts", ())]
 
 
-def verdict(numbers: dict) -> str | None:
-    """Whether the tolerance is met (``is_met``), in words, and the largest errors where they are
-    more than the tolerance; None without a surface."""
-    false, missing = numbers.get("accuracy_p95"), numbers.get("completeness_p95")
-    if false is None or missing is None:
+def ending(numbers: dict) -> str | None:
+    """Why an exploration ended; None of a surface that was not explored."""
+    if not {"ended", "touches"} <= {*numbers}:
         return None
-    met = "met" if is_met(numbers) else "not met"
-    words = (
-        f"The tolerance {numbers['tolerance']:.4g} is {met}: 95% of the surface is within "
-        f"{false:.4g} of the truth, and 95% of the truth within {missing:.4g} of the surface."
-    )
-    return " ".join([words, *largest_errors(numbers)])
+    return f"Ended after {count_of(numbers['touches'], 'touch', 'touches')}: {numbers['ended']}."
 
 
 def allowed_places(numbers: dict) -> str | None:
@@ -104,9 +104,11 @@ def allowed_places(numbers: dict) -> str | None:
     if not places or numbers["ended"] != StopReason.KNOWN.value:
         return None
     count = count_of(len(places), "place is", "places are")
+    first = "; ".join(f"({written(place)})" for place in places[:3])
+    more = f" and {len(places) - 3} more" if len(places) > 3 else ""
     return (
-        f"{count} open or less sure than 95%. An exploration may leave such places, because it "
-        "ends when nearly all of the surface is expected within the tolerance, here "
+        f"{count} open or less sure than 95%: {first}{more}. An exploration may leave such places, "
+        "because it ends when nearly all of the surface is expected within the tolerance, here "
         f"{numbers['predicted_coverage']:.1%}."
     )
 

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from touchatlas.sim.command.numbers import Json, print_numbers
+from touchatlas.sim.command.numbers import All, Json, print_numbers
 from touchatlas.sim.command.option_flags import Whole
 from touchatlas.sim.command.outcome import say
 from touchatlas.sim.command.run_end import end_of, resumable
@@ -19,6 +19,7 @@ def resume(
     max_touches: Whole | None = None,
     max_length: float | None = None,
     tolerance: float | None = None,
+    all_: All = False,
     json_: Json = False,
 ) -> int:
     """Go on with a stopped run, or with a finished one to more touches or a finer tolerance.
@@ -47,7 +48,7 @@ def resume(
         with shown(f"resuming {run}") as watcher, resumable(run):
             result = resume_exploration(run, max_touches, max_length, tolerance, watcher)
     except FinishedError as finished:
-        print_numbers(finished.numbers, f"{settings['object']}: {run}", json_)
+        print_numbers(finished.numbers, f"{settings['object']}: {run}", json_, all_)
         say(str(finished))
         return 0
-    return end_of(result, make_object(settings["object"], settings["seed"]), json_)
+    return end_of(result, make_object(settings["object"], settings["seed"]), json_, all_)

@@ -32,10 +32,10 @@ def resumable(folder) -> Iterator[None]:
         raise
 
 
-def end_of(result: Result, obj, as_json: bool) -> int:
+def end_of(result: Result, obj, as_json: bool, every: bool = False) -> int:
     """Print the numbers of a run and what they say; returns the exit code."""
     numbers, folder = result.numbers, result.folder
-    print_numbers(numbers, f"{obj.name}: {folder}", as_json)
+    print_numbers(numbers, f"{obj.name}: {folder}", as_json, every)
     if result.signal is not None:
         kept = f"stopped after {numbers['touches']} touches, which are kept"
         return complain(f"{kept}; touchatlas resume {folder} goes on", 128 + result.signal)

@@ -11,6 +11,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
 from touchatlas.sim.command.outcome import say
+from touchatlas.sim.look.words import Outlook
 from touchatlas.sim.run.watcher import Watcher
 
 
@@ -19,7 +20,8 @@ class Shown(Watcher):
 
     def __init__(self) -> None:
         self.words, self._note, self._looked = "", "", 0.0
-        self._tracked = 0.0
+        self._tracked, self._outlook = 0.0, Outlook()
+        self.is_viewed = False
 
     def begins(self, words: str) -> None:
         """A phase begins."""
@@ -29,16 +31,20 @@ class Shown(Watcher):
         """Something was assumed that the files of the run do not say."""
         say(words)
 
+    def follows(self, frames, obj, tolerance) -> None:
+        """The run begins: a browser shows it, where that is wanted."""
+        if self.is_viewed:
+            from touchatlas.sim.look.live import follow
+
+            say(f"the run is shown at {follow(frames, obj, tolerance)} while it goes on")
+
     def touched(self, step, atlas) -> None:
         """A touch was learned."""
         self._tracked += step.touch.tracked_length
+        known = step.plan.known
+        self._outlook.add(step, atlas)
         if time.monotonic() - self._looked > 0.5:
-            known = step.plan.known
-            self.note(
-                f"touch {step.plan.number + 1}, known to the tolerance {known:.1%}, "
-                f"tracked {self._tracked:.4g}",
-                known,
-            )
+            self.note(self._outlook.note(step, self._tracked), known)
             self._looked = time.monotonic()
 
     def count(self, things: str):

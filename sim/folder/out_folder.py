@@ -1,6 +1,14 @@
-"""The folder that a user names for results."""
+"""The folder for results: one that a user names, or one by the options of a run."""
 
+import re
+from hashlib import sha256
 from pathlib import Path
+
+from touchatlas.sim.folder.option_tables import differences
+from touchatlas.sim.folder.run_options import RunOptions
+
+# Options that are a budget, which another run may have in the same folder.
+_BUDGET = ("max_touches", "max_length", "seed")
 
 
 def make_out_folder(path) -> Path:
@@ -21,3 +29,15 @@ def make_out_folder(path) -> Path:
     except (FileExistsError, FileNotFoundError, NotADirectoryError):
         raise ValueError(f"no folder can be made at {path}; choose another --out") from None
     return path
+
+
+def default_folder(name: str, options: RunOptions) -> Path:
+    """runs/OBJECT-SEED, followed by the options that are not the default: two runs of different
+    options have different folders."""
+    other = differences(options, RunOptions())
+    words = [f"{key}={value}" for key, value in other.items() if key not in _BUDGET]
+    text = "-".join([name, str(options.seed), *(re.sub(r"[^\w.=+-]", "_", w) for w in words)])
+    # Most file systems take 255 letters, and a terminal some more than a hundred.
+    if len(text) > 120:
+        text = f"{text[:111]}-{sha256(text.encode()).hexdigest()[:8]}"
+    return Path("runs") / text

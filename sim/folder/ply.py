@@ -1,6 +1,7 @@
 """surface.ply: binary PLY with normal, predicted deviation, face and colour at each vertex."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
@@ -10,6 +11,8 @@ _NUMBERS = ("x", "y", "z", "nx", "ny", "nz", "deviation")
 _COLOURS = ("red", "green", "blue")
 _FACE = np.dtype([("count", "u1"), ("indices", "<i4", (3,))])
 _WORDS = {"<f4": "float", "<f8": "double"}
+_CODES = {"float": "<f4", "double": "<f8", "int": "<i4", "uchar": "u1"}
+_NAMES = (*_NUMBERS, "patch", *_COLOURS)
 
 
 def stored(surface: Surface, tolerance: float) -> Surface:
@@ -47,6 +50,34 @@ def ply_bytes(surface: Surface, tolerance: float) -> bytes:
     header += [f"property uchar {name}" for name in _COLOURS]
     header += [f"element face {len(faces)}", "property list uchar int vertex_indices", "end_header"]
     return ("\n".join(header) + "\n").encode() + vertices.tobytes() + faces.tobytes()
+
+
+def read_ply(path) -> Surface:
+    """The surface of a file that ``ply_bytes`` made; its curvatures, which are not kept, are zero.
+
+    Raises
+    ------
+    ValueError
+        When it is another file, or cut off.
+    """
+    content = Path(path).read_bytes()
+    head, _, body = content.partition(b"end_header\n")
+    words = [line.split() for line in head.decode("ascii", "replace").splitlines()]
+    counts = [int(line[2]) for line in words if line[:1] == ["element"] and line[2].isdigit()]
+    columns = [(line[2], _CODES.get(line[1], "u1")) for line in words if len(line) == 3]
+    kind = np.dtype([(name, code) for name, code in columns if name != "1.0" and name in _NAMES])
+    if not {*_NAMES} <= {name for name, _ in columns} or len(counts) != 2:
+        raise ValueError(f"{path} is no surface.ply of a run; give one")
+    if len(body) != counts[0] * kind.itemsize + counts[1] * _FACE.itemsize:
+        raise ValueError(f"{path} is cut off; give a whole one")
+    table = np.frombuffer(body, kind, counts[0])
+    faces = np.frombuffer(body, _FACE, counts[1], counts[0] * kind.itemsize)["indices"]
+    point, normal = (
+        np.stack([table[f"{before}{axis}"] for axis in "xyz"], axis=1).astype(float)
+        for before in ("", "n")
+    )
+    deviation, face = table["deviation"].astype(float), table["patch"].astype(int)
+    return Surface(point, faces.astype(int), normal, deviation, face, np.zeros(len(table)))
 
 
 def deviation_colours(deviation, tolerance: float) -> np.ndarray:

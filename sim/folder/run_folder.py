@@ -24,6 +24,7 @@ RUN_FILES = (
     "evaluation.json",
     "progress.png",
     "surface.png",
+    "replay.html",
 )
 # Where a run is made that is to replace another, and its name when it is whole. Names of files that
 # the whole one lacks are marked there, so that replacing can be done again after a crash.

@@ -1,5 +1,19 @@
 """What the judge's numbers come to: whether the tolerance is met, and what was not reached."""
 
+# The numbers that say most of a run.
+TEN = (
+    "coverage",
+    "accuracy_p95",
+    "completeness_p95",
+    "normal_error_deg_mean",
+    "deviation_calibration",
+    "watertight",
+    "touches",
+    "faces",
+    "tracked_length",
+    "seconds_total",
+)
+
 
 def is_met(numbers: dict) -> bool:
     """Whether a surface is as good as the tolerance asks; False without a surface.
@@ -45,6 +59,20 @@ def largest_errors(numbers: dict) -> list[str]:
         if error is not None and place is not None and error > numbers["tolerance"]:
             found.append(words.format(f"{error / numbers['tolerance']:.1f}", written(place)))
     return found
+
+
+def verdict(numbers: dict) -> str | None:
+    """Whether the tolerance is met (``is_met``), in words, and the largest errors where they are
+    more than the tolerance; None without a surface."""
+    false, missing = numbers.get("accuracy_p95"), numbers.get("completeness_p95")
+    if false is None or missing is None:
+        return None
+    met = "met" if is_met(numbers) else "not met"
+    words = (
+        f"The tolerance {numbers['tolerance']:.4g} is {met}: 95% of the surface is within "
+        f"{false:.4g} of the truth, and 95% of the truth within {missing:.4g} of the surface."
+    )
+    return " ".join([words, *largest_errors(numbers)])
 
 
 def written(place) -> str:

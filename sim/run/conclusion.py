@@ -1,7 +1,7 @@
 """The end of a run: the atlas finished, its surface, the judge's numbers, pictures, files."""
 
 import json
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +18,8 @@ from touchatlas.sim.judge.judgement import is_met, truth_warnings
 from touchatlas.sim.judge.number_meanings import LENGTH
 from touchatlas.sim.judge.surface_picture import surface_picture
 from touchatlas.sim.judge.truth import EvaluateOptions, Truth
+from touchatlas.sim.look.frames import Frames
+from touchatlas.sim.look.replay import replay_bytes
 from touchatlas.sim.run.phases import Phases
 from touchatlas.sim.run.progress import SECONDS, Progress
 from touchatlas.sim.world.implicit_object import ImplicitObject
@@ -55,6 +57,8 @@ class Conclusion:
     phases : Phases
     seconds_before : float, s
         Of an earlier process, as far as they are known.
+    frames : Frames
+        What was known touch by touch.
     """
 
     obj: ImplicitObject | MeshObject
@@ -62,6 +66,7 @@ class Conclusion:
     progress: Progress
     phases: Phases
     seconds_before: float = 0.0
+    frames: Frames = field(default_factory=Frames)
 
     def write(self, folder: Path, rng, known: dict) -> tuple[Surface | None, dict]:
         """Surface and numbers, with the files of both; ``known`` are numbers of the caller.
@@ -85,7 +90,7 @@ class Conclusion:
             numbers = self._quality(surface, rng)
             numbers["doubts"] = self._doubts(surface, known)
         with phases("files", "drawing the pictures"):
-            self._draw(folder, surface)
+            self._draw(folder, surface, known["open_places"])
         numbers |= known | self._expense() | self._seconds()
         write_whole(folder / "evaluation.json", (json.dumps(numbers, indent=2) + "\n").encode())
         return surface, numbers
@@ -99,13 +104,18 @@ class Conclusion:
         found = doubts(self.atlas, surface, places, stopped, known["unreachable_places"])
         return [doubt.as_dict() for doubt in found]
 
-    def _draw(self, folder: Path, surface: Surface | None) -> None:
-        """Write progress.png and surface.png."""
-        name, tolerance = self.obj.name, self.atlas.tolerance
+    def _draw(self, folder: Path, surface: Surface | None, open_places) -> None:
+        """Write progress.png, surface.png and replay.html."""
+        name, tolerance, unit = self.obj.name, self.atlas.tolerance, unit_of(self.obj)
         if self.progress.rows:
             write_whole(folder / "progress.png", self.progress.png_bytes(name))
         if surface is not None and len(surface.faces):
             truth = self.obj.mesh(_TRUTH_SAGITTA * tolerance)
+            self.frames.end(surface, open_places)
+            faces = [face.words for face in self.atlas.body.faces.faces] if self.atlas.body else []
+            curves = self.progress.charts(unit)
+            page = replay_bytes(name, self.frames, tolerance, unit, truth, curves, faces)
+            write_whole(folder / "replay.html", page)
             error, _, _ = closest_points(surface.vertices, *truth)
             body = surface.vertices, surface.faces
             picture = surface_picture(name, body, error, truth, tolerance)

@@ -10,6 +10,7 @@ import numpy as np
 
 from touchatlas.atlas import Atlas, TouchStatus
 from touchatlas.planner import Step
+from touchatlas.sim.look.curves import chart
 
 _COLUMNS = (
     "touch",
@@ -134,6 +135,24 @@ class Progress:
             warnings.filterwarnings("ignore", "Glyph .* missing")
             figure.savefig(image, dpi=110, metadata={"Software": None})
         return image.getvalue()
+
+    def charts(self, unit: str) -> str:
+        """The same curves against touches, as HTML."""
+        columns = {
+            name: [row[name] if row[name] != "" else None for row in self.rows]
+            for name in ("predicted_coverage", "coverage", "predicted_deviation")
+        }
+        columns["error"] = [row["completeness_mean"] or None for row in self.rows]
+        known = {"predicted": columns["predicted_coverage"], "true": columns["coverage"]}
+        error = {"predicted": columns["predicted_deviation"], "true mean": columns["error"]}
+        length = {"in contact": [row["tracked_length"] for row in self.rows]}
+        length["in the air"] = [row["travel_length"] for row in self.rows]
+        parts = (
+            chart("Known to the tolerance", known, top=1.0),
+            chart("Deviation and error", error, unit),
+            chart("Path of the probe", length, unit, top=max(map(max, length.values()))),
+        )
+        return "".join(parts)
 
     def _curve(self, axes, column: str, label: str, style: str) -> None:
         """A column against tracked length, where it is filled."""

@@ -2,6 +2,9 @@
 
 from touchatlas.atlas import Atlas
 from touchatlas.planner import Step
+from touchatlas.sim.look.frames import Frames
+from touchatlas.sim.world.implicit_object import ImplicitObject
+from touchatlas.sim.world.mesh_object import MeshObject
 
 
 class Watcher:
@@ -12,6 +15,9 @@ class Watcher:
 
     def assumes(self, words: str) -> None:
         """Something was assumed that the files of the run do not say."""
+
+    def follows(self, frames: Frames, obj: ImplicitObject | MeshObject, tolerance: float) -> None:
+        """The run begins: its frames grow with every touch."""
 
     def touched(self, step: Step, atlas: Atlas) -> None:
         """A touch was learned."""

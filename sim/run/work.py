@@ -18,6 +18,7 @@ from touchatlas.sim.folder.kept_settings import kept_settings
 from touchatlas.sim.folder.recorder import Recorder
 from touchatlas.sim.folder.run_folder import replace_run, write_settings
 from touchatlas.sim.folder.run_options import RunOptions, fit_scale
+from touchatlas.sim.look.frames import Frames
 from touchatlas.sim.run.conclusion import Conclusion
 from touchatlas.sim.run.interrupt import GRACE, Hold, held_interrupt, interrupt_of
 from touchatlas.sim.run.phases import Phases
@@ -108,7 +109,8 @@ class Work:
         with self.phases("start", "sampling the truth"):
             # The standard error of the coverage is about 1 %.
             points = self.obj.sample(2000, progress_rng)[0]
-        self.progress = Progress(self.atlas, points)
+        self.progress, self.frames = Progress(self.atlas, points), Frames()
+        self.watcher.follows(self.frames, self.obj, self.atlas.tolerance)
         self.old_seconds = read_seconds(self.folder / "steps.csv")[: len(self.kept)]
 
     def carry_out(self) -> Result:
@@ -132,7 +134,9 @@ class Work:
     def _result(self, ended: str, signal: int | None = None) -> Result:
         """The results, written; a run that is whole takes the place of the one it replaces."""
         before = sum(map(sum, self.old_seconds))
-        conclusion = Conclusion(self.obj, self.atlas, self.progress, self.phases, before)
+        conclusion = Conclusion(
+            self.obj, self.atlas, self.progress, self.phases, before, self.frames
+        )
         known = {"ended": ended, "noise_std": self.options.noise} | self._left()
         surface, numbers = conclusion.write(self.folder, self.judge_rng, known)
         folder = self.folder if ended == INTERRUPTED else replace_run(self.folder)
@@ -211,6 +215,7 @@ class Work:
             self.phases.add("repeat", sum(seconds))
             seconds = self.old_seconds[number]
         self.progress.add(step, seconds)
+        self.frames.add(step, self.planner, self.atlas, 0.05 * self.obj.diagonal)
         path = self.folder / "steps.csv"
         if number == max(done - 1, 0):
             write_whole(path, self.progress.csv_bytes())

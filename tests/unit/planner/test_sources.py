@@ -285,8 +285,9 @@ def test_a_source_gives_the_same_target_of_the_same_view_and_changes_nothing(pha
     attempts.touched = [touch.contact for touch in found.touches[:4]]
     attempts.missed = [Target(np.array([0.0, 90.0, 0.0]), np.array([0.0, 1.0, 0.0]), Reason.EXPAND)]
     places = places_of(found.atlas)
-    for array in vars(places).values():
-        array.flags.writeable = False
+    for array in [*vars(places).values(), *vars(places.surface).values()]:
+        if isinstance(array, np.ndarray):
+            array.flags.writeable = False
     options = PlannerOptions(name="random" if phase is Phase.COMPARE else "tolerance", search=1)
     before, seen = repr(attempts), View(found.atlas, options, attempts, phase, 0.5)
     targets = [source(seen, places) for source, phases in SOURCES if phase in phases]

@@ -31,6 +31,7 @@ def no_pictures(monkeypatch):
     """Runs draw nothing, which takes most of the time of a short one."""
     drawn = lambda *_: b"no picture"  # noqa: E731
     monkeypatch.setattr(conclusion, "surface_picture", drawn)
+    monkeypatch.setattr(conclusion, "replay_bytes", drawn)
     monkeypatch.setattr(Progress, "png_bytes", drawn)
 
 

@@ -50,6 +50,7 @@ def test_run_folder_holds_what_the_contract_says(whole_run):
         "evaluation.json",
         "progress.png",
         "surface.png",
+        "replay.html",
     }
     assert json.loads((folder / "evaluation.json").read_text()) == numbers
     assert len((folder / "steps.csv").read_text().splitlines()) == numbers["touches"] + 1
@@ -234,7 +235,10 @@ def test_streams_that_nobody_reads_change_no_exit_code(tmp_path, command, code):
 
 @pytest.mark.parametrize(
     "command",
-    ["objects", "explore", "resume", "evaluate", "compare", "export", "fit", "chart", "paper"],
+    [
+        *("objects", "explore", "resume", "evaluate", "view", "compare", "export", "fit"),
+        *("chart", "paper"),
+    ],
 )
 def test_every_command_explains_itself(tmp_path, command):
     done = touchatlas(command, "--help", cwd=tmp_path)

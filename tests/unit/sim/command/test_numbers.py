@@ -8,13 +8,8 @@ import trimesh
 
 from tests.command import touchatlas
 from touchatlas.planner import StopReason
-from touchatlas.sim.command.numbers import (
-    allowed_places,
-    print_numbers,
-    sentences,
-    unit_hint,
-    verdict,
-)
+from touchatlas.sim.command.numbers import allowed_places, print_numbers, sentences, unit_hint
+from touchatlas.sim.judge.judgement import verdict
 
 
 def numbers(**changes):
@@ -66,19 +61,31 @@ def test_open_places_of_a_known_surface_are_explained():
     assert allowed_places(found) is None
     found["ended"] = StopReason.KNOWN.value
     words = allowed_places(found)
-    assert words.startswith("1 place is open or less sure than 95%.") and "here 99.7%" in words
+    assert words.startswith("1 place is open or less sure than 95%: (0, 0, 1).")
+    assert "here 99.7%" in words
+    four = allowed_places(found | {"open_places": [[0.0, 0.0, 1.0]] * 4})
+    assert four.startswith("4 places are open") and " and 1 more." in four
     assert allowed_places(found | {"open_places": []}) is None
 
 
 def test_what_a_table_counts_is_said_in_words(capsys):
     doubt = {"name": "misfit", "words": "Samples do not fit.", "places": []}
-    print_numbers(numbers(warnings=["", ""], doubts=[doubt], coverage=0.7), "run", False)
+    print_numbers(numbers(warnings=["", ""], doubts=[doubt], coverage=0.7), "run", False, True)
     shown = capsys.readouterr()
     assert "1, said in words" in shown.out and "misfit" not in shown.out
     assert shown.err.splitlines() == [
         "touchatlas: 30.0% of the true surface was not reached",
         "touchatlas: Samples do not fit",
     ]
+
+
+def test_the_verdict_comes_first_then_ten_numbers(capsys):
+    found = numbers(tolerance=0.1, accuracy_p95=0.05, completeness_p95=0.05, accuracy_rms=0.03)
+    print_numbers(found, "run", False)
+    shown = capsys.readouterr().out
+    assert shown.index("is met") < shown.index("accuracy_p95") and "accuracy_rms" not in shown
+    print_numbers(found, "run", False, every=True)
+    assert "accuracy_rms" in capsys.readouterr().out
 
 
 def test_nothing_is_met_or_not_where_there_is_no_surface():
@@ -88,7 +95,7 @@ def test_nothing_is_met_or_not_where_there_is_no_surface():
 def test_names_units_and_meanings_stay_whole_beside_a_long_value(capsys, monkeypatch):
     monkeypatch.setenv("COLUMNS", "80")
     values = {"normal_error_deg_mean": 0.2, "accuracy_p95": 0.01, "ended": "long words " * 9}
-    print_numbers(numbers(**values), "run", False)
+    print_numbers(numbers(**values), "run", False, True)
     shown = capsys.readouterr().out
     assert "normal_error_deg_mean" in shown and "degree" in shown and "< tolerance" in shown
 

@@ -1,0 +1,1 @@
+"""Runs to be looked at: the replay of one, and its curves."""

@@ -1,0 +1,238 @@
+"""replay.html: a run as one page that needs no network, drawn by k3d."""
+
+import json
+import re
+import struct
+import zlib
+from base64 import b64encode
+from collections.abc import Sequence
+from html import escape
+from importlib.resources import files
+
+import numpy as np
+
+from touchatlas.atlas.scene import (
+    FACE_COLOURS,
+    OPEN,
+    PLANNED,
+    TOUCHED,
+    TRACKED,
+    add_mesh,
+    joined_curves,
+    new_plot,
+    packed,
+)
+from touchatlas.sim.judge.closest_points import closest_points
+from touchatlas.sim.look.frames import MOST_VERTICES, Frames, Mesh, clustered
+
+# Vertices of all surfaces, at most: with some sixteen bytes a vertex the page stays below 10 MB.
+_MOST_IN_ALL = 400_000
+_KINDS = {"uint8": "u1", "uint16": "u2", "uint32": "u4"}
+_TRUTH, _WAY = 0x9AA5B1, 0x8E6BBF
+
+
+def replay_bytes(
+    title: str,
+    frames: Frames,
+    tolerance: float,
+    unit: str,
+    truth: tuple[np.ndarray, np.ndarray] | None,
+    curves: str,
+    face_words: Sequence[str] = (),
+) -> bytes:
+    """The page: a slider over touches, the surface as it was known, and curves.
+
+    Parameters
+    ----------
+    title : str
+    frames : Frames
+        With the finished surface.
+    tolerance : float, length
+        Where the colours of deviations and errors end.
+    unit : str
+        Of lengths.
+    truth : pair of vertices (v, 3), length, and faces (f, 3), optional
+        Shown as translucent, and what errors are measured from.
+    curves : str
+        Pictures that stand beside, as HTML.
+    face_words : sequence of str
+        What each face of the finished surface is.
+    """
+    run = run_text(title, frames, tolerance, unit, truth, face_words)
+    return page_bytes(frames, unit, truth, run, curves)
+
+
+def run_text(
+    title: str, frames: Frames, tolerance: float, unit: str, truth, face_words=(), live=False
+) -> str:
+    """What the page shows, as text: see ``replay_bytes``. A ``live`` one is asked for again."""
+    meshes = _within_budget(frames.meshes)
+    low, extent = _box(frames, meshes)
+    arrays = _mesh_arrays(meshes, tolerance, truth) | _touch_arrays(frames)
+    for name, array in arrays.items():
+        if array.dtype == float:
+            arrays[name] = np.clip((array - low) / extent * 65535, 0, 65535).astype(np.uint16)
+    layers = ["contacts", "contours", "way", "planes", "open places"]
+    modes = ["deviation", *(["error"] if truth is not None else []), "face"]
+    about = {
+        "title": title,
+        "live": live,
+        "touches": len(frames.touches),
+        "steps": max(len(frames.touches) - 1, 1),
+        "tolerance": f"{tolerance:.4g} {unit}".strip(),
+        "words": _words(frames),
+        "modes": modes,
+        "layers": [*layers, *(["truth"] if truth is not None else [])],
+        "low": low.tolist(),
+        "scale": extent / 65535,
+        "palettes": {"scale": _viridis(), "face": packed(FACE_COLOURS).tolist()},
+        "legend": [
+            [name, f"#{colour:06x}"]
+            for name, colour in (
+                ("contacts", TOUCHED),
+                ("planes of the next touch", PLANNED),
+                ("way of the probe", _WAY),
+                ("open places", OPEN),
+            )
+        ],
+        "face_words": [escape(words) for words in face_words[:8]],
+    }
+    return _packed(about, arrays)
+
+
+def _within_budget(meshes: list[Mesh]) -> list[Mesh]:
+    """As many of the surfaces as the page has room for, evenly, with the last."""
+    total = sum(len(mesh.vertices) for mesh in meshes)
+    every = max(int(np.ceil(total / _MOST_IN_ALL)), 1)
+    return meshes[::-1][::every][::-1]
+
+
+def _box(frames: Frames, meshes: list[Mesh]) -> tuple[np.ndarray, float]:
+    """Low corner (3,) and edge of a cube about all that is drawn, length."""
+    every = [mesh.vertices for mesh in meshes] + frames.planes()
+    every += [touch.contact[None] for touch in frames.touches] + frames.open_places
+    every += [contour.points for touch in frames.touches for contour in touch.contours]
+    points = np.concatenate([np.reshape(p, (-1, 3)) for p in every]) if every else np.zeros((1, 3))
+    low = points.min(axis=0).astype(float)
+    return low, float(np.ptp(points, axis=0).max()) or 1.0
+
+
+def _mesh_arrays(meshes: list[Mesh], tolerance: float, truth) -> dict[str, np.ndarray]:
+    """The surfaces, one after the other, and where each begins."""
+    none = [Mesh(0, np.zeros((0, 3)), np.zeros((0, 3), int), np.zeros(0), np.zeros(0, int))]
+    every = meshes or none
+    vertices = np.concatenate([mesh.vertices for mesh in every]).astype(float)
+    out = {
+        "mesh_touch": np.array([mesh.touch for mesh in meshes], np.uint32),
+        "vertex_from": _starts([len(mesh.vertices) for mesh in meshes]),
+        "face_from": _starts([len(mesh.faces) for mesh in meshes]),
+        "vertices": vertices,
+        "faces": np.concatenate([mesh.faces for mesh in every]).astype(np.uint16),
+        "deviation": _bytes(np.concatenate([mesh.deviation for mesh in every]), tolerance),
+        "face": np.concatenate([mesh.face % len(FACE_COLOURS) for mesh in every]).astype(np.uint8),
+    }
+    if truth is not None:
+        error = closest_points(vertices, *truth)[0] if len(vertices) else np.zeros(0)
+        out["error"] = _bytes(error, tolerance)
+    return out
+
+
+def _touch_arrays(frames: Frames) -> dict[str, np.ndarray]:
+    """Contacts, contours, ways, planes and open places, touch by touch."""
+    curves = [[c.points for c in touch.contours] for touch in frames.touches]
+    points, pairs = joined_curves([curve for some in curves for curve in some])
+    ways = [
+        np.array([touch.contact, touch.contact]) if touch.way is None else touch.way
+        for touch in frames.touches
+    ]
+    planes = frames.planes()
+    most = max((len(vertices) for vertices in planes), default=0)
+    squares = np.arange(most, dtype=np.uint32).reshape(-1, 4)
+    return {
+        "contacts": np.reshape([touch.contact for touch in frames.touches], (-1, 3)).astype(float),
+        "contours": points.astype(float),
+        "contour_from": _starts([sum(map(len, some)) for some in curves]),
+        "pairs": pairs.astype(np.uint32),
+        "pair_from": _starts([sum(len(curve) - 1 for curve in some) for some in curves]),
+        "ways": np.reshape(ways, (-1, 3)).astype(float),
+        "planes": np.reshape(np.concatenate(planes) if planes else [], (-1, 3)).astype(float),
+        "plane_from": _starts([len(vertices) for vertices in planes]),
+        "plane_faces": squares[:, [0, 1, 2, 0, 2, 3]],
+        "open": np.concatenate([np.zeros((0, 3)), *frames.open_places]).astype(float),
+        "open_from": _starts([len(some) for some in frames.open_places]),
+    }
+
+
+def _starts(counts: list[int]) -> np.ndarray:
+    """Where each of several parts begins, and where the last ends."""
+    return np.concatenate([[0], np.cumsum(counts)]).astype(np.uint32)
+
+
+def _bytes(lengths, tolerance: float) -> np.ndarray:
+    """Lengths (n,) from 0 to the tolerance as numbers from 0 to 255."""
+    return np.asarray(np.clip(np.asarray(lengths) / tolerance, 0.0, 1.0) * 255, np.uint8)
+
+
+def _words(frames: Frames) -> list[str]:
+    """What is said of each moment."""
+    count = len(frames.touches)
+    words = [f"touch {i + 1} of {count}: {said}" for i, said in enumerate(frames.words)]
+    return [*words, f"{count} touches: the finished surface"]
+
+
+def _viridis() -> list[int]:
+    from matplotlib import colormaps
+
+    return packed(colormaps["viridis"](np.arange(256), bytes=True)[:, :3]).tolist()
+
+
+def _packed(about: dict, arrays: dict[str, np.ndarray]) -> str:
+    """A dictionary and arrays as text: the length of the dictionary as JSON, it, the arrays."""
+    places, offset = {}, 0
+    for name, array in arrays.items():
+        places[name] = [_KINDS[array.dtype.name], offset, array.size]
+        offset += array.nbytes
+    head = json.dumps(about | {"arrays": places}).encode()
+    body = b"".join(np.ascontiguousarray(array).tobytes() for array in arrays.values())
+    return b64encode(zlib.compress(struct.pack("<I", len(head)) + head + body, 6)).decode()
+
+
+def _scene(extent: float, unit: str, truth):
+    """The plot with an object for each layer; the page fills them."""
+    import k3d
+
+    plot = new_plot("" if unit == "file's unit" else unit)
+    # All but the surface and the truth are empty until then, and k3d takes no empty arrays.
+    dot, no = np.zeros((1, 3), np.float32), np.zeros((1, 3), np.uint32)
+    add_mesh(plot, dot, no, "surface", visible=False)
+    add_mesh(plot, dot, no, "planes", visible=False, color=PLANNED, opacity=0.3)
+    for name, colour, size in (("contacts", TOUCHED, 0.018), ("open places", OPEN, 0.012)):
+        looks = {"point_size": size * extent, "shader": "3d", "color": colour}
+        plot += k3d.points(dot, name=name, visible=False, **looks)
+    for name, colour, width in (("contours", TRACKED, 0.0025), ("way", _WAY, 0.005)):
+        looks = {"indices_type": "segment", "shader": "mesh", "color": colour}
+        looks |= {"width": width * extent, "radial_segments": 5}
+        plot += k3d.lines(dot, no[:, :2], name=name, visible=False, **looks)
+    if truth is not None:
+        kept, faces = clustered(truth[0], truth[1], MOST_VERTICES)
+        add_mesh(plot, truth[0][kept], faces, "truth", color=_TRUTH, opacity=0.3, side="back")
+    return plot
+
+
+def page_bytes(frames: Frames, unit: str, truth, run: str, curves: str) -> bytes:
+    """The page that k3d makes, with our controls and curves about its picture."""
+    folder, extent = files("touchatlas.sim.look"), _box(frames, frames.meshes)[1]
+    if truth is not None:
+        extent = max(extent, float(np.ptp(truth[0], axis=0).max()))
+    script, layout = ((folder / name).read_text("utf-8") for name in ("page.js", "page.html"))
+    plot = _scene(extent, unit, truth)
+    page = plot.get_snapshot(compression_level=6, additional_js_code=script)
+    # k3d writes the time of day there.
+    page = re.sub(r"<title>.*?</title>", "<title>touchatlas</title>", page, count=1)
+    canvas = '<div id="canvasTarget"></div>'
+    head = '<meta name="viewport" content="width=device-width, initial-scale=1">\n</head>'
+    data = f'<script type="text/plain" id="run">{run}</script>'
+    if page.count(canvas) != 1:
+        raise ValueError("this version of k3d makes another page; install k3d 3.2")
+    page = page.replace(canvas, layout.replace("[CURVES]", curves) + data, 1)
+    return page.replace("</head>", head, 1).encode()
