@@ -5,6 +5,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import networkx as nx
+import numpy as np
 
 from touchatlas.atlas.body.choose import KnownBody, look_for_body
 from touchatlas.atlas.body.patch_graph import patch_graph
@@ -18,6 +19,7 @@ from touchatlas.atlas.mesh.surface import extract_surface, with_fewer_patches
 from touchatlas.atlas.records.blend import Blend
 from touchatlas.atlas.records.scan import Scan
 from touchatlas.atlas.records.touch import AtlasChange, Touch
+from touchatlas.atlas.samples.misses import LATEST
 from touchatlas.atlas.state import AtlasState
 
 if TYPE_CHECKING:
@@ -75,7 +77,8 @@ class Atlas(AtlasState):
             change = replace(learn(self, measured), touch=measured.number)
             self.touches += 1
         if not change.refused:
-            self.know(look_for_body(self.pool, self.sample_std, self.known_body, self.levels))
+            self.misses = np.concatenate([self.misses, change.misses])[-LATEST:]
+            self._take(look_for_body(self.pool, self.sample_std, self.known_body, self.levels))
         elif len(self.ways) > ways:
             self.know(self.known_body)
         return change
@@ -96,7 +99,9 @@ class Atlas(AtlasState):
         self._take(with_fewer_patches(self.known_body, self.tolerance))
 
     def _take(self, known: KnownBody) -> None:
-        """Take what was found, if it is anything new."""
+        """Take what was found, if it is anything new. One face and many miss in other ways."""
+        if known.is_of_faces != self.known_body.is_of_faces:
+            self.misses = np.zeros((0, 3))
         if known is not self.known_body:
             self.know(known)
 

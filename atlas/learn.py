@@ -6,6 +6,7 @@ from touchatlas.atlas.pieces.fit_piece import fit_piece
 from touchatlas.atlas.pieces.kinds import Kind
 from touchatlas.atlas.pieces.piece import Piece, in_plane_cosines
 from touchatlas.atlas.records.touch import LEAST_POINTS, AtlasChange, Touch, TouchStatus, extent_of
+from touchatlas.atlas.samples.misses import misses_of
 from touchatlas.atlas.samples.sample_pool import SamplePool
 from touchatlas.atlas.state import AtlasState
 from touchatlas.patch.geometry.contour import Contour, ContourEnd
@@ -45,10 +46,10 @@ def learn(state: AtlasState, touch: Touch) -> AtlasChange:
     if outward is None:
         return AtlasChange(refused=reason)
     points = np.concatenate([contour.points for contour in contours])
-    news = innovations(state, points, stds_of(state, contours))
+    news, misses = compared(state, points, stds_of(state, contours))
     enter_samples(state, contours, _normals(state, touch.contact, contours, outward, quadric))
     _enter_way(state, touch)
-    return AtlasChange(innovations=news)
+    return AtlasChange(innovations=news, misses=misses)
 
 
 def check_unit_of_length(state: AtlasState, touch: Touch, contours) -> None:
@@ -245,15 +246,23 @@ def innovations(state: AtlasState, points, stds) -> np.ndarray:
     predictions are right, the squares have a mean of 1 (Bar-Shalom, Li, Kirubarajan: Estimation
     with Applications to Tracking and Navigation, 2001, section 5.4).
     """
+    return compared(state, points, stds)[0]
+
+
+def compared(state: AtlasState, points, stds) -> tuple[np.ndarray, np.ndarray]:
+    """The innovations (k,) of new samples (n, 3) of deviations (n,), and what these show of the
+    faces that were predicted: a row (1, 3) as of ``misses_of``, or none (0, 3)."""
     if state.body is None:
-        return np.zeros(0)
-    found, some = state.body.at(points)
+        return np.zeros(0), np.zeros((0, 3))
+    found, known = state.body.at(points)
+    deviation = np.hypot(found.deviation, stds)
+    away = state.body.away(points[known])
+    misses = misses_of(found.distance[known], deviation[known], away)
     # Farther from all samples polynomials tell nothing.
-    some = some & (found.deviation <= state.levels.sure * state.scale)
+    tell = known & (found.deviation <= state.levels.sure * state.scale)
     if state.body.field.is_one and not state.body.faces.are_lawful:
-        some &= found.deviation >= stds
-    off = found.distance[some] / np.hypot(found.deviation[some], stds[some])
-    return np.asarray(off)
+        tell &= found.deviation >= stds
+    return found.distance[tell] / deviation[tell], misses[None]
 
 
 def enter_samples(state: AtlasState, contours: tuple[Contour, ...], normals) -> None:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from touchatlas.atlas.learn import innovations, settle_scale
+from touchatlas.atlas.learn import compared, settle_scale
 from touchatlas.atlas.records.scan import Scan
 from touchatlas.atlas.records.touch import AtlasChange, extent_of
 from touchatlas.atlas.samples.neighbourhoods import plane_directions, thinned
@@ -73,9 +73,9 @@ def learn_scan(state: AtlasState, scan: Scan) -> AtlasChange:
     normals = np.concatenate([strand.normals for strand in strands]) * signs[numbers][:, None]
     across = np.concatenate([strand.across for strand in strands])
     noise = np.concatenate([strand.noise for strand in strands])
-    news = innovations(state, points, np.hypot(noise, state.bias))
+    news, misses = compared(state, points, np.hypot(noise, state.bias))
     state.pool.add(points, normals, across, False, noise, numbers)
-    return AtlasChange(innovations=news)
+    return AtlasChange(innovations=news, misses=misses)
 
 
 def _check_unit(state: AtlasState, scan: Scan) -> None:

@@ -34,6 +34,8 @@ class AtlasState:
         Ends of straight ways through air on which the probe came.
     known_body : KnownBody
         What the samples show: the faces and the body.
+    misses : (k, 3) float
+        How often the latest touches missed the predicted faces; see ``misses_of``.
     touches : int
         Number of touches, with those that were refused.
     scale_is_given : bool
@@ -56,6 +58,7 @@ class AtlasState:
         self.rims = Rims(self.pool)
         self.ways = np.zeros((0, 2, 3))
         self.known_body = KnownBody()
+        self.misses = np.zeros((0, 3))
         self.touches = 0
 
     def __len__(self) -> int:

@@ -42,6 +42,7 @@ def atlas_bytes(atlas: Atlas) -> bytes:
         **{f"sample_{name}": getattr(atlas.pool, name) for name in NAMES},
         **{f"rims_{name}": getattr(atlas.rims.ends, name) for name in LostEnds.NAMES},
         "ways": atlas.ways,
+        "misses": atlas.misses,
         **law_arrays(atlas.known_body),
     }
     buffer = io.BytesIO()
@@ -108,7 +109,15 @@ def _restored(arrays, header) -> Atlas:
     atlas.know(replace(known, is_few=False))
     if known.is_few is True:
         atlas.know(with_fewer_patches(atlas.known_body, atlas.tolerance))
+    atlas.misses = _misses(arrays["misses"])
     return atlas
+
+
+def _misses(found) -> np.ndarray:
+    """The misses (k, 3) of a file; DamagedError where they are no counts, lengths and squares."""
+    if found.shape[1:] != (3,) or found.dtype != float or not (found >= 0.0).all():
+        raise DamagedError("its misses have another shape, type or sign")
+    return np.asarray(found)
 
 
 def _check_lengths(arrays) -> None:

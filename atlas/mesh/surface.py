@@ -17,6 +17,7 @@ from touchatlas.atlas.mesh.handles import without_small_handles
 from touchatlas.atlas.mesh.mend import LARGEST, close_holes, ended_at_rims, without_stray_pieces
 from touchatlas.atlas.mesh.refine import edges_of, refined
 from touchatlas.atlas.records.surface import Surface
+from touchatlas.atlas.samples.misses import deviation_with_misses
 from touchatlas.atlas.state import AtlasState
 from touchatlas.atlas.surfaces.fewer import fewer_sextics
 from touchatlas.patch.geometry.arrays import real
@@ -110,6 +111,19 @@ def _with_unknown_risers(body: Body, surface: Surface) -> Surface:
     return replace(surface, deviation=deviation)
 
 
+def _with_misses(state: AtlasState, body: Body, surface: Surface) -> Surface:
+    """A surface whose deviation holds where a face may end unseen, see ``deviation_with_misses``,
+    if it is open beside the rims at which contact was lost: where all faces meet, each ends where
+    the next begins."""
+    ends = igl.boundary_facets(surface.faces)[0]
+    middles = surface.vertices[ends].mean(axis=1)
+    if not len(ends) or state.rims.at(middles, state.tolerance).all():
+        return surface
+    away = body.away(surface.vertices)
+    deviation = deviation_with_misses(surface.deviation, away, state.misses)
+    return replace(surface, deviation=deviation)
+
+
 def with_curvatures(body: Body, surface: Surface) -> Surface:
     """A surface with the Gaussian curvature of the body at its vertices; where that jumps at rims,
     the mean about each vertex."""
@@ -181,6 +195,7 @@ def extract_surface(state: AtlasState, edge: float | None = None) -> Surface:
         surface = ended_at_rims(surface, body)
     if not is_smooth(body):
         surface = _with_unknown_risers(body, surface)
+        surface = _with_misses(state, body, surface)
     surface = close_holes(surface, state.rims)
     unsure = SURE * float(np.median(surface.deviation)) if len(surface.faces) else np.inf
     # Handles of a surface that is hardly known are not told from others.

@@ -205,8 +205,11 @@ class AtlasChange:
     innovations : (k,) float, no unit
         How far samples of the touch were from the surface that was predicted before them, in
         predicted standard deviations; of those that tell how good the prediction was.
+    misses : (k, 3) float
+        How often its samples missed the predicted faces: a row of ``misses_of``, or none.
     """
 
     refused: str = ""
     touch: int | None = None
     innovations: np.ndarray = field(default_factory=lambda: np.zeros(0), compare=False, repr=False)
+    misses: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)), compare=False, repr=False)

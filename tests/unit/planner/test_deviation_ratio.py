@@ -68,7 +68,7 @@ def test_the_change_of_a_touch_tells_what_was_predicted_before_it(touches):
     atlas = Atlas(0.1)
     assert not len(atlas.add(touches[0]).innovations)
     for touch in touches[1:]:
-        before = innovations(atlas, points_of(touch))
+        before = innovations(atlas, points_of(touch), atlas.sample_std)
         assert (atlas.add(touch).innovations == before).all()
 
 
@@ -83,7 +83,7 @@ def test_innovations_are_distances_over_the_deviation_of_prediction_and_sample(t
         if known and atlas.sample_std <= deviation <= 4.0 * atlas.scale:
             expected.append(distance / np.hypot(deviation, atlas.sample_std))
     assert len(expected) > 10
-    found_again = innovations(atlas, points_of(last))
+    found_again = innovations(atlas, points_of(last), atlas.sample_std)
     assert found_again == pytest.approx(np.array(expected), rel=1e-12)
 
 
@@ -93,7 +93,7 @@ def test_where_one_law_holds_all_known_samples_tell():
     ball = make_object("sphere")
     *first, last = spread_touches(ball, 6, ball.noise_std)
     atlas = learned_from(first, 0.1)
-    found = innovations(atlas, points_of(last))
+    found = innovations(atlas, points_of(last), atlas.sample_std)
     assert len(found) == atlas.blend(points_of(last)).known.sum() > 20
     assert np.mean(found**2) == pytest.approx(1.0, abs=5.0 * np.sqrt(2.0 / len(found)))
 
