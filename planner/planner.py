@@ -127,6 +127,11 @@ class Planner:
             attempts.ask(target, plan_at(atlas, target, self.options), self._known.coverage)
         return attempts.plans
 
+    @property
+    def pending(self) -> tuple[ProbePlan, ...]:
+        """The plans that ``tell`` has not answered."""
+        return self._attempts.plans
+
     def tell(self, touch: Touch, change: AtlasChange) -> None:
         """Take the result of a pending plan, that of the touch's number.
 

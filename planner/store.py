@@ -19,6 +19,7 @@ from touchatlas.patch.geometry.contour import SamplingPlane
 from touchatlas.planner.attempts import Attempts, Pending, Target
 from touchatlas.planner.known import DeviationRatio, KnownArea
 from touchatlas.planner.options import PlannerLevels, PlannerOptions
+from touchatlas.planner.places import Places
 from touchatlas.planner.planner import Planner
 from touchatlas.planner.probe_plan import ProbePlan, Reason
 from touchatlas.planner.stop import Forecast, Stop, StopReason
@@ -144,6 +145,9 @@ def _encoded(value: Any) -> Any:
         return value
     if callable(value):
         # Where arms end is asked of the atlas, to which a pending plan is bound again.
+        return None
+    if isinstance(value, Places):
+        # They are those of the atlas, and computed from it again.
         return None
     for name, (kind, parts, _) in _KINDS.items():
         if isinstance(value, kind):

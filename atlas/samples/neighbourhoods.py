@@ -79,6 +79,16 @@ def thinned(points, noise, most: int) -> Local:
     )
 
 
+def noise_of_cloud(tree: cKDTree) -> float | None:
+    """Noise of the points of a tree, length, by the median of the residuals about quadrics through
+    their neighbours; None of too few points."""
+    if tree.n < 2 * _FEWEST:
+        return None
+    some = np.unique(np.linspace(0, tree.n - 1, 500).astype(int))
+    near = tree.query(tree.data[some], k=2 * _FEWEST)[1]
+    return float(np.median(_quadrics(tree.data[near], tree.data[some])[3]))
+
+
 def _cubes(points, most: int) -> np.ndarray:
     """(n,) numbers of the cubes of points, of which there are at most so many."""
     offset = points - points.min(axis=0)

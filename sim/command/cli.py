@@ -26,9 +26,12 @@ _EPILOGUES = {
     + _explained(DIAGNOSIS_NUMBERS, "The numbers of its diagnosis"),
 }
 _FOLDER = "touchatlas.sim.command"
+# Names that Python has for something else.
+_MODULES = {"next": "next_"}
 # Where cyclopts would call any number of arguments ARGS.
 _USAGE = {
     "compare": "Usage: touchatlas compare [OPTIONS] RUN RUN ...",
+    "learn": "Usage: touchatlas learn [OPTIONS] FILE ... | RUN FILE ...",
     "chart": "Usage: touchatlas chart [OPTIONS] [NAME ...]",
 }
 for _name, _help in (
@@ -38,6 +41,8 @@ for _name, _help in (
         "resume",
         "Go on with a stopped run, or with a finished one to more touches or a finer tolerance.",
     ),
+    ("learn", "Learn curves, points and scans from files: an atlas, its surface, and doubts."),
+    ("next", "Say where to touch now, for answers that touchatlas learn takes."),
     ("evaluate", "Compare a surface with the ground truth, both ways."),
     ("view", "Open the replay of a run in a browser."),
     ("compare", "Compare runs: a table of their numbers, and a chart."),
@@ -47,7 +52,7 @@ for _name, _help in (
     ("paper", "Repeat the paper's tables and figures on simulated objects."),
 ):
     app.command(
-        f"{_FOLDER}.{_name}:{_name}",
+        f"{_FOLDER}.{_MODULES.get(_name, _name)}:{_MODULES.get(_name, _name)}",
         name=_name,
         help=_help,
         help_epilogue=_EPILOGUES.get(_name),

@@ -14,6 +14,7 @@ from touchatlas.sim.judge.comparison import stored_numbers
 from touchatlas.sim.judge.evaluate import evaluate_surface
 from touchatlas.sim.judge.surface_file import load_surface
 from touchatlas.sim.run.conclusion import truth_of, unit_of
+from touchatlas.sim.run.learning import is_learning
 from touchatlas.sim.run.work import random_streams
 from touchatlas.sim.world.implicit_object import ImplicitObject
 from touchatlas.sim.world.mesh_object import MeshObject
@@ -43,6 +44,10 @@ def evaluate(
         that of the run, else 1e-3 of the diagonal of a mesh, or what touchatlas objects lists.
     """
     run = read_finished(surface) if surface.is_dir() else None
+    if run is not None and truth is None and is_learning(surface):
+        raise ValueError(
+            f"{surface} was learned from files, whose truth is not known; name a mesh with --truth"
+        )
     if run is not None and truth is None and tolerance is None and not _is_found(run["object"]):
         return _stored(surface, run["object"], json_, all_)
     if run is None:

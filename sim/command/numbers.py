@@ -85,7 +85,7 @@ def _shown(name: str, value, numbers: dict) -> str:
 
 def sentences(numbers: dict) -> list[str]:
     """What a user must know of a run or an evaluation, in words."""
-    found = truth_warnings(numbers)
+    found = truth_warnings(numbers) if "components" in numbers else []
     if missed := numbers.get("touches_without_contact"):
         found.append(f"{missed} of {numbers['touches']} touches met nothing")
     return found + [_doubt(doubt) for doubt in numbers.get("doubts", ())]

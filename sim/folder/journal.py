@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from touchatlas.atlas import Touch, TouchStatus
+from touchatlas.atlas import Scan, Touch, TouchStatus
 from touchatlas.atlas.files import check_path
 from touchatlas.patch import Contour, ContourEnd, SamplingPlane
 from touchatlas.planner import ProbePlan
@@ -22,7 +22,12 @@ create table if not exists contour (
 """
 # Apart, because journals of earlier versions lack them.
 _SETTINGS = "create table if not exists setting (name text primary key, value text) without rowid;"
+_SCANS = (
+    "create table if not exists scan (place integer primary key, touches integer, points blob, "
+    "noise blob, normals blob, approach blob, viewpoint blob, outside blob, curves blob);"
+)
 _WAYS = "create table if not exists way (touch integer primary key, ends blob);"
+_SCAN_FIELDS = "points", "noise_std", "normals", "approach", "viewpoint", "outside"
 # Errors that reading an altered journal raises.
 _DAMAGE = (sqlite3.Error, ValueError, TypeError, AttributeError, OverflowError)
 
@@ -152,6 +157,50 @@ class Journal:
                 "insert into contour values (?, ?, ?, ?, ?, ?, ?, ?)", _contour_rows(touch)
             )
 
+    def append_scan(self, scan: Scan) -> None:
+        """Write one scan, learned after the touches that the journal holds, and commit it.
+
+        Raises
+        ------
+        ValueError
+            When it is no scan.
+        sqlite3.Error
+            When it cannot be written.
+        """
+        if not isinstance(scan, Scan):
+            raise ValueError(f"got {type(scan).__name__}; give a Scan")
+        fields = [getattr(scan, name) for name in _SCAN_FIELDS]
+        curves = None if scan.curves is None else scan.curves.astype("<i8").tobytes()
+        blobs = [None if values is None else values.tobytes() for values in fields]
+        with self._database as database:
+            database.execute(_SCANS)
+            database.execute(
+                "insert into scan (touches, points, noise, normals, approach, viewpoint, outside, "
+                "curves) values (?, ?, ?, ?, ?, ?, ?, ?)",
+                (len(self), *blobs, curves),
+            )
+
+    def scans(self) -> list[tuple[int, Scan]]:
+        """All scans, in order, each after the number of touches that were learned before it.
+
+        Raises
+        ------
+        ValueError
+            When the file was altered.
+        """
+        try:
+            if ("scan",) not in self._tables():
+                return []
+            rows = self._database.execute(
+                "select touches, points, noise, normals, approach, viewpoint, outside, curves "
+                "from scan order by place"
+            ).fetchall()
+            return [(row[0], _scan_of(row[1:])) for row in rows]
+        except _DAMAGE as error:
+            if _is_no_damage(error):
+                raise
+            raise self._damaged(error) from None
+
     def _check_next(self, plan: ProbePlan, touch: Touch) -> None:
         """ValueError for what is no plan and the touch that answers it, or not the next one."""
         if not (isinstance(plan, ProbePlan) and isinstance(touch, Touch)):
@@ -253,6 +302,17 @@ class Journal:
     def close(self) -> None:
         """Close the file."""
         self._database.close()
+
+
+def _scan_of(blobs) -> Scan:
+    """The scan of a row."""
+    arrays = [None if blob is None else np.frombuffer(blob) for blob in blobs[:-1]]
+    vectors = [None if x is None or k == 1 else x.reshape(-1, 3) for k, x in enumerate(arrays)]
+    points, noise, (normals, approach) = vectors[0], arrays[1], vectors[2:4]
+    if points is None or noise is None:
+        raise ValueError("a scan has no points")
+    numbers = None if blobs[-1] is None else np.frombuffer(blobs[-1], "<i8")
+    return Scan(points, noise, normals, approach, arrays[4], arrays[5], numbers)
 
 
 def _contour_rows(touch: Touch) -> list[tuple]:

@@ -18,8 +18,12 @@ from touchatlas.sim.folder.run_lock import LOCK, check_free, locked
 RUN_FILES = (
     "run.toml",
     "journal.sqlite",
+    "learning.zip",
     "atlas.npz",
     "surface.ply",
+    "surface.step",
+    "plans.csv",
+    "plans.json",
     "steps.csv",
     "evaluation.json",
     "progress.png",

@@ -22,30 +22,46 @@ def surface_picture(title: str, surface, error, truth, tolerance: float) -> byte
     tolerance : float, length
         Error at which the colours end.
     """
+    grey = np.tile(np.array([0.72, 0.74, 0.78]), (len(truth[0]), 1))
+    rows = {"surface": (surface, error), "truth": (truth, grey)}
+    return _picture(title, rows, truth[0], tolerance, "distance from the truth")
+
+
+def deviation_picture(title: str, surface, deviation, tolerance: float) -> bytes:
+    """A PNG with four views of a surface, vertices (n, 3) and faces (f, 3), coloured by its
+    predicted deviation (n,), length, up to a tolerance."""
+    rows = {"surface": (surface, deviation)}
+    return _picture(title, rows, surface[0], tolerance, "predicted deviation")
+
+
+def _picture(title: str, rows, shown, tolerance: float, label: str) -> bytes:
+    """Rows of views of surfaces, by their names, each with colours (n, 3) or lengths (n,) at its
+    vertices; the views have the vertices ``shown`` (n, 3) in the middle."""
     # Not through pyplot, whose choice of back end is the caller's own.
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(11.5, 5.6), layout="constrained")
+    figure = Figure(figsize=(11.5, 0.6 + 2.5 * len(rows)), layout="constrained")
     FigureCanvasAgg(figure)
     axes = figure.add_subplot()
     scale = ScalarMappable(Normalize(0.0, tolerance), "viridis")
-    box = np.array([truth[0].min(axis=0), truth[0].max(axis=0)])
-    grey = np.tile(np.array([0.72, 0.74, 0.78]), (len(truth[0]), 1))
-    rows = ((surface, scale.to_rgba(error)[:, :3]), (truth, grey))
-    half = 1.05 * max(_half_extent(truth[0], view, box.mean(axis=0)) for view in _VIEWS)
-    images = [np.hstack(_views(b[0], b[1], colours, box, half)) for b, colours in rows]
+    box = np.array([shown.min(axis=0), shown.max(axis=0)])
+    half = 1.05 * max(_half_extent(shown, view, box.mean(axis=0)) for view in _VIEWS)
+    images = []
+    for body, values in rows.values():
+        colours = values if np.ndim(values) == 2 else scale.to_rgba(values)[:, :3]
+        images.append(np.hstack(_views(body[0], body[1], colours, box, half)))
     axes.imshow(np.vstack(images), interpolation="bilinear")
-    middles = [100.0, 300.0]
     axes.set(xticks=[])
-    axes.set_yticks(middles, ["surface", "truth"], rotation=90, va="center")
+    middles = 100.0 + 200.0 * np.arange(len(rows))
+    axes.set_yticks(middles, list(rows), rotation=90, va="center")
     axes.tick_params(length=0)
     axes.spines[:].set_visible(False)
     figure.suptitle(title, parse_math=False)
     bar = figure.colorbar(scale, ax=axes, shrink=0.7, extend="max")
-    bar.set_label("distance from the truth")
+    bar.set_label(label)
     file = io.BytesIO()
     with warnings.catch_warnings():
         # A letter that the font lacks is drawn as a box, which is good enough.

@@ -17,6 +17,7 @@ from touchatlas.sim.folder.run_options import (
     check_end,
     check_scale,
 )
+from touchatlas.sim.run.learning import RECORDED
 from touchatlas.sim.run.phases import Phases
 from touchatlas.sim.run.progress import read_seconds
 from touchatlas.sim.run.watcher import Watcher
@@ -116,6 +117,11 @@ def resume_exploration(
     phases = Phases(watcher.begins)
     with old_run(path) as folder:
         settings = read_settings(folder)
+        if settings["object"] == RECORDED:
+            raise ValueError(
+                f"{folder} learns from files; go on with touchatlas next {folder}, and touchatlas "
+                f"learn {folder} FILE"
+            )
         table = {key: value for key, value in settings.items() if key not in NO_OPTIONS}
         options = updated(RunOptions(), table, str(folder / "run.toml"))
         before = options.tolerance

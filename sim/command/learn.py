@@ -1,0 +1,147 @@
+"""touchatlas learn: the command."""
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from touchatlas.sim.command.numbers import Json, print_numbers
+from touchatlas.sim.command.option_flags import with_options
+from touchatlas.sim.command.outcome import ExitCode, complain, say
+from touchatlas.sim.command.show import shown
+from touchatlas.sim.folder.plan_files import is_answer, read_answers
+from touchatlas.sim.recorded.contour_file import ReadOptions
+from touchatlas.sim.recorded.fit_file import parse_vector
+from touchatlas.sim.recorded.scans import SideOptions, read_scans
+from touchatlas.sim.run.learning import (
+    NO_OPTIONS,
+    Learned,
+    LearnOptions,
+    begin_with_scans,
+    is_learning,
+    learn_more,
+    pending_plans,
+    unit_and_noise,
+)
+
+Vector = Annotated[str | None, Parameter(allow_leading_hyphen=True, show_default=False)]
+Flag = Parameter(negative="", show_default=False)
+
+
+@with_options(LearnOptions(), NO_OPTIONS)
+def learn(
+    files: Annotated[tuple[Path, ...], Parameter(name="FILE", show_default=False)],
+    /,
+    *,
+    options: LearnOptions,
+    out: Path | None = None,
+    noise: Annotated[tuple[float, ...], Parameter(show_default=False)] = (),
+    unit: str = "",
+    columns: str = "",
+    outside: Vector = None,
+    approach: Vector = None,
+    viewpoint: Vector = None,
+    no_draw: Annotated[bool, Flag] = False,
+    force: Annotated[bool, Flag] = False,
+    json_: Json = False,
+) -> int:
+    """Learn curves, points and scans from files: an atlas, its surface, and what is in doubt.
+
+    Parameters
+    ----------
+    files
+        Files of points, in any mixture: single curves, sections, slices, clouds. Where the first is
+        the folder of a run that learns, the others are added to it: such files, and answers to the
+        plans of touchatlas next, as CSV with the columns plan, plane, x, y, z or as JSON.
+    out
+        Folder for the run; runs/FILE by default.
+    noise
+        Standard deviation of each coordinate of a point: once for all files, or once for each, in
+        their order. It is estimated from the points by default.
+    unit
+        Unit of the lengths, where a file does not say it: mm, m, in, cm or um.
+    columns
+        What the columns are, where a file does not say it: x=3,y=4,z=5,curve=1.
+    outside
+        A point near the surface and outside of the body, as X,Y,Z, where nothing else tells the
+        outer side.
+    approach
+        A direction out of the body from which all points were reached, as X,Y,Z.
+    viewpoint
+        A point from which all points were seen, as X,Y,Z.
+    no_draw
+        Learn, and leave surface, picture and numbers as they are.
+    force
+        Replace the run that the folder holds.
+    """
+    if not files:
+        raise ValueError("no file was given; name a file of points, or a run and a file")
+    read = ReadOptions(columns, unit)
+    given = {"outside": outside, "approach": approach, "viewpoint": viewpoint}
+    sides = SideOptions(
+        **{n: None if v is None else parse_vector(v, f"--{n}") for n, v in given.items()}
+    )
+    with shown("reading files") as watcher:
+        if files[0].is_dir():
+            learned = _more(files[0], files[1:], noise, read, sides, options, no_draw, watcher)
+        else:
+            for path in files:
+                if is_answer(path) and path.is_file():
+                    raise ValueError(
+                        f"{path} holds answers to plans; name the run before it: touchatlas learn "
+                        f"RUN {path}"
+                    )
+            found = read_scans(files, noise, read, sides)
+            for sentence in found.said:
+                say(sentence)
+            folder = Path("runs") / files[0].stem if out is None else out
+            learned = begin_with_scans(folder, found.scans, options, found.unit, force, watcher)
+    return _end(learned, json_)
+
+
+def _more(run: Path, files, noise, read, sides, options, no_draw: bool, watcher) -> Learned:
+    """Learn more files into a run."""
+    if not is_learning(run):
+        raise ValueError(
+            f"{run} is no run that learns from files; give one that touchatlas learn or touchatlas "
+            "next began"
+        )
+    if not files:
+        raise ValueError(f"nothing was given to add to {run}; name a file after it")
+    if options != LearnOptions():
+        raise ValueError(
+            f"{run} has its options already, in run.toml; leave them out, or begin another run"
+        )
+    unit, own = unit_and_noise(run)
+    answers = [path for path in files if is_answer(path)]
+    others = [path for path in files if not is_answer(path)]
+    if answers and noise and len(noise) != 1:
+        raise ValueError("give one --noise with answers to plans")
+    plans = pending_plans(run) if answers else {}
+    touches = [
+        touch for path in answers for touch in read_answers(path, plans, noise[0] if noise else own)
+    ]
+    touches.sort(key=lambda touch: touch.number)
+    found = read_scans(others, noise, read, sides, unit) if others else None
+    for sentence in found.said if found else ():
+        say(sentence)
+    return learn_more(run, found.scans if found else [], touches, not no_draw, watcher)
+
+
+def _end(learned: Learned, as_json: bool) -> int:
+    """Print what was learned; returns the exit code."""
+    for words in learned.refused:
+        say(words)
+    if not learned.numbers:
+        return 0
+    print_numbers(learned.numbers, str(learned.folder), as_json)
+    if not as_json:
+        share = learned.numbers["predicted_coverage"]
+        print(
+            f"{share:.1%} of the surface is expected within {learned.numbers['tolerance']:.4g}; "
+            f"touchatlas next {learned.folder} says where to touch."
+        )
+    if learned.surface is None or not len(learned.surface.faces):
+        words = "nowhere is the surface known; give more points, or a larger --tolerance"
+        return complain(words, ExitCode.FAILURE)
+    return 0

@@ -1,0 +1,110 @@
+"""touchatlas learn and touchatlas next: files in, an atlas, and plans out."""
+
+import json
+
+import numpy as np
+import pytest
+
+from tests.command import assert_refused, touchatlas
+from touchatlas.atlas import load_atlas
+from touchatlas.sim.run.learning import pending_plans
+
+AXES = np.array([30.0, 20.0, 15.0])
+
+
+def ring(level, count=200):
+    angle = np.arange(count) * 2.0 * np.pi / count
+    radius = np.sqrt(1.0 - (level / AXES[2]) ** 2)
+    x, y = AXES[0] * radius * np.cos(angle), AXES[1] * radius * np.sin(angle)
+    return np.stack([x, y, np.full(count, level)], axis=1)
+
+
+def write_rings(path, levels, seed=0):
+    rng, rows = np.random.default_rng(seed), []
+    for k, level in enumerate(levels):
+        points = ring(level)
+        points = points + rng.normal(0.0, 0.01, points.shape)
+        rows += [(k, *point) for point in points]
+    np.savetxt(path, rows, "%g", ",", header="curve,x,y,z", comments="")
+    return path
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("learn")
+    file = write_rings(folder / "rings.csv", np.linspace(-14.0, 14.0, 9))
+    done = touchatlas("learn", file, "--unit", "mm", "--out", "run", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    return folder / "run"
+
+
+def test_sections_become_an_atlas_with_surface_picture_and_numbers(run):
+    numbers = json.loads((run / "evaluation.json").read_text())
+    assert numbers["watertight"] and numbers["unit"] == "mm" and numbers["points"] == 9 * 200
+    # 0.01 were put on each coordinate; the estimate is good to a few percent.
+    assert numbers["noise_std"] == pytest.approx(0.01, rel=0.2)
+    assert numbers["predicted_coverage"] > 0.99
+    assert (run / "surface.png").read_bytes()[1:4] == b"PNG"
+    load_atlas(run / "atlas.npz").validate()
+
+
+def test_next_writes_plans_and_learn_takes_more_curves(run, tmp_path):
+    listed = json.loads(touchatlas("next", run, "--json", cwd=run).stdout)["plans"]
+    assert [plan["number"] for plan in listed] == sorted(pending_plans(run))
+    before = load_atlas(run / "atlas.npz").point_count
+    more = write_rings(tmp_path / "more.csv", [3.0], seed=1)
+    assert touchatlas("learn", run, more, "--no-draw", cwd=run).returncode == 0
+    again = write_rings(tmp_path / "again.csv", [5.0], seed=2)
+    assert touchatlas("learn", run, again, cwd=run).returncode == 0
+    assert load_atlas(run / "atlas.npz").point_count == before + 400
+
+
+def test_a_half_of_a_body_asks_which_side_is_outside(tmp_path):
+    rng = np.random.default_rng(0)
+    sphere = rng.normal(size=(600, 3))
+    points = 10.0 * sphere / np.linalg.norm(sphere, axis=1)[:, None]
+    points = points[points[:, 2] > 0.0] + rng.normal(0.0, 0.01, ((points[:, 2] > 0.0).sum(), 3))
+    np.savetxt(tmp_path / "half.xyz", points, "%.4f")
+    words = "learn", "half.xyz", "--out", "run"
+    done = touchatlas(*words, cwd=tmp_path)
+    assert done.returncode == 2 and "which side the outside is" in done.stderr
+    assert not (tmp_path / "run").exists()
+    done = touchatlas(*words, "--viewpoint", "0,0,90", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize(
+    "words, said",
+    [
+        (("learn",), "requires an argument"),
+        (("learn", "nothing.csv"), "is no file"),
+        (("next", "nothing"), "no run that learns"),
+        (("next", "nothing", "--count", "0"), "count is 0"),
+        (("next", "nothing", "--start", "0,0,1"), "--outward"),
+    ],
+)
+def test_mistakes_are_said_in_one_sentence(words, said, tmp_path):
+    assert_refused(touchatlas(*words, cwd=tmp_path), 2, said)
+
+
+def test_csv_answers_are_learned_and_wrong_ones_refused(tmp_path):
+    run = tmp_path / "run"
+    start = "--start", "0,0,15", "--outward", "0,0,1", "--noise", "0.01", "--tolerance", "0.2"
+    assert touchatlas("next", run, *start, cwd=tmp_path).returncode == 0
+    [plan] = pending_plans(run).values()
+    rows = ["plan,plane,x,y,z,event", "0,,0,0,15,contact"]
+    for k, plane in enumerate(plan.planes):
+        along = np.cross(plane.normal, plan.normal)
+        for s in np.linspace(-3.0, 3.0, 25):
+            x, y = s * along[:2]
+            z = AXES[2] * np.sqrt(1.0 - (x / AXES[0]) ** 2 - (y / AXES[1]) ** 2)
+            rows.append(f"0,{k},{x},{y},{z},")
+    (tmp_path / "answer.csv").write_text("\n".join(rows))
+    words = "learn", run, "answer.csv", "--no-draw"
+    assert touchatlas(*words, cwd=tmp_path).returncode == 0
+    assert_refused(touchatlas(*words, cwd=tmp_path), 2, "plan 0 is not pending")
+    assert touchatlas("next", run, "--count", "2", cwd=tmp_path).returncode == 0
+    assert min(pending_plans(run)) == 1
+    (tmp_path / "miss.csv").write_text("plan,plane,x,y,z,event\n1,,,,,no contact\n")
+    done = touchatlas("learn", run, "miss.csv", "--no-draw", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
