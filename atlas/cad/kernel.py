@@ -66,7 +66,7 @@ def step_bytes(shapes: list[NamedShape], gap: float, name: str) -> bytes:
     from OCP.STEPConstruct import STEPConstruct
     from OCP.STEPControl import STEPControl_AsIs, STEPControl_Writer
 
-    with _silence():
+    with silence():
         writer = STEPControl_Writer()
         writer.SetTolerance(gap)
         process = writer.WS().TransferWriter().FinderProcess()
@@ -112,8 +112,8 @@ def _ascii(text: str):
 
 
 @contextmanager
-def _silence() -> Iterator[None]:
-    """Keep the kernel's statistics off standard output."""
+def silence() -> Iterator[None]:
+    """Keep the kernel's words off standard output."""
     from OCP.Message import Message
 
     messenger = Message.DefaultMessenger_s()

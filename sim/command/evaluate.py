@@ -112,7 +112,7 @@ def _compared(request: _Request) -> tuple[ImplicitObject | MeshObject, float, di
     """The object of the truth, the size of the surface, length, and the numbers of the
     comparison."""
     with shown(f"reading {request.surface}") as watcher:
-        vertices, faces, deviation = load_surface(request.surface)
+        vertices, faces, deviation, notes = load_surface(request.surface)
         watcher.begins(f"preparing {request.truth}")
         obj = _truth_object(request)
         tolerance = obj.tolerance if request.tolerance is None else request.tolerance
@@ -122,6 +122,8 @@ def _compared(request: _Request) -> tuple[ImplicitObject | MeshObject, float, di
         watcher.begins("comparing the surface with the truth")
         found = evaluate_surface(vertices, faces, known, tolerance, rng, deviation)
     size = float(np.linalg.norm(np.ptp(vertices[np.unique(faces)], axis=0)))
+    for sentence in dict.fromkeys([*notes, *getattr(obj, "notes", ())]):
+        say(sentence)
     return obj, size, found.as_dict() | {"unit": unit_of(obj)}
 
 

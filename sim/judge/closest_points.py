@@ -8,8 +8,10 @@ from scipy.spatial.distance import cdist
 from touchatlas.sim.world.triangles import sample_triangles
 
 
-def closest_points(points, vertices, faces):
+def closest_points(points, vertices, faces, rounding: float = 0.0):
     """Distances (n,) of points from a mesh, faces (n,), and the closest points (n, 3) on them.
+
+    Distances up to ``rounding``, length, are 0.
 
     They are exact but for points that are equally far from many triangles, as the centre of a ball
     is: no tree of boxes can leave one out there, and a query would visit all. For these the nearest
@@ -39,4 +41,4 @@ def closest_points(points, vertices, faces):
             some_rows = rows[start : start + 1000]
             square, found, places = tree.squared_distance(vertices, faces, points[some_rows])
             distance[some_rows], index[some_rows], feet[some_rows] = np.sqrt(square), found, places
-    return distance, index, feet
+    return np.where(distance <= rounding, 0.0, distance), index, feet

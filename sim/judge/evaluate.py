@@ -2,7 +2,6 @@
 
 from dataclasses import asdict, dataclass
 
-import igl
 import numpy as np
 import trimesh
 
@@ -11,10 +10,7 @@ from touchatlas.sim.judge.closest_points import closest_points
 from touchatlas.sim.judge.judgement import is_met, truth_warnings
 from touchatlas.sim.judge.surface_file import check_deviation, check_triangles
 from touchatlas.sim.judge.truth import EvaluateOptions, Truth
-from touchatlas.sim.judge.truth_parts import hidden_area
-from touchatlas.sim.world.triangles import sample_triangles
-
-_BY_AREA = igl.PER_VERTEX_NORMALS_WEIGHTING_TYPE_AREA
+from touchatlas.sim.world.triangles import interpolated, sample_triangles, surface_normals
 
 
 @dataclass(frozen=True)
@@ -30,7 +26,8 @@ class Evaluation:
     1.96 predicted deviations (None when none are predicted); what the surface does not reach counts
     in ``coverage`` alone. ``components`` is the number of separate parts of the truth, and
     ``components_reached`` of those of which a point is within three tolerances of the surface.
-    ``hidden_area`` is the fraction of the true area in parts that lie inside others.
+    ``hidden_area`` is the fraction of the true area that lies inside of other parts; it counts in
+    ``coverage`` alone. Maxima are over vertices, too.
     ``normal_error_deg`` is measured where the truth is covered (None where nothing is): elsewhere
     the nearest surface is another part of the object.
     """
@@ -120,33 +117,48 @@ def evaluate_surface(
         raise ValueError(f"tolerance is {tolerance}; it must be a length > 0")
     deviation = None if deviation is None else check_deviation(deviation, len(vertices))
     sampled, owners = sample_triangles(vertices, faces, options.samples, rng)
-    accuracy, _, _ = closest_points(sampled, truth.vertices, truth.faces)
-    completeness, index, feet = closest_points(truth.points, vertices, faces)
-    normals = _interpolated(_corner_normals(vertices, faces), vertices, faces, index, feet)
+    corners, true_corners = vertices[np.unique(faces)], truth.corners
+    # A point of both is off by some last digits of the coordinates, by more on slivers.
+    rounding = 1e-12 * float(np.abs(truth.vertices).max())
+    accuracy, _, _ = closest_points(sampled, truth.vertices, truth.faces, rounding)
+    at_corners, _, _ = closest_points(corners, truth.vertices, truth.faces, rounding)
+    completeness, index, feet = closest_points(truth.points, vertices, faces, rounding)
+    at_true, _, _ = closest_points(true_corners, vertices, faces, rounding)
+    normals = surface_normals(vertices, faces, index, feet)
+    false, false_place = _farthest((accuracy, sampled), (at_corners, corners))
     predicted = None
     if deviation is not None:
-        predicted = _interpolated(deviation[faces], vertices, faces, owners, sampled)
-    covered, parts = completeness <= 3.0 * tolerance, truth.parts
-    angles = _angles_deg(normals[covered], truth.normals[covered])
+        predicted = interpolated(deviation[faces], vertices, faces, owners, sampled)
+    covered, parts = completeness <= 3.0 * tolerance, truth.part_of_face[truth.owners]
+    found = {*parts[covered], *truth.part_of_corners[at_true <= 3.0 * tolerance]}
+    near = ~truth.hidden
+    reach = completeness[near]
+    missing, missing_place = _farthest(
+        (reach, truth.points[near]), (at_true[~truth.hidden_corners], truth.seen_corners)
+    )
+    seen = covered & near
+    angles = _angles_deg(normals[seen], truth.normals[seen])
     mesh = trimesh.Trimesh(vertices, faces, process=False)
     return Evaluation(
         float(np.mean(covered)),
         *_statistics(accuracy),
-        tuple(sampled[accuracy.argmax()].tolist()),
-        *_statistics(completeness),
-        tuple(truth.points[completeness.argmax()].tolist()),
-        0.5 * float(accuracy.mean() + completeness.mean()),
-        float(max(accuracy.max(), completeness.max())),
-        _f_score(accuracy, completeness, tolerance),
+        false,
+        false_place,
+        *_statistics(reach),
+        missing,
+        missing_place,
+        0.5 * float(accuracy.mean() + reach.mean()),
+        max(false, missing),
+        _f_score(accuracy, reach, tolerance),
         float(angles.mean()) if len(angles) else None,
         float(np.quantile(angles, 0.95)) if len(angles) else None,
         _calibration(accuracy, predicted),
         bool(mesh.is_watertight and mesh.is_winding_consistent),
         int(mesh.euler_number),
         truth.euler_characteristic if truth.closed else None,
-        int(parts.max()) + 1,
-        len(np.unique(parts[covered])),
-        hidden_area(truth.vertices, truth.faces),
+        int(truth.part_of_face.max()) + 1,
+        len(found),
+        truth.hidden_area,
         float(tolerance),
         truth.diagonal,
     )
@@ -164,47 +176,27 @@ def _calibration(error, predicted) -> float | None:
     return None if predicted is None else float(np.mean(error <= SURE * predicted))
 
 
-def _statistics(distance) -> tuple[float, float, float, float]:
-    """Mean, rms, 95th percentile and maximum."""
+def _farthest(*groups) -> tuple[float, tuple[float, ...]]:
+    """The largest of distances (n,) at points (n, 3), over several groups, and its place."""
+    distance, points = (np.concatenate(part) for part in zip(*groups, strict=True))
+    return float(distance.max()), tuple(points[distance.argmax()].tolist())
+
+
+def _statistics(distance) -> tuple[float, float, float]:
+    """Mean, rms and 95th percentile."""
     return (
         float(distance.mean()),
         float(np.sqrt(np.mean(distance**2))),
         float(np.quantile(distance, 0.95)),
-        float(distance.max()),
     )
-
-
-def _corner_normals(vertices, faces) -> np.ndarray:
-    """(f, 3, 3) normals at the corners of triangles: the vertex normal, except at a vertex on an
-    edge of the surface, where it is the triangle's own."""
-    flat = igl.per_face_normals(vertices, faces, np.zeros(3))[:, None]
-    smooth = igl.per_vertex_normals(vertices, faces, _BY_AREA)[faces]
-    on_edge = np.zeros(len(vertices), bool)
-    # A vertex of degenerate triangles alone has no normal: NaN is not above the limit.
-    # Normals of a vertex and of its triangles that differ by 20 degrees are at an edge.
-    on_edge[faces[~((smooth * flat).sum(axis=2) >= np.cos(np.deg2rad(20.0)))]] = True
-    return np.where(on_edge[faces][..., None], flat, smooth)
-
-
-def _interpolated(values, vertices, faces, index, points) -> np.ndarray:
-    """Values at the corners of triangles (f, 3, ...), interpolated at points (n, 3) in the
-    triangles ``index`` (n,)."""
-    weights = _barycentric(points, vertices[faces[index]])
-    weights = weights.reshape(weights.shape + (1,) * (values.ndim - 2))
-    mean: np.ndarray = (weights * values[index]).sum(axis=1)
-    return mean
-
-
-def _barycentric(points, corners) -> np.ndarray:
-    """(n, 3) barycentric coordinates of points (n, 3) in triangles (n, 3, 3); thirds where the
-    triangle is degenerate."""
-    weights = igl.barycentric_coordinates(points, *corners.transpose(1, 0, 2))
-    return np.where(np.isfinite(weights).all(axis=1, keepdims=True), weights, 1.0 / 3.0)
 
 
 def _angles_deg(a, b) -> np.ndarray:
-    """(n,) angles between vectors, degrees."""
-    cosine = (a * b).sum(axis=1) / np.maximum(
-        np.sqrt((a**2).sum(axis=1) * (b**2).sum(axis=1)), np.finfo(float).tiny
-    )
-    return np.rad2deg(np.arccos(np.clip(cosine, -1.0, 1.0)))
+    """(n,) angles between vectors, degrees (Kahan): small ones have all their digits."""
+    a, b = (v / np.maximum(_length(v), np.finfo(float).tiny) for v in (a, b))
+    return np.rad2deg(2.0 * np.arctan2(_length(a - b), _length(a + b)))[:, 0]
+
+
+def _length(vectors) -> np.ndarray:
+    """(n, 1) lengths of vectors."""
+    return np.sqrt((vectors**2).sum(axis=1, keepdims=True))

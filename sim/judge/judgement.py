@@ -100,8 +100,9 @@ def truth_warnings(numbers: dict) -> list[str]:
             "lies inside another cannot be touched, and no contour leads from one to another; "
             "--planner.search 20 looks for parts beside"
         )
-    if hidden := numbers["hidden_area"]:
+    if hidden := numbers["hidden_area"] or 0.0:
         found.append(f"{hidden:.1%} of the true surface lies inside, where no touch can reach it")
-    if numbers["coverage"] < 0.995:
-        found.append(f"{1.0 - numbers['coverage']:.1%} of the true surface was not reached")
+    # Lengths are those of what can be reached.
+    if (missing := 1.0 - numbers["coverage"] - hidden) > 0.005:
+        found.append(f"{missing:.1%} of the true surface was not reached")
     return found

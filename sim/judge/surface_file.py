@@ -1,32 +1,43 @@
 """A surface for the judge: read from a file, and checked."""
 
+from pathlib import Path
+
 import numpy as np
 import trimesh
 
-from touchatlas.sim.world.mesh_file import load_mesh
+from touchatlas.sim.world.mesh_file import read_mesh
+from touchatlas.sim.world.mesh_object import sound_faces
 from touchatlas.sim.world.triangles import areas_of
 
 
 def load_surface(path):
-    """A surface file for the judge: vertices (v, 3), faces (f, 3), deviation (v,) or None.
+    """A surface file for the judge: vertices (v, 3), faces (f, 3), deviation (v,) or None, notes.
 
-    A file with the vertex property ``deviation`` was written by a run, and its vertices stay as
-    they are. In any other file equal vertices are merged, as ``load_mesh`` does.
+    A file with the vertex property ``deviation`` was written by a run, and stays as it is. In any
+    other file equal vertices are merged, and faces are made sound as those of the truth are; what
+    was changed is in the notes, in sentences.
 
     Raises
     ------
     ValueError
         In one sentence: missing or unreadable file, no triangles, NaN, no extent.
     """
-    vertices, faces = load_mesh(path)
+    vertices, faces, _, more = read_mesh(path)
+    if not _holds_deviation(Path(path)):
+        faces, _, notes = sound_faces(Path(path).stem, vertices, faces)
+        return vertices, faces, None, more + notes
     mesh = trimesh.load(path, force="mesh", process=False)
     # Here trimesh keeps the properties of a PLY that are not geometry, for both encodings.
     table = mesh.metadata.get("_ply_raw", {}).get("vertex", {}).get("data")
-    names = table.dtype.names if isinstance(table, np.ndarray) else (table or ())
-    if "deviation" not in names:
-        return vertices, faces, None
     vertices, faces = check_triangles(mesh.vertices, mesh.faces, str(path))
-    return vertices, faces, check_deviation(np.ravel(table["deviation"]), len(vertices))
+    return vertices, faces, check_deviation(np.ravel(table["deviation"]), len(vertices)), []
+
+
+def _holds_deviation(path: Path) -> bool:
+    """Whether a file is a PLY whose header names the property ``deviation``."""
+    with path.open("rb") as file:
+        header = file.read(4000).partition(b"end_header")[0].split()
+    return header[:1] == [b"ply"] and b"deviation" in header
 
 
 def check_triangles(vertices, faces, name: str):

@@ -1,15 +1,15 @@
 """The truth: what a surface should be, as the judge sees it."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
-import igl
 import numpy as np
 import trimesh
 
 from touchatlas.sim.judge.closest_points import closest_points
 from touchatlas.sim.judge.surface_file import check_triangles
-from touchatlas.sim.judge.truth_parts import part_of_faces
-from touchatlas.sim.world.triangles import sample_triangles
+from touchatlas.sim.world.parts import hidden, hidden_area, part_of_faces
+from touchatlas.sim.world.triangles import sample_triangles, surface_normals
 
 
 @dataclass(frozen=True)
@@ -55,14 +55,54 @@ class Truth:
         """Diagonal of the bounding box, length."""
         return float(np.linalg.norm(np.ptp(self.vertices[np.unique(self.faces)], axis=0)))
 
-    @property
-    def parts(self) -> np.ndarray:
-        """(n,) for each point, the number of the separate part of the surface that it is on."""
-        labels = part_of_faces(self.faces)
-        if not labels.any():
+    @cached_property
+    def part_of_face(self) -> np.ndarray:
+        """(f,) number of the separate part of the surface that each triangle belongs to."""
+        return part_of_faces(self.faces)
+
+    @cached_property
+    def owners(self) -> np.ndarray:
+        """(n,) triangle on which each point lies, of a body of several parts; else 0."""
+        if not self.part_of_face.any():
             return np.zeros(len(self.points), int)
-        _, face, _ = closest_points(self.points, self.vertices, self.faces)
-        return labels[face]
+        return closest_points(self.points, self.vertices, self.faces)[1]
+
+    @cached_property
+    def hidden(self) -> np.ndarray:
+        """(n,) whether points lie inside of another part, where no touch reaches them."""
+        return hidden(self.points, self.part_of_face[self.owners], self.vertices, self.faces)
+
+    @cached_property
+    def _used(self) -> np.ndarray:
+        """(c,) vertices that have a triangle."""
+        return np.unique(self.faces)
+
+    @property
+    def corners(self) -> np.ndarray:
+        """(c, 3) vertices of the triangles, length."""
+        return self.vertices[self._used]
+
+    @cached_property
+    def part_of_corners(self) -> np.ndarray:
+        """(c,) number of the part of each of ``corners``."""
+        parts = np.empty(len(self.vertices), int)
+        parts[self.faces] = self.part_of_face[:, None]
+        return parts[self._used]
+
+    @cached_property
+    def hidden_corners(self) -> np.ndarray:
+        """(c,) whether ``corners`` lie inside of another part."""
+        return hidden(self.corners, self.part_of_corners, self.vertices, self.faces)
+
+    @property
+    def seen_corners(self) -> np.ndarray:
+        """(s, 3) those of ``corners`` that do not."""
+        return self.corners[~self.hidden_corners]
+
+    @property
+    def hidden_area(self) -> float:
+        """Fraction of the true area that lies inside of other parts."""
+        return hidden_area(self.vertices, self.faces, self.owners, self.hidden)
 
 
 def truth_from_mesh(vertices, faces, rng, options: EvaluateOptions = EvaluateOptions()) -> Truth:
@@ -74,7 +114,7 @@ def truth_from_mesh(vertices, faces, rng, options: EvaluateOptions = EvaluateOpt
         vertices,
         faces,
         points,
-        igl.per_face_normals(vertices, faces, np.zeros(3))[index],
+        surface_normals(vertices, faces, index, points),
         bool(mesh.is_watertight),
         int(mesh.euler_number),
     )

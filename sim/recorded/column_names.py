@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 from touchatlas.sim.recorded.table_file import Table
-from touchatlas.sim.recorded.units import unit_of
+from touchatlas.sim.world.units import unit_of
 
 COORDINATES = ("x", "y", "z")
 VECTOR = ("nx", "ny", "nz")

@@ -17,8 +17,8 @@ from touchatlas.sim.recorded.column_names import VECTOR, Columns, columns_by_nam
 from touchatlas.sim.recorded.curve_parts import part_rows
 from touchatlas.sim.recorded.other_files import cross_sections, read_other
 from touchatlas.sim.recorded.table_file import Table, read_table
-from touchatlas.sim.recorded.units import UNITS, said_unit
 from touchatlas.sim.recorded.vectors import what_vectors_are
+from touchatlas.sim.world.units import UNITS, said_unit
 
 _NOTHING = ("", "nan", "-nan", "nan(ind)", "-nan(ind)", "null", "none", "na", "n/a", "--", "-")
 

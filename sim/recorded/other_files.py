@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from touchatlas.sim.recorded.units import UNITS
+from touchatlas.sim.world.units import UNITS
 
 Group = tuple[str, np.ndarray, np.ndarray]
 

@@ -42,7 +42,7 @@ def truth_of(obj, tolerance: float, rng, options: EvaluateOptions = EvaluateOpti
 
 def unit_of(obj: ImplicitObject | MeshObject) -> str:
     """The unit of an object's lengths: millimetres of a built-in one, the file's own of a mesh."""
-    return "mm" if isinstance(obj, ImplicitObject) else LENGTH
+    return "mm" if isinstance(obj, ImplicitObject) else obj.unit or LENGTH
 
 
 @dataclass

@@ -7,7 +7,14 @@ import numpy as np
 import trimesh
 
 from touchatlas.sim.world.mesh_sections import PlaneSections
-from touchatlas.sim.world.triangles import areas_of, edge_keys, sample_triangles, top_sample
+from touchatlas.sim.world.parts import turned_outward
+from touchatlas.sim.world.triangles import (
+    areas_of,
+    edge_keys,
+    sample_triangles,
+    surface_normals,
+    top_sample,
+)
 
 # Sides from which an open mesh is approached, in this order: from above, below, and around.
 _SIDES = np.array([[0, 0, 1], [0, 0, -1], [1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]], float)
@@ -27,29 +34,25 @@ class MeshObject:
     ----------
     notes : list of str
         What a user should know about the mesh, in sentences.
+    unit : str
+        Of its lengths, "" where the file names none.
     """
 
     description = "a mesh file"
 
     def __init__(self, name: str, vertices, faces) -> None:
-        mesh, self.notes = _wound_alike(name, vertices, faces)
-        faces = np.asarray(mesh.faces)
-        counts = _triangles_of_edges(faces)
-        # Bodies that touch along an edge have four triangles there, and are closed.
-        self.closed = bool((counts % 2 == 0).all())
-        self.notes += _notes_on_edges(name, counts)
+        faces, self.closed, self.notes = sound_faces(name, vertices, faces)
         if self.closed:
-            _refuse_flat(name, mesh.vertices[np.unique(faces)])
-        if self.closed and mesh.volume < 0:
-            faces = np.ascontiguousarray(faces[:, ::-1])
+            _refuse_flat(name, np.asarray(vertices, float)[np.unique(faces)])
         used = np.unique(faces)
-        self.name, self.source = name, name
+        self.name, self.source, self.unit = name, name, ""
         self.vertices, self.faces = np.asarray(vertices, float), np.asarray(faces, np.int64)
         self.bounds = np.array([self.vertices[used].min(axis=0), self.vertices[used].max(axis=0)])
         self.diagonal = float(np.linalg.norm(self.bounds[1] - self.bounds[0]))
         # What a touch probe reaches on an object of the size of a hand.
         self.noise_std = 2e-4 * self.diagonal
         self.tolerance = 1e-3 * self.diagonal
+        mesh = trimesh.Trimesh(self.vertices, self.faces, process=False)
         self.euler_characteristic = int(mesh.euler_number)
         # The tree's rays are in single precision with an absolute threshold for slivers: rays are
         # asked in a frame of fixed size, and the point found again on the triangle named.
@@ -70,9 +73,9 @@ class MeshObject:
         return self.vertices, self.faces
 
     def sample(self, count: int, rng):
-        """Area-uniform points (count, 3) of the mesh and the normals of their triangles."""
+        """Area-uniform points (count, 3) of the mesh and its normals there."""
         points, index = sample_triangles(self.vertices, self.faces, count, rng)
-        return points, igl.per_face_normals(self.vertices, self.faces, np.zeros(3))[index]
+        return points, surface_normals(self.vertices, self.faces, index, points)
 
     def start(self):
         """Point where a flat plate lowered on the object meets it, and the direction up.
@@ -136,6 +139,28 @@ class MeshObject:
         ]
 
 
+def sound_faces(name: str, vertices, faces) -> tuple[np.ndarray, bool, list[str]]:
+    """Each face once, neighbours wound alike, closed bodies turned outward.
+
+    Returns
+    -------
+    faces : (f, 3) int
+    closed : bool
+    notes : list of str
+        What was changed, and what else a user should know, in sentences.
+    """
+    faces, notes = _each_once(name, np.asarray(faces, np.int64))
+    faces, more = _wound_alike(name, vertices, faces)
+    counts = _triangles_of_edges(faces)
+    # Bodies that touch along an edge have four triangles there, and are closed.
+    closed = bool((counts % 2 == 0).all())
+    notes += more + _notes_on_edges(name, counts)
+    if closed:
+        faces, wrong = turned_outward(vertices, faces)
+        notes += [_many(name, wrong)] if wrong else []
+    return faces, closed, notes
+
+
 def _refuse_flat(name: str, vertices) -> None:
     """Refuse a closed mesh in one plane: it has no inside."""
     sizes = np.linalg.svd(vertices - vertices.mean(axis=0), compute_uv=False)
@@ -148,17 +173,35 @@ def _refuse_flat(name: str, vertices) -> None:
 
 
 def _wound_alike(name: str, vertices, faces):
-    """A mesh whose neighbouring triangles are wound alike, and a note where they had to be turned
-    or could not be."""
+    """Faces of which neighbours are wound alike, and a note where they had to be turned or could
+    not be."""
     mesh = trimesh.Trimesh(vertices, faces, process=False)
     if mesh.is_winding_consistent:
-        return mesh, []
+        return faces, []
     trimesh.repair.fix_winding(mesh)
     if mesh.is_winding_consistent:
-        return mesh, [f"{name} has triangles wound in different directions; they were turned alike"]
-    return mesh, [
+        return np.asarray(mesh.faces), [
+            f"{name} has triangles wound in different directions; they were turned alike"
+        ]
+    return np.asarray(mesh.faces), [
         f"{name} cannot be wound alike everywhere: it has one side only, like a Moebius strip"
     ]
+
+
+def _each_once(name: str, faces):
+    """Faces (f, 3) of which none has the corners of an earlier one, and a note where any had."""
+    first = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)[1]
+    if len(first) == len(faces):
+        return faces, []
+    twice = len(faces) - len(first)
+    return faces[np.sort(first)], [
+        f"{name} has triangles that name the same corners again ({twice}); they count once"
+    ]
+
+
+def _many(name: str, wrong: int) -> str:
+    bodies = "was a body" if wrong == 1 else f"were {wrong} bodies"
+    return f"in {name} there {bodies} inside out, now turned outward"
 
 
 def _triangles_of_edges(faces) -> np.ndarray:

@@ -16,7 +16,7 @@ from touchatlas.sim.world.implicit_fields import (
     torus,
 )
 from touchatlas.sim.world.implicit_object import ImplicitObject
-from touchatlas.sim.world.mesh_file import load_mesh
+from touchatlas.sim.world.mesh_file import read_mesh
 from touchatlas.sim.world.mesh_object import MeshObject
 
 # A hand-sized object touched by an arm that is good to 0.02 mm, as in the paper.
@@ -129,7 +129,9 @@ def make_object(name: str, seed: int = 0) -> ImplicitObject | MeshObject:
         raise ValueError(
             f"there is no file {name!r}, nor a built-in object ({', '.join(object_names())}){hint}"
         )
-    obj = MeshObject(Path(name).stem, *load_mesh(name))
+    file = read_mesh(name)
+    obj = MeshObject(Path(name).stem, file.vertices, file.faces)
+    obj.unit, obj.notes = file.unit, [*file.notes, *obj.notes]
     obj.source = str(Path(name).resolve())
     return obj
 

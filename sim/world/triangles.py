@@ -1,8 +1,11 @@
-"""Triangle arrays: areas, samples, a disc of triangles."""
+"""Triangle arrays: areas, samples, normals, a disc of triangles."""
 
+import igl
 import numpy as np
 
 from touchatlas.patch.geometry.arrays import cross
+
+_BY_AREA = igl.PER_VERTEX_NORMALS_WEIGHTING_TYPE_AREA
 
 
 def areas_of(vertices, faces) -> np.ndarray:
@@ -36,6 +39,39 @@ def sample_triangles(vertices, faces, count: int, rng):
     u, v = np.where(u + v > 1.0, 1.0 - u, u), np.where(u + v > 1.0, 1.0 - v, v)
     a, b, c = vertices[faces[index]].transpose(1, 0, 2)
     return a + u * (b - a) + v * (c - a), index
+
+
+def surface_normals(vertices, faces, index, points) -> np.ndarray:
+    """(n, 3) normals at points of the triangles ``index`` (n,): smooth, but for sharp edges."""
+    return interpolated(_corner_normals(vertices, faces), vertices, faces, index, points)
+
+
+def _corner_normals(vertices, faces) -> np.ndarray:
+    """(f, 3, 3) normals at the corners of triangles: the vertex normal, except at a vertex on an
+    edge of the surface, where it is the triangle's own."""
+    flat = igl.per_face_normals(vertices, faces, np.zeros(3))[:, None]
+    smooth = igl.per_vertex_normals(vertices, faces, _BY_AREA)[faces]
+    on_edge = np.zeros(len(vertices), bool)
+    # A vertex of degenerate triangles alone has no normal: NaN is not above the limit.
+    # Normals of a vertex and of its triangles that differ by 20 degrees are at an edge.
+    on_edge[faces[~((smooth * flat).sum(axis=2) >= np.cos(np.deg2rad(20.0)))]] = True
+    return np.where(on_edge[faces][..., None], flat, smooth)
+
+
+def interpolated(values, vertices, faces, index, points) -> np.ndarray:
+    """Values at the corners of triangles (f, 3, ...), interpolated at points (n, 3) in the
+    triangles ``index`` (n,)."""
+    weights = _barycentric(points, vertices[faces[index]])
+    weights = weights.reshape(weights.shape + (1,) * (values.ndim - 2))
+    mean: np.ndarray = (weights * values[index]).sum(axis=1)
+    return mean
+
+
+def _barycentric(points, corners) -> np.ndarray:
+    """(n, 3) barycentric coordinates of points (n, 3) in triangles (n, 3, 3); thirds where the
+    triangle is degenerate."""
+    weights = igl.barycentric_coordinates(points, *corners.transpose(1, 0, 2))
+    return np.where(np.isfinite(weights).all(axis=1, keepdims=True), weights, 1.0 / 3.0)
 
 
 def top_sample(points, up=(0.0, 0.0, 1.0)) -> np.ndarray:

@@ -34,7 +34,7 @@ def test_a_surface_is_stored_in_single_precision_and_read_back_as_it_was(tmp_pat
     path = tmp_path / "s.ply"
     path.write_bytes(ply_bytes(surface, 0.01 * scale))
     assert path.read_bytes().count(b"property float") == 7
-    vertices, faces, deviation = load_surface(path)
+    vertices, faces, deviation, _ = load_surface(path)
     kept = stored(surface, 0.01 * scale)
     assert (vertices == kept.vertices).all() and (deviation == kept.deviation).all()
     assert (faces == surface.faces).all()

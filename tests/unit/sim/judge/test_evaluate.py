@@ -253,7 +253,7 @@ def test_deviation_comes_back_with_its_own_vertex_in_any_encoding(tmp_path, enco
     mesh = trimesh.Trimesh(vertices, faces, process=False)
     mesh.vertex_attributes["deviation"] = vertices[:, 2] + 2.0
     mesh.export(tmp_path / "s.ply", encoding=encoding)
-    points, found_faces, deviation = load_surface(tmp_path / "s.ply")
+    points, found_faces, deviation, _ = load_surface(tmp_path / "s.ply")
     assert (found_faces == faces).all()
     # trimesh writes the coordinates in single, the attribute in double precision.
     assert deviation == pytest.approx(points[:, 2] + 2.0, abs=1e-6)
@@ -262,6 +262,6 @@ def test_deviation_comes_back_with_its_own_vertex_in_any_encoding(tmp_path, enco
 def test_any_other_file_is_read_without_deviation_and_closed_again(tmp_path):
     vertices, faces = ball(1.0, 2)
     trimesh.Trimesh(vertices, faces).export(tmp_path / "s.stl")
-    points, triangles, deviation = load_surface(tmp_path / "s.stl")
+    points, triangles, deviation, _ = load_surface(tmp_path / "s.stl")
     assert deviation is None
     assert judge((points, triangles), (vertices, faces), 0.1).watertight

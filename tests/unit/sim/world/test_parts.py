@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from touchatlas.sim.judge.truth_parts import hidden_area, part_of_faces
+from touchatlas.sim.judge.truth import truth_from_mesh
+from touchatlas.sim.world.parts import hidden_area, part_of_faces
 
 
 def box(side, x=0.0, inside_out=False):
@@ -23,9 +24,17 @@ def test_parts_beside_each_other_are_not_hidden():
     """The area of a cube is six times the square of its side."""
     assert area_hidden(box(1.0)) == 0.0
     assert area_hidden(box(3.0), box(1.0, x=5.0)) == 0.0
-    # One that sticks out of the other, and one that touches it from inside.
-    assert area_hidden(box(3.0), box(1.0, x=1.5)) == 0.0
-    assert area_hidden(box(3.0), box(1.0, x=1.0)) == 0.0
+
+
+def test_walls_that_bodies_have_inside_of_each_other_are_hidden():
+    """Half of the small box sticks out: of 60 its half, 3, and a square of the large one, 1."""
+    both = trimesh.util.concatenate([box(3.0), box(1.0, x=1.5)])
+    truth = truth_from_mesh(both.vertices, both.faces, np.random.default_rng(0))
+    # Of 40,000 samples, four standard errors.
+    assert truth.hidden_area == pytest.approx(4.0 / 60.0, abs=0.005)
+    # One that touches the other from inside: five of its sides.
+    assert area_hidden(box(3.0), box(1.0, x=1.0)) == pytest.approx(5.0 / 60.0)
+    assert truth.hidden.mean() == pytest.approx(4.0 / 60.0, abs=0.005)
 
 
 def test_a_part_inside_another_is_hidden_whichever_way_it_is_wound():
