@@ -52,7 +52,8 @@ def learn(
     files
         Files of points, in any mixture: single curves, sections, slices, clouds. Where the first is
         the folder of a run that learns, the others are added to it: such files, and answers to the
-        plans of touchatlas next, as CSV with the columns plan, plane, x, y, z or as JSON.
+        plans of touchatlas next, as CSV with the columns plan, plane, x, y, z or as JSON. Without
+        others its surface, picture and numbers are written.
     out
         Folder for the run; runs/FILE by default.
     noise
@@ -106,8 +107,6 @@ def _more(run: Path, files, noise, read, sides, options, no_draw: bool, watcher)
             f"{run} is no run that learns from files; give one that touchatlas learn or touchatlas "
             "next began"
         )
-    if not files:
-        raise ValueError(f"nothing was given to add to {run}; name a file after it")
     if options != LearnOptions():
         raise ValueError(
             f"{run} has its options already, in run.toml; leave them out, or begin another run"

@@ -18,24 +18,23 @@ from touchatlas.sim.folder.run_lock import LOCK, check_free, locked
 RUN_FILES = (
     "run.toml",
     "journal.sqlite",
-    "learning.zip",
     "atlas.npz",
     "surface.ply",
-    "surface.step",
-    "plans.csv",
-    "plans.json",
     "steps.csv",
     "evaluation.json",
     "progress.png",
     "surface.png",
     "replay.html",
 )
+# What a run that learns from files has besides.
+LEARNING_FILES = "learning.zip", "surface.step", "plans.csv", "plans.json"
+_FILES = *RUN_FILES, *LEARNING_FILES
 # Where a run is made that is to replace another, and its name when it is whole. Names of files that
 # the whole one lacks are marked there, so that replacing can be done again after a crash.
 REPLACEMENT, _WHOLE, _ABSENT = "replacement", "replacement.whole", ".absent"
 # Files that a killed run may leave beside them. SQLite would replay an old journal.sqlite-journal
 # into a new journal.
-_LEFTOVERS = ("journal.sqlite-journal", *(f"{name}.part" for name in RUN_FILES))
+_LEFTOVERS = ("journal.sqlite-journal", *(f"{name}.part" for name in _FILES))
 _PACKAGES = ("touchatlas", "numpy", "scipy", "networkx", "trimesh", "libigl")
 
 
@@ -102,7 +101,7 @@ def replace_run(folder: Path) -> Path:
     """
     if folder.name != REPLACEMENT or not is_run(folder.parent):
         return folder
-    for name in RUN_FILES:
+    for name in _FILES:
         if not (folder / name).exists():
             (folder / f"{name}{_ABSENT}").touch()
     folder.rename(folder.parent / _WHOLE)
@@ -117,7 +116,7 @@ def _finish_replacing(path: Path) -> None:
         return
     for name in _LEFTOVERS:
         (path / name).unlink(missing_ok=True)
-    for name in reversed(RUN_FILES):
+    for name in reversed(_FILES):
         if (whole / name).exists():
             os.replace(whole / name, path / name)
         elif (mark := whole / f"{name}{_ABSENT}").exists():
@@ -141,7 +140,7 @@ def _check_new(path: Path, force: bool) -> None:
         go_on = f", touchatlas resume {path} to go on with it" if held else ""
         raise ValueError(f"{path} {what}; choose another --out{go_on}, or --force to replace a run")
     ours = Path.is_file if held else lambda _: False
-    others = [n for n in RUN_FILES if (path / n).exists() and not ours(path / n)]
+    others = [n for n in _FILES if (path / n).exists() and not ours(path / n)]
     inner = path / REPLACEMENT
     if os.path.lexists(inner) and not (held and _is_replacement(inner)):
         others.append(REPLACEMENT)
@@ -165,7 +164,7 @@ def _is_empty(path: Path) -> bool:
 def _remove_run(path: Path) -> None:
     """Remove the files of a run."""
     # run.toml goes last: while it is there, what else is left is known to be a run's.
-    for name in (*_LEFTOVERS, *reversed(RUN_FILES)):
+    for name in (*_LEFTOVERS, *reversed(_FILES)):
         (path / name).unlink(missing_ok=True)
 
 

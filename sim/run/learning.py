@@ -203,6 +203,9 @@ def plans_of(path, count: int) -> tuple[tuple[ProbePlan, ...], str, str]:
 def pending_plans(path) -> dict[int, ProbePlan]:
     """The plans of a run that are not answered yet, by their numbers."""
     with _opened(path) as run:
+        if count := len(run.pending()):
+            # Plans of a file say nothing of where arms may end.
+            run.planner.ask_several(run.atlas, count)
         return run.pending()
 
 

@@ -12,6 +12,7 @@ from threadpoolctl import threadpool_limits
 
 from touchatlas.atlas import Atlas, Surface
 from touchatlas.atlas.files import write_whole
+from touchatlas.atlas.store import atlas_bytes
 from touchatlas.planner import Planner, Step, explore
 from touchatlas.sim.folder.journal import Entry, Journal
 from touchatlas.sim.folder.kept_settings import kept_settings
@@ -89,7 +90,8 @@ def begin(options: RunOptions, obj, rng: np.random.Generator) -> tuple[Atlas, Pl
 @dataclass
 class Work:
     """One process at work on a run; ``settings`` are those of its run.toml. The touches ``kept``
-    may have been made to a tolerance that is now ``finer``."""
+    may have been made to a tolerance that is now ``finer``; ``learned`` is the atlas of the last
+    one as a file."""
 
     obj: ImplicitObject | MeshObject
     folder: Path
@@ -99,6 +101,7 @@ class Work:
     watcher: Watcher
     kept: list[Entry] = field(default_factory=list)
     finer: bool = False
+    learned: bytes = b""
 
     def __post_init__(self) -> None:
         options = self.options
@@ -119,12 +122,25 @@ class Work:
         # work, and hundred times longer where the cores are busy.
         with threadpool_limits(1, "blas"):
             with held_interrupt(self._noticed, GRACE) as hold:
-                ended = self._explore(hold)
+                with self._atlas_kept():
+                    ended = self._explore(hold)
                 if ended == INTERRUPTED:
                     return self._result(ended, hold.signal)
             if hold:
                 raise interrupt_of(hold.signal)
             return self._result(ended)
+
+    @contextmanager
+    def _atlas_kept(self) -> Iterator[None]:
+        """Write the atlas of the last touch that was learned, if the block is cut short: while a
+        touch is learned the atlas itself is in pieces."""
+        try:
+            yield
+        except KeyboardInterrupt:
+            if self.learned and len(self.progress.rows) >= len(self.kept):
+                with suppress(OSError):
+                    write_whole(self.folder / "atlas.npz", self.learned)
+            raise
 
     def _noticed(self) -> None:
         number = len(self.progress.rows) + 1
@@ -215,6 +231,7 @@ class Work:
             self.phases.add("repeat", sum(seconds))
             seconds = self.old_seconds[number]
         self.progress.add(step, seconds)
+        self.learned = atlas_bytes(self.atlas)
         self.frames.add(step, self.planner, self.atlas, 0.05 * self.obj.diagonal)
         path = self.folder / "steps.csv"
         if number == max(done - 1, 0):

@@ -14,16 +14,18 @@ import pytest
 import trimesh
 
 from tests.command import assert_refused
-from touchatlas.atlas import Atlas, learn
+from touchatlas.atlas import Atlas, learn, load_atlas
+from touchatlas.planner import Planner
 from touchatlas.sim.folder.journal import Journal
 from touchatlas.sim.folder.run_folder import RUN_FILES, read_settings
 from touchatlas.sim.folder.run_options import RunOptions
 from touchatlas.sim.run import work
 from touchatlas.sim.run.conclusion import truth_of
-from touchatlas.sim.run.exploration import run_exploration
+from touchatlas.sim.run.exploration import resume_exploration, run_exploration
 from touchatlas.sim.run.watcher import Watcher
 from touchatlas.sim.run.work import random_streams
 from touchatlas.sim.world.mesh_object import MeshObject
+from touchatlas.sim.world.objects import make_object
 
 pytestmark = pytest.mark.usefixtures("no_pictures", "few_judged")
 FEW = RunOptions(max_touches=7, tolerance=0.3)
@@ -257,3 +259,23 @@ def test_the_judge_wants_a_tolerance(ball):
 def test_a_name_is_no_object(tmp_path):
     with pytest.raises(ValueError, match="got 'sphere' for the object; give what make_object"):
         run_exploration("sphere", tmp_path / "r")
+
+
+def test_an_exploration_that_is_cut_short_while_it_touches_keeps_its_atlas(tmp_path, monkeypatch):
+    """The third touch never ends: the atlas of the first two is there, and resume goes on."""
+    ask = Planner.ask
+
+    def cut_short(planner, atlas):
+        plan = ask(planner, atlas)
+        if plan.number == 2:
+            raise KeyboardInterrupt
+        return plan
+
+    obj, options = make_object("sphere"), RunOptions(tolerance=0.6, noise=0.12, max_touches=3)
+    with monkeypatch.context() as patched, pytest.raises(KeyboardInterrupt):
+        patched.setattr(Planner, "ask", cut_short)
+        run_exploration(obj, tmp_path / "r", options)
+    atlas = load_atlas(tmp_path / "r" / "atlas.npz")
+    assert atlas.touches == 2 and len(atlas)
+    atlas.validate()
+    assert resume_exploration(tmp_path / "r").numbers["touches"] == 3

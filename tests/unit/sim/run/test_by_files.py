@@ -1,0 +1,63 @@
+"""next and learn, one call each touch, explore as explore does: same touches, same atlas."""
+
+import json
+
+import numpy as np
+import pytest
+
+from tests.command import touchatlas
+from touchatlas.sim import Journal, Probe, make_object
+from touchatlas.sim.folder.plan_files import touch_as_dict
+from touchatlas.sim.run.learning import pending_plans
+from touchatlas.sim.run.work import random_streams
+
+
+def explored(folder, name, noise, tolerance, budget):
+    words = "--noise", noise, "--tolerance", tolerance, *budget
+    done = touchatlas("explore", name, *words, "--out", "explored", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    return folder / "explored"
+
+
+def answered(folder, name, noise, tolerance, most):
+    """A machine that reads plans and writes answers. Its arms end where the surface is known, as
+    those of the simulated probe do in explore: the files do not say where that is."""
+    obj, run = make_object(name), folder / "by_files"
+    probe, (start, outward) = Probe(obj, noise, random_streams(0)[0]), obj.start()
+    write = {"start": start, "outward": outward}
+    words = [f"--{key}={','.join(map(repr, np.array(v).tolist()))}" for key, v in write.items()]
+    begin = *words, "--noise", noise, "--tolerance", tolerance
+    for number in range(most):
+        done = touchatlas("next", run, "--json", *(begin if number == 0 else ()), cwd=folder)
+        assert done.returncode == 0, done.stderr
+        if not json.loads(done.stdout)["plans"]:
+            break
+        [plan] = pending_plans(run).values()
+        (folder / "answer.json").write_text(json.dumps([touch_as_dict(probe(plan))]))
+        done = touchatlas("learn", run, "answer.json", "--no-draw", cwd=folder)
+        assert done.returncode == 0, done.stderr
+    return run
+
+
+@pytest.mark.parametrize(
+    ("name", "noise", "tolerance", "most"),
+    [
+        ("sphere", 0.12, 0.6, 2),
+        pytest.param("bottle", 0.02, 0.1, 100, marks=pytest.mark.slow),
+        pytest.param("cube", 0.02, 0.1, 100, marks=pytest.mark.slow),
+    ],
+)
+def test_next_and_learn_explore_as_explore_does(tmp_path, name, noise, tolerance, most):
+    budget = ("--max-touches", most) if most < 100 else ()
+    one = explored(tmp_path, name, noise, tolerance, budget)
+    other = answered(tmp_path, name, noise, tolerance, most)
+    touches = [Journal(run / "journal.sqlite").touches() for run in (one, other)]
+    assert len(touches[0]) == len(touches[1])
+    for first, second in zip(*touches, strict=True):
+        assert first.status == second.status
+        assert first.contact.tobytes() == second.contact.tobytes()
+        for a, b in zip(first.contours, second.contours, strict=True):
+            assert a.points.tobytes() == b.points.tobytes() and a.ends == b.ends
+    done = touchatlas("learn", other, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert (one / "atlas.npz").read_bytes() == (other / "atlas.npz").read_bytes()
