@@ -68,7 +68,8 @@ def add_surface(plot: "Plot", surface, colour: str, tolerance: float | None = No
 
     if colour not in ("deviation", "face"):
         raise ValueError(f"got {colour!r} for the colour; give 'deviation' or 'face'")
-    looks: dict[str, Any] = {"colors": face_colours(surface.patch)}
+    # k3d multiplies both.
+    looks: dict[str, Any] = {"colors": face_colours(surface.patch), "color": 0xFFFFFF}
     if colour == "deviation":
         most = float(surface.deviation.max(initial=0.0)) if tolerance is None else tolerance
         looks = {

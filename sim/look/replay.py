@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from html import escape
 from importlib.resources import files
 
+import igl
 import numpy as np
 
 from touchatlas.atlas.scene import (
@@ -204,7 +205,7 @@ def _scene(extent: float, unit: str, truth):
     plot = new_plot("" if unit == "file's unit" else unit)
     # All but the surface and the truth are empty until then, and k3d takes no empty arrays.
     dot, no = np.zeros((1, 3), np.float32), np.zeros((1, 3), np.uint32)
-    add_mesh(plot, dot, no, "surface", visible=False)
+    add_mesh(plot, dot, no, "surface", visible=False, color=0xFFFFFF)
     add_mesh(plot, dot, no, "planes", visible=False, color=PLANNED, opacity=0.3)
     for name, colour, size in (("contacts", TOUCHED, 0.018), ("open places", OPEN, 0.012)):
         looks = {"point_size": size * extent, "shader": "3d", "color": colour}
@@ -215,7 +216,10 @@ def _scene(extent: float, unit: str, truth):
         plot += k3d.lines(dot, no[:, :2], name=name, visible=False, **looks)
     if truth is not None:
         kept, faces = clustered(truth[0], truth[1], MOST_VERTICES)
-        add_mesh(plot, truth[0][kept], faces, "truth", color=_TRUTH, opacity=0.3, side="back")
+        vertices = np.asarray(truth[0][kept], float)
+        # A little within, so that the surface hides it where it is known.
+        vertices = vertices - 0.004 * extent * igl.per_vertex_normals(vertices, faces)
+        add_mesh(plot, vertices, faces, "truth", color=_TRUTH, opacity=0.25)
     return plot
 
 
