@@ -52,7 +52,18 @@ def refusals() -> Iterator[None]:
         raise NotWritten(f"the CAD kernel refuses a face: {error}") from None
 
 
-def step_bytes(shapes: list[NamedShape], gap: float, name: str) -> bytes:
+# Names of units in STEP, and their millimetres.
+STEP_UNITS = {
+    "um": ("UM", 1e-3),
+    "mm": ("MM", 1.0),
+    "cm": ("CM", 10.0),
+    "m": ("M", 1e3),
+    "in": ("INCH", 25.4),
+    "ft": ("FT", 304.8),
+}
+
+
+def step_bytes(shapes: list[NamedShape], gap: float, name: str, unit: str = "mm") -> bytes:
     """A STEP file of shapes.
 
     Parameters
@@ -62,7 +73,10 @@ def step_bytes(shapes: list[NamedShape], gap: float, name: str) -> bytes:
         Tolerance of the file: largest distance between its surfaces and curves.
     name : str
         Name in the header and of the product.
+    unit : str
+        Of the lengths of the shapes; the file holds it, and the same numbers.
     """
+    from OCP.Interface import Interface_Static
     from OCP.STEPConstruct import STEPConstruct
     from OCP.STEPControl import STEPControl_AsIs, STEPControl_Writer
 
@@ -70,10 +84,15 @@ def step_bytes(shapes: list[NamedShape], gap: float, name: str) -> bytes:
         writer = STEPControl_Writer()
         writer.SetTolerance(gap)
         process = writer.WS().TransferWriter().FinderProcess()
-        for one in shapes:
-            _check(writer.Transfer(one.shape, STEPControl_AsIs))
-            for face, words in zip(one.faces, one.names, strict=True):
-                STEPConstruct.FindEntity_s(process, face).SetName(_ascii(words))
+        writer.Model().SetLocalLengthUnit(STEP_UNITS[unit][1])
+        Interface_Static.SetCVal_s("write.step.unit", STEP_UNITS[unit][0])
+        try:
+            for one in shapes:
+                _check(writer.Transfer(one.shape, STEPControl_AsIs))
+                for face, words in zip(one.faces, one.names, strict=True):
+                    STEPConstruct.FindEntity_s(process, face).SetName(_ascii(words))
+        finally:
+            Interface_Static.SetCVal_s("write.step.unit", "MM")
         _name(writer.Model(), name)
         stream = io.BytesIO()
         _check(writer.WriteStream(stream))

@@ -19,6 +19,7 @@ import numpy as np
 from touchatlas.atlas.body.body import Body
 from touchatlas.atlas.cad.bezier_shapes import bezier_shapes
 from touchatlas.atlas.cad.kernel import (
+    STEP_UNITS,
     NamedShape,
     NotWritten,
     need_kernel,
@@ -78,7 +79,11 @@ class StepReport:
 
 
 def save_step(
-    state: AtlasState, path, lawful: LawfulOptions = LawfulOptions(), coarse: float = 0.5
+    state: AtlasState,
+    path,
+    lawful: LawfulOptions = LawfulOptions(),
+    coarse: float = 0.5,
+    unit: str = "mm",
 ) -> StepReport:
     """Write an atlas as a STEP file, all of it or nothing.
 
@@ -90,13 +95,14 @@ def save_step(
     ----------
     state : AtlasState
     path : path
-        The file. One unit of length of the atlas is one millimetre there. Equal atlases give equal
-        bytes: the header has no date.
+        The file. Equal atlases give equal bytes: the header has no date.
     lawful : LawfulOptions
         How far the solid of a lawful body may be from it.
     coarse : float, tolerances
         Largest distance of Bezier faces from the surface, or of the triangles of the file from
         those of the surface.
+    unit : str
+        Of the lengths of the atlas, which the file names: mm, m, in, cm, um or ft.
 
     Returns
     -------
@@ -113,25 +119,29 @@ def save_step(
     if not isinstance(state, AtlasState):
         raise ValueError(f"got {type(state).__name__} for the atlas; call save_step(atlas, path)")
     check_path(path)
+    if unit not in STEP_UNITS:
+        raise ValueError(f"STEP has no unit {unit!r}; give one of {', '.join(STEP_UNITS)}")
     need_kernel()
     if state.body is None:
         raise ValueError(_NOTHING)
     body, smooth, bound = state.body, is_smooth(state.body), coarse * state.tolerance
     if smooth and not body.faces.are_lawful:
-        return _save_smooth(state, body, path, bound)
+        return _save_smooth(state, body, path, bound, unit)
     try:
-        return _save_faces(body, path, state.tolerance, lawful)
+        return _save_faces(body, path, state.tolerance, lawful, unit)
     except NotWritten as reason:
         if smooth:
             # A law without a name in STEP is smooth, and a body with holes.
-            return _save_smooth(state, body, path, bound)
-        return _save_triangles(state, extract_surface(state), path, bound, reason)
+            return _save_smooth(state, body, path, bound, unit)
+        return _save_triangles(state, extract_surface(state), path, bound, reason, unit)
 
 
-def _save_faces(body: Body, path, tolerance: float, options: LawfulOptions) -> StepReport:
+def _save_faces(
+    body: Body, path, tolerance: float, options: LawfulOptions, unit: str
+) -> StepReport:
     """Write the faces of a lawful body."""
     made = lawful_shapes(body, tolerance, options)
-    write_whole(path, step_bytes(made.shapes, made.gap, Path(path).name))
+    write_whole(path, step_bytes(made.shapes, made.gap, Path(path).name, unit))
     return StepReport(
         faces=made.kinds.total() + made.fillets,
         planes=made.kinds["plane"],
@@ -145,27 +155,27 @@ def _save_faces(body: Body, path, tolerance: float, options: LawfulOptions) -> S
     )
 
 
-def _save_smooth(state: AtlasState, body: Body, path, bound: float) -> StepReport:
+def _save_smooth(state: AtlasState, body: Body, path, bound: float, unit: str) -> StepReport:
     """Write the Bezier faces of a body without edges."""
     surface = extract_surface(state)
     try:
         made = bezier_shapes(body, surface, bound)
     except NotWritten as reason:
-        return _save_triangles(state, surface, path, bound, reason)
-    write_whole(path, step_bytes(made.shapes, made.gap, Path(path).name))
+        return _save_triangles(state, surface, path, bound, reason, unit)
+    write_whole(path, step_bytes(made.shapes, made.gap, Path(path).name, unit))
     count = sum(len(one.faces) for one in made.shapes)
     return StepReport(
         faces=count, smooth=count, solids=len(made.shapes), gap=made.gap, turn=made.turn
     )
 
 
-def _save_triangles(state, surface: Surface, path, bound: float, reason) -> StepReport:
+def _save_triangles(state, surface: Surface, path, bound: float, reason, unit) -> StepReport:
     """Write the triangles of the surface, for a reason."""
     shapes = triangle_shapes(fewer_triangles(surface, bound))
     if not shapes:
         raise ValueError(_NOTHING)
     gap = bound + state.options.facets * state.tolerance
-    write_whole(path, step_bytes(shapes, gap, Path(path).name))
+    write_whole(path, step_bytes(shapes, gap, Path(path).name, unit))
     count, solids = sum(len(one.faces) for one in shapes), sum(one.is_solid for one in shapes)
     return StepReport(
         faces=count,

@@ -68,7 +68,7 @@ def _flat(numbers: dict[str, float | list[float]]) -> dict[str, float]:
 
 
 def write_graphml(faces: "Faces", path) -> None:
-    """Write the graph of faces as GraphML, whole or not at all.
+    """Write the graph of faces as GraphML, valid by its schema, whole or not at all.
 
     Raises
     ------
@@ -76,14 +76,12 @@ def write_graphml(faces: "Faces", path) -> None:
         When the arguments are no ``Faces`` and no path.
     """
     graph = as_networkx(faces)
-    # Keys become the ids of edges, which are unique in a file.
-    edges = [
-        (a, b, f"{a} {b} {kind}", data) for a, b, kind, data in graph.edges(keys=True, data=True)
-    ]
+    # Keys become the ids of edges, which are unique in a file and hold no blanks.
+    edges = [(a, b, f"e{i}", data) for i, (a, b, data) in enumerate(graph.edges(data=True))]
     unique = nx.MultiGraph()
     unique.add_nodes_from(graph.nodes(data=True))
     unique.add_edges_from(edges)
-    text = "\n".join(nx.generate_graphml(unique, named_key_ids=True)) + "\n"
+    text = "\n".join(nx.generate_graphml(unique)) + "\n"
     write_whole(path, text.encode())
 
 

@@ -1,5 +1,6 @@
 """touchatlas export: the command."""
 
+import tomllib
 from collections import Counter
 from dataclasses import asdict
 from json import dumps
@@ -11,10 +12,16 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from touchatlas.sim.command.outcome import say
+
 if TYPE_CHECKING:
     from touchatlas.atlas import Atlas
 
-_STEP, _GRAPH = (".step", ".stp"), (".json", ".graphml")
+_STEP, _GRAPH, _MESH = (".step", ".stp"), (".json", ".graphml", ".csv"), (".glb", ".3mf")
+_ENDINGS = (
+    "give a file that ends in .step or .stp for CAD, in .glb or .3mf for the triangles, in .json "
+    "or .graphml for the graph of faces, in .csv for their table"
+)
 
 
 def export(
@@ -22,9 +29,10 @@ def export(
     file: Path,
     /,
     *,
+    unit: str | None = None,
     json_: Annotated[bool, Parameter(name="--json", negative="")] = False,
 ) -> int:
-    """Write the atlas of a run for CAD systems, or the graph of its faces.
+    """Write the atlas of a run for other programs: CAD, viewers, printers, graphs and tables.
 
     A STEP file has one face for each plane, cylinder, cone and sphere where all faces of the body
     obey laws, and one for each rounded edge and corner. A closed body without edges is written as
@@ -37,17 +45,22 @@ def export(
     run
         The folder of a run.
     file
-        Ending in .step or .stp for CAD, in .json or .graphml for the graph of faces; one that is
-        there is replaced.
+        Ending in .step or .stp for CAD, in .glb (metres, coloured by deviation) or .3mf
+        (millimetres) for triangles, in .json or .graphml for the graph of faces, in .csv for their
+        table; one that is there is replaced.
+    unit
+        Of the lengths of the run, where it does not say: mm, m, in, cm, um or ft. STEP, GLB and 3MF
+        files hold a unit; lengths are those of the run in it.
     json_
         Print numbers as JSON on standard output.
     """
-    from touchatlas.atlas import load_atlas, save_step
+    from touchatlas.atlas import load_atlas
+    from touchatlas.sim.folder.run_options import check_unit
 
     _check(run, file)
+    check_unit(unit)
     atlas = load_atlas(run / "atlas.npz")
-    is_step = file.suffix.lower() in _STEP
-    numbers = asdict(save_step(atlas, file)) if is_step else _write_graph(atlas, file)
+    numbers = _written(atlas, run, file, unit)
     if json_:
         print(dumps(numbers, indent=2))
         return 0
@@ -57,6 +70,53 @@ def export(
             table.add_row(name, escape(value) if isinstance(value, str) else f"{value:.5g}")
     Console().print(table)
     return 0
+
+
+def _written(atlas: "Atlas", run: Path, file: Path, unit: str | None) -> dict[str, Any]:
+    """Write the file, and say what is in it."""
+    from touchatlas.atlas.files import write_whole
+    from touchatlas.sim.folder.exchange import csv_bytes
+
+    ending = file.suffix.lower()
+    if ending == ".csv":
+        rows = (atlas.body.faces if atlas.body is not None else atlas.faces()).table()
+        write_whole(file, csv_bytes(rows))
+        return {"faces": len(rows)}
+    if ending in _GRAPH:
+        return _write_graph(atlas, file)
+    known = _unit_of_run(run)
+    if unit and known and unit != known:
+        raise ValueError(f"unit is {unit}, but {run} is in {known}; leave --unit out")
+    numbers = _in_unit(atlas, file, unit or known or "mm")
+    if not (unit or known):
+        say(f"{run} does not say its unit; it is written as millimetres: say --unit if it is not")
+    return numbers
+
+
+def _in_unit(atlas: "Atlas", file: Path, unit: str) -> dict[str, Any]:
+    """Write a file of a format that holds a unit, and say what is in it."""
+    from touchatlas.atlas import extract_surface, save_step
+    from touchatlas.atlas.files import write_whole
+    from touchatlas.sim.folder.exchange import glb_bytes, model_bytes
+
+    if file.suffix.lower() in _STEP:
+        return asdict(save_step(atlas, file, unit=unit)) | {"unit": unit}
+    surface = extract_surface(atlas)
+    if not len(surface.faces):
+        raise ValueError("nothing of the surface is known, so there is nothing to write")
+    glb = file.suffix.lower() == ".glb"
+    content = glb_bytes(surface, atlas.tolerance, unit) if glb else model_bytes(surface, unit)
+    write_whole(file, content)
+    return {"triangles": len(surface.faces), "unit": "m" if glb else "mm"}
+
+
+def _unit_of_run(run: Path) -> str:
+    """The unit that run.toml names, "" where there is none."""
+    try:
+        unit = tomllib.loads((run / "run.toml").read_text(encoding="utf-8")).get("unit", "")
+    except (OSError, ValueError):
+        return ""
+    return unit if isinstance(unit, str) else ""
 
 
 def _write_graph(atlas: "Atlas", file: Path) -> dict[str, Any]:
@@ -77,11 +137,8 @@ def _check(run: Path, file: Path) -> None:
         raise ValueError(
             f"{run} holds no atlas.npz; give the folder of a run, or run explore first"
         )
-    if file.suffix.lower() not in (*_STEP, *_GRAPH):
-        raise ValueError(
-            f"{file} ends in {file.suffix!r}; give a file that ends in .step or .stp for CAD, in "
-            ".json or .graphml for the graph of faces"
-        )
+    if file.suffix.lower() not in (*_STEP, *_GRAPH, *_MESH):
+        raise ValueError(f"{file} ends in {file.suffix!r}; {_ENDINGS}")
     if file.is_dir():
         raise ValueError(f"{file} is a folder; give a file for the atlas")
     if not file.parent.is_dir():

@@ -7,7 +7,7 @@ from touchatlas.sim.folder.run_options import RunOptions
 
 # What a run may be gone on with: its budget, and other versions, which are said. The path of a mesh
 # may change as well, as long as its digest does not.
-_FREE = ("max_touches", "max_length")
+_FREE = ("max_touches", "max_length", "unit")
 
 
 def kept_settings(settings: dict) -> dict[str, Any]:

@@ -7,7 +7,8 @@ import numpy as np
 
 from touchatlas.atlas import Surface
 
-_NUMBERS = ("x", "y", "z", "nx", "ny", "nz", "deviation")
+# MeshLab and VTK drop properties that they do not know, and keep quality.
+_NUMBERS = ("x", "y", "z", "nx", "ny", "nz", "deviation", "quality")
 _COLOURS = ("red", "green", "blue")
 _FACE = np.dtype([("count", "u1"), ("indices", "<i4", (3,))])
 _WORDS = {"<f4": "float", "<f8": "double"}
@@ -39,7 +40,8 @@ def ply_bytes(surface: Surface, tolerance: float) -> bytes:
     for axis, name in enumerate("xyz"):
         vertices[name] = surface.vertices[:, axis]
         vertices["n" + name] = surface.normals[:, axis]
-    vertices["deviation"], vertices["patch"] = surface.deviation, surface.patch
+    vertices["deviation"] = vertices["quality"] = surface.deviation
+    vertices["patch"] = surface.patch
     colours = deviation_colours(surface.deviation, tolerance)
     for channel, name in enumerate(_COLOURS):
         vertices[name] = colours[:, channel]
@@ -66,7 +68,8 @@ def read_ply(path) -> Surface:
     counts = [int(line[2]) for line in words if line[:1] == ["element"] and line[2].isdigit()]
     columns = [(line[2], _CODES.get(line[1], "u1")) for line in words if len(line) == 3]
     kind = np.dtype([(name, code) for name, code in columns if name != "1.0" and name in _NAMES])
-    if not {*_NAMES} <= {name for name, _ in columns} or len(counts) != 2:
+    # Runs of earlier versions hold no quality.
+    if not {*_NAMES} - {"quality"} <= {name for name, _ in columns} or len(counts) != 2:
         raise ValueError(f"{path} is no surface.ply of a run; give one")
     if len(body) != counts[0] * kind.itemsize + counts[1] * _FACE.itemsize:
         raise ValueError(f"{path} is cut off; give a whole one")

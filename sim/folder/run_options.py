@@ -9,6 +9,7 @@ import numpy as np
 from touchatlas.atlas import AtlasOptions
 from touchatlas.atlas.learn import SCALE_NOISE
 from touchatlas.planner import PlannerOptions
+from touchatlas.sim.world.units import MILLIMETRES
 
 
 @dataclass(frozen=True)
@@ -29,6 +30,9 @@ class RunOptions:
         Stop after this much tracked length, in the file's unit (mm for built-in objects).
     seed : int
         Seed of the probe's noise, and of objects that are random.
+    unit : str, optional
+        Of the lengths of a mesh whose file names none: mm, m, in, cm, um or ft. Nothing is
+        converted.
     planner : PlannerOptions
     atlas : AtlasOptions
     """
@@ -38,6 +42,7 @@ class RunOptions:
     max_touches: int | None = None
     max_length: float | None = None
     seed: int = 0
+    unit: str | None = None
     planner: PlannerOptions = PlannerOptions()
     atlas: AtlasOptions = AtlasOptions()
 
@@ -47,9 +52,16 @@ class RunOptions:
         check_number("max-length", self.max_length)
         _check_count("max-touches", self.max_touches, 1)
         _check_count("seed", self.seed, 0)
+        check_unit(self.unit)
         for record, kind in ((self.planner, PlannerOptions), (self.atlas, AtlasOptions)):
             if not isinstance(record, kind):
                 raise ValueError(f"got {record!r}; {kind.__name__} are needed there")
+
+
+def check_unit(unit: str | None) -> None:
+    """ValueError for what is no unit of length."""
+    if unit is not None and unit not in MILLIMETRES:
+        raise ValueError(f"unit is {unit!r}; it must be one of {', '.join(MILLIMETRES)}")
 
 
 def check_number(name: str, value: float | None, or_zero: bool = False) -> None:

@@ -12,18 +12,7 @@ from touchatlas.atlas.samples.neighbourhoods import noise_of_cloud
 from touchatlas.patch.geometry.section import LEAST_POINTS
 from touchatlas.sim.recorded.contour_file import Curve, ReadOptions, read_curves
 from touchatlas.sim.recorded.curve_errors import check_order, estimate_noise
-
-_MILLIMETRES = {
-    "nm": 1e-6,
-    "um": 1e-3,
-    "mm": 1.0,
-    "cm": 10.0,
-    "dm": 100.0,
-    "m": 1e3,
-    "in": 25.4,
-    "ft": 304.8,
-    "mil": 0.0254,
-}
+from touchatlas.sim.world.units import MILLIMETRES
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +76,7 @@ def read_scans(
         file = read_curves(path, options)
         factor = 1.0
         if unit and file.unit and file.unit != unit:
-            factor = _MILLIMETRES[file.unit] / _MILLIMETRES[unit]
+            factor = MILLIMETRES[file.unit] / MILLIMETRES[unit]
         unit = unit or file.unit
         found = noise[min(k, len(noise) - 1)] if len(noise) else _noise(path, file.curves, factor)
         words = f"{path}: {file.how}; noise {found:.3g}" + ("" if len(noise) else ", estimated")

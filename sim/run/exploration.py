@@ -168,7 +168,17 @@ def _completed(options: RunOptions, obj) -> RunOptions:
     check_scale(noise, tolerance, obj.diagonal)
     check_end(options, noise, tolerance, obj.diagonal)
     check_effort(options.planner)
-    return replace(options, noise=noise, tolerance=tolerance)
+    return replace(options, noise=noise, tolerance=tolerance, unit=_unit(options, obj))
+
+
+def _unit(options: RunOptions, obj) -> str | None:
+    """The unit of an object: what its file names, or what the user says; None where none does."""
+    own = "mm" if isinstance(obj, ImplicitObject) else obj.unit
+    if own and options.unit not in (None, own):
+        raise ValueError(f"unit is {options.unit}, but {obj.name} is in {own}; leave --unit out")
+    if not own:
+        obj.unit = options.unit or ""
+    return options.unit or own or None
 
 
 def _kept(folder: Path) -> tuple[list[Entry], dict]:

@@ -6,19 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from touchatlas.atlas.cad.kernel import need_kernel
-from touchatlas.sim.world.units import UNITS
-
-# Millimetres, in which the kernel reads, in each unit.
-_MILLIMETRES = {
-    "mm": 1.0,
-    "m": 1e3,
-    "cm": 10.0,
-    "in": 25.4,
-    "ft": 304.8,
-    "mil": 0.0254,
-    "um": 1e-3,
-    "dm": 100.0,
-}
+from touchatlas.sim.world.units import MILLIMETRES, UNITS
 
 
 def load_step(path: Path, sagitta: float = 1e-4) -> tuple[np.ndarray, np.ndarray, str]:
@@ -59,7 +47,8 @@ def load_step(path: Path, sagitta: float = 1e-4) -> tuple[np.ndarray, np.ndarray
     BRepMesh_IncrementalMesh(shape, sagitta * diagonal, False, 0.2, False)
     vertices, faces = _triangles(shape)
     unit = _unit(path.read_text(errors="replace"))
-    return vertices / _MILLIMETRES[unit], faces, unit
+    # The kernel reads in millimetres.
+    return vertices / MILLIMETRES[unit], faces, unit
 
 
 def _unit(text: str) -> str:

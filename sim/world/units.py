@@ -14,6 +14,18 @@ _NAMES = {
     "mil": "mil mils thou",
 }
 UNITS = {name: unit for unit, names in _NAMES.items() for name in names.split()}
+# Millimetres in each.
+MILLIMETRES = {
+    "nm": 1e-6,
+    "um": 1e-3,
+    "mm": 1.0,
+    "cm": 10.0,
+    "dm": 100.0,
+    "m": 1e3,
+    "in": 25.4,
+    "ft": 304.8,
+    "mil": 0.0254,
+}
 _SHORT = "nm|um|µm|μm|mm|cm|dm|m|inch|in|ft|mil|micron"
 _IN_BRACKETS = re.compile(r"[\[({<]\s*([^\])}>]*?)\s*[\])}>]")
 _TAIL = re.compile(rf"[\s_/.-]({_SHORT})$", re.IGNORECASE)

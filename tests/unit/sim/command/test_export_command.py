@@ -1,11 +1,16 @@
 """touchatlas export as a user meets it."""
 
+import csv
 import json
+import re
 import subprocess
 import sys
+from xml.etree import ElementTree
 
 import networkx
+import numpy as np
 import pytest
+import trimesh
 
 from tests.command import PROCESS, assert_refused, touchatlas
 from tests.explored import explored, learned
@@ -47,12 +52,56 @@ def test_export_writes_the_graph_of_faces(runs, name):
     assert all(words for _, words in graph.nodes(data="words"))
 
 
+def test_graphml_is_valid_by_its_schema(runs):
+    """xs:key and xs:NMTOKEN of graphml.xsd: ids are one in a file, and hold no blanks."""
+    assert touchatlas("export", "a", "valid.graphml", cwd=runs).returncode == 0
+    root = ElementTree.parse(runs / "valid.graphml").getroot()
+    space = "{http://graphml.graphdrawing.org/xmlns}"
+    for kind in ("key", "node", "edge"):
+        ids = [str(node.get("id")) for node in root.iter(f"{space}{kind}")]
+        assert len(ids) == len(set(ids))
+        assert all(re.fullmatch(r"[-\w.:]+", name) for name in ids)
+
+
+def test_the_table_of_faces_is_csv(runs):
+    assert touchatlas("export", "a", "faces.csv", cwd=runs).returncode == 0
+    with open(runs / "faces.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert rows and {"face", "kind", "words", "samples", "x", "y", "z"} <= rows[0].keys()
+    assert float(rows[0]["samples"]) > 0
+
+
+@pytest.mark.parametrize(("unit", "metres"), [("mm", 1e-3), ("in", 0.0254)])
+def test_triangles_are_written_in_the_unit_of_the_format(runs, unit, metres):
+    """A ball of radius 33, glTF in metres and 3MF in millimetres, read by trimesh."""
+    pytest.importorskip("lxml")
+    for name, scale in (("a.glb", metres), ("a.3mf", 1e3 * metres)):
+        done = touchatlas("export", "a", name, "--unit", unit, cwd=runs)
+        assert done.returncode == 0, done.stderr
+        mesh = trimesh.load(runs / name, force="mesh")
+        # The middle of the ball is the origin; four touches know it to some tolerances of 0.3.
+        radius = np.linalg.norm(mesh.vertices, axis=1).max() / scale
+        assert radius == pytest.approx(33.0, abs=2.0)
+    colours = trimesh.load(runs / "a.glb", force="mesh").visual.vertex_colors
+    assert len(np.unique(colours, axis=0)) > 1
+
+
+def test_a_run_without_a_unit_says_so_and_step_names_the_given_one(runs):
+    pytest.importorskip("OCP.STEPControl", reason="needs the extra cad")
+    done = touchatlas("export", "a", "a.step", cwd=runs)
+    assert "does not say its unit" in done.stderr
+    done = touchatlas("export", "a", "a.step", "--unit", "m", cwd=runs)
+    assert done.returncode == 0 and not done.stderr
+    assert "SI_UNIT($,.METRE.)" in (runs / "a.step").read_text()
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
         (("nowhere", "x.step"), "nowhere holds no atlas.npz"),
         (("a", "a/atlas.npz"), "give a file that ends in .step"),
-        (("a", "faces.csv"), "in .json or .graphml for the graph of faces"),
+        (("a", "faces.xyz"), "in .json or .graphml for the graph of faces"),
+        (("a", "a.glb", "--unit", "parsec"), "unit is 'parsec'; it must be one of"),
         (("a", "missing/x.step"), "missing is not a folder"),
         (("a",), "FILE"),
     ],

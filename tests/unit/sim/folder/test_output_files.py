@@ -33,7 +33,7 @@ def test_a_surface_is_stored_in_single_precision_and_read_back_as_it_was(tmp_pat
     surface = ball_surface(scale)
     path = tmp_path / "s.ply"
     path.write_bytes(ply_bytes(surface, 0.01 * scale))
-    assert path.read_bytes().count(b"property float") == 7
+    assert path.read_bytes().count(b"property float") == 8
     vertices, faces, deviation, _ = load_surface(path)
     kept = stored(surface, 0.01 * scale)
     assert (vertices == kept.vertices).all() and (deviation == kept.deviation).all()
