@@ -133,13 +133,12 @@ def _end(learned: Learned, as_json: bool) -> int:
         say(words)
     if not learned.numbers:
         return 0
-    print_numbers(learned.numbers, str(learned.folder), as_json)
-    if not as_json:
-        share = learned.numbers["predicted_coverage"]
-        print(
-            f"{share:.1%} of the surface is expected within {learned.numbers['tolerance']:.4g}; "
-            f"touchatlas next {learned.folder} says where to touch."
-        )
+    numbers, folder = learned.numbers, learned.folder
+    title = (
+        f"{folder}: {numbers['predicted_coverage']:.1%} of the surface is expected within "
+        f"{numbers['tolerance']:.4g}; touchatlas next {folder} says where to touch."
+    )
+    print_numbers(numbers, title, as_json, every=True)
     if learned.surface is None or not len(learned.surface.faces):
         words = "nowhere is the surface known; give more points, or a larger --tolerance"
         return complain(words, ExitCode.FAILURE)

@@ -101,7 +101,7 @@ def ending(numbers: dict) -> str | None:
 def allowed_places(numbers: dict) -> str | None:
     """Why places are open although all is known; None where none are, or it is not known."""
     places = numbers.get("open_places")
-    if not places or numbers["ended"] != StopReason.KNOWN.value:
+    if not places or numbers.get("ended") != StopReason.KNOWN.value:
         return None
     count = count_of(len(places), "place is", "places are")
     first = "; ".join(f"({written(place)})" for place in places[:3])

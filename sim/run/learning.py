@@ -328,13 +328,12 @@ class _Run:
         words = "" if stop is None else ended_early(ended, share)
         found = doubts(atlas, surface, places, words)
         body = atlas.body
-        return {
+        numbers = {
             "tolerance": atlas.tolerance,
             "unit": self.settings.get("unit") or "unit of the files",
             "noise_std": float(atlas.pool.noise.min()) if len(atlas.pool) else None,
             "predicted_coverage": share,
             "open_places": places.tolist(),
-            "ended": ended,
             "watertight": _is_closed(surface),
             "touches": atlas.touches,
             "points": atlas.point_count,
@@ -343,6 +342,7 @@ class _Run:
             "diagonal": atlas.pool.extent,
             "doubts": [doubt.as_dict() for doubt in found],
         }
+        return numbers | ({"ended": ended} if ended else {})
 
 
 def _is_closed(surface: Surface | None) -> bool:
