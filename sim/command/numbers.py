@@ -10,7 +10,14 @@ from rich.table import Table
 from touchatlas.atlas.check.doubt import count_of
 from touchatlas.planner import StopReason
 from touchatlas.sim.command.outcome import say
-from touchatlas.sim.judge.judgement import TEN, largest_errors, truth_warnings, verdict, written
+from touchatlas.sim.judge.judgement import (
+    TEN,
+    largest_errors,
+    other_holes,
+    truth_warnings,
+    verdict,
+    written,
+)
 from touchatlas.sim.judge.mismatches import differ_as_units
 from touchatlas.sim.judge.number_meanings import LENGTH, NUMBERS
 
@@ -72,7 +79,7 @@ def _print_table(numbers: dict, title: str, every: bool) -> None:
 
 def _shown(name: str, value, numbers: dict) -> str:
     """A value as it stands in the table; what is said in sentences is counted."""
-    if name == "met" and value and largest_errors(numbers):
+    if name == "met" and value and (largest_errors(numbers) or other_holes(numbers)):
         return f"{value}, but not everywhere"
     if name in ("doubts", "warnings"):
         return f"{len(value)}, said in words" if value else "none"

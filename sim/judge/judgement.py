@@ -62,17 +62,40 @@ def largest_errors(numbers: dict) -> list[str]:
 
 
 def verdict(numbers: dict) -> str | None:
-    """Whether the tolerance is met (``is_met``), in words, and the largest errors where they are
-    more than the tolerance; None without a surface."""
+    """Whether the tolerance is met (``is_met``), and what is wrong all the same, in words; None
+    without a surface.
+
+    >>> found = {"tolerance": 0.1, "accuracy_p95": 0.05, "completeness_p95": 0.05}
+    >>> found |= {"euler_characteristic": 2, "true_euler_characteristic": 0}
+    >>> verdict(found).partition(":")[0]
+    'The tolerance 0.1 is met, but with other holes than the object has'
+    """
     false, missing = numbers.get("accuracy_p95"), numbers.get("completeness_p95")
     if false is None or missing is None:
         return None
+    errors, holes = largest_errors(numbers), other_holes(numbers)
+    wrong = ["not everywhere"] * bool(errors) + ["with other holes than the object has"] * bool(
+        holes
+    )
     met = "met" if is_met(numbers) else "not met"
+    if is_met(numbers) and wrong:
+        met = f"met, but {' and '.join(wrong)}"
     words = (
         f"The tolerance {numbers['tolerance']:.4g} is {met}: 95% of the surface is within "
         f"{false:.4g} of the truth, and 95% of the truth within {missing:.4g} of the surface."
     )
-    return " ".join([words, *largest_errors(numbers)])
+    return " ".join([words, *errors, *holes])
+
+
+def other_holes(numbers: dict) -> list[str]:
+    """That the surface has other handles, cavities or parts than the object, in a sentence."""
+    found, true = numbers.get("euler_characteristic"), numbers.get("true_euler_characteristic")
+    if found is None or true is None or found == true:
+        return []
+    return [
+        f"Its Euler characteristic is {found}, that of the object {true}: a hole, a cavity or a "
+        "part is missing or too many."
+    ]
 
 
 def written(place) -> str:

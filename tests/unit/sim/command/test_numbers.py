@@ -50,10 +50,20 @@ def test_an_error_of_more_than_the_tolerance_is_told_with_its_place(met):
     found |= {"accuracy_max": 0.32, "accuracy_max_place": [1.0, -2.0, 0.5]}
     words = verdict(found)
     assert words.endswith(" The largest error of the surface is 3.2 tolerances, at (1, -2, 0.5).")
+    assert words.startswith(f"The tolerance 0.1 is {'met, but not everywhere' * (met < 0.1)}")
     assert "largest" not in verdict(found | {"tolerance": 0.32})
     found |= {"completeness_max": 0.5, "completeness_max_place": [3.0, 0.0, 0.0]}
     missing = "The truth is up to 5.0 tolerances away from the surface, at (3, 0, 0)."
     assert verdict(found) == f"{words} {missing}"
+
+
+def test_a_missing_hole_is_told_in_the_sentence_that_says_met():
+    found = {"tolerance": 0.1, "accuracy_p95": 0.05, "completeness_p95": 0.05}
+    holes = {"euler_characteristic": 2, "true_euler_characteristic": 0}
+    words = verdict(found | holes)
+    assert words.startswith("The tolerance 0.1 is met, but with other holes than the object has:")
+    assert "Its Euler characteristic is 2, that of the object 0" in words
+    assert "holes" not in verdict(found | holes | {"true_euler_characteristic": None})
 
 
 def test_open_places_of_a_known_surface_are_explained():
