@@ -44,6 +44,15 @@ def test_any_bytes_are_read_or_refused_in_one_sentence(fuzzer, kind):
     holds()
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["csv", "mesh"])
+def test_ten_thousand_damaged_files_take_five_seconds_and_a_gibibyte_at_most(
+    tmp_path, monkeypatch, kind
+):
+    monkeypatch.chdir(tmp_path)
+    assert EXAMPLE["main"](10_000, 1, [kind]) == 0
+
+
 def test_the_judge_sees_other_exceptions_and_files_that_are_written(fuzzer, monkeypatch):
     """The tests above can fail."""
 
