@@ -84,7 +84,8 @@ class Patch:
         return self.frame.to_world(scaled * self.radius)
 
     def signed_distance(self, points) -> np.ndarray:
-        """(n,) first-order signed distance F/|grad F|, F = z - phi, of world points (n, 3); length.
+        """(n,) first-order signed distance of world points (n, 3), length: F / norm(grad F),
+        F = z - phi.
 
         It is positive outside and valid within the patch radius. This method, ``normal`` and
         ``deviation`` raise ValueError for points of another shape or not finite.

@@ -1,0 +1,98 @@
+"""The documentation as a site: it is built without a warning, and holds every public name."""
+
+import importlib
+import json
+import os
+import re
+import subprocess
+import sys
+from functools import partial
+from pathlib import Path
+
+import pytest
+from IPython.core.interactiveshell import InteractiveShell
+
+from touchatlas.sim.judge.truth import EvaluateOptions
+from touchatlas.sim.run import conclusion
+
+ROOT = Path(__file__).parent.parent
+PAGES = ("start", "machine", "cookbook")
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    pytest.importorskip("sphinx", reason="pip install -e '.[docs]' builds the site")
+    folder = tmp_path_factory.mktemp("site")
+    words = ["-W", "--keep-going", "-q", "-b", "html", "-d", folder / "kept"]
+    done = subprocess.run(
+        [sys.executable, "-m", "sphinx", *words, ROOT / "docs", folder / "html"],
+        capture_output=True,
+        text=True,
+        env={**os.environ, "PYTHONWARNINGS": "default"},
+    )
+    assert done.returncode == 0, done.stderr
+    return folder / "html"
+
+
+def test_every_public_name_stands_in_the_reference(site):
+    held = set(re.findall(r'id="([\w.]+)"', (site / "api.html").read_text()))
+    last = {name.split(".")[-1] for name in held}
+    for storey in ("patch", "atlas", "planner", "sim"):
+        missing = {*importlib.import_module(f"touchatlas.{storey}").__all__} - last
+        assert not missing, f"{storey}: {missing}"
+
+
+def test_links_between_pages_lead_to_pages_and_headings(site):
+    pages = {path: path.read_text() for path in site.rglob("*.html")}
+    anchors = {path: {"", *re.findall(r'id="([^"]+)"', text)} for path, text in pages.items()}
+    for path, text in pages.items():
+        main = text.split('<div class="article-container">')[-1].split("<footer>")[0]
+        for target in re.findall(r'href="([^"]+)"', main):
+            if target.startswith(("http:", "https:", "mailto:")):
+                continue
+            name, _, anchor = target.partition("#")
+            other = (path.parent / name).resolve() if name else path
+            assert other.exists(), f"{path.name}: {target}"
+            assert other not in anchors or anchor in anchors[other], f"{path.name}: {target}"
+
+
+def test_pages_load_nothing_from_a_network(site):
+    for path in site.rglob("*.html"):
+        assert not re.search(r'(?:src|rel="stylesheet"[^>]*href)="https?:', path.read_text())
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_code_of_a_page_runs_as_it_stands(page, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    judged_by_few(monkeypatch)
+    blocks = re.findall(r"```python\n(.*?)```", (ROOT / f"docs/{page}.md").read_text(), re.DOTALL)
+    assert blocks
+    names: dict = {}
+    for block in blocks:
+        exec(block, names)
+
+
+def judged_by_few(monkeypatch) -> None:
+    """Runs are judged by 2,000 points each way, a twentieth of the usual number."""
+    few = EvaluateOptions(samples=2000)
+    for name in ("truth_of", "evaluate_surface"):
+        monkeypatch.setattr(conclusion, name, partial(getattr(conclusion, name), options=few))
+    monkeypatch.setattr(conclusion, "surface_picture", lambda *_: b"no picture")
+
+
+def test_cells_of_the_tutorial_run_in_order(tmp_path, monkeypatch):
+    """As a notebook runs them, and no cell is kept with what it printed."""
+    monkeypatch.chdir(tmp_path)
+    judged_by_few(monkeypatch)
+    cells = json.loads((ROOT / "examples" / "tutorial.ipynb").read_text())["cells"]
+    shell = InteractiveShell.instance(history_manager=None)
+    for cell in (cell for cell in cells if cell["cell_type"] == "code"):
+        assert cell["outputs"] == [] and cell["execution_count"] is None
+        code = "".join(cell["source"]).replace("max_touches=None", "max_touches=4")
+        shell.run_cell(code).raise_error()
+
+
+def test_the_documents_are_short():
+    """A reader's evening: 25,000 words, those of the site and of the repository in all."""
+    texts = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")]
+    assert sum(len(path.read_text().split()) for path in texts) <= 25_000
