@@ -12,6 +12,8 @@ extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 3
 exclude_patterns = ["_build"]
+# A page that nobody has put into a list yet is found by the search.
+suppress_warnings = ["toc.not_included"]
 html_theme = "furo"
 html_title = "touchatlas"
 html_copy_source = False
