@@ -9,6 +9,7 @@ from touchatlas.atlas.labels.options import FaceOptions
 from touchatlas.atlas.labels.recall import Recall
 from touchatlas.atlas.labels.sample_graph import SampleGraph
 from touchatlas.atlas.labels.samples import ContourSamples
+from touchatlas.atlas.pieces.kinds import Kind
 from touchatlas.atlas.relabel.moves import (
     drop,
     find_roundings,
@@ -19,6 +20,9 @@ from touchatlas.atlas.relabel.moves import (
     refit,
     split,
 )
+
+# Samples from which a plane begins to grow.
+_APART = 3 * Kind.PLANE.parameters + 5
 
 
 def label_samples(samples: ContourSamples, options: FaceOptions = FaceOptions()) -> Labels:
@@ -39,16 +43,28 @@ def label_samples(samples: ContourSamples, options: FaceOptions = FaceOptions())
 
 
 def first_labels(samples: ContourSamples, options: FaceOptions = FaceOptions()) -> Labels:
-    """Labels by growths from the middle of the first contour of each touch."""
+    """Labels by growths from the seeds of samples."""
     labels = Labels(Evidence(samples, SampleGraph(samples), options))
-    first = np.flatnonzero(np.diff(samples.touches, prepend=-1))
-    last = np.searchsorted(samples.contours, samples.contours[first], side="right")
     best = np.full(len(samples), -np.inf)
-    for growth in growths(labels.evidence, (first + last) // 2, np.ones(len(samples), bool)):
+    for growth in growths(labels.evidence, seeds_of(samples), np.ones(len(samples), bool)):
         better = growth.saved > best[growth.members]
         best[growth.members[better]] = growth.saved[better]
         labels.add(growth.piece, growth.members[better])
     return labels
+
+
+def seeds_of(samples: ContourSamples) -> np.ndarray:
+    """(k,) the middle of the first contour of each touch, which is near the contact. A contour that
+    was tracked alone runs over any number of faces: its seeds are as far apart as a plane needs
+    samples to grow."""
+    first = np.flatnonzero(np.diff(samples.touches, prepend=-1))
+    ends = np.append(first[1:], len(samples))
+    last = np.searchsorted(samples.contours, samples.contours[first], side="right")
+    found = [
+        np.arange(a + (min(c - a, _APART) // 2), c, _APART) if b == c else np.array([(a + b) // 2])
+        for a, b, c in zip(first.tolist(), last.tolist(), ends.tolist(), strict=True)
+    ]
+    return np.concatenate(found)
 
 
 def relabel(samples: ContourSamples, before: Faces, options: FaceOptions = FaceOptions()) -> Labels:
