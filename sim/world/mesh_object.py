@@ -73,9 +73,11 @@ class MeshObject:
         return self.vertices, self.faces
 
     def sample(self, count: int, rng):
-        """Area-uniform points (count, 3) of the mesh and its normals there."""
+        """Area-uniform points (count, 3) of the mesh and its unit normals there."""
         points, index = sample_triangles(self.vertices, self.faces, count, rng)
-        return points, surface_normals(self.vertices, self.faces, index, points)
+        normals = surface_normals(self.vertices, self.faces, index, points)
+        length = np.sqrt((normals * normals).sum(axis=1, keepdims=True))
+        return points, normals / np.where(length > 0.0, length, 1.0)
 
     def start(self):
         """Point where a flat plate lowered on the object meets it, and the direction up.
