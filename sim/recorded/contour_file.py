@@ -139,6 +139,7 @@ def _read_text(path: Path, options: ReadOptions) -> Curves:
     columns = _columns(path, table, options)
     points = np.stack([table.numbers(i) for i in columns.xyz], axis=1)
     kept, left_out = _usable(path, table, columns, points)
+    _check_size(path, points[kept])
     names, parted = part_rows(table, columns, points, kept, options.gap)
     vectors = np.full(points.shape, np.nan)
     if columns.vector:
@@ -246,14 +247,9 @@ def _checked(path: Path, groups, unit: str, options: ReadOptions, assumed, warni
     how = f"{path.name} was read so: {'; '.join(assumed)}"
     if not len(everything):
         raise ValueError(f"{path} has no points; {how}")
-    span = np.ptp(everything, axis=0).max()
-    if span == 0.0 and len(everything) > 1:
+    _check_size(path, everything)
+    if len(everything) > 1 and not np.ptp(everything, axis=0).any():
         raise ValueError(f"{path} has one point only, all others repeat it; record curves; {how}")
-    if span and not has_powers(span, np.abs(everything).max()):
-        raise ValueError(
-            f"{path} has points that span {span:.3g}; that is no size that double precision can "
-            f"take powers of: use another unit; {how}"
-        )
     curves: list[Curve] = []
     repeated = False
     for name, points, vectors in groups:
@@ -270,6 +266,17 @@ def _checked(path: Path, groups, unit: str, options: ReadOptions, assumed, warni
         assumed.append(f"the vectors are {_KINDS[kind]}")
     curves = _once(curves, warnings)
     return Curves(curves, repeated, tuple(assumed), tuple(warnings), unit)
+
+
+def _check_size(path: Path, points) -> None:
+    """Refuse points (n, 3) whose size double precision can't take powers of."""
+    # Half of each, so that no difference overflows.
+    span = 2.0 * float(np.ptp(0.5 * points, axis=0).max()) if len(points) else 0.0
+    if span and not has_powers(span, np.abs(points).max()):
+        raise ValueError(
+            f"{path} has points that span {span:.3g}; that is no size that double precision can "
+            "take powers of: use another unit"
+        )
 
 
 def _all_known(groups) -> bool:

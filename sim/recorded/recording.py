@@ -159,7 +159,8 @@ def _plane_normals(points, given) -> np.ndarray:
     if spread[1] < 0.01 * spread[2]:
         raise ValueError(
             "all curves run in nearly one direction; record at least two more in planes about "
-            f"60 degrees apart{_stretched(np.concatenate(points))}"
+            f"60 degrees apart{_stretched(np.concatenate(points))}; `touchatlas learn` takes any "
+            "curves"
         )
     upward = normal_from_tangents(directions, np.ones(3))
     upright = cross(directions, upward)
@@ -221,5 +222,5 @@ def _check_count(sections, curves: list[Curve], where: str) -> None:
         counts = ", ".join(f"{curve.name or 'scattered'}: {len(curve.points)}" for curve in curves)
         raise ValueError(
             f"{number} {LEAST_POINTS} or more distinct points{where} ({counts}); "
-            "a patch needs three such curves through one point"
+            "a patch needs three such curves through one point; `touchatlas learn` takes any curves"
         )

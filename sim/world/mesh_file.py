@@ -79,8 +79,8 @@ def _checked(path: Path, vertices, faces):
     """Vertices and faces with equal vertices merged, without faces of no area; else refused."""
     if len(faces) == 0:
         raise ValueError(
-            f"{path} holds no triangles: it is empty, cut off, or holds points only; give a "
-            "surface mesh"
+            f"{path} holds no triangles: it is empty, cut off, or holds points only, which "
+            "`touchatlas learn` takes; give a surface mesh"
         )
     if not np.isfinite(vertices).all():
         raise ValueError(f"{path} holds NaN or infinite vertices; repair the mesh first")
@@ -95,6 +95,8 @@ def _checked(path: Path, vertices, faces):
 
 def _notes_on_digits(path: Path, vertices) -> list[str]:
     """A note where single precision rounds by more than a tenth of the usual tolerance."""
+    if np.abs(vertices).max() > np.finfo(np.float32).max:
+        return []
     step = float(np.spacing(np.abs(vertices).max().astype(np.float32)))
     diagonal = float(np.linalg.norm(np.ptp(vertices, axis=0)))
     # A thousandth of the diagonal is the tolerance.

@@ -191,11 +191,20 @@ def _wound_alike(name: str, vertices, faces):
 
 
 def _each_once(name: str, faces):
-    """Faces (f, 3) of which none has the corners of an earlier one, and a note where any had."""
-    first = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)[1]
+    """Faces (f, 3) of which none has the corners of an earlier one, and a note where any had.
+
+    A face that two bodies have in common is a wall between them, and left out where the others
+    close without it.
+    """
+    sorted_ = np.sort(faces, axis=1)
+    first, counts = np.unique(sorted_, axis=0, return_index=True, return_counts=True)[1:]
     if len(first) == len(faces):
         return faces, []
-    twice = len(faces) - len(first)
+    twice, single = len(faces) - len(first), np.sort(first[counts == 1])
+    if len(single) and not (_triangles_of_edges(faces[single]) % 2).any():
+        return faces[single], [
+            f"{name} has walls between bodies that share triangles ({twice}); they were left out"
+        ]
     return faces[np.sort(first)], [
         f"{name} has triangles that name the same corners again ({twice}); they count once"
     ]

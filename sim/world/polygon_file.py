@@ -13,7 +13,8 @@ import numpy as np
 
 # A line of a face with four corners or more, as OBJ and as OFF and text PLY write it.
 _MANY = re.compile(
-    rb"^[ \t]*(?:f(?:[ \t]+[-\d/]+){4,}|(?:[4-9]|[1-9]\d+)(?:[ \t]+\d+){4,})[ \t\r]*$", re.M
+    rb"^[ \t]*(?:f(?:[ \t]+[-\d/]+){4,}|(?:[4-9]|[1-9]\d+)(?:[ \t]+\d+){4,})[ \t]*(?:\\|#.*)?\r?$",
+    re.M,
 )
 _FACES = re.compile(
     rb"element vertex (\d+)(.*?)element face (\d+)\s+property list uchar u?int", re.S
@@ -111,7 +112,9 @@ def _is_ear(left: list[int], i: int, place: dict, normal) -> bool:
 
 
 def _read_obj(path: Path):
-    rows = [line.split() for line in path.read_text(errors="replace").splitlines()]
+    # A line that ends in a backslash goes on.
+    text = re.sub(r"\\\r?\n", " ", path.read_text(errors="replace"))
+    rows = [line.partition("#")[0].split() for line in text.splitlines()]
     vertices = [[float(x) for x in row[1:4]] for row in rows if row and row[0] == "v"]
     polygons, count = [], 0
     for row in rows:

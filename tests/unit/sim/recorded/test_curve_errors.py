@@ -61,6 +61,16 @@ def test_deviations_hold_the_truth_where_one_of_three_curves_is_displaced(shape,
     assert np.median(deviations) < 0.1 * abs(K2)
 
 
+def test_failed_contacts_are_not_called_out_of_order():
+    s = np.linspace(-8.0, 8.0, 31)
+    curve = np.stack([s, 0.0 * s, -s * s / 50.0], axis=1)
+    curve[[3, 17, 24], 2] -= 20.0
+    with pytest.raises(ValueError, match=r"3 of 31 points far off .* points 4, 18, 25\)"):
+        check_order("a", curve, 0.01)
+    with pytest.raises(ValueError, match="in no order of travel"):
+        check_order("a", np.random.default_rng(0).permutation(curve), 0.01)
+
+
 def test_a_displacement_is_found_and_its_effect_does_not_fall_with_the_number_of_points():
     """Four curves of a quadric, of which one is lifted: the others are moved by a quarter of it the
     other way, because a common displacement is that of the surface. The height keeps the deviation

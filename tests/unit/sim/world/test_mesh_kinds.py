@@ -48,7 +48,15 @@ def test_concave_polygons_are_cut_inside_of_them(tmp_path, kind, start):
         write_ply(path, faces, kind != "text.ply", ">" if kind == "big.ply" else "<")
     elif path.suffix == ".obj":
         lines = [f"v {x} {y} {z}" for x, y, z in CORNERS]
-        lines += ["f " + " ".join(f"{i + 1}" for i in face) for face in faces]
+        # A long line goes on after a backslash, and may end in a comment.
+        lines += [
+            "f "
+            + " ".join(f"{i + 1}" for i in face[:5])
+            + " \\\n"
+            + " ".join(f"{i + 1}" for i in face[5:])
+            + " # face"
+            for face in faces
+        ]
         path.write_text("\n".join(lines) + "\n")
     else:
         lines = ["OFF", f"{len(CORNERS)} {len(faces)} 0", *(f"{x} {y} {z}" for x, y, z in CORNERS)]
@@ -154,6 +162,15 @@ def test_each_body_is_turned_outward_and_a_cavity_keeps_to_its_body():
         obj = MeshObject("b", *bodies(*parts))
         found = trimesh.Trimesh(obj.vertices, obj.faces, process=False)
         assert found.volume == pytest.approx(volume)
+
+
+def test_a_wall_that_two_bodies_share_is_left_out():
+    """Two tetrahedra on one triangle, of which the others close: six faces, of five vertices."""
+    corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, -1.0]])
+    faces = [[0, 1, 3], [1, 2, 3], [2, 0, 3], [0, 2, 1], [1, 0, 4], [2, 1, 4], [0, 2, 4], [0, 1, 2]]
+    obj = MeshObject("two", corners, np.array(faces))
+    assert len(obj.faces) == 6 and obj.closed and obj.euler_characteristic == 2
+    assert "walls between bodies" in obj.notes[0]
 
 
 def test_what_was_changed_is_noted(tmp_path):
