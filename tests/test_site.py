@@ -90,9 +90,3 @@ def test_cells_of_the_tutorial_run_in_order(tmp_path, monkeypatch):
         assert cell["outputs"] == [] and cell["execution_count"] is None
         code = "".join(cell["source"]).replace("max_touches=None", "max_touches=4")
         shell.run_cell(code).raise_error()
-
-
-def test_the_documents_are_short():
-    """A reader's evening: 25,000 words, those of the site and of the repository in all."""
-    texts = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")]
-    assert sum(len(path.read_text().split()) for path in texts) <= 25_000
