@@ -38,6 +38,7 @@ def learn(
     noise: Annotated[tuple[float, ...], Parameter(show_default=False)] = (),
     unit: str = "",
     columns: str = "",
+    tip_radius: float = 0.0,
     outside: Vector = None,
     approach: Vector = None,
     viewpoint: Vector = None,
@@ -63,6 +64,9 @@ def learn(
         Unit of the lengths, where a file does not say it: mm, m, in, cm or um.
     columns
         What the columns are, where a file does not say it: x=3,y=4,z=5,curve=1.
+    tip_radius
+        Of the ball at the tip, where files hold its centres, with normals; it is taken off along
+        these.
     outside
         A point near the surface and outside of the body, as X,Y,Z, where nothing else tells the
         outer side.
@@ -77,7 +81,7 @@ def learn(
     """
     if not files:
         raise ValueError("no file was given; name a file of points, or a run and a file")
-    read = ReadOptions(columns, unit)
+    read = ReadOptions(columns, unit, tip_radius)
     given = {"outside": outside, "approach": approach, "viewpoint": viewpoint}
     sides = SideOptions(
         **{n: None if v is None else parse_vector(v, f"--{n}") for n, v in given.items()}

@@ -74,6 +74,11 @@ def read_scans(
     said = []
     for k, path in enumerate(paths):
         file = read_curves(path, options)
+        if options.tip_radius and not all(curve.exact for curve in file.curves):
+            raise ValueError(
+                f"{path} holds no normals of the surface, along which a tip could be taken off; "
+                "give contacts, or normals with the centres"
+            )
         factor = 1.0
         if unit and file.unit and file.unit != unit:
             factor = MILLIMETRES[file.unit] / MILLIMETRES[unit]

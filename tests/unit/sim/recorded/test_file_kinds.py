@@ -10,6 +10,7 @@ import pytest
 
 from touchatlas.sim.recorded.contour_file import ReadOptions, read_curves
 from touchatlas.sim.recorded.fit_file import fit_file
+from touchatlas.sim.recorded.scans import read_scans
 
 # A cap with curvatures -1/40 and -1/25 along x and y, cut three times through its top.
 S = np.linspace(-8.0, 8.0, 25)
@@ -422,3 +423,13 @@ def test_clouds_of_ply_files_keep_their_normals(tmp_path):
     assert cloud.points[:25] == pytest.approx(CURVES[0], abs=1e-5)
     # The top, where the curves cross, counts once.
     assert len(cloud.points) == 73
+
+
+def test_scans_of_centres_need_normals_to_take_a_tip_off(file):
+    tip = ReadOptions(tip_radius=1.5)
+    with pytest.raises(ValueError, match=r"r.csv holds no normals of the surface"):
+        read_scans([file("curve,x,y,z", *rows("{k}," + MM))], options=tip)
+    found = read_scans([file(HEADER, *NAMED)], options=tip)
+    off = np.concatenate(CURVES)[:75] - 1.5 * np.concatenate(NORMALS)
+    # Normals have five decimals; the point where the curves cross is in all three.
+    assert found.scans[0].points == pytest.approx(off, abs=1e-4)

@@ -63,6 +63,14 @@ def steps_of(folder):
     return list(csv.DictReader((folder / "steps.csv").read_text().splitlines()))
 
 
+def test_an_object_that_has_a_unit_takes_no_other(tmp_path):
+    with pytest.raises(ValueError, match="unit is m, but sphere is in mm; leave --unit out"):
+        run_exploration(make_object("sphere"), tmp_path / "r", RunOptions(unit="m"))
+    with pytest.raises(ValueError, match="unit is 'parsec'; it must be one of"):
+        RunOptions(unit="parsec")
+    assert not (tmp_path / "r").exists()
+
+
 def test_every_touch_is_committed_before_the_next_is_planned(ball, tmp_path):
     seen = []
 
