@@ -10,7 +10,7 @@ import numpy as np
 _VIEWS = ((35.0, 25.0), (125.0, 25.0), (215.0, -25.0), (305.0, 25.0))
 
 
-def surface_picture(title: str, surface, error, truth, tolerance: float) -> bytes:
+def surface_picture(title: str, surface, error, truth, tolerance: float, unit: str = "") -> bytes:
     """A PNG with four views of the surface, and of the truth from the same sides.
 
     Parameters
@@ -21,10 +21,14 @@ def surface_picture(title: str, surface, error, truth, tolerance: float) -> byte
         Distance of each vertex of the surface from the truth.
     tolerance : float, length
         Error at which the colours end.
+    unit : str
+        Of lengths.
     """
     grey = np.tile(np.array([0.72, 0.74, 0.78]), (len(truth[0]), 1))
     rows = {"surface": (surface, error), "truth": (truth, grey)}
-    return _picture(title, rows, truth[0], tolerance, "distance from the truth")
+    return _picture(
+        title, rows, truth[0], tolerance, f"distance from the truth{f' ({unit})' if unit else ''}"
+    )
 
 
 def deviation_picture(title: str, surface, deviation, tolerance: float) -> bytes:

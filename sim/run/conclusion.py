@@ -108,7 +108,7 @@ class Conclusion:
         """Write progress.png, surface.png and replay.html."""
         name, tolerance, unit = self.obj.name, self.atlas.tolerance, unit_of(self.obj)
         if self.progress.rows:
-            write_whole(folder / "progress.png", self.progress.png_bytes(name))
+            write_whole(folder / "progress.png", self.progress.png_bytes(name, unit))
         if surface is not None and len(surface.faces):
             truth = self.obj.mesh(_TRUTH_SAGITTA * tolerance)
             self.frames.end(surface, open_places)
@@ -118,7 +118,7 @@ class Conclusion:
             write_whole(folder / "replay.html", page)
             error, _, _ = closest_points(surface.vertices, *truth)
             body = surface.vertices, surface.faces
-            picture = surface_picture(name, body, error, truth, tolerance)
+            picture = surface_picture(name, body, error, truth, tolerance, unit)
             write_whole(folder / "surface.png", picture)
 
     def _quality(self, surface: Surface | None, rng) -> dict:

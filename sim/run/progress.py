@@ -109,8 +109,9 @@ class Progress:
         """The last row as a line of steps.csv, with the header before the first."""
         return _csv(self.rows[-1:], header=len(self.rows) == 1)
 
-    def png_bytes(self, name: str) -> bytes:
-        """Coverage, predicted deviation and mean error against tracked length, as progress.png."""
+    def png_bytes(self, name: str, unit: str = "") -> bytes:
+        """Coverage, predicted deviation and mean error against tracked length, with its unit, as
+        progress.png."""
         # Not through pyplot, whose choice of back end is the caller's own.
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
@@ -120,12 +121,15 @@ class Progress:
         left, right = figure.subplots(1, 2)
         self._curve(left, "predicted_coverage", "predicted coverage", "-")
         self._curve(left, "coverage", "coverage", "o-")
-        left.set(xlabel="tracked length", ylabel="fraction", ylim=(0, 1.02))
+        unit = f" ({unit})" if unit else ""
+        left.set(xlabel=f"tracked length{unit}", ylabel="share of the surface", ylim=(0, 1.02))
         left.set_title(name, parse_math=False)
         left.legend()
         self._curve(right, "predicted_deviation", "predicted, root mean square", "o-")
         self._curve(right, "completeness_mean", "mean error where covered", "o-")
-        right.set(xlabel="tracked length", ylabel="length", title="deviation and error")
+        right.set(
+            xlabel=f"tracked length{unit}", ylabel=f"length{unit}", title="deviation and error"
+        )
         if any(y > 0.0 for line in right.lines for y in line.get_ydata()):
             right.set_yscale("log")
         right.legend()
