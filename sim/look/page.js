@@ -54,7 +54,7 @@ function show(t) {
       indices: run.plane_faces.slice(0, 3 * (run.plane_from[plan + 1] - run.plane_from[plan]) / 2) }),
     put('open places', { positions: points('open', run.open_from[now], run.open_from[now + 1]) }),
     objects.truth && K3DInstance.reload(Object.assign(objects.truth, { visible: at('on truth').checked }), null, true),
-  ])).then(() => K3DInstance.rebuildSceneData ? K3DInstance.rebuildSceneData() : null).then(() => { K3DInstance.render(); document.body.dataset.shown = now; });
+  ])).then(() => K3DInstance.rebuildSceneData()).then(() => { K3DInstance.render(); document.body.dataset.shown = now; });
 }
 function play() {
   const stop = timer !== 0;
@@ -65,8 +65,8 @@ function play() {
 function theme() {
   const dark = matchMedia('(prefers-color-scheme: dark)').matches;
   K3DInstance.setClearColor(dark ? 0x14181c : 0xffffff);
-  K3DInstance.setLabelColor(dark ? 0x98a3ad : 0x6b7680);
-  K3DInstance.setGridColor(dark ? 0x343c44 : 0xd8dde2);
+  // Set so, both are drawn once, with the scene.
+  Object.assign(K3DInstance.parameters, { labelColor: dark ? 0x98a3ad : 0x6b7680, gridColor: dark ? 0x343c44 : 0xd8dde2 });
 }
 function legend() {
   const mode = at('colour').value, hex = (c) => '#' + c.toString(16).padStart(6, '0');
@@ -90,7 +90,7 @@ document.addEventListener('keydown', (event) => {
   if (to !== undefined) show(to); else if (event.key === ' ') play(); else return;
   event.preventDefault();
 });
-matchMedia('(prefers-color-scheme: dark)').onchange = theme;
+matchMedia('(prefers-color-scheme: dark)').onchange = () => { theme(); show(now); };
 theme(); legend(); show(run.touches);
 busy.then(() => { K3DInstance.resetCamera(1.1); K3DInstance.setCameraAutoFit(false); K3DInstance.setGridAutoFit(false); document.body.dataset.ready = 1; });
 // A run that goes on is asked for again, until its process ends.

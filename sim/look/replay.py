@@ -212,7 +212,7 @@ def _scene(extent: float, unit: str, truth):
         plot += k3d.points(dot, name=name, visible=False, **looks)
     for name, colour, width in (("contours", TRACKED, 0.0025), ("way", _WAY, 0.005)):
         looks = {"indices_type": "segment", "shader": "mesh", "color": colour}
-        looks |= {"width": width * extent, "radial_segments": 5}
+        looks |= {"width": width * extent, "radial_segments": 4}
         plot += k3d.lines(dot, no[:, :2], name=name, visible=False, **looks)
     if truth is not None:
         kept, faces = clustered(truth[0], truth[1], MOST_VERTICES)

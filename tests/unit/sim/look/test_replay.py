@@ -6,12 +6,14 @@ import re
 import shutil
 import struct
 import zlib
+from io import BytesIO
 from urllib.error import HTTPError
 from urllib.request import urlopen
 
 import igl
 import numpy as np
 import pytest
+from PIL import Image
 
 from touchatlas.atlas import Atlas
 from touchatlas.planner import Planner, explore
@@ -90,6 +92,13 @@ def test_a_run_is_served_while_it_goes_on(monkeypatch):
         urlopen(f"{address}secret")
 
 
+def is_drawn(page) -> bool:
+    """Whether the scene has many colours: a picture without a screen may come out empty."""
+    page.wait_for_timeout(500)
+    image = Image.open(BytesIO(page.locator("#scene").screenshot(timeout=60_000)))
+    return len(image.convert("RGB").getcolors(1 << 24)) > 200
+
+
 @pytest.mark.slow
 def test_a_browser_without_a_network_shows_each_touch_by_keys(whole_run):
     sync = pytest.importorskip("playwright.sync_api")
@@ -110,5 +119,6 @@ def test_a_browser_without_a_network_shows_each_touch_by_keys(whole_run):
         for key, shown in (("Home", "0"), ("ArrowRight", "1"), ("End", last)):
             page.keyboard.press(key)
             page.wait_for_function(f"document.body.dataset.shown == '{shown}'", timeout=60_000)
+            assert any(is_drawn(page) for _ in range(5)), shown
         assert said == []
         window.close()
