@@ -254,6 +254,7 @@ _GOOD = {"1", "true", "ok", "yes", "ja", "oui", "si", "hit", "valid", "good", "y
 _GOOD |= {"touched", "tracked", "1.0", "contact", "i.o.", "io", "gut", "合格"}
 _BAD = {"0", "false", "no", "nein", "non", "miss", "missed", "missing", "fail", "failed", "n", "f"}
 _BAD |= {"invalid", "bad", "lost", "error", "ng", "0.0", "", "none", "no contact", "n.i.o.", "nio"}
+_BAD |= {"nok", "n.ok", "fehler", "ungultig", "erreur", "errore", "invalide", "非", "不合格"}
 
 
 def flags(cells: list[str]) -> list[bool] | None:

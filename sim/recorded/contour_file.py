@@ -20,6 +20,7 @@ from touchatlas.sim.recorded.table_file import Table, read_table
 from touchatlas.sim.recorded.vectors import what_vectors_are
 from touchatlas.sim.world.units import UNITS, said_unit
 
+_NINES = (999.0, 9999.0, 99999.0, 999999.0, 999.999, 9999.999, 9999.99, 999.99, 99999.9)
 _NOTHING = ("", "nan", "-nan", "nan(ind)", "-nan(ind)", "null", "none", "na", "n/a", "--", "-")
 
 
@@ -144,8 +145,9 @@ def _read_text(path: Path, options: ReadOptions) -> Curves:
     vectors = np.full(points.shape, np.nan)
     if columns.vector:
         vectors = np.stack([table.numbers(i) for i in columns.vector], axis=1)
-    unit = columns.unit or said_unit(words)
-    if columns.poses and not (unit or options.unit):
+    unit = columns.unit or table.unit or said_unit(words)
+    # No robot reaches farther; ABB and KUKA write millimetres.
+    if columns.poses and not (unit or options.unit) and np.abs(points[kept]).max(initial=0) < 50.0:
         unit = "m"
         table.assumed.append("metres, as poses of robots are in; else give --unit")
     table.assumed += _how(table, columns, parted, left_out)
@@ -172,6 +174,9 @@ def _usable(path: Path, table: Table, columns: Columns, points) -> tuple[np.ndar
     Cells that are empty or NaN hold no point; other words where a number should be are mistakes.
     """
     lost = ~np.isfinite(points).all(axis=1)
+    # Nines in all three cells are a common mark of no point.
+    nines = (points == points[:, :1]).all(axis=1) & np.isin(np.abs(points[:, 0]), _NINES)
+    lost |= nines
     wanted = {("x", "y", "z")[k]: place for k, place in enumerate(columns.xyz)}
     _refuse_words(path, table, wanted, set(_NOTHING))
     if columns.vector:

@@ -1,6 +1,7 @@
 """What tells the curves of a file apart: a column, empty lines, slices, jumps in space or time."""
 
 import re
+from itertools import groupby
 
 import numpy as np
 
@@ -108,9 +109,9 @@ def _parts(numbers) -> bool:
 
 
 def _runs(cells: list, least: int = 3) -> bool:
-    """Whether equal cells stand together, in two runs or more of enough rows."""
-    runs = 1 + sum(a != b for a, b in zip(cells[1:], cells, strict=False))
-    return runs == len(set(cells)) and 2 <= runs <= len(cells) // least
+    """Whether equal cells stand together, in two runs or more, each of enough rows."""
+    counts = [len(list(same)) for _, same in groupby(cells)]
+    return len(counts) == len(set(cells)) > 1 and min(counts) >= least
 
 
 def _jumps(points, time, gap: float) -> np.ndarray:

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from touchatlas.sim.recorded.text_file import NUMBER, read_lines
+from touchatlas.sim.world.units import UNITS
 
 _SEPARATORS = {"\t": "tabs", ";": "semicolons", "|": "bars", ",": "commas", None: "spaces"}
 _COMMENT = re.compile(r"^\s*\"?(#+|%+|//+|\$\$|!|\((?=\s*[A-Za-z]))\s*")
@@ -39,6 +40,8 @@ class Table:
     separator : str
         What separates cells, as a word.
     decimal_comma : bool
+    unit : str
+        That stands after each number, "" where none does.
     assumed, warnings : list of str
         What was found out about the file, and what is probably wrong with it, in sentences.
     """
@@ -50,6 +53,7 @@ class Table:
     words: list[tuple[int, str]]
     separator: str
     decimal_comma: bool
+    unit: str = ""
     assumed: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
 
@@ -104,6 +108,7 @@ def read_table(path: Path) -> Table:
         words,
         _SEPARATORS[separator],
         any("," in c for column in columns for c in column if _NUMBER.fullmatch(c)),
+        UNITS.get(file.unit.lower(), ""),
         list(file.assumed or []),
     )
     table.assumed.append(f"cells are separated by {table.separator}")

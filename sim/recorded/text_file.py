@@ -12,8 +12,11 @@ NUMBER = r"[+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][+-]?\d+)?"
 _MINUS = str.maketrans(dict.fromkeys("\u2212\u2010\u2011\u2013\uff0d", "-") | {"\u3000": " "})
 _KANJI = re.compile(r"[\u3040-\u30ff\u4e00-\u9fff\uff01-\uff5e\u3000-\u303f]*")
 _PROBED = re.compile(r"\[PRB:([^:\]]*):([01])\]")
-_NAMED = re.compile(r'"?\b([xyz])"?\s*[:=]\s*(-?[\d.]+(?:[eE][+-]?\d+)?)', re.IGNORECASE)
-_ENCLOSED = re.compile(r"\s*[\[({](\s*[-+.\d][^\[\](){}]*)[\])}][,;]?\s*")
+_NAMED = re.compile(r'\b([xyz])"?\s*[:=]?\s*"?([+-]?[\d.]+(?:[eE][+-]?\d+)?)', re.IGNORECASE)
+_BRACKETED = re.compile(r"[\s\d.,;+eE-]*[\[({][\s\[\](){}\d.,;+eE-]*")
+# What a move may hold beside its words: numbers of blocks, and words of Heidenhain without numbers.
+_BESIDE = re.compile(r"(?:\d+|LN?|F ?MAX|R[0LR]|M|[\s/%])*", re.IGNORECASE)
+_WITH_UNIT = re.compile(rf"({NUMBER})\s*(mm|cm|um|µm|inch|in|m)(?=\s*(?:[,;\t|]|$))", re.IGNORECASE)
 _CODE = re.compile(r"([A-Z])\s*([+-]?(?:\d+\.?\d*|\.\d+))", re.IGNORECASE)
 _ECHOED = re.compile(
     r"\s*\n\s*".join(rf"\b{axis}:\s*({NUMBER}|\.?nan)" for axis in "xyz") + r"(?!\S|\s*\n\s*w:)"
@@ -27,6 +30,7 @@ class Lines:
     lines: list[str]
     header: list[str] | None = None
     assumed: list[str] | None = None
+    unit: str = ""
 
 
 def read_lines(path: Path) -> Lines:
@@ -43,7 +47,14 @@ def read_lines(path: Path) -> Lines:
         assumed.append("x:, y:, z: on lines that follow each other are one point")
         text = _ECHOED.sub(r"\1 \2 \3\n\n", text)
         return Lines(_split(text), ["x", "y", "z"], assumed)
+    if text.count("\n") < 3:
+        # A list of lists, as JSON writes it.
+        text = re.sub(r"\]\s*,\s*\[", "]\n[", text)
+    text = re.sub(r"(\d\.\d*)[dD]([+-]\d+)", r"\1e\2", text)
     lines = _split(text)
+    if path.suffix.lower() == ".ptx":
+        # Sizes, and where the scanner stood.
+        lines[:10] = [f"# {line}" for line in lines[:10]]
     if any("[PRB:" in line for line in lines):
         assumed.append("[PRB:x,y,z:hit] are points")
         found = (_PROBED.search(line) for line in lines)
@@ -52,14 +63,26 @@ def read_lines(path: Path) -> Lines:
     if any(re.match(r"\s*ACTL/", line) for line in lines):
         assumed.append("ACTL/ are points, as measured")
         return Lines([_actual(line) for line in lines], None, assumed)
-    lines = [m[1] if (m := _ENCLOSED.fullmatch(line)) else line for line in lines]
+    return _cells_of(lines, assumed)
+
+
+def _cells_of(lines: list[str], assumed: list[str]) -> Lines:
+    """Lines of a table, of moves, of named numbers, or of numbers with their unit."""
+    lines = [
+        re.sub(r"[\[\](){}]", "", line) if _BRACKETED.fullmatch(line) else line for line in lines
+    ]
     full = [line for line in lines[:500] if line.strip()]
-    if 2 * sum(len(_NAMED.findall(line)) >= 3 for line in full) > len(full):
-        assumed.append("numbers after x, y, z are coordinates")
-        return Lines([_named(line) for line in lines], ["x", "y", "z"], assumed)
     if 2 * sum(_code(line) is not None for line in full) > len(full):
         assumed.append("X, Y, Z of G-code are coordinates, G0 parts curves")
         return Lines(_modal(lines), ["x", "y", "z"], assumed)
+    if 2 * sum(len(_NAMED.findall(line)) >= 3 for line in full) > len(full):
+        assumed.append("numbers after x, y, z are coordinates")
+        return Lines([_named(line) for line in lines], ["x", "y", "z"], assumed)
+    units = [[found[1] for found in _WITH_UNIT.findall(line)] for line in full]
+    if 2 * sum(len(found) >= 3 for found in units) > len(full):
+        unit = next(found[-1] for found in units if found)
+        assumed.append(f"{unit} stands after each number")
+        return Lines([_WITH_UNIT.sub(r"\1", line) for line in lines], None, assumed, unit)
     return Lines(lines, None, assumed)
 
 
@@ -104,8 +127,8 @@ def _code(line: str) -> dict[str, str] | None:
     """Words of a line of G-code by their letters, None where it moves along no axis."""
     text = re.sub(r"\([^)]*\)|;.*", "", line).strip()
     words = dict(_CODE.findall(text.upper()))
-    moves = bool({"X", "Y", "Z"} & words.keys()) and not _CODE.sub("", text).strip(" \t/%")
-    return words if moves else None
+    moves = bool({"X", "Y", "Z"} & words.keys())
+    return words if moves and _BESIDE.fullmatch(_CODE.sub(" ", text)) else None
 
 
 def _modal(lines: list[str]) -> list[str]:

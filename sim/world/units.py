@@ -61,7 +61,7 @@ def said_unit(lines: list[str]) -> str:
         for match in _SAID.finditer(line):
             if unit := UNITS.get(match[1].lower()):
                 return unit
-        if re.search(r"\b(METRIC|G21)\b", line):
+        if re.search(r"\b(METRIC|G21)\b|\bBEGIN PGM \S+ MM\b", line):
             return "mm"
         if re.search(r"\b(ENGLISH|INCH|G20)\b", line):
             return "in"

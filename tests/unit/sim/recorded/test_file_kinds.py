@@ -18,8 +18,8 @@ CURVES = []
 for angle in np.pi / 3 * np.arange(3):
     x, y = S * np.cos(angle), S * np.sin(angle)
     z = -0.5 * (x * x / 40 + y * y / 25)
-    CURVES.append(np.round(np.stack([x + 120, y - 35, z + 40], axis=1), 4))
-SLOPES = [(p - [120, -35, 40]) * [1 / 40, 1 / 25, 0] + [0, 0, 1] for p in CURVES]
+    CURVES.append(np.round(np.stack([x + 12, y - 3.5, z + 4], axis=1), 4))
+SLOPES = [(p - [12, -3.5, 4]) * [1 / 40, 1 / 25, 0] + [0, 0, 1] for p in CURVES]
 NORMALS = [n / np.linalg.norm(n, axis=1, keepdims=True) for n in SLOPES]
 
 
@@ -228,6 +228,33 @@ KINDS = {
         "",
         "ending .obj",
     ),
+    "Heidenhain": (
+        ["BEGIN PGM 1 MM", *rows("{j} L X{px:+.4f} Y{py:+.4f} Z{pz:+.4f} R0 F500")],
+        "mm",
+        "X, Y, Z",
+    ),
+    "KUKA": (rows("{{X {px:.4f},Y {py:.4f},Z {pz:.4f},A 0,B 0,C 180}}"), "", "after x, y, z"),
+    "Fanuc": (
+        rows("P[{j}]{{ X = {px:.4f} mm, Y = {py:.4f} mm, Z = {pz:.4f} mm }};"),
+        "",
+        "after x",
+    ),
+    "ABB": (rows("[[{px:.4f},{py:.4f},{pz:.4f}],[1,0,0,0]]"), "m", "column 1, column 2, column 3"),
+    "JSON list": ([f"[{','.join(rows('[{px:.4f},{py:.4f},{pz:.4f}]'))}]"], "", "by jumps"),
+    "XML": (["<p>", *rows('<p x="{px:.4f}" y="{py:.4f}" z="{pz:.4f}"/>'), "</p>"], "", "after x"),
+    "units in cells": (["x,y,z", *rows("{px:.4f} mm,{py:.4f} mm,{pz:.4f} mm")], "mm", "after each"),
+    "Fortran": (
+        [line.replace("e", "D") for line in rows("{px:.9e} {py:.9e} {pz:.9e}")],
+        "",
+        "jumps",
+    ),
+    "PTX": (["25", "3", *["1 0 0"] * 4, *["1 0 0 0"] * 4, *rows(POSE + " 0.5")], "", "column 4"),
+    "nines": (["x,y,z", *rows(MM, ["-9999,-9999,-9999"])], "", "left out: 2 without coordinates"),
+    "status": (
+        ["Punkt;X;Y;Z;Status", *rows("{j};" + MM.replace(",", ";") + ";OK"), "99;0;0;0;Fehler"],
+        "",
+        "Status calls failed",
+    ),
     "cross-sections": (
         ["3"]
         + [
@@ -247,7 +274,7 @@ KINDS = {
 
 
 def written(tmp_path, kind):
-    path = tmp_path / f"r.{'obj' if kind == 'OBJ' else 'txt'}"
+    path = tmp_path / f"r.{kind.lower() if kind in ('OBJ', 'PTX') else 'txt'}"
     path.write_text("\n".join(KINDS[kind][0]) + "\n", encoding="utf-8")
     return path
 
@@ -340,7 +367,7 @@ def test_a_tip_is_taken_off_along_the_normals(file, given):
 def test_failed_points_are_left_out_and_counted(file):
     for name, good, bad in (("hit", "1", "0"), ("State", "OK", "MISSING"), ("fail", "no", "yes")):
         lines = rows("{k}," + MM + f",{good}")
-        lines[3] = f"0,120,-35,-90,{bad}"
+        lines[3] = f"0,12,-3.5,-90,{bad}"
         found = read_curves(file(f"curve,x,y,z,{name}", *lines))
         assert [len(c.points) for c in found.curves] == [24, 25, 25]
         assert f"lines left out: 1 that {name} calls failed" in found.how
@@ -419,7 +446,7 @@ def test_clouds_of_ply_files_keep_their_normals(tmp_path):
     (tmp_path / "r.ply").write_text("\n".join(lines) + "\n")
     (cloud,) = read_curves(tmp_path / "r.ply").curves
     assert cloud.name == "" and cloud.exact
-    # Single precision at 120.
+    # Single precision at 20.
     assert cloud.points[:25] == pytest.approx(CURVES[0], abs=1e-5)
     # The top, where the curves cross, counts once.
     assert len(cloud.points) == 73
@@ -433,3 +460,11 @@ def test_scans_of_centres_need_normals_to_take_a_tip_off(file):
     off = np.concatenate(CURVES)[:75] - 1.5 * np.concatenate(NORMALS)
     # Normals have five decimals; the point where the curves cross is in all three.
     assert found.scans[0].points == pytest.approx(off, abs=1e-4)
+
+
+def test_poses_are_in_metres_unless_no_robot_reaches_so_far(file):
+    names = "# timestamp tx ty tz qx qy qz qw"
+    near = read_curves(file(names, *rows("{t:.2f} " + POSE + " 0 0 0 1")))
+    assert near.unit == "m" and "metres, as poses of robots are in" in near.how
+    far = read_curves(file(names, *rows("{t:.2f} 5{px:.4f} {py:.4f} {pz:.4f} 0 0 0 1")))
+    assert far.unit == ""
