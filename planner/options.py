@@ -5,6 +5,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from touchatlas.patch.geometry.arrays import real
+from touchatlas.planner.region import region_of
 
 # How the next place is chosen: ours, and baselines to compare with.
 TOLERANCE = "tolerance"
@@ -90,6 +91,11 @@ class PlannerOptions:
         it would pass through what is known, no touch is planned.
     pin_length : float, length
         Length of the pin, more than its radius; given together with it.
+    region : str
+        Where the surface is wanted: box:X,Y,Z,X,Y,Z (two corners), ball:X,Y,Z,RADIUS, or the path
+        of a closed mesh; everywhere where it is empty.
+    elsewhere : float, length
+        Tolerance outside of the region; 0 where the surface is not wanted there.
     levels : PlannerLevels
         Levels that it decides by.
     """
@@ -104,6 +110,8 @@ class PlannerOptions:
     search: int = 0
     pin_radius: float = 0.0
     pin_length: float = 0.0
+    region: str = ""
+    elsewhere: float = 0.0
     levels: PlannerLevels = PlannerLevels()
 
     def __post_init__(self) -> None:
@@ -116,7 +124,8 @@ class PlannerOptions:
                 raise ValueError(
                     f"{name} is {value!r}; it must be a whole number from {least} to {most}"
                 )
-        for name in ("pin_radius", "pin_length"):
+        self._check_region()
+        for name in ("pin_radius", "pin_length", "elsewhere"):
             if not 0.0 <= real(getattr(self, name)) < np.inf:
                 raise ValueError(f"{name} is {getattr(self, name)!r}; it must be a length >= 0")
         if not (
@@ -139,3 +148,12 @@ class PlannerOptions:
             )
         if not isinstance(self.levels, PlannerLevels):
             raise ValueError(f"levels are {self.levels!r}; they must be PlannerLevels")
+
+    def _check_region(self) -> None:
+        """Refuse a region that is none, and another tolerance without one."""
+        if not isinstance(self.region, str):
+            raise ValueError(f"region is {self.region!r}; it must be text")
+        if self.region:
+            region_of(self.region)
+        elif self.elsewhere:
+            raise ValueError(f"elsewhere is {self.elsewhere!r}; it needs a region")

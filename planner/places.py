@@ -1,6 +1,6 @@
 """Places: where the surface of a body is known, how well, and where it ends."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import igl
 import numpy as np
@@ -69,6 +69,12 @@ class Places:
         inside = float((self.area * ratio.within(limit)).sum())
         unscaled = float((self.area * erf(limit / np.sqrt(2.0))).sum())
         return inside, float(self.area.sum() + self.rim_area[counted].sum()), unscaled
+
+    def some(self, points, rims) -> "Places":
+        """Those of the triangles ``points`` (n,) bool, and of the ``rims`` (k,) bool."""
+        of = dict.fromkeys(("points", "normals", "deviation", "area"), points)
+        of |= dict.fromkeys(("rim", "rim_normals", "rim_area", "rim_size", "rim_slope"), rims)
+        return replace(self, **{name: getattr(self, name)[which] for name, which in of.items()})
 
     @property
     def all(self) -> tuple[np.ndarray, np.ndarray]:

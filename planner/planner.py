@@ -18,7 +18,7 @@ from touchatlas.planner.plans import ending_where_known, plan_at
 from touchatlas.planner.probe_plan import ProbePlan, check_answer
 from touchatlas.planner.sources import next_target
 from touchatlas.planner.stop import Forecast, Stop, StopReason
-from touchatlas.planner.view import Phase, View
+from touchatlas.planner.view import Phase, View, margin_about
 
 if TYPE_CHECKING:
     from k3d.plot import Plot
@@ -85,6 +85,8 @@ class Planner:
         self._structure = structure_of(None)
         # What is known, and the answers that it was last measured after.
         self._known, self._measured = KnownArea(), -1
+        # How far from the region the surface is wanted.
+        self._margin = np.inf
 
     def ask(self, atlas: Atlas) -> ProbePlan | None:
         """The next plan; None at the end, and ``stop`` says why.
@@ -180,7 +182,8 @@ class Planner:
         """The same; whether the planner ended as known is given."""
         if atlas.body is None:
             return Forecast(0.0, np.zeros((0, 3)))
-        places, view = places_of(atlas), self._view(atlas)
+        view = self._view(atlas)
+        places = view.limited(places_of(atlas))
         open_ = places.are_large(view.extent)
         if not known:
             open_ |= places.stay_open(atlas.tolerance, view.extent)
@@ -211,7 +214,9 @@ class Planner:
         """The places of an atlas, after its area within the tolerance is measured. What was learned
         of errors is forgotten when the number of faces, edges or rounded edges, or the law of a
         single face changes: they were those of another surface."""
-        self.places = places = places_of(atlas)
+        places = places_of(atlas)
+        self._margin = margin_about(places, self.options, atlas.pool.extent)
+        self.places = places = self._view(atlas).limited(places)
         learned = self._attempts.learned
         if atlas.body is None:
             return places
@@ -234,7 +239,8 @@ class Planner:
 
     def _view(self, atlas: Atlas, draw: float = 0.0) -> View:
         """What the choice of a target depends on, with a number from 0 to 1."""
-        return View(atlas, self.options, self._attempts, self._phase(atlas), draw)
+        phase = self._phase(atlas)
+        return View(atlas, self.options, self._attempts, phase, draw, self._margin)
 
     @property
     def _is_known(self) -> bool:

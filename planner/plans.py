@@ -13,6 +13,7 @@ from touchatlas.planner.attempts import Target
 from touchatlas.planner.clearance import clear_height
 from touchatlas.planner.options import PlannerOptions
 from touchatlas.planner.probe_plan import ProbePlan, Reason
+from touchatlas.planner.region import region_of
 
 
 def concurrent_planes(point, normal, heading, count: int) -> tuple[SamplingPlane, ...]:
@@ -71,10 +72,17 @@ def plan_at(atlas: Atlas, target: Target, options: PlannerOptions) -> ProbePlan:
 
 
 def ending_where_known(plan: ProbePlan, atlas: Atlas, options: PlannerOptions) -> ProbePlan:
-    """A plan whose arms may end where the atlas knows the surface, if arms for its reason may."""
+    """A plan whose arms may end where the atlas knows the surface, or it is not wanted, if arms for
+    its reason may."""
     if plan.reason not in (Reason.EXPAND, Reason.REFINE):
         return plan
-    return replace(plan, until=known_to(atlas, options))
+    known = known_to(atlas, options)
+    if not options.region or options.elsewhere:
+        return replace(plan, until=known)
+    region = region_of(options.region)
+    if region.distance(plan.reference_point[None])[0] > 0.0:
+        return replace(plan, until=known)
+    return replace(plan, until=lambda points: known(points) | (region.distance(points) > 0.0))
 
 
 def known_to(atlas: Atlas, options: PlannerOptions) -> Callable[[np.ndarray], np.ndarray]:

@@ -157,7 +157,7 @@ def hole_in_fine_surface(view: View, places: Places) -> Target | None:
         return None
     cube = fine_edge(atlas.body, atlas.options.facets * atlas.tolerance)
     if cube < planning_cube(atlas):
-        places = places_of(atlas, cube)
+        places = view.limited(places_of(atlas, cube))
     return _rim(view, places, places.stay_open(atlas.tolerance, view.extent))
 
 

@@ -1,6 +1,6 @@
 """View: all that the choice of the next target depends on; and the target that is chosen."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from functools import cached_property
 
@@ -10,6 +10,8 @@ from scipy.spatial import cKDTree
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.planner.attempts import Attempts
 from touchatlas.planner.options import PlannerOptions
+from touchatlas.planner.places import Places
+from touchatlas.planner.region import region_of
 
 
 class Phase(Enum):
@@ -35,6 +37,8 @@ class View:
     phase : Phase
     draw : float
         A number from 0 to 1 drawn at random, for the baseline "random".
+    margin : float, length
+        Distance from the region up to which the surface is wanted; see ``margin_about``.
     """
 
     atlas: Atlas
@@ -42,6 +46,7 @@ class View:
     attempts: Attempts
     phase: Phase = Phase.GROW
     draw: float = 0.0
+    margin: float = np.inf
 
     @cached_property
     def extent(self) -> float:
@@ -65,14 +70,34 @@ class View:
         """(k, 3) places of the plans that are not answered yet, length, world."""
         return np.reshape([one.target.place for one in self.attempts.pending.values()], (-1, 3))
 
+    def is_wanted(self, points) -> np.ndarray:
+        """(n,) whether the surface is wanted at points (n, 3)."""
+        if self.margin == np.inf or self.options.elsewhere:
+            return np.ones(len(points), bool)
+        return np.asarray(region_of(self.options.region).distance(points) <= self.margin)
+
+    def limited(self, places: Places) -> Places:
+        """The places at which the surface is wanted. Where another tolerance holds outside of the
+        region, deviations are over that one as they are over the tolerance inside."""
+        if self.margin == np.inf:
+            return places
+        if self.options.elsewhere:
+            outside = region_of(self.options.region).distance(places.points) > 0.0
+            looser = self.atlas.tolerance / self.options.elsewhere
+            deviation = np.where(outside, looser, 1.0) * places.deviation
+            return replace(places, deviation=deviation)
+        return places.some(self.is_wanted(places.points), self.is_wanted(places.rim))
+
     def apart(self, points) -> np.ndarray:
         """(n,) distance of points (n, 3) to the nearest touch or attempt, length; or a tenth of
         that to the nearest pending plan: its arms will show what is about it."""
         return np.minimum(distance_to(self.done, points), 0.1 * distance_to(self.pending, points))
 
     def is_free(self, points) -> np.ndarray:
-        """(n,) whether points (n, 3) are away from touches, attempts and pending plans."""
-        return self.apart(points) > self.options.levels.apart * self.extent
+        """(n,) whether points (n, 3) are wanted, and away from touches, attempts and pending
+        plans."""
+        away = self.apart(points) > self.options.levels.apart * self.extent
+        return np.asarray(away & self.is_wanted(points))
 
     def is_untried(self, points) -> np.ndarray:
         """(n,) whether points (n, 3) are away from touches and attempts."""
@@ -82,6 +107,17 @@ class View:
         """Index of the point (n, 3) that is nearest to the last touch."""
         offset = points - self.touched[-1]
         return int((offset * offset).sum(axis=1).argmin())
+
+
+def margin_about(places: Places, options: PlannerOptions, extent: float) -> float:
+    """Distance from the region of the options, length, up to which the surface is wanted: 0 where
+    some of the surface in it is known, else that of the nearest places and a tenth of an extent
+    more, so that touches approach it; infinite without a region."""
+    if not options.region:
+        return np.inf
+    away = region_of(options.region).distance(places.all[0])
+    nearest = float(away.min(initial=np.inf))
+    return nearest and nearest + 0.1 * extent
 
 
 def distance_to(others, points) -> np.ndarray:

@@ -70,11 +70,14 @@ def _with_flags(base, given: dict[tuple[str, ...], Any]):
 
 
 def flag_of(name: str) -> str:
-    """The flag of an option; the name of a kind is the flag of its record: --planner random.
+    """The flag of an option; the name of a kind is the flag of its record: --planner random. Where
+    the surface is wanted is a question of its own, whoever plans.
 
-    >>> flag_of("max_touches"), flag_of("planner.name")
-    ('--max-touches', '--planner')
+    >>> flag_of("max_touches"), flag_of("planner.name"), flag_of("planner.region")
+    ('--max-touches', '--planner', '--region')
     """
+    if name in ("planner.region", "planner.elsewhere"):
+        name = name.removeprefix("planner.")
     return "--" + name.removesuffix(".name").replace("_", "-")
 
 

@@ -1,0 +1,64 @@
+"""A region of interest: touches are made there, and what lies outside costs nothing."""
+
+import numpy as np
+import pytest
+import trimesh
+
+from touchatlas.atlas import Atlas
+from touchatlas.planner import Planner, PlannerOptions, explore
+from touchatlas.planner.region import region_of
+from touchatlas.sim import Probe, make_object
+
+
+def explored(options, name="ellipsoid", most=25):
+    """Touches of an ellipsoid of half axes 80, 50, 30, or another body, from its top."""
+    obj = make_object(name)
+    atlas, planner = Atlas(0.3, scale=0.3), Planner(*obj.start(), options)
+    steps = list(explore(atlas, planner, Probe(obj, 0.06, np.random.default_rng(0)), most))
+    return atlas, planner, steps
+
+
+def test_distances_from_box_ball_and_mesh_are_those_of_formulas(tmp_path):
+    points = np.random.default_rng(0).uniform(-3.0, 3.0, (200, 3))
+    trimesh.creation.box((2.0, 2.0, 2.0)).export(tmp_path / "cube.stl")
+    off = np.linalg.norm(np.maximum(np.abs(points) - 1.0, 0.0), axis=1)
+    # Single precision of an STL file, of coordinates of 1.
+    for text in ("box:-1,-1,-1,1,1,1", "box:1,1,1,-1,-1,-1", str(tmp_path / "cube.stl")):
+        assert np.allclose(region_of(text).distance(points), off, atol=1e-6)
+    ball = np.maximum(np.linalg.norm(points - [1.0, 0.0, 0.0], axis=1) - 2.0, 0.0)
+    assert np.allclose(region_of("ball:1,0,0,2").distance(points), ball, atol=1e-12)
+
+
+def test_half_a_body_takes_less_length_and_ends_as_known():
+    half = PlannerOptions(region="box:0,-99,-99,99,99,99")
+    (_, _, whole), (_, planner, steps) = explored(PlannerOptions(), "blob"), explored(half, "blob")
+    assert planner.stop.reason.value == "known to the tolerance"
+    lengths = [sum(step.touch.tracked_length for step in some) for some in (whole, steps)]
+    assert lengths[1] < 0.8 * lengths[0]
+    # All but the first were planned within it.
+    assert all(step.plan.reference_point[0] >= 0.0 for step in steps[1:])
+
+
+def test_touches_approach_a_region_that_the_start_is_not_in():
+    atlas, planner, steps = explored(PlannerOptions(region="ball:80,0,0,20"))
+    assert planner.stop.reason.value == "known to the tolerance"
+    away = [np.linalg.norm(step.touch.contact - [80.0, 0.0, 0.0]) for step in steps]
+    assert away == sorted(away, reverse=True)
+    found, known = atlas.body.at(np.array([[80.0, 0.0, 0.0]]))
+    assert known[0] and abs(found.distance[0]) < atlas.tolerance
+
+
+def test_a_looser_tolerance_elsewhere_still_finds_the_whole():
+    region = "box:0,-99,-99,99,99,99"
+    atlas, planner, _ = explored(PlannerOptions(region=region, elsewhere=3.0))
+    assert planner.stop.reason.value == "known to the tolerance"
+    assert np.ptp(atlas.pool.points[:, 0]) > 150.0
+
+
+@pytest.mark.parametrize(
+    "options",
+    [{"region": "box:1,2"}, {"region": "ball:0,0,0,-1"}, {"region": "no.stl"}, {"elsewhere": 1.0}],
+)
+def test_what_is_no_region_is_refused(options):
+    with pytest.raises(ValueError, match="region"):
+        PlannerOptions(**options)
