@@ -48,7 +48,7 @@ def small_picture(path: Path) -> Image.Image:
     """The first two views of the surface of a surface.png, small."""
     image = Image.open(path).convert("RGB")
     width, height = image.size
-    image = image.crop((int(0.02 * width), int(0.07 * height), int(0.45 * width), height // 2))
+    image = image.crop((int(0.02 * width), int(0.07 * height), int(0.43 * width), height // 2))
     return image.resize((320, int(320 * image.height / image.width))).quantize(128)
 
 

@@ -28,6 +28,7 @@ ARGUMENTS = {
     "faces_beside_cgal.py": ["cube:12"],
     "faults.py": ["none", "--bodies", "sphere", "--out", "faults.csv"],
     "fuzz_files.py": ["10"],
+    "gallery.py": ["gallery", "sphere"],
     "guard.py": ["--only", "sphere", "--seeds", "1", "--renew", "--kept", "guard.csv"],
     "half_touched.py": ["sphere"],
     "measurements.py": ["--check"],
@@ -56,6 +57,7 @@ def run_example(name: str, *arguments) -> str:
 LONG = {
     "displaced_curves.py",
     "edge_sweeps.py",
+    "gallery.py",
     "kill_and_resume.py",
     "same_bytes.py",
     "surface_peers.py",

@@ -51,9 +51,13 @@ def _print_table(comparison: Comparison) -> None:
         for number, name in enumerate(names, 1):
             console.print(f"{number}  {name}", markup=False, highlight=False, soft_wrap=True)
         names = [str(number) for number in range(1, len(names) + 1)]
-    table = Table("")
+    # Names of quantities stay whole, and their units may stand below.
+    widest = max(len(word) for quantity, _ in rows for word in quantity.split())
+    room = (console.width - widest - 4) // len(names) - 3
+    table = Table()
+    table.add_column("", min_width=widest)
     for name in names:
-        table.add_column(escape(name), overflow="fold")
+        table.add_column(escape(name), overflow="fold", max_width=max(room, 4))
     for quantity, values in rows:
         table.add_row(escape(quantity), *(escape(value) for value in values))
     console.print(table)

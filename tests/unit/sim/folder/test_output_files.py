@@ -13,6 +13,8 @@ import trimesh
 
 from tests.command import assert_refused, touchatlas
 from touchatlas.atlas import Surface
+from touchatlas.sim import load_run
+from touchatlas.sim.command.compare import compare
 from touchatlas.sim.folder.ply import ply_bytes, stored
 from touchatlas.sim.judge.comparison import Comparison
 from touchatlas.sim.judge.number_meanings import COLUMNS, NUMBERS
@@ -116,3 +118,19 @@ def test_every_number_and_column_has_a_meaning(whole_run):
     folder, printed = whole_run
     assert set(json.loads(printed)) == set(NUMBERS)
     assert (folder / "steps.csv").read_text().splitlines()[0].split(",") == list(COLUMNS)
+
+
+def test_five_runs_are_legible_in_eighty_columns(whole_run, tmp_path, capsys, monkeypatch):
+    """Names of quantities and numbers stay whole; names of runs stand above their numbers."""
+    monkeypatch.setenv("COLUMNS", "80")
+    runs = [tmp_path / f"a-run-with-a-long-name-{i}" for i in range(5)]
+    for run in runs:
+        shutil.copytree(whole_run[0], run)
+    compare(*runs, out=tmp_path / "out")
+    shown = capsys.readouterr().out
+    table = [line for line in shown.splitlines() if "│" in line]
+    assert all(len(line) <= 80 for line in table) and "…" not in shown
+    assert "5  a-run-with-a-long-name-4" in shown and "deviation_calibration" in shown
+    touches = str(load_run(runs[0]).numbers["touches"])
+    (row,) = [line for line in table if line.startswith("│ touches ")]
+    assert [cell.strip() for cell in row.split("│")[2:-1]] == [touches] * 5
