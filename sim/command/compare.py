@@ -53,8 +53,8 @@ def _print_table(comparison: Comparison) -> None:
         names = [str(number) for number in range(1, len(names) + 1)]
     # Names of quantities stay whole, and their units may stand below.
     widest = max(len(word) for quantity, _ in rows for word in quantity.split())
-    room = (console.width - widest - 4) // len(names) - 3
-    table = Table()
+    room = (console.width - widest - 3) // len(names) - 2
+    table = Table(padding=(0, 0, 0, 1))
     table.add_column("", min_width=widest)
     for name in names:
         table.add_column(escape(name), overflow="fold", max_width=max(room, 4))
