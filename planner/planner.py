@@ -252,11 +252,10 @@ class Planner:
         known and no plan is pending."""
         if atlas.body is None:
             return Phase.FIRST
-        stagnates = self._known.stagnates(self.options.levels)
-        if stagnates or (self._is_known and self._attempts.pending):
-            return Phase.END
         if self._is_known:
-            return Phase.FINISH
+            return Phase.END if self._attempts.pending else Phase.FINISH
+        if self._known.stagnates(self.options.levels):
+            return Phase.END
         return Phase.GROW if self.options.name == TOLERANCE else Phase.COMPARE
 
     def _end(self, view: View, places: Places) -> None:

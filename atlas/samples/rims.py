@@ -17,11 +17,10 @@ _REFUTED = 0.25
 # Weight of the distance of rims that are drawn on from the next ends: they err by about twice as
 # much as those between their ends. Doubled, round rims are touched twice as often.
 _DRAWN_ON = 0.5
-# Least cosine of the angle between the directions of one smooth rim at ends side by side: 30
-# degrees. Doubled in angle, right corners of sheets are drawn on.
-_SAME = 0.87
-# Ends are asked in the order of their distance until one faces as the point does. Doubled, points
-# of thin walls are asked about more ends.
+# Where ends lie close together, a rim counts for points up to so many times as far from its end as
+# from the nearest sample. With 3 or 5, as much of balls with holes is taken to be open.
+_SPEAKS = 4.0
+# Number of the nearest ends whose rims are looked at. Doubled, nothing changes.
 _ASKED = 4
 
 
@@ -65,27 +64,16 @@ class Rims:
         """(m,) number of touches that show the rim beyond which points (m, 3) near the surface,
         with its normals (m, 3), lie: 0 where they lie beyond none, and 2 where it is more than one.
 
-        The point lies ahead of the rim at the nearest end of its sheet, or at a corner of the other
-        rim there. The sample nearest to it does not, or the point lies ahead of the rim that is
-        nearest to that sample, too.
+        A rim lies between such a point and the sample nearest to it: the point is ahead of the rim
+        and the sample is not. Rims at the nearest ends of its sheet are looked at, each as far as
+        half-way to the next ends: about a point amid samples one drawn on farther says nothing.
         """
         points = np.asarray(points, float).reshape(-1, 3)
-        out = np.zeros(len(points), int)
         self._update()
         if not len(self._home):
-            return out
-        which, facing = self._passed(points, normals)
-        some = np.flatnonzero(facing)
-        some = some[self._ahead_of(which[some], points[some]) > 0.0]
-        if len(some):
-            nearest = self._samples.query(points[some])[1]
-            samples = self._pool.points[nearest]
-            theirs, facing = self._nearest(samples, self._pool.normals[nearest])
-            beyond = self._holds(which[some], samples) | (
-                facing & (self._ahead_of(theirs, points[some]) > 0.0)
-            )
-            out[some] = np.where(beyond, self._shown[which[some]], 0)
-        return out
+            return np.zeros(len(points), int)
+        which, beyond = self._passed(points, normals)
+        return np.asarray(np.where(beyond, self._shown[which], 0))
 
     def _holds(self, which, samples) -> np.ndarray:
         """(m,) whether samples (m, 3) lie within the rims at ends ``which`` (m,)."""
@@ -97,15 +85,24 @@ class Rims:
         return near[np.arange(len(points)), facing.argmax(axis=1)], np.any(facing, axis=1)
 
     def _passed(self, points, normals) -> tuple[np.ndarray, np.ndarray]:
-        """The same; but where points are not ahead of that rim, another one near them of another
-        direction that they are ahead of, as at a corner."""
-        (near, facing), each = self._near(points, normals), np.arange(len(points))
-        first = near[each, facing.argmax(axis=1)]
-        ahead = np.stack([self._ahead_of(column, points) for column in near.T], axis=1)
-        turned = np.einsum("mki,mi->mk", self._across[near], self._across[first]) < _SAME
-        ahead[~(facing & turned)] = 0.0
-        passed = (self._ahead_of(first, points) <= 0.0) & (ahead.max(axis=1) > 0.0)
-        return np.where(passed, near[each, ahead.argmax(axis=1)], first), np.any(facing, axis=1)
+        """(m,) the nearest rim between points (m, 3) of a sheet and the samples nearest to them,
+        and whether there is one."""
+        near, facing = self._near(points, normals)
+        away, nearest = self._samples.query(points)
+        samples, passed = self._pool.points[nearest], np.zeros(near.shape, bool)
+        for k, which in enumerate(near.T):
+            passed[:, k] = self._speak(which, points, away) & self._holds(which, samples)
+            passed[:, k] &= facing[:, k] & (self._ahead_of(which, points) > 0.0)
+        return near[np.arange(len(points)), passed.argmax(axis=1)], np.any(passed, axis=1)
+
+    def _speak(self, which, points, away) -> np.ndarray:
+        """(m,) whether rims at ends ``which`` (m,) are near enough to points (m, 3), whose nearest
+        samples are ``away`` (m,), length, to say anything of them: half-way to the next ends, or
+        not much farther than the samples."""
+        home = self._home[which]
+        far = np.sqrt(((points - self.ends.points[home]) ** 2).sum(axis=1))
+        least = np.maximum(self._half[which], _SPEAKS * self.ends.steps[home])
+        return np.asarray(far <= np.maximum(least, _SPEAKS * away))
 
     def _near(self, points, normals) -> tuple[np.ndarray, np.ndarray]:
         """(m, k) the rims at the ends nearest to points (m, 3), the nearest first, and whether they
@@ -122,14 +119,14 @@ class Rims:
             return np.asarray(points)
         for _ in range(2):
             # At a corner the point of one rim may lie beyond the other.
-            which, _ = self._passed(points, normals)
+            which, beyond = self._passed(points, normals)
             out = self._across[which] - self._bend[which, None] * (
                 points - self.ends.points[self._home[which]]
             )
             out -= (out * normals).sum(axis=1)[:, None] * normals
             length = np.sqrt((out * out).sum(axis=1))[:, None]
             out /= np.maximum(length, np.finfo(float).tiny)
-            points = points - np.maximum(self._ahead_of(which, points), 0.0)[:, None] * out
+            points = points - np.where(beyond, self._ahead_of(which, points), 0.0)[:, None] * out
         return np.asarray(points)
 
     def unsure(self, limit: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -191,11 +188,12 @@ class Rims:
         self._update()
         if not len(self._home):
             return np.zeros(len(points), bool)
-        asked = min(_ASKED, len(self._home))
+        asked, away = min(_ASKED, len(self._home)), self._samples.query(points)[0]
         out = np.zeros(len(points), bool)
         for which in self._tree.query(points, k=asked)[1].reshape(len(points), asked).T:
             near = limit + 0.25 * self.ends.steps[self._home[which]]
-            out |= np.abs(self._ahead_of(which, points)) <= near
+            at = np.abs(self._ahead_of(which, points)) <= near
+            out |= at & self._speak(which, points, away)
         return out
 
     def _ahead_at(self, point, ends: list[int]) -> np.ndarray:
@@ -235,9 +233,15 @@ class Rims:
         if self._rims:
             columns = zip(*self._rims.values(), strict=True)
             self._across, self._bend = (np.array(column) for column in columns)
+            self._half = 0.5 * np.array([self._farthest(i) for i in self._home.tolist()])
             touches = [self.ends.touches[[i, *self.ends.beside(i)[0]]] for i in self._home.tolist()]
             self._shown = np.array([min(len(np.unique(some)), 2) for some in touches])
             self._tree = cKDTree(self.ends.points[self._home])
+
+    def _farthest(self, i: int) -> float:
+        """Distance from an end to the farther one of the next ends, length; 0 without any."""
+        offset = self.ends.points[self.ends.beside(i)[0]] - self.ends.points[i]
+        return float(np.sqrt((offset * offset).sum(axis=1)).max(initial=0.0))
 
     def _rim_at(self, i: int) -> tuple[np.ndarray, float] | None:
         """The rim at an end: the direction (3,) out of the surface, and the curvature, 1/length, of

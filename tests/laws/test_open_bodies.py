@@ -14,6 +14,7 @@ from touchatlas.planner import Planner, ProbePlan, StopReason, explore
 from touchatlas.sim import make_object
 from touchatlas.sim.folder.run_options import fit_scale
 from touchatlas.sim.study.bodies import cup
+from touchatlas.sim.world.mesh_object import MeshObject
 from touchatlas.sim.world.probe import Probe
 
 TOLERANCE, NOISE, RADIUS = 0.1, 0.02, 33.0
@@ -122,3 +123,19 @@ def test_a_slip_does_not_hide_a_closed_body(slips):
     # Triangles with sides of a thirtieth of the radius have 1e-3 less than the ball.
     assert mesh.area == pytest.approx(4.0 * np.pi * RADIUS**2, rel=2e-3)
     assert not len(atlas.rims)
+
+
+def test_a_rim_says_nothing_of_surface_far_past_its_ends():
+    """Four openings of 25 degrees, each of a share sin(12.5)^2 = 0.047 of the ball. Ends lie within
+    a step of rims: circles of 13.9 mm about openings, 0.9 wide, are 0.036 of the ball. A rim
+    drawn on without end parts a third of it off."""
+    axes = np.array([[1, 1, 1], [-1, -1, 1], [-1, 1, -1], [1, -1, -1]]) / np.sqrt(3.0)
+    ball = trimesh.creation.icosphere(subdivisions=5, radius=RADIUS)
+    ball.update_faces(~(ball.triangles_center @ axes.T > RADIUS * np.cos(np.deg2rad(25.0))).any(1))
+    body = MeshObject("ball with four openings", ball.vertices, ball.faces)
+    atlas, planner = Atlas(TOLERANCE, scale=fit_scale(NOISE, body.diagonal)), Planner(*body.start())
+    for _ in explore(atlas, planner, Probe(body, NOISE, np.random.default_rng(0)), 30):
+        pass
+    points, normals = body.sample(2000, np.random.default_rng(0))
+    assert atlas.body is not None
+    assert atlas.body.beyond(points, normals).mean() < 0.06
