@@ -175,7 +175,8 @@ class Across:
 def triangles_across(rim, normals, edges, longest: float = np.inf) -> Across | None:
     """Triangles across a hole with a rim (n, 3) and normals (n, 3) there; None where one of their
     edges is longer than ``longest``, length, or is among the edges (m, 2) that its points have
-    already, and where they face away from the surface at the rim.
+    already, and where they face away from the surface at a rim that is longer than that: it is the
+    outer rim of a strip. At a shorter one two ends of the surface overlap a little.
 
     Corners of the rim are cut off one after another, that of the smallest circle through its three
     points first. So the triangles are as wide as the slit, and advance from its ends. Corners that
@@ -211,7 +212,8 @@ def triangles_across(rim, normals, edges, longest: float = np.inf) -> Across | N
         heappush(waiting, corner(b))
     last = next(i for i in range(count) if after[i] >= 0)
     found = np.array([*triangles, (after[last], last, before[last])])
-    if not _mean_cosine(rim[found], normals[found]) >= _LEAST_COSINE:
+    faces_away = not _mean_cosine(rim[found], normals[found]) >= _LEAST_COSINE
+    if faces_away and not diameter(rim) <= longest < np.inf:
         return None
     ends = np.array(diagonals, int).reshape(-1, 2)
     gap = rim[ends[:, 1]] - rim[ends[:, 0]]

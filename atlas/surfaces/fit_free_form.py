@@ -14,13 +14,15 @@ from touchatlas.atlas.surfaces.sextic_fit import (
     with_factors,
 )
 from touchatlas.atlas.surfaces.sextic_sites import FACING, SexticSites, middles_of, sites_of
-from touchatlas.atlas.surfaces.sextics import Sextics
+from touchatlas.atlas.surfaces.sextics import Sextics, joined
 
 # Radii are powers of this in deviations of a sample, so that the extent, which grows a little with
 # most touches, seldom changes them.
 _RUNG = np.sqrt(2.0)
 # Least number of samples of a sextic, in the median of all: twice its parameters.
 _LEAST = 98
+# Ratio of the radii of two levels of sextics.
+_FINER = 0.5
 # Sextics follow the samples where the residuals about half of them have an amplitude of no more
 # than this, in deviations of a sample.
 _FOLLOWS = 1.4
@@ -73,11 +75,42 @@ def fit_free_form(
         if _follows(found, some, stds):
             break
         radius /= _RUNG
-    sextics = _sextics(sites, points, with_common_prior(equations, std / radius))
-    faces = _face_samples(sites, sextics, points, normals)
-    found = FreeFormSurface(sextics.some(np.flatnonzero(faces)), points, normals, kept=kept)
-    every = _left_out(found, _neighbours(tree, np.arange(tree.n)), stds)
-    return replace(found, normals=found.at(points)[:, 1:4], left_out=every)
+    parts: list[Sextics] = []
+    every = _neighbours(tree, np.arange(tree.n))
+    while True:
+        sextics = _sextics(sites, points, with_common_prior(equations, std / sites.radius))
+        good = _face_samples(sites, sextics, points, normals)
+        if parts:
+            good &= _follow_samples(sites, sextics, points, stds)
+        parts.append(sextics.some(np.flatnonzero(good)))
+        found = FreeFormSurface(joined(parts), points, normals, kept=kept)
+        left_out = _left_out(found, every, stds)
+        rough = np.flatnonzero(left_out > (_FOLLOWS * np.median(stds[every], axis=1)) ** 2)
+        finer = _finer(tree, normals, rough, _FINER * sites.radius, levels.facing)
+        if finer is None:
+            return replace(found, normals=found.at(points)[:, 1:4], left_out=left_out)
+        sites, equations = finer, equations_of(finer, points, stds, known, kept)
+
+
+def _finer(tree: cKDTree, normals, rough, radius: float, facing: float) -> SexticSites | None:
+    """Sextics of a radius, length, with middles among the samples that larger ones do not follow,
+    ``rough`` (k,), and enough samples; None where none have: the next level of Ohtake and others
+    (2003)."""
+    if not len(rough):
+        return None
+    middles = rough[middles_of(cKDTree(tree.data[rough]), normals[rough], radius, facing)]
+    counts = tree.query_ball_point(tree.data[middles], radius, return_length=True)
+    middles = middles[counts >= _LEAST]
+    return sites_of(tree, normals, middles, radius) if len(middles) else None
+
+
+def _follow_samples(sites: SexticSites, sextics: Sextics, points, stds) -> np.ndarray:
+    """(m,) whether each of some sextics follows its own samples: one across an edge does not."""
+    counts = np.array([len(some) for some in sites.members])
+    numbers, samples = np.repeat(np.arange(len(counts)), counts), np.concatenate(sites.members)
+    rest = sextics.values(numbers, points[samples])[0][:, 0] / stds[samples]
+    square = np.bincount(numbers, rest * rest, len(counts)) / counts
+    return np.asarray(beyond_noise(square, 1.0) <= _FOLLOWS**2)
 
 
 def _sextics(sites: SexticSites, points, fitted) -> Sextics:

@@ -249,13 +249,11 @@ class FreeFormSurface:
 
     def _evaluated(self, points) -> _Evaluated:
         """What the sextics say that reach points (n, 3), or the nearest one."""
-        reach = WEIGHS * self.radius
-        reached = pairs_within(points, self._middles, reach)
-        which = np.repeat(np.arange(len(points)), np.diff(reached.indptr))
-        number = reached.indices
-        weight = np.maximum(1.0 - (reached.data / (WEIGHS * self.sextics.radii[number])) ** 2, 0.0)
-        real = weight > 0.0
-        which, number, weight = which[real], number[real], weight[real] ** 3
+        parts = [self._reached(points, own, tree) for own, tree in self._levels]
+        which, number, weight = (np.concatenate(column) for column in zip(*parts, strict=True))
+        if len(parts) > 1:
+            order = np.argsort(which, kind="stable")
+            which, number, weight = which[order], number[order], weight[order]
         alone = np.flatnonzero(np.bincount(which, minlength=len(points)) == 0)
         if len(alone):
             number = np.append(number, self._middles.query(points[alone])[1])
@@ -265,6 +263,25 @@ class FreeFormSurface:
             which, number, weight = which[order], number[order], weight[order]
         found, stretch = self.sextics.values(number, points[which])
         return _Evaluated(which, number, weight, self.sextics.axes[number, 2], found, stretch)
+
+    def _reached(self, points, own, tree) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The sextics of one radius, ``own`` (p,) with a tree of their middles, that reach points
+        (n, 3): indices of points (m,), their numbers (m,) and weights (m,). The integral of the
+        weight over space is the same for each radius, so that smaller ones lead where they are."""
+        radius = self.sextics.radii[own[0]]
+        reached = pairs_within(points, tree, WEIGHS * radius)
+        which = np.repeat(np.arange(len(points)), np.diff(reached.indptr))
+        weight = np.maximum(1.0 - (reached.data / (WEIGHS * radius)) ** 2, 0.0)
+        real = weight > 0.0
+        scale = (self.radius / radius) ** 3
+        return which[real], own[reached.indices[real]], scale * weight[real] ** 3
+
+    @cached_property
+    def _levels(self) -> list[tuple[np.ndarray, cKDTree]]:
+        """The sextics (p,) of each radius, the largest first, and a tree of their middles."""
+        radii = self.sextics.radii
+        owns = [np.flatnonzero(radii == one) for one in np.unique(radii)[::-1]]
+        return [(own, cKDTree(self.sextics.origins[own])) for own in owns]
 
     def _sides(self, points) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Normals (n, 3) of the samples nearest to points (n, 3), and of the nearest of twelve that

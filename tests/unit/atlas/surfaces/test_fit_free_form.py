@@ -211,3 +211,27 @@ def test_samples_that_repeat_each_other_are_fitted(std):
     points, normals = (np.repeat(x, 300, axis=0) for x in torus(20, 0))
     surface = fit_free_form(points, normals, std, RADIUS)
     assert np.abs(surface.values(points[::300])[:, 0]).max() <= max(std, 1e-4 * RADIUS)
+
+
+def bump(x, y, width: float) -> np.ndarray:
+    """(n, 3) points of the plane with a round bump of ten deviations of the noise."""
+    height = 10.0 * NOISE * np.exp(-0.5 * (x * x + y * y) / width**2)
+    return np.stack([x, y, height], axis=1)
+
+
+@pytest.mark.parametrize("width", [0.8, 1.2])
+def test_smaller_sextics_follow_what_larger_ones_leave_out(width):
+    """A bump far narrower than a sextic, amid a plane that half of the samples show: the errors on
+    it are no larger than the noise. Sextics of the largest radius alone leave more than half of it
+    out (their root mean square is that of the bump, less what a polynomial of order six has)."""
+    rng = np.random.default_rng(2)
+    x, y = np.concatenate([rng.uniform(-30, 30, (2, 3000)), rng.normal(0, 2, (2, 1500))], axis=1)
+    points, up = bump(x, y, width), np.tile([0.0, 0.0, 1.0], (4500, 1))
+    noisy = points + NOISE * rng.normal(size=(4500, 1)) * up
+    surface = fit_free_form(noisy, up, NOISE, RADIUS)
+    radii = surface.sextics.radii
+    largest = FreeFormSurface(surface.sextics.some(np.flatnonzero(radii == radii.max())), noisy, up)
+    on = bump(*rng.normal(0.0, width, (2, 500)), width)
+    off, alone = (np.sqrt(np.mean(one.at(on)[:, 0] ** 2)) for one in (surface, largest))
+    assert radii.min() < radii.max()
+    assert off < NOISE < 0.5 * alone
