@@ -27,6 +27,7 @@ ARGUMENTS = {
     "faces.py": ["wall", "12"],
     "faces_beside_cgal.py": ["cube:12"],
     "faults.py": ["none", "--bodies", "sphere", "--out", "faults.csv"],
+    "forecast.py": ["sphere", "--workers", "1"],
     "fuzz_files.py": ["10"],
     "gallery.py": ["gallery", "sphere"],
     "guard.py": ["--only", "sphere", "--seeds", "1", "--renew", "--kept", "guard.csv"],
@@ -35,6 +36,8 @@ ARGUMENTS = {
     "method_pictures.py": ["method"],
     "kill_and_resume.py": ["kills", "1", "1", "cap.ply:4"],
     "same_bytes.py": ["ellipsoid_paper:1"],
+    "scan_and_touches.py": ["sphere"],
+    "sections.py": ["cap.ply"],
     "surface_peers.py": ["sphere", "4", "2e-4", "8"],
     "table_of_objects.py": ["cap.ply:2"],
     "time_of_a_touch.py": ["sphere"],
@@ -60,6 +63,8 @@ LONG = {
     "gallery.py",
     "kill_and_resume.py",
     "same_bytes.py",
+    "scan_and_touches.py",
+    "sections.py",
     "surface_peers.py",
 }
 # Examples that a test below runs as their first lines say, and looks at what they did.
