@@ -213,7 +213,9 @@ def _scene(extent: float, unit: str, truth):
     for name, colour, width in (("contours", TRACKED, 0.0025), ("way", _WAY, 0.005)):
         looks = {"indices_type": "segment", "shader": "mesh", "color": colour}
         looks |= {"width": width * extent, "radial_segments": 4}
-        plot += k3d.lines(dot, no[:, :2], name=name, visible=False, **looks)
+        # A tube of no length has no direction.
+        line = np.array([[0, 0, 0], [extent, 0, 0]], np.float32), np.array([[0, 1]], np.uint32)
+        plot += k3d.lines(*line, name=name, visible=False, **looks)
     if truth is not None:
         kept, faces = clustered(truth[0], truth[1], MOST_VERTICES)
         vertices = np.asarray(truth[0][kept], float)
