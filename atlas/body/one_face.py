@@ -12,7 +12,7 @@ from touchatlas.atlas.pieces.fit_piece import fit_piece
 from touchatlas.atlas.pieces.kinds import Kind
 from touchatlas.atlas.pieces.laws import law_of
 from touchatlas.atlas.pieces.piece import Piece
-from touchatlas.atlas.surfaces.fit_free_form import beyond_noise
+from touchatlas.atlas.surfaces.kriging import beyond_noise
 from touchatlas.atlas.surfaces.sharp_turns import MANY, share_of_contours, sharp_turns
 from touchatlas.patch.geometry.arrays import frozen_array
 

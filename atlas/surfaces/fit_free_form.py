@@ -1,4 +1,4 @@
-"""Fit a free-form face: overlapping sextics as large as the samples allow."""
+"""Fit a free-form face: overlapping sextics as large as the samples allow, and kriging."""
 
 from dataclasses import replace
 
@@ -8,12 +8,13 @@ from scipy.spatial import cKDTree
 from touchatlas.atlas.labels.grow import evenly
 from touchatlas.atlas.records.options import Levels
 from touchatlas.atlas.surfaces.free_form import FreeFormSurface
+from touchatlas.atlas.surfaces.kriging import beyond_noise, left_out, neighbours
 from touchatlas.atlas.surfaces.sextic_fit import (
     equations_of,
     with_common_prior,
     with_factors,
 )
-from touchatlas.atlas.surfaces.sextic_sites import FACING, SexticSites, middles_of, sites_of
+from touchatlas.atlas.surfaces.sextic_sites import SexticSites, middles_of, sites_of
 from touchatlas.atlas.surfaces.sextics import Sextics, joined
 
 # Radii are powers of this in deviations of a sample, so that the extent, which grows a little with
@@ -62,7 +63,7 @@ def fit_free_form(
     stds = np.full(len(points), std) if stds is None else np.maximum(stds, std)
     radius = std * _RUNG ** np.round(np.log(radius / std) / np.log(_RUNG))
     tree, known = cKDTree(points), {} if before is None else before.kept
-    some = _neighbours(tree, evenly(np.arange(tree.n), 40))
+    some = neighbours(tree, evenly(np.arange(tree.n), 40))
     kept: dict = {}
     while True:
         middles = middles_of(tree, normals, radius, levels.facing)
@@ -76,7 +77,7 @@ def fit_free_form(
             break
         radius /= _RUNG
     parts: list[Sextics] = []
-    every = _neighbours(tree, np.arange(tree.n))
+    every = neighbours(tree, np.arange(tree.n))
     while True:
         sextics = _sextics(sites, points, with_common_prior(equations, std / sites.radius))
         good = _face_samples(sites, sextics, points, normals)
@@ -84,11 +85,10 @@ def fit_free_form(
             good &= _follow_samples(sites, sextics, points, stds)
         parts.append(sextics.some(np.flatnonzero(good)))
         found = FreeFormSurface(joined(parts), points, normals, kept=kept)
-        left_out = _left_out(found, every, stds)
-        rough = np.flatnonzero(left_out > (_FOLLOWS * np.median(stds[every], axis=1)) ** 2)
+        rough = np.flatnonzero(_left_out(found, every, stds) > 1.0)
         finer = _finer(tree, normals, rough, _FINER * sites.radius, levels.facing)
         if finer is None:
-            return replace(found, normals=found.at(points)[:, 1:4], left_out=left_out)
+            return replace(found, normals=found.at(points)[:, 1:4], stds=stds)
         sites, equations = finer, equations_of(finer, points, stds, known, kept)
 
 
@@ -135,39 +135,19 @@ def _face_samples(sites: SexticSites, sextics: Sextics, points, normals) -> np.n
     return np.asarray(sums > 0.0) if (sums > 0.0).any() else np.ones(len(sextics), bool)
 
 
-def _neighbours(tree: cKDTree, samples) -> np.ndarray:
-    """(m, k) the thirty samples about samples (m,), these first."""
-    near = tree.query(tree.data[samples], k=min(30, tree.n))[1].reshape(len(samples), -1)
-    # Of coincident samples another one may be the first.
-    moved = np.where(near[:, 1:] == samples[:, None], near[:, :1], near[:, 1:])
-    return np.column_stack([samples, moved])
-
-
 def _follows(surface: FreeFormSurface, groups, stds) -> bool:
     """Whether a surface follows samples of deviations (n,) in half of groups of neighbours (g, k):
     residuals have an amplitude of no more than ``_FOLLOWS`` deviations."""
-    limit = (_FOLLOWS * np.median(stds[groups], axis=1)) ** 2
-    return bool(np.median(_left_out(surface, groups, stds) / limit) <= 1.0)
+    return bool(np.median(_left_out(surface, groups, stds)) <= 1.0)
 
 
 def _left_out(surface: FreeFormSurface, groups, stds) -> np.ndarray:
-    """(g,) variance, length^2, of what a surface leaves out in groups of neighbours (g, k), beyond
-    the noise of samples of deviations (n,): a mean with the inverse variances as weights."""
+    """(g,) variance of what a surface leaves out in groups of neighbours (g, k), of samples of
+    deviations (n,), over the largest with which it follows them."""
     some, place = np.unique(groups, return_inverse=True)
     values = surface.at(surface.points[some])[np.reshape(place, groups.shape)]
-    normals, rest = values[..., 1:4], values[..., 0]
-    faces = np.einsum("gkj,gj->gk", normals, normals[:, 0]) > FACING
-    least = stds[groups].min(axis=1)
-    weight = faces * (least[:, None] / stds[groups]) ** 2
-    sum_of_weights = np.maximum(weight.sum(axis=1), np.finfo(float).tiny)
-    square = (rest**2 * weight).sum(axis=1) / sum_of_weights
-    return beyond_noise(square, least * np.sqrt(faces.sum(axis=1) / sum_of_weights))
-
-
-def beyond_noise(square, std) -> np.ndarray:
-    """(m,) what mean squares of residuals (m,), length^2, have beyond the noise of a sample: three
-    fifths of its variance. The rest of that is a lack of fit, which residuals show."""
-    return np.maximum(square - 0.6 * std**2, 0.0)
+    found = left_out(values[..., 1:4], values[..., 0], stds[groups])
+    return np.asarray(found / (_FOLLOWS * np.median(stds[groups], axis=1)) ** 2)
 
 
 def are_on(surface: FreeFormSurface, points, std: float, levels: Levels = Levels()) -> np.ndarray:

@@ -7,6 +7,7 @@ import numpy as np
 from scipy.sparse import csr_array
 from scipy.spatial import cKDTree
 
+from touchatlas.atlas.surfaces.kriging import ResidualKriging, krige
 from touchatlas.atlas.surfaces.sextic_sites import FACING, pairs_within
 from touchatlas.atlas.surfaces.sextics import Sextics
 from touchatlas.atlas.surfaces.sharp_turns import SharpTurns
@@ -146,8 +147,10 @@ class FreeFormSurface:
         Each fitted within its radius about its middle.
     points, normals : (n, 3) float, length; unit, world
         The samples, and outward normals that tell the sides.
-    left_out : (n,) float, length^2, optional
-        Variance of what the sextics leave out about each sample, beyond its noise.
+    stds : (n,) float, length, optional
+        Standard deviations of the samples; without, the sextics are all there is.
+    least : float, length
+        Amplitude of what the sextics leave out that is not sought.
     kept : dict
         Normal equations of sextics by the samples that they follow from, for the next fit.
     pairs : (k, 2) int
@@ -157,7 +160,8 @@ class FreeFormSurface:
     sextics: Sextics
     points: np.ndarray
     normals: np.ndarray
-    left_out: np.ndarray | None = None
+    stds: np.ndarray | None = None
+    least: float = 0.0
     kept: dict = field(default_factory=dict)
     pairs: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), int))
 
@@ -166,19 +170,29 @@ class FreeFormSurface:
         as the plane that touches it in its middle; its deviation grows as it does.
 
         The variance is that of the sextic that weighs most, that of the sextics about their mean
-        (the law of total variance), and that of what they leave out about the nearest sample: the
-        coefficients say nothing of a shape that no sextic has. At an edge or a tip that no contour
-        met sextics differ, and on a rough surface all of them leave the same out.
+        (the law of total variance), and that of what they leave out: the coefficients say nothing
+        of a shape that no sextic has. At an edge or a tip that no contour met sextics differ, and
+        on a rough surface all of them leave the same out.
         """
         mean = self._mean_at(points)
         found = np.column_stack([mean.values, self._variance(mean, points)])
-        if self.left_out is not None:
-            found[:, 4] += self.left_out[self._samples.query(points)[1]]
+        if self.stds is not None:
+            normals = found[:, 1:4]
+            residual, variance = self.rest.at(points - found[:, :1] * normals, normals)
+            found[:, 0] -= residual
+            found[:, 4] += variance
         return found
 
     def at(self, points) -> np.ndarray:
-        """(n, 4) distance and normal at points (n, 3)."""
+        """(n, 4) distance and normal of the sextics alone at points (n, 3)."""
         return self._mean_at(points).values
+
+    @cached_property
+    def rest(self) -> ResidualKriging:
+        """What the sextics leave out, as samples of deviations ``stds`` show."""
+        values = self.at(self.points)
+        columns = self.points, values[:, 1:4], values[:, 0], self.stds
+        return krige(*columns, self.radius, self.least)
 
     def sides(self, points) -> np.ndarray:
         """(n, 3) normals of the samples nearest to points (n, 3)."""

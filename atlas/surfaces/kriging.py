@@ -1,0 +1,171 @@
+"""Kriging: what sextics leave out at a point, from the residuals of the samples about it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from touchatlas.atlas.surfaces.sextic_sites import FACING
+
+# Share of a sample's variance that is noise. The rest is lack of fit, which residuals show.
+_NOISE = 0.6
+# Samples about a point by which its residual is predicted, and about a sample by which the
+# amplitude is estimated.
+_NEAREST, _LOCAL = 16, 30
+# Correlation lengths that are compared, over the radius of the sextics.
+_LENGTHS = 0.02, 0.04, 0.08, 0.16, 0.32
+# Groups of neighbours whose likelihood is compared, and points that are predicted at once.
+_GROUPS, _AT_ONCE = 80, 128
+
+
+@dataclass(frozen=True, eq=False)
+class ResidualKriging:
+    """Local simple kriging (N. Cressie, "Statistics for Spatial Data", 1993, section 3.2):
+    residuals are a Gaussian process of mean zero, with a Matérn correlation of smoothness 3/2 and
+    an amplitude that varies from place to place.
+
+    Parameters
+    ----------
+    points, normals : (n, 3) float, length; unit, world
+        Samples.
+    residuals : (n,) float, length
+        Their signed distances from the sextics.
+    stds : (n,) float, length
+        Their standard deviations.
+    variance : (n,) float, length^2
+        That of the process about each sample.
+    length : float, length
+        Correlation length.
+    tree : cKDTree
+        Of the points.
+    """
+
+    points: np.ndarray
+    normals: np.ndarray
+    residuals: np.ndarray
+    stds: np.ndarray
+    variance: np.ndarray
+    length: float
+    tree: cKDTree
+
+    def at(self, points, normals) -> tuple[np.ndarray, np.ndarray]:
+        """Residuals (m,), length, and their variances (m,), length^2, at points (m, 3) of the
+        surface with its normals (m, 3)."""
+        out = np.zeros((2, len(points)))
+        count = min(_NEAREST, len(self.points))
+        for start in range(0, len(points) if self.variance.any() else 0, _AT_ONCE):
+            some = slice(start, start + _AT_ONCE)
+            away, near = (np.reshape(x, (-1, count)) for x in self.tree.query(points[some], count))
+            amplitude = np.sqrt(self.variance[near])
+            rough = np.flatnonzero(amplitude[:, :4].any(axis=1))
+            columns = away[rough], near[rough], amplitude[rough], normals[some][rough]
+            out[:, start + rough] = self._predicted(*columns)
+        return out[0], out[1]
+
+    def _predicted(self, away, near, amplitude, normals) -> np.ndarray:
+        """(2, m) residuals and variances at points with normals (m, 3), ``away`` (m, k), length,
+        from their nearest samples (m, k) of amplitudes (m, k), length."""
+        faces = np.einsum("nkj,nj->nk", self.normals[near], normals) > FACING
+        amplitude = np.where(faces, amplitude, 0.0)
+        # Inverse squares of distances (Shepard 1968): at a sample the amplitude is its own.
+        tiny = np.finfo(float).tiny
+        weight = faces / np.maximum(away, 1e-9 * self.length) ** 2
+        own = (weight * amplitude).sum(axis=1) / np.maximum(weight.sum(axis=1), tiny)
+        among = _covariance(self.points[near], amplitude, self.length, self.stds[near])
+        toward = own[:, None] * amplitude * matern(away, self.length)
+        known = np.where(faces, self.residuals[near], 0.0)
+        solved = np.linalg.solve(among, np.stack([known, toward], axis=2))
+        predicted = np.einsum("nk,nkj->jn", toward, solved)
+        return np.stack([predicted[0], np.maximum(own**2 - predicted[1], 0.0)])
+
+
+def krige(points, normals, residuals, stds, radius: float, least: float = 0.0) -> ResidualKriging:
+    """The process that residuals show beside sextics: its correlation length is the likeliest.
+
+    Parameters
+    ----------
+    points, normals : (n, 3) float, length; unit, world
+        Samples, and normals of the sextics there.
+    residuals, stds : (n,) float, length
+        Their signed distances from the sextics, and their standard deviations.
+    radius : float, length
+        That of the sextics.
+    least : float, length
+        Amplitude that is left out of the process.
+    """
+    tree = cKDTree(points)
+    groups = neighbours(tree, np.arange(len(points)))
+    variance = left_out(normals[groups], residuals[groups], stds[groups])
+    variance = np.maximum(variance - least**2, 0.0)
+    some = groups[np.unique(np.linspace(0, len(points) - 1, _GROUPS).astype(int))]
+    faces = np.einsum("gkj,gj->gk", normals[some], normals[some[:, 0]]) > FACING
+    amplitude = np.where(faces, np.sqrt(variance[some]), 0.0)
+    known = np.where(faces, residuals[some], 0.0)
+    lengths = [radius * part for part in _LENGTHS]
+    worst = [_minus_log_likelihood(points[some], amplitude, known, x, stds[some]) for x in lengths]
+    best = lengths[int(np.argmin(worst))]
+    return ResidualKriging(points, normals, residuals, stds, variance, best, tree)
+
+
+def neighbours(tree: cKDTree, samples) -> np.ndarray:
+    """(m, k) the thirty samples about samples (m,), these first."""
+    near = tree.query(tree.data[samples], k=min(_LOCAL, tree.n))[1].reshape(len(samples), -1)
+    # Of coincident samples another one may be the first.
+    moved = np.where(near[:, 1:] == samples[:, None], near[:, :1], near[:, 1:])
+    return np.column_stack([samples, moved])
+
+
+def left_out(normals, residuals, stds) -> np.ndarray:
+    """(g,) variance, length^2, of what a surface leaves out in groups of neighbours beyond the
+    noise of samples: a mean with the inverse variances as weights.
+
+    Parameters
+    ----------
+    normals : (g, k, 3) float, unit
+        Those of the surface. Neighbours that do not face as the first one does do not count.
+    residuals, stds : (g, k) float, length
+        Signed distances of the samples from the surface, and their standard deviations.
+    """
+    faces = np.einsum("gkj,gj->gk", normals, normals[:, 0]) > FACING
+    least = stds.min(axis=1)
+    weight = faces * (least[:, None] / stds) ** 2
+    sum_of_weights = np.maximum(weight.sum(axis=1), np.finfo(float).tiny)
+    square = (residuals**2 * weight).sum(axis=1) / sum_of_weights
+    return beyond_noise(square, least * np.sqrt(faces.sum(axis=1) / sum_of_weights))
+
+
+def beyond_noise(square, std) -> np.ndarray:
+    """(m,) what mean squares of residuals (m,), length^2, have beyond the noise of samples."""
+    return np.maximum(square - _NOISE * std**2, 0.0)
+
+
+def matern(distance, length: float) -> np.ndarray:
+    """Correlation at distances: Matérn of smoothness 3/2.
+
+    >>> float(matern(0.0, 2.0)), float(matern(2.0, 2.0).round(3))
+    (1.0, 0.483)
+    """
+    ratio = np.sqrt(3.0) * np.asarray(distance) / length
+    return np.asarray((1.0 + ratio) * np.exp(-ratio))
+
+
+def _covariance(points, amplitude, length: float, stds) -> np.ndarray:
+    """(g, k, k) covariance of samples in groups (g, k, 3) of amplitudes (g, k), length, with their
+    noise."""
+    offset = points - points[:, :1]
+    square = (offset * offset).sum(axis=2)
+    # Rounding of differences of squares changes a correlation, whose slope is zero at a distance of
+    # zero, by no more than itself.
+    between = square[:, :, None] + square[:, None] - 2.0 * offset @ offset.transpose(0, 2, 1)
+    out = matern(np.sqrt(np.maximum(between, 0.0)), length)
+    out *= amplitude[:, :, None] * amplitude[:, None]
+    diagonal = np.arange(points.shape[1])
+    out[:, diagonal, diagonal] += _NOISE * stds**2
+    return out
+
+
+def _minus_log_likelihood(points, amplitude, residuals, length: float, stds) -> float:
+    """Minus the logarithm of the likelihood of residuals (g, k), without a constant."""
+    factor = np.linalg.cholesky(_covariance(points, amplitude, length, stds))
+    white = np.linalg.solve(factor, residuals[..., None])[..., 0]
+    return float(0.5 * (white**2).sum() + np.log(np.einsum("gii->gi", factor)).sum())
