@@ -71,8 +71,8 @@ def _contours_beside(atlas: AtlasState) -> np.ndarray:
     if body is None or not body.field.is_one:
         return np.zeros(atlas.point_count, bool)
     # The polynomials bend toward the contour, and are unsure there.
-    smooth = body.field.at(atlas.pool.points)
-    off = np.abs(smooth.distance) > _FAR * atlas.sample_stds
+    smooth = body.field.trees.distances(0, atlas.pool.points)
+    off = np.abs(smooth) > _FAR * atlas.sample_stds
     contours = split_contours(atlas.pool.points, atlas.pool.contours)[0]
     beside = np.bincount(contours, off) > _MOST * np.bincount(contours)
     return beside[contours] if beside.mean() <= _FEW_CONTOURS else np.zeros(len(off), bool)
