@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from touchatlas.atlas.body.other_unit import unit_factor
 from touchatlas.atlas.pieces.fit_piece import fit_piece
 from touchatlas.atlas.pieces.kinds import Kind
 from touchatlas.atlas.pieces.piece import Piece, in_plane_cosines
@@ -12,6 +13,7 @@ from touchatlas.atlas.state import AtlasState
 from touchatlas.patch.geometry.contour import Contour, ContourEnd
 from touchatlas.patch.geometry.frame import any_tangent
 from touchatlas.patch.geometry.kinks import kinks
+from touchatlas.patch.geometry.order import disorder, far_points
 from touchatlas.patch.geometry.section import contour_normals
 
 # Unit of the fits in standard deviations of the noise, where no other is given.
@@ -33,8 +35,11 @@ def learn(state: AtlasState, touch: Touch) -> AtlasChange:
         return AtlasChange(refused=f"the probe reported: {touch.status.value}")
     contours = tuple(c for c in touch.contours if len(c.points) >= LEAST_POINTS)
     if not contours:
-        return AtlasChange(refused=_few_contours(0))
-    check_unit_of_length(state, touch, contours)
+        return AtlasChange(refused=_too_few(0))
+    points, stds = np.concatenate([c.points for c in contours]), stds_of(state, contours)
+    # The first three touches are small.
+    if state.touches >= 3:
+        check_unit_of_length(state, f"touch {touch.number}", points, stds)
     if learned_before(state.pool, contours):
         return AtlasChange(
             refused=f"a contour of touch {touch.number} was learned before, point for point; give "
@@ -44,31 +49,39 @@ def learn(state: AtlasState, touch: Touch) -> AtlasChange:
     quadric = quadric_of_touch(state, touch, contours)
     outward, reason = outer_side(state, touch, contours, quadric)
     if outward is None:
-        return AtlasChange(refused=reason)
-    points = np.concatenate([contour.points for contour in contours])
-    news, misses = compared(state, points, stds_of(state, contours))
+        hidden = quadric is None and noise_hides(touch, contours)
+        return AtlasChange(refused=reason, hidden=hidden)
+    news, misses = compared(state, points, stds)
     enter_samples(state, contours, _normals(state, touch.contact, contours, outward, quadric))
     _enter_way(state, touch)
     return AtlasChange(innovations=news, misses=misses)
 
 
-def check_unit_of_length(state: AtlasState, touch: Touch, contours) -> None:
-    """Refuse a touch that is out of all proportion to what was touched so far.
+def check_unit_of_length(state: AtlasState, name: str, points, stds) -> None:
+    """Refuse points (n, 3) of standard deviations (n,) in another unit than what was measured so
+    far; ``name`` is what they are.
 
     Raises
     ------
     ValueError
-        When its longest contour is 300 times smaller or larger: in metres among millimetres it
-        is 1000 times. The first three touches are small.
+        When they extend 300 times less or more: in metres among millimetres it is 1000 times. Or
+        when they lie on the known surface in another unit only.
     """
-    if state.touches < 3 or not len(state.pool):
+    if not len(state.pool) or len(points) < LEAST_POINTS:
         return
-    length = max(extent_of(contour.points) for contour in contours)
-    seen = extent_of(state.pool.points)
-    if not seen <= 300.0 * length <= 300.0**2 * seen:
+    size, seen = extent_of(points), extent_of(state.pool.points)
+    if not seen <= 300.0 * size <= 300.0**2 * seen:
         raise ValueError(
-            f"the contours of touch {touch.number} are {length:.3g} long, but what was touched so "
-            f"far measures {seen:.3g}; give all touches in the same unit"
+            f"{name} measures {size:.3g}, but what was measured so far {seen:.3g}; give all in the "
+            "same unit"
+        )
+    if state.body is None:
+        return
+    if factor := unit_factor(state.body, points, stds, state.levels.sure):
+        way = f"multiplied by {factor:g}" if factor > 1.0 else f"divided by {1.0 / factor:g}"
+        raise ValueError(
+            f"{name} lies on the known surface where its lengths are {way}, and nowhere as it is; "
+            "give all in the same unit"
         )
 
 
@@ -126,7 +139,7 @@ def outer_side(
     """
     if quadric is None:
         known = state.body is not None and all(_faces_approach(state, touch, c) for c in contours)
-        return (touch.approach, "") if known else (None, _few_contours(len(contours)))
+        return (touch.approach, "") if known else (None, _unseen(touch, contours))
     [normal] = quadric.at(touch.contact[None])[1]
     facing = normal @ touch.approach
     if facing < 0.0:
@@ -134,18 +147,48 @@ def outer_side(
     side = 0 if facing >= state.levels.facing else _known_side(state, normal, contours)
     # Within 15 degrees of the tangent plane the normal may be turned inside out by its error.
     if side == 0 and facing < np.sin(_MOST_TILT):
-        return None, (
-            "the probe came nearly along the surface, so that its outer side is not known; "
-            "come along the normal"
-        )
+        return None, _grazing(contours)
     return (-normal if side < 0 else normal), ""
 
 
-def _few_contours(count: int) -> str:
-    """Why so many contours that are long enough leave the normal open."""
+def noise_hides(touch: Touch, contours) -> bool:
+    """Whether contours in planes that are not parallel have points enough for a quadric about the
+    contact, so that only their noise leaves the normal open."""
+    across = np.array([contour.plane.normal for contour in contours])
+    spread = np.linalg.svd(across, compute_uv=False)[1:]
+    count = sum(len(near_arc(contour, touch.contact)) for contour in contours)
+    return bool((spread > np.sin(_MOST_TILT)).any()) and count >= Kind.QUADRIC.parameters
+
+
+def _unseen(touch: Touch, contours) -> str:
+    """Why contours that are long enough leave the normal open."""
+    if not noise_hides(touch, contours):
+        return _too_few(len(contours))
+    noise = max(contour.noise_std for contour in contours)
+    length = max(extent_of(contour.points) for contour in contours)
+    return (
+        f"noise of {noise:.3g} hides the normal of the surface from contours of {length:.3g}: "
+        "track longer ones, in more planes, or sample more finely"
+    )
+
+
+def _too_few(count: int) -> str:
+    """That so many contours with points enough leave the normal open."""
     return (
         f"contours of {LEAST_POINTS} points or more: {count}; they do not show the normal of the "
         "surface: track more planes, longer contours, or sample more finely"
+        + ("; a Scan takes a single curve and what tells its outer side" if count == 1 else "")
+    )
+
+
+def _grazing(contours) -> str:
+    """Why the normal lies across the approach: a bad contact turns it, or the probe grazed."""
+    for place, contour in enumerate(contours):
+        if far_points(contour.points).any():
+            return f"contour {place} {disorder(contour.points)}"
+    return (
+        "the probe came nearly along the surface, or one of few points is a bad contact, so that "
+        "the outer side is not known; come along the normal, or sample more finely"
     )
 
 

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from touchatlas.atlas.learn import compared, settle_scale
+from touchatlas.atlas.learn import check_unit_of_length, compared, settle_scale
 from touchatlas.atlas.records.scan import Scan
-from touchatlas.atlas.records.touch import AtlasChange, extent_of
+from touchatlas.atlas.records.touch import AtlasChange
 from touchatlas.atlas.samples.neighbourhoods import plane_directions, thinned
 from touchatlas.atlas.samples.sides import closed_curve_signs, outward_signs
 from touchatlas.atlas.state import AtlasState
@@ -55,7 +55,7 @@ def learn_scan(state: AtlasState, scan: Scan) -> AtlasChange:
     ValueError
         When the scan is out of all proportion to what was measured so far.
     """
-    _check_unit(state, scan)
+    check_unit_of_length(state, "the scan", scan.points, np.hypot(scan.noise_std, state.bias))
     # A noisy scan says little of the fits to come: they are to the tolerance.
     settle_scale(state, scan.noise_std, state.tolerance)
     strands = _strands(scan)
@@ -76,18 +76,6 @@ def learn_scan(state: AtlasState, scan: Scan) -> AtlasChange:
     news, misses = compared(state, points, np.hypot(noise, state.bias))
     state.pool.add(points, normals, across, False, noise, numbers)
     return AtlasChange(innovations=news, misses=misses)
-
-
-def _check_unit(state: AtlasState, scan: Scan) -> None:
-    """Refuse a scan that is 300 times smaller or larger than what was measured so far."""
-    if not len(state.pool) or len(scan) < LEAST_POINTS:
-        return
-    size, seen = extent_of(scan.points), extent_of(state.pool.points)
-    if not seen <= 300.0 * size <= 300.0**2 * seen:
-        raise ValueError(
-            f"the scan is {size:.3g} large, but what was measured so far is {seen:.3g}; give all "
-            "in the same unit"
-        )
 
 
 def _all_learned(state: AtlasState, points) -> bool:

@@ -9,9 +9,9 @@ from touchatlas.atlas.atlas import AtlasChange
 from touchatlas.atlas.records.touch import Touch, TouchStatus
 from touchatlas.planner.probe_plan import ProbePlan, Reason
 
-# How often contours that were too short for a patch are tried closer; before any touch gave one,
-# when nothing is known of the size, it is more often.
-_TIMES_CLOSER, _TIMES_CLOSER_FIRST = 2, 5
+# How often contours that were too short for a patch, or hidden by noise, are tried with other arms;
+# before any touch gave one, when nothing is known of the size, it is more often.
+_TIMES, _TIMES_FIRST = 2, 5
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +30,9 @@ class Target:
         Distance from which the probe comes, if that is less than usual; 0 is the usual one. In
         search of other parts it is more.
     closer : int
-        How often arms and steps are shortened.
+        How often arms and steps are shortened; where it is negative, lengthened.
+    times : int
+        How often the place was tried with other arms.
     sought : (3,) float, length, world, optional
         A place beyond what is known that was missed, and is sought from a known sample.
     end : (3,) float, length, world, optional
@@ -43,6 +45,7 @@ class Target:
     heading: np.ndarray | None = None
     approach: float = 0.0
     closer: int = 0
+    times: int = 0
     sought: np.ndarray | None = None
     end: np.ndarray | None = None
 
@@ -90,7 +93,7 @@ class Attempts:
         Contacts of touches; places of plans that were answered, or given up; of these the ones
         that met nothing; places that the pin does not reach.
     closer, missed : list of Target
-        What is to be touched again with shorter arms, and from a known sample.
+        What is to be touched again with other arms, and from a known sample.
     ends : list of (3,) float, length, world
         Ends of contours at edges, once for each guess behind them.
     bends : list of (2, 3) float
@@ -154,20 +157,19 @@ class Attempts:
             self.ends.append(target.end)
         if target.reason is Reason.SEARCH:
             self.rays.append(np.stack([target.point, target.normal]))
-        self.starts += target.reason is Reason.START and not target.closer
+        self.starts += target.reason is Reason.START and not target.times
 
     def answer(self, touch: Touch, change: AtlasChange) -> None:
         """Take the touch of a pending plan, and what the atlas made of it. Where its contours were
-        too short for a patch, it is to be tried closer; where it met nothing, from a known
-        sample."""
+        too short for a patch, it is to be tried closer; where noise hid their shape, with longer
+        arms; where it met nothing, from a known sample."""
         target = self.pending.pop(touch.number).target
         self.tried.append(target.place)
-        met, most = touch.status is TouchStatus.TOUCHED, _TIMES_CLOSER_FIRST
-        if self.touched:
-            most = _TIMES_CLOSER
-        again = met and bool(change.refused) and target.closer < most
+        met, most = touch.status is TouchStatus.TOUCHED, _TIMES if self.touched else _TIMES_FIRST
+        again = met and bool(change.refused) and target.times < most
         if again:
-            self.closer.append(replace(target, closer=target.closer + 1))
+            closer = target.closer + (-1 if change.hidden else 1)
+            self.closer.append(replace(target, closer=closer, times=target.times + 1))
         elif not met and target.may_miss:
             self.missed.append(target)
         if met and not change.refused:

@@ -57,19 +57,24 @@ def from_known(view: View, _: Places) -> Target | None:
 
 
 def first(view: View, _: Places) -> Target | None:
-    """The start, then 23 places on a spiral about it, across the approach; the golden angle between
-    two leaves no direction out. None while one is not answered."""
+    """The start; where nothing is met there, deeper below it, then as deep at 22 places on a spiral
+    about it, across the approach; the golden angle between two leaves no direction out. None while
+    one is not answered."""
     attempts = view.attempts
     k, count = attempts.starts, 24
     if attempts.pending or k == count:
         return None
+    if k == 0:
+        return Target(attempts.start, attempts.outward, Reason.START)
     e1 = any_tangent(attempts.outward)
     e2 = np.cross(attempts.outward, e1)
     # Nothing is known of the size. With a scale of five deviations of the noise, 500 scales are
-    # half the extent of a body to which the probe is good to 1/5000.
-    radius, angle = 500.0 * view.atlas.scale * np.sqrt(k / count), GOLDEN * k
-    offset = radius * (np.cos(angle) * e1 + np.sin(angle) * e2)
-    return Target(attempts.start + offset, attempts.outward, Reason.START)
+    # half the extent of a body to which the probe is good to 1/5000. A usual first approach begins
+    # 100 above, as this one does, and ends 100 below the start.
+    deep, height = 500.0 * view.atlas.scale, 600.0 * view.atlas.scale
+    radius, angle = deep * np.sqrt((k - 1) / count), GOLDEN * (k - 1)
+    offset = radius * (np.cos(angle) * e1 + np.sin(angle) * e2) - deep * attempts.outward
+    return Target(attempts.start + offset, attempts.outward, Reason.START, approach=height)
 
 
 def large_opening(view: View, places: Places) -> Target | None:

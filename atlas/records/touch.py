@@ -7,6 +7,7 @@ import numpy as np
 
 from touchatlas.patch.geometry.arrays import check_unit, frozen_array, real
 from touchatlas.patch.geometry.contour import Contour
+from touchatlas.patch.geometry.order import disorder, out_of_order
 from touchatlas.patch.geometry.section import LEAST_POINTS
 
 # Largest distance of a contour from the contact, as a fraction of the longest contour's length:
@@ -131,7 +132,7 @@ class Touch:
         if along < _STRAIGHT * length:
             return "does not run against the approach"
         if beside > max(_BESIDE * length, noise):
-            return f"passes {beside:.4g} beside the contact"
+            return f"passes {beside:.4g} beside the contact, more than the noise explains"
         if self.contours and abs(below) > off:
             return f"ends {abs(below):.4g} from the contact"
         return "" if above >= -off and below <= off else "does not pass the reference point"
@@ -156,8 +157,7 @@ class Touch:
             long = extent_of(contour.points) > 2.0 * _NOISE * contour.noise_std
             if len(contour.points) >= LEAST_POINTS and long and out_of_order(contour.points):
                 raise ValueError(
-                    f"contour {place} of touch {self.number} goes to and fro; give its points in "
-                    "the order in which they were tracked"
+                    f"contour {place} of touch {self.number} {disorder(contour.points)}"
                 )
 
 
@@ -165,30 +165,6 @@ def extent_of(points) -> float:
     """Twice the largest distance of points (n, 3) from their mean."""
     offset = points - points.mean(axis=0)
     return 2.0 * float(np.sqrt((offset * offset).sum(axis=1).max()))
-
-
-def von_neumann_ratio(points) -> float:
-    """Sum of squared successive differences over that of squared deviations from the mean.
-
-    It is small for points (n, 3) along a curve, and about 2 for the same points in random order
-    (von Neumann, Distribution of the ratio of the mean square successive difference to the
-    variance, 1941). 0 for points that are all the same.
-
-    >>> line = np.arange(10.0)[:, None] * [1.0, 0.0, 0.0]
-    >>> round(von_neumann_ratio(line), 3), round(von_neumann_ratio(line[[0, 5, 1, 6, 2, 7]]), 3)
-    (0.109, 2.578)
-    """
-    points = np.asarray(points, float)
-    offset = points - points.mean(axis=0)
-    spread = float((offset * offset).sum())
-    step = np.diff(points, axis=0)
-    return float((step * step).sum()) / spread if spread > 0.0 else 0.0
-
-
-def out_of_order(points) -> bool:
-    """Whether points (n, 3) are in no order of travel along a curve: in order the ratio of von
-    Neumann is 12 / n^2, and 3 / n more with one jump back to the middle."""
-    return von_neumann_ratio(points) > 0.5 + 4.0 / len(points)
 
 
 @dataclass(frozen=True)
@@ -207,9 +183,13 @@ class AtlasChange:
         predicted standard deviations; of those that tell how good the prediction was.
     misses : (k, 3) float
         How often its samples missed the predicted faces: a row of ``misses_of``, or none.
+    hidden : bool
+        Whether it was refused because noise hides the shape of contours that have points enough:
+        longer ones will show it.
     """
 
     refused: str = ""
     touch: int | None = None
     innovations: np.ndarray = field(default_factory=lambda: np.zeros(0), compare=False, repr=False)
     misses: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)), compare=False, repr=False)
+    hidden: bool = False

@@ -5,9 +5,9 @@ import numpy as np
 from scipy.special import gammaincinv
 from scipy.stats import chi2, norm, t
 
-from touchatlas.atlas.records.touch import out_of_order
 from touchatlas.patch.geometry.arrays import cross
 from touchatlas.patch.geometry.curvature import normal_from_tangents
+from touchatlas.patch.geometry.order import disorder, out_of_order
 from touchatlas.patch.geometry.section import LEAST_POINTS
 from touchatlas.sim.recorded.reference_point import foot, meeting_point
 
@@ -113,21 +113,6 @@ def _height(offset, tangent, normal) -> tuple[float, float]:
     return float(coefficients[0]), float(inverse[0, 0])
 
 
-def far_points(points) -> np.ndarray:
-    """(n,) whether points (n, 3) are far off their neighbours along a curve: by more than ten
-    median steps from the median of five.
-
-    >>> s = np.arange(9.0)[:, None] * [1.0, 0.0, 0.0]
-    >>> s[4, 2] = 30.0
-    >>> np.flatnonzero(far_points(s)).tolist()
-    [4]
-    """
-    step = np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1))
-    around = np.clip(np.arange(len(points))[:, None] + np.arange(-2, 3), 0, len(points) - 1)
-    away = np.sqrt(((points - np.median(points[around], axis=1)) ** 2).sum(axis=1))
-    return away > 10.0 * np.median(step)
-
-
 def check_order(name: str, points, noise: float) -> None:
     """Refuse points (n, 3) that are not in order of travel.
 
@@ -137,19 +122,7 @@ def check_order(name: str, points, noise: float) -> None:
         When they are shuffled, or neighbours are swapped; or some are far off their neighbours.
     """
     if out_of_order(points):
-        far = far_points(points)
-        if 0 < far.sum() <= 0.2 * len(points) and not out_of_order(points[~far]):
-            places = [f"{i + 1}" for i in np.flatnonzero(far)]
-            listed = ", ".join(places[:5]) + (" ..." if len(places) > 5 else "")
-            raise ValueError(
-                f"curve {name!r} has {len(places)} of {len(points)} points far off their "
-                f"neighbours (its points {listed}); they look like failed contacts: leave them "
-                "out, or add a column valid with 0 for them"
-            )
-        raise ValueError(
-            f"the points of curve {name!r} are in no order of travel; sort them along the curve, "
-            "or leave its name empty, which makes them scattered contacts"
-        )
+        raise ValueError(f"curve {name!r} {disorder(points)}")
     step = np.diff(points, axis=0)
     length = np.sqrt((step * step).sum(axis=1))
     cosine = (step[1:] * step[:-1]).sum(axis=1) / np.maximum(length[1:] * length[:-1], 1e-300)

@@ -5,7 +5,7 @@ from itertools import groupby
 
 import numpy as np
 
-from touchatlas.atlas.records.touch import out_of_order
+from touchatlas.patch.geometry.order import out_of_order
 from touchatlas.patch.geometry.section import LEAST_POINTS
 from touchatlas.sim.recorded.column_names import Columns, counts_lines
 from touchatlas.sim.recorded.table_file import Table

@@ -12,6 +12,7 @@ from touchatlas.atlas.samples.neighbourhoods import noise_of_cloud
 from touchatlas.patch.geometry.section import LEAST_POINTS
 from touchatlas.sim.recorded.contour_file import Curve, ReadOptions, read_curves
 from touchatlas.sim.recorded.curve_errors import check_order, estimate_noise
+from touchatlas.sim.recorded.unit_mix import other_file
 from touchatlas.sim.world.units import MILLIMETRES
 
 
@@ -71,7 +72,7 @@ def read_scans(
             "or none, to estimate it"
         )
     kinds: dict[str, list[tuple[Curve, float, float]]] = {"normals": [], "sides": [], "": []}
-    said = []
+    said, unnamed = [], []
     for k, path in enumerate(paths):
         file = read_curves(path, options)
         if options.tip_radius and not all(curve.exact for curve in file.curves):
@@ -86,9 +87,12 @@ def read_scans(
         found = noise[min(k, len(noise) - 1)] if len(noise) else _noise(path, file.curves, factor)
         words = f"{path}: {file.how}; noise {found:.3g}" + ("" if len(noise) else ", estimated")
         said += [words + (f"; converted to {unit}" if factor != 1.0 else ""), *file.warnings]
+        unnamed += [] if file.unit else [(str(path), file.curves)]
         for curve in file.curves:
             kind = "" if curve.outward is None else "normals" if curve.exact else "sides"
             kinds[kind].append((curve, factor, found))
+    if other := other_file(unnamed):
+        said.append(other.words)
     scans = [_scan(kind, curves, sides) for kind, curves in kinds.items() if curves]
     return ReadScans(scans, said, unit)
 

@@ -1,23 +1,23 @@
 """One curve in another unit than the others: how it shows, and what it leaves uncertain."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
+from touchatlas.atlas.body.other_unit import UNIT_RATIOS
 from touchatlas.patch import Patch
 from touchatlas.patch.geometry.section import LEAST_POINTS
 from touchatlas.sim.recorded.contour_file import Curve
 
-# Ratios of units of length that people mix: um, mm, cm, m, inch, and mm to foot. Others lie so near
-# to one of these that lengths of curves can't tell them.
-_RATIOS = np.array([2.54, 10.0, 25.4, 100.0, 304.8, 1000.0, 1e6])
-
 
 class OtherUnit(NamedTuple):
-    """A curve, by name, that is in another unit if multiplied by a factor it is like the others."""
+    """A curve or file that is in another unit: its name, its place, and the factor by which it is
+    like the others."""
 
     name: str
+    place: int
     factor: float
 
     @property
@@ -27,8 +27,8 @@ class OtherUnit(NamedTuple):
         of = f"1/{large:g} of" if self.factor > 1.0 else f"{large:g} times"
         way = "multiply it by" if self.factor > 1.0 else "divide it by"
         return (
-            f"curve {self.name!r} may be in another unit: the spacing of its points and its length "
-            f"are about {of} those of the others; {way} {large:g} if so"
+            f"{self.name} may be in another unit: the spacing of its points and its length are "
+            f"about {of} those of the others; {way} {large:g} if so"
         )
 
 
@@ -43,7 +43,7 @@ def other_unit(curves: list[Curve]) -> OtherUnit | None:
     >>> s = np.linspace(-1.0, 1.0, 21)[:, None] * [1.0, 0.0, 0.0]
     >>> curves = [Curve("a", s, None), Curve("b", s / 25.4, None), Curve("c", 1.1 * s, None)]
     >>> other_unit(curves)
-    OtherUnit(name='b', factor=25.4)
+    OtherUnit(name="curve 'b'", place=1, factor=25.4)
     """
     long = [curve for curve in curves if curve.name and len(curve.points) >= LEAST_POINTS]
     if len(long) < 3:
@@ -51,21 +51,45 @@ def other_unit(curves: list[Curve]) -> OtherUnit | None:
     sizes = np.log([_sizes(curve.points) for curve in long])
     for i, curve in enumerate(long):
         others = np.delete(sizes, i, axis=0)
-        gap = np.median(others, axis=0) - sizes[i]
         # The others are of one unit.
-        if np.ptp(others[:, :2], axis=0).max() > np.log(_RATIOS[0]) or gap[0] * gap[1] <= 0.0:
-            continue
-        nearest = int(np.abs(np.log(_RATIOS) - np.abs(gap[:2]).mean()).argmin())
-        factor = float(_RATIOS[nearest])
-        # Recordings of one surface vary by as much.
-        if np.abs(np.abs(gap[:2]) - np.log(factor)).max() > np.log(1.3):
-            continue
-        # Scatter below 1e-5 of the length is rounding.
-        known = np.exp(sizes[:, 2] - sizes[:, 1]).min() > 1e-5
-        if known and gap[2] * np.sign(gap[0]) < 0.5 * np.log(factor):
-            continue
-        return OtherUnit(curve.name, factor if gap[0] > 0.0 else 1.0 / factor)
+        if np.ptp(others[:, :2], axis=0).max() <= np.log(UNIT_RATIOS[0]) and (
+            factor := _unit_between(sizes[i], np.median(others, axis=0))
+        ):
+            return OtherUnit(f"curve {curve.name!r}", curves.index(curve), factor)
     return None
+
+
+def other_file(files: Sequence[tuple[str, list[Curve]]]) -> OtherUnit | None:
+    """The file, by name, whose curves differ from those of the others as units do."""
+    named = [
+        (name, [c for c in curves if c.name and len(c.points) >= LEAST_POINTS])
+        for name, curves in files
+    ]
+    sizes = [np.log([_sizes(c.points) for c in curves]) for _, curves in named if curves]
+    names = [name for name, curves in named if curves]
+    for i in range(len(sizes) if len(sizes) > 1 else 0):
+        others = np.concatenate(sizes[:i] + sizes[i + 1 :])
+        if factor := _unit_between(np.median(sizes[i], axis=0), np.median(others, axis=0)):
+            return OtherUnit(names[i], i, factor)
+    return None
+
+
+def _unit_between(one, others) -> float | None:
+    """The ratio of units by which one curve (3,) differs from others (3,), by logarithms of their
+    sizes as of ``_sizes``; None where they do not differ so."""
+    gap = others - one
+    if gap[0] * gap[1] <= 0.0:
+        return None
+    nearest = int(np.abs(np.log(UNIT_RATIOS) - np.abs(gap[:2]).mean()).argmin())
+    factor = UNIT_RATIOS[nearest]
+    # Recordings of one surface vary by as much.
+    if np.abs(np.abs(gap[:2]) - np.log(factor)).max() > np.log(1.3):
+        return None
+    # Scatter below 1e-5 of the length is rounding.
+    known = min(np.exp(size[2] - size[1]) for size in (one, others)) > 1e-5
+    if known and gap[2] * np.sign(gap[0]) < 0.5 * np.log(factor):
+        return None
+    return factor if gap[0] > 0.0 else 1.0 / factor
 
 
 def _sizes(points) -> tuple[float, float, float]:
@@ -79,9 +103,9 @@ def _sizes(points) -> tuple[float, float, float]:
 
 def rescaled(curves: list[Curve], other: OtherUnit) -> list[Curve]:
     """The curves, with one of them in the unit of the others."""
-    return [
-        replace(c, points=other.factor * c.points) if c.name == other.name else c for c in curves
-    ]
+    curve = curves[other.place]
+    mended = replace(curve, points=other.factor * curve.points)
+    return [mended if one is curve else one for one in curves]
 
 
 def holding(patch: Patch, other: Patch) -> Patch:

@@ -336,7 +336,7 @@ def test_shuffled_contours_are_refused_and_jumps_back_are_not():
     rng = np.random.default_rng(0)
     one = contours()[0]
     for order in (rng.permutation(len(one.points)) for _ in range(20)):
-        with pytest.raises(ValueError, match="contour 0 of touch 0 goes to and fro"):
+        with pytest.raises(ValueError, match="contour 0 of touch 0 has its points in no order"):
             touch((replace(one, points=one.points[order]), *contours()[1:]))
     # Tracked from the contact to one end, then from the contact to the other.
     half = len(one.points) // 2
@@ -344,7 +344,36 @@ def test_shuffled_contours_are_refused_and_jumps_back_are_not():
     touch((replace(one, points=twice), *contours()[1:]))
 
 
-@pytest.mark.parametrize("factor", [1e-3, 1e3])
+def test_bad_contacts_are_named_and_not_called_disorder():
+    one = contours()[0]
+    points = one.points.copy()
+    points[[2, 9], 0] += 60.0
+    with pytest.raises(ValueError, match=r"contour 0 of touch 0 has 2 of 13 .* points 3, 10\)"):
+        touch((replace(one, points=points), *contours()[1:]))
+
+
+@pytest.mark.parametrize("seed", [21, 80, 612])
+def test_a_bad_contact_that_turns_the_normal_is_not_the_fault_of_the_approach(seed):
+    """Four of eighteen points are bad: in these draws the quadric stands upright."""
+    rng = np.random.default_rng(seed)
+    three = []
+    for contour in graph_contours(ball_height, 1.5, 6, 0.002, rng):
+        points = contour.points.copy()
+        if len(three) < 2:
+            points[rng.integers(6, size=2)] += 0.5 * rng.normal(size=(2, 3))
+        three.append(Contour(points, contour.plane, 0.002, SOFT))
+    refused = Atlas(0.1).add(touch(tuple(three))).refused
+    assert "bad contact" in refused or "failed contacts" in refused
+
+
+def test_a_touch_of_one_contour_is_told_of_scans():
+    refused = Atlas(0.1).add(touch(contours()[:1])).refused
+    assert (
+        "contours of 5 points or more: 1;" in refused and "a Scan takes a single curve" in refused
+    )
+
+
+@pytest.mark.parametrize("factor", [1e-3, 1 / 25.4, 0.1, 1 / 2.54, 2.54, 10.0, 25.4, 1e3])
 def test_a_touch_in_another_unit_is_refused(factor):
     known = begun()
     atlas, again = deepcopy(known.atlas), known.touches[-1]
@@ -362,7 +391,7 @@ def test_a_touch_in_another_unit_is_refused(factor):
             for c in again.contours
         ),
     )
-    with pytest.raises(ValueError, match="give all touches in the same unit"):
+    with pytest.raises(ValueError, match="give all in the same unit"):
         atlas.add(scaled)
     assert len(atlas) == len(known.atlas) and atlas.point_count == known.atlas.point_count
 

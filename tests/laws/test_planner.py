@@ -171,3 +171,37 @@ def test_tell_takes_only_a_touch_and_its_change():
         p.tell(missed(plan), None)
     with pytest.raises(ValueError, match="ask needs the Atlas"):
         p.ask(None)
+
+
+def first_steps(scale, noise, above=0.0, count=5):
+    """The first steps on a ball of 30 to 36, of an atlas of a scale, from a start above it."""
+    obj = make_object("sphere")
+    start, outward = obj.start()
+    atlas, planner = Atlas(0.1, scale=scale), Planner(start + above * outward, outward)
+    return atlas, list(explore(atlas, planner, Probe(obj, noise, np.random.default_rng(0)), count))
+
+
+def test_arms_hidden_by_noise_are_tried_longer():
+    """A scale a hundred times too small begins with arms of ten deviations of the noise."""
+    atlas, steps = first_steps(1e-3, 0.02, count=3)
+    assert steps[0].change.hidden and "noise of 0.02 hides" in steps[0].change.refused
+    assert steps[1].plan.reach > 2.0 * steps[0].plan.reach
+    assert not steps[1].change.refused and len(atlas)
+
+
+def test_arms_of_too_few_points_are_tried_shorter():
+    """Arms of six radii end, by the turn that is allowed, before they have five points."""
+    _, steps = first_steps(1.0, 0.002, count=2)
+    assert steps[0].change.refused and not steps[0].change.hidden
+    assert steps[1].plan.reach < 0.5 * steps[0].plan.reach
+
+
+@pytest.mark.parametrize("above", [15.0, 45.0])
+def test_a_start_far_above_the_surface_is_looked_for_below(above):
+    """A usual first approach looks a hundred scales below: 10 here."""
+    atlas, steps = first_steps(0.1, 0.02, above, 2)
+    assert steps[0].touch.status is TouchStatus.NO_CONTACT
+    assert steps[1].touch.status is TouchStatus.TOUCHED and len(atlas)
+    # It begins no higher than the first did.
+    tops = [(s.touch.way[0] - steps[0].plan.reference_point) @ s.plan.normal for s in steps]
+    assert tops[1] <= tops[0] + 1e-9

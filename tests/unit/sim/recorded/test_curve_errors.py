@@ -131,7 +131,7 @@ def test_shuffled_points_are_refused_for_what_they_are():
     for seed in range(10):
         recorded, rng = curves(seed)
         mixed = recorded[1].points[rng.permutation(25)]
-        with pytest.raises(ValueError, match="points of curve 'b' are in no order of travel"):
+        with pytest.raises(ValueError, match="curve 'b' has its points in no order of travel"):
             prepare([recorded[0], Curve("b", mixed, None), recorded[2]])
 
 

@@ -6,6 +6,7 @@ import pytest
 from tests.truths import graph_contours, quadric_height
 from touchatlas.sim.recorded.contour_file import Curve
 from touchatlas.sim.recorded.fit_file import fit_file
+from touchatlas.sim.recorded.scans import SideOptions, read_scans
 from touchatlas.sim.recorded.unit_mix import other_unit, rescaled
 
 K1, K2 = -0.017, -0.042
@@ -37,7 +38,8 @@ def test_the_curve_and_the_factor_are_found(factor, noise):
         listed = curves(seed, lengths=(12.0, 10.5, 11.0), noise=noise)
         listed[seed] = Curve(listed[seed].name, factor * listed[seed].points, None)
         found = other_unit(listed)
-        assert found.name == listed[seed].name and found.factor == pytest.approx(1.0 / factor)
+        assert found.place == seed and repr(listed[seed].name) in found.name
+        assert found.factor == pytest.approx(1.0 / factor)
         restored = rescaled(listed, found)[seed].points
         assert np.abs(restored - listed[seed].points / factor).max() < 1e-12 * 1000.0
 
@@ -67,3 +69,15 @@ def test_curves_of_unlike_length_and_spacing_by_one_probe_are_no_other_unit(tmp_
         assert other_unit(listed) is None
     report = fit_file(write(tmp_path / "unlike.csv", curves(lengths=(4.8, 12.0, 4.8))))
     assert not report.warnings
+
+
+def test_a_file_in_another_unit_is_said(tmp_path):
+    """Of two files of one surface, the second in inches, unless it says so itself."""
+    one, other = write(tmp_path / "one.csv", curves()), tmp_path / "other.csv"
+    inches = [Curve(c.name, c.points / 25.4, None) for c in curves(1)]
+    side = SideOptions(approach=np.array([0.0, 0.0, 1.0]))
+    found = read_scans([one, write(other, inches)], sides=side)
+    assert any("in another unit" in words and "25.4" in words for words in found.said)
+    assert not any("another unit" in w for w in read_scans([one, one], sides=side).said)
+    other.write_text("# unit: inch\n" + other.read_text())
+    assert not any("another unit" in w for w in read_scans([one, other], sides=side).said)

@@ -1,0 +1,41 @@
+"""Points in another unit than the known surface: multiplied by a ratio of units they lie on it."""
+
+import numpy as np
+
+from touchatlas.atlas.body.body import Body
+
+# Ratios of units of length that people mix: um, mm, cm, m, inch, and mm to foot. Others lie so near
+# to one of these that lengths of curves can't tell them.
+UNIT_RATIOS = (2.54, 10.0, 25.4, 100.0, 304.8, 1000.0, 1e6)
+
+
+def unit_factor(body: Body, points, stds, sure: float) -> float | None:
+    """The ratio of units by which points would lie on a surface, none of which does as it is; None
+    where some do, or no ratio puts a tenth of them there.
+
+    A plane or cone with its tip at the origin is mapped onto itself by any factor. So points count
+    whose tangent plane passes the origin by more than ten times what counts as on the surface.
+
+    Parameters
+    ----------
+    body : Body
+    points : (n, 3) float, length, world
+    stds : (n,) float, length
+        Of their distances from the surface.
+    sure : float
+        Deviations within which a point is on the surface.
+    """
+
+    def on_surface(factor: float, apart: float) -> float:
+        moved = factor * points
+        found, known = body.at(moved)
+        limit = sure * np.hypot(found.deviation, factor * stds)
+        tells = np.abs((found.normal * moved).sum(axis=1)) > apart * limit
+        return float(np.mean(known & tells & (np.abs(found.distance) <= limit)))
+
+    if on_surface(1.0, -1.0) > 0.0:
+        return None
+    ratios = np.array(UNIT_RATIOS)
+    factors = np.concatenate([ratios, 1.0 / ratios]).tolist()
+    share, factor = max((on_surface(factor, 10.0), factor) for factor in factors)
+    return factor if share > 0.1 else None

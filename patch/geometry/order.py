@@ -1,0 +1,60 @@
+"""The order of points along a curve: whether they have one, and which of them are bad contacts."""
+
+import numpy as np
+
+
+def von_neumann_ratio(points) -> float:
+    """Sum of squared successive differences over that of squared deviations from the mean.
+
+    It is small for points (n, 3) along a curve, and about 2 for the same points in random order
+    (von Neumann, Distribution of the ratio of the mean square successive difference to the
+    variance, 1941). 0 for points that are all the same.
+
+    >>> line = np.arange(10.0)[:, None] * [1.0, 0.0, 0.0]
+    >>> round(von_neumann_ratio(line), 3), round(von_neumann_ratio(line[[0, 5, 1, 6, 2, 7]]), 3)
+    (0.109, 2.578)
+    """
+    points = np.asarray(points, float)
+    offset = points - points.mean(axis=0)
+    spread = float((offset * offset).sum())
+    step = np.diff(points, axis=0)
+    return float((step * step).sum()) / spread if spread > 0.0 else 0.0
+
+
+def out_of_order(points) -> bool:
+    """Whether points (n, 3) are in no order of travel along a curve: in order the ratio of von
+    Neumann is 12 / n^2, and 3 / n more with one jump back to the middle."""
+    return von_neumann_ratio(points) > 0.5 + 4.0 / len(points)
+
+
+def far_points(points) -> np.ndarray:
+    """(n,) whether points (n, 3) are far off their neighbours along a curve: by more than ten
+    median steps from the median of five.
+
+    >>> s = np.arange(9.0)[:, None] * [1.0, 0.0, 0.0]
+    >>> s[4, 2] = 30.0
+    >>> np.flatnonzero(far_points(s)).tolist()
+    [4]
+    """
+    step = np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1))
+    around = np.clip(np.arange(len(points))[:, None] + np.arange(-2, 3), 0, len(points) - 1)
+    away = np.sqrt(((points - np.median(points[around], axis=1)) ** 2).sum(axis=1))
+    return away > 10.0 * np.median(step)
+
+
+def disorder(points) -> str:
+    """What is wrong with points (n, 3) that are in no order of travel, and what to do: a few of
+    them are bad contacts, or they are shuffled."""
+    far = far_points(points)
+    if 0 < far.sum() <= 0.2 * len(points) and not out_of_order(points[~far]):
+        places = [f"{i + 1}" for i in np.flatnonzero(far)]
+        listed = ", ".join(places[:5]) + (" ..." if len(places) > 5 else "")
+        return (
+            f"has {len(places)} of {len(points)} points far off their neighbours (its points "
+            f"{listed}); they look like failed contacts: leave them out, in a file also by a "
+            "column valid with 0 for them"
+        )
+    return (
+        "has its points in no order of travel; sort them along the curve, or give them as single "
+        "contacts: in a file without a name of the curve, else as a Scan"
+    )
