@@ -25,7 +25,7 @@ from touchatlas.planner.probe_plan import ProbePlan, Reason
 from touchatlas.planner.stop import Forecast, Stop, StopReason
 
 # The version is that of the file, no unit.
-_FILE = FileKind("planner", "one that save_planner wrote", 13, "begin with a new planner")
+_FILE = FileKind("planner", "one that save_planner wrote", 14, "begin with a new planner")
 # What a planner is made of; constructors check values.
 _PARTS = (Attempts, DeviationRatio, KnownArea, ProbePlan, SamplingPlane, Pending, Target, Stop)
 _RECORDS: dict[str, type] = {
