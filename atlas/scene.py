@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from k3d.plot import Plot
 
 # Colours as k3d takes them: of what was touched and tracked, where to touch next, what is open.
-TOUCHED, TRACKED, PLANNED, OPEN = 0xD1495B, 0x4A5560, 0xEDAE49, 0xE4572E
+TOUCHED, TRACKED, PLANNED, OPEN = 0xD1495B, 0x4A5560, 0xEDAE49, 0x19C3E6
 _PLAIN = 0x7FA7C9
 # Twelve colours that are told apart, taken in turn by the ids of faces.
 FACE_COLOURS = np.array(

@@ -144,4 +144,8 @@ def clustered(vertices, faces, most: int) -> tuple[np.ndarray, np.ndarray]:
         cubes = int(0.8 * cubes)
     faces = of[faces]
     one, two, three = faces.T
-    return used[first], faces[(one != two) & (two != three) & (three != one)]
+    # A vertex of none of the triangles that are left has no normal.
+    left, faces = np.unique(
+        faces[(one != two) & (two != three) & (three != one)], return_inverse=True
+    )
+    return used[first[left]], faces.reshape(-1, 3)

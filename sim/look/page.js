@@ -40,7 +40,7 @@ function show(t) {
   const last = now === run.touches, plan = last ? now - 1 : now;
   at('words').textContent = run.words[now];
   document.querySelectorAll('svg').forEach((svg) => {
-    const x = Number(svg.dataset.from) + (svg.dataset.to - svg.dataset.from) * Math.min(now, run.touches) / Math.max(run.steps, 1);
+    const x = Number(svg.dataset.from) + (svg.dataset.to - svg.dataset.from) * Math.max(now - 1, 0) / run.steps;
     const line = svg.querySelector('.now'); line.setAttribute('x1', x); line.setAttribute('x2', x);
   });
   const pairs = run.pair_from[now];
@@ -65,8 +65,9 @@ function play() {
 function theme() {
   const dark = matchMedia('(prefers-color-scheme: dark)').matches;
   K3DInstance.setClearColor(dark ? 0x14181c : 0xffffff);
-  // Set so, both are drawn once, with the scene.
+  // Set so, the grid is drawn once.
   Object.assign(K3DInstance.parameters, { labelColor: dark ? 0x98a3ad : 0x6b7680, gridColor: dark ? 0x343c44 : 0xd8dde2 });
+  return K3DInstance.rebuildSceneData(true);
 }
 function legend() {
   const mode = at('colour').value, hex = (c) => '#' + c.toString(16).padStart(6, '0');
@@ -90,9 +91,9 @@ document.addEventListener('keydown', (event) => {
   if (to !== undefined) show(to); else if (event.key === ' ') play(); else return;
   event.preventDefault();
 });
-matchMedia('(prefers-color-scheme: dark)').onchange = () => { theme(); show(now); };
-theme(); legend(); show(run.touches);
-busy.then(() => { K3DInstance.resetCamera(1.1); K3DInstance.setCameraAutoFit(false); K3DInstance.setGridAutoFit(false); document.body.dataset.ready = 1; });
+matchMedia('(prefers-color-scheme: dark)').onchange = () => { busy = busy.then(theme); show(now); };
+busy = theme(); legend(); show(run.touches);
+busy.then(() => { document.body.dataset.ready = 1; });
 // A run that goes on is asked for again, until its process ends.
 function follow() {
   fetch('run').then((answer) => answer.text()).then((text) => {

@@ -91,9 +91,11 @@ def run_text(
             [name, f"#{colour:06x}"]
             for name, colour in (
                 ("contacts", TOUCHED),
+                ("contours", TRACKED),
                 ("planes of the next touch", PLANNED),
                 ("way of the probe", _WAY),
                 ("open places", OPEN),
+                *([("the true object", _TRUTH)] if truth is not None else []),
             )
         ],
         "face_words": [escape(words) for words in face_words[:8]],
@@ -198,11 +200,19 @@ def _packed(about: dict, arrays: dict[str, np.ndarray]) -> str:
     return b64encode(zlib.compress(struct.pack("<I", len(head)) + head + body, 6)).decode()
 
 
-def _scene(extent: float, unit: str, truth):
-    """The plot with an object for each layer; the page fills them."""
+def _scene(low: np.ndarray, high: np.ndarray, unit: str, truth):
+    """The plot with an object for each layer; the page fills them. ``low`` and ``high`` (3,) are
+    corners of a box about all of them, length."""
     import k3d
 
-    plot = new_plot("" if unit == "file's unit" else unit)
+    plot, extent = new_plot("" if unit == "file's unit" else unit), float(np.max(high - low))
+    # Camera and grid are given, so that the first picture is already that of the whole scene: one
+    # from amidst the objects takes a computer without a graphics processor half a minute.
+    plot.camera_auto_fit = plot.grid_auto_fit = False
+    # The labels begin at its corner.
+    step = 10.0 ** np.floor(np.log10(extent / 5.0))
+    plot.grid = [*(np.floor(low / step) * step).tolist(), *(np.ceil(high / step) * step).tolist()]
+    plot.camera = _camera(low, high, plot.camera_fov)
     # All but the surface and the truth are empty until then, and k3d takes no empty arrays.
     dot, no = np.zeros((1, 3), np.float32), np.zeros((1, 3), np.uint32)
     add_mesh(plot, dot, no, "surface", visible=False, color=0xFFFFFF)
@@ -225,13 +235,29 @@ def _scene(extent: float, unit: str, truth):
     return plot
 
 
+def _in_sight(frames: Frames, truth) -> tuple[np.ndarray, np.ndarray]:
+    """Corners (3,) of a box about the body and what was touched of it, length."""
+    every = [touch.contact[None] for touch in frames.touches]
+    every += [mesh.vertices for mesh in frames.meshes[-1:]] + ([] if truth is None else [truth[0]])
+    points = np.concatenate(every).astype(float) if every else np.zeros((1, 3))
+    low, high = points.min(axis=0), points.max(axis=0)
+    return low, np.maximum(high, low + (float(np.ptp(points, axis=0).max()) or 1.0) * 1e-3)
+
+
+def _camera(low: np.ndarray, high: np.ndarray, angle: float) -> list[float]:
+    """Place, target and upward direction of a camera that sees a box, with an angle in degrees."""
+    centre, radius = 0.5 * (low + high), 0.5 * float(np.linalg.norm(high - low))
+    direction = np.array([0.55, -0.75, 0.36])
+    place = centre + 1.2 * radius / np.sin(np.radians(0.5 * angle)) * direction
+    return [*place.tolist(), *centre.tolist(), 0.0, 0.0, 1.0]
+
+
 def page_bytes(frames: Frames, unit: str, truth, run: str, curves: str) -> bytes:
     """The page that k3d makes, with our controls and curves about its picture."""
-    folder, extent = files("touchatlas.sim.look"), _box(frames, frames.meshes)[1]
-    if truth is not None:
-        extent = max(extent, float(np.ptp(truth[0], axis=0).max()))
+    folder = files("touchatlas.sim.look")
+    low, high = _in_sight(frames, truth)
     script, layout = ((folder / name).read_text("utf-8") for name in ("page.js", "page.html"))
-    plot = _scene(extent, unit, truth)
+    plot = _scene(low, high, unit, truth)
     page = plot.get_snapshot(compression_level=6, additional_js_code=script)
     # k3d writes the time of day there.
     page = re.sub(r"<title>.*?</title>", "<title>touchatlas</title>", page, count=1)
