@@ -13,6 +13,7 @@ from touchatlas.atlas.state import AtlasState
 from touchatlas.patch.geometry.contour import Contour, ContourEnd
 from touchatlas.patch.geometry.frame import any_tangent
 from touchatlas.patch.geometry.kinks import kinks
+from touchatlas.patch.geometry.normal_error import MOST_TILT
 from touchatlas.patch.geometry.order import disorder, far_points
 from touchatlas.patch.geometry.section import contour_normals
 
@@ -21,8 +22,6 @@ SCALE_NOISE = 5.0
 # Largest angle between a contour and its direction at the contact on a near arc, rad: a height
 # function is accurate up to some 50 degrees.
 MOST_TURN = np.deg2rad(50.0)
-# Largest standard deviation of the angle of a normal that orients a touch, rad.
-_MOST_TILT = np.deg2rad(15.0)
 
 
 def learn(state: AtlasState, touch: Touch) -> AtlasChange:
@@ -125,7 +124,7 @@ def quadric_of_touch(state: AtlasState, touch: Touch, contours) -> Piece | None:
     first = any_tangent(normal)
     across = np.stack([first, np.cross(normal, first)])
     tilt = quadric.slope_variance(np.tile(touch.contact, (2, 1)), across)
-    return quadric if tilt.max() <= _MOST_TILT**2 else None
+    return quadric if tilt.max() <= MOST_TILT**2 else None
 
 
 def outer_side(
@@ -146,7 +145,7 @@ def outer_side(
         normal, facing = -normal, -facing
     side = 0 if facing >= state.levels.facing else _known_side(state, normal, contours)
     # Within 15 degrees of the tangent plane the normal may be turned inside out by its error.
-    if side == 0 and facing < np.sin(_MOST_TILT):
+    if side == 0 and facing < np.sin(MOST_TILT):
         return None, _grazing(contours)
     return (-normal if side < 0 else normal), ""
 
@@ -157,7 +156,7 @@ def noise_hides(touch: Touch, contours) -> bool:
     across = np.array([contour.plane.normal for contour in contours])
     spread = np.linalg.svd(across, compute_uv=False)[1:]
     count = sum(len(near_arc(contour, touch.contact)) for contour in contours)
-    return bool((spread > np.sin(_MOST_TILT)).any()) and count >= Kind.QUADRIC.parameters
+    return bool((spread > np.sin(MOST_TILT)).any()) and count >= Kind.QUADRIC.parameters
 
 
 def _unseen(touch: Touch, contours) -> str:
@@ -216,7 +215,7 @@ def _known_side(state: AtlasState, outward, contours) -> int:
     variance, own = found.deviation**2, stds_of(state, contours) ** 2
     on = known & (found.distance**2 <= state.levels.sure**2 * (variance + own))
     cosine = (found.normal * normals).sum(axis=1)
-    weight = np.where(on & (np.abs(cosine) >= np.sin(_MOST_TILT)), own / (own + variance), 0.0)
+    weight = np.where(on & (np.abs(cosine) >= np.sin(MOST_TILT)), own / (own + variance), 0.0)
     says = float(weight @ np.sign(cosine))
     return int(np.sign(says)) if abs(says) >= 0.5 * max(weight.sum(), 1.0) else 0
 
@@ -243,7 +242,7 @@ def _normals(
         cosine = in_plane_cosines(own, normals[arc], across)
         own *= np.sign(cosine)[:, None]
         faces = np.abs(cosine) >= state.levels.facing
-        faces &= quadric.slope_variance(contour.points[arc], across) <= _MOST_TILT**2
+        faces &= quadric.slope_variance(contour.points[arc], across) <= MOST_TILT**2
         normals[arc[faces]] = own[faces]
     return found
 

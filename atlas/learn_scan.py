@@ -12,13 +12,12 @@ from touchatlas.atlas.samples.neighbourhoods import plane_directions, thinned
 from touchatlas.atlas.samples.sides import closed_curve_signs, outward_signs
 from touchatlas.atlas.state import AtlasState
 from touchatlas.patch.geometry.arrays import cross
+from touchatlas.patch.geometry.normal_error import MOST_TILT
 from touchatlas.patch.geometry.section import LEAST_POINTS
 
 # Most samples that a cloud enters as, and points of curves: more take longer, and change little.
 _MOST = 2000
 _MOST_OF_CURVES = 6000
-# Least cosine of a normal and a direction that tells its side: 80 degrees off.
-_TELLS = 0.17
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,10 +169,11 @@ def _signs(state: AtlasState, scan: Scan, strands: list[_Strand]) -> np.ndarray:
     groups = np.repeat(np.arange(len(strands)), [len(strand.points) for strand in strands])
     toward = scan.toward if scan.normals is None else scan.normals
     cosine = np.einsum("ij,ij->i", normals, toward[index])
-    says = np.where(np.abs(cosine) > _TELLS, np.sign(cosine), 0.0)
-    votes = np.bincount(groups, says, len(strands))
-    # One in ten may be wrong, as by a bad normal.
-    votes[np.abs(votes) < 0.5 * np.bincount(groups, says != 0.0, len(strands))] = 0.0
+    cosine[np.abs(cosine) < np.sin(MOST_TILT)] = 0.0
+    tells = np.maximum(np.bincount(groups, cosine != 0.0, len(strands)), 1.0)
+    votes = np.bincount(groups, cosine, len(strands)) / tells
+    # One in four may be wrong, as by a bad normal.
+    votes[np.abs(np.bincount(groups, np.sign(cosine), len(strands))) < 0.5 * tells] = 0.0
     closed = [k for k, one in enumerate(strands) if one.closed and one.plane is not None]
     if closed and not votes.any():
         own = [strands[k] for k in closed]
@@ -181,7 +181,7 @@ def _signs(state: AtlasState, scan: Scan, strands: list[_Strand]) -> np.ndarray:
         columns = [one.points for one in own], planes, [one.normals for one in own]
         votes[closed] = closed_curve_signs(*columns)
     votes = np.where(votes == 0.0, _known_sides(state, points, normals, groups), votes)
-    return outward_signs(points, normals, groups, votes, scan.outside)
+    return outward_signs(points, normals, groups, votes, state.levels.facing, scan.outside)
 
 
 def _known_sides(state: AtlasState, points, normals, groups) -> np.ndarray:
@@ -194,7 +194,7 @@ def _known_sides(state: AtlasState, points, normals, groups) -> np.ndarray:
     near = known & (np.abs(found.distance) <= 0.05 * state.body.extent)
     cosine = np.einsum("ij,ij->i", found.normal, normals)
     says = np.where(near & (np.abs(cosine) > state.levels.facing), np.sign(cosine), 0.0)
-    return np.bincount(groups, says, count)
+    return np.sign(np.bincount(groups, says, count))
 
 
 def _which_side(strands: list[_Strand], signs) -> str:

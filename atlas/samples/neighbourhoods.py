@@ -5,6 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
+from touchatlas.patch.geometry.normal_error import MOST_TILT
+
 # Neighbours from which a plane is fitted: as few as show a surface, and at most.
 _FEWEST, _MOST = 12, 192
 # Least ratio of the variances along and across neighbours that show a plane, not a line.
@@ -57,7 +59,8 @@ def thinned(points, noise, most: int) -> Local:
 
     One sample stands for the points of a cube: the foot of their middle on a quadric through the
     neighbours. It is as sure as the points of the cube are together, and no surer. Where no quadric
-    follows the neighbours, as at an edge, one of them is taken as it was measured.
+    follows the neighbours, as at an edge, or its normal is unsure, as at the limb of what a camera
+    saw, one of them is taken as it was measured.
     """
     tree = cKDTree(points)
     if len(points) <= most:
@@ -67,9 +70,10 @@ def thinned(points, noise, most: int) -> Local:
     middles = np.stack([np.bincount(cube, x) for x in points.T], axis=1) / count[:, None]
     near = tree.query(middles, k=int(np.clip(3 * len(points) // len(count), _FEWEST, _MOST)))[1]
     own = np.sqrt((noise[near] ** 2).mean(axis=1))
-    feet, normals, leverage, rms = _quadrics(points[near], middles)
+    feet, normals, leverage, rms, slope = _quadrics(points[near], middles)
     std = own * np.sqrt(np.maximum(leverage, 1.0 / count))
     follows = rms <= own * np.sqrt(1.0 + 5.0 * np.sqrt(2.0 / near.shape[1]))
+    follows &= own * slope <= MOST_TILT
     first = near[:, 0]
     alone = plane_directions(tree, points[first], noise[first])[0]
     return Local(
@@ -103,8 +107,9 @@ def _cubes(points, most: int) -> np.ndarray:
 
 def _quadrics(windows, middles):
     """Feet (m, 3) of middles (m, 3) on quadrics through windows (m, k, 3), normals (m, 3) there,
-    variances (m,) over that of a point, and residuals (m,), length: heights over the plane of
-    principal components, with all terms to the second order."""
+    variances (m,) over that of a point, residuals (m,), length, and deviations (m,) of the normals,
+    rad, over that of a point: heights over the plane of principal components, with all terms to the
+    second order."""
     offset = windows - middles[:, None]
     spread = offset - offset.mean(axis=1, keepdims=True)
     axes = np.linalg.eigh(np.einsum("nki,nkj->nij", spread, spread))[1]
@@ -121,4 +126,5 @@ def _quadrics(windows, middles):
     world = np.einsum("nij,nj->ni", axes[:, :, ::-1], upward)
     # The height at the middle, as the distance along the normal there.
     feet = middles + (solved[:, 0] * upward[:, 2])[:, None] * world
-    return feet, world, inverse[:, 0, 0], rms
+    slope = np.sqrt(inverse[:, 1, 1] + inverse[:, 2, 2]) / scale[:, 0]
+    return feet, world, inverse[:, 0, 0], rms, slope

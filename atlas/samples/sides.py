@@ -13,14 +13,14 @@ _NEAREST = 12
 _TINY = 1e-9
 
 
-def outward_signs(points, normals, groups, votes, outside=None) -> np.ndarray:
+def outward_signs(points, normals, groups, votes, facing: float, outside=None) -> np.ndarray:
     """(g,) 1 where the normals of a group of points face outward, -1 where they face inward, and 0
     where nothing tells.
 
     Groups that are known tell their neighbours, those first whose normals agree best (Hoppe and
-    others, Surface reconstruction from unorganized points, 1992). Where none of those that hang
-    together is known, the one point ``outside`` tells, or a closed surface does: it faces away
-    from what it encloses.
+    others, Surface reconstruction from unorganized points, 1992), and so does the surest of those
+    that hang together where none is known. Without any, the one point ``outside`` tells, or a
+    closed surface does: it faces away from what it encloses.
 
     Parameters
     ----------
@@ -28,7 +28,11 @@ def outward_signs(points, normals, groups, votes, outside=None) -> np.ndarray:
     groups : (n,) int
         From 0 on: the points of a curve, or single points; normals of a group face alike.
     votes : (g,) float
-        How much speaks for the sign of each group; 0 where nothing does.
+        Mean cosine, from -1 to 1, of normals of each group and what tells their side; 0 where
+        nothing does.
+    facing : float
+        Least cosine with which a group is known. At the limb of what was seen normals err by more
+        than what is left of a right angle.
     outside : (3,) float, length, world, optional
     """
     count = len(votes)
@@ -37,7 +41,9 @@ def outward_signs(points, normals, groups, votes, outside=None) -> np.ndarray:
     known = np.flatnonzero(votes)
     rows = np.concatenate([pairs[:, 0], known])
     columns = np.concatenate([pairs[:, 1], np.full(len(known), count)])
-    data = np.concatenate([weight, np.full(len(known), 0.1 * _TINY)])
+    sure = np.abs(votes[known])
+    # Any neighbour comes before a vote of less.
+    data = np.concatenate([weight, np.where(sure >= facing, 0.1 * _TINY, 3.0 - sure)])
     tree = minimum_spanning_tree(coo_array((data, (rows, columns)), (count + 1, count + 1)).tocsr())
     table = {(int(a), int(b)): np.sign(c) for (a, b), c in zip(pairs, cosine, strict=True)}
     table |= {(int(k), count): np.sign(votes[k]) for k in known}

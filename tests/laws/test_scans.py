@@ -68,6 +68,16 @@ def test_scans_of_an_ellipsoid_show_it_with_the_outside_out(name):
     atlas.validate()
 
 
+def test_normals_at_the_limb_of_what_a_camera_saw_face_outward():
+    # The noise is half of the spacing of the points: quadrics through few neighbours lean there.
+    noise, eye, points = 0.03, np.array([0.0, 0.0, 20.0]), cloud(16000, 0.0)
+    points = points[((eye - points) * points / AXES**2).sum(axis=1) > 0.0]
+    points = points + np.random.default_rng(1).normal(0.0, noise, points.shape)
+    atlas = Atlas(0.02, scale=0.01)
+    assert not atlas.add(Scan(points, noise, viewpoint=eye)).refused
+    assert (atlas.pool.normals * atlas.pool.points / AXES**2).sum(axis=1).min() > 0.0
+
+
 def test_half_a_cloud_asks_for_its_outer_side():
     points = cloud(900, NOISE)
     atlas = Atlas(TOLERANCE)
