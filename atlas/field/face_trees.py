@@ -132,6 +132,17 @@ class FaceTrees:
             own += [(first, surface.sextics.piece(k)) for k in range(len(surface.sextics))]
         return own
 
+    def patches_at(self, points, face) -> np.ndarray:
+        """(n,) numbers, in this order, of the patches that weigh most at points (n, 3), each on the
+        face (n,)."""
+        out, firsts = np.empty(len(points), int), np.array([first for first, _ in self.patches()])
+        for number in np.unique(face).tolist():
+            mine, surface = face == number, self.free_form(number)
+            out[mine] = np.flatnonzero(firsts == self.first_of(number))[0]
+            if surface is not None:
+                out[mine] += surface.leading(points[mine])
+        return out
+
     @property
     def patch_count(self) -> int:
         """Number of these."""

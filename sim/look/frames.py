@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from touchatlas.atlas import Atlas, Surface, Touch
+from touchatlas.atlas.body.body import Body
 from touchatlas.patch.geometry.arrays import frozen_array
 from touchatlas.planner import Planner, ProbePlan, Step
 from touchatlas.planner.scene import planes_of
@@ -25,7 +26,7 @@ class Mesh:
     vertices : (v, 3) float, length, world
     faces : (f, 3) int
     deviation : (v,) float, length
-    face : (v,) int
+    face, patch : (v,) int
     """
 
     touch: int
@@ -33,6 +34,7 @@ class Mesh:
     faces: np.ndarray
     deviation: np.ndarray
     face: np.ndarray
+    patch: np.ndarray
 
 
 @dataclass
@@ -58,6 +60,7 @@ class Frames:
     words: list[str] = field(default_factory=list)
     open_places: list[np.ndarray] = field(default_factory=list)
     outlook: Outlook = field(default_factory=Outlook)
+    _body: Body | None = None
 
     def add(self, step: Step, planner: Planner, atlas: Atlas, apart: float) -> None:
         """Take one round; of the open places those farther from each other than ``apart``,
@@ -68,16 +71,19 @@ class Frames:
         self.outlook.add(step, atlas)
         places = planner.places
         if places is not None and places.surface is not None:
-            self.meshes.append(mesh_of(places.surface, len(self.touches)))
+            # It was drawn from the body before the touch.
+            self.meshes.append(mesh_of(places.surface, len(self.touches), self._body))
+        self._body = atlas.body
         rim = np.zeros((0, 3)) if places is None else places.rim
         self.open_places.append(thinned(rim, apart))
         self.plans.append(step.plan)
         self.touches.append(step.touch)
 
-    def end(self, surface: Surface | None, open_places) -> None:
-        """Take the finished surface, and the places (k, 3) that stayed open, length, world."""
+    def end(self, surface: Surface | None, open_places, body: Body | None = None) -> None:
+        """Take the finished surface, the places (k, 3) that stayed open, length, world, and the
+        body that the surface was drawn from."""
         if surface is not None and len(surface.faces):
-            self.meshes.append(mesh_of(surface, len(self.touches)))
+            self.meshes.append(mesh_of(surface, len(self.touches), body))
         self.open_places.append(np.reshape(open_places, (-1, 3)))
 
     def so_far(self) -> "Frames":
@@ -96,15 +102,20 @@ class Frames:
         return [planes_of([plan], most)[0] for plan in self.plans]
 
 
-def mesh_of(surface: Surface, touch: int) -> Mesh:
-    """A surface as it is looked at, with fewer triangles where there are very many."""
+def mesh_of(surface: Surface, touch: int, body: Body | None = None) -> Mesh:
+    """A surface as it is looked at, with fewer triangles where there are very many; without the
+    ``body`` that it was drawn from, its patches are its faces."""
     kept, faces = clustered(surface.vertices, surface.faces, MOST_VERTICES)
+    patch = face = surface.patch[kept].astype(np.int32)
+    if body is not None:
+        patch = body.field.trees.patches_at(surface.vertices[kept], face)
     return Mesh(
         touch,
         surface.vertices[kept].astype(np.float32),
         faces.astype(np.int32),
         surface.deviation[kept].astype(np.float32),
-        surface.patch[kept].astype(np.int32),
+        face,
+        patch,
     )
 
 

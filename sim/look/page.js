@@ -28,7 +28,7 @@ function surface(t) {
   while (m > 0 && run.mesh_touch[m] > t) m -= 1;
   if (m < 0 || run.mesh_touch[m] > t) return put('surface', { vertices: new Float32Array(0), indices: new Uint32Array(0) });
   const [a, b] = [run.vertex_from[m], run.vertex_from[m + 1]], [c, d] = [run.face_from[m], run.face_from[m + 1]];
-  const mode = at('colour').value, palette = run.palettes[mode === 'face' ? 'face' : 'scale'];
+  const mode = at('colour').value, palette = run.palettes[mode === 'face' || mode === 'patch' ? 'face' : 'scale'];
   return put('surface', {
     vertices: points('vertices', a, b), indices: Uint32Array.from(run.faces.subarray(3 * c, 3 * d)),
     colors: Uint32Array.from(run[mode].subarray(a, b), (v) => palette[v % palette.length]),
@@ -75,7 +75,8 @@ function legend() {
   const scale = run.palettes.scale.filter((_, i) => i % 32 === 0).map(hex);
   const bar = `<span><span class="bar" style="background:linear-gradient(90deg,${scale})"></span>${mode} of the surface, 0 to ${run.tolerance}, the tolerance</span>`;
   const faces = run.face_words.map((words, i) => dot(words, hex(run.palettes.face[i % run.palettes.face.length]))).join('');
-  at('legend').innerHTML = (mode === 'face' ? faces : bar) + run.legend.map(([words, colour]) => dot(words, colour)).join('');
+  const patches = dot('a colour for each patch', hex(run.palettes.face[0]));
+  at('legend').innerHTML = ({ face: faces, patch: patches }[mode] || bar) + run.legend.map(([words, colour]) => dot(words, colour)).join('');
 }
 read(unpacked(at('run').textContent));
 at('title').textContent = document.title = run.title;

@@ -74,7 +74,7 @@ def run_text(
         if array.dtype == float:
             arrays[name] = np.clip((array - low) / extent * 65535, 0, 65535).astype(np.uint16)
     layers = ["contacts", "contours", "way", "planes", "open places"]
-    modes = ["deviation", *(["error"] if truth is not None else []), "face"]
+    modes = ["deviation", *(["error"] if truth is not None else []), "face", "patch"]
     about = {
         "title": title,
         "live": live,
@@ -122,7 +122,8 @@ def _box(frames: Frames, meshes: list[Mesh]) -> tuple[np.ndarray, float]:
 
 def _mesh_arrays(meshes: list[Mesh], tolerance: float, truth) -> dict[str, np.ndarray]:
     """The surfaces, one after the other, and where each begins."""
-    none = [Mesh(0, np.zeros((0, 3)), np.zeros((0, 3), int), np.zeros(0), np.zeros(0, int))]
+    no = np.zeros((0, 3))
+    none = [Mesh(0, no, no.astype(int), no[:, 0], no[:, 0].astype(int), no[:, 0].astype(int))]
     every = meshes or none
     vertices = np.concatenate([mesh.vertices for mesh in every]).astype(float)
     out = {
@@ -132,7 +133,8 @@ def _mesh_arrays(meshes: list[Mesh], tolerance: float, truth) -> dict[str, np.nd
         "vertices": vertices,
         "faces": np.concatenate([mesh.faces for mesh in every]).astype(np.uint16),
         "deviation": _bytes(np.concatenate([mesh.deviation for mesh in every]), tolerance),
-        "face": np.concatenate([mesh.face % len(FACE_COLOURS) for mesh in every]).astype(np.uint8),
+        "face": _colours([mesh.face for mesh in every]),
+        "patch": _colours([mesh.patch for mesh in every]),
     }
     if truth is not None:
         error = closest_points(vertices, *truth)[0] if len(vertices) else np.zeros(0)
@@ -174,6 +176,11 @@ def _starts(counts: list[int]) -> np.ndarray:
 def _bytes(lengths, tolerance: float) -> np.ndarray:
     """Lengths (n,) from 0 to the tolerance as numbers from 0 to 255."""
     return np.asarray(np.clip(np.asarray(lengths) / tolerance, 0.0, 1.0) * 255, np.uint8)
+
+
+def _colours(ids: list[np.ndarray]) -> np.ndarray:
+    """Numbers of the colours that ids have, one after the other."""
+    return np.asarray(np.concatenate(ids) % len(FACE_COLOURS), np.uint8)
 
 
 def _words(frames: Frames) -> list[str]:

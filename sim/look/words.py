@@ -60,12 +60,12 @@ class Outlook:
         by a hundredth."""
         if not self.known or known > self.known[-1] - 0.01:
             return ""
-        before, now = self._faces
+        (before, now), less = self._faces, f"less than the {max(self.known):.1%} before"
         if before != now:
-            return f"less than before: the body is read anew, {now} faces after {before}"
+            return f"{less}: the body is read anew, {now} faces after {before}"
         if self._extent[1] > 1.02 * self._extent[0]:
-            return "less than before: more of the surface came into sight"
-        return "less than before: errors were larger than predicted"
+            return f"{less}: more of the surface came into sight"
+        return f"{less}: errors were larger than predicted"
 
     def left(self) -> tuple[int, float] | None:
         """Number of touches and seconds until enough is known, as the touches lately; None where

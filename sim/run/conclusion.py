@@ -111,7 +111,7 @@ class Conclusion:
             write_whole(folder / "progress.png", self.progress.png_bytes(name, unit))
         if surface is not None and len(surface.faces):
             truth = self.obj.mesh(_TRUTH_SAGITTA * tolerance)
-            self.frames.end(surface, open_places)
+            self.frames.end(surface, open_places, self.atlas.body)
             faces = [face.words for face in self.atlas.body.faces.faces] if self.atlas.body else []
             curves = self.progress.charts(unit)
             page = replay_bytes(name, self.frames, tolerance, unit, truth, curves, faces)

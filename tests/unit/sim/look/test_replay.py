@@ -48,6 +48,20 @@ def test_the_replay_holds_every_touch_and_the_last_surface(whole_run):
     np.testing.assert_allclose(points.max(axis=0), surface.max(axis=0), atol=2.0 * found["scale"])
     assert found["faces"].max() < np.diff(found["vertex_from"]).max()
     assert len(found["error"]) == len(found["deviation"]) == found["vertex_from"][-1]
+    # A ball is one face of one patch.
+    assert found["modes"][-1] == "patch" and not found["patch"][-len(last) :].any()
+
+
+@pytest.mark.parametrize(("name", "touches"), [("bottle", 4), ("cube", 4)])
+def test_a_patch_weighs_most_at_its_own_middle(name, touches):
+    obj = make_object(name)
+    atlas, planner = Atlas(obj.tolerance), Planner(*obj.start())
+    for _ in explore(atlas, planner, Probe(obj, 0.0, np.random.default_rng(0)), touches):
+        pass
+    trees = atlas.body.field.trees
+    faces, pieces = zip(*trees.patches(), strict=True)
+    found = trees.patches_at(np.array([piece.origin for piece in pieces]), np.array(faces))
+    np.testing.assert_array_equal(found, np.arange(len(atlas)))
 
 
 def test_the_page_needs_no_other_file(whole_run):
