@@ -148,12 +148,13 @@ def has_edges(samples: ContourSamples, ends_at_edge, options: FaceOptions = Face
     """Whether enough of the contours run over a sharp edge, or have a sample (n,) that is the last
     before one."""
     bounds = np.append(np.flatnonzero(np.diff(samples.contours, prepend=-1)), len(samples))
-    count = sum(
+    edges = [
         bool(ends_at_edge[a:b].any())
         or len(kinks(samples.points[a:b], samples.planes[a], samples.stds[a])) > 0
         for a, b in zip(bounds[:-1].tolist(), bounds[1:].tolist(), strict=True)
-    )
-    return count >= options.kinked * (len(bounds) - 1)
+        if samples.planes[a].any()
+    ]
+    return bool(edges) and sum(edges) >= options.kinked * len(edges)
 
 
 def body_of_one(samples: ContourSamples, before: Body | None = None) -> Body:

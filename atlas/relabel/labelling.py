@@ -56,7 +56,7 @@ def first_labels(samples: ContourSamples, options: FaceOptions = FaceOptions()) 
 def seeds_of(samples: ContourSamples) -> np.ndarray:
     """(k,) the middle of the first contour of each touch, which is near the contact. A contour that
     was tracked alone runs over any number of faces: its seeds are as far apart as a plane needs
-    samples to grow."""
+    samples to grow, and so are those of points of no curve."""
     first = np.flatnonzero(np.diff(samples.touches, prepend=-1))
     ends = np.append(first[1:], len(samples))
     last = np.searchsorted(samples.contours, samples.contours[first], side="right")
@@ -64,7 +64,9 @@ def seeds_of(samples: ContourSamples) -> np.ndarray:
         np.arange(a + (min(c - a, _APART) // 2), c, _APART) if b == c else np.array([(a + b) // 2])
         for a, b, c in zip(first.tolist(), last.tolist(), ends.tolist(), strict=True)
     ]
-    return np.concatenate(found)
+    seeds = np.concatenate(found)
+    loose = ~samples.planes[seeds].any(axis=1)
+    return np.sort(np.append(seeds[~loose], seeds[loose][::_APART]))
 
 
 def relabel(samples: ContourSamples, before: Faces, options: FaceOptions = FaceOptions()) -> Labels:

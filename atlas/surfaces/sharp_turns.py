@@ -34,8 +34,10 @@ def sharp_turns(samples: ContourSamples, start: int = 0) -> np.ndarray:
 
 
 def share_of_contours(samples: ContourSamples, turns) -> float:
-    """Fraction of the contours that have one of sharp turns (k, 2)."""
-    return len(np.unique(samples.contours[turns[:, 0]])) / (int(samples.contours[-1]) + 1)
+    """Fraction of the contours that have one of sharp turns (k, 2); points of no curve count for
+    none."""
+    curves = len(np.unique(samples.contours[samples.planes.any(axis=1)]))
+    return len(np.unique(samples.contours[turns[:, 0]])) / max(curves, 1)
 
 
 @dataclass(frozen=True, eq=False)

@@ -68,6 +68,25 @@ def test_scans_of_an_ellipsoid_show_it_with_the_outside_out(name):
     atlas.validate()
 
 
+def test_points_of_no_curve_do_not_hide_the_edges_that_curves_show():
+    rng, noise = np.random.default_rng(0), 0.01
+    faces, side = rng.integers(0, 3, 600), rng.choice([-1.0, 1.0], 600)
+    points, normals = rng.uniform(-1.0, 1.0, (600, 3)), np.zeros((600, 3))
+    points[np.arange(600), faces] = normals[np.arange(600), faces] = side
+    atlas = Atlas(0.01, scale=0.01)
+    atlas.add(Scan(points + rng.normal(0.0, noise, points.shape), noise, normals=normals))
+    # Squares about each axis, 40 points a side.
+    along = np.linspace(-1.0, 1.0, 40, endpoint=False)
+    corner = np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]])
+    ends = np.stack([corner, np.roll(corner, -1, axis=0)], axis=1)
+    flat = np.concatenate([a + 0.5 * (along[:, None] + 1.0) * (b - a) for a, b in ends])
+    squares = [np.insert(flat, axis, level, 1) for axis in range(3) for level in (-0.5, 0.5)]
+    curves = np.repeat(np.arange(6), len(flat))
+    every = np.concatenate(squares) + rng.normal(0.0, 1e-3, (6 * len(flat), 3))
+    atlas.add(Scan(every, 1e-3, curves=curves))
+    assert [face.kind for face in atlas.body.faces.faces] == 6 * ["plane"]
+
+
 def test_normals_at_the_limb_of_what_a_camera_saw_face_outward():
     # The noise is half of the spacing of the points: quadrics through few neighbours lean there.
     noise, eye, points = 0.03, np.array([0.0, 0.0, 20.0]), cloud(16000, 0.0)
