@@ -66,15 +66,21 @@ def save_atlas(path, atlas: Atlas) -> None:
     write_whole(path, atlas_bytes(atlas))
 
 
-def load_atlas(path) -> Atlas:
+def load_atlas(path, finished: bool = True) -> Atlas:
     """Read an atlas written by ``save_atlas``.
+
+    Parameters
+    ----------
+    path
+    finished : bool
+        Whether patches that ``finish`` made few stay so. To go on, all are taken again.
 
     Raises
     ------
     ValueError
         When the path is none, or the file is missing, cut off, altered, or of another format.
     """
-    return load_whole(path, _FILE, _read, lambda content: _restored(*content))
+    return load_whole(path, _FILE, _read, lambda content: _restored(*content, finished))
 
 
 def _read(data: bytes) -> tuple[Any, tuple[dict[str, np.ndarray], Any]]:
@@ -88,8 +94,8 @@ def _read(data: bytes) -> tuple[Any, tuple[dict[str, np.ndarray], Any]]:
     return header["format"], (arrays, header)
 
 
-def _restored(arrays, header) -> Atlas:
-    """The atlas from the arrays and the header of a file."""
+def _restored(arrays, header, finished: bool) -> Atlas:
+    """The atlas from the arrays and the header of a file, ``finished`` if it was."""
     levels = Levels(**header["options"].pop("levels"))
     options = AtlasOptions(**header["options"], levels=levels)
     atlas = Atlas(header["tolerance"], options, header["scale"])
@@ -107,7 +113,7 @@ def _restored(arrays, header) -> Atlas:
     known = law_of_arrays(arrays, header["law"], atlas.pool, levels)
     # The surface ends at the rims of the atlas, which tell where it is drawn.
     atlas.know(replace(known, is_few=False))
-    if known.is_few is True:
+    if known.is_few is True and finished:
         atlas.know(with_fewer_patches(atlas.known_body, atlas.tolerance))
     atlas.misses = _misses(arrays["misses"])
     return atlas

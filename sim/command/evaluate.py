@@ -14,7 +14,7 @@ from touchatlas.sim.judge.comparison import stored_numbers
 from touchatlas.sim.judge.evaluate import evaluate_surface
 from touchatlas.sim.judge.surface_file import load_surface
 from touchatlas.sim.run.conclusion import truth_of, unit_of
-from touchatlas.sim.run.learning import is_learning
+from touchatlas.sim.run.learning_run import is_learning
 from touchatlas.sim.run.work import random_streams
 from touchatlas.sim.world.implicit_object import ImplicitObject
 from touchatlas.sim.world.mesh_object import MeshObject

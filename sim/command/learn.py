@@ -13,16 +13,9 @@ from touchatlas.sim.folder.plan_files import is_answer, read_answers
 from touchatlas.sim.recorded.contour_file import ReadOptions
 from touchatlas.sim.recorded.fit_file import parse_vector
 from touchatlas.sim.recorded.scans import SideOptions, read_scans
-from touchatlas.sim.run.learning import (
-    NO_OPTIONS,
-    Learned,
-    LearnOptions,
-    begin_with_scans,
-    is_learning,
-    learn_more,
-    pending_plans,
-    unit_and_noise,
-)
+from touchatlas.sim.run.learning import begin_with_scans, learn_more, pending_plans
+from touchatlas.sim.run.learning_files import Learned
+from touchatlas.sim.run.learning_run import NO_OPTIONS, LearnOptions, is_learning, unit_and_noise
 
 Vector = Annotated[str | None, Parameter(allow_leading_hyphen=True, show_default=False)]
 Flag = Parameter(negative="", show_default=False)

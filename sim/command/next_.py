@@ -13,13 +13,8 @@ from touchatlas.sim.command.option_flags import Whole, with_options
 from touchatlas.sim.command.outcome import say
 from touchatlas.sim.command.show import shown
 from touchatlas.sim.recorded.fit_file import parse_vector
-from touchatlas.sim.run.learning import (
-    NO_OPTIONS,
-    LearnOptions,
-    begin_with_start,
-    is_learning,
-    plans_of,
-)
+from touchatlas.sim.run.learning import begin_with_start, plans_of
+from touchatlas.sim.run.learning_run import NO_OPTIONS, LearnOptions, is_learning
 
 
 @with_options(LearnOptions(), NO_OPTIONS)

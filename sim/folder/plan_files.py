@@ -11,7 +11,7 @@ import numpy as np
 
 from touchatlas.atlas import Touch, TouchStatus
 from touchatlas.patch import Contour, ContourEnd, SamplingPlane
-from touchatlas.planner import ProbePlan
+from touchatlas.planner import ProbePlan, Reason
 
 # Words of the column ``event`` beside those of ``ContourEnd``.
 CONTACT, MISS, UNREACHABLE = "contact", "no contact", "unreachable"
@@ -52,27 +52,35 @@ def plans_csv(plans: Sequence[ProbePlan]) -> bytes:
 
 def plans_json(plans: Sequence[ProbePlan], settings: Mapping[str, Any]) -> bytes:
     """Plans as JSON, with all fields but ``until``; numbers are exact."""
-    listed = [
-        {
-            "number": plan.number,
-            "reason": plan.reason.value,
-            "reference_point": plan.reference_point.tolist(),
-            "normal": plan.normal.tolist(),
-            "planes": [
-                {"point": plane.point.tolist(), "normal": plane.normal.tolist()}
-                for plane in plan.planes
-            ],
-            "approach": plan.approach or plan.usual_approach,
-            "reach": plan.reach,
-            "step": plan.step,
-            "max_turn": plan.max_turn,
-            "step_turn": plan.step_turn,
-            "known": plan.known,
-        }
-        for plan in plans
-    ]
+    listed = [plan_as_dict(plan) for plan in plans]
     whole = {"unit": settings.get("unit", ""), "tolerance": settings["tolerance"], "plans": listed}
     return (json.dumps(whole, indent=2) + "\n").encode()
+
+
+def plan_as_dict(plan: ProbePlan) -> dict[str, Any]:
+    """A plan ready for JSON, without ``until``."""
+    return {
+        "number": plan.number,
+        "reason": plan.reason.value,
+        "reference_point": plan.reference_point.tolist(),
+        "normal": plan.normal.tolist(),
+        "planes": [
+            {"point": plane.point.tolist(), "normal": plane.normal.tolist()}
+            for plane in plan.planes
+        ],
+        "approach": plan.approach or plan.usual_approach,
+        "reach": plan.reach,
+        "step": plan.step,
+        "max_turn": plan.max_turn,
+        "step_turn": plan.step_turn,
+        "known": plan.known,
+    }
+
+
+def plan_of_dict(held: dict[str, Any]) -> ProbePlan:
+    """The plan of a dictionary that ``plan_as_dict`` made."""
+    planes = tuple(SamplingPlane(**plane) for plane in held["planes"])
+    return ProbePlan(**held | {"planes": planes, "reason": Reason(held["reason"])})
 
 
 def is_answer(path) -> bool:

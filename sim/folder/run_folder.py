@@ -27,14 +27,18 @@ RUN_FILES = (
     "replay.html",
 )
 # What a run that learns from files has besides.
-LEARNING_FILES = "learning.zip", "surface.step", "plans.csv", "plans.json"
+LEARNING_FILES = "planner.json", "frames.sqlite", "surface.step", "plans.csv", "plans.json"
 _FILES = *RUN_FILES, *LEARNING_FILES
 # Where a run is made that is to replace another, and its name when it is whole. Names of files that
 # the whole one lacks are marked there, so that replacing can be done again after a crash.
 REPLACEMENT, _WHOLE, _ABSENT = "replacement", "replacement.whole", ".absent"
 # Files that a killed run may leave beside them. SQLite would replay an old journal.sqlite-journal
 # into a new journal.
-_LEFTOVERS = ("journal.sqlite-journal", *(f"{name}.part" for name in _FILES))
+_LEFTOVERS = (
+    "journal.sqlite-journal",
+    "frames.sqlite-journal",
+    *(f"{name}.part" for name in _FILES),
+)
 _PACKAGES = ("touchatlas", "numpy", "scipy", "networkx", "trimesh", "libigl")
 
 

@@ -52,6 +52,8 @@ class Frames:
     open_places : list of (k, 3) float, length, world
         Before each touch.
     outlook : Outlook
+    scans : list of (n, 3) float, length, world
+        Curves that were there before the first touch.
     """
 
     meshes: list[Mesh] = field(default_factory=list)
@@ -60,6 +62,7 @@ class Frames:
     words: list[str] = field(default_factory=list)
     open_places: list[np.ndarray] = field(default_factory=list)
     outlook: Outlook = field(default_factory=Outlook)
+    scans: list[np.ndarray] = field(default_factory=list)
     _body: Body | None = None
 
     def add(self, step: Step, planner: Planner, atlas: Atlas, apart: float) -> None:

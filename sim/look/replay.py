@@ -145,7 +145,8 @@ def _mesh_arrays(meshes: list[Mesh], tolerance: float, truth) -> dict[str, np.nd
 def _touch_arrays(frames: Frames) -> dict[str, np.ndarray]:
     """Contacts, contours, ways, planes and open places, touch by touch."""
     curves = [[c.points for c in touch.contours] for touch in frames.touches]
-    points, pairs = joined_curves([curve for some in curves for curve in some])
+    points, pairs = joined_curves([*frames.scans, *(curve for some in curves for curve in some)])
+    before = sum(map(len, frames.scans)), sum(len(curve) - 1 for curve in frames.scans)
     ways = [
         np.array([touch.contact, touch.contact]) if touch.way is None else touch.way
         for touch in frames.touches
@@ -156,9 +157,9 @@ def _touch_arrays(frames: Frames) -> dict[str, np.ndarray]:
     return {
         "contacts": np.reshape([touch.contact for touch in frames.touches], (-1, 3)).astype(float),
         "contours": points.astype(float),
-        "contour_from": _starts([sum(map(len, some)) for some in curves]),
+        "contour_from": before[0] + _starts([sum(map(len, some)) for some in curves]),
         "pairs": pairs.astype(np.uint32),
-        "pair_from": _starts([sum(len(curve) - 1 for curve in some) for some in curves]),
+        "pair_from": before[1] + _starts([sum(len(c) - 1 for c in some) for some in curves]),
         "ways": np.reshape(ways, (-1, 3)).astype(float),
         "planes": np.reshape(np.concatenate(planes) if planes else [], (-1, 3)).astype(float),
         "plane_from": _starts([len(vertices) for vertices in planes]),

@@ -17,7 +17,7 @@ from touchatlas.sim.folder.run_options import (
     check_end,
     check_scale,
 )
-from touchatlas.sim.run.learning import RECORDED
+from touchatlas.sim.run.learning_run import RECORDED
 from touchatlas.sim.run.phases import Phases
 from touchatlas.sim.run.progress import read_seconds
 from touchatlas.sim.run.watcher import Watcher

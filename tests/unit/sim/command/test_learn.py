@@ -1,12 +1,15 @@
 """touchatlas learn and touchatlas next: files in, an atlas, and plans out."""
 
 import json
+from contextlib import closing
 
 import numpy as np
 import pytest
 
 from tests.command import assert_refused, touchatlas
+from tests.pages import held
 from touchatlas.atlas import load_atlas
+from touchatlas.sim import Journal
 from touchatlas.sim.run.learning import pending_plans
 
 AXES = np.array([30.0, 20.0, 15.0])
@@ -46,6 +49,79 @@ def test_sections_become_an_atlas_with_surface_picture_and_numbers(run):
     assert numbers["predicted_coverage"] > 0.99
     assert (run / "surface.png").read_bytes()[1:4] == b"PNG"
     load_atlas(run / "atlas.npz").validate()
+    page = held((run / "replay.html").read_text())
+    assert page["touches"] == 0 and len(page["vertex_from"]) == 2
+    # The sections are there before any touch.
+    assert page["contour_from"].tolist() == [9 * 200]
+
+
+def test_the_surface_is_written_as_step_where_the_kernel_is_installed(run):
+    pytest.importorskip("OCP")
+    from OCP.BRepCheck import BRepCheck_Analyzer
+    from OCP.BRepGProp import BRepGProp
+    from OCP.GProp import GProp_GProps
+    from OCP.STEPControl import STEPControl_Reader
+
+    reader = STEPControl_Reader()
+    reader.ReadFile(str(run / "surface.step"))
+    reader.TransferRoots()
+    solid, volume = reader.OneShape(), GProp_GProps()
+    assert BRepCheck_Analyzer(solid).IsValid()
+    BRepGProp.VolumeProperties_s(solid, volume)
+    # The surface is within a tolerance, 1e-3 of the diagonal of 78, of an ellipsoid.
+    assert volume.Mass() == pytest.approx(4.0 / 3.0 * np.pi * AXES.prod(), rel=3 * 0.078 / 15.0)
+
+
+def answers(run):
+    """CSV of a touch of the ellipsoid as the pending plan wants it."""
+    [plan] = pending_plans(run).values()
+    rows = ["plan,plane,x,y,z,event"]
+    foot = plan.reference_point / np.linalg.norm(plan.reference_point / AXES)
+    rows.append(f"{plan.number},,{foot[0]},{foot[1]},{foot[2]},contact")
+    for k, plane in enumerate(plan.planes):
+        along = np.cross(plane.normal, plan.normal)
+        for s in np.linspace(-3.0, 3.0, 25):
+            point = foot + s * along
+            x, y, z = point / np.linalg.norm(point / AXES)
+            rows.append(f"{plan.number},{k},{x},{y},{z},")
+    return "\n".join(rows)
+
+
+def test_a_replay_shows_what_was_known_at_each_touch_of_each_call(tmp_path):
+    run = tmp_path / "run"
+    start = "--start", "0,0,15", "--outward", "0,0,1", "--noise", "0.001", "--tolerance", "0.2"
+    assert touchatlas("next", run, *start, cwd=tmp_path).returncode == 0
+    for number in range(3):
+        (tmp_path / "answer.csv").write_text(answers(run))
+        more = () if number == 2 else ("--no-draw",)
+        done = touchatlas("learn", run, "answer.csv", *more, cwd=tmp_path)
+        assert done.returncode == 0, done.stderr
+        assert touchatlas("next", run, cwd=tmp_path).returncode == 0
+    page = held((run / "replay.html").read_text())
+    assert page["touches"] == 3 and len(page["words"]) == 4
+    # Before the second and the third touch a surface was known, and one at the end.
+    assert len(page["vertex_from"]) == 4
+    assert page["contour_from"].tolist() == [0, 75, 150, 225]
+
+
+@pytest.mark.parametrize("lost", ["both", "planner"])
+def test_a_call_that_is_killed_before_its_state_is_written_loses_nothing(tmp_path, lost):
+    """The journal is written first, then the atlas, then the planner."""
+    run = tmp_path / "run"
+    start = "--start", "0,0,15", "--outward", "0,0,1", "--noise", "0.001", "--tolerance", "0.2"
+    assert touchatlas("next", run, *start, cwd=tmp_path).returncode == 0
+    before = {name: (run / name).read_bytes() for name in ("atlas.npz", "planner.json")}
+    (tmp_path / "answer.csv").write_text(answers(run))
+    assert touchatlas("learn", run, "answer.csv", "--no-draw", cwd=tmp_path).returncode == 0
+    assert touchatlas("next", run, cwd=tmp_path).returncode == 0
+    plans, atlas = (run / "plans.json").read_bytes(), (run / "atlas.npz").read_bytes()
+    with closing(Journal(run / "journal.sqlite")) as journal:
+        journal.keep_settings({"learned": 0})
+    for name in before if lost == "both" else ["planner.json"]:
+        (run / name).write_bytes(before[name])
+    assert touchatlas("next", run, cwd=tmp_path).returncode == 0
+    assert (run / "atlas.npz").read_bytes() == atlas
+    assert (run / "plans.json").read_bytes() == plans
 
 
 def test_next_writes_plans_and_learn_takes_more_curves(run, tmp_path):

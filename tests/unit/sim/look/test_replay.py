@@ -1,11 +1,7 @@
 """The replay of a run: what the page holds, and what a browser shows of it."""
 
-import base64
-import json
 import re
 import shutil
-import struct
-import zlib
 from io import BytesIO
 from urllib.error import HTTPError
 from urllib.request import urlopen
@@ -15,6 +11,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from tests.pages import held
 from touchatlas.atlas import Atlas
 from touchatlas.planner import Planner, explore
 from touchatlas.sim import Probe, load_run
@@ -22,17 +19,6 @@ from touchatlas.sim.look import live
 from touchatlas.sim.look.curves import chart
 from touchatlas.sim.look.frames import Frames, clustered
 from touchatlas.sim.world.objects import make_object
-
-
-def held(page: str) -> dict:
-    """The dictionary and the arrays that a page shows."""
-    text = re.search(r'id="run">([^<]*)<', page).group(1)
-    data = zlib.decompress(base64.b64decode(text))
-    (count,) = struct.unpack("<I", data[:4])
-    found = json.loads(data[4 : 4 + count])
-    for name, (kind, start, size) in found["arrays"].items():
-        found[name] = np.frombuffer(data, kind, size, 4 + count + start)
-    return found
 
 
 def test_the_replay_holds_every_touch_and_the_last_surface(whole_run):
