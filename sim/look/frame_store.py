@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from touchatlas.atlas import Scan, Touch
+from touchatlas.atlas.body.body import Body
 from touchatlas.planner import ProbePlan
 from touchatlas.planner.places import Places
 from touchatlas.sim.folder.plan_files import plan_as_dict, plan_of_dict
@@ -19,7 +20,7 @@ from touchatlas.sim.look.frames import Frames, Mesh, mesh_of, thinned
 from touchatlas.sim.look.words import sought
 
 _SCHEMA = "create table if not exists frame (plan integer primary key, words text, arrays blob);"
-_MESH = "vertices", "faces", "deviation", "face"
+_MESH = "vertices", "faces", "deviation", "face", "patch"
 
 
 class FrameStore:
@@ -35,14 +36,14 @@ class FrameStore:
             self._database = sqlite3.connect(path)
             self._database.execute(_SCHEMA)
 
-    def keep(self, plan: ProbePlan, places: Places | None, apart: float) -> None:
-        """Keep a plan, and the surface and open places by which it was made; of these those farther
-        from each other than ``apart``, length."""
+    def keep(self, plan: ProbePlan, places: Places | None, body: Body | None, apart: float) -> None:
+        """Keep a plan, the surface and open places by which it was made, and the patches of their
+        body; of the places those farther from each other than ``apart``, length."""
         arrays = {"rim": np.zeros((0, 3))}
         if places is not None and len(places.rim):
             arrays["rim"] = thinned(places.rim, apart)
         if places is not None and places.surface is not None:
-            mesh = mesh_of(places.surface, plan.number)
+            mesh = mesh_of(places.surface, plan.number, body)
             arrays |= {name: getattr(mesh, name) for name in _MESH}
         file = io.BytesIO()
         np.savez_compressed(file, allow_pickle=False, **arrays)

@@ -101,9 +101,9 @@ def _replay(run: LearningRun, atlas: Atlas, surface: Surface, open_places) -> by
         touches, scans = journal.touches(), [scan for _, scan in journal.scans()]
     with closing(run.frames) as store:
         frames = store.frames(touches, scans)
-    frames.end(surface, open_places)
-    known = {"predicted": [plan.known for plan in frames.plans]}
-    length = {
+    frames.end(surface, open_places, atlas.body)
+    known: dict[str, list[float | None]] = {"predicted": [plan.known for plan in frames.plans]}
+    length: dict[str, list[float | None]] = {
         "in contact": [touch.tracked_length for touch in touches],
         "in the air": [touch.travel_length for touch in touches],
     }

@@ -127,7 +127,8 @@ class LearningRun:
         with closing(self.frames) as frames:
             for plan in plans:
                 if plan.number not in before:
-                    frames.keep(plan, self.planner.places, 0.05 * self.atlas.pool.extent)
+                    apart = 0.05 * self.atlas.pool.extent
+                    frames.keep(plan, self.planner.places, self.atlas.body, apart)
         return plans
 
     def save(self) -> None:
