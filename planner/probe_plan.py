@@ -79,6 +79,12 @@ class ProbePlan:
         if not 0 < self.step <= self.reach:
             raise ValueError(f"step is {self.step} and reach {self.reach}; need 0 < step <= reach")
 
+    def __repr__(self) -> str:
+        """One line."""
+        x, y, z = self.reference_point
+        words = f"{self.reason.value} at ({x:.4g}, {y:.4g}, {z:.4g})"
+        return f"<ProbePlan {self.number}: {words}, {len(self.planes)} planes of {self.reach:.4g}>"
+
     @property
     def usual_approach(self) -> float:
         """Distance above and below the reference point in which the surface is expected, length."""

@@ -31,6 +31,10 @@ class Blend:
     gaussian_curvature: np.ndarray
     patch: np.ndarray
 
+    def __repr__(self) -> str:
+        """One line."""
+        return f"<Blend: {len(self.known)} points, {int(self.known.sum())} of them known>"
+
     def without(self, index) -> "Blend":
         """The same, unknown at the points of indices (k,)."""
         if not len(index):

@@ -48,6 +48,17 @@ class Surface:
         words = f"{len(self.faces):,} triangles of {len(np.unique(self.patch))} faces"
         return f"<Surface: {words}, {'open' if ends or not len(self.faces) else 'closed'}>"
 
+    def _repr_html_(self) -> str:
+        """What is held, its size, and how sure it is."""
+        line = f"<div>{repr(self)[1:-1]}</div>"
+        if not len(self.vertices):
+            return line
+        size = " x ".join(f"{x:.4g}" for x in np.ptp(self.vertices, axis=0))
+        half, most = np.quantile(self.deviation, [0.5, 0.95])
+        rows = {"size": size, "deviation, median": f"{half:.3g}", "and 95 %": f"{most:.3g}"}
+        cells = "".join(f"<tr><td>{name}</td><td>{words}</td></tr>" for name, words in rows.items())
+        return f"{line}<table>{cells}</table>"
+
     def plot(self, colour: str = "deviation", unit: str = "") -> "Plot":
         """The surface in three dimensions, for a notebook, coloured by ``deviation`` or ``face``.
 

@@ -93,6 +93,13 @@ class Touch:
         self._check_contact()
         self._check_order()
 
+    def __repr__(self) -> str:
+        """One line."""
+        x, y, z = self.contact
+        points = sum(len(contour.points) for contour in self.contours)
+        words = f"{self.status.value} at ({x:.4g}, {y:.4g}, {z:.4g})"
+        return f"<Touch {self.number}: {words}, {len(self.contours)} contours, {points} points>"
+
     def _check_status(self) -> None:
         """Refuse a contact without contours, and contours without a contact."""
         if self.status is TouchStatus.TOUCHED and not self.contours:

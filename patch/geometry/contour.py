@@ -73,6 +73,12 @@ class Contour:
             raise ValueError(f"ends are {self.ends!r}; they must be a pair of ContourEnd")
         self._check_in_plane()
 
+    def __repr__(self) -> str:
+        """One line."""
+        long = float(np.linalg.norm(np.diff(self.points, axis=0), axis=1).sum())
+        ends = ", ".join(end.value for end in self.ends)
+        return f"<Contour: {len(self.points)} points, {long:.4g} long, ends: {ends}>"
+
     def _check_in_plane(self) -> None:
         """Refuse points that belong to another plane or frame.
 

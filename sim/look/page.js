@@ -65,8 +65,12 @@ function play() {
 function theme() {
   const dark = matchMedia('(prefers-color-scheme: dark)').matches;
   K3DInstance.setClearColor(dark ? 0x14181c : 0xffffff);
+  // K3D draws 10 to 100 lines a side; many of them would be a veil.
+  const [a, b, c, d, e, f] = K3DInstance.parameters.grid, size = Math.max(d - a, e - b, f - c);
+  const many = size / 10 ** (Math.ceil(Math.log10(size)) - 2) > 40;
+  const grid = dark ? (many ? 0x1e2429 : 0x343c44) : (many ? 0xf1f3f5 : 0xd8dde2);
   // Set so, the grid is drawn once.
-  Object.assign(K3DInstance.parameters, { labelColor: dark ? 0x98a3ad : 0x6b7680, gridColor: dark ? 0x343c44 : 0xd8dde2 });
+  Object.assign(K3DInstance.parameters, { labelColor: dark ? 0x98a3ad : 0x6b7680, gridColor: grid });
   return K3DInstance.rebuildSceneData(true);
 }
 function legend() {

@@ -81,7 +81,7 @@ def run_text(
         "touches": len(frames.touches),
         "steps": max(len(frames.touches) - 1, 1),
         "tolerance": f"{tolerance:.4g} {unit}".strip(),
-        "words": _words(frames),
+        "words": _words(frames, live),
         "modes": modes,
         "layers": [*layers, *(["truth"] if truth is not None else [])],
         "low": low.tolist(),
@@ -184,11 +184,11 @@ def _colours(ids: list[np.ndarray]) -> np.ndarray:
     return np.asarray(np.concatenate(ids) % len(FACE_COLOURS), np.uint8)
 
 
-def _words(frames: Frames) -> list[str]:
+def _words(frames: Frames, live: bool) -> list[str]:
     """What is said of each moment."""
     count = len(frames.touches)
     words = [f"touch {i + 1} of {count}: {said}" for i, said in enumerate(frames.words)]
-    return [*words, f"{count} touches: the finished surface"]
+    return [*words, f"{count} touches{' so far' if live else ': the finished surface'}"]
 
 
 def _viridis() -> list[int]:
@@ -270,7 +270,9 @@ def page_bytes(frames: Frames, unit: str, truth, run: str, curves: str) -> bytes
     # k3d writes the time of day there.
     page = re.sub(r"<title>.*?</title>", "<title>touchatlas</title>", page, count=1)
     canvas = '<div id="canvasTarget"></div>'
-    head = '<meta name="viewport" content="width=device-width, initial-scale=1">\n</head>'
+    # Without an icon of its own a page that is served asks for one.
+    head = '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+    head += '<link rel="icon" href="data:,">\n</head>'
     data = f'<script type="text/plain" id="run">{run}</script>'
     if page.count(canvas) != 1:
         raise ValueError("this version of k3d makes another page; install k3d 3.2")

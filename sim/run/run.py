@@ -160,7 +160,7 @@ def explore(
     force : bool
         Replace the run that the folder holds, when the new one is whole.
     progress : function of the number of touches and the share known, optional
-        Called after each touch; a line that is written over itself by default.
+        Called after each touch; a bar that is drawn over itself by default.
     """
     from touchatlas.sim.folder.out_folder import default_folder
     from touchatlas.sim.run.exploration import run_exploration
@@ -174,8 +174,10 @@ def explore(
 
 
 def _line(touches: int, known: float) -> None:
-    """Say how far a run is, over what was said before."""
-    print(f"\r{touches} touches, {known:.1%} known to the tolerance", end="", flush=True)
+    """Draw how far a run is, over what was drawn before."""
+    bar = "#" * round(24 * known)
+    words = f"{touches} touches, {known:.1%} known to the tolerance"
+    print(f"\r[{bar:<24}] {words}", end="", flush=True)
 
 
 class _Callback(Watcher):

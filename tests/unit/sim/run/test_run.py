@@ -8,6 +8,7 @@ import pytest
 import touchatlas as ta
 from tests.explored import explore_body
 from touchatlas.planner import Planner, PlannerOptions
+from touchatlas.sim import Probe
 from touchatlas.sim.look.words import Outlook
 
 
@@ -63,6 +64,21 @@ def test_a_planner_shows_what_it_knows_and_wants():
     found = explore_body(obj, 2)
     assert "0 touches" in repr(ta.Atlas(1.0)) and "2 touches" in repr(found.atlas)
     assert found.atlas._repr_html_().count("<tr>") == 1 + len(found.atlas.body.faces)
+
+
+def test_records_say_in_one_line_what_they_hold():
+    obj, atlas = ta.make_object("sphere"), ta.Atlas(0.1)
+    plan = ta.Planner([0, 0, 40], [0, 0, 1]).ask(atlas)
+    touch = Probe(obj, 0.0, np.random.default_rng(0))(plan)
+    atlas.add(touch)
+    surface = ta.extract_surface(atlas)
+    records = touch, touch.contours[0], plan, atlas.blend(np.zeros((2, 3))), surface
+    lines = [repr(record) for record in records]
+    assert all("\n" not in line and len(line) < 100 for line in lines)
+    assert lines[0].startswith("<Touch 0: touched at (") and "start at (0, 0, 40)" in lines[2]
+    points = sum(len(contour.points) for contour in touch.contours)
+    assert f"{points} points>" in lines[0] and f"{len(touch.contours[0].points)} points" in lines[1]
+    assert "2 points" in lines[3] and "95 %" in surface._repr_html_()
 
 
 def test_a_run_is_explored_from_a_script(tmp_path, few_judged, no_pictures, capsys):
