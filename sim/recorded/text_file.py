@@ -1,7 +1,8 @@
 """A text file as lines, in one kind of minus, and of one point a line.
 
-Lines of controls hold points among words: grbl's ``[PRB:x,y,z:1]``, words of G-code, ``x: 1``
-under each other as topics are echoed, ``"x": 1`` as in JSON. Each becomes a line of cells.
+Lines of controls hold points among words: grbl's ``[PRB:x,y,z:1]``, ``GOTO/x,y,z``, words of
+G-code, ``x: 1`` under each other as topics are echoed, ``"x": 1`` as in JSON. Each becomes a line
+of cells.
 """
 
 import re
@@ -11,8 +12,16 @@ from pathlib import Path
 NUMBER = r"[+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][+-]?\d+)?"
 _MINUS = str.maketrans(dict.fromkeys("\u2212\u2010\u2011\u2013\uff0d", "-") | {"\u3000": " "})
 _KANJI = re.compile(r"[\u3040-\u30ff\u4e00-\u9fff\uff01-\uff5e\u3000-\u303f]*")
-_PROBED = re.compile(r"\[PRB:([^:\]]*):([01])\]")
-_NAMED = re.compile(r'\b([xyz])"?\s*[:=]?\s*"?([+-]?[\d.]+(?:[eE][+-]?\d+)?)', re.IGNORECASE)
+_N = r"\s*([+-]?[\d.]+(?:[eE][+-]?\d+)?)\s*"
+# A point amid a line: its pattern, how it is written, what its parts are, and the writer's unit.
+_AMID = (
+    (r"\[PRB:([^,]*),([^,]*),([^,:]*)[^:\]]*:([01])\]", "[PRB:x,y,z:hit]", "x y z hit", ""),
+    (rf"probe at{_N},{_N}is z={_N}", "probe at x,y is z=", "x y z", ""),
+    (rf"robtarget\b.*?\[\s*\[{_N},{_N},{_N}\]", "the positions of robtarget", "x y z", "mm"),
+)
+_SLASHED = re.compile(rf"\s*(?!THEO|TARG)[A-Z]+/\s*<?({_N}(?:,{_N}){{2,}}.*)")
+_NAMED = re.compile(rf'\b([xyzijk])"?\s*[:=]?\s*"?{_N[3:-3]}(?:\s*(mm|cm|in|m)\b)?', re.IGNORECASE)
+_BARE = re.compile(rf"\s*{NUMBER}(?:[\s,;]+{NUMBER}){{2,}}\s*")
 _BRACKETED = re.compile(r"[\s\d.,;+eE-]*[\[({][\s\[\](){}\d.,;+eE-]*")
 # What a move may hold beside its words: numbers of blocks, and words of Heidenhain without numbers.
 _BESIDE = re.compile(r"(?:\d+|LN?|F ?MAX|R[0LR]|M|[\s/%])*", re.IGNORECASE)
@@ -48,21 +57,28 @@ def read_lines(path: Path) -> Lines:
         text = _ECHOED.sub(r"\1 \2 \3\n\n", text)
         return Lines(_split(text), ["x", "y", "z"], assumed)
     if text.count("\n") < 3:
-        # A list of lists, as JSON writes it.
-        text = re.sub(r"\]\s*,\s*\[", "]\n[", text)
+        # A list of lists or of objects, as JSON writes it.
+        text = re.sub(r"([\]}])\s*,\s*([\[{])", r"\1\n\2", text)
     text = re.sub(r"(\d\.\d*)[dD]([+-]\d+)", r"\1e\2", text)
     lines = _split(text)
     if path.suffix.lower() == ".ptx":
         # Sizes, and where the scanner stood.
         lines[:10] = [f"# {line}" for line in lines[:10]]
-    if any("[PRB:" in line for line in lines):
-        assumed.append("[PRB:x,y,z:hit] are points")
-        found = (_PROBED.search(line) for line in lines)
-        told = [f"{m[1]},{m[2]}" if m else w for m, w in zip(found, lines, strict=True)]
-        return Lines(told, ["x", "y", "z", "hit"], assumed)
-    if any(re.match(r"\s*ACTL/", line) for line in lines):
-        assumed.append("ACTL/ are points, as measured")
-        return Lines([_actual(line) for line in lines], None, assumed)
+    for pattern, words, names, unit in _AMID:
+        if re.search(pattern, text):
+            found = [re.search(pattern, line) for line in lines]
+            assumed.append(f"{words} are points")
+            told = [",".join(m.groups()) if m else w for m, w in zip(found, lines, strict=True)]
+            return Lines(told, names.split(), assumed, unit)
+    found = [_SLASHED.match(line) for line in lines] if "/" in text else []
+    if any(found) and 2 * sum(map(bool, found)) > sum(map(bool, map(_BARE.fullmatch, lines))):
+        word = next(m for m in found if m)[0].partition("/")[0].strip()
+        assumed.append(f"{word}/ are points")
+        told = [
+            re.sub("[<>]", "", m[1]) if m else _comment(line)
+            for m, line in zip(found, lines, strict=True)
+        ]
+        return Lines(told, None, assumed)
     return _cells_of(lines, assumed)
 
 
@@ -75,9 +91,16 @@ def _cells_of(lines: list[str], assumed: list[str]) -> Lines:
     if 2 * sum(_code(line) is not None for line in full) > len(full):
         assumed.append("X, Y, Z of G-code are coordinates, G0 parts curves")
         return Lines(_modal(lines), ["x", "y", "z"], assumed)
-    if 2 * sum(len(_NAMED.findall(line)) >= 3 for line in full) > len(full):
-        assumed.append("numbers after x, y, z are coordinates")
-        return Lines([_named(line) for line in lines], ["x", "y", "z"], assumed)
+    named = [_named(line) if "z" in line.lower() else None for line in lines]
+    points = [point for point in named if point]
+    if points and len(points) > sum(map(bool, map(_BARE.fullmatch, lines))):
+        axes = "xyz" + "ijk" * all("k" in point for point in points)
+        assumed.append(f"numbers after {', '.join(axes)} are coordinates")
+        told = [
+            ",".join(point.get(axis, "") for axis in axes) if point else _comment(line)
+            for point, line in zip(named, lines, strict=True)
+        ]
+        return Lines(told, list(axes), assumed, points[0].get("unit", ""))
     units = [[found[1] for found in _WITH_UNIT.findall(line)] for line in full]
     if 2 * sum(len(found) >= 3 for found in units) > len(full):
         unit = next(found[-1] for found in units if found)
@@ -109,18 +132,20 @@ def _text(path: Path, assumed: list[str]) -> str:
     raise ValueError(f"{path} is no text; save it as CSV in UTF-8")
 
 
-def _actual(line: str) -> str:
-    """x,y,z,i,j,k of a line of PC-DMIS that holds what was measured; others as a comment."""
-    found = re.match(r"\s*ACTL/(.*)", line)
-    return found[1].replace("<", "").replace(">", "") if found else f"# {line}" if line else line
-
-
-def _named(line: str) -> str:
-    """x,y,z of a line that names each of its numbers; the line itself where it does not."""
+def _named(line: str) -> dict[str, str] | None:
+    """The numbers of a line that names x, y, z, and perhaps i, j, k, by their names, and the unit
+    after them; None where it does not."""
     found: dict[str, str] = {}
-    for name, value in _NAMED.findall(line):
+    for name, value, unit in _NAMED.findall(line):
         found.setdefault(name.lower(), value)
-    return ",".join(found[axis] for axis in "xyz") if len(found) == 3 else line
+        if unit:
+            found["unit"] = unit
+    return found if {*"xyz"} <= found.keys() else None
+
+
+def _comment(line: str) -> str:
+    """A line that holds no point, marked as such; an empty one as it is."""
+    return f"# {line}" if line.strip() else line
 
 
 def _code(line: str) -> dict[str, str] | None:
@@ -138,10 +163,10 @@ def _modal(lines: list[str]) -> list[str]:
     for line in lines:
         words = _code(line)
         if words is None:
-            told.append(f"# {line}")
+            told.append(_comment(line))
             continue
         place |= {axis: value for axis, value in words.items() if axis in "XYZ"}
         code = words.get("G", code).lstrip("0") or "0"
         known = code not in ("0", "53") and len(place) == 3
-        told.append(",".join(place[axis] for axis in "XYZ") if known else f"# {line}")
+        told.append(",".join(place[axis] for axis in "XYZ") if known else _comment(line))
     return told

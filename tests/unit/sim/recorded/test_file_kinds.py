@@ -236,7 +236,7 @@ KINDS = {
     "KUKA": (rows("{{X {px:.4f},Y {py:.4f},Z {pz:.4f},A 0,B 0,C 180}}"), "", "after x, y, z"),
     "Fanuc": (
         rows("P[{j}]{{ X = {px:.4f} mm, Y = {py:.4f} mm, Z = {pz:.4f} mm }};"),
-        "",
+        "mm",
         "after x",
     ),
     "ABB": (rows("[[{px:.4f},{py:.4f},{pz:.4f}],[1,0,0,0]]"), "m", "column 1, column 2, column 3"),
@@ -254,6 +254,116 @@ KINDS = {
         ["Punkt;X;Y;Z;Status", *rows("{j};" + MM.replace(",", ";") + ";OK"), "99;0;0;0;Fehler"],
         "",
         "Status calls failed",
+    ),
+    "Fanuc program": (
+        [
+            "/PROG  A",
+            "/MN",
+            *rows("{j}: L P[{j}] 60cm/min CNT100 ;"),
+            "/POS",
+            *(
+                w
+                for line in rows("X = {px:.4f} mm, Y = {py:.4f} mm, Z = {pz:.4f} mm,")
+                for w in (
+                    "P[1] {",
+                    "UF : 6, UT : 5,",
+                    line,
+                    "W = 0.0 deg, P = 0.0 deg, R = 0.0 deg",
+                )
+            ),
+        ],
+        "mm",
+        "after x, y, z",
+    ),
+    "RAPID program": (
+        [
+            "MODULE A",
+            *rows(
+                "CONST robtarget p{j}:=[[{px:.4f},{py:.4f},{pz:.4f}],[1,0,0,0],[-1,0,-1,0],"
+                "[9E+09,9E+09,9E+09,9E+09,9E+09,9E+09]];"
+            ),
+            *rows("MoveL p{j},v100,z1,tool0;"),
+        ],
+        "mm",
+        "robtarget",
+    ),
+    "KUKA program": (
+        [
+            "DEF A ( )",
+            *rows(
+                "LIN {{X {px:.4f},Y {py:.4f},Z {pz:.4f},A 0.0,B 90.0,C 0.0,E1 0}} C_DIS",
+                ["PTP {A1 0.0, A2 -90.0, A3 90.0}"],
+            ),
+        ],
+        "",
+        "by lines of words",
+    ),
+    "APT": (
+        ["PARTNO/A", "UNITS/MM", *rows("GOTO/ " + IJK.replace(",", ", "), ["RAPID"])],
+        "mm",
+        "normals of the surface",
+    ),
+    "Klipper": (
+        [
+            w
+            for line in rows("// probe at {px:.4f},{py:.4f} is z={pz:.4f}")
+            for w in ("21:09:48", line)
+        ],
+        "",
+        "probe at",
+    ),
+    "Marlin": (
+        [
+            w
+            for line in rows("X:{px:.4f} Y:{py:.4f} Z:{pz:.4f} E:0.0 Count 0 2743 1830")
+            for w in (line, "ok")
+        ],
+        "",
+        "after x, y, z",
+    ),
+    "SmartElectrode": (
+        rows("P{j}, X={px:.4f}, Y={py:.4f}, Z={pz:.4f}, I={nx:.5f}, J={ny:.5f}, K={nz:.5f}"),
+        "",
+        "normals of the surface",
+    ),
+    "SpatialAnalyzer": (
+        ["// SA 2026", *rows("A Scan{k} p{i} " + POSE)],
+        "",
+        "curves by column 2",
+    ),
+    "tcp in mm": (
+        [
+            "elapsed_sec,tcp_x_mm,tcp_y_mm,tcp_z_mm,tcp_ox,tcp_oy,tcp_oz",
+            *rows("{t:.3f}," + MM + ",0,0,1"),
+        ],
+        "mm",
+        "tcp_x_mm",
+    ),
+    "JSON objects": (
+        [
+            "["
+            + ",".join(rows('{{"x":{px:.4f},"y":{py:.4f},"z":{pz:.4f},"roll":-2.8,"yaw":0.1}}'))
+            + "]"
+        ],
+        "",
+        "after x, y, z",
+    ),
+    "frames": (
+        [
+            w
+            for k in range(3)
+            for w in (f"# frame {k}", "x,y,z", *rows(MM)[25 * k : 25 * k + 25], "")
+        ],
+        "",
+        "by empty lines",
+    ),
+    "spacecraft": (
+        [
+            "frame,epoch,x,y,z,vx,vy,vz",
+            *rows("J2000,2026-11-28T00:00:{t:06.3f} UTC," + MM + ",1,2,3"),
+        ],
+        "",
+        "x, y, z are x, y, z",
     ),
     "cross-sections": (
         ["3"]
