@@ -19,7 +19,6 @@ from touchatlas.atlas.mesh.surface import extract_surface, with_fewer_patches
 from touchatlas.atlas.records.blend import Blend
 from touchatlas.atlas.records.scan import Scan
 from touchatlas.atlas.records.touch import AtlasChange, Touch
-from touchatlas.atlas.samples.misses import LATEST
 from touchatlas.atlas.state import AtlasState
 
 if TYPE_CHECKING:
@@ -77,7 +76,7 @@ class Atlas(AtlasState):
             change = replace(learn(self, measured), touch=measured.number)
             self.touches += 1
         if not change.refused:
-            self.misses = np.concatenate([self.misses, change.misses])[-LATEST:]
+            self.learn_innovations(change.innovations)
             self._take(look_for_body(self.pool, self.sample_std, self.known_body, self.levels))
         elif len(self.ways) > ways:
             self.know(self.known_body)
@@ -101,7 +100,7 @@ class Atlas(AtlasState):
     def _take(self, known: KnownBody) -> None:
         """Take what was found, if it is anything new. One face and many miss in other ways."""
         if known.is_of_faces != self.known_body.is_of_faces:
-            self.misses = np.zeros((0, 3))
+            self.innovations, self.settled = np.zeros((0, 5)), 0
         if known is not self.known_body:
             self.know(known)
 

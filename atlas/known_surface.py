@@ -13,9 +13,10 @@ def blend(state: AtlasState, points) -> Blend:
     if state.body is None:
         return _unknown(len(points))
     found, known = state.body.at(points)
+    deviation = state.law.deviations(found.deviation)
     curvature = state.body.gaussian_curvature(points, found.face)
     known[known] = ~state.body.beyond(points[known], found.normal[known])
-    columns = found.distance, known, found.normal, found.deviation, curvature, found.face
+    columns = found.distance, known, found.normal, deviation, curvature, found.face
     return Blend(*columns).without(np.flatnonzero(~known))
 
 

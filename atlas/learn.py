@@ -7,7 +7,7 @@ from touchatlas.atlas.pieces.fit_piece import fit_piece
 from touchatlas.atlas.pieces.kinds import Kind
 from touchatlas.atlas.pieces.piece import Piece, in_plane_cosines
 from touchatlas.atlas.records.touch import LEAST_POINTS, AtlasChange, Touch, TouchStatus, extent_of
-from touchatlas.atlas.samples.misses import misses_of
+from touchatlas.atlas.samples.predictive_law import innovations_of
 from touchatlas.atlas.samples.sample_pool import SamplePool
 from touchatlas.atlas.state import AtlasState
 from touchatlas.patch.geometry.contour import Contour, ContourEnd
@@ -50,10 +50,10 @@ def learn(state: AtlasState, touch: Touch) -> AtlasChange:
     if outward is None:
         hidden = quadric is None and noise_hides(touch, contours)
         return AtlasChange(refused=reason, hidden=hidden)
-    news, misses = compared(state, points, stds)
+    news = innovations(state, points, stds)
     enter_samples(state, contours, _normals(state, touch.contact, contours, outward, quadric))
     _enter_way(state, touch)
-    return AtlasChange(innovations=news, misses=misses)
+    return AtlasChange(innovations=news)
 
 
 def check_unit_of_length(state: AtlasState, name: str, points, stds) -> None:
@@ -278,33 +278,16 @@ def _before_turn(points) -> int:
 
 
 def innovations(state: AtlasState, points, stds) -> np.ndarray:
-    """(k,) distances of new samples (n, 3), of deviations (n,), from the surface that was predicted
-    before them, in standard deviations (no unit), of those k samples that tell how good the
-    prediction was.
-
-    The standard deviation is that of the surface and of the sample together. Where a body is made
-    of laws, these are so much surer than a sample that all samples tell whether they hold. On
-    free-form faces samples whose noise is larger than the predicted deviation tell nothing. If
-    predictions are right, the squares have a mean of 1 (Bar-Shalom, Li, Kirubarajan: Estimation
-    with Applications to Tracking and Navigation, 2001, section 5.4).
-    """
-    return compared(state, points, stds)[0]
-
-
-def compared(state: AtlasState, points, stds) -> tuple[np.ndarray, np.ndarray]:
-    """The innovations (k,) of new samples (n, 3) of deviations (n,), and what these show of the
-    faces that were predicted: a row (1, 3) as of ``misses_of``, or none (0, 3)."""
+    """(k, 5) what new samples (n, 3), of deviations (n,), show of the surface that was predicted
+    before them: see ``innovations_of``. Where nothing was known, or as little as of a polynomial
+    far from all samples, they show nothing."""
     if state.body is None:
-        return np.zeros(0), np.zeros((0, 3))
+        return np.zeros((0, 5))
     found, known = state.body.at(points)
-    deviation = np.hypot(found.deviation, stds)
-    away = state.body.away(points[known])
-    misses = misses_of(found.distance[known], deviation[known], away)
-    # Farther from all samples polynomials tell nothing.
-    tell = known & (found.deviation <= state.levels.sure * state.scale)
-    if state.body.field.is_one and not state.body.faces.are_lawful:
-        tell &= found.deviation >= stds
-    return found.distance[tell] / deviation[tell], misses[None]
+    known &= found.deviation <= state.levels.sure * max(state.scale, state.sample_std)
+    stds = np.broadcast_to(stds, len(points))
+    columns = found.distance, found.deviation, stds, state.body.away(points)
+    return innovations_of(state.next_number, *columns)[known]
 
 
 def enter_samples(state: AtlasState, contours: tuple[Contour, ...], normals) -> None:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from touchatlas.atlas.learn import check_unit_of_length, compared, settle_scale
+from touchatlas.atlas.learn import check_unit_of_length, innovations, settle_scale
 from touchatlas.atlas.records.scan import Scan
 from touchatlas.atlas.records.touch import AtlasChange
 from touchatlas.atlas.samples.neighbourhoods import plane_directions, thinned
@@ -72,9 +72,9 @@ def learn_scan(state: AtlasState, scan: Scan) -> AtlasChange:
     normals = np.concatenate([strand.normals for strand in strands]) * signs[numbers][:, None]
     across = np.concatenate([strand.across for strand in strands])
     noise = np.concatenate([strand.noise for strand in strands])
-    news, misses = compared(state, points, np.hypot(noise, state.bias))
+    news = innovations(state, points, np.hypot(noise, state.bias))
     state.pool.add(points, normals, across, False, noise, numbers)
-    return AtlasChange(innovations=news, misses=misses)
+    return AtlasChange(innovations=news)
 
 
 def _all_learned(state: AtlasState, points) -> bool:

@@ -1,12 +1,14 @@
 """AtlasState: what an atlas learned, the samples, and the surface that follows from them."""
 
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 
 from touchatlas.atlas.body.body import Body
 from touchatlas.atlas.body.choose import KnownBody
 from touchatlas.atlas.records.options import AtlasOptions, Levels, check_tolerance
+from touchatlas.atlas.samples.predictive_law import LATEST, PredictiveLaw, law_of
 from touchatlas.atlas.samples.rims import Rims
 from touchatlas.atlas.samples.sample_pool import SamplePool
 
@@ -34,8 +36,12 @@ class AtlasState:
         Ends of straight ways through air on which the probe came.
     known_body : KnownBody
         What the samples show: the faces and the body.
-    misses : (k, 3) float
-        How often the latest touches missed the predicted faces; see ``misses_of``.
+    innovations : (k, 5) float
+        What the latest touches showed of the surface that was predicted before them; see
+        ``innovations_of``.
+    settled : int
+        Number of the first touch since faces, edges or laws changed: before it errors were those of
+        another surface.
     touches : int
         Number of touches, with those that were refused.
     scale_is_given : bool
@@ -58,7 +64,8 @@ class AtlasState:
         self.rims = Rims(self.pool)
         self.ways = np.zeros((0, 2, 3))
         self.known_body = KnownBody()
-        self.misses = np.zeros((0, 3))
+        self.innovations = np.zeros((0, 5))
+        self.settled = 0
         self.touches = 0
 
     def __len__(self) -> int:
@@ -87,14 +94,34 @@ class AtlasState:
         """(n,) standard deviation of the distance of each sample from the surface, length."""
         return np.hypot(self.pool.noise, self.bias)
 
+    @property
+    def next_number(self) -> int:
+        """Number of the next innovations."""
+        return int(self.innovations[:, 0].max(initial=-1.0)) + 1
+
+    def learn_innovations(self, innovations) -> None:
+        """Take the innovations (n, 5) of one more touch; those of eight touches count."""
+        every = np.concatenate([self.innovations, innovations])
+        self.innovations = every[every[:, 0] > every[:, 0].max(initial=0.0) - LATEST]
+        self.__dict__.pop("law", None)
+
     def know(self, known: KnownBody) -> None:
         """Take what the samples show. The surface ends at the rims of this atlas, and is
         not where the probe passed."""
+        if structure_of(known.body) != structure_of(self.body):
+            self.settled = self.next_number
+            self.__dict__.pop("law", None)
         if known.body is not None:
             body = known.body.with_air(self.ways)
             body.rims = self.rims
             known = replace(known, body=body)
         self.known_body = known
+
+    @cached_property
+    def law(self) -> PredictiveLaw:
+        """How the errors of the surface are distributed."""
+        own = self.innovations[self.innovations[:, 0] >= self.settled]
+        return law_of(own, self.sample_std, self.known_body.is_of_faces)
 
     @property
     def body(self) -> Body | None:
@@ -105,3 +132,13 @@ class AtlasState:
     def point_count(self) -> int:
         """Number of samples of all touches."""
         return len(self.pool)
+
+
+def structure_of(body: Body | None) -> tuple[int, int, int, str]:
+    """Numbers of faces, edges and rounded edges, and the kind of a single face: where one changes,
+    so does the surface."""
+    if body is None:
+        return 0, 0, 0, ""
+    faces = body.faces
+    rounded = sum(edge.radius > 0.0 for edge in faces.edges)
+    return len(faces), len(faces.edges), rounded, faces.faces[0].kind if len(faces) == 1 else ""

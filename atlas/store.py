@@ -21,7 +21,7 @@ from touchatlas.atlas.samples.sample_pool import NAMES
 from touchatlas.atlas.whole_file import DamagedError, FileKind, load_whole
 
 # The version is that of the file, no unit.
-_FILE = FileKind("atlas", "the atlas.npz of a run", 16, "explore again")
+_FILE = FileKind("atlas", "the atlas.npz of a run", 17, "explore again")
 _LAW = "count", "looked", "std", "is_few"
 
 
@@ -33,6 +33,7 @@ def atlas_bytes(atlas: Atlas) -> bytes:
         "scale": atlas.scale if atlas.scale_is_given or atlas.point_count else None,
         "scale_is_given": atlas.scale_is_given,
         "touches": atlas.touches,
+        "settled": atlas.settled,
         "options": asdict(atlas.options),
         "law": {name: getattr(atlas.known_body, name) for name in _LAW}
         | {"is_of_faces": atlas.known_body.is_of_faces},
@@ -42,7 +43,7 @@ def atlas_bytes(atlas: Atlas) -> bytes:
         **{f"sample_{name}": getattr(atlas.pool, name) for name in NAMES},
         **{f"rims_{name}": getattr(atlas.rims.ends, name) for name in LostEnds.NAMES},
         "ways": atlas.ways,
-        "misses": atlas.misses,
+        "innovations": atlas.innovations,
         **law_arrays(atlas.known_body),
     }
     buffer = io.BytesIO()
@@ -115,14 +116,15 @@ def _restored(arrays, header, finished: bool) -> Atlas:
     atlas.know(replace(known, is_few=False))
     if known.is_few is True and finished:
         atlas.know(with_fewer_patches(atlas.known_body, atlas.tolerance))
-    atlas.misses = _misses(arrays["misses"])
+    atlas.innovations = _innovations(arrays["innovations"])
+    atlas.settled = int(header["settled"])
     return atlas
 
 
-def _misses(found) -> np.ndarray:
-    """The misses (k, 3) of a file; DamagedError where they are no counts, lengths and squares."""
-    if found.shape[1:] != (3,) or found.dtype != float or not (found >= 0.0).all():
-        raise DamagedError("its misses have another shape, type or sign")
+def _innovations(found) -> np.ndarray:
+    """The innovations (k, 5) of a file; DamagedError where they are none."""
+    if found.shape[1:] != (5,) or found.dtype != float or not np.isfinite(found).all():
+        raise DamagedError("its innovations have another shape or type, or are not finite")
     return np.asarray(found)
 
 

@@ -1,61 +1,8 @@
-"""How much of the surface is known: errors over predicted deviations, and growth touch by touch."""
+"""How much of the surface is known, and its growth touch by touch."""
 
 from dataclasses import dataclass, field
 
-import numpy as np
-from scipy.special import erf, ndtri
-
-from touchatlas.atlas.faces.faces import Faces
-from touchatlas.patch.geometry.normal_error import SURE
 from touchatlas.planner.options import PlannerLevels
-
-
-@dataclass
-class DeviationRatio:
-    """The ratio of errors to predicted deviations, from the innovations of the last touches.
-
-    It is such that intervals hold 95 % of new samples, and 1 at least. Quantiles do not depend on
-    the few samples where a patch is wrong. Contours are so few that a ratio below 1 may be chance.
-    """
-
-    latest: list[np.ndarray] = field(default_factory=list)
-
-    def learn(self, innovations) -> None:
-        """Take the innovations (k,) of a touch; see ``AtlasChange``. Those of eight touches
-        count."""
-        if len(innovations):
-            self.latest = [*self.latest, np.abs(innovations)][-8:]
-
-    def within(self, deviations) -> np.ndarray:
-        """Chance that an error is less than so many predicted deviations, as an array of the same
-        shape.
-
-        Either all errors are that much larger than predicted, or a part of the patches is wrong, as
-        at a thin rim that they round off, and the others are right. The likelier law counts. Chance
-        makes one error in 500 million larger than six deviations.
-        """
-        # 150 errors of right predictions, evenly spread over a normal distribution, come first.
-        before = ndtri(0.5 + (np.arange(150) + 0.5) / 300)
-        deviations = np.asarray(deviations) / np.sqrt(2.0)
-        errors = np.concatenate([before, *self.latest])
-        right = errors[errors <= 6.0]
-        part = len(right) / len(errors) * erf(deviations / _ratio(right))
-        return np.asarray(np.maximum(erf(deviations / _ratio(errors)), part))
-
-
-def _ratio(errors) -> float:
-    """The factor for deviations whose 95 % intervals hold 95 % of errors (n,) in deviations; 1 at
-    least."""
-    return max(1.0, float(np.quantile(errors, 0.95)) / SURE)
-
-
-def structure_of(faces: Faces | None) -> tuple[int, int, int, str]:
-    """Numbers of faces, edges and rounded edges, and the kind of a single face: where one changes,
-    so does the surface."""
-    if faces is None:
-        return 0, 0, 0, ""
-    rounded = sum(edge.radius > 0.0 for edge in faces.edges)
-    return len(faces), len(faces.edges), rounded, faces.faces[0].kind if len(faces) == 1 else ""
 
 
 @dataclass

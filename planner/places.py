@@ -6,7 +6,6 @@ import igl
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
-from scipy.special import erf
 
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.body.body import Body
@@ -25,8 +24,8 @@ from touchatlas.atlas.mesh.surface import (
     is_smooth,
 )
 from touchatlas.atlas.records.surface import Surface
+from touchatlas.atlas.samples.predictive_law import PredictiveLaw
 from touchatlas.patch.geometry.normal_error import SURE
-from touchatlas.planner.known import DeviationRatio
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +37,8 @@ class Places:
     points, normals : (n, 3) float, length; unit, world
         Middles of triangles.
     deviation : (n,) float, length
+    away : (n,) float, length
+        Distance of each from the nearest sample.
     area : (n,) float, length^2
     rim, rim_normals : (k, 3) float, length; unit, world
         Middles of the edges at which the surface ends.
@@ -54,6 +55,7 @@ class Places:
     points: np.ndarray
     normals: np.ndarray
     deviation: np.ndarray
+    away: np.ndarray
     area: np.ndarray
     rim: np.ndarray
     rim_normals: np.ndarray
@@ -62,17 +64,16 @@ class Places:
     rim_slope: np.ndarray
     surface: Surface | None = None
 
-    def areas(self, tolerance: float, ratio: DeviationRatio, counted) -> tuple[float, float, float]:
-        """Expected area within a tolerance; all area, with that beside the rims ``counted`` (k,)
-        bool; and the first by predicted deviations alone, length^2."""
-        limit = tolerance / np.maximum(self.deviation, np.finfo(float).tiny)
-        inside = float((self.area * ratio.within(limit)).sum())
-        unscaled = float((self.area * erf(limit / np.sqrt(2.0))).sum())
+    def areas(self, tolerance: float, law: PredictiveLaw, counted) -> tuple[float, float, float]:
+        """Expected area within a tolerance by a law of errors; all area, with that beside the rims
+        ``counted`` (k,) bool; and the first by the law that comes before all samples, length^2."""
+        inside = float(self.area @ law.chance(tolerance, self.deviation, self.away))
+        unscaled = float(self.area @ PredictiveLaw().chance(tolerance, self.deviation, 0.0))
         return inside, float(self.area.sum() + self.rim_area[counted].sum()), unscaled
 
     def some(self, points, rims) -> "Places":
         """Those of the triangles ``points`` (n,) bool, and of the ``rims`` (k,) bool."""
-        of = dict.fromkeys(("points", "normals", "deviation", "area"), points)
+        of = dict.fromkeys(("points", "normals", "deviation", "away", "area"), points)
         of |= dict.fromkeys(("rim", "rim_normals", "rim_area", "rim_size", "rim_slope"), rims)
         return replace(self, **{name: getattr(self, name)[which] for name, which in of.items()})
 
@@ -84,10 +85,10 @@ class Places:
             np.concatenate([self.rim_normals, self.normals]),
         )
 
-    def left(self, tolerance: float, apart: float) -> np.ndarray:
-        """(m, 3) places that are open or not known to a tolerance, farther from each other than
-        ``apart``, length, world."""
-        vague = self.points[SURE * self.deviation > tolerance]
+    def left(self, tolerance: float, law: PredictiveLaw, apart: float) -> np.ndarray:
+        """(m, 3) places that are open or not known to a tolerance by a law of errors, farther from
+        each other than ``apart``, length, world."""
+        vague = self.points[SURE * law.deviations(self.deviation) > tolerance]
         kept: list[np.ndarray] = []
         for point in np.concatenate([self.rim, vague]):
             if all(((point - other) ** 2).sum() > apart**2 for other in kept):
@@ -116,7 +117,7 @@ def places_of(atlas: Atlas, cube: float | None = None) -> Places:
     body = atlas.body
     if body is None:
         none, no = np.zeros((0, 3)), np.zeros(0)
-        return Places(none, none, no, no, none, none, no, no, no)
+        return Places(none, none, no, no, no, none, none, no, no, no)
     coarse = planning_cube(atlas)
     cube = coarse if cube is None else cube
     drawn = _drawn(body, cube)
@@ -145,6 +146,7 @@ def places_of(atlas: Atlas, cube: float | None = None) -> Places:
         middles[within],
         normals[within],
         drawn.deviation[faces].mean(axis=1)[within],
+        body.away(middles[within]),
         0.5 * double[within],
         middle[left],
         outward[left],

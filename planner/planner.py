@@ -11,7 +11,7 @@ from touchatlas.patch.geometry.arrays import check_unit, frozen_array
 from touchatlas.planner.attempts import Attempts, Target
 from touchatlas.planner.behind_edges import sharp_bends
 from touchatlas.planner.clearance import pin_is_clear
-from touchatlas.planner.known import DeviationRatio, KnownArea, structure_of
+from touchatlas.planner.known import KnownArea
 from touchatlas.planner.options import TOLERANCE, PlannerOptions
 from touchatlas.planner.places import Places, places_of
 from touchatlas.planner.plans import ending_where_known, plan_at
@@ -80,9 +80,8 @@ class Planner:
         self.stop: Stop | None = None
         self.places: Places | None = None
         self._attempts = Attempts(start, check_unit(outward, "outward direction"))
-        self._ratio = DeviationRatio()
-        # Numbers of faces, edges and rounded edges of the body that the last plan went by.
-        self._structure = structure_of(None)
+        # Whether the body that the last plan went by is one face.
+        self._is_one = False
         # What is known, and the answers that it was last measured after.
         self._known, self._measured = KnownArea(), -1
         # How far from the region the surface is wanted.
@@ -145,7 +144,6 @@ class Planner:
         plan = check_answer(self._attempts.plans, touch, change)
         self._attempts.bends += sharp_bends(touch, plan)
         self._attempts.answer(touch, change)
-        self._ratio.learn(change.innovations)
 
     def forecast(self, atlas: Atlas) -> Forecast:
         """What is known of the surface of an atlas, and where too little is.
@@ -188,7 +186,7 @@ class Planner:
         if not known:
             open_ |= places.stay_open(atlas.tolerance, view.extent)
         inside, total, _ = self._areas(places, view, open_)
-        left = places.left(atlas.tolerance, self.options.levels.about * view.extent)
+        left = places.left(atlas.tolerance, atlas.law, self.options.levels.about * view.extent)
         return Forecast(inside / total if total > 0.0 else 0.0, left)
 
     def _further(self, atlas: Atlas) -> Target | None:
@@ -211,20 +209,17 @@ class Planner:
         return next_target(view, places)
 
     def _measure(self, atlas: Atlas) -> Places:
-        """The places of an atlas, after its area within the tolerance is measured. What was learned
-        of errors is forgotten when the number of faces, edges or rounded edges, or the law of a
-        single face changes: they were those of another surface."""
+        """The places of an atlas, after its area within the tolerance is measured. What was known
+        is forgotten when one face becomes many, or many become one."""
         places = places_of(atlas)
         self._margin = margin_about(places, self.options, atlas.pool.extent)
         self.places = places = self._view(atlas).limited(places)
         learned = self._attempts.learned
         if atlas.body is None:
             return places
-        found = structure_of(atlas.body.faces)
-        if found != self._structure:
-            if (found[0] == 1) != (self._structure[0] == 1):
-                self._known = KnownArea()
-            self._structure, self._ratio = found, DeviationRatio()
+        is_one = len(atlas.body.faces) == 1
+        if is_one != self._is_one:
+            self._is_one, self._known = is_one, KnownArea()
         view = self._view(atlas)
         areas = self._areas(places, view, places.are_large(view.extent))
         self._known.measure(*areas, self._measured == learned)
@@ -235,7 +230,7 @@ class Planner:
         """See ``Places.areas``: of the rims ``open_`` (k,) bool, those count that no touch or
         attempt was near."""
         counted = open_ & view.is_untried(places.rim)
-        return places.areas(view.atlas.tolerance, self._ratio, counted)
+        return places.areas(view.atlas.tolerance, view.atlas.law, counted)
 
     def _view(self, atlas: Atlas, draw: float = 0.0) -> View:
         """What the choice of a target depends on, with a number from 0 to 1."""

@@ -17,7 +17,7 @@ from touchatlas.atlas.files import check_path, write_whole
 from touchatlas.atlas.whole_file import DamagedError, FileKind, load_whole
 from touchatlas.patch.geometry.contour import SamplingPlane
 from touchatlas.planner.attempts import Attempts, Pending, Target
-from touchatlas.planner.known import DeviationRatio, KnownArea
+from touchatlas.planner.known import KnownArea
 from touchatlas.planner.options import PlannerLevels, PlannerOptions
 from touchatlas.planner.places import Places
 from touchatlas.planner.planner import Planner
@@ -27,7 +27,7 @@ from touchatlas.planner.stop import Forecast, Stop, StopReason
 # The version is that of the file, no unit.
 _FILE = FileKind("planner", "one that save_planner wrote", 14, "begin with a new planner")
 # What a planner is made of; constructors check values.
-_PARTS = (Attempts, DeviationRatio, KnownArea, ProbePlan, SamplingPlane, Pending, Target, Stop)
+_PARTS = (Attempts, KnownArea, ProbePlan, SamplingPlane, Pending, Target, Stop)
 _RECORDS: dict[str, type] = {
     kind.__name__: kind for kind in (Planner, *_PARTS, Forecast, PlannerOptions, PlannerLevels)
 }

@@ -17,7 +17,7 @@ from touchatlas.atlas.mesh.handles import without_small_handles
 from touchatlas.atlas.mesh.mend import LARGEST, close_holes, ended_at_rims, without_stray_pieces
 from touchatlas.atlas.mesh.refine import edges_of, refined
 from touchatlas.atlas.records.surface import Surface
-from touchatlas.atlas.samples.misses import deviation_with_misses
+from touchatlas.atlas.samples.predictive_law import deviation_with_misses
 from touchatlas.atlas.state import AtlasState
 from touchatlas.atlas.surfaces.fewer import fewer_sextics
 from touchatlas.patch.geometry.arrays import real
@@ -120,7 +120,7 @@ def _with_misses(state: AtlasState, body: Body, surface: Surface) -> Surface:
     if not len(ends) or state.rims.at(middles, state.tolerance).all():
         return surface
     away = body.away(surface.vertices)
-    deviation = deviation_with_misses(surface.deviation, away, state.misses)
+    deviation = deviation_with_misses(surface.deviation, away, state.innovations)
     return replace(surface, deviation=deviation)
 
 
@@ -191,6 +191,7 @@ def extract_surface(state: AtlasState, edge: float | None = None) -> Surface:
     if edge is None:
         surface = refined(body, surface, sagitta)
     surface = with_curvatures(body, surface)
+    surface = replace(surface, deviation=state.law.deviations(surface.deviation))
     if not lawful:
         surface = ended_at_rims(surface, body)
     if not is_smooth(body):

@@ -185,11 +185,9 @@ class AtlasChange:
         is entered all the same.
     touch : int, optional
         Number of the touch that ``Atlas.add`` learned.
-    innovations : (k,) float, no unit
-        How far samples of the touch were from the surface that was predicted before them, in
-        predicted standard deviations; of those that tell how good the prediction was.
-    misses : (k, 3) float
-        How often its samples missed the predicted faces: a row of ``misses_of``, or none.
+    innovations : (k, 5) float
+        What its samples showed of the surface that was predicted before them: see
+        ``innovations_of``.
     hidden : bool
         Whether it was refused because noise hides the shape of contours that have points enough:
         longer ones will show it.
@@ -197,6 +195,7 @@ class AtlasChange:
 
     refused: str = ""
     touch: int | None = None
-    innovations: np.ndarray = field(default_factory=lambda: np.zeros(0), compare=False, repr=False)
-    misses: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)), compare=False, repr=False)
+    innovations: np.ndarray = field(
+        default_factory=lambda: np.zeros((0, 5)), compare=False, repr=False
+    )
     hidden: bool = False

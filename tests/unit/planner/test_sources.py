@@ -43,6 +43,7 @@ def places(deviation=DEVIATION, rim=RIM, size=SIZE) -> Places:
         PLACES[:count],
         np.tile(UP, (count, 1)),
         np.asarray(deviation, float),
+        np.zeros(count),
         np.ones(count),
         np.reshape(rim, (-1, 3)),
         np.tile(UP, (ends, 1)),
@@ -161,11 +162,11 @@ def test_the_nearest_edge_that_is_drawn_by_a_guess_is_touched(monkeypatch):
     """Until it is touched, or was tried in vain; then the next one."""
     found = GuessedEdges(PLACES[[3, 1]], np.tile(UP, (2, 1)), 1.0)
     monkeypatch.setattr(listed, "guessed_edges", lambda body, tolerance: found)
-    body = KnownBody(body=SimpleNamespace(with_air=lambda ways: SimpleNamespace()))
+    body = KnownBody(body=SimpleNamespace())
 
     def target(*touched):
         seen = view([[0.0, 0.0, 0.0], *touched])
-        seen.atlas.know(body)
+        seen.atlas.known_body = body
         return guessed_edge(seen, closed())
 
     assert target().point.tolist() == PLACES[1].tolist()

@@ -11,6 +11,7 @@ from touchatlas.atlas import AtlasOptions, extract_surface
 from touchatlas.atlas.body.body import Body
 from touchatlas.atlas.body.one_face import face_of_all
 from touchatlas.atlas.mesh.surface import body_surface, shape_edge
+from touchatlas.atlas.samples.predictive_law import PredictiveLaw
 from touchatlas.atlas.samples.rims import Rims
 from touchatlas.atlas.samples.sample_pool import SamplePool
 from touchatlas.atlas.state import AtlasState
@@ -28,6 +29,8 @@ class Known(AtlasState):
     def __init__(self, body: Body | None, facets: float = 0.2) -> None:
         self.body, self.tolerance = body, TOLERANCE
         self.options, self.rims = AtlasOptions(facets=facets), Rims(SamplePool())
+        self.law = PredictiveLaw()
+        self.innovations = np.zeros((0, 5))
 
 
 def smooth_body(name: str, touches: int, keep=lambda points: np.ones(len(points), bool)):
