@@ -7,6 +7,7 @@ import numpy as np
 
 from touchatlas.atlas.atlas import Atlas, AtlasChange
 from touchatlas.atlas.records.touch import Touch
+from touchatlas.atlas.samples.predictive_law import PredictiveLaw
 from touchatlas.patch.geometry.arrays import check_unit, frozen_array
 from touchatlas.planner.attempts import Attempts, Target
 from touchatlas.planner.behind_edges import sharp_bends
@@ -185,9 +186,14 @@ class Planner:
         open_ = places.are_large(view.extent)
         if not known:
             open_ |= places.stay_open(atlas.tolerance, view.extent)
-        inside, total, _ = self._areas(places, view, open_)
+        expected, sure = (
+            inside / total if total > 0.0 else 0.0
+            for inside, total, _ in (
+                self._areas(places, view, open_, law) for law in (atlas.law, atlas.law.wider)
+            )
+        )
         left = places.left(atlas.tolerance, atlas.law, self.options.levels.about * view.extent)
-        return Forecast(inside / total if total > 0.0 else 0.0, left)
+        return Forecast(expected, left, expected - sure)
 
     def _further(self, atlas: Atlas) -> Target | None:
         """One more target, besides those of pending plans; None where there is none. Places that
@@ -221,16 +227,19 @@ class Planner:
         if is_one != self._is_one:
             self._is_one, self._known = is_one, KnownArea()
         view = self._view(atlas)
-        areas = self._areas(places, view, places.are_large(view.extent))
+        # The end follows from what is surely known, and not from chance in the law.
+        areas = self._areas(places, view, places.are_large(view.extent), atlas.law.wider)
         self._known.measure(*areas, self._measured == learned)
         self._measured = learned
         return places
 
-    def _areas(self, places: Places, view: View, open_) -> tuple[float, float, float]:
+    def _areas(
+        self, places: Places, view: View, open_, law: PredictiveLaw
+    ) -> tuple[float, float, float]:
         """See ``Places.areas``: of the rims ``open_`` (k,) bool, those count that no touch or
         attempt was near."""
         counted = open_ & view.is_untried(places.rim)
-        return places.areas(view.atlas.tolerance, view.atlas.law, counted)
+        return places.areas(view.atlas.tolerance, law, counted)
 
     def _view(self, atlas: Atlas, draw: float = 0.0) -> View:
         """What the choice of a target depends on, with a number from 0 to 1."""

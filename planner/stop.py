@@ -27,10 +27,14 @@ class Forecast:
         whole surface at the end of an exploration.
     open_places : (n, 3) float, length, world
         Where nothing is known, or too little, far apart from each other.
+    uncertainty : float
+        By how much less is expected where errors are larger by one standard deviation of what is
+        known of them.
     """
 
     predicted_coverage: float
     open_places: np.ndarray
+    uncertainty: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)

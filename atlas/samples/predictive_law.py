@@ -1,6 +1,6 @@
 """PredictiveLaw: how errors of the surface are distributed, learned from what new samples show."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import erfc, gammaln, stdtr, stdtrit
@@ -66,6 +66,8 @@ class PredictiveLaw:
         f.
     rate : float, 1/length
         Faces that end, per distance from the nearest sample.
+    spread : float
+        Standard deviation of the logarithm of the factor: how well the law itself is known.
 
     Examples
     --------
@@ -79,6 +81,13 @@ class PredictiveLaw:
     factor: float = LawPrior.factor
     floor: float = 0.0
     rate: float = 0.0
+    spread: float = LawPrior.factor_spread
+
+    @property
+    def wider(self) -> "PredictiveLaw":
+        """The law whose errors are larger by one standard deviation of what is known of them."""
+        grown = np.exp(self.spread)
+        return replace(self, factor=self.factor * grown, floor=self.floor * grown)
 
     def scale(self, deviation) -> np.ndarray:
         """(n,) scales of the t, length, at predicted deviations (n,), length."""
@@ -149,7 +158,11 @@ def law_of(
         score += weight * _log_density(own, freedom, factor, floor).sum(axis=0)
     best = int(score.argmax())
     rate = rate_of(innovations) if of_faces else 0.0
-    return PredictiveLaw(float(freedom[best]), float(factor[best]), float(floor[best]), rate)
+    weight, logarithm = np.exp(score - score[best]), np.log(factor)
+    spread = np.sqrt(np.cov(logarithm, aweights=weight, ddof=0))
+    return PredictiveLaw(
+        float(freedom[best]), float(factor[best]), float(floor[best]), rate, float(spread)
+    )
 
 
 def rate_of(innovations) -> float:
