@@ -50,7 +50,7 @@ class LawPrior:
 
 @dataclass(frozen=True)
 class PredictiveLaw:
-    """Distribution of the distance between the surface and the truth at a point.
+    """Distribution of the error of the surface at a point.
 
     It is a Student t of the scale √((a s)² + f²), where s is the predicted standard deviation: a
     scale mixture of normal laws, because s is not known exactly. A face may end unseen between

@@ -43,7 +43,9 @@ def test_the_chance_of_an_error_is_that_of_a_student_t():
 
 def test_without_samples_the_law_is_the_prior():
     found, prior = law_of(np.zeros((0, 5)), STD), LawPrior()
-    assert found == PredictiveLaw(prior.freedom, prior.factor, 0.0)
+    assert (found.freedom, found.factor, found.floor) == (prior.freedom, prior.factor, 0.0)
+    # The lattice ends at three and four standard deviations.
+    assert found.spread == pytest.approx(prior.factor_spread, rel=0.01)
 
 
 @pytest.mark.parametrize("factor", [0.4, 0.7, 1.4])
