@@ -18,8 +18,8 @@ class Evaluation:
     """How far a surface is from the truth; lengths in the file's unit.
 
     ``accuracy`` is the distance from the surface to the truth, ``completeness`` that from the
-    truth to the surface. ``coverage`` is the fraction of the true area within three tolerances of
-    the surface. ``accuracy_max_place`` and ``completeness_max_place`` are the points of the
+    truth to the surface. ``coverage`` is the fraction of the true area within the tolerance of the
+    surface. ``accuracy_max_place`` and ``completeness_max_place`` are the points of the
     surface and of the truth with these distances.
     ``f_score`` is the harmonic mean of precision and recall at one tolerance.
     ``deviation_calibration`` is the fraction of the surface whose distance from the truth is within
@@ -28,8 +28,8 @@ class Evaluation:
     ``components_reached`` of those of which a point is within three tolerances of the surface.
     ``hidden_area`` is the fraction of the true area that lies inside of other parts; it counts in
     ``coverage`` alone. Maxima are over vertices, too.
-    ``normal_error_deg`` is measured where the truth is covered (None where nothing is): elsewhere
-    the nearest surface is another part of the object.
+    ``normal_error_deg`` is measured where the truth is within three tolerances (None where nothing
+    is): elsewhere the nearest surface is another part of the object.
     """
 
     coverage: float
@@ -129,18 +129,18 @@ def evaluate_surface(
     predicted = None
     if deviation is not None:
         predicted = interpolated(deviation[faces], vertices, faces, owners, sampled)
-    covered, parts = completeness <= 3.0 * tolerance, truth.part_of_face[truth.owners]
-    found = {*parts[covered], *truth.part_of_corners[at_true <= 3.0 * tolerance]}
+    reached, parts = completeness <= 3.0 * tolerance, truth.part_of_face[truth.owners]
+    found = {*parts[reached], *truth.part_of_corners[at_true <= 3.0 * tolerance]}
     near = ~truth.hidden
     reach = completeness[near]
     missing, missing_place = _farthest(
         (reach, truth.points[near]), (at_true[~truth.hidden_corners], truth.seen_corners)
     )
-    seen = covered & near
+    seen = reached & near
     angles = _angles_deg(normals[seen], truth.normals[seen])
     mesh = trimesh.Trimesh(vertices, faces, process=False)
     return Evaluation(
-        float(np.mean(covered)),
+        float(np.mean(completeness <= tolerance)),
         *_statistics(accuracy),
         false,
         false_place,

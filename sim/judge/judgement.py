@@ -127,5 +127,5 @@ def truth_warnings(numbers: dict) -> list[str]:
         found.append(f"{hidden:.1%} of the true surface lies inside, where no touch can reach it")
     # Lengths are those of what can be reached.
     if (missing := 1.0 - numbers["coverage"] - hidden) > 0.005:
-        found.append(f"{missing:.1%} of the true surface was not reached")
+        found.append(f"{missing:.1%} of the true surface is farther than the tolerance")
     return found

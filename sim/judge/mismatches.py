@@ -29,7 +29,7 @@ def mismatches_of(settings, numbers) -> list[str]:
     elif _differ(settings, "digest"):
         found.append(f"{settings[0]['object']} was changed between the runs")
     if _differ(settings, "tolerance"):
-        found.append("the tolerances differ, and coverage is what lies within three of them")
+        found.append("the tolerances differ, and coverage is what lies within them")
     sizes = [one.get("diagonal") for one in numbers]
     sizes = [size for size in sizes if isinstance(size, float) and size > 0.0]
     if sizes and differ_as_units(max(sizes), min(sizes)):

@@ -16,9 +16,7 @@ class Meaning(NamedTuple):
 
 _BELOW = "< tolerance"
 NUMBERS: dict[str, Meaning] = {
-    "coverage": Meaning(
-        "fraction of the true area within three tolerances of the surface", good="1"
-    ),
+    "coverage": Meaning("fraction of the true area within the tolerance of the surface", good="1"),
     "accuracy_mean": Meaning("distance from the surface to the truth: mean", LENGTH, _BELOW),
     "accuracy_rms": Meaning("the same: root mean square", LENGTH, _BELOW),
     "accuracy_p95": Meaning("the same: 95 % of the surface is nearer", LENGTH, _BELOW),
@@ -125,12 +123,12 @@ COLUMNS: dict[str, Meaning] = {
     "travel_length": Meaning("path in the air, up to and with this touch", LENGTH, "short"),
     "patches": Meaning("sextics and lawful pieces after this touch"),
     "predicted_deviation": Meaning(
-        "predicted deviation at the points that count as covered: root mean square; every fifth "
+        "predicted deviation at the points within three tolerances: root mean square; every fifth "
         "touch, as the next two",
         LENGTH,
         _BELOW,
     ),
-    "coverage": Meaning("fraction of true points within three tolerances of the surface", good="1"),
+    "coverage": Meaning("fraction of true points within the tolerance of the surface", good="1"),
     "completeness_mean": Meaning("mean error of these points", LENGTH, _BELOW),
     "seconds_plan": Meaning("planning of this touch", "s"),
     "seconds_fit": Meaning("learning of this touch", "s"),

@@ -86,7 +86,7 @@ class Progress:
         found = self._atlas.blend(self._points)
         distance = np.abs(found.distance)
         near = distance <= 3.0 * self._atlas.tolerance
-        values: dict = {"coverage": float(near.mean())}
+        values: dict = {"coverage": float((distance <= self._atlas.tolerance).mean())}
         if near.any():
             predicted = float(np.sqrt((found.deviation[near] ** 2).mean()))
             error = float(distance[near].mean())

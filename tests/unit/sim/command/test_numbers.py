@@ -23,7 +23,7 @@ def test_a_whole_result_needs_no_words():
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"coverage": 0.7}, "30.0% of the true surface was not reached"),
+        ({"coverage": 0.7}, "30.0% of the true surface is farther than the tolerance"),
         ({"components": 3, "components_reached": 1}, "2 of the 3 separate parts of the object"),
         ({"hidden_area": 0.1}, "10.0% of the true surface lies inside, where no touch can reach"),
         ({"touches": 9, "touches_without_contact": 2}, "2 of 9 touches met nothing"),
@@ -84,7 +84,7 @@ def test_what_a_table_counts_is_said_in_words(capsys):
     shown = capsys.readouterr()
     assert "1, said in words" in shown.out and "misfit" not in shown.out
     assert shown.err.splitlines() == [
-        "touchatlas: 30.0% of the true surface was not reached",
+        "touchatlas: 30.0% of the true surface is farther than the tolerance",
         "touchatlas: Samples do not fit",
     ]
 

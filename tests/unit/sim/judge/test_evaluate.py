@@ -44,7 +44,7 @@ def test_concentric_balls_are_apart_by_the_difference_of_radii():
     sagitta = (2.1 * 0.045) ** 2 / (8 * 2.0)
     for value in (found.accuracy_mean, found.completeness_mean, found.hausdorff, found.chamfer):
         assert value == pytest.approx(0.1, abs=2 * sagitta)
-    assert found.coverage == 1.0 and found.f_score == 0.0
+    assert found.coverage == 0.0 and found.f_score == 0.0
     assert found.normal_error_deg_mean < 2.0
     # Normals are compared where the truth is covered alone.
     none = judge(ball(2.1), ball(2.0), 0.03)
@@ -76,7 +76,7 @@ def test_half_a_ball_covers_half():
     # The lower half has no surface whose normal could be compared. Those of the truth are of its
     # triangles, which turn by 2.5 degrees from one to the next.
     assert found.normal_error_deg_mean < 2.0
-    missing = f"{1.0 - found.coverage:.1%} of the true surface was not reached"
+    missing = f"{1.0 - found.coverage:.1%} of the true surface is farther than the tolerance"
     numbers = found.as_dict()
     assert numbers["warnings"] == [missing] and numbers["met"] is False
 
@@ -114,12 +114,13 @@ def test_scaling_all_input_scales_all_lengths():
 
 
 def test_calibration_is_of_the_known_surface_and_coverage_says_what_is_not_reached():
-    """The upper half, as exact as it says, with the lower one missing: calibrated, half covered."""
+    """The upper half, as exact as it says, with the lower one missing: calibrated, half covered.
+    The tolerance is four deviations."""
     rng = np.random.default_rng(1)
     vertices, faces = ball(2.0, 5)
     noisy = vertices * (1.0 + 0.005 * rng.normal(size=(len(vertices), 1)))
     upper = faces[(vertices[faces][:, :, 2] > 0.0).all(axis=1)]
-    found = judge((noisy, upper), ball(2.0, 5), 0.01, deviation=np.full(len(vertices), 0.01))
+    found = judge((noisy, upper), ball(2.0, 5), 0.04, deviation=np.full(len(vertices), 0.01))
     # Errors within triangles are means of those of their vertices, so they are smaller.
     assert found.deviation_calibration > 0.95
     assert found.coverage == pytest.approx(0.5, abs=0.03)
