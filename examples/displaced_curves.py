@@ -11,7 +11,7 @@ import sys
 
 import numpy as np
 
-from touchatlas.sim.recorded.contour_file import Curve
+from touchatlas.sim.recorded.curves import Curve
 from touchatlas.sim.recorded.fit_file import _fit
 from touchatlas.sim.recorded.recording import prepare
 

@@ -132,6 +132,11 @@ LOGS = (
     ("Device,A\nUnit,mm\n\nprofile,X,Y,Z,valid\n", "{k},{x:.3f},{y:.3f},{z:.3f},1"),
     ("Name;X nom;Y nom;Z nom;X act;Y act;Z act\n", "S{k}.{t};0;0;0;{x:.3f};{y:.3f};{z:.3f}"),
     ("", "{x:.3f} {y:.3f} {z:.3f} 0 0 0 0 0 0"),
+    ("UNITS/MM\n", "GOTO/ {x:.3f}, {y:.3f}, {z:.3f}, 0, 0, 1"),
+    ("", "// probe at {x:.3f},{y:.3f} is z={z:.3f}"),
+    ("MODULE A\n", "CONST robtarget p{t}:=[[{x:.3f},{y:.3f},{z:.3f}],[1,0,0,0],[0,0,0,0]];"),
+    ("/POS\n", "P[{t}] {{\n X = {x:.3f} mm, Y = {y:.3f} mm, Z = {z:.3f} mm,\n}};"),
+    ("", "P{t}, X={x:.3f}, Y={y:.3f}, Z={z:.3f}, I=0, J=0, K=1"),
 )
 
 

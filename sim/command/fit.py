@@ -60,7 +60,7 @@ def fit(
     json_
         Print numbers as JSON on standard output.
     """
-    from touchatlas.sim.recorded.contour_file import ReadOptions
+    from touchatlas.sim.recorded.curves import ReadOptions
     from touchatlas.sim.recorded.fit_file import fit_file, parse_vector
     from touchatlas.sim.recorded.fit_flags import MEANING
     from touchatlas.sim.recorded.fit_report import check_folder

@@ -10,7 +10,7 @@ from touchatlas.sim.command.option_flags import with_options
 from touchatlas.sim.command.outcome import ExitCode, complain, say
 from touchatlas.sim.command.show import shown
 from touchatlas.sim.folder.plan_files import is_answer, read_answers
-from touchatlas.sim.recorded.contour_file import ReadOptions
+from touchatlas.sim.recorded.curves import ReadOptions
 from touchatlas.sim.recorded.fit_file import parse_vector
 from touchatlas.sim.recorded.scans import SideOptions, read_scans
 from touchatlas.sim.run.learning import begin_with_scans, learn_more, pending_plans

@@ -14,7 +14,8 @@ from touchatlas.patch.fit.displacement import (
     prior_of,
 )
 from touchatlas.sim.judge.number_meanings import LENGTH
-from touchatlas.sim.recorded.contour_file import Curve, ReadOptions, read_curves
+from touchatlas.sim.recorded.contour_file import read_curves
+from touchatlas.sim.recorded.curves import Curve, ReadOptions
 from touchatlas.sim.recorded.fit_flags import fit_flags, residual_rms
 from touchatlas.sim.recorded.fit_report import FitReport
 from touchatlas.sim.recorded.recording import Recording, prepare

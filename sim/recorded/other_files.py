@@ -61,19 +61,9 @@ def _obj(path: Path):
     lines = [[int(word.split("/")[0]) for word in row[1:]] for row in rows if row and row[0] == "l"]
     if not lines:
         return [_bare("", vertices)] if len(vertices) else [], ""
-    places = [np.array(line) - (np.array(line) > 0) for line in _joined(lines)]
-    return [_bare(f"{k}", vertices[p]) for k, p in enumerate(places, 1)], ""
-
-
-def _joined(lines: list[list[int]]) -> list[list[int]]:
-    """Lines of which the next begins where one ends, as one."""
-    joined: list[list[int]] = []
-    for line in lines:
-        if joined and joined[-1][-1] == line[0]:
-            joined[-1].extend(line[1:])
-        else:
-            joined.append(list(line))
-    return joined
+    ends = np.array([pair for line in lines for pair in zip(line, line[1:], strict=False)])
+    chains = _chains(ends - (ends > 0))
+    return [_bare(f"{k}", vertices[chain]) for k, chain in enumerate(chains, 1)], ""
 
 
 def _dxf(path: Path):

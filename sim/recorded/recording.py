@@ -9,13 +9,13 @@ from touchatlas.patch.geometry.arrays import cross
 from touchatlas.patch.geometry.curvature import normal_from_tangents
 from touchatlas.patch.geometry.section import LEAST_POINTS
 from touchatlas.sim.recorded.arcs import binding_ends, near_arc, this_side
-from touchatlas.sim.recorded.contour_file import Curve
 from touchatlas.sim.recorded.curve_errors import (
     check_order,
     estimate_noise,
     miss_deviation,
     offset_deviation,
 )
+from touchatlas.sim.recorded.curves import Curve
 from touchatlas.sim.recorded.reference_point import checked_point, common_point, foot, written
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.spatial import cKDTree
 
-from touchatlas.sim.recorded.contour_file import Curve
+from touchatlas.sim.recorded.curves import Curve
 
 # A curve that misses the reference point by more than this fraction of its size does not run
 # through it.

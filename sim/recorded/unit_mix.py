@@ -9,7 +9,7 @@ import numpy as np
 from touchatlas.atlas.body.other_unit import UNIT_RATIOS
 from touchatlas.patch import Patch
 from touchatlas.patch.geometry.section import LEAST_POINTS
-from touchatlas.sim.recorded.contour_file import Curve
+from touchatlas.sim.recorded.curves import Curve
 
 
 class OtherUnit(NamedTuple):

@@ -13,8 +13,8 @@ from touchatlas.patch.fit.displacement import (
     estimate_displacements,
     prior_of,
 )
-from touchatlas.sim.recorded.contour_file import Curve
 from touchatlas.sim.recorded.curve_errors import check_order, offset_deviation
+from touchatlas.sim.recorded.curves import Curve
 from touchatlas.sim.recorded.fit_file import _fit
 from touchatlas.sim.recorded.recording import prepare
 from touchatlas.sim.study.scenes import SURFACES, draw_scene

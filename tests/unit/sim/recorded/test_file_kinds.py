@@ -8,7 +8,8 @@ import time
 import numpy as np
 import pytest
 
-from touchatlas.sim.recorded.contour_file import ReadOptions, read_curves
+from touchatlas.sim.recorded.contour_file import read_curves
+from touchatlas.sim.recorded.curves import ReadOptions
 from touchatlas.sim.recorded.fit_file import fit_file
 from touchatlas.sim.recorded.scans import read_scans
 

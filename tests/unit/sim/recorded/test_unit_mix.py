@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.truths import graph_contours, quadric_height
-from touchatlas.sim.recorded.contour_file import Curve
+from touchatlas.sim.recorded.curves import Curve
 from touchatlas.sim.recorded.fit_file import fit_file
 from touchatlas.sim.recorded.scans import SideOptions, read_scans
 from touchatlas.sim.recorded.unit_mix import other_unit, rescaled
