@@ -15,13 +15,10 @@ from touchatlas.patch.geometry.frame import any_tangent
 from touchatlas.patch.geometry.kinks import kinks
 from touchatlas.patch.geometry.normal_error import MOST_TILT
 from touchatlas.patch.geometry.order import disorder, far_points
-from touchatlas.patch.geometry.section import contour_normals
+from touchatlas.patch.geometry.section import MOST_TURN, contour_normals
 
 # Unit of the fits in standard deviations of the noise, where no other is given.
 SCALE_NOISE = 5.0
-# Largest angle between a contour and its direction at the contact on a near arc, rad: a height
-# function is accurate up to some 50 degrees.
-MOST_TURN = np.deg2rad(50.0)
 
 
 def learn(state: AtlasState, touch: Touch) -> AtlasChange:

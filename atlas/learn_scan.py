@@ -181,7 +181,7 @@ def _signs(state: AtlasState, scan: Scan, strands: list[_Strand]) -> np.ndarray:
         columns = [one.points for one in own], planes, [one.normals for one in own]
         votes[closed] = closed_curve_signs(*columns)
     votes = np.where(votes == 0.0, _known_sides(state, points, normals, groups), votes)
-    return outward_signs(points, normals, groups, votes, state.levels.facing, scan.outside)
+    return outward_signs(points, normals, groups, votes, state.levels, scan.outside)
 
 
 def _known_sides(state: AtlasState, points, normals, groups) -> np.ndarray:

@@ -32,6 +32,9 @@ class Levels:
         Distance from its samples up to which a surface is believed, over the extent of all samples.
     alpha : float
         Chance with which a test refuses what is true.
+    closed : float
+        Largest length of the sum of normals times areas, over the sum of areas, of a surface that
+        counts as closed: it is zero for one without openings, and half of a sphere has 0.5.
 
     Examples
     --------
@@ -43,9 +46,11 @@ class Levels:
     same_side: float = np.pi / 3.0
     believed: float = 0.15
     alpha: float = 1e-3
+    closed: float = 0.15
 
     def __post_init__(self) -> None:
-        most = {"sure": np.inf, "same_side": 0.5 * np.pi, "believed": 1.0, "alpha": 1.0}
+        most = {"sure": np.inf, "same_side": 0.5 * np.pi, "believed": 1.0}
+        most |= {"alpha": 1.0, "closed": 1.0}
         for level in fields(self):
             value = real(getattr(self, level.name))
             if not 0.0 < value < most[level.name]:

@@ -6,11 +6,13 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from touchatlas.patch.geometry.normal_error import MOST_TILT
+from touchatlas.patch.geometry.section import MOST_TURN
 
 # Neighbours from which a plane is fitted: as few as show a surface, and at most.
 _FEWEST, _MOST = 12, 192
-# Least ratio of the variances along and across neighbours that show a plane, not a line.
-_WIDE = 0.08
+# Least ratio of the variances along and across neighbours that show a plane, not a line: that of an
+# arc that turns by an angle t either way is t^2 / 15.
+_WIDE = MOST_TURN**2 / 15.0
 
 
 class Local(NamedTuple):

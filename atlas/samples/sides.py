@@ -5,15 +5,14 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import breadth_first_order, minimum_spanning_tree
 from scipy.spatial import cKDTree
 
-# Largest length of the sum of normals times areas, over the sum of areas, of a closed surface: it
-# is zero but for uneven samples.
-_CLOSED = 0.15
+from touchatlas.atlas.records.options import Levels
+
 # Nearest points that are compared.
 _NEAREST = 12
 _TINY = 1e-9
 
 
-def outward_signs(points, normals, groups, votes, facing: float, outside=None) -> np.ndarray:
+def outward_signs(points, normals, groups, votes, levels: Levels, outside=None) -> np.ndarray:
     """(g,) 1 where the normals of a group of points face outward, -1 where they face inward, and 0
     where nothing tells.
 
@@ -30,9 +29,9 @@ def outward_signs(points, normals, groups, votes, facing: float, outside=None) -
     votes : (g,) float
         Mean cosine, from -1 to 1, of normals of each group and what tells their side; 0 where
         nothing does.
-    facing : float
-        Least cosine with which a group is known. At the limb of what was seen normals err by more
-        than what is left of a right angle.
+    levels : Levels
+        A group is known where the cosine is that of normals that face the same side: at the limb
+        of what was seen normals err by more than what is left of a right angle.
     outside : (3,) float, length, world, optional
     """
     count = len(votes)
@@ -43,7 +42,7 @@ def outward_signs(points, normals, groups, votes, facing: float, outside=None) -
     columns = np.concatenate([pairs[:, 1], np.full(len(known), count)])
     sure = np.abs(votes[known])
     # Any neighbour comes before a vote of less.
-    data = np.concatenate([weight, np.where(sure >= facing, 0.1 * _TINY, 3.0 - sure)])
+    data = np.concatenate([weight, np.where(sure >= levels.facing, 0.1 * _TINY, 3.0 - sure)])
     tree = minimum_spanning_tree(coo_array((data, (rows, columns)), (count + 1, count + 1)).tocsr())
     table = {(int(a), int(b)): np.sign(c) for (a, b), c in zip(pairs, cosine, strict=True)}
     table |= {(int(k), count): np.sign(votes[k]) for k in known}
@@ -56,7 +55,7 @@ def outward_signs(points, normals, groups, votes, facing: float, outside=None) -
             part = _spread(tree, group, signs, table)
             own = np.isin(groups, part)
             facing = normals[own] * signs[groups[own]][:, None]
-            signs[part] *= _side(points[own], facing, outside)
+            signs[part] *= _side(points[own], facing, levels.closed, outside)
             if not signs[part].any():
                 # The part is not known; it is not looked at again.
                 signs[part] = np.nan
@@ -99,7 +98,7 @@ def _neighbours(points, normals, groups, count: int) -> tuple[np.ndarray, np.nda
     return np.stack([keys // count, keys % count], axis=1)[apart], mean[apart]
 
 
-def _side(points, normals, outside) -> float:
+def _side(points, normals, closed: float, outside) -> float:
     """1 where normals (n, 3) of points (n, 3) that hang together face outward, -1 where they face
     inward, 0 where nothing tells."""
     if outside is not None:
@@ -109,7 +108,7 @@ def _side(points, normals, outside) -> float:
         return 0.0
     away = cKDTree(points).query(points, k=_NEAREST)[0][:, -1]
     vectors = normals * (away**2)[:, None]
-    if np.linalg.norm(vectors.sum(axis=0)) > _CLOSED * (away**2).sum():
+    if np.linalg.norm(vectors.sum(axis=0)) > closed * (away**2).sum():
         return 0.0
     # The volume that a closed surface encloses: a third of the sum of normals times places.
     return float(np.sign(((points - points.mean(axis=0)) * vectors).sum()))

@@ -9,6 +9,9 @@ from touchatlas.patch.geometry.arrays import cross
 
 # Fewest points of a window: a quadratic leaves two degrees of freedom for its residual.
 LEAST_POINTS = 5
+# Largest angle between a section and its direction at a point on the arc about it, rad: a height
+# function is accurate up to some 50 degrees.
+MOST_TURN = float(np.deg2rad(50.0))
 
 
 @dataclass(frozen=True, eq=False)
