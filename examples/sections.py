@@ -2,10 +2,15 @@
 
     python examples/sections.py [MESH ...]
 
-A MESH is a file, or one in the folder TOUCHATLAS_OBJECTS. Its sections are three families of
-planes, twelve parallel slices, or one long spiral, with a noise of 2e-4 of the diagonal. Poisson
-takes the points with the normals of our samples; of depths 7 and 8 the better one counts (the extra
-``peers``). Errors are those of the truth to the surface, in tolerances of 2e-3 of the diagonal.
+A MESH is a file, or one in the folder TOUCHATLAS_OBJECTS. Its sections have a noise of 2e-4 of the
+diagonal: three families of planes, twelve parallel slices, one long spiral, and contour sets of the
+kinds of papers on cross-sections, twelve planes through one axis (Liu and others, "Surface
+reconstruction from non-parallel curve networks", 2008) and thirty planes anywhere (Bermano and
+others, "Online reconstruction of 3D objects from arbitrary cross-sections", 2011). One of the
+bodies has a hole, as those of Zou and others, "Topology-constrained surface reconstruction from
+cross-sections", 2015. Poisson takes the points with the normals of our samples; of depths 7 and 8
+the better one counts (the extra ``peers``). Errors are those of the truth to the surface, in
+tolerances of 2e-3 of the diagonal.
 """
 
 import os
@@ -27,7 +32,7 @@ from touchatlas.sim import EvaluateOptions, evaluate_surface, make_object, truth
 FOLDER = Path(
     os.environ.get("TOUCHATLAS_OBJECTS", Path(__file__).parents[2] / "shared" / "objects")
 )
-DEFAULT = "lemon_ycb.ply", "spot.ply", "bracket_made.ply"
+DEFAULT = "lemon_ycb.ply", "spot.ply", "bracket_made.ply", "torus_ode.ply"
 NOISE, TOLERANCE, STEP = 2e-4, 2e-3, 5e-3
 HEAD = (
     "| body | sections | curves | points | seconds | Poisson seconds | within | p95 | Poisson p95 "
@@ -91,7 +96,34 @@ def spiral(mesh, step: float) -> list[np.ndarray]:
     return [line for line in np.split(points, np.flatnonzero(jump) + 1) if len(line) > 8]
 
 
-KINDS = {"three families": three_families, "12 slices": slices, "spiral": spiral}
+def through_axis(mesh, step: float) -> list[np.ndarray]:
+    """Sections in twelve planes through the middle along the longest axis."""
+    size, middle = np.ptp(mesh.bounds, axis=0), mesh.bounds.mean(axis=0)
+    _, second, third = np.eye(3)[np.argsort(-size)]
+    # No plane is one of symmetry.
+    angles = np.pi * (np.arange(12) + 0.3) / 12
+    normals = np.cos(angles)[:, None] * second + np.sin(angles)[:, None] * third
+    return [line for normal in normals for line in sections(mesh, [middle], normal, step)]
+
+
+def anywhere(mesh, step: float) -> list[np.ndarray]:
+    """Sections in thirty planes of any direction through places within half of the size."""
+    rng, found = np.random.default_rng(0), []
+    size, middle = np.ptp(mesh.bounds, axis=0), mesh.bounds.mean(axis=0)
+    for _ in range(30):
+        normal = rng.normal(size=3)
+        origin = middle + rng.uniform(-0.25, 0.25, 3) * size
+        found += sections(mesh, [origin], normal / np.linalg.norm(normal), step)
+    return found
+
+
+KINDS = {
+    "three families": three_families,
+    "12 slices": slices,
+    "spiral": spiral,
+    "through one axis": through_axis,
+    "anywhere": anywhere,
+}
 
 
 def poisson(points, normals, depth: int):
