@@ -16,6 +16,8 @@ exclude_patterns = ["_build"]
 suppress_warnings = ["toc.not_included"]
 html_theme = "furo"
 html_title = "touchatlas"
+html_static_path = ["site.css"]
+html_css_files = ["site.css"]
 html_copy_source = False
 html_show_sourcelink = False
 html_math_renderer = "mathml"
@@ -34,7 +36,8 @@ def _mathml(block: bool):
     def visit(writer, node) -> None:
         from docutils.nodes import SkipNode
 
-        writer.body.append(convert(node.astext(), display="block" if block else "inline"))
+        formula = convert(node.astext(), display="block" if block else "inline")
+        writer.body.append(f'<div class="formula">{formula}</div>' if block else formula)
         raise SkipNode
 
     return visit
