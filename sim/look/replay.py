@@ -237,8 +237,10 @@ def _scene(low: np.ndarray, high: np.ndarray, unit: str, truth):
     if truth is not None:
         kept, faces = clustered(truth[0], truth[1], MOST_VERTICES)
         vertices = np.asarray(truth[0][kept], float)
-        # A little within, so that the surface hides it where it is known.
-        vertices = vertices - 0.004 * extent * igl.per_vertex_normals(vertices, faces)
+        # A little within, so that the surface hides it where it is known. The triangles of two
+        # sides that clustering made one have no normal together.
+        normals = np.nan_to_num(igl.per_vertex_normals(vertices, faces))
+        vertices = vertices - 0.004 * extent * normals
         add_mesh(plot, vertices, faces, "truth", color=_TRUTH, opacity=0.25)
     return plot
 
