@@ -100,7 +100,7 @@ class Atlas(AtlasState):
     def _take(self, known: KnownBody) -> None:
         """Take what was found, if it is anything new. One face and many miss in other ways."""
         if known.is_of_faces != self.known_body.is_of_faces:
-            self.innovations, self.settled = np.zeros((0, 5)), 0
+            self.innovations, self.settled = np.zeros((0, 6)), 0
         if known is not self.known_body:
             self.know(known)
 

@@ -47,7 +47,8 @@ def learn(state: AtlasState, touch: Touch) -> AtlasChange:
     if outward is None:
         hidden = quadric is None and noise_hides(touch, contours)
         return AtlasChange(refused=reason, hidden=hidden)
-    news = innovations(state, points, stds)
+    noise = np.repeat([c.noise_std for c in contours], [len(c.points) for c in contours])
+    news = innovations(state, points, noise)
     enter_samples(state, contours, _normals(state, touch.contact, contours, outward, quadric))
     _enter_way(state, touch)
     return AtlasChange(innovations=news)
@@ -274,16 +275,16 @@ def _before_turn(points) -> int:
     return len(points) if not len(turned) else max(2, int(turned[0])) + 1
 
 
-def innovations(state: AtlasState, points, stds) -> np.ndarray:
-    """(k, 5) what new samples (n, 3), of deviations (n,), show of the surface that was predicted
+def innovations(state: AtlasState, points, noise) -> np.ndarray:
+    """(k, 6) what new samples (n, 3), of noise (n,), show of the surface that was predicted
     before them: see ``innovations_of``. Where nothing was known, or as little as of a polynomial
     far from all samples, they show nothing."""
     if state.body is None:
-        return np.zeros((0, 5))
+        return np.zeros((0, 6))
     found, known = state.body.at(points)
     known &= found.deviation <= state.levels.sure * max(state.scale, state.sample_std)
-    stds = np.broadcast_to(stds, len(points))
-    columns = found.distance, found.deviation, stds, state.body.away(points)
+    std, away = np.hypot(noise, state.bias), state.body.away(points)
+    columns = found.distance, found.deviation, noise, std, away
     return innovations_of(state.next_number, *columns)[known]
 
 

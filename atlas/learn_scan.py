@@ -72,7 +72,7 @@ def learn_scan(state: AtlasState, scan: Scan) -> AtlasChange:
     normals = np.concatenate([strand.normals for strand in strands]) * signs[numbers][:, None]
     across = np.concatenate([strand.across for strand in strands])
     noise = np.concatenate([strand.noise for strand in strands])
-    news = innovations(state, points, np.hypot(noise, state.bias))
+    news = innovations(state, points, noise)
     state.pool.add(points, normals, across, False, noise, numbers)
     return AtlasChange(innovations=news)
 

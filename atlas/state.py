@@ -36,7 +36,7 @@ class AtlasState:
         Ends of straight ways through air on which the probe came.
     known_body : KnownBody
         What the samples show: the faces and the body.
-    innovations : (k, 5) float
+    innovations : (k, 6) float
         What the latest touches showed of the surface that was predicted before them; see
         ``innovations_of``.
     settled : int
@@ -64,7 +64,7 @@ class AtlasState:
         self.rims = Rims(self.pool)
         self.ways = np.zeros((0, 2, 3))
         self.known_body = KnownBody()
-        self.innovations = np.zeros((0, 5))
+        self.innovations = np.zeros((0, 6))
         self.settled = 0
         self.touches = 0
 
@@ -100,7 +100,7 @@ class AtlasState:
         return int(self.innovations[:, 0].max(initial=-1.0)) + 1
 
     def learn_innovations(self, innovations) -> None:
-        """Take the innovations (n, 5) of one more touch; those of eight touches count."""
+        """Take the innovations (n, 6) of one more touch; those of eight touches count."""
         every = np.concatenate([self.innovations, innovations])
         self.innovations = every[every[:, 0] > every[:, 0].max(initial=0.0) - LATEST]
         self.__dict__.pop("law", None)

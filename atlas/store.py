@@ -122,8 +122,8 @@ def _restored(arrays, header, finished: bool) -> Atlas:
 
 
 def _innovations(found) -> np.ndarray:
-    """The innovations (k, 5) of a file; DamagedError where they are none."""
-    if found.shape[1:] != (5,) or found.dtype != float or not np.isfinite(found).all():
+    """The innovations (k, 6) of a file; DamagedError where they are none."""
+    if found.shape[1:] != (6,) or found.dtype != float or not np.isfinite(found).all():
         raise DamagedError("its innovations have another shape or type, or are not finite")
     return np.asarray(found)
 

@@ -185,7 +185,7 @@ class AtlasChange:
         is entered all the same.
     touch : int, optional
         Number of the touch that ``Atlas.add`` learned.
-    innovations : (k, 5) float
+    innovations : (k, 6) float
         What its samples showed of the surface that was predicted before them: see
         ``innovations_of``.
     hidden : bool
@@ -196,6 +196,6 @@ class AtlasChange:
     refused: str = ""
     touch: int | None = None
     innovations: np.ndarray = field(
-        default_factory=lambda: np.zeros((0, 5)), compare=False, repr=False
+        default_factory=lambda: np.zeros((0, 6)), compare=False, repr=False
     )
     hidden: bool = False

@@ -12,11 +12,9 @@ LATEST = 8
 # Standard deviations farther than which a sample lies on another face: chance makes one error of
 # 500 million so large.
 _OFF = 6.0
-# Share of the variance of a sample that is noise. The rest is lack of fit, which residuals show.
-NOISE = 0.6
 _TINY = float(np.finfo(float).tiny)
 # Columns of innovations: see ``innovations_of``.
-_NUMBER, _DISTANCE, _DEVIATION, _STD, _AWAY = range(5)
+_NUMBER, _DISTANCE, _DEVIATION, _NOISE, _STD, _AWAY = range(6)
 
 
 @dataclass(frozen=True)
@@ -106,7 +104,7 @@ class PredictiveLaw:
         return np.asarray(stdtrit(self.freedom, 0.975) / SURE * self.scale(deviation))
 
 
-def innovations_of(number: int, distance, deviation, std, away) -> np.ndarray:
+def innovations_of(number: int, distance, deviation, noise, std, away) -> np.ndarray:
     """What the samples of one touch show of the surface that was predicted before them.
 
     Parameters
@@ -115,29 +113,31 @@ def innovations_of(number: int, distance, deviation, std, away) -> np.ndarray:
         That of the touch, among those that taught something.
     distance, deviation : (n,) float, length
         Distance of each from the surface, and the predicted standard deviation of that.
-    std : (n,) float, length
-        Standard deviation of the samples.
+    noise, std : (n,) float, length
+        Standard deviation of the noise of the samples, and that with the lack of fit that is borne.
     away : (n,) float, length
         Distance from the nearest sample before.
 
     Returns
     -------
-    (n, 5) float
+    (n, 6) float
         These columns.
     """
-    return np.column_stack(np.broadcast_arrays(float(number), distance, deviation, std, away))
+    return np.column_stack(
+        np.broadcast_arrays(float(number), distance, deviation, noise, std, away)
+    )
 
 
 def law_of(
     innovations, std: float, of_faces: bool = True, prior: LawPrior = LawPrior()
 ) -> PredictiveLaw:
-    """The most probable law after innovations (n, 5), of samples of a deviation ``std``, length.
+    """The most probable law after innovations (n, 6), of samples of a deviation ``std``, length.
 
     On a body of faces, samples on another face than the predicted one count for the rate alone; one
     free-form face does not end. Distances have the variance of the noise besides. The maximum is
     that of a lattice of values.
     """
-    innovations = np.asarray(innovations, float).reshape(-1, 5)
+    innovations = np.asarray(innovations, float).reshape(-1, 6)
     right = innovations[~_are_off(innovations)] if of_faces else innovations
     freedom, factor, floor = (
         axis.ravel()
@@ -166,7 +166,7 @@ def law_of(
 
 
 def rate_of(innovations) -> float:
-    """Rate at which faces end unseen, 1/length: the number of innovations (n, 5) on another face
+    """Rate at which faces end unseen, 1/length: the number of innovations (n, 6) on another face
     over the sum of distances from the nearest samples, the estimate of largest likelihood where
     distances are short against one over the rate."""
     return float(_are_off(innovations).sum() / max(innovations[:, _AWAY].sum(), _TINY))
@@ -179,10 +179,10 @@ def _are_off(innovations) -> np.ndarray:
 
 
 def _log_density(innovations, freedom, factor, floor) -> np.ndarray:
-    """(n, m) logarithm of the density of distances of innovations (n, 5) under m laws, of the
+    """(n, m) logarithm of the density of distances of innovations (n, 6) under m laws, of the
     scale of the surface and of the noise together."""
-    deviation, std = innovations[:, _DEVIATION, None], innovations[:, _STD, None]
-    square = (factor * deviation) ** 2 + floor**2 + NOISE * std**2
+    deviation, noise = innovations[:, _DEVIATION, None], innovations[:, _NOISE, None]
+    square = (factor * deviation) ** 2 + floor**2 + noise**2
     square = np.maximum(square, _TINY)
     ratio = innovations[:, _DISTANCE, None] ** 2 / (freedom * square)
     constant = gammaln(0.5 * (freedom + 1.0)) - gammaln(0.5 * freedom) - 0.5 * np.log(freedom)
@@ -200,19 +200,19 @@ def deviation_with_misses(deviation, away, innovations) -> np.ndarray:
     ----------
     deviation, away : (n,) float, length
         Of the faces, and the distance from the nearest sample.
-    innovations : (k, 5) float
+    innovations : (k, 6) float
         See ``innovations_of``.
 
     Examples
     --------
     One miss of 3 a length of 100 on average: at a distance of 1 the face is nearly believed.
 
-    >>> missed = innovations_of(0, [0.0, 3.0], 0.1, 0.0, [60.0, 40.0])
+    >>> missed = innovations_of(0, [0.0, 3.0], 0.1, 0.0, 0.0, [60.0, 40.0])
     >>> found = deviation_with_misses(np.ones(2), np.array([1.0, 100.0]), missed)
     >>> found.round(2).tolist()
     [1.02, 2.69]
     """
-    deviation, innovations = np.asarray(deviation, float), np.reshape(innovations, (-1, 5))
+    deviation, innovations = np.asarray(deviation, float), np.reshape(innovations, (-1, 6))
     off = _are_off(innovations)
     if not off.any():
         return deviation

@@ -5,9 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from touchatlas.atlas.samples.predictive_law import NOISE
 from touchatlas.atlas.surfaces.sextic_sites import FACING
 
+# Share of the variance of a sample that is noise. The rest is lack of fit, which residuals show.
+_NOISE = 0.6
 # Samples about a point by which its residual is predicted, and about a sample by which the
 # amplitude is estimated.
 _NEAREST, _LOCAL = 16, 30
@@ -135,7 +136,7 @@ def left_out(normals, residuals, stds) -> np.ndarray:
 
 def beyond_noise(square, std) -> np.ndarray:
     """(m,) what mean squares of residuals (m,), length^2, have beyond the noise of samples."""
-    return np.maximum(square - NOISE * std**2, 0.0)
+    return np.maximum(square - _NOISE * std**2, 0.0)
 
 
 def matern(distance, length: float) -> np.ndarray:
@@ -159,7 +160,7 @@ def _covariance(points, amplitude, length: float, stds) -> np.ndarray:
     out = matern(np.sqrt(np.maximum(between, 0.0)), length)
     out *= amplitude[:, :, None] * amplitude[:, None]
     diagonal = np.arange(points.shape[1])
-    out[:, diagonal, diagonal] += NOISE * stds**2
+    out[:, diagonal, diagonal] += _NOISE * stds**2
     return out
 
 

@@ -30,7 +30,7 @@ class Known(AtlasState):
         self.body, self.tolerance = body, TOLERANCE
         self.options, self.rims = AtlasOptions(facets=facets), Rims(SamplePool())
         self.law = PredictiveLaw()
-        self.innovations = np.zeros((0, 5))
+        self.innovations = np.zeros((0, 6))
 
 
 def smooth_body(name: str, touches: int, keep=lambda points: np.ones(len(points), bool)):

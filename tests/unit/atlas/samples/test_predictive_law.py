@@ -20,16 +20,18 @@ from touchatlas.patch.geometry.normal_error import SURE
 from touchatlas.sim import make_object
 
 STD = 0.01
+NOISE = STD / np.sqrt(2.0)
+NOISE_OF_BLOB = make_object("blob").noise_std
 
 
 def simulated(rng, law: PredictiveLaw, count: int = 200, touches: int = LATEST):
-    """Innovations of touches whose errors obey a law, with noise of three fifths of a variance."""
+    """Innovations of touches whose errors obey a law, with noise."""
     parts = []
     for number in range(touches):
         deviation = STD * rng.uniform(0.2, 10.0, count)
         error = law.scale(deviation) * rng.standard_t(law.freedom, count)
-        distance = error + np.sqrt(0.6) * STD * rng.normal(size=count)
-        parts.append(innovations_of(number, distance, deviation, STD, 1.0))
+        distance = error + NOISE * rng.normal(size=count)
+        parts.append(innovations_of(number, distance, deviation, NOISE, STD, 1.0))
     return np.concatenate(parts)
 
 
@@ -42,7 +44,7 @@ def test_the_chance_of_an_error_is_that_of_a_student_t():
 
 
 def test_without_samples_the_law_is_the_prior():
-    found, prior = law_of(np.zeros((0, 5)), STD), LawPrior()
+    found, prior = law_of(np.zeros((0, 6)), STD), LawPrior()
     assert (found.freedom, found.factor, found.floor) == (prior.freedom, prior.factor, 0.0)
     # The lattice ends at three and four standard deviations.
     assert found.spread == pytest.approx(prior.factor_spread, rel=0.01)
@@ -97,7 +99,7 @@ def test_a_law_scales_with_the_unit():
     """Powers of two scale without rounding."""
     seen = simulated(np.random.default_rng(4), PredictiveLaw(5.0, 1.0, 0.01))
     seen[::50, 1] = 100.0
-    scaled = seen * [1.0, 4.0, 4.0, 4.0, 4.0]
+    scaled = seen * [1.0, 4.0, 4.0, 4.0, 4.0, 4.0]
     once, other = law_of(seen, STD), law_of(scaled, 4.0 * STD)
     assert (other.freedom, other.factor) == (once.freedom, once.factor)
     assert other.floor == 4.0 * once.floor and other.rate == once.rate / 4.0
@@ -121,7 +123,7 @@ def test_intervals_hold_95_percent_of_the_errors_of_faces_that_end_at_random(rat
     20,000 more, chance moves the share by 0.0015; that at a distance, by 0.005."""
     rng = np.random.default_rng(1)
     seen, away = errors(rng, 20000, rate, 0.01, 3.0)
-    row = innovations_of(0, seen, 0.01, 0.0, away)
+    row = innovations_of(0, seen, 0.01, 0.0, 0.0, away)
     later, away = errors(rng, 20000, rate, 0.01, 3.0)
     deviation = deviation_with_misses(np.full(len(later), 0.01), away, row)
     held = np.abs(later) <= SURE * deviation
@@ -131,14 +133,14 @@ def test_intervals_hold_95_percent_of_the_errors_of_faces_that_end_at_random(rat
 
 
 def test_faces_that_never_missed_keep_their_deviations():
-    deviation, right = np.array([0.1, 0.2]), innovations_of(0, [0.0], 0.1, 0.1, 10.0)
-    for none in right, np.zeros((0, 5)):
+    deviation, right = np.array([0.1, 0.2]), innovations_of(0, [0.0], 0.1, 0.1, 0.1, 10.0)
+    for none in right, np.zeros((0, 6)):
         assert np.array_equal(deviation_with_misses(deviation, np.ones(2), none), deviation)
 
 
 def test_at_a_sample_a_face_keeps_its_deviation_and_far_away_it_has_that_of_misses():
     """The bracket is halved thirty times: 1e-9 of its width."""
-    missed = innovations_of(0, np.full(5, 3.0), 0.1, 0.0, 2.0)
+    missed = innovations_of(0, np.full(5, 3.0), 0.1, 0.0, 0.0, 2.0)
     found = deviation_with_misses([0.1, 0.1], np.array([0.0, 1e6]), missed)
     assert found == pytest.approx([0.1, 3.0], abs=1e-8)
 
@@ -157,7 +159,7 @@ def test_the_change_of_a_touch_tells_what_was_predicted_before_it(touches):
     atlas = Atlas(0.1)
     assert not len(atlas.add(touches[0]).innovations)
     for touch in touches[1:]:
-        before = innovations(atlas, points_of(touch), atlas.sample_std)
+        before = innovations(atlas, points_of(touch), NOISE_OF_BLOB)
         assert (atlas.add(touch).innovations == before).all()
 
 
@@ -166,7 +168,7 @@ def test_innovations_are_what_the_surface_says_of_samples_where_it_knows_enough(
     *first, last = touches
     atlas = learned_from(first, 0.1)
     found = atlas.blend(points_of(last))
-    seen = innovations(atlas, points_of(last), atlas.sample_std)
+    seen = innovations(atlas, points_of(last), NOISE_OF_BLOB)
     known = found.distance[found.known]
     rows = np.flatnonzero(np.isin(known, seen[:, 1]))
     assert len(rows) == len(seen) > 10
@@ -177,7 +179,7 @@ def test_innovations_are_what_the_surface_says_of_samples_where_it_knows_enough(
 def test_only_the_last_eight_touches_count(touches):
     atlas = Atlas(0.1)
     for number in range(12):
-        atlas.learn_innovations(innovations_of(number, [0.0, 0.1], 0.1, 0.1, 1.0))
+        atlas.learn_innovations(innovations_of(number, [0.0, 0.1], 0.1, 0.1, 0.1, 1.0))
     assert np.unique(atlas.innovations[:, 0]).tolist() == list(range(4, 12))
 
 
