@@ -51,7 +51,7 @@ def test_a_patch_weighs_most_at_its_own_middle(name, touches):
 
 
 def test_the_page_needs_no_other_file(whole_run):
-    """Nothing is loaded: no tag and no style names an address; an icon of no bytes is one itself."""
+    """Nothing is loaded: no tag and no style names an address. The icon has no bytes."""
     page = (whole_run[0] / "replay.html").read_text()
     assert not re.search(r'<(script|link|img|iframe)[^>]*(src|href)="(?!data:)', page)
     assert "@import" not in page and 1e5 < len(page) < 1e7
