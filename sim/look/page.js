@@ -46,7 +46,7 @@ function show(t) {
   const pairs = run.pair_from[now];
   busy = busy.then(() => Promise.all([
     surface(now),
-    put('contacts', { positions: points('contacts', 0, now) }),
+    put('contacts', { positions: points('contacts', 0, run.contact_from[now]) }),
     put('contours', { vertices: points('contours', 0, run.contour_from[now]), indices: run.pairs.slice(0, 2 * pairs) }),
     put('way', { vertices: points('ways', 2 * Math.max(now - 1, 0), 2 * now), indices: now ? Uint32Array.of(0, 1) : new Uint32Array(0) }),
     put('planes', last ? { vertices: new Float32Array(0), indices: new Uint32Array(0) } : {

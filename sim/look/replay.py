@@ -151,11 +151,14 @@ def _touch_arrays(frames: Frames) -> dict[str, np.ndarray]:
         np.array([touch.contact, touch.contact]) if touch.way is None else touch.way
         for touch in frames.touches
     ]
+    # A touch that met nothing has its planned place for a contact.
+    met = [touch.contact for touch in frames.touches if touch.contours]
     planes = frames.planes()
     most = max((len(vertices) for vertices in planes), default=0)
     squares = np.arange(most, dtype=np.uint32).reshape(-1, 4)
     return {
-        "contacts": np.reshape([touch.contact for touch in frames.touches], (-1, 3)).astype(float),
+        "contacts": np.reshape(met, (-1, 3)).astype(float),
+        "contact_from": _starts([bool(touch.contours) for touch in frames.touches]),
         "contours": points.astype(float),
         "contour_from": before[0] + _starts([sum(map(len, some)) for some in curves]),
         "pairs": pairs.astype(np.uint32),

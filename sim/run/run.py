@@ -96,7 +96,8 @@ class Run:
 
         unit = self.numbers.get("unit", "")
         plot, surface = scene.new_plot(unit if unit == "mm" else ""), self.surface
-        contacts = np.reshape([touch.contact for touch in self.touches], (-1, 3))
+        met = [touch.contact for touch in self.touches if touch.contours]
+        contacts = np.reshape(met, (-1, 3))
         size = 0.015 * float(np.linalg.norm(np.ptp(contacts, axis=0))) if len(contacts) else 1.0
         if surface is not None:
             scene.add_surface(plot, surface, colour, self.settings["tolerance"])

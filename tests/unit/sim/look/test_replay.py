@@ -12,12 +12,13 @@ import pytest
 from PIL import Image
 
 from tests.pages import held
-from touchatlas.atlas import Atlas
+from touchatlas.atlas import Atlas, Touch, TouchStatus
 from touchatlas.planner import Planner, explore
 from touchatlas.sim import Probe, load_run
 from touchatlas.sim.look import live
 from touchatlas.sim.look.curves import chart
 from touchatlas.sim.look.frames import Frames, clustered
+from touchatlas.sim.look.replay import run_text
 from touchatlas.sim.world.objects import make_object
 
 
@@ -28,7 +29,7 @@ def test_the_replay_holds_every_touch_and_the_last_surface(whole_run):
     true = np.array([touch.contact for touch in run.touches])
     # Places are rounded to 1 / 65535 of the extent.
     np.testing.assert_allclose(contacts, true, atol=2.0 * found["scale"])
-    assert found["touches"] == len(true) == len(found["words"]) - 1
+    assert found["touches"] == len(true) == len(found["words"]) - 1 == found["contact_from"][-1]
     last = found["vertices"].reshape(-1, 3)[found["vertex_from"][-2] :]
     points, surface = last * found["scale"] + found["low"], run.surface.vertices
     np.testing.assert_allclose(points.max(axis=0), surface.max(axis=0), atol=2.0 * found["scale"])
@@ -75,6 +76,18 @@ def test_a_curve_leaves_out_what_is_not_known():
     (line,) = re.findall(r'points="([^"]*)"', picture)
     assert len(line.split()) == 2 and "Error (mm)" in picture
     assert chart("Error", {"true": [None]}) == ""
+
+
+def test_a_touch_that_met_nothing_is_no_contact():
+    obj, frames, atlas = make_object("sphere"), Frames(), Atlas(0.1)
+    planner = Planner(*obj.start())
+    miss = lambda plan: Touch(  # noqa: E731
+        plan.number, plan.reference_point, plan.normal, (), TouchStatus.NO_CONTACT, 0.0, 1.0
+    )
+    for step in explore(atlas, planner, miss, 1):
+        frames.add(step, planner, atlas, 1.0)
+    found = held(f'id="run">{run_text("none", frames.so_far(), 0.1, "", None)}<')
+    assert found["contact_from"].tolist() == [0, 0] and len(found["contacts"]) == 0
 
 
 def test_a_run_is_served_while_it_goes_on(monkeypatch):
