@@ -36,7 +36,8 @@ def need_kernel() -> None:
         import OCP.STEPControl  # noqa: F401
     except ImportError as error:
         raise ValueError(
-            f"STEP files need the extra cad ({error}): pip install touchatlas[cad]"
+            f"STEP files need the extra cad ({error}): pip install touchatlas[cad], or in a "
+            "clone pip install -e '.[cad]'"
         ) from None
 
 
