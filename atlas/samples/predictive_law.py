@@ -168,8 +168,9 @@ def law_of(
 def rate_of(innovations) -> float:
     """Rate at which faces end unseen, 1/length: the number of innovations (n, 6) on another face
     over the sum of distances from the nearest samples, the estimate of largest likelihood where
-    distances are short against one over the rate."""
-    return float(_are_off(innovations).sum() / max(innovations[:, _AWAY].sum(), _TINY))
+    distances are short against one over the rate. At a sample no face can end unseen."""
+    off = _are_off(innovations) & (innovations[:, _AWAY] > 0.0)
+    return float(off.sum() / max(innovations[:, _AWAY].sum(), _TINY))
 
 
 def _are_off(innovations) -> np.ndarray:

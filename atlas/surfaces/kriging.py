@@ -160,7 +160,8 @@ def _covariance(points, amplitude, length: float, stds) -> np.ndarray:
     out = matern(np.sqrt(np.maximum(between, 0.0)), length)
     out *= amplitude[:, :, None] * amplitude[:, None]
     diagonal = np.arange(points.shape[1])
-    out[:, diagonal, diagonal] += _NOISE * stds**2
+    # A millionth of the amplitude is beyond what rounding leaves of samples that nearly coincide.
+    out[:, diagonal, diagonal] += _NOISE * stds**2 + (1e-6 * amplitude) ** 2
     return out
 
 

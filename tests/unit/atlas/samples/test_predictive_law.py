@@ -188,3 +188,13 @@ def test_errors_of_a_ball_are_forgotten_when_it_is_a_ball_no_longer():
     atlas = learned_from(spread_touches(make_object("cube"), 12), 0.1)
     assert atlas.settled > 0
     assert (atlas.innovations[:, 0] < atlas.settled).any()
+
+
+def test_outliers_at_samples_tell_no_rate_of_faces_that_end():
+    """No face ends within a distance of zero: chance and intervals are those of a rate of zero, to
+    the billionth of a bracket of nine that bisection leaves."""
+    found = law_of(innovations_of(0, np.full(5, 10.0), 0.1, STD, STD, 0.0), STD)
+    assert found.rate == 0.0 and np.isfinite(found.chance(1.0, [0.1], [0.0])).all()
+    missed = innovations_of(0, np.full(5, 10.0), 0.1, STD, STD, 0.0)
+    found = deviation_with_misses([1.0, 2.0], np.array([0.0, 1.0]), missed)
+    assert np.allclose(found, [1.0, 2.0], rtol=0.0, atol=1e-8)

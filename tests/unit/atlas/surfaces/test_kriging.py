@@ -120,3 +120,17 @@ def test_a_rough_surface_is_nearer_than_its_sextics():
 def _rippled(x, y):
     """Heights of ripples of wave lengths of 0.16 and 0.12."""
     return 0.01 * np.sin(40.0 * x) * np.sin(52.0 * y)
+
+
+@pytest.mark.parametrize("std", [1e-9, 1e-12])
+def test_samples_that_coincide_are_followed_however_sure_they_are(std):
+    """Two samples of one height at each place have a covariance that is singular to rounding; at
+    them the residual is that height, to a hundred thousandth of the amplitude."""
+    places = np.linspace(0.0, 1.0, 10)
+    points = np.repeat(np.column_stack([places, places**2]), 2, axis=0)
+    heights = np.repeat(0.1 * np.cos(9.0 * places), 2)
+    residual, variance = kriged(points, heights, np.full(20, std)).at(
+        flat(points), np.tile(UP, (20, 1))
+    )
+    assert np.allclose(residual, heights, rtol=0.0, atol=1e-6)
+    assert (variance >= 0.0).all() and (variance < 1e-6).all()
