@@ -24,18 +24,14 @@ SCALE_NOISE = 5.0
 def learn(state: AtlasState, touch: Touch) -> AtlasChange:
     """Enter the samples of one touch and the way on which the probe came, or say why the samples
     are refused. Without contact only the way is entered."""
-    if not isinstance(touch, Touch):
-        raise ValueError(f"got {type(touch).__name__}; give a Touch, as a probe returns it")
+    check_touch(state, touch)
     if touch.status is not TouchStatus.TOUCHED:
         _enter_way(state, touch)
         return AtlasChange(refused=f"the probe reported: {touch.status.value}")
-    contours = tuple(c for c in touch.contours if len(c.points) >= LEAST_POINTS)
+    contours = _long_contours(touch)
     if not contours:
         return AtlasChange(refused=_too_few(0))
     points, stds = np.concatenate([c.points for c in contours]), stds_of(state, contours)
-    # The first three touches are small.
-    if state.touches >= 3:
-        check_unit_of_length(state, f"touch {touch.number}", points, stds)
     if learned_before(state.pool, contours):
         return AtlasChange(
             refused=f"a contour of touch {touch.number} was learned before, point for point; give "
@@ -52,6 +48,28 @@ def learn(state: AtlasState, touch: Touch) -> AtlasChange:
     enter_samples(state, contours, _normals(state, touch.contact, contours, outward, quadric))
     _enter_way(state, touch)
     return AtlasChange(innovations=news)
+
+
+def check_touch(state: AtlasState, touch: Touch) -> None:
+    """Refuse what is no touch, or one in another unit than what was measured so far.
+
+    Raises
+    ------
+    ValueError
+        See ``check_unit_of_length``.
+    """
+    if not isinstance(touch, Touch):
+        raise ValueError(f"got {type(touch).__name__}; give a Touch, as a probe returns it")
+    contours = _long_contours(touch)
+    # The first three touches are small.
+    if contours and state.touches >= 3:
+        points = np.concatenate([contour.points for contour in contours])
+        check_unit_of_length(state, f"touch {touch.number}", points, stds_of(state, contours))
+
+
+def _long_contours(touch: Touch) -> tuple[Contour, ...]:
+    """The contours of a touch that have points enough."""
+    return tuple(c for c in touch.contours if len(c.points) >= LEAST_POINTS)
 
 
 def check_unit_of_length(state: AtlasState, name: str, points, stds) -> None:

@@ -8,9 +8,11 @@ from contextlib import closing
 
 import numpy as np
 
-from touchatlas.atlas import Scan, Touch
+from touchatlas.atlas import AtlasChange, Scan, Touch
 from touchatlas.atlas.files import write_whole
+from touchatlas.atlas.learn import check_touch
 from touchatlas.planner import ProbePlan
+from touchatlas.planner.probe_plan import check_answer
 from touchatlas.sim.folder.journal import Journal
 from touchatlas.sim.folder.plan_files import plans_csv, plans_json
 from touchatlas.sim.folder.run_folder import new_run, replace_run
@@ -79,8 +81,8 @@ def learn_more(
     Raises
     ------
     ValueError
-        When a touch answers no plan that is pending, or leaves one before it unanswered; or a scan
-        is refused and nothing else was learned.
+        When a touch answers no plan that is pending, or leaves one before it unanswered, or its
+        unit is another; or a scan is refused. What was learned before it stays.
     """
     with opened(path) as run:
         _check_answers(run, touches)
@@ -94,6 +96,9 @@ def learn_more(
                 journal.append_scan(scan)
             for touch in touches:
                 watcher.begins(f"learning the answer to plan {touch.number}")
+                # What is in the journal must be learned, also by another call.
+                check_touch(run.atlas, touch)
+                check_answer(run.planner.pending, touch, AtlasChange(touch=touch.number))
                 journal.append(run.pending[touch.number], touch)
                 refused.append(run.add(touch).refused)
                 run.save()

@@ -184,3 +184,22 @@ def test_csv_answers_are_learned_and_wrong_ones_refused(tmp_path):
     (tmp_path / "miss.csv").write_text("plan,plane,x,y,z,event\n1,,,,,no contact\n")
     done = touchatlas("learn", run, "miss.csv", "--no-draw", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
+
+
+def test_an_answer_in_another_unit_is_refused_and_the_run_goes_on(tmp_path):
+    run = tmp_path / "run"
+    start = "--start", "0,0,15", "--outward", "0,0,1", "--noise", "0.001", "--tolerance", "0.2"
+    assert touchatlas("next", run, *start, cwd=tmp_path).returncode == 0
+    for _ in range(4):
+        (tmp_path / "answer.csv").write_text(answers(run))
+        done = touchatlas("learn", run, "answer.csv", "--no-draw", cwd=tmp_path)
+        assert done.returncode == 0, done.stderr
+        assert touchatlas("next", run, cwd=tmp_path).returncode == 0
+    head, *rows = answers(run).split("\n")
+    cells = [row.split(",") for row in rows]
+    inches = [",".join([*c[:2], *(f"{float(x) / 25.4}" for x in c[2:5]), c[5]]) for c in cells]
+    (tmp_path / "inches.csv").write_text("\n".join([head, *inches]))
+    words = "learn", run, "inches.csv", "--no-draw"
+    assert touchatlas(*words, cwd=tmp_path).returncode == 2
+    (tmp_path / "answer.csv").write_text(answers(run))
+    assert touchatlas("learn", run, "answer.csv", "--no-draw", cwd=tmp_path).returncode == 0
