@@ -31,7 +31,7 @@ def learn(state: AtlasState, touch: Touch) -> AtlasChange:
     contours = _long_contours(touch)
     if not contours:
         return AtlasChange(refused=_too_few(0))
-    points, stds = np.concatenate([c.points for c in contours]), stds_of(state, contours)
+    points = np.concatenate([c.points for c in contours])
     if learned_before(state.pool, contours):
         return AtlasChange(
             refused=f"a contour of touch {touch.number} was learned before, point for point; give "
@@ -64,7 +64,8 @@ def check_touch(state: AtlasState, touch: Touch) -> None:
     # The first three touches are small.
     if contours and state.touches >= 3:
         points = np.concatenate([contour.points for contour in contours])
-        check_unit_of_length(state, f"touch {touch.number}", points, stds_of(state, contours))
+        name, stds = f"touch {touch.number}", stds_of(state, contours)
+        check_unit_of_length(state, name, points, stds, touch.approach)
 
 
 def _long_contours(touch: Touch) -> tuple[Contour, ...]:
@@ -72,9 +73,10 @@ def _long_contours(touch: Touch) -> tuple[Contour, ...]:
     return tuple(c for c in touch.contours if len(c.points) >= LEAST_POINTS)
 
 
-def check_unit_of_length(state: AtlasState, name: str, points, stds) -> None:
+def check_unit_of_length(state: AtlasState, name: str, points, stds, outward) -> None:
     """Refuse points (n, 3) of standard deviations (n,) in another unit than what was measured so
-    far; ``name`` is what they are.
+    far; ``name`` is what they are, and ``outward`` (n, 3) or (3,) the free side, zero where it is
+    not known.
 
     Raises
     ------
@@ -92,7 +94,7 @@ def check_unit_of_length(state: AtlasState, name: str, points, stds) -> None:
         )
     if state.body is None:
         return
-    if factor := unit_factor(state.body, points, stds, state.levels.sure):
+    if factor := unit_factor(state.body, points, stds, outward, state.levels.sure):
         way = f"multiplied by {factor:g}" if factor > 1.0 else f"divided by {1.0 / factor:g}"
         raise ValueError(
             f"{name} lies on the known surface where its lengths are {way}, and nowhere as it is; "

@@ -54,7 +54,9 @@ def learn_scan(state: AtlasState, scan: Scan) -> AtlasChange:
     ValueError
         When the scan is out of all proportion to what was measured so far.
     """
-    check_unit_of_length(state, "the scan", scan.points, np.hypot(scan.noise_std, state.bias))
+    stds, toward = np.hypot(scan.noise_std, state.bias), scan.toward
+    outward = toward if scan.normals is None else scan.normals
+    check_unit_of_length(state, "the scan", scan.points, stds, outward)
     # A noisy scan says little of the fits to come: they are to the tolerance.
     settle_scale(state, scan.noise_std, state.tolerance)
     strands = _strands(scan)

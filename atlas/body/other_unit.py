@@ -9,7 +9,7 @@ from touchatlas.atlas.body.body import Body
 UNIT_RATIOS = (2.54, 10.0, 25.4, 100.0, 304.8, 1000.0, 1e6)
 
 
-def unit_factor(body: Body, points, stds, sure: float) -> float | None:
+def unit_factor(body: Body, points, stds, outward, sure: float) -> float | None:
     """The ratio of units by which points would lie on a surface, none of which does as it is; None
     where some do, or no ratio puts a tenth of them there.
 
@@ -22,6 +22,9 @@ def unit_factor(body: Body, points, stds, sure: float) -> float | None:
     points : (n, 3) float, length, world
     stds : (n,) float, length
         Of their distances from the surface.
+    outward : (n, 3) or (3,) float
+        To the free side of each; zero where it is not known. A surface that faces away from it, as
+        the rim of a ring from the bore, is another one.
     sure : float
         Deviations within which a point is on the surface.
     """
@@ -31,6 +34,8 @@ def unit_factor(body: Body, points, stds, sure: float) -> float | None:
         found, known = body.at(moved)
         limit = sure * np.hypot(found.deviation, factor * stds)
         tells = np.abs((found.normal * moved).sum(axis=1)) > apart * limit
+        if factor != 1.0:
+            tells &= (found.normal * outward).sum(axis=1) >= 0.0
         return float(np.mean(known & tells & (np.abs(found.distance) <= limit)))
 
     if on_surface(1.0, -1.0) > 0.0:

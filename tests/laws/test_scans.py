@@ -176,3 +176,24 @@ def test_a_scan_says_what_is_wrong_with_it(arguments, words):
     columns = {"points": [[0.0, 0.0, 1.0]], "noise_std": 0.1} | arguments
     with pytest.raises(ValueError, match=words):
         Scan(**columns)
+
+
+def test_a_bore_of_a_tenth_of_the_size_is_no_rim_in_another_unit():
+    """Ten times as large it would lie on the rim of the ring, but faces the other way."""
+    turn = np.linspace(0.0, 2.0 * np.pi, 60, endpoint=False)
+    radial = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(60)])
+
+    def circles(radius, heights, side):
+        rng = np.random.default_rng(0)
+        exact = np.concatenate([radius * radial + [0.0, 0.0, z] for z in heights])
+        points = exact + rng.normal(0.0, 0.02, exact.shape)
+        normals = np.tile(side * radial, (len(heights), 1))
+        curves = np.repeat(np.arange(len(heights)), 60)
+        return Scan(points, np.full(len(points), 0.02), normals, curves=curves)
+
+    atlas = Atlas(0.1)
+    atlas.add(circles(100.0, np.linspace(100.0, 200.0, 12), 1.0))
+    heights = np.linspace(10.0, 20.0, 5)
+    with pytest.raises(ValueError, match="multiplied by 10"):
+        atlas.add(circles(10.0, heights, 1.0))
+    assert not atlas.add(circles(10.0, heights, -1.0)).refused
