@@ -11,7 +11,8 @@ UNIT_RATIOS = (2.54, 10.0, 25.4, 100.0, 304.8, 1000.0, 1e6)
 
 def unit_factor(body: Body, points, stds, outward, sure: float) -> float | None:
     """The ratio of units by which points would lie on a surface, none of which does as it is; None
-    where some do, or no ratio puts a tenth of them there.
+    where some do, where no ratio puts half of them there, or where their spacing is rather that of
+    the samples as it is: a probe keeps its step, and a small feature may lie as a large one does.
 
     A plane or cone with its tip at the origin is mapped onto itself by any factor. So points count
     whose tangent plane passes the origin by more than ten times what counts as on the surface.
@@ -43,4 +44,6 @@ def unit_factor(body: Body, points, stds, outward, sure: float) -> float | None:
     ratios = np.array(UNIT_RATIOS)
     factors = np.concatenate([ratios, 1.0 / ratios]).tolist()
     share, factor = max((on_surface(factor, 10.0), factor) for factor in factors)
-    return factor if share > 0.1 else None
+    step = np.median(np.linalg.norm(np.diff(points, axis=0), axis=1))
+    ratio = np.log(np.median(body.samples.steps) / max(step, np.finfo(float).tiny))
+    return factor if share > 0.5 and abs(ratio - np.log(factor)) < abs(ratio) else None
