@@ -17,8 +17,14 @@ RNG = np.random.default_rng(0)
 
 
 def robot(plan) -> Touch:
-    """Touch the ball under the reference point and track it in the planned directions."""
-    up = plan.reference_point / np.linalg.norm(plan.reference_point)
+    """Come along the normal through the reference point, touch the ball, and track it in the
+    planned directions."""
+    off = plan.reference_point @ plan.normal
+    half = off**2 - plan.reference_point @ plan.reference_point + RADIUS**2
+    if half < 0.0:
+        place = plan.reference_point, plan.normal
+        return Touch(plan.number, *place, (), TouchStatus.NO_CONTACT, 0.0, 0.0)
+    up = (plan.reference_point + (np.sqrt(half) - off) * plan.normal) / RADIUS
     reach = min(plan.reach, plan.max_turn * RADIUS)
     turn = np.arange(-int(reach / plan.step), int(reach / plan.step) + 1) * plan.step / RADIUS
     contours = []
@@ -30,7 +36,8 @@ def robot(plan) -> Touch:
         section = SamplingPlane(RADIUS * up, np.cross(along, up))
         contours.append(Contour(noisy, section, NOISE, (ContourEnd.LENGTH_REACHED,) * 2))
     length = 2.0 * reach * len(contours)
-    return Touch(plan.number, RADIUS * up, up, tuple(contours), TouchStatus.TOUCHED, length, 0.0)
+    place = RADIUS * up, plan.normal
+    return Touch(plan.number, *place, tuple(contours), TouchStatus.TOUCHED, length, 0.0)
 
 
 def main() -> None:

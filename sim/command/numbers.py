@@ -86,7 +86,7 @@ def _shown(name: str, value, numbers: dict) -> str:
     if name.endswith("_max_place") and value:
         return written(value)
     if isinstance(value, list):
-        return "; ".join(f"({written(place)})" for place in value) or "none"
+        return _places(value) or "none"
     return f"{value:.5g}" if isinstance(value, float) else str(value)
 
 
@@ -111,13 +111,17 @@ def allowed_places(numbers: dict) -> str | None:
     if not places or numbers.get("ended") != StopReason.KNOWN.value:
         return None
     count = count_of(len(places), "place is", "places are")
-    first = "; ".join(f"({written(place)})" for place in places[:3])
-    more = f" and {len(places) - 3} more" if len(places) > 3 else ""
     return (
-        f"{count} open or less sure than 95%: {first}{more}. An exploration may leave such places, "
-        "because it ends when nearly all of the surface is expected within the tolerance, here "
-        f"{numbers['predicted_coverage']:.1%}."
+        f"{count} open or less sure than 95%: {_places(places)}. An exploration may leave such "
+        "places, because it ends when nearly all of the surface is expected within the tolerance, "
+        f"here {numbers['predicted_coverage']:.1%}."
     )
+
+
+def _places(places) -> str:
+    """The first three of some places, and how many more there are; evaluation.json holds all."""
+    first = "; ".join(f"({written(place)})" for place in places[:3])
+    return first + (f" and {len(places) - 3} more" if len(places) > 3 else "")
 
 
 def _doubt(doubt: dict) -> str:

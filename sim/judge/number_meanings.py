@@ -128,7 +128,7 @@ COLUMNS: dict[str, Meaning] = {
         LENGTH,
         _BELOW,
     ),
-    "coverage": Meaning("fraction of true points within the tolerance of the surface", good="1"),
+    "coverage": Meaning("fraction of true points that the atlas knows to the tolerance", good="1"),
     "completeness_mean": Meaning("mean error of these points", LENGTH, _BELOW),
     "seconds_plan": Meaning("planning of this touch", "s"),
     "seconds_fit": Meaning("learning of this touch", "s"),

@@ -5,7 +5,7 @@ from itertools import groupby
 
 import numpy as np
 
-from touchatlas.patch.geometry.order import out_of_order
+from touchatlas.patch.geometry.order import fills_area, out_of_order
 from touchatlas.patch.geometry.section import LEAST_POINTS
 from touchatlas.sim.recorded.column_names import Columns, counts_lines
 from touchatlas.sim.recorded.table_file import Table
@@ -78,6 +78,8 @@ def _by_jumps(table: Table, columns: Columns, points, rows, gap: float) -> tuple
     """Curves by jumps, one curve, or scattered points where they are in no order."""
     time = None if columns.time is None else table.numbers(columns.time)[rows]
     numbers = _jumps(points[rows], time, gap)
+    if fills_area(points[rows]) and not out_of_order(points[rows]):
+        return [""] * len(rows), "scattered points, as they lie all over an area"
     if _parts(numbers):
         return [f"{k + 1}" for k in numbers], "curves by jumps from point to point"
     if len(rows) < LEAST_POINTS or numbers.any() or out_of_order(points[rows]):

@@ -44,7 +44,10 @@ def begin_with_scans(
     watcher.begins("learning the points")
     refused = [run.add(scan).refused for scan in scans]
     if any(refused):
-        raise ValueError("; ".join(sorted({words for words in refused if words})))
+        error = ValueError("; ".join(sorted({words for words in refused if words})))
+        if "outside" in str(error):
+            error.add_note("--approach, --viewpoint and --outside say it on the command line")
+        raise error
     with new_run(out, force) as folder:
         run.begin(folder)
         with closing(Journal(run.journal)) as journal:

@@ -521,6 +521,23 @@ def test_files_without_three_planes_are_read(file):
     assert "slices of equal z" in read_curves(file(*lines)).how
 
 
+def test_a_raster_that_goes_back_and_forth_is_no_curve(file):
+    """Four rows of four, every second one backward, as a control probes a table: along a curve its
+    turns would be taken for noise. Two runs of a wavy section are none."""
+    x, y = np.meshgrid(np.arange(4.0), np.arange(4.0))
+    x[1::2] = x[1::2, ::-1]
+    rng = np.random.default_rng(1)
+    rows = np.column_stack([x.ravel(), y.ravel(), -1.0 + 1e-4 * rng.normal(size=16)])
+    path = file(*(f"{a:.4f} {b + 1e-3 * c:.4f} {c:.6f}" for a, b, c in rows))
+    found = read_curves(path)
+    assert [c.name for c in found.curves] == [""] and "all over an area" in found.how
+    with pytest.raises(ValueError, match="too few to tell how noisy they are; give --noise"):
+        read_scans([path], options=ReadOptions(unit="mm"))
+    s = np.linspace(0.0, 20.0, 120)
+    wavy = file(*(f"{a:.4f} {np.sin(a):.4f} {0.1 * a:.4f}" for a in s))
+    assert [len(c.points) for c in read_curves(wavy).curves] == [120]
+
+
 def test_refusals_say_how_the_file_was_read(file):
     with pytest.raises(
         ValueError, match="only 1 curve has .* was read so: cells .* time is column"
