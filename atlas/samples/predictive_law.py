@@ -114,7 +114,7 @@ def innovations_of(number: int, distance, deviation, noise, std, away) -> np.nda
     distance, deviation : (n,) float, length
         Distance of each from the surface, and the predicted standard deviation of that.
     noise, std : (n,) float, length
-        Standard deviation of the noise of the samples, and that with the lack of fit that is borne.
+        Standard deviation of the noise of the samples, and with the allowed lack of fit.
     away : (n,) float, length
         Distance from the nearest sample before.
 

@@ -107,7 +107,7 @@ def fewer_sextics(
         if ends.any():
             own = np.union1d(own, surface.reaching(points[ends]))
         parts.append(surface.sextics.some(own))
-    # What is borne is not sought again.
+    # What the tolerance allows is not sought again.
     found = replace(surface, sextics=joined(parts), least=_BORNE * tolerance)
     return found if len(found.sextics) < len(surface.sextics) else surface
 
