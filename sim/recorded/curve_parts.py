@@ -78,7 +78,7 @@ def _by_jumps(table: Table, columns: Columns, points, rows, gap: float) -> tuple
     """Curves by jumps, one curve, or scattered points where they are in no order."""
     time = None if columns.time is None else table.numbers(columns.time)[rows]
     numbers = _jumps(points[rows], time, gap)
-    if fills_area(points[rows]) and not out_of_order(points[rows]):
+    if not out_of_order(points[rows]) and fills_area(points[rows]):
         return [""] * len(rows), "scattered points, as they lie all over an area"
     if _parts(numbers):
         return [f"{k + 1}" for k in numbers], "curves by jumps from point to point"
