@@ -14,15 +14,23 @@ if TYPE_CHECKING:
     from touchatlas.planner.probe_plan import ProbePlan, Reason
     from touchatlas.planner.stop import Stop, StopReason
     from touchatlas.planner.store import load_planner, save_planner
+    from touchatlas.planner.tracking.machines import Reading, Scanner, Trigger
+    from touchatlas.planner.tracking.options import Tip, TrackingOptions, TriggerOptions
 
 __all__ = [
     "Planner",
     "PlannerOptions",
     "ProbePlan",
+    "Reading",
     "Reason",
+    "Scanner",
     "Step",
     "Stop",
     "StopReason",
+    "Tip",
+    "TrackingOptions",
+    "Trigger",
+    "TriggerOptions",
     "explore",
     "load_planner",
     "save_planner",
@@ -33,9 +41,15 @@ __getattr__ = lazy_names(
         "PlannerOptions": "touchatlas.planner.options",
         "ProbePlan": "touchatlas.planner.probe_plan",
         "Reason": "touchatlas.planner.probe_plan",
+        "Reading": "touchatlas.planner.tracking.machines",
+        "Scanner": "touchatlas.planner.tracking.machines",
         "Step": "touchatlas.planner.loop",
         "Stop": "touchatlas.planner.stop",
         "StopReason": "touchatlas.planner.stop",
+        "Tip": "touchatlas.planner.tracking.options",
+        "TrackingOptions": "touchatlas.planner.tracking.options",
+        "Trigger": "touchatlas.planner.tracking.machines",
+        "TriggerOptions": "touchatlas.planner.tracking.options",
         "explore": "touchatlas.planner.loop",
         "load_planner": "touchatlas.planner.store",
         "save_planner": "touchatlas.planner.store",

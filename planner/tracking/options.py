@@ -1,0 +1,173 @@
+"""What is known of a tip, and how machines are moved: records with defaults in mm, N and s."""
+
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+
+from touchatlas.patch.geometry.arrays import real
+
+
+@dataclass(frozen=True)
+class Tip:
+    """What is known of a ball tip on its stylus, by certificate or by qualification on a ball.
+
+    Parameters
+    ----------
+    radius : float, length
+        Of the ball as it acts: the pre-travel of a trigger, in the mean, is taken off.
+    radius_std : float, length
+        Standard deviation of that: one common error of all samples.
+    stiffness : float, N/length
+        Force over bending, alike in all directions.
+    stiffness_std : float
+        Its standard deviation, over itself.
+    noise_std : float, length
+        White noise of each coordinate of one reading, or of one point of a trigger.
+    force_std : float, N
+        White noise of each component of the force in one reading.
+    error_std : float, length
+        Of each coordinate: what neighbouring readings have in common, so that their mean keeps it.
+    """
+
+    radius: float = 2.0
+    radius_std: float = 0.0
+    stiffness: float = 2.0
+    stiffness_std: float = 0.0
+    noise_std: float = 0.02
+    force_std: float = 0.01
+    error_std: float = 0.0
+
+    def __post_init__(self) -> None:
+        _check(self, positive=("stiffness",))
+
+    def sample_std(self, readings: int) -> float:
+        """Standard deviation of each coordinate of a centre that is the mean of some readings.
+
+        White parts shrink with the root of their number: hypot(s / sqrt(n), e).
+
+        >>> round(Tip(noise_std=0.03, force_std=0.08, error_std=0.0).sample_std(25), 12)
+        0.01
+        """
+        white = np.hypot(self.noise_std, self.force_std / self.stiffness)
+        return float(np.hypot(white / np.sqrt(readings), self.error_std))
+
+    def in_unit(self, millimetre: float) -> "Tip":
+        """The same tip in a unit of which a millimetre has so many."""
+        return scaled(
+            self, millimetre, ("radius", "radius_std", "noise_std", "error_std"), ("stiffness",)
+        )
+
+
+@dataclass(frozen=True)
+class TrackingOptions:
+    """How a scanner is moved.
+
+    Parameters
+    ----------
+    force : float, N
+        Set point of the force in contact.
+    least : float, N
+        Below it contact counts as lost.
+    most : float, N
+        Above it a reading counts as overload.
+    feed : float, length/s
+        Along the surface.
+    approach : float, length/s
+        Toward the surface.
+    gain, integral : float, 1/s and 1/s^2
+        Of the proportional-integral control of the bending, force over stiffness.
+    hold : float, 1/s
+        Gain of the position across the plane.
+    slowest : float
+        Least fraction of the feed while the force is off its set point.
+    search : float, length
+        How far a lost surface is sought, along the last normal.
+    search_speed : float, length/s
+        How fast.
+    lost_after : float, s
+        How long the force has to be below ``least`` before the surface is sought.
+    settle : float, s
+        Rest after the contact, before the feed begins.
+    window : float, s
+        Over which readings are averaged for one sample.
+    retract : float, length
+        How far the tip leaves the surface before it moves in air.
+    """
+
+    force: float = 0.4
+    least: float = 0.05
+    most: float = 0.69
+    feed: float = 10.0
+    approach: float = 5.0
+    gain: float = 16.0
+    integral: float = 60.0
+    hold: float = 5.0
+    slowest: float = 0.1
+    search: float = 3.0
+    search_speed: float = 5.0
+    lost_after: float = 0.02
+    settle: float = 0.2
+    window: float = 0.03
+    retract: float = 2.0
+
+    def __post_init__(self) -> None:
+        _check(self, positive=tuple(field.name for field in fields(self) if field.name != "settle"))
+        if not self.least < self.force < self.most:
+            raise ValueError(
+                f"least, force, most are {self.least}, {self.force}, {self.most}; each must be "
+                "more than the one before"
+            )
+
+    def in_unit(self, millimetre: float) -> "TrackingOptions":
+        """The same in a unit of which a millimetre has so many."""
+        return scaled(self, millimetre, ("feed", "approach", "search", "search_speed", "retract"))
+
+
+@dataclass(frozen=True)
+class TriggerOptions:
+    """How a trigger probe is moved.
+
+    Parameters
+    ----------
+    points : int
+        Of each arm of a contour, besides the contact.
+    approach : float, length
+        Height above the expected contact from which a point is probed.
+    overtravel : float, length
+        How far below it a point is looked for.
+    retract : float, length
+        How far the tip leaves the surface after a point.
+    clearance : float, length
+        Height above all that was touched at which ways between touches run where no lower way is
+        known to be free.
+    """
+
+    points: int = 5
+    approach: float = 2.0
+    overtravel: float = 2.0
+    retract: float = 2.0
+    clearance: float = 20.0
+
+    def __post_init__(self) -> None:
+        _check(self, positive=tuple(field.name for field in fields(self)))
+        if not isinstance(self.points, int | np.integer):
+            raise ValueError(f"points is {self.points!r}; it must be a whole number")
+
+    def in_unit(self, millimetre: float) -> "TriggerOptions":
+        """The same in a unit of which a millimetre has so many."""
+        return scaled(self, millimetre, ("approach", "overtravel", "retract", "clearance"))
+
+
+def scaled(record, factor: float, lengths: tuple[str, ...], inverse: tuple[str, ...] = ()):
+    """A record with its lengths times a factor, and what is over a length divided by it."""
+    new = {name: getattr(record, name) * factor for name in lengths}
+    return replace(record, **new, **{name: getattr(record, name) / factor for name in inverse})
+
+
+def _check(record, positive: tuple[str, ...]) -> None:
+    """ValueError for a field that is no finite number, 0 or more, or more than 0."""
+    for field in fields(record):
+        value = getattr(record, field.name)
+        if not (0.0 <= real(value) < np.inf and (value > 0.0 or field.name not in positive)):
+            need = "more than 0" if field.name in positive else "0 or more"
+            raise ValueError(f"{field.name} is {value!r}; it must be a finite number, {need}")
