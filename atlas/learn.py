@@ -108,7 +108,7 @@ def learned_before(pool: SamplePool, contours: tuple[Contour, ...]) -> bool:
     Noise repeats no point, so equal points are the same measurement. The pool keeps the samples of
     a contour in order, so its first point tells where the others must be.
     """
-    for path in (contour.points_in_plane for contour in contours):
+    for path in (contour.measured for contour in contours):
         for start in np.flatnonzero(pool.points[:, 0] == path[0, 0]).tolist():
             if np.array_equal(pool.points[start : start + len(path)], path):
                 return True
@@ -311,7 +311,7 @@ def innovations(state: AtlasState, points, noise) -> np.ndarray:
 def enter_samples(state: AtlasState, contours: tuple[Contour, ...], normals) -> None:
     """Add the samples of contours, with the normals (k, 3) of each, to the pool, and the ends at
     which contact was lost to the rims."""
-    points = np.concatenate([c.points_in_plane for c in contours])
+    points = np.concatenate([c.measured for c in contours])
     across = np.concatenate([np.tile(c.plane.normal, (len(c.points), 1)) for c in contours])
     edges = np.concatenate([_is_at_edge(c) for c in contours])
     counts = [len(c.points) for c in contours]

@@ -53,6 +53,15 @@ class Touch:
         Where the straight way through air began on which the probe came, and where it ended: at
         the contact, or, without one, past the planned reference point, where it gave up. The
         atlas learns that no surface is on it. None where it is not known, or was not gone.
+        It is the way of the tip's centre. Contours with normals hold contacts, above which it ends.
+    tip_radius : float, length
+        0 where all points are contacts. Above 0 they are centres of a ball of this radius at the
+        tip: the points of the contours, the contact, and the way. All touches of an atlas have the
+        same one.
+    systematic_std : float, length
+        Standard deviation of the error that all points of all touches share along the normals of
+        the surface: that of the tip's radius, of the stiffness of the probe. It joins the deviation
+        of the surface, because touches do not average it out. An atlas takes the largest.
     """
 
     number: int
@@ -63,6 +72,8 @@ class Touch:
     tracked_length: float
     travel_length: float
     way: np.ndarray | None = None
+    tip_radius: float = 0.0
+    systematic_std: float = 0.0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "contact", frozen_array(self.contact, (3,), "contact"))
@@ -74,7 +85,7 @@ class Touch:
             )
         if not isinstance(self.status, TouchStatus):
             raise ValueError(f"status is {self.status!r}; it must be a TouchStatus")
-        for name in ("tracked_length", "travel_length"):
+        for name in ("tracked_length", "travel_length", "tip_radius", "systematic_std"):
             if not 0.0 <= real(getattr(self, name)) < np.inf:
                 raise ValueError(f"{name} is {getattr(self, name)}; it must be a length >= 0")
         if not (
@@ -140,9 +151,12 @@ class Touch:
             return "does not run against the approach"
         if beside > max(_BESIDE * length, noise):
             return f"passes {beside:.4g} beside the contact, more than the noise explains"
-        if self.contours and abs(below) > off:
+        # A ball that touches the contact has its centre above it.
+        above_is_right = any(contour.normals is not None for contour in self.contours)
+        if self.contours and (below < -off or (below > off and not above_is_right)):
             return f"ends {abs(below):.4g} from the contact"
-        return "" if above >= -off and below <= off else "does not pass the reference point"
+        passes = above >= -off and (below <= off or above_is_right)
+        return "" if passes else "does not pass the reference point"
 
     def _check_contact(self) -> None:
         """Refuse contours that do not run through the contact."""

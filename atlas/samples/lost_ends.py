@@ -142,7 +142,7 @@ class LostEnds:
 def _ahead(contour: Contour, side: int) -> tuple[np.ndarray, np.ndarray, float] | None:
     """The end of a contour, the unit direction of travel there, and the spacing of samples; None
     where the probe stood still."""
-    points = contour.points_in_plane if side else contour.points_in_plane[::-1]
+    points = contour.measured if side else contour.measured[::-1]
     steps, offset = np.diff(points, axis=0), points[-1] - points
     length = np.sqrt((steps * steps).sum(axis=1))
     # A probe that stands still moves by its noise across the plane alone.

@@ -64,6 +64,20 @@ def check_unit(values, name: str) -> np.ndarray:
     return vector
 
 
+def check_units(values, count: int, name: str) -> np.ndarray:
+    """Read-only (count, 3) copy of unit vectors. ValueError for vectors of another length, or
+    another number of them."""
+    vectors = frozen_array(values, (None, 3), name)
+    if len(vectors) != count:
+        raise ValueError(f"{name} are {len(vectors)}, but there are {count} points; give one each")
+    length = np.sqrt((vectors * vectors).sum(axis=1))
+    if count and (worst := np.abs(length - 1.0).max()) > 1e-6:
+        raise ValueError(
+            f"{name} differ from unit length by up to {worst:.3g}; they must be unit vectors"
+        )
+    return vectors
+
+
 def has_powers(span: float, largest: float) -> bool:
     """Whether sixth powers of coordinates of a span and a largest size are in double precision.
 

@@ -6,7 +6,13 @@ from functools import cached_property
 
 import numpy as np
 
-from touchatlas.patch.geometry.arrays import check_points, check_unit, frozen_array, real
+from touchatlas.patch.geometry.arrays import (
+    check_points,
+    check_unit,
+    check_units,
+    frozen_array,
+    real,
+)
 
 
 class ContourEnd(Enum):
@@ -42,7 +48,7 @@ class SamplingPlane:
 
 @dataclass(frozen=True, eq=False)
 class Contour:
-    """Points tracked along the curve where a sampling plane meets the surface.
+    """Points tracked along a curve, in a sampling plane or beside it.
 
     Parameters
     ----------
@@ -54,16 +60,25 @@ class Contour:
         Standard deviation of each coordinate of each point.
     ends : pair of ContourEnd
         Why tracking stopped before the first point and after the last one.
+    normals : (n, 3) float, unit, world, optional
+        Outward normal of the surface at each point, as a probe measures it: its force, without
+        the friction. A ball in the plane touches the surface beside the plane, so points with
+        normals are learned where they are, and others are moved into the plane.
     """
 
     points: np.ndarray
     plane: SamplingPlane
     noise_std: float
     ends: tuple[ContourEnd, ContourEnd]
+    normals: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         points = check_points(self.points, "contour points")
-        object.__setattr__(self, "points", _without_repeats(points))
+        new = np.append(True, (points[1:] != points[:-1]).any(axis=1))
+        object.__setattr__(self, "points", _rows(points, new))
+        if self.normals is not None:
+            normals = check_units(self.normals, len(points), "contour normals")
+            object.__setattr__(self, "normals", _rows(normals, new))
         if not 0.0 <= real(self.noise_std) < np.inf:
             raise ValueError(f"noise_std is {self.noise_std}; it must be a length >= 0")
         if not isinstance(self.plane, SamplingPlane):
@@ -99,13 +114,27 @@ class Contour:
             )
 
     @cached_property
-    def points_in_plane(self) -> np.ndarray:
-        """(n, 3) points projected to the plane, length, world.
+    def measured(self) -> np.ndarray:
+        """(n, 3) points as an atlas learns them, length, world: where they are if they have
+        normals, else in the plane, where a distance from it is noise."""
+        return self.points_in_plane if self.normals is None else self.points
 
-        The probe moved in the plane, so a distance from it is noise.
+    @cached_property
+    def points_in_plane(self) -> np.ndarray:
+        """(n, 3) points moved into the plane, length, world, for what needs a plane curve.
+
+        A point with a normal is moved in its tangent plane, so that it stays on the surface; along
+        the normal of the plane where it has none, or a tangent plane within 13 degrees of the
+        plane.
         """
-        off = (self.points - self.plane.point) @ self.plane.normal
-        return self.points - off[:, None] * self.plane.normal
+        off, across = (self.points - self.plane.point) @ self.plane.normal, self.plane.normal
+        if self.normals is None:
+            return self.points - off[:, None] * across
+        along = across - (self.normals @ across)[:, None] * self.normals
+        square = (along * along).sum(axis=1)
+        steep = square > 0.05
+        way = np.where(steep[:, None], along / np.where(steep, square, 1.0)[:, None], across)
+        return np.asarray(self.points - off[:, None] * way)
 
 
 def check_contours(contours) -> None:
@@ -119,11 +148,10 @@ def check_contours(contours) -> None:
         )
 
 
-def _without_repeats(points: np.ndarray) -> np.ndarray:
-    """Read-only points (n, 3) without those that equal the one before."""
-    new = (points[1:] != points[:-1]).any(axis=1)
-    if new.all():
-        return points
-    points = points[np.append(True, new)]
-    points.flags.writeable = False
-    return points
+def _rows(values: np.ndarray, some) -> np.ndarray:
+    """Read-only rows (k, 3) of values (n, 3), those that are true in ``some`` (n,)."""
+    if some.all():
+        return values
+    values = values[some]
+    values.flags.writeable = False
+    return values

@@ -204,8 +204,10 @@ def contour_normals(contour, outward) -> np.ndarray:
     contour is nearest to the point of the plane, the contact.
 
     Each is the surface normal projected to the plane. They are computed by central differences
-    over four steps, fewer at the ends.
+    over four steps, fewer at the ends. Normals that the probe measured take their place.
     """
+    if contour.normals is not None:
+        return np.asarray(contour.normals)
     points = contour.points
     index = np.arange(len(points))
     last = len(points) - 1

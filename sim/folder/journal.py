@@ -27,6 +27,13 @@ _SCANS = (
     "noise blob, normals blob, approach blob, viewpoint blob, outside blob, curves blob);"
 )
 _WAYS = "create table if not exists way (touch integer primary key, ends blob);"
+_NORMALS = (
+    "create table if not exists normals (touch integer, place integer, normals blob, "
+    "primary key (touch, place));"
+)
+_TIPS = (
+    "create table if not exists tip (touch integer primary key, radius real, systematic_std real);"
+)
 _SCAN_FIELDS = "points", "noise_std", "normals", "approach", "viewpoint", "outside"
 # Errors that reading an altered journal raises.
 _DAMAGE = (sqlite3.Error, ValueError, TypeError, AttributeError, OverflowError)
@@ -153,6 +160,13 @@ class Journal:
                 database.execute(_WAYS)
                 way = (touch.number, touch.way.tobytes())
                 database.execute("insert into way values (?, ?)", way)
+            if touch.tip_radius or touch.systematic_std:
+                database.execute(_TIPS)
+                tip = (touch.number, touch.tip_radius, touch.systematic_std)
+                database.execute("insert into tip values (?, ?, ?)", tip)
+            if measured := _normal_rows(touch):
+                database.execute(_NORMALS)
+                database.executemany("insert into normals values (?, ?, ?)", measured)
             database.executemany(
                 "insert into contour values (?, ?, ?, ?, ?, ?, ?, ?)", _contour_rows(touch)
             )
@@ -248,9 +262,10 @@ class Journal:
         ).fetchall()
         if [row[0] for row in rows] != list(range(len(rows))):
             raise ValueError("a touch is missing")
-        ways = self._ways()
-        if not ways.keys() <= {row[0] for row in rows}:
-            raise ValueError("a way is of no touch")
+        ways, tips, normals = self._ways(), self._tips(), self._normals()
+        numbers = {row[0] for row in rows}
+        if not ways.keys() | tips.keys() | {touch for touch, _ in normals} <= numbers:
+            raise ValueError("a way, a tip or normals are of no touch")
         return [
             Entry(
                 reason,
@@ -258,11 +273,12 @@ class Journal:
                     number,
                     np.frombuffer(contact),
                     np.frombuffer(approach),
-                    self._contours(number),
+                    self._contours(number, normals),
                     TouchStatus(status),
                     tracked,
                     travel,
                     ways.get(number),
+                    *tips.get(number, (0.0, 0.0)),
                 ),
                 str(probe),
             )
@@ -276,9 +292,24 @@ class Journal:
         rows = self._database.execute("select touch, ends from way").fetchall()
         return {number: np.frombuffer(ends).reshape(2, 3) for number, ends in rows}
 
-    def _contours(self, number: int) -> tuple[Contour, ...]:
+    def _tips(self) -> dict[int, tuple[float, float]]:
+        """Radius and systematic deviation of the tip, by the numbers of touches."""
+        if ("tip",) not in self._tables():
+            return {}
+        rows = self._database.execute("select touch, radius, systematic_std from tip").fetchall()
+        return {number: (radius, std) for number, radius, std in rows}
+
+    def _normals(self) -> dict[tuple[int, int], np.ndarray]:
+        """The measured normals of contours, by the numbers of touches and the places in them."""
+        if ("normals",) not in self._tables():
+            return {}
+        rows = self._database.execute("select touch, place, normals from normals").fetchall()
+        return {(touch, place): np.frombuffer(x).reshape(-1, 3) for touch, place, x in rows}
+
+    def _contours(self, number: int, normals) -> tuple[Contour, ...]:
+        """The contours of a touch, with their normals of a dictionary of those of all touches."""
         rows = self._database.execute(
-            "select plane_point, plane_normal, noise_std, first_end, last_end, points "
+            "select place, plane_point, plane_normal, noise_std, first_end, last_end, points "
             "from contour where touch = ? order by place",
             (number,),
         )
@@ -288,8 +319,9 @@ class Journal:
                 SamplingPlane(np.frombuffer(point), np.frombuffer(normal)),
                 noise,
                 (ContourEnd(first), ContourEnd(last)),
+                normals.get((number, place)),
             )
-            for point, normal, noise, first, last, points in rows
+            for place, point, normal, noise, first, last, points in rows
         )
 
     def _damaged(self, error: Exception) -> ValueError:
@@ -329,6 +361,15 @@ def _contour_rows(touch: Touch) -> list[tuple]:
             contour.points.tobytes(),
         )
         for place, contour in enumerate(touch.contours)
+    ]
+
+
+def _normal_rows(touch: Touch) -> list[tuple]:
+    """The rows of the measured normals of the contours of a touch."""
+    return [
+        (touch.number, place, contour.normals.tobytes())
+        for place, contour in enumerate(touch.contours)
+        if contour.normals is not None
     ]
 
 

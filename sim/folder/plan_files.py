@@ -128,6 +128,8 @@ def touch_as_dict(touch: Touch) -> dict[str, Any]:
         "tracked_length": touch.tracked_length,
         "travel_length": touch.travel_length,
         "way": None if touch.way is None else touch.way.tolist(),
+        "tip_radius": touch.tip_radius,
+        "systematic_std": touch.systematic_std,
         "contours": [
             {
                 "points": contour.points.tolist(),
@@ -137,6 +139,7 @@ def touch_as_dict(touch: Touch) -> dict[str, Any]:
                 },
                 "noise_std": contour.noise_std,
                 "ends": [end.value for end in contour.ends],
+                "normals": None if contour.normals is None else contour.normals.tolist(),
             }
             for contour in touch.contours
         ],
@@ -166,7 +169,8 @@ def _touch_of(one: dict[str, Any], plans: Mapping[int, ProbePlan], noise: float)
         own = plan.planes[given.get("number", k)] if plane is None else SamplingPlane(**plane)
         ends = [_ENDS[word] for word in given.get("ends", ["length reached"] * 2)]
         std = given.get("noise_std", noise)
-        contours.append(Contour(np.array(given["points"], float), own, std, (ends[0], ends[1])))
+        points = np.array(given["points"], float)
+        contours.append(Contour(points, own, std, (ends[0], ends[1]), given.get("normals")))
     status = TouchStatus(one.get("status", "touched"))
     way = one.get("way")
     return Touch(
@@ -178,6 +182,8 @@ def _touch_of(one: dict[str, Any], plans: Mapping[int, ProbePlan], noise: float)
         float(one.get("tracked_length", sum(_length(c.points) for c in contours))),
         float(one.get("travel_length", 0.0)),
         None if way is None else np.array(way, float),
+        float(one.get("tip_radius", 0.0)),
+        float(one.get("systematic_std", 0.0)),
     )
 
 

@@ -166,3 +166,19 @@ def test_a_journal_that_several_open_at_once_is_made_once(tmp_path):
                 journal.result()
             with closing(Journal(path)) as made:
                 assert len(made) == 0
+
+
+def test_a_journal_keeps_tips_and_measured_normals(tmp_path):
+    ball = make_object("sphere")
+    plan = Planner(*ball.start()).ask(Atlas(0.5))
+    touch = Probe(ball, 0.02, np.random.default_rng(0))(plan)
+    first, *others = touch.contours
+    normals = first.points / np.linalg.norm(first.points, axis=1)[:, None]
+    contours = (replace(first, normals=normals), *others)
+    given = replace(touch, contours=contours, tip_radius=2.0, systematic_std=0.005)
+    with closing(Journal(tmp_path / "journal.sqlite")) as journal:
+        journal.append(plan, given)
+        [held] = journal.touches()
+    assert (held.tip_radius, held.systematic_std) == (2.0, 0.005)
+    assert np.array_equal(held.contours[0].normals, normals)
+    assert all(contour.normals is None for contour in held.contours[1:])
