@@ -10,6 +10,7 @@ import numpy as np
 from touchatlas.atlas.body.choose import KnownBody, look_for_body
 from touchatlas.atlas.body.patch_graph import patch_graph
 from touchatlas.atlas.body.read_faces import read_faces
+from touchatlas.atlas.check.free_disc import FreeDisc, free_disc_of
 from touchatlas.atlas.check.invariants import violations
 from touchatlas.atlas.faces.faces import Faces
 from touchatlas.atlas.known_surface import blend
@@ -18,6 +19,7 @@ from touchatlas.atlas.learn_scan import learn_scan
 from touchatlas.atlas.mesh.surface import extract_surface, with_fewer_patches
 from touchatlas.atlas.records.blend import Blend
 from touchatlas.atlas.records.scan import Scan
+from touchatlas.atlas.records.surface import Surface
 from touchatlas.atlas.records.touch import AtlasChange, Touch
 from touchatlas.atlas.state import AtlasState
 
@@ -86,6 +88,14 @@ class Atlas(AtlasState):
         """Signed distance, normal, deviation and curvature at points (n, 3), length, world; unknown
         beyond the rims of the surface, and where no sample is near."""
         return blend(self, points)
+
+    def free_disc(self, surface: Surface | None = None) -> FreeDisc | None:
+        """The largest disc without a sample on the surface, as it is extracted: how large a hole
+        or a horn may have been missed. None where no surface is known."""
+        if self.body is None:
+            return None
+        surface = extract_surface(self) if surface is None else surface
+        return free_disc_of(self, surface.vertices[surface.faces])
 
     def finish(self) -> None:
         """Read the faces once more at the end of an exploration, and make the patches as few as the

@@ -96,6 +96,9 @@ class PlannerOptions:
         of a closed mesh; everywhere where it is empty.
     elsewhere : float, length
         Tolerance outside of the region; 0 where the surface is not wanted there.
+    feature : float, length
+        Diameter of the smallest hole or horn that is not to be missed: touches go on until no disc
+        of this diameter on the surface is without a sample. 0 asks for none.
     levels : PlannerLevels
         Levels that it decides by.
     """
@@ -112,6 +115,7 @@ class PlannerOptions:
     pin_length: float = 0.0
     region: str = ""
     elsewhere: float = 0.0
+    feature: float = 0.0
     levels: PlannerLevels = PlannerLevels()
 
     def __post_init__(self) -> None:
@@ -125,7 +129,7 @@ class PlannerOptions:
                     f"{name} is {value!r}; it must be a whole number from {least} to {most}"
                 )
         self._check_region()
-        for name in ("pin_radius", "pin_length", "elsewhere"):
+        for name in ("pin_radius", "pin_length", "elsewhere", "feature"):
             if not 0.0 <= real(getattr(self, name)) < np.inf:
                 raise ValueError(f"{name} is {getattr(self, name)!r}; it must be a length >= 0")
         if not (

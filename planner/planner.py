@@ -6,12 +6,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from touchatlas.atlas.atlas import Atlas, AtlasChange
+from touchatlas.atlas.check.free_disc import FreeDisc
 from touchatlas.atlas.records.touch import Touch
 from touchatlas.atlas.samples.predictive_law import PredictiveLaw
 from touchatlas.patch.geometry.arrays import check_unit, frozen_array
 from touchatlas.planner.attempts import Attempts, Target
 from touchatlas.planner.behind_edges import sharp_bends
 from touchatlas.planner.clearance import pin_is_clear
+from touchatlas.planner.features import free_disc
 from touchatlas.planner.known import KnownArea
 from touchatlas.planner.options import TOLERANCE, PlannerOptions
 from touchatlas.planner.places import Places, places_of
@@ -154,6 +156,11 @@ class Planner:
         """
         return self._forecast(atlas, self.stop is not None and self.stop.reason is StopReason.KNOWN)
 
+    def free_disc(self, atlas: Atlas) -> FreeDisc | None:
+        """The largest disc without a sample on the surface of an atlas, where that is wanted: how
+        large a hole or a horn may have been missed. None where no surface is known."""
+        return free_disc(self._view(atlas), places_of(atlas))
+
     def plot(self, atlas: Atlas, unit: str = "") -> "Plot":
         """What the planner knows and wants, in three dimensions, for a notebook: the surface by its
         deviation, contacts, open places, and the planes of the plans that are pending.
@@ -267,7 +274,8 @@ class Planner:
         if not self._attempts.pending:
             reason, unreachable = self._reason(view, places), self._attempts.unreachable
             forecast = self._forecast(view.atlas, reason is StopReason.KNOWN)
-            self.stop = Stop(reason, forecast, np.reshape(unreachable, (-1, 3)))
+            disc = free_disc(view, places)
+            self.stop = Stop(reason, forecast, np.reshape(unreachable, (-1, 3)), disc)
 
     def _reason(self, view: View, places: Places) -> StopReason:
         """Why there is no further target."""

@@ -15,6 +15,7 @@ from touchatlas.atlas.mesh.surface import fine_edge
 from touchatlas.patch.geometry.frame import any_tangent
 from touchatlas.planner.attempts import Target
 from touchatlas.planner.behind_edges import behind_edge, bend_near
+from touchatlas.planner.features import missed_feature
 from touchatlas.planner.places import Places, places_of, planning_cube
 from touchatlas.planner.probe_plan import Reason
 from touchatlas.planner.search import GOLDEN, other_part
@@ -255,5 +256,6 @@ SOURCES: tuple[tuple[Source, tuple[Phase, ...]], ...] = (
     (unsure_rim, (Phase.FINISH,)),
     (guessed_edge, (Phase.FINISH,)),
     (hole_in_fine_surface, (Phase.FINISH,)),
+    (missed_feature, (Phase.FINISH, Phase.END)),
     (other_part, _KNOWN_BODY),
 )

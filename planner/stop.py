@@ -5,6 +5,8 @@ from enum import Enum
 
 import numpy as np
 
+from touchatlas.atlas.check.free_disc import FreeDisc
+
 
 class StopReason(Enum):
     """Why a planner has no more plans."""
@@ -47,8 +49,17 @@ class Stop:
     forecast : Forecast
     unreachable : (n, 3) float, length, world
         Places that were not touched because the pin would have passed through what was known.
+    free_disc : FreeDisc or None
+        The largest disc on the surface without a sample: how large a hole or a horn may have been
+        missed. None where no surface is known.
     """
 
     reason: StopReason
     forecast: Forecast
     unreachable: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+    free_disc: FreeDisc | None = None
+
+    def __str__(self) -> str:
+        """Why the exploration ended, and what it may have missed, in words."""
+        words = f"{self.reason.value[0].upper()}{self.reason.value[1:]}."
+        return words if self.free_disc is None else f"{words} {self.free_disc.words}"

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from touchatlas.atlas.atlas import Atlas
+from touchatlas.atlas.check.free_disc import FreeDisc
 from touchatlas.atlas.files import check_path, write_whole
 from touchatlas.atlas.whole_file import DamagedError, FileKind, load_whole
 from touchatlas.patch.geometry.contour import SamplingPlane
@@ -25,11 +26,12 @@ from touchatlas.planner.probe_plan import ProbePlan, Reason
 from touchatlas.planner.stop import Forecast, Stop, StopReason
 
 # The version is that of the file, no unit.
-_FILE = FileKind("planner", "one that save_planner wrote", 14, "begin with a new planner")
+_FILE = FileKind("planner", "one that save_planner wrote", 15, "begin with a new planner")
 # What a planner is made of; constructors check values.
 _PARTS = (Attempts, KnownArea, ProbePlan, SamplingPlane, Pending, Target, Stop)
 _RECORDS: dict[str, type] = {
-    kind.__name__: kind for kind in (Planner, *_PARTS, Forecast, PlannerOptions, PlannerLevels)
+    kind.__name__: kind
+    for kind in (Planner, *_PARTS, Forecast, FreeDisc, PlannerOptions, PlannerLevels)
 }
 _GENERATORS = ("MT19937", "PCG64", "PCG64DXSM", "Philox", "SFC64")
 

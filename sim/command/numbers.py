@@ -13,6 +13,7 @@ from touchatlas.sim.command.outcome import say
 from touchatlas.sim.judge.judgement import (
     TEN,
     largest_errors,
+    missed_features,
     other_holes,
     truth_warnings,
     verdict,
@@ -50,7 +51,8 @@ def print_numbers(numbers: dict, title: str, as_json: bool, every: bool = False)
 def _print_table(numbers: dict, title: str, every: bool) -> None:
     """Print whether the tolerance is met, and numbers as a table."""
     console, unit = Console(), numbers.get("unit", LENGTH)
-    for words in (title, ending(numbers), verdict(numbers), allowed_places(numbers)):
+    missed = missed_features(numbers) if verdict(numbers) is None else []
+    for words in (title, *missed, verdict(numbers), ending(numbers), allowed_places(numbers)):
         if words:
             console.print(words, markup=False, highlight=False)
     table = Table()
@@ -83,7 +85,7 @@ def _shown(name: str, value, numbers: dict) -> str:
         return f"{value}, but not everywhere"
     if name in ("doubts", "warnings"):
         return f"{len(value)}, said in words" if value else "none"
-    if name.endswith("_max_place") and value:
+    if name.endswith("_place") and value:
         return written(value)
     if isinstance(value, list):
         return _places(value) or "none"

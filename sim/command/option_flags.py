@@ -76,7 +76,7 @@ def flag_of(name: str) -> str:
     >>> flag_of("max_touches"), flag_of("planner.name"), flag_of("planner.region")
     ('--max-touches', '--planner', '--region')
     """
-    if name in ("planner.region", "planner.elsewhere"):
+    if name in ("planner.region", "planner.elsewhere", "planner.feature"):
         name = name.removeprefix("planner.")
     return "--" + name.removesuffix(".name").replace("_", "-")
 

@@ -1,5 +1,7 @@
 """What the judge's numbers come to: whether the tolerance is met, and what was not reached."""
 
+from touchatlas.atlas.check.free_disc import missed_words
+
 # The numbers that say most of a run.
 TEN = (
     "coverage",
@@ -84,7 +86,13 @@ def verdict(numbers: dict) -> str | None:
         f"The tolerance {numbers['tolerance']:.4g} is {met}: 95% of the surface is within "
         f"{false:.4g} of the truth, and 95% of the truth within {missing:.4g} of the surface."
     )
-    return " ".join([words, *errors, *holes])
+    return " ".join([*missed_features(numbers), words, *errors, *holes])
+
+
+def missed_features(numbers: dict) -> list[str]:
+    """How large a hole or a horn may have been missed, in a sentence; none if it is not known."""
+    diameter, place = numbers.get("free_disc"), numbers.get("free_disc_place")
+    return [missed_words(diameter, place)] if diameter and place else []
 
 
 def other_holes(numbers: dict) -> list[str]:

@@ -11,7 +11,7 @@ _SOUGHT = {
     Reason.START: "the first touch",
     Reason.EXPAND: "where the surface ends",
     Reason.REFINE: "where the surface is least sure",
-    Reason.VERIFY: "again, where a touch taught nothing",
+    Reason.VERIFY: "where a hole or a horn may be hidden",
     Reason.SEARCH: "other parts",
 }
 # Touches from whose gain the number of those to come is taken.

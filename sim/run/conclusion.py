@@ -8,6 +8,7 @@ import numpy as np
 
 from touchatlas.atlas import Atlas, Surface, doubts, extract_surface, save_atlas
 from touchatlas.atlas.check.doubt import ended_early
+from touchatlas.atlas.check.free_disc import feature_doubts
 from touchatlas.atlas.files import write_whole
 from touchatlas.planner import StopReason
 from touchatlas.sim.folder.ply import ply_bytes, stored
@@ -102,7 +103,7 @@ class Conclusion:
             share, places = known["predicted_coverage"], known["open_places"]
             stopped = ended_early(known["ended"], share)
         found = doubts(self.atlas, surface, places, stopped, known["unreachable_places"])
-        return [doubt.as_dict() for doubt in found]
+        return [doubt.as_dict() for doubt in (*feature_doubts(known), *found)]
 
     def _draw(self, folder: Path, surface: Surface | None, open_places) -> None:
         """Write progress.png, surface.png and replay.html."""

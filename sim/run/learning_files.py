@@ -10,6 +10,7 @@ import igl
 
 from touchatlas.atlas import Atlas, Surface, doubts, extract_surface, load_atlas, save_atlas
 from touchatlas.atlas.check.doubt import ended_early
+from touchatlas.atlas.check.free_disc import disc_numbers, feature_doubts
 from touchatlas.atlas.files import write_whole
 from touchatlas.planner import Planner
 from touchatlas.sim.folder.journal import Journal
@@ -90,8 +91,11 @@ def _numbers(planner: Planner, atlas: Atlas, surface: Surface | None, unit: str)
         "patches": len(atlas),
         "faces": 0 if body is None else len(body.faces),
         "diagonal": atlas.pool.extent,
-        "doubts": [doubt.as_dict() for doubt in doubts(atlas, surface, places, words)],
+        **disc_numbers(planner.free_disc(atlas)),
+        "feature": planner.options.feature,
     }
+    found = *feature_doubts(numbers), *doubts(atlas, surface, places, words)
+    numbers["doubts"] = [doubt.as_dict() for doubt in found]
     return numbers | ({"ended": ended} if ended else {})
 
 

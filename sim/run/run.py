@@ -115,6 +115,8 @@ class Run:
             return f"<Run: {self.folder}, not finished>"
         words = f"{numbers['touches']} touches, {numbers['faces']} faces, "
         words += f"{numbers['predicted_coverage']:.1%} known to the tolerance"
+        if diameter := numbers.get("free_disc"):
+            words += f", holes and horns up to {diameter:.3g} may be missed"
         return f"<Run: {self.folder}, {words}, ended: {numbers['ended']}>"
 
     def _repr_html_(self) -> str:

@@ -11,6 +11,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from touchatlas.atlas import Atlas, Surface
+from touchatlas.atlas.check.free_disc import disc_numbers
 from touchatlas.atlas.files import write_whole
 from touchatlas.atlas.store import atlas_bytes
 from touchatlas.planner import Planner, Step, explore
@@ -166,6 +167,8 @@ class Work:
             "predicted_coverage": forecast.predicted_coverage,
             "open_places": forecast.open_places.tolist(),
             "unreachable_places": [] if stop is None else stop.unreachable.tolist(),
+            **disc_numbers(self.planner.free_disc(self.atlas)),
+            "feature": self.options.planner.feature,
         }
 
     def _explore(self, hold: Hold) -> str:
