@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from touchatlas.planner.store import load_planner, save_planner
     from touchatlas.planner.tracking.machines import Reading, Scanner, Trigger
     from touchatlas.planner.tracking.options import Tip, TrackingOptions, TriggerOptions
+    from touchatlas.planner.tracking.track_plan import track_plan
 
 __all__ = [
     "Planner",
@@ -34,6 +35,7 @@ __all__ = [
     "explore",
     "load_planner",
     "save_planner",
+    "track_plan",
 ]
 __getattr__ = lazy_names(
     {
@@ -53,6 +55,7 @@ __getattr__ = lazy_names(
         "explore": "touchatlas.planner.loop",
         "load_planner": "touchatlas.planner.store",
         "save_planner": "touchatlas.planner.store",
+        "track_plan": "touchatlas.planner.tracking.track_plan",
     }
 )
 

@@ -49,6 +49,11 @@ class ImplicitObject:
         self._triangles = triangles
         self._meshes: dict[float, tuple[np.ndarray, np.ndarray]] = {}
 
+    @property
+    def has_plane_faces(self) -> bool:
+        """Whether the triangles of ``mesh`` are the surface exactly."""
+        return self._triangles is not None
+
     @cached_property
     def bounds(self) -> np.ndarray:
         """(2, 3) lowest and highest corner of the bounding box, length."""

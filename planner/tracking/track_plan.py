@@ -1,0 +1,308 @@
+"""A plan carried out by a machine that scans: approach, then an arm each way in each plane."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from touchatlas.atlas.records.touch import Touch, TouchStatus
+from touchatlas.patch.geometry.arrays import cross
+from touchatlas.patch.geometry.contour import Contour, ContourEnd, SamplingPlane
+from touchatlas.planner.probe_plan import ProbePlan
+from touchatlas.planner.tracking.hybrid_control import ControlState, centre_of, hybrid_control
+from touchatlas.planner.tracking.machines import Reading, Scanner
+from touchatlas.planner.tracking.options import Tip, TrackingOptions
+from touchatlas.planner.tracking.time_series import CentreSamples, TimeSeries, samples_of
+
+# An arm that takes so many times the seconds of its reach is stuck.
+_STUCK = 4.0
+# Steps in which the surface has to be known before an arm may end there.
+_KNOWN = 4
+
+
+@dataclass(frozen=True, eq=False)
+class Arm:
+    """What came of one arm.
+
+    Parameters
+    ----------
+    series : TimeSeries
+    samples : CentreSamples
+        The first is that at the contact.
+    end : ContourEnd
+    losses : int
+        How often the surface was lost, and sought.
+    """
+
+    series: TimeSeries
+    samples: CentreSamples
+    end: ContourEnd
+    losses: int
+
+
+def track_plan(
+    scanner: Scanner,
+    plan: ProbePlan,
+    tip: Tip = Tip(),
+    options: TrackingOptions = TrackingOptions(),
+    arms: list[Arm] | None = None,
+) -> Touch:
+    """Carry out a plan with a machine that scans.
+
+    Parameters
+    ----------
+    scanner : Scanner
+    plan : ProbePlan
+    tip : Tip
+    options : TrackingOptions
+    arms : list, optional
+        Takes what came of each arm, in the order of the planes, forward before backward.
+
+    Returns
+    -------
+    Touch
+        Contacts with their normals, beside their planes: a ball whose centre stays in a plane meets
+        a surface that leans out of it beside the plane. Its way is that of the centre.
+    """
+    height = plan.approach or plan.usual_approach
+    origin = plan.reference_point + (height + tip.radius) * plan.normal
+    depth = height + max(height, plan.usual_approach)
+    # A tip travels along plane normal x surface normal: each plane is gone through both ways.
+    normals = np.array([plane.normal for plane in plan.planes])
+    ways = np.stack([-normals, normals], axis=1).reshape(-1, 3)
+    tips, found, status = getattr(scanner, "tips", 1), [], TouchStatus.TOUCHED
+    travel = float(np.linalg.norm(origin - centre_of(scanner.read(), tip).reshape(-1, 3)[0]))
+    for first in range(0, len(ways), tips):
+        tracker = _Tracker(scanner, plan, ways[first : first + tips], tip, options)
+        if not scanner.move(origin[None]):
+            status = TouchStatus.UNREACHABLE
+        elif not tracker.approach(origin, depth):
+            status = TouchStatus.NO_CONTACT
+        if status is not TouchStatus.TOUCHED:
+            break
+        found += tracker.track()
+        travel += tracker.way_back(origin)
+    if arms is not None:
+        arms += found
+    shared = float(np.hypot(tip.radius_std, options.force / tip.stiffness * tip.stiffness_std))
+    return touch_of(plan, origin, depth, status, found, tip, travel, shared)
+
+
+class _Tracker:
+    """Some tips, side by side, on the arms of one plan; ``w`` (m, 3) are the normals of their
+    planes."""
+
+    def __init__(self, scanner: Scanner, plan: ProbePlan, w, tip, options) -> None:
+        self._scanner, self._plan, self._w = scanner, plan, w
+        self._tip, self._options = tip, options
+        self._start = np.tile(plan.reference_point, (len(w), 1))
+        normal = plan.normal - (w @ plan.normal)[:, None] * w
+        self._normal = normal / np.sqrt((normal * normal).sum(axis=1))[:, None]
+        self._state: ControlState | None = None
+        self._rows: list[tuple[float, np.ndarray, np.ndarray, np.ndarray]] = []
+
+    def approach(self, origin, depth: float) -> bool:
+        """Move against the normal until the force is half of its set point, and rest; whether all
+        tips met the surface within the depth."""
+        options, normal = self._options, self._plan.normal
+        met = np.zeros(len(self._w), bool)
+        while not met.all():
+            reading = self._read()
+            met |= np.sqrt((reading.force**2).sum(axis=1)) >= 0.5 * options.force
+            if (((origin - reading.position) @ normal > depth) & ~met).any():
+                self._command(np.zeros_like(self._w))
+                return False
+            self._command(np.where(met[:, None], 0.0, -options.approach * normal))
+        reading = self._read()
+        self._state = ControlState.at_rest(reading, self._normal)
+        self._start = centre_of(reading, self._tip)
+        rested = reading.time + options.settle
+        while reading.time < rested:
+            reading = self._read()
+            self._command(self._control(reading, 0.0))
+        self._start = centre_of(reading, self._tip)
+        return True
+
+    def track(self) -> list[Arm]:
+        """Travel until all arms have ended."""
+        plan, options, count = self._plan, self._options, len(self._w)
+        ends: list[ContourEnd | None] = [None] * count
+        last, losses, lost = np.zeros(count, int), np.zeros(count, int), np.zeros(count, bool)
+        first, known = np.zeros_like(self._w), _KnownSince(plan, count)
+        assert self._state is not None
+        # The last sample has readings to both sides.
+        reach = plan.reach + 0.5 * options.window * options.feed
+        patience = self._state.time + _STUCK * plan.reach / options.feed + options.settle
+        self._rows = []
+        while None in ends:
+            active = np.array([end is None for end in ends])
+            reading = self._read()
+            velocity = self._control(reading, active.astype(float))
+            self._command(np.where(active[:, None], velocity, 0.0))
+            state = self._state
+            self._rows.append((reading.time, reading.position, reading.force, state.travelled))
+            last[active] = len(self._rows)
+            now = state.sought > 0.0
+            losses += now & ~lost & active
+            lost = now
+            tangents = cross(self._w, state.normal)
+            begins = (first == 0.0).all(axis=1) & (state.travelled >= 0.1 * plan.step)
+            first[begins] = tangents[begins]
+            turned = (tangents * first).sum(axis=1) < np.cos(plan.max_turn)
+            turned &= (first != 0.0).any(axis=1) & ~lost
+            centre = centre_of(reading, self._tip)
+            away = np.sqrt(((centre - self._start) ** 2).sum(axis=1))
+            contacts = centre - self._tip.radius * state.normal
+            reasons = (
+                (state.sought > options.search, ContourEnd.LOST_CONTACT),
+                (turned, ContourEnd.TURNED_AWAY),
+                (
+                    (state.travelled > 4.0 * plan.step) & (away < 0.5 * plan.step),
+                    ContourEnd.CLOSED_LOOP,
+                ),
+                (state.travelled >= reach, ContourEnd.LENGTH_REACHED),
+                (known.long(contacts, state.travelled, active), ContourEnd.LENGTH_REACHED),
+                (np.full(count, reading.time > patience), ContourEnd.UNREACHABLE),
+            )
+            for holds, end in reasons:
+                for arm in np.flatnonzero(holds & active):
+                    ends[arm] = ends[arm] or end
+        self._command(np.zeros_like(self._w))
+        return [self._arm(k, last[k], end, losses[k]) for k, end in enumerate(ends) if end]
+
+    def way_back(self, origin) -> float:
+        """Leave the surface and go back above the contact, over the places where the tip was;
+        returns the length of that way."""
+        if len(self._w) > 1:
+            # Side by side, each arm is tracked on a body of its own.
+            self._scanner.move(origin[None])
+            return 0.0
+        centres = np.array([p[0] + f[0] / self._tip.stiffness for _, p, f, _ in self._rows])
+        way = _lifted(centres, self._plan.normal, self._w[0], self._options.retract)
+        way = np.vstack([way, origin])
+        self._scanner.move(way)
+        return float(np.sqrt((np.diff(way, axis=0) ** 2).sum(axis=1)).sum())
+
+    def _arm(self, arm: int, count: int, end: ContourEnd, losses: int) -> Arm:
+        """The arm of a number, of its first readings."""
+        plan, options = self._plan, self._options
+        times, *rows = (np.array(column) for column in zip(*self._rows[:count], strict=True))
+        # Before it slides, friction holds the tip, and the force has any direction in its cone.
+        slides = rows[2][:, arm] >= 0.5 * options.force / self._tip.stiffness
+        series = TimeSeries(times[slides], *(row[slides, arm] for row in rows))
+        samples = samples_of(
+            series,
+            self._w[arm],
+            self._tip,
+            options.window,
+            options.least,
+            plan.step,
+            plan.step_turn,
+        )
+        return Arm(series, samples, end, int(losses))
+
+    def _control(self, reading: Reading, feed) -> np.ndarray:
+        assert self._state is not None
+        velocity, self._state = hybrid_control(
+            reading, self._start, self._w, feed, self._tip, self._options, self._state
+        )
+        return velocity
+
+    def _read(self) -> Reading:
+        """The next reading, with arrays (m, 3)."""
+        reading = self._scanner.read()
+        position, force = (np.reshape(x, (-1, 3)) for x in (reading.position, reading.force))
+        return Reading(reading.time, position[: len(self._w)], force[: len(self._w)])
+
+    def _command(self, velocity: np.ndarray) -> None:
+        tips = getattr(self._scanner, "tips", 0)
+        if not tips:
+            self._scanner.command(velocity[0])
+            return
+        rest = np.zeros((tips - len(velocity), 3))
+        self._scanner.command(np.vstack([velocity, rest]))
+
+
+class _KnownSince:
+    """Whether arms have been for some steps where their plan says that the surface is known; it is
+    evaluated once a step."""
+
+    def __init__(self, plan: ProbePlan, count: int) -> None:
+        self._until, self._step = plan.until, plan.step
+        self._next, self._steps = np.full(count, plan.step), np.zeros(count, int)
+
+    def long(self, points, travelled, active) -> np.ndarray:
+        """(m,) of arms at points (m, 3)."""
+        due = active & (travelled >= self._next)
+        if self._until is not None and due.any():
+            self._next[due] += self._step
+            far = travelled[due] > (_KNOWN + 0.5) * self._step
+            known = np.asarray(self._until(points[due])) & far
+            self._steps[due] = np.where(known, self._steps[due] + 1, 0)
+        return np.asarray(self._steps > _KNOWN)
+
+
+def _lifted(centres, normal, w, height: float) -> np.ndarray:
+    """(k, 3) a path of centres gone back, lifted off the surface within its plane, with points
+    about a height apart."""
+    steps = np.sqrt((np.diff(centres, axis=0) ** 2).sum(axis=1))
+    marks = np.floor(np.append(0.0, np.cumsum(steps)) / height).astype(int)
+    places = np.flatnonzero(np.append(True, np.diff(marks) > 0))
+    path = centres[places]
+    if len(path) < 2:
+        return path + height * normal
+    tangents = np.gradient(path, axis=0)
+    up = cross(tangents, np.broadcast_to(w, tangents.shape))
+    up /= np.maximum(np.sqrt((up * up).sum(axis=1)), 1e-300)[:, None]
+    return (path + height * up)[::-1]
+
+
+def touch_of(
+    plan: ProbePlan, origin, depth: float, status, arms: list[Arm], tip: Tip, travel, shared: float
+) -> Touch:
+    """The touch of a plan from its arms, forward before backward in each plane; the centre of the
+    tip came from ``origin`` (3,) and went down to a depth. ``shared`` is the deviation of the error
+    of all samples."""
+    pairs = [(arms[k], arms[k + 1]) for k in range(0, len(arms) - 1, 2)]
+    firsts = [arm.samples for arm in arms if len(arm.samples.centres)]
+    if status is TouchStatus.TOUCHED and not firsts:
+        status = TouchStatus.NO_CONTACT
+    if status is not TouchStatus.TOUCHED:
+        ends = np.stack([origin, origin - depth * plan.normal])
+        way = ends if status is TouchStatus.NO_CONTACT else None
+        place = plan.reference_point, plan.normal
+        return Touch(plan.number, *place, (), status, 0.0, travel, way, systematic_std=shared)
+    centre = np.mean([samples.centres[0] for samples in firsts], axis=0)
+    normal = np.sum([samples.normals[0] for samples in firsts], axis=0)
+    normal /= np.linalg.norm(normal)
+    contours = tuple(
+        _contour(centre, normal, plane, ahead, behind, tip)
+        for plane, (ahead, behind) in zip(plan.planes, pairs, strict=True)
+    )
+    tracked = sum(float(arm.series.travelled.max(initial=0.0)) for arm in arms)
+    length = float((origin - centre) @ plan.normal)
+    beside = np.linalg.norm(origin - length * plan.normal - centre)
+    way = np.stack([origin, origin - length * plan.normal]) if length > 5.0 * beside else None
+    return Touch(
+        plan.number,
+        centre - tip.radius * normal,
+        plan.normal,
+        contours,
+        TouchStatus.TOUCHED,
+        tracked,
+        travel,
+        way,
+        systematic_std=shared,
+    )
+
+
+def _contour(centre, normal, plane: SamplingPlane, ahead: Arm, behind: Arm, tip: Tip) -> Contour:
+    """The contour of the two arms in a plane, with one sample at the contact."""
+    back = CentreSamples(behind.samples.centres[1:][::-1], behind.samples.normals[1:][::-1], 0.0)
+    if ahead.end is ContourEnd.CLOSED_LOOP:
+        back = CentreSamples(np.zeros((0, 3)), np.zeros((0, 3)), 0.0)
+    centres = np.vstack([back.centres, centre, ahead.samples.centres[1:]])
+    normals = np.vstack([back.normals, normal, ahead.samples.normals[1:]])
+    noise = max(ahead.samples.noise_std, behind.samples.noise_std)
+    ends = behind.end, ahead.end
+    points = centres - tip.radius * normals
+    return Contour(points, SamplingPlane(centre, plane.normal), noise, ends, normals)

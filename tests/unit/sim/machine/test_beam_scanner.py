@@ -1,0 +1,111 @@
+"""The simulated scanning probe, tracked in planes of any orientation."""
+
+import numpy as np
+import pytest
+
+from touchatlas.atlas import TouchStatus
+from touchatlas.patch import ContourEnd
+from touchatlas.planner import ProbePlan, Reading, Reason, Tip, TrackingOptions
+from touchatlas.planner.plans import concurrent_planes
+from touchatlas.planner.tracking.track_plan import track_plan
+from touchatlas.sim import make_object
+from touchatlas.sim.machine.beam_scanner import Beam, BeamScanner
+from touchatlas.sim.machine.feet import Feet
+
+BALL = make_object("sphere")
+FEET = Feet(BALL)
+
+
+def plan_on(point, normal, heading, reach=10.0, **others) -> ProbePlan:
+    planes = concurrent_planes(point, normal, heading, 3)
+    return ProbePlan(0, point, normal, planes, reach, 2.5, 2.0, Reason.REFINE, **others)
+
+
+class OneTip:
+    """A machine as a robot is one: arrays (3,)."""
+
+    def __init__(self, scanner: BeamScanner) -> None:
+        self._scanner = scanner
+        self.ways: list[np.ndarray] = []
+
+    def move(self, way):
+        self.ways.append(np.array(way))
+        return self._scanner.move(way)
+
+    def read(self):
+        reading = self._scanner.read()
+        return Reading(reading.time, reading.position[0], reading.force[0])
+
+    def command(self, velocity):
+        assert velocity.shape == (3,)
+        self._scanner.command(velocity[None])
+
+
+@pytest.mark.parametrize("feed", [5.0, 20.0])
+def test_a_ball_is_tracked_in_planes_of_any_orientation(feed):
+    """The stated deviation of a sample is 4.8 um; 100 of them are within four and a half of it.
+    Forces are those of the paper, 20 to 70 g."""
+    rng, arms = np.random.default_rng(1), []
+    (point,), (normal,) = BALL.sample(1, rng)
+    scanner = BeamScanner(FEET, Beam(), rng)
+    plan = plan_on(point, normal, rng.normal(size=3))
+    touch = track_plan(scanner, plan, Tip(), TrackingOptions(feed=feed), arms)
+    points = np.concatenate([contour.points for contour in touch.contours])
+    normals = np.concatenate([contour.normals for contour in touch.contours])
+    noise = touch.contours[0].noise_std
+    assert np.abs(np.linalg.norm(points, axis=1) - 33.0).max() < 4.5 * noise
+    assert ((points / 33.0 * normals).sum(axis=1) > np.cos(np.radians(3.0))).all()
+    assert sum(arm.losses for arm in arms) == 0
+    force = np.concatenate([np.linalg.norm(arm.series.forces, axis=1) for arm in arms])
+    assert np.mean((force > 0.196) & (force < 0.687)) > 0.99
+    assert {arm.end for arm in arms} == {ContourEnd.LENGTH_REACHED}
+
+
+def test_one_tip_does_arm_after_arm_what_six_do_side_by_side():
+    rng = np.random.default_rng(2)
+    machine = OneTip(BeamScanner(FEET, Beam(), rng, 1))
+    top = np.array([0.0, 0.0, 33.0])
+    touch = track_plan(machine, plan_on(top, top / 33.0, np.array([1.0, 0.0, 0.0])))
+    assert touch.status is TouchStatus.TOUCHED and len(touch.contours) == 3
+    for contour in touch.contours:
+        away = np.linalg.norm(contour.points, axis=1) - 33.0
+        assert np.abs(away).max() < 5.0 * contour.noise_std and len(contour.points) == 9
+    # On its ways back the tip keeps off the surface.
+    back = np.concatenate([way for way in machine.ways if len(way) > 1])
+    assert (np.linalg.norm(back, axis=1) > 35.0 + 1.0).all()
+
+
+def test_a_tip_rolls_over_a_sharp_edge():
+    """The plane y = 0 of the cube of side 60: from the top, around an edge, down a side."""
+    cube = make_object("cube")
+    scanner = BeamScanner(Feet(cube), Beam(), np.random.default_rng(3))
+    top = np.array([22.0, 0.0, 30.0])
+    plan = plan_on(top, np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0]), 20.0)
+    touch = track_plan(scanner, plan, options=TrackingOptions(feed=20.0))
+    points = np.concatenate([contour.points for contour in touch.contours])
+    assert np.abs(np.abs(points).max(axis=1) - 30.0).max() < 0.05
+    assert (points[:, 2] < 25.0).any() and (points[:, 2] > 29.9).any()
+
+
+def test_a_place_without_surface_has_no_contact_and_a_way():
+    scanner = BeamScanner(FEET, Beam(), np.random.default_rng(4))
+    beside, up = np.array([50.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
+    touch = track_plan(scanner, plan_on(beside, up, np.array([1.0, 0.0, 0.0])))
+    assert touch.status is TouchStatus.NO_CONTACT and not touch.contours
+    assert np.allclose(touch.way[:, :2], [50.0, 0.0]) and touch.way[1, 2] == -3.0
+
+
+def test_an_approach_cannot_begin_inside():
+    scanner = BeamScanner(FEET, Beam(), np.random.default_rng(5))
+    touch = track_plan(scanner, plan_on(np.zeros(3), np.array([0.0, 0.0, 1.0]), np.eye(3)[0]))
+    assert touch.status is TouchStatus.UNREACHABLE
+
+
+def test_known_surface_ends_an_arm():
+    scanner = BeamScanner(FEET, Beam(), np.random.default_rng(6))
+    top = np.array([0.0, 0.0, 33.0])
+    plan = plan_on(top, top / 33.0, np.eye(3)[0], 30.0, until=lambda p: p[:, 0] > 2.0)
+    touch = track_plan(scanner, plan, options=TrackingOptions(feed=20.0))
+    x = np.concatenate([contour.points[:, 0] for contour in touch.contours])
+    # It is known from the first step on; four steps count for nothing, and then five are enough.
+    assert x.min() < -23.0 < 15.0 < x.max() < 22.0
