@@ -24,6 +24,10 @@ _EPILOGUES = {
     "fit": _explained(FIT_NUMBERS, "The numbers of --json and patch.json")
     + "\n\n"
     + _explained(DIAGNOSIS_NUMBERS, "The numbers of its diagnosis"),
+    "qualify": "P_Form.Sph.1x25 and P_Form.Sph.Scan are ranges of distances from the centre of the "
+    "least-squares ball, as ISO 10360-5 has them. There one ball qualifies the tip and another "
+    "tests it; here one does both. The 25 points are those nearest to the pattern, each within "
+    "11.25 degrees; scan lines are as recorded. The form of the ball is in the figures.",
 }
 _FOLDER = "touchatlas.sim.command"
 # Names that Python has for something else.
@@ -47,6 +51,10 @@ for _name, _help in (
     ("view", "Open the replay of a run in a browser."),
     ("compare", "Compare runs: a table of their numbers, and a chart."),
     ("fit", "Fit a patch to recorded contours: three or more curves through one point."),
+    (
+        "qualify",
+        "Measure a probe on a ball of known radius: tip, stiffness, noise, errors of form.",
+    ),
     ("export", "Write the atlas of a run as a STEP file for CAD, or the graph of its faces."),
     ("chart", "Chart accuracy against speed of one patch: our methods, the paper's, peers'."),
     ("paper", "Repeat the paper's tables and figures on simulated objects."),

@@ -135,6 +135,11 @@ def columns_by_name(path, table: Table) -> Columns | None:
     return columns
 
 
+def triples_of(row: Sequence[str]) -> list[Triple]:
+    """Columns of a row of names that differ by x, y, z in one place."""
+    return _triples(_read_row(row)[1])
+
+
 def _read_row(row: Sequence[str]) -> tuple[list[str], list[str], list[str]]:
     """Names as they are, in small letters without accents and units, and the units."""
     names, units = zip(*(unit_of(name) for name in row), strict=True)

@@ -237,7 +237,7 @@ def test_streams_that_nobody_reads_change_no_exit_code(tmp_path, command, code):
     "command",
     [
         *("objects", "explore", "resume", "evaluate", "view", "compare", "export", "fit"),
-        *("chart", "paper"),
+        *("chart", "paper", "qualify"),
     ],
 )
 def test_every_command_explains_itself(tmp_path, command):

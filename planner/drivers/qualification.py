@@ -1,0 +1,334 @@
+"""What a ball of known radius tells of a probe: radius of its tip, stiffness, noise, form.
+
+The errors are named after ISO 10360-5:2020, and differ from it in three points. The standard has
+the tip qualified on one ball and tested on another; here one ball does both, so that the error of
+size is a test only against a radius that was stated. It prescribes 25 points, or four scan lines;
+here those points are taken that are nearest to the 25, and scan lines as they were recorded. The
+error of form of the ball is in the figures.
+"""
+
+from contextlib import suppress
+from dataclasses import dataclass
+
+import numpy as np
+
+from touchatlas.patch.geometry.arrays import check_points, frozen_array, real
+from touchatlas.planner.tracking.options import Tip
+
+# A ball has four unknowns, and the stiffness is a fifth.
+LEAST_POINTS = 6
+# Half of the angle between neighbours of the pattern, rad: a point within it belongs to one place.
+_NEAR = np.radians(11.25)
+# Standard deviations by which a compliance has to differ from 0 to count as measured.
+_SIGNIFICANT = 3.0
+
+
+@dataclass(frozen=True, eq=False)
+class Ball:
+    """The least-squares ball of points ("Gaussian associated sphere").
+
+    Parameters
+    ----------
+    centre : (3,) float, length
+    radius : float, length
+    compliance : float, length/N
+        Bending of the stylus over force; 0 where no forces were given.
+    residuals : (n,) float, length
+        Distance of each point from the centre, bending compensated, less the radius.
+    covariance : (5, 5) float
+        Of centre, radius and compliance for residuals of unit deviation.
+    """
+
+    centre: np.ndarray
+    radius: float
+    compliance: float
+    residuals: np.ndarray
+    covariance: np.ndarray
+
+    @property
+    def form(self) -> float:
+        """Range of the residuals: the error of form."""
+        return float(np.ptp(self.residuals))
+
+
+def fit_ball(points, forces=None, compliance: float | None = None) -> Ball:
+    """The ball that minimises the squares of the distances of points from it.
+
+    With forces by the surface on the tip, points are where the tip would be if the stylus were not
+    bent: p + c F lies on the ball, and the compliance c is fitted, too, unless it is given.
+
+    Parameters
+    ----------
+    points, forces : (n, 3) float, length and N
+    compliance : float, length/N, optional
+
+    Raises
+    ------
+    ValueError
+        Fewer than six points, or points on one side or in one plane, so that centre and radius
+        cannot be told.
+
+    Examples
+    --------
+    >>> u = pattern_1x25([0.0, 0.0, 1.0])
+    >>> ball = fit_ball(5.0 * u + [1.0, 2.0, 3.0])
+    >>> ball.centre.round(9), round(ball.radius, 9)
+    (array([1., 2., 3.]), 5.0)
+    """
+    points = check_points(points, "points")
+    if len(points) < LEAST_POINTS:
+        raise ValueError(
+            f"{len(points)} points are too few for a ball; give {LEAST_POINTS} or more"
+        )
+    forces = np.zeros_like(points) if forces is None else frozen_array(forces, (None, 3), "forces")
+    free = compliance is None and forces.any()
+    bend = 0.0 if compliance is None else compliance
+    scale = float(np.ptp(points, axis=0).max())
+    unknowns = np.append(_algebraic(points), bend)
+    for _ in range(50):
+        offset = points + unknowns[4] * forces - unknowns[:3]
+        distance = np.sqrt((offset * offset).sum(axis=1))
+        outward = offset / np.maximum(distance, 1e-300)[:, None]
+        columns = [-outward, -np.ones((len(points), 1)), (outward * forces).sum(axis=1)[:, None]]
+        jacobian = np.hstack(columns if free else columns[:2])
+        residuals = distance - unknowns[3]
+        step, _, rank, _ = np.linalg.lstsq(jacobian, -residuals, rcond=1e-9)
+        if rank < jacobian.shape[1]:
+            raise ValueError(
+                "the points do not tell a ball; touch it all around, from the pole to the equator"
+            )
+        unknowns[: len(step)] += step
+        if np.abs(step[:4]).max() < 1e-13 * scale:
+            break
+    covariance = np.zeros((5, 5))
+    covariance[: len(step), : len(step)] = np.linalg.inv(jacobian.T @ jacobian)
+    return Ball(unknowns[:3], float(unknowns[3]), float(unknowns[4]), residuals, covariance)
+
+
+def _algebraic(points) -> np.ndarray:
+    """Centre and radius (4,) by |p|^2 = 2 c p + r^2 - |c|^2, which is linear."""
+    middle = points.mean(axis=0)
+    p = points - middle
+    rows = np.hstack([2.0 * p, np.ones((len(p), 1))])
+    solution = np.linalg.lstsq(rows, (p * p).sum(axis=1), rcond=None)[0]
+    square = solution[3] + solution[:3] @ solution[:3]
+    return np.append(solution[:3] + middle, np.sqrt(max(square, 0.0)))
+
+
+def pattern_1x25(axis) -> np.ndarray:
+    """(25, 3) directions on the half ball around an axis, as ISO 10360-5 recommends them.
+
+    One at the pole; 4 at 22.5 degrees below it; 8 at 45; 4 at 67.5; 8 at 90, on the equator. Each
+    ring is turned by 22.5 degrees against the one above.
+
+    >>> pattern_1x25([0.0, 0.0, 1.0])[0]
+    array([0., 0., 1.])
+    """
+    axis = frozen_array(axis, (3,), "axis") / np.linalg.norm(axis)
+    across = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
+    across /= np.linalg.norm(across)
+    beside = np.cross(axis, across)
+    found = [axis]
+    for ring, count in enumerate((4, 8, 4, 8), 1):
+        polar = np.radians(22.5 * ring)
+        turns = np.radians(22.5 * ring) + 2.0 * np.pi * np.arange(count) / count
+        found += [
+            np.cos(polar) * axis + np.sin(polar) * (np.cos(t) * across + np.sin(t) * beside)
+            for t in turns
+        ]
+    return np.array(found)
+
+
+def form_1x25(points, ball: Ball, axis) -> float | None:
+    """Range of the distances of the 25 points nearest to the pattern from their own ball.
+
+    None where the points do not cover the pattern: each place needs a point of its own within 11.25
+    degrees.
+
+    Parameters
+    ----------
+    points : (n, 3) float, length
+        Centres of the tip.
+    ball : Ball
+        Of all of them.
+    axis : (3,) float
+        From the centre of the ball to the pole of the pattern: along the stylus.
+    """
+    offset = np.asarray(points) - ball.centre
+    u = offset / np.sqrt((offset * offset).sum(axis=1))[:, None]
+    cosines = pattern_1x25(axis) @ u.T
+    nearest = cosines.argmax(axis=1)
+    if cosines.max(axis=1).min() < np.cos(_NEAR) or len(set(nearest.tolist())) < len(nearest):
+        return None
+    return fit_ball(np.asarray(points)[nearest]).form
+
+
+@dataclass(frozen=True, eq=False)
+class Qualification:
+    """A probe, as a ball of known radius shows it.
+
+    Parameters
+    ----------
+    tip : Tip
+        Radius, stiffness and noise with their deviations.
+    points : int
+        Points, or readings in contact.
+    centre : (3,) float, length
+        Of the ball.
+    form_1x25 : float, length, optional
+        P_Form.Sph.1x25, of single points; None where they do not cover the pattern.
+    form_scan : float, length, optional
+        P_Form.Sph.Scan, of scan lines; None for single points.
+    size : float, length, optional
+        Diameter less that of the ball, with the radius of the tip that was stated: P_Size.Sph.
+    bends : bool
+        Whether the stiffness was measured or stated; else that of the tip is a default.
+    said : tuple of str
+        What to know of these figures, in sentences.
+    """
+
+    tip: Tip
+    points: int
+    centre: np.ndarray
+    form_1x25: float | None
+    form_scan: float | None
+    size: float | None
+    bends: bool
+    said: tuple[str, ...] = ()
+
+
+def qualify(
+    points,
+    ball_radius: float,
+    forces=None,
+    ball_std: float = 0.0,
+    radius: float | None = None,
+    stiffness: float | None = None,
+    stiffness_std: float = 0.0,
+    axis=(0.0, 0.0, 1.0),
+    scanned: bool = False,
+) -> Qualification:
+    """What points on a ball tell of a probe.
+
+    Parameters
+    ----------
+    points : (n, 3) float, length
+        Centres of the tip; with forces, where they would be if the stylus were not bent.
+    ball_radius, ball_std : float, length
+        Radius of the ball, and its standard deviation, by certificate.
+    forces : (n, 3) float, N, optional
+        By the surface on the tip.
+    radius : float, length, optional
+        Stated radius of the tip, which gives the error of size.
+    stiffness, stiffness_std : float, N/length and relative, optional
+        Stated ones, which are kept where the forces do not tell them.
+    axis : (3,) float
+        From the centre of the ball to the pole of the pattern of 25 points: along the stylus.
+    scanned : bool
+        Whether points are successive readings along scan lines, and no single points.
+
+    Raises
+    ------
+    ValueError
+        In one sentence: a radius that is none, points that do not tell a ball, a ball that is
+        smaller than the one touched, forces that tell no stiffness where none is stated.
+    """
+    if not 0.0 < real(ball_radius) < np.inf:
+        raise ValueError(f"the radius of the ball is {ball_radius!r}; it must be more than 0")
+    if not 0.0 <= real(ball_std) < np.inf:
+        raise ValueError(f"the deviation of the ball is {ball_std!r}; it must be 0 or more")
+    said: list[str] = []
+    ball = fit_ball(points)
+    if forces is not None:
+        forces, inward = _by_surface(np.asarray(forces, float), points, ball)
+        if inward:
+            said.append("forces point into the ball: they were taken as those of the tip on it")
+        ball, stiffness, stiffness_std = _with_stiffness(
+            points, forces, stiffness, stiffness_std, said
+        )
+    rms, found = _rms(ball), ball.radius - ball_radius
+    if found <= 0.0:
+        raise ValueError(
+            f"the points lie on a ball of radius {ball.radius:.6g}, and that touched has "
+            f"{ball_radius:.6g}, so no tip is left; see radius, diameter, unit, and that the "
+            "points are centres of the tip"
+        )
+    white, common, several = _noise(ball.residuals, rms, scanned)
+    spread = rms * np.sqrt(ball.covariance[3, 3] * several)
+    centres = np.asarray(points) + ball.compliance * (0.0 if forces is None else forces)
+    form = None if scanned else form_1x25(centres, ball, axis)
+    if form is None and not scanned:
+        said.append(
+            "P_Form.Sph.1x25 is missing: the points do not cover its 25 places on the half ball"
+        )
+    tip = Tip(
+        radius=found,
+        radius_std=float(np.hypot(spread, ball_std)),
+        stiffness=Tip().stiffness if stiffness is None else stiffness,
+        stiffness_std=stiffness_std,
+        noise_std=white,
+        force_std=0.0 if forces is None or not scanned else _white(forces),
+        error_std=common,
+    )
+    size = None if radius is None else 2.0 * (found - radius)
+    scan = ball.form if scanned else None
+    bends = stiffness is not None
+    return Qualification(tip, len(centres), ball.centre, form, scan, size, bends, tuple(said))
+
+
+def _white(rows) -> float:
+    """White standard deviation of each column of successive rows (n, d), which change smoothly:
+    their second differences have six times its square."""
+    second = np.diff(rows, 2, axis=0)
+    return float(np.sqrt((second * second).mean() / 6.0)) if len(second) else 0.0
+
+
+def _rms(ball: Ball) -> float:
+    """Standard deviation of the residuals, by their degrees of freedom."""
+    unknowns = int((ball.covariance.diagonal() > 0.0).sum())
+    free = max(len(ball.residuals) - unknowns, 1)
+    return float(np.sqrt((ball.residuals**2).sum() / free))
+
+
+def _by_surface(forces, points, ball: Ball) -> tuple[np.ndarray, bool]:
+    """Forces (n, 3) that point out of the ball, and whether they were turned round."""
+    outward = np.asarray(points) - ball.centre
+    inward = float((forces * outward).sum()) < 0.0
+    return (-forces if inward else forces), inward
+
+
+def _with_stiffness(points, forces, stiffness, stiffness_std: float, said: list[str]):
+    """The ball, stiffness and its relative deviation, from forces that vary, or as stated."""
+    with suppress(ValueError):
+        ball = fit_ball(points, forces)
+        _, _, several = _noise(ball.residuals, _rms(ball), True)
+        std = _rms(ball) * float(np.sqrt(ball.covariance[4, 4] * several))
+        if ball.compliance > _SIGNIFICANT * std:
+            return ball, 1.0 / ball.compliance, std / ball.compliance
+    size = np.sqrt((forces * forces).sum(axis=1))
+    words = f"forces from {size.min():.3g} to {size.max():.3g} N do not tell the stiffness"
+    if stiffness is None:
+        raise ValueError(
+            f"{words} from the radius; record with two or more forces, or state the stiffness"
+        )
+    said.append(f"{words}: the stated one is kept")
+    return fit_ball(points, forces, 1.0 / stiffness), stiffness, stiffness_std
+
+
+def _noise(residuals, rms: float, scanned: bool) -> tuple[float, float, float]:
+    """White and common standard deviation of residuals, and how many of them count as one.
+
+    Of successive readings, differences tell the white part (von Neumann 1941), and the integrated
+    autocorrelation how many make one independent reading.
+    """
+    if not scanned or rms == 0.0:
+        return rms, 0.0, 1.0
+    white = min(rms, float(np.sqrt((np.diff(residuals) ** 2).mean() / 2.0)))
+    common = float(np.sqrt(rms**2 - white**2))
+    n = len(residuals)
+    spectrum = np.abs(np.fft.rfft(residuals, 2 * n)) ** 2
+    correlation = np.fft.irfft(spectrum)[:n]
+    correlation = correlation / correlation[0]
+    falls = np.flatnonzero(correlation <= 0.0)
+    last = falls[0] if len(falls) else n
+    return white, common, float(2.0 * correlation[:last].sum() - 1.0)

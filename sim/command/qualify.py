@@ -1,0 +1,168 @@
+"""touchatlas qualify: the command."""
+
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+from cyclopts import Parameter
+from rich.console import Console
+from rich.table import Table
+
+from touchatlas.planner.drivers.bags import is_bag, read_bag
+from touchatlas.planner.drivers.probe_file import known_of, probe_toml
+from touchatlas.planner.drivers.qualification import Qualification
+from touchatlas.planner.drivers.qualification import qualify as qualified
+from touchatlas.planner.drivers.recording import Recording
+from touchatlas.planner.tracking.options import TrackingOptions
+from touchatlas.sim.command.numbers import Json
+from touchatlas.sim.command.outcome import say
+from touchatlas.sim.recorded.contour_file import read_curves
+from touchatlas.sim.recorded.curves import ReadOptions
+from touchatlas.sim.recorded.fit_file import parse_vector
+from touchatlas.sim.recorded.force_file import has_forces, read_force_file
+from touchatlas.sim.recorded.other_files import read_other
+from touchatlas.sim.world.units import MILLIMETRES, UNITS
+
+Vector = Annotated[str, Parameter(allow_leading_hyphen=True)]
+Optional = Annotated[float | None, Parameter(show_default=False)]
+# Unit and meaning of the entries of a tip.
+_TIP = {
+    "radius": ("length", "of the tip as it acts: pre-travel is taken off"),
+    "radius_std": ("length", "its standard deviation"),
+    "stiffness": ("N/length", "force over bending"),
+    "stiffness_std": ("1", "its standard deviation, over itself"),
+    "noise_std": ("length", "white noise of a point or reading"),
+    "force_std": ("N", "white noise of each component of the force"),
+    "error_std": ("length", "what neighbouring readings have in common"),
+}
+
+
+def qualify(
+    points: Annotated[Path, Parameter(name="FILE")],
+    /,
+    *,
+    ball: float,
+    ball_std: float = 0.0,
+    radius: Optional = None,
+    stiffness: Optional = None,
+    stiffness_std: float = 0.0,
+    axis: Vector = "0,0,1",
+    least: float = TrackingOptions().least,
+    unit: str = "",
+    columns: str = "",
+    pose: str = "",
+    wrench: str = "",
+    tool: Vector = "0,0,0",
+    out: Path = Path("probe.toml"),
+    force: Annotated[bool, Parameter(negative="")] = False,
+    json_: Json = False,
+) -> int:
+    """Measure a probe on a ball of known radius: tip, stiffness, noise, errors of form.
+
+    Parameters
+    ----------
+    points
+        Centres of the tip as a file of points; or a recording: a text file with the columns time,
+        x, y, z, fx, fy, fz, or a bag of ROS with poses and wrenches.
+    ball
+        Radius of the ball, by its certificate.
+    ball_std
+        Standard deviation of that radius.
+    radius
+        Radius of the tip that was stated, for the error of size.
+    stiffness
+        Force over bending that was stated, in N over the unit, where forces do not tell it.
+    stiffness_std
+        Its standard deviation, over itself.
+    axis
+        Direction from the ball along the stylus, as X,Y,Z: the pole of the 25 points.
+    least
+        Readings with less force, in N, are not in contact.
+    unit
+        Of the lengths: mm, m, in, cm or um; by default what the file says, and mm for a bag.
+    columns
+        Which column is what, as x=3,y=4,z=5, in a file of points.
+    pose
+        Topic of the poses of a bag, where it has several.
+    wrench
+        Topic of the wrenches of a bag, where it has several.
+    tool
+        Centre of the tip in the frame of the poses of a bag, as X,Y,Z.
+    out
+        The file that is written.
+    force
+        Replace it.
+    """
+    if out.exists() and not force:
+        raise ValueError(f"{out} is there already; give another --out, or --force to replace it")
+    if unit and unit not in UNITS:
+        raise ValueError(f"there is no unit {unit!r}; give mm, m, in, cm or um")
+    known: dict[str, Any] = {"ball_std": ball_std, "radius": radius, "stiffness": stiffness}
+    known |= {"stiffness_std": stiffness_std, "axis": _direction(axis)}
+    recording = _recording(points, unit, pose, wrench, parse_vector(tool, "--tool"))
+    if recording is None:
+        file = read_curves(points, ReadOptions(columns, unit))
+        for sentence in (*file.warnings, f"read: {file.how}"):
+            say(sentence)
+        unit = file.unit
+        found = qualified(np.concatenate([c.points for c in file.curves]), ball, **known)
+    else:
+        for sentence in recording.said:
+            say(f"read: {sentence}")
+        unit = recording.unit
+        touching = np.sqrt((recording.forces**2).sum(axis=1)) > least
+        if not touching.any():
+            raise ValueError(f"{points} has no force above --least {least:g} N")
+        positions, forces = recording.positions[touching], recording.forces[touching]
+        found = qualified(positions, ball, forces, scanned=True, **known)
+    source = f"touchatlas qualify {points.name}, {found.points} points"
+    out.write_text(probe_toml(found, ball, unit, source), encoding="utf-8")
+    _print(found, unit, out, json_)
+    return 0
+
+
+def _direction(text: str) -> np.ndarray:
+    """(3,) a direction of an option."""
+    axis = parse_vector(text, "--axis")
+    if not axis.any():
+        raise ValueError("--axis has length 0; give a direction")
+    return axis
+
+
+def _recording(path: Path, unit: str, pose: str, wrench: str, tool) -> Recording | None:
+    """The recording of a bag or of a text file with forces, in a unit; None for points."""
+    if is_bag(path):
+        unit = UNITS[unit] if unit else "mm"
+        per_metre = MILLIMETRES["m"] / MILLIMETRES[unit]
+        held = read_bag(path, pose, wrench, tool / per_metre)
+        return Recording(held.times, held.positions * per_metre, held.forces, unit, held.said)
+    if path.is_file() and not read_other(path) and has_forces(path):
+        return read_force_file(path, unit)
+    return None
+
+
+def _print(found: Qualification, unit: str, out: Path, as_json: bool) -> None:
+    """Print what was found, and say what to know of it."""
+    tip = known_of(found)
+    forms = {
+        "P_Form.Sph.1x25": (found.form_1x25, "range of 25 points about their ball"),
+        "P_Form.Sph.Scan": (found.form_scan, "range of all readings about their ball"),
+        "P_Size.Sph": (found.size, "diameter less that of the ball, with the stated radius"),
+    }
+    if as_json:
+        held = {"unit": unit, "points": found.points, "centre": found.centre.tolist(), **tip}
+        print(json.dumps(held | {name: value for name, (value, _) in forms.items()}, indent=2))
+    else:
+        table = Table("quantity", "value", "unit", "", title=f"{out}: {found.points} points")
+        length = unit or "length"
+        for name, value in tip.items():
+            table.add_row(
+                name, f"{value:.4g}", _TIP[name][0].replace("length", length), _TIP[name][1]
+            )
+        for name, (form, meaning) in forms.items():
+            if form is not None:
+                table.add_row(name, f"{form:.4g}", length, meaning)
+        Console().print(table)
+    for sentence in found.said:
+        say(sentence)

@@ -1,0 +1,98 @@
+"""touchatlas qualify: files of points and recordings with forces, probe.toml, refusals."""
+
+import json
+
+import numpy as np
+import pytest
+
+from tests.command import assert_refused, touchatlas
+from touchatlas.planner.drivers.probe_file import read_tip
+from touchatlas.planner.drivers.qualification import pattern_1x25
+
+BALL, TIP, STIFFNESS = 12.5, 1.0, 2.0
+
+
+def write(path, names, rows):
+    lines = [",".join(f"{x:.6f}" for x in row) for row in rows]
+    path.write_text("\n".join([names, *lines]) + "\n")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """The 25 points of the pattern, and a recording along meridians with a force that swells."""
+    folder, rng = tmp_path_factory.mktemp("qualify"), np.random.default_rng(0)
+    u = pattern_1x25([0.0, 0.0, 1.0])
+    write(folder / "points.csv", "x [mm],y [mm],z [mm]", (BALL + TIP) * u + [1, 2, 3])
+    write(folder / "half.csv", "x,y,z", (BALL + TIP) * u[-8:])
+    t = np.linspace(0.0, 1.0, 1000)
+    polar, turn = 0.5 * np.pi * np.abs(np.cos(5 * np.pi * t)), 1.3 * np.floor(5 * t)
+    n = np.stack([np.sin(polar) * np.cos(turn), np.sin(polar) * np.sin(turn), np.cos(polar)], 1)
+    forces = (0.2 + 0.4 * np.sin(37 * t) ** 2)[:, None] * n
+    places = (BALL + TIP) * n - forces / STIFFNESS + 0.002 * rng.normal(size=n.shape)
+    rows = np.hstack([20.0 * t[:, None], places, forces])
+    air = np.hstack([rows[-1:, :4] + [0.1, 0.0, 0.0, 50.0], np.zeros((1, 3))])
+    write(folder / "scan.csv", "time [s],x [mm],y [mm],z [mm],fx,fy,fz", np.vstack([rows, air]))
+    write(folder / "even.csv", "time,x,y,z,fx,fy,fz", np.hstack([rows[:, :4], 0.4 * n]))
+    write(folder / "back.csv", "time,x,y,z,fx,fy,fz", rows[::-1])
+    write(folder / "clockless.csv", "x,y,z,fx,fy,fz", rows[:, 1:])
+    return folder
+
+
+def test_points_tell_radius_and_form(folder):
+    done = touchatlas(
+        *("qualify", "points.csv", "--ball", BALL, "--radius", 0.99, "--json"), cwd=folder
+    )
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    # The file has six digits.
+    assert found["radius"] == pytest.approx(TIP, abs=2e-6)
+    assert found["P_Form.Sph.1x25"] == pytest.approx(0.0, abs=4e-6)
+    assert found["P_Size.Sph"] == pytest.approx(0.02, abs=4e-6)
+    assert found["unit"] == "mm"
+    assert "stiffness" not in found
+    assert read_tip(folder / "probe.toml").radius == found["radius"]
+    again = touchatlas("qualify", "points.csv", "--ball", BALL, cwd=folder)
+    assert_refused(again, 2, "probe.toml is there already")
+
+
+def test_a_recording_tells_stiffness_too(folder):
+    """Readings in the air are left out."""
+    done = touchatlas("qualify", "scan.csv", "--ball", BALL, "--out", "scan.toml", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    assert "P_Form.Sph.Scan" in done.stdout
+    tip = read_tip(folder / "scan.toml", "mm")
+    assert abs(tip.radius - TIP) < 4 * tip.radius_std < 0.004
+    assert abs(tip.stiffness / STIFFNESS - 1.0) < 4 * tip.stiffness_std < 0.04
+    assert tip.noise_std == pytest.approx(0.002, rel=0.1)
+
+
+def test_help_says_what_is_measured(folder):
+    done = touchatlas("qualify", "--help", cwd=folder)
+    assert done.returncode == 0
+    for words in ("--ball", "--stiffness", "--axis", "ISO 10360-5"):
+        assert words in done.stdout
+
+
+@pytest.mark.parametrize(
+    "words, said",
+    [
+        (("none.csv", "--ball", 12.5), "none.csv is no file"),
+        (("half.csv", "--ball", 12.5), "touch it all around"),
+        (("points.csv", "--ball", 25), "see radius, diameter, unit"),
+        (("points.csv", "--ball", 0), "must be more than 0"),
+        (("points.csv", "--ball", 12.5, "--ball-std", -1), "must be 0 or more"),
+        (("points.csv", "--ball", 12.5, "--axis", "0,0,0"), "--axis has length 0"),
+        (("points.csv", "--ball", 12.5, "--unit", "ell"), "no unit 'ell'"),
+        (("points.csv",), "--ball requires an argument"),
+        (("even.csv", "--ball", 12.5), "do not tell the stiffness"),
+        (("scan.csv", "--ball", 12.5, "--least", 5), "no force above --least 5 N"),
+        (("back.csv", "--ball", 12.5), "line 3: the time is earlier"),
+        (("clockless.csv", "--ball", 12.5), "no column of time"),
+    ],
+)
+def test_wrong_input_is_refused_in_one_sentence(folder, words, said):
+    done = touchatlas("qualify", *words, "--out", "other.toml", cwd=folder)
+    lines = [line for line in done.stderr.splitlines() if not line.startswith("touchatlas: read:")]
+    done.stderr = "\n".join(lines)
+    assert_refused(done, 2, said)
+    assert not (folder / "other.toml").exists()
