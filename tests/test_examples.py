@@ -38,6 +38,7 @@ ARGUMENTS = {
     "same_bytes.py": ["ellipsoid_paper:1"],
     "scan_and_touches.py": ["sphere"],
     "sections.py": ["cap.ply"],
+    "study_on_workers.py": ["12"],
     "surface_peers.py": ["sphere", "4", "2e-4", "8"],
     "table_of_objects.py": ["cap.ply:2"],
     "time_of_a_touch.py": ["sphere"],
@@ -65,6 +66,7 @@ LONG = {
     "same_bytes.py",
     "scan_and_touches.py",
     "sections.py",
+    "study_on_workers.py",
     "surface_peers.py",
 }
 # Examples that a test below runs as their first lines say, and looks at what they did.

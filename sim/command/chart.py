@@ -9,8 +9,10 @@ from cyclopts import Parameter
 from rich.console import Console
 
 from touchatlas.sim.command.numbers import Json
-from touchatlas.sim.command.option_flags import Whole
+from touchatlas.sim.command.option_flags import Whole, Work
+from touchatlas.sim.command.outcome import say
 from touchatlas.sim.command.show import shown
+from touchatlas.sim.study.workers import WorkOptions
 
 
 def chart(
@@ -20,6 +22,7 @@ def chart(
     out: Path = Path("runs/chart"),
     draws: Whole | None = None,
     seed: Whole = 0,
+    work: Work = WorkOptions(),
     json_: Json = False,
 ) -> int:
     """Chart accuracy against speed of one patch: our methods, the paper's, peers'.
@@ -63,7 +66,7 @@ def chart(
     with shown(studies[0][0].words[0]) as watcher:
         for study, own in studies:
             watch = watcher.count(study.words[1])
-            more, numbers = charted(study, out, own, draws, seed, watch)
+            more, numbers = charted(study, out, own, draws, seed, watch, work, say)
             rows, summed = rows + more, summed + numbers
     if json_:
         print(json.dumps([{k: _known(v) for k, v in row.items()} for row in summed], indent=2))

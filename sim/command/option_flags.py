@@ -10,6 +10,7 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 
 from touchatlas.sim.folder.option_tables import Option, nested, options_of, read_options, updated
+from touchatlas.sim.study.workers import WorkOptions
 
 
 def whole(_type, tokens) -> int:
@@ -22,6 +23,8 @@ def whole(_type, tokens) -> int:
 
 
 Whole = Annotated[int, Parameter(converter=whole)]
+# Each of its fields is a flag.
+Work = Annotated[WorkOptions, Parameter(name="*")]
 
 
 def with_options(record, ignored: tuple[str, ...]) -> Callable:

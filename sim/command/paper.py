@@ -5,9 +5,11 @@ from pathlib import Path
 from rich.console import Console
 
 from touchatlas.sim.command.numbers import Json
-from touchatlas.sim.command.option_flags import Whole
+from touchatlas.sim.command.option_flags import Whole, Work
+from touchatlas.sim.command.outcome import say
 from touchatlas.sim.command.show import shown
 from touchatlas.sim.study.paper_report import json_text, repeat_paper, terminal_tables
+from touchatlas.sim.study.workers import WorkOptions
 
 
 def paper(
@@ -15,6 +17,7 @@ def paper(
     out: Path = Path("runs/paper"),
     draws: Whole = 50,
     seed: Whole = 0,
+    work: Work = WorkOptions(),
     json_: Json = False,
 ) -> int:
     """Repeat the paper's tables and figures on simulated objects, its numbers beside ours.
@@ -29,7 +32,7 @@ def paper(
         Seed of the noise.
     """
     with shown("repeating the paper") as watcher:
-        numbers = repeat_paper(out, draws, seed, watcher.count("tables"))
+        numbers = repeat_paper(out, draws, seed, watcher.count("tables"), work, say)
     if json_:
         print(json_text(numbers), end="")
     else:

@@ -48,8 +48,20 @@ class Shown(Watcher):
             self._looked = time.monotonic()
 
     def count(self, things: str):
-        """A callback (done, total) that notes how many things are done."""
-        return lambda done, total: self.note(f"{done} of {total} {things}", done / max(total, 1))
+        """A callback (done, total) that notes how many things are done, and when the rest will be,
+        from those that were done since it was first called."""
+        begun: list[tuple[float, int]] = []
+
+        def count(done: int, total: int) -> None:
+            if not begun:
+                begun.append((time.monotonic(), done))
+            words = f"{done} of {total} {things}"
+            if begun[0][1] < done < total:
+                passed = time.monotonic() - begun[0][0]
+                words += f", {_time_left(passed / (done - begun[0][1]) * (total - done))}"
+            self.note(words, done / max(total, 1))
+
+        return count
 
     def note(self, text: str, fraction: float | None = None) -> None:
         """How far the phase is."""
@@ -60,6 +72,19 @@ class Shown(Watcher):
         # print could meet its own lock in a signal handler.
         with suppress(OSError):
             os.write(2, f"\ntouchatlas: {words}; Ctrl-C again ends at once\n".encode())
+
+
+def _time_left(seconds: float) -> str:
+    """When something will have ended.
+
+    >>> _time_left(40.0), _time_left(700.0), _time_left(9000.0)
+    ('40 s left', '12 min left', '2.5 h left')
+    """
+    if seconds < 100.0:
+        return f"{seconds:.0f} s left"
+    return (
+        f"{seconds / 60.0:.0f} min left" if seconds < 6000.0 else f"{seconds / 3600.0:.1f} h left"
+    )
 
 
 class PlainLines(Shown):

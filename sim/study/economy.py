@@ -20,8 +20,9 @@ from touchatlas.planner import PlannerOptions, explore
 from touchatlas.planner.options import NAMES
 from touchatlas.sim.folder.run_options import RunOptions
 from touchatlas.sim.run.work import begin, random_streams
+from touchatlas.sim.study.cells import Cell, Row
 from touchatlas.sim.study.oracle import Oracle, errors
-from touchatlas.sim.study.study import Job, Row, Study, Summed, canvas, grouped, middle, number
+from touchatlas.sim.study.study import Study, Summed, canvas, grouped, middle, number
 from touchatlas.sim.study.surface_peers import PEERS, best_surface, distances, samples_of
 from touchatlas.sim.study.tradeoff import pareto_front
 from touchatlas.sim.world.objects import make_object
@@ -211,7 +212,7 @@ def judged(
     }
 
 
-def jobs_of(names, draws: int, seed: int, methods=PLANNERS, options=OPTIONS) -> list[Job]:
+def cells_of(names, draws: int, seed: int, methods=PLANNERS, options=OPTIONS) -> list[Cell]:
     """A run of each object, tolerance, planner and seed whose noise allows the tolerance.
 
     ``names`` are of built-in objects, or paths of mesh files; ``draws`` is the number of seeds.
@@ -227,7 +228,7 @@ def jobs_of(names, draws: int, seed: int, methods=PLANNERS, options=OPTIONS) -> 
             for name, least in noise.items():
                 if tolerance >= options.least_noises * least:
                     given = [(name, tolerance, method, one_seed) for method in methods]
-                    found += [Job("atlas.csv", _head(*one), one) for one in given]
+                    found += [Cell("atlas.csv", _head(*one), one) for one in given]
     return found
 
 
@@ -421,9 +422,8 @@ def overview_picture(rows: list[Row]):
 
 
 ECONOMY = Study(
-    *("atlas", COLUMNS, KEY, jobs_of, measure_run, summary, pictures, table, 1),
+    *("atlas", COLUMNS, cells_of, measure_run, summary, pictures, table, 1),
     note="ended",
     failed={"met": "no"},
-    follows=OTHERS,
     words=("exploring", "runs"),
 )

@@ -3,8 +3,10 @@
 Every number is over fresh draws of the noise alone: reference points and planes stay.
 """
 
+import json
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -18,9 +20,11 @@ from touchatlas.patch.paper.gauss_map import GaussMap, gauss_map
 from touchatlas.patch.paper.total_curvature import FoldProblem, fold_problem, objective
 from touchatlas.planner import ProbePlan, Reason
 from touchatlas.planner.plans import concurrent_planes
+from touchatlas.sim.study.cells import DONE, Cell, Ledger
 from touchatlas.sim.study.fits import FITS, PAPER, PAPER_MULTIPLIER, Fit, height_error
 from touchatlas.sim.study.scenes import POINTS_PER_ARM, REACH, arm_length
-from touchatlas.sim.study.study import Watch, check_options
+from touchatlas.sim.study.study import Watch, check_options, measure_cells
+from touchatlas.sim.study.workers import WorkOptions
 from touchatlas.sim.world.implicit_object import ImplicitObject
 from touchatlas.sim.world.objects import make_object
 from touchatlas.sim.world.probe import Probe
@@ -377,17 +381,34 @@ TABLES: dict[str, Callable] = {
 }
 
 
-def paper_tables(draws: int = 50, seed: int = 0, watch: Watch = lambda done, total: None) -> dict:
-    """All numbers, ready for JSON.
+def measure_table(name: str, draws: int, seed: int) -> list[dict[str, str]]:
+    """One of the ``TABLES`` as a row of JSON; each table has a stream of its own of the seed."""
+    streams = np.random.default_rng(seed).spawn(len(TABLES))
+    numbers = TABLES[name](draws, streams[list(TABLES).index(name)])
+    return [{"table": name, "numbers": json.dumps(numbers)}]
+
+
+def paper_tables(
+    folder: Path,
+    draws: int = 50,
+    seed: int = 0,
+    watch: Watch = lambda done, total: None,
+    work: WorkOptions = WorkOptions(),
+    say: Callable[[str], None] = lambda words: None,
+) -> dict:
+    """All numbers, ready for JSON; each table is a cell of the folder's ledger.
 
     Parameters
     ----------
+    folder : Path
     draws : int
         Of the noise, for every number.
     seed : int
-        Each table has a stream of its own.
     watch : callable
         Called with the number of tables done and of all, for progress.
+    work : WorkOptions
+    say : callable
+        Called with sentences for the user.
 
     Returns
     -------
@@ -399,11 +420,17 @@ def paper_tables(draws: int = 50, seed: int = 0, watch: Watch = lambda done, tot
     ------
     ValueError
         No draw, or a negative seed.
+    RuntimeError
+        A table that was not measured.
     """
     check_options(draws, seed)
     found: dict = {"draws": draws, "seed": seed, "noise_std": NOISE, "multiplier": PAPER_MULTIPLIER}
-    streams = np.random.default_rng(seed).spawn(len(TABLES))
-    for done, ((name, table), rng) in enumerate(zip(TABLES.items(), streams, strict=True)):
-        found[name] = table(draws, rng)
-        watch(done + 1, len(TABLES))
+    cells = [Cell("", {}, (name, draws, seed)) for name in TABLES]
+    with Ledger(folder) as ledger:
+        measure_cells(ledger, measure_table, cells, watch, work, say)
+    for name, cell in zip(TABLES, cells, strict=True):
+        answer = ledger.answers[cell.key(measure_table)]
+        if answer.kind != DONE:
+            raise RuntimeError(f"{name}: {answer.words}")
+        found[name] = json.loads(answer.rows[0]["numbers"])
     return found

@@ -1,37 +1,45 @@
 """The paper's tables as files and on the terminal: paper.json, table1.csv, figures."""
 
 import json
-from pathlib import Path
+from collections.abc import Callable
 
 from rich.box import SIMPLE
 from rich.table import Table
 
 from touchatlas.atlas.files import write_whole
 from touchatlas.sim.folder.out_folder import make_out_folder
+from touchatlas.sim.folder.run_lock import locked
 from touchatlas.sim.study.paper import paper_tables
 from touchatlas.sim.study.paper_figures import figures
 from touchatlas.sim.study.study import Watch, check_options, csv_bytes
+from touchatlas.sim.study.workers import WorkOptions
 
 _ERRORS = {"data": "data curves", "verifying": "nine others", "inside": "within D"}
 _MEASURES = ("k1", "k2", *_ERRORS)
 _QUARTILES = ("median", "lower", "upper")
 
 
-def repeat_paper(out, draws: int, seed: int, watch: Watch) -> dict:
+def repeat_paper(
+    out,
+    draws: int,
+    seed: int,
+    watch: Watch,
+    work: WorkOptions = WorkOptions(),
+    say: Callable[[str], None] = lambda words: None,
+) -> dict:
     """Measure and draw everything, and write it to a folder, which is made where it is missing.
 
     Returns the numbers of ``paper_tables``. ValueError for a file in place of the folder, no draw,
     or a negative seed.
     """
     check_options(draws, seed)
-    folder = Path(out)
-    if folder.exists() and not folder.is_dir():
-        raise ValueError(f"{folder} is a file; give a folder for tables and figures with --out")
-    make_out_folder(folder)
-    numbers = paper_tables(draws, seed, watch)
-    files = {"paper.json": json_text(numbers).encode(), "table1.csv": table1_csv(numbers["table1"])}
-    for name, data in (files | figures(numbers, seed)).items():
-        write_whole(folder / name, data)
+    folder = make_out_folder(out)
+    with locked(folder):
+        numbers = paper_tables(folder, draws, seed, watch, work, say)
+        table1 = table1_csv(numbers["table1"])
+        files = {"paper.json": json_text(numbers).encode(), "table1.csv": table1}
+        for name, data in (files | figures(numbers, seed)).items():
+            write_whole(folder / name, data)
     return numbers
 
 

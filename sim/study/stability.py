@@ -6,11 +6,12 @@ import numpy as np
 from rich.box import SIMPLE
 from rich.table import Table
 
+from touchatlas.sim.study.cells import Cell, Row
 from touchatlas.sim.study.explorations import ATLAS_FAMILIES, atlas_verdict
 from touchatlas.sim.study.families import FAMILIES
 from touchatlas.sim.study.one_patch import METHODS, verdict
 from touchatlas.sim.study.outcome import Outcome, Verdict
-from touchatlas.sim.study.study import Job, Row, Study, Summed, canvas, grouped, middle, number
+from touchatlas.sim.study.study import Study, Summed, canvas, grouped, middle, number
 
 COLUMNS = (
     *("family", "severity", "draw", "method", "outcome", "error", "height_ratio"),
@@ -181,17 +182,16 @@ def overview_picture(summed: Summed, near: str):
     return figure
 
 
-def _study(name: str, families, measure, methods: int, draws: int, error: str, near: str) -> Study:
+def _study(name: str, families, measure, draws: int, error: str, near: str) -> Study:
     """A study of families that are measured alike; ``error`` says what the column is, and ``near``
     what is counted where it is three at most."""
 
-    def jobs(names: tuple[str, ...], count: int, seed: int) -> list[Job]:
+    def cells(names: tuple[str, ...], count: int, seed: int) -> list[Cell]:
         return [
-            Job(
+            Cell(
                 f"{one}-{seed}.csv",
                 {"family": one, "severity": repr(severity)},
                 (one, severity, count, seed),
-                count * methods,
             )
             for one in names or families
             for severity in families[one].severities
@@ -205,7 +205,7 @@ def _study(name: str, families, measure, methods: int, draws: int, error: str, n
         return drawn | {name: overview_picture(summed, near)}
 
     return Study(
-        *(name, COLUMNS, ("family", "severity"), jobs, measure, summary, pictures, table, draws),
+        *(name, COLUMNS, cells, measure, summary, pictures, table, draws),
         note="words",
         failed={"outcome": Outcome.CRASHED.value},
         keeps_summary=True,
@@ -214,11 +214,11 @@ def _study(name: str, families, measure, methods: int, draws: int, error: str, n
 
 
 ONE_PATCH = _study(
-    *("stability", FAMILIES, measure_patch, len(METHODS), 25),
+    *("stability", FAMILIES, measure_patch, 25),
     *("median error of heights / noise", "heights within 3 noises, %"),
 )
 MANY_PATCHES = _study(
-    *("stability_atlas", ATLAS_FAMILIES, measure_atlas, 1, 2),
+    *("stability_atlas", ATLAS_FAMILIES, measure_atlas, 2),
     *("largest error / tolerance, median", "surface within 3 tolerances, %"),
 )
 

@@ -1,15 +1,10 @@
-"""One mechanism for all studies: jobs in processes, rows kept in tables, summaries, pictures."""
+"""One mechanism for all studies: cells on workers, rows in tables, summaries, pictures."""
 
-import csv
 import io
 import math
-import os
-import signal
-from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable
+from csv import DictWriter
 from dataclasses import dataclass, field
-from multiprocessing import active_children, get_context
 from pathlib import Path
 from typing import Any
 
@@ -17,33 +12,12 @@ import numpy as np
 
 from touchatlas.atlas.files import write_whole
 from touchatlas.sim.folder.out_folder import make_out_folder
+from touchatlas.sim.folder.run_lock import locked
+from touchatlas.sim.study.cells import DONE, Cell, Ledger, Row
+from touchatlas.sim.study.workers import WorkOptions, workers
 
-Row = dict[str, str]
 Summed = list[dict[str, Any]]
 Watch = Callable[[int, int], None]
-_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
-
-
-@dataclass(frozen=True)
-class Job:
-    """One piece of work of a study.
-
-    Parameters
-    ----------
-    file : str
-        Name of the table that keeps its rows.
-    head : dict of str
-        Columns that its first row has in common with no other job.
-    given : tuple
-        Arguments of ``Study.measure``; other processes get them.
-    rows : int
-        How many rows a finished job has; 0 for any number.
-    """
-
-    file: str
-    head: Row
-    given: tuple
-    rows: int = 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,12 +28,12 @@ class Study:
     ----------
     name : str
         Of its files.
-    columns, key : tuple of str
-        Columns of its tables, and those that tell jobs of one table apart.
-    jobs : callable
-        (names, draws, seed) to its Jobs. ValueError for a name that it does not know.
+    columns : tuple of str
+        Columns of its tables.
+    cells : callable
+        (names, draws, seed) to its Cells. ValueError for a name that it does not know.
     measure : callable
-        ``given`` of a Job to its rows. It is called in another process.
+        ``given`` of a Cell to its rows. It is called in another process.
     summary : callable
         Rows to rows of numbers.
     pictures : callable
@@ -68,12 +42,10 @@ class Study:
         Rows and their summary to what a terminal shows.
     draws : int
         Draws of a full study.
-    failed : dict of str
-        Columns of the row of a job that raised an exception.
     note : str
-        The column for the words of that exception.
-    follows : tuple of str
-        Methods whose rows follow the first row of their job.
+        The column for the words of what became of a cell that is not done.
+    failed : dict of str
+        Other columns of its row.
     keeps_summary : bool
         Whether ``NAME.csv`` is a table of the summary.
     suffixes : tuple of str
@@ -84,8 +56,7 @@ class Study:
 
     name: str
     columns: tuple[str, ...]
-    key: tuple[str, ...]
-    jobs: Callable[[tuple[str, ...], int, int], list[Job]]
+    cells: Callable[[tuple[str, ...], int, int], list[Cell]]
     measure: Callable[..., list[Row]]
     summary: Callable[[list[Row]], Summed]
     pictures: Callable[[list[Row], Summed], dict[str, Any]]
@@ -93,10 +64,9 @@ class Study:
     draws: int
     note: str
     failed: Row = field(default_factory=dict)
-    follows: tuple[str, ...] = ()
     keeps_summary: bool = False
     suffixes: tuple[str, ...] = ("png", "svg")
-    words: tuple[str, str] = ("measuring", "jobs")
+    words: tuple[str, str] = ("measuring", "cells")
 
 
 def check_options(draws: int, seed: int) -> None:
@@ -113,6 +83,8 @@ def chart(
     draws: int | None = None,
     seed: int = 0,
     watch: Watch = lambda done, total: None,
+    work: WorkOptions = WorkOptions(),
+    say: Callable[[str], None] = lambda words: None,
 ) -> tuple[list[Row], Summed]:
     """Measure what a study has of some names, and write its tables and pictures to a folder.
 
@@ -120,120 +92,95 @@ def chart(
     """
     draws = study.draws if draws is None else draws
     check_options(draws, seed)
-    jobs = study.jobs(names, draws, seed)
+    cells = study.cells(names, draws, seed)
     make_out_folder(folder)
-    rows = run(study, jobs, folder, watch)
-    summed = study.summary(rows)
-    for name, figure in study.pictures(rows, summed).items():
-        for suffix in study.suffixes:
-            write_whole(folder / f"{name}.{suffix}", image_bytes(figure, suffix))
-    if study.keeps_summary:
-        text = [
-            {k: f"{v:.4g}" if isinstance(v, float) else v for k, v in r.items()} for r in summed
-        ]
-        write_whole(folder / f"{study.name}.csv", csv_bytes(tuple(summed[0]), text))
+    with locked(folder):
+        rows = run(study, cells, folder, watch, work, say)
+        summed = study.summary(rows)
+        write_pictures(study, folder, rows, summed)
+        if study.keeps_summary:
+            text = [
+                {k: f"{v:.4g}" if isinstance(v, float) else v for k, v in r.items()} for r in summed
+            ]
+            write_whole(folder / f"{study.name}.csv", csv_bytes(tuple(summed[0]), text))
     return rows, summed
 
 
-def run(study: Study, jobs: list[Job], folder: Path, watch: Watch) -> list[Row]:
-    """The rows of the jobs, in their order; each job is kept in its table as soon as it is done.
+def write_pictures(study: Study, folder: Path, rows: list[Row], summed: Summed) -> None:
+    """Draw rows and their summary into a folder."""
+    for name, figure in study.pictures(rows, summed).items():
+        for suffix in study.suffixes:
+            write_whole(folder / f"{name}.{suffix}", image_bytes(figure, suffix))
 
-    Jobs that a table of the folder has already are not done again. A job that raises an exception
-    has one row, which says so; where its rows are counted, it is tried again the next time.
-    ``watch`` is called with the number of jobs done and of all.
+
+def run(
+    study: Study,
+    cells: list[Cell],
+    folder: Path,
+    watch: Watch,
+    work: WorkOptions = WorkOptions(),
+    say: Callable[[str], None] = lambda words: None,
+) -> list[Row]:
+    """The rows of the cells, in their order.
+
+    Each answer is kept in the folder's ledger as soon as it comes, and cells that it settles are
+    not measured again. However the measuring ends, the tables of the folder then hold the rows
+    that are known, in the order of the cells: they do not depend on the order in which answers
+    came, nor on who gave them. A cell that is not done has one row, which says why. ``watch`` is
+    called with the number of cells done and of all.
     """
-    tables = {job.file: _read(study, folder / job.file) for job in jobs}
-    waiting = [job for job in jobs if not _finished(study, job, tables[job.file])]
-    watch(len(jobs) - len(waiting), len(jobs))
-    with workers(max(1, len(waiting))) as pool:
-        running = {pool.submit(_measured, study.measure, job.given): job for job in waiting}
-        for left, future in enumerate(as_completed(running), 1 - len(waiting)):
-            job, found = running[future], future.result()
-            rows = _failed(study, job, found) if isinstance(found, str) else found
-            tables[job.file][_key(study, job.head)] = rows
-            _write(study, folder / job.file, tables[job.file], jobs)
-            watch(len(jobs) + left, len(jobs))
-    return [row for job in jobs for row in tables[job.file][_key(study, job.head)]]
+    with Ledger(folder) as ledger:
+        try:
+            measure_cells(ledger, study.measure, cells, watch, work, say)
+        finally:
+            rows = _rows(study, cells, ledger)
+            for file, own in rows.items():
+                write_whole(folder / file, csv_bytes(study.columns, own))
+    return [row for own in rows.values() for row in own]
 
 
-@contextmanager
-def workers(most: int) -> Iterator[ProcessPoolExecutor]:
-    """Fresh processes with one thread each; what stops the block ends them at once."""
-    before = {name: os.environ.get(name) for name in _THREADS}
-    # Read when numpy is loaded, so before the processes begin.
-    os.environ.update(dict.fromkeys(_THREADS, "1"))
-    count = max(1, min(os.cpu_count() or 1, most))
-    others = active_children()
-    pool = ProcessPoolExecutor(count, get_context("spawn"), _end_at_interrupts)
-    try:
-        yield pool
-    except BaseException:
-        # A signal to this process alone does not reach them, and their work takes minutes.
-        for process in active_children():
-            if process not in others:
-                process.terminate()
-        raise
-    finally:
-        pool.shutdown(cancel_futures=True)
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
+def measure_cells(
+    ledger: Ledger,
+    measure: Callable[..., list[Row]],
+    cells: list[Cell],
+    watch: Watch,
+    work: WorkOptions,
+    say: Callable[[str], None],
+) -> None:
+    """Measure the cells that the ledger does not settle, and keep each answer when it comes."""
+    kept, waiting = ledger.answers, {}
+    for cell in cells:
+        key = cell.key(measure)
+        if not (key in kept and kept[key].settles(work.limits)):
+            waiting[key] = cell.given
+    done = len(cells) - len(waiting)
+    watch(done, len(cells))
+    if waiting:
+        with workers(work, len(waiting), say) as those:
+            for key, answer in those.answers(measure, waiting):
+                ledger.add(key, answer)
+                done += 1
+                watch(done, len(cells))
 
 
-def _end_at_interrupts() -> None:
-    """Ctrl-C reaches every process of a terminal; only the first one prints a sentence."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
-
-
-def _measured(measure: Callable[..., list[Row]], given: tuple) -> list[Row] | str:
-    """The rows of a job, or the words of its exception."""
-    try:
-        return measure(*given)
-    except Exception as error:
-        return f"{type(error).__name__}: {error}"
-
-
-def _failed(study: Study, job: Job, words: str) -> list[Row]:
-    """The row of a job that raised an exception."""
-    blank = {name: "failed" if name == "method" else "" for name in study.columns}
-    return [blank | study.failed | job.head | {study.note: words}]
-
-
-def _key(study: Study, row: Row) -> tuple[str, ...]:
-    return tuple(row.get(name) or "" for name in study.key)
-
-
-def _finished(study: Study, job: Job, table: dict) -> bool:
-    """Whether a table has all rows of a job."""
-    rows = table.get(_key(study, job.head), [])
-    whole = len(rows) == job.rows if job.rows else bool(rows)
-    return whole and job.head.items() <= rows[0].items()
-
-
-def _read(study: Study, path: Path) -> dict[tuple[str, ...], list[Row]]:
-    """The rows of a table by job."""
-    found: dict[tuple[str, ...], list[Row]] = {}
-    key: tuple[str, ...] = ()
-    for row in csv.DictReader(io.StringIO(path.read_text())) if path.is_file() else ():
-        if row.get("method") not in study.follows:
-            key = _key(study, row)
-        found.setdefault(key, []).append({name: row.get(name) or "" for name in study.columns})
-    return found
-
-
-def _write(study: Study, path: Path, table: dict, jobs: list[Job]) -> None:
-    """Write a table: jobs of now in their order, then others that it had."""
-    ordered = dict.fromkeys(_key(study, job.head) for job in jobs if job.file == path.name)
-    rows = [row for key in ordered | table if key in table for row in table[key]]
-    write_whole(path, csv_bytes(study.columns, rows))
+def _rows(study: Study, cells: list[Cell], ledger: Ledger) -> dict[str, list[Row]]:
+    """The rows of the cells by the names of their tables."""
+    tables: dict[str, list[Row]] = {}
+    for cell in cells:
+        own = tables.setdefault(cell.file, [])
+        answer = ledger.answers.get(cell.key(study.measure))
+        if answer is not None and answer.kind == DONE:
+            own += [{name: row.get(name) or "" for name in study.columns} for row in answer.rows]
+        elif answer is not None:
+            blank = {name: "failed" if name == "method" else "" for name in study.columns}
+            own.append(blank | study.failed | cell.head | {study.note: answer.words})
+    return tables
 
 
 def csv_bytes(columns: tuple[str, ...], rows: Iterable[dict]) -> bytes:
     """Rows as a table; blank where a column is missing."""
     text = io.StringIO()
-    writer = csv.DictWriter(text, fieldnames=columns)
+    writer = DictWriter(text, fieldnames=columns)
     writer.writeheader()
     writer.writerows(rows)
     return text.getvalue().encode()

@@ -17,9 +17,10 @@ from rich.table import Table
 
 from touchatlas.patch import Patch
 from touchatlas.patch.geometry.normal_error import SURE
+from touchatlas.sim.study.cells import Cell, Row
 from touchatlas.sim.study.fits import FITS, PAPER, height_error, mesh_around, mesh_curvatures
 from touchatlas.sim.study.scenes import SURFACES, Scene, draw_scene
-from touchatlas.sim.study.study import Job, Row, Study, Summed, canvas, grouped, number
+from touchatlas.sim.study.study import Study, Summed, canvas, grouped, number
 
 MEASURES = (
     *("mean_error", "max_error", "curvature_error", "time_ratio"),
@@ -27,7 +28,7 @@ MEASURES = (
 )
 FRACTIONS = ("within", "curvature_within")
 COLUMNS = ("method", "surface", "noise", "planes", "draws", *MEASURES, "seed", "note")
-CELL = ("surface", "noise", "planes")
+KIND = ("surface", "noise", "planes")
 # Curvatures of a mesh of 271 samples instead of 57.
 MESH = "igl_mesh"
 METHODS = (*FITS, MESH)
@@ -131,12 +132,12 @@ def _value(cell) -> float:
 def summary(rows: list[Row]) -> Summed:
     """One row a method: its rows in all cells summed up by ``middles``, and medians of its
     ``error_to_paper`` and ``time_to_paper``, over the paper's (5) by descent in the same cell."""
-    paper = {key: own[0] for key, own in grouped(rows, "method", *CELL).items() if key[0] == PAPER}
+    paper = {key: own[0] for key, own in grouped(rows, "method", *KIND).items() if key[0] == PAPER}
     summed = []
     for (method,), own in grouped(rows, "method").items():
         ratios = {}
         for ratio, of in (("error_to_paper", "mean_error"), ("time_to_paper", "time_ratio")):
-            theirs = [paper.get((PAPER, *(row[n] for n in CELL)), {}).get(of, "") for row in own]
+            theirs = [paper.get((PAPER, *(row[n] for n in KIND)), {}).get(of, "") for row in own]
             found = [number(r[of]) / number(p) for r, p in zip(own, theirs, strict=True)]
             ratios[ratio] = float(np.median(found))
         summed.append({"method": method, **middles(own), **ratios})
@@ -145,7 +146,7 @@ def summary(rows: list[Row]) -> Summed:
 
 def table(rows: list[Row], summed: Summed) -> Table:
     """Medians over all cells, one row a method."""
-    kinds = len(grouped(rows, *CELL))
+    kinds = len(grouped(rows, *KIND))
     title = f"{kinds} kinds of scenes, draws of each: {rows[0]['draws']}"
     caption = (
         f"errors in mm, of k relative; times in bare 57 x 15 least squares; last: mean error over "
@@ -208,7 +209,7 @@ def pareto_front(points: list[tuple[float, float]]) -> list[tuple[float, float]]
     return front
 
 
-def jobs(names: tuple[str, ...], draws: int, seed: int) -> list[Job]:
+def cells(names: tuple[str, ...], draws: int, seed: int) -> list[Cell]:
     """A cell of each surface, noise and kind of planes."""
     found = []
     for surface, noise, planes in product(
@@ -216,13 +217,12 @@ def jobs(names: tuple[str, ...], draws: int, seed: int) -> list[Job]:
     ):
         head = {"surface": surface, "noise": repr(noise), "planes": planes}
         head |= {"draws": str(draws), "seed": str(seed)}
-        given = surface, noise, planes, draws, seed
-        found.append(Job("tradeoff.csv", head, given, len(METHODS)))
+        found.append(Cell("tradeoff.csv", head, (surface, noise, planes, draws, seed)))
     return found
 
 
 TRADEOFF = Study(
-    *("tradeoff", COLUMNS, CELL, jobs, measure_cell, summary),
+    *("tradeoff", COLUMNS, cells, measure_cell, summary),
     *(lambda rows, summed: {"tradeoff": picture(rows, summed)}, table, 50),
     note="note",
     suffixes=("png",),

@@ -2,7 +2,6 @@
 
 import pickle
 import signal
-from concurrent.futures import Future
 from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
@@ -16,6 +15,7 @@ from touchatlas.sim.judge.truth import EvaluateOptions
 from touchatlas.sim.run import conclusion
 from touchatlas.sim.run.progress import Progress
 from touchatlas.sim.study import study
+from touchatlas.sim.study.workers import Here
 
 
 @pytest.fixture(autouse=True)
@@ -44,20 +44,20 @@ def few_judged(monkeypatch):
     monkeypatch.setattr(conclusion, "evaluate_surface", judge)
 
 
-class _Here:
-    """A pool of processes that works in this one; what it is given is pickled all the same."""
+class _Pickled(Here):
+    """Measures in this process; what it gets and gives is pickled all the same."""
 
-    def submit(self, function, *arguments) -> Future:
-        found, (function, arguments) = Future(), pickle.loads(pickle.dumps((function, arguments)))
-        found.set_result(pickle.loads(pickle.dumps(function(*arguments))))
-        return found
+    def answers(self, measure, given):
+        """Keys and answers."""
+        measure, given = pickle.loads(pickle.dumps((measure, given)))
+        return pickle.loads(pickle.dumps(list(super().answers(measure, given))))
 
 
 @pytest.fixture(scope="module")
 def no_processes():
-    """Sweeps work in this process: others would import everything first."""
+    """Studies work in this process: others would import everything first."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(study, "workers", lambda most: nullcontext(_Here()))
+        patch.setattr(study, "workers", lambda *_: nullcontext(_Pickled()))
         yield
 
 

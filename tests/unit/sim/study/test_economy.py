@@ -19,8 +19,8 @@ from touchatlas.sim.study.economy import (
     PLANNERS,
     STYLES,
     EconomyOptions,
+    cells_of,
     gap_closed,
-    jobs_of,
     judged,
     summary,
 )
@@ -40,7 +40,7 @@ def swept(tmp_path_factory, no_processes):
 
 def swept_again(folder, watch=lambda done, total: None):
     options = EconomyOptions(tolerances=(1e-2,))
-    return run(ECONOMY, jobs_of(("sphere",), 1, 0, METHODS, options), folder, watch)
+    return run(ECONOMY, cells_of(("sphere",), 1, 0, METHODS, options), folder, watch)
 
 
 def row(method, seed, length, met="yes"):
@@ -116,7 +116,7 @@ def test_a_sweep_goes_on_where_it_was(swept):
 
 def test_tolerances_below_two_noises_are_left_out():
     # The blob's noise is 1.7e-4 of its diagonal, the ellipsoid's 1.0e-4.
-    found = {job.given[:2] for job in jobs_of(("blob", "ellipsoid"), 1, 0)}
+    found = {cell.given[:2] for cell in cells_of(("blob", "ellipsoid"), 1, 0)}
     assert ("ellipsoid", 3e-4) in found and ("blob", 3e-4) not in found
     assert len(found) == 2 * len(OPTIONS.tolerances) - 1
 

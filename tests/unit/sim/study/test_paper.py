@@ -37,7 +37,7 @@ def visit(name, planes=CURVES, noise=0.02, seed=0):
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory):
+def folder(tmp_path_factory, no_processes):
     folder = tmp_path_factory.mktemp("paper") / "new" / "one"
     repeat_paper(folder, 1, 0, lambda done, total: None)
     return folder
@@ -220,7 +220,7 @@ def test_all_files_are_written(folder):
     [
         (["--draws", "0"], 2, "draws is 0; it must be >= 1"),
         (["--seed", "-1"], 2, "seed is -1; it must be >= 0"),
-        (["--out", "held"], 2, "held is a file; give a folder for tables and figures with --out"),
+        (["--out", "held"], 2, "held is a file; give a folder with --out"),
         (["--out", "held/in"], 2, "no folder can be made at held/in; choose another --out"),
     ],
 )

@@ -7,6 +7,7 @@ import pytest
 
 from touchatlas.patch import diagnose, fit_patch
 from touchatlas.sim.study.cases import graph_shape, quadric, random_rotation
+from touchatlas.sim.study.cells import LEDGER
 from touchatlas.sim.study.families import FAMILIES, smooth
 from touchatlas.sim.study.one_patch import METHODS, judge, verdict
 from touchatlas.sim.study.outcome import Outcome
@@ -98,7 +99,7 @@ def test_a_chart_has_a_row_and_a_picture_of_each_family(tmp_path):
     assert len(rows) == len(METHODS) * len(FAMILIES["still_curve"].severities)
     names = {path.name for path in tmp_path.iterdir()}
     assert names == {
-        *("still_curve-0.csv", "stability.csv"),
+        *(LEDGER, "still_curve-0.csv", "stability.csv"),
         *(f"{n}.{s}" for n in ("still_curve", "stability") for s in ("png", "svg")),
     }
     assert {row["family"] for row in summed} == {"still_curve", "all"}

@@ -1,12 +1,11 @@
 """The laws of the runner of all studies, on one that squares numbers."""
 
 import csv
-import time
-from multiprocessing import active_children
 
 import pytest
 
-from touchatlas.sim.study.study import Job, Study, canvas, chart, image_bytes, run, workers
+from touchatlas.sim.study.cells import LEDGER, Cell
+from touchatlas.sim.study.study import Study, canvas, chart, image_bytes, run
 
 COLUMNS = ("number", "seed", "square", "note")
 
@@ -19,10 +18,10 @@ def squares(number, draws, seed):
     return [dict(zip(COLUMNS, values, strict=True)) for _ in range(draws)]
 
 
-def jobs(names, draws, seed):
+def cells(names, draws, seed):
     numbers = [int(name) for name in names] or range(5)
     head = {"seed": str(seed)}
-    return [Job("t.csv", {"number": str(n)} | head, (n, draws, seed), draws) for n in numbers]
+    return [Cell("t.csv", {"number": str(n)} | head, (n, draws, seed)) for n in numbers]
 
 
 def picture(rows, summed):
@@ -32,7 +31,7 @@ def picture(rows, summed):
 
 
 STUDY = Study(
-    *("squares", COLUMNS, ("number",), jobs, squares, lambda rows: [{"rows": len(rows)}]),
+    *("squares", COLUMNS, cells, squares, lambda rows: [{"rows": len(rows)}]),
     *(picture, lambda rows, summed: None, 2, "note"),
     keeps_summary=True,
 )
@@ -43,7 +42,7 @@ def watched(seen):
 
 
 def measured(folder, names=(), draws=2, seed=0, seen=None):
-    return run(STUDY, jobs(names, draws, seed), folder, watched([] if seen is None else seen))
+    return run(STUDY, cells(names, draws, seed), folder, watched([] if seen is None else seen))
 
 
 @pytest.mark.usefixtures("no_processes")
@@ -69,7 +68,7 @@ def test_an_interrupted_study_goes_on_and_ends_as_one_that_was_not(tmp_path):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        run(STUDY, jobs(numbers, 2, 0), broken, stop)
+        run(STUDY, cells(numbers, 2, 0), broken, stop)
     with open(broken / "t.csv") as file:
         assert len({row["number"] for row in csv.DictReader(file)}) == 2
     seen = []
@@ -87,15 +86,33 @@ def test_a_job_that_fails_is_a_row(tmp_path):
 
 
 @pytest.mark.usefixtures("no_processes")
-def test_rows_of_other_draws_or_seeds_are_measured_again_and_other_jobs_are_kept(tmp_path):
-    measured(tmp_path, ("0", "1"))
+def test_rows_of_other_draws_or_seeds_are_measured_and_all_that_is_measured_is_kept(tmp_path):
+    first = measured(tmp_path, ("0", "1"))
     for how in ({"draws": 3}, {"seed": 1}):
         seen = []
-        rows = measured(tmp_path, ("0",), **how, seen=seen)
+        measured(tmp_path, ("0",), **how, seen=seen)
         assert seen == [(0, 1), (1, 1)]
-    with open(tmp_path / "t.csv") as file:
-        kept = list(csv.DictReader(file))
-    assert kept[:2] == rows and {row["number"] for row in kept[2:]} == {"1"}
+    seen = []
+    assert measured(tmp_path, ("0", "1"), seen=seen) == first and seen == [(2, 2)]
+
+
+@pytest.mark.usefixtures("no_processes")
+def test_what_failed_is_measured_again(tmp_path):
+    measured(tmp_path, ("2", "3"))
+    seen = []
+    measured(tmp_path, ("2", "3"), seen=seen)
+    assert seen == [(1, 2), (2, 2)]
+
+
+@pytest.mark.usefixtures("no_processes")
+def test_a_line_that_was_cut_off_is_measured_again_and_one_of_others_is_refused(tmp_path):
+    rows, ledger = measured(tmp_path, ("0", "1")), tmp_path / LEDGER
+    ledger.write_bytes(ledger.read_bytes()[:-9])
+    seen = []
+    assert measured(tmp_path, ("0", "1"), seen=seen) == rows and seen == [(1, 2), (2, 2)]
+    ledger.write_text("{}\n" + ledger.read_text())
+    with pytest.raises(ValueError, match="line 1 of .* is none that a study writes"):
+        measured(tmp_path, ("0", "1"))
 
 
 @pytest.mark.usefixtures("no_processes")
@@ -103,7 +120,7 @@ def test_a_chart_writes_tables_and_pictures(tmp_path):
     rows, summed = chart(STUDY, tmp_path / "new" / "one", ("1", "2"))
     assert len(rows) == 4 and summed == [{"rows": 4}]
     written = {path.name: path.read_bytes() for path in (tmp_path / "new" / "one").iterdir()}
-    assert written.keys() == {"t.csv", "curve.png", "curve.svg", "squares.csv"}
+    assert written.keys() == {LEDGER, "t.csv", "curve.png", "curve.svg", "squares.csv"}
     assert written["curve.png"].startswith(b"\x89PNG")
     figure = picture(rows, summed)["curve"]
     for suffix in ("png", "svg"):
@@ -124,15 +141,3 @@ def test_a_file_in_place_of_the_folder_is_refused(tmp_path):
     (tmp_path / "a").write_text("")
     with pytest.raises(ValueError, match="is a file"):
         chart(STUDY, tmp_path / "a")
-
-
-def test_what_stops_a_study_ends_its_processes():
-    """They are not waited for: a minute of work would be left."""
-    begun = time.monotonic()
-    with pytest.raises(KeyboardInterrupt), workers(1) as pool:
-        future = pool.submit(time.sleep, 60.0)
-        while not future.running():
-            time.sleep(0.01)
-        raise KeyboardInterrupt
-    assert time.monotonic() - begun < 30.0
-    assert not active_children()

@@ -12,7 +12,7 @@ from touchatlas.sim.study.study import number, run
 from touchatlas.sim.study.tradeoff import (
     METHODS,
     TRADEOFF,
-    jobs,
+    cells,
     measure_cell,
     middles,
     pareto_front,
@@ -23,9 +23,9 @@ CELLS = (("ball", 0.02, "normal"), ("torus", 0.0, "tilted"))
 
 
 @pytest.fixture(scope="module")
-def rows(tmp_path_factory):
-    """Rows of both cells, measured by two processes."""
-    chosen = [job for job in jobs(("ball", "torus"), 1, 0) if job.given[:3] in CELLS]
+def rows(tmp_path_factory, no_processes):
+    """Rows of both cells."""
+    chosen = [cell for cell in cells(("ball", "torus"), 1, 0) if cell.given[:3] in CELLS]
     return run(TRADEOFF, chosen, tmp_path_factory.mktemp("chart"), lambda done, total: None)
 
 
@@ -59,7 +59,7 @@ def test_overall_has_one_row_a_method_and_ratios_to_the_paper(rows):
 
 
 def test_the_full_study_has_all_surfaces_noises_and_planes():
-    assert len({job.given for job in jobs((), 50, 0)}) == 36
+    assert len({cell.given for cell in cells((), 50, 0)}) == 36
 
 
 def test_the_command_refuses_in_one_sentence(tmp_path):
