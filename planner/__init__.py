@@ -1,6 +1,7 @@
 """The planner says where to touch next, by ``ask`` and ``tell``.
 
-Another planner is a class with these two methods, in a file of its own beside ``planner.py``.
+Another planner is a class with these two methods, or a function that chooses a place; a package
+adds it by the entry point ``touchatlas.planners``.
 """
 
 from typing import TYPE_CHECKING
@@ -8,10 +9,13 @@ from typing import TYPE_CHECKING
 from touchatlas.patch.lazy_names import lazy_names
 
 if TYPE_CHECKING:
+    from touchatlas.planner.attempts import Target
+    from touchatlas.planner.guest import planner_of
     from touchatlas.planner.loop import Step, explore
     from touchatlas.planner.options import PlannerOptions
     from touchatlas.planner.planner import Planner
     from touchatlas.planner.probe_plan import ProbePlan, Reason
+    from touchatlas.planner.sources import target_at
     from touchatlas.planner.stop import Stop, StopReason
     from touchatlas.planner.store import load_planner, save_planner
     from touchatlas.planner.tracking.machines import Reading, Scanner, Trigger
@@ -28,13 +32,16 @@ __all__ = [
     "Step",
     "Stop",
     "StopReason",
+    "Target",
     "Tip",
     "TrackingOptions",
     "Trigger",
     "TriggerOptions",
     "explore",
     "load_planner",
+    "planner_of",
     "save_planner",
+    "target_at",
     "track_plan",
 ]
 __getattr__ = lazy_names(
@@ -48,13 +55,16 @@ __getattr__ = lazy_names(
         "Step": "touchatlas.planner.loop",
         "Stop": "touchatlas.planner.stop",
         "StopReason": "touchatlas.planner.stop",
+        "Target": "touchatlas.planner.attempts",
         "Tip": "touchatlas.planner.tracking.options",
         "TrackingOptions": "touchatlas.planner.tracking.options",
         "Trigger": "touchatlas.planner.tracking.machines",
         "TriggerOptions": "touchatlas.planner.tracking.options",
         "explore": "touchatlas.planner.loop",
         "load_planner": "touchatlas.planner.store",
+        "planner_of": "touchatlas.planner.guest",
         "save_planner": "touchatlas.planner.store",
+        "target_at": "touchatlas.planner.sources",
         "track_plan": "touchatlas.planner.tracking.track_plan",
     }
 )

@@ -4,6 +4,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from touchatlas.patch.entry_points import PLANNERS, added
 from touchatlas.patch.geometry.arrays import real
 from touchatlas.planner.region import region_of
 
@@ -69,8 +70,8 @@ class PlannerOptions:
     Parameters
     ----------
     name : str
-        Which place is touched next: "tolerance", or for comparison "random", "farthest" or
-        "variance".
+        Which place is touched next: "tolerance", or for comparison "random", "farthest",
+        "variance", or what a package adds, as "oracle", which knows a simulated object.
     coverage : float
         Expected fraction of the surface within the tolerance at which it is known.
     curves : int
@@ -119,8 +120,10 @@ class PlannerOptions:
     levels: PlannerLevels = PlannerLevels()
 
     def __post_init__(self) -> None:
-        if self.name not in NAMES:
-            raise ValueError(f"the planner is {self.name!r}; it must be one of {', '.join(NAMES)}")
+        # What other packages add is looked for where the name is none of ours.
+        if self.name not in NAMES and self.name not in added(PLANNERS):
+            names = ", ".join((*NAMES, *added(PLANNERS)))
+            raise ValueError(f"the planner is {self.name!r}; it must be one of {names}")
         for name, least, most in (("curves", 3, 36), ("search", 0, 1000)):
             value = getattr(self, name)
             whole = isinstance(value, int | np.integer) and not isinstance(value, bool)

@@ -205,7 +205,8 @@ class Planner:
     def _further(self, atlas: Atlas) -> Target | None:
         """One more target, besides those of pending plans; None where there is none. Places that
         the pin does not reach are given up."""
-        places, draws = self._measure(atlas), self.options.name == "random"
+        places = self._measure(atlas)
+        draws = self.options.name not in (TOLERANCE, "farthest", "variance")
         while True:
             draw = self._rng.random() if draws and self._rng is not None else 0.0
             view = self._view(atlas, draw)

@@ -12,6 +12,7 @@ from scipy.spatial import cKDTree
 from touchatlas.atlas.body.guessed_edges import guessed_edges
 from touchatlas.atlas.body.round_holes import smallest_hole
 from touchatlas.atlas.mesh.surface import fine_edge
+from touchatlas.patch.entry_points import PLANNERS, load_added
 from touchatlas.patch.geometry.frame import any_tangent
 from touchatlas.planner.attempts import Target
 from touchatlas.planner.behind_edges import behind_edge, bend_near
@@ -127,8 +128,9 @@ def small_hole(view: View, places: Places) -> Target | None:
 
 
 def baseline(view: View, places: Places) -> Target | None:
-    """The place that the baseline of the options' name chooses."""
-    return BASELINES[view.options.name](view, places)
+    """The place that the baseline of the options' name chooses, ours or another package's."""
+    name = view.options.name
+    return (BASELINES.get(name) or load_added(PLANNERS, name))(view, places)
 
 
 def unsure_rim(view: View, _: Places) -> Target | None:
@@ -173,14 +175,14 @@ def random(view: View, places: Places) -> Target | None:
     share = np.cumsum(np.concatenate([places.rim_area, places.area]) * view.is_free(points))
     if not len(share) or not share[-1] > 0.0:
         return None
-    return _at(places, int(np.searchsorted(share, view.draw * share[-1], side="right")))
+    return target_at(places, int(np.searchsorted(share, view.draw * share[-1], side="right")))
 
 
 def farthest(view: View, places: Places) -> Target | None:
     """Baseline: the place farthest from all touches, whether anything is known there or not."""
     points, _ = places.all
     away = np.where(view.is_free(points), distance_to(view.touched, points), 0.0)
-    return _at(places, int(away.argmax())) if away.max(initial=0.0) > 0.0 else None
+    return target_at(places, int(away.argmax())) if away.max(initial=0.0) > 0.0 else None
 
 
 def variance(view: View, places: Places) -> Target | None:
@@ -188,11 +190,11 @@ def variance(view: View, places: Places) -> Target | None:
     last touch."""
     free = np.flatnonzero(view.is_free(places.rim))
     if len(free):
-        return _at(places, int(free[view.nearest(places.rim[free])]))
+        return target_at(places, int(free[view.nearest(places.rim[free])]))
     vague = np.where(view.is_free(places.points), places.deviation, 0.0)
     if not vague.max(initial=0.0) > 0.0:
         return None
-    return _at(places, len(places.rim) + int(vague.argmax()))
+    return target_at(places, len(places.rim) + int(vague.argmax()))
 
 
 def largest_sum_about(points, values, asked, radius: float) -> int:
@@ -229,10 +231,10 @@ def _rim(view: View, places: Places, some) -> Target | None:
     points, in_vain = places.rim[free], np.reshape(view.attempts.in_vain, (-1, 3))
     away = distance_to(np.concatenate([view.touched, in_vain]), points)
     travel = np.linalg.norm(points - view.touched[-1], axis=1)
-    return _at(places, int(free[(away**2 / (levels.set_up * extent + travel)).argmax()]))
+    return target_at(places, int(free[(away**2 / (levels.set_up * extent + travel)).argmax()]))
 
 
-def _at(places: Places, number: int) -> Target:
+def target_at(places: Places, number: int) -> Target:
     """The target at one of all places, rims first."""
     points, normals = places.all
     reason = Reason.EXPAND if number < len(places.rim) else Reason.REFINE

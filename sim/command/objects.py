@@ -16,7 +16,7 @@ def objects(*, json_: Json = False) -> int:
     rows: list[dict[str, Any]] = [
         {
             "name": obj.name,
-            "description": obj.description,
+            "description": getattr(obj, "description", "of another package"),
             "extent": [round(float(x), 2) for x in obj.bounds[1] - obj.bounds[0]],
             "noise": obj.noise_std,
             "tolerance": obj.tolerance,

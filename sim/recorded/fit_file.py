@@ -2,11 +2,13 @@
 
 import difflib
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from touchatlas.patch import FitOptions, Patch, Penalty, fit_paper, fit_patch
+from touchatlas.patch.entry_points import ESTIMATORS, added, load_added
 from touchatlas.patch.fit.displacement import (
     displaced,
     displacement_covariance,
@@ -40,7 +42,8 @@ def fit_file(
     path : path-like
         Columns curve, x, y, z and, if known, nx, ny, nz; other files as ``read_curves`` says.
     method : str
-        One of METHODS.
+        One of METHODS, or of the estimators that other packages add: functions of a reference
+        point, contours and an outward vector to a Patch.
     noise : float, length, optional
         Standard deviation of each coordinate; estimated where None.
     point : (3,) float, length, optional
@@ -56,9 +59,10 @@ def fit_file(
     ValueError
         In one sentence, what is wrong with the file or an option.
     """
-    if method not in METHODS:
-        near = difflib.get_close_matches(method, METHODS, 1)
-        hint = f"did you mean {near[0]}?" if near else f"choose from {', '.join(METHODS)}"
+    if method not in METHODS and method not in added(ESTIMATORS):
+        names = (*METHODS, *added(ESTIMATORS))
+        near = difflib.get_close_matches(method, names, 1)
+        hint = f"did you mean {near[0]}?" if near else f"choose from {', '.join(names)}"
         raise ValueError(f"there is no method {method!r}; {hint}")
     file = read_curves(path, options)
     outward = _told_side(file.curves) if outward is None else outward
@@ -148,8 +152,11 @@ def _fit(method: str, recording: Recording, outward) -> tuple[Patch, int]:
     spread = recording.displacement_std
     if spread:
         contours = displaced(contours, -estimate_displacements(point, contours, outward, spread))
-    if method in _PAPER:
-        patch, outliers = fit_paper(point, contours, outward, _PAPER[method]), 0
+    if method not in _MAPS:
+        estimator = partial(fit_paper, penalty=_PAPER.get(method, Penalty.NONE))
+        if method not in _PAPER:
+            estimator = load_added(ESTIMATORS, method)
+        patch, outliers = estimator(point, contours, outward), 0
         prior = np.ones(len(patch.covariance))
     else:
         shared, options = recording.scattered, _MAPS[method]

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -14,7 +15,9 @@ from touchatlas.atlas import Atlas, Surface
 from touchatlas.atlas.check.free_disc import disc_numbers
 from touchatlas.atlas.files import write_whole
 from touchatlas.atlas.store import atlas_bytes
-from touchatlas.planner import Planner, Step, explore
+from touchatlas.patch.entry_points import PLANNERS, load_added
+from touchatlas.planner import Planner, Step, explore, planner_of
+from touchatlas.planner.options import NAMES
 from touchatlas.sim.folder.journal import Entry, Journal
 from touchatlas.sim.folder.kept_settings import kept_settings
 from touchatlas.sim.folder.recorder import Recorder
@@ -83,9 +86,20 @@ def begin(options: RunOptions, obj, rng: np.random.Generator) -> tuple[Atlas, Pl
     """The empty atlas and the planner of a run whose options are complete."""
     assert options.noise is not None and options.tolerance is not None
     start, outward = obj.start()
-    planner = Planner(start, outward, options.planner, rng)
     scale = fit_scale(options.noise, obj.diagonal)
-    return Atlas(options.tolerance, options.atlas, scale), planner
+    atlas = Atlas(options.tolerance, options.atlas, scale)
+    # One that knows the object, to compare others with.
+    name = options.planner.name
+    added: Any = None if name in NAMES else load_added(PLANNERS, name)
+    if hasattr(added, "in_simulation"):
+        return atlas, added.in_simulation(obj, options.planner, rng)
+    return atlas, planner_of(start, outward, options.planner, rng)
+
+
+def probe_of(options: RunOptions, obj, rng: np.random.Generator) -> Probe:
+    """The probe of a run whose options are complete."""
+    assert options.noise is not None
+    return Probe(obj, options.noise, rng)
 
 
 @dataclass
@@ -109,7 +123,7 @@ class Work:
         assert options.noise is not None
         probe_rng, self.judge_rng, progress_rng, planner_rng = random_streams(options.seed)
         self.atlas, self.planner = begin(options, self.obj, planner_rng)
-        self.probe = Probe(self.obj, options.noise, probe_rng)
+        self.probe = probe_of(options, self.obj, probe_rng)
         with self.phases("start", "sampling the truth"):
             # The standard error of the coverage is about 1 %.
             points = self.obj.sample(2000, progress_rng)[0]

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.spatial import Delaunay
 
 from touchatlas.patch import Contour, FitOptions, Patch, Penalty, fit_paper, fit_patch
+from touchatlas.patch.entry_points import ESTIMATORS, load_added
 from touchatlas.patch.geometry.frame import any_tangent, axes_from_normal
 from touchatlas.patch.paper.newton import newton_minimum
 from touchatlas.patch.paper.steepest_descent import sign_frozen_descent
@@ -86,6 +87,11 @@ FITS: dict[str, Fit] = {
     "jet_2": jet(2),
     "jet_4": jet(4),
 }
+
+
+def added_fits(names) -> dict[str, Fit]:
+    """Estimators that other packages add, by their names."""
+    return {name: load_added(ESTIMATORS, name) for name in names}
 
 
 def height_error(found: Patch | Jet, points, steps: int = 20) -> np.ndarray:

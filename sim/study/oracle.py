@@ -34,6 +34,13 @@ class Oracle(Planner):
         super().__init__(start, outward, options)
         self._points, self._normals = np.asarray(points, float), np.asarray(normals, float)
 
+    @classmethod
+    def in_simulation(cls, obj, options: PlannerOptions, rng: np.random.Generator) -> "Oracle":
+        """The planner of a simulated object, of whose surface it knows 2,000 points."""
+        start, outward = obj.start()
+        points, normals = obj.sample(2000, rng)
+        return cls(start, outward, points, normals, options)
+
     def _target(self, view: View, places: Places) -> Target | None:
         """What is to be tried again; else the place of largest error, or a hole at the end."""
         again = closer(view, places) or from_known(view, places)

@@ -1,15 +1,18 @@
 """Where methods fail: families of ever harder cases, of one patch and of whole surfaces."""
 
 from collections import Counter
+from collections.abc import Sequence
 
 import numpy as np
 from rich.box import SIMPLE
 from rich.table import Table
 
+from touchatlas.patch.entry_points import ESTIMATORS, added
 from touchatlas.sim.study.cells import Cell, Row
 from touchatlas.sim.study.explorations import ATLAS_FAMILIES, atlas_verdict
 from touchatlas.sim.study.families import FAMILIES
-from touchatlas.sim.study.one_patch import METHODS, verdict
+from touchatlas.sim.study.fits import added_fits
+from touchatlas.sim.study.one_patch import METHODS, answered, verdict
 from touchatlas.sim.study.outcome import Outcome, Verdict
 from touchatlas.sim.study.study import Study, Summed, canvas, grouped, middle, number
 
@@ -28,12 +31,15 @@ COLOURS = {
 }
 
 
-def measure_patch(name: str, severity: float, draws: int, seed: int) -> list[Row]:
-    """The rows of one severity of a family of one patch."""
-    rows = []
+def measure_patch(
+    name: str, severity: float, draws: int, seed: int, others: Sequence[str] = ()
+) -> list[Row]:
+    """The rows of one severity of a family of one patch; ``others`` are estimators that other
+    packages add."""
+    rows, methods = [], METHODS | {n: answered(fit) for n, fit in added_fits(others).items()}
     for draw in range(draws):
         case, _ = FAMILIES[name].case(name, severity, draw, seed)
-        for method, answer in METHODS.items():
+        for method, answer in methods.items():
             rows.append(_row(name, severity, draw, method, verdict(answer, case)))
     return rows
 
@@ -182,16 +188,20 @@ def overview_picture(summed: Summed, near: str):
     return figure
 
 
-def _study(name: str, families, measure, draws: int, error: str, near: str) -> Study:
+def _study(
+    name: str, families, measure, draws: int, error: str, near: str, group: str = ""
+) -> Study:
     """A study of families that are measured alike; ``error`` says what the column is, and ``near``
-    what is counted where it is three at most."""
+    what is counted where it is three at most. What other packages add to a group is measured, too.
+    """
 
     def cells(names: tuple[str, ...], count: int, seed: int) -> list[Cell]:
+        others = (list(added(group)),) if group and added(group) else ()
         return [
             Cell(
                 f"{one}-{seed}.csv",
                 {"family": one, "severity": repr(severity)},
-                (one, severity, count, seed),
+                (one, severity, count, seed, *others),
             )
             for one in names or families
             for severity in families[one].severities
@@ -215,7 +225,7 @@ def _study(name: str, families, measure, draws: int, error: str, near: str) -> S
 
 ONE_PATCH = _study(
     *("stability", FAMILIES, measure_patch, 25),
-    *("median error of heights / noise", "heights within 3 noises, %"),
+    *("median error of heights / noise", "heights within 3 noises, %", ESTIMATORS),
 )
 MANY_PATCHES = _study(
     *("stability_atlas", ATLAS_FAMILIES, measure_atlas, 2),

@@ -7,7 +7,7 @@ section 2.4, and on the exact principal curvatures.
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import product
 from typing import Any
 
@@ -16,9 +16,18 @@ from rich.box import SIMPLE
 from rich.table import Table
 
 from touchatlas.patch import Patch
+from touchatlas.patch.entry_points import ESTIMATORS, added
 from touchatlas.patch.geometry.normal_error import SURE
 from touchatlas.sim.study.cells import Cell, Row
-from touchatlas.sim.study.fits import FITS, PAPER, height_error, mesh_around, mesh_curvatures
+from touchatlas.sim.study.fits import (
+    FITS,
+    PAPER,
+    Fit,
+    added_fits,
+    height_error,
+    mesh_around,
+    mesh_curvatures,
+)
 from touchatlas.sim.study.scenes import SURFACES, Scene, draw_scene
 from touchatlas.sim.study.study import Study, Summed, canvas, grouped, number
 
@@ -31,7 +40,6 @@ COLUMNS = ("method", "surface", "noise", "planes", "draws", *MEASURES, "seed", "
 KIND = ("surface", "noise", "planes")
 # Curvatures of a mesh of 271 samples instead of 57.
 MESH = "igl_mesh"
-METHODS = (*FITS, MESH)
 _SHOWN = {
     "mean_error": "mean error",
     "max_error": "max error",
@@ -43,37 +51,39 @@ _SHOWN = {
 }
 
 
-def measure_cell(surface: str, noise: float, planes: str, draws: int, seed: int) -> list[Row]:
+def measure_cell(
+    surface: str, noise: float, planes: str, draws: int, seed: int, others: Sequence[str] = ()
+) -> list[Row]:
     """The rows of one kind of scene, one a method: errors in length (curvatures: relative to the
     largest, or to 1/reach where that is more) and times in bare least-squares solves of 57 x 15,
     medians over the draws; fractions within 1.96 standard deviations, means. Blank where a method
-    has no answer. ``planes`` are normal, or tilted by up to 30 degrees."""
-    tilted = planes == "tilted"
+    has no answer. ``planes`` are normal, or tilted by up to 30
+    degrees; ``others`` are estimators that other packages add."""
+    tilted, fits = planes == "tilted", FITS | added_fits(others)
     rng = np.random.default_rng([seed, *f"{surface} {noise!r} {planes}".encode()])
     problem = rng.normal(size=(57, 15)), rng.normal(size=57)
-    scores: dict[str, list[dict]] = {name: [] for name in METHODS}
+    scores: dict[str, list[dict]] = {name: [] for name in (*fits, MESH)}
     for scene_rng, peer_rng in (rng.spawn(2) for _ in range(draws)):
         scene = draw_scene(surface, noise, np.pi / 6.0 if tilted else 0.0, scene_rng)
         _, bare = timed(lambda p: np.linalg.lstsq(p[0], p[1], rcond=None), problem)
-        for name in METHODS:
-            score, seconds = _scored(name, scene, peer_rng)
-            scores[name].append(score | {"time_ratio": seconds / bare})
+        for name, own in scores.items():
+            score, seconds = _scored(fits.get(name), scene, peer_rng)
+            own.append(score | {"time_ratio": seconds / bare})
     head = {"surface": surface, "noise": repr(noise), "planes": planes, "draws": str(draws)}
     return [
         {"method": name, **head}
         | {k: "" if math.isnan(v) else repr(v) for k, v in middles(scores[name]).items()}
         | {"seed": str(seed), "note": ""}
-        for name in METHODS
+        for name in scores
     ]
 
 
-def _scored(name: str, scene: Scene, rng) -> tuple[dict[str, float], float]:
-    """Measures of a method, and its seconds; those of a mesh are of one vertex."""
-    if name == MESH:
+def _scored(fit: Fit | None, scene: Scene, rng) -> tuple[dict[str, float], float]:
+    """Measures of a fit, and its seconds; without one of a mesh, whose are of one vertex."""
+    if fit is None:
         mesh = mesh_around(scene, rng)
         curvatures, seconds = timed(lambda found: mesh_curvatures(*found), mesh)
         return _curvature_measure(curvatures[0], scene), seconds / len(mesh[0])
-    fit = FITS[name]
     found, seconds = timed(lambda s: fit(s.contact, s.contours, s.normal), scene)
     return judged_patch(found, scene), seconds
 
@@ -211,13 +221,13 @@ def pareto_front(points: list[tuple[float, float]]) -> list[tuple[float, float]]
 
 def cells(names: tuple[str, ...], draws: int, seed: int) -> list[Cell]:
     """A cell of each surface, noise and kind of planes."""
-    found = []
+    found, others = [], (list(added(ESTIMATORS)),) if added(ESTIMATORS) else ()
     for surface, noise, planes in product(
         names or SURFACES, (0.0, 0.02, 0.05), ("normal", "tilted")
     ):
         head = {"surface": surface, "noise": repr(noise), "planes": planes}
         head |= {"draws": str(draws), "seed": str(seed)}
-        found.append(Cell("tradeoff.csv", head, (surface, noise, planes, draws, seed)))
+        found.append(Cell("tradeoff.csv", head, (surface, noise, planes, draws, seed, *others)))
     return found
 
 

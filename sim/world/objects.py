@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import trimesh
 
+from touchatlas.patch.entry_points import OBJECTS, added, load_added
 from touchatlas.sim.world.implicit_fields import (
     bottle,
     polyhedron,
@@ -99,12 +100,15 @@ _CATALOGUE: dict[str, Callable[[int], ImplicitObject]] = {
 
 
 def object_names() -> list[str]:
-    """Names of the built-in objects."""
-    return list(_CATALOGUE)
+    """Names of the built-in objects, and of those that other packages add."""
+    return [*_CATALOGUE, *(name for name in added(OBJECTS) if name not in _CATALOGUE)]
 
 
 def make_object(name: str, seed: int = 0) -> ImplicitObject | MeshObject:
     """The built-in object of a name, or the mesh in a file.
+
+    A package adds an object to ``touchatlas.objects`` as a function of a seed to vertices (v, 3)
+    and faces (f, 3).
 
     Parameters
     ----------
@@ -119,6 +123,10 @@ def make_object(name: str, seed: int = 0) -> ImplicitObject | MeshObject:
     """
     if name in _CATALOGUE:
         return _CATALOGUE[name](seed)
+    if name in added(OBJECTS):
+        obj = MeshObject(name, *load_added(OBJECTS, name)(seed))
+        obj.source = name
+        return obj
     if Path(name).is_dir():
         raise ValueError(f"{name!r} is a folder; give a mesh file in it, or a built-in object")
     if Path(name).exists() and not Path(name).is_file():

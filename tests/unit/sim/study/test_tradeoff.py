@@ -6,11 +6,18 @@ import pytest
 from tests.command import touchatlas
 from tests.truths import BALL_RADIUS, graph_contours
 from touchatlas.patch import fit_patch
-from touchatlas.sim.study.fits import PAPER, fit_jet, height_error, mesh_around, mesh_curvatures
+from touchatlas.sim.study.fits import (
+    FITS,
+    PAPER,
+    fit_jet,
+    height_error,
+    mesh_around,
+    mesh_curvatures,
+)
 from touchatlas.sim.study.scenes import draw_scene
 from touchatlas.sim.study.study import number, run
 from touchatlas.sim.study.tradeoff import (
-    METHODS,
+    MESH,
     TRADEOFF,
     cells,
     measure_cell,
@@ -19,6 +26,7 @@ from touchatlas.sim.study.tradeoff import (
     timed,
 )
 
+METHODS = (*FITS, MESH)
 CELLS = (("ball", 0.02, "normal"), ("torus", 0.0, "tilted"))
 
 
