@@ -57,6 +57,14 @@ TWO_BLOCKS = np.array(
 _TWO_BLOCKS_TRIANGLES = np.array(
     [[0, 1, 8], [0, 8, 9], [1, 2, 3], [1, 3, 8], [8, 3, 6], [8, 6, 7], [3, 4, 5], [3, 5, 6]]
 )
+# Profile of a wall on a slab, and triangles that fill it.
+WALL = np.array(
+    [[-30, 0], [-4, 0], [4, 0], [30, 0], [30, 4], [4, 4], [4, 24], [-4, 24], [-4, 4], [-30, 4]],
+    float,
+)
+_WALL_TRIANGLES = np.array(
+    [[0, 1, 8], [0, 8, 9], [1, 2, 5], [1, 5, 8], [2, 3, 4], [2, 4, 5], [8, 5, 6], [8, 6, 7]]
+)
 # Radius of the edges of a rounded box, of the concave edge of two filleted steps, and of the
 # upright edges of a column on a slab.
 BLUNT, FILLET, WIDE_FILLET, COLUMN = 2.0, 3.0, 8.0, 6.0
@@ -220,6 +228,9 @@ _MESHES = {
         STAIRS, _STAIRS_TRIANGLES, height=40.0
     ),
     "T-slot": lambda: trimesh.creation.extrude_triangulation(TSLOT, _TSLOT_TRIANGLES, height=40.0),
+    "wall on a slab": lambda: trimesh.creation.extrude_triangulation(
+        WALL, _WALL_TRIANGLES, height=30.0
+    ),
     "two blocks": lambda: trimesh.creation.extrude_triangulation(
         TWO_BLOCKS, _TWO_BLOCKS_TRIANGLES, height=30.0
     ),

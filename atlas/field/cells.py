@@ -17,8 +17,9 @@ class Cells:
     cells: the one on the inner side of that face is inside of the body, the one on its outer side
     is outside (the labels of the cells of an arrangement, as in A.-L. Chauve, P. Labatut, J.-P.
     Pons, "Robust piecewise-planar 3D reconstruction", CVPR 2010, but without their graph cut: a
-    cell without votes has no label, unless it is opposite of a known one at a sharp edge). A sample
-    beside a blunt edge, where the rounding is on another side than the faces, has no vote.
+    cell without votes has no label). A face ends at its edges, so that it divides nothing beyond
+    them: three of the four parts beside an edge are one cell. A sample beside a blunt edge, where
+    the rounding is on another side than the faces, has no vote.
 
     Parameters
     ----------
@@ -40,8 +41,8 @@ class Cells:
         # (A. L. Zobrist, 1970). Any distinct numbers serve.
         bits = np.random.default_rng(len(faces)).integers(1, 2**62, len(faces))
         self._bits = np.where(self._one == np.arange(len(faces)), bits, 0)
-        keys, labels, self._contested = self._votes(reach)
-        self._keys, self._labels = self._with_opposite(keys, labels)
+        self._ends = self._ends_of_faces()
+        self._keys, self._labels, self._contested = self._votes(reach)
 
     @property
     def same_surface(self) -> np.ndarray:
@@ -57,10 +58,11 @@ class Cells:
         on the other side.
         """
         distances = self._of_surfaces(points, distances)
-        cell = self._key(distances > 0.0)
-        nearest = np.abs(np.where(self._bits == 0, np.inf, distances)).argmin(axis=1)
-        label = self._label(cell)
-        shown = (label != 0.0) & (self._label(cell ^ self._bits[nearest]) == -label)
+        outside = distances > 0.0
+        nearest = self._off(distances).argmin(axis=1)
+        label = self._label(self._key(outside))
+        beyond = self._across(outside, np.arange(len(points)), nearest[:, None])
+        shown = (label != 0.0) & (self._label(beyond) == -label)
         shown &= self._may_bound(distances[np.arange(len(points)), nearest], nearest, label)
         decides, chosen = np.full(len(points), -1), np.zeros((len(points), 5))
         self._move(points, nearest, label, np.flatnonzero(shown), decides, chosen)
@@ -95,53 +97,56 @@ class Cells:
             nearer face votes may contradict each other, as between two levels without a riser.
         """
         distances = self._of_surfaces(points, distances)
-        cell = self._key(distances > 0.0)
-        label, before = self._label(cell), _side(chosen[:, 0])
+        outside, off = distances > 0.0, self._off(distances)
+        label, before = self._label(self._key(outside)), _side(chosen[:, 0])
         shown, label = label != 0.0, np.where(label == 0.0, before, label)
-        order = np.abs(np.where(self._bits == 0, np.inf, distances)).argsort(axis=1, kind="stable")
-        order = order[:, : min(6, np.count_nonzero(self._bits))]
+        order = np.lexsort((np.abs(distances), off))[:, : min(6, np.count_nonzero(self._bits))]
         # On the face itself either side may be told: that of another face of its surface.
         clear = np.abs(chosen[:, 0]) > self._noise[decides]
         wrong = (before != label) & clear
         decided = (order == self._one[decides][:, None]) & (shown | clear)[:, None]
-        refuted, confirmed = self._judged(cell, label, order, decided)
+        refuted, confirmed = self._judged(outside, label, order, decided)
         wrong |= refuted
         farthest = away + np.maximum(self._noise[owner], self._noise[decides])
         reach = np.where(wrong, farthest, np.abs(chosen[:, 0]))
         ordered = np.take_along_axis(distances, order, axis=1)
-        asked = np.abs(ordered) < reach[:, None]
+        nearness = np.take_along_axis(off, order, axis=1)
+        asked = nearness < reach[:, None]
         asked &= self._may_bound(ordered, order, label[:, None])
-        rows, face, beyond = self._beyond(cell, order, asked)
+        rows, face, beyond = self._beyond(outside, order, asked)
         goes_on = wrong[rows] & (beyond == 0.0) & (face == self._one[owner[rows]])
         hit = np.flatnonzero((beyond == -label[rows]) | goes_on)[::-1]
         found = np.full(len(points), -1)
         # The first one comes last here, and stays.
         found[rows[hit]] = face[hit]
         moved = np.flatnonzero((found >= 0) & (found != self._one[decides]))
-        nearer = np.abs(ordered) < np.abs(chosen[:, :1])
-        nearer &= np.isin(cell[:, None] ^ self._bits[order], self._contested)
+        nearer = nearness < np.abs(chosen[:, :1])
+        rows, column = np.nonzero(nearer)
+        across = self._across(outside, rows, order[rows, column][:, None])
+        nearer[rows, column] = np.isin(across, self._contested)
         confirmed &= shown & ~wrong & ~nearer.any(axis=1)
         self._move(points, found, label, moved, decides, chosen)
         return np.flatnonzero(wrong & (found < 0)), confirmed
 
-    def _judged(self, cell, label, order, decided) -> tuple[np.ndarray, np.ndarray]:
-        """(n,) whether votes say that points (n,) in cells (n,) with labels (n,) remain on the same
-        side of the surface beyond the face that decided (n, k), with those before it and without;
-        and whether they say that one of these ways leads to the other side."""
-        rows, _, beyond = self._beyond(cell, order, decided)
-        refuted, confirmed = decided.any(axis=1), np.zeros(len(cell), bool)
+    def _judged(self, outside, label, order, decided) -> tuple[np.ndarray, np.ndarray]:
+        """(n,) whether votes say that points outside of faces (n, f) with labels (n,) remain on the
+        same side of the surface beyond the face that decided (n, k), with those before it and
+        without; and whether they say that one of these ways leads to the other side."""
+        rows, _, beyond = self._beyond(outside, order, decided)
+        refuted, confirmed = decided.any(axis=1), np.zeros(len(outside), bool)
         refuted[rows[beyond != label[rows]]] = False
         confirmed[rows[beyond == -label[rows]]] = True
         return refuted, confirmed
 
-    def _beyond(self, cell, order, asked) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Rows (m,) of cells (n,), faces (m,), and labels (m,) of the cells beyond these, alone and
-        with up to two that are nearer; for those of the nearest faces (n, k) that are asked."""
+    def _beyond(self, outside, order, asked) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Rows (m,) of points outside of faces (n, f), faces (m,), and labels (m,) of the cells
+        beyond these, alone and with up to two that are nearer; for those of the nearest faces
+        (n, k) that are asked."""
         subsets = _subsets(order.shape[1])
         rows, which = np.nonzero(asked[:, subsets[:, 0]])
-        bits = np.column_stack([self._bits[order], np.zeros(len(order), np.int64)])
-        flips = np.bitwise_xor.reduce(bits[rows[:, None], subsets[which]], axis=1)
-        return rows, order[rows, subsets[which, 0]], self._label(cell[rows] ^ flips)
+        padded = np.column_stack([order, np.full(len(order), -1)])
+        crossed = padded[rows[:, None], subsets[which]]
+        return rows, crossed[:, 0], self._label(self._across(outside, rows, crossed))
 
     def _of_surfaces(self, points, distances) -> np.ndarray:
         """(n, f) distances of points (n, 3) from faces (n, f), where several faces are one surface
@@ -190,8 +195,10 @@ class Cells:
         clear |= self._bits == 0
         outside[rows, own] = way < 0.0
         votes = clear.all(axis=1) & ~rounded
-        inner = self._key(outside)[votes]
-        outer = inner ^ self._bits[own[votes]]
+        inner = self._key(outside)
+        outer = self._across(outside, rows, own[:, None])
+        votes &= inner != outer
+        inner, outer = inner[votes], outer[votes]
         keys, which = np.unique(np.concatenate([inner, outer]), return_inverse=True)
         vote = np.repeat([-1.0, 1.0], len(inner))
         count, total = np.bincount(which, minlength=len(keys)), np.bincount(which, vote, len(keys))
@@ -201,27 +208,64 @@ class Cells:
         labels = np.where(agreed & (count >= 3), np.sign(total), 0.0)
         return keys, labels, keys[~agreed]
 
-    def _with_opposite(self, keys, labels) -> tuple[np.ndarray, np.ndarray]:
-        """The keys of cells, ascending, and their labels, with those opposite of a known cell at a
-        sharp edge: no face passes between them, so that none of them gets a vote.
-
-        Four cells meet in an edge. At a convex one the body has one of them, at a concave one the
-        air.
-        """
-        found = dict(zip(keys.tolist(), labels.tolist(), strict=True))
+    def _ends_of_faces(self) -> dict[bool, list[tuple[int, int]]]:
+        """By whether it is convex, each edge at which all samples of a face end: that face and the
+        other one, as first faces of their surfaces."""
+        out: dict[bool, list[tuple[int, int]]] = {True: [], False: []}
         for edge in self._trees.faces.edges:
-            one, two = self._bits[self._one[[edge.first, edge.second]]].tolist()
-            if not edge.kind.sharp or one == two:
+            pair = self._one[[edge.first, edge.second]].tolist()
+            if not edge.kind.sharp or pair[0] == pair[1] or self._two_ways[pair].any():
                 continue
-            for key, label in zip(keys.tolist(), labels.tolist(), strict=True):
-                beside = {found.get(key ^ bit, 0.0) for bit in (one, two)}
-                if label == -edge.kind.sign and beside == {-label}:
-                    found.setdefault(key ^ one ^ two, -label)
-        order = sorted(found)
-        return np.array(order, np.int64), np.array([found[key] for key in order])
+            for face, other in (pair, pair[::-1]):
+                off = np.concatenate([self._trees.between[k][:, other] for k in self._of_one[face]])
+                past = np.count_nonzero(edge.kind.sign * off > self._noise[other])
+                if past <= max(1, 1e-3 * len(off)):
+                    out[edge.kind.sign > 0.0].append((face, other))
+        return out
+
+    def _canonical(self, outside) -> np.ndarray:
+        """(n, f) the same outside of faces (n, f), but for what lies beyond the end of a face: at a
+        convex edge all outside of the other face is outside, at a concave one all inside of it is
+        inside, whatever side of the face it is on. No face ends at one that ends there in an edge
+        of the other sign."""
+        convex, concave = self._ends[True], self._ends[False]
+        larger, smaller, out = outside.copy(), outside.copy(), outside.copy()
+        for face, other in convex:
+            larger[:, face] |= outside[:, other]
+        for face, other in concave:
+            smaller[:, face] &= outside[:, other]
+        for face, other in convex:
+            out[:, face] |= smaller[:, other]
+        for face, other in concave:
+            out[:, face] &= larger[:, other]
+        return np.asarray(out)
+
+    def _off(self, distances) -> np.ndarray:
+        """(n, f) how far each face is at least from points at distances (n, f) from the faces
+        without ends: beyond an edge, as far as the other face of it."""
+        away = np.abs(distances)
+        out = np.where(self._bits == 0, np.inf, away)
+        for convex, ends in self._ends.items():
+            for face, other in ends:
+                beyond = (distances[:, other] > 0.0) == convex
+                out[beyond, face] = np.maximum(out[beyond, face], away[beyond, other])
+        return out
+
+    def _across(self, outside, rows, faces) -> np.ndarray:
+        """(m,) keys of the cells that one enters from points ``rows`` (m,), outside of faces
+        (n, f), across some ``faces`` (m, k) at once; none where that is -1."""
+        bits = np.append(self._bits, 0)
+        raw = np.bitwise_xor.reduce(np.where(outside, self._bits, 0), axis=1)[rows]
+        raw ^= np.bitwise_xor.reduce(bits[faces], axis=1)
+        _, index, inverse = np.unique(raw, return_index=True, return_inverse=True)
+        there = np.column_stack([outside[rows[index]], np.zeros(len(index), bool)])
+        for column in faces[index].T:
+            there[np.arange(len(index)), column] ^= True
+        return self._key(there[:, :-1])[inverse]
 
     def _key(self, outside) -> np.ndarray:
         """(n,) keys of the cells outside of faces (n, f)."""
+        outside = self._canonical(outside)
         return np.asarray(np.bitwise_xor.reduce(np.where(outside, self._bits, 0), axis=1))
 
     def _label(self, keys) -> np.ndarray:

@@ -120,6 +120,21 @@ def test_a_step_is_two_blocks_even_where_a_concave_edge_meets_two_convex_ones():
     assert wrong.mean() < 0.005
 
 
+def test_the_walls_of_a_post_do_not_divide_the_slab_that_it_stands_on():
+    """No sample lies on the bottom below the wall and as far beside it, as where few contours run:
+    there the nearest samples are those of the top, on the other side of the slab. A plane through
+    100 samples is right to half of their deviation amid them."""
+    columns = touched_mesh("wall on a slab", 60, NOISE)
+    points = columns[0]
+    seen = (points[:, 1] > 2.0) | (np.abs(points[:, 0]) > 10.0)
+    body = body_of(samples_of_touches(columns, np.sqrt(2.0) * NOISE, seen))
+    x, z = np.meshgrid(np.linspace(-9.0, 9.0, 19), np.linspace(3.0, 27.0, 9))
+    below = np.column_stack([x.ravel(), np.zeros(x.size), z.ravel()])
+    for height in (-0.5, 0.0, 0.5):
+        found, _ = body.at(below + [0.0, height, 0.0])
+        assert np.abs(found.distance + height).max() < NOISE
+
+
 def test_a_face_is_known_among_its_samples_and_not_beyond(surface):
     """All samples lie on one side of x = 5: beyond them, by more than a step and a half, no half
     circle is without a gap. The gaps between 30 touches are less than 3 % of what was touched."""
