@@ -35,7 +35,7 @@ def probe_toml(found: Qualification, ball_radius: float, unit: str, source: str)
 
 def known_of(found: Qualification) -> dict[str, float]:
     """The entries of a tip that were measured or stated."""
-    bending = () if found.bends else ("stiffness", "stiffness_std", "force_std")
+    bending = () if found.bends else ("stiffness", "stiffness_std")
     return {name: value for name, value in asdict(found.tip).items() if name not in bending}
 
 

@@ -1,0 +1,301 @@
+"""Plans as a program for LinuxCNC, and its logs as touches: for machines that are not on a network.
+
+Each plan writes a log of its own, since an aborted program loses what is open. ``PROBEOPEN`` logs
+each probing move, nine numbers a line, in the active work system and the units in force. All moves
+are probing moves, so a log shows by its order which line is what.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from touchatlas.atlas.records.touch import Touch, TouchStatus
+from touchatlas.patch.geometry.arrays import cross
+from touchatlas.patch.geometry.contour import Contour, ContourEnd, SamplingPlane
+from touchatlas.planner.drivers.guarded import GuardOptions, late, lateness
+from touchatlas.planner.probe_plan import ProbePlan
+from touchatlas.planner.tracking.options import Tip, TriggerOptions
+
+_UNITS = {"mm": "G21", "in": "G20"}
+# Moves to a point, measures, and leaves it; what the point met decides whether its arm goes on.
+_SUBROUTINES = """\
+o<way> sub (to #1 #2 #3; contact ends the program)
+  G38.3 X#1 Y#2 Z#3 F#<_touch_travel>
+  o110 if [#5070 EQ 1]
+    (PROBECLOSE)
+    (MSG,contact on a way that was to be free)
+    M2
+  o110 endif
+o<way> endsub
+
+o<point> sub (from #1 #2 #3 toward #4 #5 #6; leave by #7 #8 #9)
+  o120 if [#<_touch_met> EQ 1]
+    o<way> call [#1] [#2] [#3]
+    G38.3 X#4 Y#5 Z#6 F#<_touch_feed>
+    #<_touch_met> = #5070
+    o121 if [#<_touch_met> EQ 1]
+      G38.5 X[#5061 + #7] Y[#5062 + #8] Z[#5063 + #9] F#<_touch_feed>
+      o122 if [#5070 EQ 0]
+        (PROBECLOSE)
+        (MSG,the probe stays closed)
+        M2
+      o122 endif
+      G4 P0.1
+    o121 endif
+    o<way> call [#1] [#2] [#3]
+  o120 endif
+o<point> endsub
+"""
+
+
+@dataclass(frozen=True, eq=False)
+class Measure:
+    """A point that is measured: the plane of its arm, -1 for the contact; the side; the straight
+    way of the centre of the tip, (3,) to (3,)."""
+
+    plane: int
+    side: int
+    start: np.ndarray
+    target: np.ndarray
+
+    @property
+    def direction(self) -> np.ndarray:
+        """(3,) unit."""
+        way = self.target - self.start
+        found: np.ndarray = way / np.linalg.norm(way)
+        return found
+
+
+def star_of(plan: ProbePlan, tip: Tip, options: TriggerOptions) -> list[Measure]:
+    """Points of a plan that need no answer before they are written: the contact, and in each plane
+    some each way, a fraction of the reach apart on the tangent plane that is expected.
+
+    They are looked for as far above and below that plane as the contact is.
+    """
+    n = plan.normal
+    height = plan.approach or plan.usual_approach
+    depth = height + max(height, plan.usual_approach)
+    origin = plan.reference_point + (height + tip.radius) * n
+    found = [Measure(-1, 0, origin, origin - depth * n)]
+    step = plan.reach / options.points
+    for k, plane in enumerate(plan.planes):
+        up = n - (n @ plane.normal) * plane.normal
+        up /= np.linalg.norm(up)
+        along = cross(n[None], plane.normal[None])[0]
+        along /= np.linalg.norm(along)
+        for side, ahead in enumerate((along, -along)):
+            for place in range(1, options.points + 1):
+                expected = plan.reference_point + place * step * ahead
+                start = expected + (height + tip.radius) * up
+                found.append(Measure(k, side, start, start - depth * up))
+    return found
+
+
+def linuxcnc_program(
+    plans: Sequence[ProbePlan],
+    tip: Tip = Tip(),
+    options: TriggerOptions = TriggerOptions(),
+    motion: GuardOptions = GuardOptions(),
+    unit: str = "mm",
+    name: str = "touch",
+) -> str:
+    """A program that carries out plans and writes a log for each, NAME-0003.txt for plan 3.
+
+    It uses the active work system, without a tool length, and probing moves alone: contact on the
+    way ends it. Between plans the tip goes by the clearance above all points, along z.
+
+    Parameters
+    ----------
+    plans : sequence of ProbePlan
+    tip : Tip
+    options : TriggerOptions
+    motion : GuardOptions
+    unit : str
+        mm or in: that of all lengths here.
+    name : str
+        Of the logs: letters, digits, - and _.
+    """
+    if unit not in _UNITS:
+        raise ValueError(f"unit is {unit!r}; it must be mm or in")
+    if not plans:
+        raise ValueError("there are no plans; give those that Planner.ask has returned")
+    if not name.replace("-", "").replace("_", "").isalnum():
+        raise ValueError(f"name is {name!r}; it must be of letters, digits, - and _")
+    stars = [star_of(plan, tip, options) for plan in plans]
+    starts = np.array([measure.start for star in stars for measure in star])
+    safe = float(starts[:, 2].max()) + options.clearance
+    lines = [
+        f"(touchatlas: {len(plans)} plans, {len(starts)} points, tip of radius {tip.radius:.6g})",
+        f"G17 {_UNITS[unit]} G40 G49 G80 G90 G94",
+        f"#<_touch_feed> = {60.0 * motion.feed:.4f}",
+        f"#<_touch_travel> = {60.0 * motion.travel:.4f}",
+        "",
+        _SUBROUTINES,
+    ]
+    for plan, star in zip(plans, stars, strict=True):
+        above = np.append(star[0].start[:2], safe)
+        lines += [f"(plan {plan.number})", f"o<way> call {_numbers(above)}"]
+        lines += [f"(PROBEOPEN {log_name(plan, name)})"]
+        arm = (-1, 0)
+        for measure in star:
+            met = "1" if measure.plane < 0 else "#<_touch_made>"
+            if measure.plane < 0 or (measure.plane, measure.side) != arm:
+                lines.append(f"#<_touch_met> = {met}")
+            arm = measure.plane, measure.side
+            leave = -motion.release * measure.direction
+            numbers = np.concatenate([measure.start, measure.target, leave])
+            lines.append(f"o<point> call {_numbers(numbers)}")
+            if measure.plane < 0:
+                lines.append("#<_touch_made> = #<_touch_met>")
+        lines += ["(PROBECLOSE)", f"o<way> call {_numbers(above)}", ""]
+    return "\n".join([*lines, "M2", ""])
+
+
+def log_name(plan: ProbePlan, name: str = "touch") -> str:
+    """The file that the program of a plan writes."""
+    return f"{name}-{plan.number:04d}.txt"
+
+
+def _numbers(values) -> str:
+    """Arguments of a subroutine."""
+    return " ".join(f"[{x:.6f}]" for x in values)
+
+
+def touch_of_log(
+    text: str,
+    plan: ProbePlan,
+    tip: Tip = Tip(),
+    options: TriggerOptions = TriggerOptions(),
+    motion: GuardOptions = GuardOptions(),
+    period: float = 0.001,
+) -> Touch:
+    """The touch that a log of ``linuxcnc_program`` holds.
+
+    Each place is late by 0 to feed x period: half of it is taken off along the approach, and the
+    spread joins the noise.
+
+    Parameters
+    ----------
+    text : str
+        Of the log: nine numbers a line, of which the first three are used.
+    plan, tip, options, motion
+        Those with which the program was written.
+    period : float, s
+        Of the servo thread.
+
+    Returns
+    -------
+    Touch
+        Of centres of the tip, with its radius. An arm ends at its first point that met nothing, and
+        where the program was stopped.
+
+    Raises
+    ------
+    ValueError
+        In one sentence: a line of other than nine numbers, a log without the contact, or lines that
+        are not those of this plan.
+    """
+    star = star_of(plan, tip, options)
+    rows = iter(_rows(text, plan))
+    back = lateness(motion.feed, period)[0]
+    arms: dict[tuple[int, int], list[np.ndarray]] = {}
+    missed: set[tuple[int, int]] = set()
+    for measure in star:
+        arm = measure.plane, measure.side
+        if arm in missed or (-1, 0) in missed:
+            continue
+        met = _measured(rows, measure, plan)
+        if met is None:
+            break
+        if met[1]:
+            arms.setdefault(arm, []).append(met[0] - back * measure.direction)
+        else:
+            missed.add(arm)
+    if next(rows, None) is not None:
+        raise ValueError(
+            f"the log has more lines than plan {plan.number} has moves; give the plan, the tip and "
+            "the options with which the program was written"
+        )
+    return _touch(plan, star[0], arms, missed, late(tip, motion.feed, period))
+
+
+def _rows(text: str, plan: ProbePlan) -> list[np.ndarray]:
+    """(3,) places of the lines of a log."""
+    rows = []
+    for number, line in enumerate(text.splitlines(), 1):
+        try:
+            cells = [float(cell) for cell in line.split()]
+        except ValueError:
+            cells = []
+        if len(cells) == 9 and np.isfinite(cells).all():
+            rows.append(np.array(cells[:3]))
+        elif line.strip():
+            raise ValueError(
+                f"line {number} of the log of plan {plan.number} is {line.strip()!r}; nine numbers "
+                "are needed, as PROBEOPEN writes them"
+            )
+    return rows
+
+
+def _measured(
+    rows: Iterator[np.ndarray], measure: Measure, plan: ProbePlan
+) -> tuple[np.ndarray, bool] | None:
+    """Where a point ended (3,), and whether by contact; None where the log ends before.
+
+    A line is written on the way to the start, at the point, where the probe came free if there was
+    contact, and back at the start. So the line after the point tells: near the start there was no
+    contact.
+    """
+    arrived, place, after = (next(rows, None) for _ in range(3))
+    if arrived is None or place is None:
+        return None
+    along = measure.direction
+    length = float(np.linalg.norm(measure.target - measure.start))
+    off = place - measure.start
+    beside = float(np.linalg.norm(off - (off @ along) * along))
+    # A straight way is gone to a few microsteps; a tenth of it is another plan's.
+    if beside > 0.1 * length or np.linalg.norm(arrived - measure.start) > 0.1 * length:
+        x, y, z = place
+        raise ValueError(
+            f"the log is not that of plan {plan.number}: ({x:.6g}, {y:.6g}, {z:.6g}) is beside the "
+            "way of its point; give the plan, tip and options of the program"
+        )
+    if after is None:
+        return None
+    left = np.linalg.norm(after - place) < np.linalg.norm(after - measure.start)
+    if left:
+        next(rows, None)
+    return place, bool(left)
+
+
+def _touch(plan: ProbePlan, contact: Measure, arms, missed, tip: Tip) -> Touch:
+    """The touch of centres (3,) of the arms that met something, by plane and side."""
+    known = tip.radius, tip.radius_std
+    if (-1, 0) in missed:
+        place = plan.reference_point, plan.normal
+        way = np.stack([contact.start, contact.target])
+        return Touch(plan.number, *place, (), TouchStatus.NO_CONTACT, 0.0, 0.0, way, *known)
+    if (-1, 0) not in arms:
+        raise ValueError(
+            f"the log of plan {plan.number} ends before the contact; carry out the plan again"
+        )
+    centre = arms[-1, 0][0]
+    noise = float(np.hypot(tip.noise_std, tip.error_std))
+    contours, tracked = [], 0.0
+    for k, plane in enumerate(plan.planes):
+        ahead, behind = (np.reshape(arms.get((k, side), []), (-1, 3)) for side in (0, 1))
+        points = np.vstack([behind[::-1], centre, ahead])
+        ends = [
+            ContourEnd.TURNED_AWAY if (k, side) in missed else ContourEnd.LENGTH_REACHED
+            for side in (1, 0)
+        ]
+        own = SamplingPlane(centre, plane.normal)
+        contours.append(Contour(points, own, noise, (ends[0], ends[1])))
+        tracked += float(np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1)).sum())
+    length = float((contact.start - centre) @ plan.normal)
+    gone = np.stack([contact.start, contact.start - length * plan.normal]) if length > 0.0 else None
+    touched = TouchStatus.TOUCHED
+    return Touch(
+        plan.number, centre, plan.normal, tuple(contours), touched, tracked, 0.0, gone, *known
+    )
