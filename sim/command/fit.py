@@ -22,6 +22,7 @@ def fit(
     columns: str = "",
     unit: str = "",
     tip_radius: float = 0.0,
+    tip: Path | None = None,
     out: Path | None = None,
     force: Annotated[bool, Parameter(negative="")] = False,
     json_: Annotated[bool, Parameter(name="--json", negative="")] = False,
@@ -53,6 +54,9 @@ def fit(
     tip_radius
         Of the ball at the tip, where the file holds its centres, as it does of most machines; it is
         taken off along the normals. Say --outward if the surface does not bulge.
+    tip
+        A probe.toml that touchatlas qualify wrote: text files with columns time, x, y, z, fx, fy,
+        fz, and bags of ROS, are read as arms in contact, less its tip.
     out
         Folder for patch.json, patch.ply and patch.png; without, no file is written.
     force
@@ -68,7 +72,8 @@ def fit(
     at = None if point is None else parse_vector(point, "--point")
     side = None if outward is None else parse_vector(outward, "--outward")
     folder = None if out is None else check_folder(out, force)
-    report = fit_file(contours, method, noise, at, side, ReadOptions(columns, unit, tip_radius))
+    read = ReadOptions(columns, unit, tip_radius, tip="" if tip is None else str(tip))
+    report = fit_file(contours, method, noise, at, side, read)
     if folder is not None:
         report.write(folder)
     if json_:

@@ -32,6 +32,7 @@ def learn(
     unit: str = "",
     columns: str = "",
     tip_radius: float = 0.0,
+    tip: Annotated[Path | None, Parameter(show_default=False)] = None,
     outside: Vector = None,
     approach: Vector = None,
     viewpoint: Vector = None,
@@ -60,6 +61,9 @@ def learn(
     tip_radius
         Of the ball at the tip, where files hold its centres, with normals; it is taken off along
         these.
+    tip
+        A probe.toml that touchatlas qualify wrote: text files with columns time, x, y, z, fx, fy,
+        fz, and bags of ROS, are read as arms in contact, less its tip.
     outside
         A point near the surface and outside of the body, as X,Y,Z, where nothing else tells the
         outer side.
@@ -74,7 +78,7 @@ def learn(
     """
     if not files:
         raise ValueError("no file was given; name a file of points, or a run and a file")
-    read = ReadOptions(columns, unit, tip_radius)
+    read = ReadOptions(columns, unit, tip_radius, tip="" if tip is None else str(tip))
     given = {"outside": outside, "approach": approach, "viewpoint": viewpoint}
     sides = SideOptions(
         **{n: None if v is None else parse_vector(v, f"--{n}") for n, v in given.items()}

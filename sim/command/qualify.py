@@ -9,20 +9,17 @@ from cyclopts import Parameter
 from rich.console import Console
 from rich.table import Table
 
-from touchatlas.planner.drivers.bags import is_bag, read_bag
 from touchatlas.planner.drivers.probe_file import known_of, probe_toml
 from touchatlas.planner.drivers.qualification import Qualification
 from touchatlas.planner.drivers.qualification import qualify as qualified
-from touchatlas.planner.drivers.recording import Recording
 from touchatlas.planner.tracking.options import TrackingOptions
 from touchatlas.sim.command.numbers import Json
 from touchatlas.sim.command.outcome import say
 from touchatlas.sim.recorded.contour_file import read_curves
 from touchatlas.sim.recorded.curves import ReadOptions
 from touchatlas.sim.recorded.fit_file import parse_vector
-from touchatlas.sim.recorded.force_file import has_forces, read_force_file
-from touchatlas.sim.recorded.other_files import read_other
-from touchatlas.sim.world.units import MILLIMETRES, UNITS
+from touchatlas.sim.recorded.recorded_arms import recording_of
+from touchatlas.sim.world.units import UNITS
 
 Vector = Annotated[str, Parameter(allow_leading_hyphen=True)]
 Optional = Annotated[float | None, Parameter(show_default=False)]
@@ -100,7 +97,7 @@ def qualify(
         raise ValueError(f"there is no unit {unit!r}; give mm, m, in, cm or um")
     known: dict[str, Any] = {"ball_std": ball_std, "radius": radius, "stiffness": stiffness}
     known |= {"stiffness_std": stiffness_std, "axis": _direction(axis)}
-    recording = _recording(points, unit, pose, wrench, parse_vector(tool, "--tool"))
+    recording = recording_of(points, unit, pose, wrench, parse_vector(tool, "--tool"))
     if recording is None:
         file = read_curves(points, ReadOptions(columns, unit))
         for sentence in (*file.warnings, f"read: {file.how}"):
@@ -128,18 +125,6 @@ def _direction(text: str) -> np.ndarray:
     if not axis.any():
         raise ValueError("--axis has length 0; give a direction")
     return axis
-
-
-def _recording(path: Path, unit: str, pose: str, wrench: str, tool) -> Recording | None:
-    """The recording of a bag or of a text file with forces, in a unit; None for points."""
-    if is_bag(path):
-        unit = UNITS[unit] if unit else "mm"
-        per_metre = MILLIMETRES["m"] / MILLIMETRES[unit]
-        held = read_bag(path, pose, wrench, tool / per_metre)
-        return Recording(held.times, held.positions * per_metre, held.forces, unit, held.said)
-    if path.is_file() and not read_other(path) and has_forces(path):
-        return read_force_file(path, unit)
-    return None
 
 
 def _print(found: Qualification, unit: str, out: Path, as_json: bool) -> None:

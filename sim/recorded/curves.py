@@ -54,12 +54,16 @@ class ReadOptions:
     gap : float
         A curve ends where the next point is as many steps away, in space or in time, of those
         that three in four are shorter than; where nothing else parts curves.
+    tip : str
+        Path of a probe.toml: recordings with forces are read as arms in contact, and the radius of
+        its tip is taken off.
     """
 
     columns: str = ""
     unit: str = ""
     tip_radius: float = 0.0
     gap: float = 6.0
+    tip: str = ""
 
     def __post_init__(self) -> None:
         if self.unit and self.unit not in UNITS:

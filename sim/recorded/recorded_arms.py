@@ -1,0 +1,55 @@
+"""Recordings with forces as curves: arms in contact, with the normals that the force shows."""
+
+from pathlib import Path
+
+import numpy as np
+
+from touchatlas.planner.drivers.bags import is_bag, read_bag
+from touchatlas.planner.drivers.probe_file import read_tip
+from touchatlas.planner.drivers.recording import Recording
+from touchatlas.planner.drivers.replay import touches_of
+from touchatlas.sim.recorded.curves import Curve, Curves, ReadOptions, check_size
+from touchatlas.sim.recorded.force_file import has_forces, read_force_file
+from touchatlas.sim.recorded.other_files import read_other
+from touchatlas.sim.world.units import MILLIMETRES, UNITS
+
+
+def recording_of(path, unit: str = "", pose: str = "", wrench: str = "", tool=None):
+    """The recording of a bag, or of a text file with columns of forces; None for another file.
+
+    Lengths of a bag are converted from metres, to mm where no unit is named.
+    """
+    path = Path(path)
+    if is_bag(path):
+        unit = UNITS[unit] if unit else "mm"
+        per_metre = MILLIMETRES["m"] / MILLIMETRES[unit]
+        at = np.zeros(3) if tool is None else np.asarray(tool) / per_metre
+        held = read_bag(path, pose, wrench, at)
+        return Recording(held.times, held.positions * per_metre, held.forces, unit, held.said)
+    if path.is_file() and not read_other(path) and has_forces(path):
+        return read_force_file(path, unit)
+    return None
+
+
+def arms_of(path: Path, options: ReadOptions) -> Curves | None:
+    """Curves of a recording, by the tip of a probe.toml; None where the file is no recording.
+
+    Each contour of each touch is a curve with the normals of the surface.
+    """
+    recording = recording_of(path, options.unit)
+    if recording is None:
+        return None
+    tip = read_tip(options.tip, recording.unit)
+    touches = touches_of(recording, tip)
+    curves = [
+        Curve(f"{touch.number}.{k}", contour.points, None, contour.normals, True)
+        for touch in touches
+        for k, contour in enumerate(touch.contours)
+    ]
+    check_size(path, np.concatenate([curve.points for curve in curves]))
+    assumed = (
+        *recording.said,
+        f"{len(touches)} touches of {len(curves)} contours in contact",
+        f"a tip of radius {tip.radius:.6g} was taken off along normals from the force",
+    )
+    return Curves(curves, False, assumed, (), recording.unit)

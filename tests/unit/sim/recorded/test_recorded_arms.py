@@ -1,0 +1,74 @@
+"""Recordings with forces, by learn and fit: a file with columns of time, position and force."""
+
+import json
+
+import numpy as np
+import pytest
+
+from tests.command import assert_refused, touchatlas
+from tests.unit.planner.drivers.ball_recordings import BALL, TIP, recording
+from touchatlas.sim.recorded.contour_file import read_curves
+from touchatlas.sim.recorded.curves import ReadOptions
+
+PROBE = f"""
+unit = "mm"
+[tip]
+radius = {TIP.radius}
+stiffness = {TIP.stiffness}
+noise_std = {TIP.noise_std}
+force_std = {TIP.force_std}
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("arms")
+    for name, places in (("one", np.eye(3)[:1]), ("two", np.eye(3)[:2])):
+        held = recording(places)
+        rows = np.hstack([held.times[:, None], held.positions, held.forces])
+        lines = [",".join(f"{x:.5f}" for x in row) for row in rows]
+        head = "time [s],x [mm],y [mm],z [mm],fx,fy,fz"
+        (folder / f"{name}.csv").write_text("\n".join([head, *lines]) + "\n")
+    (folder / "probe.toml").write_text(PROBE)
+    (folder / "plain.csv").write_text("x,y,z\n" + "\n".join(f"{k},{k * k},0" for k in range(9)))
+    return folder
+
+
+def test_arms_are_curves_with_normals_of_the_surface(folder):
+    """Their points are on the ball within five deviations of a sample (see test_replay), which are
+    a fifth of what the tip's radius of 2 would make."""
+    file = read_curves(folder / "two.csv", ReadOptions(tip=str(folder / "probe.toml")))
+    assert [curve.name for curve in file.curves] == ["0.0", "0.1", "0.2", "1.0", "1.1", "1.2"]
+    assert file.unit == "mm" and "2 touches of 6 contours in contact" in file.how
+    for curve in file.curves:
+        distance = np.linalg.norm(curve.points, axis=1)
+        assert curve.exact and np.abs(distance - BALL).max() < 5 * 0.004
+        assert ((curve.points * curve.outward).sum(axis=1) > 0.999 * distance).all()
+
+
+@pytest.mark.slow
+def test_a_patch_is_fitted_to_a_touch_of_a_recording(folder):
+    """A ball of 30 mm bends by -1/30 everywhere; the fit says how sure it is."""
+    done = touchatlas("fit", "one.csv", "--tip", "probe.toml", "--json", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    for k in ("k1", "k2"):
+        assert abs(found[k] + 1 / BALL) < 4 * max(found[f"{k}_std"], 1e-4)
+
+
+@pytest.mark.slow
+def test_a_recording_is_learned(folder):
+    done = touchatlas(
+        *("learn", "two.csv", "--tip", "probe.toml", "--tolerance", 0.2, "--json"), cwd=folder
+    )
+    assert done.returncode == 0, done.stderr
+    assert "2 touches of 6 contours in contact" in done.stderr
+    assert "a tip of radius 2 was taken off along normals from the force" in done.stderr
+    assert json.loads(done.stdout)["predicted_coverage"] > 0.0
+
+
+def test_points_without_forces_and_normals_have_no_way_to_take_a_tip_off(folder):
+    done = touchatlas("learn", "plain.csv", "--tip", "probe.toml", cwd=folder)
+    assert_refused(done, 2, "holds neither forces nor normals")
+    done = touchatlas("learn", "one.csv", "--tip", "none.toml", cwd=folder)
+    assert_refused(done, 2, "none.toml is no file; touchatlas qualify writes one")
