@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from touchatlas.planner.store import load_planner, save_planner
     from touchatlas.planner.tracking.machines import Reading, Scanner, Trigger
     from touchatlas.planner.tracking.options import Tip, TrackingOptions, TriggerOptions
+    from touchatlas.planner.tracking.touch_points import touch_points
     from touchatlas.planner.tracking.track_plan import track_plan
 
 __all__ = [
@@ -42,6 +43,7 @@ __all__ = [
     "planner_of",
     "save_planner",
     "target_at",
+    "touch_points",
     "track_plan",
 ]
 __getattr__ = lazy_names(
@@ -65,6 +67,7 @@ __getattr__ = lazy_names(
         "planner_of": "touchatlas.planner.guest",
         "save_planner": "touchatlas.planner.store",
         "target_at": "touchatlas.planner.sources",
+        "touch_points": "touchatlas.planner.tracking.touch_points",
         "track_plan": "touchatlas.planner.tracking.track_plan",
     }
 )

@@ -129,9 +129,10 @@ class Attempts:
         return any(one.target.end is not None for one in self.pending.values())
 
     def bind(self, ending: Callable[[ProbePlan], ProbePlan]) -> None:
-        """Let ``ending`` say where arms of pending plans end: plans from a file lack it."""
+        """Let ``ending`` say where arms of pending plans end, and safe ways: plans from a file lack
+        both."""
         for number, one in self.pending.items():
-            if one.plan.until is None:
+            if one.plan.way is None:
                 self.pending[number] = replace(one, plan=ending(one.plan))
 
     def ask(self, target: Target, plan: ProbePlan, known: float) -> None:

@@ -35,6 +35,8 @@ class PlannerLevels:
         Factor by which arms and steps shrink where contours were too short.
     hidden_hole : float
         Radius of the smallest hole that is looked for between samples, in extents.
+    room : float
+        What ways between touches keep clear of, besides the tip, in extents.
     patience : int
         Touches, or a quarter of all if that is more, without growth after which the exploration
         stagnates.
@@ -49,6 +51,7 @@ class PlannerLevels:
     known: float = 0.36
     closer: float = 0.35
     hidden_hole: float = 0.025
+    room: float = 0.02
     patience: int = 16
     growth: float = 1.25e-4
 

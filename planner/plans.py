@@ -14,6 +14,7 @@ from touchatlas.planner.clearance import clear_height
 from touchatlas.planner.options import PlannerOptions
 from touchatlas.planner.probe_plan import ProbePlan, Reason
 from touchatlas.planner.region import region_of
+from touchatlas.planner.safe_ways import ways_of
 
 
 def concurrent_planes(point, normal, heading, count: int) -> tuple[SamplingPlane, ...]:
@@ -72,8 +73,9 @@ def plan_at(atlas: Atlas, target: Target, options: PlannerOptions) -> ProbePlan:
 
 
 def ending_where_known(plan: ProbePlan, atlas: Atlas, options: PlannerOptions) -> ProbePlan:
-    """A plan whose arms may end where the atlas knows the surface, or it is not wanted, if arms for
-    its reason may."""
+    """A plan whose ways keep clear of what the atlas knows, and whose arms may end where it knows
+    the surface, or it is not wanted, if arms for its reason may."""
+    plan = replace(plan, way=ways_of(atlas, options.levels.room * atlas.pool.extent))
     if plan.reason not in (Reason.EXPAND, Reason.REFINE):
         return plan
     known = known_to(atlas, options)

@@ -55,6 +55,9 @@ class ProbePlan:
         Distance above the reference point from which the probe comes: it looks as far below, or as
         far as usual if that is more. 0 is the usual one (``usual_approach``). It is less where
         another side of the body faces the place, and more in search of other parts.
+    way : function from start (3,), goal (3,) and radius of the tip to points (k, 3), optional
+        A way of the tip's centre through air that is free as far as is known, with the goal last.
+        Without, ways are straight.
     known : float
         Expected fraction of the surface within the tolerance when this was planned.
     """
@@ -71,6 +74,7 @@ class ProbePlan:
     step_turn: float = np.pi
     approach: float = 0.0
     known: float = 0.0
+    way: Callable[[np.ndarray, np.ndarray, float], np.ndarray] | None = None
 
     def __post_init__(self) -> None:
         point = frozen_array(self.reference_point, (3,), "reference point")
@@ -84,6 +88,24 @@ class ProbePlan:
         x, y, z = self.reference_point
         words = f"{self.reason.value} at ({x:.4g}, {y:.4g}, {z:.4g})"
         return f"<ProbePlan {self.number}: {words}, {len(self.planes)} planes of {self.reach:.4g}>"
+
+    def begin(self, radius: float = 0.0) -> np.ndarray:
+        """(3,) centre of a tip of a radius where the approach begins."""
+        height = (self.approach or self.usual_approach) + radius
+        found: np.ndarray = self.reference_point + height * self.normal
+        return found
+
+    @property
+    def depth(self) -> float:
+        """How far below its beginning an approach looks for the surface, length."""
+        height = self.approach or self.usual_approach
+        return height + max(height, self.usual_approach)
+
+    def way_from(self, start, radius: float = 0.0) -> np.ndarray:
+        """(k, 3) points of a way of the tip's centre from a start (3,) to where the approach
+        begins, which is the last."""
+        goal = self.begin(radius)
+        return goal[None] if self.way is None else self.way(np.asarray(start), goal, radius)
 
     @property
     def usual_approach(self) -> float:

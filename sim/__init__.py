@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from touchatlas.sim.folder.run_options import RunOptions
     from touchatlas.sim.judge.evaluate import Evaluation, evaluate_surface
     from touchatlas.sim.judge.truth import EvaluateOptions, Truth
+    from touchatlas.sim.machine.options import ProbeOptions
     from touchatlas.sim.run.conclusion import truth_of
     from touchatlas.sim.run.exploration import resume_exploration, run_exploration
     from touchatlas.sim.run.run import Run, explore, load_run
@@ -24,6 +25,7 @@ __all__ = [
     "Probe",
     "Result",
     "Run",
+    "ProbeOptions",
     "RunOptions",
     "Truth",
     "Watcher",
@@ -44,6 +46,7 @@ __getattr__ = lazy_names(
         "Probe": "touchatlas.sim.world.probe",
         "Result": "touchatlas.sim.run.work",
         "Run": "touchatlas.sim.run.run",
+        "ProbeOptions": "touchatlas.sim.machine.options",
         "RunOptions": "touchatlas.sim.folder.run_options",
         "Watcher": "touchatlas.sim.run.watcher",
         "Truth": "touchatlas.sim.judge.truth",

@@ -207,7 +207,7 @@ def contour_normals(contour, outward) -> np.ndarray:
     over four steps, fewer at the ends. Normals that the probe measured take their place.
     """
     if contour.normals is not None:
-        return np.asarray(contour.normals)
+        return np.array(contour.normals)
     points = contour.points
     index = np.arange(len(points))
     last = len(points) - 1

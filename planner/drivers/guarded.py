@@ -121,6 +121,10 @@ class GuardedTrigger:
         points = np.asarray(points, float)
         return bool((points >= self._bounds[0]).all() and (points <= self._bounds[1]).all())
 
+    def position(self) -> np.ndarray:
+        """(3,) where the machine is."""
+        return self._controller.position()
+
     def move(self, way) -> bool:
         """Go along the straight lines through points (k, 3), and rest at the last one.
 

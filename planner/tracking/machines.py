@@ -64,6 +64,9 @@ class Trigger(Protocol):
             Whether it arrived; False where contact stopped it.
         """
 
+    def position(self) -> np.ndarray:
+        """(3,) centre of the tip now."""
+
     def probe(self, target: np.ndarray) -> np.ndarray | None:
         """Go straight to a target (3,) until the tip meets something.
 

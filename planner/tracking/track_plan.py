@@ -63,24 +63,27 @@ def track_plan(
         Contacts with their normals, beside their planes: a ball whose centre stays in a plane meets
         a surface that leans out of it beside the plane. Its way is that of the centre.
     """
-    height = plan.approach or plan.usual_approach
-    origin = plan.reference_point + (height + tip.radius) * plan.normal
-    depth = height + max(height, plan.usual_approach)
+    origin, depth = plan.begin(tip.radius), plan.depth
     # A tip travels along plane normal x surface normal: each plane is gone through both ways.
     normals = np.array([plane.normal for plane in plan.planes])
     ways = np.stack([-normals, normals], axis=1).reshape(-1, 3)
     tips, found, status = getattr(scanner, "tips", 1), [], TouchStatus.TOUCHED
-    travel = float(np.linalg.norm(origin - centre_of(scanner.read(), tip).reshape(-1, 3)[0]))
+    here = centre_of(scanner.read(), tip).reshape(-1, 3)[0]
+    way = plan.way_from(here, tip.radius)
+    travel = float(np.linalg.norm(np.diff(np.vstack([here, way]), axis=0), axis=1).sum())
     for first in range(0, len(ways), tips):
         tracker = _Tracker(scanner, plan, ways[first : first + tips], tip, options)
-        if not scanner.move(origin[None]):
+        if not scanner.move(way):
             status = TouchStatus.UNREACHABLE
         elif not tracker.approach(origin, depth):
             status = TouchStatus.NO_CONTACT
         if status is not TouchStatus.TOUCHED:
             break
         found += tracker.track()
-        travel += tracker.way_back(origin)
+        # Further arms begin where contact is known to be.
+        way = (tracker.start[0] + options.retract * plan.normal)[None]
+        travel += tracker.way_back(way[0])
+    scanner.move(here[None] if status is TouchStatus.UNREACHABLE else origin[None])
     if arms is not None:
         arms += found
     shared = float(np.hypot(tip.radius_std, options.force / tip.stiffness * tip.stiffness_std))
@@ -89,12 +92,13 @@ def track_plan(
 
 class _Tracker:
     """Some tips, side by side, on the arms of one plan; ``w`` (m, 3) are the normals of their
-    planes."""
+    planes. ``start`` (m, 3) are their centres at
+    the contact."""
 
     def __init__(self, scanner: Scanner, plan: ProbePlan, w, tip, options) -> None:
         self._scanner, self._plan, self._w = scanner, plan, w
         self._tip, self._options = tip, options
-        self._start = np.tile(plan.reference_point, (len(w), 1))
+        self.start = np.tile(plan.reference_point, (len(w), 1))
         normal = plan.normal - (w @ plan.normal)[:, None] * w
         self._normal = normal / np.sqrt((normal * normal).sum(axis=1))[:, None]
         self._state: ControlState | None = None
@@ -114,12 +118,12 @@ class _Tracker:
             self._command(np.where(met[:, None], 0.0, -options.approach * normal))
         reading = self._read()
         self._state = ControlState.at_rest(reading, self._normal)
-        self._start = centre_of(reading, self._tip)
+        self.start = centre_of(reading, self._tip)
         rested = reading.time + options.settle
         while reading.time < rested:
             reading = self._read()
             self._command(self._control(reading, 0.0))
-        self._start = centre_of(reading, self._tip)
+        self.start = centre_of(reading, self._tip)
         return True
 
     def track(self) -> list[Arm]:
@@ -150,7 +154,7 @@ class _Tracker:
             turned = (tangents * first).sum(axis=1) < np.cos(plan.max_turn)
             turned &= (first != 0.0).any(axis=1) & ~lost
             centre = centre_of(reading, self._tip)
-            away = np.sqrt(((centre - self._start) ** 2).sum(axis=1))
+            away = np.sqrt(((centre - self.start) ** 2).sum(axis=1))
             contacts = centre - self._tip.radius * state.normal
             reasons = (
                 (state.sought > options.search, ContourEnd.LOST_CONTACT),
@@ -169,16 +173,15 @@ class _Tracker:
         self._command(np.zeros_like(self._w))
         return [self._arm(k, last[k], end, losses[k]) for k, end in enumerate(ends) if end]
 
-    def way_back(self, origin) -> float:
-        """Leave the surface and go back above the contact, over the places where the tip was;
-        returns the length of that way."""
-        if len(self._w) > 1:
-            # Side by side, each arm is tracked on a body of its own.
-            self._scanner.move(origin[None])
-            return 0.0
-        centres = np.array([p[0] + f[0] / self._tip.stiffness for _, p, f, _ in self._rows])
-        way = _lifted(centres, self._plan.normal, self._w[0], self._options.retract)
-        way = np.vstack([way, origin])
+    def way_back(self, goal) -> float:
+        """Leave the surface and go back to a goal (3,) above the contact, over the places where the
+        tip was; returns the length of that way."""
+        way = goal[None]
+        # Side by side, each tip is before a body of its own.
+        if len(self._w) == 1:
+            centres = np.array([p[0] + f[0] / self._tip.stiffness for _, p, f, _ in self._rows])
+            back = _lifted(centres, self._plan.normal, self._w[0], self._options.retract)
+            way = np.vstack([back, goal])
         self._scanner.move(way)
         return float(np.sqrt((np.diff(way, axis=0) ** 2).sum(axis=1)).sum())
 
@@ -203,7 +206,7 @@ class _Tracker:
     def _control(self, reading: Reading, feed) -> np.ndarray:
         assert self._state is not None
         velocity, self._state = hybrid_control(
-            reading, self._start, self._w, feed, self._tip, self._options, self._state
+            reading, self.start, self._w, feed, self._tip, self._options, self._state
         )
         return velocity
 

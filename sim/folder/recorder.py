@@ -8,7 +8,7 @@ import numpy as np
 from touchatlas.atlas import Touch
 from touchatlas.planner import ProbePlan
 from touchatlas.sim.folder.journal import Entry, Journal
-from touchatlas.sim.world.probe import Probe
+from touchatlas.sim.machine.probes import SimulatedProbe
 
 
 @dataclass
@@ -20,7 +20,7 @@ class Recorder:
 
     Parameters
     ----------
-    probe : Probe
+    probe : SimulatedProbe
     journal : Journal
         Each new touch is committed before it is returned.
     kept : list of Entry
@@ -31,7 +31,7 @@ class Recorder:
         Time taken by the journal, not yet reported.
     """
 
-    probe: Probe
+    probe: SimulatedProbe
     journal: Journal
     kept: list[Entry]
     remedy: str

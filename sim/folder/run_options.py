@@ -9,6 +9,8 @@ import numpy as np
 from touchatlas.atlas import AtlasOptions
 from touchatlas.atlas.learn import SCALE_NOISE
 from touchatlas.planner import PlannerOptions
+from touchatlas.sim.machine.fault_words import faults_of
+from touchatlas.sim.machine.options import ProbeOptions
 from touchatlas.sim.world.units import MILLIMETRES
 
 
@@ -33,6 +35,14 @@ class RunOptions:
     unit : str, optional
         Of the lengths of a mesh whose file names none: mm, m, in, cm, um or ft. Nothing is
         converted.
+    fault : str
+        What is wrong with the probe, to see what the atlas makes of it, as noise=3,moved=5:touch5.
+        noise=N: N times the stated noise. tip=L: all points lie that far outside. plane=A: planes
+        are turned by A degrees. displaced=T: each curve is displaced by T tolerances. drift=T: by T
+        tolerances a touch. moved=T:touchK: the object moves by T tolerances before touch K.
+        outliers=P: that share of the points is off by up to 100 deviations. lost=P: that share of
+        the arms ends too early, as if contact were lost.
+    probe : ProbeOptions
     planner : PlannerOptions
     atlas : AtlasOptions
     """
@@ -43,6 +53,8 @@ class RunOptions:
     max_length: float | None = None
     seed: int = 0
     unit: str | None = None
+    fault: str = ""
+    probe: ProbeOptions = ProbeOptions()
     planner: PlannerOptions = PlannerOptions()
     atlas: AtlasOptions = AtlasOptions()
 
@@ -53,7 +65,12 @@ class RunOptions:
         _check_count("max-touches", self.max_touches, 1)
         _check_count("seed", self.seed, 0)
         check_unit(self.unit)
-        for record, kind in ((self.planner, PlannerOptions), (self.atlas, AtlasOptions)):
+        faults_of(self.fault)
+        for record, kind in (
+            (self.probe, ProbeOptions),
+            (self.planner, PlannerOptions),
+            (self.atlas, AtlasOptions),
+        ):
             if not isinstance(record, kind):
                 raise ValueError(f"got {record!r}; {kind.__name__} are needed there")
 

@@ -108,6 +108,7 @@ NUMBERS: dict[str, Meaning] = {
     "patches": Meaning("sextics and lawful pieces of all faces", good="few"),
     "tracked_length": Meaning("path of the probe in contact", LENGTH, "short"),
     "travel_length": Meaning("path of the probe in the air", LENGTH, "short"),
+    "machine_seconds": Meaning("time of the simulated machine; null without one", "s"),
     "seconds_plan": Meaning("planning of all touches", "s"),
     "seconds_fit": Meaning("learning of all touches", "s"),
     "seconds_sim": Meaning("simulated probe", "s"),

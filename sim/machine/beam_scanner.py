@@ -1,59 +1,10 @@
 """A scanning probe: a ball on a compliant beam that an arm holds, before a body."""
 
-from dataclasses import dataclass, fields
-
 import numpy as np
 
-from touchatlas.patch.geometry.arrays import real
 from touchatlas.planner.tracking.machines import Reading
 from touchatlas.sim.machine.feet import Feet
-
-
-@dataclass(frozen=True)
-class Beam:
-    """A scanning probe as it truly is: lengths in mm by default, N, s.
-
-    Parameters
-    ----------
-    radius : float, length
-        Of the ball.
-    stiffness : float, N/length
-        Of the beam, alike in all directions.
-    friction : float
-        Coulomb's coefficient between ball and body.
-    rate : float, Hz
-        Of the readings.
-    servo : float, Hz
-        Bandwidth of first order with which the arm follows its commands.
-    late : int
-        Periods by which a reading comes late.
-    noise_std : float, length
-        White noise of each coordinate of the position in each reading.
-    force_std : float, N
-        White noise of each component of the force in each reading.
-    rapid : float, length/s
-        Speed in air.
-    pause : float, s
-        For each straight line in air, besides its length.
-    """
-
-    radius: float = 2.0
-    stiffness: float = 2.0
-    friction: float = 0.15
-    rate: float = 250.0
-    servo: float = 15.0
-    late: int = 1
-    noise_std: float = 0.02
-    force_std: float = 0.01
-    rapid: float = 50.0
-    pause: float = 0.1
-
-    def __post_init__(self) -> None:
-        for field in fields(self):
-            value = getattr(self, field.name)
-            least = field.name not in ("radius", "stiffness", "rate", "servo", "rapid")
-            if not (0.0 <= real(value) < np.inf and (value > 0.0 or least)):
-                raise ValueError(f"{field.name} is {value!r}; it must be a finite number above 0")
+from touchatlas.sim.machine.options import Beam
 
 
 class BeamScanner:
@@ -75,15 +26,19 @@ class BeamScanner:
     ----------
     seconds : float, s
         What one machine would have taken for all tips, one after the other.
+    time : float, s
+        Of the readings.
+    collisions : int
+        Ways on which the ball met the body.
     """
 
     def __init__(self, feet: Feet, beam: Beam, rng: np.random.Generator, tips: int = 6) -> None:
         self._feet, self.beam, self._rng, self.tips = feet, beam, rng, tips
-        self.seconds, self._time = 0.0, 0.0
-        self._place(np.zeros(3))
+        self.seconds, self.time, self.collisions = 0.0, 0.0, 0
+        self.place(np.zeros(3))
 
-    def _place(self, point) -> None:
-        """All tips rest in air at a point (3,)."""
+    def place(self, point) -> None:
+        """All tips rest at a point (3,) in air."""
         self._holds = np.tile(np.asarray(point, float), (self.tips, 1))
         self._commanded, self._velocity = self._holds.copy(), np.zeros((self.tips, 3))
         self._balls, self._touches = self._holds.copy(), np.zeros(self.tips, bool)
@@ -91,20 +46,23 @@ class BeamScanner:
         self._gaps = np.zeros(self.tips)
         self._late: list[Reading] = []
 
-    @property
     def position(self) -> np.ndarray:
         """(3,) centre of the first tip."""
         return self._balls[0]
 
     def move(self, way) -> bool:
-        """Go through points (k, 3) in air; False, and no motion, where the last one is not free."""
-        way = np.reshape(np.asarray(way, float), (-1, 3))
-        if not self._feet.is_free(way[-1], self.beam.radius):
-            return False
-        steps = np.diff(np.vstack([self._balls[0], way]), axis=0)
-        length = float(np.sqrt((steps * steps).sum(axis=1)).sum())
-        self.seconds += self.tips * (length / self.beam.rapid + self.beam.pause * len(way))
-        self._place(way[-1])
+        """Go through points (k, 3) in air; where the ball meets the body, it stops."""
+        for point in np.reshape(np.asarray(way, float), (-1, 3)):
+            start = self.position()
+            length = float(np.linalg.norm(point - start))
+            free = self._feet.free_length(start, point, self.beam.radius)
+            gone = min(free, length)
+            self.seconds += gone / self.beam.rapid + self.beam.pause
+            if free < length:
+                self.collisions += 1
+                self.place(start + gone / length * (point - start))
+                return False
+            self.place(point)
         return True
 
     def command(self, velocity) -> None:
@@ -114,15 +72,18 @@ class BeamScanner:
     def read(self) -> Reading:
         """Advance by one period; the reading is that of some periods before."""
         beam, period = self.beam, 1.0 / self.beam.rate
-        self._time += period
-        self.seconds += period * float((self._velocity != 0.0).any(axis=1).sum())
+        self.time += period
+        # The same motion of all tips is one approach.
+        moving = (self._velocity != 0.0).any(axis=1)
+        together = (self._velocity == self._velocity[0]).all()
+        self.seconds += period * float(moving.any() if together else moving.sum())
         self._commanded = self._commanded + self._velocity * period
         follow = 1.0 - np.exp(-2.0 * np.pi * beam.servo * period)
         self._holds = self._holds + follow * (self._commanded - self._holds)
         self._settle()
         noise = self._rng.normal(size=(2, *self._holds.shape))
         force = beam.stiffness * (self._balls - self._holds) + beam.force_std * noise[1]
-        now = Reading(self._time, self._holds + beam.noise_std * noise[0], force)
+        now = Reading(self.time, self._holds + beam.noise_std * noise[0], force)
         self._late.append(now)
         return self._late.pop(0) if len(self._late) > beam.late else self._late[0]
 

@@ -17,6 +17,7 @@ from touchatlas.sim.folder.run_options import (
     check_end,
     check_scale,
 )
+from touchatlas.sim.machine.options import ARM
 from touchatlas.sim.run.learning_run import RECORDED
 from touchatlas.sim.run.phases import Phases
 from touchatlas.sim.run.progress import read_seconds
@@ -163,7 +164,8 @@ def _is_finer(folder: Path, tolerance: float | None, before: float | None) -> bo
 
 def _completed(options: RunOptions, obj) -> RunOptions:
     """Options with the object's own noise and tolerance where they are left out, checked."""
-    noise = float(obj.noise_std if options.noise is None else options.noise)
+    usual = obj.noise_std if options.probe.machine == ARM else 0.1 * obj.noise_std
+    noise = float(usual if options.noise is None else options.noise)
     tolerance = float(obj.tolerance if options.tolerance is None else options.tolerance)
     check_scale(noise, tolerance, obj.diagonal)
     check_end(options, noise, tolerance, obj.diagonal)

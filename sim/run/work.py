@@ -24,6 +24,7 @@ from touchatlas.sim.folder.recorder import Recorder
 from touchatlas.sim.folder.run_folder import replace_run, write_settings
 from touchatlas.sim.folder.run_options import RunOptions, fit_scale
 from touchatlas.sim.look.frames import Frames
+from touchatlas.sim.machine.simulated_probe import probe_of
 from touchatlas.sim.run.conclusion import Conclusion
 from touchatlas.sim.run.interrupt import GRACE, Hold, held_interrupt, interrupt_of
 from touchatlas.sim.run.phases import Phases
@@ -31,7 +32,6 @@ from touchatlas.sim.run.progress import Progress, read_seconds
 from touchatlas.sim.run.watcher import Watcher
 from touchatlas.sim.world.implicit_object import ImplicitObject
 from touchatlas.sim.world.mesh_object import MeshObject
-from touchatlas.sim.world.probe import Probe
 
 # What to try where the touches of a journal are not those that would be made now.
 _OTHER_VERSION = "resume with the versions that run.toml names, or explore again"
@@ -94,12 +94,6 @@ def begin(options: RunOptions, obj, rng: np.random.Generator) -> tuple[Atlas, Pl
     if hasattr(added, "in_simulation"):
         return atlas, added.in_simulation(obj, options.planner, rng)
     return atlas, planner_of(start, outward, options.planner, rng)
-
-
-def probe_of(options: RunOptions, obj, rng: np.random.Generator) -> Probe:
-    """The probe of a run whose options are complete."""
-    assert options.noise is not None
-    return Probe(obj, options.noise, rng)
 
 
 @dataclass
@@ -169,6 +163,7 @@ class Work:
             self.obj, self.atlas, self.progress, self.phases, before, self.frames
         )
         known = {"ended": ended, "noise_std": self.options.noise} | self._left()
+        known["machine_seconds"] = getattr(self.probe, "seconds", None)
         surface, numbers = conclusion.write(self.folder, self.judge_rng, known)
         folder = self.folder if ended == INTERRUPTED else replace_run(self.folder)
         refusal = (self.progress.refusals or [""])[-1]

@@ -66,3 +66,13 @@ def said_unit(lines: list[str]) -> str:
         if re.search(r"\b(ENGLISH|INCH|G20)\b", line):
             return "in"
     return ""
+
+
+def millimetre_of(unit: str, diagonal: float) -> float:
+    """A millimetre in a unit, length; where it has no name, in one in which something as large as a
+    hand, 200 mm, has a diagonal.
+
+    >>> millimetre_of("m", 0.3), millimetre_of("", 50.0)
+    (0.001, 0.25)
+    """
+    return 1.0 / MILLIMETRES[unit] if unit in MILLIMETRES else diagonal / 200.0

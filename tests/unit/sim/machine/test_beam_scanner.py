@@ -16,6 +16,12 @@ BALL = make_object("sphere")
 FEET = Feet(BALL)
 
 
+def machine(seed, feet=FEET, tips=6, place=(0.0, 0.0, 100.0)) -> BeamScanner:
+    found = BeamScanner(feet, Beam(), np.random.default_rng(seed), tips)
+    found.place(place)
+    return found
+
+
 def plan_on(point, normal, heading, reach=10.0, **others) -> ProbePlan:
     planes = concurrent_planes(point, normal, heading, 3)
     return ProbePlan(0, point, normal, planes, reach, 2.5, 2.0, Reason.REFINE, **others)
@@ -41,13 +47,13 @@ class OneTip:
         self._scanner.command(velocity[None])
 
 
-@pytest.mark.parametrize("feed", [5.0, 20.0])
+@pytest.mark.parametrize("feed", [10.0, 20.0])
 def test_a_ball_is_tracked_in_planes_of_any_orientation(feed):
     """The stated deviation of a sample is 4.8 um; 100 of them are within four and a half of it.
     Forces are those of the paper, 20 to 70 g."""
     rng, arms = np.random.default_rng(1), []
     (point,), (normal,) = BALL.sample(1, rng)
-    scanner = BeamScanner(FEET, Beam(), rng)
+    scanner = machine(1, place=3.0 * point)
     plan = plan_on(point, normal, rng.normal(size=3))
     touch = track_plan(scanner, plan, Tip(), TrackingOptions(feed=feed), arms)
     points = np.concatenate([contour.points for contour in touch.contours])
@@ -62,23 +68,22 @@ def test_a_ball_is_tracked_in_planes_of_any_orientation(feed):
 
 
 def test_one_tip_does_arm_after_arm_what_six_do_side_by_side():
-    rng = np.random.default_rng(2)
-    machine = OneTip(BeamScanner(FEET, Beam(), rng, 1))
+    one = OneTip(machine(2, tips=1))
     top = np.array([0.0, 0.0, 33.0])
-    touch = track_plan(machine, plan_on(top, top / 33.0, np.array([1.0, 0.0, 0.0])))
+    touch = track_plan(one, plan_on(top, top / 33.0, np.array([1.0, 0.0, 0.0])))
     assert touch.status is TouchStatus.TOUCHED and len(touch.contours) == 3
     for contour in touch.contours:
         away = np.linalg.norm(contour.points, axis=1) - 33.0
         assert np.abs(away).max() < 5.0 * contour.noise_std and len(contour.points) == 9
     # On its ways back the tip keeps off the surface.
-    back = np.concatenate([way for way in machine.ways if len(way) > 1])
+    back = np.concatenate([way for way in one.ways if len(way) > 1])
     assert (np.linalg.norm(back, axis=1) > 35.0 + 1.0).all()
 
 
 def test_a_tip_rolls_over_a_sharp_edge():
     """The plane y = 0 of the cube of side 60: from the top, around an edge, down a side."""
     cube = make_object("cube")
-    scanner = BeamScanner(Feet(cube), Beam(), np.random.default_rng(3))
+    scanner = machine(3, Feet(cube))
     top = np.array([22.0, 0.0, 30.0])
     plan = plan_on(top, np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0]), 20.0)
     touch = track_plan(scanner, plan, options=TrackingOptions(feed=20.0))
@@ -88,7 +93,7 @@ def test_a_tip_rolls_over_a_sharp_edge():
 
 
 def test_a_place_without_surface_has_no_contact_and_a_way():
-    scanner = BeamScanner(FEET, Beam(), np.random.default_rng(4))
+    scanner = machine(4)
     beside, up = np.array([50.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
     touch = track_plan(scanner, plan_on(beside, up, np.array([1.0, 0.0, 0.0])))
     assert touch.status is TouchStatus.NO_CONTACT and not touch.contours
@@ -96,13 +101,13 @@ def test_a_place_without_surface_has_no_contact_and_a_way():
 
 
 def test_an_approach_cannot_begin_inside():
-    scanner = BeamScanner(FEET, Beam(), np.random.default_rng(5))
+    scanner = machine(5)
     touch = track_plan(scanner, plan_on(np.zeros(3), np.array([0.0, 0.0, 1.0]), np.eye(3)[0]))
     assert touch.status is TouchStatus.UNREACHABLE
 
 
 def test_known_surface_ends_an_arm():
-    scanner = BeamScanner(FEET, Beam(), np.random.default_rng(6))
+    scanner = machine(6)
     top = np.array([0.0, 0.0, 33.0])
     plan = plan_on(top, top / 33.0, np.eye(3)[0], 30.0, until=lambda p: p[:, 0] > 2.0)
     touch = track_plan(scanner, plan, options=TrackingOptions(feed=20.0))

@@ -1,0 +1,136 @@
+"""Safe ways: how a tip comes from one touch to the next without meeting what is known."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from touchatlas.atlas.atlas import Atlas
+from touchatlas.patch.geometry.frame import any_tangent
+
+# Directions in which a way out is looked for, and points of the known surface that are kept clear.
+_DIRECTIONS, _POINTS = 60, 4000
+# Arcs around the body are drawn as chords over this angle, rad.
+_CHORD = 0.4
+
+
+def safe_way(atlas: Atlas, start, goal, radius: float, margin: float) -> np.ndarray:
+    """Points of a way of a tip's centre that is free as far as is known.
+
+    It is straight where that keeps clear of what is known. Otherwise it leaves the sphere about
+    everything that is known, goes around outside of it, and comes in again: ways between touches
+    are few, and a detour takes a second.
+
+    Parameters
+    ----------
+    atlas : Atlas
+    start, goal : (3,) float, length, world
+        Centre of the tip now, and where the next approach begins.
+    radius, margin : float, length
+        Of the tip; and what is kept clear besides, but near both ends, which are as near to the
+        surface as they are.
+
+    Returns
+    -------
+    (k, 3) float, length, world
+        The last is the goal; the start is not among them.
+    """
+    start, goal = np.asarray(start, float), np.asarray(goal, float)
+    known = _Known(atlas, radius, margin)
+    if known.is_clear(start, goal):
+        return goal[None].copy()
+    leave, enter = known.way_out(start), known.way_out(goal)
+    return np.vstack([leave, known.around(leave, enter), enter, goal])
+
+
+def ways_of(atlas: Atlas, margin: float) -> Callable[[np.ndarray, np.ndarray, float], np.ndarray]:
+    """A function from start, goal and radius of a tip to ``safe_way``."""
+    return lambda start, goal, radius: safe_way(atlas, start, goal, radius, margin)
+
+
+class _Known:
+    """What is known of a body, as an obstacle for a tip, and the sphere about it."""
+
+    def __init__(self, atlas: Atlas, radius: float, margin: float) -> None:
+        points = atlas.pool.points
+        self._points = points[:: max(1, len(points) // _POINTS)]
+        self._body, self._room = atlas.body, radius + margin
+        if len(points):
+            low, high = points.min(axis=0), points.max(axis=0)
+            self.centre = 0.5 * (low + high)
+            self.radius = self._room + float(np.linalg.norm(points - self.centre, axis=1).max())
+
+    def is_clear(self, start, goal) -> bool:
+        """Whether a straight way keeps clear of the points, and out of the body."""
+        if not len(self._points):
+            return True
+        way = goal - start
+        square = float(way @ way)
+        if square == 0.0:
+            return True
+        offset = self._points - start
+        at = np.clip(offset @ way / square, 0.0, 1.0)
+        near = np.linalg.norm(offset - at[:, None] * way, axis=1)
+        ends = np.minimum(
+            np.linalg.norm(offset, axis=1), np.linalg.norm(self._points - goal, axis=1)
+        )
+        # Nothing is nearer on the way than it is at one end, or than there is room.
+        if (near < 0.99 * np.minimum(self._room, ends)).any():
+            return False
+        return self._body is None or not self._enters(start, way, np.sqrt(square))
+
+    def _enters(self, start, way, length: float) -> bool:
+        """Whether a way runs within the known body, looked at in steps of the room."""
+        count = min(2 + int(length / self._room), 400)
+        places = start + np.linspace(0.0, 1.0, count)[1:-1, None] * way
+        if not len(places):
+            return False
+        assert self._body is not None
+        found, sure = self._body.at(places)
+        return bool((sure & (found.distance < 0.0)).any())
+
+    def way_out(self, point) -> np.ndarray:
+        """(3,) where a clear straight way from a point leaves the sphere, as straight outward as
+        there is one; straight outward where there is none."""
+        if not len(self._points) or np.linalg.norm(point - self.centre) >= self.radius:
+            return np.array(point)
+        outward = point - self.centre
+        length = float(np.linalg.norm(outward))
+        outward = outward / length if length > 0.0 else np.array([0.0, 0.0, 1.0])
+        directions = np.vstack([outward, _sphere(_DIRECTIONS)])
+        order = np.argsort(-(directions @ outward), kind="stable")
+        exits = [self._exit(point, directions[k]) for k in order]
+        return next((end for end in exits if self.is_clear(point, end)), exits[0])
+
+    def _exit(self, point, direction) -> np.ndarray:
+        """(3,) where a ray from a point inside leaves the sphere."""
+        offset = point - self.centre
+        half = float(offset @ direction)
+        found: np.ndarray = point + direction * (
+            np.sqrt(half * half + self.radius**2 - offset @ offset) - half
+        )
+        return found
+
+    def around(self, start, goal) -> np.ndarray:
+        """(k, 3) points of a great circle about the sphere between two points on or outside of it,
+        so far out that chords stay outside."""
+        if not len(self._points):
+            return np.zeros((0, 3))
+        a, b = ((p - self.centre) / np.linalg.norm(p - self.centre) for p in (start, goal))
+        angle = float(np.arccos(np.clip(a @ b, -1.0, 1.0)))
+        count = int(np.ceil(angle / _CHORD))
+        aside = b - (a @ b) * a
+        size = float(np.linalg.norm(aside))
+        aside = aside / size if size > 1e-9 else any_tangent(a)
+        at = angle * np.linspace(0.0, 1.0, count + 1)[:, None]
+        out = max(self.radius, *(float(np.linalg.norm(p - self.centre)) for p in (start, goal)))
+        arc = np.cos(at) * a + np.sin(at) * aside
+        found: np.ndarray = self.centre + out / np.cos(0.5 * _CHORD) * arc
+        return found
+
+
+def _sphere(count: int) -> np.ndarray:
+    """(count, 3) unit vectors, spread evenly: a Fibonacci lattice."""
+    k = np.arange(count) + 0.5
+    z, turn = 1.0 - 2.0 * k / count, np.pi * (1.0 + np.sqrt(5.0)) * k
+    level = np.sqrt(1.0 - z * z)
+    return np.stack([level * np.cos(turn), level * np.sin(turn), z], axis=1)

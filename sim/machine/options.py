@@ -1,0 +1,152 @@
+"""ProbeOptions: which probe touches a simulated object; and what simulated machines are truly."""
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from touchatlas.patch.geometry.arrays import real
+from touchatlas.planner.tracking.options import scaled
+
+IDEAL, SCANNING, TRIGGER = "ideal", "scanning", "trigger"
+ARM, MEASURING = "arm", "measuring"
+
+
+@dataclass(frozen=True)
+class ProbeOptions:
+    """The probe of a simulated exploration.
+
+    Parameters
+    ----------
+    name : str
+        "ideal" gives points of the surface; "scanning" is a ball on a beam whose force is
+        controlled, "trigger" a ball that stops at contact.
+    machine : str
+        What holds it: "arm", good to 0.02 mm, as the paper's, or "measuring", a machine good to
+        0.002 mm.
+    radius : float, length, optional
+        Of the ball, in the file's unit (mm for built-in objects); 2 mm by default.
+    feed : float, length/s, optional
+        Along the surface, or toward it; 10 mm/s by default.
+    points : int
+        Of each arm of a contour, for a trigger.
+    """
+
+    name: str = IDEAL
+    machine: str = ARM
+    radius: float | None = None
+    feed: float | None = None
+    points: int = 5
+
+    def __post_init__(self) -> None:
+        for name, value, known in (
+            ("probe", self.name, (IDEAL, SCANNING, TRIGGER)),
+            ("machine", self.machine, (ARM, MEASURING)),
+        ):
+            if value not in known:
+                raise ValueError(f"{name} is {value!r}; it must be one of {', '.join(known)}")
+        for name in ("radius", "feed"):
+            value = getattr(self, name)
+            if value is not None and not 0.0 < real(value) < np.inf:
+                raise ValueError(f"{name} is {value!r}; it must be a finite number, more than 0")
+        whole = isinstance(self.points, int | np.integer) and not isinstance(self.points, bool)
+        if not (whole and 1 <= self.points <= 1000):
+            raise ValueError(f"points is {self.points!r}; it must be a whole number from 1 to 1000")
+
+
+@dataclass(frozen=True)
+class Beam:
+    """A scanning probe as it truly is: lengths in mm by default, N, s.
+
+    Parameters
+    ----------
+    radius : float, length
+        Of the ball.
+    stiffness : float, N/length
+        Of the beam, alike in all directions.
+    friction : float
+        Coulomb's coefficient between ball and body.
+    rate : float, Hz
+        Of the readings.
+    servo : float, Hz
+        Bandwidth of first order with which the arm follows its commands.
+    late : int
+        Periods by which a reading comes late.
+    noise_std : float, length
+        White noise of each coordinate of the position in each reading.
+    force_std : float, N
+        White noise of each component of the force in each reading.
+    rapid : float, length/s
+        Speed in air.
+    pause : float, s
+        For each straight line in air, besides its length.
+    """
+
+    radius: float = 2.0
+    stiffness: float = 2.0
+    friction: float = 0.15
+    rate: float = 250.0
+    servo: float = 15.0
+    late: int = 1
+    noise_std: float = 0.02
+    force_std: float = 0.01
+    rapid: float = 50.0
+    pause: float = 0.1
+
+    def __post_init__(self) -> None:
+        check_above(self, ("radius", "stiffness", "rate", "servo", "rapid"))
+
+
+@dataclass(frozen=True)
+class Switch:
+    """A trigger probe as it truly is: lengths in mm by default, s.
+
+    Parameters
+    ----------
+    radius : float, length
+        Of the ball.
+    travel : float, length
+        By which the ball moves on after contact before the switch opens: the pre-travel.
+    lobes : float, length
+        Amplitude with which that depends on the direction: three lobes about the stylus, whose
+        three legs stand on contacts (Estler and others, Practical aspects of touch-trigger probe
+        error compensation, Precision Engineering 21, 1997).
+    noise_std : float, length
+        White noise along the approach.
+    period : float, s
+        Of the servo: the position is taken up to one period late.
+    step : float, length
+        To which positions are rounded.
+    feed : float, length/s
+        Toward a surface.
+    rapid : float, length/s
+        Speed in air.
+    pause : float, s
+        For each straight line, besides its length.
+    """
+
+    radius: float = 2.0
+    travel: float = 0.01
+    lobes: float = 0.004
+    noise_std: float = 0.003
+    period: float = 1e-3
+    step: float = 1e-3
+    feed: float = 5.0
+    rapid: float = 50.0
+    pause: float = 0.1
+
+    def __post_init__(self) -> None:
+        check_above(self, ("radius", "feed", "rapid"))
+
+    def in_unit(self, millimetre: float) -> "Switch":
+        """The same in a unit of which a millimetre has so many."""
+        lengths = ("radius", "travel", "lobes", "noise_std", "step", "feed", "rapid")
+        return scaled(self, millimetre, lengths)
+
+
+def check_above(record, positive: tuple[str, ...]) -> None:
+    """ValueError for a field that is no finite number, 0 or more, or more than 0."""
+    for field in fields(record):
+        value = getattr(record, field.name)
+        if not (0.0 <= real(value) < np.inf and (value > 0.0 or field.name not in positive)):
+            need = "more than 0" if field.name in positive else "0 or more"
+            raise ValueError(f"{field.name} is {value!r}; it must be a finite number, {need}")

@@ -1,0 +1,112 @@
+"""The simulated trigger probe, and plans of single points."""
+
+import numpy as np
+import pytest
+
+from touchatlas.atlas import TouchStatus
+from touchatlas.planner import ProbePlan, Reason, Tip, TriggerOptions
+from touchatlas.planner.plans import concurrent_planes
+from touchatlas.planner.tracking.touch_points import touch_points
+from touchatlas.sim import make_object
+from touchatlas.sim.machine.ball_trigger import BallTrigger
+from touchatlas.sim.machine.feet import Feet
+from touchatlas.sim.machine.options import Switch
+
+FEET, CUBE = Feet(make_object("sphere")), Feet(make_object("cube"))
+EXACT = Switch(travel=0.0, lobes=0.0, noise_std=0.0, period=0.0, step=0.0)
+UP = np.array([0.0, 0.0, 1.0])
+
+
+def machine(feet=FEET, switch=EXACT, seed=0) -> BallTrigger:
+    found = BallTrigger(feet, switch, np.random.default_rng(seed))
+    found.place([0.0, 0.0, 100.0])
+    return found
+
+
+def plan_on(point, normal, heading, reach=15.0, **others) -> ProbePlan:
+    planes = concurrent_planes(point, normal, heading, 3)
+    return ProbePlan(0, point, normal, planes, reach, 2.5, 2.0, Reason.REFINE, **others)
+
+
+def test_a_ball_stops_where_its_surface_meets_the_body():
+    """From (5, 0, 100) down: its centre is on the sphere of radius 33 + 2."""
+    trigger = machine()
+    assert trigger.move(np.array([[5.0, 0.0, 100.0]]))
+    centre = trigger.probe([5.0, 0.0, 0.0])
+    assert np.allclose(centre, [5.0, 0.0, np.sqrt(35.0**2 - 25.0)], atol=1e-4)
+    assert trigger.move(np.array([[5.0, 0.0, 60.0]]))
+    assert trigger.probe([5.0, 50.0, 60.0]) is None
+
+
+def test_a_way_into_the_body_stops_at_it():
+    trigger = machine()
+    assert not trigger.move(np.array([[0.0, 0.0, 0.0]])) and trigger.collisions == 1
+    assert trigger.position()[2] == pytest.approx(35.0, abs=1e-3)
+
+
+def test_a_switch_opens_late_by_what_its_direction_says():
+    """At an angle of 90 degrees about the stylus its three lobes are zero, at 0 degrees whole; a
+    position is late by half a period in the mean: 500 numbers, evenly spread over 0.1, have a
+    standard error of 0.1 / sqrt(12 * 500) = 1.3e-3."""
+    found = []
+    for x, y in ((1.0, 0.0), (0.0, 1.0)):
+        lobed = Switch(travel=0.01, lobes=0.004, noise_std=0.0, period=0.0, step=0.0)
+        trigger = machine(switch=lobed)
+        trigger.place([50.0 * x, 50.0 * y, 0.0])
+        found.append(35.0 - np.linalg.norm(trigger.probe(np.zeros(3))))
+    assert found[0] == pytest.approx(0.006, abs=1e-4)
+    assert found[1] == pytest.approx(0.010, abs=1e-4)
+    late = Switch(travel=0.0, lobes=0.0, noise_std=0.0, period=0.02, step=0.0, feed=5.0)
+    trigger, heights = machine(switch=late), []
+    for _ in range(500):
+        trigger.place([0.0, 0.0, 36.0])
+        heights.append(35.0 - trigger.probe(np.zeros(3))[2])
+    assert np.mean(heights) == pytest.approx(0.05, abs=4 * 1.3e-3)
+    assert min(heights) >= 0.0 and max(heights) <= 0.1001
+
+
+def test_single_points_are_centres_on_the_offset_surface():
+    rng = np.random.default_rng(1)
+    (point,), (normal,) = make_object("sphere").sample(1, rng)
+    trigger = machine()
+    trigger.place(3.0 * point)
+    plan = plan_on(point, normal, rng.normal(size=3))
+    touch = touch_points(trigger, plan, Tip(), TriggerOptions(points=3))
+    assert touch.status is TouchStatus.TOUCHED and touch.tip_radius == 2.0
+    assert [len(contour.points) for contour in touch.contours] == [7, 7, 7]
+    for contour, plane in zip(touch.contours, plan.planes, strict=True):
+        assert np.allclose(np.linalg.norm(contour.points, axis=1), 35.0, atol=1e-3)
+        assert np.abs((contour.points - point) @ plane.normal).max() < 1e-6
+    assert trigger.collisions == 0
+    # Points 5 apart: on a circle about the ball chords are a little longer, by 1 + (5/35)^2 / 2.
+    gaps = np.linalg.norm(np.diff(touch.contours[0].points, axis=0), axis=1)
+    assert np.allclose(gaps, 5.0, rtol=0.1)
+
+
+def test_points_go_around_an_edge():
+    trigger = machine(CUBE)
+    plan = plan_on(np.array([24.0, 0.0, 30.0]), UP, np.array([1.0, 0.0, 0.0]), 24.0)
+    touch = touch_points(trigger, plan, Tip(), TriggerOptions(points=4))
+    points = np.concatenate([contour.points for contour in touch.contours])
+    inside = np.clip(points, -30.0, 30.0)
+    assert np.allclose(np.linalg.norm(points - inside, axis=1), 2.0, atol=1e-3)
+    assert (points[:, 2] < 28.0).any() and (points[:, 2] > 31.9).any()
+    # A move that meets the body is no crash: a trigger stops.
+    assert trigger.collisions <= 2
+
+
+def test_where_nothing_is_met_a_trigger_says_so():
+    trigger = machine()
+    beside = np.array([50.0, 0.0, 0.0])
+    touch = touch_points(trigger, plan_on(beside, UP, np.array([1.0, 0.0, 0.0])))
+    assert touch.status is TouchStatus.NO_CONTACT
+    assert np.allclose(touch.way[:, :2], [50.0, 0.0])
+    touch = touch_points(machine(), plan_on(np.zeros(3), UP, np.array([1.0, 0.0, 0.0])))
+    assert touch.status is TouchStatus.UNREACHABLE
+
+
+def test_known_surface_ends_an_arm_of_points():
+    plan = plan_on(33.0 * UP, UP, np.array([1.0, 0.0, 0.0]), 30.0, until=lambda p: p[:, 0] > 0.1)
+    touch = touch_points(machine(), plan, Tip(), TriggerOptions(points=6))
+    first = touch.contours[0].points[:, 0]
+    assert (first > 0.1).sum() == 2 and (first < -0.1).sum() == 6

@@ -1,0 +1,116 @@
+"""Faults of probes: each does one thing, they compose, and a resume repeats them."""
+
+import numpy as np
+import pytest
+
+from touchatlas.atlas import TouchStatus
+from touchatlas.patch import ContourEnd
+from touchatlas.planner import ProbePlan, Reason
+from touchatlas.planner.plans import concurrent_planes
+from touchatlas.sim import Probe, RunOptions, make_object
+from touchatlas.sim.machine.fault_words import faults_of
+from touchatlas.sim.machine.faults import with_faults
+from touchatlas.sim.machine.feet import Feet
+
+BALL, NOISE, TOLERANCE = make_object("sphere"), 0.02, 0.5
+TOP = np.array([0.0, 0.0, 33.0])
+
+
+def probe(words: str, seed: int = 0, noise: float = NOISE):
+    rng = np.random.default_rng(seed)
+    return with_faults(Probe(BALL, noise, rng), words, TOLERANCE, lambda: Feet(BALL), rng)
+
+
+def plan(number: int = 0) -> ProbePlan:
+    up = TOP / 33.0
+    planes = concurrent_planes(TOP, up, np.array([1.0, 0.0, 0.0]), 3)
+    return ProbePlan(number, TOP, up, planes, 30.0, 0.5, 2.0, Reason.REFINE)
+
+
+def points_of(touch) -> np.ndarray:
+    return np.concatenate([contour.points for contour in touch.contours])
+
+
+def off(touch) -> np.ndarray:
+    """(n,) heights of samples over the ball."""
+    return np.linalg.norm(points_of(touch), axis=1) - 33.0
+
+
+def test_noise_is_so_many_times_the_stated():
+    """361 heights; four standard errors of a deviation are 4 / sqrt(2 * 361) = 15 %."""
+    touch = probe("noise=3")(plan())
+    assert off(touch).std() == pytest.approx(3.0 * NOISE, rel=0.15)
+    assert touch.contours[0].noise_std == NOISE
+
+
+def test_a_tip_lies_outside_by_its_radius():
+    assert np.allclose(off(probe("tip=2", noise=0.0)(plan())), 2.0, atol=1e-6)
+
+
+def test_planes_are_turned_but_not_in_what_is_said():
+    touch = probe("plane=5", noise=0.0)(plan())
+    for contour, plane in zip(touch.contours, plan().planes, strict=True):
+        assert (contour.plane.normal == plane.normal).all()
+        beside = np.abs((contour.points - contour.points[60]) @ plane.normal).max()
+        assert 0.0 < beside <= 30.0 * np.sin(np.radians(5.0))
+    assert np.abs(off(touch)).max() < 1e-6
+
+
+def test_an_object_moves_by_some_tolerances_before_a_touch():
+    faulty = probe("moved=2:touch1", noise=0.0)
+    assert np.abs(off(faulty(plan(0)))).max() < 1e-6
+    moved = faulty(plan(1))
+    points = points_of(moved)
+    # The sphere through them: |p|^2 = 2 c p + r^2 - |c|^2.
+    found = np.linalg.lstsq(np.c_[2 * points, np.ones(len(points))], (points**2).sum(axis=1))[0]
+    assert np.linalg.norm(found[:3]) == pytest.approx(2.0 * TOLERANCE, abs=1e-6)
+
+
+def test_drift_grows_with_every_touch():
+    faulty = probe("drift=0.1", noise=0.0)
+    first, tenth = (np.abs(off(faulty(plan(k)))).max() for k in (0, 9))
+    assert 0.0 < first < 0.05 + 1e-9 and tenth > 5.0 * first
+
+
+def test_curves_are_displaced_each_by_itself():
+    clean, touch = probe("", noise=0.0)(plan()), probe("displaced=0.2", noise=0.0)(plan())
+    ways = [a.points - b.points for a, b in zip(touch.contours, clean.contours, strict=True)]
+    assert all(np.ptp(way, axis=0).max() < 1e-9 for way in ways)
+    assert np.allclose([np.linalg.norm(way[0]) for way in ways], 0.2 * TOLERANCE)
+    assert np.linalg.norm(ways[0][0] - ways[1][0]) > 1e-3
+
+
+def test_a_share_of_the_points_is_far_off():
+    """Of 363 points 5 % are 18 +- 4; a third of those lie farther out than five deviations."""
+    far = np.abs(off(probe("outliers=0.05")(plan()))) > 5.0 * NOISE
+    assert 4 < far.sum() < 34
+
+
+def test_arms_end_early_as_if_contact_were_lost():
+    touch = probe("lost=1")(plan())
+    assert all(contour.ends == (ContourEnd.LOST_CONTACT,) * 2 for contour in touch.contours)
+    assert touch.status is TouchStatus.TOUCHED and len(points_of(touch)) < 363
+
+
+def test_faults_compose_and_go_on_after_a_resume():
+    words = "noise=3,displaced=0.2,moved=1:touch1"
+    once = probe(words)
+    first, second = once(plan(0)), once(plan(1))
+    again = probe(words)
+    again(plan(0))
+    held = again.state()
+    later = probe(words)
+    later.restore(held)
+    assert np.array_equal(points_of(later(plan(1))), points_of(second))
+    assert not np.array_equal(points_of(first), points_of(second))
+    with pytest.raises(ValueError, match="state cannot be read"):
+        later.restore("{}")
+
+
+def test_words_that_name_no_fault_are_refused():
+    assert faults_of("") == ()
+    for words in ("noise", "noise=", "noise=-1", "wrong=2", "noise=3;tip=2", "noise=1e999"):
+        with pytest.raises(ValueError, match="fault is .*names are noise, tip, plane"):
+            RunOptions(fault=words)
+    with pytest.raises(ValueError, match="a share is 1 at most"):
+        RunOptions(fault="outliers=2")

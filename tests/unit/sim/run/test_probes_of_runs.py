@@ -1,0 +1,57 @@
+"""Runs with simulated machines and faults: options, numbers, and resuming byte for byte."""
+
+from dataclasses import replace
+
+import pytest
+
+from tests.command import assert_refused, touchatlas
+from touchatlas.sim import ProbeOptions, RunOptions, make_object
+from touchatlas.sim.folder.run_folder import read_settings
+from touchatlas.sim.run.exploration import resume_exploration, run_exploration
+
+pytestmark = pytest.mark.usefixtures("no_pictures", "few_judged")
+# With so little noise the first arms are short.
+SCANNING = RunOptions(
+    noise=0.005,
+    max_touches=2,
+    tolerance=2.0,
+    fault="noise=2,moved=0.1:touch1",
+    probe=ProbeOptions(name="scanning", radius=1.5, feed=20.0),
+)
+
+
+def test_a_scanning_run_is_resumed_byte_for_byte(tmp_path):
+    obj = make_object("sphere")
+    whole = run_exploration(obj, tmp_path / "whole", SCANNING)
+    run_exploration(obj, tmp_path / "cut", replace(SCANNING, max_touches=1))
+    resume_exploration(tmp_path / "cut", max_touches=2)
+    for name in ("journal.sqlite", "atlas.npz"):
+        assert (tmp_path / "cut" / name).read_bytes() == (tmp_path / "whole" / name).read_bytes()
+    settings = read_settings(tmp_path / "whole")
+    assert settings["probe"]["name"] == "scanning" and settings["probe"]["radius"] == 1.5
+    assert settings["fault"] == SCANNING.fault
+    assert whole.numbers["machine_seconds"] > 3.0
+
+
+def test_an_ideal_probe_has_no_machine(tmp_path):
+    options = RunOptions(max_touches=1, tolerance=2.0)
+    result = run_exploration(make_object("sphere"), tmp_path / "r", options)
+    assert result.numbers["machine_seconds"] is None
+
+
+def test_a_measuring_machine_is_ten_times_as_good(tmp_path):
+    probe = ProbeOptions(name="trigger", machine="measuring", points=2)
+    options = RunOptions(max_touches=1, tolerance=2.0, probe=probe)
+    result = run_exploration(make_object("sphere"), tmp_path / "r", options)
+    assert result.numbers["noise_std"] == pytest.approx(0.002)
+
+
+def test_flags_of_probes_and_faults_are_listed_and_checked(tmp_path):
+    found = touchatlas("explore", "--help", cwd=tmp_path).stdout
+    for words in ("--probe ", "--probe.radius", "--fault", "noise=N", "moved=T:touchK"):
+        assert words in found
+    for flag, value, words in (
+        ("--probe", "best", "probe is 'best'; it must be one of ideal, scanning, trigger"),
+        ("--fault", "noise", "fault is 'noise'; it must be a name, = and a size"),
+    ):
+        assert_refused(touchatlas("explore", "sphere", flag, value, cwd=tmp_path), 2, words)
