@@ -117,17 +117,19 @@ class Atlas(AtlasState):
     def faces(self) -> Faces:
         """The faces of what was touched, each with its kind in words and numbers, and the sharp
         edges and smooth rims between them; read from the samples."""
-        body = self.body
+        bare = self.without_tip
+        body = bare.body
         if body is not None and body.field.is_one and body.faces.are_lawful:
             return body.faces
-        return read_faces(self.pool, self.sample_std, self.levels, self.known_body.faces)
+        return read_faces(bare.pool, bare.sample_std, bare.levels, bare.known_body.faces)
 
     @property
     def graph(self) -> nx.Graph:
         """The patches as nodes, each in its Darboux frame with its curvatures, and where they meet
         as edges: see ``touchatlas.atlas.body.patch_graph``. That of faces is
         ``faces().graph()``."""
-        return nx.Graph() if self.body is None else patch_graph(self.body)
+        body = self.without_tip.body
+        return nx.Graph() if body is None else patch_graph(body)
 
     def plot(self, colour: str = "deviation", unit: str = "") -> "Plot":
         """The surface and its samples in three dimensions, for a notebook; the surface is coloured
@@ -142,7 +144,9 @@ class Atlas(AtlasState):
         plot = new_plot(unit)
         if self.body is not None:
             add_surface(plot, extract_surface(self), colour, self.tolerance)
-            add_points(plot, self.pool.points, 0.005 * self.body.extent, "samples", TOUCHED)
+            add_points(
+                plot, self.without_tip.pool.points, 0.005 * self.body.extent, "samples", TOUCHED
+            )
         return plot
 
     def to_networkx(self) -> nx.MultiGraph:

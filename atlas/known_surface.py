@@ -9,7 +9,7 @@ from touchatlas.patch.geometry.arrays import frozen_array
 
 def blend(state: AtlasState, points) -> Blend:
     """See ``Atlas.blend``."""
-    points = frozen_array(points, (None, 3), "points")
+    points, state = frozen_array(points, (None, 3), "points"), state.without_tip
     if state.body is None:
         return _unknown(len(points))
     found, known = state.body.at(points)

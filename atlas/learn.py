@@ -45,27 +45,55 @@ def learn(state: AtlasState, touch: Touch) -> AtlasChange:
         return AtlasChange(refused=reason, hidden=hidden)
     noise = np.repeat([c.noise_std for c in contours], [len(c.points) for c in contours])
     news = innovations(state, points, noise)
+    settle_tip(state, touch.tip_radius, touch.systematic_std)
     enter_samples(state, contours, _normals(state, touch.contact, contours, outward, quadric))
     _enter_way(state, touch)
     return AtlasChange(innovations=news)
 
 
 def check_touch(state: AtlasState, touch: Touch) -> None:
-    """Refuse what is no touch, or one in another unit than what was measured so far.
+    """Refuse what is no touch, or one of another tip, or in another unit than what was measured so
+    far.
 
     Raises
     ------
     ValueError
-        See ``check_unit_of_length``.
+        See ``check_tip`` and ``check_unit_of_length``.
     """
     if not isinstance(touch, Touch):
         raise ValueError(f"got {type(touch).__name__}; give a Touch, as a probe returns it")
+    if touch.status is TouchStatus.TOUCHED:
+        check_tip(state, f"touch {touch.number}", touch.tip_radius)
     contours = _long_contours(touch)
     # The first three touches are small.
     if contours and state.touches >= 3:
         points = np.concatenate([contour.points for contour in contours])
         name, stds = f"touch {touch.number}", stds_of(state, contours)
         check_unit_of_length(state, name, points, stds, touch.approach)
+
+
+def check_tip(state: AtlasState, name: str, radius: float) -> None:
+    """Refuse what has a tip of another radius, length, than what was measured so far.
+
+    Raises
+    ------
+    ValueError
+        When one atlas would learn centres of two tips, or centres and contacts.
+    """
+    if len(state.pool) and radius != state.tip_radius:
+        raise ValueError(
+            f"{name} has a tip radius of {radius:.6g}, but what was measured so far one of "
+            f"{state.tip_radius:.6g}; give all as centres of one tip, or as contacts, with 0"
+        )
+
+
+def settle_tip(state: AtlasState, radius: float, systematic_std: float) -> None:
+    """Take the radius of the tip, length, and the deviation of what all samples are off together,
+    length, the largest of all."""
+    state.pool.tip_radius = float(radius)
+    if systematic_std > state.systematic_std:
+        state.systematic_std = float(systematic_std)
+        state.forget_law()
 
 
 def _long_contours(touch: Touch) -> tuple[Contour, ...]:
@@ -108,7 +136,7 @@ def learned_before(pool: SamplePool, contours: tuple[Contour, ...]) -> bool:
     Noise repeats no point, so equal points are the same measurement. The pool keeps the samples of
     a contour in order, so its first point tells where the others must be.
     """
-    for path in (contour.measured for contour in contours):
+    for path in (contour.learned_points(pool.tip_radius) for contour in contours):
         for start in np.flatnonzero(pool.points[:, 0] == path[0, 0]).tolist():
             if np.array_equal(pool.points[start : start + len(path)], path):
                 return True
@@ -151,9 +179,11 @@ def outer_side(
     """The outward normal (3,) at the contact, as far as contours need it to be turned; None where
     the side is not known, and why.
 
-    The approach tells the side where it is steep, and so does the known surface about the
-    contours. Without a quadric each contour needs one of both.
+    Measured normals tell the side, else the approach where it is steep, and so does the known
+    surface about the contours. Without a quadric each contour needs one of these.
     """
+    if (measured := _measured_normal(touch.contact, contours)) is not None:
+        return measured, ""
     if quadric is None:
         known = state.body is not None and all(_faces_approach(state, touch, c) for c in contours)
         return (touch.approach, "") if known else (None, _unseen(touch, contours))
@@ -166,6 +196,17 @@ def outer_side(
     if side == 0 and facing < np.sin(MOST_TILT):
         return None, _grazing(contours)
     return (-normal if side < 0 else normal), ""
+
+
+def _measured_normal(contact, contours) -> np.ndarray | None:
+    """Mean of the normals (3,) that were measured next to the contact, one of each contour; None
+    where there are none."""
+    near = [
+        contour.normals[((contour.points - contact) ** 2).sum(axis=1).argmin()]
+        for contour in contours
+        if contour.normals is not None
+    ]
+    return np.mean(near, axis=0) if near else None
 
 
 def noise_hides(touch: Touch, contours) -> bool:
@@ -248,12 +289,15 @@ def stds_of(state: AtlasState, contours) -> np.ndarray:
 def _normals(
     state: AtlasState, contact, contours, outward, quadric: Piece | None
 ) -> list[np.ndarray]:
-    """Outward normals (k, 3) at the points of each contour: those of the contour in its plane,
-    and those of the quadric on near arcs where it is known how that leans across the plane."""
+    """Outward normals (k, 3) at the points of each contour: measured ones, else those of the
+    contour in its plane, and of the quadric on near arcs where it is known how that leans across
+    the plane."""
     found = [contour_normals(contour, outward) for contour in contours]
     if quadric is None:
         return found
     for contour, normals in zip(contours, found, strict=True):
+        if contour.normals is not None:
+            continue
         arc = near_arc(contour, contact)
         own = quadric.at(contour.points[arc])[1]
         across = np.tile(contour.plane.normal, (len(arc), 1))
@@ -311,14 +355,15 @@ def innovations(state: AtlasState, points, noise) -> np.ndarray:
 def enter_samples(state: AtlasState, contours: tuple[Contour, ...], normals) -> None:
     """Add the samples of contours, with the normals (k, 3) of each, to the pool, and the ends at
     which contact was lost to the rims."""
-    points = np.concatenate([c.measured for c in contours])
+    points = np.concatenate([c.learned_points(state.tip_radius) for c in contours])
     across = np.concatenate([np.tile(c.plane.normal, (len(c.points), 1)) for c in contours])
     edges = np.concatenate([_is_at_edge(c) for c in contours])
     counts = [len(c.points) for c in contours]
     noise = np.repeat([c.noise_std for c in contours], counts)
     numbers = np.repeat(np.arange(len(contours)), counts)
     state.rims.ends.extend(contours, normals)
-    state.pool.add(points, np.concatenate(normals), across, edges, noise, numbers)
+    measured = np.repeat([c.normals is not None for c in contours], counts)
+    state.pool.add(points, np.concatenate(normals), across, edges, noise, numbers, measured)
 
 
 def _is_at_edge(contour: Contour) -> np.ndarray:

@@ -1,5 +1,6 @@
 """AtlasState: what an atlas learned, the samples, and the surface that follows from them."""
 
+from copy import copy
 from dataclasses import replace
 from functools import cached_property
 
@@ -7,6 +8,7 @@ import numpy as np
 
 from touchatlas.atlas.body.body import Body
 from touchatlas.atlas.body.choose import KnownBody
+from touchatlas.atlas.body.less_tip import contacts, less_tip, rims_less_tip
 from touchatlas.atlas.records.options import AtlasOptions, Levels, check_tolerance
 from touchatlas.atlas.samples.predictive_law import LATEST, PredictiveLaw, law_of
 from touchatlas.atlas.samples.rims import Rims
@@ -44,6 +46,8 @@ class AtlasState:
         another surface.
     touches : int
         Number of touches, with those that were refused.
+    systematic_std : float, length
+        Standard deviation of the error that all samples share: see ``Touch``.
     scale_is_given : bool
         Whether the scale was given, and does not follow from the first touch.
     """
@@ -67,6 +71,8 @@ class AtlasState:
         self.innovations = np.zeros((0, 6))
         self.settled = 0
         self.touches = 0
+        self.systematic_std = 0.0
+        self._less_tip: tuple[KnownBody, SamplePool, Rims, KnownBody] | None = None
 
     def __len__(self) -> int:
         """Number of patches: those of the faces that the surface is drawn from."""
@@ -103,6 +109,10 @@ class AtlasState:
         """Take the innovations (n, 6) of one more touch; those of eight touches count."""
         every = np.concatenate([self.innovations, innovations])
         self.innovations = every[every[:, 0] > every[:, 0].max(initial=0.0) - LATEST]
+        self.forget_law()
+
+    def forget_law(self) -> None:
+        """The law of errors follows from something that changed."""
         self.__dict__.pop("law", None)
 
     def know(self, known: KnownBody) -> None:
@@ -110,7 +120,7 @@ class AtlasState:
         not where the probe passed."""
         if structure_of(known.body) != structure_of(self.body):
             self.settled = self.next_number
-            self.__dict__.pop("law", None)
+            self.forget_law()
         if known.body is not None:
             body = known.body.with_air(self.ways)
             body.rims = self.rims
@@ -121,7 +131,35 @@ class AtlasState:
     def law(self) -> PredictiveLaw:
         """How the errors of the surface are distributed."""
         own = self.innovations[self.innovations[:, 0] >= self.settled]
-        return law_of(own, self.sample_std, self.known_body.is_of_faces)
+        found = law_of(own, self.sample_std, self.known_body.is_of_faces)
+        return replace(found, systematic=self.systematic_std)
+
+    @property
+    def tip_radius(self) -> float:
+        """Radius of the ball whose centres the samples are, length; 0 where they are contacts."""
+        return self.pool.tip_radius
+
+    @property
+    def without_tip(self) -> "AtlasState":
+        """What is handed out: the state itself, or, where its samples are centres of a tip, one of
+        their contacts. Plans are made for centres."""
+        if not self.tip_radius or self.body is None:
+            return self
+        if self._less_tip is None or self._less_tip[0] is not self.known_body:
+            self._less_tip = self.known_body, *self._contacts(self.body)
+        found = copy(self)
+        _, found.pool, found.rims, found.known_body = self._less_tip
+        return found
+
+    def _contacts(self, body: Body) -> tuple[SamplePool, Rims, KnownBody]:
+        """The samples less the tip, by the body of its centres, their rims, and what they show."""
+        pool = contacts(self.pool, body)
+        rims = rims_less_tip(self.rims, pool, self.tip_radius)
+        known = less_tip(self.known_body, pool, self.tip_radius, self.levels)
+        assert known.body is not None
+        own = known.body.with_air(self.ways)
+        own.rims = rims
+        return pool, rims, replace(known, body=own)
 
     @property
     def body(self) -> Body | None:

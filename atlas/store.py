@@ -19,9 +19,10 @@ from touchatlas.atlas.records.options import AtlasOptions, Levels
 from touchatlas.atlas.samples.lost_ends import LostEnds
 from touchatlas.atlas.samples.sample_pool import NAMES
 from touchatlas.atlas.whole_file import DamagedError, FileKind, load_whole
+from touchatlas.patch.geometry.arrays import real
 
 # The version is that of the file, no unit.
-_FILE = FileKind("atlas", "the atlas.npz of a run", 17, "explore again")
+_FILE = FileKind("atlas", "the atlas.npz of a run", 18, "explore again")
 _LAW = "count", "looked", "std", "is_few"
 
 
@@ -34,6 +35,8 @@ def atlas_bytes(atlas: Atlas) -> bytes:
         "scale_is_given": atlas.scale_is_given,
         "touches": atlas.touches,
         "settled": atlas.settled,
+        "tip_radius": atlas.pool.tip_radius,
+        "systematic_std": atlas.systematic_std,
         "options": asdict(atlas.options),
         "law": {name: getattr(atlas.known_body, name) for name in _LAW}
         | {"is_of_faces": atlas.known_body.is_of_faces},
@@ -103,6 +106,8 @@ def _restored(arrays, header, finished: bool) -> Atlas:
     atlas.scale_is_given = header["scale_is_given"] is True
     _check_lengths(arrays)
     atlas.touches = header["touches"]
+    atlas.pool.tip_radius = _length(header["tip_radius"])
+    atlas.systematic_std = _length(header["systematic_std"])
     atlas.pool.add(*(arrays[f"sample_{name}"] for name in NAMES))
     for name in LostEnds.NAMES:
         _fill_column(atlas.rims.ends, name, arrays[f"rims_{name}"])
@@ -126,6 +131,13 @@ def _innovations(found) -> np.ndarray:
     if found.shape[1:] != (6,) or found.dtype != float or not np.isfinite(found).all():
         raise DamagedError("its innovations have another shape or type, or are not finite")
     return np.asarray(found)
+
+
+def _length(number) -> float:
+    """A length of a header; DamagedError where it is none."""
+    if not 0.0 <= real(number) < np.inf:
+        raise DamagedError("a length of its tip is none")
+    return float(number)
 
 
 def _check_lengths(arrays) -> None:

@@ -61,8 +61,9 @@ def samples_of(
 ) -> ContourSamples:
     """The first ``count`` samples of a pool, with contours and normals; the surest of them have the
     standard deviation ``std``, length."""
-    columns = pool.points, pool.normals, pool.across, pool.noise, pool.contours
-    points, normals, across, noise, numbers = (column[:count].copy() for column in columns)
+    columns = pool.points, pool.normals, pool.across, pool.noise, pool.contours, pool.measured
+    points, normals, across, noise, numbers, measured = (c[:count].copy() for c in columns)
     # All have one lack of fit, beside the noise of each.
     stds = np.sqrt(std**2 + (noise**2 - noise.min() ** 2))
-    return contour_samples(points, normals, across, std, levels, stds, numbers)
+    own = std, levels, stds, numbers, measured, pool.tip_radius
+    return contour_samples(points, normals, across, *own)

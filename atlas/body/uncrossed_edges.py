@@ -60,7 +60,8 @@ class _Meeting:
             angle = float(np.median(angles(*self.pieces, points.points)))
             apart = gap(*self.pieces, points.points)
             boundary = Boundary(*self.pair, kind, points, angle, apart)
-            edge = face_edge(*self.pair, [boundary], float(np.median(body.samples.steps)))
+            step, tip = float(np.median(body.samples.steps)), body.samples.tip
+            edge = face_edge(*self.pair, [boundary], step, tip)
             if edge.curves:
                 return edge
         return None

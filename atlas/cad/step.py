@@ -122,6 +122,7 @@ def save_step(
     if unit not in STEP_UNITS:
         raise ValueError(f"STEP has no unit {unit!r}; give one of {', '.join(STEP_UNITS)}")
     need_kernel()
+    state = state.without_tip
     if state.body is None:
         raise ValueError(_NOTHING)
     body, smooth, bound = state.body, is_smooth(state.body), coarse * state.tolerance

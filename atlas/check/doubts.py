@@ -7,6 +7,7 @@ import numpy as np
 from touchatlas.atlas.check.doubt import Doubt, Stopped, stop_doubts
 from touchatlas.atlas.check.sample_doubts import edge_doubts, sample_doubts
 from touchatlas.atlas.check.surface_doubts import Triangles, surface_doubts
+from touchatlas.atlas.check.tip_doubts import tip_doubts
 from touchatlas.atlas.state import AtlasState
 
 
@@ -53,5 +54,6 @@ def doubts(
         *stop_doubts(stopped, open_places, unreachable),
         *sample_doubts(atlas),
         *edge_doubts(atlas),
+        *tip_doubts(atlas),
         *surface_doubts(surface, atlas),
     )

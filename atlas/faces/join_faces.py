@@ -101,37 +101,42 @@ def _edges(labels: Labels, boundaries: list[Boundary], face_of_label) -> tuple[F
         low, high = sorted((int(face_of_label[b.first]), int(face_of_label[b.second])))
         if low != high:
             groups.setdefault((low, high, b.kind.value), []).append(b)
-    step = float(np.median(labels.evidence.samples.steps))
-    return tuple(face_edge(*key[:2], parts, step) for key, parts in sorted(groups.items()))
+    samples = labels.evidence.samples
+    step, tip = float(np.median(samples.steps)), samples.tip
+    return tuple(face_edge(*key[:2], parts, step, tip) for key, parts in sorted(groups.items()))
 
 
-def face_edge(first: int, second: int, parts: list[Boundary], step: float) -> FaceEdge:
+def face_edge(
+    first: int, second: int, parts: list[Boundary], step: float, tip: float = 0.0
+) -> FaceEdge:
     """One edge from the boundaries between the pieces of two faces; ``step`` is that of contours,
-    length. Its points are half a step apart at least, and no gap in it is longer than 8 steps."""
+    length. Its points are half a step apart at least, and no gap in it is longer than 8 steps. A
+    convex edge of the centres of a ``tip`` (length) is rounded by it at least."""
     points = np.concatenate([b.curve.points for b in parts])
     deviation = np.concatenate([b.curve.deviation for b in parts])
     lines = polylines(points, deviation, 0.5 * step, 8.0 * step)
     curves = tuple(points[line] for line in lines)
     weights = np.array([len(b.curve.points) for b in parts], float)
-    blunt = [b.blunt for b in parts if b.blunt is not None]
+    blunt, kind = [b.blunt for b in parts if b.blunt is not None], parts[0].kind
     return FaceEdge(
         first,
         second,
-        parts[0].kind,
+        kind,
         curves,
         float(sum(np.linalg.norm(np.diff(c, axis=0), axis=1).sum() for c in curves)),
         float(np.median(deviation)),
         float(np.average([b.angle for b in parts], weights=weights)),
         float(np.sqrt(np.average([b.gap**2 for b in parts], weights=weights))),
-        *_radius(blunt),
+        *_radius(blunt, tip if kind is EdgeKind.SHARP_CONVEX else 0.0),
         np.unique(np.concatenate([np.zeros(0, int), *(edge.samples for edge in blunt)])),
     )
 
 
-def _radius(blunt: list[BluntEdge]) -> tuple[float, float]:
-    """Mean radius of blunt edges by their variances, and its standard deviation; zeros of none."""
+def _radius(blunt: list[BluntEdge], least: float) -> tuple[float, float]:
+    """Mean radius of blunt edges by their variances, and its standard deviation; the least one,
+    which is sure, of none."""
     if not blunt:
-        return 0.0, 0.0
+        return least, 0.0
     weights = np.array([edge.deviation**-2 for edge in blunt])
     mean = np.average([edge.radius for edge in blunt], weights=weights)
     return float(mean), float(weights.sum() ** -0.5)

@@ -9,6 +9,7 @@ from scipy.spatial import cKDTree
 from touchatlas.atlas.records.options import Levels
 from touchatlas.atlas.samples.sample_pool import contours_of_planes
 from touchatlas.patch.geometry.arrays import cross
+from touchatlas.patch.geometry.normal_error import MOST_TILT
 
 # Samples of a window that gives a normal: a quadratic leaves two degrees of freedom. Doubled,
 # normals are a third as noisy, and wrong within nine samples of an edge.
@@ -53,6 +54,8 @@ class ContourSamples:
         That of each sample.
     levels : Levels
         What is enough to decide about them.
+    tip : float, length
+        Radius of the ball whose centres they are: no convex edge of their surface is sharper.
     """
 
     points: np.ndarray
@@ -65,6 +68,7 @@ class ContourSamples:
     std: float
     stds: np.ndarray
     levels: Levels = Levels()
+    tip: float = 0.0
 
     def __len__(self) -> int:
         return len(self.points)
@@ -96,6 +100,8 @@ def contour_samples(
     levels: Levels = Levels(),
     stds=None,
     numbers=None,
+    measured=None,
+    tip: float = 0.0,
 ) -> ContourSamples:
     """Samples with contours and normals, from the columns of a sample pool.
 
@@ -114,6 +120,10 @@ def contour_samples(
         Of each sample; all are alike without.
     numbers : (n,) int, optional
         Of the contours, ascending. Without, one begins where the plane changes.
+    measured : (n,) bool, optional
+        Whether ``outward`` was measured: about an edge it is surer than a tangent of the contour.
+    tip : float, length
+        Radius of the ball whose centres they are.
     """
     stds = np.full(len(points), float(std)) if stds is None else stds
     numbers = contours_of_planes(planes) if numbers is None else numbers
@@ -126,8 +136,14 @@ def contour_samples(
     # The probe stays on one side, so one sign holds for a whole contour.
     votes = np.bincount(contours, side, contours[-1] + 1)
     normals = normals * np.where(votes < 0.0, -1.0, 1.0)[contours][:, None]
+    if measured is not None and measured.any():
+        within = outward - (outward * planes).sum(axis=1)[:, None] * planes
+        length = np.sqrt((within * within).sum(axis=1))
+        # A normal across the plane says nothing within it.
+        sure = measured & (length > np.sin(MOST_TILT))
+        normals[sure] = within[sure] / length[sure, None]
     touches = group_contours(points, contours, steps)
-    own = contours, touches, steps, float(std), stds, levels
+    own = contours, touches, steps, float(std), stds, levels, tip
     return ContourSamples(points, normals, outward, planes, *own)
 
 

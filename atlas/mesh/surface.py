@@ -183,6 +183,8 @@ def extract_surface(state: AtlasState, edge: float | None = None) -> Surface:
         When the argument is no Atlas, or has no body, or the edge is no length, longer than the
         body, or too short for the memory.
     """
+    _body_of(state)
+    state = state.without_tip
     body, sagitta = _body_of(state), state.options.facets * state.tolerance
     drawn = _drawn(body, sagitta) if edge is None else body_surface(body, _checked(body, edge))
     lawful = body.faces.are_lawful and not is_smooth(body)

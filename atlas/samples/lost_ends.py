@@ -78,7 +78,7 @@ class LostEnds:
             for contour, normal in zip(contours, normals, strict=True)
             for side in (0, 1)
             if contour.ends[side] is ContourEnd.LOST_CONTACT
-            and (end := _ahead(contour, side)) is not None
+            and (end := _ahead(contour.learned_points(self._pool.tip_radius), side)) is not None
         ]
         if not found:
             return
@@ -139,10 +139,10 @@ class LostEnds:
         return int(same[some][length[some].argmin()]) if some.any() else None
 
 
-def _ahead(contour: Contour, side: int) -> tuple[np.ndarray, np.ndarray, float] | None:
-    """The end of a contour, the unit direction of travel there, and the spacing of samples; None
-    where the probe stood still."""
-    points = contour.measured if side else contour.measured[::-1]
+def _ahead(points, side: int) -> tuple[np.ndarray, np.ndarray, float] | None:
+    """The end of a contour of points (n, 3), the unit direction of travel there, and the spacing of
+    samples; None where the probe stood still."""
+    points = points if side else points[::-1]
     steps, offset = np.diff(points, axis=0), points[-1] - points
     length = np.sqrt((steps * steps).sum(axis=1))
     # A probe that stands still moves by its noise across the plane alone.

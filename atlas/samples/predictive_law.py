@@ -52,7 +52,8 @@ class PredictiveLaw:
 
     It is a Student t of the scale √((a s)² + f²), where s is the predicted standard deviation: a
     scale mixture of normal laws, because s is not known exactly. A face may end unseen between
-    samples, which are events of a Poisson process.
+    samples, which are events of a Poisson process. An error that all samples share is normal; the
+    sum of both has degrees of freedom after Welch (1947).
 
     Parameters
     ----------
@@ -66,6 +67,8 @@ class PredictiveLaw:
         Faces that end, per distance from the nearest sample.
     spread : float
         Standard deviation of the logarithm of the factor: how well the law itself is known.
+    systematic : float, length
+        Standard deviation of the error that all samples share, of which they show nothing.
 
     Examples
     --------
@@ -80,6 +83,7 @@ class PredictiveLaw:
     floor: float = 0.0
     rate: float = 0.0
     spread: float = LawPrior.factor_spread
+    systematic: float = 0.0
 
     @property
     def wider(self) -> "PredictiveLaw":
@@ -89,19 +93,29 @@ class PredictiveLaw:
 
     def scale(self, deviation) -> np.ndarray:
         """(n,) scales of the t, length, at predicted deviations (n,), length."""
-        return np.hypot(self.factor * np.asarray(deviation), self.floor)
+        return self._law(deviation)[0]
+
+    def _law(self, deviation) -> tuple[np.ndarray, np.ndarray | float]:
+        """(n,) scales of the t, length, and its degrees of freedom (n,), or one number."""
+        own = np.hypot(self.factor * np.asarray(deviation), self.floor)
+        if not self.systematic:
+            return own, self.freedom
+        whole = np.hypot(own, self.systematic)
+        return whole, self.freedom * (whole / np.maximum(own, _TINY)) ** 4
 
     def chance(self, limit, deviation, away) -> np.ndarray:
         """(n,) chance of an error of no more than a limit, length, at predicted deviations (n,) and
         ``away`` (n,) from the nearest samples, length."""
-        ratio = limit / np.maximum(self.scale(deviation), _TINY)
-        inside = 1.0 - 2.0 * stdtr(self.freedom, -ratio)
+        scale, freedom = self._law(deviation)
+        ratio = limit / np.maximum(scale, _TINY)
+        inside = 1.0 - 2.0 * stdtr(freedom, -ratio)
         return np.asarray(np.exp(-self.rate * np.asarray(away)) * inside)
 
     def deviations(self, deviation) -> np.ndarray:
         """(n,) deviations, length, for predicted ones (n,), length: 1.96 of them hold 95 % of the
         errors of right faces."""
-        return np.asarray(stdtrit(self.freedom, 0.975) / SURE * self.scale(deviation))
+        scale, freedom = self._law(deviation)
+        return np.asarray(stdtrit(freedom, 0.975) / SURE * scale)
 
 
 def innovations_of(number: int, distance, deviation, noise, std, away) -> np.ndarray:

@@ -6,11 +6,16 @@ from scipy.spatial import cKDTree
 # Number of samples that a new pool has room for.
 _ROOM = 256
 _VECTORS = "points", "normals", "across"
-NAMES = *_VECTORS, "edges", "noise", "contours"
+NAMES = *_VECTORS, "edges", "noise", "contours", "measured"
 
 
 class SamplePool:
     """One growing array for each property of the samples. The index of a sample never changes.
+
+    Parameters
+    ----------
+    tip_radius : float, length
+        Of the ball whose centres the samples are; 0 where they are contacts.
 
     Attributes
     ----------
@@ -26,6 +31,8 @@ class SamplePool:
         Standard deviation of the sample's noise, as its contour states it.
     contours : (n,) int
         Number of the contour, ascending; a point that is of no curve has a number of its own.
+    measured : (n,) bool
+        Whether the probe measured the normal.
     """
 
     points: np.ndarray
@@ -34,12 +41,13 @@ class SamplePool:
     edges: np.ndarray
     noise: np.ndarray
     contours: np.ndarray
+    measured: np.ndarray
 
-    def __init__(self) -> None:
-        self._size = 0
+    def __init__(self, tip_radius: float = 0.0) -> None:
+        self.tip_radius, self._size = tip_radius, 0
         self._columns: dict[str, np.ndarray] = {name: np.zeros((_ROOM, 3)) for name in _VECTORS}
         self._columns |= {"edges": np.zeros(_ROOM, bool), "noise": np.zeros(_ROOM)}
-        self._columns["contours"] = np.zeros(_ROOM, np.int32)
+        self._columns |= {"contours": np.zeros(_ROOM, np.int32), "measured": np.zeros(_ROOM, bool)}
         self._low, self._high = np.full(3, np.inf), np.full(3, -np.inf)
         # Tree of the samples that there were when it was built.
         self._tree: cKDTree | None = None
@@ -52,14 +60,16 @@ class SamplePool:
             raise AttributeError(name)
         return self._columns[name][: self._size]
 
-    def add(self, points, normals, across, edges, noise, contours=None) -> np.ndarray:
-        """Append samples: vectors (n, 3), flags (n,), lengths (n,), and numbers (n,) of contours
-        from 0 on, a new one with each plane where they are not given. Returns their indices
-        (n,)."""
+    def add(
+        self, points, normals, across, edges, noise, contours=None, measured=False
+    ) -> np.ndarray:
+        """Append samples: vectors (n, 3), flags (n,), lengths (n,), numbers (n,) of contours from 0
+        on, a new one with each plane where they are not given, and flags (n,). Returns their
+        indices (n,)."""
         first, last = self._size, self._size + len(points)
         own = contours_of_planes(across) if contours is None else np.asarray(contours)
         start = int(self.contours[-1]) + 1 if first else 0
-        values = points, normals, across, edges, noise, start + own
+        values = points, normals, across, edges, noise, start + own, measured
         for name, value in zip(NAMES, values, strict=True):
             self._columns[name] = _grown(self._columns[name], last)
             self._columns[name][first:last] = value

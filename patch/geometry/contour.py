@@ -113,11 +113,11 @@ class Contour:
                 "in, in the same frame and unit"
             )
 
-    @cached_property
-    def measured(self) -> np.ndarray:
-        """(n, 3) points as an atlas learns them, length, world: where they are if they have
-        normals, else in the plane, where a distance from it is noise."""
-        return self.points_in_plane if self.normals is None else self.points
+    def learned_points(self, tip_radius: float = 0.0) -> np.ndarray:
+        """(n, 3) points as an atlas learns them, length, world: where they are, if they have
+        normals or are centres of a tip, else in the plane, where a distance from it is noise."""
+        is_in_plane = self.normals is None and not tip_radius
+        return self.points_in_plane if is_in_plane else self.points
 
     @cached_property
     def points_in_plane(self) -> np.ndarray:

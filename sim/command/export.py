@@ -15,7 +15,7 @@ from rich.table import Table
 from touchatlas.sim.command.outcome import say
 
 if TYPE_CHECKING:
-    from touchatlas.atlas import Atlas
+    from touchatlas.atlas import Atlas, Faces
 
 _STEP, _GRAPH, _MESH = (".step", ".stp"), (".json", ".graphml", ".csv"), (".glb", ".3mf")
 _ENDINGS = (
@@ -79,7 +79,7 @@ def _written(atlas: "Atlas", run: Path, file: Path, unit: str | None) -> dict[st
 
     ending = file.suffix.lower()
     if ending == ".csv":
-        rows = (atlas.body.faces if atlas.body is not None else atlas.faces()).table()
+        rows = _faces(atlas).table()
         write_whole(file, csv_bytes(rows))
         return {"faces": len(rows)}
     if ending in _GRAPH:
@@ -119,11 +119,17 @@ def _unit_of_run(run: Path) -> str:
     return unit if isinstance(unit, str) else ""
 
 
+def _faces(atlas: "Atlas") -> "Faces":
+    """The faces of the body, or those that are read from samples."""
+    body = atlas.without_tip.body
+    return atlas.faces() if body is None else body.faces
+
+
 def _write_graph(atlas: "Atlas", file: Path) -> dict[str, Any]:
     """Write the graph of faces, and say how many faces and edges there are of each kind."""
     from touchatlas.atlas import write_graphml, write_json
 
-    faces = atlas.body.faces if atlas.body is not None else atlas.faces()
+    faces = _faces(atlas)
     (write_json if file.suffix.lower() == ".json" else write_graphml)(faces, file)
     kinds = Counter(face.kind for face in faces.faces)
     kinds.update(edge.kind.value for edge in faces.edges)

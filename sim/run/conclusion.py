@@ -113,7 +113,8 @@ class Conclusion:
         if surface is not None and len(surface.faces):
             truth = self.obj.mesh(_TRUTH_SAGITTA * tolerance)
             self.frames.end(surface, open_places, self.atlas.body)
-            faces = [face.words for face in self.atlas.body.faces.faces] if self.atlas.body else []
+            bare = self.atlas.without_tip.body
+            faces = [face.words for face in bare.faces.faces] if bare else []
             curves = self.progress.charts(unit)
             page = replay_bytes(name, self.frames, tolerance, unit, truth, curves, faces)
             write_whole(folder / "replay.html", page)

@@ -114,7 +114,8 @@ def _replay(run: LearningRun, atlas: Atlas, surface: Surface, open_places) -> by
     unit = run.settings.get("unit", "")
     curves = chart("Known to the tolerance", known, top=1.0) if touches else ""
     curves += chart("Path of the probe", length, unit) if touches else ""
-    faces = [face.words for face in atlas.body.faces.faces] if atlas.body else []
+    body = atlas.without_tip.body
+    faces = [face.words for face in body.faces.faces] if body else []
     return replay_bytes(RECORDED, frames, atlas.tolerance, unit, None, curves, faces)
 
 

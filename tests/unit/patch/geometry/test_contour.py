@@ -23,8 +23,10 @@ def test_contacts_with_normals_are_learned_beside_their_plane():
     points, normals = _contacts_on_a_ball()
     plane = SamplingPlane([0.0, 10.0, 0.0], ACROSS)
     with_normals = Contour(points, plane, 0.01, ENDS, normals)
-    assert np.array_equal(with_normals.measured, points)
-    assert np.array_equal(Contour(points, plane, 0.01, ENDS).measured[:, 1], np.full(20, 10.0))
+    without = Contour(points, plane, 0.01, ENDS)
+    assert np.array_equal(without.learned_points(tip_radius=2.0), points)
+    assert np.array_equal(with_normals.learned_points(), points)
+    assert np.array_equal(without.learned_points()[:, 1], np.full(20, 10.0))
 
 
 def test_contacts_reach_the_plane_in_their_tangent_planes():

@@ -1,0 +1,85 @@
+"""Doubts about the tip: corners that it did not enter, and a radius that cannot be right."""
+
+import numpy as np
+
+from touchatlas.atlas.check.doubt import NOWHERE, Doubt, count_of, extent_of, some_apart
+from touchatlas.atlas.edges.boundary import EdgeKind
+from touchatlas.atlas.state import AtlasState
+from touchatlas.patch.geometry.normal_error import SURE
+
+
+def tip_doubts(atlas: AtlasState) -> list[Doubt]:
+    """What speaks against the tip by which an atlas was touched."""
+    if atlas.body is None:
+        return []
+    return [*_closed_corners(atlas), *_sharper_edges(atlas), *_systematic(atlas)]
+
+
+def _closed_corners(atlas: AtlasState) -> list[Doubt]:
+    """One doubt where a ball did not enter concave corners."""
+    places, depths = closed_corners(atlas)
+    if not len(places):
+        return []
+    kept = some_apart(places[np.argsort(-depths, kind="stable")], atlas.pool.extent)
+    words = (
+        f"The ball of radius {atlas.tip_radius:.4g} did not enter concave corners, which are "
+        f"closed by it: what lies up to {depths.max():.3g} deeper is not known; take a smaller tip."
+    )
+    return [Doubt("closed corners", words, kept)]
+
+
+def closed_corners(atlas: AtlasState) -> tuple[np.ndarray, np.ndarray]:
+    """Middles (k, 3) of the gaps between contacts of a ball in concave corners, and how much deeper
+    than the ball the sharp corner is, (k,), length.
+
+    From one centre to the next the normals turn by t toward each other, more than between samples
+    of a smooth bend: the ball touches both sides at once. A sharp corner is r (1 / cos(t/2) - 1)
+    deeper than a ball of radius r.
+    """
+    none = np.zeros((0, 3)), np.zeros(0)
+    if not atlas.tip_radius or atlas.body is None:
+        return none
+    bare, centres = atlas.without_tip.pool, atlas.pool.points
+    turn, chord = np.diff(bare.normals, axis=0), np.diff(centres, axis=0)
+    same = np.diff(bare.contours) == 0
+    cosine = np.clip((bare.normals[1:] * bare.normals[:-1]).sum(axis=1), -1.0, 1.0)
+    half = np.sqrt(0.5 * (1.0 + cosine))
+    depth = atlas.tip_radius * (1.0 / np.maximum(half, 0.1) - 1.0)
+    limit = atlas.levels.sure * np.hypot(atlas.sample_std, atlas.systematic_std)
+    found = np.flatnonzero(same & ((turn * chord).sum(axis=1) < 0.0) & (depth > limit))
+    return 0.5 * (bare.points[found] + bare.points[found + 1]), depth[found]
+
+
+def _sharper_edges(atlas: AtlasState) -> list[Doubt]:
+    """One doubt where convex edges of the centres are sharper than the tip is."""
+    if not atlas.tip_radius or atlas.body is None:
+        return []
+    sure = atlas.levels.sure
+    sharper = [
+        edge
+        for edge in atlas.body.faces.edges
+        if edge.kind is EdgeKind.SHARP_CONVEX
+        and edge.curves
+        and edge.radius + sure * np.hypot(edge.radius_std, atlas.systematic_std) < atlas.tip_radius
+    ]
+    if not sharper:
+        return []
+    radius = float(np.median([edge.radius for edge in sharper]))
+    words = (
+        f"{count_of(len(sharper), 'edge of the centres is', 'edges of the centres are')} rounded "
+        f"by {radius:.4g}, but a ball of radius {atlas.tip_radius:.4g} makes none so sharp; "
+        "measure the tip."
+    )
+    points = np.array([edge.curves[0][len(edge.curves[0]) // 2] for edge in sharper])
+    return [Doubt("tip radius", words, some_apart(points, extent_of(atlas.pool.points)))]
+
+
+def _systematic(atlas: AtlasState) -> list[Doubt]:
+    """One doubt where the error that all samples share leaves no surface known."""
+    if SURE * atlas.systematic_std <= atlas.tolerance:
+        return []
+    words = (
+        f"All samples may be off together by a deviation of {atlas.systematic_std:.3g}, so that no "
+        "touch makes the surface known to the tolerance; qualify the probe."
+    )
+    return [Doubt("systematic error", words, NOWHERE)]
