@@ -5,7 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from touchatlas.atlas.learn import check_unit_of_length, innovations, settle_scale
+from touchatlas.atlas.learn import (
+    check_tip,
+    check_unit_of_length,
+    innovations,
+    settle_scale,
+    settle_tip,
+)
 from touchatlas.atlas.records.scan import Scan
 from touchatlas.atlas.records.touch import AtlasChange
 from touchatlas.atlas.samples.neighbourhoods import plane_directions, thinned
@@ -52,8 +58,9 @@ def learn_scan(state: AtlasState, scan: Scan) -> AtlasChange:
     Raises
     ------
     ValueError
-        When the scan is out of all proportion to what was measured so far.
+        When the scan is out of all proportion to what was measured so far, or of another tip.
     """
+    check_tip(state, "the scan", scan.tip_radius)
     stds, toward = np.hypot(scan.noise_std, state.bias), scan.toward
     outward = toward if scan.normals is None else scan.normals
     check_unit_of_length(state, "the scan", scan.points, stds, outward)
@@ -75,6 +82,7 @@ def learn_scan(state: AtlasState, scan: Scan) -> AtlasChange:
     across = np.concatenate([strand.across for strand in strands])
     noise = np.concatenate([strand.noise for strand in strands])
     news = innovations(state, points, noise)
+    settle_tip(state, scan.tip_radius, scan.systematic_std)
     state.pool.add(points, normals, across, False, noise, numbers)
     return AtlasChange(innovations=news)
 

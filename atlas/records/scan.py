@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from touchatlas.patch.geometry.arrays import check_points, frozen_array
+from touchatlas.patch.geometry.arrays import check_points, frozen_array, real
 
 
 @dataclass(frozen=True, eq=False)
@@ -17,7 +17,7 @@ class Scan:
     Parameters
     ----------
     points : (n, 3) float, length, world
-        Of the surface, not of the centre of a ball tip.
+        Of the surface, or of the centre of a ball at the tip.
     noise_std : float or (n,) float, length, >= 0
         Standard deviation of each coordinate of each point.
     normals : (n, 3) float, world, optional
@@ -31,6 +31,8 @@ class Scan:
     curves : (n,) int, optional
         Number of the curve that each point is of; those of a curve are in order of travel. Without,
         or where it is negative, a point is of no curve.
+    tip_radius, systematic_std : float, length
+        See ``Touch``.
 
     Examples
     --------
@@ -50,6 +52,8 @@ class Scan:
     viewpoint: np.ndarray | None = None
     outside: np.ndarray | None = None
     curves: np.ndarray | None = None
+    tip_radius: float = 0.0
+    systematic_std: float = 0.0
 
     def __post_init__(self) -> None:
         points = check_points(self.points, "scan points")
@@ -63,6 +67,9 @@ class Scan:
             "normals": _directions(self.normals, count, "normals"),
             "approach": _directions(self.approach, count, "approach"),
         }
+        for name in ("tip_radius", "systematic_std"):
+            if not 0.0 <= real(getattr(self, name)) < np.inf:
+                raise ValueError(f"{name} is {getattr(self, name)}; it must be a length >= 0")
         for name in ("viewpoint", "outside"):
             value = getattr(self, name)
             own[name] = None if value is None else frozen_array(value, (3,), name)

@@ -1,5 +1,6 @@
 """touchatlas learn: the command."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -33,6 +34,7 @@ def learn(
     columns: str = "",
     tip_radius: float = 0.0,
     tip: Annotated[Path | None, Parameter(show_default=False)] = None,
+    systematic_std: float = 0.0,
     outside: Vector = None,
     approach: Vector = None,
     viewpoint: Vector = None,
@@ -59,11 +61,13 @@ def learn(
     columns
         What the columns are, where a file does not say it: x=3,y=4,z=5,curve=1.
     tip_radius
-        Of the ball at the tip, where files hold its centres, with normals; it is taken off along
-        these.
+        Of the ball at the tip, where files and answers hold its centres; in the unit of the run.
+        The surface of the centres is learned, and that less the radius is handed out.
     tip
         A probe.toml that touchatlas qualify wrote: text files with columns time, x, y, z, fx, fy,
         fz, and bags of ROS, are read as arms in contact, less its tip.
+    systematic_std
+        Standard deviation of the error that all points share, as of the radius of the tip.
     outside
         A point near the surface and outside of the body, as X,Y,Z, where nothing else tells the
         outer side.
@@ -78,7 +82,8 @@ def learn(
     """
     if not files:
         raise ValueError("no file was given; name a file of points, or a run and a file")
-    read = ReadOptions(columns, unit, tip_radius, tip="" if tip is None else str(tip))
+    probe = "" if tip is None else str(tip)
+    read = ReadOptions(columns, unit, tip_radius, systematic_std, tip=probe)
     given = {"outside": outside, "approach": approach, "viewpoint": viewpoint}
     sides = SideOptions(
         **{n: None if v is None else parse_vector(v, f"--{n}") for n, v in given.items()}
@@ -119,7 +124,12 @@ def _more(run: Path, files, noise, read, sides, options, no_draw: bool, watcher)
         raise ValueError("give one --noise with answers to plans")
     plans = pending_plans(run) if answers else {}
     touches = [
-        touch for path in answers for touch in read_answers(path, plans, noise[0] if noise else own)
+        replace(touch, tip_radius=touch.tip_radius or read.tip_radius)
+        for path in answers
+        for touch in read_answers(path, plans, noise[0] if noise else own)
+    ]
+    touches = [
+        replace(one, systematic_std=max(one.systematic_std, read.systematic_std)) for one in touches
     ]
     touches.sort(key=lambda touch: touch.number)
     found = read_scans(others, noise, read, sides, unit) if others else None

@@ -34,6 +34,10 @@ _NORMALS = (
 _TIPS = (
     "create table if not exists tip (touch integer primary key, radius real, systematic_std real);"
 )
+_SCAN_TIPS = (
+    "create table if not exists scan_tip "
+    "(place integer primary key, radius real, systematic_std real);"
+)
 _SCAN_FIELDS = "points", "noise_std", "normals", "approach", "viewpoint", "outside"
 # Errors that reading an altered journal raises.
 _DAMAGE = (sqlite3.Error, ValueError, TypeError, AttributeError, OverflowError)
@@ -193,6 +197,11 @@ class Journal:
                 "curves) values (?, ?, ?, ?, ?, ?, ?, ?)",
                 (len(self), *blobs, curves),
             )
+            if scan.tip_radius or scan.systematic_std:
+                database.execute(_SCAN_TIPS)
+                [place] = database.execute("select max(place) from scan").fetchone()
+                tip = (place, scan.tip_radius, scan.systematic_std)
+                database.execute("insert into scan_tip values (?, ?, ?)", tip)
 
     def scans(self) -> list[tuple[int, Scan]]:
         """All scans, in order, each after the number of touches that were learned before it.
@@ -206,10 +215,11 @@ class Journal:
             if ("scan",) not in self._tables():
                 return []
             rows = self._database.execute(
-                "select touches, points, noise, normals, approach, viewpoint, outside, curves "
-                "from scan order by place"
+                "select place, touches, points, noise, normals, approach, viewpoint, outside, "
+                "curves from scan order by place"
             ).fetchall()
-            return [(row[0], _scan_of(row[1:])) for row in rows]
+            tips = self._tips("scan_tip", "place")
+            return [(row[1], _scan_of(row[2:], tips.get(row[0], (0.0, 0.0)))) for row in rows]
         except _DAMAGE as error:
             if _is_no_damage(error):
                 raise
@@ -262,7 +272,7 @@ class Journal:
         ).fetchall()
         if [row[0] for row in rows] != list(range(len(rows))):
             raise ValueError("a touch is missing")
-        ways, tips, normals = self._ways(), self._tips(), self._normals()
+        ways, tips, normals = self._ways(), self._tips("tip", "touch"), self._normals()
         numbers = {row[0] for row in rows}
         if not ways.keys() | tips.keys() | {touch for touch, _ in normals} <= numbers:
             raise ValueError("a way, a tip or normals are of no touch")
@@ -292,11 +302,12 @@ class Journal:
         rows = self._database.execute("select touch, ends from way").fetchall()
         return {number: np.frombuffer(ends).reshape(2, 3) for number, ends in rows}
 
-    def _tips(self) -> dict[int, tuple[float, float]]:
-        """Radius and systematic deviation of the tip, by the numbers of touches."""
-        if ("tip",) not in self._tables():
+    def _tips(self, table: str, key: str) -> dict[int, tuple[float, float]]:
+        """Radius and systematic deviation of the tip, by the numbers of touches, or the places of
+        scans."""
+        if (table,) not in self._tables():
             return {}
-        rows = self._database.execute("select touch, radius, systematic_std from tip").fetchall()
+        rows = self._database.execute(f"select {key}, radius, systematic_std from {table}")
         return {number: (radius, std) for number, radius, std in rows}
 
     def _normals(self) -> dict[tuple[int, int], np.ndarray]:
@@ -336,15 +347,15 @@ class Journal:
         self._database.close()
 
 
-def _scan_of(blobs) -> Scan:
-    """The scan of a row."""
+def _scan_of(blobs, tip: tuple[float, float]) -> Scan:
+    """The scan of a row, with the radius and systematic deviation of its tip."""
     arrays = [None if blob is None else np.frombuffer(blob) for blob in blobs[:-1]]
     vectors = [None if x is None or k == 1 else x.reshape(-1, 3) for k, x in enumerate(arrays)]
     points, noise, (normals, approach) = vectors[0], arrays[1], vectors[2:4]
     if points is None or noise is None:
         raise ValueError("a scan has no points")
     numbers = None if blobs[-1] is None else np.frombuffer(blobs[-1], "<i8")
-    return Scan(points, noise, normals, approach, arrays[4], arrays[5], numbers)
+    return Scan(points, noise, normals, approach, arrays[4], arrays[5], numbers, *tip)
 
 
 def _contour_rows(touch: Touch) -> list[tuple]:

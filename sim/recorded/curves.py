@@ -49,8 +49,10 @@ class ReadOptions:
     unit : str
         Of the lengths; where it is empty the file's own is taken.
     tip_radius : float, length
-        Of the ball whose centres the points are; 0 where they are contacts. Points with normals of
-        the surface are moved inward by it as they are read.
+        Of the ball whose centres the points are; 0 where they are contacts. For the fit of a patch
+        points with normals of the surface are moved inward by it as they are read.
+    systematic_std : float, length
+        Standard deviation of the error that all points share: of the radius, of the stiffness.
     gap : float
         A curve ends where the next point is as many steps away, in space or in time, of those
         that three in four are shorter than; where nothing else parts curves.
@@ -62,14 +64,16 @@ class ReadOptions:
     columns: str = ""
     unit: str = ""
     tip_radius: float = 0.0
+    systematic_std: float = 0.0
     gap: float = 6.0
     tip: str = ""
 
     def __post_init__(self) -> None:
         if self.unit and self.unit not in UNITS:
             raise ValueError(f"there is no unit {self.unit!r}; give mm, m, in, cm or um")
-        if not 0.0 <= self.tip_radius < np.inf:
-            raise ValueError(f"tip_radius is {self.tip_radius}; give a length >= 0")
+        for name in ("tip_radius", "systematic_std"):
+            if not 0.0 <= getattr(self, name) < np.inf:
+                raise ValueError(f"{name} is {getattr(self, name)}; give a length >= 0")
         if not self.gap > 1.0:
             raise ValueError(f"gap is {self.gap}; give a number of steps above 1")
 

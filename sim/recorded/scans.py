@@ -1,7 +1,7 @@
 """Files of points as scans: what an atlas learns without touches."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -75,12 +75,8 @@ def read_scans(
     kinds: dict[str, list[tuple[Curve, float, float]]] = {"normals": [], "sides": [], "": []}
     said, unnamed = [], []
     for k, path in enumerate(paths):
-        file = read_curves(path, options)
-        if options.tip_radius and not all(curve.exact for curve in file.curves):
-            raise ValueError(
-                f"{path} holds no normals of the surface, along which a tip could be taken off; "
-                "give contacts, or normals with the centres"
-            )
+        # The atlas takes the tip off.
+        file = read_curves(path, replace(options, tip_radius=0.0))
         factor = 1.0
         if unit and file.unit and file.unit != unit:
             factor = MILLIMETRES[file.unit] / MILLIMETRES[unit]
@@ -94,13 +90,16 @@ def read_scans(
             kinds[kind].append((curve, factor, found))
     if other := other_file(unnamed):
         said.append(other.words)
-    scans = [_scan(kind, curves, sides) for kind, curves in kinds.items() if curves]
+    if options.tip_radius:
+        said.append(f"points are centres of a tip of radius {options.tip_radius:g}")
+    tip = options.tip_radius, options.systematic_std
+    scans = [_scan(kind, curves, sides, tip) for kind, curves in kinds.items() if curves]
     return ReadScans(scans, said, unit)
 
 
-def _scan(kind: str, curves: list[tuple[Curve, float, float]], sides: SideOptions) -> Scan:
+def _scan(kind: str, curves: list[tuple[Curve, float, float]], sides: SideOptions, tip) -> Scan:
     """One scan of curves that all say the same of their outer side, with the factor of the unit and
-    the noise of each."""
+    the noise of each, by a tip of a radius and a systematic deviation, length."""
     counts = [len(curve.points) for curve, *_ in curves]
     points = np.concatenate([factor * curve.points for curve, factor, _ in curves])
     names = [k if curve.name else -1 for k, (curve, *_) in enumerate(curves)]
@@ -120,6 +119,8 @@ def _scan(kind: str, curves: list[tuple[Curve, float, float]], sides: SideOption
         viewpoint=sides.viewpoint,
         outside=sides.outside,
         curves=np.repeat(names, counts),
+        tip_radius=tip[0],
+        systematic_std=tip[1],
     )
 
 

@@ -580,14 +580,15 @@ def test_clouds_of_ply_files_keep_their_normals(tmp_path):
     assert len(cloud.points) == 73
 
 
-def test_scans_of_centres_need_normals_to_take_a_tip_off(file):
-    tip = ReadOptions(tip_radius=1.5)
-    with pytest.raises(ValueError, match=r"r.csv holds no normals of the surface"):
-        read_scans([file("curve,x,y,z", *rows("{k}," + MM))], options=tip)
-    found = read_scans([file(HEADER, *NAMED)], options=tip)
-    off = np.concatenate(CURVES)[:75] - 1.5 * np.concatenate(NORMALS)
-    # Normals have five decimals; the point where the curves cross is in all three.
-    assert found.scans[0].points == pytest.approx(off, abs=1e-4)
+def test_scans_of_centres_say_their_tip(file):
+    """The atlas takes the tip off, so points stay where they are, with or without normals."""
+    tip = ReadOptions(tip_radius=1.5, systematic_std=0.01)
+    for header, lines in (("curve,x,y,z", rows("{k}," + MM)), (HEADER, NAMED)):
+        found = read_scans([file(header, *lines)], options=tip)
+        [scan] = found.scans
+        assert (scan.tip_radius, scan.systematic_std) == (1.5, 0.01)
+        assert scan.points == pytest.approx(np.concatenate(CURVES)[: len(scan)], abs=1e-4)
+        assert found.said[-1] == "points are centres of a tip of radius 1.5"
 
 
 def test_poses_are_in_metres_unless_no_robot_reaches_so_far(file):
