@@ -109,16 +109,15 @@ def _in_vain(plan: ProbePlan, status: TouchStatus, way: np.ndarray | None, tip: 
 
 def _arm(trigger: Trigger, plan: ProbePlan, first: _Hop, tip: Tip, options: TriggerOptions):
     """Centres (k, 3) of the points of an arm, and why it ended; the tip is then above the contact
-    again."""
+    again, on the way that it came."""
     hops, end, step = [first], ContourEnd.LENGTH_REACHED, plan.reach / options.points
-    trigger.move(first.lifted(options.retract)[None])
-    known = 0
+    air, known = [first.lifted(options.retract)], 0
+    trigger.move(air[0][None])
     while len(hops) <= options.points and known < 2:
-        found = _next(trigger, hops[-1], step, options)
+        found = _next(trigger, hops[-1], step, options, air)
         if found is None:
             end = ContourEnd.TURNED_AWAY
             break
-        trigger.move(found.lifted(options.retract)[None])
         hops.append(_with_direction(hops, found))
         if hops[-1].along @ first.along < np.cos(plan.max_turn):
             end = ContourEnd.TURNED_AWAY
@@ -126,27 +125,30 @@ def _arm(trigger: Trigger, plan: ProbePlan, first: _Hop, tip: Tip, options: Trig
         if plan.until is not None:
             contact = hops[-1].lifted(-tip.radius)
             known = known + 1 if plan.until(contact[None])[0] else 0
-    trigger.move(np.array([hop.lifted(options.retract) for hop in hops[-2::-1]] or [first.centre]))
+    trigger.move(np.array(air[::-1]))
     return np.array([hop.centre for hop in hops[1:]]).reshape(-1, 3), end
 
 
-def _next(trigger: Trigger, hop: _Hop, step: float, options: TriggerOptions) -> _Hop | None:
+def _next(
+    trigger: Trigger, hop: _Hop, step: float, options: TriggerOptions, air: list[np.ndarray]
+) -> _Hop | None:
     """The next point of an arm, a step on; None where there is none ahead, around an edge or up a
-    wall. The tip begins and, without a point, ends above the last one."""
+    wall. The tip begins and ends at the last of the free places ``air``, which grow."""
     rise = max(options.approach, _RISE * step)
     angles = [0.0, *_AROUND]
     while angles:
         angle = angles.pop(0)
         half, turned = hop.turned(0.5 * angle), hop.turned(angle)
         start = hop.centre + step * half.along + rise * turned.outward
-        if not trigger.move(start[None]):
-            trigger.move(hop.lifted(options.retract)[None])
-            angles = list(_UP) if angle == 0.0 else [a for a in angles if a < angle < 0.0]
-            continue
-        centre = trigger.probe(start - (rise + max(options.overtravel, rise)) * turned.outward)
-        if centre is not None:
-            return _Hop(centre, turned.along, turned.outward)
-        trigger.move(np.array([start, hop.lifted(options.retract)]))
+        if trigger.move(start[None]):
+            centre = trigger.probe(start - (rise + max(options.overtravel, rise)) * turned.outward)
+            trigger.move(start[None])
+            if centre is not None:
+                air.append(start)
+                return _Hop(centre, turned.along, turned.outward)
+        elif angle <= 0.0:
+            angles = list(_UP) if angle == 0.0 else angles
+        trigger.move(air[-1][None])
     return None
 
 
