@@ -55,9 +55,7 @@ def nothing(number: int) -> list[dict[str, str]]:
 
 
 def study(measure) -> Study:
-    return Study(
-        *("table", COLUMNS, None, measure, None, None, None, 1, "words"),
-    )
+    return Study("table", COLUMNS, measure, "words")
 
 
 def cells_of(count: int) -> list[Cell]:

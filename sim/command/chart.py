@@ -58,29 +58,29 @@ def chart(
             f"got {names[0]!r} without --stability or --atlas; names are families of the one or "
             "objects of the other: give one of the two, or no name"
         )
-    studies = _studies(names, atlas, stability)
-    from touchatlas.sim.study.study import chart as charted
+    charts = _charts(names, atlas, stability)
+    from touchatlas.sim.study.study import draw_chart
 
     rows: list = []
     summed: list = []
-    with shown(studies[0][0].words[0]) as watcher:
-        for study, own in studies:
-            watch = watcher.count(study.words[1])
-            more, numbers = charted(study, out, own, draws, seed, watch, work, say)
+    with shown(charts[0][0].words[0]) as watcher:
+        for one, own in charts:
+            watch = watcher.count(one.words[1])
+            more, numbers = draw_chart(one, out, own, draws, seed, watch, work, say)
             rows, summed = rows + more, summed + numbers
     if json_:
         print(json.dumps([{k: _known(v) for k, v in row.items()} for row in summed], indent=2))
     else:
-        Console().print(studies[0][0].table(rows, summed))
+        Console().print(charts[0][0].table(rows, summed))
     return 0
 
 
-def _studies(names: tuple[str, ...], atlas: bool, stability: bool):
-    """The studies that are asked for, each with its own names."""
+def _charts(names: tuple[str, ...], atlas: bool, stability: bool):
+    """The charts that are wanted, each with its own names."""
     if stability:
-        from touchatlas.sim.study.stability import studies_of
+        from touchatlas.sim.study.stability import charts_of
 
-        return studies_of(names)
+        return charts_of(names)
     if atlas:
         from touchatlas.sim.study.economy import ECONOMY
 

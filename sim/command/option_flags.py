@@ -9,7 +9,14 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
-from touchatlas.sim.folder.option_tables import Option, nested, options_of, read_options, updated
+from touchatlas.sim.folder.option_tables import (
+    Option,
+    flag_of,
+    nested,
+    options_of,
+    read_options,
+    updated,
+)
 from touchatlas.sim.study.workers import WorkOptions
 
 
@@ -70,18 +77,6 @@ def _with_flags(base, given: dict[tuple[str, ...], Any]):
         if not (given and verb and all(key in flags for key in keys)):
             raise
         raise ValueError(f"{', '.join(flags[key] for key in keys)} {verb} {rest}") from None
-
-
-def flag_of(name: str) -> str:
-    """The flag of an option; the name of a kind is the flag of its record: --planner random. Where
-    the surface is wanted is a question of its own, whoever plans.
-
-    >>> flag_of("max_touches"), flag_of("planner.name"), flag_of("planner.region")
-    ('--max-touches', '--planner', '--region')
-    """
-    if name in ("planner.region", "planner.elsewhere", "planner.feature"):
-        name = name.removeprefix("planner.")
-    return "--" + name.removesuffix(".name").replace("_", "-")
 
 
 def _flag(name: str, option: Option | type, meaning: str) -> inspect.Parameter:

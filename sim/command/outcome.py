@@ -89,8 +89,7 @@ def _misused(error: CycloptsError, command_line: str) -> str:
 
 def _not_resumed(error: UnknownOptionError) -> str:
     """What to do where resume was given a setting that only explore takes."""
-    from touchatlas.sim.command.option_flags import flag_of
-    from touchatlas.sim.folder.option_tables import options_of
+    from touchatlas.sim.folder.option_tables import flag_of, options_of
     from touchatlas.sim.folder.run_options import RunOptions
 
     flag = error.token.keyword

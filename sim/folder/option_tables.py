@@ -43,6 +43,18 @@ def options_of(record, path: tuple[str, ...] = ()) -> list[Option]:
     return found
 
 
+def flag_of(name: str) -> str:
+    """The flag of an option; the name of a kind is the flag of its record: --planner random. Where
+    the surface is wanted is a question of its own, whoever plans.
+
+    >>> flag_of("max_touches"), flag_of("planner.name"), flag_of("planner.region")
+    ('--max-touches', '--planner', '--region')
+    """
+    if name in ("planner.region", "planner.elsewhere", "planner.feature"):
+        name = name.removeprefix("planner.")
+    return "--" + name.removesuffix(".name").replace("_", "-")
+
+
 def updated(record, table: dict, source: str, path: tuple[str, ...] = ()):
     """A record with the values of a nested table in place of its own.
 

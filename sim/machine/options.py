@@ -4,6 +4,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from touchatlas.patch.entry_points import PROBES, added
 from touchatlas.patch.geometry.arrays import real
 from touchatlas.planner.tracking.options import scaled
 
@@ -38,8 +39,11 @@ class ProbeOptions:
     points: int = 5
 
     def __post_init__(self) -> None:
+        probes: tuple[str, ...] = (IDEAL, SCANNING, TRIGGER)
+        # What other packages add is looked for where the name is none of ours.
+        probes += () if self.name in probes else (*added(PROBES),)
         for name, value, known in (
-            ("probe", self.name, (IDEAL, SCANNING, TRIGGER)),
+            ("probe", self.name, probes),
             ("machine", self.machine, (ARM, MEASURING)),
         ):
             if value not in known:

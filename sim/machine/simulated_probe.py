@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from touchatlas.patch.entry_points import PROBES, added, load_added
 from touchatlas.sim.folder.run_options import RunOptions
 from touchatlas.sim.machine.faults import with_faults
 from touchatlas.sim.machine.feet import Feet
@@ -23,11 +24,17 @@ def probe_of(
     options : RunOptions
     obj : ImplicitObject or MeshObject
     rng : numpy.random.Generator
+
+    Notes
+    -----
+    A package adds a probe to ``touchatlas.probes`` as a function of object, options and rng.
     """
     assert options.noise is not None and options.tolerance is not None
     probe: SimulatedProbe
     if options.probe.name == IDEAL:
         probe = Probe(obj, options.noise, rng)
+    elif options.probe.name in added(PROBES):
+        probe = load_added(PROBES, options.probe.name)(obj, options, rng)
     else:
         unit = "mm" if isinstance(obj, ImplicitObject) else obj.unit
         millimetre = millimetre_of(unit, obj.diagonal)

@@ -75,7 +75,7 @@ def run_exploration(
     if not isinstance(options, RunOptions):
         raise ValueError(f"options are {options!r}; they must be RunOptions")
     phases = Phases(watcher.begins)
-    options = _completed(options, obj)
+    options = completed(options, obj)
     with new_run(out, force) as folder:
         settings = {"object": obj.source, "digest": digest_of(obj), **as_table(options)}
         write_settings(folder, settings)
@@ -142,7 +142,7 @@ def resume_exploration(
             raise ValueError(
                 f"{settings['object']} has changed since {folder} was begun; explore it again"
             )
-        options = _completed(options, obj)
+        options = completed(options, obj)
         settings = {"object": obj.source, "digest": digest_of(obj), **as_table(options)}
         if not kept:
             write_settings(folder, settings)
@@ -162,7 +162,7 @@ def _is_finer(folder: Path, tolerance: float | None, before: float | None) -> bo
     return True
 
 
-def _completed(options: RunOptions, obj) -> RunOptions:
+def completed(options: RunOptions, obj) -> RunOptions:
     """Options with the object's own noise and tolerance where they are left out, checked."""
     usual = obj.noise_std if options.probe.machine == ARM else 0.1 * obj.noise_std
     noise = float(usual if options.noise is None else options.noise)

@@ -22,7 +22,16 @@ from touchatlas.sim.folder.run_options import RunOptions
 from touchatlas.sim.run.work import begin, random_streams
 from touchatlas.sim.study.cells import Cell, Row
 from touchatlas.sim.study.oracle import Oracle, errors
-from touchatlas.sim.study.study import Study, Summed, canvas, grouped, middle, number
+from touchatlas.sim.study.study import (
+    Chart,
+    Study,
+    Summed,
+    canvas,
+    grouped,
+    middle,
+    number,
+    plain_numbers,
+)
 from touchatlas.sim.study.surface_peers import PEERS, best_surface, distances, samples_of
 from touchatlas.sim.study.tradeoff import pareto_front
 from touchatlas.sim.world.objects import make_object
@@ -382,20 +391,11 @@ def _panel(axes, rows: list[Row], cost, error, joined: bool) -> None:
             groups = sorted(grouped(own, "tolerance").items(), key=lambda one: float(one[0][0]))
             line = [(middle(map(cost, some)), middle(map(error, some))) for _, some in groups]
             axes.plot(*np.array(line).T, color=colour, lw=1.2)
-    _plain_numbers(axes.xaxis)
+    plain_numbers(axes.xaxis)
     if joined:
         real = [(cost(row), error(row)) for row in rows if row["method"] != ORACLE]
         front = np.array(pareto_front(real)).reshape(-1, 2)
         axes.plot(*front.T, color="black", lw=1.0, ls="--", zorder=1)
-
-
-def _plain_numbers(axis) -> None:
-    """Ticks 1, 2, 5, 10, ... of a logarithmic axis as plain numbers."""
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
-
-    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axis.set_minor_formatter(NullFormatter())
 
 
 def overview_picture(rows: list[Row]):
@@ -415,15 +415,14 @@ def overview_picture(rows: list[Row]):
             if known:
                 axes.plot([np.median(known)] * 2, [height - 0.35, height + 0.35], "k", lw=2)
         axes.set_yticks(range(len(methods)), methods[::-1])
-        _plain_numbers(axes.xaxis)
+        plain_numbers(axes.xaxis)
         axes.grid(alpha=0.25, axis="x", which="both")
     figure.suptitle("cost of a met tolerance over that of ours: right of the line, ours is cheaper")
     return figure
 
 
-ECONOMY = Study(
-    *("atlas", COLUMNS, cells_of, measure_run, summary, pictures, table, 1),
-    note="ended",
-    failed={"met": "no"},
+ECONOMY = Chart(
+    Study("atlas", COLUMNS, measure_run, "ended", {"met": "no"}),
+    *(cells_of, summary, pictures, table, 1),
     words=("exploring", "runs"),
 )

@@ -14,7 +14,7 @@ from touchatlas.sim.study.families import FAMILIES
 from touchatlas.sim.study.fits import added_fits
 from touchatlas.sim.study.one_patch import METHODS, answered, verdict
 from touchatlas.sim.study.outcome import Outcome, Verdict
-from touchatlas.sim.study.study import Study, Summed, canvas, grouped, middle, number
+from touchatlas.sim.study.study import Chart, Study, Summed, canvas, grouped, middle, number
 
 COLUMNS = (
     *("family", "severity", "draw", "method", "outcome", "error", "height_ratio"),
@@ -188,9 +188,9 @@ def overview_picture(summed: Summed, near: str):
     return figure
 
 
-def _study(
+def _chart(
     name: str, families, measure, draws: int, error: str, near: str, group: str = ""
-) -> Study:
+) -> Chart:
     """A study of families that are measured alike; ``error`` says what the column is, and ``near``
     what is counted where it is three at most. What other packages add to a group is measured, too.
     """
@@ -214,27 +214,26 @@ def _study(
         }
         return drawn | {name: overview_picture(summed, near)}
 
-    return Study(
-        *(name, COLUMNS, cells, measure, summary, pictures, table, draws),
-        note="words",
-        failed={"outcome": Outcome.CRASHED.value},
+    measured = Study(name, COLUMNS, measure, "words", {"outcome": Outcome.CRASHED.value})
+    return Chart(
+        *(measured, cells, summary, pictures, table, draws),
         keeps_summary=True,
         words=("measuring", "severities"),
     )
 
 
-ONE_PATCH = _study(
+ONE_PATCH = _chart(
     *("stability", FAMILIES, measure_patch, 25),
     *("median error of heights / noise", "heights within 3 noises, %", ESTIMATORS),
 )
-MANY_PATCHES = _study(
+MANY_PATCHES = _chart(
     *("stability_atlas", ATLAS_FAMILIES, measure_atlas, 2),
     *("largest error / tolerance, median", "surface within 3 tolerances, %"),
 )
 
 
-def studies_of(names: tuple[str, ...]) -> list[tuple[Study, tuple[str, ...]]]:
-    """The studies that have families of these names, each with its own ones; for no name all
+def charts_of(names: tuple[str, ...]) -> list[tuple[Chart, tuple[str, ...]]]:
+    """The charts that have families of these names, each with its own ones; for no name all
     families of one patch. ValueError for a name that is none."""
     for name in names:
         if name not in FAMILIES | ATLAS_FAMILIES:

@@ -22,7 +22,7 @@ Watch = Callable[[int, int], None]
 
 @dataclass(frozen=True, eq=False)
 class Study:
-    """What is measured, and how its rows are summed up, drawn and written.
+    """What is measured.
 
     Parameters
     ----------
@@ -30,10 +30,35 @@ class Study:
         Of its files.
     columns : tuple of str
         Columns of its tables.
+    measure : callable
+        ``given`` of a Cell to its rows. It is called in another process. A column that they lack
+        is that of the cell's head.
+    note : str
+        The column for the words of what became of a cell that is not done.
+    failed : dict of str
+        Other columns of its row.
+    timed : tuple of str
+        Columns that differ from machine to machine. They stand in times.csv alone, so that the
+        table of equal seeds is the same, byte for byte.
+    """
+
+    name: str
+    columns: tuple[str, ...]
+    measure: Callable[..., list[Row]]
+    note: str
+    failed: Row = field(default_factory=dict)
+    timed: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Chart:
+    """What is made of the rows of a study.
+
+    Parameters
+    ----------
+    study : Study
     cells : callable
         (names, draws, seed) to its Cells. ValueError for a name that it does not know.
-    measure : callable
-        ``given`` of a Cell to its rows. It is called in another process.
     summary : callable
         Rows to rows of numbers.
     pictures : callable
@@ -42,10 +67,6 @@ class Study:
         Rows and their summary to what a terminal shows.
     draws : int
         Draws of a full study.
-    note : str
-        The column for the words of what became of a cell that is not done.
-    failed : dict of str
-        Other columns of its row.
     keeps_summary : bool
         Whether ``NAME.csv`` is a table of the summary.
     suffixes : tuple of str
@@ -54,16 +75,12 @@ class Study:
         What the study does, and what it counts, for its user.
     """
 
-    name: str
-    columns: tuple[str, ...]
+    study: Study
     cells: Callable[[tuple[str, ...], int, int], list[Cell]]
-    measure: Callable[..., list[Row]]
     summary: Callable[[list[Row]], Summed]
     pictures: Callable[[list[Row], Summed], dict[str, Any]]
     table: Callable[[list[Row], Summed], Any]
     draws: int
-    note: str
-    failed: Row = field(default_factory=dict)
     keeps_summary: bool = False
     suffixes: tuple[str, ...] = ("png", "svg")
     words: tuple[str, str] = ("measuring", "cells")
@@ -76,8 +93,8 @@ def check_options(draws: int, seed: int) -> None:
             raise ValueError(f"{name} is {value}; it must be >= {least}")
 
 
-def chart(
-    study: Study,
+def draw_chart(
+    chart: Chart,
     folder: Path,
     names: tuple[str, ...] = (),
     draws: int | None = None,
@@ -90,27 +107,22 @@ def chart(
 
     Returns the rows and their summary. A chart that was interrupted goes on where it was.
     """
-    draws = study.draws if draws is None else draws
+    draws = chart.draws if draws is None else draws
     check_options(draws, seed)
-    cells = study.cells(names, draws, seed)
+    cells = chart.cells(names, draws, seed)
     make_out_folder(folder)
     with locked(folder):
-        rows = run(study, cells, folder, watch, work, say)
-        summed = study.summary(rows)
-        write_pictures(study, folder, rows, summed)
-        if study.keeps_summary:
+        rows = run(chart.study, cells, folder, watch, work, say)
+        summed = chart.summary(rows)
+        for name, figure in chart.pictures(rows, summed).items():
+            for suffix in chart.suffixes:
+                write_whole(folder / f"{name}.{suffix}", image_bytes(figure, suffix))
+        if chart.keeps_summary:
             text = [
                 {k: f"{v:.4g}" if isinstance(v, float) else v for k, v in r.items()} for r in summed
             ]
-            write_whole(folder / f"{study.name}.csv", csv_bytes(tuple(summed[0]), text))
+            write_whole(folder / f"{chart.study.name}.csv", csv_bytes(tuple(summed[0]), text))
     return rows, summed
-
-
-def write_pictures(study: Study, folder: Path, rows: list[Row], summed: Summed) -> None:
-    """Draw rows and their summary into a folder."""
-    for name, figure in study.pictures(rows, summed).items():
-        for suffix in study.suffixes:
-            write_whole(folder / f"{name}.{suffix}", image_bytes(figure, suffix))
 
 
 def run(
@@ -133,10 +145,12 @@ def run(
         try:
             measure_cells(ledger, study.measure, cells, watch, work, say)
         finally:
-            rows = _rows(study, cells, ledger)
-            for file, own in rows.items():
-                write_whole(folder / file, csv_bytes(study.columns, own))
-    return [row for own in rows.values() for row in own]
+            tables = _rows(study, cells, ledger)
+            for file, own in tables.items():
+                write_whole(folder / file, table_bytes(file, study.columns, own))
+            if study.timed:
+                write_whole(folder / "times.csv", _times(study, cells, ledger))
+    return [row for own in tables.values() for row in own]
 
 
 def measure_cells(
@@ -166,21 +180,72 @@ def measure_cells(
 def _rows(study: Study, cells: list[Cell], ledger: Ledger) -> dict[str, list[Row]]:
     """The rows of the cells by the names of their tables."""
     tables: dict[str, list[Row]] = {}
+    columns = (*study.columns, *study.timed)
     for cell in cells:
         own = tables.setdefault(cell.file, [])
         answer = ledger.answers.get(cell.key(study.measure))
         if answer is not None and answer.kind == DONE:
-            own += [{name: row.get(name) or "" for name in study.columns} for row in answer.rows]
+            own += [{n: row.get(n, cell.head.get(n)) or "" for n in columns} for row in answer.rows]
         elif answer is not None:
-            blank = {name: "failed" if name == "method" else "" for name in study.columns}
+            blank = {name: "failed" if name == "method" else "" for name in columns}
             own.append(blank | study.failed | cell.head | {study.note: answer.words})
     return tables
+
+
+def _times(study: Study, cells: list[Cell], ledger: Ledger) -> bytes:
+    """What differs from machine to machine: one line a cell."""
+    rows = []
+    for cell in cells:
+        answer = ledger.answers.get(cell.key(study.measure))
+        if answer is not None:
+            own = answer.rows[0] if answer.rows else {}
+            rows.append(
+                cell.head
+                | {name: own.get(name, "") for name in study.timed}
+                | {"gigabytes": f"{answer.gigabytes:.3g}", "became": answer.kind}
+                | {"where": answer.where}
+            )
+    return csv_bytes(tuple(rows[0]) if rows else (), rows)
+
+
+def table_bytes(file: str, columns: tuple[str, ...], rows: list[Row]) -> bytes:
+    """Rows as a table of the kind that a file's name ends with: CSV or Parquet.
+
+    Raises
+    ------
+    ValueError
+        For Parquet without pyarrow.
+    """
+    if not file.endswith(".parquet"):
+        return csv_bytes(columns, rows)
+    try:
+        from pyarrow import BufferOutputStream
+        from pyarrow import table as arrow_table
+        from pyarrow.parquet import write_table
+    except ImportError:
+        raise ValueError(
+            'a table in Parquet needs pyarrow; pip install "touchatlas[parquet]"'
+        ) from None
+    values = {name: _typed([row.get(name, "") for row in rows]) for name in columns}
+    stream = BufferOutputStream()
+    write_table(arrow_table(values), stream)
+    return stream.getvalue().to_pybytes()
+
+
+def _typed(texts: list[str]) -> list:
+    """A column of text as numbers, with None where it is blank; as it is where it holds words."""
+    for kind in (int, float):
+        try:
+            return [kind(text) if text else None for text in texts]
+        except ValueError:
+            pass
+    return texts
 
 
 def csv_bytes(columns: tuple[str, ...], rows: Iterable[dict]) -> bytes:
     """Rows as a table; blank where a column is missing."""
     text = io.StringIO()
-    writer = DictWriter(text, fieldnames=columns)
+    writer = DictWriter(text, fieldnames=columns, extrasaction="ignore")
     writer.writeheader()
     writer.writerows(rows)
     return text.getvalue().encode()
@@ -217,6 +282,15 @@ def canvas(width: float, height: float):
     figure = Figure(figsize=(width, height), layout="constrained")
     FigureCanvasAgg(figure)
     return figure
+
+
+def plain_numbers(axis) -> None:
+    """Ticks 1, 2, 5, 10, ... of a logarithmic axis as plain numbers."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(NullFormatter())
 
 
 def image_bytes(figure, suffix: str = "png") -> bytes:

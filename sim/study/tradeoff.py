@@ -29,7 +29,7 @@ from touchatlas.sim.study.fits import (
     mesh_curvatures,
 )
 from touchatlas.sim.study.scenes import SURFACES, Scene, draw_scene
-from touchatlas.sim.study.study import Study, Summed, canvas, grouped, number
+from touchatlas.sim.study.study import Chart, Study, Summed, canvas, grouped, number
 
 MEASURES = (
     *("mean_error", "max_error", "curvature_error", "time_ratio"),
@@ -231,10 +231,9 @@ def cells(names: tuple[str, ...], draws: int, seed: int) -> list[Cell]:
     return found
 
 
-TRADEOFF = Study(
-    *("tradeoff", COLUMNS, cells, measure_cell, summary),
-    *(lambda rows, summed: {"tradeoff": picture(rows, summed)}, table, 50),
-    note="note",
+TRADEOFF = Chart(
+    Study("tradeoff", COLUMNS, measure_cell, "note"),
+    *(cells, summary, lambda rows, summed: {"tradeoff": picture(rows, summed)}, table, 50),
     suffixes=("png",),
     words=("charting", "cells"),
 )

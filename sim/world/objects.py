@@ -144,6 +144,11 @@ def make_object(name: str, seed: int = 0) -> ImplicitObject | MeshObject:
     return obj
 
 
+def file_digest(path) -> str:
+    """SHA-256 of the bytes of a file."""
+    return hashlib.sha256(Path(path).read_bytes()).hexdigest()
+
+
 def digest_of(obj: ImplicitObject | MeshObject) -> str | None:
     """SHA-256 of the triangles of a mesh; None for a built-in object."""
     if not isinstance(obj, MeshObject):

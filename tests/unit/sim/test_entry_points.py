@@ -9,8 +9,10 @@ import pytest
 from touchatlas.patch.entry_points import added
 from touchatlas.planner import Planner, PlannerOptions, StopReason, explore
 from touchatlas.sim import RunOptions, make_object, object_names
+from touchatlas.sim.machine.options import ProbeOptions
+from touchatlas.sim.machine.simulated_probe import probe_of
 from touchatlas.sim.recorded.fit_file import fit_file
-from touchatlas.sim.run.work import begin, probe_of, random_streams
+from touchatlas.sim.run.work import begin, random_streams
 from touchatlas.sim.study.tradeoff import measure_cell
 
 PACKAGE = """
@@ -38,6 +40,10 @@ class Twice:
 def ours_again(point, contours, outward):
     return fit_patch(point, contours, outward).patch
 
+def deaf(obj, options, rng):
+    from touchatlas.sim import Probe
+    return Probe(obj, 0.0, rng)
+
 def tetrahedron(seed):
     points = 10.0 * np.array([[1.0, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])
     return points, np.array([[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]])
@@ -50,6 +56,8 @@ twice = added_package:Twice
 broken = added_package:nothing_there
 [touchatlas.estimators]
 ours_again = added_package:ours_again
+[touchatlas.probes]
+deaf = added_package:deaf
 [touchatlas.objects]
 tetrahedron = added_package:tetrahedron
 """
@@ -122,6 +130,15 @@ def test_an_object_has_a_name():
     assert "tetrahedron" in object_names()
     obj = make_object("tetrahedron")
     assert obj.source == "tetrahedron" and obj.diagonal == pytest.approx(20.0 * np.sqrt(3.0))
+
+
+@pytest.mark.usefixtures("package")
+def test_a_probe_has_a_name():
+    obj = make_object("sphere")
+    options = RunOptions(0.1, 1.0, probe=ProbeOptions("deaf"))
+    atlas, planner = begin(options, obj, np.random.default_rng(0))
+    touch = probe_of(options, obj, np.random.default_rng(0))(planner.ask(atlas))
+    assert np.linalg.norm(touch.contact) == pytest.approx(33.0, rel=1e-9)  # no noise
 
 
 @pytest.mark.usefixtures("package")

@@ -40,7 +40,7 @@ def swept(tmp_path_factory, no_processes):
 
 def swept_again(folder, watch=lambda done, total: None):
     options = EconomyOptions(tolerances=(1e-2,))
-    return run(ECONOMY, cells_of(("sphere",), 1, 0, METHODS, options), folder, watch)
+    return run(ECONOMY.study, cells_of(("sphere",), 1, 0, METHODS, options), folder, watch)
 
 
 def row(method, seed, length, met="yes"):

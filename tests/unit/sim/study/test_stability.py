@@ -11,8 +11,8 @@ from touchatlas.sim.study.cells import LEDGER
 from touchatlas.sim.study.families import FAMILIES, smooth
 from touchatlas.sim.study.one_patch import METHODS, judge, verdict
 from touchatlas.sim.study.outcome import Outcome
-from touchatlas.sim.study.stability import ONE_PATCH, studies_of
-from touchatlas.sim.study.study import chart, image_bytes
+from touchatlas.sim.study.stability import ONE_PATCH, charts_of
+from touchatlas.sim.study.study import draw_chart, image_bytes
 
 
 @pytest.fixture(scope="module")
@@ -95,7 +95,7 @@ def test_equal_seeds_draw_equal_cases_and_severities_ascend_or_descend(name):
 
 @pytest.mark.usefixtures("no_processes")
 def test_a_chart_has_a_row_and_a_picture_of_each_family(tmp_path):
-    rows, summed = chart(ONE_PATCH, tmp_path, ("still_curve",), draws=1)
+    rows, summed = draw_chart(ONE_PATCH, tmp_path, ("still_curve",), draws=1)
     assert len(rows) == len(METHODS) * len(FAMILIES["still_curve"].severities)
     names = {path.name for path in tmp_path.iterdir()}
     assert names == {
@@ -122,7 +122,7 @@ def test_rows_without_an_answer_have_no_error_and_are_drawn():
 
 def test_a_family_that_is_none_is_named():
     with pytest.raises(ValueError, match="no family 'noises'; choose from umbilic"):
-        studies_of(("noises",))
+        charts_of(("noises",))
 
 
 def acted(case, again: bool):

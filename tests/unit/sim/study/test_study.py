@@ -5,7 +5,7 @@ import csv
 import pytest
 
 from touchatlas.sim.study.cells import LEDGER, Cell
-from touchatlas.sim.study.study import Study, canvas, chart, image_bytes, run
+from touchatlas.sim.study.study import Chart, Study, canvas, draw_chart, image_bytes, run
 
 COLUMNS = ("number", "seed", "square", "note")
 
@@ -30,9 +30,9 @@ def picture(rows, summed):
     return {"curve": figure}
 
 
-STUDY = Study(
-    *("squares", COLUMNS, cells, squares, lambda rows: [{"rows": len(rows)}]),
-    *(picture, lambda rows, summed: None, 2, "note"),
+STUDY = Study("squares", COLUMNS, squares, "note")
+CHART = Chart(
+    *(STUDY, cells, lambda rows: [{"rows": len(rows)}], picture, lambda rows, summed: None, 2),
     keeps_summary=True,
 )
 
@@ -117,7 +117,7 @@ def test_a_line_that_was_cut_off_is_measured_again_and_one_of_others_is_refused(
 
 @pytest.mark.usefixtures("no_processes")
 def test_a_chart_writes_tables_and_pictures(tmp_path):
-    rows, summed = chart(STUDY, tmp_path / "new" / "one", ("1", "2"))
+    rows, summed = draw_chart(CHART, tmp_path / "new" / "one", ("1", "2"))
     assert len(rows) == 4 and summed == [{"rows": 4}]
     written = {path.name: path.read_bytes() for path in (tmp_path / "new" / "one").iterdir()}
     assert written.keys() == {LEDGER, "t.csv", "curve.png", "curve.svg", "squares.csv"}
@@ -133,11 +133,11 @@ def test_a_chart_writes_tables_and_pictures(tmp_path):
 )
 def test_mistakes_are_refused_before_anything_is_written(tmp_path, options, words):
     with pytest.raises(ValueError, match=words):
-        chart(STUDY, tmp_path / "new", **options)
+        draw_chart(CHART, tmp_path / "new", **options)
     assert not list(tmp_path.iterdir())
 
 
 def test_a_file_in_place_of_the_folder_is_refused(tmp_path):
     (tmp_path / "a").write_text("")
     with pytest.raises(ValueError, match="is a file"):
-        chart(STUDY, tmp_path / "a")
+        draw_chart(CHART, tmp_path / "a")

@@ -34,7 +34,7 @@ CELLS = (("ball", 0.02, "normal"), ("torus", 0.0, "tilted"))
 def rows(tmp_path_factory, no_processes):
     """Rows of both cells."""
     chosen = [cell for cell in cells(("ball", "torus"), 1, 0) if cell.given[:3] in CELLS]
-    return run(TRADEOFF, chosen, tmp_path_factory.mktemp("chart"), lambda done, total: None)
+    return run(TRADEOFF.study, chosen, tmp_path_factory.mktemp("chart"), lambda done, total: None)
 
 
 def without_times(rows) -> list[dict]:

@@ -1,0 +1,287 @@
+"""The report of a study: tables and pictures as one page of HTML and as PDF."""
+
+import base64
+import io
+import json
+import math
+from collections.abc import Sequence
+from html import escape
+from pathlib import Path
+
+import numpy as np
+
+from touchatlas.atlas.files import write_whole
+from touchatlas.sim.study.about import about
+from touchatlas.sim.study.cells import Row
+from touchatlas.sim.study.compare import COSTS, comparisons, median_interval, share_interval
+from touchatlas.sim.study.study import canvas, grouped, image_bytes, middle, number, plain_numbers
+from touchatlas.sim.study.study_file import StudyFile
+
+# Colours of Okabe and Ito, and lines that differ besides.
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#999999")
+LINES = ("-", "--", "-.", ":")
+_MOST_OBJECTS, _MOST_FAILED = 40, 20
+Table = tuple[str, list[str], list[list[str]]]
+_STYLE = """body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem}
+table{border-collapse:collapse;margin:1rem 0;font-size:.9rem;display:block;overflow-x:auto}
+td,th{padding:.25rem .6rem;border-bottom:1px solid #ccc;text-align:right;white-space:nowrap}
+td:first-child,th:first-child{text-align:left}img{max-width:100%}pre{overflow-x:auto;background:#f4f4f4;padding:1rem}"""
+
+
+def write_report(study: StudyFile, text: str, rows: list[Row], folder: Path) -> list[Table]:
+    """Write report.html, report.pdf and summary.json of a study's rows; returns its tables.
+
+    ``text`` is that of the study's file.
+    """
+    made = about()
+    tables = [settings_table(study, rows)]
+    summary = {"settings": _dicts(tables[0]), **made}
+    if study.baseline:
+        tables += baseline_tables(study, rows)
+        summary["against"] = [row for table in tables[1:] for row in _dicts(table)]
+    failed = failures(study, rows)
+    drawn = pictures(study, rows)
+    head = _head(study, rows, made)
+    page = _html(study.name, head, [*tables, *failed], drawn, text)
+    write_whole(folder / "report.html", page.encode())
+    write_whole(folder / "report.pdf", _pdf(study.name, head, [*tables, *failed], drawn, text))
+    write_whole(folder / "summary.json", (json.dumps(summary, indent=2) + "\n").encode())
+    return [*tables, *failed]
+
+
+def _dicts(table: Table) -> list[dict[str, str]]:
+    _, headers, lines = table
+    return [dict(zip(headers, line, strict=True)) for line in lines]
+
+
+def _head(study: StudyFile, rows: list[Row], made: dict) -> list[str]:
+    """What was run, in sentences."""
+    sizes = f"{len(study.sources)} objects, {len(study.settings())} settings, "
+    words = ", ".join(f"{name} {value}" for name, value in made["versions"].items())
+    machine = ", ".join(made["machine"].values())
+    commit = f", commit {made['commit']}" if made["commit"] else ""
+    return [
+        f"{len(rows)} runs: {sizes}{len(study.seeds)} seeds.",
+        f"Drawn with {words}{commit}, on {machine}; times.csv says where each run was measured.",
+        "Repeat it by touchatlas study with the file below. A cell has the median and, in "
+        "brackets, the interval that holds that of all such runs in 95 of 100 studies.",
+    ]
+
+
+def settings_table(study: StudyFile, rows: list[Row]) -> Table:
+    """One line a setting: the share that met, and medians of the costs."""
+    lines = []
+    for key, own in grouped(rows, *study.varied).items():
+        met = share_interval(sum(row["met"] == "1" for row in own), len(own))
+        costs = [median_interval([cost(row) for row in own]) for cost in COSTS.values()]
+        cells = [", ".join(key) or "all", str(len(own)), _percent(met)]
+        lines.append([*cells, *(_interval(cost) for cost in costs)])
+    return "Settings", [", ".join(study.varied) or "setting", "runs", "met", *COSTS], lines
+
+
+def baseline_tables(study: StudyFile, rows: list[Row]) -> list[Table]:
+    """Paired comparisons with the baseline, of costs and of what was met."""
+    costs, met = comparisons(rows, list(study.varied), study.baseline)
+    name, base = ", ".join(study.baseline), ", ".join(study.baseline.values())
+    one = [
+        [c.value, c.cost, str(c.pairs), _interval((c.ratio, c.low, c.high)), str(c.less)]
+        + [str(c.more), _p(c.p)]
+        for c in costs
+    ]
+    two = [[value, *map(str, counts), _p(p)] for value, *counts, p in met]
+    title = f"Against {base}"
+    return [
+        (
+            f"{title}: cost over the baseline's, of pairs that both met",
+            [name, "cost", "pairs", "ratio", "less", "more", "p (Wilcoxon, Holm)"],
+            one,
+        ),
+        (
+            f"{title}: which of a pair met its tolerance",
+            [name, "pairs", "only this", f"only {base}", "p (McNemar)"],
+            two,
+        ),
+    ]
+
+
+def failures(study: StudyFile, rows: list[Row]) -> list[Table]:
+    """The runs that did not end by themselves."""
+    bad = [row for row in rows if not row["touches"]]
+    lines = [
+        [row["object"], ", ".join(row[flag] for flag in study.varied), row["seed"], row["ended"]]
+        for row in bad[:_MOST_FAILED]
+    ]
+    if not lines:
+        return []
+    title = f"Runs without a result: {len(bad)}"
+    return [(title, ["object", ", ".join(study.varied) or "setting", "seed", "why"], lines)]
+
+
+def _interval(found: Sequence[float]) -> str:
+    middle, low, high = (f"{x:.3g}" if math.isfinite(x) else "" for x in found)
+    return f"{middle} ({low} to {high})" if low else middle or "–"
+
+
+def _percent(found: Sequence[float]) -> str:
+    share, low, high = (f"{100.0 * x:.0f}" for x in found)
+    return f"{share} % ({low} to {high})"
+
+
+def _p(p: float) -> str:
+    return "–" if math.isnan(p) else f"{p:.2g}" if p >= 1e-4 else "< 0.0001"
+
+
+def pictures(study: StudyFile, rows: list[Row]) -> dict:
+    """Figures by the names of their files."""
+    done = [row for row in rows if row["touches"]]
+    if not done:
+        return {}
+    drawn = {"profiles": profiles(study, rows), "objects": by_object(study, done)}
+    if study.baseline:
+        ratios = ratio_picture(study, done)
+        drawn |= {"ratios": ratios} if ratios is not None else {}
+    return drawn
+
+
+def _styles(keys) -> dict:
+    return {
+        key: {"color": COLOURS[k % len(COLOURS)], "ls": LINES[k // len(COLOURS) % len(LINES)]}
+        for k, key in enumerate(keys)
+    }
+
+
+def profiles(study: StudyFile, rows: list[Row]):
+    """Share of the runs that had met their tolerance after so many touches and machine seconds."""
+    figure, groups = canvas(11.0, 4.6), grouped(rows, *study.varied)
+    panels = {"touches": "touches", "machine_seconds": "machine seconds"}
+    styles = _styles(groups)
+    for axes, (column, label) in zip(
+        figure.subplots(1, 2, sharey=True), panels.items(), strict=True
+    ):
+        most = 1.05 * max(number(row[column]) for row in rows if row[column])
+        for key, own in groups.items():
+            cost = np.sort([number(row[column]) for row in own if row["met"] == "1"])
+            share = np.array([*range(len(cost) + 1), len(cost)]) / len(own)
+            style = styles[key] | {"label": ", ".join(key)}
+            axes.step([0.0, *cost, most], share, where="post", **style)
+        axes.set(xlabel=label, ylim=(0.0, 1.02), xlim=(0.0, most))
+        axes.grid(alpha=0.25)
+    figure.axes[0].set_ylabel("share of runs that met the tolerance")
+    _legend(figure)
+    return figure
+
+
+def _legend(figure) -> None:
+    handles, labels = figure.axes[0].get_legend_handles_labels()
+    if any(labels):
+        figure.legend(handles, labels, loc="outside lower center", ncols=min(4, len(labels)))
+
+
+def by_object(study: StudyFile, rows: list[Row]):
+    """Median touches of each object and setting; grey where no run met the tolerance."""
+    objects = [name for (name,) in grouped(rows, "object")][:_MOST_OBJECTS]
+    settings, cells = list(grouped(rows, *study.varied)), grouped(rows, "object", *study.varied)
+    values = np.full((len(objects), len(settings)), np.nan)
+    for line, name in enumerate(objects):
+        for column, key in enumerate(settings):
+            own = [row for row in cells.get((name, *key), ()) if row["met"] == "1"]
+            values[line, column] = middle(number(row["touches"]) for row in own)
+    figure = canvas(3.5 + 0.9 * len(settings), 1.8 + 0.3 * len(objects))
+    axes = figure.subplots()
+    shown = {"cmap": "cividis", "aspect": "auto"}
+    image = axes.imshow(np.ma.masked_invalid(values), **shown)
+    axes.set_facecolor("#dddddd")
+    bright = np.nanmean(values) if np.isfinite(values).any() else 0.0
+    for (line, column), value in np.ndenumerate(values):
+        words = "not met" if np.isnan(value) else f"{value:.3g}"
+        colour = "black" if np.isnan(value) or value > bright else "white"
+        axes.text(column, line, words, ha="center", va="center", size=8, color=colour)
+    axes.set_yticks(range(len(objects)), objects)
+    names = [", ".join(key) or "all" for key in settings]
+    axes.set_xticks(range(len(settings)), names, rotation=35, ha="right")
+    figure.colorbar(image, ax=axes, label="median touches")
+    return figure
+
+
+def ratio_picture(study: StudyFile, rows: list[Row]):
+    """Costs over the baseline's, a point a pair, and the median with its interval as a bar; None
+    where there is no pair."""
+    names = ("touches", "machine seconds", "machine seconds to 99 %", "95 % error / tolerance")
+    same = ("object", "seed", *(flag for flag in study.varied if flag not in study.baseline))
+    groups = grouped([row for row in rows if row["met"] == "1"], *study.baseline)
+    base = groups.pop(tuple(study.baseline.values()), [])
+    partner = {tuple(row[name] for name in same): row for row in base}
+    pairs = {
+        key: [(r, partner[at]) for r in own if (at := tuple(r[n] for n in same)) in partner]
+        for key, own in groups.items()
+    }
+    pairs = {key: own for key, own in pairs.items() if own}
+    if not pairs:
+        return None
+    figure = canvas(12.0, 1.6 + 0.5 * len(pairs))
+    for axes, name in zip(figure.subplots(1, len(names), sharey=True), names, strict=True):
+        axes.set(xscale="log", xlabel=name)
+        axes.axvline(1.0, color="black", lw=1.0)
+        for height, own in enumerate(pairs.values()):
+            ratios = [COSTS[name](row) / COSTS[name](other) for row, other in own]
+            known = [ratio for ratio in ratios if math.isfinite(ratio) and ratio > 0.0]
+            axes.plot(known, [height] * len(known), "o", alpha=0.4, ms=4, color=COLOURS[0])
+            centre, low, high = median_interval(known)
+            if math.isfinite(centre):
+                axes.plot([centre] * 2, [height - 0.3, height + 0.3], lw=2.5, color="black")
+            if math.isfinite(low):
+                axes.plot([low, high], [height] * 2, lw=2.5, color="black")
+        axes.set_yticks(range(len(pairs)), [", ".join(key) for key in pairs])
+        plain_numbers(axes.xaxis)
+        axes.grid(alpha=0.25, axis="x", which="both")
+    base_words = ", ".join(study.baseline.values())
+    figure.suptitle(f"cost over that of {base_words}: left of the line is cheaper")
+    return figure
+
+
+def _html(name: str, head, tables: list[Table], drawn: dict, text: str) -> str:
+    """The page, which needs no other file."""
+    parts = [f"<h1>{escape(name)}</h1>", *(f"<p>{escape(words)}</p>" for words in head)]
+    for title, headers, lines in tables:
+        cells = ("".join(f"<td>{escape(cell)}</td>" for cell in line) for line in lines)
+        body = "".join(f"<tr>{line}</tr>" for line in cells)
+        top = "".join(f"<th>{escape(header)}</th>" for header in headers)
+        parts.append(f"<h2>{escape(title)}</h2><table><tr>{top}</tr>{body}</table>")
+    for title, figure in drawn.items():
+        data = base64.b64encode(image_bytes(figure)).decode()
+        parts.append(f'<p><img alt="{title}" src="data:image/png;base64,{data}"></p>')
+    parts.append(f"<h2>The study's file</h2><pre>{escape(text)}</pre>")
+    start = f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{escape(name)}</title>'
+    return f"{start}<style>{_STYLE}</style>{''.join(parts)}</html>\n"
+
+
+def _pdf(name: str, head, tables: list[Table], drawn: dict, text: str) -> bytes:
+    """The same as pages of A4."""
+    from matplotlib.backends.backend_pdf import PdfPages
+
+    words = [name, "", *(part for line in head for part in _wrapped(line)), ""]
+    for title, headers, lines in tables:
+        words += [title, *_columns([headers, *lines]), ""]
+    words += ["The study's file", *text.splitlines()]
+    file = io.BytesIO()
+    with PdfPages(file, metadata={"CreationDate": None, "Title": name}) as pages:
+        for first in range(0, len(words), 60):
+            figure = canvas(11.7, 8.3)
+            style = {"family": "monospace", "size": 6.5, "va": "top"}
+            figure.text(0.03, 0.97, "\n".join(words[first : first + 60]), parse_math=False, **style)
+            pages.savefig(figure)
+        for figure in drawn.values():
+            pages.savefig(figure)
+    return file.getvalue()
+
+
+def _wrapped(line: str, width: int = 150) -> list[str]:
+    import textwrap
+
+    return textwrap.wrap(line, width)
+
+
+def _columns(lines: list[list[str]]) -> list[str]:
+    """Lines of cells as text in columns."""
+    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+    return ["  ".join(c.ljust(w) for c, w in zip(line, widths, strict=True)) for line in lines]
