@@ -42,7 +42,8 @@ class Atlas(AtlasState):
     Notes
     -----
     The attributes of ``AtlasState`` are for reading, and the methods here change the atlas. Reading
-    never changes what is saved.
+    never changes what is saved. Where touches hold centres of a ball tip, samples and ``body`` are
+    of centres, as plans are; faces, patches, surface and files are less the tip.
 
     Examples
     --------
@@ -161,15 +162,16 @@ class Atlas(AtlasState):
     def __repr__(self) -> str:
         """One line: what was touched, and what it shows."""
         words = f"{self.touches} touches, {self.point_count:,} samples"
-        if self.body is not None:
-            kinds = Counter(face.kind for face in self.body.faces.faces)
+        if (body := self.without_tip.body) is not None:
+            kinds = Counter(face.kind for face in body.faces.faces)
             faces = ", ".join(f"{count} {kind}" for kind, count in kinds.most_common())
             words += f", faces: {faces}, {len(self)} patches"
         return f"<Atlas: {words}, tolerance {self.tolerance:.4g}>"
 
     def _repr_html_(self) -> str:
         """What is held, with a row for each face."""
-        rows = [] if self.body is None else self.body.faces.faces
+        body = self.without_tip.body
+        rows = [] if body is None else body.faces.faces
         cells = "".join(f"<tr><td>{f.id}</td><td>{f.words}</td></tr>" for f in rows[:20])
         more = f"<tr><td></td><td>and {len(rows) - 20} more</td></tr>" if len(rows) > 20 else ""
         line = repr(self)[1:-1]

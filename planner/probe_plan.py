@@ -33,7 +33,7 @@ class ProbePlan:
     number : int
         Number of the plan, from 0 for the first of a planner.
     reference_point : (3,) float, length, world
-        Predicted point of contact.
+        Predicted point of contact; of the centre of the tip, where touches hold centres.
     normal : (3,) float, unit, world
         Predicted outward normal.
     planes : tuple of SamplingPlane

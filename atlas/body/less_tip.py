@@ -66,6 +66,7 @@ def _read_again(samples: ContourSamples, faces: Faces) -> Faces:
     refit(labels)
     # What lay on the rounding of an edge by the tip lies on both of its faces.
     labels.relax()
+    labels.drop_empty()
     refit(labels)
     return faces_of_labels(labels)
 
@@ -74,7 +75,7 @@ def _with_closed_corners(faces: Faces, radius: float) -> Faces:
     """Faces whose sharp concave edges are rounded by the ball that did not enter them. The edge
     itself may have any radius from zero to that of the ball: a uniform law."""
     edges = tuple(
-        replace(edge, radius=radius, radius_std=radius / np.sqrt(3.0))
+        replace(edge, radius=radius, radius_std=float(radius / np.sqrt(3.0)))
         if edge.kind is EdgeKind.SHARP_CONCAVE and edge.radius < radius
         else edge
         for edge in faces.edges

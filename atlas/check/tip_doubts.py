@@ -5,7 +5,7 @@ import numpy as np
 from touchatlas.atlas.check.doubt import NOWHERE, Doubt, count_of, extent_of, some_apart
 from touchatlas.atlas.edges.boundary import EdgeKind
 from touchatlas.atlas.state import AtlasState
-from touchatlas.patch.geometry.normal_error import SURE
+from touchatlas.patch.geometry.normal_error import MOST_TILT, SURE
 
 
 def tip_doubts(atlas: AtlasState) -> list[Doubt]:
@@ -22,8 +22,8 @@ def _closed_corners(atlas: AtlasState) -> list[Doubt]:
         return []
     kept = some_apart(places[np.argsort(-depths, kind="stable")], atlas.pool.extent)
     words = (
-        f"The ball of radius {atlas.tip_radius:.4g} did not enter concave corners, which are "
-        f"closed by it: what lies up to {depths.max():.3g} deeper is not known; take a smaller tip."
+        "The ball at the tip did not enter concave corners: what lies there, up to "
+        f"{depths.max():.3g} deeper than the ball, is not known; take a smaller tip."
     )
     return [Doubt("closed corners", words, kept)]
 
@@ -32,22 +32,25 @@ def closed_corners(atlas: AtlasState) -> tuple[np.ndarray, np.ndarray]:
     """Middles (k, 3) of the gaps between contacts of a ball in concave corners, and how much deeper
     than the ball the sharp corner is, (k,), length.
 
-    From one centre to the next the normals turn by t toward each other, more than between samples
-    of a smooth bend: the ball touches both sides at once. A sharp corner is r (1 / cos(t/2) - 1)
-    deeper than a ball of radius r.
+    From one contact to the next, normals turn by t toward each other, more than in a smooth bend:
+    the ball touches both sides at once, at a distance of 2 r sin(t/2). A sharp corner is
+    r (1 / cos(t/2) - 1) deeper than a ball of radius r. Of contacts with normals the distance
+    tells r.
     """
-    none = np.zeros((0, 3)), np.zeros(0)
-    if not atlas.tip_radius or atlas.body is None:
-        return none
-    bare, centres = atlas.without_tip.pool, atlas.pool.points
-    turn, chord = np.diff(bare.normals, axis=0), np.diff(centres, axis=0)
-    same = np.diff(bare.contours) == 0
-    cosine = np.clip((bare.normals[1:] * bare.normals[:-1]).sum(axis=1), -1.0, 1.0)
-    half = np.sqrt(0.5 * (1.0 + cosine))
-    depth = atlas.tip_radius * (1.0 / np.maximum(half, 0.1) - 1.0)
+    pool = atlas.without_tip.pool
+    if not pool.measured.any():
+        return np.zeros((0, 3)), np.zeros(0)
+    turn, gap = np.diff(pool.normals, axis=0), np.diff(pool.points, axis=0)
+    chord = np.sqrt((turn * turn).sum(axis=1))
+    # Twice the sine of half of the turn.
+    found = (chord > 2.0 * np.sin(MOST_TILT)) & ((turn * gap).sum(axis=1) < 0.0)
+    found &= (np.diff(pool.contours) == 0) & pool.measured[1:] & pool.measured[:-1]
+    at = np.flatnonzero(found)
+    radius = atlas.tip_radius or np.sqrt((gap[at] * gap[at]).sum(axis=1)) / chord[at]
+    depth = radius * (1.0 / np.sqrt(np.maximum(1.0 - 0.25 * chord[at] ** 2, 0.01)) - 1.0)
     limit = atlas.levels.sure * np.hypot(atlas.sample_std, atlas.systematic_std)
-    found = np.flatnonzero(same & ((turn * chord).sum(axis=1) < 0.0) & (depth > limit))
-    return 0.5 * (bare.points[found] + bare.points[found + 1]), depth[found]
+    at, depth = at[depth > limit], depth[depth > limit]
+    return 0.5 * (pool.points[at] + pool.points[at + 1]), depth
 
 
 def _sharper_edges(atlas: AtlasState) -> list[Doubt]:

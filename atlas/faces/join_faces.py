@@ -10,6 +10,7 @@ from touchatlas.atlas.faces.faces import Face, FaceEdge, Faces
 from touchatlas.atlas.faces.polylines import polylines
 from touchatlas.atlas.labels.labels import NONE, Labels
 from touchatlas.atlas.pieces.laws import law_of
+from touchatlas.atlas.records.options import Levels
 
 
 def join_faces(labels: Labels, boundaries: list[Boundary]) -> Faces:
@@ -102,16 +103,22 @@ def _edges(labels: Labels, boundaries: list[Boundary], face_of_label) -> tuple[F
         if low != high:
             groups.setdefault((low, high, b.kind.value), []).append(b)
     samples = labels.evidence.samples
-    step, tip = float(np.median(samples.steps)), samples.tip
-    return tuple(face_edge(*key[:2], parts, step, tip) for key, parts in sorted(groups.items()))
+    own = float(np.median(samples.steps)), samples.tip, samples.levels.sure
+    return tuple(face_edge(*key[:2], parts, *own) for key, parts in sorted(groups.items()))
 
 
 def face_edge(
-    first: int, second: int, parts: list[Boundary], step: float, tip: float = 0.0
+    first: int,
+    second: int,
+    parts: list[Boundary],
+    step: float,
+    tip: float = 0.0,
+    sure: float = Levels.sure,
 ) -> FaceEdge:
     """One edge from the boundaries between the pieces of two faces; ``step`` is that of contours,
     length. Its points are half a step apart at least, and no gap in it is longer than 8 steps. A
-    convex edge of the centres of a ``tip`` (length) is rounded by it at least."""
+    convex edge of the centres of a ``tip`` (length) is rounded by it at least, and by no more where
+    its radius is not ``sure`` deviations off."""
     points = np.concatenate([b.curve.points for b in parts])
     deviation = np.concatenate([b.curve.deviation for b in parts])
     lines = polylines(points, deviation, 0.5 * step, 8.0 * step)
@@ -127,16 +134,19 @@ def face_edge(
         float(np.median(deviation)),
         float(np.average([b.angle for b in parts], weights=weights)),
         float(np.sqrt(np.average([b.gap**2 for b in parts], weights=weights))),
-        *_radius(blunt, tip if kind is EdgeKind.SHARP_CONVEX else 0.0),
+        *_radius(blunt, tip if kind is EdgeKind.SHARP_CONVEX else 0.0, sure),
         np.unique(np.concatenate([np.zeros(0, int), *(edge.samples for edge in blunt)])),
     )
 
 
-def _radius(blunt: list[BluntEdge], least: float) -> tuple[float, float]:
-    """Mean radius of blunt edges by their variances, and its standard deviation; the least one,
-    which is sure, of none."""
+def _radius(blunt: list[BluntEdge], least: float, sure: float) -> tuple[float, float]:
+    """Mean radius of blunt edges by their variances, and its standard deviation; the least radius,
+    which is known, of none, and where the mean is not ``sure`` deviations off it."""
     if not blunt:
         return least, 0.0
     weights = np.array([edge.deviation**-2 for edge in blunt])
     mean = np.average([edge.radius for edge in blunt], weights=weights)
-    return float(mean), float(weights.sum() ** -0.5)
+    deviation = float(weights.sum() ** -0.5)
+    if least and abs(mean - least) <= sure * deviation:
+        return least, 0.0
+    return float(mean), deviation
