@@ -110,16 +110,35 @@ def hidden_hole(view: View, places: Places) -> Target | None:
 
 
 def vague_surface(view: View, places: Places) -> Target | None:
-    """The place about which a touch can take most of the variance: of its integral over the surface
-    about it. None where all places are near touches or attempts, or much surer than a sample."""
-    levels = view.options.levels
-    least = levels.surest * view.atlas.sample_std
-    gain = places.area * np.maximum(places.deviation**2 - least**2, 0.0)
+    """The place of largest expected gain: of the area about it that a touch is expected to bring
+    within the next tolerance, over its cost. None where all places are near touches or attempts, or
+    as surely within it as samples can make them."""
+    levels, law = view.options.levels, view.atlas.law
+    tolerance = next_tolerance(view, places)
+    least = np.array([levels.surest * view.atlas.sample_std])
+    sure = law.chance(tolerance, least, 0.0)
+    more = sure - law.chance(tolerance, places.deviation, places.away)
+    gain = places.area * np.maximum(more, 0.0)
     free = np.flatnonzero((gain > 0.0) & view.is_free(places.points))
     if not len(free):
         return None
-    best = largest_sum_about(places.points, gain, free, levels.about * view.extent)
+    cost = view.cost(places.points)
+    best = largest_sum_about(places.points, gain, free, levels.about * view.extent, cost)
     return Target(places.points[best], places.normals[best], Reason.REFINE)
+
+
+def next_tolerance(view: View, places: Places) -> float:
+    """The largest power of two, in scales, within which less of the places is expected than what is
+    wanted of the surface, length. The tolerance at which an exploration ends does not change what
+    is touched on the way to it."""
+    law, scale = view.atlas.law, view.atlas.scale
+    power = np.floor(np.log2(view.extent / scale))
+    while True:
+        tolerance = float(scale * 2.0**power)
+        inside = places.area @ law.chance(tolerance, places.deviation, places.away)
+        if not inside >= view.options.coverage * places.area.sum():
+            return tolerance
+        power -= 1.0
 
 
 def small_hole(view: View, places: Places) -> Target | None:
@@ -197,14 +216,15 @@ def variance(view: View, places: Places) -> Target | None:
     return target_at(places, len(places.rim) + int(vague.argmax()))
 
 
-def largest_sum_about(points, values, asked, radius: float) -> int:
+def largest_sum_about(points, values, asked, radius: float, cost) -> int:
     """Of the places ``asked`` (k,) int about which the sum of values (n,) at points (n, 3) within a
-    radius, length, is largest. The largest value in each cube of that edge is compared.
+    radius, length, over the ``cost`` (n,), is largest. The largest value in each cube of that edge
+    is compared.
 
     Examples
     --------
     >>> points = np.array([[0.0, 0, 0], [4, 0, 0], [5, 0, 0]])
-    >>> largest_sum_about(points, np.array([1.5, 1, 1]), np.arange(3), 2.0)
+    >>> largest_sum_about(points, np.array([1.5, 1, 1]), np.arange(3), 2.0, np.ones(3))
     1
     """
     # No wall of the cubes passes places on a lattice.
@@ -214,7 +234,7 @@ def largest_sum_about(points, values, asked, radius: float) -> int:
     new = np.append(True, (np.diff(cube[order], axis=0) != 0).any(axis=1))
     compared = np.sort(asked[order[new]])
     near = cKDTree(points).query_ball_point(points[compared], radius)
-    return int(compared[np.argmax([values[some].sum() for some in near])])
+    return int(compared[np.argmax([values[some].sum() for some in near] / cost[compared])])
 
 
 def _rim(view: View, places: Places, some) -> Target | None:
@@ -230,8 +250,7 @@ def _rim(view: View, places: Places, some) -> Target | None:
         return None
     points, in_vain = places.rim[free], np.reshape(view.attempts.in_vain, (-1, 3))
     away = distance_to(np.concatenate([view.touched, in_vain]), points)
-    travel = np.linalg.norm(points - view.touched[-1], axis=1)
-    return target_at(places, int(free[(away**2 / (levels.set_up * extent + travel)).argmax()]))
+    return target_at(places, int(free[(away**2 / view.cost(points)).argmax()]))
 
 
 def target_at(places: Places, number: int) -> Target:

@@ -103,6 +103,12 @@ class View:
         """(n,) whether points (n, 3) are away from touches and attempts."""
         return distance_to(self.done, points) > self.options.levels.apart * self.extent
 
+    def cost(self, points) -> np.ndarray:
+        """(n,) what a touch at points (n, 3) costs: the way from the last one, and the level
+        ``set_up`` for the touch itself, length."""
+        travel = np.linalg.norm(points - self.touched[-1], axis=1)
+        return np.asarray(self.options.levels.set_up * self.extent + travel)
+
     def nearest(self, points) -> int:
         """Index of the point (n, 3) that is nearest to the last touch."""
         offset = points - self.touched[-1]

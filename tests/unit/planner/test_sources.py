@@ -23,6 +23,7 @@ from touchatlas.planner.sources import (
     hidden_hole,
     largest_sum_about,
     next_target,
+    next_tolerance,
 )
 from touchatlas.planner.view import Phase, View
 
@@ -92,12 +93,35 @@ def test_an_opening_that_was_reached_in_vain_is_touched_elsewhere():
     assert target.point.tolist() == RIM[0].tolist()
 
 
-def test_where_the_surface_is_closed_a_touch_takes_most_of_the_variance():
-    """Two places of 0.04 next to each other hold 0.0032, more than one of 0.05 with 0.0025. What a
-    few samples would know is taken off: three tenths of a sample's deviation, 0.006, at each."""
-    target = next_target(view(), closed())
+def test_where_the_surface_is_closed_a_touch_brings_most_area_within_the_next_tolerance():
+    """A place of little area is worth no more than that, however large its error is: of an area of
+    0.015 with a deviation of 3, and two next to each other of 1 with 0.2, these are touched, though
+    the first one has more of the variance, 0.135 of 0.215."""
+    some = replace(
+        closed(np.array([0.001, 0.01, 3.0, 0.2, 0.2])), area=np.array([1.0, 1.0, 0.015, 1.0, 1.0])
+    )
+    target = next_target(view(), some)
     assert target.reason is Reason.REFINE
     assert target.point.tolist() in PLACES[3:].tolist()
+
+
+@pytest.mark.parametrize(("deviation", "power"), [(0.01, -2), (0.02, -1), (0.16, 2)])
+def test_the_next_tolerance_is_a_power_of_two_that_most_places_miss(deviation, power):
+    """Of errors of t with seven degrees of freedom 0.995 are within 4.03 of its scale: 0.8 of the
+    deviation, and a floor of 0.3 of a sample's, 0.006. Powers of two are times a scale of 0.1."""
+    sure = closed(np.full(5, deviation))
+    limit = 4.03 * np.hypot(0.8 * deviation, 0.006)
+    found = next_tolerance(view(), sure)
+    assert found == 0.1 * 2.0**power and found < limit <= 2.0 * found
+
+
+def test_of_places_of_equal_gain_the_nearer_one_is_touched():
+    """The way from the last touch is part of what a touch costs."""
+    apart = np.array(
+        [[5.0, 0.0, 0.0], [-9.0, 0.0, 0.0], [0.0, 20.0, 0.0], [9.9, 20.0, 0.0], PLACES[4]]
+    )
+    some = replace(closed(np.array([0.2, 0.2, 0.001, 0.001, 0.001])), points=apart)
+    assert next_target(view(), some).point.tolist() == apart[0].tolist()
 
 
 def test_places_that_are_surer_than_samples_need_no_touch():
@@ -267,7 +291,7 @@ def test_the_sum_about_a_place_is_nearly_the_largest(seed):
     points, values = vague_places(seed)
     asked = np.flatnonzero(points[:, 0] < 0.7)
     sums = (cdist(points[asked], points) <= 0.2) @ values
-    found = largest_sum_about(points, values, asked, 0.2)
+    found = largest_sum_about(points, values, asked, 0.2, np.ones(len(points)))
     assert sums[asked == found] >= 0.8 * sums.max()
 
 
