@@ -9,7 +9,7 @@ from touchatlas.atlas.faces.faces import Face, Faces
 from touchatlas.atlas.labels.labels import NONE
 from touchatlas.atlas.labels.samples import ContourSamples
 from touchatlas.atlas.pieces.fit_piece import fit_piece
-from touchatlas.atlas.pieces.kinds import Kind
+from touchatlas.atlas.pieces.kinds import SIMPLE_LAWS, Kind
 from touchatlas.atlas.pieces.laws import law_of
 from touchatlas.atlas.pieces.piece import Piece
 from touchatlas.atlas.surfaces.kriging import beyond_noise
@@ -58,8 +58,7 @@ def _turns(samples: ContourSamples, before: Faces | None) -> np.ndarray:
 
 def _free_form(samples: ContourSamples) -> Face:
     """The face of samples that obey no law."""
-    words, own = "free-form", (np.arange(len(samples)), 1.0, samples.std, _middle(samples))
-    return Face(0, words, words, None, (), (), *own)
+    return Face(0, None, (), (), np.arange(len(samples)), 1.0, samples.std, _middle(samples))
 
 
 def _lawful(piece: Piece, samples: ContourSamples) -> Face:
@@ -68,7 +67,7 @@ def _lawful(piece: Piece, samples: ContourSamples) -> Face:
     off = piece.at(samples.points)[0]
     explained = float((np.abs(off) <= samples.levels.sure * samples.stds).mean())
     own = np.arange(len(samples)), explained, float(np.sqrt((off * off).mean())), _middle(samples)
-    return Face(0, law.words, piece.kind.name.lower(), law, (piece,), (0,), *own)
+    return Face(0, law, (piece,), (0,), *own)
 
 
 def _middle(samples: ContourSamples) -> np.ndarray:
@@ -93,7 +92,7 @@ def law_of_all(samples: ContourSamples) -> Piece | None:
     quadric = fit_piece(Kind.QUADRIC, *columns)
     if quadric is None or not _passes_by(quadric, samples):
         return None
-    others = (fit_piece(kind, *columns) for kind in (Kind.PLANE, Kind.SPHERE, Kind.CYLINDER))
+    others = (fit_piece(kind, *columns) for kind in SIMPLE_LAWS)
     for piece in (*others, quadric):
         if piece is not None and _passes_by(piece, samples) and _is_sure(piece, samples):
             return _with_misfit(piece, samples)

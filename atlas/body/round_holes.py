@@ -14,9 +14,10 @@ def smallest_hole(body: Body) -> float:
 def _radius(body: Body, face: Face) -> float:
     """Radius of a face that is a hole, with samples on more than half of all sides of its axis,
     length; infinite of another."""
-    if face.law is None or "axis" not in face.law.numbers:
+    law = face.law
+    if law is None or law.kind != "cylinder":
         return np.inf
-    numbers = {name: np.asarray(value, float) for name, value in face.law.numbers.items()}
+    numbers = {name: np.asarray(value, float) for name, value in law.numbers.items()}
     if numbers["radius_std"] > 0.02 * numbers["radius"]:
         return np.inf
     normals, axis = body.faces.normals[face.samples], numbers["axis"]

@@ -71,7 +71,7 @@ def law_surface(face: Face, points) -> LawSurface | None:
 
 def _round_surface(face: Face, points, numbers) -> LawSurface | None:
     """The cylinder, cone or sphere of a face, its normal away from axis or centre."""
-    if face.kind == "cylinder" and "axis" in numbers:
+    if face.kind == "cylinder":
         axes, radius = frame_about(np.array(numbers["axis"])), float(numbers["radius"])
         return LawSurface("cylinder", np.array(numbers["point"]), axes, radius)
     if face.kind == "sphere":

@@ -23,10 +23,6 @@ class Face:
     Parameters
     ----------
     id : int
-    words : str
-        Kind and numbers: "cylinder, radius 5.01 ± 0.01, axis (0.000, 0.000, 1.000)".
-    kind : str
-        "plane", "sphere", "cylinder", "quadric" or "free-form".
     law : Law or None
         Numbers of a lawful face; None for a free-form one.
     pieces : tuple of Piece
@@ -44,8 +40,6 @@ class Face:
     """
 
     id: int
-    words: str
-    kind: str
     law: Law | None
     pieces: tuple[Piece, ...]
     patches: tuple[int, ...]
@@ -53,6 +47,20 @@ class Face:
     explained: float
     deviation: float
     middle: np.ndarray
+
+    @property
+    def kind(self) -> str:
+        """That of its law: "plane", "sphere", "cylinder" or "quadric"; else "free-form"."""
+        return self.law.kind if self.law else "free-form"
+
+    @property
+    def words(self) -> str:
+        """Kind and numbers: "cylinder, radius 5.01 ± 0.01, axis (0.000, 0.000, 1.000)"."""
+        if self.law:
+            return self.law.words
+        count = len(self.pieces)
+        patches = f", {count} patch" + ("" if count == 1 else "es")
+        return self.kind + (patches if count else "")
 
 
 @dataclass(frozen=True, eq=False)

@@ -78,13 +78,9 @@ def _face(labels: Labels, number: int, own, of) -> Face:
     law = None
     if len(pieces) == 1 and pieces[0].kind.lawful:
         law = law_of(pieces[0], samples.points[members], samples.std_of(members))
-    kind = pieces[0].kind.name.lower() if law else "free-form"
-    patches = f"{len(pieces)} patch" + ("" if len(pieces) == 1 else "es")
     offset = samples.points[members] - samples.points[members].mean(axis=0)
     return Face(
         number,
-        law.words if law else f"free-form, {patches}",
-        kind,
         law,
         pieces,
         tuple(own.tolist()),

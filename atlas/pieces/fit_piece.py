@@ -1,5 +1,7 @@
 """Fit a piece of a kind to samples: linear least squares, at feet."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from touchatlas.atlas.pieces.fit_cylinder import fit_cylinder
@@ -27,6 +29,10 @@ _SPHERE = np.zeros((9, 4))
 _SPHERE[0, 0] = _SPHERE[1, 1] = _SPHERE[2, 2] = _SPHERE[3, 3] = _SPHERE[5, 3] = _SPHERE[8, 3] = 1.0
 _PRECISIONS = {kind: np.diag(prior_precision(kind)) for kind in Kind}
 _PRECISIONS[Kind.SPHERE] = (_SPHERE.T * prior_precision(Kind.SPHERE)) @ _SPHERE
+
+# Kinds that no linear fit gives: functions of a quadric to start from, points and deviations to a
+# piece, or None where none fits.
+FROM_A_QUADRIC: dict[Kind, Callable[..., Piece | None]] = {Kind.CYLINDER: fit_cylinder}
 
 
 def fit_piece(kind: Kind, points, normals, std) -> Piece | None:
@@ -56,9 +62,9 @@ def fit_piece(kind: Kind, points, normals, std) -> Piece | None:
     0.1
     """
     origin, axes, scale = _frame(points, normals)
-    if kind is Kind.CYLINDER:
+    if kind in FROM_A_QUADRIC:
         start = linear_fit(Kind.QUADRIC, points, origin, axes, scale, std)
-        return fit_cylinder(start, points, std)
+        return FROM_A_QUADRIC[kind](start, points, std)
     return linear_fit(kind, points, origin, axes, scale, std)
 
 

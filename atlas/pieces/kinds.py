@@ -43,6 +43,8 @@ class Kind(IntEnum):
         return self < Kind.QUARTIC
 
 
+# Laws that say more than a quadric, which each of them is too, by the number of parameters.
+SIMPLE_LAWS = tuple(kind for kind in Kind if kind < Kind.QUADRIC)
 # Kinds that labels may have, by the number of parameters.
 LABEL_KINDS = tuple(kind for kind in Kind if kind <= Kind.QUARTIC)
 SEXTIC_BASIS = graded_basis(6)

@@ -20,6 +20,8 @@ class Law:
 
     Parameters
     ----------
+    kind : str
+        "plane", "sphere", "cylinder" or "quadric".
     words : str
         Kind and numbers.
     numbers : dict
@@ -27,13 +29,14 @@ class Law:
         A name that ends in ``_std`` is a standard deviation.
     """
 
+    kind: str
     words: str
     numbers: dict[str, float | list[float]]
 
 
 def law_of(piece: Piece, points, std) -> Law:
-    """The law of a lawful piece of samples (n, 3) with a standard deviation, or
-    one of each.
+    """The law of a lawful piece of samples (n, 3) with a standard deviation, or one of each. That
+    of a cylinder is fitted to these samples again; where none fits, it is the law of a quadric.
 
     Raises
     ------
@@ -60,7 +63,7 @@ def _plane(piece: Piece) -> Law:
     deviation = float(np.sqrt(piece.predicted(foot)[2][0]))
     words = f"plane, normal {vector(normal)}, level {with_deviation(level, deviation)}"
     numbers = {"normal": normal.tolist(), "normal_std": tilt, "level": level}
-    return Law(words, numbers | {"level_std": deviation})
+    return Law("plane", words, numbers | {"level_std": deviation})
 
 
 def _sphere(piece: Piece) -> Law:
@@ -87,7 +90,7 @@ def _sphere(piece: Piece) -> Law:
         f"centre {vector(centre, centre_std)}"
     )
     numbers = {"radius": radius, "radius_std": deviation, "centre": centre.tolist()}
-    return Law(words, numbers | {"centre_std": centre_std})
+    return Law("sphere", words, numbers | {"centre_std": centre_std})
 
 
 def _cylinder(piece: Piece, points, std) -> Law:
@@ -104,7 +107,7 @@ def _cylinder(piece: Piece, points, std) -> Law:
         f"{side}cylinder, radius {with_deviation(cylinder.radius, deviation)}, axis {vector(axis)}"
     )
     numbers = {"radius": float(cylinder.radius), "radius_std": deviation, "axis": axis.tolist()}
-    return Law(words, numbers | {"axis_std": tilt, "point": point.tolist()})
+    return Law("cylinder", words, numbers | {"axis_std": tilt, "point": point.tolist()})
 
 
 def _quadric(piece: Piece, points) -> Law:
@@ -115,7 +118,8 @@ def _quadric(piece: Piece, points) -> Law:
     # The third eigenvalue belongs to the normal and is zero.
     low, high = np.delete(values, np.abs(values).argmin())
     words = f"quadric, principal curvatures {high:.3g} and {low:.3g} in the middle"
-    return Law(words, {"k1": float(high), "k2": float(low), "middle": foot[0].tolist()})
+    numbers = {"k1": float(high), "k2": float(low), "middle": foot[0].tolist()}
+    return Law("quadric", words, numbers)
 
 
 def with_deviation(value: float, deviation: float) -> str:

@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 from touchatlas.atlas.edges.blunt_edges import blunt_edges, needless_labels, rounding_nats
 from touchatlas.atlas.labels.grow import Evidence, evenly, growths
 from touchatlas.atlas.labels.labels import NONE, Labels, is_larger
-from touchatlas.atlas.pieces.kinds import LABEL_KINDS, Kind
+from touchatlas.atlas.pieces.kinds import LABEL_KINDS, SIMPLE_LAWS, Kind
 from touchatlas.atlas.pieces.piece import Piece
 
 # Root mean square by which a kind of more parameters must follow the samples of a label more
@@ -23,7 +23,6 @@ _BORNE = 0.25
 _CLUSTER, _A_SEED = 6, 40
 # Samples of a label from which one of a kind that fits is not tried apart.
 _LARGE = 1000
-_LAWS = Kind.PLANE, Kind.SPHERE, Kind.CYLINDER
 
 
 def attempt(
@@ -113,7 +112,7 @@ def join_parts(labels: Labels) -> int:
     largest first; returns how many."""
     joined = 0
     order = np.argsort([-len(mine) for mine in labels.all_members()], kind="stable").tolist()
-    parts = [label for label in order if labels.pieces[label].kind in _LAWS]
+    parts = [label for label in order if labels.pieces[label].kind in SIMPLE_LAWS]
     while parts:
         own = parts.pop(0)
         other = next((k for k in parts if _join_part(labels, own, k)), None)
@@ -138,7 +137,7 @@ def _join_part(labels: Labels, a: int, b: int) -> bool:
     at = int(away.argmin())
     if away[at] >= reach or _stands_between(labels, a, b, first[near[at]], second[at]):
         return False
-    return _join(labels, first, second, _LAWS)
+    return _join(labels, first, second, SIMPLE_LAWS)
 
 
 def _continues(labels: Labels, label: int, members) -> bool:

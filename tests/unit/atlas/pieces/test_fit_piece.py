@@ -5,7 +5,7 @@ import pytest
 
 from tests.truths import random_rotation
 from touchatlas.atlas.pieces.fit_cylinder import refined_cylinder
-from touchatlas.atlas.pieces.fit_piece import fit_piece
+from touchatlas.atlas.pieces.fit_piece import FROM_A_QUADRIC, fit_piece
 from touchatlas.atlas.pieces.kinds import Kind
 
 NOISE = 0.02
@@ -115,6 +115,23 @@ def test_a_boss_and_a_hole_have_the_same_radius(side):
     assert abs(cylinder.axis[1]) > np.cos(0.01)
 
 
-def test_flat_samples_are_no_cylinder():
+@pytest.mark.parametrize("kind", list(FROM_A_QUADRIC))
+def test_flat_samples_are_of_no_kind_that_is_bent(kind):
     points, normals = drawn(Kind.PLANE, np.random.default_rng(4))
-    assert fit_piece(Kind.CYLINDER, points, normals, NOISE) is None
+    assert fit_piece(kind, points, normals, NOISE) is None
+
+
+@pytest.mark.parametrize("kind", list(FROM_A_QUADRIC))
+def test_a_flat_start_leads_to_no_piece(kind):
+    """A quadric that is a plane says nothing of an axis, whatever the samples are."""
+    rng = np.random.default_rng(5)
+    flat = fit_piece(Kind.QUADRIC, *drawn(Kind.PLANE, rng), NOISE)
+    assert FROM_A_QUADRIC[kind](flat, drawn(kind, rng)[0], NOISE) is None
+
+
+@pytest.mark.parametrize("kind", [kind for kind in Kind if kind not in FROM_A_QUADRIC])
+def test_a_linear_fit_gives_a_piece_of_flat_samples(kind):
+    """It follows them within their noise: the prior holds what they leave open."""
+    points, normals = drawn(Kind.PLANE, np.random.default_rng(6))
+    piece = fit_piece(kind, points, normals, NOISE)
+    assert piece is not None and np.abs(piece.at(points)[0]).max() < NOISE

@@ -1,5 +1,7 @@
 """Laws are said in numbers whose deviations are right."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -63,6 +65,17 @@ def test_a_quadric_has_its_curvatures():
     found = law_of(piece, points, NOISE).numbers
     # The middle is the sample nearest to the mean: the saddle's curvatures fall off by 2 % there.
     assert abs(found["k1"] - 0.1) < 0.002 and abs(found["k2"] + 0.06) < 0.002
+
+
+def test_kind_and_words_agree_where_no_cylinder_fits():
+    """A cylinder that is flat to within its noise is a quadric in kind, words and numbers."""
+    rng = np.random.default_rng(5)
+    x, y = rng.uniform(-5.0, 5.0, (2, 200))
+    points, normals = np.stack([x, y, 0 * x], axis=1), np.tile([0.0, 0.0, 1.0], (200, 1))
+    flat = replace(fit_piece(Kind.QUADRIC, points, normals, NOISE), kind=Kind.CYLINDER)
+    found = law_of(flat, points, NOISE)
+    assert found.kind == "quadric" and found.words.startswith("quadric, ")
+    assert found.numbers.keys() == {"k1", "k2", "middle"}
 
 
 def test_a_quartic_has_no_law():
