@@ -14,18 +14,23 @@ from touchatlas.planner.tracking.options import Tip, TriggerOptions
 # Where a point is not found straight ahead, it is looked for around an edge, and where the way to
 # it is blocked, up a wall: angles by which the direction of travel turns, rad.
 _AROUND, _UP = (0.5, 1.0, 1.4), (-0.5, -1.0, -1.4)
-# A point is probed from a height of this fraction of the distance between points, if that is more
-# than the usual one: curves turn by no more than that between two points.
-_RISE = 0.35
+# A point is probed from, and looked for as deep as, such fractions of the distance between points,
+# if they are more than usual: about the first point of an arm nothing is known, and after it how
+# the curve bends.
+_FIRST, _RISE = 0.35, 0.12
+# A curve is expected to turn by no more than this in a step, rad: more is an edge, that ended.
+_BEND = 0.6
 
 
 @dataclass(frozen=True, eq=False)
 class _Hop:
-    """A place of the tip in contact: its centre, the direction of travel, that outward, (3,)."""
+    """A place of the tip in contact: its centre, the direction of travel, that outward, (3,); and
+    by which angle the curve turns inward in a step, rad, None where it is not known."""
 
     centre: np.ndarray
     along: np.ndarray
     outward: np.ndarray
+    bend: float | None = None
 
     def lifted(self, height: float) -> np.ndarray:
         """(3,) the centre lifted off the surface."""
@@ -36,7 +41,13 @@ class _Hop:
         """The same, travelling more inward by an angle."""
         c, s = np.cos(angle), np.sin(angle)
         along, outward = c * self.along - s * self.outward, c * self.outward + s * self.along
-        return _Hop(self.centre, along, outward)
+        return _Hop(self.centre, along, outward, self.bend)
+
+    def ahead(self, step: float, angle: float = 0.0) -> "_Hop":
+        """The place expected a step on along an arc, turned by an angle more."""
+        turn = (self.bend or 0.0) + angle
+        half, whole = self.turned(0.5 * turn), self.turned(turn)
+        return _Hop(self.centre + step * half.along, whole.along, whole.outward, self.bend)
 
 
 def touch_points(
@@ -62,10 +73,11 @@ def touch_points(
     Touch
         Of centres of the tip, with its radius.
     """
-    origin = plan.begin(tip.radius)
+    # What is learned and planned are centres.
+    origin = plan.begin()
     target = origin - plan.depth * plan.normal
     before = np.asarray(trigger.position(), float)
-    if not trigger.move(plan.way_from(before, tip.radius)):
+    if not trigger.move(plan.way_from(before)):
         # What stopped it is not known; where it came from is free.
         trigger.move(before[None])
         return _in_vain(plan, TouchStatus.UNREACHABLE, None, tip)
@@ -76,7 +88,7 @@ def touch_points(
     contours, tracked = [], 0.0
     for plane in plan.planes:
         arms = [
-            _arm(trigger, plan, _Hop(centre, way, plan.normal), tip, options)
+            _arm(trigger, plan, _Hop(centre, way, plan.normal), options)
             for way in (cross(plan.normal, plane.normal), cross(plane.normal, plan.normal))
         ]
         (ahead, last), (behind, first) = arms
@@ -107,13 +119,17 @@ def _in_vain(plan: ProbePlan, status: TouchStatus, way: np.ndarray | None, tip: 
     return Touch(plan.number, *place, (), status, 0.0, 0.0, way, tip.radius, tip.radius_std)
 
 
-def _arm(trigger: Trigger, plan: ProbePlan, first: _Hop, tip: Tip, options: TriggerOptions):
+def _arm(trigger: Trigger, plan: ProbePlan, first: _Hop, options: TriggerOptions):
     """Centres (k, 3) of the points of an arm, and why it ended; the tip is then above the contact
     again, on the way that it came."""
     hops, end, step = [first], ContourEnd.LENGTH_REACHED, plan.reach / options.points
-    air, known = [first.lifted(options.retract)], 0
+    air = [first.lifted(options.retract)]
     trigger.move(air[0][None])
-    while len(hops) <= options.points and known < 2:
+    while len(hops) <= options.points:
+        ahead = hops[-1].ahead(step)
+        if plan.until is not None and len(hops) > 1 and plan.until(ahead.centre[None])[0]:
+            # What is known there teaches nothing.
+            break
         found = _next(trigger, hops[-1], step, options, air)
         if found is None:
             end = ContourEnd.TURNED_AWAY
@@ -122,9 +138,6 @@ def _arm(trigger: Trigger, plan: ProbePlan, first: _Hop, tip: Tip, options: Trig
         if hops[-1].along @ first.along < np.cos(plan.max_turn):
             end = ContourEnd.TURNED_AWAY
             break
-        if plan.until is not None:
-            contact = hops[-1].lifted(-tip.radius)
-            known = known + 1 if plan.until(contact[None])[0] else 0
     trigger.move(np.array(air[::-1]))
     return np.array([hop.centre for hop in hops[1:]]).reshape(-1, 3), end
 
@@ -134,18 +147,19 @@ def _next(
 ) -> _Hop | None:
     """The next point of an arm, a step on; None where there is none ahead, around an edge or up a
     wall. The tip begins and ends at the last of the free places ``air``, which grow."""
-    rise = max(options.approach, _RISE * step)
+    deep = max(options.overtravel, _FIRST * step)
+    rise = max(options.approach, (_FIRST if hop.bend is None else _RISE) * step)
     angles = [0.0, *_AROUND]
     while angles:
         angle = angles.pop(0)
-        half, turned = hop.turned(0.5 * angle), hop.turned(angle)
-        start = hop.centre + step * half.along + rise * turned.outward
+        ahead = hop.ahead(step, angle)
+        start = ahead.lifted(rise)
         if trigger.move(start[None]):
-            centre = trigger.probe(start - (rise + max(options.overtravel, rise)) * turned.outward)
+            centre = trigger.probe(ahead.lifted(-deep))
             trigger.move(start[None])
             if centre is not None:
                 air.append(start)
-                return _Hop(centre, turned.along, turned.outward)
+                return _Hop(centre, ahead.along, ahead.outward)
         elif angle <= 0.0:
             angles = list(_UP) if angle == 0.0 else angles
         trigger.move(air[-1][None])
@@ -153,19 +167,23 @@ def _next(
 
 
 def _with_direction(hops: list[_Hop], found: _Hop) -> _Hop:
-    """A point found after others, travelling as a parabola through the last three does."""
-    chord = found.centre - hops[-1].centre
-    before = hops[-1].centre - hops[-2].centre if len(hops) > 1 else None
+    """A point found after others: it travels, and bends, as an arc through the last three, or, of
+    two, through these in the first one's direction."""
     w = cross(found.outward, found.along)
-    chord = chord - (chord @ w) * w
-    chord /= max(float(np.linalg.norm(chord)), 1e-300)
-    along = 2.0 * chord - hops[-1].along if before is None else _ahead(before, chord)
-    along = along - (along @ w) * w
-    along /= max(float(np.linalg.norm(along)), 1e-300)
-    return _Hop(found.centre, along, cross(along, w))
+    chord, before = _unit(found.centre - hops[-1].centre, w), hops[-1].along
+    if len(hops) > 1:
+        before = _unit(hops[-1].centre - hops[-2].centre, w)
+    inward = -cross(chord, w)
+    turn = float(np.arctan2(-(before @ inward), before @ chord))
+    # Of a direction at a point the chord has turned by half a step, of a chord by a whole one.
+    bend = turn if len(hops) > 1 else 2.0 * turn
+    bend = float(np.clip(bend, -_BEND, _BEND))
+    along = np.cos(0.5 * bend) * chord + np.sin(0.5 * bend) * inward
+    return _Hop(found.centre, along, cross(along, w), bend)
 
 
-def _ahead(before: np.ndarray, chord: np.ndarray) -> np.ndarray:
-    """Direction (3,) at the end of a chord (3,), unit, after a chord before it."""
-    found: np.ndarray = 1.5 * chord - 0.5 * before / max(float(np.linalg.norm(before)), 1e-300)
+def _unit(chord: np.ndarray, w: np.ndarray) -> np.ndarray:
+    """(3,) unit direction of a chord within the plane of a normal."""
+    inside = chord - (chord @ w) * w
+    found: np.ndarray = inside / max(float(np.linalg.norm(inside)), 1e-300)
     return found

@@ -176,12 +176,9 @@ class _Tracker:
     def way_back(self, goal) -> float:
         """Leave the surface and go back to a goal (3,) above the contact, over the places where the
         tip was; returns the length of that way."""
-        way = goal[None]
-        # Side by side, each tip is before a body of its own.
-        if len(self._w) == 1:
-            centres = np.array([p[0] + f[0] / self._tip.stiffness for _, p, f, _ in self._rows])
-            back = _lifted(centres, self._plan.normal, self._w[0], self._options.retract)
-            way = np.vstack([back, goal])
+        # Side by side, all tips go back where the first one was.
+        centres = np.array([p[0] + f[0] / self._tip.stiffness for _, p, f, _ in self._rows])
+        way = np.vstack([_lifted(centres, self._w[0], self._options.retract), goal])
         self._scanner.move(way)
         return float(np.sqrt((np.diff(way, axis=0) ** 2).sum(axis=1)).sum())
 
@@ -244,7 +241,7 @@ class _KnownSince:
         return np.asarray(self._steps > _KNOWN)
 
 
-def _lifted(centres, normal, w, height: float) -> np.ndarray:
+def _lifted(centres, w, height: float) -> np.ndarray:
     """(k, 3) a path of centres gone back, lifted off the surface within its plane, with points
     about a height apart."""
     steps = np.sqrt((np.diff(centres, axis=0) ** 2).sum(axis=1))
@@ -252,7 +249,7 @@ def _lifted(centres, normal, w, height: float) -> np.ndarray:
     places = np.flatnonzero(np.append(True, np.diff(marks) > 0))
     path = centres[places]
     if len(path) < 2:
-        return path + height * normal
+        return np.zeros((0, 3))
     tangents = np.gradient(path, axis=0)
     up = cross(tangents, np.broadcast_to(w, tangents.shape))
     up /= np.maximum(np.sqrt((up * up).sum(axis=1)), 1e-300)[:, None]
