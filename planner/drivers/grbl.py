@@ -12,6 +12,7 @@ import numpy as np
 from touchatlas.planner.drivers.grbl_words import (
     ALARMS,
     STATE,
+    THERE,
     Status,
     alarm_of,
     error_words,
@@ -110,15 +111,14 @@ class Grbl:
         self._check_feed(feed)
         start = self.position()
         length = float(np.linalg.norm(target - start))
-        # grbl refuses a target at which it is.
-        if length * self._unit < 0.5 * 10.0**-_DIGITS:
-            return None
         places = "".join(
             f"{axis}{x:.{_DIGITS}f}" for axis, x in zip("XYZ", target * self._unit, strict=True)
         )
         # Units and distance mode stand in the line, so that a reset does not change them.
         line = f"G21G90G94{word}{places}F{60.0 * feed * self._unit:.2f}"
         answer = self._command(line, length / feed + self._patience)
+        if THERE in answer:
+            return None
         if alarm_of(answer) == STATE:
             # The probe has changed since it was looked at: the move has ended where it began.
             self._command("$X", self._patience)
@@ -223,7 +223,7 @@ class Grbl:
     def _command(self, line: str, seconds: float) -> list[str]:
         """Send one line; returns what is answered up to its ok.
 
-        An alarm that is followed by ok is in the answer.
+        An alarm that is followed by ok is in the answer, and so is the error that is none.
         """
         self._lines.write(line.encode() + b"\n")
         answer: list[str] = []
@@ -231,6 +231,8 @@ class Grbl:
         while (got := self._lines.read(max(end - time.monotonic(), 0.0))) is not None:
             if got == "ok":
                 return answer
+            if got == THERE:
+                return [got]
             if got.startswith("error:"):
                 raise MachineFault(f"the controller refused {line}: {error_words(got)}")
             if got.startswith("Grbl "):

@@ -24,6 +24,8 @@ ALARMS = {
 }
 # The alarm that a move with G38.3 or G38.5 ends with, and goes on after: ok follows, then $X.
 STATE = 4
+# The error of a move to where the machine is; positions are reported with less digits.
+THERE = "error:33"
 _ERRORS = {
     1: "a word without a letter",
     2: "a number that cannot be read",
@@ -34,7 +36,6 @@ _ERRORS = {
     13: "the safety door is open",
     20: "an unsupported command",
     22: "no feed rate",
-    33: "a target that is where the machine is",
 }
 
 

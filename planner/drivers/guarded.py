@@ -112,9 +112,14 @@ class GuardedTrigger:
         self._came: np.ndarray | None = None
 
     @property
+    def period(self) -> float:
+        """Seconds between two looks at the probe."""
+        return self._controller.period
+
+    @property
     def lateness(self) -> tuple[float, float]:
         """Bias and standard deviation of a triggered place along the approach, length."""
-        return lateness(self.options.feed, self._controller.period)
+        return lateness(self.options.feed, self.period)
 
     def reaches(self, points) -> bool:
         """Whether all points (k, 3) are within the limits."""

@@ -18,6 +18,7 @@ from touchatlas.planner.probe_plan import ProbePlan
 from touchatlas.planner.tracking.options import Tip, TriggerOptions
 
 _UNITS = {"mm": "G21", "in": "G20"}
+_MILLIMETRES = {"mm": 1.0, "in": 25.4}
 # Moves to a point, measures, and leaves it; what the point met decides whether its arm goes on.
 _SUBROUTINES = """\
 o<way> sub (to #1 #2 #3; contact ends the program)
@@ -46,7 +47,15 @@ o<point> sub (from #1 #2 #3 toward #4 #5 #6; leave by #7 #8 #9)
     o<way> call [#1] [#2] [#3]
   o120 endif
 o<point> endsub
+
+o<back> sub (from the last arm to #1 #2 #3; without contact the tip is there)
+  o130 if [#<_touch_made> EQ 1]
+    o<way> call [#1] [#2] [#3]
+  o130 endif
+o<back> endsub
 """
+# LinuxCNC refuses probing moves shorter than 0.01 inches; mm, with some room.
+_SHORTEST = 0.3
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,10 +82,8 @@ def star_of(plan: ProbePlan, tip: Tip, options: TriggerOptions) -> list[Measure]
 
     They are looked for as far above and below that plane as the contact is.
     """
-    n = plan.normal
-    height = plan.approach or plan.usual_approach
-    depth = height + max(height, plan.usual_approach)
-    origin = plan.reference_point + (height + tip.radius) * n
+    n, origin, depth = plan.normal, plan.begin(tip.radius), plan.depth
+    height = float((origin - plan.reference_point) @ n)
     found = [Measure(-1, 0, origin, origin - depth * n)]
     step = plan.reach / options.points
     for k, plane in enumerate(plan.planes):
@@ -87,7 +94,7 @@ def star_of(plan: ProbePlan, tip: Tip, options: TriggerOptions) -> list[Measure]
         for side, ahead in enumerate((along, -along)):
             for place in range(1, options.points + 1):
                 expected = plan.reference_point + place * step * ahead
-                start = expected + (height + tip.radius) * up
+                start = expected + height * up
                 found.append(Measure(k, side, start, start - depth * up))
     return found
 
@@ -103,7 +110,8 @@ def linuxcnc_program(
     """A program that carries out plans and writes a log for each, NAME-0003.txt for plan 3.
 
     It uses the active work system, without a tool length, and probing moves alone: contact on the
-    way ends it. Between plans the tip goes by the clearance above all points, along z.
+    way ends it. Between plans the tip goes by their safe ways; at the beginning and the end, and
+    where plans have no ways, by the clearance above all points, along z.
 
     Parameters
     ----------
@@ -124,6 +132,15 @@ def linuxcnc_program(
         raise ValueError(f"name is {name!r}; it must be of letters, digits, - and _")
     stars = [star_of(plan, tip, options) for plan in plans]
     starts = np.array([measure.start for star in stars for measure in star])
+    apart = min(
+        float(np.linalg.norm(np.diff([m.start for m in star], axis=0), axis=1).min())
+        for star in stars
+    )
+    if apart * _MILLIMETRES[unit] < _SHORTEST:
+        raise ValueError(
+            f"points are {apart:.3g} apart, nearer than LinuxCNC probes, {_SHORTEST} mm; give "
+            "fewer points an arm, or a larger reach"
+        )
     safe = float(starts[:, 2].max()) + options.clearance
     lines = [
         f"(touchatlas: {len(plans)} plans, {len(starts)} points, tip of radius {tip.radius:.6g})",
@@ -133,9 +150,17 @@ def linuxcnc_program(
         "",
         _SUBROUTINES,
     ]
+    before: np.ndarray | None = None
     for plan, star in zip(plans, stars, strict=True):
         above = np.append(star[0].start[:2], safe)
-        lines += [f"(plan {plan.number})", f"o<way> call {_numbers(above)}"]
+        way = above[None]
+        if before is not None and plan.way is not None:
+            # Its last point is where the contact is measured from.
+            way = plan.way_from(before, tip.radius)[:-1]
+        elif before is not None:
+            way = np.stack([np.append(before[:2], safe), above])
+        before = star[0].start
+        lines += [f"(plan {plan.number})", *(f"o<way> call {_numbers(point)}" for point in way)]
         lines += [f"(PROBEOPEN {log_name(plan, name)})"]
         arm = (-1, 0)
         for measure in star:
@@ -148,8 +173,8 @@ def linuxcnc_program(
             lines.append(f"o<point> call {_numbers(numbers)}")
             if measure.plane < 0:
                 lines.append("#<_touch_made> = #<_touch_met>")
-        lines += ["(PROBECLOSE)", f"o<way> call {_numbers(above)}", ""]
-    return "\n".join([*lines, "M2", ""])
+        lines += ["(PROBECLOSE)", f"o<back> call {_numbers(before)}", ""]
+    return "\n".join([*lines, f"o<way> call {_numbers(above)}", "M2", ""])
 
 
 def log_name(plan: ProbePlan, name: str = "touch") -> str:

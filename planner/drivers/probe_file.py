@@ -14,8 +14,8 @@ _MILLIMETRES = {"um": 1e-3, "mm": 1.0, "cm": 10.0, "m": 1e3, "in": 25.4}
 def probe_toml(found: Qualification, ball_radius: float, unit: str, source: str) -> str:
     """The text of probe.toml.
 
-    The table ``tip`` is what drivers take, the table ``qualified`` what a reader wants to know.
-    Lengths are in the unit, forces in N.
+    The table ``tip`` is what drivers take, the table ``qualified`` what a reader wants to know; the
+    rest are options of an exploration that is simulated. Lengths are in the unit, forces in N.
     """
     qualified = {
         "ball_radius": ball_radius,
@@ -27,6 +27,9 @@ def probe_toml(found: Qualification, ball_radius: float, unit: str, source: str)
     lines = [f"# {' '.join(source.split())}"]
     lines += [f"# {sentence}" for sentence in found.said]
     lines += [f'unit = "{unit}"'] if unit else []
+    lines += [f"noise = {found.tip.noise_std!r}", "", "[probe]"]
+    lines += [f'name = "{"trigger" if found.form_scan is None else "scanning"}"']
+    lines += [f"radius = {found.tip.radius!r}"]
     lines += ["", "[tip]", *(f"{name} = {value!r}" for name, value in known_of(found).items())]
     known = {name: value for name, value in qualified.items() if value is not None}
     lines += ["", "[qualified]", *(f'"{name}" = {value!r}' for name, value in known.items())]

@@ -9,6 +9,7 @@ error of form of the ball is in the figures.
 
 from contextlib import suppress
 from dataclasses import dataclass
+from statistics import NormalDist
 
 import numpy as np
 
@@ -267,7 +268,7 @@ def qualify(
         stiffness=Tip().stiffness if stiffness is None else stiffness,
         stiffness_std=stiffness_std,
         noise_std=white,
-        force_std=0.0 if forces is None or not scanned else _white(forces),
+        force_std=0.0 if forces is None or not scanned else white_std([forces]),
         error_std=common,
     )
     size = None if radius is None else 2.0 * (found - radius)
@@ -276,11 +277,17 @@ def qualify(
     return Qualification(tip, len(centres), ball.centre, form, scan, size, bends, tuple(said))
 
 
-def _white(rows) -> float:
-    """White standard deviation of each column of successive rows (n, d), which change smoothly:
-    their second differences have six times its square."""
-    second = np.diff(rows, 2, axis=0)
-    return float(np.sqrt((second * second).mean() / 6.0)) if len(second) else 0.0
+def white_std(rows: list[np.ndarray]) -> float:
+    """White standard deviation of each column of successive rows (n, d) that change smoothly.
+
+    Second differences have six times its variance; their median is that of a few jumps, too.
+
+    >>> rng = np.random.default_rng(0)
+    >>> round(white_std([np.linspace(0.0, 9.0, 9999)[:, None] + rng.normal(size=(9999, 1))]), 1)
+    1.0
+    """
+    second = np.concatenate([np.diff(part, 2, axis=0).ravel() for part in rows])
+    return float(np.median(np.abs(second)) / (NormalDist().inv_cdf(0.75) * np.sqrt(6.0)))
 
 
 def _rms(ball: Ball) -> float:

@@ -55,8 +55,8 @@ def fit(
         Of the ball at the tip, where the file holds its centres, as it does of most machines; it is
         taken off along the normals. Say --outward if the surface does not bulge.
     tip
-        A probe.toml that touchatlas qualify wrote: text files with columns time, x, y, z, fx, fy,
-        fz, and bags of ROS, are read as arms in contact, less its tip.
+        A probe.toml that touchatlas qualify wrote, in place of the radius: text files with columns
+        time, x, y, z, fx, fy, fz, and bags of ROS, are read as arms in contact.
     out
         Folder for patch.json, patch.ply and patch.png; without, no file is written.
     force

@@ -6,6 +6,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from touchatlas.planner.drivers.probe_file import read_tip
 from touchatlas.sim.command.numbers import Json, print_numbers
 from touchatlas.sim.command.option_flags import with_options
 from touchatlas.sim.command.outcome import ExitCode, complain, say
@@ -64,8 +65,9 @@ def learn(
         Of the ball at the tip, where files and answers hold its centres; in the unit of the run.
         The surface of the centres is learned, and that less the radius is handed out.
     tip
-        A probe.toml that touchatlas qualify wrote: text files with columns time, x, y, z, fx, fy,
-        fz, and bags of ROS, are read as arms in contact, less its tip.
+        A probe.toml that touchatlas qualify wrote, in place of the two others: text files with
+        columns time, x, y, z, fx, fy, fz, and bags of ROS, are read as arms in contact; other files
+        and answers hold centres.
     systematic_std
         Standard deviation of the error that all points share, as of the radius of the tip.
     outside
@@ -123,6 +125,9 @@ def _more(run: Path, files, noise, read, sides, options, no_draw: bool, watcher)
     if answers and noise and len(noise) != 1:
         raise ValueError("give one --noise with answers to plans")
     plans = pending_plans(run) if answers else {}
+    if answers and read.tip:
+        tip = read_tip(read.tip, unit)
+        read = replace(read, tip="", tip_radius=tip.radius, systematic_std=tip.radius_std)
     touches = [
         replace(touch, tip_radius=touch.tip_radius or read.tip_radius)
         for path in answers

@@ -11,10 +11,14 @@ from rich.table import Table
 
 from touchatlas.planner.drivers.probe_file import known_of, probe_toml
 from touchatlas.planner.drivers.qualification import Qualification
-from touchatlas.planner.drivers.qualification import qualify as qualified
+from touchatlas.planner.drivers.qualification import qualify as qualify_points
+from touchatlas.planner.drivers.qualify_recording import qualify_recording
+from touchatlas.planner.drivers.recording import Recording
 from touchatlas.planner.tracking.options import TrackingOptions
 from touchatlas.sim.command.numbers import Json
+from touchatlas.sim.command.option_flags import Whole
 from touchatlas.sim.command.outcome import say
+from touchatlas.sim.machine.options import ARM, MEASURING, SCANNING, TRIGGER
 from touchatlas.sim.recorded.contour_file import read_curves
 from touchatlas.sim.recorded.curves import ReadOptions
 from touchatlas.sim.recorded.fit_file import parse_vector
@@ -23,6 +27,9 @@ from touchatlas.sim.world.units import UNITS
 
 Vector = Annotated[str, Parameter(allow_leading_hyphen=True)]
 Optional = Annotated[float | None, Parameter(show_default=False)]
+SIMULATED = (TRIGGER, SCANNING)
+# Of a reading or a point of simulated machines, mm.
+NOISE = {ARM: 0.02, MEASURING: 0.002}
 # Unit and meaning of the entries of a tip.
 _TIP = {
     "radius": ("length", "of the tip as it acts: pre-travel is taken off"),
@@ -46,6 +53,8 @@ def qualify(
     stiffness_std: float = 0.0,
     axis: Vector = "0,0,1",
     least: float = TrackingOptions().least,
+    machine: str = ARM,
+    seed: Whole = 0,
     unit: str = "",
     columns: str = "",
     pose: str = "",
@@ -61,7 +70,8 @@ def qualify(
     ----------
     points
         Centres of the tip as a file of points; or a recording: a text file with the columns time,
-        x, y, z, fx, fy, fz, or a bag of ROS with poses and wrenches.
+        x, y, z, fx, fy, fz, or a bag of ROS with poses and wrenches; or trigger or scanning, for a
+        simulated probe.
     ball
         Radius of the ball, by its certificate.
     ball_std
@@ -76,6 +86,10 @@ def qualify(
         Direction from the ball along the stylus, as X,Y,Z: the pole of the 25 points.
     least
         Readings with less force, in N, are not in contact.
+    machine
+        That holds a simulated probe: arm, or measuring.
+    seed
+        Of its noise, and of what its tip truly is.
     unit
         Of the lengths: mm, m, in, cm or um; by default what the file says, and mm for a bag.
     columns
@@ -97,26 +111,41 @@ def qualify(
         raise ValueError(f"there is no unit {unit!r}; give mm, m, in, cm or um")
     known: dict[str, Any] = {"ball_std": ball_std, "radius": radius, "stiffness": stiffness}
     known |= {"stiffness_std": stiffness_std, "axis": _direction(axis)}
-    recording = recording_of(points, unit, pose, wrench, parse_vector(tool, "--tool"))
-    if recording is None:
+    held: Recording | np.ndarray | None
+    if str(points) in SIMULATED:
+        if unit not in ("", "mm"):
+            raise ValueError(f"simulated probes are in mm, not in {unit}; leave --unit out")
+        held, unit = _simulated(str(points), machine, ball, seed), "mm"
+    else:
+        held = recording_of(points, unit, pose, wrench, parse_vector(tool, "--tool"))
+    if isinstance(held, Recording):
+        for sentence in held.said:
+            say(f"read: {sentence}")
+        found, unit = qualify_recording(held, ball, least, **known), held.unit
+    elif held is None:
         file = read_curves(points, ReadOptions(columns, unit))
         for sentence in (*file.warnings, f"read: {file.how}"):
             say(sentence)
+        found = qualify_points(np.concatenate([c.points for c in file.curves]), ball, **known)
         unit = file.unit
-        found = qualified(np.concatenate([c.points for c in file.curves]), ball, **known)
     else:
-        for sentence in recording.said:
-            say(f"read: {sentence}")
-        unit = recording.unit
-        touching = np.sqrt((recording.forces**2).sum(axis=1)) > least
-        if not touching.any():
-            raise ValueError(f"{points} has no force above --least {least:g} N")
-        positions, forces = recording.positions[touching], recording.forces[touching]
-        found = qualified(positions, ball, forces, scanned=True, **known)
+        found = qualify_points(held, ball, **known)
     source = f"touchatlas qualify {points.name}, {found.points} points"
     out.write_text(probe_toml(found, ball, unit, source), encoding="utf-8")
     _print(found, unit, out, json_)
     return 0
+
+
+def _simulated(name: str, machine: str, ball: float, seed: int) -> Recording | np.ndarray:
+    """What a simulated probe measures on a ball, mm."""
+    from touchatlas.sim.machine.on_a_ball import measured_on_a_ball, probe_before_a_ball
+    from touchatlas.sim.machine.options import ProbeOptions
+
+    options = ProbeOptions(name, machine)
+    if not 0.0 < ball < np.inf:
+        raise ValueError(f"--ball is {ball:g}; give a radius in mm, more than 0")
+    probe = probe_before_a_ball(options, ball, NOISE[machine], np.random.default_rng(seed))
+    return measured_on_a_ball(probe, ball)
 
 
 def _direction(text: str) -> np.ndarray:
@@ -132,7 +161,7 @@ def _print(found: Qualification, unit: str, out: Path, as_json: bool) -> None:
     tip = known_of(found)
     forms = {
         "P_Form.Sph.1x25": (found.form_1x25, "range of 25 points about their ball"),
-        "P_Form.Sph.Scan": (found.form_scan, "range of all readings about their ball"),
+        "P_Form.Sph.Scan": (found.form_scan, "range of smoothed readings about their ball"),
         "P_Size.Sph": (found.size, "diameter less that of the ball, with the stated radius"),
     }
     if as_json:

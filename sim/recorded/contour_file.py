@@ -4,13 +4,11 @@ The function for all who read recordings is ``read_curves``. It needs no planes 
 single curves, slices, rasters, single points and clouds are read alike.
 """
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from touchatlas.planner.drivers.bags import is_bag
-from touchatlas.planner.drivers.probe_file import read_tip
 from touchatlas.sim.recorded.column_contents import columns_by_content, said_columns
 from touchatlas.sim.recorded.column_names import VECTOR, Columns, columns_by_name, flags
 from touchatlas.sim.recorded.curve_parts import part_rows
@@ -50,30 +48,12 @@ def read_curves(path, options: ReadOptions = ReadOptions()) -> Curves:
         raise ValueError(
             f"{path} is no file; give a file with a line for each point: curve, x, y, z"
         )
-    if options.tip:
-        return _with_tip(path, options)
+    if options.tip and (arms := arms_of(path, options)):
+        return arms
     if other := read_other(path):
         groups, unit = other
         return checked(path, groups, unit, options, [f"read by its ending {path.suffix}"], [])
     return _read_text(path, options)
-
-
-def _with_tip(path: Path, options: ReadOptions) -> Curves:
-    """Curves of a recording with forces, or of centres with normals, less the tip of a probe.toml.
-
-    ValueError for other points: nothing tells in which direction the tip is to be taken off.
-    """
-    if arms := arms_of(path, options):
-        return arms
-    plain = replace(options, tip="")
-    tip = read_tip(options.tip, read_curves(path, plain).unit)
-    found = read_curves(path, replace(plain, tip_radius=tip.radius))
-    if not all(curve.exact for curve in found.curves):
-        raise ValueError(
-            f"{path} holds neither forces nor normals of the surface, along which the tip of "
-            f"{options.tip} could be taken off; record forces, or give contacts without --tip"
-        )
-    return found
 
 
 def _read_text(path: Path, options: ReadOptions) -> Curves:

@@ -57,8 +57,8 @@ class ReadOptions:
         A curve ends where the next point is as many steps away, in space or in time, of those
         that three in four are shorter than; where nothing else parts curves.
     tip : str
-        Path of a probe.toml: recordings with forces are read as arms in contact, and the radius of
-        its tip is taken off.
+        Path of a probe.toml: recordings with forces are read as arms in contact, less its tip;
+        ``with_tip`` says what it means for other files.
     """
 
     columns: str = ""

@@ -20,6 +20,7 @@ from touchatlas.sim.recorded.contour_file import read_curves
 from touchatlas.sim.recorded.curves import Curve, ReadOptions
 from touchatlas.sim.recorded.fit_flags import fit_flags, residual_rms
 from touchatlas.sim.recorded.fit_report import FitReport
+from touchatlas.sim.recorded.recorded_arms import with_tip
 from touchatlas.sim.recorded.recording import Recording, prepare
 from touchatlas.sim.recorded.unit_mix import OtherUnit, holding, other_unit, rescaled
 
@@ -65,6 +66,9 @@ def fit_file(
         hint = f"did you mean {near[0]}?" if near else f"choose from {', '.join(names)}"
         raise ValueError(f"there is no method {method!r}; {hint}")
     file = read_curves(path, options)
+    if options.tip:
+        options = with_tip(options, [path], file.unit)
+        file = read_curves(path, options)
     outward = _told_side(file.curves) if outward is None else outward
     suspect = other_unit(file.curves)
     other = suspect and _readable(method, file.curves, suspect, noise, point, outward)

@@ -13,6 +13,7 @@ from touchatlas.patch.geometry.section import LEAST_POINTS
 from touchatlas.sim.recorded.contour_file import read_curves
 from touchatlas.sim.recorded.curve_errors import check_order, estimate_noise
 from touchatlas.sim.recorded.curves import Curve, ReadOptions
+from touchatlas.sim.recorded.recorded_arms import with_tip
 from touchatlas.sim.recorded.unit_mix import other_file
 from touchatlas.sim.world.units import MILLIMETRES
 
@@ -72,6 +73,9 @@ def read_scans(
             f"got {len(noise)} of --noise for {len(paths)} files; give one for all, one for each, "
             "or none, to estimate it"
         )
+    if options.tip:
+        first = options.unit or unit or read_curves(paths[0], options).unit
+        options = with_tip(options, paths, first)
     kinds: dict[str, list[tuple[Curve, float, float]]] = {"normals": [], "sides": [], "": []}
     said, unnamed = [], []
     for k, path in enumerate(paths):

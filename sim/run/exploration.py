@@ -27,8 +27,8 @@ from touchatlas.sim.world.implicit_object import ImplicitObject
 from touchatlas.sim.world.mesh_object import MeshObject
 from touchatlas.sim.world.objects import digest_of, make_object
 
-# Keys of run.toml that are no options of the run.
-NO_OPTIONS = ("object", "digest", "versions")
+# Keys of run.toml, and of probe.toml, that are no options of the run.
+NO_OPTIONS = ("object", "digest", "versions", "tip", "qualified")
 # Journals of earlier versions do not hold the settings of their touches.
 _ASSUMED = (
     "the journal of {folder} does not say with which settings it was made; those of run.toml are "

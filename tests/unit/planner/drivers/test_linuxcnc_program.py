@@ -2,6 +2,7 @@
 in test_linuxcnc_live.py; here logs are written line by line as it writes them."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -129,6 +130,26 @@ def test_the_program_makes_no_move_that_contact_would_not_stop():
     assert "G20" in linuxcnc_program(plans, TIP, OPTIONS, MOTION, unit="in")
 
 
+def test_between_plans_the_tip_goes_by_their_safe_ways():
+    """From above the contact of the one to above that of the other, where the ways do not repeat
+    the goal."""
+    first, plan = plan_at([0, 0, 1.0], 0), plan_at([0, 1.0, 1.0], 1)
+    corner = np.array([0.0, 50.0, 60.0])
+    asked = []
+
+    def way(start, goal, radius):
+        asked.append((start, goal, radius))
+        return np.stack([corner, goal])
+
+    text = linuxcnc_program([first, replace(plan, way=way)], TIP, OPTIONS, MOTION)
+    (start, goal, radius), *others = asked
+    assert not others and radius == TIP.radius
+    np.testing.assert_allclose(start, star_of(first, TIP, OPTIONS)[0].start)
+    np.testing.assert_allclose(goal, star_of(plan, TIP, OPTIONS)[0].start)
+    between = text[text.index("(plan 1)") : text.index("(PROBEOPEN touch-0001")]
+    assert re.findall(r"o<way> call (.*)", between) == ["[0.000000] [50.000000] [60.000000]"]
+
+
 def test_wrong_logs_and_arguments_are_refused_in_a_sentence():
     plan, other = plan_at([0, 0, 1.0]), plan_at([0, 1.0, 1.0], 4)
     text = log_of(plan)
@@ -143,6 +164,7 @@ def test_wrong_logs_and_arguments_are_refused_in_a_sentence():
         touch_of_log(text, other, TIP, OPTIONS, MOTION)
     for arguments, words in (
         ({"plans": []}, "no plans"),
+        ({"plans": [plan_at([0, 0, 1.0], reach=1.0)]}, "nearer than LinuxCNC probes"),
         ({"unit": "ft"}, "must be mm or in"),
         ({"name": "a/b"}, "letters, digits"),
     ):

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from tests.unit.planner.drivers.ball_recordings import BALL, RATE, TIP, recording
+from touchatlas.atlas import Atlas
 from touchatlas.patch import ContourEnd
 from touchatlas.planner.drivers.recording import Recording
 from touchatlas.planner.drivers.replay import ReplayOptions, touches_of
@@ -33,6 +34,17 @@ def test_arms_from_one_place_are_a_touch_of_contours_through_it():
             # Both arms, of 25 at the centre each.
             length = np.linalg.norm(np.diff(contour.points, axis=0), axis=1).sum()
             assert length == pytest.approx(2 * 25 * BALL / (BALL + TIP.radius), abs=4.0)
+
+
+def test_what_is_replayed_is_learned():
+    """Six touches around a ball: what the atlas knows of it lies on it."""
+    places = np.vstack([np.eye(3), -np.eye(3)])
+    atlas = Atlas(tolerance=0.1, scale=0.1)
+    for touch in touches_of(recording(places), TIP):
+        assert not atlas.add(touch).refused
+    seen = atlas.blend(BALL * places)
+    assert seen.known.all()
+    assert np.abs(seen.distance).max() < 0.1
 
 
 def test_an_arm_that_runs_off_the_surface_has_lost_contact():

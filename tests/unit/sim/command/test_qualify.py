@@ -24,7 +24,7 @@ def folder(tmp_path_factory):
     u = pattern_1x25([0.0, 0.0, 1.0])
     write(folder / "points.csv", "x [mm],y [mm],z [mm]", (BALL + TIP) * u + [1, 2, 3])
     write(folder / "half.csv", "x,y,z", (BALL + TIP) * u[-8:])
-    t = np.linspace(0.0, 1.0, 1000)
+    t = np.linspace(0.0, 1.0, 4000)
     polar, turn = 0.5 * np.pi * np.abs(np.cos(5 * np.pi * t)), 1.3 * np.floor(5 * t)
     n = np.stack([np.sin(polar) * np.cos(turn), np.sin(polar) * np.sin(turn), np.cos(polar)], 1)
     forces = (0.2 + 0.4 * np.sin(37 * t) ** 2)[:, None] * n
@@ -66,6 +66,31 @@ def test_a_recording_tells_stiffness_too(folder):
     assert tip.noise_std == pytest.approx(0.002, rel=0.1)
 
 
+def test_a_simulated_trigger_is_qualified(folder):
+    """A measuring machine's: pre-travel 0.01 mm and half a period at 10 mm/s, 0.005, in the mean;
+    its lobes of 0.004 are the form. What its ball truly is differs by 0.0005 from 2 mm."""
+    words = ("trigger", "--ball", BALL, "--machine", "measuring", "--out", "trigger.toml")
+    done = touchatlas("qualify", *words, "--json", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    assert found["radius"] == pytest.approx(2.0 - 0.01 - 0.0025, abs=5 * found["radius_std"] + 2e-3)
+    assert 0.004 < found["P_Form.Sph.1x25"] < 0.03
+    assert '[probe]\nname = "trigger"' in (folder / "trigger.toml").read_text()
+
+
+@pytest.mark.slow
+def test_a_simulated_scanning_probe_is_qualified_and_then_explores(folder):
+    """Radius and stiffness are drawn about 2 mm and 2 N/mm with 0.0005 and 1 %."""
+    words = ("scanning", "--ball", BALL, "--machine", "measuring", "--out", "head.toml")
+    assert touchatlas("qualify", *words, cwd=folder).returncode == 0
+    tip = read_tip(folder / "head.toml")
+    assert abs(tip.radius - 2.0) < 4 * 0.0005 and abs(tip.stiffness - 2.0) < 4 * 0.02
+    run = ("explore", "sphere", "--options", "head.toml", "--max-touches", 1, "--tolerance", 2)
+    done = touchatlas(*run, "--out", "run", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    assert 'name = "scanning"' in (folder / "run" / "run.toml").read_text()
+
+
 def test_help_says_what_is_measured(folder):
     done = touchatlas("qualify", "--help", cwd=folder)
     assert done.returncode == 0
@@ -85,7 +110,10 @@ def test_help_says_what_is_measured(folder):
         (("points.csv", "--ball", 12.5, "--unit", "ell"), "no unit 'ell'"),
         (("points.csv",), "--ball requires an argument"),
         (("even.csv", "--ball", 12.5), "do not tell the stiffness"),
-        (("scan.csv", "--ball", 12.5, "--least", 5), "no force above --least 5 N"),
+        (("scan.csv", "--ball", 12.5, "--least", 5), "never above 5 N for 0.32 s"),
+        (("trigger", "--ball", 12.5, "--machine", "arms"), "machine is 'arms'"),
+        (("trigger", "--ball", 12.5, "--unit", "m"), "simulated probes are in mm"),
+        (("trigger", "--ball", 0), "--ball is 0; give a radius in mm"),
         (("back.csv", "--ball", 12.5), "line 3: the time is earlier"),
         (("clockless.csv", "--ball", 12.5), "no column of time"),
     ],

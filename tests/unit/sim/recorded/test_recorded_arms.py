@@ -9,11 +9,13 @@ from tests.command import assert_refused, touchatlas
 from tests.unit.planner.drivers.ball_recordings import BALL, TIP, recording
 from touchatlas.sim.recorded.contour_file import read_curves
 from touchatlas.sim.recorded.curves import ReadOptions
+from touchatlas.sim.recorded.recorded_arms import with_tip
 
 PROBE = f"""
 unit = "mm"
 [tip]
 radius = {TIP.radius}
+radius_std = 0.003
 stiffness = {TIP.stiffness}
 noise_std = {TIP.noise_std}
 force_std = {TIP.force_std}
@@ -67,8 +69,17 @@ def test_a_recording_is_learned(folder):
     assert json.loads(done.stdout)["predicted_coverage"] > 0.0
 
 
-def test_points_without_forces_and_normals_have_no_way_to_take_a_tip_off(folder):
-    done = touchatlas("learn", "plain.csv", "--tip", "probe.toml", cwd=folder)
-    assert_refused(done, 2, "holds neither forces nor normals")
+def test_other_points_are_centres_of_the_tip(folder):
+    """A probe.toml stands for --tip-radius and --systematic-std."""
+    options = ReadOptions(tip=str(folder / "probe.toml"))
+    found = with_tip(options, [folder / "plain.csv"], "mm")
+    assert (found.tip, found.tip_radius, found.systematic_std) == ("", 2.0, 0.003)
+    assert with_tip(options, [folder / "one.csv"], "m").systematic_std == pytest.approx(3e-6)
+    assert with_tip(ReadOptions(), [folder / "one.csv"], "mm") == ReadOptions()
+
+
+def test_contacts_and_centres_are_not_mixed(folder):
+    done = touchatlas("learn", "one.csv", "plain.csv", "--tip", "probe.toml", cwd=folder)
+    assert_refused(done, 2, "plain.csv has no forces, but one.csv has")
     done = touchatlas("learn", "one.csv", "--tip", "none.toml", cwd=folder)
     assert_refused(done, 2, "none.toml is no file; touchatlas qualify writes one")
