@@ -1,7 +1,5 @@
 """Bad contacts: samples of a contour that no smooth curve explains."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from touchatlas.patch.geometry.contour import Contour
@@ -52,7 +50,7 @@ def without_bad_contacts(contour: Contour) -> Contour:
         keep = np.delete(keep, worst)
     if len(keep) == len(contour.points):
         return contour
-    return replace(contour, points=contour.points[keep])
+    return contour.only(keep)
 
 
 def _plane_coordinates(contour: Contour) -> np.ndarray:

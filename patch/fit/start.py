@@ -76,7 +76,7 @@ def start_stack(point, contours: tuple[Contour, ...], outward) -> Stack:
     outward = frozen_array(outward, (3,), "outward vector")
     check_contours(contours)
     _check_counts(contours)
-    offsets = [_in_plane(contour) - point for contour in contours]
+    offsets = [_fitted_points(contour) - point for contour in contours]
     reach = _reach(offsets, contours)
     tangents = np.array([_chord_tangent(o) for o in offsets])
     axes, condition = _first_axes(tangents, outward)
@@ -132,8 +132,11 @@ def _noise_and_weights(stds) -> tuple[float, np.ndarray | None]:
     return float(np.sqrt(joint)), joint / variance
 
 
-def _in_plane(contour: Contour) -> np.ndarray:
-    """(n, 3) points projected to the sampling plane: a distance from it is noise."""
+def _fitted_points(contour: Contour) -> np.ndarray:
+    """(n, 3) points projected to the sampling plane, where a distance from it is noise; those with
+    normals are points of the surface beside it."""
+    if contour.normals is not None:
+        return contour.points
     off = np.einsum("ni,i->n", contour.points - contour.plane.point, contour.plane.normal)
     return contour.points - off[:, None] * contour.plane.normal
 

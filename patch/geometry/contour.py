@@ -1,6 +1,6 @@
 """What a probe reports: a contour, its sampling plane, and why tracking stopped at either end."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from functools import cached_property
 
@@ -118,6 +118,11 @@ class Contour:
         normals or are centres of a tip, else in the plane, where a distance from it is noise."""
         is_in_plane = self.normals is None and not tip_radius
         return self.points_in_plane if is_in_plane else self.points
+
+    def only(self, some) -> "Contour":
+        """The contour of some of its points (k,), with their normals."""
+        normals = None if self.normals is None else self.normals[some]
+        return replace(self, points=self.points[some], normals=normals)
 
     @cached_property
     def points_in_plane(self) -> np.ndarray:

@@ -128,7 +128,9 @@ def _plane_coordinates(point, contours):
     chords, normals = np.empty((m, 3)), np.empty((m, 3))
     for c, contour in enumerate(contours):
         count = len(contour.points)
-        difference = contour.points - point
+        # The plane curve of points beside the plane, which know the tangent plane.
+        points = contour.points if contour.normals is None else contour.points_in_plane
+        difference = points - point
         offsets[c, :count], inside[c, :count] = difference, 1.0
         # A chord over half the contour, so that noise hardly tilts the axis of the parabola.
         half = max(2, count // 4)

@@ -1,10 +1,14 @@
 """Contours with measured normals: points beside the plane, and the plane curve of those that need
 one."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from touchatlas.patch import Contour, ContourEnd, SamplingPlane
+from touchatlas.patch import Contour, ContourEnd, SamplingPlane, fit_patch
+from touchatlas.patch.fit.bad_contacts import without_bad_contacts
+from touchatlas.patch.geometry.section import fit_sections
 
 ENDS = (ContourEnd.LENGTH_REACHED,) * 2
 ACROSS = np.array([0.0, 1.0, 0.0])
@@ -40,6 +44,44 @@ def test_contacts_reach_the_plane_in_their_tangent_planes():
     assert np.abs(np.linalg.norm(moved, axis=1) - 30.0).max() < 8e-3
     projected = Contour(points, plane, 0.01, ENDS).points_in_plane
     assert np.abs(np.linalg.norm(projected, axis=1) - 30.0).min() > 0.15
+
+
+def _oblique_contours():
+    """Contours of contacts of a tip of 6 on a ball of 30, about (0, 0, 30), in three planes that
+    lean by 30 degrees from the normal there."""
+    contours, up = [], np.array([0.0, 0.0, 1.0])
+    for turn in np.deg2rad([0.0, 60.0, 120.0]):
+        along = np.array([np.cos(turn), np.sin(turn), 0.0])
+        level = np.cross(up, along)
+        across = np.cos(np.pi / 6) * level + np.sin(np.pi / 6) * up
+        middle = (36.0 * up @ across) * across
+        radius = np.sqrt(36.0**2 - middle @ middle)
+        outward = (36.0 * up - middle) / radius
+        angle = np.linspace(-0.3, 0.3, 25)[:, None]
+        centres = middle + radius * (np.cos(angle) * outward + np.sin(angle) * along)
+        normals = centres / 36.0
+        plane = SamplingPlane(30.0 * up, across)
+        contours.append(Contour(centres - 6.0 * normals, plane, 1e-4, ENDS, normals))
+    return contours
+
+
+def test_contacts_with_normals_give_the_curvature_at_the_reference_point():
+    """Of the plane curve, by Meusnier, and of the patch, to 1 %."""
+    top = np.array([0.0, 0.0, 30.0])
+    for fit in fit_sections(top, _oblique_contours(), 1e-4):
+        assert fit.curvature_vector[2] == pytest.approx(-1.0 / 30.0, rel=0.01)
+    patch = fit_patch(top, _oblique_contours(), np.array([0.0, 0.0, 1.0])).patch
+    assert patch.curvatures.k1 == pytest.approx(-1.0 / 30.0, rel=0.01)
+    assert patch.curvatures.k2 == pytest.approx(-1.0 / 30.0, rel=0.01)
+
+
+def test_a_bad_contact_is_left_out_with_its_normal():
+    [contour, *_] = _oblique_contours()
+    points = contour.points.copy()
+    points[7] += 1.0
+    kept = without_bad_contacts(replace(contour, points=points))
+    assert len(kept.points) == len(kept.normals) == 24
+    assert np.array_equal(kept.normals, np.delete(contour.normals, 7, axis=0))
 
 
 def test_a_repeated_point_is_left_out_with_its_normal():
