@@ -10,6 +10,7 @@ from touchatlas.patch.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from touchatlas.planner.attempts import Target
+    from touchatlas.planner.cost_model import CostModel
     from touchatlas.planner.guest import planner_of
     from touchatlas.planner.loop import Step, explore
     from touchatlas.planner.options import PlannerOptions
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from touchatlas.planner.tracking.track_plan import track_plan
 
 __all__ = [
+    "CostModel",
     "Planner",
     "PlannerOptions",
     "ProbePlan",
@@ -48,6 +50,7 @@ __all__ = [
 ]
 __getattr__ = lazy_names(
     {
+        "CostModel": "touchatlas.planner.cost_model",
         "Planner": "touchatlas.planner.planner",
         "PlannerOptions": "touchatlas.planner.options",
         "ProbePlan": "touchatlas.planner.probe_plan",

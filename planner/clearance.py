@@ -3,7 +3,7 @@
 import numpy as np
 
 from touchatlas.atlas.atlas import Atlas
-from touchatlas.planner.options import PlannerOptions
+from touchatlas.planner.options import PlannerOptions, styli_of
 
 
 def clear_height(atlas: Atlas, point, normal, usual: float) -> float:
@@ -36,8 +36,8 @@ def clear_height(atlas: Atlas, point, normal, usual: float) -> float:
 
 
 def pin_is_clear(atlas: Atlas, point, normal, options: PlannerOptions) -> bool:
-    """Whether the straight pin of the options, with a round tip, along the outward normal of its
-    contact, is clear of the known surface.
+    """Whether the straight pin of the options, with a round tip, in one of its directions, is clear
+    of the known surface: along the outward normal of its contact, or in those of fixed styli.
 
     The axis from the centre of the tip outward must not enter the body, and no sample may be nearer
     to it than the radius. What is not known is taken to be free. A pin of no length reaches
@@ -47,25 +47,36 @@ def pin_is_clear(atlas: Atlas, point, normal, options: PlannerOptions) -> bool:
     ----------
     atlas : Atlas
     point, normal : (3,) float, length; unit, world
-        Of the contact.
+        Of the contact; of the centre, where the samples are centres.
     options : PlannerOptions
     """
     radius, length = options.pin_radius, options.pin_length
     if not length > radius or atlas.body is None:
         return True
-    offset = atlas.pool.points - point
+    # Pins pass contacts, whatever the samples are.
+    point, pool = point - atlas.tip_radius * normal, atlas.without_tip.pool
+    offset = pool.points - point
     # Nothing is known farther away. A tip a million times as large is flat.
     size = float(np.sqrt((offset * offset).sum(axis=1).max())) + atlas.body.reach
     radius = min(radius, 1e6 * size)
     length = min(length, radius + size)
+    axes = styli_of(options.styli) if options.styli else normal[None]
+    return any(
+        _is_clear(atlas, point + radius * normal, axis, radius, length, size) for axis in axes
+    )
+
+
+def _is_clear(atlas: Atlas, centre, axis, radius: float, length: float, size: float) -> bool:
+    """Whether a pin along an axis (3,), unit, from the centre of its tip is clear of what is known
+    within a size, length."""
     # Two points in each radius see a wall as thick as the pin; a thousand are enough for thin pins.
     step = max(0.5 * radius, 1e-3 * length)
-    heights = np.append(np.arange(radius, length, step), length)
-    found = atlas.blend(point + heights[:, None] * normal)
+    heights = np.append(np.arange(0.0, length - radius, step), length - radius)
+    found = atlas.blend(centre + heights[:, None] * axis)
     if (found.known & (found.distance < -atlas.levels.sure * found.deviation)).any():
         return False
-    along = np.clip(offset @ normal, radius, length)
-    aside = offset - along[:, None] * normal
+    offset = atlas.without_tip.pool.points - centre
+    aside = offset - np.clip(offset @ axis, 0.0, length - radius)[:, None] * axis
     # The contact is uncertain: samples may be a tenth of the radius inside the pin.
     least = radius - 0.1 * min(radius, size)
     return bool((np.einsum("ij,ij->i", aside, aside) >= least**2).all())

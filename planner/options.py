@@ -6,6 +6,7 @@ import numpy as np
 
 from touchatlas.patch.entry_points import PLANNERS, added
 from touchatlas.patch.geometry.arrays import real
+from touchatlas.planner.cost_model import CostModel
 from touchatlas.planner.region import region_of
 
 # How the next place is chosen: ours, and baselines to compare with.
@@ -95,6 +96,9 @@ class PlannerOptions:
         it would pass through what is known, no touch is planned.
     pin_length : float, length
         Length of the pin, more than its radius; given together with it.
+    styli : str
+        Directions from the tip to its holder of a machine that cannot turn its pin: X,Y,Z, or
+        several with ; between them. Empty where the pin comes along the normal.
     region : str
         Where the surface is wanted: box:X,Y,Z,X,Y,Z (two corners), ball:X,Y,Z,RADIUS, or the path
         of a closed mesh; everywhere where it is empty.
@@ -103,6 +107,8 @@ class PlannerOptions:
     feature : float, length
         Diameter of the smallest hole or horn that is not to be missed: touches go on until no disc
         of this diameter on the surface is without a sample. 0 asks for none.
+    cost : CostModel
+        What a machine takes for a touch, in seconds.
     levels : PlannerLevels
         Levels that it decides by.
     """
@@ -117,9 +123,11 @@ class PlannerOptions:
     search: int = 0
     pin_radius: float = 0.0
     pin_length: float = 0.0
+    styli: str = ""
     region: str = ""
     elsewhere: float = 0.0
     feature: float = 0.0
+    cost: CostModel = CostModel()
     levels: PlannerLevels = PlannerLevels()
 
     def __post_init__(self) -> None:
@@ -145,6 +153,9 @@ class PlannerOptions:
                 f"pin_radius, pin_length are {self.pin_radius}, {self.pin_length}; give both, the "
                 "length more than the radius"
             )
+        if self.styli and not self.pin_length:
+            raise ValueError(f"styli is {self.styli!r}; it needs pin_radius and pin_length")
+        styli_of(self.styli)
         limits = {"coverage": 1.0, "reach": 10.0, "step": 0.2, "max_turn": np.pi}
         for name, limit in {**limits, "step_turn": np.pi}.items():
             value = getattr(self, name)
@@ -156,6 +167,8 @@ class PlannerOptions:
             raise ValueError(
                 f"step, reach are {self.step}, {self.reach}; an arm must have four steps or more"
             )
+        if not isinstance(self.cost, CostModel):
+            raise ValueError(f"cost is {self.cost!r}; it must be a CostModel")
         if not isinstance(self.levels, PlannerLevels):
             raise ValueError(f"levels are {self.levels!r}; they must be PlannerLevels")
 
@@ -167,3 +180,28 @@ class PlannerOptions:
             region_of(self.region)
         elif self.elsewhere:
             raise ValueError(f"elsewhere is {self.elsewhere!r}; it needs a region")
+
+
+def styli_of(text: str) -> np.ndarray:
+    """(k, 3) unit vectors that a text names; none where it is empty.
+
+    Raises
+    ------
+    ValueError
+        When the text names no directions.
+
+    Examples
+    --------
+    >>> styli_of("0,0,2;1,0,0").tolist()
+    [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]
+    """
+    try:
+        rows = [[float(x) for x in word.split(",")] for word in text.split(";") if word.strip()]
+        found = np.array(rows, float).reshape(-1, 3)
+    except (AttributeError, ValueError):
+        found = np.full((1, 3), np.nan)
+    length = np.sqrt((found * found).sum(axis=1))
+    if not (np.isfinite(length).all() and (length > 0.0).all()):
+        raise ValueError(f"styli is {text!r}; it must be directions, as 0,0,1 or 0,0,1;1,0,0")
+    unit: np.ndarray = found / length[:, None]
+    return unit

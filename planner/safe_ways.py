@@ -79,14 +79,16 @@ class _Known:
         return self._body is None or not self._enters(start, way, np.sqrt(square))
 
     def _enters(self, start, way, length: float) -> bool:
-        """Whether a way runs within the known body, looked at in steps of the room."""
+        """Whether a way comes nearer to the known body than there is room, looked at in steps of
+        that; near its ends whether it is inside."""
         count = min(2 + int(length / self._room), 400)
-        places = start + np.linspace(0.0, 1.0, count)[1:-1, None] * way
-        if not len(places):
+        at = np.linspace(0.0, 1.0, count)[1:-1]
+        if not len(at):
             return False
         assert self._body is not None
-        found, sure = self._body.at(places)
-        return bool((sure & (found.distance < 0.0)).any())
+        found, sure = self._body.at(start + at[:, None] * way)
+        inner = np.minimum(at, 1.0 - at) * length > 2.0 * self._room
+        return bool((sure & (found.distance < np.where(inner, self._room, 0.0))).any())
 
     def way_out(self, point) -> np.ndarray:
         """(3,) where a clear straight way from a point leaves the sphere, as straight outward as

@@ -18,6 +18,7 @@ from touchatlas.atlas.files import check_path, write_whole
 from touchatlas.atlas.whole_file import DamagedError, FileKind, load_whole
 from touchatlas.patch.geometry.contour import SamplingPlane
 from touchatlas.planner.attempts import Attempts, Pending, Target
+from touchatlas.planner.cost_model import CostModel
 from touchatlas.planner.known import KnownArea
 from touchatlas.planner.options import PlannerLevels, PlannerOptions
 from touchatlas.planner.places import Places
@@ -31,7 +32,7 @@ _FILE = FileKind("planner", "one that save_planner wrote", 15, "begin with a new
 _PARTS = (Attempts, KnownArea, ProbePlan, SamplingPlane, Pending, Target, Stop)
 _RECORDS: dict[str, type] = {
     kind.__name__: kind
-    for kind in (Planner, *_PARTS, Forecast, FreeDisc, PlannerOptions, PlannerLevels)
+    for kind in (Planner, *_PARTS, Forecast, FreeDisc, PlannerOptions, PlannerLevels, CostModel)
 }
 _GENERATORS = ("MT19937", "PCG64", "PCG64DXSM", "Philox", "SFC64")
 

@@ -104,10 +104,14 @@ class View:
         return distance_to(self.done, points) > self.options.levels.apart * self.extent
 
     def cost(self, points) -> np.ndarray:
-        """(n,) what a touch at points (n, 3) costs: the way from the last one, and the level
-        ``set_up`` for the touch itself, length."""
+        """(n,) what a touch at points (n, 3) costs: seconds of the machine; without a model of one,
+        the way from the last touch and the level ``set_up`` for the touch itself, length."""
+        options, extent = self.options, self.extent
         travel = np.linalg.norm(points - self.touched[-1], axis=1)
-        return np.asarray(self.options.levels.set_up * self.extent + travel)
+        if not options.cost.rapid:
+            return np.asarray(options.levels.set_up * extent + travel)
+        reach, step = options.reach * extent, options.step * extent
+        return options.cost.seconds(travel, min(0.5 * reach, 10.0 * step), reach, options.curves)
 
     def nearest(self, points) -> int:
         """Index of the point (n, 3) that is nearest to the last touch."""

@@ -6,7 +6,8 @@ import numpy as np
 
 from touchatlas.patch.entry_points import PROBES, added
 from touchatlas.patch.geometry.arrays import real
-from touchatlas.planner.tracking.options import scaled
+from touchatlas.planner.cost_model import CostModel
+from touchatlas.planner.tracking.options import TrackingOptions, scaled
 
 IDEAL, SCANNING, TRIGGER = "ideal", "scanning", "trigger"
 ARM, MEASURING = "arm", "measuring"
@@ -145,6 +146,24 @@ class Switch:
         """The same in a unit of which a millimetre has so many."""
         lengths = ("radius", "travel", "lobes", "noise_std", "step", "feed", "rapid")
         return scaled(self, millimetre, lengths)
+
+
+def cost_of(options: ProbeOptions, millimetre: float) -> CostModel:
+    """What the machine of a probe takes for a touch; a model without speeds of the ideal one."""
+    if options.name == IDEAL:
+        return CostModel()
+    if options.name == SCANNING:
+        how = TrackingOptions().in_unit(millimetre)
+        # Six arms, each of which leaves the surface, comes again and settles.
+        arm = how.settle + how.retract / how.approach + Beam.pause
+        return CostModel(
+            Beam.rapid * millimetre, how.approach, options.feed or how.feed, touch=6.0 * arm
+        )
+    switch = Switch().in_unit(millimetre)
+    feed = options.feed or switch.feed
+    # Two moves and a measurement, from a height of 2 mm.
+    point = 3.0 * switch.pause + 2.0 * millimetre / feed
+    return CostModel(switch.rapid, feed, point=point, points=options.points)
 
 
 def check_above(record, positive: tuple[str, ...]) -> None:

@@ -17,7 +17,7 @@ from touchatlas.sim.folder.run_options import (
     check_end,
     check_scale,
 )
-from touchatlas.sim.machine.options import ARM
+from touchatlas.sim.machine.options import ARM, cost_of
 from touchatlas.sim.run.learning_run import RECORDED
 from touchatlas.sim.run.phases import Phases
 from touchatlas.sim.run.progress import read_seconds
@@ -26,6 +26,7 @@ from touchatlas.sim.run.work import MAX_LENGTH, MAX_TOUCHES, Result, Work
 from touchatlas.sim.world.implicit_object import ImplicitObject
 from touchatlas.sim.world.mesh_object import MeshObject
 from touchatlas.sim.world.objects import digest_of, make_object
+from touchatlas.sim.world.units import millimetre_of
 
 # Keys of run.toml, and of probe.toml, that are no options of the run.
 NO_OPTIONS = ("object", "digest", "versions", "tip", "qualified")
@@ -170,7 +171,11 @@ def completed(options: RunOptions, obj) -> RunOptions:
     check_scale(noise, tolerance, obj.diagonal)
     check_end(options, noise, tolerance, obj.diagonal)
     check_effort(options.planner)
-    return replace(options, noise=noise, tolerance=tolerance, unit=_unit(options, obj))
+    unit = _unit(options, obj)
+    if not options.planner.cost.rapid:
+        cost = cost_of(options.probe, millimetre_of(unit or "", obj.diagonal))
+        options = replace(options, planner=replace(options.planner, cost=cost))
+    return replace(options, noise=noise, tolerance=tolerance, unit=unit)
 
 
 def _unit(options: RunOptions, obj) -> str | None:

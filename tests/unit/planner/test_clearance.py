@@ -61,6 +61,28 @@ def test_a_pin_far_thicker_than_the_body_has_a_flat_end(torus, radius):
     assert not pin_is_clear(torus, 25.0 * out, -out, radius, 2.0 * radius)
 
 
+def test_a_pin_that_cannot_turn_reaches_what_it_looks_at(torus):
+    """From above: the top and the outside, the wall of the hole, and nothing from below."""
+    out, up = np.eye(3)[0], np.eye(3)[2]
+    for styli, point, normal, clear in (
+        ("0,0,1", 40.0 * out + 15.0 * up, up, True),
+        ("0,0,1", 55.0 * out, out, True),
+        ("0,0,1", 25.0 * out, -out, True),
+        ("0,0,1", 40.0 * out - 15.0 * up, -up, False),
+        ("0,0,1;0,0,-1", 40.0 * out - 15.0 * up, -up, True),
+        ("1,0,0", 25.0 * out, -out, False),
+    ):
+        options = PlannerOptions(pin_radius=1.0, pin_length=2 * HOLE, styli=styli)
+        assert is_clear(torus, point, normal, options) is clear
+
+
+def test_styli_that_are_no_directions_are_refused():
+    with pytest.raises(ValueError, match="styli is '0,0'; it must be directions"):
+        PlannerOptions(pin_radius=1.0, pin_length=20.0, styli="0,0")
+    with pytest.raises(ValueError, match="it needs pin_radius and pin_length"):
+        PlannerOptions(styli="0,0,1")
+
+
 def test_a_pin_of_no_length_reaches_everything(torus):
     assert pin_is_clear(torus, [25.0, 0.0, 0.0], np.array([-1.0, 0.0, 0.0]), 0.0, 0.0)
 
