@@ -110,7 +110,7 @@ class Atlas(AtlasState):
 
     def _take(self, known: KnownBody) -> None:
         """Take what was found, if it is anything new. One face and many miss in other ways."""
-        if known.is_of_faces != self.known_body.is_of_faces:
+        if known.is_one_face != self.known_body.is_one_face:
             self.innovations, self.settled = np.zeros((0, 6)), 0
         if known is not self.known_body:
             self.know(known)
@@ -120,7 +120,7 @@ class Atlas(AtlasState):
         edges and smooth rims between them; read from the samples."""
         bare = self.without_tip
         body = bare.body
-        if body is not None and body.field.is_one and body.faces.are_lawful:
+        if body is not None and body.is_one_face and body.faces.are_lawful:
             return body.faces
         return read_faces(bare.pool, bare.sample_std, bare.levels, bare.known_body.faces)
 

@@ -10,7 +10,7 @@ from touchatlas.atlas.body.body import Body
 from touchatlas.atlas.body.choose import KnownBody
 from touchatlas.atlas.body.less_tip import contacts, less_tip, rims_less_tip
 from touchatlas.atlas.records.options import AtlasOptions, Levels, check_tolerance
-from touchatlas.atlas.samples.predictive_law import LATEST, PredictiveLaw, law_of
+from touchatlas.atlas.samples.predictive_law import LATEST, PredictiveLaw, error_law_of
 from touchatlas.atlas.samples.rims import Rims
 from touchatlas.atlas.samples.sample_pool import SamplePool
 
@@ -131,7 +131,7 @@ class AtlasState:
     def law(self) -> PredictiveLaw:
         """How the errors of the surface are distributed."""
         own = self.innovations[self.innovations[:, 0] >= self.settled]
-        found = law_of(own, self.sample_std, self.known_body.is_of_faces)
+        found = error_law_of(own, self.sample_std, not self.known_body.is_one_face)
         return replace(found, systematic=self.systematic_std)
 
     @property

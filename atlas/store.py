@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from touchatlas.atlas.atlas import Atlas
-from touchatlas.atlas.body.law_arrays import law_arrays, law_of_arrays
+from touchatlas.atlas.body.saved_faces import face_arrays, known_of_arrays
 from touchatlas.atlas.files import check_path, write_whole
 from touchatlas.atlas.mesh.surface import with_fewer_patches
 from touchatlas.atlas.records.options import AtlasOptions, Levels
@@ -22,7 +22,7 @@ from touchatlas.atlas.whole_file import DamagedError, FileKind, load_whole
 from touchatlas.patch.geometry.arrays import real
 
 # The version is that of the file, no unit.
-_FILE = FileKind("atlas", "the atlas.npz of a run", 18, "explore again")
+_FILE = FileKind("atlas", "the atlas.npz of a run", 19, "explore again")
 _LAW = "count", "looked", "std", "is_few"
 
 
@@ -39,7 +39,7 @@ def atlas_bytes(atlas: Atlas) -> bytes:
         "systematic_std": atlas.systematic_std,
         "options": asdict(atlas.options),
         "law": {name: getattr(atlas.known_body, name) for name in _LAW}
-        | {"is_of_faces": atlas.known_body.is_of_faces},
+        | {"is_one_face": atlas.known_body.is_one_face},
     }
     arrays = {
         "header": np.frombuffer(json.dumps(header, sort_keys=True).encode(), np.uint8),
@@ -47,7 +47,7 @@ def atlas_bytes(atlas: Atlas) -> bytes:
         **{f"rims_{name}": getattr(atlas.rims.ends, name) for name in LostEnds.NAMES},
         "ways": atlas.ways,
         "innovations": atlas.innovations,
-        **law_arrays(atlas.known_body),
+        **face_arrays(atlas.known_body),
     }
     buffer = io.BytesIO()
     np.savez(buffer, allow_pickle=False, **arrays)
@@ -116,7 +116,7 @@ def _restored(arrays, header, finished: bool) -> Atlas:
         raise DamagedError("its ways have another shape or type")
     if not np.isfinite(atlas.ways).all():
         raise DamagedError("its ways are not finite")
-    known = law_of_arrays(arrays, header["law"], atlas.pool, levels)
+    known = known_of_arrays(arrays, header["law"], atlas.pool, levels)
     # The surface ends at the rims of the atlas, which tell where it is drawn.
     atlas.know(replace(known, is_few=False))
     if known.is_few is True and finished:

@@ -21,7 +21,6 @@ from touchatlas.atlas.mesh.surface import (
     WITHIN_REACH,
     body_surface,
     coarse_edge,
-    is_smooth,
 )
 from touchatlas.atlas.records.surface import Surface
 from touchatlas.atlas.samples.predictive_law import PredictiveLaw
@@ -130,7 +129,7 @@ def places_of(atlas: Atlas, cube: float | None = None) -> Places:
     # A surface in cubes ends within two of them of its rim.
     left = ~atlas.rims.at(middle, 2.0 * coarse)
     left &= ~body.beyond(middle, outward)
-    if is_smooth(body):
+    if body.is_one_face:
         large = np.flatnonzero(size > LARGEST * body.extent)
         away = cube * _unit(np.cross(chord[large], outward[large]))
         left[large] &= _are_open(body, middle[large], away, of[large])
@@ -164,7 +163,7 @@ def _drawn(body: Body, cube: float) -> Surface:
     while not len(drawn.faces) and cube > body.extent / MOST:
         cube *= 0.5
         drawn = body_surface(body, cube)
-    return without_stray_pieces(drawn, body.samples.points) if is_smooth(body) else drawn
+    return without_stray_pieces(drawn, body.samples.points) if body.is_one_face else drawn
 
 
 def planning_cube(atlas: Atlas) -> float:
@@ -173,7 +172,7 @@ def planning_cube(atlas: Atlas) -> float:
     if atlas.body is None:
         raise ValueError("the atlas has no body; add a touch first")
     body, cube = atlas.body, coarse_edge(atlas.body)
-    if not is_smooth(body):
+    if not body.is_one_face:
         return cube
     return max(min(4.0 / 3.0 * cube, WITHIN_REACH * body.reach), body.extent / 64)
 

@@ -231,7 +231,7 @@ class Planner:
         learned = self._attempts.learned
         if atlas.body is None:
             return places
-        is_one = len(atlas.body.faces) == 1
+        is_one = atlas.body.is_one_face
         if is_one != self._is_one:
             self._is_one, self._known = is_one, KnownArea()
         view = self._view(atlas)

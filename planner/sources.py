@@ -94,7 +94,7 @@ def hidden_hole(view: View, places: Places) -> Target | None:
     end, holes whose radius is within the tolerance do not matter.
     """
     body = view.atlas.body
-    if body is None or not view.atlas.known_body.is_of_faces:
+    if body is None or body.is_one_face:
         return None
     radius = smallest_hole(body)
     least = view.atlas.tolerance if view.phase is Phase.FINISH else 0.0

@@ -16,6 +16,13 @@ from touchatlas.atlas.labels.samples import ContourSamples
 from touchatlas.atlas.samples.rims import Rims
 from touchatlas.atlas.surfaces.free_form import FreeFormSurface
 
+# Height above or below the surface up to which a point may be known, over the reach of samples: a
+# cube that the surface passes has all its corners there, see ``WITHIN_REACH``.
+HEIGHT = 0.4
+# Distance beyond its samples to which a face is known, in steps of its contours: a contour ends up
+# to a step before what stopped it. And beyond a rim, over the reach: triangles are cut at the rim.
+_BEYOND_SAMPLES, _BEYOND_RIM = 1.5, 0.25
+
 
 class Body:
     """The surface of a body, drawn from faces of any kind.
@@ -78,6 +85,11 @@ class Body:
         return found
 
     @property
+    def is_one_face(self) -> bool:
+        """Whether all samples are one face, lawful or free-form, so that there is no edge."""
+        return self.field.is_one_face
+
+    @property
     def seeds(self) -> np.ndarray:
         """(m, 3) samples all over the body, length, world."""
         return self._thinned.points
@@ -108,7 +120,12 @@ class Body:
 
     def at(self, points) -> tuple[FaceValues, np.ndarray]:
         """What the faces say of points (n, 3), and whether (n,) the surface is known there: among
-        samples, where it is not vague."""
+        samples, where the deviation that the coefficients predict is not vague.
+
+        This depends on samples and levels, and not on the tolerance, so that touches do not: only
+        the end of an exploration compares deviations with it. Those that users get are
+        ``PredictiveLaw.deviations`` of the predicted ones.
+        """
         found, known = self._among(points)
         # Beside the surface a polynomial is less sure than on it.
         doubt = np.flatnonzero(known & self._is_vague(found.deviation))
@@ -120,29 +137,29 @@ class Body:
         return found, known
 
     def _is_vague(self, deviation) -> np.ndarray:
-        """(n,) whether deviations (n,), length, are so large that a surface shows nothing: a
-        tenth of the distance across which it is believed, and more than that of a sample. Between
-        samples far apart polynomials have zeros anywhere."""
-        return np.asarray(
-            deviation > max(0.1 * self.samples.levels.believed * self.extent, self.samples.std)
-        )
+        """(n,) whether deviations (n,), length, are so large that a surface shows nothing: larger
+        than the level, and than that of a sample. Between samples far apart polynomials have zeros
+        anywhere."""
+        levels = self.samples.levels
+        limit = levels.vague * levels.believed * self.extent
+        return np.asarray(deviation > max(limit, self.samples.std))
 
     def _among(self, points) -> tuple[FaceValues, np.ndarray]:
         """What the faces say of points (n, 3), and whether (n,) they lie among samples: none of
-        these are farther than ``reach``, and no half circle about the foot is without one; or up to
-        a fourth of ``reach`` beyond a rim. A face is known a step and a half beyond its samples."""
+        these are farther than ``reach``, and no half circle about the foot is without one; or a
+        little beyond a rim, or beyond the samples of a face."""
         found = self.field.at(points)
         away, nearest = self._tree.query(points)
         steps = self.samples.steps[nearest]
-        height = np.clip(found.distance, -0.4 * self.reach, 0.4 * self.reach)
+        height = np.clip(found.distance, -HEIGHT * self.reach, HEIGHT * self.reach)
         off = np.abs(height)
-        known = away <= 1.5 * steps + off
+        known = away <= _BEYOND_SAMPLES * steps + off
         doubt = np.flatnonzero(~known & (away < self.reach))
         normals = found.normal[doubt]
         feet = points[doubt] - height[doubt, None] * normals
         known[doubt] = self._thinned.surround(feet, normals)
         if self.rims:
-            known |= (away < self.reach) & self.rims.at(points, 0.25 * self.reach)
+            known |= (away < self.reach) & self.rims.at(points, _BEYOND_RIM * self.reach)
         # What nothing explains is not known.
         known &= ~self._astray[nearest] | (away < steps + off)
         return found, known

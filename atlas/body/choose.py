@@ -46,9 +46,9 @@ class KnownBody:
     is_few: bool = False
 
     @property
-    def is_of_faces(self) -> bool:
-        """Whether the body is drawn from several faces."""
-        return self.body is not None and not self.body.field.is_one
+    def is_one_face(self) -> bool:
+        """Whether there is one face, or no body yet."""
+        return self.body is None or self.body.is_one_face
 
 
 def look_for_body(
@@ -82,7 +82,7 @@ def look_for_body(
         return before
     samples = samples_of(pool, count, std, levels)
     found = replace(before, count=count, std=std, is_few=False)
-    if before.is_of_faces:
+    if not before.is_one_face:
         faces = faces_of_samples(samples, before=before.faces)
         body = body_of_faces(faces, samples)
         if body is not None:
@@ -159,7 +159,7 @@ def has_edges(samples: ContourSamples, ends_at_edge, options: FaceOptions = Face
 
 def body_of_one(samples: ContourSamples, before: Body | None = None) -> Body:
     """All samples as one face; ``before`` may be the body of the first of them."""
-    faces = face_of_all(samples, before.faces if before and before.field.is_one else None)
+    faces = face_of_all(samples, before.faces if before and before.is_one_face else None)
     return Body(faces, samples, before)
 
 

@@ -52,7 +52,7 @@ def less_tip(known: KnownBody, pool: SamplePool, radius: float, levels: Levels) 
         return known
     samples = samples_of(pool, known.count, known.std, levels)
     found = replace(known, is_few=False)
-    if known.is_of_faces and known.faces is not None:
+    if not known.is_one_face and known.faces is not None:
         faces = _with_closed_corners(_read_again(samples, known.faces), radius)
         if (body := body_of_faces(faces, samples)) is not None:
             return replace(found, faces=faces, body=body)

@@ -53,7 +53,7 @@ class ThinnedSamples:
 
     def __init__(self, points, faces: Faces, reach: float) -> None:
         self.reach = reach
-        self._is_smooth = len(faces) == 1 and not faces.is_sharp
+        self._is_one_smooth_face = len(faces) == 1 and not faces.is_sharp
         voxel = np.floor((points - points[0]) * _PARTS / reach).astype(np.int64)
         # Both sides of a thin wall may lie in one cube.
         sides = np.column_stack([voxel, faces.of])
@@ -120,7 +120,7 @@ class ThinnedSamples:
         x, y, _ = np.moveaxis(offset - fold[..., None] * outward, 2, 0)
         angle = np.arctan2(y, x)
         found = _widest_gap(angle, there) < _GAP
-        if self._is_smooth:
+        if self._is_one_smooth_face:
             found &= _widest_gap(angle, there & (outward[..., 2] > _ALIKE)) < _GAP_ALIKE
         return found
 

@@ -28,7 +28,7 @@ from touchatlas.atlas.cad.kernel import (
 )
 from touchatlas.atlas.cad.lawful import LawfulOptions, lawful_shapes
 from touchatlas.atlas.files import check_path, write_whole
-from touchatlas.atlas.mesh.surface import extract_surface, is_smooth
+from touchatlas.atlas.mesh.surface import extract_surface
 from touchatlas.atlas.records.surface import Surface
 from touchatlas.atlas.state import AtlasState
 
@@ -125,13 +125,13 @@ def save_step(
     state = state.without_tip
     if state.body is None:
         raise ValueError(_NOTHING)
-    body, smooth, bound = state.body, is_smooth(state.body), coarse * state.tolerance
-    if smooth and not body.faces.are_lawful:
+    body, bound = state.body, coarse * state.tolerance
+    if body.is_one_face and not body.faces.are_lawful:
         return _save_smooth(state, body, path, bound, unit)
     try:
         return _save_faces(body, path, state.tolerance, lawful, unit)
     except NotWritten as reason:
-        if smooth:
+        if body.is_one_face:
             # A law without a name in STEP is smooth, and a body with holes.
             return _save_smooth(state, body, path, bound, unit)
         return _save_triangles(state, extract_surface(state), path, bound, reason, unit)

@@ -76,7 +76,7 @@ def _known_body(state: AtlasState) -> Iterator[str]:
 def _body_of_one(state: AtlasState) -> Iterator[str]:
     """A body of one face is the one that its samples give when it is fitted again."""
     known = state.known_body
-    if known.is_of_faces or known.body is None:
+    if known.body is None or not known.is_one_face:
         return
     body = body_of_one(samples_of(state.pool, known.count, known.body.samples.std, state.levels))
     body.rims = known.body.rims

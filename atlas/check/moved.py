@@ -50,7 +50,7 @@ def shift_of_object(atlas: AtlasState, found) -> tuple[np.ndarray, np.ndarray]:
     """
     count, std, stds = len(found.distance), atlas.sample_std, atlas.sample_stds
     order, none = np.arange(count) / count, np.zeros(count, bool)
-    if atlas.known_body.is_of_faces:
+    if not atlas.known_body.is_one_face:
         all_of_them = _Beside(found.distance / stds, found.normal / stds[:, None])
         shift, explained = _shift(all_of_them, order, -0.5, 0.5, _MOMENTS)
         off = np.abs(found.distance) > stds

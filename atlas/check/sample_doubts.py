@@ -68,7 +68,7 @@ def _contours_beside(atlas: AtlasState) -> np.ndarray:
     """(n,) the samples of the few contours most of which lie beside the polynomials of the other
     ones, which the texture of the surface follows; none where many do."""
     body = atlas.body
-    if body is None or not body.field.is_one:
+    if body is None or not body.is_one_face:
         return np.zeros(atlas.point_count, bool)
     # The polynomials bend toward the contour, and are unsure there.
     smooth = body.field.trees.distances(0, atlas.pool.points)

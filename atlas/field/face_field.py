@@ -12,7 +12,7 @@ from touchatlas.atlas.field.cells import Cells
 from touchatlas.atlas.field.edge_cuts import SharpEdges
 from touchatlas.atlas.field.face_trees import FaceTrees
 from touchatlas.atlas.field.passed_air import PassedAir
-from touchatlas.atlas.field.rounded_edges import RoundedEdges, faces_of_samples
+from touchatlas.atlas.field.rounded_edges import RoundedEdges, face_of_each_sample
 from touchatlas.atlas.field.smooth_rims import SmoothRims
 from touchatlas.atlas.labels.labels import NONE
 from touchatlas.atlas.surfaces.free_form import FreeFormSurface
@@ -58,7 +58,7 @@ class FaceField:
 
     Attributes
     ----------
-    is_one : bool
+    is_one_face : bool
         Whether all samples are one face, so that there is no edge.
     reach : float, length
         Distance across which a face is believed where no sample is, and from its samples up to
@@ -79,13 +79,13 @@ class FaceField:
         self.air: PassedAir | None = None
         self.trees = trees = FaceTrees(faces, before)
         self.reach = faces.levels.believed * float(np.linalg.norm(np.ptp(faces.points, axis=0)))
-        self.is_one = len(faces) == 1
-        if self.is_one:
+        self.is_one_face = len(faces) == 1
+        if self.is_one_face:
             self.reach = trees.scale_of(0)
             return
-        self._of = faces_of_samples(trees)
-        self._known = np.flatnonzero(self._of != NONE)
-        self._tree = cKDTree(faces.points[self._known])
+        self._of = face_of_each_sample(trees)
+        self._labelled = np.flatnonzero(self._of != NONE)
+        self._tree = cKDTree(faces.points[self._labelled])
         self._sharp, self._rims = SharpEdges(trees, self.reach), SmoothRims(trees)
         self._cells = Cells(trees, self.reach)
         self._rounded = RoundedEdges(trees, self.reach)
@@ -113,7 +113,7 @@ class FaceField:
     @property
     def same_surface(self) -> np.ndarray:
         """(f,) the first face that is one surface with each face."""
-        return np.zeros(1, int) if self.is_one else self._cells.same_surface
+        return np.zeros(1, int) if self.is_one_face else self._cells.same_surface
 
     def at(self, points) -> FaceValues:
         """Signed distance, normal, deviation and face at points (n, 3), length, world.
@@ -132,7 +132,7 @@ class FaceField:
 
     def _of_faces(self, points) -> FaceValues:
         """The same of the faces alone."""
-        if self.is_one:
+        if self.is_one_face:
             one, face = self.trees.values(0, points), np.zeros(len(points), int)
             return FaceValues(one[:, 0], one[:, 1:4], np.sqrt(one[:, 4]), face)
         distances = self.trees.all_distances(points)
@@ -152,10 +152,10 @@ class FaceField:
         At a sharp edge the distance is the largest of those of the faces that meet there in
         a convex edge, the smallest in a concave one.
         """
-        count = min(16, len(self._known))
+        count = min(16, len(self._labelled))
         away, near = self._tree.query(points, k=count)
         away = away.reshape(len(points), count)
-        near = self._known[near.reshape(len(points), count)]
+        near = self._labelled[near.reshape(len(points), count)]
         owner = self._of[near[:, 0]]
         columns = _by_face(self.trees, points, self._of[near])
         chosen = columns[owner, np.arange(len(points))]

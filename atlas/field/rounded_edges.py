@@ -143,7 +143,7 @@ class RoundedEdges:
         return rows[near & (np.abs(found[rows]) < (away + noise[:, None]).min(axis=0))]
 
 
-def faces_of_samples(trees: FaceTrees) -> np.ndarray:
+def face_of_each_sample(trees: FaceTrees) -> np.ndarray:
     """(n,) the face of each sample, NONE where it has none; of one on a rounding that of its faces
     which would decide at a sharp edge."""
     faces, out = trees.faces, trees.faces.of.copy()

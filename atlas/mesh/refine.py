@@ -34,7 +34,7 @@ def refined(body: Body, surface: Surface, bound: float) -> Surface:
         where that is more. Edges shorter than a thousandth of the extent stay, and those where the
         field jumps.
     """
-    keys, heights, smooth = np.zeros(0, np.int64), np.zeros(0), body.field.is_one
+    keys, heights, smooth = np.zeros(0, np.int64), np.zeros(0), body.is_one_face
     most = 4 if smooth else 7
     for done in range(most + 1):
         ends, sides = edges_of(surface.faces)
@@ -79,7 +79,7 @@ def refined(body: Body, surface: Surface, bound: float) -> Surface:
 def _are_far(body: Body, surface: Surface, ends, height, bound: float) -> np.ndarray:
     """(e,) whether the body is too far from the middles of edges (e, 2), by its heights (e,)."""
     unsure = 0.1 * surface.deviation[ends].mean(axis=1)
-    limit = (1.1 if body.field.is_one else 0.8) * np.maximum(bound, unsure)
+    limit = (1.1 if body.is_one_face else 0.8) * np.maximum(bound, unsure)
     length = np.linalg.norm(np.diff(surface.vertices[ends], axis=1)[:, 0], axis=1)
     return np.asarray((np.abs(height) > limit) & (length > 1e-3 * body.extent))
 

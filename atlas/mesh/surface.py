@@ -10,7 +10,7 @@ from dataclasses import replace
 import igl
 import numpy as np
 
-from touchatlas.atlas.body.body import Body
+from touchatlas.atlas.body.body import HEIGHT, Body
 from touchatlas.atlas.body.choose import KnownBody
 from touchatlas.atlas.mesh.contour import dual_contour
 from touchatlas.atlas.mesh.handles import without_small_handles
@@ -28,14 +28,9 @@ from touchatlas.patch.geometry.normal_error import SURE
 _COARSE, MOST = 32, 160
 # Largest edge of a cube over the thinnest wall, so that each side has its own cubes.
 _WALL = 0.4
-# Largest edge of a cube over the reach of samples: its corners are within 0.4 reaches of the
-# surface that passes it, up to where ``Body.at`` finds their feet.
-WITHIN_REACH = 0.23
-
-
-def is_smooth(body: Body) -> bool:
-    """Whether a body is one free-form face, without sharp edges."""
-    return body.field.is_one
+# Largest edge of a cube over the reach of samples: no diagonal, rounded down, is longer than the
+# height up to which ``Body.at`` finds the feet of corners.
+WITHIN_REACH = int(100.0 * HEIGHT / 3.0**0.5) / 100.0
 
 
 def coarse_edge(body: Body) -> float:
@@ -65,7 +60,7 @@ def fine_edge(body: Body, sagitta: float) -> float:
 
 def _curvature(body: Body) -> float:
     """Largest curvature of the faces of a body with edges, 1/length."""
-    return 0.0 if is_smooth(body) else body.largest_curvature
+    return 0.0 if body.is_one_face else body.largest_curvature
 
 
 def body_surface(body: Body, edge: float) -> Surface:
@@ -83,7 +78,7 @@ def body_surface(body: Body, edge: float) -> Surface:
         found, known = body.at(points)
         return found.distance, found.normal, known
 
-    vertices, faces = dual_contour(at, at_corners, body.seeds, edge, not is_smooth(body))
+    vertices, faces = dual_contour(at, at_corners, body.seeds, edge, not body.is_one_face)
     found = body.field.at(vertices)
     vertices = vertices - np.clip(found.distance, -edge, edge)[:, None] * found.normal
     # A face whose equation fails at a vertex says nothing of it: it may lie anywhere.
@@ -128,7 +123,7 @@ def with_curvatures(body: Body, surface: Surface) -> Surface:
     """A surface with the Gaussian curvature of the body at its vertices; where that jumps at rims,
     the mean about each vertex."""
     vertices, faces = surface.vertices, surface.faces
-    if is_smooth(body):
+    if body.is_one_face:
         curvature = body.gaussian_curvature(vertices, surface.patch)
     else:
         # At vertices a tenth of that of a plate was missing.
@@ -187,7 +182,7 @@ def extract_surface(state: AtlasState, edge: float | None = None) -> Surface:
     state = state.without_tip
     body, sagitta = _body_of(state), state.options.facets * state.tolerance
     drawn = _drawn(body, sagitta) if edge is None else body_surface(body, _checked(body, edge))
-    lawful = body.faces.are_lawful and not is_smooth(body)
+    lawful = body.faces.are_lawful and not body.is_one_face
     # What was touched of a lawful body is no leaf, however small.
     surface = without_stray_pieces(drawn, body.samples.points, 0.0 if lawful else LARGEST)
     if edge is None:
@@ -196,7 +191,7 @@ def extract_surface(state: AtlasState, edge: float | None = None) -> Surface:
     surface = replace(surface, deviation=state.law.deviations(surface.deviation))
     if not lawful:
         surface = ended_at_rims(surface, body)
-    if not is_smooth(body):
+    if not body.is_one_face:
         surface = _with_unknown_risers(body, surface)
         surface = _with_misses(state, body, surface)
     surface = close_holes(surface, state.rims)
@@ -256,7 +251,7 @@ def with_fewer_patches(known: KnownBody, tolerance: float) -> KnownBody:
     stay. Those of a body with sharp turns cut each other, and stay as well.
     """
     body = known.body
-    if body is None or known.is_few or not is_smooth(body):
+    if body is None or known.is_few or not body.is_one_face:
         return known
     surface = body.field.trees.free_form(0)
     if surface is None or len(surface.pairs):

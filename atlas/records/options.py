@@ -30,6 +30,9 @@ class Levels:
         Largest angle of two normals that face the same side.
     believed : float
         Distance from its samples up to which a surface is believed, over the extent of all samples.
+    vague : float
+        Deviation up to which a surface among samples is known, over the distance up to which it is
+        believed.
     alpha : float
         Chance with which a test refuses what is true.
     closed : float
@@ -45,11 +48,12 @@ class Levels:
     sure: float = 4.0
     same_side: float = np.pi / 3.0
     believed: float = 0.15
+    vague: float = 0.1
     alpha: float = 1e-3
     closed: float = 0.15
 
     def __post_init__(self) -> None:
-        most = {"sure": np.inf, "same_side": 0.5 * np.pi, "believed": 1.0}
+        most = {"sure": np.inf, "same_side": 0.5 * np.pi, "believed": 1.0, "vague": 1.0}
         most |= {"alpha": 1.0, "closed": 1.0}
         for level in fields(self):
             value = real(getattr(self, level.name))

@@ -142,7 +142,7 @@ def innovations_of(number: int, distance, deviation, noise, std, away) -> np.nda
     )
 
 
-def law_of(
+def error_law_of(
     innovations, std: float, of_faces: bool = True, prior: LawPrior = LawPrior()
 ) -> PredictiveLaw:
     """The most probable law after innovations (n, 6), of samples of a deviation ``std``, length.

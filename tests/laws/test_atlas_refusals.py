@@ -319,7 +319,14 @@ def test_surface_of_nothing_is_refused():
 
 @pytest.mark.parametrize(
     "wrong",
-    [{"sure": 0.0}, {"sure": None}, {"same_side": 1.6}, {"believed": 1.0}, {"alpha": np.nan}],
+    [
+        {"sure": 0.0},
+        {"sure": None},
+        {"same_side": 1.6},
+        {"believed": 1.0},
+        {"vague": 0.0},
+        {"alpha": np.nan},
+    ],
 )
 def test_levels_that_cannot_work_are_refused(wrong):
     with pytest.raises(ValueError, match=f"level {next(iter(wrong))} is .* must be a number > 0"):

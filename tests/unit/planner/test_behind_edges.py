@@ -100,7 +100,7 @@ def test_a_probe_that_stops_at_edges_finds_all_faces_of_a_cube():
     found = explored_faces("block", 0.8)
     assert found.stop.reason is StopReason.KNOWN
     known = found.atlas.known_body
-    assert known.is_of_faces and [face.kind for face in known.body.faces.faces] == 6 * ["plane"]
+    assert not known.is_one_face and [face.kind for face in known.body.faces.faces] == 6 * ["plane"]
     normals = np.array([face.law.numbers["normal"] for face in known.body.faces.faces])
     sides = {(int(np.abs(n).argmax()), bool(n[np.abs(n).argmax()] > 0.0)) for n in normals}
     assert len(sides) == 6

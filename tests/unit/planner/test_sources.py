@@ -204,14 +204,13 @@ def test_the_nearest_edge_that_is_drawn_by_a_guess_is_touched(monkeypatch):
 AWAY = np.array([0.2, 0.6, 1.0, 0.4])
 
 
-def verified(monkeypatch, radius: float, tried=(), is_of_faces: bool = True, phase=Phase.GROW):
+def verified(monkeypatch, radius: float, tried=(), is_one_face: bool = False, phase=Phase.GROW):
     """The target of ``hidden_hole`` on a body whose smallest hole has a radius."""
     monkeypatch.setattr(listed, "smallest_hole", lambda body: radius)
     seen = view([[0.0, 50.0, 0.0]], in_vain=tried, phase=phase)
-    body = SimpleNamespace(away=lambda points: AWAY[: len(points)])
+    body = SimpleNamespace(is_one_face=is_one_face, away=lambda points: AWAY[: len(points)])
     atlas = SimpleNamespace(
         body=body,
-        known_body=SimpleNamespace(is_of_faces=is_of_faces),
         tolerance=seen.atlas.tolerance,
     )
     return hidden_hole(replace(seen, atlas=atlas), closed(DEVIATION[:4]))
@@ -234,7 +233,7 @@ def test_an_attempt_counts_as_a_sample_met_or_not(monkeypatch):
         {"radius": 1.1},
         {"radius": np.inf},
         {"radius": 0.09, "phase": Phase.FINISH},
-        {"radius": 0.5, "is_of_faces": False},
+        {"radius": 0.5, "is_one_face": True},
     ],
     ids=["no room", "no hole", "within the tolerance at the end", "free-form"],
 )

@@ -50,7 +50,7 @@ def test_a_plane_is_described_by_its_misfit_and_three_parameters():
 
 def test_six_planes_describe_a_box_shorter_than_one_free_form_face(box):
     assert (box.count, box.looked, box.std) == (2970, 2970, STD)
-    assert box.is_of_faces
+    assert not box.is_one_face
     assert [face.kind for face in box.body.faces.faces] == ["plane"] * 6
     one = description_length(body_of_one(box.body.samples))
     assert description_length(box.body) < 0.5 * one
@@ -85,7 +85,7 @@ def test_one_face_learns_each_touch_and_is_compared_by_growth():
         pool.add(points[some], outward[some], planes[some], False, NOISE)
         known = look_for_body(pool, STD, known)
         looks.append(known.looked)
-        assert not known.is_of_faces and known.count == len(pool)
+        assert known.is_one_face and known.count == len(pool)
     # Powers of 1.25 are 1009.7 and 1262.2.
     assert looks == [1020, 1020, 1020]
     found = known.body.field.at(points)

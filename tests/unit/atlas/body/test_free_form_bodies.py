@@ -20,7 +20,7 @@ def known() -> KnownBody:
 
 
 def test_a_box_with_a_free_form_top_is_a_body(known):
-    assert known.is_of_faces
+    assert not known.is_one_face
     kinds = [face.kind for face in known.body.faces.faces]
     assert "free-form" in kinds
     assert kinds.count("plane") >= 5

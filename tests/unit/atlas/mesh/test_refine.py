@@ -19,7 +19,7 @@ AXES = np.array([1.0, 0.7, 0.5])
 class Ellipsoid:
     """An ellipsoid and its field, to first order, and the number of points that it was asked."""
 
-    is_one = True
+    is_one_face = True
 
     def __init__(self, scale: float = 1.0) -> None:
         self.scale, self.asked, self.field, self.extent = scale, 0, self, 2.0 * scale

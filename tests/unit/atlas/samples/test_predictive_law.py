@@ -13,8 +13,8 @@ from touchatlas.atlas.samples.predictive_law import (
     LawPrior,
     PredictiveLaw,
     deviation_with_misses,
+    error_law_of,
     innovations_of,
-    law_of,
 )
 from touchatlas.patch.geometry.normal_error import SURE
 from touchatlas.sim import make_object
@@ -44,7 +44,7 @@ def test_the_chance_of_an_error_is_that_of_a_student_t():
 
 
 def test_without_samples_the_law_is_the_prior():
-    found, prior = law_of(np.zeros((0, 6)), STD), LawPrior()
+    found, prior = error_law_of(np.zeros((0, 6)), STD), LawPrior()
     assert (found.freedom, found.factor, found.floor) == (prior.freedom, prior.factor, 0.0)
     # The lattice ends at three and four standard deviations.
     assert found.spread == pytest.approx(prior.factor_spread, rel=0.01)
@@ -55,7 +55,9 @@ def test_errors_so_many_times_the_predicted_ones_are_found(factor):
     """Five independent samples of each of eight touches tell a scale to an eighth, and the prior,
     of a spread of 0.2, moves it by as much: three of both, for six draws."""
     rng = np.random.default_rng(0)
-    found = [law_of(simulated(rng, PredictiveLaw(30.0, factor)), STD).factor for _ in range(6)]
+    found = [
+        error_law_of(simulated(rng, PredictiveLaw(30.0, factor)), STD).factor for _ in range(6)
+    ]
     assert np.mean(np.log(found)) == pytest.approx(np.log(factor), abs=0.3)
 
 
@@ -68,7 +70,7 @@ def test_intervals_hold_95_percent_of_later_errors(law):
     that are so much too short or long hold 0.91 to 0.97 of normal errors, and the prior adds as
     much again."""
     rng = np.random.default_rng(1)
-    found = law_of(simulated(rng, law), STD)
+    found = error_law_of(simulated(rng, law), STD)
     deviation = STD * rng.uniform(0.2, 10.0, 30000)
     error = np.abs(law.scale(deviation) * rng.standard_t(law.freedom, 30000))
     held = error <= SURE * found.deviations(deviation)
@@ -83,7 +85,7 @@ def test_a_few_samples_of_a_wrong_face_leave_the_others_known():
     right = simulated(rng, PredictiveLaw(), 100)
     wrong = right.copy()
     wrong[::50, 1] = 100.0
-    here, there = law_of(right, STD), law_of(wrong, STD)
+    here, there = error_law_of(right, STD), error_law_of(wrong, STD)
     assert abs(np.log(there.factor / here.factor)) < 0.16 and there.floor == here.floor
     # Sixteen of 800, each 1.0 away from the nearest sample.
     assert there.rate == pytest.approx(0.02, rel=1e-12) and here.rate == 0.0
@@ -93,7 +95,7 @@ def test_a_few_samples_of_a_wrong_face_leave_the_others_known():
 def test_one_free_form_face_does_not_end():
     wrong = simulated(np.random.default_rng(3), PredictiveLaw(), 100)
     wrong[::50, 1] = 100.0
-    assert law_of(wrong, STD, of_faces=False).rate == 0.0
+    assert error_law_of(wrong, STD, of_faces=False).rate == 0.0
 
 
 def test_a_law_scales_with_the_unit():
@@ -101,7 +103,7 @@ def test_a_law_scales_with_the_unit():
     seen = simulated(np.random.default_rng(4), PredictiveLaw(5.0, 1.0, 0.01))
     seen[::50, 1] = 100.0
     scaled = seen * [1.0, 4.0, 4.0, 4.0, 4.0, 4.0]
-    once, other = law_of(seen, STD), law_of(scaled, 4.0 * STD)
+    once, other = error_law_of(seen, STD), error_law_of(scaled, 4.0 * STD)
     assert (other.freedom, other.factor) == (once.freedom, once.factor)
     assert other.floor == 4.0 * once.floor and other.rate == once.rate / 4.0
     assert np.array_equal(
@@ -194,7 +196,7 @@ def test_errors_of_one_face_are_forgotten_when_it_becomes_six():
 def test_outliers_at_samples_tell_no_rate_of_faces_that_end():
     """No face ends within a distance of zero: chance and intervals are those of a rate of zero, to
     the billionth of a bracket of nine that bisection leaves."""
-    found = law_of(innovations_of(0, np.full(5, 10.0), 0.1, STD, STD, 0.0), STD)
+    found = error_law_of(innovations_of(0, np.full(5, 10.0), 0.1, STD, STD, 0.0), STD)
     assert found.rate == 0.0 and np.isfinite(found.chance(1.0, [0.1], [0.0])).all()
     missed = innovations_of(0, np.full(5, 10.0), 0.1, STD, STD, 0.0)
     found = deviation_with_misses([1.0, 2.0], np.array([0.0, 1.0]), missed)

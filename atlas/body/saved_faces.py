@@ -1,4 +1,4 @@
-"""What is known of lawful faces as arrays of a file, and back: the pieces and the labels.
+"""Faces as arrays of a file, and back: the pieces, the kinds of which have names, and the labels.
 
 Faces are read touch by touch, so that the samples alone would not give the same ones again.
 """
@@ -23,14 +23,14 @@ from touchatlas.atlas.whole_file import DamagedError
 _MOST = Kind.QUARTIC.terms
 
 
-def law_arrays(known: KnownBody) -> dict[str, np.ndarray]:
+def face_arrays(known: KnownBody) -> dict[str, np.ndarray]:
     """The pieces and labels of faces; without faces, none."""
     pieces = known.faces.pieces if known.faces else []
     of = known.faces.patch_of if known.faces else np.zeros(0, int)
     return {
         "faces_std": np.array(known.faces.std if known.faces else 0.0),
         "label_of": of.astype(np.int32),
-        "piece_kind": np.array([piece.kind for piece in pieces], np.int8),
+        "piece_kind": np.array([piece.kind.name.lower() for piece in pieces], str),
         "piece_origin": np.array([piece.origin for piece in pieces]).reshape(-1, 3),
         "piece_axes": np.array([piece.axes for piece in pieces]).reshape(-1, 3, 3),
         "piece_scale": np.array([piece.scale for piece in pieces], float),
@@ -39,7 +39,7 @@ def law_arrays(known: KnownBody) -> dict[str, np.ndarray]:
     }
 
 
-def law_of_arrays(
+def known_of_arrays(
     arrays, header: dict[str, Any], pool: SamplePool, levels: Levels = Levels()
 ) -> KnownBody:
     """What a file knows of the samples of a pool.
@@ -50,9 +50,9 @@ def law_of_arrays(
         Its parts do not agree.
     """
     known, of, pieces = dict(header), arrays["label_of"].astype(int), _pieces(arrays)
-    is_of_faces, count, looked = known.pop("is_of_faces"), known["count"], known["looked"]
+    is_one, count, looked = known.pop("is_one_face"), known["count"], known["looked"]
     sound = all(type(x) is int for x in (count, looked)) and 0 <= looked <= count <= len(pool)
-    sound = sound and len(of) <= count and (len(of) == count or is_of_faces is False)
+    sound = sound and len(of) <= count and (len(of) == count or is_one is True)
     if not (sound and of.min(initial=NONE) >= NONE and of.max(initial=NONE) < len(pieces)):
         raise DamagedError("it says nothing of the samples that obey laws")
     found = KnownBody(**known)
@@ -64,7 +64,7 @@ def law_of_arrays(
     if not count:
         return found
     samples, body = samples_of(pool, count, header["std"], levels), None
-    if is_of_faces and found.faces is not None:
+    if not is_one and found.faces is not None:
         body = body_of_faces(found.faces, samples)
     return replace(found, body=body_of_one(samples) if body is None else body)
 
@@ -74,9 +74,10 @@ def _pieces(arrays) -> list[Piece]:
     columns = [arrays[f"piece_{name}"] for name in ("kind", "origin", "axes", "scale")]
     out = []
     for k, (kind, origin, axes, scale) in enumerate(zip(*columns, strict=True)):
-        size = Kind(kind).terms
+        law = Kind[kind.upper()]
+        size = law.terms
         own = arrays["piece_coefficients"][k, :size], arrays["piece_covariance"][k, :size, :size]
-        out.append(Piece(Kind(kind), origin, axes, float(scale), *own))
+        out.append(Piece(law, origin, axes, float(scale), *own))
     return out
 
 
