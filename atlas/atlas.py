@@ -117,7 +117,12 @@ class Atlas(AtlasState):
 
     def faces(self) -> Faces:
         """The faces of what was touched, each with its kind in words and numbers, and the sharp
-        edges and smooth rims between them; read from the samples."""
+        edges and smooth rims between them.
+
+        Samples are labelled again, from the labels of the body on, or anew where it is free-form;
+        a body of one law alone gives its face. So ids are those of ``Surface.patch`` as far as the
+        labels stay the same.
+        """
         bare = self.without_tip
         body = bare.body
         if body is not None and body.is_one_face and body.faces.are_lawful:

@@ -31,7 +31,8 @@ class KnownBody:
     std : float, length
         Standard deviation of a sample then.
     faces : Faces or None
-        The faces that were last read; the next reading goes on from them.
+        The faces that were last read, from which the next reading goes on: before ``determined``
+        leaves some out, so that ids may differ from those of the body.
     body : Body or None
         The surface; None before any touch.
     is_few : bool

@@ -1,1 +1,1 @@
-"""Pieces: one polynomial each, on the ladder from plane to graded quartic, and its law."""
+"""Pieces: one polynomial each, from plane to graded sextic, and the laws of planes to quadrics."""

@@ -18,7 +18,7 @@ from touchatlas.patch.geometry.polynomial import (
 
 
 class Kind(IntEnum):
-    """What law a piece obeys, in order of the number of parameters."""
+    """What law a piece obeys, in order of the number of parameters. Files hold its name."""
 
     PLANE = 0
     SPHERE = 1

@@ -24,7 +24,8 @@ class Surface:
     deviation : (v,) float, length
         Predicted standard deviation along the normal.
     patch : (v,) int
-        Id of the face on which the vertex lies.
+        Id of the face on which the vertex lies, among those of ``Atlas.body``: a patch in the sense
+        of a part of the surface, and not the number of one polynomial.
     gaussian_curvature : (v,) float, 1/length^2
         Curvature of the faces, not of the triangles.
     stray_pieces : int

@@ -1,1 +1,1 @@
-"""Changes of labels that shorten the description: cover, merge, split, unite, absorb."""
+"""Moves of labels that shorten the description: drop, join, split, grow, give to roundings."""

@@ -27,8 +27,8 @@ class Known(AtlasState):
     body: Body | None = None
 
     def __init__(self, body: Body | None, facets: float = 0.2) -> None:
-        self.body, self.tolerance = body, TOLERANCE
-        self.options, self.rims = AtlasOptions(facets=facets), Rims(SamplePool())
+        self.body, self.tolerance, self.pool = body, TOLERANCE, SamplePool()
+        self.options, self.rims = AtlasOptions(facets=facets), Rims(self.pool)
         self.law = PredictiveLaw()
         self.innovations = np.zeros((0, 6))
 
