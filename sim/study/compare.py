@@ -1,7 +1,7 @@
 """Statistics of a study: medians and shares with intervals, and paired tests against a baseline."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -134,3 +134,32 @@ def _holm(one: Comparison, every: list[Comparison]) -> Comparison:
         return one
     steps = [min(1.0, (len(ps) - k) * p) for k, p in enumerate(ps) if p <= one.p]
     return replace(one, p=max(steps))
+
+
+def gap_closed(
+    rows: list[Row],
+    same: Sequence[str],
+    column: str,
+    value: str,
+    cost: Callable[[Row], float],
+    ends: tuple[str, str] = ("random", "oracle"),
+) -> list[float]:
+    """Shares of the gap between two values of a column that a third one closes: 0 as the first, 1
+    as the second; of each group of rows with the ``same`` columns that all three met.
+
+    Examples
+    --------
+    >>> costs = {"random": "9", "oracle": "5", "ours": "6"}
+    >>> rows = [{"planner": p, "n": n, "met": "1"} for p, n in costs.items()]
+    >>> gap_closed(rows, (), "planner", "ours", lambda row: float(row["n"]))
+    [0.75]
+    """
+    found = []
+    for own in grouped([r for r in rows if r["met"] in ("1", "yes")], *same).values():
+        costs = {row[column]: cost(row) for row in own}
+        if not {*ends, value} <= {*costs}:
+            continue
+        most, least = (costs[end] for end in ends)
+        if most > least:
+            found.append((most - costs[value]) / (most - least))
+    return found

@@ -133,8 +133,8 @@ def explored(obj, options: RunOptions, points=None) -> Course:
         length += step.touch.tracked_length
         if points is not None:
             shares.append(float(np.mean(errors(atlas, points) <= atlas.tolerance)))
+    predicted = planner.forecast(atlas).predicted_coverage
     with watch:
-        predicted = planner.forecast(atlas).predicted_coverage
         atlas.finish()
         surface = extract_surface(atlas) if len(atlas) else None
     return Course(

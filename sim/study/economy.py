@@ -5,7 +5,6 @@ by others from the touches of ours.
 """
 
 import math
-import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -15,13 +14,14 @@ import trimesh
 from rich.box import SIMPLE
 from rich.table import Table
 
-from touchatlas.atlas import Atlas, Touch, extract_surface
-from touchatlas.planner import PlannerOptions, explore
+from touchatlas.patch.entry_points import PLANNERS, added
+from touchatlas.planner import PlannerOptions
 from touchatlas.planner.options import NAMES
 from touchatlas.sim.folder.run_options import RunOptions
-from touchatlas.sim.run.work import begin, random_streams
+from touchatlas.sim.run.work import random_streams
 from touchatlas.sim.study.cells import Cell, Row
-from touchatlas.sim.study.oracle import Oracle, errors
+from touchatlas.sim.study.compare import gap_closed
+from touchatlas.sim.study.course import Course, explored
 from touchatlas.sim.study.study import (
     Chart,
     Study,
@@ -35,11 +35,9 @@ from touchatlas.sim.study.study import (
 from touchatlas.sim.study.surface_peers import PEERS, best_surface, distances, samples_of
 from touchatlas.sim.study.tradeoff import pareto_front
 from touchatlas.sim.world.objects import make_object
-from touchatlas.sim.world.probe import Probe
 from touchatlas.sim.world.triangles import sample_triangles
 
-OURS, ORACLE, RANDOM = "tolerance", "oracle", "random"
-PLANNERS = (*NAMES, ORACLE)
+OURS, ORACLE = "tolerance", "oracle"
 # Surfaces by others from the touches of our planner, where their package is present.
 OTHERS = ("APSS", "RIMLS", "Poisson")
 COLUMNS = (
@@ -64,9 +62,9 @@ class EconomyOptions:
         of which those below so many standard deviations of the noise are left out.
     most : int
         Touches after which a run ends.
-    points, oracle_points : int
+    points : int
         At which either surface is compared with the other: the standard error of a share of 0.99
-        is 0.001. The oracle knows fewer, others than the judge.
+        is 0.001.
     share, off : float
         A surface that meets the tolerance has this share of the truth within it, and the same
         share of its own points within so many tolerances.
@@ -81,7 +79,6 @@ class EconomyOptions:
     least_noises: float = 2.0
     most: int = 120
     points: int = 8000
-    oracle_points: int = 2000
     share: float = 0.99
     off: float = 2.0
     sagitta: float = 0.02
@@ -91,44 +88,26 @@ class EconomyOptions:
 OPTIONS = EconomyOptions()
 
 
-@dataclass(frozen=True, eq=False)
-class Course:
-    """What an exploration took: touches, processor seconds without the simulated probe, and what
-    was spent when 99 % of the true points were first within the tolerance, or NaN."""
-
-    touches: list[Touch]
-    seconds: float
-    ended: str
-    touches_to_99: float
-    length_to_99: float
-
-
 def measure_run(name: str, tolerance: float, method: str, seed: int) -> list[Row]:
     """The row of one exploration, and those of others on our planner's touches.
 
     Lengths are in diagonals of the object, of which the tolerance is a fraction.
     """
     obj = make_object(name, seed)
-    options = RunOptions(obj.noise_std, tolerance * obj.diagonal, seed=seed)
-    if method != ORACLE:
-        options = replace(options, planner=PlannerOptions(method))
-    probe_rng, judge_rng, truth_rng, planner_rng = random_streams(seed)
-    atlas, planner = begin(options, obj, planner_rng)
-    if method == ORACLE:
-        planner = Oracle(*obj.start(), *obj.sample(OPTIONS.oracle_points, truth_rng))
-    truth = obj.sample(OPTIONS.points, judge_rng)[0]
-    course = _explored(atlas, planner, Probe(obj, obj.noise_std, probe_rng), truth)
-    begun = time.process_time()
-    atlas.finish()
-    surface = extract_surface(atlas) if len(atlas) else None
-    course = replace(course, seconds=course.seconds + time.process_time() - begun)
+    options = RunOptions(
+        *(obj.noise_std, tolerance * obj.diagonal, OPTIONS.most),
+        seed=seed,
+        planner=PlannerOptions(method),
+    )
+    truth = obj.sample(OPTIONS.points, random_streams(seed)[1])[0]
+    course = explored(obj, options, truth)
+    atlas, surface = course.atlas, course.surface
     mesh = None if surface is None else (surface.vertices, surface.faces)
     head = {"object": name, "tolerance": repr(tolerance), "method": method, "seed": str(seed)}
     rows = [head | _cells(course, judged(mesh, obj, truth, atlas.tolerance), obj.diagonal)]
     if method != OURS or not len(atlas):
         return rows
-    samples, alone = samples_of(atlas, course.touches), replace(course, touches_to_99=np.nan)
-    alone = replace(alone, length_to_99=np.nan)
+    samples, alone = samples_of(atlas, course.touches), replace(course, shares=[])
     for other in [one for one in OTHERS if PEERS[one].present()]:
         found = best_surface(PEERS[other], *samples, obj.noise_std, OPTIONS.cells, truth)
         if found is not None:
@@ -138,44 +117,20 @@ def measure_run(name: str, tolerance: float, method: str, seed: int) -> list[Row
     return rows
 
 
-def _explored(atlas: Atlas, planner, probe: Probe, truth) -> Course:
-    """Touch until the planner ends or the budget does."""
-    simulated, seconds, length, touches, first = 0.0, 0.0, 0.0, [], (np.nan, np.nan)
-
-    def touch(plan) -> Touch:
-        nonlocal simulated
-        begun = time.process_time()
-        made = probe(plan)
-        simulated += time.process_time() - begun
-        return made
-
-    steps = explore(atlas, planner, touch, OPTIONS.most)
-    while True:
-        begun = time.process_time()
-        step = next(steps, None)
-        seconds += time.process_time() - begun
-        if step is None:
-            break
-        touches.append(step.touch)
-        length += step.touch.tracked_length + step.touch.travel_length
-        near = np.mean(errors(atlas, truth) <= atlas.tolerance)
-        if np.isnan(first[0]) and near >= OPTIONS.share:
-            first = float(len(touches)), length
-    ended = planner.stop.reason.value if planner.stop else "budget"
-    return Course(touches, seconds - simulated, ended, *first)
-
-
 def _cells(course: Course, judgement: dict[str, float], unit: float) -> Row:
     """Columns of a course and its judgement; lengths over a unit; blank where unknown."""
+    tracked = [touch.tracked_length / unit for touch in course.touches]
+    travel = [touch.travel_length / unit for touch in course.touches]
+    first = course.reached(OPTIONS.share)
     numbers = {
-        "tracked": sum(touch.tracked_length for touch in course.touches) / unit,
-        "travel": sum(touch.travel_length for touch in course.touches) / unit,
+        "tracked": float(sum(tracked)),
+        "travel": float(sum(travel)),
         "seconds": course.seconds,
         "mean_error": judgement["mean_error"] / unit,
         "p95_error": judgement["p95_error"] / unit,
         "known_share": judgement["known_share"],
-        "touches_to_99": course.touches_to_99,
-        "length_to_99": course.length_to_99 / unit,
+        "touches_to_99": np.nan if first is None else float(first),
+        "length_to_99": np.nan if first is None else sum(tracked[:first]) + sum(travel[:first]),
     }
     words = {"met": "yes" if judgement["met"] else "no", "ended": course.ended}
     found = {name: "" if math.isnan(x) else f"{x:.5g}" for name, x in numbers.items()}
@@ -221,13 +176,13 @@ def judged(
     }
 
 
-def cells_of(names, draws: int, seed: int, methods=PLANNERS, options=OPTIONS) -> list[Cell]:
+def cells_of(names, draws: int, seed: int, methods=None, options=OPTIONS) -> list[Cell]:
     """A run of each object, tolerance, planner and seed whose noise allows the tolerance.
 
     ``names`` are of built-in objects, or paths of mesh files; ``draws`` is the number of seeds.
     ValueError for what is no object.
     """
-    noise = {}
+    noise, methods = {}, methods or (*NAMES, *added(PLANNERS))
     for name in names or options.objects:
         obj = make_object(name)
         noise[name] = obj.noise_std / obj.diagonal
@@ -277,18 +232,6 @@ def pairs(rows: list[Row], method: str, cost: Callable[[Row], float]) -> list[tu
     return [(cost(ours[key]), cost(others[key])) for key in ours if key in others]
 
 
-def gap_closed(rows: list[Row], cost: Callable[[Row], float]) -> float:
-    """Median share of the gap between random and oracle that ours closes: 0 as random, 1 as the
-    oracle; over the runs that all three met. NaN where there is none."""
-    ours, random, oracle = (_met(rows, name) for name in (OURS, RANDOM, ORACLE))
-    closed = []
-    for key in ours.keys() & random.keys() & oracle.keys():
-        most, least = cost(random[key]), cost(oracle[key])
-        if most > least:
-            closed.append((most - cost(ours[key])) / (most - least))
-    return middle(closed)
-
-
 def _met(rows: list[Row], method: str) -> dict[tuple[str, ...], Row]:
     """The runs of a method that met the tolerance, by object, tolerance and seed."""
     own = [row for row in rows if row["method"] == method and row["met"] == "yes"]
@@ -308,7 +251,8 @@ def table(rows: list[Row], summed: Summed) -> Table:
     shown.add_column("method", no_wrap=True)
     for header in ("met", *COSTS):
         shown.add_column(header.replace(" to 99 %", "*"), justify="right", no_wrap=True)
-    gaps = {name: gap_closed(rows, cost) for name, cost in COSTS.items()}
+    same = ("object", "tolerance", "seed")
+    gaps = {n: middle(gap_closed(rows, same, "method", OURS, cost)) for n, cost in COSTS.items()}
     for row in [*summed, {"method": "gap closed", **gaps}]:
         counts = f"{row['met']}/{row['runs']}" if "runs" in row else ""
         cells = ("" if math.isnan(row[name]) else f"{row[name]:.2f}" for name in COSTS)
@@ -328,6 +272,8 @@ STYLES = {
     "RIMLS": ("#D55E00", "X"),
     "Poisson": ("#F0E442", "h"),
 }
+# Of planners that packages add.
+_MORE = (("#E69F00", "v"), ("#882255", "<"), ("#44AA99", ">"), ("#999933", "p"), ("#332288", "d"))
 _CHARTED = {
     "touches": "touches",
     "tracked": "tracked length / diagonal",
@@ -342,6 +288,14 @@ _ERRORS: dict[str, Callable[[Row], float]] = {
         1.0 - number(row["known_share"]), 0.5 / OPTIONS.points
     ),
 }
+
+
+def styles(rows: list[Row]) -> dict[str, tuple[str, str]]:
+    """Colour and marker of each method of some rows, ours first."""
+    there = [method for (method,) in grouped(rows, "method")]
+    more = [method for method in there if method not in STYLES]
+    found = {method: style for method, style in STYLES.items() if method in there}
+    return found | {method: _MORE[k % len(_MORE)] for k, method in enumerate(more)}
 
 
 def pictures(rows: list[Row], summed: Summed) -> dict:
@@ -367,8 +321,7 @@ def object_picture(name: str, rows: list[Row]):
         axes.set_xlabel(label)
     entries = [
         Line2D([], [], color=colour, marker=marker, ms=8, lw=1.2, label=method)
-        for method, (colour, marker) in STYLES.items()
-        if (method,) in grouped(rows, "method")
+        for method, (colour, marker) in styles(rows).items()
     ]
     front = "Pareto front without the oracle"
     entries.append(Line2D([], [], color="black", lw=1.0, ls="--", label=front))
@@ -382,7 +335,7 @@ def _panel(axes, rows: list[Row], cost, error, joined: bool) -> None:
     """One error against one cost, on logarithmic axes."""
     axes.set(xscale="log", yscale="log")
     axes.grid(alpha=0.25)
-    for method, (colour, marker) in STYLES.items():
+    for method, (colour, marker) in styles(rows).items():
         own = [row for row in rows if row["method"] == method]
         for row in own:
             face, size = colour if row["met"] == "yes" else "none", 8 if marker != "*" else 11
@@ -401,7 +354,8 @@ def _panel(axes, rows: list[Row], cost, error, joined: bool) -> None:
 def overview_picture(rows: list[Row]):
     """What methods took over ours to meet a tolerance: a point a run that both met, and the median
     as a bar."""
-    methods = [m for m in STYLES if m not in (OURS, *OTHERS) and pairs(rows, m, COSTS["touches"])]
+    drawn = styles(rows)
+    methods = [m for m in drawn if m not in (OURS, *OTHERS) and pairs(rows, m, COSTS["touches"])]
     names = ("touches", "length", "length to 99 %")
     figure = canvas(13.0, 1.8 + 0.5 * len(methods))
     for axes, name in zip(figure.subplots(1, len(names), sharey=True), names, strict=True):
@@ -410,7 +364,7 @@ def overview_picture(rows: list[Row]):
         for height, method in enumerate(methods[::-1]):
             ratios = [other / ours for ours, other in pairs(rows, method, COSTS[name])]
             known = [ratio for ratio in ratios if math.isfinite(ratio)]
-            colour, marker = STYLES[method]
+            colour, marker = drawn[method]
             axes.plot(known, [height] * len(known), marker, color=colour, alpha=0.6, ls="none")
             if known:
                 axes.plot([np.median(known)] * 2, [height - 0.35, height + 0.35], "k", lw=2)

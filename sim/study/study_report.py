@@ -13,7 +13,13 @@ import numpy as np
 from touchatlas.atlas.files import write_whole
 from touchatlas.sim.study.about import about
 from touchatlas.sim.study.cells import Row
-from touchatlas.sim.study.compare import COSTS, comparisons, median_interval, share_interval
+from touchatlas.sim.study.compare import (
+    COSTS,
+    comparisons,
+    gap_closed,
+    median_interval,
+    share_interval,
+)
 from touchatlas.sim.study.study import canvas, grouped, image_bytes, middle, number, plain_numbers
 from touchatlas.sim.study.study_file import StudyFile
 
@@ -39,6 +45,7 @@ def write_report(study: StudyFile, text: str, rows: list[Row], folder: Path) -> 
     if study.baseline:
         tables += baseline_tables(study, rows)
         summary["against"] = [row for table in tables[1:] for row in _dicts(table)]
+    tables += score_tables(study, rows)
     failed = failures(study, rows)
     drawn = pictures(study, rows)
     head = _head(study, rows, made)
@@ -102,6 +109,23 @@ def baseline_tables(study: StudyFile, rows: list[Row]) -> list[Table]:
             two,
         ),
     ]
+
+
+def score_tables(study: StudyFile, rows: list[Row]) -> list[Table]:
+    """Share of the gap from random to oracle that each planner closes, where both are there."""
+    found = []
+    for flag, values in study.varied.items():
+        if not {"random", "oracle"} <= {*values}:
+            continue
+        same = ("object", "seed", *(other for other in study.varied if other != flag))
+        lines = []
+        for value in values:
+            closed = {c: gap_closed(rows, same, flag, value, cost) for c, cost in COSTS.items()}
+            cells = (_interval(median_interval(own)) for own in closed.values())
+            lines.append([value, str(len(closed["touches"])), *cells])
+        title = "Score: share of the gap from random to oracle that is closed"
+        found.append((title, [flag, "runs", *COSTS], lines))
+    return found
 
 
 def failures(study: StudyFile, rows: list[Row]) -> list[Table]:

@@ -8,20 +8,20 @@ import pytest
 from tests.command import touchatlas
 from touchatlas.atlas import Atlas
 from touchatlas.planner import StopReason, explore
+from touchatlas.planner.options import NAMES
 from touchatlas.sim import Probe, make_object
 from touchatlas.sim.folder.run_options import fit_scale
+from touchatlas.sim.study.compare import gap_closed
 from touchatlas.sim.study.economy import (
     COLUMNS,
     COSTS,
     ECONOMY,
     OPTIONS,
     OTHERS,
-    PLANNERS,
-    STYLES,
     EconomyOptions,
     cells_of,
-    gap_closed,
     judged,
+    styles,
     summary,
 )
 from touchatlas.sim.study.oracle import Oracle, errors, worst
@@ -132,13 +132,16 @@ def test_ratios_are_of_runs_that_both_met():
     assert found["random"]["met"] == 1 and found["random"]["runs"] == 2
     assert found["random"]["length"] == 0.5 and found["oracle"]["length"] == 3.0
     # Ours takes 4 where random takes 8 and the oracle 2.
-    assert gap_closed(rows, COSTS["length"]) == pytest.approx(4.0 / 6.0)
+    same = ("object", "tolerance", "seed")
+    closed = gap_closed(rows, same, "method", "tolerance", COSTS["length"])
+    assert closed == pytest.approx([4.0 / 6.0])
 
 
 def test_every_method_has_its_own_colour_and_marker():
-    assert set(STYLES) == {*PLANNERS, *OTHERS}
-    for values in zip(*STYLES.values(), strict=True):
-        assert len(set(values)) == len(STYLES)
+    found = styles([{"method": name} for name in (*NAMES, *OTHERS, "oracle", "gpis", "another")])
+    assert [*found][0] == "tolerance" and len(found) == len(NAMES) + len(OTHERS) + 3
+    for values in zip(*found.values(), strict=True):
+        assert len(set(values)) == len(found)
 
 
 @pytest.mark.slow
