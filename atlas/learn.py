@@ -7,6 +7,7 @@ from touchatlas.atlas.pieces.fit_piece import fit_piece
 from touchatlas.atlas.pieces.kinds import Kind
 from touchatlas.atlas.pieces.piece import Piece, in_plane_cosines
 from touchatlas.atlas.records.touch import LEAST_POINTS, AtlasChange, Touch, TouchStatus, extent_of
+from touchatlas.atlas.samples.evidence import Shift, shift_of, without_bad
 from touchatlas.atlas.samples.predictive_law import innovations_of
 from touchatlas.atlas.samples.sample_pool import SamplePool
 from touchatlas.atlas.state import AtlasState
@@ -28,9 +29,11 @@ def learn(state: AtlasState, touch: Touch) -> AtlasChange:
     if touch.status is not TouchStatus.TOUCHED:
         _enter_way(state, touch)
         return AtlasChange(refused=f"the probe reported: {touch.status.value}")
-    contours = _long_contours(touch)
+    contours, bad = _good_contours(touch)
     if not contours:
         return AtlasChange(refused=_too_few(0))
+    evidence = state.evidence.and_of(touch.number, contours, touch.contact, len(bad))
+    contours = evidence.corrected(contours, touch.contact)
     points = np.concatenate([c.points for c in contours])
     if learned_before(state.pool, contours):
         return AtlasChange(
@@ -44,10 +47,12 @@ def learn(state: AtlasState, touch: Touch) -> AtlasChange:
         hidden = quadric is None and noise_hides(touch, contours)
         return AtlasChange(refused=reason, hidden=hidden)
     noise = np.repeat([c.noise_std for c in contours], [len(c.points) for c in contours])
-    news = innovations(state, points, noise)
+    news, shift = compared(state, points, noise)
     settle_tip(state, touch.tip_radius, touch.systematic_std)
     enter_samples(state, contours, _normals(state, touch.contact, contours, outward, quadric))
     _enter_way(state, touch)
+    state.evidence = evidence.with_shift(shift)
+    state.bad_contacts = np.concatenate([state.bad_contacts, bad])
     return AtlasChange(innovations=news)
 
 
@@ -64,7 +69,7 @@ def check_touch(state: AtlasState, touch: Touch) -> None:
         raise ValueError(f"got {type(touch).__name__}; give a Touch, as a probe returns it")
     if touch.status is TouchStatus.TOUCHED:
         check_tip(state, f"touch {touch.number}", touch.tip_radius)
-    contours = _long_contours(touch)
+    contours, _ = _good_contours(touch)
     # The first three touches are small.
     if contours and state.touches >= 3:
         points = np.concatenate([contour.points for contour in contours])
@@ -96,9 +101,10 @@ def settle_tip(state: AtlasState, radius: float, systematic_std: float) -> None:
         state.forget_law()
 
 
-def _long_contours(touch: Touch) -> tuple[Contour, ...]:
-    """The contours of a touch that have points enough."""
-    return tuple(c for c in touch.contours if len(c.points) >= LEAST_POINTS)
+def _good_contours(touch: Touch) -> tuple[tuple[Contour, ...], np.ndarray]:
+    """The contours of a touch that have points enough, without bad contacts, and these (k, 3)."""
+    contours, bad = without_bad(touch.contours)
+    return tuple(c for c in contours if len(c.points) >= LEAST_POINTS), bad
 
 
 def check_unit_of_length(state: AtlasState, name: str, points, stds, outward) -> None:
@@ -343,13 +349,20 @@ def innovations(state: AtlasState, points, noise) -> np.ndarray:
     """(k, 6) what new samples (n, 3), of noise (n,), show of the surface that was predicted
     before them: see ``innovations_of``. Where nothing was known, or as little as of a polynomial
     far from all samples, they show nothing."""
+    return compared(state, points, noise)[0]
+
+
+def compared(state: AtlasState, points, noise) -> tuple[np.ndarray, Shift]:
+    """The ``innovations`` of new samples, and what they say of a shift of the object."""
     if state.body is None:
-        return np.zeros((0, 6))
+        return np.zeros((0, 6)), Shift()
     found, known = state.body.at(points)
     known &= found.deviation <= state.levels.sure * max(state.scale, state.sample_std)
     std, away = np.hypot(noise, state.bias), state.body.away(points)
     columns = found.distance, found.deviation, noise, std, away
-    return innovations_of(state.next_number, *columns)[known]
+    square = state.law.scale(found.deviation[known]) ** 2 + np.asarray(noise)[known] ** 2
+    shift = shift_of(found.distance[known], found.normal[known], square, state.law.freedom)
+    return innovations_of(state.next_number, *columns)[known], shift
 
 
 def enter_samples(state: AtlasState, contours: tuple[Contour, ...], normals) -> None:

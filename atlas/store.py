@@ -16,6 +16,7 @@ from touchatlas.atlas.body.saved_faces import face_arrays, known_of_arrays
 from touchatlas.atlas.files import check_path, write_whole
 from touchatlas.atlas.mesh.surface import with_fewer_patches
 from touchatlas.atlas.records.options import AtlasOptions, Levels
+from touchatlas.atlas.samples.evidence import WIDTH, TouchEvidence
 from touchatlas.atlas.samples.lost_ends import LostEnds
 from touchatlas.atlas.samples.sample_pool import NAMES
 from touchatlas.atlas.whole_file import DamagedError, FileKind, load_whole
@@ -47,6 +48,8 @@ def atlas_bytes(atlas: Atlas) -> bytes:
         **{f"rims_{name}": getattr(atlas.rims.ends, name) for name in LostEnds.NAMES},
         "ways": atlas.ways,
         "innovations": atlas.innovations,
+        "evidence": atlas.evidence.table,
+        "bad_contacts": atlas.bad_contacts,
         **face_arrays(atlas.known_body),
     }
     buffer = io.BytesIO()
@@ -121,15 +124,19 @@ def _restored(arrays, header, finished: bool) -> Atlas:
     atlas.know(replace(known, is_few=False))
     if known.is_few is True and finished:
         atlas.know(with_fewer_patches(atlas.known_body, atlas.tolerance))
-    atlas.innovations = _innovations(arrays["innovations"])
+    atlas.innovations = _rows(arrays["innovations"], 6, "innovations")
+    atlas.bad_contacts = _rows(arrays["bad_contacts"], 3, "bad contacts")
+    rows = _rows(arrays["evidence"], WIDTH, "evidence")
+    touches = tuple(TouchEvidence.of_row(row) for row in rows)
+    atlas.evidence = replace(atlas.evidence, touches=touches)
     atlas.settled = int(header["settled"])
     return atlas
 
 
-def _innovations(found) -> np.ndarray:
-    """The innovations (k, 6) of a file; DamagedError where they are none."""
-    if found.shape[1:] != (6,) or found.dtype != float or not np.isfinite(found).all():
-        raise DamagedError("its innovations have another shape or type, or are not finite")
+def _rows(found, width: int, name: str) -> np.ndarray:
+    """The rows (k, width) of a file that have a name; DamagedError where they are none."""
+    if found.shape[1:] != (width,) or found.dtype != float or not np.isfinite(found).all():
+        raise DamagedError(f"its {name} have another shape or type, or are not finite")
     return np.asarray(found)
 
 

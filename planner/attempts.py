@@ -100,6 +100,8 @@ class Attempts:
         Points before sharp bends at which arms ended, length, and the directions of the arms.
     rays : list of (2, 3) float
         Point, length, and direction, unit, of each approach in search of other parts.
+    datums : int
+        How often the first place was chosen again.
     """
 
     start: np.ndarray
@@ -117,6 +119,7 @@ class Attempts:
     ends: list[np.ndarray] = field(default_factory=list)
     bends: list[np.ndarray] = field(default_factory=list)
     rays: list[np.ndarray] = field(default_factory=list)
+    datums: int = 0
 
     @property
     def plans(self) -> tuple[ProbePlan, ...]:
@@ -159,6 +162,7 @@ class Attempts:
         if target.reason is Reason.SEARCH:
             self.rays.append(np.stack([target.point, target.normal]))
         self.starts += target.reason is Reason.START and not target.times
+        self.datums += target.reason is Reason.DATUM
 
     def answer(self, touch: Touch, change: AtlasChange) -> None:
         """Take the touch of a pending plan, and what the atlas made of it. Where its contours were
@@ -178,4 +182,4 @@ class Attempts:
         elif not met:
             self.in_vain.append(target.place)
         # A touch that verifies adds nothing where the surface is right.
-        self.learned += not again and target.reason is not Reason.VERIFY
+        self.learned += not again and target.reason not in (Reason.VERIFY, Reason.DATUM)

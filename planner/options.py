@@ -107,6 +107,9 @@ class PlannerOptions:
     feature : float, length
         Diameter of the smallest hole or horn that is not to be missed: touches go on until no disc
         of this diameter on the surface is without a sample. 0 asks for none.
+    datum : int
+        Touches after which the first place is touched again, which shows whether the object or the
+        probe has moved; never where it is 0.
     cost : CostModel
         What a machine takes for a touch, in seconds.
     levels : PlannerLevels
@@ -127,6 +130,7 @@ class PlannerOptions:
     region: str = ""
     elsewhere: float = 0.0
     feature: float = 0.0
+    datum: int = 0
     cost: CostModel = CostModel()
     levels: PlannerLevels = PlannerLevels()
 
@@ -135,7 +139,7 @@ class PlannerOptions:
         if self.name not in NAMES and self.name not in added(PLANNERS):
             names = ", ".join((*NAMES, *added(PLANNERS)))
             raise ValueError(f"the planner is {self.name!r}; it must be one of {names}")
-        for name, least, most in (("curves", 3, 36), ("search", 0, 1000)):
+        for name, least, most in (("curves", 3, 36), ("search", 0, 1000), ("datum", 0, 1000)):
             value = getattr(self, name)
             whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
             if not (whole and least <= value <= most):

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from touchatlas.atlas.atlas import Atlas, AtlasChange
+from touchatlas.atlas.check.faults import faults, moved_object
 from touchatlas.atlas.check.free_disc import FreeDisc
 from touchatlas.atlas.records.touch import Touch
 from touchatlas.atlas.samples.predictive_law import PredictiveLaw
@@ -210,7 +211,9 @@ class Planner:
         while True:
             draw = self._rng.random() if draws and self._rng is not None else 0.0
             view = self._view(atlas, draw)
-            target = self._target(view, places)
+            # Touches of before and after a move do not make one surface.
+            moved = moved_object(atlas) is not None
+            target = None if moved else self._target(view, places)
             if target is None:
                 self._end(view, places)
                 return None
@@ -276,10 +279,13 @@ class Planner:
             reason, unreachable = self._reason(view, places), self._attempts.unreachable
             forecast = self._forecast(view.atlas, reason is StopReason.KNOWN)
             disc = free_disc(view, places)
-            self.stop = Stop(reason, forecast, np.reshape(unreachable, (-1, 3)), disc)
+            found = faults(view.atlas)
+            self.stop = Stop(reason, forecast, np.reshape(unreachable, (-1, 3)), disc, found)
 
     def _reason(self, view: View, places: Places) -> StopReason:
         """Why there is no further target."""
+        if moved_object(view.atlas) is not None:
+            return StopReason.MOVED
         if view.phase is Phase.FIRST:
             return StopReason.NO_PATCH
         finish = replace(view, phase=Phase.FINISH)

@@ -19,6 +19,7 @@ class Reason(Enum):
     REFINE = "refine"
     VERIFY = "verify"
     SEARCH = "search"
+    DATUM = "datum"
 
 
 @dataclass(frozen=True, eq=False)

@@ -79,6 +79,15 @@ def first(view: View, _: Places) -> Target | None:
     return Target(attempts.start + offset, attempts.outward, Reason.START, approach=height)
 
 
+def datum(view: View, _: Places) -> Target | None:
+    """The first place again, each time that so many touches more were made as the options say."""
+    every, attempts = view.options.datum, view.attempts
+    if not every or len(attempts.touched) < (attempts.datums + 1) * every:
+        return None
+    pool, point = view.atlas.pool, attempts.touched[0]
+    return Target(point, pool.normals[pool.nearest(point)], Reason.DATUM)
+
+
 def large_opening(view: View, places: Places) -> Target | None:
     """The rim of an opening that is too large to be closed across, far from all touches; the bend
     there, from outside, where arms ended before a sharp one."""
@@ -268,6 +277,7 @@ SOURCES: tuple[tuple[Source, tuple[Phase, ...]], ...] = (
     (closer, tuple(Phase)),
     (from_known, tuple(Phase)),
     (first, (Phase.FIRST,)),
+    (datum, (Phase.GROW, Phase.COMPARE, Phase.FINISH)),
     (behind_edge, _KNOWN_BODY),
     (large_opening, (Phase.GROW, Phase.FINISH)),
     (hidden_hole, (Phase.GROW, Phase.FINISH)),

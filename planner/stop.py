@@ -5,6 +5,7 @@ from enum import Enum
 
 import numpy as np
 
+from touchatlas.atlas.check.faults import Fault
 from touchatlas.atlas.check.free_disc import FreeDisc
 
 
@@ -16,6 +17,7 @@ class StopReason(Enum):
     UNREACHABLE = "the places left cannot be reached"
     STAGNATION = "touches no longer improve what is known"
     NO_PATCH = "no touch gave a patch"
+    MOVED = "the object has moved"
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,14 +54,18 @@ class Stop:
     free_disc : FreeDisc or None
         The largest disc on the surface without a sample: how large a hole or a horn may have been
         missed. None where no surface is known.
+    faults : tuple of Fault
+        What the touches show to be wrong with the probe or the setting.
     """
 
     reason: StopReason
     forecast: Forecast
     unreachable: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
     free_disc: FreeDisc | None = None
+    faults: tuple[Fault, ...] = ()
 
     def __str__(self) -> str:
-        """Why the exploration ended, and what it may have missed, in words."""
+        """Why the exploration ended, what it may have missed, and what is wrong, in words."""
         words = f"{self.reason.value[0].upper()}{self.reason.value[1:]}."
-        return words if self.free_disc is None else f"{words} {self.free_disc.words}"
+        missed = [] if self.free_disc is None else [self.free_disc.words]
+        return " ".join([words, *missed, *(fault.words for fault in self.faults)])

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from touchatlas.atlas.atlas import Atlas
+from touchatlas.atlas.check.faults import Fault
 from touchatlas.atlas.check.free_disc import FreeDisc
 from touchatlas.atlas.files import check_path, write_whole
 from touchatlas.atlas.whole_file import DamagedError, FileKind, load_whole
@@ -32,7 +33,10 @@ _FILE = FileKind("planner", "one that save_planner wrote", 15, "begin with a new
 _PARTS = (Attempts, KnownArea, ProbePlan, SamplingPlane, Pending, Target, Stop)
 _RECORDS: dict[str, type] = {
     kind.__name__: kind
-    for kind in (Planner, *_PARTS, Forecast, FreeDisc, PlannerOptions, PlannerLevels, CostModel)
+    for kind in (
+        *(Planner, *_PARTS, Forecast, FreeDisc, Fault),
+        *(PlannerOptions, PlannerLevels, CostModel),
+    )
 }
 _GENERATORS = ("MT19937", "PCG64", "PCG64DXSM", "Philox", "SFC64")
 

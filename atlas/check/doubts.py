@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from touchatlas.atlas.check.doubt import Doubt, Stopped, stop_doubts
+from touchatlas.atlas.check.faults import faults
 from touchatlas.atlas.check.sample_doubts import edge_doubts, sample_doubts
 from touchatlas.atlas.check.surface_doubts import Triangles, surface_doubts
 from touchatlas.atlas.check.tip_doubts import tip_doubts
@@ -50,9 +51,12 @@ def doubts(
             f"got {type(surface).__name__} for the surface; give the Surface that extract_surface "
             "returns, or leave it out"
         )
+    named = tuple(fault.doubt for fault in faults(atlas))
+    names = {doubt.name for doubt in named}
     return (
         *stop_doubts(stopped, open_places, unreachable),
-        *sample_doubts(atlas),
+        *named,
+        *(doubt for doubt in sample_doubts(atlas) if doubt.name not in names),
         *edge_doubts(atlas),
         *tip_doubts(atlas),
         *surface_doubts(surface, atlas),

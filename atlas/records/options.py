@@ -80,11 +80,14 @@ class AtlasOptions:
     facets : float
         Largest distance of the triangles from the surface, in tolerances. Half of it makes about
         twice as many triangles.
+    noise_prior : float
+        Samples that the noise that contours state counts as, once it is refuted.
     levels : Levels
     """
 
     bias: float = 0.2
     facets: float = 0.2
+    noise_prior: float = 5.0
     levels: Levels = Levels()
 
     def __post_init__(self) -> None:
@@ -95,6 +98,8 @@ class AtlasOptions:
                 f"facets is {self.facets!r}; it must be a number of tolerances, {_FINEST:g} to "
                 f"{_MOST:g}"
             )
+        if not 0.0 < real(self.noise_prior) < np.inf:
+            raise ValueError(f"noise_prior is {self.noise_prior!r}; it must be a number > 0")
         if not 0.0 <= real(self.bias) <= _MOST:
             raise ValueError(
                 f"bias is {self.bias!r}; it must be a number of scales >= 0, {_MOST:g} at most"

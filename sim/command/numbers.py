@@ -83,7 +83,7 @@ def _shown(name: str, value, numbers: dict) -> str:
     """A value as it stands in the table; what is said in sentences is counted."""
     if name == "met" and value and (largest_errors(numbers) or other_holes(numbers)):
         return f"{value}, but not everywhere"
-    if name in ("doubts", "warnings"):
+    if name in ("doubts", "faults", "warnings"):
         return f"{len(value)}, said in words" if value else "none"
     if name.endswith("_place") and value:
         return written(value)

@@ -42,7 +42,11 @@ class Shown(Watcher):
         """A touch was learned."""
         self._tracked += step.touch.tracked_length
         known = step.plan.known
+        before = {fault.name for fault in self._outlook.faults}
         self._outlook.add(step, atlas)
+        for fault in self._outlook.faults:
+            if fault.name not in before:
+                say(fault.words)
         if time.monotonic() - self._looked > 0.5:
             self.note(self._outlook.note(step, self._tracked), known)
             self._looked = time.monotonic()

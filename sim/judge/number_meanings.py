@@ -91,13 +91,16 @@ NUMBERS: dict[str, Meaning] = {
         "places where the pin would have passed through what was known", LENGTH, good="none"
     ),
     "free_disc": Meaning(
-        "diameter of the largest disc on the surface without a sample: a hole or a horn of this "
-        "size may have been missed",
+        "diameter of the largest disc without a sample: so large a hole or horn may be missed",
         LENGTH,
         good="small",
     ),
     "free_disc_place": Meaning("its centre", LENGTH),
     "feature": Meaning("smallest hole or horn that was asked for; 0 where none was", LENGTH),
+    "faults": Meaning(
+        "what is wrong with the touches, how large, and its chance if nothing is",
+        good="none",
+    ),
     "doubts": Meaning("what speaks against the surface, where, and what to do", good="none"),
     "noise_std": Meaning("standard deviation of each coordinate of each sample", LENGTH),
     "touches": Meaning("visits of the probe, also those without contact", good="few"),

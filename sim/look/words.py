@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from touchatlas.atlas import Atlas
+from touchatlas.atlas.check.faults import Fault, faults
 from touchatlas.planner import PlannerOptions, ProbePlan, Reason, Step
 
 _SOUGHT = {
@@ -13,6 +14,7 @@ _SOUGHT = {
     Reason.REFINE: "where the surface is least sure",
     Reason.VERIFY: "where a hole or a horn may be hidden",
     Reason.SEARCH: "other parts",
+    Reason.DATUM: "the first place again",
 }
 # Touches from whose gain the number of those to come is taken.
 _LATELY = 10
@@ -36,11 +38,14 @@ class Outlook:
         Of planning, touching and learning each.
     why_less : str
         Why less is known than was before; empty where it is not.
+    faults : tuple of Fault
+        What is wrong with the touches.
     """
 
     known: list[float] = field(default_factory=list)
     seconds: list[float] = field(default_factory=list)
     why_less: str = ""
+    faults: tuple[Fault, ...] = ()
     _faces: tuple[int, int] = (0, 0)
     _extent: tuple[float, float] = (0.0, 0.0)
 
@@ -50,6 +55,7 @@ class Outlook:
         self.known.append(step.plan.known)
         if self.known[-1] > max(self.known) - 0.01:
             self.why_less = ""
+        self.faults = faults(atlas)
         self.seconds.append(step.seconds_plan + step.seconds_touch + step.seconds_fit)
         body = atlas.body
         self._faces = self._faces[1], 0 if body is None else len(body.faces)
@@ -81,6 +87,7 @@ class Outlook:
         """How far a run is, in one line."""
         words = [f"touch {step.plan.number + 1}", f"{step.plan.known:.1%} known"]
         words += [self.why_less] if self.why_less else []
+        words += [fault.name for fault in self.faults]
         if (left := self.left()) is not None:
             count, seconds = left
             time = f"{seconds:.0f} s" if seconds < 120 else f"{seconds / 60:.0f} min"

@@ -5,13 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from touchatlas.patch import Contour, ContourEnd, SamplingPlane
+from touchatlas.patch.fit.curve_noise import estimate_noise
 from touchatlas.patch.geometry.arrays import cross
 from touchatlas.patch.geometry.curvature import normal_from_tangents
 from touchatlas.patch.geometry.section import LEAST_POINTS
 from touchatlas.sim.recorded.arcs import binding_ends, near_arc, this_side
 from touchatlas.sim.recorded.curve_errors import (
     check_order,
-    estimate_noise,
     miss_deviation,
     offset_deviation,
 )

@@ -9,9 +9,10 @@ from scipy.spatial import cKDTree
 
 from touchatlas.atlas import Scan
 from touchatlas.atlas.samples.neighbourhoods import noise_of_cloud
+from touchatlas.patch.fit.curve_noise import estimate_noise
 from touchatlas.patch.geometry.section import LEAST_POINTS
 from touchatlas.sim.recorded.contour_file import read_curves
-from touchatlas.sim.recorded.curve_errors import check_order, estimate_noise
+from touchatlas.sim.recorded.curve_errors import check_order
 from touchatlas.sim.recorded.curves import Curve, ReadOptions
 from touchatlas.sim.recorded.recorded_arms import with_tip
 from touchatlas.sim.recorded.unit_mix import other_file

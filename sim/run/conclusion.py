@@ -8,6 +8,7 @@ import numpy as np
 
 from touchatlas.atlas import Atlas, Surface, doubts, extract_surface, save_atlas
 from touchatlas.atlas.check.doubt import ended_early
+from touchatlas.atlas.check.faults import faults
 from touchatlas.atlas.check.free_disc import feature_doubts
 from touchatlas.atlas.files import write_whole
 from touchatlas.planner import StopReason
@@ -90,6 +91,7 @@ class Conclusion:
         with phases("evaluate", "comparing the surface with the truth"):
             numbers = self._quality(surface, rng)
             numbers["doubts"] = self._doubts(surface, known)
+            numbers["faults"] = [fault.as_dict() for fault in faults(atlas)]
         with phases("files", "drawing the pictures"):
             self._draw(folder, surface, known["open_places"])
         numbers |= known | self._expense() | self._seconds()

@@ -10,6 +10,7 @@ import igl
 
 from touchatlas.atlas import Atlas, Surface, doubts, extract_surface, load_atlas, save_atlas
 from touchatlas.atlas.check.doubt import ended_early
+from touchatlas.atlas.check.faults import faults
 from touchatlas.atlas.check.free_disc import disc_numbers, feature_doubts
 from touchatlas.atlas.files import write_whole
 from touchatlas.planner import Planner
@@ -95,6 +96,7 @@ def _numbers(planner: Planner, atlas: Atlas, surface: Surface | None, unit: str)
         "feature": planner.options.feature,
     }
     found = *feature_doubts(numbers), *doubts(atlas, surface, places, words)
+    numbers["faults"] = [fault.as_dict() for fault in faults(atlas)]
     numbers["doubts"] = [doubt.as_dict() for doubt in found]
     return numbers | ({"ended": ended} if ended else {})
 

@@ -1,0 +1,352 @@
+"""Evidence: what the touches say of the probe itself, whatever the shape of the object.
+
+The part of a sample across its plane, the rest of a short curve, and the misses of curves that meet
+at one contact are of the probe alone. Their squares over the stated variance follow chi-square
+laws, which add up from touch to touch. So do the normal equations of a shift of the object.
+"""
+
+from dataclasses import dataclass, field, fields, replace
+
+import numpy as np
+from scipy.stats import chi2
+
+from touchatlas.atlas.samples.plane_test import PlaneTest, meeting_of, plane_test
+from touchatlas.patch.fit.bad_contacts import are_bad_contacts
+from touchatlas.patch.fit.curve_noise import estimate_noise
+from touchatlas.patch.geometry.contour import Contour
+from touchatlas.patch.geometry.section import LEAST_POINTS
+
+# Independent squares that a sample adds to the estimate of the noise by short fits: seven of them
+# share a fit of three parameters, and the median of the fits counts.
+_PER_SAMPLE = 0.4
+# Samples of a touch that count as independent: those of a contour share most of their error.
+_INDEPENDENT = 5.0
+
+
+@dataclass(frozen=True, eq=False)
+class Shift:
+    """Normal equations of the shift t of the object that moves a touch onto the body of the touches
+    before it: distances d over deviations s, with the normals n there, d = n . t.
+
+    Parameters
+    ----------
+    matrix : (3, 3) float, 1/length^2
+        Sum of n n^T / s^2.
+    vector : (3,) float, 1/length
+        Sum of n d / s^2.
+    square : float
+        Sum of d^2 / s^2.
+    """
+
+    matrix: np.ndarray = field(default_factory=lambda: np.zeros((3, 3)))
+    vector: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    square: float = 0.0
+
+    def __add__(self, other: "Shift") -> "Shift":
+        return Shift(
+            self.matrix + other.matrix, self.vector + other.vector, self.square + other.square
+        )
+
+    @property
+    def most_probable(self) -> np.ndarray:
+        """(3,) the shift, length, world; no longer than what is known of it along any direction."""
+        return np.asarray(np.linalg.lstsq(self.matrix, self.vector, rcond=1e-6)[0])
+
+    def left(self, shift) -> float:
+        """Sum of squares that a shift (3,) leaves unexplained."""
+        return float(self.square - 2.0 * shift @ self.vector + shift @ self.matrix @ shift)
+
+
+def shift_of(distance, normal, variance, freedom: float) -> Shift:
+    """What samples at distances (n,), length, from a surface with normals (n, 3) and variances (n,)
+    say of a shift. Errors follow a Student t: what a shift does not explain weighs less, by
+    iteratively reweighted least squares."""
+    count = len(distance)
+    if not count:
+        return Shift()
+    variance = np.maximum(variance, np.finfo(float).tiny)
+    weight = min(1.0, _INDEPENDENT / count) / variance
+    found, own = Shift(), weight
+    for _ in range(5):
+        scaled = own[:, None] * normal
+        found = Shift(normal.T @ scaled, scaled.T @ distance, float(own @ distance**2))
+        rest = distance - normal @ found.most_probable
+        own = weight * (freedom + 1.0) / (freedom + rest**2 / variance)
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class TouchEvidence:
+    """What one touch says of the probe. Squares are sums over the stated variance.
+
+    Parameters
+    ----------
+    number : float
+        Of the touch.
+    samples, bad : float
+        Number of samples, and of the bad contacts among them, which are left out.
+    across, across_freedom : float
+        Squares of the parts across the planes, and how many are independent.
+    within, within_freedom : float
+        The same of the rests of short curves.
+    tilt, tilt_freedom, tilt_angle : float
+        The same of what turned planes explain, and the angle, rad.
+    miss, miss_freedom : float
+        The same of the distances of the curves at the contact from their mean.
+    miss_length, miss_noise : float, length^2
+        Sum of these squares, and what noise gives in the mean.
+    shift : Shift
+    """
+
+    number: float = 0.0
+    samples: float = 0.0
+    bad: float = 0.0
+    across: float = 0.0
+    across_freedom: float = 0.0
+    within: float = 0.0
+    within_freedom: float = 0.0
+    tilt: float = 0.0
+    tilt_freedom: float = 0.0
+    tilt_angle: float = 0.0
+    miss: float = 0.0
+    miss_freedom: float = 0.0
+    miss_length: float = 0.0
+    miss_noise: float = 0.0
+    shift: Shift = Shift()
+
+    @property
+    def row(self) -> np.ndarray:
+        """(k,) all numbers, for a file."""
+        own = [getattr(self, name) for name in _NUMBERS]
+        shift = self.shift
+        return np.array([*own, *shift.matrix.ravel(), *shift.vector, shift.square])
+
+    @staticmethod
+    def of_row(row) -> "TouchEvidence":
+        """The evidence whose ``row`` (k,) it is."""
+        own, rest = row[: len(_NUMBERS)], row[len(_NUMBERS) :]
+        shift = Shift(rest[:9].reshape(3, 3), rest[9:12], float(rest[12]))
+        numbers = dict(zip(_NUMBERS, own.tolist(), strict=True))
+        return TouchEvidence(**numbers, shift=shift)
+
+
+_NUMBERS = tuple(one.name for one in fields(TouchEvidence) if one.name != "shift")
+# Numbers of a row.
+WIDTH = len(_NUMBERS) + 13
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """What all touches say of the probe.
+
+    Parameters
+    ----------
+    touches : tuple of TouchEvidence
+    alpha : float
+        Chance with which an exploration of any length refuses what is true, for each question.
+    prior : float
+        Samples that the stated noise counts as, once it is refuted.
+    """
+
+    touches: tuple[TouchEvidence, ...] = ()
+    alpha: float = 1e-3
+    prior: float = 5.0
+
+    def sum(self, name: str) -> float:
+        """A number, summed over the touches."""
+        return float(sum(getattr(touch, name) for touch in self.touches))
+
+    @property
+    def chance(self) -> float:
+        """Chance with which one test now may refuse what is true.
+
+        The terms 1 / (k (k + 1)) add up to 1, so that all tests of an exploration do with a chance
+        of ``alpha`` (alpha spending; Lan and DeMets, Discrete sequential boundaries, 1983).
+        """
+        return self.chance_after(len(self.touches))
+
+    def chance_after(self, touches: int) -> float:
+        """The same after a number of touches."""
+        count = max(touches, 1)
+        return self.alpha / (count * (count + 1.0))
+
+    def is_refuted(self, square: float, freedom: float) -> bool:
+        """Whether a sum of squares is larger than chance explains."""
+        return bool(chi2.sf(square, freedom) < self.chance)
+
+    def chance_of(self, name: str) -> float:
+        """Chance of squares as large as those of a name, if the probe is as stated."""
+        freedom = self.sum(f"{name}_freedom")
+        return float(chi2.sf(self.sum(name), freedom)) if freedom > 0.0 else 1.0
+
+    def refutes(self, *names: str) -> bool:
+        """Whether the squares of all names are larger than chance explains."""
+        return all(self.chance_of(name) < self.chance for name in names)
+
+    @property
+    def noise_factor(self) -> float:
+        """How many times the stated one the noise is.
+
+        The stated noise stands, as a factor of 1, unless both the parts across the planes and the
+        rests of short curves refute it: turned planes explain the one, fine detail of the surface
+        the other. A smaller noise is not believed, because neither sees errors that neighbouring
+        samples share. A refuted noise has an inverse gamma law for its variance, whose mean is
+        taken; the stated one is that of ``prior`` samples before.
+
+        Examples
+        --------
+        A hundred squares of nine each, in both:
+
+        >>> touch = TouchEvidence(0, 100, 0, 900.0, 100.0, 900.0, 100.0)
+        >>> round(Evidence((touch,)).noise_factor, 2)
+        2.94
+        """
+        if not self.refutes("across", "within"):
+            return 1.0
+        ratios = [
+            (self.prior + self.sum(name)) / (self.prior + self.sum(f"{name}_freedom"))
+            for name in ("across", "within")
+        ]
+        return float(np.sqrt(max(min(ratios), 1.0)))
+
+    @property
+    def displacement(self) -> float:
+        """Standard deviation of the displacement of each contour from the others of its touch,
+        length; 0 where noise explains how they miss each other."""
+        if not self.refutes("miss"):
+            return 0.0
+        more = self.sum("miss_length") - self.sum("miss_noise")
+        return float(np.sqrt(max(more / self.sum("miss_freedom"), 0.0)))
+
+    def and_of(self, number: int, contours, contact, bad: int) -> "Evidence":
+        """With one more touch: its number, contours without bad contacts, the contact (3,), and
+        how many bad contacts there were."""
+        tests = [test for contour in contours if (test := plane_test(contour)) is not None]
+        noisy = [contour for contour in contours if contour.noise_std > 0.0]
+        count = _PER_SAMPLE * sum(len(contour.points) for contour in noisy)
+        found = TouchEvidence(
+            float(number),
+            float(bad + sum(len(contour.points) for contour in contours)),
+            float(bad),
+            sum(test.square for test in tests),
+            sum(test.freedom for test in tests),
+            count * noise_within(noisy) ** 2 if noisy else 0.0,
+            count,
+            *_tilt_of(tests),
+        )
+        every = replace(self, touches=(*self.touches, found))
+        meeting = meeting_of(_noisier(contours, every.noise_factor), contact, self.alpha)
+        if meeting is None:
+            return every
+        misses, freedom = meeting.misses, len(meeting.heights) - 1.0
+        found = replace(
+            found,
+            miss=float((misses**2 / meeting.variances).sum()),
+            miss_freedom=freedom,
+            miss_length=float((misses**2).sum()),
+            miss_noise=freedom * float(meeting.variances.mean()),
+        )
+        return replace(self, touches=(*self.touches, found))
+
+    def with_shift(self, shift: Shift) -> "Evidence":
+        """With the shift of the last touch."""
+        last = replace(self.touches[-1], shift=shift)
+        return replace(self, touches=(*self.touches[:-1], last))
+
+    def corrected(self, contours, contact) -> tuple[Contour, ...]:
+        """Contours of the last touch, with its contact (3,), as the evidence corrects them: in the
+        planes of their samples, with the noise that they have, and each moved to where it meets the
+        others most probably. They stay the same where nothing is refuted."""
+        if self.refutes("tilt"):
+            contours = tuple(_in_best_plane(contour, self.chance) for contour in contours)
+        contours = _noisier(contours, self.noise_factor)
+        if spread := self.displacement:
+            contours = _in_one_place(contours, contact, spread, self.alpha)
+        return tuple(contours)
+
+    @property
+    def table(self) -> np.ndarray:
+        """(t, k) all numbers, for a file."""
+        return np.reshape([touch.row for touch in self.touches], (-1, WIDTH))
+
+
+def without_bad(contours) -> tuple[tuple[Contour, ...], np.ndarray]:
+    """The contours of a touch without bad contacts, and these (k, 3), length, world."""
+    noisy = [c for c in contours if c.noise_std > 0.0 and len(c.points) >= LEAST_POINTS]
+    none = tuple(contours), np.zeros((0, 3))
+    if not noisy:
+        return none
+    factor = max(1.0, noise_within(noisy))
+    bad = [are_bad_contacts(c, factor * c.noise_std) for c in contours]
+    if not any(one.any() for one in bad):
+        return none
+    kept = tuple(_some(c, ~one) for c, one in zip(contours, bad, strict=True))
+    return kept, np.concatenate([c.points[one] for c, one in zip(contours, bad, strict=True)])
+
+
+def noise_within(contours) -> float:
+    """The noise of contours by short fits, over the stated one; 0 without any that is long
+    enough."""
+    some = [contour for contour in contours if len(contour.points) >= LEAST_POINTS]
+    if not some:
+        return 0.0
+    points = [contour.points / contour.noise_std for contour in some]
+    return estimate_noise(points, np.array([contour.plane.normal for contour in some]))
+
+
+def _some(contour: Contour, some) -> Contour:
+    """The contour with some (n,) of its points."""
+    if some.all():
+        return contour
+    normals = None if contour.normals is None else contour.normals[some]
+    return replace(contour, points=contour.points[some], normals=normals)
+
+
+def _tilt_of(tests: list[PlaneTest]) -> tuple[float, float, float]:
+    """Squares that turned planes explain, how many are independent, and the root mean square of the
+    angles, rad."""
+    angles = np.array([test.angle for test in tests] or [0.0])
+    return (
+        sum(test.tilt for test in tests),
+        sum(test.tilt_freedom for test in tests),
+        float(np.sqrt(np.mean(angles**2))),
+    )
+
+
+def _noisier(contours, factor: float) -> tuple[Contour, ...]:
+    """Contours whose noise is a factor times the stated one."""
+    if factor == 1.0:
+        return tuple(contours)
+    return tuple(replace(c, noise_std=factor * c.noise_std) for c in contours)
+
+
+def _in_best_plane(contour: Contour, chance: float) -> Contour:
+    """The contour in the plane of its samples, where these leave the stated one by more than noise
+    explains with a chance."""
+    test = plane_test(contour)
+    if test is None or test.tilt <= chi2.isf(chance, test.tilt_freedom):
+        return contour
+    plane = replace(contour.plane, point=contour.points.mean(axis=0), normal=test.normal)
+    return replace(contour, plane=plane)
+
+
+def _in_one_place(contours, contact, spread: float, alpha: float) -> tuple[Contour, ...]:
+    """Contours of displacements with a standard deviation ``spread``, length, moved to where they
+    meet most probably; what is left of the displacements joins their noise.
+
+    The displacements are best linear unbiased predictions (Henderson, Best linear unbiased
+    estimation and prediction under a selection model, 1975): each miss, less by the share of it
+    that noise explains. What all contours of a touch share is not seen.
+    """
+    meeting = meeting_of(contours, contact, alpha)
+    if meeting is None:
+        return tuple(replace(c, noise_std=float(np.hypot(c.noise_std, spread))) for c in contours)
+    share = spread**2 / (spread**2 + meeting.variances)
+    left = spread * np.sqrt(1.0 / len(contours) + 1.0 - share)
+    out = []
+    for contour, miss, rest in zip(contours, share * meeting.misses, left, strict=True):
+        move = miss * meeting.line
+        plane = replace(contour.plane, point=contour.plane.point - move)
+        noise = float(np.hypot(contour.noise_std, rest))
+        out.append(replace(contour, points=contour.points - move, plane=plane, noise_std=noise))
+    return tuple(out)
