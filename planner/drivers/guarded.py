@@ -110,6 +110,7 @@ class GuardedTrigger:
         self._bounds = bounds
         # Direction of the move that met contact, (3,).
         self._came: np.ndarray | None = None
+        self._has_moved = False
 
     @property
     def period(self) -> float:
@@ -126,12 +127,25 @@ class GuardedTrigger:
         points = np.asarray(points, float)
         return bool((points >= self._bounds[0]).all() and (points <= self._bounds[1]).all())
 
+    def room(self, start, direction) -> float:
+        """How far a straight way from a start (3,) in a unit direction (3,) stays within the
+        limits, length; 0 where it begins beyond them."""
+        if not self.reaches([start]):
+            return 0.0
+        start, direction = np.asarray(start, float), np.asarray(direction, float)
+        ends = np.where(direction > 0.0, self._bounds[1], self._bounds[0]) - start
+        moves = direction != 0.0
+        return float((ends[moves] / direction[moves]).min())
+
     def position(self) -> np.ndarray:
         """(3,) where the machine is."""
         return self._controller.position()
 
     def move(self, way) -> bool:
         """Go along the straight lines through points (k, 3), and rest at the last one.
+
+        Where contact stops it, it goes back by the way that it came, which was free, and rests
+        where it began.
 
         Returns
         -------
@@ -145,7 +159,21 @@ class GuardedTrigger:
             The probe stays closed, or the machine cannot go on.
         """
         way = frozen_array(way, (None, 3), "way")
-        return self.reaches(way) and all(self._arrives(target) for target in way)
+        if not self.reaches(way):
+            return False
+        gone, self._has_moved = [self.position()], False
+        for target in way:
+            if not self._arrives(target):
+                break
+            gone.append(target)
+        else:
+            return True
+        # A way that begins in contact and leads into the surface was not gone.
+        if self._has_moved and not all(self._arrives(point) for point in reversed(gone)):
+            raise MachineFault(
+                "there is contact on the way back, which was free; something has moved"
+            )
+        return False
 
     def probe(self, target) -> np.ndarray | None:
         """Go straight to a target (3,) until the tip meets something.
@@ -183,6 +211,7 @@ class GuardedTrigger:
 
     def _toward(self, start, target, feed: float) -> np.ndarray | None:
         """Where a move from a start (3,) met contact, or None; the direction is kept."""
+        self._has_moved = True
         hit = self._controller.toward(target, feed)
         if hit is not None:
             self._came = (target - start) / max(float(np.linalg.norm(target - start)), 1e-300)
@@ -217,6 +246,7 @@ class GuardedTrigger:
         length = float(np.linalg.norm(way))
         # Until it comes free nothing stops the move, so it is short.
         near = start + way * min(1.0, self.options.release / length)
+        self._has_moved = True
         if not self._controller.away(near, self.options.feed):
             raise MachineFault(
                 f"the probe stays closed {min(length, self.options.release):.4g} from the contact; "

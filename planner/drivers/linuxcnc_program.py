@@ -76,13 +76,14 @@ class Measure:
         return found
 
 
-def star_of(plan: ProbePlan, tip: Tip, options: TriggerOptions) -> list[Measure]:
+def star_of(plan: ProbePlan, options: TriggerOptions) -> list[Measure]:
     """Points of a plan that need no answer before they are written: the contact, and in each plane
     some each way, a fraction of the reach apart on the tangent plane that is expected.
 
-    They are looked for as far above and below that plane as the contact is.
+    They are looked for as far above and below that plane as the contact is. What is learned and
+    planned are centres of the tip.
     """
-    n, origin, depth = plan.normal, plan.begin(tip.radius), plan.depth
+    n, origin, depth = plan.normal, plan.begin(), plan.depth
     height = float((origin - plan.reference_point) @ n)
     found = [Measure(-1, 0, origin, origin - depth * n)]
     step = plan.reach / options.points
@@ -101,7 +102,6 @@ def star_of(plan: ProbePlan, tip: Tip, options: TriggerOptions) -> list[Measure]
 
 def linuxcnc_program(
     plans: Sequence[ProbePlan],
-    tip: Tip = Tip(),
     options: TriggerOptions = TriggerOptions(),
     motion: GuardOptions = GuardOptions(),
     unit: str = "mm",
@@ -116,7 +116,7 @@ def linuxcnc_program(
     Parameters
     ----------
     plans : sequence of ProbePlan
-    tip : Tip
+        For centres of the tip, as those of an atlas that learns these.
     options : TriggerOptions
     motion : GuardOptions
     unit : str
@@ -130,7 +130,7 @@ def linuxcnc_program(
         raise ValueError("there are no plans; give those that Planner.ask has returned")
     if not name.replace("-", "").replace("_", "").isalnum():
         raise ValueError(f"name is {name!r}; it must be of letters, digits, - and _")
-    stars = [star_of(plan, tip, options) for plan in plans]
+    stars = [star_of(plan, options) for plan in plans]
     starts = np.array([measure.start for star in stars for measure in star])
     apart = min(
         float(np.linalg.norm(np.diff([m.start for m in star], axis=0), axis=1).min())
@@ -143,7 +143,7 @@ def linuxcnc_program(
         )
     safe = float(starts[:, 2].max()) + options.clearance
     lines = [
-        f"(touchatlas: {len(plans)} plans, {len(starts)} points, tip of radius {tip.radius:.6g})",
+        f"(touchatlas: {len(plans)} plans, {len(starts)} points)",
         f"G17 {_UNITS[unit]} G40 G49 G80 G90 G94",
         f"#<_touch_feed> = {60.0 * motion.feed:.4f}",
         f"#<_touch_travel> = {60.0 * motion.travel:.4f}",
@@ -156,7 +156,7 @@ def linuxcnc_program(
         way = above[None]
         if before is not None and plan.way is not None:
             # Its last point is where the contact is measured from.
-            way = plan.way_from(before, tip.radius)[:-1]
+            way = plan.way_from(before)[:-1]
         elif before is not None:
             way = np.stack([np.append(before[:2], safe), above])
         before = star[0].start
@@ -204,8 +204,9 @@ def touch_of_log(
     ----------
     text : str
         Of the log: nine numbers a line, of which the first three are used.
-    plan, tip, options, motion
+    plan, options, motion
         Those with which the program was written.
+    tip : Tip
     period : float, s
         Of the servo thread.
 
@@ -221,7 +222,7 @@ def touch_of_log(
         In one sentence: a line of other than nine numbers, a log without the contact, or lines that
         are not those of this plan.
     """
-    star = star_of(plan, tip, options)
+    star = star_of(plan, options)
     rows = iter(_rows(text, plan))
     back = lateness(motion.feed, period)[0]
     arms: dict[tuple[int, int], list[np.ndarray]] = {}
@@ -239,7 +240,7 @@ def touch_of_log(
             missed.add(arm)
     if next(rows, None) is not None:
         raise ValueError(
-            f"the log has more lines than plan {plan.number} has moves; give the plan, the tip and "
+            f"the log has more lines than plan {plan.number} has moves; give the plan and "
             "the options with which the program was written"
         )
     return _touch(plan, star[0], arms, missed, late(tip, motion.feed, period))
@@ -284,7 +285,7 @@ def _measured(
         x, y, z = place
         raise ValueError(
             f"the log is not that of plan {plan.number}: ({x:.6g}, {y:.6g}, {z:.6g}) is beside the "
-            "way of its point; give the plan, tip and options of the program"
+            "way of its point; give the plan and the options of the program"
         )
     if after is None:
         return None

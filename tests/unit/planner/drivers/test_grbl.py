@@ -97,9 +97,12 @@ def test_a_way_that_meets_the_body_stops_there_and_says_so(machine):
     left, right = CENTRE - [40.0, 0, 0], CENTRE + [40.0, 0, 0]
     assert trigger.move([left])
     assert not trigger.move([right])
-    # Half a millimetre is what the machine needs to stop from 10 mm/s at 100 mm/s^2.
-    assert ball(firmware.at) == pytest.approx(-0.5, abs=1e-3)
-    # On into the body is no way out; back is.
+    # It is back where it began.
+    np.testing.assert_allclose(firmware.at, left, atol=1e-9)
+    assert not trigger.move([left + [0, 0, 30.0], left, right])
+    np.testing.assert_allclose(firmware.at, left, atol=1e-9)
+    # From contact, on into the body is no way out; back is.
+    assert trigger.probe(CENTRE) is not None
     before = firmware.at
     assert not trigger.move([right])
     np.testing.assert_array_equal(firmware.at, before)

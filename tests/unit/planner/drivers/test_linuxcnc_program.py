@@ -19,20 +19,20 @@ from touchatlas.planner.drivers.linuxcnc_program import (
 )
 from touchatlas.planner.tracking.options import Tip, TriggerOptions
 
-BALL, TIP = 20.0, Tip(radius=1.0, radius_std=0.002, noise_std=0.003)
+CENTRES, TIP = 21.0, Tip(radius=1.0, radius_std=0.002, noise_std=0.003)
 OPTIONS, MOTION, PERIOD = TriggerOptions(points=4), GuardOptions(feed=5.0), 0.001
 
 
 def plan_at(place, number=3, reach=12.0):
-    """Three planes through a place of a ball about 0."""
+    """Three planes through a place of the ball of centres about 0."""
     place = np.array(place, float) / np.linalg.norm(place)
     across = np.cross(place, [0.1, 0.7, 0.3])
     across /= np.linalg.norm(across)
     other = np.cross(place, across)
     turns = np.pi * np.arange(3) / 3
     planes = [np.cos(a) * across + np.sin(a) * other for a in turns]
-    planes = tuple(SamplingPlane(BALL * place, w) for w in planes)
-    return ProbePlan(number, BALL * place, place, planes, reach, 1.0, np.pi, Reason.START)
+    planes = tuple(SamplingPlane(CENTRES * place, w) for w in planes)
+    return ProbePlan(number, CENTRES * place, place, planes, reach, 1.0, np.pi, Reason.START)
 
 
 def hit(measure, radius):
@@ -45,10 +45,10 @@ def hit(measure, radius):
     return measure.start + s * u if 0.0 < s < length else None
 
 
-def log_of(plan, radius=BALL + TIP.radius, late=0.0, lines=None):
+def log_of(plan, radius=CENTRES, late=0.0, lines=None):
     """What PROBEOPEN writes: a miss leaves a place too, a servo period short of the target."""
     rows, met = [], {}
-    for measure in star_of(plan, TIP, OPTIONS):
+    for measure in star_of(plan, OPTIONS):
         arm = measure.plane, measure.side
         if not met.get(arm, met.get((-1, 0), True)):
             continue
@@ -83,7 +83,7 @@ def test_a_log_becomes_centres_on_the_ball_of_the_centres():
 
 
 def test_an_arm_ends_at_its_first_point_that_met_nothing():
-    """On a ball of 20 mm arms of 30 mm run off: the fourth point is 30 mm beside the contact."""
+    """On a ball of 21 mm arms of 30 mm run off: the fourth point is 30 mm beside the contact."""
     plan = plan_at([0.0, 0.0, 1.0], reach=30.0)
     touch = touch_of_log(log_of(plan), plan, TIP, OPTIONS, MOTION, PERIOD)
     for contour in touch.contours:
@@ -97,7 +97,7 @@ def test_no_contact_leaves_the_way_that_is_free():
     assert len(text.splitlines()) == 3
     touch = touch_of_log(text, plan, TIP, OPTIONS, MOTION, PERIOD)
     assert touch.status is TouchStatus.NO_CONTACT
-    star = star_of(plan, TIP, OPTIONS)
+    star = star_of(plan, OPTIONS)
     np.testing.assert_allclose(touch.way, [star[0].start, star[0].target])
 
 
@@ -113,7 +113,7 @@ def test_a_log_of_a_program_that_was_stopped_gives_what_was_measured():
 
 def test_the_program_makes_no_move_that_contact_would_not_stop():
     plans = [plan_at([0, 0, 1.0], 0), plan_at([0, 1.0, 1.0], 1)]
-    text = linuxcnc_program(plans, TIP, OPTIONS, MOTION)
+    text = linuxcnc_program(plans, OPTIONS, MOTION)
     codes = re.findall(r"\bG(\d+(?:\.\d)?)", text)
     assert {code for code in codes if code not in ("17", "21", "40", "49", "80", "90", "94")} == {
         "38.3",
@@ -127,7 +127,7 @@ def test_the_program_makes_no_move_that_contact_would_not_stop():
     points = [line for line in text.splitlines() if line.startswith("o<point> call")]
     assert len(points) == 2 * (1 + 3 * 2 * OPTIONS.points)
     assert "#<_touch_feed> = 300.0000" in text
-    assert "G20" in linuxcnc_program(plans, TIP, OPTIONS, MOTION, unit="in")
+    assert "G20" in linuxcnc_program(plans, OPTIONS, MOTION, unit="in")
 
 
 def test_between_plans_the_tip_goes_by_their_safe_ways():
@@ -141,11 +141,11 @@ def test_between_plans_the_tip_goes_by_their_safe_ways():
         asked.append((start, goal, radius))
         return np.stack([corner, goal])
 
-    text = linuxcnc_program([first, replace(plan, way=way)], TIP, OPTIONS, MOTION)
+    text = linuxcnc_program([first, replace(plan, way=way)], OPTIONS, MOTION)
     (start, goal, radius), *others = asked
-    assert not others and radius == TIP.radius
-    np.testing.assert_allclose(start, star_of(first, TIP, OPTIONS)[0].start)
-    np.testing.assert_allclose(goal, star_of(plan, TIP, OPTIONS)[0].start)
+    assert not others and radius == 0.0
+    np.testing.assert_allclose(start, star_of(first, OPTIONS)[0].start)
+    np.testing.assert_allclose(goal, star_of(plan, OPTIONS)[0].start)
     between = text[text.index("(plan 1)") : text.index("(PROBEOPEN touch-0001")]
     assert re.findall(r"o<way> call (.*)", between) == ["[0.000000] [50.000000] [60.000000]"]
 

@@ -1,5 +1,7 @@
 """A whole exploration by a grbl on a socket: planner, points, ways, atlas."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -48,14 +50,37 @@ def test_a_ball_is_explored_by_a_machine_that_triggers(machine):
 
 
 def test_a_place_beyond_the_limits_is_unreachable_and_nothing_moves(machine):
-    """The table is 110 mm below the work's zero; the approach to a place on it looks farther."""
+    """The table is 110 mm below the work's zero."""
     firmware, trigger = machine
-    low = np.array([60.0, 0.0, -109.0])
+    low = np.array([60.0, 0.0, -111.0])
     plane = SamplingPlane(low, np.array([1.0, 0.0, 0.0]))
     plan = ProbePlan(0, low, np.array([0, 0, 1.0]), (plane,), 8.0, 1.0, np.pi, Reason.START)
     touch = robot_of(trigger, TIP)(plan)
     assert touch.status is TouchStatus.UNREACHABLE and touch.way is None
     assert not any("G38" in line for line in firmware.lines)
+
+
+def test_an_approach_that_met_nothing_before_the_limits_is_unreachable(machine):
+    """2 mm above the table, and looking for the surface up to 4 mm below: it may be there."""
+    low = np.array([60.0, 0.0, -108.0])
+    plane = SamplingPlane(low, np.array([1.0, 0.0, 0.0]))
+    plan = ProbePlan(0, low, np.array([0, 0, 1.0]), (plane,), 8.0, 1.0, np.pi, Reason.START)
+    firmware, trigger = machine
+    touch = robot_of(trigger, TIP)(plan)
+    assert touch.status is TouchStatus.UNREACHABLE and touch.way is None
+    higher = replace(plan, reference_point=low + [0, 0, 10.0])
+    touch = robot_of(trigger, TIP)(higher)
+    assert touch.status is TouchStatus.NO_CONTACT and touch.way is not None
+
+
+def test_an_approach_begins_no_higher_than_the_limits(machine):
+    """100 mm above the ball are 10 mm more than the machine has."""
+    top = np.array([0.0, 0.0, BALL + TIP.radius])
+    plane = SamplingPlane(top, np.array([0.0, 1.0, 0.0]))
+    plan = ProbePlan(0, top, np.array([0, 0, 1.0]), (plane,), 4.0, 1.0, np.pi, Reason.START)
+    touch = robot_of(machine[1], TIP)(replace(plan, approach=100.0))
+    assert touch.status is TouchStatus.TOUCHED
+    assert touch.way[0, 2] == pytest.approx(90.0, abs=2e-3)
 
 
 def test_an_arm_ends_at_the_limits(machine):
