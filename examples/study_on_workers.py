@@ -5,7 +5,8 @@ CELLS (400) small cells there by the scheduler's address: fits of one patch. On 
 is killed, and the client, too, which is then started again. Its table is that of one process, byte
 for byte; the script fails where it is not. Then four cells more: one that takes 2 GB, one that
 never ends, one whose process is killed by the system, and a good one, with limits of 0.5 GB and
-2 s: each is a row. Printed are the seconds of a cell that does nothing, and what went on.
+2 s: each is a row. Printed are the seconds of a cell that does nothing, the share of all processor
+time that cells of the study get, and what went on.
 """
 
 import os
@@ -20,6 +21,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+import psutil
 
 from touchatlas.patch import fit_patch
 from touchatlas.sim.study.cells import LEDGER, Cell
@@ -79,6 +81,15 @@ def ended(process: subprocess.Popen) -> None:
     process.wait()
 
 
+def processor_seconds(processes) -> float:
+    """Processor time of this process, and of others with their children."""
+    every = [psutil.Process()]
+    for process in processes:
+        one = psutil.Process(process.pid)
+        every += [one, *one.children(recursive=True)]
+    return sum(sum(one.cpu_times()[:2]) for one in every)
+
+
 def lines_in(path: Path) -> int:
     return path.read_bytes().count(b"\n") if path.exists() else 0
 
@@ -117,8 +128,9 @@ def main(arguments: argparse.Namespace) -> int:
     if arguments.client:
         measured(fitted, cells_of(count), Path(arguments.client), on)
         return 0
-    begun = time.monotonic()
+    begun, busy = time.monotonic(), processor_seconds([])
     measured(fitted, cells_of(count), Path("one"), WorkOptions(workers=0))
+    own = (processor_seconds([]) - busy) / count
     print(f"{count} cells in one process: {time.monotonic() - begun:.1f} s")
     worker = ("distributed.cli.dask_worker", address, "--nthreads", "1", "--no-dashboard")
     running = [
@@ -132,11 +144,13 @@ def main(arguments: argparse.Namespace) -> int:
         begun = time.monotonic()
         measured(nothing, [Cell("t.csv", {}, (0,))], Path("none"), on)
         print(f"scheduler, workers and first cell: {time.monotonic() - begun:.1f} s")
-        begun = time.monotonic()
+        begun, busy = time.monotonic(), processor_seconds(running)
         cells = [Cell("t.csv", {}, (n,)) for n in range(1, count + 1)]
         measured(nothing, cells, Path("none"), on)
         each = (time.monotonic() - begun) / count
-        print(f"a cell that does nothing: {1e3 * each:.1f} ms with all around it")
+        more = (processor_seconds(running) - busy) / count
+        print(f"a cell that does nothing: {1e3 * each:.1f} ms, {1e3 * more:.1f} ms of processors")
+        print(f"a cell of the study: {1e3 * own:.1f} ms, {own / (own + more):.2f} of all with it")
         seconds = killed_and_restarted(
             count, address, running[-1], lambda: running.append(started(*worker))
         )
