@@ -6,12 +6,14 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from touchatlas.atlas import Touch
 from touchatlas.planner.drivers.probe_file import read_tip
 from touchatlas.sim.command.numbers import Json, print_numbers
 from touchatlas.sim.command.option_flags import with_options
 from touchatlas.sim.command.outcome import ExitCode, complain, say
 from touchatlas.sim.command.show import shown
 from touchatlas.sim.folder.plan_files import is_answer, read_answers
+from touchatlas.sim.folder.program_files import is_log, touch_of_file
 from touchatlas.sim.recorded.curves import ReadOptions
 from touchatlas.sim.recorded.fit_file import parse_vector
 from touchatlas.sim.recorded.scans import SideOptions, read_scans
@@ -50,7 +52,8 @@ def learn(
     files
         Files of points, in any mixture: single curves, sections, slices, clouds. Where the first is
         the folder of a run that learns, the others are added to it: such files, and answers to the
-        plans of touchatlas next, as CSV with the columns plan, plane, x, y, z or as JSON. Without
+        plans of touchatlas next, as CSV with the columns plan, plane, x, y, z, as JSON, or as logs
+        of its program. Without
         others its surface, picture and numbers are written.
     out
         Folder for the run; runs/FILE by default.
@@ -95,7 +98,7 @@ def learn(
             learned = _more(files[0], files[1:], noise, read, sides, options, no_draw, watcher)
         else:
             for path in files:
-                if is_answer(path) and path.is_file():
+                if (is_answer(path) or is_log(path)) and path.is_file():
                     raise ValueError(
                         f"{path} holds answers to plans; name the run before it: touchatlas learn "
                         f"RUN {path}"
@@ -120,13 +123,18 @@ def _more(run: Path, files, noise, read, sides, options, no_draw: bool, watcher)
             f"{run} has its options already, in run.toml; leave them out, or begin another run"
         )
     unit, own = unit_and_noise(run)
-    answers = [path for path in files if is_answer(path)]
-    others = [path for path in files if not is_answer(path)]
+    logs = [path for path in files if is_log(path)]
+    answers = [path for path in files if is_answer(path) and not is_log(path)]
+    others = [path for path in files if not (is_answer(path) or is_log(path))]
     if answers and noise and len(noise) != 1:
         raise ValueError("give one --noise with answers to plans")
-    plans = pending_plans(run) if answers else {}
-    if answers and read.tip:
+    plans = pending_plans(run) if answers or logs else {}
+    measured: list[Touch] = []
+    if logs and not read.tip:
+        raise ValueError(f"{logs[0]} holds centres of a tip; give --tip with its probe.toml")
+    if (answers or logs) and read.tip:
         tip = read_tip(read.tip, unit)
+        measured = [touch_of_file(path, plans, tip, unit) for path in logs]
         read = replace(read, tip="", tip_radius=tip.radius, systematic_std=tip.radius_std)
     touches = [
         replace(touch, tip_radius=touch.tip_radius or read.tip_radius)
@@ -136,6 +144,7 @@ def _more(run: Path, files, noise, read, sides, options, no_draw: bool, watcher)
     touches = [
         replace(one, systematic_std=max(one.systematic_std, read.systematic_std)) for one in touches
     ]
+    touches += measured
     touches.sort(key=lambda touch: touch.number)
     found = read_scans(others, noise, read, sides, unit) if others else None
     for sentence in found.said if found else ():

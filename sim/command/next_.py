@@ -12,6 +12,7 @@ from touchatlas.sim.command.numbers import Json
 from touchatlas.sim.command.option_flags import Whole, with_options
 from touchatlas.sim.command.outcome import say
 from touchatlas.sim.command.show import shown
+from touchatlas.sim.folder.program_files import program_of
 from touchatlas.sim.recorded.fit_file import parse_vector
 from touchatlas.sim.run.learning import begin_with_start, plans_of
 from touchatlas.sim.run.learning_run import NO_OPTIONS, LearnOptions, is_learning
@@ -27,6 +28,7 @@ def next_(
     start: Vector = None,
     outward: Vector = None,
     noise: Annotated[float | None, Parameter(show_default=False)] = None,
+    program: Annotated[Path | None, Parameter(show_default=False)] = None,
     json_: Json = False,
 ) -> int:
     """Say where to touch now: a table, and plans.csv and plans.json in the folder of the run.
@@ -48,6 +50,10 @@ def next_(
         Direction from the object to where the probe comes from at the start, as X,Y,Z.
     noise
         Standard deviation of each coordinate of a point that the probe measures.
+    program
+        A file that gets the plans as a program for LinuxCNC, of probing moves alone. It writes a
+        log for each plan, touch-0003.txt for plan 3, in the active work system; learn takes these
+        with --tip.
     """
     if count < 1:
         raise ValueError(f"count is {count}; give a whole number, 1 or more")
@@ -65,6 +71,8 @@ def next_(
         )
     with shown("choosing where to touch"):
         plans, reason, unit = plans_of(run, count)
+    if plans and program is not None:
+        program.write_text(program_of(plans, unit), encoding="utf-8")
     if not plans:
         say(f"there is no further plan: {reason}")
     if json_:

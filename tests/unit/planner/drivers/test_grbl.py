@@ -1,5 +1,9 @@
 """grbl as a trigger probe: a firmware of our own on a socket that does what grbl's source does."""
 
+import os
+import pty
+import tty
+
 import numpy as np
 import pytest
 
@@ -231,6 +235,24 @@ def test_a_serial_url_is_read_like_a_socket():
     with pytest.raises(ValueError, match="cannot be opened"):
         SerialLines("/dev/no-such-port")
     assert serial.__version__
+
+
+def test_lines_of_a_serial_port_come_whole():
+    """A pseudo-terminal is a serial port to pyserial; lines come in pieces, and several at once."""
+    pytest.importorskip("serial", reason="pyserial is not installed")
+    controller, port = pty.openpty()
+    tty.setraw(port)
+    lines = open_lines(os.ttyname(port))
+    os.write(controller, b"<Idle|MPos:0.0")
+    assert lines.read(0.05) is None
+    os.write(controller, b"00,1.000,2.000>\r\nok\r\n")
+    assert lines.read(1.0) == "<Idle|MPos:0.000,1.000,2.000>"
+    assert lines.read(1.0) == "ok"
+    lines.write(b"?")
+    assert os.read(controller, 9) == b"?"
+    lines.close()
+    for end in (controller, port):
+        os.close(end)
 
 
 def test_lateness_is_uniform_over_a_period():

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.unit.planner.drivers.linuxcnc_logs import log_of
 from touchatlas.atlas import TouchStatus
 from touchatlas.patch import ContourEnd, SamplingPlane
 from touchatlas.planner import ProbePlan, Reason
@@ -35,41 +36,13 @@ def plan_at(place, number=3, reach=12.0):
     return ProbePlan(number, CENTRES * place, place, planes, reach, 1.0, np.pi, Reason.START)
 
 
-def hit(measure, radius):
-    """Where the way of a measure meets a ball of a radius about 0; None where it does not."""
-    u = measure.direction
-    along = -(measure.start @ u)
-    square = radius**2 - measure.start @ measure.start + along**2
-    length = np.linalg.norm(measure.target - measure.start)
-    s = along - np.sqrt(square) if square > 0.0 else np.inf
-    return measure.start + s * u if 0.0 < s < length else None
-
-
-def log_of(plan, radius=CENTRES, late=0.0, lines=None):
-    """What PROBEOPEN writes: a miss leaves a place too, a servo period short of the target."""
-    rows, met = [], {}
-    for measure in star_of(plan, OPTIONS):
-        arm = measure.plane, measure.side
-        if not met.get(arm, met.get((-1, 0), True)):
-            continue
-        place = hit(measure, radius)
-        met[arm] = place is not None
-        rows.append(measure.start - 0.001)
-        if place is None:
-            rows.append(measure.target - 0.005 * measure.direction)
-        else:
-            rows.append(place + late * measure.direction)
-            rows.append(place - 0.02 * measure.direction)
-        rows.append(measure.start + 0.001)
-    rows = [" ".join(f"{x:.6f}" for x in [*row, *[0.0] * 6]) for row in rows]
-    return "\n".join(rows[:lines]) + "\n"
-
-
 def test_a_log_becomes_centres_on_the_ball_of_the_centres():
     """Digits of the log, 6, and the mean lateness, which is taken off."""
     plan = plan_at([1.0, 2.0, 3.0])
     bias, spread = lateness(MOTION.feed, PERIOD)
-    touch = touch_of_log(log_of(plan, late=bias), plan, TIP, OPTIONS, MOTION, PERIOD)
+    touch = touch_of_log(
+        log_of(plan, OPTIONS, CENTRES, late=bias), plan, TIP, OPTIONS, MOTION, PERIOD
+    )
     assert touch.status is TouchStatus.TOUCHED
     assert (touch.tip_radius, touch.systematic_std, touch.number) == (1.0, 0.002, 3)
     for contour in touch.contours:
@@ -85,7 +58,7 @@ def test_a_log_becomes_centres_on_the_ball_of_the_centres():
 def test_an_arm_ends_at_its_first_point_that_met_nothing():
     """On a ball of 21 mm arms of 30 mm run off: the fourth point is 30 mm beside the contact."""
     plan = plan_at([0.0, 0.0, 1.0], reach=30.0)
-    touch = touch_of_log(log_of(plan), plan, TIP, OPTIONS, MOTION, PERIOD)
+    touch = touch_of_log(log_of(plan, OPTIONS, CENTRES), plan, TIP, OPTIONS, MOTION, PERIOD)
     for contour in touch.contours:
         assert len(contour.points) < 9
         assert contour.ends == (ContourEnd.TURNED_AWAY,) * 2
@@ -93,7 +66,7 @@ def test_an_arm_ends_at_its_first_point_that_met_nothing():
 
 def test_no_contact_leaves_the_way_that_is_free():
     plan = plan_at([0.0, 0.0, 1.0])
-    text = log_of(plan, radius=5.0)
+    text = log_of(plan, OPTIONS, 5.0)
     assert len(text.splitlines()) == 3
     touch = touch_of_log(text, plan, TIP, OPTIONS, MOTION, PERIOD)
     assert touch.status is TouchStatus.NO_CONTACT
@@ -103,7 +76,9 @@ def test_no_contact_leaves_the_way_that_is_free():
 
 def test_a_log_of_a_program_that_was_stopped_gives_what_was_measured():
     plan = plan_at([0.0, 0.0, 1.0])
-    touch = touch_of_log(log_of(plan, lines=4 * 6), plan, TIP, OPTIONS, MOTION, PERIOD)
+    touch = touch_of_log(
+        log_of(plan, OPTIONS, CENTRES, lines=4 * 6), plan, TIP, OPTIONS, MOTION, PERIOD
+    )
     counts = [len(contour.points) for contour in touch.contours]
     # The contact, and five of the points of the first plane; the others have the contact alone.
     assert counts == [1 + 5, 1, 1]
@@ -152,7 +127,7 @@ def test_between_plans_the_tip_goes_by_their_safe_ways():
 
 def test_wrong_logs_and_arguments_are_refused_in_a_sentence():
     plan, other = plan_at([0, 0, 1.0]), plan_at([0, 1.0, 1.0], 4)
-    text = log_of(plan)
+    text = log_of(plan, OPTIONS, CENTRES)
     for log, words in (
         (text.replace("0.000000\n", "\n", 1), "line 1 of the log of plan 3 is"),
         (text + text, "more lines than plan 3 has moves"),

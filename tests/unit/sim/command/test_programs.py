@@ -1,0 +1,36 @@
+"""Plans as a program for LinuxCNC by touchatlas next, and its logs back by touchatlas learn."""
+
+import pytest
+
+from tests.command import assert_refused, touchatlas
+from tests.unit.planner.drivers.linuxcnc_logs import log_of
+from touchatlas.planner.tracking.options import TriggerOptions
+from touchatlas.sim.run.learning import pending_plans
+
+BALL, TIP = 20.0, 1.0
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """A run that begins above a ball, its first plan as a program, and the tip."""
+    (tmp_path / "probe.toml").write_text(f"[tip]\nradius = {TIP}\nnoise_std = 0.003\n")
+    start = ("--start", "0,0,20", "--outward", "0,0,1", "--noise", 0.003, "--tolerance", 0.2)
+    done = touchatlas("next", "run", *start, "--program", "probe.ngc", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    return tmp_path
+
+
+def test_the_log_of_a_program_is_an_answer_to_its_plan(folder):
+    assert "(PROBEOPEN touch-0000.txt)" in (folder / "probe.ngc").read_text()
+    plan = pending_plans(folder / "run")[0]
+    log = folder / "touch-0000.txt"
+    log.write_text(log_of(plan, TriggerOptions(), BALL + TIP))
+    for words, said in (
+        (("learn", "run", log.name), "holds centres of a tip; give --tip"),
+        (("learn", log.name, "--tip", "probe.toml"), "name the run before it"),
+        (("learn", "run", "touch-0007.txt", "--tip", "probe.toml"), "plan 7, which is not pending"),
+    ):
+        assert_refused(touchatlas(*words, cwd=folder), 2, said)
+    done = touchatlas("learn", "run", log.name, "--tip", "probe.toml", "--no-draw", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    assert 0 not in pending_plans(folder / "run")
