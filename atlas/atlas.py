@@ -96,7 +96,7 @@ class Atlas(AtlasState):
         if self.body is None:
             return None
         surface = extract_surface(self) if surface is None else surface
-        return free_disc_of(self, surface.vertices[surface.faces])
+        return free_disc_of(self.without_tip, surface.vertices[surface.faces])
 
     def finish(self) -> None:
         """Read the faces once more at the end of an exploration, and make the patches as few as the

@@ -57,7 +57,7 @@ def doubts(
         *stop_doubts(stopped, open_places, unreachable),
         *named,
         *(doubt for doubt in sample_doubts(atlas) if doubt.name not in names),
-        *edge_doubts(atlas),
+        *edge_doubts(atlas.without_tip),
         *tip_doubts(atlas),
-        *surface_doubts(surface, atlas),
+        *surface_doubts(surface, atlas.without_tip),
     )
