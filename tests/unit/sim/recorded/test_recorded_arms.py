@@ -7,9 +7,10 @@ import pytest
 
 from tests.command import assert_refused, touchatlas
 from tests.unit.planner.drivers.ball_recordings import BALL, TIP, recording
+from tests.unit.planner.drivers.test_bags import write_bag
 from touchatlas.sim.recorded.contour_file import read_curves
 from touchatlas.sim.recorded.curves import ReadOptions
-from touchatlas.sim.recorded.recorded_arms import with_tip
+from touchatlas.sim.recorded.recorded_arms import recording_of, with_tip
 
 PROBE = f"""
 unit = "mm"
@@ -76,6 +77,17 @@ def test_other_points_are_centres_of_the_tip(folder):
     assert (found.tip, found.tip_radius, found.systematic_std) == ("", 2.0, 0.003)
     assert with_tip(options, [folder / "one.csv"], "m").systematic_std == pytest.approx(3e-6)
     assert with_tip(ReadOptions(), [folder / "one.csv"], "mm") == ReadOptions()
+
+
+def test_a_bag_is_in_millimetres_unless_another_unit_is_named(tmp_path):
+    """ROS has metres. The tool is given in the unit that comes out."""
+    pytest.importorskip("rosbags", reason="rosbags is not installed")
+    bag = write_bag(tmp_path / "bag")
+    plain, metres = recording_of(bag), recording_of(bag, "m")
+    assert (plain.unit, metres.unit) == ("mm", "m")
+    np.testing.assert_allclose(plain.positions, 1000.0 * metres.positions)
+    longer = recording_of(bag, tool=[100.0, 0.0, 0.0]).positions - plain.positions
+    np.testing.assert_allclose(np.linalg.norm(longer, axis=1), 100.0)
 
 
 def test_contacts_and_centres_are_not_mixed(folder):
