@@ -62,6 +62,7 @@ LONG = {
     "displaced_curves.py",
     "edge_sweeps.py",
     "gallery.py",
+    "jug.py",
     "kill_and_resume.py",
     "same_bytes.py",
     "scan_and_touches.py",

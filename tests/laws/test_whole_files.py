@@ -101,18 +101,18 @@ def test_a_damaged_planner_is_refused_in_plain_words(state, tmp_path):
     path = tmp_path / "planner"
     write_planner(path)
     good = json.loads(path.read_text())
-    known = good["atlas"]
+    number, known = good["format"], good["atlas"]
     both = json.dumps([known, state], sort_keys=True)
     digest = hashlib.sha256(both.encode()).hexdigest()
     for whole in (
-        {"format": 14, "atlas": known, "sha256": digest, "planner": state},
-        {"format": 14, "atlas": state, "sha256": digest, "planner": state},
-        {"format": 14, "atlas": {"counts": state}, "sha256": digest, "planner": state},
+        {"format": number, "atlas": known, "sha256": digest, "planner": state},
+        {"format": number, "atlas": state, "sha256": digest, "planner": state},
+        {"format": number, "atlas": {"counts": state}, "sha256": digest, "planner": state},
         good | {"atlas": known | {"counts": [1, 0]}},
         good | {"atlas": known | {"counts": [10**400, 3]}},
         good | {"atlas": known | {"sha256": "x"}},
         {"format": state, "sha256": "", "planner": None},
-        {"format": 14, "planner": None},
+        {"format": number, "planner": None},
         [state],
     ):
         path.write_text(json.dumps(whole))

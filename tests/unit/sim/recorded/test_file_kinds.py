@@ -549,10 +549,10 @@ def test_twenty_thousand_lines_take_about_a_second(file):
     t = 0.002 * np.arange(20_000)
     lines = [f"{a:.3f},{8 * np.cos(a):.4f},{8 * np.sin(a):.4f},{a:.4f}" for a in t]
     path = file(*lines)
-    start = time.perf_counter()
+    start = time.process_time()
     assert len(read_curves(path).curves) == 1
     # It is 0.3 s on one core; others may share it.
-    assert time.perf_counter() - start < 3.0
+    assert time.process_time() - start < 3.0
 
 
 def test_drawings_hold_curves_and_points(tmp_path):
