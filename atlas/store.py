@@ -23,7 +23,7 @@ from touchatlas.atlas.whole_file import DamagedError, FileKind, load_whole
 from touchatlas.patch.geometry.arrays import real
 
 # The version is that of the file, no unit.
-_FILE = FileKind("atlas", "the atlas.npz of a run", 19, "explore again")
+_FILE = FileKind("atlas", "the atlas.npz of a run", 20, "explore again")
 _LAW = "count", "looked", "std", "is_few"
 
 
