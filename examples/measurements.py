@@ -9,6 +9,7 @@ A table stands in a document of docs between the lines `<!-- table NAME -->` and
 | faults | docs/stability/faults.csv | python examples/faults.py --out docs/stability/faults.csv |
 | families, methods | docs/stability/patch.csv | touchatlas chart --stability (stability.csv) |
 | patches | docs/tradeoff/patch.csv | touchatlas chart (tradeoff.csv) |
+| benchmark | docs/tradeoff/benchmark.csv | touchatlas study (runs.csv) |
 | planners | docs/tradeoff/atlas.csv | touchatlas chart --atlas OBJECT ... (atlas.csv) |
 """
 
@@ -198,6 +199,25 @@ def planners(rows: list[Row]) -> str:
     return table(["planner", "met", "touches", "length", "length to 99 %"], cells)
 
 
+def benchmark(rows: list[Row]) -> str:
+    """One row a planner: touches of each object, and the median shares of the gap from random to
+    oracle that it closes, in touches and machine seconds."""
+    cost = {(r["object"], r["planner"], k): float(r[k]) for r in rows for k in _COSTS}
+    objects = list(dict.fromkeys(row["object"] for row in rows))
+    cells = []
+    for planner, own in grouped(rows, "planner"):
+        scores = []
+        for k in _COSTS:
+            ends = [[cost[o, p, k] for o in objects] for p in ("random", planner, "oracle")]
+            most, mine, least = map(np.array, ends)
+            scores.append(f"{np.median((most - mine) / (most - least)):.2f}")
+        met = sum(row["met"] == "1" for row in own)
+        touches = [row["touches"] for row in own]
+        cells.append([f"`{planner}`", f"{met} of {len(own)}", *touches, *scores])
+    return table(["planner", "met", *objects, "score, touches", "score, machine seconds"], cells)
+
+
+_COSTS = ("touches", "machine_seconds")
 # The file of each table, in docs, and what makes it of the rows.
 TABLES: dict[str, tuple[str, Callable[[list[Row]], str]]] = {
     "guard": ("guard.csv", guard),
@@ -207,6 +227,7 @@ TABLES: dict[str, tuple[str, Callable[[list[Row]], str]]] = {
     "methods": ("stability/patch.csv", methods),
     "patches": ("tradeoff/patch.csv", patches),
     "planners": ("tradeoff/atlas.csv", planners),
+    "benchmark": ("tradeoff/benchmark.csv", benchmark),
 }
 
 

@@ -5,7 +5,7 @@ CELLS (400) small cells there by the scheduler's address: fits of one patch. On 
 is killed, and the client, too, which is then started again. Its table is that of one process, byte
 for byte; the script fails where it is not. Then four cells more: one that takes 2 GB, one that
 never ends, one whose process is killed by the system, and a good one, with limits of 0.5 GB and
-2 s: each is a row. Printed are the seconds of a cell that does nothing, the share of all processor
+8 s: each is a row. Printed are the seconds of a cell that does nothing, the share of all processor
 time that cells of the study get, and what went on.
 """
 
@@ -159,7 +159,7 @@ def main(arguments: argparse.Namespace) -> int:
         print(f"tables equal byte for byte: {same}")
         kinds = ("memory", "endless", "killed", "good")
         cells = [Cell("limits.csv", {"number": str(n)}, (n, kind)) for n, kind in enumerate(kinds)]
-        limited = WorkOptions(cluster=address, cell_seconds=2.0, cell_gigabytes=0.5)
+        limited = WorkOptions(cluster=address, cell_seconds=8.0, cell_gigabytes=0.5)
         rows = measured(difficult, cells, Path("limits"), limited)
         for kind, row in zip(kinds, rows, strict=True):
             print(f"{kind}: {row['words']}")

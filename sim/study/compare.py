@@ -18,7 +18,7 @@ COSTS = {
     "touches to 99 %": lambda row: number(row["touches_to_99"]),
     "machine seconds to 99 %": lambda row: number(row["machine_seconds_to_99"]),
     "95 % error / tolerance": lambda row: (
-        number(row["completeness_p95"]) / number(row["tolerance"])
+        number(row["completeness_p95"]) / number(row["tolerance_used"])
     ),
     "processor seconds": lambda row: number(row["seconds"]),
 }
@@ -87,6 +87,27 @@ class Comparison:
     p: float
 
 
+Pairs = list[tuple[Row, Row]]
+
+
+def paired(rows: list[Row], flags: Sequence[str], baseline: dict[str, str]) -> dict[str, Pairs]:
+    """Rows of every other combination of values of the baseline's flags, each with the baseline's
+    row of same object, seed and other ``flags``."""
+    same = ("object", "seed", *(flag for flag in flags if flag not in baseline))
+    groups = grouped(rows, *baseline)
+    theirs = groups.pop(tuple(baseline.values()), [])
+    base = {tuple(row[name] for name in same): row for row in theirs}
+    return {
+        ", ".join(key): [(r, base[at]) for r in own if (at := tuple(r[n] for n in same)) in base]
+        for key, own in groups.items()
+    }
+
+
+def both_met(pairs: Pairs) -> Pairs:
+    """The pairs of which both met the tolerance."""
+    return [pair for pair in pairs if pair[0]["met"] == pair[1]["met"] == "1"]
+
+
 def comparisons(rows: list[Row], flags: Sequence[str], baseline: dict[str, str]):
     """Every other combination of values of the baseline's flags against it, cost by cost.
 
@@ -99,24 +120,17 @@ def comparisons(rows: list[Row], flags: Sequence[str], baseline: dict[str, str])
         Value, pairs, pairs that only it met, that only the baseline met, and p of McNemar's exact
         test.
     """
-    same = ("object", "seed", *(flag for flag in flags if flag not in baseline))
-    groups = grouped(rows, *baseline)
-    theirs = groups.pop(tuple(baseline.values()), [])
-    base = {tuple(row[name] for name in same): row for row in theirs}
     found, met = [], []
-    for key, own in groups.items():
-        value = ", ".join(key)
-        both = [(row, base[at]) for row in own if (at := tuple(row[n] for n in same)) in base]
+    for value, both in paired(rows, flags, baseline).items():
         only = sum(row["met"] == "1" and other["met"] != "1" for row, other in both)
         lost = sum(row["met"] != "1" and other["met"] == "1" for row, other in both)
         p = binomtest(only, only + lost).pvalue if only + lost else math.nan
         met.append((value, len(both), only, lost, float(p)))
-        pairs = [pair for pair in both if pair[0]["met"] == pair[1]["met"] == "1"]
-        found += [_compared(value, name, pairs) for name in COSTS]
+        found += [_compared(value, name, both_met(both)) for name in COSTS]
     return [_holm(one, found) for one in found], met
 
 
-def _compared(value: str, name: str, pairs) -> Comparison:
+def _compared(value: str, name: str, pairs: Pairs) -> Comparison:
     cost = COSTS[name]
     ratios = np.array([cost(row) / cost(other) for row, other in pairs if cost(other) > 0.0])
     ratios = ratios[np.isfinite(ratios) & (ratios > 0.0)]

@@ -20,12 +20,13 @@ from touchatlas.sim.study.cells import Row
 from touchatlas.sim.study.oracle import errors
 from touchatlas.sim.world.objects import file_digest, make_object
 
-# What a run took and came to; those of evaluation.json have its meanings, in the object's unit.
+# What a run took and came to; those of evaluation.json have its meanings, in the object's unit. No
+# flag has one of these names, which is a column where it varies.
 FIGURES = (
     *("touches", "tracked_length", "travel_length", "machine_seconds", "touches_to_99"),
     *("machine_seconds_to_99", "predicted_coverage", "coverage", "accuracy_p95", "accuracy_max"),
     *("completeness_p95", "completeness_max", "deviation_calibration", "watertight"),
-    *("euler_characteristic", "faces", "patches", "tolerance", "diagonal", "met", "ended"),
+    *("euler_characteristic", "faces", "patches", "tolerance_used", "diagonal", "met", "ended"),
 )
 # What depends on the machine that computes.
 TIMED = ("seconds", "wall_seconds")
@@ -191,7 +192,7 @@ def row_of(course: Course, obj, rng, machine: MachineTime = MachineTime()) -> Ro
         "coverage": 0.0,
         "faces": 0 if course.atlas.body is None else len(course.atlas.body.faces),
         "patches": len(course.atlas),
-        "tolerance": tolerance,
+        "tolerance_used": tolerance,
         "diagonal": obj.diagonal,
         "met": False,
         "ended": course.ended,

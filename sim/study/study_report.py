@@ -15,9 +15,11 @@ from touchatlas.sim.study.about import about
 from touchatlas.sim.study.cells import Row
 from touchatlas.sim.study.compare import (
     COSTS,
+    both_met,
     comparisons,
     gap_closed,
     median_interval,
+    paired,
     share_interval,
 )
 from touchatlas.sim.study.study import canvas, grouped, image_bytes, middle, number, plain_numbers
@@ -231,15 +233,8 @@ def ratio_picture(study: StudyFile, rows: list[Row]):
     """Costs over the baseline's, a point a pair, and the median with its interval as a bar; None
     where there is no pair."""
     names = ("touches", "machine seconds", "machine seconds to 99 %", "95 % error / tolerance")
-    same = ("object", "seed", *(flag for flag in study.varied if flag not in study.baseline))
-    groups = grouped([row for row in rows if row["met"] == "1"], *study.baseline)
-    base = groups.pop(tuple(study.baseline.values()), [])
-    partner = {tuple(row[name] for name in same): row for row in base}
-    pairs = {
-        key: [(r, partner[at]) for r in own if (at := tuple(r[n] for n in same)) in partner]
-        for key, own in groups.items()
-    }
-    pairs = {key: own for key, own in pairs.items() if own}
+    every = paired(rows, list(study.varied), study.baseline)
+    pairs = {value: both_met(own) for value, own in every.items() if both_met(own)}
     if not pairs:
         return None
     figure = canvas(12.0, 1.6 + 0.5 * len(pairs))
@@ -255,7 +250,7 @@ def ratio_picture(study: StudyFile, rows: list[Row]):
                 axes.plot([centre] * 2, [height - 0.3, height + 0.3], lw=2.5, color="black")
             if math.isfinite(low):
                 axes.plot([low, high], [height] * 2, lw=2.5, color="black")
-        axes.set_yticks(range(len(pairs)), [", ".join(key) for key in pairs])
+        axes.set_yticks(range(len(pairs)), list(pairs))
         plain_numbers(axes.xaxis)
         axes.grid(alpha=0.25, axis="x", which="both")
     base_words = ", ".join(study.baseline.values())

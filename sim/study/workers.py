@@ -35,6 +35,10 @@ CLUSTERS = {
 _SETTINGS = {
     # Each task is a process's work of its own; profiles of threads that wait tell nothing.
     "distributed.worker.profile.enabled": False,
+    # Fifty ticks a second in each process cost more than the cells' messages.
+    "distributed.admin.tick.interval": "1s",
+    "distributed.admin.tick.limit": "60s",
+    "distributed.admin.system-monitor.interval": "5s",
     # A machine with all cores at work answers late.
     "distributed.comm.timeouts.connect": "60s",
     "distributed.comm.timeouts.tcp": "120s",

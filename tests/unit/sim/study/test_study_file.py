@@ -105,17 +105,20 @@ def test_the_command_refuses_a_file_that_is_none(tmp_path):
 def test_equal_seeds_give_equal_tables_and_a_report(tmp_path):
     file = tmp_path / "small.toml"
     file.write_text(
-        'objects = ["sphere"]\n[options]\nmax_touches = 2\nnoise = 0.5\ntolerance = 2.0\n'
-        '[vary]\nplanner = ["tolerance"]\n'
+        'objects = ["sphere"]\n[options]\nmax_touches = 2\nnoise = 0.5\n'
+        '[vary]\ntolerance = ["2e-2 diagonal"]\n'
     )
     study, seen = read_study(file), []
     rows, _ = sweep(study, file, tmp_path / "a")
     (tmp_path / "b").mkdir()
     run(runs_of(study), study.cells(), tmp_path / "b", lambda done, total: None)
     assert [row["touches"] for row in rows] == ["2"] and float(rows[0]["seconds"]) > 0.0
+    assert rows[0]["tolerance"] == "2e-2 diagonal"
+    used, diagonal = (float(rows[0][name]) for name in ("tolerance_used", "diagonal"))
+    assert used == pytest.approx(0.02 * diagonal, rel=1e-5)  # six digits are written
     assert (tmp_path / "a/runs.csv").read_bytes() == (tmp_path / "b/runs.csv").read_bytes()
     with open(tmp_path / "a" / "runs.csv") as table:
-        assert tuple(csv.DictReader(table).fieldnames) == ("object", "planner", "seed", *FIGURES)
+        assert tuple(csv.DictReader(table).fieldnames) == ("object", "tolerance", "seed", *FIGURES)
     watch = lambda done, total: seen.append((done, total))  # noqa: E731
     assert run(runs_of(study), study.cells(), tmp_path / "a", watch) == rows and seen == [(1, 1)]
     assert {path.name for path in (tmp_path / "a").iterdir()} == {
@@ -192,5 +195,8 @@ def test_the_same_options_give_the_touches_of_explore():
     from touchatlas.sim.study.study_file import _option
 
     for option in options_of(RunOptions()):
+        # A flag is a column where it varies.
+        flag = flag_of(option.name).removeprefix("--").replace("-", "_")
+        assert flag not in (*FIGURES, *TIMED) and option.name not in (*FIGURES, *TIMED)
         if option.name != "seed":
             assert _option("f", "w", flag_of(option.name)) == option.name
