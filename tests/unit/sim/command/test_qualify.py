@@ -24,8 +24,8 @@ def folder(tmp_path_factory):
     u = pattern_1x25([0.0, 0.0, 1.0])
     write(folder / "points.csv", "x [mm],y [mm],z [mm]", (BALL + TIP) * u + [1, 2, 3])
     write(folder / "half.csv", "x,y,z", (BALL + TIP) * u[-8:])
-    t = np.linspace(0.0, 1.0, 4000)
-    polar, turn = 0.5 * np.pi * np.abs(np.cos(5 * np.pi * t)), 1.3 * np.floor(5 * t)
+    t = np.linspace(0.0, 1.0, 2000)
+    polar, turn = 0.5 * np.pi * np.abs(np.cos(2.5 * np.pi * t)), 1.3 * np.floor(2.5 * t)
     n = np.stack([np.sin(polar) * np.cos(turn), np.sin(polar) * np.sin(turn), np.cos(polar)], 1)
     forces = (0.2 + 0.4 * np.sin(37 * t) ** 2)[:, None] * n
     places = (BALL + TIP) * n - forces / STIFFNESS + 0.002 * rng.normal(size=n.shape)
@@ -33,8 +33,8 @@ def folder(tmp_path_factory):
     air = np.hstack([rows[-1:, :4] + [0.1, 0.0, 0.0, 50.0], np.zeros((1, 3))])
     write(folder / "scan.csv", "time [s],x [mm],y [mm],z [mm],fx,fy,fz", np.vstack([rows, air]))
     write(folder / "even.csv", "time,x,y,z,fx,fy,fz", np.hstack([rows[:, :4], 0.4 * n]))
-    write(folder / "back.csv", "time,x,y,z,fx,fy,fz", rows[::-1])
-    write(folder / "clockless.csv", "x,y,z,fx,fy,fz", rows[:, 1:])
+    write(folder / "back.csv", "time,x,y,z,fx,fy,fz", rows[200::-1])
+    write(folder / "clockless.csv", "x,y,z,fx,fy,fz", rows[:200, 1:])
     return folder
 
 
