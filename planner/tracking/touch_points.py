@@ -8,6 +8,7 @@ from touchatlas.atlas.records.touch import Touch, TouchStatus
 from touchatlas.patch.geometry.arrays import cross
 from touchatlas.patch.geometry.contour import Contour, ContourEnd, SamplingPlane
 from touchatlas.planner.probe_plan import ProbePlan
+from touchatlas.planner.tracking.going import arrives
 from touchatlas.planner.tracking.machines import Trigger
 from touchatlas.planner.tracking.options import Tip, TriggerOptions
 
@@ -77,9 +78,7 @@ def touch_points(
     origin = plan.begin()
     target = origin - plan.depth * plan.normal
     before = np.asarray(trigger.position(), float)
-    if not trigger.move(plan.way_from(before)):
-        # What stopped it is not known; where it came from is free.
-        trigger.move(before[None])
+    if not arrives(trigger, before, plan.way_from(before)):
         return _in_vain(plan, TouchStatus.UNREACHABLE, None, tip)
     centre = trigger.probe(target)
     if centre is None:

@@ -8,6 +8,7 @@ from touchatlas.atlas.records.touch import Touch, TouchStatus
 from touchatlas.patch.geometry.arrays import cross
 from touchatlas.patch.geometry.contour import Contour, ContourEnd, SamplingPlane
 from touchatlas.planner.probe_plan import ProbePlan
+from touchatlas.planner.tracking.going import arrives
 from touchatlas.planner.tracking.hybrid_control import ControlState, centre_of, hybrid_control
 from touchatlas.planner.tracking.machines import Reading, Scanner
 from touchatlas.planner.tracking.options import Tip, TrackingOptions
@@ -73,7 +74,7 @@ def track_plan(
     travel = float(np.linalg.norm(np.diff(np.vstack([here, way]), axis=0), axis=1).sum())
     for first in range(0, len(ways), tips):
         tracker = _Tracker(scanner, plan, ways[first : first + tips], tip, options)
-        if not scanner.move(way):
+        if not arrives(scanner, here, way):
             status = TouchStatus.UNREACHABLE
         elif not tracker.approach(origin, depth):
             status = TouchStatus.NO_CONTACT
@@ -81,19 +82,31 @@ def track_plan(
             break
         found += tracker.track()
         # Further arms begin where contact is known to be.
-        way = (tracker.start[0] + options.retract * plan.normal)[None]
-        travel += tracker.way_back(way[0])
-    scanner.move(here[None] if status is TouchStatus.UNREACHABLE else origin[None])
+        here = tracker.start[0] + options.retract * plan.normal
+        way = here[None]
+        travel += tracker.way_back(here)
+    if status is not TouchStatus.UNREACHABLE:
+        scanner.move(origin[None])
+    if found:
+        # What was tracked before an arm could not be reached is kept.
+        found += [_untracked()] * (len(ways) - len(found))
+        status = TouchStatus.TOUCHED
     if arms is not None:
         arms += found
     shared = float(np.hypot(tip.radius_std, options.force / tip.stiffness * tip.stiffness_std))
     return touch_of(plan, origin, depth, status, found, tip, travel, shared)
 
 
+def _untracked() -> Arm:
+    """An arm that could not be reached."""
+    none = np.zeros((0, 3))
+    series = TimeSeries(np.zeros(0), none, none, np.zeros(0))
+    return Arm(series, CentreSamples(none, none, 0.0), ContourEnd.UNREACHABLE, 0)
+
+
 class _Tracker:
     """Some tips, side by side, on the arms of one plan; ``w`` (m, 3) are the normals of their
-    planes. ``start`` (m, 3) are their centres at
-    the contact."""
+    planes, ``start`` (m, 3) their centres at the contact."""
 
     def __init__(self, scanner: Scanner, plan: ProbePlan, w, tip, options) -> None:
         self._scanner, self._plan, self._w = scanner, plan, w
@@ -305,4 +318,6 @@ def _contour(centre, normal, plane: SamplingPlane, ahead: Arm, behind: Arm, tip:
     noise = max(ahead.samples.noise_std, behind.samples.noise_std)
     ends = behind.end, ahead.end
     points = centres - tip.radius * normals
-    return Contour(points, SamplingPlane(centre, plane.normal), noise, ends, normals)
+    # All planes of a touch meet at its contact.
+    own = SamplingPlane(centre - tip.radius * normal, plane.normal)
+    return Contour(points, own, noise or tip.sample_std(1), ends, normals)

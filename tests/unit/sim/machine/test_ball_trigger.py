@@ -6,6 +6,7 @@ import pytest
 from touchatlas.atlas import TouchStatus
 from touchatlas.planner import ProbePlan, Reason, Tip, TriggerOptions
 from touchatlas.planner.plans import concurrent_planes
+from touchatlas.planner.tracking.going import arrives
 from touchatlas.planner.tracking.touch_points import touch_points
 from touchatlas.sim import make_object
 from touchatlas.sim.machine.ball_trigger import BallTrigger
@@ -42,6 +43,15 @@ def test_a_way_into_the_body_stops_at_it():
     trigger = machine()
     assert not trigger.move(np.array([[0.0, 0.0, 0.0]])) and trigger.collisions == 1
     assert trigger.position()[2] == pytest.approx(35.0, abs=1e-3)
+
+
+def test_a_way_that_is_blocked_is_gone_back():
+    """Around the ball to its side, then into it: back over the corner, and not straight through."""
+    trigger, start = machine(), np.array([0.0, 0.0, 100.0])
+    way = np.array([[60.0, 0.0, 60.0], [60.0, 0.0, -20.0], [0.0, 0.0, -10.0]])
+    assert not arrives(trigger, start, way)
+    assert np.allclose(trigger.position(), start) and trigger.collisions == 1
+    assert arrives(trigger, start, way[:2]) and np.allclose(trigger.position(), way[1])
 
 
 def test_a_switch_opens_late_by_what_its_direction_says():

@@ -1,5 +1,7 @@
 """The simulated scanning probe, tracked in planes of any orientation."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -78,6 +80,23 @@ def test_one_tip_does_arm_after_arm_what_six_do_side_by_side():
     # On its ways back the tip keeps off the surface.
     back = np.concatenate([way for way in one.ways if len(way) > 1])
     assert (np.linalg.norm(back, axis=1) > 35.0 + 1.0).all()
+
+
+def test_arms_that_were_tracked_are_kept_where_the_next_cannot_be_reached():
+    class Blocked(OneTip):
+        def read(self):
+            # After some seconds the surface is gone.
+            reading = super().read()
+            late = reading.time > 3.5
+            return Reading(reading.time, reading.position, reading.force * (0.0 if late else 1.0))
+
+    top, arms = np.array([0.0, 0.0, 33.0]), []
+    plan = plan_on(top, top / 33.0, np.array([1.0, 0.0, 0.0]), 4.0, approach=3.0)
+    touch = track_plan(Blocked(machine(2, tips=1)), replace(plan, step=1.0), arms=arms)
+    assert touch.status is TouchStatus.TOUCHED and len(touch.contours) == 3 and len(arms) == 6
+    assert arms[-1].end is ContourEnd.UNREACHABLE
+    counts = [len(contour.points) for contour in touch.contours]
+    assert counts[0] > 4 and counts[-1] == 1
 
 
 def test_a_tip_rolls_over_a_sharp_edge():
