@@ -124,7 +124,7 @@ def bodies() -> dict[str, Body]:
         found[f"featuretype {most}"] = scan("lawful", "featuretype", most=most, long=True)
     found["elbow"] = scan("lawful", "elbow_made", most=88, long=True)
     found["bracket"] = scan("lawful", "bracket_made", long=True)
-    found["letters"] = scan("lawful", "text_made", most=60, long=True)
+    found["letters"] = scan("lawful", "text_made", long=True)
     return found
 
 
