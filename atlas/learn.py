@@ -360,8 +360,11 @@ def compared(state: AtlasState, points, noise) -> tuple[np.ndarray, Shift]:
     known &= found.deviation <= state.levels.sure * max(state.scale, state.sample_std)
     std, away = np.hypot(noise, state.bias), state.body.away(points)
     columns = found.distance, found.deviation, noise, std, away
-    square = state.law.scale(found.deviation[known]) ** 2 + np.asarray(noise)[known] ** 2
-    shift = shift_of(found.distance[known], found.normal[known], square, state.law.freedom)
+    # Farther than a step from all samples the surface may have features that no sample met.
+    step = np.median(np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1)))
+    sure = known & (found.deviation <= state.sample_std) & (away <= step)
+    square = state.law.scale(found.deviation[sure]) ** 2 + np.asarray(noise)[sure] ** 2
+    shift = shift_of(found.distance[sure], found.normal[sure], square, state.law.freedom)
     return innovations_of(state.next_number, *columns)[known], shift
 
 

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import fdtrc, fdtri
+from scipy.special import fdtrc
 from scipy.stats import binom, poisson
 
 from touchatlas.atlas.check.doubt import NOWHERE, Doubt, count_of, extent_of, some_apart
@@ -14,9 +14,8 @@ from touchatlas.atlas.samples.predictive_law import LawPrior
 from touchatlas.atlas.state import AtlasState
 from touchatlas.patch.fit.bad_contacts import OUTLIER
 
-# Touches in a row by which a move is told, and share of their squares that one shift explains: one
-# touch alone may lie on a step, which is a shift as well. The first touches are small, and what is
-# predicted from them is far from all samples.
+# Most touches in a row by which a move is told, because the body then follows it, and share of
+# their squares that one shift explains. The first touches are small.
 _TOUCHES, _EXPLAINED, _FIRST = 3, 0.5, 3
 # Share of the ends at which contact was lost beyond which samples may lie by chance.
 _PASSED = 0.1
@@ -158,14 +157,15 @@ def moved_object(atlas: AtlasState) -> Fault | None:
     """An object that moved between two touches: the next ones all lie beside the body of those
     before by one shift.
 
-    The most probable shift of two or three touches in a row explains most of their squares, and
-    at least two of the touches tell it alone. Over its degrees of freedom what it explains is
-    compared with an F law, because deviations of the body are known as well as a Student t tells.
+    The most probable shift of one to three touches in a row explains most of their squares. Over
+    its degrees of freedom what it explains is compared with an F law, because deviations of the
+    body are known as well as a Student t tells. Touches that cross no curve tell nothing.
     """
     evidence = atlas.evidence
-    touches, best = evidence.touches, None
-    for last in range(2, len(touches) + 1):
-        for first in range(max(last - _TOUCHES, _FIRST), last - 1):
+    touches = [one for k, one in enumerate(evidence.touches) if k < _FIRST or one.shift.square]
+    best = None
+    for last in range(_FIRST + 1, len(touches) + 1):
+        for first in range(max(last - _TOUCHES, _FIRST), last):
             some = [touch.shift for touch in touches[first:last]]
             limit = evidence.chance_after(last)
             # A shift explains no more than all squares.
@@ -177,6 +177,8 @@ def moved_object(atlas: AtlasState) -> Fault | None:
     if best is None or not np.linalg.norm(best[2]) > atlas.sample_std:
         return None
     chance, explained, shift, first = best
+    # The object moved before the first touch of them that tells the shift.
+    first += next(k for k, one in enumerate(touches[first:]) if _tells(one.shift, shift))
     size, number = float(np.linalg.norm(shift)), int(touches[first - 1].number)
     words = (
         f"The object has moved by {size:.2g} or more, ({', '.join(f'{x:.2g}' for x in shift)}), "
@@ -187,16 +189,18 @@ def moved_object(atlas: AtlasState) -> Fault | None:
 
 def _one_shift(some: list[Shift]) -> tuple[float, float, np.ndarray]:
     """Chance that touches lie beside a body by one shift as well as they do, the squares that the
-    shift explains, and the shift (3,), length; a chance of 1 where too few of them agree."""
+    shift explains, and the shift (3,), length; a chance of 1 where it explains too little."""
     every = sum(some[1:], some[0])
     shift = every.most_probable
     explained = every.square - every.left(shift)
-    # A touch tells the shift if chance would explain as much once in twenty touches.
-    least = 3.0 * fdtri(3.0, LawPrior.freedom, 0.95)
-    agree = sum(one.square - one.left(shift) > max(_EXPLAINED * one.square, least) for one in some)
-    if explained <= _EXPLAINED * every.square or agree < 2:
+    if not _tells(every, shift):
         return 1.0, explained, shift
     return _chance_of(explained, len(some)), explained, shift
+
+
+def _tells(one: Shift, shift) -> bool:
+    """Whether a shift (3,) explains most of the squares of one or more touches."""
+    return one.square - one.left(shift) > _EXPLAINED * one.square
 
 
 def _chance_of(square: float, touches: int) -> float:

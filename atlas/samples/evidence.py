@@ -49,8 +49,9 @@ class Shift:
 
     @property
     def most_probable(self) -> np.ndarray:
-        """(3,) the shift, length, world; no longer than what is known of it along any direction."""
-        return np.asarray(np.linalg.lstsq(self.matrix, self.vector, rcond=1e-6)[0])
+        """(3,) the shift, length, world, along directions in which it is known to ten times the
+        least deviation."""
+        return np.asarray(np.linalg.lstsq(self.matrix, self.vector, rcond=1e-2)[0])
 
     def left(self, shift) -> float:
         """Sum of squares that a shift (3,) leaves unexplained."""

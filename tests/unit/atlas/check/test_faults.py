@@ -8,6 +8,7 @@ import pytest
 from tests.explored import learned, spread_touches
 from touchatlas.atlas import Atlas, doubts
 from touchatlas.atlas.check.faults import bad_contacts, faults, moved_object, slipped_contacts
+from touchatlas.atlas.learn import compared
 from touchatlas.atlas.samples.evidence import Evidence, Shift, TouchEvidence
 from touchatlas.planner import Planner, PlannerOptions, Reason, StopReason, explore
 from touchatlas.sim import Probe, make_object
@@ -47,11 +48,16 @@ def test_a_move_is_named_within_three_touches_with_its_size_and_the_touch():
     assert fault.statistic > fault.expected and fault.chance < 1e-5
 
 
-def test_one_touch_on_a_step_is_no_move():
-    """A step that was not known looks like a shift, once."""
-    rng = np.random.default_rng(1)
-    shifts = [shift_by(np.zeros(3), rng) for _ in range(9)]
-    assert moved_object(atlas_of([*shifts[:5], shift_by(10.0 * STEP, rng), *shifts[5:]])) is None
+def test_what_no_curve_has_crossed_tells_no_move():
+    """Samples farther than a step from all others may lie on a step that nothing has met: those of
+    a second touch, two steps off and higher, tell nothing, and the same ones on the curve do."""
+    atlas = learned(spread_touches(make_object("sphere"), 5), 0.1)
+    line = atlas.pool.points[atlas.pool.contours == 0]
+    up = atlas.pool.normals[atlas.pool.contours == 0]
+    step = np.linalg.norm(np.diff(line, axis=0), axis=1).mean()
+    noise = np.full(len(line), 0.02)
+    assert compared(atlas, line + 0.3 * up, noise)[1].square > 0.0
+    assert compared(atlas, line + 2.0 * step * up, noise)[1].square == 0.0
 
 
 def test_still_objects_have_not_moved():
