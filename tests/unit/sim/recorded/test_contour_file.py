@@ -5,9 +5,9 @@ import pytest
 
 from tests.truths import BALL_RADIUS, ball_height, graph_contours
 from touchatlas.patch import ContourEnd
+from touchatlas.patch.fit.curve_noise import estimate_noise
 from touchatlas.sim.recorded.arcs import near_arc
 from touchatlas.sim.recorded.contour_file import read_curves
-from touchatlas.sim.recorded.curve_errors import estimate_noise
 from touchatlas.sim.recorded.curves import Curve
 from touchatlas.sim.recorded.recording import prepare
 from touchatlas.sim.recorded.reference_point import meeting_point
