@@ -154,12 +154,12 @@ def test_a_planner_that_takes_half_is_found_to_take_half():
 
 
 def test_an_interval_of_a_median_holds_it_as_often_as_it_says():
-    """The share of 2,000 samples of 15 whose interval holds 0, within 4 standard errors above the
+    """The share of 500 samples of 15 whose interval holds 0, within 4 standard errors above the
     level: the interval of order statistics is conservative, here 0.965."""
     rng = np.random.default_rng(0)
-    held = [median_interval(rng.normal(size=15)) for _ in range(2000)]
+    held = [median_interval(rng.normal(size=15)) for _ in range(500)]
     share = np.mean([low <= 0.0 <= high for _, low, high in held])
-    assert 0.965 - 4.0 * np.sqrt(0.035 / 2000) < share < 0.965 + 4.0 * np.sqrt(0.035 / 2000)
+    assert 0.965 - 4.0 * np.sqrt(0.035 / 500) < share < 0.965 + 4.0 * np.sqrt(0.035 / 500)
     assert np.isnan(median_interval([1.0, 2.0, 3.0, np.nan])[1])
 
 
