@@ -141,11 +141,13 @@ def next_tolerance(view: View, places: Places) -> float:
     wanted of the surface, length. The tolerance at which an exploration ends does not change what
     is touched on the way to it."""
     law, scale = view.atlas.law, view.atlas.scale
+    wanted = view.options.coverage * places.area.sum()
     power = np.floor(np.log2(view.extent / scale))
     while True:
         tolerance = float(scale * 2.0**power)
         inside = places.area @ law.chance(tolerance, places.deviation, places.away)
-        if not inside >= view.options.coverage * places.area.sum():
+        # Where there is no area, none is within any tolerance.
+        if not inside >= wanted > 0.0:
             return tolerance
         power -= 1.0
 

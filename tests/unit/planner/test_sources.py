@@ -115,6 +115,14 @@ def test_the_next_tolerance_is_a_power_of_two_that_most_places_miss(deviation, p
     assert found == 0.1 * 2.0**power and found < limit <= 2.0 * found
 
 
+def test_where_no_surface_is_wanted_no_place_is_vague():
+    """Of a region beyond what is known there may be rims alone, and of these none that is free: a
+    search for the next tolerance ends there, too."""
+    some = closed(np.full(5, 0.2))
+    nothing = some.some(np.zeros(len(some.points), bool), np.ones(len(some.rim), bool))
+    assert next_target(view(), nothing) is None
+
+
 def test_of_places_of_equal_gain_the_nearer_one_is_touched():
     """The way from the last touch is part of what a touch costs."""
     apart = np.array(
