@@ -47,9 +47,10 @@ def learn(state: AtlasState, touch: Touch) -> AtlasChange:
         hidden = quadric is None and noise_hides(touch, contours)
         return AtlasChange(refused=reason, hidden=hidden)
     noise = np.repeat([c.noise_std for c in contours], [len(c.points) for c in contours])
-    news, shift = compared(state, points, noise)
+    normals = _normals(state, touch.contact, contours, outward, quadric)
+    news, shift = compared(state, points, noise, np.concatenate(normals))
     settle_tip(state, touch.tip_radius, touch.systematic_std)
-    enter_samples(state, contours, _normals(state, touch.contact, contours, outward, quadric))
+    enter_samples(state, contours, normals)
     _enter_way(state, touch)
     state.evidence = evidence.with_shift(shift)
     state.bad_contacts = np.concatenate([state.bad_contacts, bad])
@@ -352,20 +353,25 @@ def innovations(state: AtlasState, points, noise) -> np.ndarray:
     return compared(state, points, noise)[0]
 
 
-def compared(state: AtlasState, points, noise) -> tuple[np.ndarray, Shift]:
-    """The ``innovations`` of new samples, and what they say of a shift of the object."""
+def compared(state: AtlasState, points, noise, normals=None) -> tuple[np.ndarray, Shift]:
+    """The ``innovations`` of new samples, and what those with normals (n, 3) say of a shift of the
+    object: those within a step of others, where the surface faces as they do. Farther away it may
+    have features that no sample met, and where it is turned an edge lies between."""
     if state.body is None:
         return np.zeros((0, 6)), Shift()
+    noise = np.broadcast_to(np.asarray(noise, float), len(points))
     found, known = state.body.at(points)
     known &= found.deviation <= state.levels.sure * max(state.scale, state.sample_std)
     std, away = np.hypot(noise, state.bias), state.body.away(points)
     columns = found.distance, found.deviation, noise, std, away
-    # Farther than a step from all samples the surface may have features that no sample met.
+    news = innovations_of(state.next_number, *columns)[known]
+    if normals is None or len(points) < 2:
+        return news, Shift()
     step = np.median(np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1)))
     sure = known & (found.deviation <= state.sample_std) & (away <= step)
-    square = state.law.scale(found.deviation[sure]) ** 2 + np.asarray(noise)[sure] ** 2
-    shift = shift_of(found.distance[sure], found.normal[sure], square, state.law.freedom)
-    return innovations_of(state.next_number, *columns)[known], shift
+    sure &= (found.normal * normals).sum(axis=1) > state.levels.facing
+    square = state.law.scale(found.deviation[sure]) ** 2 + noise[sure] ** 2
+    return news, shift_of(found.distance[sure], found.normal[sure], square, state.law.freedom)
 
 
 def enter_samples(state: AtlasState, contours: tuple[Contour, ...], normals) -> None:

@@ -152,7 +152,7 @@ def test_arms_end_where_the_surface_is_known():
         ({"step": 0.5}, "step"),
         ({"reach": 0.01}, "reach"),
         ({"max_turn": np.nan}, "max_turn"),
-        ({"name": "gpis"}, "tolerance, random, farthest, variance"),
+        ({"name": "nearest"}, "tolerance, random, farthest, variance"),
         ({"pin_radius": -1.0}, "pin_"),
         ({"pin_length": np.nan}, "pin_"),
         ({"pin_length": 5.0}, "pin_"),
