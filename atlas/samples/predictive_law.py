@@ -100,8 +100,9 @@ class PredictiveLaw:
         own = np.hypot(self.factor * np.asarray(deviation), self.floor)
         if not self.systematic:
             return own, self.freedom
-        whole = np.hypot(own, self.systematic)
-        return whole, self.freedom * (whole / np.maximum(own, _TINY)) ** 4
+        # A million times smaller than the error that all share, the own one leaves a normal law.
+        share = self.systematic / np.maximum(own, 1e-6 * self.systematic)
+        return np.hypot(own, self.systematic), self.freedom * np.hypot(1.0, share) ** 4
 
     def chance(self, limit, deviation, away) -> np.ndarray:
         """(n,) chance of an error of no more than a limit, length, at predicted deviations (n,) and

@@ -238,6 +238,12 @@ def qualify(
         raise ValueError(f"the radius of the ball is {ball_radius!r}; it must be more than 0")
     if not 0.0 <= real(ball_std) < np.inf:
         raise ValueError(f"the deviation of the ball is {ball_std!r}; it must be 0 or more")
+    if stiffness is not None and not 0.0 < real(stiffness) < np.inf:
+        raise ValueError(f"the stiffness is {stiffness!r}; it must be more than 0")
+    if not np.linalg.norm(frozen_array(axis, (3,), "axis")) > 0.0:
+        raise ValueError(f"axis is {axis!r}; it must have a direction")
+    if radius is not None and not 0.0 <= real(radius) < np.inf:
+        raise ValueError(f"the stated radius is {radius!r}; it must be 0 or more")
     said: list[str] = []
     ball = fit_ball(points)
     if forces is not None:

@@ -85,12 +85,18 @@ def joined(pose_times, poses, force_times, forces) -> tuple[np.ndarray, np.ndarr
 def turned(vectors, quaternions) -> np.ndarray:
     """(n, 3) vectors turned by quaternions (n, 4) in the order x, y, z, w.
 
-    v + 2 q x (q x v + w v), q the vector part.
+    v + 2 q x (q x v + w v), q the vector part. ValueError for one that is all zero.
 
     >>> turned(np.array([[1.0, 0.0, 0.0]]), np.array([[0.5, 0.5, 0.5, 0.5]]))
     array([[0., 1., 0.]])
     """
-    q = quaternions / np.sqrt((quaternions * quaternions).sum(axis=1))[:, None]
+    length = np.sqrt((quaternions * quaternions).sum(axis=1))
+    if not (length > 0.0).all():
+        raise ValueError(
+            f"{np.count_nonzero(~(length > 0.0))} of {len(length)} orientations are no quaternions "
+            "with a length; record 0, 0, 0, 1 where the tip keeps its orientation"
+        )
+    q = quaternions / length[:, None]
     axis, w = q[:, :3], q[:, 3:]
     out: np.ndarray = vectors + 2.0 * np.cross(axis, np.cross(axis, vectors) + w * vectors)
     return out

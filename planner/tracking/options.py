@@ -69,8 +69,6 @@ class TrackingOptions:
         Set point of the force in contact.
     least : float, N
         Below it contact counts as lost.
-    most : float, N
-        Above it a reading counts as overload.
     feed : float, length/s
         Along the surface.
     acceleration : float, length/s^2
@@ -101,7 +99,6 @@ class TrackingOptions:
 
     force: float = 0.4
     least: float = 0.05
-    most: float = 0.69
     feed: float = 10.0
     acceleration: float = 50.0
     approach: float = 5.0
@@ -119,10 +116,10 @@ class TrackingOptions:
 
     def __post_init__(self) -> None:
         _check(self, positive=tuple(field.name for field in fields(self) if field.name != "settle"))
-        if not self.least < self.force < self.most:
+        if not self.least < self.force:
             raise ValueError(
-                f"least, force, most are {self.least}, {self.force}, {self.most}; each must be "
-                "more than the one before"
+                f"least, force are {self.least}, {self.force}; the second must be more than the "
+                "first"
             )
 
     def in_unit(self, millimetre: float) -> "TrackingOptions":

@@ -14,7 +14,7 @@ from touchatlas.planner.tracking.machines import Reading, Scanner
 from touchatlas.planner.tracking.options import Tip, TrackingOptions
 from touchatlas.planner.tracking.time_series import CentreSamples, TimeSeries, samples_of
 
-# An arm that takes so many times the seconds of its reach is stuck.
+# An arm or approach that takes so many times the seconds of its length is stuck.
 _STUCK = 4.0
 # Steps in which the surface has to be known before an arm may end there.
 _KNOWN = 4
@@ -74,10 +74,9 @@ def track_plan(
     travel = float(np.linalg.norm(np.diff(np.vstack([here, way]), axis=0), axis=1).sum())
     for first in range(0, len(ways), tips):
         tracker = _Tracker(scanner, plan, ways[first : first + tips], tip, options)
-        if not arrives(scanner, here, way):
-            status = TouchStatus.UNREACHABLE
-        elif not tracker.approach(origin, depth):
-            status = TouchStatus.NO_CONTACT
+        status = TouchStatus.UNREACHABLE
+        if arrives(scanner, here, way):
+            status = tracker.approach(origin, depth)
         if status is not TouchStatus.TOUCHED:
             break
         found += tracker.track()
@@ -117,17 +116,21 @@ class _Tracker:
         self._state: ControlState | None = None
         self._rows: list[tuple[float, np.ndarray, np.ndarray, np.ndarray]] = []
 
-    def approach(self, origin, depth: float) -> bool:
+    def approach(self, origin, depth: float) -> TouchStatus:
         """Move against the normal until the force is half of its set point, and rest; whether all
-        tips met the surface within the depth."""
+        tips met the surface within the depth. A machine that does not move came to no place."""
         options, normal = self._options, self._plan.normal
-        met = np.zeros(len(self._w), bool)
+        met, patience = np.zeros(len(self._w), bool), np.inf
         while not met.all():
             reading = self._read()
+            patience = min(patience, reading.time + _STUCK * depth / options.approach)
             met |= np.sqrt((reading.force**2).sum(axis=1)) >= 0.5 * options.force
             if (((origin - reading.position) @ normal > depth) & ~met).any():
                 self._command(np.zeros_like(self._w))
-                return False
+                return TouchStatus.NO_CONTACT
+            if reading.time > patience:
+                self._command(np.zeros_like(self._w))
+                return TouchStatus.UNREACHABLE
             self._command(np.where(met[:, None], 0.0, -options.approach * normal))
         reading = self._read()
         self._state = ControlState.at_rest(reading, self._normal)
@@ -137,7 +140,7 @@ class _Tracker:
             reading = self._read()
             self._command(self._control(reading, 0.0))
         self.start = centre_of(reading, self._tip)
-        return True
+        return TouchStatus.TOUCHED
 
     def track(self) -> list[Arm]:
         """Travel until all arms have ended."""

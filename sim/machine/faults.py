@@ -87,13 +87,15 @@ class FaultyProbe:
     def _moved(self, plan: ProbePlan, shift: np.ndarray) -> Touch:
         """The touch of an object that has moved by a shift (3,): the probe within knows the object
         where it was."""
-        until = plan.until
+        until, way = plan.until, plan.way
         known = None if until is None else lambda points: until(points + shift)
+        ways = None if way is None else lambda a, b, r: way(a + shift, b + shift, r) - shift
         back = replace(
             plan,
             reference_point=plan.reference_point - shift,
             planes=tuple(SamplingPlane(p.point - shift, p.normal) for p in plan.planes),
             until=known,
+            way=ways,
         )
         touch = self._probe(back)
         contours = tuple(
@@ -104,10 +106,10 @@ class FaultyProbe:
             )
             for contour in touch.contours
         )
-        way = None if touch.way is None else touch.way + shift
+        gone = None if touch.way is None else touch.way + shift
         touched = touch.status is TouchStatus.TOUCHED
         contact = touch.contact + shift if touched else plan.reference_point
-        return replace(touch, contact=contact, contours=contours, way=way)
+        return replace(touch, contact=contact, contours=contours, way=gone)
 
     def _in_other_planes(self, plan: ProbePlan) -> Touch:
         """The touch of a probe whose planes are turned, each about another axis, and said to be

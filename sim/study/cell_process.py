@@ -83,7 +83,8 @@ class CellProcess:
     def _listen(self) -> None:
         """Take its answers; None is its end."""
         assert self._process.stdout is not None
-        with self._process.stdout as file, suppress(EOFError, OSError, pickle.UnpicklingError):
+        # What is cut off or no pickle raises whatever it likes, and whoever waits has to know.
+        with self._process.stdout as file, suppress(Exception):
             while True:
                 self._answers.put(pickle.load(file))
         self._answers.put(None)

@@ -201,3 +201,10 @@ def test_outliers_at_samples_tell_no_rate_of_faces_that_end():
     missed = innovations_of(0, np.full(5, 10.0), 0.1, STD, STD, 0.0)
     found = deviation_with_misses([1.0, 2.0], np.array([0.0, 1.0]), missed)
     assert np.allclose(found, [1.0, 2.0], rtol=0.0, atol=1e-8)
+
+
+@pytest.mark.parametrize(("deviation", "inside"), [(0.0, 0.95), (np.inf, 0.0)])
+def test_an_error_that_all_share_adds_to_none_and_to_any(deviation, inside):
+    """Without another error the law is the normal one; what is not known at all stays so."""
+    law = PredictiveLaw(systematic=0.5)
+    assert law.chance(1.96 * 0.5, [deviation], [0.0])[0] == pytest.approx(inside, abs=1e-4)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from touchatlas.planner.drivers.bags import is_bag, read_bag
-from touchatlas.planner.drivers.recording import Recording, joined
+from touchatlas.planner.drivers.recording import Recording, joined, turned
 
 pytest.importorskip("rosbags", reason="rosbags is not installed")
 
@@ -177,3 +177,11 @@ def test_joined_forces_are_those_of_a_linear_law():
     kept, forces, lost = joined(pose_at, np.zeros((100, 3)), force_at, force(force_at))
     assert len(kept) + lost == 100
     np.testing.assert_allclose(forces, force(pose_at[kept]), atol=1e-12)
+
+
+def test_an_orientation_that_nobody_set_turns_nothing():
+    """It has no length; one of any other length is scaled."""
+    vectors, orientations = np.eye(3)[:2], np.array([[0.0, 0.0, 0.0, 0.0], [0.0, 0.0, 3.0, 3.0]])
+    assert np.allclose(turned(vectors[1:], orientations[1:]), [[-1.0, 0.0, 0.0]])
+    with pytest.raises(ValueError, match="1 of 2 orientations are no quaternions"):
+        turned(vectors, orientations)

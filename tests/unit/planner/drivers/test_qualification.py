@@ -157,3 +157,18 @@ def test_errors_that_neighbours_share_make_the_radius_less_sure():
 def test_what_tells_no_ball_is_refused_in_a_sentence(points, ball, words):
     with pytest.raises(ValueError, match=words):
         qualify(points, ball)
+
+
+@pytest.mark.parametrize(
+    ("known", "words"),
+    [
+        ({"stiffness": 0.0}, "stiffness is 0.0; it must be more than 0"),
+        ({"stiffness": np.nan}, "stiffness is nan"),
+        ({"axis": (0.0, 0.0, 0.0)}, "it must have a direction"),
+        ({"radius": np.nan}, "stated radius is nan"),
+    ],
+)
+def test_what_is_stated_of_a_probe_has_to_be_possible(known, words):
+    u = pattern_1x25([0.0, 0.0, 1.0])
+    with pytest.raises(ValueError, match=words):
+        qualify((BALL + TIP) * u, BALL, 0.4 * u, **({"stiffness": 2.0} | known))

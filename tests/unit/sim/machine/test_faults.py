@@ -1,5 +1,7 @@
 """Faults of probes: each does one thing, they compose, and a resume repeats them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -54,6 +56,24 @@ def test_planes_are_turned_but_not_in_what_is_said():
         beside = np.abs((contour.points - contour.points[60]) @ plane.normal).max()
         assert 0.0 < beside <= 30.0 * np.sin(np.radians(5.0))
     assert np.abs(off(touch)).max() < 1e-6
+
+
+def test_a_way_around_an_object_that_moved_moves_with_it():
+    """The probe goes where the planner knows a free way, whatever has moved."""
+    gone = []
+
+    def within(planned):
+        gone.append(planned.way_from(np.zeros(3)))
+        return Probe(BALL, 0.0, np.random.default_rng(0))(planned)
+
+    corner = np.array([0.0, 50.0, 50.0])
+    around = replace(plan(1), way=lambda start, goal, radius: np.stack([corner, goal]))
+    rng = np.random.default_rng(0)
+    with_faults(within, "moved=2:touch1", TOLERANCE, lambda: Feet(BALL), rng)(around)
+    [(first, last)] = gone
+    shift = around.begin() - last
+    assert np.linalg.norm(shift) == pytest.approx(2.0 * TOLERANCE)
+    assert first == pytest.approx(corner - shift)
 
 
 def test_an_object_moves_by_some_tolerances_before_a_touch():
