@@ -62,6 +62,7 @@ LONG = {
     "displaced_curves.py",
     "edge_sweeps.py",
     "gallery.py",
+    "guard.py",
     "jug.py",
     "kill_and_resume.py",
     "same_bytes.py",

@@ -150,7 +150,7 @@ def test_a_touch_is_learned_once():
 BODIES = {"sphere": lambda: explored("sphere"), "block": lambda: explored_sharp("block")}
 
 
-@pytest.mark.parametrize("name", BODIES)
+@pytest.mark.parametrize("name", ["sphere", pytest.param("block", marks=pytest.mark.slow)])
 def test_no_touch_is_learned_again_saved_or_not(name, tmp_path):
     """Samples are found where they were touched."""
     atlas, touches = BODIES[name]().atlas, BODIES[name]().touches

@@ -4,6 +4,7 @@ from collections import Counter
 
 import igl
 import numpy as np
+import pytest
 import trimesh
 from hypothesis import given
 from hypothesis import strategies as st
@@ -87,6 +88,7 @@ def holed_ball() -> MeshObject:
     return MeshObject("holed ball", np.array(ball.vertices), np.array(ball.faces))
 
 
+@pytest.mark.slow
 def test_a_body_that_is_open_everywhere_has_a_manifold_surface():
     for obj in (soup(), holed_ball()):
         atlas = Atlas(2e-2 * obj.diagonal)

@@ -13,14 +13,11 @@ MESHES = (
     "lemon_ycb",
     "spot",
     "torus_ode",
-    "mustard_ycb",
     "wingnut_ode",
     "featuretype",
     "hand_ode",
-    "skull_ode",
-    "goathead_ode",
-    "demosthenes_ode",
 )
+LARGE = ("mustard_ycb", "skull_ode", "goathead_ode", "demosthenes_ode")
 NOISE, FEW, MANY = 2e-4, 8, 40
 
 
@@ -42,7 +39,9 @@ def distances(obj, points):
 
 
 @pytest.mark.parametrize("touches", [FEW, pytest.param(MANY, marks=pytest.mark.slow)])
-@pytest.mark.parametrize("name", MESHES)
+@pytest.mark.parametrize(
+    "name", [*MESHES, *(pytest.param(name, marks=pytest.mark.slow) for name in LARGE)]
+)
 def test_an_atlas_of_a_real_mesh_stays_sound_and_lies_on_it(name, touches, request):
     """Contacts are off by their noise alone: by no more than six deviations of 10,000 numbers. Of
     the surface that claims a deviation of half a tolerance nearly all is within three tolerances.

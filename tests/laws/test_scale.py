@@ -67,7 +67,9 @@ def exploration(name: str, scale: float) -> tuple[list[Touch], Atlas, Surface]:
     return touches, atlas, extract_surface(atlas)
 
 
-NAMES = [pytest.param(n, marks=pytest.mark.slow if n == "block" else ()) for n in BODIES]
+NAMES = [
+    pytest.param(n, marks=pytest.mark.slow if n in ("block", "cylinder") else ()) for n in BODIES
+]
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -136,6 +136,7 @@ def test_a_wedge_is_explored_from_above_its_edge():
     assert atlas.touches >= 4
 
 
+@pytest.mark.slow
 def test_the_far_side_of_a_thin_disc_is_touched():
     """Its rim has a radius of 0.27 where steps are 1.7 long; arms that begin on one side end before
     it. Touched from there alone, the far side is not met in 60 touches."""

@@ -25,9 +25,10 @@ def test_a_finished_body_is_off_the_one_before_by_hardly_more_than_a_quarter_of_
     points = before.pool.points
     off = found.atlas.body.field.at(points).distance - before.body.field.at(points).distance
     # At the points of the drawing, and at one sample of each cube, the bound holds for each sextic;
-    # between them nearly.
-    assert np.abs(off).max() < 0.3 * before.tolerance
-    assert len(found.atlas) < len(before) / 2
+    # between them for nearly all samples, and for the others nearly.
+    assert (np.abs(off) > 0.25 * before.tolerance).mean() < 0.01
+    assert np.abs(off).max() < 0.35 * before.tolerance
+    assert len(found.atlas) <= len(before) / 2
 
 
 def test_finished_again_nothing_changes():
@@ -61,7 +62,7 @@ def test_a_finished_atlas_is_loaded_as_it_was_saved(tmp_path):
     again.validate()
 
 
-@pytest.mark.parametrize("name", ["sphere", "cube"])
+@pytest.mark.parametrize("name", ["sphere", pytest.param("cube", marks=pytest.mark.slow)])
 def test_a_body_of_laws_stays(name):
     known = explored(name).atlas.known_body
     assert with_fewer_patches(known, 0.1) is known and not known.is_few
