@@ -179,6 +179,7 @@ def test_an_edge_that_would_fill_the_memory_is_refused_and_what_is_advised_is_no
     assert faces == pytest.approx(area / (0.25 * np.sqrt(3.0) * 2.0**2), rel=0.5)
 
 
+@pytest.mark.slow
 def test_edges_as_long_as_patches_make_few_triangles_or_none():
     for body in BODIES.values():
         atlas = body().atlas

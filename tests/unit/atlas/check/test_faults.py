@@ -10,6 +10,7 @@ from touchatlas.atlas import Atlas, doubts
 from touchatlas.atlas.check.faults import bad_contacts, faults, moved_object, slipped_contacts
 from touchatlas.atlas.learn import compared
 from touchatlas.atlas.samples.evidence import Evidence, Shift, TouchEvidence
+from touchatlas.patch.geometry.frame import any_tangent
 from touchatlas.planner import Planner, PlannerOptions, Reason, StopReason, explore
 from touchatlas.sim import Probe, make_object
 
@@ -56,8 +57,18 @@ def test_what_no_curve_has_crossed_tells_no_move():
     up = atlas.pool.normals[atlas.pool.contours == 0]
     step = np.linalg.norm(np.diff(line, axis=0), axis=1).mean()
     noise = np.full(len(line), 0.02)
-    assert compared(atlas, line + 0.3 * up, noise)[1].square > 0.0
-    assert compared(atlas, line + 2.0 * step * up, noise)[1].square == 0.0
+    assert compared(atlas, line + 0.3 * up, noise, up)[1].square > 0.0
+    assert compared(atlas, line + 2.0 * step * up, noise, up)[1].square == 0.0
+
+
+def test_what_faces_another_way_than_the_surface_tells_no_move():
+    """Beyond an edge that no contour has crossed another face begins within a step of samples."""
+    atlas = learned(spread_touches(make_object("sphere"), 5), 0.1)
+    line = atlas.pool.points[atlas.pool.contours == 0]
+    up = atlas.pool.normals[atlas.pool.contours == 0]
+    across = np.cross(up, any_tangent(up[0]))
+    noise = np.full(len(line), 0.02)
+    assert compared(atlas, line + 0.3 * up, noise, across)[1].square == 0.0
 
 
 def test_still_objects_have_not_moved():

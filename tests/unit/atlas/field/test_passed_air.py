@@ -101,7 +101,7 @@ def in_vain(first, last) -> Touch:
     return Touch(99, middle, approach, (), TouchStatus.NO_CONTACT, 0.0, 1.0, way)
 
 
-@pytest.mark.parametrize("name", ["bottle", "cube"])
+@pytest.mark.parametrize("name", ["bottle", pytest.param("cube", marks=pytest.mark.slow)])
 def test_an_approach_in_vain_takes_surface_away_that_it_passed(name):
     """As if a probe had passed right through a body of one free-form face, and one of planes: there
     its inside is outside, by half of the distance from the samples, and nobody claims to know it.
