@@ -13,6 +13,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from touchatlas.sim.command.outcome import say
+from touchatlas.sim.folder.out_folder import check_out_file
 
 if TYPE_CHECKING:
     from touchatlas.atlas import Atlas, Faces
@@ -145,7 +146,4 @@ def _check(run: Path, file: Path) -> None:
         )
     if file.suffix.lower() not in (*_STEP, *_GRAPH, *_MESH):
         raise ValueError(f"{file} ends in {file.suffix!r}; {_ENDINGS}")
-    if file.is_dir():
-        raise ValueError(f"{file} is a folder; give a file for the atlas")
-    if not file.parent.is_dir():
-        raise ValueError(f"{file.parent} is not a folder; make it, or give another for the file")
+    check_out_file(file)

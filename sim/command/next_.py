@@ -12,6 +12,7 @@ from touchatlas.sim.command.numbers import Json
 from touchatlas.sim.command.option_flags import Whole, with_options
 from touchatlas.sim.command.outcome import say
 from touchatlas.sim.command.show import shown
+from touchatlas.sim.folder.out_folder import check_out_file
 from touchatlas.sim.folder.program_files import program_of
 from touchatlas.sim.recorded.fit_file import parse_vector
 from touchatlas.sim.run.learning import begin_with_start, plans_of
@@ -57,6 +58,8 @@ def next_(
     """
     if count < 1:
         raise ValueError(f"count is {count}; give a whole number, 1 or more")
+    if program is not None:
+        check_out_file(program)
     if start is not None:
         _begin(run, start, outward, noise, options)
     elif options != LearnOptions() or noise is not None or outward is not None:

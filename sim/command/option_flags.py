@@ -52,7 +52,7 @@ def with_options(record, ignored: tuple[str, ...]) -> Callable:
             found = {listed[name].path: others.pop(name, None) for name in listed}
             given = {path: value for path, value in found.items() if value is not None}
             base = record if options is None else read_options(options, record, ignored)
-            return command(*arguments, options=_with_flags(base, given), **others)
+            return command(*arguments, options=updated_by_flags(base, given), **others)
 
         old = inspect.signature(command).parameters
         flags = [p for name, p in old.items() if name != "options"]
@@ -65,14 +65,17 @@ def with_options(record, ignored: tuple[str, ...]) -> Callable:
     return decorate
 
 
-def _with_flags(base, given: dict[tuple[str, ...], Any]):
+def updated_by_flags(base, given: dict[tuple[str, ...], Any]):
     """A record with the values of flags; what it refuses names the flags."""
     try:
         return updated(base, nested(given), "the command")
     except ValueError as error:
-        flags = {option.path[-1]: flag_of(option.name) for option in options_of(base)}
         # A record begins with the names of what it refuses: "step, reach are 3, 1; ...".
         names, verb, rest = (re.split(r" (is|are) ", str(error), maxsplit=1) + [""] * 2)[:3]
+        # Records have names in common: that with the value is meant, else that which was given.
+        paths = [option.path for option in options_of(base)] + list(given)
+        paths += [path for path, value in given.items() if rest.startswith(f"{value!r};")]
+        flags = {path[-1]: flag_of(".".join(path)) for path in paths}
         keys = [name.replace("-", "_") for name in names.split(", ")]
         if not (given and verb and all(key in flags for key in keys)):
             raise

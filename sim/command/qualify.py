@@ -18,6 +18,7 @@ from touchatlas.planner.tracking.options import TrackingOptions
 from touchatlas.sim.command.numbers import Json
 from touchatlas.sim.command.option_flags import Whole
 from touchatlas.sim.command.outcome import say
+from touchatlas.sim.folder.out_folder import check_out_file
 from touchatlas.sim.machine.options import ARM, MEASURING, SCANNING, TRIGGER
 from touchatlas.sim.recorded.contour_file import read_curves
 from touchatlas.sim.recorded.curves import ReadOptions
@@ -105,6 +106,7 @@ def qualify(
     force
         Replace it.
     """
+    check_out_file(out)
     if out.exists() and not force:
         raise ValueError(f"{out} is there already; give another --out, or --force to replace it")
     if unit and unit not in UNITS:

@@ -31,6 +31,16 @@ def make_out_folder(path) -> Path:
     return path
 
 
+def check_out_file(path) -> None:
+    """ValueError for a file that cannot be written: a folder, or one in a folder that there is
+    not."""
+    path = Path(path)
+    if path.is_dir():
+        raise ValueError(f"{path} is a folder; give a file")
+    if not path.parent.is_dir():
+        raise ValueError(f"{path.parent} is not a folder; make it, or give another for the file")
+
+
 def default_folder(name: str, options: RunOptions) -> Path:
     """runs/OBJECT-SEED, followed by the options that are not the default: two runs of different
     options have different folders."""

@@ -58,6 +58,19 @@ class ProbeOptions:
             raise ValueError(f"points is {self.points!r}; it must be a whole number from 1 to 1000")
 
 
+def check_used(options: ProbeOptions) -> None:
+    """ValueError for an option that its probe has not."""
+    lacking = {IDEAL: ("radius", "feed", "points"), SCANNING: ("points",)}.get(options.name, ())
+    for name in lacking:
+        value, usual = getattr(options, name), getattr(ProbeOptions(), name)
+        if value != usual:
+            with_it = "trigger" if name == "points" else "scanning or trigger"
+            raise ValueError(
+                f"--probe.{name} is {value!r}, but the probe is {options.name}, which has none; "
+                f"give --probe {with_it}, or leave it out"
+            )
+
+
 @dataclass(frozen=True)
 class Beam:
     """A scanning probe as it truly is: lengths in mm by default, N, s.

@@ -34,3 +34,11 @@ def test_the_log_of_a_program_is_an_answer_to_its_plan(folder):
     done = touchatlas("learn", "run", log.name, "--tip", "probe.toml", "--no-draw", cwd=folder)
     assert done.returncode == 0, done.stderr
     assert 0 not in pending_plans(folder / "run")
+
+
+def test_a_program_that_cannot_be_written_begins_no_run(tmp_path):
+    start = ("--start", "0,0,20", "--outward", "0,0,1", "--noise", 0.003, "--tolerance", 0.2)
+    for file, said in (("none/p.ngc", "none is not a folder; make it"), (".", "is a folder")):
+        done = touchatlas("next", "run", *start, "--program", file, cwd=tmp_path)
+        assert_refused(done, 2, said)
+    assert not any(tmp_path.iterdir())

@@ -116,10 +116,12 @@ def test_help_says_what_is_measured(folder):
         (("trigger", "--ball", 0), "--ball is 0; give a radius in mm"),
         (("back.csv", "--ball", 12.5), "line 3: the time is earlier"),
         (("clockless.csv", "--ball", 12.5), "no column of time"),
+        (("points.csv", "--ball", 12.5, "--out", "none/p.toml"), "none is not a folder; make it"),
     ],
 )
 def test_wrong_input_is_refused_in_one_sentence(folder, words, said):
-    done = touchatlas("qualify", *words, "--out", "other.toml", cwd=folder)
+    out = () if "--out" in words else ("--out", "other.toml")
+    done = touchatlas("qualify", *words, *out, cwd=folder)
     lines = [line for line in done.stderr.splitlines() if not line.startswith("touchatlas: read:")]
     done.stderr = "\n".join(lines)
     assert_refused(done, 2, said)

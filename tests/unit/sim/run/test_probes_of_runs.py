@@ -6,7 +6,9 @@ import pytest
 
 from tests.command import assert_refused, touchatlas
 from touchatlas.sim import ProbeOptions, RunOptions, make_object
+from touchatlas.sim.command.option_flags import updated_by_flags
 from touchatlas.sim.folder.run_folder import read_settings
+from touchatlas.sim.machine.options import check_used
 from touchatlas.sim.run.exploration import resume_exploration, run_exploration
 
 pytestmark = pytest.mark.usefixtures("no_pictures", "few_judged")
@@ -53,5 +55,34 @@ def test_flags_of_probes_and_faults_are_listed_and_checked(tmp_path):
     for flag, value, words in (
         ("--probe", "best", "probe is 'best'; it must be one of ideal, scanning, trigger"),
         ("--fault", "noise", "fault is 'noise'; it must be a name, = and a size"),
+        ("--probe.radius", "2", "the probe is ideal, which has none; give --probe scanning or"),
     ):
         assert_refused(touchatlas("explore", "sphere", flag, value, cwd=tmp_path), 2, words)
+
+
+@pytest.mark.parametrize("name", ["probe.feed", "planner.cost.feed"])
+def test_what_is_refused_has_the_flag_of_its_own_record(name):
+    others = {("probe", "feed"): 2.0, ("planner", "cost", "feed"): 2.0}
+    given = others | {tuple(name.split(".")): -1.0}
+    for flags in (given, {path: value for path, value in given.items() if value < 0}):
+        with pytest.raises(ValueError, match=f"^--{name} is -1.0; "):
+            updated_by_flags(RunOptions(), flags)
+
+
+@pytest.mark.parametrize(
+    "probe, said",
+    [
+        (ProbeOptions(feed=3.0), "--probe.feed is 3.0, but the probe is ideal"),
+        (ProbeOptions(name="scanning", points=3), "the probe is scanning, which has none"),
+    ],
+)
+def test_an_option_that_a_probe_has_not_is_refused(probe, said):
+    with pytest.raises(ValueError, match=said):
+        check_used(probe)
+
+
+def test_an_option_that_a_probe_has_is_taken():
+    for name in ("scanning", "trigger"):
+        check_used(ProbeOptions(name=name, radius=1.0, feed=2.0))
+    check_used(ProbeOptions(name="ideal", machine="measuring"))
+    check_used(ProbeOptions(name="trigger", points=3))
