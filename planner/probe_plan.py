@@ -57,8 +57,8 @@ class ProbePlan:
         far as usual if that is more. 0 is the usual one (``usual_approach``). It is less where
         another side of the body faces the place, and more in search of other parts.
     way : function from start (3,), goal (3,) and radius of the tip to points (k, 3), optional
-        A way of the tip's centre through air that is free as far as is known, with the goal last.
-        Without, ways are straight.
+        A way of the tip's centre through air that is free as far as is known, with the goal last;
+        None where none is known. Without the function, ways are straight.
     known : float
         Expected fraction of the surface within the tolerance when this was planned.
     """
@@ -75,7 +75,7 @@ class ProbePlan:
     step_turn: float = np.pi
     approach: float = 0.0
     known: float = 0.0
-    way: Callable[[np.ndarray, np.ndarray, float], np.ndarray] | None = None
+    way: Callable[[np.ndarray, np.ndarray, float], np.ndarray | None] | None = None
 
     def __post_init__(self) -> None:
         point = frozen_array(self.reference_point, (3,), "reference point")
@@ -102,9 +102,9 @@ class ProbePlan:
         height = self.approach or self.usual_approach
         return height + max(height, self.usual_approach)
 
-    def way_from(self, start, radius: float = 0.0) -> np.ndarray:
+    def way_from(self, start, radius: float = 0.0) -> np.ndarray | None:
         """(k, 3) points of a way of the tip's centre from a start (3,) to where the approach
-        begins, which is the last."""
+        begins, which is the last; None where no clear way is known: the touch is unreachable."""
         goal = self.begin(radius)
         return goal[None] if self.way is None else self.way(np.asarray(start), goal, radius)
 

@@ -13,7 +13,7 @@ _DIRECTIONS, _POINTS = 60, 4000
 _CHORD = 0.4
 
 
-def safe_way(atlas: Atlas, start, goal, radius: float, margin: float) -> np.ndarray:
+def safe_way(atlas: Atlas, start, goal, radius: float, margin: float) -> np.ndarray | None:
     """Points of a way of a tip's centre that is free as far as is known.
 
     It is straight where that keeps clear of what is known. Otherwise it leaves the sphere about
@@ -31,18 +31,23 @@ def safe_way(atlas: Atlas, start, goal, radius: float, margin: float) -> np.ndar
 
     Returns
     -------
-    (k, 3) float, length, world
-        The last is the goal; the start is not among them.
+    (k, 3) float, length, world, or None
+        The last is the goal; the start is not among them. None where no straight way out of the
+        sphere is clear from one of them: the goal is not reached.
     """
     start, goal = np.asarray(start, float), np.asarray(goal, float)
     known = _Known(atlas, radius, margin)
     if known.is_clear(start, goal):
         return goal[None].copy()
     leave, enter = known.way_out(start), known.way_out(goal)
+    if leave is None or enter is None:
+        return None
     return np.vstack([leave, known.around(leave, enter), enter, goal])
 
 
-def ways_of(atlas: Atlas, margin: float) -> Callable[[np.ndarray, np.ndarray, float], np.ndarray]:
+def ways_of(
+    atlas: Atlas, margin: float
+) -> Callable[[np.ndarray, np.ndarray, float], np.ndarray | None]:
     """A function from start, goal and radius of a tip to ``safe_way``."""
     return lambda start, goal, radius: safe_way(atlas, start, goal, radius, margin)
 
@@ -90,9 +95,9 @@ class _Known:
         inner = np.minimum(at, 1.0 - at) * length > 2.0 * self._room
         return bool((sure & (found.distance < np.where(inner, self._room, 0.0))).any())
 
-    def way_out(self, point) -> np.ndarray:
+    def way_out(self, point) -> np.ndarray | None:
         """(3,) where a clear straight way from a point leaves the sphere, as straight outward as
-        there is one; straight outward where there is none."""
+        there is one; None where there is none."""
         if not len(self._points) or np.linalg.norm(point - self.centre) >= self.radius:
             return np.array(point)
         outward = point - self.centre
@@ -100,8 +105,8 @@ class _Known:
         outward = outward / length if length > 0.0 else np.array([0.0, 0.0, 1.0])
         directions = np.vstack([outward, _sphere(_DIRECTIONS)])
         order = np.argsort(-(directions @ outward), kind="stable")
-        exits = [self._exit(point, directions[k]) for k in order]
-        return next((end for end in exits if self.is_clear(point, end)), exits[0])
+        exits = (self._exit(point, directions[k]) for k in order)
+        return next((end for end in exits if self.is_clear(point, end)), None)
 
     def _exit(self, point, direction) -> np.ndarray:
         """(3,) where a ray from a point inside leaves the sphere."""

@@ -111,7 +111,7 @@ def linuxcnc_program(
 
     It uses the active work system, without a tool length, and probing moves alone: contact on the
     way ends it. Between plans the tip goes by their safe ways; at the beginning and the end, and
-    where plans have no ways, by the clearance above all points, along z.
+    where no way is known to be clear, by the clearance above all points, along z.
 
     Parameters
     ----------
@@ -154,11 +154,11 @@ def linuxcnc_program(
     for plan, star in zip(plans, stars, strict=True):
         above = np.append(star[0].start[:2], safe)
         way = above[None]
-        if before is not None and plan.way is not None:
-            # Its last point is where the contact is measured from.
-            way = plan.way_from(before)[:-1]
-        elif before is not None:
-            way = np.stack([np.append(before[:2], safe), above])
+        if before is not None:
+            clear = plan.way_from(before) if plan.way is not None else None
+            over = np.stack([np.append(before[:2], safe), above])
+            # The last point of a clear way is where the contact is measured from.
+            way = over if clear is None else clear[:-1]
         before = star[0].start
         lines += [f"(plan {plan.number})", *(f"o<way> call {_numbers(point)}" for point in way)]
         lines += [f"(PROBEOPEN {log_name(plan, name)})"]

@@ -13,10 +13,13 @@ class Moves(Protocol):
 
 
 def arrives(machine: Moves, start, way) -> bool:
-    """Whether a machine comes from a start (3,) along a way (k, 3) to its end.
+    """Whether a machine comes from a start (3,) along a way (k, 3) to its end; it stays where the
+    way is None.
 
     Where contact stops it, it goes back as it came: nothing else is known to be free there.
     """
+    if way is None:
+        return False
     gone = [np.asarray(start, float)]
     for point in np.asarray(way, float):
         if not machine.move(point[None]):

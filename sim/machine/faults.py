@@ -89,13 +89,17 @@ class FaultyProbe:
         where it was."""
         until, way = plan.until, plan.way
         known = None if until is None else lambda points: until(points + shift)
-        ways = None if way is None else lambda a, b, r: way(a + shift, b + shift, r) - shift
+
+        def ways(start, goal, radius):
+            found = None if way is None else way(start + shift, goal + shift, radius)
+            return found if found is None else found - shift
+
         back = replace(
             plan,
             reference_point=plan.reference_point - shift,
             planes=tuple(SamplingPlane(p.point - shift, p.normal) for p in plan.planes),
             until=known,
-            way=ways,
+            way=None if way is None else ways,
         )
         touch = self._probe(back)
         contours = tuple(

@@ -56,6 +56,14 @@ def test_a_way_begins_in_contact(torus):
     assert distance(along(start, way)).min() > 0.9 * TIP
 
 
+def test_a_place_without_a_clear_way_out_has_no_way(torus):
+    """Amid the tube all that is known is nearer than there is room; a plan has none either, and a
+    machine that is to go there stays."""
+    inside, outside = np.array([40.0, 0.0, 0.0]), np.array([90.0, 0.0, 0.0])
+    assert safe_way(torus, outside, inside, TIP, ROOM) is None
+    assert safe_way(torus, inside, outside, TIP, ROOM) is None
+
+
 def test_seconds_are_those_of_approach_arms_points_and_ways():
     """By hand: 20 / 5 of approach, 6 arms of 5 points, 2 s each, (100 + 20) / 40 in air."""
     model = CostModel(rapid=40.0, approach=5.0, point=2.0, points=5)

@@ -74,6 +74,9 @@ def test_a_way_around_an_object_that_moved_moves_with_it():
     shift = around.begin() - last
     assert np.linalg.norm(shift) == pytest.approx(2.0 * TOLERANCE)
     assert first == pytest.approx(corner - shift)
+    nowhere = replace(plan(1), way=lambda start, goal, radius: None)
+    with_faults(within, "moved=2:touch1", TOLERANCE, lambda: Feet(BALL), rng)(nowhere)
+    assert gone[1] is None
 
 
 def test_an_object_moves_by_some_tolerances_before_a_touch():
