@@ -49,7 +49,8 @@ class CentreSamples:
     normals : (n, 3) float, unit, world
         Of the surface, outward.
     noise_std : float, length
-        Of each coordinate of a centre.
+        Of each coordinate of a centre, root mean square: it is larger where the path bends, because
+        fewer readings make a sample there.
     """
 
     centres: np.ndarray
@@ -97,9 +98,9 @@ def samples_of(
     if count < LEAST_READINGS:
         return CentreSamples(np.zeros((0, 3)), np.zeros((0, 3)), tip.sample_std(1))
     centres = series.positions + series.forces / tip.stiffness
-    centres, force = _smoothed(centres, series.forces, count, tip)
-    noise = tip.sample_std(count)
-    along = _directions(centres, series.travelled, max(0.3 * step, _DIRECTION * noise))
+    centres, force, noise = _smoothed(centres, series.forces, count, tip)
+    half = max(0.3 * step, _DIRECTION * tip.sample_std(count))
+    along = _directions(centres, series.travelled, half)
     touching = _all_about(np.sqrt((series.forces**2).sum(axis=1)) > least, count)
     normals = normals_with_friction(
         force, plane_normal, friction_of(force[touching], along[touching])
@@ -107,18 +108,21 @@ def samples_of(
     # A parabola is half as sure at its ends. At the contact several arms meet.
     touching[-(count // 2) :] = False
     chosen = _apart(series.travelled, normals, touching, step, step_turn)
-    return CentreSamples(centres[chosen], normals[chosen], noise)
+    mean = np.sqrt(np.mean(noise[chosen] ** 2)) if len(chosen) else tip.sample_std(count)
+    return CentreSamples(centres[chosen], normals[chosen], float(mean))
 
 
-def _smoothed(centres, forces, count: int, tip: Tip) -> tuple[np.ndarray, np.ndarray]:
+def _smoothed(centres, forces, count: int, tip: Tip) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Centres and forces (n, 3) smoothed in the longest of some windows, of which the first has
-    ``count`` readings, that agrees with a window of half its length, as far as noise tells.
+    ``count`` readings, that agrees with a window of half its length, as far as noise tells; and the
+    deviations (n,) of each coordinate of the centres, length.
 
     Lepskii, On a problem of adaptive estimation in Gaussian white noise, Theory of Probability and
     its Applications 35 (1991).
     """
     both = np.hstack([centres, forces])
     found, bends = smoothed(both, count), np.ones(len(both), bool)
+    noise = np.full(len(both), tip.sample_std(count))
     for _ in range(_HALVINGS):
         count = 2 * (count // 4) + 1
         if count < LEAST_READINGS:
@@ -127,7 +131,8 @@ def _smoothed(centres, forces, count: int, tip: Tip) -> tuple[np.ndarray, np.nda
         off = found[:, :3] - shorter[:, :3]
         bends &= (off * off).sum(axis=1) > (_SURE * tip.sample_std(count)) ** 2
         found = np.where(bends[:, None], shorter, found)
-    return found[:, :3], found[:, 3:]
+        noise[bends] = tip.sample_std(count)
+    return found[:, :3], found[:, 3:], noise
 
 
 def smoothed(values: np.ndarray, count: int) -> np.ndarray:

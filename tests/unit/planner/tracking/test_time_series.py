@@ -80,3 +80,30 @@ def test_parabolas_stay():
     at = np.linspace(-1, 1, 50)[:, None]
     values = 1.0 - 2.0 * at + 3.0 * at**2
     assert np.allclose(smoothed(values, 11), values)
+
+
+def over_an_edge(tip: Tip, rng) -> TimeSeries:
+    """A tip that travels over a sharp edge in the plane y = 0: 3 along x, a quarter of a circle of
+    its radius about the edge, 3 down."""
+    quarter = 0.5 * np.pi * tip.radius
+    travelled = np.arange(int((6.0 + quarter) / FEED * RATE)) * FEED / RATE
+    angle = np.clip((travelled - 3.0) / tip.radius, 0.0, 0.5 * np.pi)
+    n = np.stack([np.sin(angle), 0 * angle, np.cos(angle)], axis=1)
+    x, z = np.minimum(travelled - 3.0, 0.0), np.minimum(3.0 + quarter - travelled, 0.0)
+    position = np.stack([x, 0 * x, z], axis=1) + (tip.radius - 0.4 / tip.stiffness) * n
+    position += tip.noise_std * rng.normal(size=n.shape)
+    return TimeSeries(np.arange(len(n)) / RATE, position, 0.4 * n, travelled)
+
+
+def test_stated_noise_is_that_of_fewer_readings_where_the_path_bends():
+    """The first sample is at the end of its parabola, and counts elsewhere. The deviation of 100
+    arms of 5 samples of 3 coordinates is good to 1 / sqrt(2 * 1500) = 2 %; where noise decides
+    between two windows they differ by the limit for that, which may add a tenth."""
+    tip, rng = Tip(radius=0.5, force_std=0.0, noise_std=0.002), np.random.default_rng(3)
+    arms = [
+        samples_of(over_an_edge(tip, rng), ACROSS, tip, 0.16, 0.05, 1.0, np.pi) for _ in range(100)
+    ]
+    centres = np.array([arm.centres[1:] for arm in arms])
+    stated = np.sqrt(np.mean([arm.noise_std**2 for arm in arms]))
+    assert np.sqrt(centres.var(axis=0, ddof=1).mean()) == pytest.approx(stated, rel=0.1)
+    assert stated > 1.1 * tip.sample_std(41)
