@@ -10,7 +10,9 @@ from touchatlas.patch.geometry.curvature import LEAST_ANGLE, WORST_CONDITION
 from touchatlas.patch.geometry.section import LEAST_POINTS
 
 # Hard ends: the surface was seen to stop or to break there, so they do not limit the patch.
-_HARD_ENDS = frozenset({ContourEnd.EDGE, ContourEnd.LOST_CONTACT, ContourEnd.UNREACHABLE})
+_HARD_ENDS = frozenset(
+    {ContourEnd.EDGE, ContourEnd.LOST_CONTACT, ContourEnd.UNREACHABLE, ContourEnd.OVERLOAD}
+)
 # Rounding of one number, relative.
 _ROUNDING = np.finfo(float).eps
 

@@ -24,6 +24,7 @@ class ContourEnd(Enum):
     EDGE = "edge"
     LOST_CONTACT = "lost contact"
     UNREACHABLE = "unreachable"
+    OVERLOAD = "overload"
 
 
 @dataclass(frozen=True, eq=False)

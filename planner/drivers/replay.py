@@ -14,9 +14,9 @@ from touchatlas.patch.geometry.arrays import cross, real
 from touchatlas.patch.geometry.contour import ContourEnd, SamplingPlane
 from touchatlas.planner.drivers.recording import Recording
 from touchatlas.planner.probe_plan import ProbePlan, Reason
+from touchatlas.planner.tracking.arms import Arm, touch_of, untracked
 from touchatlas.planner.tracking.options import Tip, TrackingOptions
 from touchatlas.planner.tracking.time_series import CentreSamples, TimeSeries, samples_of, smoothed
-from touchatlas.planner.tracking.track_plan import Arm, touch_of
 
 # Half of the angle between three planes: arms are of one plane within it.
 _ONE_PLANE = np.cos(np.radians(30.0))
@@ -202,7 +202,8 @@ def _touch(number: int, tracks: list[_Track], tip: Tip, step: float) -> Touch:
             if abs(other.plane @ ahead.plane) > _ONE_PLANE
             and other.direction @ ahead.direction < -_ONE_PLANE
         ]
-        behind = rest.pop(opposite[0]).arm if opposite else _nothing(ahead.arm)
+        behind = rest.pop(opposite[0]).arm if opposite else None
+        behind = behind or untracked(ahead.arm.samples.noise_std)
         arms += [ahead.arm, behind]
         planes.append(SamplingPlane(centre, ahead.plane))
     normal = np.sum([track.arm.samples.normals[0] for track in tracks], axis=0)
@@ -215,11 +216,3 @@ def _touch(number: int, tracks: list[_Track], tip: Tip, step: float) -> Touch:
     pressed = float(np.median(np.sqrt((force * force).sum(axis=1))))
     shared = float(np.hypot(tip.radius_std, pressed / tip.stiffness * tip.stiffness_std))
     return touch_of(plan, centre, 0.0, TouchStatus.TOUCHED, arms, tip, 0.0, shared)
-
-
-def _nothing(arm: Arm) -> Arm:
-    """An arm that was not tracked, beside one that was."""
-    none = np.zeros((0, 3))
-    series = TimeSeries(np.zeros(0), none, none, np.zeros(0))
-    samples = CentreSamples(none, none, arm.samples.noise_std)
-    return Arm(series, samples, ContourEnd.UNREACHABLE, 0)

@@ -133,6 +133,21 @@ def hybrid_control(
     )
 
 
+def leaving(reading: Reading, options: TrackingOptions) -> np.ndarray:
+    """(m, 3) velocities, length/s, of m tips that leave the surface along its forces on them; 0
+    where there is no contact.
+
+    >>> force = np.array([[0.0, 0.0, 3.0], [0.0, 0.0, 0.01]])
+    >>> leaving(Reading(0.0, np.zeros((2, 3)), force), TrackingOptions(approach=5.0))
+    array([[0., 0., 5.],
+           [0., 0., 0.]])
+    """
+    size = np.sqrt((reading.force * reading.force).sum(axis=1))[:, None]
+    away = np.where(size > options.least, options.approach / np.maximum(size, 1e-300), 0.0)
+    velocity: np.ndarray = away * reading.force
+    return velocity
+
+
 def _section_normal(force, w, before, least: float) -> np.ndarray:
     """(m, 3) directions of the forces within the planes; the normals before where there is no
     force that has a direction."""

@@ -69,6 +69,8 @@ class TrackingOptions:
         Set point of the force in contact.
     least : float, N
         Below it contact counts as lost.
+    most : float, N
+        Above it the tip leaves the surface, and the arm or approach ends.
     feed : float, length/s
         Along the surface.
     acceleration : float, length/s^2
@@ -95,10 +97,14 @@ class TrackingOptions:
         In which readings make one sample.
     retract : float, length
         How far the tip leaves the surface before it moves in air.
+    patience : float
+        An arm, an approach or a retreat that takes so many times the seconds of its length is
+        stuck, and ends.
     """
 
     force: float = 0.4
     least: float = 0.05
+    most: float = 1.5
     feed: float = 10.0
     acceleration: float = 50.0
     approach: float = 5.0
@@ -113,13 +119,14 @@ class TrackingOptions:
     settle: float = 0.2
     window: float = 0.16
     retract: float = 2.0
+    patience: float = 4.0
 
     def __post_init__(self) -> None:
         _check(self, positive=tuple(field.name for field in fields(self) if field.name != "settle"))
-        if not self.least < self.force:
+        if not self.least < self.force < self.most:
             raise ValueError(
-                f"least, force are {self.least}, {self.force}; the second must be more than the "
-                "first"
+                f"least, force, most are {self.least}, {self.force}, {self.most}; each must be "
+                "more than the one before"
             )
 
     def in_unit(self, millimetre: float) -> "TrackingOptions":

@@ -1,43 +1,25 @@
 """A plan carried out by a machine that scans: approach, then an arm each way in each plane."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from touchatlas.atlas.records.touch import Touch, TouchStatus
 from touchatlas.patch.geometry.arrays import cross
-from touchatlas.patch.geometry.contour import Contour, ContourEnd, SamplingPlane
+from touchatlas.patch.geometry.contour import ContourEnd
 from touchatlas.planner.probe_plan import ProbePlan
+from touchatlas.planner.tracking.arms import Arm, touch_of, untracked
 from touchatlas.planner.tracking.going import arrives
-from touchatlas.planner.tracking.hybrid_control import ControlState, centre_of, hybrid_control
+from touchatlas.planner.tracking.hybrid_control import (
+    ControlState,
+    centre_of,
+    hybrid_control,
+    leaving,
+)
 from touchatlas.planner.tracking.machines import Reading, Scanner
 from touchatlas.planner.tracking.options import Tip, TrackingOptions
-from touchatlas.planner.tracking.time_series import CentreSamples, TimeSeries, samples_of
+from touchatlas.planner.tracking.time_series import TimeSeries, samples_of
 
-# An arm or approach that takes so many times the seconds of its length is stuck.
-_STUCK = 4.0
 # Steps in which the surface has to be known before an arm may end there.
 _KNOWN = 4
-
-
-@dataclass(frozen=True, eq=False)
-class Arm:
-    """What came of one arm.
-
-    Parameters
-    ----------
-    series : TimeSeries
-    samples : CentreSamples
-        The first is that at the contact.
-    end : ContourEnd
-    losses : int
-        How often the surface was lost, and sought.
-    """
-
-    series: TimeSeries
-    samples: CentreSamples
-    end: ContourEnd
-    losses: int
 
 
 def track_plan(
@@ -71,7 +53,7 @@ def track_plan(
     tips, found, status = getattr(scanner, "tips", 1), [], TouchStatus.TOUCHED
     here = centre_of(scanner.read(), tip).reshape(-1, 3)[0]
     way = plan.way_from(here, tip.radius)
-    travel = float(np.linalg.norm(np.diff(np.vstack([here, way]), axis=0), axis=1).sum())
+    travel = 0.0 if way is None else _length(np.vstack([here, way]))
     for first in range(0, len(ways), tips):
         tracker = _Tracker(scanner, plan, ways[first : first + tips], tip, options)
         status = TouchStatus.UNREACHABLE
@@ -81,26 +63,24 @@ def track_plan(
             break
         found += tracker.track()
         # Further arms begin where contact is known to be.
-        here = tracker.start[0] + options.retract * plan.normal
-        way = here[None]
-        travel += tracker.way_back(here)
+        above = tracker.start[0] + options.retract * plan.normal
+        back = tracker.way_back(above)
+        travel += _length(back)
+        if not arrives(scanner, back[0], back[1:]):
+            # The tip waits where the arm ended: nothing else is known to be free.
+            status = TouchStatus.UNREACHABLE
+            break
+        here, way = above, above[None]
     if status is not TouchStatus.UNREACHABLE:
         scanner.move(origin[None])
     if found:
         # What was tracked before an arm could not be reached is kept.
-        found += [_untracked()] * (len(ways) - len(found))
+        found += [untracked()] * (len(ways) - len(found))
         status = TouchStatus.TOUCHED
     if arms is not None:
         arms += found
     shared = float(np.hypot(tip.radius_std, options.force / tip.stiffness * tip.stiffness_std))
     return touch_of(plan, origin, depth, status, found, tip, travel, shared)
-
-
-def _untracked() -> Arm:
-    """An arm that could not be reached."""
-    none = np.zeros((0, 3))
-    series = TimeSeries(np.zeros(0), none, none, np.zeros(0))
-    return Arm(series, CentreSamples(none, none, 0.0), ContourEnd.UNREACHABLE, 0)
 
 
 class _Tracker:
@@ -115,22 +95,26 @@ class _Tracker:
         self._normal = normal / np.sqrt((normal * normal).sum(axis=1))[:, None]
         self._state: ControlState | None = None
         self._rows: list[tuple[float, np.ndarray, np.ndarray, np.ndarray]] = []
+        # Tips whose force was too large.
+        self._over = np.zeros(len(w), bool)
 
     def approach(self, origin, depth: float) -> TouchStatus:
         """Move against the normal until the force is half of its set point, and rest; whether all
-        tips met the surface within the depth. A machine that does not move came to no place."""
+        tips met the surface within the depth. A machine that does not move came to no place, and a
+        force that is too large makes it one that cannot be touched."""
         options, normal = self._options, self._plan.normal
         met, patience = np.zeros(len(self._w), bool), np.inf
         while not met.all():
             reading = self._read()
-            patience = min(patience, reading.time + _STUCK * depth / options.approach)
+            patience = min(patience, reading.time + options.patience * depth / options.approach)
             met |= np.sqrt((reading.force**2).sum(axis=1)) >= 0.5 * options.force
+            if self._over.any():
+                return self._give_up()
             if (((origin - reading.position) @ normal > depth) & ~met).any():
                 self._command(np.zeros_like(self._w))
                 return TouchStatus.NO_CONTACT
             if reading.time > patience:
-                self._command(np.zeros_like(self._w))
-                return TouchStatus.UNREACHABLE
+                return self._give_up()
             self._command(np.where(met[:, None], 0.0, -options.approach * normal))
         reading = self._read()
         self._state = ControlState.at_rest(reading, self._normal)
@@ -139,8 +123,15 @@ class _Tracker:
         while reading.time < rested:
             reading = self._read()
             self._command(self._control(reading, 0.0))
+            if self._over.any():
+                return self._give_up()
         self.start = centre_of(reading, self._tip)
         return TouchStatus.TOUCHED
+
+    def _give_up(self) -> TouchStatus:
+        """Leave the surface, of a place that cannot be touched."""
+        self._leave()
+        return TouchStatus.UNREACHABLE
 
     def track(self) -> list[Arm]:
         """Travel until all arms have ended."""
@@ -151,13 +142,15 @@ class _Tracker:
         assert self._state is not None
         # The last sample has readings to both sides.
         reach = plan.reach + 0.5 * options.window * options.feed
-        patience = self._state.time + _STUCK * plan.reach / options.feed + options.settle
+        patience = self._state.time + options.patience * plan.reach / options.feed
+        patience += options.settle
         self._rows = []
         while None in ends:
             active = np.array([end is None for end in ends])
             reading = self._read()
             velocity = self._control(reading, active.astype(float))
-            self._command(np.where(active[:, None], velocity, 0.0))
+            off = np.where(self._over[:, None], leaving(reading, options), 0.0)
+            self._command(np.where((active & ~self._over)[:, None], velocity, off))
             state = self._state
             self._rows.append((reading.time, reading.position, reading.force, state.travelled))
             last[active] = len(self._rows)
@@ -173,6 +166,7 @@ class _Tracker:
             away = np.sqrt(((centre - self.start) ** 2).sum(axis=1))
             contacts = centre - self._tip.radius * state.normal
             reasons = (
+                (self._over, ContourEnd.OVERLOAD),
                 (state.sought > options.search, ContourEnd.LOST_CONTACT),
                 (turned, ContourEnd.TURNED_AWAY),
                 (
@@ -186,17 +180,28 @@ class _Tracker:
             for holds, end in reasons:
                 for arm in np.flatnonzero(holds & active):
                     ends[arm] = ends[arm] or end
-        self._command(np.zeros_like(self._w))
+        self._leave()
         return [self._arm(k, last[k], end, losses[k]) for k, end in enumerate(ends) if end]
 
-    def way_back(self, goal) -> float:
-        """Leave the surface and go back to a goal (3,) above the contact, over the places where the
-        tip was; returns the length of that way."""
+    def _leave(self) -> None:
+        """Tips whose force was too large leave the surface; the others stand still."""
+        options, end = self._options, np.inf
+        while self._over.any():
+            reading = self._read()
+            end = min(end, reading.time + options.patience * options.retract / options.approach)
+            away = np.where(self._over[:, None], leaving(reading, options), 0.0)
+            if not away.any() or reading.time > end:
+                break
+            self._command(away)
+        self._command(np.zeros_like(self._w))
+
+    def way_back(self, goal) -> np.ndarray:
+        """(k, 3) from where the tip is to a goal (3,) above the contact, lifted over the places
+        where it was."""
         # Side by side, all tips go back where the first one was.
         centres = np.array([p[0] + f[0] / self._tip.stiffness for _, p, f, _ in self._rows])
-        way = np.vstack([_lifted(centres, self._w[0], self._options.retract), goal])
-        self._scanner.move(way)
-        return float(np.sqrt((np.diff(way, axis=0) ** 2).sum(axis=1)).sum())
+        lifted = _lifted(centres, self._w[0], self._options.retract)
+        return np.vstack([centres[-1:], lifted, goal])
 
     def _arm(self, arm: int, count: int, end: ContourEnd, losses: int) -> Arm:
         """The arm of a number, of its first readings."""
@@ -227,7 +232,9 @@ class _Tracker:
         """The next reading, with arrays (m, 3)."""
         reading = self._scanner.read()
         position, force = (np.reshape(x, (-1, 3)) for x in (reading.position, reading.force))
-        return Reading(reading.time, position[: len(self._w)], force[: len(self._w)])
+        position, force = position[: len(self._w)], force[: len(self._w)]
+        self._over |= np.sqrt((force * force).sum(axis=1)) > self._options.most
+        return Reading(reading.time, position, force)
 
     def _command(self, velocity: np.ndarray) -> None:
         tips = getattr(self._scanner, "tips", 0)
@@ -257,6 +264,11 @@ class _KnownSince:
         return np.asarray(self._steps > _KNOWN)
 
 
+def _length(way) -> float:
+    """Of straight lines through points (k, 3)."""
+    return float(np.sqrt((np.diff(way, axis=0) ** 2).sum(axis=1)).sum())
+
+
 def _lifted(centres, w, height: float) -> np.ndarray:
     """(k, 3) a path of centres gone back, lifted off the surface within its plane, with points
     about a height apart."""
@@ -270,57 +282,3 @@ def _lifted(centres, w, height: float) -> np.ndarray:
     up = cross(tangents, np.broadcast_to(w, tangents.shape))
     up /= np.maximum(np.sqrt((up * up).sum(axis=1)), 1e-300)[:, None]
     return (path + height * up)[::-1]
-
-
-def touch_of(
-    plan: ProbePlan, origin, depth: float, status, arms: list[Arm], tip: Tip, travel, shared: float
-) -> Touch:
-    """The touch of a plan from its arms, forward before backward in each plane; the centre of the
-    tip came from ``origin`` (3,) and went down to a depth. ``shared`` is the deviation of the error
-    of all samples."""
-    pairs = [(arms[k], arms[k + 1]) for k in range(0, len(arms) - 1, 2)]
-    firsts = [arm.samples for arm in arms if len(arm.samples.centres)]
-    if status is TouchStatus.TOUCHED and not firsts:
-        status = TouchStatus.NO_CONTACT
-    if status is not TouchStatus.TOUCHED:
-        ends = np.stack([origin, origin - depth * plan.normal])
-        way = ends if status is TouchStatus.NO_CONTACT else None
-        place = plan.reference_point, plan.normal
-        return Touch(plan.number, *place, (), status, 0.0, travel, way, systematic_std=shared)
-    centre = np.mean([samples.centres[0] for samples in firsts], axis=0)
-    normal = np.sum([samples.normals[0] for samples in firsts], axis=0)
-    normal /= np.linalg.norm(normal)
-    contours = tuple(
-        _contour(centre, normal, plane, ahead, behind, tip)
-        for plane, (ahead, behind) in zip(plan.planes, pairs, strict=True)
-    )
-    tracked = sum(float(arm.series.travelled.max(initial=0.0)) for arm in arms)
-    length = float((origin - centre) @ plan.normal)
-    beside = np.linalg.norm(origin - length * plan.normal - centre)
-    way = np.stack([origin, origin - length * plan.normal]) if length > 5.0 * beside else None
-    return Touch(
-        plan.number,
-        centre - tip.radius * normal,
-        plan.normal,
-        contours,
-        TouchStatus.TOUCHED,
-        tracked,
-        travel,
-        way,
-        systematic_std=shared,
-    )
-
-
-def _contour(centre, normal, plane: SamplingPlane, ahead: Arm, behind: Arm, tip: Tip) -> Contour:
-    """The contour of the two arms in a plane, with one sample at the contact."""
-    back = CentreSamples(behind.samples.centres[1:][::-1], behind.samples.normals[1:][::-1], 0.0)
-    if ahead.end is ContourEnd.CLOSED_LOOP:
-        back = CentreSamples(np.zeros((0, 3)), np.zeros((0, 3)), 0.0)
-    centres = np.vstack([back.centres, centre, ahead.samples.centres[1:]])
-    normals = np.vstack([back.normals, normal, ahead.samples.normals[1:]])
-    noise = max(ahead.samples.noise_std, behind.samples.noise_std)
-    ends = behind.end, ahead.end
-    points = centres - tip.radius * normals
-    # All planes of a touch meet at its contact.
-    own = SamplingPlane(centre - tip.radius * normal, plane.normal)
-    return Contour(points, own, noise or tip.sample_std(1), ends, normals)

@@ -8,9 +8,10 @@ import numpy as np
 
 from touchatlas.atlas import Touch
 from touchatlas.planner import ProbePlan
+from touchatlas.planner.tracking.arms import Arm
 from touchatlas.planner.tracking.options import Tip, TrackingOptions, TriggerOptions
 from touchatlas.planner.tracking.touch_points import touch_points
-from touchatlas.planner.tracking.track_plan import Arm, track_plan
+from touchatlas.planner.tracking.track_plan import track_plan
 from touchatlas.sim.machine.ball_trigger import BallTrigger
 from touchatlas.sim.machine.beam_scanner import BeamScanner
 from touchatlas.sim.machine.feet import Feet

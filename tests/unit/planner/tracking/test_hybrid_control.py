@@ -113,7 +113,7 @@ def test_a_centre_is_where_the_force_bends_it():
 
 
 def test_forces_in_the_wrong_order_are_refused():
-    with pytest.raises(ValueError, match="least, force are 0.5, 0.4"):
+    with pytest.raises(ValueError, match="least, force, most are 0.5, 0.4, 1.5"):
         TrackingOptions(least=0.5)
     with pytest.raises(ValueError, match="stiffness is 0"):
         Tip(stiffness=0.0)

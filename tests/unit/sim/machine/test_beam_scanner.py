@@ -78,8 +78,7 @@ def test_one_tip_does_arm_after_arm_what_six_do_side_by_side():
         away = np.linalg.norm(contour.points, axis=1) - 33.0
         assert np.abs(away).max() < 5.0 * contour.noise_std and len(contour.points) == 9
     # On its ways back the tip keeps off the surface.
-    back = np.concatenate([way for way in one.ways if len(way) > 1])
-    assert (np.linalg.norm(back, axis=1) > 35.0 + 1.0).all()
+    assert all(np.linalg.norm(way, axis=1).min() > 35.0 + 1.0 for way in one.ways)
 
 
 def test_arms_that_were_tracked_are_kept_where_the_next_cannot_be_reached():
@@ -97,6 +96,64 @@ def test_arms_that_were_tracked_are_kept_where_the_next_cannot_be_reached():
     assert arms[-1].end is ContourEnd.UNREACHABLE
     counts = [len(contour.points) for contour in touch.contours]
     assert counts[0] > 4 and counts[-1] == 1
+
+
+class Pressed(OneTip):
+    """Ten times the force is read from ``x`` on, as where the tip is jammed, until the tip is off;
+    ``pressing`` has the commands that push on."""
+
+    def __init__(self, scanner: BeamScanner, x: float) -> None:
+        super().__init__(scanner)
+        self.x, self.force, self.pressing = x, np.zeros(3), 0
+
+    def read(self):
+        reading = super().read()
+        jammed = reading.position[0] > self.x and np.linalg.norm(reading.force) > 0.1
+        self.force = reading.force * (10.0 if jammed else 1.0)
+        return replace(reading, force=self.force)
+
+    def command(self, velocity):
+        self.pressing += np.linalg.norm(self.force) > 1.5 and velocity @ self.force <= 0.0
+        super().command(velocity)
+
+
+def test_an_arm_ends_where_the_force_is_too_large():
+    """The tip leaves the surface at once, the arm keeps its samples before, the others are
+    whole."""
+    top, arms = np.array([0.0, 0.0, 33.0]), []
+    plan = plan_on(top, top / 33.0, np.array([1.0, 0.0, 0.0]))
+    scanner = Pressed(machine(2, tips=1), 6.0)
+    touch = track_plan(scanner, plan, arms=arms)
+    ends = [arm.end for arm in arms]
+    assert ends.count(ContourEnd.OVERLOAD) == 1 and scanner.pressing == 0
+    short = arms[ends.index(ContourEnd.OVERLOAD)].samples.contacts(2.0)
+    assert len(short) >= 2 and short[:, 0].max() < 6.0
+    assert touch.status is TouchStatus.TOUCHED and len(touch.contours) == 3
+    assert ends.count(ContourEnd.LENGTH_REACHED) == 5
+
+
+def test_a_place_whose_approach_meets_too_large_a_force_is_unreachable():
+    top = np.array([0.0, 0.0, 33.0])
+    scanner = Pressed(machine(2, tips=1), -50.0)
+    plan = plan_on(top, top / 33.0, np.array([1.0, 0.0, 0.0]))
+    touch = track_plan(scanner, plan)
+    assert touch.status is TouchStatus.UNREACHABLE and scanner.pressing == 0
+    assert np.linalg.norm(scanner.force) < TrackingOptions().least
+
+
+def test_where_the_way_back_is_blocked_the_arms_before_are_kept():
+    class Roofed(OneTip):
+        def move(self, way):
+            # Something is above the end of the first arm, beyond x = 5.
+            return super().move(way) if np.asarray(way)[-1][0] < 5.0 else False
+
+    top, arms = np.array([0.0, 0.0, 33.0]), []
+    plan = plan_on(top, top / 33.0, np.array([1.0, 0.0, 0.0]))
+    one = Roofed(machine(2, tips=1))
+    touch = track_plan(one, plan, arms=arms)
+    assert touch.status is TouchStatus.TOUCHED and len(arms) == 6
+    tracked = [len(arm.samples.centres) > 1 for arm in arms]
+    assert tracked.index(False) >= 1 and not any(tracked[tracked.index(False) :])
 
 
 def test_a_tip_rolls_over_a_sharp_edge():
